@@ -1,0 +1,40 @@
+#include "core/particles.h"
+
+#include "core/error.h"
+
+#include <cmath>
+
+namespace betamesh {
+
+namespace {
+
+bool finite(const Vec3f& v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); }
+
+void requireRows(std::size_t rows, std::size_t expected, const std::string& name) {
+    if (rows != expected)
+        throw Error("attribute '" + name + "' has " + std::to_string(rows) + " rows, expected one for each of the " +
+                    std::to_string(expected) + " particles");
+}
+
+void requireFinite(const std::vector<Vec3f>& rows, const char* what) {
+    for (std::size_t i = 0; i < rows.size(); ++i)
+        if (!finite(rows[i]))
+            throw Error("particle " + std::to_string(i) + ": " + what + " is (" + std::to_string(rows[i].x) + ", " +
+                        std::to_string(rows[i].y) + ", " + std::to_string(rows[i].z) + "), expected finite numbers");
+}
+
+}  // namespace
+
+void validate(const Particles& particles) {
+    const std::size_t n = particles.size();
+    if (!particles.velocity.empty()) requireRows(particles.velocity.size(), n, "velocity");
+    if (!particles.id.empty()) requireRows(particles.id.size(), n, "id");
+    for (const Attribute& a : particles.attributes) {
+        const std::size_t numbers = a.real.size() + a.integer.size();
+        requireRows(a.components == 0 ? numbers : numbers / a.components, n, a.name);
+    }
+    requireFinite(particles.position, "position");
+    requireFinite(particles.velocity, "velocity");
+}
+
+}  // namespace betamesh
