@@ -3,8 +3,11 @@
 #pragma once
 
 #include <tbb/blocked_range.h>
+#include <tbb/global_control.h>
 #include <tbb/parallel_for.h>
+#include <tbb/parallel_pipeline.h>
 #include <tbb/parallel_sort.h>
+#include <tbb/task_arena.h>
 
 #include <cstdint>
 #include <numeric>
@@ -36,6 +39,28 @@ void parallelFor(std::size_t n, std::size_t grain, const Body& body) {
 template <typename T, typename Less>
 void parallelSort(std::vector<T>& rows, const Less& less) {
     tbb::parallel_sort(rows.begin(), rows.end(), less);
+}
+
+/// Runs body() with at most this many threads (>= 1), its own included, in everything it calls.
+template <typename Body>
+void withThreads(int threads, const Body& body) {
+    const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, static_cast<std::size_t>(threads));
+    tbb::task_arena(threads).execute(body);
+}
+
+/// Calls body(i) for i = 0, 1 … n - 1, begun in this order, at most in_flight (>= 1) of them at once; begins
+/// no further one once goOn() is false. A body may use parallel loops; while it waits for them its thread
+/// begins no other body.
+template <typename GoOn, typename Body>
+void parallelInFlight(std::size_t n, std::size_t in_flight, const GoOn& goOn, const Body& body) {
+    std::size_t next = 0;
+    const auto take = [&](tbb::flow_control& control) {
+        if (next == n || !goOn()) control.stop();
+        return next++;
+    };
+    const auto work = [&](std::size_t i) { tbb::this_task_arena::isolate([&] { body(i); }); };
+    tbb::parallel_pipeline(in_flight, tbb::make_filter<void, std::size_t>(tbb::filter_mode::serial_in_order, take) &
+                                          tbb::make_filter<std::size_t, void>(tbb::filter_mode::parallel, work));
 }
 
 /// Turns counts into places: returns n + 1 entries, the sums of all counts before each, then of all.

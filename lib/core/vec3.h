@@ -4,15 +4,27 @@
 
 #include <Imath/ImathVec.h>
 
+#include <cstdint>
+
 namespace betamesh {
 
-using Vec3f = Imath::V3f;  ///< single precision: what particle files hold
-using Vec3 = Imath::V3d;   ///< double precision: what is computed with
+using Vec3f = Imath::V3f;                 ///< single precision: what particle files hold
+using Vec3 = Imath::V3d;                  ///< double precision: what is computed with
+using Vec3i = Imath::Vec3<std::int64_t>;  ///< integers: what is decided with
 
 inline double dot(const Vec3& a, const Vec3& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
 
 inline Vec3 cross(const Vec3& a, const Vec3& b) {
     return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+}
+
+/// Of integers below 2^31, so that nothing overflows.
+inline Vec3i cross(const Vec3i& a, const Vec3i& b) {
+    return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+}
+
+inline Vec3 toDouble(const Vec3i& v) {
+    return {static_cast<double>(v.x), static_cast<double>(v.y), static_cast<double>(v.z)};
 }
 
 }  // namespace betamesh

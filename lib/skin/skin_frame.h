@@ -28,8 +28,8 @@ struct SkinParams {
     SurfaceKind surface = SurfaceKind::beta;
     Tessellation tessellation = Tessellation::paper;
     PredicateKind predicates = PredicateKind::exact;
-    int retries = 3;           ///< floating predicates: how often particles are jittered before giving up, >= 0
-    double tolerance = 1e-5;   ///< floating predicates: size of the jitter in radii, (0, 0.1]
+    int retries = 3;          ///< floating predicates: how often particles are jittered before giving up, >= 0
+    double tolerance = 1e-5;  ///< floating predicates: size of the jitter in radii, (0, 0.1]
     SmoothingMethod smoothing = SmoothingMethod::paper;
     int passes = 1;                      ///< of smoothing, >= 0
     bool resolve_intersections = false;  ///< push alphabeta vertices out to particles that lie outside

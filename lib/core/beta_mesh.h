@@ -1,0 +1,30 @@
+// The beta mesh on its way: vertices that move, triangles, and what each vertex stands for.
+
+#pragma once
+
+#include "core/graph.h"
+#include "core/mesh.h"
+#include "core/moving.h"
+
+namespace betamesh {
+
+/// The paper's beta mesh. Vertices come in two kinds, one after the other: pure beta vertices, as many and
+/// in the order of the ball boundary's vertices, then alphabeta vertices, one per fan.
+/// A fan is a face of the alpha graph: the whole ring of triangles round an alpha vertex (closed), or the
+/// part of it on one side of a thin sheet (open).
+struct BetaMesh {
+    std::vector<Moving> vertex;
+    std::vector<Triangle> triangles;
+
+    std::size_t pure = 0;                 ///< number of pure beta vertices
+    Rows fan;                             ///< pure beta vertices round each fan, in order
+    std::vector<std::uint8_t> fan_open;   ///< 1 where the last vertex of a fan is not joined to its first
+    std::vector<std::uint32_t> fan_ball;  ///< the alpha vertex
+    std::vector<std::uint8_t> rim;        ///< one per pure beta vertex: 1 where it belongs to a sheet's rim
+
+    std::uint32_t alphabeta(std::size_t f) const { return static_cast<std::uint32_t>(pure + f); }
+    /// Edges of a fan between pure beta vertices.
+    std::size_t fanEdges(std::size_t f) const { return fan_open[f] ? fan[f].size() - 1 : fan[f].size(); }
+};
+
+}  // namespace betamesh

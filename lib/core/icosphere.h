@@ -1,0 +1,17 @@
+// The unit sphere as a subdivided icosahedron.
+
+#pragma once
+
+#include "core/mesh.h"
+
+namespace betamesh {
+
+struct Icosphere {
+    std::vector<Vec3> position;
+    std::vector<Triangle> triangles;  ///< counter-clockwise seen from outside
+};
+
+/// Every edge of the icosahedron is cut into `cuts` >= 1 pieces: 20 cuts² triangles, 10 cuts² + 2 vertices.
+Icosphere icosphere(std::uint32_t cuts);
+
+}  // namespace betamesh

@@ -1,0 +1,54 @@
+// Numbers and points that know how fast they change: forward-mode derivatives with respect to time.
+
+#pragma once
+
+#include "core/vec3.h"
+
+#include <cmath>
+
+namespace betamesh {
+
+/// A number and its rate of change per second.
+struct Rate {
+    double value = 0, rate = 0;
+
+    friend Rate operator+(Rate a, Rate b) { return {a.value + b.value, a.rate + b.rate}; }
+    friend Rate operator*(Rate a, Rate b) { return {a.value * b.value, a.rate * b.value + a.value * b.rate}; }
+    friend Rate operator/(Rate a, Rate b) {
+        const double value = a.value / b.value;
+        return {value, (a.rate - value * b.rate) / b.value};
+    }
+};
+
+/// A point or vector and its velocity per second.
+struct Moving {
+    Vec3 position{0, 0, 0}, velocity{0, 0, 0};
+
+    friend Moving operator+(const Moving& a, const Moving& b) {
+        return {a.position + b.position, a.velocity + b.velocity};
+    }
+    friend Moving operator-(const Moving& a, const Moving& b) {
+        return {a.position - b.position, a.velocity - b.velocity};
+    }
+    friend Moving operator*(const Moving& a, Rate s) {
+        return {a.position * s.value, a.velocity * s.value + a.position * s.rate};
+    }
+    friend Moving operator*(const Moving& a, double s) { return {a.position * s, a.velocity * s}; }
+    friend Moving operator/(const Moving& a, Rate s) { return a * (Rate{1, 0} / s); }
+};
+
+inline Rate dot(const Moving& a, const Moving& b) {
+    return {dot(a.position, b.position), dot(a.velocity, b.position) + dot(a.position, b.velocity)};
+}
+
+inline Moving cross(const Moving& a, const Moving& b) {
+    return {cross(a.position, b.position), cross(a.velocity, b.position) + cross(a.position, b.velocity)};
+}
+
+/// At length zero the rate is taken as zero.
+inline Rate length(const Moving& a) {
+    const double value = a.position.length();
+    return {value, value > 0 ? dot(a.position, a.velocity) / value : 0};
+}
+
+}  // namespace betamesh

@@ -1,0 +1,23 @@
+// A view of the ball boundary: the alpha mesh.
+
+#pragma once
+
+#include "core/ball_boundary.h"
+#include "core/moving.h"
+
+namespace betamesh {
+
+/// The oriented triangles of particles whose r-ball on the normal's side is empty, one per vertex of the
+/// boundary, counter-clockwise seen from the empty ball. A thin sheet has each of its triangles twice, once
+/// for either side. Particles that no triangle uses are left out.
+///
+/// in      a boundary; its balls with their motion
+/// same    bytes for any thread count and particle order
+/// cost    O(triangles)
+/// source  beta mesh paper, section 3.2; Edelsbrunner & Mücke 1994
+Mesh alphaMesh(const BallBoundary& boundary, const std::vector<Moving>& balls);
+
+/// How many triangles of the alpha mesh are exposed on both sides.
+std::size_t doubleSidedTriangles(const BallBoundary& boundary);
+
+}  // namespace betamesh

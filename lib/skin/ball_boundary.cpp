@@ -1,0 +1,276 @@
+#include "skin/ball_boundary.h"
+
+#include "core/parallel.h"
+#include "exact/predicates.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <optional>
+
+namespace betamesh {
+
+namespace {
+
+constexpr std::size_t kBallsPerTask = 64;
+constexpr float kSlack = 1e-5f;
+constexpr std::uint32_t kNone = ~std::uint32_t{0};
+
+// What one task finds; balls are rows of SnappedParticles until everything is known.
+struct Parts {
+    std::vector<Triangle> triangle;
+    std::vector<Vec3> vertex;
+    std::vector<std::array<std::uint32_t, 2>> circle;
+    std::vector<std::uint32_t> bare;
+};
+
+// Could the circle in which the neighbour's sphere meets this one cross an uncovered patch?
+class UncoveredPatches {
+public:
+    explicit UncoveredPatches(const PatchMask& mask) {
+        const DirectionPatches& all = directionPatches();
+        for (std::size_t p = 0; p < kPatches; ++p)
+            if (mask[p / 64] >> (p % 64) & 1) x_[count_] = all.x[p], y_[count_] = all.y[p], z_[count_++] = all.z[p];
+    }
+    bool mayMeetCircle(const Neighbour& neighbour, double diameter) const {
+        const DirectionPatches& all = directionPatches();
+        const double distance = std::sqrt(neighbour.squared);
+        const auto cos_cap = static_cast<float>(std::min(1.0, distance / diameter));
+        const float sin_cap = std::sqrt(1 - cos_cap * cos_cap);
+        const float least = cos_cap * all.cos_angle - sin_cap * all.sin_angle - kSlack;
+        const bool narrow = cos_cap >= all.cos_angle - kSlack;  // the patch can hold the whole circle
+        const float most = narrow ? 2 : cos_cap * all.cos_angle + sin_cap * all.sin_angle + kSlack;
+        const Vec3f d(neighbour.offset / distance);
+        for (std::size_t p = 0; p < count_; ++p) {
+            const float along = d.x * x_[p] + d.y * y_[p] + d.z * z_[p];
+            if (along >= least && along <= most) return true;
+        }
+        return false;
+    }
+
+private:
+    std::array<float, kPatches> x_, y_, z_;
+    std::size_t count_ = 0;
+};
+
+// Is the ball round this centre empty of all but the three particles it rests on? `last` remembers which
+// particle said no: it will often say no again.
+template <typename Balls>
+bool isEmpty(const Balls& balls, int side, const std::vector<Neighbour>& neighbours, std::uint32_t j, std::uint32_t k,
+             std::size_t& last) {
+    const Vec3 centre = balls.centre(side);
+    const auto blocks = [&](const Neighbour& n) {
+        return n.particle != j && n.particle != k && balls.contains(centre, side, n.offset, n.squared);
+    };
+    if (last < neighbours.size() && blocks(neighbours[last])) return false;
+    for (std::size_t n = 0; n < neighbours.size(); ++n)
+        if (blocks(neighbours[n])) {
+            last = n;
+            return false;
+        }
+    return true;
+}
+
+// Is the whole circle in which the sphere at `offset` meets the one at the origin exposed?
+template <typename Balls>
+bool isFullCircle(const Neighbour& other, const std::vector<Neighbour>& neighbours, double radius) {
+    for (const Neighbour& n : neighbours) {
+        if (n.particle == other.particle) continue;
+        if (Balls(other.offset, n.offset, radius).exist()) return false;
+        if (coversCircle(Vec3i(other.offset), Vec3i(n.offset))) return false;
+    }
+    return true;
+}
+
+// Everything whose smallest ball is i.
+template <typename Balls>
+void skinBall(const SnappedParticles& particles, const std::vector<bool>& survives, std::uint32_t i,
+              const PatchMask& uncovered, std::vector<Neighbour>& neighbours, std::vector<Neighbour>& partners,
+              Parts& out) {
+    if (neighbours.empty()) {
+        out.bare.push_back(i);
+        return;
+    }
+    const auto radius = static_cast<double>(particles.radius);
+    const UncoveredPatches patches(uncovered);
+    partners.clear();
+    for (const Neighbour& n : neighbours)
+        if (n.particle > i && survives[n.particle] && patches.mayMeetCircle(n, 2 * radius)) partners.push_back(n);
+    std::partition(neighbours.begin(), neighbours.end(),  // near ones cover most
+                   [&](const Neighbour& n) { return n.squared < radius * radius; });
+
+    std::size_t last = 0;
+    const Vec3 origin = toDouble(particles.position[i]);
+    for (std::size_t a = 0; a < partners.size(); ++a) {
+        const Neighbour& j = partners[a];
+        for (std::size_t b = a + 1; b < partners.size(); ++b) {
+            const Neighbour& k = partners[b];
+            const Balls balls(j.offset, k.offset, radius);
+            if (!balls.exist()) continue;
+            for (const int side : {1, -1}) {
+                if (!isEmpty(balls, side, neighbours, j.particle, k.particle, last)) continue;
+                out.triangle.push_back(side > 0 ? Triangle{i, j.particle, k.particle}
+                                                : Triangle{i, k.particle, j.particle});
+                out.vertex.push_back((origin + balls.centre(side)) * particles.quantum);
+            }
+        }
+        if (isFullCircle<Balls>(j, neighbours, radius)) out.circle.push_back({i, j.particle});
+    }
+}
+
+template <typename Balls>
+std::vector<Parts> exposedParts(const SnappedParticles& particles, const Survivors& exposed) {
+    std::vector<bool> survives(particles.size(), false);
+    for (const std::uint32_t i : exposed.particle) survives[i] = true;
+    const std::size_t n = exposed.particle.size(), tasks = (n + kBallsPerTask - 1) / kBallsPerTask;
+    std::vector<Parts> parts(tasks);
+    parallelFor(tasks, 1, [&](std::size_t task) {
+        NeighbourFinder finder(particles);
+        std::vector<Neighbour> neighbours, partners;
+        for (std::size_t s = task * kBallsPerTask; s < std::min(n, (task + 1) * kBallsPerTask); ++s) {
+            finder.find(exposed.particle[s], neighbours);
+            skinBall<Balls>(particles, survives, exposed.particle[s], exposed.uncovered[s], neighbours, partners,
+                            parts[task]);
+        }
+    });
+    return parts;
+}
+
+template <typename T>
+void append(std::vector<T>& to, const std::vector<T>& from) {
+    to.insert(to.end(), from.begin(), from.end());
+}
+
+// Joins the parts and numbers the exposed balls.
+BallBoundary assemble(const SnappedParticles& particles, const std::vector<Parts>& parts) {
+    BallBoundary boundary;
+    boundary.quantum = particles.quantum;
+    boundary.radius = particles.radius;
+    for (const Parts& part : parts) {
+        append(boundary.triangle, part.triangle);
+        append(boundary.vertex, part.vertex);
+        append(boundary.circle, part.circle);
+        append(boundary.bare, part.bare);
+    }
+    std::vector<std::uint32_t> ball(particles.size(), kNone);
+    const auto forEveryUse = [&](const auto& visit) {
+        for (Triangle& t : boundary.triangle)
+            for (std::uint32_t& p : t) visit(p);
+        for (auto& c : boundary.circle)
+            for (std::uint32_t& p : c) visit(p);
+        for (std::uint32_t& p : boundary.bare) visit(p);
+    };
+    forEveryUse([&](std::uint32_t p) { ball[p] = 0; });
+    for (std::uint32_t p = 0; p < particles.size(); ++p) {
+        if (ball[p] == kNone) continue;
+        ball[p] = static_cast<std::uint32_t>(boundary.position.size());
+        boundary.position.push_back(particles.position[p]);
+        boundary.row.push_back(particles.row[p]);
+        boundary.snapped_row.push_back(p);
+    }
+    forEveryUse([&](std::uint32_t& p) { p = ball[p]; });
+    return boundary;
+}
+
+// One end of an arc on the circle of balls low < high: where, going counter-clockwise round the axis from
+// low to high, an arc begins (the triangle has the edge low -> high) or ends.
+struct ArcEnd {
+    std::uint32_t low, high;
+    std::uint32_t half_edge;
+    bool begins;
+};
+
+// Sorts the ends on one circle counter-clockwise by the direction of their apex particles, an end before a
+// beginning where these agree. source: §2 of the paper's Algorithm 3, with exact signs.
+void sortRoundAxis(std::span<ArcEnd> ends, const BallBoundary& boundary) {
+    const Vec3i origin = boundary.position[ends[0].low];
+    const Vec3i axis = boundary.position[ends[0].high] - origin;
+    const auto apex = [&](const ArcEnd& end) {
+        const std::uint32_t opposite = previousInTriangle(end.half_edge);
+        return boundary.position[boundary.triangle[opposite / 3][opposite % 3]] - origin;
+    };
+    const Vec3i start = apex(ends[0]);
+    const auto quarter = [&](const Vec3i& a) {  // 0 along start, 1 before half a turn, 2 opposite, 3 after
+        const int t = turn(axis, start, a);
+        return t > 0 ? 1 : t < 0 ? 3 : sameSide(axis, start, a) > 0 ? 0 : 2;
+    };
+    std::sort(ends.begin(), ends.end(), [&](const ArcEnd& p, const ArcEnd& q) {
+        const Vec3i a = apex(p), b = apex(q);
+        const int quarter_a = quarter(a), quarter_b = quarter(b);
+        if (quarter_a != quarter_b) return quarter_a < quarter_b;
+        if (const int t = turn(axis, a, b)) return t > 0;
+        if (p.begins != q.begins) return q.begins;
+        return p.half_edge < q.half_edge;
+    });
+}
+
+// Pairs the two ends of every arc. Returns an edge that cannot be paired, if there is one.
+std::optional<UnpairedEdge> pairArcEnds(BallBoundary& boundary) {
+    std::vector<ArcEnd> ends(3 * boundary.triangle.size());
+    parallelFor(ends.size(), 4096, [&](std::size_t h) {
+        const Triangle& t = boundary.triangle[h / 3];
+        const std::uint32_t from = t[h % 3], to = t[(h + 1) % 3];
+        ends[h] = {std::min(from, to), std::max(from, to), static_cast<std::uint32_t>(h), from < to};
+    });
+    parallelSort(ends, [](const ArcEnd& a, const ArcEnd& b) {
+        if (a.low != b.low) return a.low < b.low;
+        if (a.high != b.high) return a.high < b.high;
+        return a.half_edge < b.half_edge;
+    });
+    boundary.twin.assign(ends.size(), kNone);
+    for (std::size_t begin = 0, end = 0; begin < ends.size(); begin = end) {
+        std::ptrdiff_t surplus = 0;
+        for (end = begin; end < ends.size() && ends[end].low == ends[begin].low && ends[end].high == ends[begin].high;
+             ++end)
+            surplus += ends[end].begins ? 1 : -1;
+        const std::span<ArcEnd> group(&ends[begin], end - begin);
+        const std::uint32_t low = boundary.row[group[0].low], high = boundary.row[group[0].high];
+        if (surplus != 0) return surplus > 0 ? UnpairedEdge{low, high} : UnpairedEdge{high, low};
+        if (group.size() > 2) sortRoundAxis(group, boundary);
+        for (std::size_t a = 0; a < group.size(); ++a) {
+            if (!group[a].begins) continue;
+            const ArcEnd& other = group[(a + 1) % group.size()];
+            if (other.begins) return UnpairedEdge{low, high};
+            boundary.twin[group[a].half_edge] = other.half_edge;
+            boundary.twin[other.half_edge] = group[a].half_edge;
+        }
+    }
+    return std::nullopt;
+}
+
+// Walks round every face's cycles: at ball i, from half-edge i -> j to the far end of the arc that leaves
+// along the triangle's third particle.
+void traceCycles(BallBoundary& boundary) {
+    std::vector<bool> seen(boundary.twin.size(), false);
+    for (std::uint32_t first = 0; first < seen.size(); ++first) {
+        if (seen[first]) continue;
+        for (std::uint32_t h = first; !seen[h]; h = boundary.twin[previousInTriangle(h)]) {
+            seen[h] = true;
+            boundary.cycle.item.push_back(h);
+        }
+        boundary.cycle.begin.push_back(static_cast<std::uint32_t>(boundary.cycle.item.size()));
+    }
+}
+
+template <typename Balls>
+std::variant<BallBoundary, UnpairedEdge> build(const SnappedParticles& particles, const Survivors& exposed) {
+    BallBoundary boundary = assemble(particles, exposedParts<Balls>(particles, exposed));
+    if (const auto unpaired = pairArcEnds(boundary)) return *unpaired;
+    traceCycles(boundary);
+    return boundary;
+}
+
+}  // namespace
+
+BallBoundary ballBoundary(const SnappedParticles& particles, const Survivors& exposed) {
+    auto built = build<ExactBalls>(particles, exposed);
+    assert(std::holds_alternative<BallBoundary>(built));
+    return std::get<BallBoundary>(std::move(built));
+}
+
+std::variant<BallBoundary, UnpairedEdge> ballBoundaryInFloats(const SnappedParticles& particles,
+                                                              const Survivors& exposed) {
+    return build<FloatBalls>(particles, exposed);
+}
+
+}  // namespace betamesh

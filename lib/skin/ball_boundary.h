@@ -1,0 +1,31 @@
+// Snapped particles -> the boundary of the union of their balls.
+
+#pragma once
+
+#include "core/ball_boundary.h"
+#include "core/exposure.h"
+#include "exact/snapped_particles.h"
+
+#include <variant>
+
+namespace betamesh {
+
+/// Why floating-point predicates gave no valid boundary: an edge that the triangles use more often in one
+/// direction than in the other, as two rows of particles.
+struct UnpairedEdge {
+    std::uint32_t from, to;
+};
+
+/// With exact predicates, for every input. All but the faces of cycles, which groupFaces finds.
+///
+/// in      n >= 0 snapped particles and those of them that may be exposed
+/// same    result for any thread count
+/// cost    O(n) for a bounded number of neighbours; 1-4 µs per exposed ball
+/// source  beta mesh paper, sections 3.2 and 3.3; Edelsbrunner 1993
+BallBoundary ballBoundary(const SnappedParticles& particles, const Survivors& exposed);
+
+/// With the paper's floating-point test, validated by its edge count.
+std::variant<BallBoundary, UnpairedEdge> ballBoundaryInFloats(const SnappedParticles& particles,
+                                                              const Survivors& exposed);
+
+}  // namespace betamesh

@@ -1,0 +1,193 @@
+#include "skin/ball_faces.h"
+
+#include "core/union_find.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <numeric>
+#include <optional>
+
+namespace betamesh {
+
+namespace {
+
+constexpr double kMargin = 1e-9;  // radians: what is closer than this is left undecided, never guessed
+constexpr int kDirections = 16;   // great circles tried from each place
+
+// How many connected groups the neighbours' caps on one sphere form: exact signs.
+std::size_t capGroups(const std::vector<Neighbour>& neighbours, std::int64_t radius) {
+    UnionFind caps(neighbours.size());
+    for (std::uint32_t a = 0; a < neighbours.size(); ++a)
+        for (std::uint32_t b = 0; b < a; ++b) {
+            if (caps.find(a) == caps.find(b)) continue;
+            const Vec3i u(neighbours[a].offset), v(neighbours[b].offset);
+            if (ballExists(u, v, radius) || coversCircle(u, v) || coversCircle(v, u)) caps.join(a, b);
+        }
+    return caps.groups();
+}
+
+// An exposed arc as its ball sees it, on the unit sphere: counter-clockwise round `axis` from angle `begin`,
+// `sweep` long.
+struct Arc {
+    Vec3 axis, x, y;  // orthonormal
+    double height;    // of the circle's plane along the axis
+    double begin, sweep;
+    std::uint32_t cycle;  // index among the cycles of the ball
+
+    Vec3 at(double angle) const {
+        const double rho = std::sqrt(std::max(0.0, 1 - height * height));
+        return axis * height + (x * std::cos(angle) + y * std::sin(angle)) * rho;
+    }
+    double angleOf(const Vec3& p) const { return std::atan2(dot(p, y), dot(p, x)); }
+};
+
+double positiveAngle(double angle) {
+    angle = std::fmod(angle, 2 * std::numbers::pi);
+    return angle < 0 ? angle + 2 * std::numbers::pi : angle;
+}
+
+Arc circleOf(const BallBoundary& boundary, std::uint32_t ball, std::uint32_t other, std::uint32_t cycle) {
+    const Vec3 offset = toDouble(boundary.position[other] - boundary.position[ball]);
+    const double distance = offset.length();
+    Arc arc;
+    arc.axis = offset / distance;
+    const Vec3 aside = std::abs(arc.axis.x) < 0.5 ? Vec3(1, 0, 0) : Vec3(0, 1, 0);
+    arc.x = cross(arc.axis, aside).normalized();
+    arc.y = cross(arc.axis, arc.x);
+    arc.height = distance / (2 * static_cast<double>(boundary.radius));
+    arc.begin = 0;
+    arc.sweep = 2 * std::numbers::pi;
+    arc.cycle = cycle;
+    return arc;
+}
+
+// All arcs round the cycles of one ball.
+std::vector<Arc> arcsOf(const BallBoundary& boundary, std::uint32_t ball, std::span<const std::uint32_t> cycles) {
+    std::vector<Arc> arcs;
+    const auto rows = static_cast<std::uint32_t>(boundary.cycle.size());
+    for (std::uint32_t c = 0; c < cycles.size(); ++c) {
+        if (cycles[c] >= rows) {
+            const auto& circle = boundary.circle[(cycles[c] - rows) / 2];
+            arcs.push_back(circleOf(boundary, ball, circle[0] == ball ? circle[1] : circle[0], c));
+            continue;
+        }
+        const auto cycle = boundary.cycle[cycles[c]];
+        for (std::size_t e = 0; e < cycle.size(); ++e) {
+            // clockwise round the cap from this vertex to the next
+            const std::uint32_t h = cycle[e], next = cycle[(e + 1) % cycle.size()];
+            const std::uint32_t back = previousInTriangle(h);
+            Arc arc = circleOf(boundary, ball, boundary.triangle[back / 3][back % 3], c);
+            const double from = arc.angleOf(boundary.vertex[next / 3] - boundary.centre(ball));
+            const double to = arc.angleOf(boundary.vertex[h / 3] - boundary.centre(ball));
+            arc.begin = from;
+            arc.sweep = positiveAngle(to - from);
+            arcs.push_back(arc);
+        }
+    }
+    return arcs;
+}
+
+// Leaves `start`, on the circle of arcs[own], along a great circle in the direction `heading`; names the
+// cycle that it meets first, unless that is too close to call.
+std::optional<std::uint32_t> firstMet(const std::vector<Arc>& arcs, std::size_t own, const Vec3& start,
+                                      const Vec3& heading) {
+    double first = 4 * std::numbers::pi, second = first;
+    std::size_t met = arcs.size();
+    for (std::size_t a = 0; a < arcs.size(); ++a) {
+        const double along = dot(start, arcs[a].axis), across = dot(heading, arcs[a].axis);
+        const double reach = std::hypot(along, across);
+        if (reach < arcs[a].height - kMargin) continue;
+        if (reach < arcs[a].height + kMargin) return std::nullopt;
+        const double entry = std::atan2(across, along) - std::acos(arcs[a].height / reach);
+        double angle = positiveAngle(entry);
+        if (arcs[a].axis == arcs[own].axis && angle < kMargin) angle += 2 * std::numbers::pi;
+        if (angle < kMargin || std::abs(angle - 2 * std::numbers::pi) < kMargin) {
+            if (arcs[a].axis != arcs[own].axis) return std::nullopt;
+        }
+        const bool same_circle = met < arcs.size() && arcs[a].axis == arcs[met].axis;
+        if (angle < first) {
+            if (!same_circle) second = first;
+            first = angle, met = a;
+        } else if (!same_circle) {
+            second = std::min(second, angle);
+        }
+    }
+    if (met == arcs.size() || second - first < kMargin) return std::nullopt;
+    const Vec3 hit = start * std::cos(first) + heading * std::sin(first);
+    for (const Arc& arc : arcs) {  // several arcs may lie on the circle that was met
+        if (arc.axis != arcs[met].axis) continue;
+        const double angle = positiveAngle(arc.angleOf(hit) - arc.begin);
+        if (angle > kMargin && angle < arc.sweep - kMargin) return arc.cycle;
+    }
+    return std::nullopt;
+}
+
+// Joins cycles that an exposed path connects until `faces` groups are left.
+void joinAlongGreatCircles(const std::vector<Arc>& arcs, std::size_t faces, UnionFind& groups) {
+    for (int round = 0; round < kDirections; ++round)
+        for (std::size_t a = 0; a < arcs.size(); ++a) {
+            if (groups.groups() <= faces) return;
+            // fractions that never repeat: multiples of the golden ratio
+            const double part = std::fmod(0.5 + round * 0.6180339887498949, 1.0);
+            const double tilt = (std::fmod(0.5 + round * 0.7548776662466927, 1.0) - 0.5) * std::numbers::pi * 0.9;
+            const Vec3 start = arcs[a].at(arcs[a].begin + part * arcs[a].sweep);
+            Vec3 outward = start * arcs[a].height - arcs[a].axis;
+            if (!(outward.length() > kMargin)) outward = arcs[a].x;  // balls that touch in a point
+            outward.normalize();
+            const Vec3 heading = outward * std::cos(tilt) + cross(start, outward) * std::sin(tilt);
+            if (const auto cycle = firstMet(arcs, a, start, heading)) groups.join(arcs[a].cycle, *cycle);
+        }
+}
+
+}  // namespace
+
+void groupFaces(const SnappedParticles& particles, BallBoundary& boundary) {
+    const std::size_t balls = boundary.position.size();
+    Rows cycles_of;  // the cycles of each ball
+    std::vector<std::uint32_t> count(balls + 1, 0);
+    const auto rows = static_cast<std::uint32_t>(boundary.cycle.size());
+    const auto forEveryCycle = [&](const auto& visit) {
+        for (std::uint32_t c = 0; c < rows; ++c) {
+            const std::uint32_t h = boundary.cycle[c][0];
+            visit(boundary.triangle[h / 3][h % 3], c);
+        }
+        for (std::uint32_t k = 0; k < boundary.circle.size(); ++k)
+            for (std::uint32_t s = 0; s < 2; ++s) visit(boundary.circle[k][s], rows + 2 * k + s);
+    };
+    forEveryCycle([&](std::uint32_t ball, std::uint32_t) { ++count[ball + 1]; });
+    std::partial_sum(count.begin(), count.end(), count.begin());
+    cycles_of.begin = count;
+    cycles_of.item.resize(count.back());
+    forEveryCycle([&](std::uint32_t ball, std::uint32_t c) { cycles_of.item[count[ball]++] = c; });
+
+    boundary.face = {};
+    boundary.face_ball.clear();
+    NeighbourFinder finder(particles);
+    std::vector<Neighbour> neighbours;
+    for (std::uint32_t ball = 0; ball < balls; ++ball) {
+        const auto cycles = cycles_of[ball];
+        UnionFind groups(cycles.size());
+        if (cycles.size() > 1) {
+            finder.find(boundary.snapped_row[ball], neighbours);
+            const std::size_t faces = cycles.size() + 1 - capGroups(neighbours, particles.radius);
+            if (faces == 1)
+                for (std::uint32_t c = 1; c < cycles.size(); ++c) groups.join(0, c);
+            else if (faces < cycles.size())
+                joinAlongGreatCircles(arcsOf(boundary, ball, cycles), faces, groups);
+        }
+        for (std::uint32_t first = 0; first < cycles.size(); ++first) {
+            if (groups.find(first) != first) continue;
+            for (std::uint32_t c = first; c < cycles.size(); ++c)
+                if (groups.find(c) == first) boundary.face.item.push_back(cycles[c]);
+            boundary.face.begin.push_back(static_cast<std::uint32_t>(boundary.face.item.size()));
+            boundary.face_ball.push_back(ball);
+        }
+        if (cycles.empty()) {
+            boundary.face.begin.push_back(static_cast<std::uint32_t>(boundary.face.item.size()));
+            boundary.face_ball.push_back(ball);
+        }
+    }
+}
+
+}  // namespace betamesh

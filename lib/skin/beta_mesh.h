@@ -1,0 +1,31 @@
+// The ball boundary -> the beta mesh before smoothing.
+
+#pragma once
+
+#include "core/ball_boundary.h"
+#include "core/beta_mesh.h"
+
+namespace betamesh {
+
+/// The paper's tessellation. Each cycle of the boundary is cut into fans where it rolls over a rim; the
+/// alphabeta vertex of a fan starts at the projection of its particle onto the fan's plane: through the
+/// length-weighted midpoint of the fan's edges, normal to the sum of its alpha triangles' normals. Rims of
+/// thin sheets are closed as in the paper's Figure 6; where more than two sheets meet in one particle, the
+/// polygon that is left between their rims is closed too, which the paper leaves open.
+///
+/// in      a boundary; its balls and vertices with their motion
+/// out     a closed oriented mesh (edges in opposite pairs); full circles and bare spheres have no part in it
+/// same    result for any thread count
+/// cost    O(boundary)
+/// source  beta mesh paper, section 3.4.2, steps 1 and 2
+BetaMesh paperTessellation(const BallBoundary& boundary, const std::vector<Moving>& balls,
+                           const std::vector<Moving>& vertices);
+
+/// What has no part in the beta mesh: isolated particles and both ends of degenerate edges, each once, as
+/// spheres of the particles' radius.
+Spheres externalSpheres(const BallBoundary& boundary, const Particles& particles);
+
+/// Vertices that no triangle uses are left out.
+Mesh asMesh(const BetaMesh& beta);
+
+}  // namespace betamesh

@@ -1,0 +1,89 @@
+#include "skin/smooth.h"
+
+#include "core/parallel.h"
+
+namespace betamesh {
+
+namespace {
+
+// Edge midpoints of a fan, weighted by edge length.
+struct WeightedSum {
+    Moving sum;
+    Rate weight;
+
+    void add(const WeightedSum& other) {
+        sum = sum + other.sum;
+        weight = weight + other.weight;
+    }
+    // Where all edges have length zero there is nothing to average.
+    Moving meanOr(const Moving& other) const { return weight.value > 0 ? sum / weight : other; }
+};
+
+WeightedSum sumOverFan(const BetaMesh& mesh, std::size_t f) {
+    const auto ring = mesh.fan[f];
+    WeightedSum total;
+    for (std::size_t e = 0; e < mesh.fanEdges(f); ++e) {
+        const Moving &a = mesh.vertex[ring[e]], &b = mesh.vertex[ring[(e + 1) % ring.size()]];
+        const Rate w = length(b - a);
+        total.add({(a + b) * 0.5 * w, w});
+    }
+    return total;
+}
+
+// The fans round each pure beta vertex: the other way round than mesh.fan.
+Rows fansOfVertices(const BetaMesh& mesh) {
+    std::vector<std::uint32_t> count(mesh.pure, 0);
+    for (const std::uint32_t v : mesh.fan.item) ++count[v];
+    Rows fans;
+    fans.begin = placesOf(count);
+    fans.item.resize(mesh.fan.item.size());
+    std::vector<std::uint32_t> next(fans.begin.begin(), fans.begin.end() - 1);
+    for (std::uint32_t f = 0; f < mesh.fan.size(); ++f)
+        for (const std::uint32_t v : mesh.fan[f]) fans.item[next[v]++] = f;
+    return fans;
+}
+
+}  // namespace
+
+void smoothAsInPaper(BetaMesh& mesh, int passes) {
+    const Rows fans = fansOfVertices(mesh);
+    std::vector<WeightedSum> sums(mesh.fan.size());
+    for (int pass = 0; pass < passes; ++pass) {
+        parallelFor(sums.size(), 1024, [&](std::size_t f) { sums[f] = sumOverFan(mesh, f); });
+        parallelFor(mesh.pure, 1024, [&](std::size_t v) {
+            if (mesh.rim[v]) return;
+            WeightedSum total;
+            for (const std::uint32_t f : fans[v]) total.add(sums[f]);
+            mesh.vertex[v] = total.meanOr(mesh.vertex[v]);
+        });
+        parallelFor(mesh.fan.size(), 1024, [&](std::size_t f) {
+            if (mesh.fan_open[f]) return;
+            Moving& vertex = mesh.vertex[mesh.alphabeta(f)];
+            vertex = sumOverFan(mesh, f).meanOr(mesh.vertex[mesh.fan[f][0]]);
+        });
+    }
+}
+
+void resolveIntersections(const BallBoundary& boundary, const std::vector<Moving>& balls, BetaMesh& mesh) {
+    parallelFor(mesh.pure, 1024, [&](std::size_t v) {
+        const Triangle& t = boundary.triangle[v];
+        const Moving normal = cross(balls[t[1]] - balls[t[0]], balls[t[2]] - balls[t[0]]);
+        const Rate squared = dot(normal, normal), height = dot(mesh.vertex[v] - balls[t[0]], normal);
+        if (height.value < 0) mesh.vertex[v] = mesh.vertex[v] - normal * (height / squared);
+    });
+    parallelFor(mesh.fan.size(), 1024, [&](std::size_t f) {
+        const auto ring = mesh.fan[f];
+        const Moving& particle = balls[mesh.fan_ball[f]];
+        Moving& vertex = mesh.vertex[mesh.alphabeta(f)];
+        for (std::size_t e = 0; e < mesh.fanEdges(f); ++e) {
+            const Vec3 a = mesh.vertex[ring[e]].position - vertex.position;
+            const Vec3 b = mesh.vertex[ring[(e + 1) % ring.size()]].position - vertex.position;
+            if (dot(cross(a, b), particle.position - vertex.position) > 0) {
+                vertex = particle;
+                return;
+            }
+        }
+    });
+}
+
+}  // namespace betamesh

@@ -1,0 +1,71 @@
+#include "skin/union_mesh.h"
+
+#include "core/icosphere.h"
+#include "core/parallel.h"
+
+#include <algorithm>
+
+namespace betamesh {
+
+namespace {
+
+constexpr std::uint32_t kCuts = 5;
+constexpr std::size_t kBallsPerTask = 64;
+
+// The sphere's triangles that no single neighbour contains.
+void addExposed(const Icosphere& sphere, double radius, double quantum, const std::vector<Neighbour>& neighbours,
+                const Moving& ball, std::vector<std::uint8_t>& hidden, Mesh& mesh) {
+    hidden.assign(sphere.triangles.size(), 0);
+    std::vector<std::uint8_t> inside(sphere.position.size());
+    for (const Neighbour& n : neighbours) {
+        for (std::size_t v = 0; v < inside.size(); ++v)
+            inside[v] = 2 * radius * dot(sphere.position[v], n.offset) > n.squared;
+        for (std::size_t t = 0; t < hidden.size(); ++t) {
+            const Triangle& corners = sphere.triangles[t];
+            if (inside[corners[0]] && inside[corners[1]] && inside[corners[2]]) hidden[t] = 1;
+        }
+    }
+    constexpr std::uint32_t kUnused = ~std::uint32_t{0};
+    std::vector<std::uint32_t> place(sphere.position.size(), kUnused);
+    for (std::size_t t = 0; t < hidden.size(); ++t) {
+        if (hidden[t]) continue;
+        Triangle corners = sphere.triangles[t];
+        for (std::uint32_t& v : corners) {
+            if (place[v] == kUnused) {
+                place[v] = static_cast<std::uint32_t>(mesh.position.size());
+                mesh.position.push_back(ball.position + sphere.position[v] * (radius * quantum));
+                mesh.velocity.push_back(ball.velocity);
+            }
+            v = place[v];
+        }
+        mesh.triangles.push_back(corners);
+    }
+}
+
+}  // namespace
+
+Mesh unionOfBalls(const SnappedParticles& particles, const BallBoundary& boundary, const std::vector<Moving>& balls) {
+    const Icosphere sphere = icosphere(kCuts);
+    const std::size_t tasks = (balls.size() + kBallsPerTask - 1) / kBallsPerTask;
+    std::vector<Mesh> parts(tasks);
+    parallelFor(tasks, 1, [&](std::size_t task) {
+        NeighbourFinder finder(particles);
+        std::vector<Neighbour> neighbours;
+        std::vector<std::uint8_t> hidden;
+        for (std::size_t b = task * kBallsPerTask; b < std::min(balls.size(), (task + 1) * kBallsPerTask); ++b) {
+            finder.find(boundary.snapped_row[b], neighbours);
+            addExposed(sphere, static_cast<double>(boundary.radius), boundary.quantum, neighbours, balls[b], hidden,
+                       parts[task]);
+        }
+    });
+    Mesh mesh;
+    for (const Mesh& part : parts) {
+        const auto first = static_cast<std::uint32_t>(mesh.position.size());
+        mesh.position.insert(mesh.position.end(), part.position.begin(), part.position.end());
+        mesh.velocity.insert(mesh.velocity.end(), part.velocity.begin(), part.velocity.end());
+        for (const Triangle& t : part.triangles) mesh.triangles.push_back({first + t[0], first + t[1], first + t[2]});
+    }
+    return mesh;
+}
+
+}  // namespace betamesh
