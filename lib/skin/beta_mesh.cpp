@@ -58,7 +58,7 @@ Rims cutIntoFans(const BallBoundary& boundary, BetaMesh& beta) {
 Moving placeAlphabeta(const BallBoundary& boundary, const BetaMesh& beta, std::size_t f,
                       const std::vector<Moving>& balls) {
     const auto ring = beta.fan[f];
-    Moving sum, normal;
+    Moving sum;
     Rate weight;
     for (std::size_t e = 0; e < beta.fanEdges(f); ++e) {
         const Moving &a = beta.vertex[ring[e]], &b = beta.vertex[ring[(e + 1) % ring.size()]];
@@ -66,11 +66,13 @@ Moving placeAlphabeta(const BallBoundary& boundary, const BetaMesh& beta, std::s
         sum = sum + (a + b) * 0.5 * w;
         weight = weight + w;
     }
+    const Moving middle = weight.value > 0 ? sum / weight : beta.vertex[ring[0]];
+    if (!beta.fan_open[f]) return middle;
+    Moving normal;
     for (const std::uint32_t v : ring) {
         const Triangle& t = boundary.triangle[v];
         normal = normal + cross(balls[t[1]] - balls[t[0]], balls[t[2]] - balls[t[0]]);
     }
-    const Moving middle = weight.value > 0 ? sum / weight : beta.vertex[ring[0]];
     const Rate squared = dot(normal, normal);
     if (!(squared.value > 0)) return middle;
     const Moving& particle = balls[beta.fan_ball[f]];

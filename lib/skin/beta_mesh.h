@@ -8,8 +8,10 @@
 namespace betamesh {
 
 /// The paper's tessellation. Each cycle of the boundary is cut into fans where it rolls over a rim; the
-/// alphabeta vertex of a fan starts at the projection of its particle onto the fan's plane: through the
-/// length-weighted midpoint of the fan's edges, normal to the sum of its alpha triangles' normals. Rims of
+/// alphabeta vertex of a fan starts at the projection of its particle onto the fan's plane. For a closed fan
+/// that plane is normal to the length-weighted sum of the sphere's normals along the fan's edges, which puts
+/// the vertex at the weighted mean of the edges' midpoints; for an open fan it is normal to its alpha
+/// triangles, which keeps the vertex above the particle, at the rim of the sheet. Rims of
 /// thin sheets are closed as in the paper's Figure 6; where more than two sheets meet in one particle, the
 /// polygon that is left between their rims is closed too, which the paper leaves open.
 ///

@@ -1,0 +1,200 @@
+// What is true of the ball boundary of every cloud.
+
+#include "skin/ball_boundary.h"
+#include "core/union_find.h"
+#include "measure/mesh_measure.h"
+#include "skin/alpha_mesh.h"
+#include "skin/ball_faces.h"
+#include "skin/survivors.h"
+#include "support/clouds.h"
+#include "support/oracles.h"
+
+#include <gtest/gtest.h>
+#include <map>
+
+namespace betamesh {
+
+namespace {
+
+constexpr std::uint64_t kRandomClouds = 3000;
+
+BallBoundary boundaryOf(const Particles& particles, double radius) {
+    const SnappedParticles snapped = snapParticles(particles, radius);
+    BallBoundary boundary = ballBoundary(snapped, survivors(snapped));
+    groupFaces(snapped, boundary);
+    return boundary;
+}
+
+std::vector<Triangle> trianglesOfRows(const BallBoundary& boundary) {
+    std::vector<Triangle> triangles;
+    for (const Triangle& t : boundary.triangle)
+        triangles.push_back({boundary.row[t[0]], boundary.row[t[1]], boundary.row[t[2]]});
+    return triangles;
+}
+
+void expectEveryEdgePaired(const std::vector<Triangle>& triangles) {
+    std::map<std::pair<std::uint32_t, std::uint32_t>, int> surplus;
+    for (const Triangle& t : triangles)
+        for (std::size_t m = 0; m < 3; ++m) {
+            const std::uint32_t a = t[m], b = t[(m + 1) % 3];
+            surplus[std::minmax(a, b)] += a < b ? 1 : -1;
+        }
+    for (const auto& [edge, count] : surplus)
+        ASSERT_EQ(count, 0) << "edge " << edge.first << " - " << edge.second << " has no opposite";
+}
+
+template <typename Check>
+void forEveryCloud(std::uint64_t random_clouds, const Check& check) {
+    for (const Cloud& cloud : awkwardClouds()) {
+        SCOPED_TRACE(cloud.name);
+        check(cloud);
+        if (testing::Test::HasFailure()) return;
+    }
+    for (std::uint64_t seed = 0; seed < random_clouds; ++seed) {
+        SCOPED_TRACE("random cloud " + std::to_string(seed));
+        check(randomCloud(seed));
+        if (testing::Test::HasFailure()) return;
+    }
+}
+
+}  // namespace
+
+TEST(BallBoundary, EveryOrientedEdgeOfTheAlphaMeshHasItsOpposite) {
+    forEveryCloud(kRandomClouds, [](const Cloud& cloud) {
+        expectEveryEdgePaired(trianglesOfRows(boundaryOf(cloud.particles, cloud.radius)));
+    });
+}
+
+TEST(BallBoundary, AgreesWithBruteForceTriangleForTriangle) {
+    forEveryCloud(kRandomClouds / 3, [](const Cloud& cloud) {
+        if (cloud.particles.size() > 80) return;
+        EXPECT_EQ(canonical(trianglesOfRows(boundaryOf(cloud.particles, cloud.radius))),
+                  bruteForceAlphaTriangles(cloud.particles, cloud.radius));
+    });
+}
+
+TEST(BallBoundary, TiesAreThoseOfBallsOfSlightlyDifferentRadius) {
+    // corners of small grids: nearly every predicate is a tie
+    const auto compare = [](const Particles& particles, double radius) {
+        EXPECT_EQ(canonical(trianglesOfRows(boundaryOf(particles, radius))),
+                  perturbedAlphaTriangles(particles, radius));
+    };
+    for (std::uint64_t seed = 0; seed < 150 && !testing::Test::HasFailure(); ++seed) {
+        SCOPED_TRACE("seed " + std::to_string(seed));
+        std::uint64_t state = seed * 7919 + 17;
+        const auto next = [&](std::uint64_t below) {
+            state = state * 6364136223846793005u + 1442695040888963407u;
+            return (state >> 33) % below;
+        };
+        const std::uint64_t count = 4 + next(6), side = 2 + next(3);
+        Particles particles;
+        for (std::uint64_t i = 0; i < count; ++i)
+            particles.position.emplace_back(static_cast<float>(next(side)), static_cast<float>(next(side)),
+                                            static_cast<float>(next(2)));
+        constexpr double kRadii[] = {0.5, 1.0, 1.5, 1.25, 2.0, 0.75};
+        compare(particles, kRadii[next(6)]);
+    }
+    Particles pythagoras;  // circles of radius 5 through many whole-numbered points
+    for (const auto& [x, y] : {std::pair{5, 0}, {3, 4}, {4, 3}, {0, 5}, {-3, 4}, {-5, 0}, {0, -5}, {4, -3}})
+        pythagoras.position.emplace_back(static_cast<float>(x), static_cast<float>(y), 0.0f);
+    compare(pythagoras, 5.0);
+    compare(pythagoras, 6.0);
+}
+
+TEST(BallBoundary, ArcsPairUpAndCyclesCloseOnOneBall) {
+    forEveryCloud(kRandomClouds / 3, [](const Cloud& cloud) {
+        const BallBoundary boundary = boundaryOf(cloud.particles, cloud.radius);
+        ASSERT_EQ(boundary.twin.size(), 3 * boundary.triangle.size());
+        for (std::uint32_t h = 0; h < boundary.twin.size(); ++h) {
+            const std::uint32_t t = boundary.twin[h];
+            ASSERT_EQ(boundary.twin[t], h);
+            ASSERT_EQ(boundary.triangle[h / 3][h % 3], boundary.triangle[t / 3][(t + 1) % 3]);
+        }
+        for (std::size_t c = 0; c < boundary.cycle.size(); ++c) {
+            const auto cycle = boundary.cycle[c];
+            ASSERT_GE(cycle.size(), 2u);
+            for (const std::uint32_t h : cycle)
+                ASSERT_EQ(boundary.triangle[h / 3][h % 3], boundary.triangle[cycle[0] / 3][cycle[0] % 3]);
+        }
+        ASSERT_EQ(boundary.cycle.item.size(), boundary.twin.size());
+    });
+}
+
+TEST(BallBoundary, EveryComponentIsAClosedSurface) {
+    // V - E + F of a closed orientable surface is even and at most two per component
+    forEveryCloud(kRandomClouds, [](const Cloud& cloud) {
+        const BallBoundary boundary = boundaryOf(cloud.particles, cloud.radius);
+        std::size_t cycles = 0;
+        UnionFind pieces(boundary.face.size());
+        std::map<std::uint32_t, std::uint32_t> face_of_cycle;
+        for (std::uint32_t f = 0; f < boundary.face.size(); ++f)
+            for (const std::uint32_t c : boundary.face[f]) {
+                ASSERT_TRUE(face_of_cycle.emplace(c, f).second) << "a cycle bounds two faces";
+                ++cycles;
+            }
+        ASSERT_EQ(cycles, boundary.cycle.size() + 2 * boundary.circle.size());
+        std::vector<std::uint32_t> cycle_of(boundary.twin.size());
+        for (std::uint32_t c = 0; c < boundary.cycle.size(); ++c)
+            for (const std::uint32_t h : boundary.cycle[c]) cycle_of[h] = c;
+        for (std::uint32_t h = 0; h < boundary.twin.size(); ++h)  // three faces meet in a vertex
+            pieces.join(face_of_cycle[cycle_of[h]], face_of_cycle[cycle_of[nextInTriangle(h)]]);
+        for (std::uint32_t k = 0; k < boundary.circle.size(); ++k) {
+            const auto row = static_cast<std::uint32_t>(boundary.cycle.size()) + 2 * k;
+            pieces.join(face_of_cycle[row], face_of_cycle[row + 1]);
+        }
+        const std::int64_t euler = eulerCharacteristic(boundary);
+        EXPECT_EQ(euler % 2, 0);
+        EXPECT_LE(euler, 2 * static_cast<std::int64_t>(pieces.groups()));
+    });
+}
+
+TEST(BallBoundary, VerticesLieOnThreeSpheresAndInsideNone) {
+    forEveryCloud(200, [](const Cloud& cloud) {
+        const BallBoundary boundary = boundaryOf(cloud.particles, cloud.radius);
+        const SnappedParticles snapped = snapParticles(cloud.particles, cloud.radius);
+        const double radius = boundary.worldRadius();
+        for (std::size_t v = 0; v < boundary.vertex.size(); ++v)
+            for (std::uint32_t p = 0; p < snapped.size(); ++p) {
+                const double distance = (boundary.vertex[v] - toDouble(snapped.position[p]) * snapped.quantum).length();
+                ASSERT_GE(distance, radius * (1 - 1e-5));
+                for (const std::uint32_t ball : boundary.triangle[v])
+                    if (boundary.snapped_row[ball] == p) {
+                        ASSERT_LE(distance, radius * (1 + 1e-5));
+                    }
+            }
+    });
+}
+
+TEST(BallBoundary, DoesNotDependOnParticleOrder) {
+    forEveryCloud(300, [](const Cloud& cloud) {
+        const BallBoundary one = boundaryOf(cloud.particles, cloud.radius);
+        const BallBoundary other = boundaryOf(shuffled(cloud.particles, 7), cloud.radius);
+        EXPECT_EQ(one.triangle, other.triangle);
+        EXPECT_EQ(one.vertex, other.vertex);
+        EXPECT_EQ(one.twin, other.twin);
+        EXPECT_EQ(one.circle, other.circle);
+        EXPECT_EQ(one.bare, other.bare);
+        EXPECT_EQ(one.face.item, other.face.item);
+    });
+}
+
+TEST(Survivors, NoExposedParticleIsCulled) {
+    forEveryCloud(500, [](const Cloud& cloud) {
+        if (cloud.particles.size() > 400) return;  // without the cull, pairs of neighbours are many
+        const SnappedParticles snapped = snapParticles(cloud.particles, cloud.radius);
+        const Survivors culled = survivors(snapped);
+        Survivors all;  // the same without any cull
+        PatchMask everything;
+        everything.fill(~std::uint64_t{0});
+        for (std::uint32_t i = 0; i < snapped.size(); ++i) {
+            all.particle.push_back(i);
+            all.uncovered.push_back(everything);
+        }
+        const BallBoundary fast = ballBoundary(snapped, culled), slow = ballBoundary(snapped, all);
+        EXPECT_EQ(fast.triangle, slow.triangle);
+        EXPECT_EQ(fast.circle, slow.circle);
+        EXPECT_EQ(fast.bare, slow.bare);
+    });
+}
+
+}  // namespace betamesh

@@ -1,0 +1,34 @@
+// Awkward clouds: what every stage has to survive, each with a name for SCOPED_TRACE.
+
+#pragma once
+
+#include "core/particles.h"
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace betamesh {
+
+/// The radius is that of the balls, in the units of the particles. All clouds have id = row and a velocity
+/// of up to one radius per second that differs from particle to particle, among duplicates too.
+struct Cloud {
+    std::string name;
+    Particles particles;
+    double radius = 0;
+};
+
+/// Nothing, a few, degenerate, flat, thin, dense, huge and plain random ones. Where exactness is the point
+/// (contact at 2r, r-balls through four points and more) coordinates and radius are exact in float32.
+/// Most have fewer than 400 particles, a few about 2,000.
+std::vector<Cloud> awkwardClouds();
+
+/// 3 to 40 particles in a box whose mean spacing dx gives r/dx from 0.6 to 3. A third is snapped to a small
+/// integer grid with a radius that makes exact ties, some are flattened to a plane or a line, some hold
+/// exact duplicates.
+Cloud randomCloud(std::uint64_t seed);
+
+/// The same particles in another order: all arrays permuted alike.
+Particles shuffled(const Particles& particles, std::uint64_t seed);
+
+}  // namespace betamesh

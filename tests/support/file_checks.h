@@ -1,0 +1,57 @@
+// Comparisons for the tests of file formats.
+
+#pragma once
+
+#include "core/error.h"
+#include "core/mesh.h"
+#include "core/particles.h"
+
+#include <gtest/gtest.h>
+
+#include <functional>
+#include <string>
+
+namespace betamesh {
+
+inline void expectSame(const std::vector<Attribute>& a, const std::vector<Attribute>& b) {
+    ASSERT_EQ(a.size(), b.size());
+    for (std::size_t i = 0; i < a.size(); ++i) {
+        SCOPED_TRACE(a[i].name);
+        EXPECT_EQ(a[i].name, b[i].name);
+        EXPECT_EQ(a[i].components, b[i].components);
+        EXPECT_EQ(a[i].real, b[i].real);
+        EXPECT_EQ(a[i].integer, b[i].integer);
+    }
+}
+
+inline void expectSame(const Particles& a, const Particles& b) {
+    EXPECT_EQ(a.position, b.position);
+    EXPECT_EQ(a.velocity, b.velocity);
+    EXPECT_EQ(a.id, b.id);
+    expectSame(a.attributes, b.attributes);
+}
+
+inline void expectSame(const Mesh& a, const Mesh& b) {
+    EXPECT_EQ(a.position, b.position);
+    EXPECT_EQ(a.velocity, b.velocity);
+    EXPECT_EQ(a.triangles, b.triangles);
+    expectSame(a.attributes, b.attributes);
+}
+
+/// The text of the Error that an action must end with.
+inline std::string errorOf(const std::function<void()>& action) {
+    try {
+        action();
+    } catch (const Error& error) {
+        return error.what();
+    }
+    ADD_FAILURE() << "expected an Error";
+    return {};
+}
+
+inline void expectError(const std::function<void()>& action, const std::vector<std::string>& parts) {
+    const std::string text = errorOf(action);
+    for (const std::string& part : parts) EXPECT_NE(text.find(part), std::string::npos) << text << "\nlacks " << part;
+}
+
+}  // namespace betamesh

@@ -1,0 +1,117 @@
+#include "support/oracles.h"
+
+#include "exact/predicates.h"
+#include "exact/snapped_particles.h"
+
+#include <algorithm>
+#include <boost/multiprecision/cpp_bin_float.hpp>
+#include <cmath>
+#include <numbers>
+
+namespace betamesh {
+
+namespace {
+
+Triangle smallestFirst(Triangle t) {
+    std::rotate(t.begin(), std::min_element(t.begin(), t.end()), t.end());
+    return t;
+}
+
+// Calls visit(a, b, c) for every oriented triplet of distinct particles, smallest first.
+template <typename Visit>
+void forEveryOrientedTriplet(std::uint32_t n, const Visit& visit) {
+    for (std::uint32_t a = 0; a < n; ++a)
+        for (std::uint32_t b = a + 1; b < n; ++b)
+            for (std::uint32_t c = a + 1; c < n; ++c)
+                if (b != c) visit(a, b, c);
+}
+
+}  // namespace
+
+TriangleSet canonical(const std::vector<Triangle>& triangles) {
+    TriangleSet set;
+    for (const Triangle& t : triangles) set.insert(smallestFirst(t));
+    return set;
+}
+
+TriangleSet bruteForceAlphaTriangles(const Particles& particles, double radius) {
+    const SnappedParticles snapped = snapParticles(particles, radius);
+    TriangleSet found;
+    forEveryOrientedTriplet(static_cast<std::uint32_t>(snapped.size()), [&](auto a, auto b, auto c) {
+        const Vec3i &origin = snapped.position[a], u = snapped.position[b] - origin, v = snapped.position[c] - origin;
+        if (!ballExists(u, v, snapped.radius)) return;
+        for (std::uint32_t p = 0; p < snapped.size(); ++p) {
+            const Vec3i w = snapped.position[p] - origin;
+            if (p == a || p == b || p == c || w.dot(w) > 4 * snapped.radius * snapped.radius) continue;
+            if (insideBall(u, v, w, 1, snapped.radius)) return;
+        }
+        found.insert(smallestFirst({snapped.row[a], snapped.row[b], snapped.row[c]}));
+    });
+    return found;
+}
+
+TriangleSet perturbedAlphaTriangles(const Particles& particles, double radius) {
+    using Real =
+        boost::multiprecision::number<boost::multiprecision::cpp_bin_float<3000, boost::multiprecision::digit_base_2>,
+                                      boost::multiprecision::et_off>;
+    using Point = std::array<Real, 3>;
+    const auto minus = [](const Point& p, const Point& q) { return Point{p[0] - q[0], p[1] - q[1], p[2] - q[2]}; };
+    const auto inner = [](const Point& p, const Point& q) -> Real { return p[0] * q[0] + p[1] * q[1] + p[2] * q[2]; };
+    const auto outer = [](const Point& p, const Point& q) {
+        return Point{p[1] * q[2] - p[2] * q[1], p[2] * q[0] - p[0] * q[2], p[0] * q[1] - p[1] * q[0]};
+    };
+
+    const SnappedParticles snapped = snapParticles(particles, radius);
+    const auto n = static_cast<std::uint32_t>(snapped.size());
+    std::vector<std::uint32_t> rank(n);  // in lexicographic order
+    for (std::uint32_t i = 0; i < n; ++i)
+        rank[i] =
+            static_cast<std::uint32_t>(std::count_if(snapped.position.begin(), snapped.position.end(),
+                                                     [&](const Vec3i& p) { return before(p, snapped.position[i]); }));
+    std::vector<Point> centre(n);
+    std::vector<Real> squared_radius(n);
+    for (std::uint32_t i = 0; i < n; ++i) {
+        const Vec3i& p = snapped.position[i];
+        centre[i] = {Real(p.x), Real(p.y), Real(p.z)};
+        // R² + η + ε_rank with η = 2^-200, ε_k = 2^-(450 + 180 k)
+        squared_radius[i] = Real(snapped.radius) * snapped.radius + ldexp(Real(1), -200) +
+                            ldexp(Real(1), -450 - 180 * static_cast<int>(rank[i]));
+    }
+
+    TriangleSet found;
+    forEveryOrientedTriplet(n, [&](auto a, auto b, auto c) {
+        const Point u = minus(centre[b], centre[a]), v = minus(centre[c], centre[a]), normal = outer(u, v);
+        const Real n_squared = inner(normal, normal);
+        if (n_squared == 0) return;
+        // the foot x of the point with equal power to all three: x·u = f, x·v = g, x·normal = 0
+        const Real f = (inner(u, u) + squared_radius[a] - squared_radius[b]) / 2;
+        const Real g = (inner(v, v) + squared_radius[a] - squared_radius[c]) / 2;
+        const Point vn = outer(v, normal), nu = outer(normal, u);
+        Point x;
+        for (std::size_t k = 0; k < 3; ++k) x[k] = (f * vn[k] + g * nu[k]) / n_squared;
+        const Real height_squared = squared_radius[a] - inner(x, x);
+        if (height_squared <= 0) return;
+        const Real rise = sqrt(height_squared / n_squared);
+        for (std::size_t k = 0; k < 3; ++k) x[k] += rise * normal[k];
+        for (std::uint32_t p = 0; p < n; ++p) {
+            if (p == a || p == b || p == c) continue;
+            const Point offset = minus(minus(centre[p], centre[a]), x);
+            if (inner(offset, offset) < squared_radius[p]) return;
+        }
+        found.insert(smallestFirst({snapped.row[a], snapped.row[b], snapped.row[c]}));
+    });
+    return found;
+}
+
+double windingNumber(const Mesh& mesh, const Vec3& point) {
+    double solid_angle = 0;  // van Oosterom & Strackee 1983
+    for (const Triangle& t : mesh.triangles) {
+        const Vec3 a = mesh.position[t[0]] - point, b = mesh.position[t[1]] - point, c = mesh.position[t[2]] - point;
+        const double la = a.length(), lb = b.length(), lc = c.length();
+        solid_angle +=
+            2 * std::atan2(dot(a, cross(b, c)), la * lb * lc + dot(a, b) * lc + dot(b, c) * la + dot(c, a) * lb);
+    }
+    return solid_angle / (4 * std::numbers::pi);
+}
+
+}  // namespace betamesh

@@ -1,0 +1,28 @@
+// Slow and obvious answers to judge fast ones by.
+
+#pragma once
+
+#include "core/mesh.h"
+#include "core/particles.h"
+
+#include <set>
+
+namespace betamesh {
+
+/// Oriented triangles of particle rows, each turned so that its smallest row comes first.
+using TriangleSet = std::set<Triangle>;
+
+TriangleSet canonical(const std::vector<Triangle>& triangles);
+
+/// The paper's Algorithm 1: every triplet, both sides, every other particle; with exact predicates.
+/// Coincident particles count once, as the smallest row. O(n⁴).
+TriangleSet bruteForceAlphaTriangles(const Particles& particles, double radius);
+
+/// The same for balls whose squared radii really differ by the tiny amounts that break ties, in floating
+/// point of 3,000 bits: knows nothing of tie rules. O(n⁴), for at most 12 particles.
+TriangleSet perturbedAlphaTriangles(const Particles& particles, double radius);
+
+/// How often a point is enclosed by a closed mesh: its generalised winding number, from solid angles.
+double windingNumber(const Mesh& mesh, const Vec3& point);
+
+}  // namespace betamesh
