@@ -126,7 +126,7 @@ Circumcentre circumcentre(const Vec3& u, const Vec3& v) {
 // The error bounds: u, v, u × v and squared lengths are integers below 2^53, hence exact. With e = 2^-53,
 // N carries 3e, D at most 8e·(4R²N + UVW), the circumcentre 12e·terms/|n|, the height what D hands on. All
 // are doubled or more here; R is at most 2^20, so nothing overflows or underflows.
-ExactBalls::ExactBalls(const Vec3& u, const Vec3& v, double radius) : u_(u), v_(v), radius_(radius) {
+ExactBalls::ExactBalls(const Vec3&, const Vec3& u, const Vec3& v, double radius) : u_(u), v_(v), radius_(radius) {
     constexpr double kRounding = 0x1p-53;
     const Vec3 edge = u - v;
     if (dot(edge, edge) > 4 * radius * radius) return;
@@ -157,12 +157,13 @@ bool ExactBalls::decide(int side, const Vec3& w) const {
     return insideBall(toInteger(u_), toInteger(v_), toInteger(w), side, static_cast<std::int64_t>(radius_));
 }
 
-FloatBalls::FloatBalls(const Vec3& u, const Vec3& v, double radius) : radius_(radius) {
+FloatBalls::FloatBalls(const Vec3& origin, const Vec3& u, const Vec3& v, double radius)
+    : origin_(origin), radius_(radius) {
     const Circumcentre circle = circumcentre(u, v);
     const double circumradius = std::sqrt(circle.uvw) / (2 * std::sqrt(circle.n_squared));
     if (!(circumradius <= radius)) return;  // collinear triplets give infinity or NaN
     exist_ = true;
-    mid_ = circle.centre;
+    foot_ = origin + circle.centre;
     rise_ = circle.normal * std::sqrt((radius * radius - circumradius * circumradius) / circle.n_squared);
 }
 

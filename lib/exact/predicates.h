@@ -47,7 +47,7 @@ int sameSide(const Vec3i& u, const Vec3i& a, const Vec3i& b);
 /// predicates. Offsets come as doubles that hold integers.
 class ExactBalls {
 public:
-    ExactBalls(const Vec3& u, const Vec3& v, double radius);
+    ExactBalls(const Vec3& origin, const Vec3& u, const Vec3& v, double radius);
 
     bool exist() const { return exist_; }
     /// The centre relative to the origin, rounded.
@@ -70,19 +70,24 @@ private:
     bool exist_ = false;
 };
 
-/// The same questions answered as the paper does (Algorithms 1 and 2): in double precision, with no
-/// guarantee. Four particles on one circle, as on any lattice, get all or none of their triangles.
+/// The same questions answered as the paper does (Algorithms 1 and 2): in double precision, on coordinates
+/// as they stand in the world, with no guarantee. Four particles on one circle, as on any lattice, get all
+/// or none of their triangles.
 class FloatBalls {
 public:
-    FloatBalls(const Vec3& u, const Vec3& v, double radius);
+    FloatBalls(const Vec3& origin, const Vec3& u, const Vec3& v, double radius);
 
     bool exist() const { return exist_; }
-    Vec3 centre(int side) const { return side > 0 ? mid_ + rise_ : mid_ - rise_; }
-    bool contains(const Vec3& centre, int, const Vec3& w, double) const { return !((w - centre).length() > radius_); }
+    Vec3 centre(int side) const { return (side > 0 ? foot_ + rise_ : foot_ - rise_) - origin_; }
+    bool contains(const Vec3&, int side, const Vec3& w, double) const {
+        const Vec3 centre = side > 0 ? foot_ + rise_ : foot_ - rise_;
+        return !(((origin_ + w) - centre).length() > radius_);
+    }
 
 private:
+    Vec3 origin_;
     double radius_;
-    Vec3 mid_{0, 0, 0}, rise_{0, 0, 0};
+    Vec3 foot_{0, 0, 0}, rise_{0, 0, 0};
     bool exist_ = false;
 };
 

@@ -73,10 +73,10 @@ bool isEmpty(const Balls& balls, int side, const std::vector<Neighbour>& neighbo
 
 // Is the whole circle in which the sphere at `offset` meets the one at the origin exposed?
 template <typename Balls>
-bool isFullCircle(const Neighbour& other, const std::vector<Neighbour>& neighbours, double radius) {
+bool isFullCircle(const Vec3& origin, const Neighbour& other, const std::vector<Neighbour>& neighbours, double radius) {
     for (const Neighbour& n : neighbours) {
         if (n.particle == other.particle) continue;
-        if (Balls(other.offset, n.offset, radius).exist()) return false;
+        if (Balls(origin, other.offset, n.offset, radius).exist()) return false;
         if (coversCircle(Vec3i(other.offset), Vec3i(n.offset))) return false;
     }
     return true;
@@ -105,7 +105,7 @@ void skinBall(const SnappedParticles& particles, const std::vector<bool>& surviv
         const Neighbour& j = partners[a];
         for (std::size_t b = a + 1; b < partners.size(); ++b) {
             const Neighbour& k = partners[b];
-            const Balls balls(j.offset, k.offset, radius);
+            const Balls balls(origin, j.offset, k.offset, radius);
             if (!balls.exist()) continue;
             for (const int side : {1, -1}) {
                 if (!isEmpty(balls, side, neighbours, j.particle, k.particle, last)) continue;
@@ -114,7 +114,7 @@ void skinBall(const SnappedParticles& particles, const std::vector<bool>& surviv
                 out.vertex.push_back((origin + balls.centre(side)) * particles.quantum);
             }
         }
-        if (isFullCircle<Balls>(j, neighbours, radius)) out.circle.push_back({i, j.particle});
+        if (isFullCircle<Balls>(origin, j, neighbours, radius)) out.circle.push_back({i, j.particle});
     }
 }
 
@@ -225,12 +225,15 @@ std::optional<UnpairedEdge> pairArcEnds(BallBoundary& boundary) {
             surplus += ends[end].begins ? 1 : -1;
         const std::span<ArcEnd> group(&ends[begin], end - begin);
         const std::uint32_t low = boundary.row[group[0].low], high = boundary.row[group[0].high];
-        if (surplus != 0) return surplus > 0 ? UnpairedEdge{low, high} : UnpairedEdge{high, low};
+        if (surplus != 0) {
+            constexpr std::string_view kFault = "is used more often than its opposite";
+            return surplus > 0 ? UnpairedEdge{low, high, kFault} : UnpairedEdge{high, low, kFault};
+        }
         if (group.size() > 2) sortRoundAxis(group, boundary);
         for (std::size_t a = 0; a < group.size(); ++a) {
             if (!group[a].begins) continue;
             const ArcEnd& other = group[(a + 1) % group.size()];
-            if (other.begins) return UnpairedEdge{low, high};
+            if (other.begins) return UnpairedEdge{low, high, "has triangles that overlap instead of pairing up"};
             boundary.twin[group[a].half_edge] = other.half_edge;
             boundary.twin[other.half_edge] = group[a].half_edge;
         }
@@ -260,6 +263,33 @@ std::variant<BallBoundary, UnpairedEdge> build(const SnappedParticles& particles
     return boundary;
 }
 
+// A ball with an exposed point but without triangle or circle: where all of a lattice's triangles were
+// refused alike, nothing is left that could fail to pair up.
+std::optional<UnpairedEdge> forgottenBall(const SnappedParticles& particles, const Survivors& exposed,
+                                          const BallBoundary& boundary) {
+    std::vector<bool> known(particles.size(), false);
+    for (const std::uint32_t p : boundary.snapped_row) known[p] = true;
+    NeighbourFinder finder(particles);
+    std::vector<Neighbour> neighbours;
+    const DirectionPatches& all = directionPatches();
+    const double reach = 2 * static_cast<double>(particles.radius) * (1 + 1e-6);
+    for (std::size_t s = 0; s < exposed.particle.size(); ++s) {
+        if (known[exposed.particle[s]]) continue;
+        finder.find(exposed.particle[s], neighbours);
+        for (std::size_t p = 0; p < kPatches; ++p) {
+            if (!(exposed.uncovered[s][p / 64] >> (p % 64) & 1)) continue;
+            const Vec3 direction(all.x[p], all.y[p], all.z[p]);
+            const auto covers = [&](const Neighbour& n) { return reach * dot(direction, n.offset) >= n.squared; };
+            if (std::any_of(neighbours.begin(), neighbours.end(), covers)) continue;
+            const auto nearest = std::min_element(neighbours.begin(), neighbours.end(),
+                                                  [](const auto& a, const auto& b) { return a.squared < b.squared; });
+            return UnpairedEdge{particles.row[exposed.particle[s]], particles.row[nearest->particle],
+                                "has no triangle, though the first particle's ball is exposed"};
+        }
+    }
+    return std::nullopt;
+}
+
 }  // namespace
 
 BallBoundary ballBoundary(const SnappedParticles& particles, const Survivors& exposed) {
@@ -270,7 +300,10 @@ BallBoundary ballBoundary(const SnappedParticles& particles, const Survivors& ex
 
 std::variant<BallBoundary, UnpairedEdge> ballBoundaryInFloats(const SnappedParticles& particles,
                                                               const Survivors& exposed) {
-    return build<FloatBalls>(particles, exposed);
+    auto built = build<FloatBalls>(particles, exposed);
+    if (const auto* boundary = std::get_if<BallBoundary>(&built))
+        if (const auto forgotten = forgottenBall(particles, exposed, *boundary)) return *forgotten;
+    return built;
 }
 
 }  // namespace betamesh

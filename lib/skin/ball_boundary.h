@@ -6,14 +6,16 @@
 #include "core/exposure.h"
 #include "exact/snapped_particles.h"
 
+#include <string_view>
 #include <variant>
 
 namespace betamesh {
 
-/// Why floating-point predicates gave no valid boundary: an edge that the triangles use more often in one
-/// direction than in the other, as two rows of particles.
+/// Why floating-point predicates gave no valid boundary: an edge between two particles, by their rows, and
+/// what is wrong with it, to follow "the edge from … to … ".
 struct UnpairedEdge {
     std::uint32_t from, to;
+    std::string_view fault;
 };
 
 /// With exact predicates, for every input. All but the faces of cycles, which groupFaces finds.
@@ -24,7 +26,8 @@ struct UnpairedEdge {
 /// source  beta mesh paper, sections 3.2 and 3.3; Edelsbrunner 1993
 BallBoundary ballBoundary(const SnappedParticles& particles, const Survivors& exposed);
 
-/// With the paper's floating-point test, validated by its edge count.
+/// With the paper's floating-point test, validated by its edge count, and by what the edge count cannot see:
+/// that the triangles round an edge close in turn, and that no exposed ball was left without a triangle.
 std::variant<BallBoundary, UnpairedEdge> ballBoundaryInFloats(const SnappedParticles& particles,
                                                               const Survivors& exposed);
 

@@ -49,16 +49,16 @@ Structure floatStructure(const Particles& particles, const SkinParams& params) {
             const auto edge = std::get<UnpairedEdge>(built);
             throw Error("floating-point predicates left the alpha mesh open after " + std::to_string(params.retries) +
                         " retries: the edge from " + describe(particles, edge.from) + " to " +
-                        describe(particles, edge.to) +
-                        " has no opposite; expected every oriented edge to have one. Use exact predicates, more "
-                        "retries or a larger tolerance");
+                        describe(particles, edge.to) + " " + std::string(edge.fault) +
+                        "; expected every oriented edge to have one opposite. Use exact "
+                        "predicates, more retries or a larger tolerance");
         }
     }
 }
 
-BetaMesh betaSurface(const Structure& structure, const std::vector<Moving>& balls, const SkinParams& params,
-                     const Watch& watch) {
-    const std::vector<Moving> vertices = movingVertices(structure.boundary, balls);
+BetaMesh betaSurface(const Particles& particles, const Structure& structure, const std::vector<Moving>& balls,
+                     const SkinParams& params, const Watch& watch) {
+    const std::vector<Moving> vertices = movingVertices(particles, structure.snapped, structure.boundary, balls);
     watch("velocity");
     BetaMesh beta = paperTessellation(structure.boundary, balls, vertices);
     watch("tessellate");
@@ -106,7 +106,7 @@ SkinnedFrame skinFrame(const Particles& particles, const SkinParams& params, con
             frame.mesh = unionOfBalls(structure.snapped, structure.boundary, balls);
             break;
         case SurfaceKind::beta:
-            frame.mesh = asMesh(betaSurface(structure, balls, params, watch));
+            frame.mesh = asMesh(betaSurface(particles, structure, balls, params, watch));
             frame.spheres = externalSpheres(structure.boundary, particles);
             break;
     }

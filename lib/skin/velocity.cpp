@@ -1,6 +1,7 @@
 #include "skin/velocity.h"
 
 #include "core/parallel.h"
+#include "core/rigid_motion.h"
 
 #include <Imath/ImathMatrix.h>
 
@@ -11,7 +12,7 @@ namespace betamesh {
 namespace {
 
 constexpr double kWellConditioned = 0.05;  // of |q1·(q2 × q3)| / r³; 99.9% of vertices lie above
-constexpr double kDamping = 0.25;          // of the squared residuals' weight where the condition is zero
+constexpr double kDamping = 0.25;          // weight of the field against the three equations at condition zero
 
 // The ċ that minimises Σ (q_m·ċ - q_m·v_m)² + damping² |ċ|², q_m of unit length.
 Vec3 dampedSolution(const Vec3 q[3], const double speed[3], double damping) {
@@ -26,19 +27,48 @@ Vec3 dampedSolution(const Vec3 q[3], const double speed[3], double damping) {
     return right * normal.inverse();
 }
 
-Vec3 vertexVelocity(const Vec3& vertex, const Moving ball[3]) {
-    const Vec3 mean = (ball[0].velocity + ball[1].velocity + ball[2].velocity) / 3;
+// The three equations of a vertex, as unit directions and the balls' speeds along them.
+struct SphereEquations {
     Vec3 q[3];
-    double speed[3];  // along q, relative to the mean
-    for (int m = 0; m < 3; ++m) {
-        q[m] = (vertex - ball[m].position).normalized();
-        speed[m] = dot(q[m], ball[m].velocity - mean);
+    Vec3 velocity[3];
+    double determinant;
+
+    SphereEquations(const Vec3& vertex, const Moving& a, const Moving& b, const Moving& c)
+        : q{(vertex - a.position).normalized(), (vertex - b.position).normalized(), (vertex - c.position).normalized()},
+          velocity{a.velocity, b.velocity, c.velocity},
+          determinant(dot(q[0], cross(q[1], q[2]))) {}
+
+    double shortfall() const { return 1 - std::abs(determinant) / kWellConditioned; }
+    // What the spheres ask for beyond a given velocity.
+    void speedsBeyond(const Vec3& field, double speed[3]) const {
+        for (int m = 0; m < 3; ++m) speed[m] = dot(q[m], velocity[m] - field);
     }
-    const double determinant = dot(q[0], cross(q[1], q[2]));
-    const double shortfall = 1 - std::abs(determinant) / kWellConditioned;
-    if (shortfall > 0) return mean + dampedSolution(q, speed, kDamping * shortfall * shortfall);
-    return mean +
-           (cross(q[1], q[2]) * speed[0] + cross(q[2], q[0]) * speed[1] + cross(q[0], q[1]) * speed[2]) / determinant;
+    Vec3 solved() const {
+        const Vec3 mean = (velocity[0] + velocity[1] + velocity[2]) / 3;
+        double speed[3];
+        speedsBeyond(mean, speed);
+        return mean + (cross(q[1], q[2]) * speed[0] + cross(q[2], q[0]) * speed[1] + cross(q[0], q[1]) * speed[2]) /
+                          determinant;
+    }
+    Vec3 damped(const Vec3& field) const {
+        double speed[3];
+        speedsBeyond(field, speed);
+        return field + dampedSolution(q, speed, kDamping * shortfall() * shortfall());
+    }
+};
+
+// The rigid motion of the particles round one, at an offset from it (in quanta).
+Vec3 rigidField(const Particles& particles, const SnappedParticles& snapped, std::uint32_t around, const Vec3& offset,
+                NeighbourFinder& finder, std::vector<Neighbour>& neighbours) {
+    const auto reach = 4 * static_cast<double>(snapped.radius) * static_cast<double>(snapped.radius);
+    finder.find(around, neighbours);
+    neighbours.push_back({Vec3(0, 0, 0), 0, around});
+    RigidMotionFit fit;
+    for (const Neighbour& n : neighbours) {
+        const double w = 1 - n.squared / (1.0001 * reach);
+        fit.add(n.offset, Vec3(particles.velocity[snapped.row[n.particle]]), w * w);
+    }
+    return fit.velocityAt(offset);
 }
 
 }  // namespace
@@ -52,12 +82,25 @@ std::vector<Moving> movingBalls(const BallBoundary& boundary, const Particles& p
     return balls;
 }
 
-std::vector<Moving> movingVertices(const BallBoundary& boundary, const std::vector<Moving>& balls) {
+std::vector<Moving> movingVertices(const Particles& particles, const SnappedParticles& snapped,
+                                   const BallBoundary& boundary, const std::vector<Moving>& balls) {
     std::vector<Moving> vertices(boundary.vertex.size());
-    parallelFor(vertices.size(), 1024, [&](std::size_t v) {
-        const Triangle& t = boundary.triangle[v];
-        const Moving corners[3] = {balls[t[0]], balls[t[1]], balls[t[2]]};
-        vertices[v] = {boundary.vertex[v], vertexVelocity(boundary.vertex[v], corners)};
+    parallelRanges(vertices.size(), 1024, [&](std::size_t begin, std::size_t end) {
+        NeighbourFinder finder(snapped);
+        std::vector<Neighbour> neighbours;
+        for (std::size_t v = begin; v < end; ++v) {
+            vertices[v].position = boundary.vertex[v];
+            if (particles.velocity.empty()) continue;
+            const Triangle& t = boundary.triangle[v];
+            const SphereEquations spheres(boundary.vertex[v], balls[t[0]], balls[t[1]], balls[t[2]]);
+            if (spheres.shortfall() <= 0) {
+                vertices[v].velocity = spheres.solved();
+                continue;
+            }
+            const Vec3 offset = (boundary.vertex[v] - balls[t[0]].position) / boundary.quantum;
+            vertices[v].velocity =
+                spheres.damped(rigidField(particles, snapped, boundary.snapped_row[t[0]], offset, finder, neighbours));
+        }
     });
     return vertices;
 }

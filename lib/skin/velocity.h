@@ -4,6 +4,7 @@
 
 #include "core/ball_boundary.h"
 #include "core/moving.h"
+#include "exact/snapped_particles.h"
 
 namespace betamesh {
 
@@ -13,11 +14,12 @@ std::vector<Moving> movingBalls(const BallBoundary& boundary, const Particles& p
 /// The pure beta vertices and how they move. A vertex c on the spheres round p1, p2, p3 keeps its distance r
 /// from each: (c - p_m)·ċ = (c - p_m)·v_m, three equations for ċ. They are solved exactly while
 /// |q1·(q2 × q3)| / r³ >= 0.05, q_m = c - p_m; below, where the balls barely meet or two particles nearly
-/// coincide, the solution is drawn smoothly towards the mean velocity of the three.
+/// coincide, the solution is drawn smoothly towards the rigid motion of the particles within 2r of p1.
 ///
 /// out     one row per vertex of the boundary, world units and world units per second
-/// same    result for any thread count
+/// same    result for any thread count and particle order
 /// cost    O(vertices)
-std::vector<Moving> movingVertices(const BallBoundary& boundary, const std::vector<Moving>& balls);
+std::vector<Moving> movingVertices(const Particles& particles, const SnappedParticles& snapped,
+                                   const BallBoundary& boundary, const std::vector<Moving>& balls);
 
 }  // namespace betamesh

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <boost/multiprecision/cpp_bin_float.hpp>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 namespace betamesh {
@@ -112,6 +113,26 @@ double windingNumber(const Mesh& mesh, const Vec3& point) {
             2 * std::atan2(dot(a, cross(b, c)), la * lb * lc + dot(a, b) * lc + dot(b, c) * la + dot(c, a) * lb);
     }
     return solid_angle / (4 * std::numbers::pi);
+}
+
+double distanceTo(const Mesh& mesh, const Vec3& point) {
+    const auto toSegment = [](const Vec3& a, const Vec3& b, const Vec3& p) {
+        const Vec3 along = b - a;
+        const double length_squared = along.length2();
+        const double t = length_squared > 0 ? std::clamp(dot(p - a, along) / length_squared, 0.0, 1.0) : 0;
+        return (p - a - along * t).length();
+    };
+    double nearest = std::numeric_limits<double>::infinity();
+    for (const Triangle& t : mesh.triangles) {
+        const Vec3 &a = mesh.position[t[0]], &b = mesh.position[t[1]], &c = mesh.position[t[2]];
+        const Vec3 normal = cross(b - a, c - a);
+        const bool above = dot(cross(b - a, point - a), normal) > 0 && dot(cross(c - b, point - b), normal) > 0 &&
+                           dot(cross(a - c, point - c), normal) > 0;
+        nearest = std::min(nearest,
+                           above ? std::abs(dot(point - a, normal)) / normal.length()
+                                 : std::min({toSegment(a, b, point), toSegment(b, c, point), toSegment(c, a, point)}));
+    }
+    return nearest;
 }
 
 }  // namespace betamesh

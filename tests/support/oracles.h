@@ -25,4 +25,7 @@ TriangleSet perturbedAlphaTriangles(const Particles& particles, double radius);
 /// How often a point is enclosed by a closed mesh: its generalised winding number, from solid angles.
 double windingNumber(const Mesh& mesh, const Vec3& point);
 
+/// From a point to the nearest point of any triangle, by looking at all of them.
+double distanceTo(const Mesh& mesh, const Vec3& point);
+
 }  // namespace betamesh
