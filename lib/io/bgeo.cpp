@@ -1,0 +1,384 @@
+#include "io/bgeo.h"
+
+#include "io/gzip.h"
+
+#include <algorithm>
+#include <limits>
+
+namespace betamesh {
+
+namespace {
+
+// source  the format's own description ("GPD, version 5", once shipped with Houdini) and files of Houdini,
+//         partio and SPlisHSPlasH. Everything is big-endian:
+//   header      "Bgeo" 'V', then nine int32: version, points, primitives, point groups, primitive groups,
+//               point, vertex, primitive and detail attributes
+//   attribute   uint16 length and name, uint16 size, int32 type, defaults: `size` times 4 bytes, or the
+//               table of an indexed string: int32 count, then uint16 length and characters of each
+//   point       x y z w as float, then its attributes
+//   primitive   int32 key, or kRun, uint16 count, int32 key for a run of equals; then what the key says and
+//               the primitive's attributes. Polygon: int32 corners, '<' closed or ':' open, corners.
+//               Particle system: int32 corners, corners. Corner: point index and vertex attributes.
+//   after that  detail attributes, groups, 00 ff: nothing of ours
+enum class Type : std::int32_t { real = 0, integer = 1, string = 4, vector = 5 };
+
+constexpr std::int32_t kVersion = 5;
+constexpr std::uint32_t kRun = 0xffffffff;
+constexpr std::uint32_t kPolygon = 0x00000001;
+constexpr std::uint32_t kParticleSystem = 0x00008000;
+constexpr std::size_t kLongestRun = 65535;
+constexpr std::size_t kPointsOfLongIndices = 65536;  ///< from here on a point index is an int32, else a uint16
+
+struct Declaration {
+    std::string name;
+    std::uint32_t size = 0;  ///< numbers in a row, 4 bytes each
+    Type type = Type::real;
+};
+
+struct Header {
+    std::uint32_t points, primitives, point_attributes, vertex_attributes, primitive_attributes;
+};
+
+std::uint32_t readCount(Cursor& in, const char* what) {
+    const auto count = in.big<std::int32_t>(what);
+    if (count < 0) in.fail(std::string(what) + " is " + std::to_string(count) + ", expected 0 or more");
+    return static_cast<std::uint32_t>(count);
+}
+
+std::string readString(Cursor& in, const char* what) {
+    const auto length = in.big<std::uint16_t>(what);
+    return {reinterpret_cast<const char*>(in.take(length, what)), length};
+}
+
+/// Names the newer formats that share the extension.
+[[noreturn]] void failNotClassic(const Cursor& in) {
+    const std::string_view start = in.rest().substr(0, 64);
+    const bool blosc = start.substr(0, 4) == "scb\0" || start.substr(0, 3) == "scb" || in.file().ends_with(".sc");
+    const bool json = start.substr(0, 5) == "\x7fNSJb" || start.substr(0, 1) == "[" || start.substr(0, 1) == "{";
+    if (blosc || json)
+        throw Error(in.file() + ": is " + (blosc ? "blosc-compressed " : "") +
+                    "JSON geometry of Houdini 12 or later, expected classic .bgeo (version 5). In Houdini write "
+                    "OpenVDB points (.vdb) or .ply instead, or the classic format: gconvert to .bhclassic, then "
+                    "rename that to .bgeo");
+    in.fail("expected classic Houdini geometry, which begins with 'BgeoV'");
+}
+
+Header readHeader(Cursor& in) {
+    if (in.rest().substr(0, 5) != "BgeoV") failNotClassic(in);
+    in.take(5, "magic");
+    const auto version = in.big<std::int32_t>("version");
+    if (version != kVersion)
+        in.fail("version is " + std::to_string(version) + ", expected " + std::to_string(kVersion));
+    Header header = {};
+    header.points = readCount(in, "number of points");
+    header.primitives = readCount(in, "number of primitives");
+    readCount(in, "number of point groups");
+    readCount(in, "number of primitive groups");
+    header.point_attributes = readCount(in, "number of point attributes");
+    header.vertex_attributes = readCount(in, "number of vertex attributes");
+    header.primitive_attributes = readCount(in, "number of primitive attributes");
+    readCount(in, "number of detail attributes");
+    return header;
+}
+
+Declaration readDeclaration(Cursor& in) {
+    Declaration d;
+    d.name = readString(in, "attribute name");
+    d.size = in.big<std::uint16_t>("attribute size");
+    const auto type = in.big<std::int32_t>("attribute type");
+    d.type = static_cast<Type>(type);
+    switch (d.type) {
+        case Type::real:
+        case Type::integer:
+        case Type::vector:
+            in.take(std::size_t{4} * d.size, "attribute default");
+            return d;
+        case Type::string: {
+            const std::uint32_t strings = readCount(in, "number of strings");
+            for (std::uint32_t i = 0; i < strings; ++i) readString(in, "string of an attribute");
+            return d;
+        }
+    }
+    in.fail("attribute '" + d.name + "' has type " + std::to_string(type) +
+            ", expected 0 (float), 1 (int), 4 (string) or 5 (vector)");
+}
+
+std::vector<Declaration> readDeclarations(Cursor& in, std::uint32_t count) {
+    std::vector<Declaration> declarations;
+    for (std::uint32_t i = 0; i < count; ++i) declarations.push_back(readDeclaration(in));
+    return declarations;
+}
+
+std::size_t rowBytes(const std::vector<Declaration>& declarations) {
+    std::size_t bytes = 0;
+    for (const Declaration& d : declarations) bytes += std::size_t{4} * d.size;
+    return bytes;
+}
+
+/// One attribute out of interleaved rows. first: its bytes in the first row.
+template <typename T>
+std::vector<T> readColumn(const std::byte* first, std::size_t rows, std::size_t row_bytes, std::uint32_t size) {
+    std::vector<T> column(rows * size);
+    T* to = column.data();
+    for (std::size_t i = 0; i < rows; ++i)
+        for (std::uint32_t c = 0; c < size; ++c) *to++ = loadBig<T>(first + i * row_bytes + std::size_t{4} * c);
+    return column;
+}
+
+void readPoints(Cursor& in, std::uint32_t n, const std::vector<Declaration>& declarations, const ReadOptions& options,
+                FileContents& contents) {
+    const std::size_t row = 16 + rowBytes(declarations);
+    in.requireRows(n, row, "points");
+    const std::byte* first = in.take(n * row, "points");
+    contents.position.resize(n);
+    for (std::size_t i = 0; i < n; ++i) {
+        const std::byte* p = first + i * row;
+        contents.position[i] = {loadBig<float>(p), loadBig<float>(p + 4), loadBig<float>(p + 8)};
+    }
+    std::size_t at = 16;
+    for (const Declaration& d : declarations) {
+        const std::byte* column = first + at;
+        at += std::size_t{4} * d.size;
+        if (d.type == Type::string || d.size == 0) continue;
+        if (d.type == Type::integer && d.size == 1 && d.name == options.id && contents.id.empty()) {
+            // The bits of a signed number: an id above 2^31 comes back as it was written.
+            const auto ids = readColumn<std::uint32_t>(column, n, row, 1);
+            contents.id.assign(ids.begin(), ids.end());
+            continue;
+        }
+        Attribute a;
+        a.name = d.name;
+        a.components = d.size;
+        if (d.type == Type::integer)
+            a.integer = readColumn<std::int32_t>(column, n, row, d.size);
+        else
+            a.real = readColumn<float>(column, n, row, d.size);
+        contents.attributes.push_back(std::move(a));
+    }
+}
+
+class PrimitiveReader {
+public:
+    PrimitiveReader(Cursor& in, const Header& header, const ReadOptions& options, FileContents& contents)
+        : in_(in), options_(options), contents_(contents), points_(header.points), primitives_(header.primitives) {
+        const auto vertex = readDeclarations(in, header.vertex_attributes);
+        primitive_bytes_ = rowBytes(readDeclarations(in, header.primitive_attributes));
+        corner_bytes_ = (points_ < kPointsOfLongIndices ? 2 : 4) + rowBytes(vertex);
+    }
+
+    void readAll() {
+        for (std::uint32_t done = 0; done < primitives_;) {
+            auto key = in_.big<std::uint32_t>("primitive");
+            std::uint32_t count = 1;
+            if (key == kRun) {
+                count = in_.big<std::uint16_t>("length of a run of primitives");
+                key = in_.big<std::uint32_t>("primitive");
+                if (count == 0 || count > primitives_ - done)
+                    in_.fail("a run has " + std::to_string(count) + " primitives, expected 1 to " +
+                             std::to_string(primitives_ - done));
+            }
+            if (key != kPolygon && key != kParticleSystem) {
+                if (options_.skip_unknown_faces) return;
+                in_.fail("primitive has type " + std::to_string(key) +
+                         ", expected polygons (1) or particle systems (32768)");
+            }
+            for (std::uint32_t i = 0; i < count; ++i) readOne(key);
+            done += count;
+        }
+    }
+
+private:
+    void readOne(std::uint32_t key) {
+        const std::uint32_t size = readCount(in_, "number of corners");
+        if (key == kParticleSystem) {
+            in_.requireRows(size, corner_bytes_, "corners of a particle system");
+            in_.take(size * corner_bytes_, "corners of a particle system");
+        } else {
+            readPolygon(size);
+        }
+        in_.take(primitive_bytes_, "primitive attributes");
+    }
+
+    void readPolygon(std::uint32_t size) {
+        const char closed = in_.big<char>("closed flag of a polygon");
+        if (closed != '<' && closed != ':')
+            in_.fail("a polygon is neither closed ('<') nor open (':') but " + std::to_string(int{closed}));
+        in_.requireRows(size, corner_bytes_, "corners of a polygon");
+        const std::byte* corners = in_.take(size * corner_bytes_, "corners of a polygon");
+        polygon_.resize(size);
+        // Houdini's polygons run clockwise seen from outside, ours the other way.
+        for (std::size_t i = 0; i < size; ++i) {
+            const std::uint32_t corner = cornerAt(corners + i * corner_bytes_);
+            if (corner >= points_)
+                in_.fail("a polygon has corner " + std::to_string(corner) + ", expected less than " +
+                         std::to_string(points_));
+            polygon_[(size - i) % size] = corner;
+        }
+        if (closed == '<')
+            appendFan(polygon_, contents_.triangles);
+        else if (size > 1)
+            contents_.edges += size - 1;
+        contents_.declares_faces = contents_.declares_faces || closed == '<';
+    }
+
+    std::uint32_t cornerAt(const std::byte* bytes) const {
+        if (points_ < kPointsOfLongIndices) return loadBig<std::uint16_t>(bytes);
+        return loadBig<std::uint32_t>(bytes);
+    }
+
+    Cursor& in_;
+    const ReadOptions& options_;
+    FileContents& contents_;
+    std::uint32_t points_;
+    std::uint32_t primitives_;
+    std::size_t corner_bytes_ = 0;
+    std::size_t primitive_bytes_ = 0;
+    std::vector<std::uint32_t> polygon_;
+};
+
+std::string wordOf(Type type) {
+    switch (type) {
+        case Type::real:
+            return "float";
+        case Type::integer:
+            return "int";
+        case Type::string:
+            return "string";
+        case Type::vector:
+            return "vector";
+    }
+    return "unknown";
+}
+
+// Writing.
+
+void writeHeader(ByteWriter& out, std::size_t points, std::size_t primitives, std::size_t attributes,
+                 const std::string& file) {
+    constexpr std::size_t kMax = std::numeric_limits<std::int32_t>::max();
+    if (points > kMax || primitives > kMax)
+        throw Error(file + ": " + std::to_string(points) + " points and " + std::to_string(primitives) +
+                    " polygons, expected at most " + std::to_string(kMax) + " in a .bgeo file");
+    out.text("BgeoV");
+    out.big(kVersion);
+    for (const std::size_t count : {points, primitives, std::size_t{0}, std::size_t{0}, attributes, std::size_t{0},
+                                    std::size_t{0}, std::size_t{0}})
+        out.big(static_cast<std::int32_t>(count));
+}
+
+void writeDeclaration(ByteWriter& out, std::string_view name, std::uint32_t size, Type type) {
+    out.big(static_cast<std::uint16_t>(name.size()));
+    out.text(name);
+    out.big(static_cast<std::uint16_t>(size));
+    out.big(static_cast<std::int32_t>(type));
+    for (std::uint32_t i = 0; i < size; ++i) out.big(std::int32_t{0});
+}
+
+void writeDeclarations(ByteWriter& out, const std::vector<Attribute>& attributes) {
+    for (const Attribute& a : attributes)
+        writeDeclaration(out, a.name, a.components, a.integer.empty() ? Type::real : Type::integer);
+}
+
+template <typename Vector>
+void writeVector(ByteWriter& out, const Vector& v) {
+    out.big(static_cast<float>(v.x));
+    out.big(static_cast<float>(v.y));
+    out.big(static_cast<float>(v.z));
+}
+
+template <typename Vector>
+void writePosition(ByteWriter& out, const Vector& p) {
+    writeVector(out, p);
+    out.big(1.0F);
+}
+
+void writeAttributeRow(ByteWriter& out, const std::vector<Attribute>& attributes, std::size_t row) {
+    for (const Attribute& a : attributes)
+        for (std::size_t i = row * a.components; i < (row + 1) * a.components; ++i) {
+            if (a.integer.empty())
+                out.big(a.real[i]);
+            else
+                out.big(a.integer[i]);
+        }
+}
+
+void writeEnd(ByteWriter& out) {
+    out.big(std::uint16_t{0x00ff});
+    out.flush();
+}
+
+template <typename Index>
+void writeTriangles(ByteWriter& out, const std::vector<Triangle>& triangles) {
+    for (std::size_t i = 0; i < triangles.size(); ++i) {
+        if (i % kLongestRun == 0) {
+            out.big(kRun);
+            out.big(static_cast<std::uint16_t>(std::min(kLongestRun, triangles.size() - i)));
+            out.big(kPolygon);
+        }
+        out.big(std::int32_t{3});
+        out.text("<");
+        const Triangle& t = triangles[i];  // clockwise: see readPolygon
+        for (const std::uint32_t corner : {t[0], t[2], t[1]}) out.big(static_cast<Index>(corner));
+    }
+}
+
+}  // namespace
+
+FileContents parseBgeo(std::span<const std::byte> bytes, const std::string& file, const ReadOptions& options) {
+    if (isGzip(bytes)) {
+        const Bytes plain = gunzip(bytes, file);
+        if (isGzip(plain)) throw Error(file + ": is compressed twice, expected classic .bgeo inside gzip");
+        FileContents contents = parseBgeo(plain, file, options);
+        contents.format += ", gzip";
+        return contents;
+    }
+    Cursor in(bytes, file);
+    const Header header = readHeader(in);
+    FileContents contents;
+    contents.format = "bgeo V5";
+    contents.declared.push_back({"P", "float", 4, {}});
+    const auto declarations = readDeclarations(in, header.point_attributes);
+    for (const Declaration& d : declarations) contents.declared.push_back({d.name, wordOf(d.type), d.size, {}});
+    readPoints(in, header.points, declarations, options, contents);
+    if (options.faces) PrimitiveReader(in, header, options, contents).readAll();
+    return contents;
+}
+
+void encodeBgeo(ByteWriter& out, const Particles& particles, const std::string& file) {
+    const std::size_t n = particles.size();
+    const bool has_velocity = !particles.velocity.empty() || n == 0;
+    const bool has_id = !particles.id.empty() || n == 0;
+    requireWritable(particles, file);
+    requireWritable(particles.attributes, n, {"P", "v", "id"}, file);
+    writeHeader(out, n, 0, particles.attributes.size() + has_velocity + has_id, file);
+    if (has_velocity) writeDeclaration(out, "v", 3, Type::vector);
+    if (has_id) writeDeclaration(out, "id", 1, Type::integer);
+    writeDeclarations(out, particles.attributes);
+    for (std::size_t i = 0; i < n; ++i) {
+        writePosition(out, particles.position[i]);
+        if (has_velocity) writeVector(out, particles.velocity[i]);
+        if (has_id) out.big(idOf32Bits(particles.id, i, file));
+        writeAttributeRow(out, particles.attributes, i);
+    }
+    writeEnd(out);
+}
+
+void encodeBgeo(ByteWriter& out, const Mesh& mesh, const std::string& file) {
+    const std::size_t n = mesh.position.size();
+    requireWritable(mesh, file);
+    requireWritable(mesh.attributes, n, {"P", "v"}, file);
+    writeHeader(out, n, mesh.triangles.size(), mesh.attributes.size() + 1, file);
+    writeDeclaration(out, "v", 3, Type::vector);
+    writeDeclarations(out, mesh.attributes);
+    for (std::size_t i = 0; i < n; ++i) {
+        writePosition(out, mesh.position[i]);
+        writeVector(out, mesh.velocity.empty() ? Vec3(0, 0, 0) : mesh.velocity[i]);
+        writeAttributeRow(out, mesh.attributes, i);
+    }
+    if (n < kPointsOfLongIndices)
+        writeTriangles<std::uint16_t>(out, mesh.triangles);
+    else
+        writeTriangles<std::uint32_t>(out, mesh.triangles);
+    writeEnd(out);
+}
+
+}  // namespace betamesh

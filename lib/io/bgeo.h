@@ -1,0 +1,22 @@
+// Classic Houdini geometry (.bgeo, version 5, big-endian), as it was written until Houdini 11 and still is by
+// partio, SPlisHSPlasH and many solvers.
+
+#pragma once
+
+#include "core/mesh.h"
+#include "core/particles.h"
+#include "io/bytes.h"
+#include "io/file_contents.h"
+
+namespace betamesh {
+
+/// Points, point attributes (float, int, vector; strings are passed over) and polygons. Gzip is undone.
+///
+/// file    for messages
+/// errors  a damaged file, with the byte; the JSON formats of Houdini 12 and later, with advice
+FileContents parseBgeo(std::span<const std::byte> bytes, const std::string& file, const ReadOptions& options = {});
+
+void encodeBgeo(ByteWriter& out, const Particles& particles, const std::string& file);
+void encodeBgeo(ByteWriter& out, const Mesh& mesh, const std::string& file);
+
+}  // namespace betamesh

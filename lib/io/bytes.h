@@ -1,0 +1,165 @@
+// Bytes in memory: a bounded cursor to read them, a buffered writer to make them, whole files.
+
+#pragma once
+
+#include "core/error.h"
+
+#include <array>
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <filesystem>
+#include <functional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <type_traits>
+#include <vector>
+
+namespace betamesh {
+
+using Bytes = std::vector<std::byte>;
+
+/// The same number with its bytes in the other order.
+template <typename T>
+T withBytesReversed(T number) {
+    if constexpr (sizeof(T) == 8)
+        return std::bit_cast<T>(__builtin_bswap64(std::bit_cast<std::uint64_t>(number)));
+    else if constexpr (sizeof(T) == 4)
+        return std::bit_cast<T>(__builtin_bswap32(std::bit_cast<std::uint32_t>(number)));
+    else if constexpr (sizeof(T) == 2)
+        return std::bit_cast<T>(__builtin_bswap16(std::bit_cast<std::uint16_t>(number)));
+    else
+        return number;
+}
+
+/// A number from memory of any alignment; other_order: its bytes are in the order this machine does not use.
+template <typename T>
+T loadNumber(const std::byte* from, bool other_order) {
+    std::array<std::byte, sizeof(T)> raw;
+    std::memcpy(raw.data(), from, sizeof(T));
+    if constexpr (std::is_floating_point_v<T>) {  // reversed as an integer: a float could not hold every bit pattern
+        using Whole = std::conditional_t<sizeof(T) == 4, std::uint32_t, std::uint64_t>;
+        const auto bits = std::bit_cast<Whole>(raw);
+        return std::bit_cast<T>(other_order ? withBytesReversed(bits) : bits);
+    } else {
+        const T number = std::bit_cast<T>(raw);
+        return other_order ? withBytesReversed(number) : number;
+    }
+}
+
+template <typename T>
+T loadBig(const std::byte* from) {
+    return loadNumber<T>(from, std::endian::native == std::endian::little);
+}
+
+/// Walks through the bytes of one file and never leaves them: what a damaged count asks for beyond the end is
+/// an Error with file and byte offset, before anything is allocated for it.
+class Cursor {
+public:
+    Cursor(std::span<const std::byte> bytes, std::string file) : bytes_(bytes), file_(std::move(file)) {}
+
+    std::size_t offset() const { return offset_; }
+    std::size_t remaining() const { return bytes_.size() - offset_; }
+    const std::string& file() const { return file_; }
+
+    /// The next count bytes, which it steps over.
+    const std::byte* take(std::size_t count, const char* what) {
+        requireRows(1, count, what);
+        const std::byte* here = bytes_.data() + offset_;
+        offset_ += count;
+        return here;
+    }
+
+    template <typename T>
+    T big(const char* what) {
+        return loadBig<T>(take(sizeof(T), what));
+    }
+
+    /// Fails unless rows of bytes_per_row each still fit in the file.
+    void requireRows(std::uint64_t rows, std::uint64_t bytes_per_row, const char* what) const {
+        if (bytes_per_row != 0 && rows > remaining() / bytes_per_row) failTruncated(rows, bytes_per_row, what);
+    }
+
+    std::string_view rest() const { return {reinterpret_cast<const char*>(bytes_.data()) + offset_, remaining()}; }
+
+    [[noreturn]] void fail(const std::string& text) const {
+        throw Error(file_ + ": byte " + std::to_string(offset_) + ": " + text);
+    }
+
+private:
+    [[noreturn]] void failTruncated(std::uint64_t rows, std::uint64_t bytes_per_row, const char* what) const {
+        fail(std::string(what) + " needs " + (rows == 1 ? "" : std::to_string(rows) + " times ") +
+             std::to_string(bytes_per_row) + " bytes, the file ends after " + std::to_string(remaining()) +
+             " (truncated, or a damaged count)");
+    }
+
+    std::span<const std::byte> bytes_;
+    std::string file_;
+    std::size_t offset_ = 0;
+};
+
+/// Collects bytes and hands them on in large pieces.
+class ByteWriter {
+public:
+    using Drain = std::function<void(std::span<const std::byte>)>;
+
+    explicit ByteWriter(Drain drain) : drain_(std::move(drain)) { buffer_.resize(kCapacity); }
+
+    void text(std::string_view characters) {
+        if (characters.size() > kCapacity) {
+            flush();
+            drain_(std::as_bytes(std::span(characters)));
+        } else {
+            put(characters.data(), characters.size());
+        }
+    }
+
+    template <typename T>
+    void little(T number) {
+        putOrdered(number, std::endian::native != std::endian::little);
+    }
+    template <typename T>
+    void big(T number) {
+        putOrdered(number, std::endian::native == std::endian::little);
+    }
+
+    /// Must be called at the end.
+    void flush() {
+        if (used_ > 0) drain_({buffer_.data(), used_});
+        used_ = 0;
+    }
+
+private:
+    /// count: at most kCapacity.
+    void put(const void* from, std::size_t count) {
+        if (count > kCapacity - used_) flush();
+        if (count > 0) std::memcpy(buffer_.data() + used_, from, count);
+        used_ += count;
+    }
+
+    static constexpr std::size_t kCapacity = std::size_t{1} << 18;
+
+    template <typename T>
+    void putOrdered(T number, bool other_order) {
+        if constexpr (std::is_same_v<T, float>)
+            putOrdered(std::bit_cast<std::uint32_t>(number), other_order);
+        else
+            putRaw(other_order ? withBytesReversed(number) : number);
+    }
+
+    template <typename T>
+    void putRaw(T number) {
+        put(&number, sizeof(number));
+    }
+
+    Drain drain_;
+    Bytes buffer_;
+    std::size_t used_ = 0;
+};
+
+/// The whole file. Throws Error with its name and the system's reason.
+Bytes readWholeFile(const std::filesystem::path& path);
+
+}  // namespace betamesh

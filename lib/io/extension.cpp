@@ -1,0 +1,71 @@
+#include "io/extension.h"
+
+#include "core/error.h"
+#include "io/gzip.h"
+#include "io/output_file.h"
+
+#include <cctype>
+#include <optional>
+
+namespace betamesh {
+
+namespace {
+
+std::string lowerName(const std::filesystem::path& path) {
+    std::string name = path.filename().string();
+    for (char& c : name) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    return name;
+}
+
+std::optional<Extension> find(const std::string& name) {
+    // .bhclassic is what Houdini calls the classic format today. A modern .bgeo.sc is recognised when read.
+    for (const char* ending : {".bgeo", ".bgeo.gz", ".bgeo.sc", ".bhclassic"})
+        if (name.ends_with(ending)) return Extension::bgeo;
+    if (name.ends_with(".ply")) return Extension::ply;
+    if (name.ends_with(".vdb")) return Extension::vdb;
+    if (name.ends_with(".obj")) return Extension::obj;
+    return std::nullopt;
+}
+
+[[noreturn]] void failUnknown(const std::filesystem::path& path, const char* kind, const char* known) {
+    throw Error(path.string() + ": unknown extension for " + kind + ", expected one of " + known);
+}
+
+}  // namespace
+
+Extension particleExtension(const std::filesystem::path& path) {
+    const auto extension = find(lowerName(path));
+    if (!extension || *extension == Extension::obj) failUnknown(path, "particles", ".bgeo .bgeo.gz .ply .vdb");
+    return *extension;
+}
+
+Extension meshExtension(const std::filesystem::path& path) {
+    const auto extension = find(lowerName(path));
+    if (!extension || *extension == Extension::vdb) failUnknown(path, "a mesh", ".bgeo .bgeo.gz .obj .ply");
+    return *extension;
+}
+
+Extension anyExtension(const std::filesystem::path& path) {
+    const auto extension = find(lowerName(path));
+    if (!extension) failUnknown(path, "particles or a mesh", ".bgeo .bgeo.gz .obj .ply .vdb");
+    return *extension;
+}
+
+void writeEncoded(const std::filesystem::path& path, const std::function<void(ByteWriter&)>& encode) {
+    const std::string name = lowerName(path);
+    if (name.ends_with(".sc")) throw Error(path.string() + ": .bgeo.sc cannot be written, expected .bgeo or .bgeo.gz");
+    OutputFile file(path);
+    if (name.ends_with(".gz")) {
+        Bytes plain;
+        ByteWriter out(
+            [&](std::span<const std::byte> piece) { plain.insert(plain.end(), piece.begin(), piece.end()); });
+        encode(out);
+        file.write(gzip(plain));
+    } else {
+        ByteWriter out([&](std::span<const std::byte> piece) { file.write(piece); });
+        encode(out);
+    }
+    file.commit();
+}
+
+}  // namespace betamesh

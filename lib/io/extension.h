@@ -1,0 +1,22 @@
+// Which format a name asks for, and writing it.
+
+#pragma once
+
+#include "io/bytes.h"
+
+#include <filesystem>
+#include <functional>
+
+namespace betamesh {
+
+enum class Extension { bgeo, ply, vdb, obj };
+
+/// By the name alone, in upper or lower case; .bgeo.gz is .bgeo. Throws Error that lists the known ones.
+Extension particleExtension(const std::filesystem::path& path);  ///< .bgeo .ply .vdb
+Extension meshExtension(const std::filesystem::path& path);      ///< .bgeo .obj .ply
+Extension anyExtension(const std::filesystem::path& path);       ///< .bgeo .obj .ply .vdb
+
+/// Writes what encode writes, whole or not at all; through gzip when the name ends in .gz.
+void writeEncoded(const std::filesystem::path& path, const std::function<void(ByteWriter&)>& encode);
+
+}  // namespace betamesh

@@ -1,0 +1,177 @@
+#include "io/file_contents.h"
+
+#include "core/error.h"
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <limits>
+
+namespace betamesh {
+
+namespace {
+
+bool isVelocity(const Attribute& a, std::size_t n) { return a.components == 3 && a.real.size() == 3 * n; }
+
+std::vector<Vec3f> rowsOf(const std::vector<float>& numbers) {
+    std::vector<Vec3f> rows(numbers.size() / 3);
+    for (std::size_t i = 0; i < rows.size(); ++i) rows[i] = {numbers[3 * i], numbers[3 * i + 1], numbers[3 * i + 2]};
+    return rows;
+}
+
+std::string namesOf(const FileContents& contents) {
+    std::string names;
+    for (const AttributeInfo& a : contents.declared) names += (names.empty() ? "'" : ", '") + a.name + "'";
+    return names.empty() ? "none" : names;
+}
+
+/// Takes the velocity out of the attributes; asked_for empty: whichever usual name exists.
+std::vector<Vec3f> takeVelocity(FileContents& contents, const std::string& asked_for, const std::string& file) {
+    const std::size_t n = contents.position.size();
+    if (n == 0) return {};
+    std::vector<std::string> wanted{"v", "velocity", "vel"};
+    if (!asked_for.empty()) wanted = {asked_for};
+    for (const std::string& name : wanted) {
+        const auto found = std::find_if(contents.attributes.begin(), contents.attributes.end(),
+                                        [&](const Attribute& a) { return a.name == name; });
+        if (found == contents.attributes.end()) continue;
+        if (isVelocity(*found, n)) {
+            std::vector<Vec3f> velocity = rowsOf(found->real);
+            contents.attributes.erase(found);
+            return velocity;
+        }
+        if (!asked_for.empty())
+            throw Error(file + ": velocity attribute '" + name + "' has " + std::to_string(found->components) +
+                        (found->real.empty() ? " integers" : " floats") + " per point, expected 3 floats");
+    }
+    if (!asked_for.empty())
+        throw Error(file + ": has no velocity attribute '" + asked_for + "', found " + namesOf(contents));
+    return {};
+}
+
+template <typename Vector>
+bool finite(const Vector& v) {
+    return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
+}
+
+template <typename Vector>
+void requireFinite(const std::vector<Vector>& rows, const char* what, const std::string& file) {
+    for (std::size_t i = 0; i < rows.size(); ++i)
+        if (!finite(rows[i]))
+            throw Error(file + ": vertex " + std::to_string(i) + ": " + what + " is (" + std::to_string(rows[i].x) +
+                        ", " + std::to_string(rows[i].y) + ", " + std::to_string(rows[i].z) +
+                        "), expected finite numbers");
+}
+
+}  // namespace
+
+Attribute integerAttribute(std::string name, std::uint32_t components, std::vector<std::int64_t> values) {
+    using Limits = std::numeric_limits<std::int32_t>;
+    Attribute a;
+    a.name = std::move(name);
+    a.components = components;
+    const bool fits =
+        std::all_of(values.begin(), values.end(), [](auto v) { return v >= Limits::min() && v <= Limits::max(); });
+    if (fits)
+        std::transform(values.begin(), values.end(), std::back_inserter(a.integer),
+                       [](auto v) { return static_cast<std::int32_t>(v); });
+    else
+        std::transform(values.begin(), values.end(), std::back_inserter(a.real),
+                       [](auto v) { return static_cast<float>(v); });
+    return a;
+}
+
+void appendFan(const std::vector<std::uint32_t>& corners, std::vector<Triangle>& triangles) {
+    for (std::size_t i = 2; i < corners.size(); ++i) triangles.push_back({corners[0], corners[i - 1], corners[i]});
+}
+
+Particles particlesFrom(FileContents contents, const AttributeNames& names, const std::string& file) {
+    Particles particles;
+    particles.velocity = takeVelocity(contents, names.velocity, file);
+    if (!names.id.empty() && contents.id.empty() && !contents.position.empty())
+        throw Error(file + ": has no id attribute '" + names.id + "' of one integer per point, found " +
+                    namesOf(contents));
+    particles.position = std::move(contents.position);
+    particles.id = std::move(contents.id);
+    particles.attributes = std::move(contents.attributes);
+    requireWritable(particles, file);
+    return particles;
+}
+
+Mesh meshFrom(FileContents contents, const std::string& file) {
+    Mesh mesh;
+    for (const Vec3f& v : takeVelocity(contents, {}, file)) mesh.velocity.emplace_back(v);
+    mesh.position.reserve(contents.position.size());
+    for (const Vec3f& p : contents.position) mesh.position.emplace_back(p);
+    mesh.triangles = std::move(contents.triangles);
+    mesh.attributes = std::move(contents.attributes);
+    requireWritable(mesh, file);
+    return mesh;
+}
+
+void requireWritable(const std::vector<Attribute>& attributes, std::size_t n, std::vector<std::string> taken,
+                     const std::string& file) {
+    for (const Attribute& a : attributes) {
+        const std::string where = file + ": attribute '" + a.name + "'";
+        if (a.name.empty() || a.name.size() > 200 || a.name.find_first_of(" \t\r\n\v\f") != std::string::npos ||
+            a.name.find('\0') != std::string::npos)
+            throw Error(where + ": expected a name of 1 to 200 characters without white space");
+        if (std::find(taken.begin(), taken.end(), a.name) != taken.end())
+            throw Error(where + ": the name is in use, expected another");
+        if (!a.real.empty() && !a.integer.empty())
+            throw Error(where + " has both floats and integers, expected one of them");
+        if (a.components == 0 || a.components > 1000)
+            throw Error(where + " has " + std::to_string(a.components) + " components, expected 1 to 1000");
+        const std::size_t numbers = std::max(a.real.size(), a.integer.size());
+        if (numbers != n * a.components)
+            throw Error(where + " has " + std::to_string(numbers) + " numbers, expected " +
+                        std::to_string(a.components) + " for each of " + std::to_string(n) + " points");
+        taken.push_back(a.name);
+    }
+}
+
+std::uint32_t idOf32Bits(const std::vector<std::uint64_t>& ids, std::size_t i, const std::string& file) {
+    constexpr std::uint64_t kMax = std::numeric_limits<std::uint32_t>::max();
+    if (ids[i] > kMax)
+        throw Error(file + ": particle " + std::to_string(i) + ": id is " + std::to_string(ids[i]) +
+                    ", expected at most " + std::to_string(kMax) + " in this format; .vdb holds 64 bits");
+    return static_cast<std::uint32_t>(ids[i]);
+}
+
+Particles particlesOf(const Spheres& spheres, const std::string& radius_name, const std::string& file) {
+    const std::size_t n = spheres.size();
+    if (spheres.radius.size() != n)
+        throw Error(file + ": radius has " + std::to_string(spheres.radius.size()) + " rows, expected " +
+                    std::to_string(n));
+    Particles particles;
+    for (const Vec3& p : spheres.position) particles.position.emplace_back(p);
+    for (const Vec3& v : spheres.velocity) particles.velocity.emplace_back(v);
+    if (particles.velocity.empty()) particles.velocity.resize(n, Vec3f(0, 0, 0));
+    particles.id = spheres.id;
+    particles.attributes.push_back({radius_name, 1, spheres.radius, {}});
+    return particles;
+}
+
+void requireWritable(const Particles& particles, const std::string& file) {
+    try {
+        validate(particles);
+    } catch (const Error& error) {
+        throw Error(file + ": " + error.what());
+    }
+}
+
+void requireWritable(const Mesh& mesh, const std::string& file) {
+    const std::size_t n = mesh.position.size();
+    if (!mesh.velocity.empty() && mesh.velocity.size() != n)
+        throw Error(file + ": velocity has " + std::to_string(mesh.velocity.size()) + " rows, expected none or " +
+                    std::to_string(n));
+    requireFinite(mesh.position, "position", file);
+    requireFinite(mesh.velocity, "velocity", file);
+    for (std::size_t i = 0; i < mesh.triangles.size(); ++i)
+        for (const std::uint32_t corner : mesh.triangles[i])
+            if (corner >= n)
+                throw Error(file + ": triangle " + std::to_string(i) + " has vertex " + std::to_string(corner) +
+                            ", expected less than " + std::to_string(n));
+}
+
+}  // namespace betamesh

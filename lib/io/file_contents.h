@@ -1,0 +1,59 @@
+// What every reader of a format makes of a file, before it becomes particles, a mesh or a report.
+
+#pragma once
+
+#include "core/mesh.h"
+#include "core/particles.h"
+#include "io/file_info.h"
+#include "io/particle_file.h"
+
+namespace betamesh {
+
+/// Rows are points, in the order of the file. Attributes hold everything but position and the id that was
+/// asked for; velocity is still among them.
+struct FileContents {
+    std::string format;                   ///< as FileInfo::format
+    std::vector<AttributeInfo> declared;  ///< as FileInfo::attributes
+    std::vector<Vec3f> position;
+    std::vector<std::uint64_t> id;  ///< n rows or none
+    std::vector<Attribute> attributes;
+    std::vector<Triangle> triangles;  ///< counter-clockwise seen from outside, corners within the points
+    std::size_t edges = 0;
+    bool declares_faces = false;  ///< also when there are none
+};
+
+/// What a reader is to look for.
+struct ReadOptions {
+    std::string id = "id";            ///< attribute that becomes FileContents::id; empty: none
+    bool faces = true;                ///< false: the points are enough
+    bool skip_unknown_faces = false;  ///< stop at primitives that are no polygons, rather than fail
+};
+
+/// Integers as an attribute: float where some do not fit in 32 bits.
+Attribute integerAttribute(std::string name, std::uint32_t components, std::vector<std::int64_t> values);
+
+/// A corner list as a fan of triangles; fewer than three corners give none.
+void appendFan(const std::vector<std::uint32_t>& corners, std::vector<Triangle>& triangles);
+
+/// Finds velocity among the attributes and validates. Errors begin with the file's name.
+Particles particlesFrom(FileContents contents, const AttributeNames& names, const std::string& file);
+Mesh meshFrom(FileContents contents, const std::string& file);
+
+/// Spheres as particles with velocity (zeros where there is none) and the radius as an attribute.
+Particles particlesOf(const Spheres& spheres, const std::string& radius_name, const std::string& file);
+
+/// Throws Error unless every column has one row for each of n points, exactly one kind of numbers, a name
+/// without white space that no other column has; taken: the names that the format uses itself.
+void requireWritable(const std::vector<Attribute>& attributes, std::size_t n, std::vector<std::string> taken,
+                     const std::string& file);
+
+/// The id of row i for a format whose ids have 32 bits. Throws Error where it needs more.
+std::uint32_t idOf32Bits(const std::vector<std::uint64_t>& ids, std::size_t i, const std::string& file);
+
+/// Throws Error unless validate() passes.
+void requireWritable(const Particles& particles, const std::string& file);
+
+/// Throws Error unless rows match, corners exist and positions and velocities are finite.
+void requireWritable(const Mesh& mesh, const std::string& file);
+
+}  // namespace betamesh

@@ -1,0 +1,55 @@
+#include "io/mesh_file.h"
+
+#include "core/error.h"
+#include "io/bgeo.h"
+#include "io/bytes.h"
+#include "io/extension.h"
+#include "io/obj.h"
+#include "io/ply.h"
+
+namespace betamesh {
+
+Mesh readMesh(const std::filesystem::path& path) {
+    const Extension extension = meshExtension(path);
+    ReadOptions options;
+    options.id.clear();  // of a mesh, an id is an attribute like any other
+    const Bytes bytes = readWholeFile(path);
+    const std::string file = path.string();
+    switch (extension) {
+        case Extension::ply:
+            return meshFrom(parsePly(bytes, file, options), file);
+        case Extension::obj:
+            return meshFrom(parseObj(bytes, file), file);
+        default:
+            return meshFrom(parseBgeo(bytes, file, options), file);
+    }
+}
+
+void writeMesh(const std::filesystem::path& path, const Mesh& mesh) {
+    const std::string file = path.string();
+    switch (meshExtension(path)) {
+        case Extension::ply:
+            return writeEncoded(path, [&](ByteWriter& out) { encodePly(out, mesh, file); });
+        case Extension::obj:
+            return writeEncoded(path, [&](ByteWriter& out) { encodeObj(out, mesh, file); });
+        default:
+            return writeEncoded(path, [&](ByteWriter& out) { encodeBgeo(out, mesh, file); });
+    }
+}
+
+void writeSpheres(const std::filesystem::path& path, const Spheres& spheres) {
+    const std::string file = path.string();
+    switch (meshExtension(path)) {
+        case Extension::ply:
+            return writeEncoded(path, [&](ByteWriter& out) { encodePly(out, spheres, file); });
+        case Extension::obj:
+            throw Error(file + ": .obj holds no radius, expected .ply or .bgeo for spheres");
+        default:
+            return writeEncoded(path,
+                                [&](ByteWriter& out) { encodeBgeo(out, particlesOf(spheres, "pscale", file), file); });
+    }
+}
+
+void requireMeshExtension(const std::filesystem::path& path) { meshExtension(path); }
+
+}  // namespace betamesh

@@ -1,0 +1,147 @@
+#include "io/obj.h"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <limits>
+
+namespace betamesh {
+
+namespace {
+
+// source  Wavefront, "Advanced Visualizer" manual, appendix B1: the object file format
+
+class ObjReader {
+public:
+    ObjReader(std::string_view text, const std::string& file, FileContents& contents)
+        : text_(text), file_(file), contents_(contents) {}
+
+    void readAll() {
+        while (!text_.empty()) {
+            ++line_;
+            const std::size_t end = std::min(text_.find('\n'), text_.size());
+            readLine(text_.substr(0, end));
+            text_.remove_prefix(std::min(end + 1, text_.size()));
+        }
+        for (std::size_t i = 0; i < contents_.triangles.size(); ++i)
+            for (const std::uint32_t corner : contents_.triangles[i])
+                if (corner >= contents_.position.size())
+                    throw Error(file_ + ": triangle " + std::to_string(i) + " has vertex " +
+                                std::to_string(std::uint64_t{corner} + 1) + ", expected at most " +
+                                std::to_string(contents_.position.size()));
+    }
+
+private:
+    [[noreturn]] void fail(const std::string& text) const {
+        throw Error(file_ + ": line " + std::to_string(line_) + ": " + text);
+    }
+
+    static std::string_view nextWord(std::string_view& line) {
+        const std::size_t begin = std::min(line.find_first_not_of(" \t\r"), line.size());
+        line.remove_prefix(begin);
+        const std::string_view word = line.substr(0, line.find_first_of(" \t\r"));
+        line.remove_prefix(word.size());
+        return word;
+    }
+
+    void readLine(std::string_view line) {
+        const std::string_view keyword = nextWord(line);
+        if (keyword == "v") readVertex(line);
+        if (keyword == "f") readFace(line);
+        if (keyword == "l") {
+            readCorners(line);
+            if (corners_.size() > 1) contents_.edges += corners_.size() - 1;
+        }
+    }
+
+    void readVertex(std::string_view line) {
+        Vec3f p;
+        for (int axis = 0; axis < 3; ++axis) p[axis] = number(nextWord(line));
+        if (contents_.position.size() == std::numeric_limits<std::uint32_t>::max()) fail("too many vertices");
+        contents_.position.push_back(p);
+    }
+
+    float number(std::string_view word) const {
+        if (word.starts_with('+')) word.remove_prefix(1);
+        double value = 0;
+        float narrow = 0;
+        const char* end = word.data() + word.size();
+        const auto as_float = std::from_chars(word.data(), end, narrow);
+        if (as_float.ec == std::errc() && as_float.ptr == end) return narrow;
+        const auto as_double = std::from_chars(word.data(), end, value);
+        if (as_double.ec != std::errc() || as_double.ptr != end) fail("expected a vertex with three numbers");
+        return static_cast<float>(value);
+    }
+
+    void readFace(std::string_view line) {
+        readCorners(line);
+        if (corners_.size() < 3) fail("a face has " + std::to_string(corners_.size()) + " corners, expected 3 or more");
+        appendFan(corners_, contents_.triangles);
+    }
+
+    void readCorners(std::string_view line) {
+        corners_.clear();
+        for (std::string_view word = nextWord(line); !word.empty(); word = nextWord(line)) {
+            word = word.substr(0, word.find('/'));
+            std::int64_t index = 0;
+            const char* end = word.data() + word.size();
+            const auto [stop, error] = std::from_chars(word.data(), end, index);
+            const auto vertices = static_cast<std::int64_t>(contents_.position.size());
+            if (error == std::errc() && index < 0) index += vertices + 1;
+            if (error != std::errc() || stop != end || index < 1 || index > std::numeric_limits<std::uint32_t>::max())
+                fail("expected the numbers of vertices, from 1, or back from -1");
+            corners_.push_back(static_cast<std::uint32_t>(index - 1));
+        }
+    }
+
+    std::string_view text_;
+    const std::string& file_;
+    FileContents& contents_;
+    std::size_t line_ = 0;
+    std::vector<std::uint32_t> corners_;
+};
+
+template <typename Value>
+void writeNumber(ByteWriter& out, Value value) {
+    std::array<char, 32> text;
+    const auto [end, error] = std::to_chars(text.data(), text.data() + text.size(), value);
+    out.text({text.data(), static_cast<std::size_t>(end - text.data())});
+}
+
+}  // namespace
+
+FileContents parseObj(std::span<const std::byte> bytes, const std::string& file) {
+    FileContents contents;
+    contents.format = "obj";
+    contents.declares_faces = true;
+    contents.declared.push_back({"v", "float", 3, {}});
+    const Cursor in(bytes, file);
+    if (in.rest().find('\0') != std::string_view::npos)
+        throw Error(file + ": holds zero bytes, expected the text of an .obj file");
+    ObjReader(in.rest(), file, contents).readAll();
+    return contents;
+}
+
+void encodeObj(ByteWriter& out, const Mesh& mesh, const std::string& file) {
+    requireWritable(mesh, file);
+    out.text("# betamesh: world units\n");
+    for (const Vec3& p : mesh.position) {
+        out.text("v");
+        for (int axis = 0; axis < 3; ++axis) {
+            out.text(" ");
+            writeNumber(out, static_cast<float>(p[axis]));
+        }
+        out.text("\n");
+    }
+    for (const Triangle& t : mesh.triangles) {
+        out.text("f");
+        for (const std::uint32_t corner : t) {
+            out.text(" ");
+            writeNumber(out, std::uint64_t{corner} + 1);
+        }
+        out.text("\n");
+    }
+    out.flush();
+}
+
+}  // namespace betamesh

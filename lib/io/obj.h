@@ -1,0 +1,18 @@
+// Wavefront OBJ: positions and faces, nothing else.
+
+#pragma once
+
+#include "core/mesh.h"
+#include "io/bytes.h"
+#include "io/file_contents.h"
+
+namespace betamesh {
+
+/// Lines v, f (a, a/b, a//c, a/b/c; negative indices count back) and l; all others are passed over.
+FileContents parseObj(std::span<const std::byte> bytes, const std::string& file);
+
+/// Positions with as many digits as a float needs to come back the same. Velocity and attributes are left out:
+/// the format has no place for them.
+void encodeObj(ByteWriter& out, const Mesh& mesh, const std::string& file);
+
+}  // namespace betamesh

@@ -1,0 +1,35 @@
+// Particle frames on disk, in whichever format the extension says.
+
+#pragma once
+
+#include "core/particles.h"
+
+#include <filesystem>
+#include <string>
+
+namespace betamesh {
+
+/// Which attributes of a file are the velocity and the id. Empty: the usual names, in this order:
+/// v, velocity, vel (PLY: vx vy vz and velocity_x … too) and id. A name that is given must exist.
+struct AttributeNames {
+    std::string velocity;
+    std::string id;
+};
+
+/// Reads .bgeo (plain or gzip, classic), .ply and .vdb.
+///
+/// out     valid particles: validate() has passed; rows in the order of the file
+/// same    rows for the same bytes
+/// errors  an unknown extension (lists the known ones); a file that is missing, damaged or of another
+///         kind: the text begins with the file's name
+Particles readParticles(const std::filesystem::path& path, const AttributeNames& names = {});
+
+/// Writes .bgeo, .bgeo.gz, .ply or .vdb; nothing stands under that name before it is complete.
+/// Velocity becomes `v` (PLY: vx vy vz), the id becomes `id`. An id that the format cannot hold
+/// (PLY and BGEO: 32 bits) is an error.
+void writeParticles(const std::filesystem::path& path, const Particles& particles);
+
+/// Throws the Error for an unknown extension without touching the disk.
+void requireParticleExtension(const std::filesystem::path& path);
+
+}  // namespace betamesh

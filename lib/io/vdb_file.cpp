@@ -1,0 +1,493 @@
+// The door of OpenVDB.
+
+#include "io/vdb.h"
+
+#include "core/error.h"
+#include "core/parallel.h"
+#include "io/bytes.h"
+
+#include <openvdb/io/Archive.h>
+#include <openvdb/io/File.h>
+#include <openvdb/openvdb.h>
+#include <openvdb/points/PointAttribute.h>
+#include <openvdb/points/PointDataGrid.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cmath>
+#include <fstream>
+#include <limits>
+#include <mutex>
+#include <span>
+#include <sstream>
+#include <system_error>
+#include <tuple>
+
+namespace betamesh {
+
+namespace {
+
+namespace vdb = openvdb;
+namespace points = openvdb::points;
+
+constexpr bool kOtherOrder = std::endian::native != std::endian::little;
+
+void initialize() {
+    static std::once_flag once;
+    std::call_once(once, [] { vdb::initialize(); });
+}
+
+// Reading.
+
+std::string readText(Cursor& in, const char* what) {
+    const auto length = loadNumber<std::uint32_t>(in.take(4, what), kOtherOrder);
+    return {reinterpret_cast<const char*>(in.take(length, what)), length};
+}
+
+/// Fails when the file ends before the last of its grids does. OpenVDB itself reads on regardless, and may end
+/// the process; files cut short by a full disk or a killed simulation are no rarity.
+///
+/// source  OpenVDB, io/Archive.cc and io/GridDescriptor.cc: little-endian magic (8), file version, library
+///         version (2 times 4), flag of grid offsets (1), UUID (36), metadata, int32 grids; of each grid name,
+///         type, parent, and where its header, its blocks and the grid end, from the start of the file
+void requireComplete(const std::string& path) {
+    constexpr std::size_t kPiece = std::size_t{1} << 20;  // more than the names and metadata in any one place
+    constexpr std::uint32_t kOldestKnown = 222;
+    std::ifstream stream(path, std::ios::binary | std::ios::ate);
+    if (!stream) throw Error("cannot be read: " + std::generic_category().message(errno));
+    const auto size = static_cast<std::int64_t>(stream.tellg());
+    const auto pieceAt = [&](std::int64_t at) {
+        Bytes bytes(static_cast<std::size_t>(std::min<std::int64_t>(kPiece, size - at)));
+        stream.seekg(at);
+        stream.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+        if (!stream) throw Error("cannot be read");
+        return bytes;
+    };
+    Bytes piece = pieceAt(0);
+    Cursor in(piece, "file header");
+    const auto number = [](Cursor& from, const char* what) {
+        return loadNumber<std::uint32_t>(from.take(4, what), kOtherOrder);
+    };
+    if (loadNumber<std::int64_t>(in.take(8, "magic"), kOtherOrder) != vdb::OPENVDB_MAGIC)
+        throw Error("expected an OpenVDB file, the magic number is another");
+    if (number(in, "version") < kOldestKnown) return;
+    in.take(8, "library version");
+    if (*in.take(1, "flags") == std::byte{0}) return;  // written to a pipe: does not tell where its grids end
+    in.take(36, "UUID");
+    for (std::uint32_t left = number(in, "metadata"); left > 0; --left) {
+        readText(in, "metadata");
+        readText(in, "metadata");
+        in.take(number(in, "metadata"), "metadata");
+    }
+    const std::uint32_t grids = number(in, "number of grids");
+    std::int64_t at = static_cast<std::int64_t>(in.offset());
+    for (std::uint32_t i = 0; i < grids; ++i) {
+        piece = pieceAt(at);
+        Cursor descriptor(piece, "grid " + std::to_string(i));
+        for (int text = 0; text < 3; ++text) readText(descriptor, "names");
+        for (const char* what : {"header", "blocks", "end"}) {
+            const auto next = loadNumber<std::int64_t>(descriptor.take(8, what), kOtherOrder);
+            if (next < at || next > size)
+                throw Error("grid " + std::to_string(i) + ": " + what + " at byte " + std::to_string(next) +
+                            ", the file has " + std::to_string(size) + " (truncated, or damaged)");
+            at = next;
+        }
+    }
+}
+
+/// How a value type of OpenVDB becomes a column: its numbers, whole or real.
+struct ColumnKind {
+    std::uint32_t components = 0;  ///< 0: none of ours
+    bool whole = false;
+};
+
+ColumnKind kindOf(const std::string& value_type) {
+    for (const char* real : {"float", "double"})
+        if (value_type == real) return {1, false};
+    for (const char* whole : {"bool", "int8", "int16", "int32", "int64"})
+        if (value_type == whole) return {1, true};
+    for (const char* real : {"vec3s", "vec3d"})
+        if (value_type == real) return {3, false};
+    if (value_type == "vec3i") return {3, true};
+    return {};
+}
+
+/// One attribute of all grids. Exactly one of the two is filled.
+struct Column {
+    std::string name;
+    std::string value_type;
+    std::uint32_t components = 0;
+    bool whole = false;
+    std::vector<float> reals;
+    std::vector<std::int64_t> wholes;
+    std::size_t grids = 0;  ///< how many have it
+};
+
+template <typename Value>
+void appendValues(const points::AttributeArray& array, Column& column) {
+    const points::AttributeHandle<Value> handle(array);
+    const vdb::Index stride = array.stride();
+    for (vdb::Index i = 0; i < handle.size(); ++i)
+        for (vdb::Index k = 0; k < stride; ++k) {
+            const Value value = handle.get(i, k);
+            if constexpr (std::is_arithmetic_v<Value>) {
+                if constexpr (std::is_floating_point_v<Value>)
+                    column.reals.push_back(static_cast<float>(value));
+                else
+                    column.wholes.push_back(static_cast<std::int64_t>(value));
+            } else {
+                for (int axis = 0; axis < 3; ++axis) {
+                    if constexpr (std::is_floating_point_v<typename Value::ValueType>)
+                        column.reals.push_back(static_cast<float>(value[axis]));
+                    else
+                        column.wholes.push_back(static_cast<std::int64_t>(value[axis]));
+                }
+            }
+        }
+}
+
+void appendValues(const points::AttributeArray& array, const std::string& value_type, Column& column) {
+    if (value_type == "float") return appendValues<float>(array, column);
+    if (value_type == "double") return appendValues<double>(array, column);
+    if (value_type == "bool") return appendValues<bool>(array, column);
+    if (value_type == "int8") return appendValues<std::int8_t>(array, column);
+    if (value_type == "int16") return appendValues<std::int16_t>(array, column);
+    if (value_type == "int32") return appendValues<std::int32_t>(array, column);
+    if (value_type == "int64") return appendValues<std::int64_t>(array, column);
+    if (value_type == "vec3s") return appendValues<vdb::Vec3f>(array, column);
+    if (value_type == "vec3d") return appendValues<vdb::Vec3d>(array, column);
+    if (value_type == "vec3i") return appendValues<vdb::Vec3i>(array, column);
+}
+
+template <typename Value>
+void appendPositions(const points::PointDataTree::LeafNodeType& leaf, const points::AttributeArray& array,
+                     const vdb::math::Transform& transform, std::vector<Vec3f>& positions) {
+    const points::AttributeHandle<Value> handle(array);
+    for (auto it = leaf.beginIndexAll(); it; ++it) {
+        const vdb::Vec3d p = transform.indexToWorld(it.getCoord().asVec3d() + vdb::Vec3d(handle.get(*it)));
+        positions.emplace_back(static_cast<float>(p.x()), static_cast<float>(p.y()), static_cast<float>(p.z()));
+    }
+}
+
+class GridReader {
+public:
+    GridReader(FileContents& contents, std::vector<Column>& columns) : contents_(contents), columns_(columns) {}
+
+    void read(const points::PointDataGrid& grid) {
+        const auto first = grid.tree().cbeginLeaf();
+        if (!first) return;
+        declare(first->attributeSet());
+        for (auto leaf = grid.tree().cbeginLeaf(); leaf; ++leaf) readLeaf(*leaf, grid.transform());
+    }
+
+private:
+    /// Columns of this grid, in the order of its attributes.
+    void declare(const points::AttributeSet& attributes) {
+        names_.assign(attributes.size(), {});
+        for (const auto& [name, position] : attributes.descriptor().map()) names_.at(position) = name;
+        for (std::size_t i = 0; i < names_.size(); ++i) {
+            const points::AttributeArray& array = *attributes.getConst(i);
+            declareInfo(names_[i], array);
+            const ColumnKind kind = kindOf(array.valueType());
+            if (names_[i] == "P" || kind.components == 0 || points::isGroup(array) || !array.hasConstantStride())
+                continue;
+            const std::uint32_t components = kind.components * array.stride();
+            auto found =
+                std::find_if(columns_.begin(), columns_.end(), [&](const Column& c) { return c.name == names_[i]; });
+            if (found == columns_.end())
+                found =
+                    columns_.insert(columns_.end(), {names_[i], array.valueType(), components, kind.whole, {}, {}, 0});
+            if (found->whole == kind.whole && found->components == components) ++found->grids;
+            found->value_type = array.valueType();
+        }
+    }
+
+    void declareInfo(const std::string& name, const points::AttributeArray& array) {
+        for (const AttributeInfo& known : contents_.declared)
+            if (known.name == name) return;
+        const std::string codec = array.codecType() == "null" ? "" : array.codecType();
+        const std::uint32_t components = std::max(1U, kindOf(array.valueType()).components);
+        contents_.declared.push_back(
+            {name, points::isGroup(array) ? "group" : array.valueType(), components * array.stride(), codec});
+    }
+
+    void readLeaf(const points::PointDataTree::LeafNodeType& leaf, const vdb::math::Transform& transform) {
+        leaf.validateOffsets();
+        const points::AttributeSet& attributes = leaf.attributeSet();
+        const points::AttributeArray* position = attributes.getConst("P");
+        if (position == nullptr) throw Error("a leaf has no attribute 'P'");
+        if (position->valueType() == "vec3d")
+            appendPositions<vdb::Vec3d>(leaf, *position, transform, contents_.position);
+        else
+            appendPositions<vdb::Vec3f>(leaf, *position, transform, contents_.position);
+        for (Column& column : columns_) {
+            const points::AttributeArray* array = attributes.getConst(column.name);
+            if (array == nullptr || std::find(names_.begin(), names_.end(), column.name) == names_.end()) continue;
+            if (array->size() != position->size())
+                throw Error("attribute '" + column.name + "' has " + std::to_string(array->size()) + " rows, 'P' " +
+                            std::to_string(position->size()));
+            appendValues(*array, column.value_type, column);
+        }
+    }
+
+    FileContents& contents_;
+    std::vector<Column>& columns_;
+    std::vector<std::string> names_;
+};
+
+/// A column that some grid lacks, or has as something else, has no row for every point: it is left out.
+void moveInto(FileContents& contents, std::vector<Column>& columns, std::size_t grids, const ReadOptions& options) {
+    const std::size_t n = contents.position.size();
+    for (Column& column : columns) {
+        const std::size_t numbers = column.whole ? column.wholes.size() : column.reals.size();
+        if (column.grids != grids || numbers != n * column.components) continue;
+        if (column.whole && column.components == 1 && column.name == options.id) {
+            const bool short_id = column.value_type != "int64";
+            for (const std::int64_t id : column.wholes)
+                contents.id.push_back(short_id ? static_cast<std::uint32_t>(static_cast<std::int32_t>(id))
+                                               : static_cast<std::uint64_t>(id));
+        } else if (column.whole) {
+            contents.attributes.push_back(integerAttribute(column.name, column.components, std::move(column.wholes)));
+        } else {
+            contents.attributes.push_back({column.name, column.components, std::move(column.reals), {}});
+        }
+    }
+}
+
+FileContents readGrids(const std::string& path, const ReadOptions& options) {
+    requireComplete(path);
+    vdb::io::File file(path);
+    file.setCopyMaxBytes(0);
+    file.open(/*delayLoad=*/false);
+    FileContents contents;
+    std::vector<Column> columns;
+    GridReader reader(contents, columns);
+    std::size_t point_grids = 0;
+    std::size_t filled_grids = 0;
+    std::string others;
+    for (auto name = file.beginName(); name != file.endName(); ++name) {
+        const vdb::GridBase::Ptr metadata = file.readGridMetadata(name.gridName());
+        if (!metadata || !metadata->isType<points::PointDataGrid>()) {
+            others += (others.empty() ? "'" : ", '") + name.gridName() + "'";
+            continue;
+        }
+        ++point_grids;
+        const auto compression = metadata->getMetadata<vdb::StringMetadata>(vdb::GridBase::META_FILE_COMPRESSION);
+        if (compression && contents.format.empty()) contents.format = "vdb points, " + compression->value();
+        const auto grid = vdb::gridPtrCast<points::PointDataGrid>(file.readGrid(name.gridName()));
+        if (grid->tree().leafCount() > 0) ++filled_grids;
+        reader.read(*grid);
+    }
+    if (point_grids == 0)
+        throw Error("has no grid of points, expected one; found " + (others.empty() ? "no grid" : others));
+    if (contents.format.empty()) contents.format = "vdb points";
+    if (point_grids > 1) contents.format += ", " + std::to_string(point_grids) + " grids";
+    moveInto(contents, columns, filled_grids, options);
+    return contents;
+}
+
+// Writing.
+
+constexpr double kPointsPerVoxel = 8;
+constexpr int kLeafBits = 3;  // a leaf has 8 voxels along each axis
+constexpr std::int32_t kInLeaf = (1 << kLeafBits) - 1;
+constexpr double kFarthestVoxel = 1 << 28;  // far within 32 bits
+constexpr double kLeastExponent = -16;      // OpenVDB takes a volume below 3e-15 for zero
+constexpr double kMostExponent = 120;
+
+/// About kPointsPerVoxel points in each voxel, were they spread evenly over the axes they extend along; a power
+/// of two, so that dividing by it loses nothing.
+double voxelSize(const std::vector<Vec3f>& positions) {
+    if (positions.empty()) return 1;
+    Vec3 lower(positions[0]), upper(positions[0]);
+    double farthest = 0;
+    for (const Vec3f& p : positions)
+        for (int axis = 0; axis < 3; ++axis) {
+            lower[axis] = std::min(lower[axis], double{p[axis]});
+            upper[axis] = std::max(upper[axis], double{p[axis]});
+            farthest = std::max(farthest, std::abs(double{p[axis]}));
+        }
+    double log_volume = 0;
+    int axes = 0;
+    for (int axis = 0; axis < 3; ++axis) {
+        if (upper[axis] == lower[axis]) continue;
+        log_volume += std::log2(upper[axis] - lower[axis]);
+        ++axes;
+    }
+    const double voxels = std::max(1.0, static_cast<double>(positions.size()) / kPointsPerVoxel);
+    const double exponent = axes == 0 ? 0 : (log_volume - std::log2(voxels)) / axes;
+    const double least = farthest > 0 ? std::ceil(std::log2(farthest / kFarthestVoxel)) : exponent;
+    return std::exp2(std::round(std::clamp(std::max(exponent, least), kLeastExponent, kMostExponent)));
+}
+
+/// Where a point goes: leaf, voxel in it, row it came from.
+struct Place {
+    vdb::Coord leaf;
+    std::uint32_t voxel;
+    std::uint32_t row;
+    vdb::Vec3f offset;  ///< from the voxel's centre, in voxels, each within [-0.5, 0.5]
+};
+
+Place placeOf(const Vec3f& position, double voxel_size, std::size_t row) {
+    Place place{};
+    vdb::Coord voxel;
+    for (int axis = 0; axis < 3; ++axis) {
+        const double index = double{position[axis]} / voxel_size;
+        const double nearest = std::floor(index + 0.5);
+        voxel[axis] = static_cast<std::int32_t>(nearest);
+        place.offset[axis] = static_cast<float>(index - nearest);
+    }
+    place.leaf = vdb::Coord(voxel.x() & ~kInLeaf, voxel.y() & ~kInLeaf, voxel.z() & ~kInLeaf);
+    place.voxel = points::PointDataTree::LeafNodeType::coordToOffset(voxel);
+    place.row = static_cast<std::uint32_t>(row);
+    return place;
+}
+
+std::vector<Place> sortedPlaces(const std::vector<Vec3f>& positions, double voxel_size) {
+    std::vector<Place> places(positions.size());
+    parallelFor(places.size(), 10000, [&](std::size_t i) { places[i] = placeOf(positions[i], voxel_size, i); });
+    parallelSort(places, [](const Place& a, const Place& b) {
+        return std::tie(a.leaf, a.voxel, a.row) < std::tie(b.leaf, b.voxel, b.row);
+    });
+    return places;
+}
+
+using Leaf = points::PointDataTree::LeafNodeType;
+
+/// A leaf and the places that fall in it.
+struct LeafRange {
+    Leaf* leaf;
+    std::span<const Place> places;
+};
+
+using PositionArray = points::TypedAttributeArray<vdb::Vec3f, points::NullCodec>;
+
+std::vector<LeafRange> makeLeaves(points::PointDataTree& tree, std::span<const Place> places) {
+    const auto descriptor = points::AttributeSet::Descriptor::create(PositionArray::attributeType());
+    std::vector<LeafRange> leaves;
+    for (std::size_t begin = 0; begin < places.size();) {
+        std::size_t end = begin;
+        std::vector<Leaf::ValueType> ends(Leaf::SIZE, 0);  // of each voxel's points within the leaf
+        for (; end < places.size() && places[end].leaf == places[begin].leaf; ++end)
+            ends[places[end].voxel] = static_cast<vdb::Index32>(end + 1 - begin);
+        for (std::size_t v = 1; v < ends.size(); ++v) ends[v] = std::max<vdb::Index32>(ends[v], ends[v - 1]);
+
+        Leaf* leaf = tree.touchLeaf(places[begin].leaf);
+        leaf->initializeAttributes(descriptor, static_cast<vdb::Index>(end - begin));
+        leaf->setOffsets(ends);
+        points::AttributeWriteHandle<vdb::Vec3f, points::NullCodec> handle(leaf->attributeArray("P"));
+        for (std::size_t i = begin; i < end; ++i) handle.set(static_cast<vdb::Index>(i - begin), places[i].offset);
+        leaves.push_back({leaf, places.subspan(begin, end - begin)});
+        begin = end;
+    }
+    return leaves;
+}
+
+/// valueAt(row, k): the k-th value of a row of the particles.
+template <typename Value, typename ValueAt>
+void addAttribute(points::PointDataTree& tree, const std::vector<LeafRange>& leaves, const std::string& name,
+                  std::uint32_t stride, const ValueAt& valueAt) {
+    points::appendAttribute<Value>(tree, name, vdb::zeroVal<Value>(), stride);
+    for (const LeafRange& range : leaves) {
+        points::AttributeWriteHandle<Value> handle(range.leaf->attributeArray(name));
+        for (std::size_t i = 0; i < range.places.size(); ++i)
+            for (std::uint32_t k = 0; k < stride; ++k)
+                handle.set(static_cast<vdb::Index>(i), k, valueAt(range.places[i].row, k));
+    }
+}
+
+void addAttributes(points::PointDataTree& tree, const std::vector<LeafRange>& leaves, const Particles& particles) {
+    if (leaves.empty()) return;
+    const auto vectorOf = [](const auto& numbers, std::size_t row) {
+        return vdb::math::Vec3(numbers[3 * row], numbers[3 * row + 1], numbers[3 * row + 2]);
+    };
+    if (!particles.velocity.empty())
+        addAttribute<vdb::Vec3f>(tree, leaves, "v", 1, [&](std::size_t row, std::uint32_t) {
+            const Vec3f& v = particles.velocity[row];
+            return vdb::Vec3f(v.x, v.y, v.z);
+        });
+    if (!particles.id.empty())
+        addAttribute<std::int64_t>(tree, leaves, "id", 1, [&](std::size_t row, std::uint32_t) {
+            return static_cast<std::int64_t>(particles.id[row]);
+        });
+    for (const Attribute& a : particles.attributes) {
+        const bool vectors = a.components == 3;
+        if (vectors && a.integer.empty())
+            addAttribute<vdb::Vec3f>(tree, leaves, a.name, 1,
+                                     [&](std::size_t row, std::uint32_t) { return vectorOf(a.real, row); });
+        else if (vectors)
+            addAttribute<vdb::Vec3i>(tree, leaves, a.name, 1,
+                                     [&](std::size_t row, std::uint32_t) { return vectorOf(a.integer, row); });
+        else if (a.integer.empty())
+            addAttribute<float>(tree, leaves, a.name, a.components,
+                                [&](std::size_t row, std::uint32_t k) { return a.real[row * a.components + k]; });
+        else
+            addAttribute<std::int32_t>(tree, leaves, a.name, a.components, [&](std::size_t row, std::uint32_t k) {
+                return a.integer[row * a.components + k];
+            });
+    }
+}
+
+/// Writes a file into memory, where every error of the disk is ours to see.
+class MemoryArchive : public vdb::io::Archive {
+public:
+    std::string bytesOf(const vdb::GridBase::ConstPtr& grid) const {
+        std::ostringstream out(std::ios::binary);
+        Archive::write(out, vdb::GridCPtrVec{grid}, /*seekable=*/true);
+        if (!out) throw std::bad_alloc();
+        return std::move(out).str();
+    }
+};
+
+/// OpenVDB stamps every file with a random number. Ours is one of the rest of the file, so that the same
+/// particles give the same bytes: FNV-1a, twice, written as a UUID of version 4.
+void stamp(std::string& bytes) {
+    constexpr std::size_t kAt = 8 + 3 * 4 + 1;  // after magic, three version numbers and a flag
+    constexpr std::string_view kForm = "xxxxxxxx-xxxx-4xxx-8xxx-xxxxxxxxxxxx";
+    if (bytes.size() < kAt + kForm.size() || bytes[kAt + 8] != '-') return;
+    std::array<std::uint64_t, 2> hash{0xcbf29ce484222325, 0x84222325cbf29ce4};
+    for (std::size_t i = kAt + kForm.size(); i < bytes.size(); ++i)
+        for (std::uint64_t& h : hash) h = (h ^ static_cast<unsigned char>(bytes[i])) * 0x100000001b3;
+    for (std::size_t i = 0; i < kForm.size(); ++i) {
+        const std::uint64_t digit = hash[i % 2] >> (3 * i % 60) & 15;
+        bytes[kAt + i] = kForm[i] == 'x' ? "0123456789abcdef"[digit] : kForm[i];
+    }
+}
+
+}  // namespace
+
+FileContents readVdb(const std::filesystem::path& path, const ReadOptions& options) {
+    initialize();
+    try {
+        return readGrids(path.string(), options);
+    } catch (const std::bad_alloc&) {
+        throw Error(path.string() + ": out of memory, or the file is damaged and asks for too much");
+    } catch (const std::exception& error) {
+        throw Error(path.string() + ": " + error.what());
+    }
+}
+
+std::string encodeVdb(const Particles& particles, const std::string& file) {
+    initialize();
+    requireWritable(particles, file);
+    requireWritable(particles.attributes, particles.size(), {"P", "v", "id"}, file);
+    if (particles.size() > std::numeric_limits<std::uint32_t>::max())
+        throw Error(file + ": " + std::to_string(particles.size()) + " particles, expected less than 2^32");
+    try {
+        const double voxel_size = voxelSize(particles.position);
+        const std::vector<Place> places = sortedPlaces(particles.position, voxel_size);
+        auto tree = std::make_shared<points::PointDataTree>();
+        addAttributes(*tree, makeLeaves(*tree, places), particles);
+        const auto grid = points::PointDataGrid::create(tree);
+        grid->setName("points");
+        grid->setTransform(vdb::math::Transform::createLinearTransform(voxel_size));
+        std::string bytes = MemoryArchive().bytesOf(grid);
+        stamp(bytes);
+        return bytes;
+    } catch (const vdb::Exception& error) {
+        throw Error(file + ": " + error.what());
+    }
+}
+
+}  // namespace betamesh

@@ -1,0 +1,252 @@
+// Damaged files of every format: a reader gives a valid result or an Error, and asks for no more memory than
+// the file's size warrants. Mutations come from a seed that is printed; trial i of a seed file is always the same.
+
+#include "io/bgeo.h"
+#include "io/gzip.h"
+#include "io/obj.h"
+#include "io/output_file.h"
+#include "io/ply.h"
+#include "io/vdb.h"
+#include "support/file_samples.h"
+#include "support/temporary_folder.h"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <cstdlib>
+#include <new>
+#include <random>
+
+namespace {
+
+// The largest single request that operator new is to grant; what is above fails as if memory had run out.
+std::atomic<std::size_t> allowed_bytes{SIZE_MAX};
+std::atomic<std::size_t> refused{0};
+
+}  // namespace
+
+// noinline: the compiler must not pair a malloc it sees with a delete it does not.
+[[gnu::noinline]] void* operator new(std::size_t size) {
+    if (size > allowed_bytes.load(std::memory_order_relaxed)) {
+        ++refused;
+        throw std::bad_alloc();
+    }
+    if (void* memory = std::malloc(size > 0 ? size : 1)) return memory;
+    throw std::bad_alloc();
+}
+[[gnu::noinline]] void operator delete(void* memory) noexcept { std::free(memory); }
+[[gnu::noinline]] void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
+
+namespace betamesh {
+
+namespace {
+
+using Random = std::mt19937_64;
+
+/// Numbers that break readers: signs, limits, off by one.
+constexpr std::array<std::uint32_t, 14> kAwkward{
+    0, 1, 2, 3, 0x7f, 0xff, 0x7fff, 0xffff, 0x10000, 0x7fffffff, 0x80000000, 0xfffffffe, 0xffffffff, 0x00ffffff};
+
+std::size_t below(Random& random, std::size_t n) { return static_cast<std::size_t>(random() % n); }
+
+void overwrite(Bytes& bytes, std::size_t at, std::uint32_t number, std::size_t size, bool big) {
+    for (std::size_t i = 0; i < size && at + i < bytes.size(); ++i)
+        bytes[at + i] = static_cast<std::byte>(number >> 8 * (big ? size - 1 - i : i));
+}
+
+/// One to four wounds.
+Bytes mutated(const Bytes& seed, Random& random) {
+    static const std::array<std::string, 8> kWords{"-1",  "99999999999999999999", "nan",  "1e999",
+                                                   "inf", "4294967296",           "list", "0x7"};
+    Bytes bytes = seed;
+    for (std::size_t wounds = 1 + below(random, 4); wounds > 0 && !bytes.empty(); --wounds) {
+        // Half of them near the start, where the counts are.
+        const std::size_t reach = below(random, 2) == 0 ? std::min<std::size_t>(bytes.size(), 400) : bytes.size();
+        const std::size_t at = below(random, reach);
+        const auto here = bytes.begin() + static_cast<std::ptrdiff_t>(at);
+        switch (below(random, 8)) {
+            case 0:
+                bytes[at] ^= static_cast<std::byte>(1U << below(random, 8));
+                break;
+            case 1:
+                bytes[at] = static_cast<std::byte>(random());
+                break;
+            case 2:
+                bytes.resize(at);
+                break;
+            case 3:
+                bytes.erase(here, here + static_cast<std::ptrdiff_t>(below(random, bytes.size() - at) % 64));
+                break;
+            case 4: {  // a piece of itself, somewhere else
+                const std::size_t from = below(random, bytes.size());
+                const std::size_t length = std::min(below(random, 200), bytes.size() - from);
+                const Bytes piece(bytes.begin() + static_cast<std::ptrdiff_t>(from),
+                                  bytes.begin() + static_cast<std::ptrdiff_t>(from + length));
+                bytes.insert(here, piece.begin(), piece.end());
+                break;
+            }
+            case 5:
+            case 6:
+                overwrite(bytes, at, kAwkward[below(random, kAwkward.size())], std::size_t{1} << below(random, 3),
+                          below(random, 2) == 0);
+                break;
+            default: {
+                const Bytes word = bytesOf(kWords[below(random, kWords.size())]);
+                bytes.insert(here, word.begin(), word.end());
+            }
+        }
+    }
+    return bytes;
+}
+
+struct Reader {
+    std::string name;
+    std::function<void(const Bytes&)> read;
+};
+
+Particles readAsParticles(const FileContents& contents) { return particlesFrom(contents, {}, "fuzz"); }
+
+const Reader kPly{"ply", [](const Bytes& bytes) {
+                      ReadOptions options;
+                      const FileContents contents = parsePly(bytes, "fuzz", options);
+                      for (const Triangle& t : contents.triangles)
+                          for (const std::uint32_t corner : t) ASSERT_LT(corner, contents.position.size());
+                      validate(readAsParticles(contents));
+                      meshFrom(contents, "fuzz");
+                  }};
+const Reader kBgeo{"bgeo", [](const Bytes& bytes) {
+                       const FileContents contents = parseBgeo(bytes, "fuzz");
+                       for (const Triangle& t : contents.triangles)
+                           for (const std::uint32_t corner : t) ASSERT_LT(corner, contents.position.size());
+                       validate(readAsParticles(contents));
+                       meshFrom(contents, "fuzz");
+                   }};
+const Reader kObj{"obj", [](const Bytes& bytes) { meshFrom(parseObj(bytes, "fuzz"), "fuzz"); }};
+
+struct Tally {
+    std::size_t valid = 0;
+    std::size_t errors = 0;
+};
+
+/// Reads one damaged file; anything but a result or an Error fails the test.
+void attempt(const Reader& reader, const Bytes& bytes, std::size_t allowed, Tally& tally) {
+    const std::size_t refused_before = refused;
+    allowed_bytes = allowed;
+    try {
+        reader.read(bytes);
+        ++tally.valid;
+    } catch (const Error&) {
+        ++tally.errors;
+    } catch (const std::exception& error) {
+        allowed_bytes = SIZE_MAX;
+        ADD_FAILURE() << reader.name << ": " << error.what();
+    }
+    allowed_bytes = SIZE_MAX;
+    EXPECT_EQ(refused, refused_before) << reader.name << " asked for more than " << allowed << " bytes at once";
+}
+
+void fuzz(const Reader& reader, const Bytes& seed, std::size_t trials) {
+    constexpr std::uint64_t kSeed = 20240607;
+    // A byte becomes at most a triangle (12 bytes) or a wide integer (8) in a vector that doubles as it grows.
+    // Beside that, what does not depend on the size: buffers, and messages.
+    const std::size_t allowed = 40 * seed.size() + (std::size_t{2} << 20);
+    Tally tally;
+    attempt(reader, seed, allowed, tally);
+    ASSERT_EQ(tally.valid, 1U) << "the seed itself must be valid";
+
+    // Every count, wherever it stands.
+    for (std::size_t at = 0; at < std::min<std::size_t>(seed.size(), 300); ++at)
+        for (const std::uint32_t number : kAwkward)
+            for (const bool big : {false, true}) {
+                Bytes bytes = seed;
+                overwrite(bytes, at, number, 4, big);
+                attempt(reader, bytes, allowed, tally);
+            }
+    // Every length.
+    for (std::size_t length = 0; length < seed.size(); length += 1 + seed.size() / 600)
+        attempt(reader, Bytes(seed.begin(), seed.begin() + static_cast<std::ptrdiff_t>(length)), allowed, tally);
+
+    for (std::size_t trial = 0; trial < trials && !testing::Test::HasFailure(); ++trial) {
+        SCOPED_TRACE("seed " + std::to_string(kSeed) + ", trial " + std::to_string(trial));
+        Random random(kSeed + trial);
+        attempt(reader, mutated(seed, random), allowed, tally);
+    }
+    testing::Test::RecordProperty(reader.name + "_valid", static_cast<int>(tally.valid));
+    testing::Test::RecordProperty(reader.name + "_errors", static_cast<int>(tally.errors));
+    std::printf("%s: %zu valid, %zu errors\n", reader.name.c_str(), tally.valid, tally.errors);
+}
+
+constexpr std::size_t kTrials = 20000;
+
+}  // namespace
+
+TEST(ReaderFuzz, PlyBinary) {
+    fuzz(kPly, bytesOf([](ByteWriter& out) { encodePly(out, sampleParticles(40, true, true, true), ""); }), kTrials);
+    fuzz(kPly, bytesOf([](ByteWriter& out) { encodePly(out, sampleMesh(40, true, true), ""); }), kTrials);
+    fuzz(kPly,
+         bytesOf(raw("ply\nformat binary_big_endian 1.0\nelement vertex 3\nproperty short x\nproperty uchar y\n"
+                     "property list uchar ushort tags\nproperty double z\nproperty double id\nelement face 2\n"
+                     "property list short int vertex_index\nelement edge 1\nproperty int vertex1\nend_header\n"
+                     "\0\1\2\2\0\7\0\7\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0"
+                     "\0\1\2\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0"
+                     "\0\1\2\1\0\7\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0"
+                     "\0\3\0\0\0\0\0\0\0\1\0\0\0\2\0\4\0\0\0\0\0\0\0\1\0\0\0\2\0\0\0\0\0\0\0\1")),
+         kTrials);
+}
+
+TEST(ReaderFuzz, PlyAscii) {
+    fuzz(kPly,
+         bytesOf("ply\nformat ascii 1.0\ncomment c\nelement vertex 4\nproperty float x\nproperty double y\n"
+                 "property float z\nproperty float vx\nproperty float vy\nproperty float vz\nproperty int id\n"
+                 "property uchar red\nproperty list uchar int tags\nelement face 2\n"
+                 "property list uchar int vertex_indices\nend_header\n"
+                 "0 0 0 1 2 3 7 255 2 1 2\n1 0 0 1.5 -2e-3 3 8 0 0\n1 1 0 1 2 3 9 1 1 5\n0 1 0 1 2 3 10 2 0\n"
+                 "3 0 1 2\n4 0 1 2 3\n"),
+         kTrials);
+}
+
+TEST(ReaderFuzz, Bgeo) {
+    fuzz(kBgeo, bytesOf([](ByteWriter& out) { encodeBgeo(out, sampleParticles(40, true, true, true), ""); }), kTrials);
+    const Bytes mesh = bytesOf([](ByteWriter& out) { encodeBgeo(out, sampleMesh(40, true, true), ""); });
+    fuzz(kBgeo, mesh, kTrials);
+    fuzz(kBgeo, gzip(mesh), kTrials / 10);
+}
+
+TEST(ReaderFuzz, BgeoWithStringsVertexAttributesAndAParticleSystem) {
+    fuzz(kBgeo,
+         bytesOf(raw("BgeoV\0\0\0\5\0\0\0\3\0\0\0\2\0\0\0\0\0\0\0\0\0\0\0\1\0\0\0\1\0\0\0\1\0\0\0\0"
+                     "\0\4name\0\1\0\0\0\4\0\0\0\2\0\1a\0\2bc"
+                     "\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0"
+                     "\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\1"
+                     "\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\1"
+                     "\0\2uv\0\1\0\0\0\0\0\0\0\0"
+                     "\0\1k\0\1\0\0\0\1\0\0\0\0"
+                     "\377\377\377\377\0\1\0\0\0\1\0\0\0\3<\0\0\0\0\0\0\0\1\0\0\0\0\0\2\0\0\0\0\0\0\0\7"
+                     "\0\0\200\0\0\0\0\2\0\0\0\0\0\0\0\2\0\0\0\0\0\0\0\7\0\377")),
+         kTrials);
+}
+
+TEST(ReaderFuzz, Obj) {
+    fuzz(kObj, bytesOf([](ByteWriter& out) { encodeObj(out, sampleMesh(30, false, false), ""); }), kTrials);
+    fuzz(kObj, bytesOf("v 0 0 0\nv 1 0 0 1 1 1\nv 1 1 0\nv 0 1 0\nvt 0 0\nf 1/1/1 2//1 3 4\nf -4 -3 -2\nl 1 2 3\n"),
+         kTrials);
+}
+
+// OpenVDB does the parsing and trusts what stands inside the grids, so only what happens to honest files is
+// promised: a missing end is an Error, wherever it is.
+TEST(ReaderFuzz, VdbTruncated) {
+    const TemporaryFolder folder;
+    const std::string bytes = encodeVdb(sampleParticles(300, true, true, true), "");
+    Tally tally;
+    const Reader reader{"vdb", [&](const Bytes& damaged) {
+                            std::ofstream(folder / "a.vdb", std::ios::binary)
+                                .write(reinterpret_cast<const char*>(damaged.data()),
+                                       static_cast<std::streamsize>(damaged.size()));
+                            validate(readAsParticles(readVdb(folder / "a.vdb")));
+                        }};
+    for (std::size_t length = 0; length < bytes.size(); length += 1 + bytes.size() / 400)
+        attempt(reader, bytesOf(std::string_view(bytes).substr(0, length)), std::size_t{1} << 30, tally);
+    EXPECT_EQ(tally.valid, 0U);
+}
+
+}  // namespace betamesh

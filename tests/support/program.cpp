@@ -1,0 +1,64 @@
+#include "support/program.h"
+
+#include <fcntl.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <csignal>
+#include <cstdlib>
+
+namespace betamesh {
+namespace {
+
+void sendTo(const std::string& file, int descriptor) {
+    const int opened = open(file.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600);
+    if (opened < 0 || dup2(opened, descriptor) < 0) _exit(127);
+    close(opened);
+}
+
+}  // namespace
+
+RunningProgram::RunningProgram(const std::vector<std::string>& words, const std::filesystem::path& folder,
+                               const std::vector<std::string>& environment) {
+    std::vector<std::string> all{BETAMESH_PROGRAM};
+    all.insert(all.end(), words.begin(), words.end());
+    std::vector<char*> arguments;
+    for (std::string& word : all) arguments.push_back(word.data());
+    arguments.push_back(nullptr);
+    std::vector<std::string> settings = environment;
+    const std::string out = talk_ / "out";
+    const std::string err = talk_ / "err";
+    process_ = fork();
+    if (process_ != 0) return;
+    if (chdir(folder.c_str()) != 0) _exit(127);
+    for (std::string& setting : settings) putenv(setting.data());
+    sendTo(out, STDOUT_FILENO);
+    sendTo(err, STDERR_FILENO);
+    execv(arguments[0], arguments.data());
+    _exit(127);
+}
+
+RunningProgram::~RunningProgram() {
+    if (process_ <= 0) return;
+    kill(process_, SIGKILL);
+    waitpid(process_, nullptr, 0);
+}
+
+void RunningProgram::send(int signal) {
+    if (process_ > 0) kill(process_, signal);
+}
+
+Outcome RunningProgram::wait() {
+    int status = 0;
+    waitpid(process_, &status, 0);
+    process_ = -1;
+    return {WIFEXITED(status) ? WEXITSTATUS(status) : -WTERMSIG(status), contentsOf(talk_ / "out"),
+            contentsOf(talk_ / "err")};
+}
+
+Outcome runProgram(const std::vector<std::string>& words, const std::filesystem::path& folder,
+                   const std::vector<std::string>& environment) {
+    return RunningProgram(words, folder, environment).wait();
+}
+
+}  // namespace betamesh

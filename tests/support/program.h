@@ -1,0 +1,41 @@
+// The program as a user runs it: words in; exit code, stdout and stderr out.
+
+#pragma once
+
+#include "support/temporary_folder.h"
+
+#include <string>
+#include <vector>
+
+#include <sys/types.h>
+
+namespace betamesh {
+
+struct Outcome {
+    int exit_code = 0;  ///< minus the signal's number when a signal killed it
+    std::string out;
+    std::string err;
+};
+
+/// The program at work in a folder.
+class RunningProgram {
+public:
+    RunningProgram(const std::vector<std::string>& words, const std::filesystem::path& folder,
+                   const std::vector<std::string>& environment = {});
+    ~RunningProgram();
+    RunningProgram(const RunningProgram&) = delete;
+    RunningProgram& operator=(const RunningProgram&) = delete;
+
+    void send(int signal);
+    Outcome wait();
+
+private:
+    TemporaryFolder talk_;
+    pid_t process_ = -1;
+};
+
+/// environment: NAME=value, added to that of the test.
+Outcome runProgram(const std::vector<std::string>& words, const std::filesystem::path& folder,
+                   const std::vector<std::string>& environment = {});
+
+}  // namespace betamesh

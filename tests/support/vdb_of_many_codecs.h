@@ -1,0 +1,37 @@
+// A small .vdb as other programs write it, gzip-compressed, in hexadecimal.
+
+#pragma once
+
+namespace betamesh {
+
+/// Written by OpenVDB 10.0.1 with zip compression. Two point grids and a float grid `density`. `a`: voxel size
+/// 0.5, moved by (10, 0, 0), P in 16-bit fixed point, points (10 0 0) (10.25 0.5 -0.125) (14 5 6) (-3 2 1) with
+/// ids 0 to 3. `b`: voxel size 0.25, P in 8 bits, points (1 1 1) (-1 -2 -3) with ids 100 and 101. Row i of each:
+/// velocity = 2 P (half), id (int32), pscale = 0.5 + 0.25 i (half), age = 0.125 i (double), rest = P / 2 (three
+/// doubles), N = (0 0 1) (unit vectors in 16 bits), and a group.
+inline constexpr const char* kVdbOfManyCodecs =
+    "1f8b0800000000000203edddcf6b23651cc7f167d2b8cd966e6db52e1ec456f0a68536496bba2809b21e54aa0557e91e244c32d3"
+    "3230f94166525211daff404f221ec43f41c1bb05dd3dafe0c16341508f3d78d88310e73b99496692346d53ba8bedfb15a64f9fa7"
+    "cf33f3cc93991096e1b38b6fdffd44798ebc6d4a7568e96c69d5582ba797cae9dc1b4b59bdbcb2945b595e5fca2caf665672e9f5"
+    "95d5ac211d27a4b3b7e9b7bd1ff71aa659acbb86eeea96d1caa48babc56c3123dd3e0ff6fbfafb9df2d3cd4e29c36f78db2d6fdb"
+    "b66cb3582ad55ac58ade7ac66bd835cb196bdafb2515cc6c7ab0a7558df5fcb3dd6e078752b361cf72ad526f988e63d5aa722cc7"
+    "6d58d59de7bddf3eb3ea8baf2dea65d7da35177775bb693a33e1a08a592996f65cd391fd5b55772d2bb358776ec6f7bd5b6b99b6"
+    "778466d58d754c069390b2aa57ccde81fdd57ad1fbf171d5daae352a1f9575dbbcd7d0ab8eadbbe6865eef0c7cb5a0863aca9faf"
+    "5485e1e5ec09e571bebfd422474ff84dbd35060000000000974f6309000000000000ae07fe2108ff5b492e6a0000000000000000"
+    "000000aebed31f0448b048c0b5f92018fbd1a0d90b1d7f5eddf75f5a2a6808d3a71c0978da6ed5dd95b56e933cd6e436aae52018"
+    "2a93f6c3a09ab62d0ddb764d77c31e32d8a8354bb619ed223b31fa1bfcbd36bddfa4a1e9ed3627195a3b8dbaacc8073722cbb319"
+    "4e7ad2db8ac59d46ad599f0c9a648cbe6326239f9e96117e86ca4eea8ec4524d042dd2af613a7ec49548f993b16b65cbddd3fade"
+    "11e9ebd42a6674d9a6bbe3b4682d21b5a9582d15abcdc46a2f8fe83919ab3dd73d5e62a03613ab4dc56ab763b5b558ad77bc44ec"
+    "7889a7707ee3883e64775f25b45792fe215252930b5ba9396f5bf0cea0fdc582a6a9773635311d36febdd97d2b47d52f7a878e98"
+    "9a37a9ec8277feedef3613e2bc53bbe8cd3f7ad5fcf9b57f1b6fd5547b5f5e6121653eac3c547725b46d43ba2d6ea837d58fea43"
+    "f5ae7a6f22bad2febdfb96523975c7ebe1fb3ddf37ffc3a0e151503efea9531ef747c6cd17869eff41d81eeee0fb60072f05edc9"
+    "a04c15621fd8a5d1d9805f074bf0d7379df2ab6f7b9f51a767032623dbe86cc07fdbedf6636ffbc7db2e231bd0de3e6336602272"
+    "470e6603969e55f16cc06e24e0a3fcf9ca9322fe964f2807a3028746ff851b0000000000b8ea0e5802000000000080eba1c012e0"
+    "4ccef3f41dd17f00000000000000000000005c213c0800e04c463d6134afb68606f7f9617cadba9b23b76f20b7ef6677dc93c9b5"
+    "7bd2c7bbc8f524b66289705baa930827a324dced5812e1fe183310ee82b33b25e16f4ea6f6f39853dbdfdff7b743f58b7aa80af2"
+    "92abc690bfdd51b94ea7c3bef4b9a3306c2e28c3f0b9a3fcf052de28c3ac3ade952ae7e9c7c7f9f75e2f38eed720286ef241a7bc"
+    "f7a07793c8f0d1c171616ade843a2d382eda73ace0b8b9709061dafa9e6914bdf3306ef97777d0220d2ff47fdb09afff5372e7be"
+    "fc21d9bd1c46e6ce45eff478ee5c64b14f4c9f0b53022fab1cbc10b4115f03f95a0800000000000000000000c015c28300002252"
+    "4f67bcfcffa242a983fc7fea6f72b054c50000";
+
+}  // namespace betamesh

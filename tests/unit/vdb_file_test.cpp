@@ -1,0 +1,173 @@
+#include "io/vdb.h"
+
+#include "io/file_info.h"
+#include "io/gzip.h"
+#include "io/particle_file.h"
+#include "support/file_checks.h"
+#include "support/file_samples.h"
+#include "support/temporary_folder.h"
+#include "support/vdb_of_many_codecs.h"
+
+#include <algorithm>
+#include <map>
+#include <numeric>
+
+namespace betamesh {
+
+namespace {
+
+/// The rows in the order of their ids: a .vdb file stores points voxel by voxel.
+Particles sortedById(const Particles& p) {
+    std::vector<std::size_t> order(p.size());
+    std::iota(order.begin(), order.end(), std::size_t{0});
+    std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return p.id[a] < p.id[b]; });
+    Particles sorted;
+    sorted.attributes = p.attributes;
+    for (Attribute& a : sorted.attributes) {
+        a.real.clear();
+        a.integer.clear();
+    }
+    for (const std::size_t i : order) {
+        sorted.position.push_back(p.position[i]);
+        if (!p.velocity.empty()) sorted.velocity.push_back(p.velocity[i]);
+        sorted.id.push_back(p.id[i]);
+        for (std::size_t k = 0; k < p.attributes.size(); ++k)
+            for (std::size_t c = i * p.attributes[k].components; c < (i + 1) * p.attributes[k].components; ++c) {
+                if (!p.attributes[k].real.empty()) sorted.attributes[k].real.push_back(p.attributes[k].real[c]);
+                if (!p.attributes[k].integer.empty())
+                    sorted.attributes[k].integer.push_back(p.attributes[k].integer[c]);
+            }
+    }
+    return sorted;
+}
+
+}  // namespace
+
+TEST(VdbFile, ParticlesComeBackBitForBit) {
+    const TemporaryFolder folder;
+    for (const std::size_t n : {1U, 2U, 5000U})
+        for (int mask = 0; mask < 4; ++mask) {
+            SCOPED_TRACE(std::to_string(n) + " particles, mask " + std::to_string(mask));
+            const Particles particles = sampleParticles(n, mask & 1, true, mask & 2);
+            writeParticles(folder / "a.vdb", particles);
+            expectSame(sortedById(readParticles(folder / "a.vdb")), sortedById(particles));
+        }
+}
+
+TEST(VdbFile, AwkwardPositionsComeBackBitForBit) {
+    const TemporaryFolder folder;
+    const std::map<std::string, std::vector<Vec3f>> clouds{
+        {"coincident", std::vector<Vec3f>(100, Vec3f(0.1F, 0.2F, 0.3F))},
+        {"origin", {{0, 0, 0}}},
+        {"far apart", {{1e-30F, 0, 0}, {3e30F, -1e30F, 7.7F}}},
+        {"far from the origin", {{1e6F, 1e6F, 1e6F}, {1e6F + 1, 1e6F, 1e6F}, {1e6F, 1e6F + 0.5F, 1e6F}}},
+        {"flat", {{0.1F, 0.7F, 0}, {0.3F, 0.11F, 0}, {-0.77F, 0.13F, 0}}},
+        {"tiny", {{1e-20F, 2e-20F, 3e-20F}, {4e-20F, 5e-20F, -6e-20F}}}};
+    for (const auto& [name, positions] : clouds) {
+        SCOPED_TRACE(name);
+        Particles particles;
+        particles.position = positions;
+        for (std::size_t i = 0; i < positions.size(); ++i) particles.id.push_back(i);
+        writeParticles(folder / "a.vdb", particles);
+        const Particles read = sortedById(readParticles(folder / "a.vdb"));
+        if (name == "far apart") {  // a float offset in one voxel cannot hold both: to 1e-7 of the voxel
+            ASSERT_EQ(read.size(), 2U);
+            EXPECT_NEAR(read.position[0].x, 0, 1e24);
+            EXPECT_NEAR(read.position[1].x, 3e30, 1e24);
+        } else {
+            EXPECT_EQ(read.position, positions);
+        }
+    }
+}
+
+TEST(VdbFile, TheSameParticlesGiveTheSameBytes) {
+    const Particles a = sampleParticles(3000, true, true, true);
+    const std::string bytes = encodeVdb(a, "a.vdb");
+    EXPECT_EQ(bytes, encodeVdb(a, "a.vdb"));
+    Particles b = a;
+    b.velocity[17].x += 1;
+    EXPECT_NE(bytes.substr(21, 36), encodeVdb(b, "b.vdb").substr(21, 36));  // the file's own number
+    EXPECT_EQ(bytes[21 + 8], '-');
+    EXPECT_EQ(bytes[21 + 14], '4');
+}
+
+TEST(VdbFile, NoParticlesAreNoError) {
+    const TemporaryFolder folder;
+    writeParticles(folder / "a.vdb", {});
+    EXPECT_EQ(readParticles(folder / "a.vdb").size(), 0U);
+    EXPECT_EQ(inspectFile(folder / "a.vdb").points, 0U);
+}
+
+TEST(VdbFile, IdsHave64Bits) {
+    const TemporaryFolder folder;
+    Particles p = sampleParticles(2, false, true, false);
+    p.id = {1ULL << 40, ~0ULL};
+    writeParticles(folder / "a.vdb", p);
+    expectSame(sortedById(readParticles(folder / "a.vdb")), p);
+}
+
+TEST(VdbFile, ReadsQuantisedPointsOfSeveralGrids) {
+    const TemporaryFolder folder;
+    Bytes packed;
+    for (std::string_view hex = kVdbOfManyCodecs; !hex.empty(); hex.remove_prefix(2))
+        packed.push_back(static_cast<std::byte>(std::stoi(std::string(hex.substr(0, 2)), nullptr, 16)));
+    const Bytes bytes = gunzip(packed, "fixture");
+    std::ofstream(folder / "a.vdb", std::ios::binary)
+        .write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+
+    const Particles p = sortedById(readParticles(folder / "a.vdb"));
+    const std::vector<Vec3f> expected{{10, 0, 0},  {10.25F, 0.5F, -0.125F}, {14, 5, 6}, {-3, 2, 1}, {1, 1, 1},
+                                      {-1, -2, -3}};
+    ASSERT_EQ(p.size(), expected.size());
+    EXPECT_EQ(p.id, (std::vector<std::uint64_t>{0, 1, 2, 3, 100, 101}));
+    ASSERT_EQ(p.attributes.size(), 4U);
+    EXPECT_EQ(p.attributes[0].name, "pscale");
+    EXPECT_EQ(p.attributes[0].real, (std::vector<float>{0.5F, 0.75F, 1, 1.25F, 0.5F, 0.75F}));
+    EXPECT_EQ(p.attributes[1].name, "age");
+    EXPECT_EQ(p.attributes[1].real, (std::vector<float>{0, 0.125F, 0.25F, 0.375F, 0, 0.125F}));
+    for (std::size_t i = 0; i < p.size(); ++i) {
+        const float voxel = i < 4 ? 0.5F / 65535 : 0.25F / 255;
+        EXPECT_LE((p.position[i] - expected[i]).length(), voxel) << i;
+        EXPECT_EQ(p.velocity[i], expected[i] * 2.0F) << i;
+        for (std::size_t axis = 0; axis < 3; ++axis)
+            EXPECT_EQ(p.attributes[2].real[3 * i + axis], expected[i][static_cast<int>(axis)] / 2) << i;
+        EXPECT_NEAR(p.attributes[3].real[3 * i + 2], 1, 1e-3);
+    }
+
+    const FileInfo info = inspectFile(folder / "a.vdb");
+    EXPECT_NE(info.format.find("zip"), std::string::npos) << info.format;
+    EXPECT_NE(info.format.find("2 grids"), std::string::npos) << info.format;
+    EXPECT_EQ(info.attributes[0].codec, "fxpt16");
+    EXPECT_EQ(info.attributes[7].type, "group");
+}
+
+TEST(VdbFile, InspectTellsTypesAndCodecs) {
+    const TemporaryFolder folder;
+    writeParticles(folder / "a.vdb", sampleParticles(10, true, true, true));
+    const FileInfo info = inspectFile(folder / "a.vdb");
+    EXPECT_EQ(info.kind, FileKind::particles);
+    EXPECT_EQ(info.points, 10U);
+    EXPECT_NE(info.format.find("vdb points"), std::string::npos);
+    ASSERT_EQ(info.attributes.size(), 8U);
+    EXPECT_EQ(info.attributes[0].name, "P");
+    EXPECT_EQ(info.attributes[1].type, "vec3s");
+    EXPECT_EQ(info.attributes[2].type, "int64");
+    EXPECT_EQ(info.attributes[5].name, "frame");
+    EXPECT_EQ(info.attributes[5].components, 6U);
+}
+
+TEST(VdbFile, DamagedFilesAreErrorsThatNameTheFile) {
+    const TemporaryFolder folder;
+    std::ofstream(folder / "a.vdb") << "no vdb at all";
+    expectError([&] { readParticles(folder / "a.vdb"); }, {"a.vdb"});
+    std::ofstream(folder / "b.vdb") << "";
+    expectError([&] { readParticles(folder / "b.vdb"); }, {"b.vdb"});
+    expectError([&] { readParticles(folder / "none.vdb"); }, {"none.vdb"});
+    const std::string bytes = encodeVdb(sampleParticles(2000, true, true, true), "c");
+    for (const std::size_t tenths : {1U, 5U, 9U}) {
+        std::ofstream(folder / "c.vdb", std::ios::binary) << bytes.substr(0, bytes.size() * tenths / 10);
+        expectError([&] { readParticles(folder / "c.vdb"); }, {"c.vdb"});
+    }
+}
+
+}  // namespace betamesh
