@@ -1,0 +1,269 @@
+// Scenes whose particles follow a formula, with its derivative as their velocity. Lengths are in world
+// units, times in seconds, and motion starts at 0, which is frame 1.
+
+#include "core/parallel.h"
+#include "core/random.h"
+#include "sample/scene.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace betamesh {
+
+namespace {
+
+constexpr double kTurn = 2 * std::numbers::pi;
+
+struct State {
+    Vec3 position, velocity;
+};
+
+// A function of time with its derivative.
+struct Curve {
+    double value, slope;
+};
+
+// 0 before `start`, then rises towards 1, reaching 1/2 after `half`. Its derivative has no jump.
+Curve rise(double seconds, double start, double half) {
+    const double t = (seconds - start) / half;
+    if (t <= 0) return {0, 0};
+    const double d = 1 + t * t;
+    return {t * t / d, 2 * t / (d * d * half)};
+}
+
+class FormulaScene : public Scene {
+public:
+    FormulaScene(double frames_per_second, double spacing) : frames_per_second_(frames_per_second), spacing_(spacing) {}
+
+    Particles frame(int number) final {
+        const double seconds = (static_cast<double>(number) - 1) / frames_per_second_;
+        Particles particles;
+        particles.position.resize(count());
+        particles.velocity.resize(count());
+        particles.id.resize(count());
+        parallelFor(count(), 4096, [&](std::size_t i) {
+            const State state = at(i, seconds);
+            particles.position[i] = Vec3f(state.position);
+            particles.velocity[i] = Vec3f(state.velocity);
+            particles.id[i] = i;
+        });
+        return particles;
+    }
+    double spacing() const final { return spacing_; }
+
+protected:
+    virtual std::size_t count() const = 0;
+    virtual State at(std::size_t particle, double seconds) const = 0;
+
+private:
+    double frames_per_second_, spacing_;
+};
+
+std::size_t atLeastOne(double n) { return static_cast<std::size_t>(std::max(1.0, std::round(n))); }
+
+// A lattice of about n points: as many along x as along y, then as many layers as come nearest.
+struct Grid {
+    std::size_t x, y, z;
+    explicit Grid(std::size_t n) {
+        x = y = atLeastOne(std::cbrt(static_cast<double>(n)));
+        z = atLeastOne(static_cast<double>(n) / static_cast<double>(x * y));
+    }
+    std::size_t size() const { return x * y * z; }
+    Vec3 point(std::size_t i) const {
+        return {static_cast<double>(i % x), static_cast<double>(i / x % y), static_cast<double>(i / (x * y))};
+    }
+};
+
+// A power of two, so that every point is exact in single precision.
+constexpr double kLatticeSpacing = 0x1p-6;
+
+class Lattice : public FormulaScene {
+public:
+    explicit Lattice(const SampleParams& params)
+        : FormulaScene(params.frames_per_second, kLatticeSpacing), grid_(params.particles) {}
+
+protected:
+    std::size_t count() const override { return grid_.size(); }
+    State at(std::size_t i, double) const override { return {grid_.point(i) * kLatticeSpacing, {0, 0, 0}}; }
+
+    Grid grid_;
+};
+
+class Jitter final : public Lattice {
+public:
+    explicit Jitter(const SampleParams& params) : Lattice(params), seed_(params.seed) {}
+
+protected:
+    State at(std::size_t i, double seconds) const override {
+        State state = Lattice::at(i, seconds);
+        Random random(seed_, i);
+        for (int axis = 0; axis < 3; ++axis) {
+            const double turns_per_second = random.between(0.2, 0.6), phase = random.between(0, kTurn);
+            const double amplitude = 0.25 * kLatticeSpacing, angle = kTurn * turns_per_second * seconds + phase;
+            state.position[axis] += amplitude * std::sin(angle);
+            state.velocity[axis] += amplitude * kTurn * turns_per_second * std::cos(angle);
+        }
+        return state;
+    }
+
+private:
+    std::uint64_t seed_;
+};
+
+// One unit wide, waving up and down in two directions while it drifts.
+class Sheet final : public FormulaScene {
+public:
+    explicit Sheet(const SampleParams& params)
+        : Sheet(params, atLeastOne(std::sqrt(static_cast<double>(params.particles)))) {}
+
+protected:
+    std::size_t count() const override { return columns_ * rows_; }
+    State at(std::size_t i, double seconds) const override {
+        Random random(seed_, i);
+        const double x = (static_cast<double>(i % columns_) + random.between(-0.25, 0.25)) * spacing();
+        const double z = (static_cast<double>(i / columns_) + random.between(-0.25, 0.25)) * spacing();
+        const double a = kTurn * (1.25 * x + 0.5 * z - 0.6 * seconds), b = kTurn * (0.9 * z - 0.3 * x + 0.35 * seconds);
+        const Vec3 drift(0.1, 0, 0.05);
+        return {Vec3(x, 0.08 * std::sin(a) + 0.05 * std::sin(b), z) + drift * seconds,
+                Vec3(0, kTurn * (0.05 * 0.35 * std::cos(b) - 0.08 * 0.6 * std::cos(a)), 0) + drift};
+    }
+
+private:
+    Sheet(const SampleParams& params, std::size_t columns)
+        : FormulaScene(params.frames_per_second, 1 / static_cast<double>(columns)),
+          columns_(columns),
+          rows_(atLeastOne(static_cast<double>(params.particles) / static_cast<double>(columns))),
+          seed_(params.seed) {}
+
+    std::size_t columns_, rows_;
+    std::uint64_t seed_;
+};
+
+// A pool two wide, two deep and half high, a drop of radius 0.3 above it, and one particle on its own. They
+// sink slowly, slide into the pool and stay there; the pool answers with a swell that dies out sideways.
+class Drop final : public FormulaScene {
+public:
+    explicit Drop(const SampleParams& params)
+        : FormulaScene(params.frames_per_second,
+                       std::cbrt((kWidth * kWidth * kDepth + kTurn * 2 / 3 * kRadius * kRadius * kRadius) /
+                                 static_cast<double>(params.particles))),
+          seed_(params.seed) {
+        fill({-kWidth / 2, -kDepth, -kWidth / 2}, {kWidth / 2, 0, kWidth / 2}, [](const Vec3&) { return true; });
+        pool_ = points_.size();
+        const Vec3 corner(kRadius, kRadius, kRadius);
+        fill(-corner, corner, [](const Vec3& p) { return p.length() <= kRadius; });
+        for (std::size_t i = 0; i < points_.size(); ++i) points_[i] += Random(seed_, i).cube() * (0.2 * spacing());
+        points_.push_back({0.6 * kWidth / 2, 3 * spacing(), 0});  // the one on its own
+    }
+
+protected:
+    std::size_t count() const override { return points_.size(); }
+    State at(std::size_t i, double seconds) const override {
+        const Vec3 p = points_[i];
+        if (i + 1 == points_.size()) {
+            const Curve sunk = rise(seconds, 0, 1.0);
+            return {p - Vec3(0, 3 * spacing() * sunk.value, 0), {0, -3 * spacing() * sunk.slope, 0}};
+        }
+        if (i >= pool_) {
+            const Curve sunk = rise(seconds, 0, 0.6);
+            const double height = kRadius + 4 * spacing(), fall = 1.5 * height;
+            return {p + Vec3(0, height - fall * sunk.value, 0), {0, -fall * sunk.slope, 0}};
+        }
+        // The swell begins when the drop touches; it moves the floor of the pool not at all.
+        const Curve swell = rise(seconds, 0.3, 0.5);
+        const double from_axis = std::hypot(p.x, p.z), angle = kTurn * (1.5 * from_axis - 1.2 * seconds);
+        const double reach = 0.06 * std::exp(-1.5 * from_axis) * (1 + p.y / kDepth);
+        return {p + Vec3(0, reach * swell.value * std::sin(angle), 0),
+                {0, reach * (swell.slope * std::sin(angle) - swell.value * kTurn * 1.2 * std::cos(angle)), 0}};
+    }
+
+private:
+    static constexpr double kWidth = 2, kDepth = 0.5, kRadius = 0.3;
+
+    template <typename Inside>
+    void fill(const Vec3& low, const Vec3& high, const Inside& inside) {
+        const double dx = spacing();
+        for (double z = low.z + dx / 2; z < high.z; z += dx)
+            for (double y = low.y + dx / 2; y < high.y; y += dx)
+                for (double x = low.x + dx / 2; x < high.x; x += dx)
+                    if (inside({x, y, z})) points_.push_back({x, y, z});
+    }
+
+    std::vector<Vec3> points_;
+    std::size_t pool_ = 0;  // points_ before this one are the pool, the last one is on its own
+    std::uint64_t seed_;
+};
+
+// Threads side by side, from a single row of particles to a rope. Each is pulled to several times its
+// length; its particles gather in beads, and its width follows so that the volume stays.
+class Tendril final : public FormulaScene {
+public:
+    explicit Tendril(const SampleParams& params) : Tendril(params, crossSections()) {}
+
+protected:
+    std::size_t count() const override { return points_.size(); }
+    State at(std::size_t i, double seconds) const override {
+        const Point& p = points_[i];
+        // x runs over [0, 1] along the thread; along(x) = stretch · (x - bead · sin(k x) / k) is where it goes.
+        const Curve stretched = rise(seconds, 0, 1.2), gathered = rise(seconds, 0.2, 1.5);
+        const double stretch = 1 + 3 * stretched.value, stretch_slope = 3 * stretched.slope;
+        const double bead = 0.85 * gathered.value, bead_slope = 0.85 * gathered.slope;
+        const double k = kTurn * kBeads, wave = std::sin(k * p.x) / k, crest = std::cos(k * p.x);
+        const double density = stretch * (1 - bead * crest);  // length after by length before
+        const double density_slope = stretch_slope * (1 - bead * crest) - stretch * bead_slope * crest;
+        const double width = 1 / std::sqrt(density), width_slope = -0.5 * width * density_slope / density;
+        const Vec3 across(0, p.y, p.z), row(0, 0, p.row);
+        return {Vec3(stretch * (p.x - bead * wave), 0, 0) + across * width + row,
+                Vec3(stretch_slope * (p.x - bead * wave) - stretch * bead_slope * wave, 0, 0) + across * width_slope};
+    }
+
+private:
+    struct Point {
+        double x, y, z, row;
+    };
+    static constexpr double kBeads = 5;
+
+    // Offsets across each thread, in spacings.
+    static std::vector<std::vector<Vec3>> crossSections() {
+        std::vector<std::vector<Vec3>> threads;
+        for (const double radius : {0.1, 1.1, 2.1, 3.1}) {
+            threads.emplace_back();
+            for (int y = -4; y <= 4; ++y)
+                for (int z = -4; z <= 4; ++z)
+                    if (std::hypot(y, z) <= radius) threads.back().push_back(Vec3(0, y, z));
+        }
+        return threads;
+    }
+
+    Tendril(const SampleParams& params, const std::vector<std::vector<Vec3>>& threads)
+        : Tendril(params, threads, [&] {
+              std::size_t across = 0;
+              for (const std::vector<Vec3>& thread : threads) across += thread.size();
+              return atLeastOne(static_cast<double>(params.particles) / static_cast<double>(across));
+          }()) {}
+
+    Tendril(const SampleParams& params, const std::vector<std::vector<Vec3>>& threads, std::size_t length)
+        : FormulaScene(params.frames_per_second, 1 / static_cast<double>(length)) {
+        const double dx = spacing();
+        for (std::size_t row = 0; row < threads.size(); ++row)
+            for (const Vec3& offset : threads[row])
+                for (std::size_t i = 0; i < length; ++i) {
+                    const Vec3 p = offset + Random(params.seed, points_.size()).cube() * Vec3(0.5, 0.2, 0.2);
+                    points_.push_back({(static_cast<double>(i) + 0.5 + p.x) * dx, p.y * dx, p.z * dx,
+                                       static_cast<double>(row) * 16 * dx});
+                }
+    }
+
+    std::vector<Point> points_;
+};
+
+}  // namespace
+
+std::unique_ptr<Scene> makeDrop(const SampleParams& params) { return std::make_unique<Drop>(params); }
+std::unique_ptr<Scene> makeSheet(const SampleParams& params) { return std::make_unique<Sheet>(params); }
+std::unique_ptr<Scene> makeTendril(const SampleParams& params) { return std::make_unique<Tendril>(params); }
+std::unique_ptr<Scene> makeLattice(const SampleParams& params) { return std::make_unique<Lattice>(params); }
+std::unique_ptr<Scene> makeJitter(const SampleParams& params) { return std::make_unique<Jitter>(params); }
+
+}  // namespace betamesh

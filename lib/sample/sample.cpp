@@ -1,0 +1,63 @@
+#include "sample/sample.h"
+
+#include "core/error.h"
+#include "sample/scene.h"
+
+#include <cmath>
+
+namespace betamesh {
+
+namespace {
+
+struct Entry {
+    SampleInfo info;
+    SceneMaker make;
+};
+
+const std::vector<Entry>& entries() {
+    static const std::vector<Entry> all = {
+        {{"dambreak", "a column of liquid collapses in a tank with an obstacle and splashes", 30000}, makeDamBreak},
+        {{"rotcube", "a spinning cube of liquid in free flight tears into sheets and tendrils", 30000},
+         makeRotatingCube},
+        {{"drop", "a drop, and a single particle beside it, sink slowly into a pool", 20000}, makeDrop},
+        {{"sheet", "a sheet one particle thick waves", 10000}, makeSheet},
+        {{"tendril", "threads of several widths stretch, thin and bead into droplets", 4000}, makeTendril},
+        {{"lattice", "a cubic lattice that stands still: exact ties everywhere", 8000}, makeLattice},
+        {{"jitter", "the same lattice, every particle swinging by up to a quarter of the spacing", 8000}, makeJitter},
+    };
+    return all;
+}
+
+}  // namespace
+
+std::vector<SampleInfo> samples() {
+    std::vector<SampleInfo> infos;
+    for (const Entry& entry : entries()) infos.push_back(entry.info);
+    return infos;
+}
+
+Sample::Sample(const SampleParams& params) {
+    if (!(params.frames_per_second > 0) || !std::isfinite(params.frames_per_second))
+        throw Error("sample '" + params.name + "': frames per second are " + std::to_string(params.frames_per_second) +
+                    ", expected a number > 0");
+    std::string names;
+    for (const Entry& entry : entries()) {
+        if (entry.info.name == params.name) {
+            SampleParams resolved = params;
+            if (resolved.particles == 0) resolved.particles = entry.info.particles;
+            scene_ = entry.make(resolved);
+            return;
+        }
+        names += (names.empty() ? "" : ", ") + entry.info.name;
+    }
+    throw Error("unknown sample '" + params.name + "', expected one of: " + names);
+}
+
+Sample::~Sample() = default;
+Sample::Sample(Sample&&) noexcept = default;
+Sample& Sample::operator=(Sample&&) noexcept = default;
+
+Particles Sample::frame(int number) { return scene_->frame(number); }
+double Sample::spacing() const { return scene_->spacing(); }
+
+}  // namespace betamesh
