@@ -9,8 +9,11 @@
 #include <tbb/parallel_sort.h>
 #include <tbb/task_arena.h>
 
+#include <atomic>
+#include <chrono>
 #include <cstdint>
 #include <numeric>
+#include <thread>
 #include <vector>
 
 namespace betamesh {
@@ -46,6 +49,20 @@ template <typename Body>
 void withThreads(int threads, const Body& body) {
     const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, static_cast<std::size_t>(threads));
     tbb::task_arena(threads).execute(body);
+}
+
+/// Makes sure that the threads of withThreads(threads) are there, so that none need be made when memory is
+/// short. Gives up waiting for them after half a second.
+inline void startThreads(int threads) {
+    std::atomic<int> arrived = 0;
+    const auto latest = std::chrono::steady_clock::now() + std::chrono::milliseconds(500);
+    tbb::parallel_for(
+        0, threads,
+        [&](int) {
+            ++arrived;
+            while (arrived < threads && std::chrono::steady_clock::now() < latest) std::this_thread::yield();
+        },
+        tbb::simple_partitioner());
 }
 
 /// Calls body(i) for i = 0, 1 … n - 1, begun in this order, at most in_flight (>= 1) of them at once; begins

@@ -1,0 +1,143 @@
+#include "job_options.h"
+
+#include "batch/interrupt.h"
+#include "batch/job.h"
+#include "batch/log.h"
+#include "batch/machine.h"
+#include "batch/plan.h"
+#include "batch/progress.h"
+#include "core/parallel.h"
+
+#include <chrono>
+#include <cstdio>
+#include <iostream>
+
+namespace betamesh {
+namespace {
+
+const char* groupOf(const ConfigKey& key) { return key.path.starts_with("run.") ? "Running" : "Surface and input"; }
+
+void printTasks(const Plan& plan) {
+    for (const FrameTask& task : plan.tasks) {
+        std::cout << "frame " << task.frame << ": " << task.input << " -> " << task.output << ": "
+                  << actionName(task.action) << '\n';
+    }
+}
+
+std::string summary(const JobResult& result, std::size_t frames, double seconds) {
+    char time[32];
+    std::snprintf(time, sizeof time, "%.1f s", seconds);
+    return std::to_string(result.written) + " of " + std::to_string(frames) + " frames written, " +
+           std::to_string(result.skipped) + " skipped, " + std::to_string(result.failed) + " failed in " + time;
+}
+
+/// A plan with --dry-run ends as the job would, but writes nothing.
+int showPlan(const Plan& plan, bool json) {
+    bool refused = false;
+    bool failing = false;
+    for (const FrameTask& task : plan.tasks) {
+        refused = refused || task.action == FrameAction::refuse_existing;
+        failing = failing || task.action == FrameAction::fail_missing;
+        if (json) std::cout << taskJson(task.frame, task.input, task.output, actionName(task.action)) << '\n';
+    }
+    if (!json) printTasks(plan);
+    if (refused) logError("outputs exist; expected none, or --overwrite or --skip-existing");
+    return refused ? kWrongUsage : failing ? kSomeFailed : kAllWritten;
+}
+
+}  // namespace
+
+void addJobOptions(CLI::App& command, JobOptions& options) {
+    for (const ConfigKey& key : configKeys()) {
+        if (key.option.empty()) continue;
+        const std::string help = key.reason + " [" + key.path + ", default " +
+                                 (key.get(Config{}).empty() ? "empty" : key.get(Config{})) + "]";
+        CLI::Option* option = nullptr;
+        const auto remember = [&options, path = key.path](const std::string& value) { options.values[path] = value; };
+        if (key.kind == ConfigKey::Kind::boolean) {
+            option = command.add_flag_callback(
+                key.option, [remember] { remember("true"); }, help);
+        } else {
+            option = command.add_option_function<std::string>(key.option, remember, help)->type_name("VALUE");
+        }
+        option->group(groupOf(key));
+    }
+    command
+        .add_option(
+            "--set", options.assignments,
+            "Any key of a pipeline file, as in --set smoothing.passes=2; may be repeated. The options above win.")
+        ->type_name("KEY=VALUE")
+        ->expected(1)
+        ->take_all()
+        ->group("Running");
+    command
+        .add_option("--chunk", options.chunk,
+                    "Only the i-th of N contiguous pieces of the frames, 1 <= i <= N: for farms.")
+        ->type_name("i/N")
+        ->group("Running");
+    command.add_flag("--overwrite", options.overwrite, "Replace outputs that exist.")->group("Running");
+    command
+        .add_flag("--skip-existing", options.skip_existing,
+                  "Leave out frames that are finished: both the mesh and its report are there.")
+        ->group("Running");
+    command
+        .add_flag("--dry-run", options.dry_run,
+                  "Print each frame with its input, output and what would be done; do nothing.")
+        ->group("Running");
+    command
+        .add_flag(
+            "--json", options.json,
+            "Print one JSON object per frame on stdout, in the order in which frames end; nothing else goes there.")
+        ->group("Messages");
+    command.add_flag("-q,--quiet", options.quiet, "Only errors.")->group("Messages");
+    command.add_flag("-v,--verbose", options.verbose, "Timings of every frame.")->group("Messages");
+    command
+        .add_option("--progress", options.progress,
+                    "auto: a bar on a terminal, otherwise a line a frame, on stderr. openjd, tractor: their lines on "
+                    "stdout, or on "
+                    "stderr with --json.")
+        ->type_name("auto|bar|none|openjd|tractor")
+        ->group("Messages");
+}
+
+int runWithOptions(Config config, const JobOptions& options) {
+    setLogLevel(options.quiet ? LogLevel::quiet : options.verbose ? LogLevel::verbose : LogLevel::normal);
+    for (const std::string& assignment : options.assignments) setConfigKey(config, assignment);
+    for (const ConfigKey& key : configKeys()) {
+        const auto value = options.values.find(key.path);
+        if (value != options.values.end()) setConfigKey(config, key.path, value->second, key.option);
+    }
+    const ProgressKind progress_kind = progressKind(options.progress);
+    rememberSignals();
+    if (config.run.memory_limit > 0) {
+        withThreads(threadsOf(config), [&] { startThreads(threadsOf(config)); });
+        limitMemory(config.run.memory_limit);
+    }
+
+    const auto begin = std::chrono::steady_clock::now();
+    const Plan plan =
+        planJob(config, {parseChunk(options.chunk), options.overwrite, options.skip_existing, options.dry_run});
+    for (const std::string& warning : plan.warnings) logWarning(warning);
+    if (options.dry_run) return showPlan(plan, options.json);
+    for (const std::string& note : plan.notes) logInfo(note);
+    logDetail(std::to_string(plan.tasks.size()) + " frames, " + std::to_string(plan.threads) + " threads, " +
+              std::to_string(plan.frames_in_flight) + " frames in flight");
+
+    Progress progress(progress_kind, plan.tasks.size(), options.json);
+    const JobResult result = runJob(plan, [&](const FrameReport& report) {
+        if (options.json) std::cout << reportJson(report) << std::endl;
+        progress.frameEnded(report);
+    });
+    const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - begin;
+    const std::string words = summary(result, plan.tasks.size(), seconds.count());
+    if (result.exitCode() == kAllWritten) {
+        logInfo(words);
+    } else {
+        const std::string why = result.signal != 0 ? "interrupted: " : result.out_of_memory ? "out of memory: " : "";
+        logError(why + words);
+        progress.jobFailed(why + words);
+    }
+    return result.exitCode();
+}
+
+}  // namespace betamesh

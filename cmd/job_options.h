@@ -1,0 +1,35 @@
+// What `mesh` and `run` share: the options of a job, and running it.
+
+#pragma once
+
+#include "batch/config.h"
+
+#include <CLI/CLI.hpp>
+
+#include <map>
+#include <string>
+#include <vector>
+
+namespace betamesh {
+
+struct JobOptions {
+    std::map<std::string, std::string> values;  ///< by key; what the command line says
+    std::vector<std::string> assignments;       ///< of --set, in order
+    std::string chunk = "1/1";
+    std::string progress = "auto";
+    bool overwrite = false;
+    bool skip_existing = false;
+    bool dry_run = false;
+    bool json = false;
+    bool quiet = false;
+    bool verbose = false;
+};
+
+/// Adds an option for every key that has one, and those that are about this one run. The options must
+/// outlive the command.
+void addJobOptions(CLI::App& command, JobOptions& options);
+
+/// Applies --set, then the options, to what the configuration says already; plans and runs the job.
+int runWithOptions(Config config, const JobOptions& options);
+
+}  // namespace betamesh

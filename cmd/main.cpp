@@ -1,0 +1,75 @@
+#include "batch/job.h"
+#include "batch/log.h"
+#include "batch/version.h"
+#include "command.h"
+
+#include <exception>
+#include <iostream>
+#include <memory>
+#include <new>
+#include <sstream>
+#include <string>
+
+namespace {
+
+constexpr const char* kExitCodes =
+    "Exit codes:\n"
+    "  0 all done; 1 some frame failed, the others are written; 2 wrong usage or configuration, nothing written;\n"
+    "  33 out of memory; 143 ended by SIGTERM, 130 by SIGINT: finished frames stay, nothing is half-written.";
+
+constexpr std::size_t kHelpColumns = 84;  // right of the names
+
+/// Breaks the words of long descriptions into lines.
+class LineBreakingFormatter : public CLI::Formatter {
+public:
+    std::string make_option_desc(const CLI::Option* option) const override {
+        std::istringstream words(CLI::Formatter::make_option_desc(option));
+        std::string text;
+        std::size_t column = 0;
+        for (std::string word; words >> word; column += word.size() + 1) {
+            if (column > 0 && column + word.size() > kHelpColumns) {
+                text += '\n';
+                column = 0;
+            } else if (column > 0) {
+                text += ' ';
+            }
+            text += word;
+        }
+        return text;
+    }
+};
+
+}  // namespace
+
+int main(int argc, char** argv) {
+    using namespace betamesh;
+    CLI::App program("Turns frames of simulated particles into closed triangle meshes: the beta mesh method.",
+                     "betamesh");
+    program.formatter(std::make_shared<LineBreakingFormatter>());  // commands take it over
+    program.set_version_flag("--version", std::string("betamesh ") + version());
+    program.require_subcommand(1);
+    program.footer(kExitCodes);
+    int exit_code = kAllWritten;
+    addMeshCommand(program, exit_code);
+    addRunCommand(program, exit_code);
+    addSampleCommand(program, exit_code);
+    addInfoCommand(program, exit_code);
+    addConfigCommand(program, exit_code);
+    try {
+        program.parse(argc, argv);
+        std::cout.flush();
+        if (!std::cout && exit_code == kAllWritten) {
+            logError("stdout cannot be written");
+            return kSomeFailed;
+        }
+        return exit_code;
+    } catch (const CLI::ParseError& error) {
+        return program.exit(error) == 0 ? kAllWritten : kWrongUsage;  // --help and --version are no errors
+    } catch (const std::bad_alloc&) {
+        logError("out of memory");
+        return kOutOfMemory;
+    } catch (const std::exception& error) {
+        logError(error.what());
+        return kWrongUsage;
+    }
+}

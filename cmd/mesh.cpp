@@ -1,0 +1,38 @@
+#include "command.h"
+#include "job_options.h"
+
+#include <memory>
+
+namespace betamesh {
+
+void addMeshCommand(CLI::App& program, int& exit_code) {
+    CLI::App* command = program.add_subcommand("mesh", "Skins one frame or a sequence, without a pipeline file.");
+    command->footer(
+        "Examples:\n"
+        "  betamesh mesh splash.0012.bgeo splash.0012.ply\n"
+        "  betamesh mesh sim/splash.####.vdb mesh/splash.####.ply --radius 0.03 --frames 1-240 --skip-existing");
+    struct Arguments {
+        std::string input, output;
+        JobOptions options;
+    };
+    const auto arguments = std::make_shared<Arguments>();
+    command
+        ->add_option(
+            "IN", arguments->input,
+            "Particles (.vdb .bgeo .bgeo.gz .ply); #### @@@@ %04d $F4 $F stand for the frame number. Quote $F4: shells "
+            "read it otherwise.")
+        ->required();
+    command
+        ->add_option("OUT", arguments->output,
+                     "Meshes (.ply .bgeo .bgeo.gz .obj), with a frame number where IN has several frames.")
+        ->required();
+    addJobOptions(*command, arguments->options);
+    command->callback([arguments, &exit_code] {
+        Config config;
+        setConfigKey(config, "input.path", arguments->input, "IN");
+        setConfigKey(config, "output.path", arguments->output, "OUT");
+        exit_code = runWithOptions(config, arguments->options);
+    });
+}
+
+}  // namespace betamesh

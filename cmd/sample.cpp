@@ -1,0 +1,108 @@
+#include "sample/sample.h"
+
+#include "batch/frames.h"
+#include "batch/interrupt.h"
+#include "batch/job.h"
+#include "batch/log.h"
+#include "command.h"
+#include "core/error.h"
+#include "io/output_file.h"
+#include "io/particle_file.h"
+
+#include <filesystem>
+#include <memory>
+
+namespace betamesh {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kUsualFrames = "1-24";
+
+struct Arguments {
+    std::string output;
+    std::string frames;
+    SampleParams params;
+    bool overwrite = false;
+    bool skip_existing = false;
+    bool quiet = false;
+};
+
+std::string listOfSamples() {
+    std::string list = "Particles carry v and id and are the same on every machine. Samples:\n";
+    for (const SampleInfo& sample : samples()) {
+        list += "  " + sample.name + std::string(sample.name.size() < 12 ? 12 - sample.name.size() : 1, ' ') +
+                sample.description + " (" + std::to_string(sample.particles) + " particles)\n";
+    }
+    return list + "Example:\n  betamesh sample dambreak sim/dambreak.####.vdb --frames 1-48";
+}
+
+std::vector<int> framesOf(const Arguments& arguments, const FramePattern& pattern) {
+    if (arguments.frames.empty()) {
+        return pattern.numbered ? parseFrames(kUsualFrames) : std::vector<int>{std::max(1, singleFrame(pattern))};
+    }
+    std::vector<int> frames = parseFrames(arguments.frames);
+    if (frames.size() > 1 && !pattern.numbered) {
+        throw Error("'" + pattern.text + "' is one file for " + std::to_string(frames.size()) +
+                    " frames; expected a place for the frame number, such as name.####.vdb");
+    }
+    return frames;
+}
+
+int writeSample(const Arguments& arguments) {
+    setLogLevel(arguments.quiet ? LogLevel::quiet : LogLevel::normal);
+    requireParticleExtension(arguments.output);
+    if (arguments.overwrite && arguments.skip_existing) {
+        throw Error("--overwrite and --skip-existing: expected one of them");
+    }
+    const FramePattern pattern = framePattern(arguments.output);
+    std::vector<int> frames = framesOf(arguments, pattern);
+    const auto exists = [&](int frame) { return fs::exists(frameName(pattern, frame)); };
+    if (arguments.skip_existing) std::erase_if(frames, exists);
+    for (const int frame : frames) {
+        if (!arguments.overwrite && exists(frame)) {
+            throw Error("'" + frameName(pattern, frame) + "' exists; expected none, or --overwrite or --skip-existing");
+        }
+    }
+    Sample sample(arguments.params);
+    const fs::path folder = fs::path(arguments.output).parent_path();
+    if (!folder.empty()) fs::create_directories(folder);
+    sweepTemporaries(folder.empty() ? "." : folder);
+    rememberSignals();
+    for (const int frame : frames) {
+        if (caughtSignal() != 0) return kSignalBase + caughtSignal();
+        const Particles particles = sample.frame(frame);
+        writeParticles(frameName(pattern, frame), particles);
+        logInfo("frame " + std::to_string(frame) + ": " + std::to_string(particles.size()) + " particles -> " +
+                frameName(pattern, frame));
+    }
+    logInfo(std::to_string(frames.size()) + " frames written; nominal spacing " + std::to_string(sample.spacing()));
+    return kAllWritten;
+}
+
+}  // namespace
+
+void addSampleCommand(CLI::App& program, int& exit_code) {
+    CLI::App* command = program.add_subcommand("sample", "Writes an animated particle sequence to try and test with.");
+    command->footer(listOfSamples());
+    const auto arguments = std::make_shared<Arguments>();
+    command->add_option("NAME", arguments->params.name, "Which sample; see below.")->required();
+    command->add_option("OUT", arguments->output, "Particles (.vdb .bgeo .bgeo.gz .ply), such as sim/drop.####.vdb")
+        ->required();
+    command
+        ->add_option("--particles", arguments->params.particles, "About how many; without it, the sample's own number.")
+        ->type_name("N")
+        ->check(CLI::PositiveNumber);
+    command
+        ->add_option("--frames", arguments->frames,
+                     "Which frames, such as 1-100; without it, 1-24, or the one in the name of a single file.")
+        ->type_name("FRAMES");
+    command->add_option("--seed", arguments->params.seed, "Another number, another sequence (default 1).")
+        ->type_name("S");
+    command->add_flag("--overwrite", arguments->overwrite, "Replace files that exist.");
+    command->add_flag("--skip-existing", arguments->skip_existing, "Leave out frames that exist.");
+    command->add_flag("-q,--quiet", arguments->quiet, "Only errors.");
+    command->callback([arguments, &exit_code] { exit_code = writeSample(*arguments); });
+}
+
+}  // namespace betamesh

@@ -1,0 +1,216 @@
+// The door of yaml-cpp.
+
+#include "batch/config.h"
+
+#include "core/error.h"
+
+#include <yaml-cpp/yaml.h>
+
+#include <algorithm>
+#include <set>
+#include <sstream>
+
+namespace betamesh {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr int kVersion = 1;
+constexpr std::size_t kMaxDepth = 32;  // of includes
+constexpr std::size_t kColumns = 116;  // of printed comments
+
+std::string located(const fs::path& file, const YAML::Mark& mark) {
+    if (mark.line < 0) return file.string();
+    return file.string() + ':' + std::to_string(mark.line + 1) + ':' + std::to_string(mark.column + 1);
+}
+
+const char* typeName(const YAML::Node& node) {
+    if (node.IsMap()) return "a map";
+    if (node.IsSequence()) return "a list";
+    if (node.IsNull()) return "nothing";
+    return node.Tag() == "!" ? "text in quotes" : "a value";
+}
+
+bool isSection(const std::string& path) {
+    return std::any_of(configKeys().begin(), configKeys().end(),
+                       [&](const ConfigKey& key) { return key.path.starts_with(path + '.'); });
+}
+
+const ConfigKey* keyAt(const std::string& path) {
+    const auto& keys = configKeys();
+    const auto key = std::find_if(keys.begin(), keys.end(), [&](const ConfigKey& k) { return k.path == path; });
+    return key == keys.end() ? nullptr : &*key;
+}
+
+/// The name of a row in a map; refuses names that are not plain and names that came before.
+std::string nameOf(const YAML::Node& name, std::set<std::string>& seen, const fs::path& file) {
+    if (!name.IsScalar()) {
+        throw Error(located(file, name.Mark()) + ": the name of a key is " + typeName(name) + "; expected a word");
+    }
+    if (!seen.insert(name.Scalar()).second) {
+        throw Error(located(file, name.Mark()) + ": the key '" + name.Scalar() + "' stands here a second time");
+    }
+    return name.Scalar();
+}
+
+void applyKey(Config& config, const YAML::Node& name, const std::string& path, const YAML::Node& value,
+              const fs::path& file) {
+    const ConfigKey* key = keyAt(path);
+    if (key == nullptr) {
+        setConfigKey(config, path, "", located(file, name.Mark()));  // throws, with the nearest key
+        return;
+    }
+    const bool quoted_number = value.IsScalar() && value.Tag() == "!" &&
+                               (key->kind == ConfigKey::Kind::number || key->kind == ConfigKey::Kind::boolean);
+    if (!value.IsScalar() || quoted_number) {
+        throw Error(located(file, value.IsNull() ? name.Mark() : value.Mark()) + ": " + path + ": " + typeName(value) +
+                    " was found; expected " + key->expects);
+    }
+    setConfigKey(config, path, value.Scalar(), located(file, value.Mark()));
+}
+
+void applySection(Config& config, const YAML::Node& name, const std::string& section, const YAML::Node& rows,
+                  const fs::path& file) {
+    if (!rows.IsMap()) {
+        throw Error(located(file, rows.IsNull() ? name.Mark() : rows.Mark()) + ": " + section + ": " + typeName(rows) +
+                    " was found; expected a map such as " + section + ": {key: value}");
+    }
+    std::set<std::string> seen;
+    for (const auto& row : rows) {
+        applyKey(config, row.first, section + '.' + nameOf(row.first, seen, file), row.second, file);
+    }
+}
+
+void checkVersion(const YAML::Node& root, const fs::path& file) {
+    const YAML::Node version = root["version"];
+    if (!version) throw Error(file.string() + ":1:1: no version; expected the line 'version: 1'");
+    if (!version.IsScalar() || version.Scalar() != std::to_string(kVersion)) {
+        throw Error(located(file, version.Mark()) +
+                    ": version: " + (version.IsScalar() ? "'" + version.Scalar() + "'" : typeName(version)) +
+                    " was found; expected 1, the only one there is");
+    }
+}
+
+/// The file that an include names: relative to the including file, then to the folder the command runs in.
+fs::path includedFile(const YAML::Node& include, const fs::path& file) {
+    if (!include.IsScalar() || include.Scalar().empty()) {
+        throw Error(located(file, include.Mark()) + ": include: " + typeName(include) +
+                    " was found; expected a path or a list of paths");
+    }
+    const fs::path name(include.Scalar());
+    const fs::path beside = file.parent_path() / name;
+    for (const fs::path& candidate : {beside, name}) {
+        std::error_code ignored;
+        if (fs::is_regular_file(candidate, ignored)) return candidate;
+    }
+    throw Error(located(file, include.Mark()) + ": include: no file '" + name.string() + "' (looked for " +
+                beside.lexically_normal().string() + " and " + fs::absolute(name).lexically_normal().string() + ")");
+}
+
+YAML::Node readYaml(const fs::path& file) {
+    try {
+        const auto documents = YAML::LoadAllFromFile(file.string());
+        if (documents.size() > 1) {
+            throw Error(located(file, documents[1].Mark()) + ": a second document begins; expected one");
+        }
+        const YAML::Node root = documents.empty() ? YAML::Node() : documents.front();
+        if (!root.IsMap()) {
+            throw Error(file.string() + ":1:1: " + typeName(root) +
+                        " was found; expected a pipeline file that begins with 'version: 1'");
+        }
+        return root;
+    } catch (const YAML::BadFile&) {
+        throw Error(file.string() + ": cannot be read; expected a pipeline file (.yaml)");
+    } catch (const YAML::Exception& error) {
+        throw Error(located(file, error.mark) + ": not YAML: " + error.msg);
+    }
+}
+
+void applyFile(Config& config, const fs::path& file, std::vector<fs::path>& chain) {
+    std::error_code error;
+    const fs::path identity = fs::canonical(file, error);
+    if (error) throw Error(file.string() + ": " + error.message() + "; expected a pipeline file (.yaml)");
+    if (fs::is_directory(identity)) throw Error(file.string() + ": is a folder; expected a pipeline file (.yaml)");
+    if (std::find(chain.begin(), chain.end(), identity) != chain.end() || chain.size() >= kMaxDepth) {
+        std::string circle;
+        for (const fs::path& link : chain) circle += link.filename().string() + " -> ";
+        throw Error(file.string() + ": include: the files include each other in a circle: " + circle +
+                    identity.filename().string());
+    }
+    chain.push_back(identity);
+
+    const YAML::Node root = readYaml(file);
+    checkVersion(root, file);
+    if (const YAML::Node include = root["include"]) {
+        if (include.IsSequence()) {
+            for (const auto& one : include) applyFile(config, includedFile(one, file), chain);
+        } else {
+            applyFile(config, includedFile(include, file), chain);
+        }
+    }
+    std::set<std::string> seen;
+    for (const auto& row : root) {
+        const std::string name = nameOf(row.first, seen, file);
+        if (name == "version" || name == "include") continue;
+        if (isSection(name)) {
+            applySection(config, row.first, name, row.second, file);
+        } else {
+            applyKey(config, row.first, name, row.second, file);
+        }
+    }
+    chain.pop_back();
+}
+
+/// Words as comment lines that stay within the columns.
+void printComment(std::ostream& out, const std::string& indent, const std::string& text) {
+    std::istringstream words(text);
+    std::string line = indent + '#';
+    for (std::string word; words >> word;) {
+        if (line.size() + 1 + word.size() > kColumns) {
+            out << line << '\n';
+            line = indent + '#';
+        }
+        line += ' ' + word;
+    }
+    out << line << '\n';
+}
+
+std::string yamlScalar(const ConfigKey& key, const std::string& value) {
+    YAML::Emitter emitter;
+    if (key.kind == ConfigKey::Kind::text && value.empty()) return "\"\"";
+    emitter << value;
+    return emitter.c_str();
+}
+
+}  // namespace
+
+Config readConfig(const fs::path& path) {
+    Config config;
+    std::vector<fs::path> chain;
+    applyFile(config, path, chain);
+    return config;
+}
+
+std::string printConfig(const Config& config) {
+    std::ostringstream out;
+    out << "version: " << kVersion << '\n';
+    std::string section;
+    for (const ConfigKey& key : configKeys()) {
+        const std::size_t dot = key.path.find('.');
+        const bool inside = dot != std::string::npos;
+        const std::string indent = inside ? "  " : "";
+        if (inside && key.path.substr(0, dot) != section) {
+            section = key.path.substr(0, dot);
+            out << '\n' << section << ":\n";
+        } else {
+            out << '\n';
+        }
+        printComment(out, indent, key.reason);
+        printComment(out, indent,
+                     "Expected: " + key.expects + '.' + (key.unit.empty() ? "" : " Unit: " + key.unit + '.'));
+        out << indent << key.path.substr(inside ? dot + 1 : 0) << ": " << yamlScalar(key, key.get(config)) << '\n';
+    }
+    return out.str();
+}
+
+}  // namespace betamesh

@@ -1,0 +1,98 @@
+// Everything a job can be told, and where each word of it comes from.
+
+#pragma once
+
+#include "skin/skin_frame.h"
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace betamesh {
+
+/// A length in world units or in particle spacings.
+struct RadiusText {
+    double value = 1.5;
+    bool in_spacings = true;
+    bool operator==(const RadiusText&) const = default;
+};
+
+enum class OnMissing { error, skip, empty };
+
+/// One job. The defaults are these initialisers; configKeys() says what each means.
+/// Zero stands for `auto` in spacing, frames_in_flight, threads and memory_limit.
+struct Config {
+    struct Input {
+        std::string path;
+        std::string velocity;
+        std::string id;
+    } input;
+    std::string frames = "all";
+    struct Surface {
+        RadiusText radius;
+        double spacing = 0;
+        SurfaceKind kind = SurfaceKind::beta;
+        Tessellation tessellation = Tessellation::paper;
+        PredicateKind predicates = PredicateKind::exact;
+        bool resolve_intersections = false;
+    } surface;
+    struct Perturbation {
+        int retries = 3;
+        double tolerance = 1e-5;
+    } perturbation;
+    struct Smoothing {
+        SmoothingMethod method = SmoothingMethod::paper;
+        int passes = 1;
+    } smoothing;
+    struct Output {
+        std::string path;
+    } output;
+    struct Run {
+        int frames_in_flight = 0;
+        int threads = 0;
+        int retries = 1;
+        OnMissing on_missing = OnMissing::error;
+        std::uint64_t memory_limit = 0;
+    } run;
+};
+
+/// One key: the row from which YAML, --set, command line options, `config print` and default.yaml come.
+struct ConfigKey {
+    enum class Kind { text, number, choice, boolean };
+
+    std::string path;    ///< "surface.radius"
+    std::string option;  ///< "--radius"; empty where the command line gives the value in another way
+    Kind kind = Kind::text;
+    std::string expects;                            ///< type and range in words: "a whole number, 0 to 100"
+    std::string unit;                               ///< empty where there is none
+    std::string reason;                             ///< what it does and why one would change it
+    std::function<std::string(const Config&)> get;  ///< as text that set() reads back
+    std::function<void(Config&, const std::string& value)> set;  ///< throws Error with what was found and expected
+};
+
+/// All keys, in the order in which they are printed; those of one section stand together.
+const std::vector<ConfigKey>& configKeys();
+
+/// The known key or section that was most likely meant.
+std::string nearestConfigKey(std::string_view unknown);
+
+/// Sets one key by its path. `where` names the origin in errors: "--set", "splash.yaml:4:11".
+void setConfigKey(Config& config, const std::string& path, const std::string& value, const std::string& where);
+
+/// Sets one key from `a.b=c`.
+void setConfigKey(Config& config, const std::string& assignment);
+
+/// Reads a pipeline file and the presets it includes: first those, in their order, then its own keys; the
+/// later value wins.
+///
+/// errors  file, line and column of an unknown key (and the nearest known one), a key given twice, a wrong
+///         type, an impossible value, a missing or circular include, YAML that cannot be read
+Config readConfig(const std::filesystem::path& path);
+
+/// A pipeline file with every key, its unit, range and reason; readConfig() gives the same Config back.
+std::string printConfig(const Config& config);
+
+}  // namespace betamesh

@@ -1,0 +1,406 @@
+// The table of keys. A new key is a member of Config and a row here; everything else follows.
+
+#include "batch/config.h"
+#include "batch/frames.h"
+#include "core/error.h"
+#include "io/mesh_file.h"
+#include "io/particle_file.h"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <limits>
+#include <optional>
+
+namespace betamesh {
+namespace {
+
+using Kind = ConfigKey::Kind;
+
+struct Words {
+    std::string path, option, unit, reason;
+};
+
+[[noreturn]] void failValue(const std::string& value, const std::string& expects) {
+    throw Error("'" + value + "' was found; expected " + expects);
+}
+
+template <typename Number>
+std::optional<Number> numberOf(std::string_view text) {
+    Number number{};
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+    if (error != std::errc{} || end != text.data() + text.size()) return std::nullopt;
+    return number;
+}
+
+/// The shortest text that reads back as the same number.
+std::string textOf(double number) {
+    std::array<char, 64> buffer{};
+    const auto [end, error] = std::to_chars(buffer.data(), buffer.data() + buffer.size(), number);
+    return {buffer.data(), end};
+}
+
+template <typename Member>
+const auto& read(const Config& config, Member member) {
+    return member(const_cast<Config&>(config));  // members are plain accessors: they change nothing
+}
+
+template <typename Member>
+ConfigKey textKey(const Words& words, const std::string& expects, Member member,
+                  std::function<void(const std::string&)> check = {}) {
+    return {words.path,
+            words.option,
+            Kind::text,
+            expects,
+            words.unit,
+            words.reason,
+            [=](const Config& config) { return read(config, member); },
+            [=](Config& config, const std::string& value) {
+                if (check) check(value);
+                member(config) = value;
+            }};
+}
+
+/// zero_is_auto: the word `auto` stands for the value 0.
+template <typename Member>
+ConfigKey integerKey(const Words& words, int least, int most, bool zero_is_auto, Member member) {
+    const std::string expects = std::string(zero_is_auto ? "auto or " : "") + "a whole number, " +
+                                std::to_string(least) + " to " + std::to_string(most);
+    return {words.path,
+            words.option,
+            Kind::number,
+            expects,
+            words.unit,
+            words.reason,
+            [=](const Config& config) {
+                const int number = read(config, member);
+                return zero_is_auto && number == 0 ? std::string("auto") : std::to_string(number);
+            },
+            [=](Config& config, const std::string& value) {
+                const bool automatic = zero_is_auto && value == "auto";
+                const auto number = automatic ? std::optional<int>(0) : numberOf<int>(value);
+                if (!number || (!automatic && (*number < least || *number > most))) failValue(value, expects);
+                member(config) = *number;
+            }};
+}
+
+/// Above zero and finite; most included.
+template <typename Member>
+ConfigKey positiveKey(const Words& words, const std::string& expects, double most, bool zero_is_auto, Member member) {
+    return {words.path,
+            words.option,
+            Kind::number,
+            expects,
+            words.unit,
+            words.reason,
+            [=](const Config& config) {
+                const double number = read(config, member);
+                return zero_is_auto && number == 0 ? std::string("auto") : textOf(number);
+            },
+            [=](Config& config, const std::string& value) {
+                const bool automatic = zero_is_auto && value == "auto";
+                const auto number = automatic ? std::optional<double>(0) : numberOf<double>(value);
+                if (!number || (!automatic && !(*number > 0 && *number <= most))) failValue(value, expects);
+                member(config) = *number;
+            }};
+}
+
+template <typename Member>
+ConfigKey booleanKey(const Words& words, Member member) {
+    const std::string expects = "true or false";
+    return {words.path,
+            words.option,
+            Kind::boolean,
+            expects,
+            words.unit,
+            words.reason,
+            [=](const Config& config) { return std::string(read(config, member) ? "true" : "false"); },
+            [=](Config& config, const std::string& value) {
+                if (value != "true" && value != "false") failValue(value, expects);
+                member(config) = value == "true";
+            }};
+}
+
+template <typename Choice>
+using Choices = std::vector<std::pair<std::string, Choice>>;
+
+template <typename Choice, typename Member>
+ConfigKey choiceKey(const Words& words, const Choices<Choice>& choices, Member member) {
+    std::string expects = choices.size() > 1 ? "one of" : "the word";
+    for (const auto& choice : choices) expects += ' ' + choice.first;
+    return {words.path,
+            words.option,
+            Kind::choice,
+            expects,
+            words.unit,
+            words.reason,
+            [=](const Config& config) {
+                return std::find_if(choices.begin(), choices.end(),
+                                    [&](const auto& choice) { return choice.second == read(config, member); })
+                    ->first;
+            },
+            [=](Config& config, const std::string& value) {
+                const auto found = std::find_if(choices.begin(), choices.end(),
+                                                [&](const auto& choice) { return choice.first == value; });
+                if (found == choices.end()) failValue(value, expects);
+                member(config) = found->second;
+            }};
+}
+
+/// "0.02" or "1.5dx".
+ConfigKey radiusKey(const Words& words) {
+    const std::string expects = "a number above 0, or a multiple of the spacing such as 1.5dx";
+    return {words.path,
+            words.option,
+            Kind::number,
+            expects,
+            words.unit,
+            words.reason,
+            [](const Config& config) {
+                return textOf(config.surface.radius.value) + (config.surface.radius.in_spacings ? "dx" : "");
+            },
+            [=](Config& config, const std::string& value) {
+                const bool in_spacings = value.ends_with("dx");
+                const auto number =
+                    numberOf<double>(std::string_view(value).substr(0, value.size() - (in_spacings ? 2 : 0)));
+                if (!number || !(*number > 0) || !std::isfinite(*number)) failValue(value, expects);
+                config.surface.radius = {*number, in_spacings};
+            }};
+}
+
+struct ByteUnit {
+    std::string_view name;
+    double bytes;
+};
+constexpr std::array<ByteUnit, 6> kByteUnits{
+    {{"TiB", 0x1p40}, {"GiB", 0x1p30}, {"MiB", 0x1p20}, {"TB", 1e12}, {"GB", 1e9}, {"MB", 1e6}}};
+
+/// "16GiB"; zero is `auto`.
+template <typename Member>
+ConfigKey bytesKey(const Words& words, Member member) {
+    const std::string expects = "auto or a size from 1MiB to 1024TiB with its unit (MiB GiB TiB MB GB TB)";
+    return {words.path,
+            words.option,
+            Kind::number,
+            expects,
+            words.unit,
+            words.reason,
+            [=](const Config& config) {
+                const std::uint64_t bytes = read(config, member);
+                if (bytes == 0) return std::string("auto");
+                for (const ByteUnit& unit : kByteUnits) {
+                    const auto unit_bytes = static_cast<std::uint64_t>(unit.bytes);
+                    if (bytes % unit_bytes == 0) return std::to_string(bytes / unit_bytes) + std::string(unit.name);
+                }
+                return textOf(static_cast<double>(bytes) / 0x1p20) + "MiB";
+            },
+            [=](Config& config, const std::string& value) {
+                if (value == "auto") {
+                    member(config) = 0;
+                    return;
+                }
+                for (const ByteUnit& unit : kByteUnits) {
+                    if (!value.ends_with(unit.name)) continue;
+                    const auto number =
+                        numberOf<double>(std::string_view(value).substr(0, value.size() - unit.name.size()));
+                    if (!number || !(*number * unit.bytes >= 0x1p20 && *number * unit.bytes <= 0x1p50)) break;
+                    member(config) = static_cast<std::uint64_t>(*number * unit.bytes);
+                    return;
+                }
+                failValue(value, expects);
+            }};
+}
+
+void checkInputPath(const std::string& path) {
+    if (path.empty()) return;
+    framePattern(path);
+    requireParticleExtension(path);
+}
+
+void checkOutputPath(const std::string& path) {
+    if (path.empty()) return;
+    framePattern(path);
+    requireMeshExtension(path);
+}
+
+void checkFrames(const std::string& frames) {
+    if (frames != "all") parseFrames(frames);
+}
+
+std::vector<ConfigKey> makeKeys() {
+    std::vector<ConfigKey> keys;
+    keys.push_back(textKey(
+        {"input.path", "", "",
+         "The particles, one file a frame. The frame number stands at #### or @@@@ (a digit each), %04d, "
+         "$F4 or $F; numbers with more digits are written in full. A relative path starts at the folder "
+         "in which the command runs."},
+        "a path ending in .vdb, .bgeo, .bgeo.gz or .ply; needed by `run`",
+        [](Config& c) -> std::string& { return c.input.path; }, checkInputPath));
+    keys.push_back(textKey({"input.velocity", "--velocity", "world units per second",
+                            "The attribute that is the velocity. Empty: the first of v, velocity, vel; where none "
+                            "exists, zero velocities are written and a warning says so. A name given here must exist."},
+                           "the name of an attribute with three components, or empty",
+                           [](Config& c) -> std::string& { return c.input.velocity; }));
+    keys.push_back(textKey(
+        {"input.id", "--id", "",
+         "The attribute that stays with a particle from frame to frame. Empty: id, where it exists. A "
+         "name given here must exist."},
+        "the name of a whole-number attribute, or empty", [](Config& c) -> std::string& { return c.input.id; }));
+    keys.push_back(textKey(
+        {"frames", "--frames", "",
+         "Which frames to mesh; all: every frame found on disk. A step is written x, as in 1-100x2; ':' "
+         "is refused because farm engines disagree about it."},
+        "all, or frames such as 12, 1-100, 1-100x2, -5--1, 1-10,15,20-30",
+        [](Config& c) -> std::string& { return c.frames; }, checkFrames));
+    keys.push_back(
+        radiusKey({"surface.radius", "--radius", "world units, or particle spacings with dx",
+                   "Of the balls. The paper uses 1.5 spacings: large enough to close the surface over still "
+                   "liquid. Larger is smoother and joins drops earlier; smaller keeps detail and opens holes."}));
+    keys.push_back(
+        positiveKey({"surface.spacing", "--spacing", "world units",
+                     "What dx stands for: the distance at which the simulation seeded its particles. auto: radius "
+                     "/ 1.5 where the radius is a plain number, otherwise measured once, in the first frame on "
+                     "disk that has seven distinct particles."},
+                    "auto or a number above 0", std::numeric_limits<double>::max(), true,
+                    [](Config& c) -> double& { return c.surface.spacing; }));
+    keys.push_back(choiceKey<SurfaceKind>(
+        {"surface.kind", "--surface", "",
+         "beta: the method's result. alpha: triangles between the particles themselves, quick and rough. union: the "
+         "balls "
+         "as they are, the ground truth to look at."},
+        {{"beta", SurfaceKind::beta}, {"alpha", SurfaceKind::alpha}, {"union", SurfaceKind::union_}},
+        [](Config& c) -> SurfaceKind& { return c.surface.kind; }));
+    keys.push_back(choiceKey<Tessellation>({"surface.tessellation", "--tessellation", "",
+                                            "How the faces become triangles. paper: fans around one vertex a face."},
+                                           {{"paper", Tessellation::paper}},
+                                           [](Config& c) -> Tessellation& { return c.surface.tessellation; }));
+    keys.push_back(choiceKey<PredicateKind>({"surface.predicates", "--predicates", "",
+                                             "exact: signs are computed exactly and ties broken by rule, which never "
+                                             "fails. float: the paper's test in double "
+                                             "precision, repeated on jittered particles while its result is invalid."},
+                                            {{"exact", PredicateKind::exact}, {"float", PredicateKind::floating}},
+                                            [](Config& c) -> PredicateKind& { return c.surface.predicates; }));
+    keys.push_back(
+        booleanKey({"surface.resolve_intersections", "--resolve-intersections", "",
+                    "The paper's step 4: move vertices out to particles that smoothing left outside. No particle "
+                    "lies outside then, and the surface is less smooth."},
+                   [](Config& c) -> bool& { return c.surface.resolve_intersections; }));
+    keys.push_back(integerKey({"perturbation.retries", "--retries", "",
+                               "float predicates only: how often a frame is jittered and tried again before it fails."},
+                              0, 100, false, [](Config& c) -> int& { return c.perturbation.retries; }));
+    keys.push_back(positiveKey(
+        {"perturbation.tolerance", "--tolerance", "multiples of the radius",
+         "float predicates only: the size of the jitter. Larger succeeds sooner and moves the surface "
+         "more."},
+        "a number above 0, at most 0.1", 0.1, false, [](Config& c) -> double& { return c.perturbation.tolerance; }));
+    keys.push_back(
+        choiceKey<SmoothingMethod>({"smoothing.method", "--smoothing", "",
+                                    "paper: vertices move to the weighted centroids of the faces around "
+                                    "them, which calms the bumps of the balls. none: they stay on the balls."},
+                                   {{"paper", SmoothingMethod::paper}, {"none", SmoothingMethod::none}},
+                                   [](Config& c) -> SmoothingMethod& { return c.smoothing.method; }));
+    keys.push_back(
+        integerKey({"smoothing.passes", "--passes", "",
+                    "How often the surface is smoothed. The paper uses 1; each further pass costs detail and "
+                    "volume."},
+                   0, 100, false, [](Config& c) -> int& { return c.smoothing.passes; }));
+    keys.push_back(textKey(
+        {"output.path", "", "",
+         "The meshes, one file a frame, with a place for the frame number as in input.path. Beside each "
+         "stand NAME.json, its report, and NAME.spheres.EXT where drops are too small for triangles."},
+        "a path ending in .ply, .bgeo, .bgeo.gz or .obj; needed by `run`",
+        [](Config& c) -> std::string& { return c.output.path; }, checkOutputPath));
+    keys.push_back(
+        integerKey({"run.frames_in_flight", "--frames-in-flight", "frames",
+                    "How many frames are worked on at once. auto: as many as there are threads and as the memory "
+                    "limit allows by the size of the input files. The meshes do not depend on it."},
+                   1, 4096, true, [](Config& c) -> int& { return c.run.frames_in_flight; }));
+    keys.push_back(
+        integerKey({"run.threads", "-j,--threads", "threads",
+                    "auto: the processors this process may use, or fewer if SLURM_CPUS_PER_TASK or CUE_THREADS "
+                    "says so. The meshes do not depend on it."},
+                   1, 4096, true, [](Config& c) -> int& { return c.run.threads; }));
+    keys.push_back(
+        integerKey({"run.retries", "--io-retries", "",
+                    "How often reading or writing a frame is tried again, after a short wait, before the frame "
+                    "fails: shared disks stumble."},
+                   0, 100, false, [](Config& c) -> int& { return c.run.retries; }));
+    keys.push_back(
+        choiceKey<OnMissing>({"run.on_missing", "--on-missing", "",
+                              "What a frame without an input file is. error: it fails, the others are written. skip: "
+                              "it is left out. empty: an "
+                              "empty mesh is written for it."},
+                             {{"error", OnMissing::error}, {"skip", OnMissing::skip}, {"empty", OnMissing::empty}},
+                             [](Config& c) -> OnMissing& { return c.run.on_missing; }));
+    keys.push_back(
+        bytesKey({"run.memory_limit", "--memory-limit", "bytes",
+                  "auto: what the machine or its container has; it only bounds frames_in_flight. A size is also "
+                  "enforced: a job that needs more ends with exit code 33."},
+                 [](Config& c) -> std::uint64_t& { return c.run.memory_limit; }));
+    return keys;
+}
+
+/// Levenshtein's distance: single characters inserted, removed or replaced.
+std::size_t editDistance(std::string_view a, std::string_view b) {
+    std::vector<std::size_t> row(b.size() + 1);
+    for (std::size_t j = 0; j <= b.size(); ++j) row[j] = j;
+    for (std::size_t i = 1; i <= a.size(); ++i) {
+        std::size_t diagonal = row[0];
+        row[0] = i;
+        for (std::size_t j = 1; j <= b.size(); ++j) {
+            const std::size_t replaced = diagonal + (a[i - 1] == b[j - 1] ? 0 : 1);
+            diagonal = row[j];
+            row[j] = std::min({replaced, row[j] + 1, row[j - 1] + 1});
+        }
+    }
+    return row.back();
+}
+
+std::string_view lastWord(std::string_view path) { return path.substr(path.rfind('.') + 1); }
+
+}  // namespace
+
+const std::vector<ConfigKey>& configKeys() {
+    static const std::vector<ConfigKey> keys = makeKeys();
+    return keys;
+}
+
+std::string nearestConfigKey(std::string_view unknown) {
+    std::vector<std::string> names{"version", "include"};
+    for (const ConfigKey& key : configKeys()) {
+        names.push_back(key.path);
+        const std::string section = key.path.substr(0, key.path.find('.'));
+        if (section != key.path && section != names[names.size() - 2]) names.push_back(section);
+    }
+    // A right word in a wrong section counts as near; between equals the whole path decides.
+    const auto distance = [&](const std::string& name) {
+        const std::size_t whole = editDistance(unknown, name);
+        return std::pair(std::min(whole, editDistance(lastWord(unknown), lastWord(name))), whole);
+    };
+    return *std::min_element(names.begin(), names.end(),
+                             [&](const std::string& a, const std::string& b) { return distance(a) < distance(b); });
+}
+
+void setConfigKey(Config& config, const std::string& path, const std::string& value, const std::string& where) {
+    const auto& keys = configKeys();
+    const auto key = std::find_if(keys.begin(), keys.end(), [&](const ConfigKey& k) { return k.path == path; });
+    if (key == keys.end()) {
+        throw Error(where + ": unknown key '" + path + "'; the nearest known key is '" + nearestConfigKey(path) + "'");
+    }
+    try {
+        key->set(config, value);
+    } catch (const Error& error) {
+        throw Error(where + ": " + path + ": " + error.what());
+    }
+}
+
+void setConfigKey(Config& config, const std::string& assignment) {
+    const std::size_t equals = assignment.find('=');
+    if (equals == std::string::npos || equals == 0) {
+        throw Error("--set " + assignment + ": expected key=value, such as surface.radius=1.5dx");
+    }
+    setConfigKey(config, assignment.substr(0, equals), assignment.substr(equals + 1), "--set " + assignment);
+}
+
+}  // namespace betamesh

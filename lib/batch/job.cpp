@@ -1,0 +1,239 @@
+#include "batch/job.h"
+
+#include "batch/interrupt.h"
+#include "batch/log.h"
+#include "batch/machine.h"
+#include "core/error.h"
+#include "core/parallel.h"
+#include "io/mesh_file.h"
+#include "io/output_file.h"
+#include "io/particle_file.h"
+
+#include <atomic>
+#include <chrono>
+#include <filesystem>
+#include <mutex>
+#include <new>
+#include <set>
+#include <thread>
+
+namespace betamesh {
+namespace {
+
+namespace fs = std::filesystem;
+using Clock = std::chrono::steady_clock;
+
+constexpr auto kFirstWait = std::chrono::milliseconds(200);  // before an input or output is tried again; then doubled
+constexpr auto kLongestWait = std::chrono::milliseconds(5000);
+
+/// Thrown to leave a frame that nobody waits for any more.
+struct Interrupted {};
+
+/// Seconds since it was made or last asked.
+class Stopwatch {
+public:
+    double lap() {
+        const auto now = Clock::now();
+        const std::chrono::duration<double> seconds = now - begin_;
+        begin_ = now;
+        return seconds.count();
+    }
+
+private:
+    Clock::time_point begin_ = Clock::now();
+};
+
+void leaveIfInterrupted() {
+    if (caughtSignal() != 0) throw Interrupted{};
+}
+
+/// Calls what() again after an Error, each time a little later; the last Error is let through.
+template <typename What>
+void retrying(int retries, const What& what) {
+    auto wait = kFirstWait;
+    for (int attempt = 0;; ++attempt) {
+        try {
+            return what();
+        } catch (const Error& error) {
+            if (attempt == retries) throw;
+            logDetail(std::string(error.what()) + "; trying again");
+        }
+        std::this_thread::sleep_for(wait);
+        wait = std::min<std::chrono::milliseconds>(2 * wait, kLongestWait);
+        leaveIfInterrupted();
+    }
+}
+
+void declareVelocity(Particles& particles, FrameReport& report, std::atomic<bool>& warned) {
+    if (!particles.velocity.empty() || particles.size() == 0) return;
+    particles.velocity.assign(particles.size(), Vec3f(0, 0, 0));
+    report.warnings.push_back("no velocity in the input: zero velocities written");
+    if (!warned.exchange(true)) {
+        logWarning(report.input +
+                   ": no velocity (v, velocity or vel): zero velocities are written, here and wherever it is missing");
+    }
+}
+
+/// The report is the seal of a frame: it goes first and comes last.
+void writeFrame(const SkinnedFrame& skinned, const std::string& output) {
+    fs::remove(reportPath(output));
+    writeMesh(output, skinned.mesh);
+    if (skinned.spheres.size() > 0) {
+        writeSpheres(spheresPath(output), skinned.spheres);
+    } else {
+        fs::remove(spheresPath(output));
+    }
+}
+
+void meshFrame(const FrameTask& task, const Plan& plan, FrameReport& report, std::atomic<bool>& warned_of_velocity) {
+    const Config& config = plan.config;
+    StageSeconds& seconds = report.seconds;
+    Stopwatch total;
+    Stopwatch stage;
+    SkinnedFrame skinned;
+    if (task.action == FrameAction::mesh) {
+        Particles particles;
+        retrying(config.run.retries, [&] {
+            particles = readParticles(task.input, {config.input.velocity, config.input.id});
+        });
+        if (plan.skin.radius == 0)
+            throw Error(task.input + ": could not be read when the spacing was measured, but can be now");
+        declareVelocity(particles, report, warned_of_velocity);
+        seconds.read = stage.lap();
+        leaveIfInterrupted();
+        skinned = skinFrame(particles, plan.skin, [&](std::string_view name) {
+            const double lap = stage.lap();
+            if (name == "structure") seconds.structure += lap;
+            if (name == "tessellate") seconds.tessellate += lap;
+            if (name == "smooth") seconds.smooth += lap;
+            if (name == "velocity") seconds.velocity += lap;
+            leaveIfInterrupted();
+        });
+    } else {
+        report.warnings.push_back("no input: an empty mesh written, as run.on_missing says");
+    }
+    report.skin = skinned.report;
+    report.vertices = skinned.mesh.position.size();
+    report.triangles = skinned.mesh.triangles.size();
+    report.spheres = skinned.spheres.size();
+    report.status = report.skin.particles == 0 ? FrameStatus::empty : FrameStatus::ok;
+
+    leaveIfInterrupted();
+    stage.lap();
+    retrying(config.run.retries, [&] { writeFrame(skinned, task.output); });
+    seconds.write = stage.lap();
+    seconds.total = total.lap();
+    report.peak_bytes = peakMemory();
+    retrying(config.run.retries, [&] { writeFile(reportPath(task.output), reportJson(report) + '\n'); });
+}
+
+FrameReport reportFor(const FrameTask& task, const Plan& plan) {
+    FrameReport report;
+    report.frame = task.frame;
+    report.input = task.input;
+    report.output = task.output;
+    report.radius = plan.skin.radius;
+    report.spacing = plan.spacing;
+    report.predicates = plan.skin.predicates;
+    return report;
+}
+
+void fail(FrameReport& report, const std::string& why) {
+    report.status = FrameStatus::failed;
+    report.error = "frame " + std::to_string(report.frame) + ": " + why;
+    logError(report.error);
+}
+
+/// What became of one frame; Interrupted and bad_alloc go through.
+FrameReport frameReport(const FrameTask& task, const Plan& plan, std::atomic<bool>& warned_of_velocity) {
+    FrameReport report = reportFor(task, plan);
+    switch (task.action) {
+        case FrameAction::fail_missing:
+            fail(report, task.input + ": no such file; expected it, or run.on_missing (--on-missing) skip or empty");
+            break;
+        case FrameAction::refuse_existing:
+            fail(report, task.output + " exists");
+            break;
+        case FrameAction::skip_missing:
+            report.status = FrameStatus::skipped;
+            report.warnings.push_back("no input: frame left out, as run.on_missing says");
+            break;
+        case FrameAction::skip_existing:
+            report.status = FrameStatus::skipped;
+            break;
+        case FrameAction::mesh:
+        case FrameAction::write_empty:
+            try {
+                meshFrame(task, plan, report, warned_of_velocity);
+            } catch (const std::bad_alloc&) {
+                throw;
+            } catch (const std::exception& error) {
+                fail(report, error.what());
+            }
+    }
+    report.peak_bytes = peakMemory();
+    return report;
+}
+
+/// Makes the folders of all outputs and clears what dead jobs left there.
+void prepareFolders(const std::vector<FrameTask>& tasks) {
+    std::set<fs::path> folders;
+    for (const FrameTask& task : tasks) {
+        if (task.action != FrameAction::mesh && task.action != FrameAction::write_empty) continue;
+        const fs::path folder = fs::path(task.output).parent_path();
+        folders.insert(folder.empty() ? "." : folder);
+    }
+    for (const fs::path& folder : folders) {
+        std::error_code error;
+        fs::create_directories(folder, error);
+        if (error) throw Error("'" + folder.string() + "': cannot make the folder: " + error.message());
+        sweepTemporaries(folder);
+    }
+}
+
+}  // namespace
+
+int JobResult::exitCode() const {
+    if (signal != 0) return kSignalBase + signal;
+    if (out_of_memory) return kOutOfMemory;
+    return failed > 0 ? kSomeFailed : kAllWritten;
+}
+
+JobResult runJob(const Plan& plan, const FrameEnded& frameEnded) {
+    prepareFolders(plan.tasks);
+    JobResult result;
+    std::mutex mutex;  // guards result and frameEnded
+    std::atomic<bool> out_of_memory = false;
+    std::atomic<bool> warned_of_velocity = false;
+
+    const auto goOn = [&] { return caughtSignal() == 0 && !out_of_memory; };
+    const auto doFrame = [&](std::size_t i) {
+        FrameReport report;
+        try {
+            report = frameReport(plan.tasks[i], plan, warned_of_velocity);
+        } catch (const Interrupted&) {
+            return;
+        } catch (const std::bad_alloc&) {
+            out_of_memory = true;
+            report = reportFor(plan.tasks[i], plan);
+            fail(report, "out of memory with " + std::to_string(plan.frames_in_flight) +
+                             " frames in flight; fewer (run.frames_in_flight) need less");
+        }
+        const std::scoped_lock lock(mutex);
+        if (report.status == FrameStatus::failed) {
+            ++result.failed;
+        } else if (report.status == FrameStatus::skipped) {
+            ++result.skipped;
+        } else {
+            ++result.written;
+        }
+        frameEnded(report);
+    };
+    withThreads(plan.threads, [&] { parallelInFlight(plan.tasks.size(), plan.frames_in_flight, goOn, doFrame); });
+
+    result.out_of_memory = out_of_memory;
+    if (result.written + result.skipped + result.failed < plan.tasks.size()) result.signal = caughtSignal();
+    return result;
+}
+
+}  // namespace betamesh

@@ -1,0 +1,25 @@
+// What a job says to the person who watches it: lines on stderr, with the time.
+
+#pragma once
+
+#include <string>
+
+namespace betamesh {
+
+enum class LogLevel {
+    quiet,   ///< errors
+    normal,  ///< warnings and what is being done
+    verbose  ///< details of every frame
+};
+
+void setLogLevel(LogLevel level);
+
+void logDetail(const std::string& text);
+void logInfo(const std::string& text);
+void logWarning(const std::string& text);
+void logError(const std::string& text);
+
+/// A line that stays below all others on a terminal; empty: none.
+void setLogFooter(const std::string& text);
+
+}  // namespace betamesh

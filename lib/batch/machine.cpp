@@ -1,0 +1,125 @@
+#include "batch/machine.h"
+
+#include "core/error.h"
+
+#include <sched.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <charconv>
+#include <cmath>
+#include <cstdlib>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <optional>
+#include <string>
+#include <thread>
+#include <vector>
+
+namespace betamesh {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Where the files of one control group controller are: from the group of this process up to the root.
+/// Covers version 2 (one tree) and version 1 (a tree a controller).
+std::vector<fs::path> groupFolders(const std::string& controller) {
+    std::vector<fs::path> folders;
+    std::ifstream groups("/proc/self/cgroup");
+    for (std::string line; std::getline(groups, line);) {
+        // number:controllers:/path
+        const std::size_t first = line.find(':');
+        const std::size_t second = line.find(':', first + 1);
+        if (first == std::string::npos || second == std::string::npos) continue;
+        const std::string controllers = ',' + line.substr(first + 1, second - first - 1) + ',';
+        fs::path root;
+        if (controllers == ",,") root = "/sys/fs/cgroup";
+        if (controllers.find(',' + controller + ',') != std::string::npos) root = "/sys/fs/cgroup/" + controller;
+        if (root.empty()) continue;
+        const fs::path group = fs::path(line.substr(second + 1)).relative_path();
+        for (fs::path below = group; !below.empty(); below = below.parent_path()) folders.push_back(root / below);
+        folders.push_back(root);
+    }
+    return folders;
+}
+
+/// The number at the front of a file; nothing when the file is absent or says "max".
+std::optional<double> numberIn(const fs::path& file) {
+    std::ifstream in(file);
+    double number = 0;
+    if (in >> number) return number;
+    return std::nullopt;
+}
+
+/// Processors' worth of time the containers around this process grant it.
+std::optional<double> processorQuota() {
+    std::optional<double> least;
+    const auto take = [&](double processors) { least = std::min(least.value_or(processors), processors); };
+    for (const fs::path& folder : groupFolders("cpu")) {
+        std::ifstream version2(folder / "cpu.max");
+        double quota = 0;
+        double period = 0;
+        if (version2 >> quota >> period && period > 0) take(quota / period);
+        const auto quota1 = numberIn(folder / "cpu.cfs_quota_us");
+        const auto period1 = numberIn(folder / "cpu.cfs_period_us");
+        if (quota1 && period1 && *quota1 > 0 && *period1 > 0) take(*quota1 / *period1);
+    }
+    return least;
+}
+
+std::optional<int> threadsFromEnvironment(const char* name) {
+    const char* text = std::getenv(name);
+    if (text == nullptr) return std::nullopt;
+    int number = 0;
+    const auto [end, error] = std::from_chars(text, text + std::strlen(text), number);
+    if (error != std::errc{} || *end != '\0' || number < 1) return std::nullopt;
+    return number;
+}
+
+}  // namespace
+
+int availableThreads() {
+    int threads = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
+    cpu_set_t allowed;
+    CPU_ZERO(&allowed);
+    if (sched_getaffinity(0, sizeof allowed, &allowed) == 0) threads = std::min(threads, CPU_COUNT(&allowed));
+    if (const auto quota = processorQuota()) threads = std::min(threads, static_cast<int>(std::ceil(*quota)));
+    for (const char* name : {"SLURM_CPUS_PER_TASK", "CUE_THREADS"}) {
+        if (const auto granted = threadsFromEnvironment(name)) threads = std::min(threads, *granted);
+    }
+    return std::max(1, threads);
+}
+
+std::uint64_t availableMemory() {
+    auto bytes = static_cast<double>(sysconf(_SC_PHYS_PAGES)) * static_cast<double>(sysconf(_SC_PAGESIZE));
+    for (const fs::path& folder : groupFolders("memory")) {
+        for (const char* name : {"memory.max", "memory.limit_in_bytes"}) {
+            if (const auto limit = numberIn(folder / name)) bytes = std::min(bytes, *limit);
+        }
+    }
+    return static_cast<std::uint64_t>(bytes);
+}
+
+std::uint64_t peakMemory() {
+    rusage usage{};
+    getrusage(RUSAGE_SELF, &usage);
+    return static_cast<std::uint64_t>(usage.ru_maxrss) * 1024;  // Linux counts in KiB
+}
+
+void limitMemory(std::uint64_t bytes) {
+    // The sixth number is what RLIMIT_DATA counts, in pages: the heap, and the stacks of threads in full.
+    std::ifstream pages("/proc/self/statm");
+    std::uint64_t data = 0;
+    for (int field = 0; field < 6; ++field) pages >> data;
+    rlimit limit{};
+    getrlimit(RLIMIT_DATA, &limit);
+    limit.rlim_cur = std::min<rlim_t>(bytes + data * static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE)), limit.rlim_max);
+    if (setrlimit(RLIMIT_DATA, &limit) != 0) {
+        throw Error("memory limit of " + std::to_string(bytes) + " bytes: " + std::strerror(errno));
+    }
+}
+
+}  // namespace betamesh

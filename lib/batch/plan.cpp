@@ -1,0 +1,202 @@
+#include "batch/plan.h"
+
+#include "batch/machine.h"
+#include "batch/radius.h"
+#include "batch/report.h"
+#include "core/error.h"
+#include "core/parallel.h"
+#include "io/mesh_file.h"
+#include "io/particle_file.h"
+
+#include <algorithm>
+#include <charconv>
+#include <filesystem>
+#include <map>
+#include <system_error>
+
+namespace betamesh {
+namespace {
+
+namespace fs = std::filesystem;
+
+// Memory of a frame at work, by the size of its file: a packed particle takes about 10 bytes on disk and, with
+// its share of the surface, up to 600 in memory.
+constexpr std::uint64_t kWorkingBytesPerFileByte = 60;
+
+bool exists(const std::string& path) {
+    std::error_code ignored;
+    return fs::exists(fs::symlink_status(path, ignored));
+}
+
+std::vector<int> chosenFrames(const Config& config, const FramePattern& input,
+                              const std::map<int, std::string>& on_disk) {
+    if (config.frames != "all") {
+        std::vector<int> frames = parseFrames(config.frames);
+        if (!input.numbered && frames.size() > 1) {
+            throw Error("'" + input.text + "' is one file, but frames " + config.frames +
+                        " were asked for; expected a place for the frame number, such as name.####.vdb");
+        }
+        return frames;
+    }
+    if (!input.numbered) return {singleFrame(input)};
+    std::vector<int> frames;
+    for (const auto& file : on_disk) frames.push_back(file.first);
+    if (frames.empty())
+        throw Error("'" + input.text + "': no such frame on disk; expected files such as " + frameName(input, 1));
+    return frames;
+}
+
+/// Gaps are easily a simulation that died: say so, unless the frames have a steady step.
+void noteGaps(const Config& config, const std::vector<int>& frames, std::vector<std::string>& warnings) {
+    if (config.frames != "all" || frames.size() < 3) return;
+    std::int64_t step = std::int64_t{frames[1]} - frames[0];
+    for (std::size_t i = 2; i < frames.size(); ++i) step = std::min(step, std::int64_t{frames[i]} - frames[i - 1]);
+    for (std::size_t i = 1; i < frames.size(); ++i) {
+        if (std::int64_t{frames[i]} - frames[i - 1] != step) {
+            warnings.push_back("'" + config.input.path + "': the frames on disk have gaps (" + printFrames(frames) +
+                               "); give --frames to have missing ones treated as on_missing says");
+            return;
+        }
+    }
+}
+
+FrameAction actionFor(const FrameTask& task, bool input_exists, const Config& config, const PlanOptions& options) {
+    const bool output_exists = exists(task.output);
+    if (output_exists && options.skip_existing && isFinished(reportPath(task.output)))
+        return FrameAction::skip_existing;
+    if (!input_exists && config.run.on_missing == OnMissing::skip) return FrameAction::skip_missing;
+    if (!input_exists && config.run.on_missing == OnMissing::error) return FrameAction::fail_missing;
+    if (output_exists && !options.skip_existing && !options.overwrite) return FrameAction::refuse_existing;
+    return input_exists ? FrameAction::mesh : FrameAction::write_empty;
+}
+
+void refuseExisting(const std::vector<FrameTask>& tasks) {
+    const auto refused = [](const FrameTask& task) { return task.action == FrameAction::refuse_existing; };
+    const auto count = std::count_if(tasks.begin(), tasks.end(), refused);
+    if (count == 0) return;
+    throw Error("'" + std::find_if(tasks.begin(), tasks.end(), refused)->output + "' exists" +
+                (count > 1 ? ", and " + std::to_string(count - 1) + " more outputs" : "") +
+                "; expected none, or --overwrite or --skip-existing");
+}
+
+std::size_t framesInFlight(const Plan& plan) {
+    if (plan.config.run.frames_in_flight > 0) return static_cast<std::size_t>(plan.config.run.frames_in_flight);
+    std::uint64_t largest = 1;
+    for (const FrameTask& task : plan.tasks) {
+        std::error_code error;
+        const auto bytes = fs::file_size(task.input, error);
+        if (!error) largest = std::max<std::uint64_t>(largest, bytes);
+    }
+    const std::uint64_t memory = plan.config.run.memory_limit > 0 ? plan.config.run.memory_limit : availableMemory();
+    const std::uint64_t fitting = std::max<std::uint64_t>(1, memory / (largest * kWorkingBytesPerFileByte));
+    return static_cast<std::size_t>(std::min<std::uint64_t>(fitting, static_cast<std::uint64_t>(plan.threads)));
+}
+
+SkinParams skinParams(const Config& config) {
+    SkinParams params;
+    params.surface = config.surface.kind;
+    params.tessellation = config.surface.tessellation;
+    params.predicates = config.surface.predicates;
+    params.retries = config.perturbation.retries;
+    params.tolerance = config.perturbation.tolerance;
+    params.smoothing = config.smoothing.method;
+    params.passes = config.smoothing.passes;
+    params.resolve_intersections = config.surface.resolve_intersections;
+    return params;
+}
+
+std::string shortNumber(double number) {
+    char text[32];
+    const auto [end, error] = std::to_chars(text, text + sizeof text, number, std::chars_format::general, 6);
+    return {text, end};
+}
+
+void planRadius(Plan& plan, const std::map<int, std::string>& on_disk) {
+    const auto resolved = resolveRadius(plan.config, on_disk);
+    if (!resolved) return;
+    plan.skin.radius = resolved->radius;
+    plan.spacing = resolved->spacing;
+    plan.notes.push_back("radius " + shortNumber(resolved->radius) + ", spacing " + shortNumber(resolved->spacing) +
+                         " (" + resolved->origin + ')');
+    plan.warnings.insert(plan.warnings.end(), resolved->warnings.begin(), resolved->warnings.end());
+}
+
+/// "splash.0001.bgeo.gz" has the extension ".bgeo.gz".
+std::pair<std::string, std::string> splitExtension(const std::string& path) {
+    const fs::path whole(path);
+    std::string extension = whole.extension().string();
+    if (extension == ".gz") extension = whole.stem().extension().string() + extension;
+    return {path.substr(0, path.size() - extension.size()), extension};
+}
+
+}  // namespace
+
+const char* actionName(FrameAction action) {
+    switch (action) {
+        case FrameAction::mesh:
+            return "mesh";
+        case FrameAction::write_empty:
+            return "write empty mesh (input missing)";
+        case FrameAction::skip_missing:
+            return "skip (input missing)";
+        case FrameAction::fail_missing:
+            return "fail (input missing)";
+        case FrameAction::skip_existing:
+            return "skip (output exists)";
+        case FrameAction::refuse_existing:
+            return "refuse (output exists)";
+    }
+    return "";
+}
+
+int threadsOf(const Config& config) { return config.run.threads > 0 ? config.run.threads : availableThreads(); }
+
+Plan planJob(const Config& config, const PlanOptions& options) {
+    if (config.input.path.empty()) throw Error("no input; expected input.path, such as sim/splash.####.vdb");
+    if (config.output.path.empty()) throw Error("no output; expected output.path, such as mesh/splash.####.ply");
+    if (options.overwrite && options.skip_existing)
+        throw Error("--overwrite and --skip-existing: expected one of them");
+    requireParticleExtension(config.input.path);
+    requireMeshExtension(config.output.path);
+    const FramePattern input = framePattern(config.input.path);
+    const FramePattern output = framePattern(config.output.path);
+
+    Plan plan;
+    plan.config = config;
+    plan.skin = skinParams(config);
+    plan.threads = threadsOf(config);
+
+    const auto on_disk = framesOnDisk(input);
+    const std::vector<int> frames = chosenFrames(config, input, on_disk);
+    if (frames.size() > 1 && !output.numbered) {
+        throw Error("'" + output.text + "' is one file for " + std::to_string(frames.size()) +
+                    " frames; expected a place for the frame number, such as name.####.ply");
+    }
+    noteGaps(config, frames, plan.warnings);
+    for (const int frame : chunkOf(frames, options.chunk)) {
+        FrameTask task{frame, frameName(input, frame), frameName(output, frame), FrameAction::mesh};
+        std::error_code ignored;
+        if (task.input == task.output || fs::equivalent(task.input, task.output, ignored)) {
+            throw Error("'" + task.output + "' is both input and output; expected two files");
+        }
+        const bool input_exists = input.numbered ? on_disk.contains(frame) : !on_disk.empty();
+        task.action = actionFor(task, input_exists, config, options);
+        plan.tasks.push_back(std::move(task));
+    }
+    if (options.dry_run) return plan;
+    refuseExisting(plan.tasks);
+    plan.frames_in_flight = framesInFlight(plan);
+    const bool any_mesh = std::any_of(plan.tasks.begin(), plan.tasks.end(),
+                                      [](const FrameTask& task) { return task.action == FrameAction::mesh; });
+    if (any_mesh) withThreads(plan.threads, [&] { planRadius(plan, on_disk); });
+    return plan;
+}
+
+std::string reportPath(const std::string& output) { return output + ".json"; }
+
+std::string spheresPath(const std::string& output) {
+    const auto [stem, extension] = splitExtension(output);
+    return stem + ".spheres" + (extension == ".obj" ? ".ply" : extension);
+}
+
+}  // namespace betamesh

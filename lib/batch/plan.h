@@ -1,0 +1,62 @@
+// What a job is going to do, decided before anything is written.
+
+#pragma once
+
+#include "batch/config.h"
+#include "batch/frames.h"
+
+#include <string>
+#include <vector>
+
+namespace betamesh {
+
+enum class FrameAction {
+    mesh,            ///< read, skin, write
+    write_empty,     ///< no input; an empty mesh was asked for
+    skip_missing,    ///< no input; to be left out
+    fail_missing,    ///< no input; an error
+    skip_existing,   ///< the output and its report are there
+    refuse_existing  ///< something is there; only in plans that are not run
+};
+
+const char* actionName(FrameAction action);
+
+struct FrameTask {
+    int frame = 0;
+    std::string input;
+    std::string output;
+    FrameAction action = FrameAction::mesh;
+};
+
+struct PlanOptions {
+    Chunk chunk;
+    bool overwrite = false;
+    bool skip_existing = false;
+    bool dry_run = false;  ///< nothing is read, and an existing output does not end the planning
+};
+
+struct Plan {
+    Config config;
+    std::vector<FrameTask> tasks;  ///< ascending frames
+    SkinParams skin;               ///< its radius is 0 when no frame could be read to measure it
+    double spacing = 0;            ///< world units
+    int threads = 1;
+    std::size_t frames_in_flight = 1;
+    std::vector<std::string> notes;     ///< for the log
+    std::vector<std::string> warnings;  ///< for the log
+};
+
+/// How many threads a job uses: as many as it says, or as the machine grants.
+int threadsOf(const Config& config);
+
+/// errors  paths that are missing or do not fit together; no frame at all; an output that exists while
+///         neither overwrite nor skip_existing is set; a spacing that cannot be measured
+Plan planJob(const Config& config, const PlanOptions& options);
+
+/// The report beside an output: "o.0001.ply" -> "o.0001.ply.json".
+std::string reportPath(const std::string& output);
+
+/// The spheres beside an output: "o.0001.ply" -> "o.0001.spheres.ply". A .obj cannot hold a radius: .ply then.
+std::string spheresPath(const std::string& output);
+
+}  // namespace betamesh

@@ -1,0 +1,44 @@
+#include "batch/radius.h"
+
+#include "core/error.h"
+#include "io/particle_file.h"
+#include "skin/spacing.h"
+
+namespace betamesh {
+namespace {
+
+constexpr double kUsualRadius = 1.5;  // spacings, as in the paper
+
+ResolvedRadius resolved(const RadiusText& radius, double spacing, std::string origin) {
+    return {radius.in_spacings ? radius.value * spacing : radius.value, spacing, std::move(origin), {}};
+}
+
+}  // namespace
+
+std::optional<ResolvedRadius> resolveRadius(const Config& config, const std::map<int, std::string>& frames_on_disk) {
+    const RadiusText& radius = config.surface.radius;
+    if (config.surface.spacing > 0) return resolved(radius, config.surface.spacing, "as given");
+    if (!radius.in_spacings) return resolved(radius, radius.value / kUsualRadius, "radius / 1.5");
+
+    std::vector<std::string> warnings;
+    bool any_readable = false;
+    for (const auto& [frame, file] : frames_on_disk) {
+        try {
+            const Particles particles = readParticles(file, {config.input.velocity, config.input.id});
+            any_readable = true;
+            if (const auto measured = spacing(particles)) {
+                ResolvedRadius result = resolved(radius, *measured, "measured in " + file);
+                result.warnings = std::move(warnings);
+                return result;
+            }
+        } catch (const Error& error) {
+            warnings.push_back("not used to measure the spacing: " + std::string(error.what()));
+        }
+    }
+    if (!any_readable) return std::nullopt;
+    throw Error("'" + config.input.path +
+                "': the particle spacing cannot be measured: no frame has seven distinct "
+                "particles; give --spacing (surface.spacing), or a radius in world units (--radius 0.02)");
+}
+
+}  // namespace betamesh

@@ -1,0 +1,102 @@
+// The door of nlohmann-json.
+
+#include "batch/report.h"
+
+#include <nlohmann/json.hpp>
+
+#include <fstream>
+
+namespace betamesh {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+/// Names of files are bytes, JSON is UTF-8: what is not becomes U+FFFD.
+std::string oneLine(const Json& json) { return json.dump(-1, ' ', false, Json::error_handler_t::replace); }
+
+const char* statusName(FrameStatus status) {
+    switch (status) {
+        case FrameStatus::ok:
+            return "ok";
+        case FrameStatus::empty:
+            return "empty";
+        case FrameStatus::skipped:
+            return "skipped";
+        case FrameStatus::failed:
+            return "failed";
+    }
+    return "";
+}
+
+}  // namespace
+
+std::string reportJson(const FrameReport& report) {
+    Json json;
+    json["frame"] = report.frame;
+    json["input"] = report.input;
+    json["output"] = report.output;
+    json["status"] = statusName(report.status);
+    if (report.status == FrameStatus::failed) json["error"] = report.error;
+    json["particles"] = report.skin.particles;
+    json["distinct_particles"] = report.skin.distinct_particles;
+    json["radius"] = report.radius;
+    json["spacing"] = report.spacing;
+    json["predicates"] = report.predicates == PredicateKind::exact ? "exact" : "float";
+    json["perturbation_retries"] = report.skin.perturbation_retries;
+    json["alpha_vertices"] = report.skin.alpha_vertices;
+    json["alpha_triangles"] = report.skin.alpha_triangles;
+    json["double_sided_triangles"] = report.skin.double_sided_triangles;
+    json["degenerate_edges"] = report.skin.degenerate_edges;
+    json["isolated_particles"] = report.skin.isolated_particles;
+    json["vertices"] = report.vertices;
+    json["triangles"] = report.triangles;
+    json["spheres"] = report.spheres;
+    json["components"] = report.skin.components;
+    json["euler"] = report.skin.euler;
+    json["volume"] = report.skin.volume;
+    json["area"] = report.skin.area;
+    const StageSeconds& seconds = report.seconds;
+    json["seconds"] = {{"read", seconds.read},     {"structure", seconds.structure}, {"tessellate", seconds.tessellate},
+                       {"smooth", seconds.smooth}, {"velocity", seconds.velocity},   {"write", seconds.write},
+                       {"total", seconds.total}};
+    json["peak_bytes"] = report.peak_bytes;
+    json["warnings"] = report.warnings;
+    return oneLine(json);
+}
+
+std::string taskJson(int frame, const std::string& input, const std::string& output, const std::string& action) {
+    return oneLine({{"frame", frame}, {"input", input}, {"output", output}, {"action", action}});
+}
+
+bool isFinished(const std::filesystem::path& report_file) {
+    std::ifstream in(report_file);
+    if (!in) return false;
+    const Json json = Json::parse(in, nullptr, false);
+    if (!json.is_object()) return false;
+    const auto status = json.find("status");
+    return status != json.end() && (*status == "ok" || *status == "empty");
+}
+
+std::string infoJson(const std::string& file, const FileInfo& info, std::optional<double> spacing) {
+    Json json;
+    json["file"] = file;
+    json["kind"] = info.kind == FileKind::particles ? "particles" : "mesh";
+    json["format"] = info.format;
+    json["bytes"] = info.bytes;
+    json["points"] = info.points;
+    json["triangles"] = info.triangles;
+    json["edges"] = info.edges;
+    json["lower"] = {info.lower.x, info.lower.y, info.lower.z};
+    json["upper"] = {info.upper.x, info.upper.y, info.upper.z};
+    if (info.kind == FileKind::particles) json["spacing"] = spacing ? Json(*spacing) : Json(nullptr);
+    json["attributes"] = Json::array();
+    for (const AttributeInfo& attribute : info.attributes) {
+        json["attributes"].push_back({{"name", attribute.name},
+                                      {"type", attribute.type},
+                                      {"components", attribute.components},
+                                      {"codec", attribute.codec}});
+    }
+    return oneLine(json);
+}
+
+}  // namespace betamesh

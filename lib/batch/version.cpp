@@ -1,0 +1,7 @@
+#include "batch/version.h"
+
+namespace betamesh {
+
+const char* version() { return BETAMESH_VERSION; }
+
+}  // namespace betamesh

@@ -1,0 +1,10 @@
+// Which betamesh this is.
+
+#pragma once
+
+namespace betamesh {
+
+/// "0.1.0"
+const char* version();
+
+}  // namespace betamesh

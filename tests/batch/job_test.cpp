@@ -1,0 +1,491 @@
+// Batch jobs as a farm sees them: what is on disk afterwards, and the exit code.
+
+#include "io/mesh_file.h"
+#include "io/particle_file.h"
+#include "sample/sample.h"
+#include "support/program.h"
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include <chrono>
+#include <csignal>
+#include <map>
+#include <set>
+#include <sstream>
+#include <thread>
+
+namespace betamesh {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::json;
+
+std::string numbered(const std::string& stem, int frame, const std::string& extension) {
+    std::string digits = std::to_string(frame);
+    digits.insert(0, 4 - digits.size(), '0');
+    return stem + '.' + digits + extension;
+}
+
+class Job : public ::testing::Test {
+protected:
+    void writeFrame(int frame, const Particles& particles) {
+        fs::create_directories(folder_ / "in");
+        writeParticles(folder_ / numbered("in/a", frame, ".ply"), particles);
+    }
+
+    void writeFrames(int first, int last, std::size_t particles = 400) {
+        Sample sample({"jitter", particles, 1, 24});
+        for (int frame = first; frame <= last; ++frame) writeFrame(frame, sample.frame(frame));
+    }
+
+    /// Particle 17 of 20 has no place.
+    void writeFrameWithNaN(int frame) {
+        std::string text =
+            "ply\nformat ascii 1.0\nelement vertex 20\n"
+            "property float x\nproperty float y\nproperty float z\nend_header\n";
+        for (int i = 0; i < 20; ++i) text += std::to_string(i) + (i == 17 ? " nan 0\n" : " 0 0\n");
+        write(folder_ / numbered("in/a", frame, ".ply"), text);
+    }
+
+    /// `mesh` from in/ to out/, with further words.
+    Outcome mesh(const std::vector<std::string>& further = {}, const std::string& output = "out/a.####.ply") {
+        std::vector<std::string> words{"mesh", "in/a.####.ply", output};
+        words.insert(words.end(), further.begin(), further.end());
+        return runProgram(words, folder_.path());
+    }
+
+    bool exists(const std::string& name) { return fs::exists(folder_ / name); }
+    bool written(int frame) {
+        return exists(numbered("out/a", frame, ".ply")) && exists(numbered("out/a", frame, ".ply.json"));
+    }
+    bool absent(int frame) {
+        return !exists(numbered("out/a", frame, ".ply")) && !exists(numbered("out/a", frame, ".ply.json"));
+    }
+
+    Json report(int frame) { return Json::parse(contentsOf(folder_ / numbered("out/a", frame, ".ply.json"))); }
+
+    /// Names and bytes of everything in a folder but the reports, which hold times.
+    std::map<std::string, std::string> meshesIn(const std::string& name) {
+        std::map<std::string, std::string> files;
+        for (const auto& entry : fs::directory_iterator(folder_ / name)) {
+            if (entry.path().extension() != ".json") files[entry.path().filename().string()] = contentsOf(entry.path());
+        }
+        return files;
+    }
+
+    std::size_t hiddenFiles(const std::string& name) {
+        std::size_t count = 0;
+        for (const auto& entry : fs::directory_iterator(folder_ / name)) {
+            if (entry.path().filename().string().front() == '.') ++count;
+        }
+        return count;
+    }
+
+    TemporaryFolder folder_;
+};
+
+std::vector<Json> jsonLines(const std::string& text) {
+    std::vector<Json> lines;
+    std::istringstream in(text);
+    for (std::string line; std::getline(in, line);) lines.push_back(Json::parse(line, nullptr, false));
+    return lines;
+}
+
+std::size_t count(const std::string& text, const std::string& part) {
+    std::size_t found = 0;
+    for (std::size_t at = text.find(part); at != std::string::npos; at = text.find(part, at + 1)) ++found;
+    return found;
+}
+
+TEST_F(Job, WritesEveryFrameOnDiskWithItsReport) {
+    writeFrames(1, 3);
+    const Outcome outcome = mesh();
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+    EXPECT_EQ(outcome.out, "");
+    for (int frame = 1; frame <= 3; ++frame) {
+        EXPECT_TRUE(written(frame));
+        EXPECT_EQ(report(frame)["status"], "ok");
+        const Mesh read = readMesh(folder_ / numbered("out/a", frame, ".ply"));
+        EXPECT_EQ(read.triangles.size(), report(frame)["triangles"].get<std::size_t>());
+        EXPECT_EQ(read.velocity.size(), read.position.size());
+    }
+    EXPECT_EQ(hiddenFiles("out"), 0U);
+}
+
+TEST_F(Job, JsonIsOneObjectPerFrameAndNothingElseIsOnStdout) {
+    writeFrames(1, 4);
+    writeFrameWithNaN(5);
+    for (const char* progress : {"auto", "bar", "none", "openjd", "tractor"}) {
+        SCOPED_TRACE(progress);
+        const Outcome outcome = mesh({"--json", "-v", "--overwrite", "--frames", "1-6", "--progress", progress});
+        EXPECT_EQ(outcome.exit_code, 1);
+        std::set<int> frames;
+        for (const Json& line : jsonLines(outcome.out)) {
+            ASSERT_TRUE(line.is_object()) << outcome.out;
+            frames.insert(line["frame"].get<int>());
+            for (const char* key : {"input",
+                                    "output",
+                                    "status",
+                                    "particles",
+                                    "radius",
+                                    "spacing",
+                                    "predicates",
+                                    "perturbation_retries",
+                                    "alpha_triangles",
+                                    "double_sided_triangles",
+                                    "degenerate_edges",
+                                    "isolated_particles",
+                                    "vertices",
+                                    "triangles",
+                                    "components",
+                                    "euler",
+                                    "volume",
+                                    "area",
+                                    "peak_bytes",
+                                    "warnings"}) {
+                EXPECT_TRUE(line.contains(key)) << key;
+            }
+            for (const char* key : {"read", "structure", "tessellate", "smooth", "velocity", "write", "total"}) {
+                EXPECT_TRUE(line["seconds"].contains(key)) << key;
+            }
+            EXPECT_EQ(line["status"] == "failed", line["frame"] >= 5);
+            EXPECT_EQ(line.contains("error"), line["frame"] >= 5);
+            EXPECT_GT(line["peak_bytes"].get<std::uint64_t>(), 1'000'000U);
+        }
+        EXPECT_EQ(frames, (std::set<int>{1, 2, 3, 4, 5, 6}));
+    }
+}
+
+TEST_F(Job, AMissingFrameIsAnErrorASkipOrAnEmptyMesh) {
+    writeFrames(1, 1);
+    writeFrames(3, 3);
+    const Outcome error = mesh({"--frames", "1-3"});
+    EXPECT_EQ(error.exit_code, 1);
+    EXPECT_NE(error.err.find("in/a.0002.ply"), std::string::npos) << error.err;
+    EXPECT_TRUE(written(1) && absent(2) && written(3));
+
+    EXPECT_EQ(mesh({"--frames", "1-3", "--overwrite", "--on-missing", "skip"}).exit_code, 0);
+    EXPECT_TRUE(written(1) && absent(2) && written(3));
+
+    EXPECT_EQ(mesh({"--frames", "1-3", "--overwrite", "--on-missing", "empty"}).exit_code, 0);
+    EXPECT_TRUE(written(1) && written(2) && written(3));
+    EXPECT_EQ(report(2)["status"], "empty");
+    EXPECT_FALSE(report(2)["warnings"].empty());
+    EXPECT_TRUE(readMesh(folder_ / "out/a.0002.ply").position.empty());
+}
+
+TEST_F(Job, AnEmptyFrameIsAnEmptyMeshThatDeclaresTheSameAttributes) {
+    writeFrames(1, 1);
+    Particles none;
+    writeFrame(2, none);
+    EXPECT_EQ(mesh().exit_code, 0);
+    EXPECT_EQ(report(2)["status"], "empty");
+    const auto header = [&](int frame) {
+        const std::string text = contentsOf(folder_ / numbered("out/a", frame, ".ply"));
+        std::istringstream in(text.substr(0, text.find("end_header")));
+        std::string properties;
+        for (std::string line; std::getline(in, line);) {
+            if (line.starts_with("property")) properties += line + '\n';
+        }
+        return properties;
+    };
+    EXPECT_EQ(header(1), header(2));
+    EXPECT_NE(header(1).find("vx"), std::string::npos);
+}
+
+TEST_F(Job, ABrokenFrameDoesNotKeepTheOthersFromBeingWritten) {
+    writeFrameWithNaN(1);
+    writeFrames(2, 3);
+    write(folder_ / "in/a.0004.ply", "ply\nformat nonsense\n");
+    writeFrames(5, 5);
+    const Outcome outcome = mesh();
+    EXPECT_EQ(outcome.exit_code, 1);
+    EXPECT_TRUE(absent(1) && written(2) && written(3) && absent(4) && written(5));
+    EXPECT_NE(outcome.err.find("frame 1: in/a.0001.ply: particle 17"), std::string::npos) << outcome.err;
+    EXPECT_EQ(hiddenFiles("out"), 0U);
+}
+
+TEST_F(Job, ExistingOutputsAreRefusedBeforeAnythingIsWritten) {
+    writeFrames(1, 3);
+    write(folder_ / "out/a.0002.ply", "mine");
+    const Outcome refused = mesh();
+    EXPECT_EQ(refused.exit_code, 2);
+    EXPECT_NE(refused.err.find("out/a.0002.ply"), std::string::npos) << refused.err;
+    EXPECT_TRUE(absent(1) && absent(3));
+    EXPECT_EQ(contentsOf(folder_ / "out/a.0002.ply"), "mine");
+    EXPECT_EQ(mesh({"--overwrite", "--skip-existing"}).exit_code, 2);
+
+    EXPECT_EQ(mesh({"--overwrite"}).exit_code, 0);
+    EXPECT_NE(contentsOf(folder_ / "out/a.0002.ply"), "mine");
+}
+
+TEST_F(Job, SkipExistingLeavesFinishedFramesAndDoesTheOthers) {
+    writeFrames(1, 4);
+    ASSERT_EQ(mesh({"--frames", "1-3"}).exit_code, 0);
+    const auto before = meshesIn("out");
+    const auto time = fs::last_write_time(folder_ / "out/a.0001.ply");
+    fs::remove(folder_ / "out/a.0002.ply.json");  // as if it had been interrupted before the report
+    write(folder_ / "out/a.0002.ply", "half");
+    fs::remove(folder_ / "out/a.0003.ply");
+    const Outcome outcome = mesh({"--skip-existing", "--json"});
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+    for (const Json& line : jsonLines(outcome.out)) EXPECT_EQ(line["status"], line["frame"] == 1 ? "skipped" : "ok");
+    EXPECT_EQ(fs::last_write_time(folder_ / "out/a.0001.ply"), time);
+    auto after = meshesIn("out");
+    EXPECT_EQ(after.erase("a.0004.ply"), 1U);
+    EXPECT_EQ(after, before);
+}
+
+TEST_F(Job, OutputsThatCannotBeWrittenFailAsEarlyAsTheyAreKnown) {
+    writeFrames(1, 3);
+    write(folder_ / "file", "");
+    EXPECT_EQ(mesh({}, "file/a.####.ply").exit_code, 2);
+
+    fs::create_directories(folder_ / "out/a.0002.ply/inside");
+    const Outcome outcome = mesh({"--overwrite", "--io-retries", "0"});
+    EXPECT_EQ(outcome.exit_code, 1);
+    EXPECT_NE(outcome.err.find("out/a.0002.ply"), std::string::npos) << outcome.err;
+    EXPECT_TRUE(written(1) && written(3));
+    EXPECT_FALSE(exists("out/a.0002.ply.json"));
+    EXPECT_EQ(hiddenFiles("out"), 0U);
+}
+
+TEST_F(Job, WrongUsageWritesNothing) {
+    writeFrames(1, 2);
+    for (const std::vector<std::string>& words : std::vector<std::vector<std::string>>{{"--radus", "1"},
+                                                                                       {"--radius", "big"},
+                                                                                       {"--set", "surface.radus=1"},
+                                                                                       {"--frames", "1-2:2"},
+                                                                                       {"--frames", "1,x"},
+                                                                                       {"--chunk", "3/2"},
+                                                                                       {"--progress", "dots"},
+                                                                                       {"--memory-limit", "16"},
+                                                                                       {"--set", "input.velocity"},
+                                                                                       {"extra"}}) {
+        const Outcome outcome = mesh(words);
+        EXPECT_EQ(outcome.exit_code, 2) << words.front() << '\n' << outcome.err;
+        EXPECT_FALSE(outcome.err.empty());
+        EXPECT_FALSE(exists("out"));
+    }
+    EXPECT_EQ(mesh({}, "out/all.ply").exit_code, 2);
+    EXPECT_EQ(mesh({}, "out/a.####.xyz").exit_code, 2);
+    EXPECT_EQ(mesh({}, "in/a.####.ply").exit_code, 2);
+    EXPECT_EQ(runProgram({"mesh", "in/b.####.ply", "out/b.####.ply"}, folder_.path()).exit_code, 2);
+    EXPECT_EQ(runProgram({}, folder_.path()).exit_code, 2);
+    EXPECT_EQ(runProgram({"mash"}, folder_.path()).exit_code, 2);
+    EXPECT_FALSE(exists("out"));
+}
+
+TEST_F(Job, TheSameBytesForAnyThreadsFramesInFlightAndChunks) {
+    Sample sample({"dambreak", 2000, 1, 24});
+    for (int frame = 1; frame <= 6; ++frame) writeFrame(frame, sample.frame(frame));
+    ASSERT_EQ(mesh({"-j", "1", "--frames-in-flight", "1"}, "one/a.####.ply").exit_code, 0);
+    ASSERT_EQ(mesh({"-j", "2", "--frames-in-flight", "1"}, "two/a.####.ply").exit_code, 0);
+    ASSERT_EQ(mesh({"-j", "1", "--frames-in-flight", "4"}, "three/a.####.ply").exit_code, 0);
+    ASSERT_EQ(mesh({"-j", "4", "--frames-in-flight", "4"}, "four/a.####.ply").exit_code, 0);
+    ASSERT_EQ(mesh({"--chunk", "1/2"}, "five/a.####.ply").exit_code, 0);
+    ASSERT_EQ(mesh({"--chunk", "2/2"}, "five/a.####.ply").exit_code, 0);
+    const auto expected = meshesIn("one");
+    ASSERT_GE(expected.size(), 6U);
+    for (const char* other : {"two", "three", "four", "five"}) EXPECT_TRUE(meshesIn(other) == expected) << other;
+}
+
+TEST_F(Job, TheRadiusDoesNotDependOnWhichFramesAreAskedFor) {
+    Particles few;
+    few.position = {Vec3f(0, 0, 0), Vec3f(1, 0, 0)};
+    writeFrame(1, few);
+    writeFrames(2, 2);
+    writeFrames(3, 3, 2000);
+    ASSERT_EQ(mesh({"--frames", "3"}).exit_code, 0);
+    const double radius = report(3)["radius"].get<double>();
+    ASSERT_EQ(mesh({"--chunk", "3/3", "--overwrite"}).exit_code, 0);
+    EXPECT_EQ(report(3)["radius"].get<double>(), radius);
+    ASSERT_EQ(mesh({"--overwrite"}).exit_code, 0);
+    for (int frame = 1; frame <= 3; ++frame) EXPECT_EQ(report(frame)["radius"].get<double>(), radius);
+    EXPECT_NEAR(radius, 1.5 * report(3)["spacing"].get<double>(), 1e-12);
+
+    ASSERT_EQ(mesh({"--overwrite", "--radius", "0.3"}).exit_code, 0);
+    EXPECT_EQ(report(1)["radius"].get<double>(), 0.3);
+    EXPECT_NEAR(report(1)["spacing"].get<double>(), 0.2, 1e-12);
+    ASSERT_EQ(mesh({"--overwrite", "--radius", "2dx", "--spacing", "0.25"}).exit_code, 0);
+    EXPECT_EQ(report(1)["radius"].get<double>(), 0.5);
+}
+
+TEST_F(Job, TooFewParticlesAskForASpacingOrAPlainRadius) {
+    Particles few;
+    few.position.assign(6, Vec3f(0, 0, 0));
+    for (std::size_t i = 0; i < 6; ++i) few.position[i].x = static_cast<float>(i);
+    writeFrame(1, few);
+    const Outcome outcome = mesh();
+    EXPECT_EQ(outcome.exit_code, 2);
+    EXPECT_NE(outcome.err.find("--spacing"), std::string::npos) << outcome.err;
+    EXPECT_NE(outcome.err.find("--radius"), std::string::npos) << outcome.err;
+    EXPECT_FALSE(exists("out"));
+    EXPECT_EQ(mesh({"--radius", "0.4"}).exit_code, 0);
+    EXPECT_EQ(mesh({"--spacing", "1", "--overwrite"}).exit_code, 0);
+}
+
+TEST_F(Job, MissingVelocityIsWarnedOfOnceAndWrittenAsZeros) {
+    Sample sample({"jitter", 400, 1, 24});
+    for (int frame = 1; frame <= 3; ++frame) {
+        Particles particles = sample.frame(frame);
+        particles.velocity.clear();
+        writeFrame(frame, particles);
+    }
+    const Outcome outcome = mesh();
+    EXPECT_EQ(outcome.exit_code, 0);
+    EXPECT_EQ(count(outcome.err, "zero velocities"), 1U) << outcome.err;
+    for (int frame = 1; frame <= 3; ++frame) {
+        ASSERT_EQ(report(frame)["warnings"].size(), 1U);
+        const Mesh read = readMesh(folder_ / numbered("out/a", frame, ".ply"));
+        EXPECT_EQ(read.velocity, std::vector<Vec3>(read.position.size(), Vec3(0, 0, 0)));
+    }
+    EXPECT_EQ(mesh({"--overwrite", "--velocity", "speed"}).exit_code, 1);
+}
+
+TEST_F(Job, SpheresStandBesideTheMeshAndGoWhenThereAreNone) {
+    Sample sample({"jitter", 400, 1, 24});
+    Particles particles = sample.frame(1);
+    particles.velocity.clear();
+    particles.id.clear();
+    writeFrame(1, particles);
+    particles.position.push_back(Vec3f(100, 100, 100));
+    writeFrame(2, particles);
+    ASSERT_EQ(mesh().exit_code, 0);
+    EXPECT_FALSE(exists("out/a.0001.spheres.ply"));
+    EXPECT_TRUE(exists("out/a.0002.spheres.ply"));
+    EXPECT_EQ(report(2)["isolated_particles"], 1);
+    ASSERT_EQ(mesh({}, "out/a.####.obj").exit_code, 0);
+    EXPECT_TRUE(exists("out/a.0002.spheres.ply"));
+    ASSERT_EQ(mesh({}, "out/a.####.bgeo.gz").exit_code, 0);
+    EXPECT_TRUE(exists("out/a.0002.spheres.bgeo.gz"));
+
+    particles.position.pop_back();
+    writeFrame(2, particles);
+    ASSERT_EQ(mesh({"--overwrite"}).exit_code, 0);
+    EXPECT_FALSE(exists("out/a.0002.spheres.ply"));
+}
+
+TEST_F(Job, DryRunShowsThePlanAndWritesNothing) {
+    writeFrames(1, 2);
+    Outcome outcome = mesh({"--dry-run", "--frames", "1-3", "--on-missing", "skip"});
+    EXPECT_EQ(outcome.exit_code, 0);
+    EXPECT_NE(outcome.out.find("frame 2: in/a.0002.ply -> out/a.0002.ply: mesh"), std::string::npos) << outcome.out;
+    EXPECT_NE(outcome.out.find("frame 3: in/a.0003.ply -> out/a.0003.ply: skip (input missing)"), std::string::npos);
+    EXPECT_FALSE(exists("out"));
+    write(folder_ / "out/a.0002.ply", "mine");
+    outcome = mesh({"--dry-run", "--json"});
+    EXPECT_EQ(outcome.exit_code, 2);
+    ASSERT_EQ(jsonLines(outcome.out).size(), 2U);
+    EXPECT_EQ(jsonLines(outcome.out)[1]["action"], "refuse (output exists)");
+}
+
+TEST_F(Job, OneFileNeedsNoPlaceForTheFrameNumber) {
+    writeFrames(7, 7);
+    ASSERT_EQ(runProgram({"mesh", "in/a.0007.ply", "drop.ply"}, folder_.path()).exit_code, 0);
+    EXPECT_EQ(Json::parse(contentsOf(folder_ / "drop.ply.json"))["frame"], 7);
+    ASSERT_EQ(runProgram({"mesh", "in/a.0007.ply", "out/b.$F4.ply"}, folder_.path()).exit_code, 0);
+    EXPECT_TRUE(exists("out/b.0007.ply"));
+    EXPECT_EQ(runProgram({"mesh", "in/a.0008.ply", "none.ply"}, folder_.path()).exit_code, 1);
+    EXPECT_EQ(runProgram({"mesh", "in/a.0007.ply", "out/c.####.ply", "--frames", "1-2"}, folder_.path()).exit_code, 2);
+}
+
+TEST_F(Job, SignalsEndItWithTheirCodeAndNothingHalfWritten) {
+    Sample sample({"jitter", 8000, 1, 24});
+    fs::create_directories(folder_ / "in");
+    writeFrame(1, sample.frame(1));
+    const int last = 400;
+    for (int frame = 2; frame <= last; ++frame) {
+        fs::create_hard_link(folder_ / "in/a.0001.ply", folder_ / numbered("in/a", frame, ".ply"));
+    }
+    for (const int signal : {SIGTERM, SIGINT}) {
+        SCOPED_TRACE(signal);
+        fs::remove_all(folder_ / "out");
+        RunningProgram program({"mesh", "in/a.####.ply", "out/a.####.ply", "--frames-in-flight", "3"}, folder_.path());
+        for (int tries = 0; tries < 3000 && !written(3); ++tries)
+            std::this_thread::sleep_for(std::chrono::milliseconds(10));
+        program.send(signal);
+        const Outcome outcome = program.wait();
+        EXPECT_EQ(outcome.exit_code, 128 + signal) << outcome.err;
+        EXPECT_EQ(hiddenFiles("out"), 0U);
+        int finished = 0;
+        for (int frame = 1; frame <= last; ++frame) {
+            EXPECT_TRUE(written(frame) || absent(frame)) << frame;
+            if (!written(frame)) continue;
+            ++finished;
+            EXPECT_EQ(report(frame)["status"], "ok");
+            EXPECT_FALSE(readMesh(folder_ / numbered("out/a", frame, ".ply")).triangles.empty());
+        }
+        EXPECT_GE(finished, 3);
+        EXPECT_LT(finished, last);
+    }
+}
+
+TEST_F(Job, AMemoryLimitThatIsTooSmallEndsWith33) {
+    writeFrames(1, 2, 200000);
+    const Outcome outcome = mesh({"--memory-limit", "32MiB", "-j", "1"});
+    EXPECT_EQ(outcome.exit_code, 33) << outcome.err;
+    EXPECT_NE(outcome.err.find("out of memory"), std::string::npos) << outcome.err;
+    EXPECT_TRUE(absent(1) && absent(2));
+}
+
+TEST_F(Job, FarmEnginesReadTheirOwnProgressLines) {
+    writeFrames(1, 4);
+    const Outcome openjd = mesh({"--progress", "openjd", "--frames", "1-5"});
+    EXPECT_EQ(openjd.exit_code, 1);
+    EXPECT_NE(openjd.out.find("openjd_progress: 20\nopenjd_status: "), std::string::npos) << openjd.out;
+    EXPECT_NE(openjd.out.find("openjd_progress: 100\n"), std::string::npos);
+    EXPECT_EQ(count(openjd.out, "openjd_fail: "), 1U);
+    const Outcome tractor = mesh({"--progress", "tractor", "--overwrite"});
+    EXPECT_EQ(tractor.out, "TR_PROGRESS 025%\nTR_PROGRESS 050%\nTR_PROGRESS 075%\nTR_PROGRESS 100%\n");
+    const Outcome quiet = mesh({"-q", "--overwrite"});
+    EXPECT_EQ(quiet.out + quiet.err, "");
+}
+
+TEST_F(Job, GapsInTheFramesOnDiskAreWarnedOf) {
+    for (const int frame : {1, 2, 4}) writeFrames(frame, frame);
+    const Outcome outcome = mesh();
+    EXPECT_EQ(outcome.exit_code, 0);
+    EXPECT_NE(outcome.err.find("gaps (1-2,4)"), std::string::npos) << outcome.err;
+}
+
+TEST_F(Job, APipelineFileGivesWayToSetAndSetToOptions) {
+    writeFrames(1, 3);
+    write(folder_ / "presets/base.yaml", "version: 1\nsurface: {radius: 0.5, predicates: float}\n");
+    write(folder_ / "job.yaml",
+          "version: 1\ninclude: presets/base.yaml\ninput: {path: in/a.@@@@.ply}\noutput: {path: out/a.%04d.ply}\n"
+          "frames: 1-2\nsurface: {radius: 0.4}\n");
+    const auto radiusOf = [&](const std::vector<std::string>& further) {
+        std::vector<std::string> words{"run", "job.yaml", "--overwrite"};
+        words.insert(words.end(), further.begin(), further.end());
+        const Outcome outcome = runProgram(words, folder_.path());
+        EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+        return report(1)["radius"].get<double>();
+    };
+    EXPECT_EQ(radiusOf({}), 0.4);
+    EXPECT_EQ(report(1)["predicates"], "float");
+    EXPECT_TRUE(written(2) && absent(3));
+    EXPECT_EQ(radiusOf({"--set", "surface.radius=0.3", "--set", "surface.predicates=exact"}), 0.3);
+    EXPECT_EQ(report(1)["predicates"], "exact");
+    EXPECT_EQ(radiusOf({"--radius", "0.2", "--set", "surface.radius=0.3"}), 0.2);
+}
+
+TEST_F(Job, AWrongPipelineFileRunsNothing) {
+    writeFrames(1, 1);
+    write(folder_ / "job.yaml",
+          "version: 1\ninput: {path: in/a.####.ply}\noutput: {path: out/a.####.ply}\nsurface:\n  radus: 1\n");
+    for (const std::vector<std::string>& words : {std::vector<std::string>{"run", "job.yaml"},
+                                                  {"config", "check", "job.yaml"},
+                                                  {"config", "print", "job.yaml"}}) {
+        const Outcome outcome = runProgram(words, folder_.path());
+        EXPECT_EQ(outcome.exit_code, 2);
+        EXPECT_NE(outcome.err.find("job.yaml:5:3: unknown key 'surface.radus'"), std::string::npos) << outcome.err;
+        EXPECT_NE(outcome.err.find("'surface.radius'"), std::string::npos) << outcome.err;
+        EXPECT_EQ(outcome.out, "");
+    }
+    EXPECT_FALSE(exists("out"));
+}
+
+}  // namespace
+}  // namespace betamesh

@@ -1,0 +1,110 @@
+// The commands around the batch job.
+
+#include "support/program.h"
+#include "io/particle_file.h"
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+namespace betamesh {
+namespace {
+
+using Json = nlohmann::json;
+
+TEST(Program, SaysItsVersionAndHelps) {
+    const TemporaryFolder folder;
+    const Outcome version = runProgram({"--version"}, folder.path());
+    EXPECT_EQ(version.exit_code, 0);
+    EXPECT_TRUE(version.out.starts_with("betamesh ")) << version.out;
+    for (const char* command : {"mesh", "run", "sample", "info", "config"}) {
+        const Outcome help = runProgram({command, "--help"}, folder.path());
+        EXPECT_EQ(help.exit_code, 0);
+        EXPECT_NE(help.out.find("Usage:"), std::string::npos);
+        std::istringstream lines(help.out);
+        for (std::string line; std::getline(lines, line);) EXPECT_LE(line.size(), 120U) << line;
+    }
+}
+
+TEST(Program, SamplesAreTheSameEveryTimeAndNotOverwrittenUnasked) {
+    const TemporaryFolder folder;
+    const std::vector<std::string> words{"sample", "drop", "a/d.####.ply", "--particles", "500", "--frames", "2-4x2"};
+    ASSERT_EQ(runProgram(words, folder.path()).exit_code, 0);
+    EXPECT_TRUE(std::filesystem::exists(folder / "a/d.0002.ply"));
+    EXPECT_FALSE(std::filesystem::exists(folder / "a/d.0003.ply"));
+    const Particles particles = readParticles(folder / "a/d.0004.ply");
+    EXPECT_EQ(particles.velocity.size(), particles.size());
+    EXPECT_EQ(particles.id.size(), particles.size());
+    const std::string bytes = contentsOf(folder / "a/d.0004.ply");
+
+    EXPECT_EQ(runProgram(words, folder.path()).exit_code, 2);
+    std::vector<std::string> again = words;
+    again.push_back("--overwrite");
+    EXPECT_EQ(runProgram(again, folder.path()).exit_code, 0);
+    EXPECT_EQ(contentsOf(folder / "a/d.0004.ply"), bytes);
+    again.back() = "--skip-existing";
+    EXPECT_EQ(runProgram(again, folder.path()).exit_code, 0);
+
+    EXPECT_EQ(runProgram({"sample", "nothing", "x.####.ply"}, folder.path()).exit_code, 2);
+    EXPECT_EQ(runProgram({"sample", "drop", "x.ply", "--frames", "1-2"}, folder.path()).exit_code, 2);
+    EXPECT_EQ(runProgram({"sample", "drop", "x.####.xyz"}, folder.path()).exit_code, 2);
+    EXPECT_EQ(runProgram({"sample", "drop", "x.0003.ply", "--particles", "500"}, folder.path()).exit_code, 0);
+}
+
+TEST(Program, InfoSaysWhatIsInAFile) {
+    const TemporaryFolder folder;
+    ASSERT_EQ(runProgram({"sample", "jitter", "a.vdb", "--particles", "500"}, folder.path()).exit_code, 0);
+    ASSERT_EQ(runProgram({"mesh", "a.vdb", "a.ply"}, folder.path()).exit_code, 0);
+    const Outcome outcome = runProgram({"info", "--json", "a.vdb", "a.ply"}, folder.path());
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+    std::istringstream lines(outcome.out);
+    std::string line;
+    ASSERT_TRUE(std::getline(lines, line));
+    const Json particles = Json::parse(line);
+    EXPECT_EQ(particles["kind"], "particles");
+    EXPECT_EQ(particles["points"].get<std::size_t>(), readParticles(folder / "a.vdb").size());
+    EXPECT_GT(particles["spacing"].get<double>(), 0);
+    EXPECT_FALSE(particles["attributes"].empty());
+    ASSERT_TRUE(std::getline(lines, line));
+    const Json mesh = Json::parse(line);
+    EXPECT_EQ(mesh["kind"], "mesh");
+    EXPECT_GT(mesh["triangles"].get<std::size_t>(), 0U);
+    EXPECT_NE(runProgram({"info", "a.vdb"}, folder.path()).out.find("spacing"), std::string::npos);
+
+    write(folder / "broken.ply", "no");
+    const Outcome broken = runProgram({"info", "broken.ply", "a.ply"}, folder.path());
+    EXPECT_EQ(broken.exit_code, 1);
+    EXPECT_NE(broken.out.find("a.ply"), std::string::npos);
+}
+
+TEST(Program, ConfigPrintsWhatConfigChecks) {
+    const TemporaryFolder folder;
+    const Outcome defaults = runProgram({"config", "print"}, folder.path());
+    EXPECT_EQ(defaults.exit_code, 0);
+    write(folder / "job.yaml", defaults.out);
+    EXPECT_EQ(runProgram({"config", "check", "job.yaml"}, folder.path()).exit_code, 0);
+    EXPECT_EQ(runProgram({"config", "print", "job.yaml"}, folder.path()).out, defaults.out);
+    const Outcome changed = runProgram({"config", "print", "job.yaml", "--set", "smoothing.passes=4"}, folder.path());
+    EXPECT_NE(changed.out.find("passes: 4"), std::string::npos);
+    EXPECT_EQ(runProgram({"config", "check", "absent.yaml"}, folder.path()).exit_code, 2);
+    EXPECT_EQ(runProgram({"config"}, folder.path()).exit_code, 2);
+}
+
+TEST(Program, HonoursTheThreadsThatAFarmGrants) {
+    const TemporaryFolder folder;
+    ASSERT_EQ(runProgram({"sample", "jitter", "a.####.ply", "--particles", "100"}, folder.path()).exit_code, 0);
+    for (const char* grant : {"SLURM_CPUS_PER_TASK=1", "CUE_THREADS=1"}) {
+        const Outcome outcome =
+            runProgram({"mesh", "a.####.ply", "m.####.ply", "-v", "--overwrite"}, folder.path(), {grant});
+        EXPECT_NE(outcome.err.find(" 1 threads"), std::string::npos) << outcome.err;
+    }
+}
+
+TEST(Program, AFullStdoutIsAnError) {
+    if (!std::filesystem::exists("/dev/full")) GTEST_SKIP() << "/dev/full does not exist here";
+    const TemporaryFolder folder;
+    const std::string command = std::string(BETAMESH_PROGRAM) + " config print > /dev/full 2> /dev/null";
+    EXPECT_NE(std::system(command.c_str()), 0);
+}
+
+}  // namespace
+}  // namespace betamesh

@@ -1,0 +1,152 @@
+#include "batch/frames.h"
+
+#include "core/error.h"
+#include "support/temporary_folder.h"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+#include <random>
+#include <set>
+
+namespace betamesh {
+namespace {
+
+/// Ascending frames, each once: runs, steps and loners mixed, on both sides of zero.
+std::vector<int> randomFrames(unsigned seed) {
+    std::mt19937 random(seed);
+    std::set<int> frames;
+    for (unsigned part = 0; part < seed % 5 + 1; ++part) {
+        const int first = static_cast<int>(random() % 400) - 200;
+        const int step = static_cast<int>(random() % 4) + 1;
+        const int count = static_cast<int>(random() % 12) + 1;
+        for (int i = 0; i < count; ++i) frames.insert(first + i * step);
+    }
+    return {frames.begin(), frames.end()};
+}
+
+std::string messageOf(const std::string& frames) {
+    try {
+        parseFrames(frames);
+    } catch (const Error& error) {
+        return error.what();
+    }
+    return "";
+}
+
+TEST(Frames, WhatIsPrintedIsReadBack) {
+    for (unsigned seed = 0; seed < 500; ++seed) {
+        SCOPED_TRACE(seed);
+        const auto frames = randomFrames(seed);
+        EXPECT_EQ(parseFrames(printFrames(frames)), frames) << printFrames(frames);
+    }
+}
+
+TEST(Frames, ReadsEveryFormThatTheInterfaceNames) {
+    EXPECT_EQ(parseFrames("7"), (std::vector<int>{7}));
+    EXPECT_EQ(parseFrames("1-4"), (std::vector<int>{1, 2, 3, 4}));
+    EXPECT_EQ(parseFrames("1-8x3"), (std::vector<int>{1, 4, 7}));
+    EXPECT_EQ(parseFrames("20-22,1-2,15,2"), (std::vector<int>{1, 2, 15, 20, 21, 22}));
+    EXPECT_EQ(parseFrames("-5--3"), (std::vector<int>{-5, -4, -3}));
+    EXPECT_EQ(parseFrames("-1-1"), (std::vector<int>{-1, 0, 1}));
+    EXPECT_EQ(parseFrames("2147483646-2147483647"),
+              (std::vector<int>{std::numeric_limits<int>::max() - 1, std::numeric_limits<int>::max()}));
+}
+
+TEST(Frames, RefusesWhatIsNotARangeAndSaysWhatIsExpected) {
+    for (const char* text :
+         {"",        " ",     "a",     "1-",  "-",   "1,,2",        "1,",         ",1", "5-1",   "1-10x0",
+          "1-10x-2", "1-10x", "1 - 3", "1;2", "1.5", "99999999999", "1-99999999", "+3", "1-3-5", "1x2"}) {
+        SCOPED_TRACE(text);
+        EXPECT_NE(messageOf(text).find("expected frames such as"), std::string::npos) << messageOf(text);
+    }
+}
+
+TEST(Frames, RefusesTheColonWithTheReason) {
+    EXPECT_NE(messageOf("1-10:2").find("OpenJD"), std::string::npos);
+    EXPECT_NE(messageOf("1-10:2").find("OpenCue"), std::string::npos);
+    EXPECT_NE(messageOf("1-10:2").find("1-10x2"), std::string::npos);
+}
+
+TEST(Frames, ChunksAreAContiguousPartitionOfEvenSizes) {
+    for (unsigned seed = 0; seed < 200; ++seed) {
+        SCOPED_TRACE(seed);
+        const auto frames = randomFrames(seed);
+        const int count = static_cast<int>(seed % 17) + 1;
+        std::vector<int> joined;
+        std::size_t smallest = frames.size();
+        std::size_t largest = 0;
+        for (int index = 1; index <= count; ++index) {
+            const auto piece = chunkOf(frames, {index, count});
+            joined.insert(joined.end(), piece.begin(), piece.end());
+            smallest = std::min(smallest, piece.size());
+            largest = std::max(largest, piece.size());
+        }
+        EXPECT_EQ(joined, frames);
+        EXPECT_LE(largest - smallest, 1U);
+    }
+}
+
+TEST(Frames, RefusesChunksThatDoNotExist) {
+    for (const char* text : {"0/3", "4/3", "1", "1/0", "/", "a/b", "-1/3", "1/2/3", ""}) {
+        SCOPED_TRACE(text);
+        EXPECT_THROW(parseChunk(text), Error);
+    }
+    EXPECT_EQ(parseChunk("3/8").index, 3);
+    EXPECT_EQ(parseChunk("3/8").count, 8);
+}
+
+TEST(FramePattern, KnowsEveryPlaceholder) {
+    EXPECT_EQ(frameName(framePattern("sim/a.####.vdb"), 12), "sim/a.0012.vdb");
+    EXPECT_EQ(frameName(framePattern("sim/a.@@.vdb"), 7), "sim/a.07.vdb");
+    EXPECT_EQ(frameName(framePattern("a_%04d.ply"), 12), "a_0012.ply");
+    EXPECT_EQ(frameName(framePattern("a_%d.ply"), 12), "a_12.ply");
+    EXPECT_EQ(frameName(framePattern("a.$F4.bgeo.gz"), 12), "a.0012.bgeo.gz");
+    EXPECT_EQ(frameName(framePattern("a.$F.bgeo"), 12), "a.12.bgeo");
+    EXPECT_EQ(frameName(framePattern("C#/a.###.ply"), 1), "C#/a.001.ply");
+}
+
+TEST(FramePattern, WritesLongAndNegativeNumbersInFull) {
+    EXPECT_EQ(frameName(framePattern("a.####.ply"), 123456), "a.123456.ply");
+    EXPECT_EQ(frameName(framePattern("a.####.ply"), -5), "a.-005.ply");
+    EXPECT_EQ(frameName(framePattern("a.%04d.ply"), -12345), "a.-12345.ply");
+    EXPECT_EQ(frameName(framePattern("a.#.ply"), 10), "a.10.ply");
+}
+
+TEST(FramePattern, ANameWithoutAPlaceIsOneFile) {
+    const auto frameIn = [](const char* name) { return singleFrame(framePattern(name)); };
+    EXPECT_FALSE(framePattern("a.0012.ply").numbered);
+    EXPECT_EQ(frameIn("sim/a.0012.ply"), 12);
+    EXPECT_EQ(frameIn("a.0012.bgeo.gz"), 12);
+    EXPECT_EQ(frameIn("a_-003.ply"), -3);
+    EXPECT_EQ(frameIn("drop-3.ply"), 3);
+    EXPECT_EQ(frameIn("v2_drop.ply"), 0);
+    EXPECT_EQ(frameIn("drop.ply"), 0);
+}
+
+TEST(FramePattern, RefusesTwoPlacesAndPlacesInFolders) {
+    EXPECT_THROW(framePattern("a.##.@@.ply"), Error);
+    EXPECT_THROW(framePattern("####/a.ply"), Error);
+    EXPECT_THROW(framePattern("a.$F4/b.ply"), Error);
+}
+
+TEST(FramePattern, FindsOnDiskExactlyTheFilesItWrites) {
+    const TemporaryFolder folder;
+    const FramePattern pattern = framePattern(folder / "a.####.ply");
+    const std::vector<int> frames{-12345, -5, 0, 1, 20, 9999, 10000};
+    for (const int frame : frames) write(frameName(pattern, frame), "");
+    for (const char* other : {"a.1.ply", "a.00001.ply", "a.0002.ply.json", ".a.0003.ply", "a.0004.spheres.ply",
+                              "a.x.ply", "b.0005.ply", "a..ply", "a.+006.ply", "a.-0007.ply"}) {
+        write(folder / other, "");
+    }
+    std::vector<int> found;
+    for (const auto& [frame, file] : framesOnDisk(pattern)) {
+        found.push_back(frame);
+        EXPECT_EQ(file, frameName(pattern, frame));
+    }
+    EXPECT_EQ(found, frames);
+    EXPECT_TRUE(framesOnDisk(framePattern(folder / "nowhere/a.####.ply")).empty());
+}
+
+}  // namespace
+}  // namespace betamesh
