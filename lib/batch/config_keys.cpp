@@ -336,7 +336,7 @@ std::vector<ConfigKey> makeKeys() {
     keys.push_back(
         bytesKey({"run.memory_limit", "--memory-limit", "bytes",
                   "auto: what the machine or its container has; it only bounds frames_in_flight. A size is also "
-                  "enforced: a job that needs more ends with exit code 33."},
+                  "enforced: a job whose frames need more ends with exit code 33."},
                  [](Config& c) -> std::uint64_t& { return c.run.memory_limit; }));
     return keys;
 }

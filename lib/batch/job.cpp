@@ -11,9 +11,11 @@
 
 #include <atomic>
 #include <chrono>
+#include <cstdlib>
 #include <filesystem>
 #include <mutex>
 #include <new>
+#include <optional>
 #include <set>
 #include <thread>
 
@@ -25,6 +27,9 @@ using Clock = std::chrono::steady_clock;
 
 constexpr auto kFirstWait = std::chrono::milliseconds(200);  // before an input or output is tried again; then doubled
 constexpr auto kLongestWait = std::chrono::milliseconds(5000);
+constexpr auto kSignalPoll = std::chrono::milliseconds(50);
+constexpr auto kPatience =
+    std::chrono::milliseconds(3000);  // of SignalWatch; Slurm kills after 30 s, OpenJD after 120 s
 
 /// Thrown to leave a frame that nobody waits for any more.
 struct Interrupted {};
@@ -46,6 +51,52 @@ private:
 void leaveIfInterrupted() {
     if (caughtSignal() != 0) throw Interrupted{};
 }
+
+/// Frames leave between stages when a signal has come; a stage that is still at work some seconds later is cut
+/// off with the process, because a farm would otherwise kill it. Never while files are being written: while a
+/// Writing lives the process goes on, and once a signal has come none begins.
+class SignalWatch {
+public:
+    class Writing {
+    public:
+        explicit Writing(SignalWatch& watch) : watch_(watch) {
+            ++watch_.writing_;
+            if (caughtSignal() == 0) return;
+            --watch_.writing_;
+            throw Interrupted{};
+        }
+        ~Writing() { --watch_.writing_; }
+        Writing(const Writing&) = delete;
+        Writing& operator=(const Writing&) = delete;
+
+    private:
+        SignalWatch& watch_;
+    };
+
+private:
+    void run(const std::stop_token& stop) {
+        std::optional<Clock::time_point> caught;
+        while (!stop.stop_requested()) {
+            std::this_thread::sleep_for(kSignalPoll);
+            if (caughtSignal() == 0) continue;
+            if (!caught) caught = Clock::now();
+            if (writing_ == 0 && Clock::now() - *caught > kPatience) {
+                logError("interrupted: frames at work are given up");
+                std::_Exit(kSignalBase + caughtSignal());
+            }
+        }
+    }
+
+    std::atomic<int> writing_ = 0;
+    std::jthread thread_{[this](const std::stop_token& stop) { run(stop); }};  // last: the others outlive it
+};
+
+/// What the frames of a running job share.
+struct JobState {
+    std::atomic<bool> out_of_memory = false;
+    std::atomic<bool> warned_of_velocity = false;
+    SignalWatch signals;
+};
 
 /// Calls what() again after an Error, each time a little later; the last Error is let through.
 template <typename What>
@@ -85,7 +136,7 @@ void writeFrame(const SkinnedFrame& skinned, const std::string& output) {
     }
 }
 
-void meshFrame(const FrameTask& task, const Plan& plan, FrameReport& report, std::atomic<bool>& warned_of_velocity) {
+void meshFrame(const FrameTask& task, const Plan& plan, FrameReport& report, JobState& job) {
     const Config& config = plan.config;
     StageSeconds& seconds = report.seconds;
     Stopwatch total;
@@ -98,7 +149,7 @@ void meshFrame(const FrameTask& task, const Plan& plan, FrameReport& report, std
         });
         if (plan.skin.radius == 0)
             throw Error(task.input + ": could not be read when the spacing was measured, but can be now");
-        declareVelocity(particles, report, warned_of_velocity);
+        declareVelocity(particles, report, job.warned_of_velocity);
         seconds.read = stage.lap();
         leaveIfInterrupted();
         skinned = skinFrame(particles, plan.skin, [&](std::string_view name) {
@@ -118,8 +169,8 @@ void meshFrame(const FrameTask& task, const Plan& plan, FrameReport& report, std
     report.spheres = skinned.spheres.size();
     report.status = report.skin.particles == 0 ? FrameStatus::empty : FrameStatus::ok;
 
-    leaveIfInterrupted();
     stage.lap();
+    const SignalWatch::Writing writing(job.signals);
     retrying(config.run.retries, [&] { writeFrame(skinned, task.output); });
     seconds.write = stage.lap();
     seconds.total = total.lap();
@@ -145,7 +196,7 @@ void fail(FrameReport& report, const std::string& why) {
 }
 
 /// What became of one frame; Interrupted and bad_alloc go through.
-FrameReport frameReport(const FrameTask& task, const Plan& plan, std::atomic<bool>& warned_of_velocity) {
+FrameReport frameReport(const FrameTask& task, const Plan& plan, JobState& job) {
     FrameReport report = reportFor(task, plan);
     switch (task.action) {
         case FrameAction::fail_missing:
@@ -164,7 +215,7 @@ FrameReport frameReport(const FrameTask& task, const Plan& plan, std::atomic<boo
         case FrameAction::mesh:
         case FrameAction::write_empty:
             try {
-                meshFrame(task, plan, report, warned_of_velocity);
+                meshFrame(task, plan, report, job);
             } catch (const std::bad_alloc&) {
                 throw;
             } catch (const std::exception& error) {
@@ -203,18 +254,17 @@ JobResult runJob(const Plan& plan, const FrameEnded& frameEnded) {
     prepareFolders(plan.tasks);
     JobResult result;
     std::mutex mutex;  // guards result and frameEnded
-    std::atomic<bool> out_of_memory = false;
-    std::atomic<bool> warned_of_velocity = false;
+    JobState job;
 
-    const auto goOn = [&] { return caughtSignal() == 0 && !out_of_memory; };
+    const auto goOn = [&] { return caughtSignal() == 0 && !job.out_of_memory; };
     const auto doFrame = [&](std::size_t i) {
         FrameReport report;
         try {
-            report = frameReport(plan.tasks[i], plan, warned_of_velocity);
+            report = frameReport(plan.tasks[i], plan, job);
         } catch (const Interrupted&) {
             return;
         } catch (const std::bad_alloc&) {
-            out_of_memory = true;
+            job.out_of_memory = true;
             report = reportFor(plan.tasks[i], plan);
             fail(report, "out of memory with " + std::to_string(plan.frames_in_flight) +
                              " frames in flight; fewer (run.frames_in_flight) need less");
@@ -231,7 +281,7 @@ JobResult runJob(const Plan& plan, const FrameEnded& frameEnded) {
     };
     withThreads(plan.threads, [&] { parallelInFlight(plan.tasks.size(), plan.frames_in_flight, goOn, doFrame); });
 
-    result.out_of_memory = out_of_memory;
+    result.out_of_memory = job.out_of_memory;
     if (result.written + result.skipped + result.failed < plan.tasks.size()) result.signal = caughtSignal();
     return result;
 }

@@ -17,6 +17,7 @@ DirectionPatches makePatches() {
         const Triangle& t = sphere.triangles[p];
         const Vec3 middle = (sphere.position[t[0]] + sphere.position[t[1]] + sphere.position[t[2]]).normalized();
         for (const std::uint32_t corner : t) cos_angle = std::min(cos_angle, dot(middle, sphere.position[corner]));
+        patches.corners[p] = {sphere.position[t[0]], sphere.position[t[1]], sphere.position[t[2]]};
         patches.x[p] = static_cast<float>(middle.x);
         patches.y[p] = static_cast<float>(middle.y);
         patches.z[p] = static_cast<float>(middle.z);

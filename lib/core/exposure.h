@@ -2,6 +2,8 @@
 
 #pragma once
 
+#include "core/vec3.h"
+
 #include <array>
 #include <cstdint>
 #include <vector>
@@ -14,6 +16,7 @@ inline constexpr std::size_t kPatches = 320;
 struct DirectionPatches {
     alignas(64) std::array<float, kPatches> x, y, z;
     float cos_angle, sin_angle;
+    std::array<std::array<Vec3, 3>, kPatches> corners;  ///< of the faces
 };
 const DirectionPatches& directionPatches();
 

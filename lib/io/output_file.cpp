@@ -115,7 +115,8 @@ bool isOld(const fs::path& path) {
 
 OutputFile::OutputFile(fs::path final_path)
     : final_path_(std::move(final_path)), temporary_path_(temporaryFor(final_path_)) {
-    if (final_path_.filename().empty() || fs::is_directory(final_path_)) fail("written", EISDIR);
+    std::error_code ignored;  // whatever keeps it from being looked at, opening it will tell
+    if (final_path_.filename().empty() || fs::is_directory(final_path_, ignored)) fail("written", EISDIR);
     file_ = ::open(temporary_path_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
     if (file_ < 0) fail("written", errno);
     ::flock(file_, LOCK_EX | LOCK_NB);  // where locks do not work, the process number must do

@@ -86,13 +86,16 @@ void requireComplete(const std::string& path) {
         piece = pieceAt(at);
         Cursor descriptor(piece, "grid " + std::to_string(i));
         for (int text = 0; text < 3; ++text) readText(descriptor, "names");
-        for (const char* what : {"header", "blocks", "end"}) {
-            const auto next = loadNumber<std::int64_t>(descriptor.take(8, what), kOtherOrder);
-            if (next < at || next > size)
-                throw Error("grid " + std::to_string(i) + ": " + what + " at byte " + std::to_string(next) +
+        const auto position = [&](const char* what, std::int64_t least) {
+            const auto place = loadNumber<std::int64_t>(descriptor.take(8, what), kOtherOrder);
+            if (place < least || place > size)
+                throw Error("grid " + std::to_string(i) + ": " + what + " at byte " + std::to_string(place) +
                             ", the file has " + std::to_string(size) + " (truncated, or damaged)");
-            at = next;
-        }
+            return place;
+        };
+        const std::int64_t header = position("header", at);
+        position("blocks", 0);  // 0 in a grid that shares the tree of another
+        at = position("end", header);
     }
 }
 

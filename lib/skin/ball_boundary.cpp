@@ -24,41 +24,109 @@ struct Parts {
     std::vector<std::uint32_t> bare;
 };
 
-// Could the circle in which the neighbour's sphere meets this one cross an uncovered patch?
-class UncoveredPatches {
+// A neighbour's cap on the sphere of one ball.
+struct Cap {
+    Vec3f direction;
+    float cos_angle, sin_angle;  // of its half-angle
+
+    Cap(const Neighbour& neighbour, double diameter) {
+        const double distance = std::sqrt(neighbour.squared);
+        direction = Vec3f(neighbour.offset / distance);
+        cos_angle = static_cast<float>(std::min(1.0, distance / diameter));
+        sin_angle = std::sqrt(1 - cos_angle * cos_angle);
+    }
+};
+
+// A triangle of directions, and the cap round it in which it lies.
+struct Patch {
+    std::array<Vec3, 3> corners;
+    Vec3f middle;
+    float cos_angle, sin_angle;
+
+    explicit Patch(const std::array<Vec3, 3>& triangle) : corners(triangle) {
+        const Vec3 centre = (corners[0] + corners[1] + corners[2]).normalized();
+        const double cosine = std::min({dot(centre, corners[0]), dot(centre, corners[1]), dot(centre, corners[2])});
+        middle = Vec3f(centre);
+        cos_angle = static_cast<float>(cosine);
+        sin_angle = static_cast<float>(std::sqrt(std::max(0.0, 1 - cosine * cosine)));
+    }
+    // Both with room for rounding: what is neither covered nor crossed lies surely outside the cap.
+    bool coveredBy(const Cap& cap) const {
+        return cap.cos_angle < cos_angle - kSlack &&
+               along(cap) >= cap.cos_angle * cos_angle + cap.sin_angle * sin_angle + kSlack;
+    }
+    bool apartFrom(const Cap& cap) const {
+        return along(cap) < cap.cos_angle * cos_angle - cap.sin_angle * sin_angle - kSlack;
+    }
+    bool mayHold(const Vec3f& direction) const { return dotOf(middle, direction) >= cos_angle - kSlack; }
+
+private:
+    static float dotOf(const Vec3f& a, const Vec3f& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+    float along(const Cap& cap) const { return dotOf(middle, cap.direction); }
+};
+
+// What may be exposed of one ball, and the neighbours whose circles run through it. Every other neighbour's
+// ball covers none of it: nothing else need be asked whether a point in it is exposed.
+class ExposedRegion {
 public:
-    explicit UncoveredPatches(const PatchMask& mask) {
+    ExposedRegion(const PatchMask& mask, const std::vector<Neighbour>& neighbours, double diameter) {
         const DirectionPatches& all = directionPatches();
         for (std::size_t p = 0; p < kPatches; ++p)
-            if (mask[p / 64] >> (p % 64) & 1) x_[count_] = all.x[p], y_[count_] = all.y[p], z_[count_++] = all.z[p];
-    }
-    bool mayMeetCircle(const Neighbour& neighbour, double diameter) const {
-        const DirectionPatches& all = directionPatches();
-        const double distance = std::sqrt(neighbour.squared);
-        const auto cos_cap = static_cast<float>(std::min(1.0, distance / diameter));
-        const float sin_cap = std::sqrt(1 - cos_cap * cos_cap);
-        const float least = cos_cap * all.cos_angle - sin_cap * all.sin_angle - kSlack;
-        const bool narrow = cos_cap >= all.cos_angle - kSlack;  // the patch can hold the whole circle
-        const float most = narrow ? 2 : cos_cap * all.cos_angle + sin_cap * all.sin_angle + kSlack;
-        const Vec3f d(neighbour.offset / distance);
-        for (std::size_t p = 0; p < count_; ++p) {
-            const float along = d.x * x_[p] + d.y * y_[p] + d.z * z_[p];
-            if (along >= least && along <= most) return true;
+            if (mask[p / 64] >> (p % 64) & 1) patches_.emplace_back(all.corners[p]);
+        for (const Neighbour& n : neighbours) {
+            const Cap cap(n, diameter);
+            if (meetsAny(cap)) neighbours_.push_back(n), caps_.push_back(cap);
         }
-        return false;
+        // Finer patches, until few neighbours are left or no fewer become.
+        for (int level = 0; level < kFinestLevel && neighbours_.size() > kFewNeighbours && !patches_.empty(); ++level)
+            if (!refine()) break;
+    }
+
+    bool empty() const { return patches_.empty(); }
+    const std::vector<Neighbour>& neighbours() const { return neighbours_; }
+    bool mayHold(const Vec3f& direction) const {
+        return std::any_of(patches_.begin(), patches_.end(), [&](const Patch& p) { return p.mayHold(direction); });
     }
 
 private:
-    std::array<float, kPatches> x_, y_, z_;
-    std::size_t count_ = 0;
+    bool meetsAny(const Cap& cap) const {
+        return std::any_of(patches_.begin(), patches_.end(), [&](const Patch& p) { return !p.apartFrom(cap); });
+    }
+    bool refine() {
+        std::vector<Patch> finer;
+        for (const Patch& patch : patches_) {
+            const auto& [a, b, c] = patch.corners;
+            const Vec3 ab = (a + b).normalized(), bc = (b + c).normalized(), ca = (c + a).normalized();
+            for (const auto& corners : {std::array{a, ab, ca}, {ab, b, bc}, {ca, bc, c}, {ab, bc, ca}}) {
+                const Patch child(corners);
+                if (std::none_of(caps_.begin(), caps_.end(), [&](const Cap& cap) { return child.coveredBy(cap); }))
+                    finer.push_back(child);
+            }
+        }
+        patches_ = std::move(finer);
+        std::size_t left = 0;
+        for (std::size_t n = 0; n < caps_.size(); ++n)
+            if (meetsAny(caps_[n])) neighbours_[left] = neighbours_[n], caps_[left++] = caps_[n];
+        const bool fewer = left < caps_.size();
+        neighbours_.resize(left, neighbours_.front());
+        caps_.resize(left, caps_.front());
+        return fewer;
+    }
+
+    static constexpr int kFinestLevel = 6;
+    static constexpr std::size_t kFewNeighbours = 16;
+    std::vector<Patch> patches_;
+    std::vector<Neighbour> neighbours_;
+    std::vector<Cap> caps_;  // of the neighbours
 };
 
 // Is the ball round this centre empty of all but the three particles it rests on? `last` remembers which
 // particle said no: it will often say no again.
 template <typename Balls>
-bool isEmpty(const Balls& balls, int side, const std::vector<Neighbour>& neighbours, std::uint32_t j, std::uint32_t k,
+bool isEmpty(const Balls& balls, int side, const ExposedRegion& region, std::uint32_t j, std::uint32_t k,
              std::size_t& last) {
     const Vec3 centre = balls.centre(side);
+    const std::vector<Neighbour>& neighbours = region.neighbours();
     const auto blocks = [&](const Neighbour& n) {
         return n.particle != j && n.particle != k && balls.contains(centre, side, n.offset, n.squared);
     };
@@ -68,7 +136,7 @@ bool isEmpty(const Balls& balls, int side, const std::vector<Neighbour>& neighbo
             last = n;
             return false;
         }
-    return true;
+    return region.mayHold(Vec3f(centre.normalized()));
 }
 
 // Is the whole circle in which the sphere at `offset` meets the one at the origin exposed?
@@ -85,19 +153,18 @@ bool isFullCircle(const Vec3& origin, const Neighbour& other, const std::vector<
 // Everything whose smallest ball is i.
 template <typename Balls>
 void skinBall(const SnappedParticles& particles, const std::vector<bool>& survives, std::uint32_t i,
-              const PatchMask& uncovered, std::vector<Neighbour>& neighbours, std::vector<Neighbour>& partners,
+              const PatchMask& uncovered, const std::vector<Neighbour>& neighbours, std::vector<Neighbour>& partners,
               Parts& out) {
     if (neighbours.empty()) {
         out.bare.push_back(i);
         return;
     }
     const auto radius = static_cast<double>(particles.radius);
-    const UncoveredPatches patches(uncovered);
+    const ExposedRegion region(uncovered, neighbours, 2 * radius);
+    if (region.empty()) return;
     partners.clear();
-    for (const Neighbour& n : neighbours)
-        if (n.particle > i && survives[n.particle] && patches.mayMeetCircle(n, 2 * radius)) partners.push_back(n);
-    std::partition(neighbours.begin(), neighbours.end(),  // near ones cover most
-                   [&](const Neighbour& n) { return n.squared < radius * radius; });
+    for (const Neighbour& n : region.neighbours())
+        if (n.particle > i && survives[n.particle]) partners.push_back(n);
 
     std::size_t last = 0;
     const Vec3 origin = toDouble(particles.position[i]);
@@ -108,7 +175,7 @@ void skinBall(const SnappedParticles& particles, const std::vector<bool>& surviv
             const Balls balls(origin, j.offset, k.offset, radius);
             if (!balls.exist()) continue;
             for (const int side : {1, -1}) {
-                if (!isEmpty(balls, side, neighbours, j.particle, k.particle, last)) continue;
+                if (!isEmpty(balls, side, region, j.particle, k.particle, last)) continue;
                 out.triangle.push_back(side > 0 ? Triangle{i, j.particle, k.particle}
                                                 : Triangle{i, k.particle, j.particle});
                 out.vertex.push_back((origin + balls.centre(side)) * particles.quantum);

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 namespace betamesh {
 
@@ -13,16 +14,37 @@ namespace {
 constexpr float kSlack = 1e-5f;  // far above the rounding of the dot products it guards
 constexpr std::size_t kCellsPerTask = 16;
 
-using Covered = std::array<std::int32_t, kPatches>;  // -1 where covered, 0 elsewhere
+// Patches still to be covered, packed to the front: their midpoints, and -1 where covered.
+struct OpenPatches {
+    alignas(64) std::array<float, kPatches> x, y, z;
+    alignas(64) std::array<std::int32_t, kPatches> covered;
+    std::array<std::uint16_t, kPatches> patch;
+    std::size_t count;
+
+    void reset() {
+        const DirectionPatches& all = directionPatches();
+        x = all.x, y = all.y, z = all.z;
+        covered.fill(0);
+        std::iota(patch.begin(), patch.end(), std::uint16_t{0});
+        count = kPatches;
+    }
+    void pack() {
+        std::size_t left = 0;
+        for (std::size_t p = 0; p < count; ++p) {
+            if (covered[p]) continue;
+            x[left] = x[p], y[left] = y[p], z[left] = z[p], patch[left] = patch[p], covered[left++] = 0;
+        }
+        count = left;
+    }
+};
 
 // Marks the patches whose midpoints m have offset·m >= least; true when none is left uncovered.
-BETAMESH_EVERY_CPU bool cover(const DirectionPatches& patches, float x, float y, float z, float least,
-                              Covered& covered) {
+BETAMESH_EVERY_CPU bool cover(OpenPatches& patches, float x, float y, float z, float least) {
     std::int32_t all = -1;
-    for (std::size_t p = 0; p < kPatches; ++p) {
+    for (std::size_t p = 0; p < patches.count; ++p) {
         const float along = x * patches.x[p] + y * patches.y[p] + z * patches.z[p];
-        covered[p] |= along >= least ? -1 : 0;
-        all &= covered[p];
+        patches.covered[p] |= along >= least ? -1 : 0;
+        all &= patches.covered[p];
     }
     return all == -1;
 }
@@ -55,35 +77,46 @@ struct Candidates {
     }
 };
 
-// Covers what the candidates at squared distances in (nearest, farthest] cover; true when nothing is left.
-bool coverBetween(const Candidates& candidates, const Vec3f& p, float nearest, float farthest, float diameter,
-                  const DirectionPatches& patches, Covered& covered) {
-    for (std::size_t k = 0; k < candidates.x.size(); ++k) {
-        const float squared = candidates.squared[k];
-        if (!(squared > nearest && squared <= farthest)) continue;
-        const float distance = std::sqrt(squared);
-        const float cos_cap = distance / diameter;  // the cap's half-angle is acos(d / 2r)
-        if (cos_cap >= patches.cos_angle - kSlack) continue;
-        const float sin_cap = std::sqrt(1 - cos_cap * cos_cap);
-        const float least = distance * (cos_cap * patches.cos_angle + sin_cap * patches.sin_angle + kSlack);
-        if (cover(patches, candidates.x[k] - p.x, candidates.y[k] - p.y, candidates.z[k] - p.z, least, covered))
-            return true;
-    }
-    return false;
+// The cap that a neighbour at squared distance d² <= 4r² covers: half-angle acos(d / 2r). A patch is inside
+// where offset·midpoint >= least; false where the cap is too small for any patch.
+bool leastAlong(const DirectionPatches& patches, float squared, float diameter, float& least) {
+    const float distance = std::sqrt(squared), cos_cap = distance / diameter;
+    if (cos_cap >= patches.cos_angle - kSlack) return false;
+    const float sin_cap = std::sqrt(1 - cos_cap * cos_cap);
+    least = distance * (cos_cap * patches.cos_angle + sin_cap * patches.sin_angle + kSlack);
+    return true;
+}
+
+// Leaves the patches of one particle's sphere that no single candidate covers.
+void coverPatches(const Candidates& candidates, const Vec3f& p, float diameter, OpenPatches& open) {
+    constexpr std::size_t kPackEvery = 32;  // neighbours
+    const DirectionPatches& patches = directionPatches();
+    const float near = diameter * diameter / 4;  // most buried particles are buried by what is this near
+    open.reset();
+    const auto coverBetween = [&](float nearest, float farthest) {
+        std::size_t used = 0;
+        float least = 0;
+        for (std::size_t k = 0; k < candidates.x.size(); ++k) {
+            const float squared = candidates.squared[k];
+            if (!(squared > nearest && squared <= farthest) || !leastAlong(patches, squared, diameter, least)) continue;
+            if (cover(open, candidates.x[k] - p.x, candidates.y[k] - p.y, candidates.z[k] - p.z, least)) break;
+            if (++used % kPackEvery == 0) open.pack();
+        }
+        open.pack();
+    };
+    coverBetween(0, near);
+    if (open.count > 0) coverBetween(near, diameter * diameter);
 }
 
 }  // namespace
 
 Survivors survivors(const SnappedParticles& particles) {
-    const DirectionPatches& patches = directionPatches();
     const auto diameter = static_cast<float>(2 * particles.radius);
-    const float near = diameter * diameter / 4;  // most buried particles are buried by what is this near
-
     const std::size_t cells = particles.cell.size(), tasks = (cells + kCellsPerTask - 1) / kCellsPerTask;
     std::vector<Survivors> found(tasks);
     parallelFor(tasks, 1, [&](std::size_t task) {
         Candidates candidates;
-        Covered covered;
+        OpenPatches open;
         for (std::size_t c = task * kCellsPerTask; c < std::min(cells, (task + 1) * kCellsPerTask); ++c) {
             candidates.gather(particles, c);
             const Vec3i corner = particles.cell[c] * (2 * particles.radius);
@@ -91,13 +124,11 @@ Survivors survivors(const SnappedParticles& particles) {
                 const Vec3f p(particles.position[i] - corner);
                 squaredDistances(candidates.x.data(), candidates.y.data(), candidates.z.data(), candidates.x.size(),
                                  p.x, p.y, p.z, candidates.squared.data());
-                covered.fill(0);
-                if (coverBetween(candidates, p, 0, near, diameter, patches, covered) ||
-                    coverBetween(candidates, p, near, diameter * diameter, diameter, patches, covered))
-                    continue;
+                coverPatches(candidates, p, diameter, open);
+                if (open.count == 0) continue;
                 PatchMask uncovered{};
-                for (std::size_t patch = 0; patch < kPatches; ++patch)
-                    if (!covered[patch]) uncovered[patch / 64] |= std::uint64_t{1} << (patch % 64);
+                for (std::size_t k = 0; k < open.count; ++k)
+                    uncovered[open.patch[k] / 64] |= std::uint64_t{1} << (open.patch[k] % 64);
                 found[task].particle.push_back(i);
                 found[task].uncovered.push_back(uncovered);
             }

@@ -422,6 +422,20 @@ TEST_F(Job, SignalsEndItWithTheirCodeAndNothingHalfWritten) {
     }
 }
 
+TEST_F(Job, AStageThatTakesLongIsCutOffByASignal) {
+    writeFrames(1, 1, 30000);
+    // Every ball reaches every other: hours of work.
+    RunningProgram program({"mesh", "in/a.####.ply", "out/a.####.ply", "--radius", "100"}, folder_.path());
+    std::this_thread::sleep_for(std::chrono::milliseconds(1500));
+    program.send(SIGTERM);
+    const auto begin = std::chrono::steady_clock::now();
+    const Outcome outcome = program.wait();
+    EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(20));
+    EXPECT_EQ(outcome.exit_code, 128 + SIGTERM) << outcome.err;
+    EXPECT_TRUE(absent(1));
+    EXPECT_EQ(hiddenFiles("out"), 0U);
+}
+
 TEST_F(Job, AMemoryLimitThatIsTooSmallEndsWith33) {
     writeFrames(1, 2, 200000);
     const Outcome outcome = mesh({"--memory-limit", "32MiB", "-j", "1"});
