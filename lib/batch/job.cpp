@@ -11,6 +11,7 @@
 
 #include <atomic>
 #include <chrono>
+#include <condition_variable>
 #include <cstdlib>
 #include <filesystem>
 #include <mutex>
@@ -75,9 +76,12 @@ public:
 
 private:
     void run(const std::stop_token& stop) {
+        std::mutex mutex;
+        std::condition_variable_any stopped;
         std::optional<Clock::time_point> caught;
         while (!stop.stop_requested()) {
-            std::this_thread::sleep_for(kSignalPoll);
+            std::unique_lock lock(mutex);
+            stopped.wait_for(lock, stop, kSignalPoll, [] { return false; });
             if (caughtSignal() == 0) continue;
             if (!caught) caught = Clock::now();
             if (writing_ == 0 && Clock::now() - *caught > kPatience) {
