@@ -8,14 +8,17 @@
 
 namespace betamesh {
 
+/// Vertices with their motion. Ones that no triangle uses are allowed.
+struct BetaMesh {
+    std::vector<Moving> vertex;
+    std::vector<Triangle> triangles;
+};
+
 /// The paper's beta mesh. Vertices come in two kinds, one after the other: pure beta vertices, as many and
 /// in the order of the ball boundary's vertices, then alphabeta vertices, one per fan.
 /// A fan is a face of the alpha graph: the whole ring of triangles round an alpha vertex (closed), or the
 /// part of it on one side of a thin sheet (open).
-struct BetaMesh {
-    std::vector<Moving> vertex;
-    std::vector<Triangle> triangles;
-
+struct PaperMesh : BetaMesh {
     std::size_t pure = 0;                 ///< number of pure beta vertices
     Rows fan;                             ///< pure beta vertices round each fan, in order
     std::vector<std::uint8_t> fan_open;   ///< 1 where the last vertex of a fan is not joined to its first

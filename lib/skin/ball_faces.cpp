@@ -92,28 +92,28 @@ std::vector<Arc> arcsOf(const BallBoundary& boundary, std::uint32_t ball, std::s
 // cycle that it meets first, unless that is too close to call.
 std::optional<std::uint32_t> firstMet(const std::vector<Arc>& arcs, std::size_t own, const Vec3& start,
                                       const Vec3& heading) {
-    double first = 4 * std::numbers::pi, second = first;
+    constexpr double kNever = 4 * std::numbers::pi;
+    double first = kNever, unclear = kNever;  // how far it is to the first meeting, and to the first close call
     std::size_t met = arcs.size();
     for (std::size_t a = 0; a < arcs.size(); ++a) {
+        const bool own_circle = arcs[a].axis == arcs[own].axis;
+        if (own_circle && arcs[a].height > 1 - kMargin) continue;  // balls that touch in a point
         const double along = dot(start, arcs[a].axis), across = dot(heading, arcs[a].axis);
-        const double reach = std::hypot(along, across);
+        const double reach = std::hypot(along, across), nearest = std::atan2(across, along);
         if (reach < arcs[a].height - kMargin) continue;
-        if (reach < arcs[a].height + kMargin) return std::nullopt;
-        const double entry = std::atan2(across, along) - std::acos(arcs[a].height / reach);
-        double angle = positiveAngle(entry);
-        if (arcs[a].axis == arcs[own].axis && angle < kMargin) angle += 2 * std::numbers::pi;
-        if (angle < kMargin || std::abs(angle - 2 * std::numbers::pi) < kMargin) {
-            if (arcs[a].axis != arcs[own].axis) return std::nullopt;
+        if (reach < arcs[a].height + kMargin) {
+            unclear = std::min(unclear, positiveAngle(nearest - 1e-3));
+            continue;
         }
-        const bool same_circle = met < arcs.size() && arcs[a].axis == arcs[met].axis;
-        if (angle < first) {
-            if (!same_circle) second = first;
-            first = angle, met = a;
-        } else if (!same_circle) {
-            second = std::min(second, angle);
-        }
+        double angle = positiveAngle(nearest - std::acos(arcs[a].height / reach));
+        const bool at_start = angle < kMargin || angle > 2 * std::numbers::pi - kMargin;
+        if (at_start && !own_circle) return std::nullopt;
+        if (at_start) angle = 2 * std::numbers::pi;
+        if (met < arcs.size() && arcs[a].axis == arcs[met].axis) continue;  // another arc of that circle
+        unclear = std::min(unclear, std::max(angle, first));
+        if (angle < first) first = angle, met = a;
     }
-    if (met == arcs.size() || second - first < kMargin) return std::nullopt;
+    if (met == arcs.size() || unclear - first < kMargin) return std::nullopt;
     const Vec3 hit = start * std::cos(first) + heading * std::sin(first);
     for (const Arc& arc : arcs) {  // several arcs may lie on the circle that was met
         if (arc.axis != arcs[met].axis) continue;

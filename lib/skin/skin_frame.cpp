@@ -5,7 +5,7 @@
 #include "skin/alpha_mesh.h"
 #include "skin/ball_boundary.h"
 #include "skin/ball_faces.h"
-#include "skin/beta_mesh.h"
+#include "skin/paper_mesh.h"
 #include "skin/smooth.h"
 #include "skin/survivors.h"
 #include "skin/union_mesh.h"
@@ -56,11 +56,11 @@ Structure floatStructure(const Particles& particles, const SkinParams& params) {
     }
 }
 
-BetaMesh betaSurface(const Particles& particles, const Structure& structure, const std::vector<Moving>& balls,
+PaperMesh betaSurface(const Particles& particles, const Structure& structure, const std::vector<Moving>& balls,
                      const SkinParams& params, const Watch& watch) {
     const std::vector<Moving> vertices = movingVertices(particles, structure.snapped, structure.boundary, balls);
     watch("velocity");
-    BetaMesh beta = paperTessellation(structure.boundary, balls, vertices);
+    PaperMesh beta = paperTessellation(structure.boundary, balls, vertices);
     watch("tessellate");
     if (params.smoothing == SmoothingMethod::paper) smoothAsInPaper(beta, params.passes);
     if (params.resolve_intersections) resolveIntersections(structure.boundary, balls, beta);

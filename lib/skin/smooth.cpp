@@ -19,7 +19,7 @@ struct WeightedSum {
     Moving meanOr(const Moving& other) const { return weight.value > 0 ? sum / weight : other; }
 };
 
-WeightedSum sumOverFan(const BetaMesh& mesh, std::size_t f) {
+WeightedSum sumOverFan(const PaperMesh& mesh, std::size_t f) {
     const auto ring = mesh.fan[f];
     WeightedSum total;
     for (std::size_t e = 0; e < mesh.fanEdges(f); ++e) {
@@ -31,7 +31,7 @@ WeightedSum sumOverFan(const BetaMesh& mesh, std::size_t f) {
 }
 
 // The fans round each pure beta vertex: the other way round than mesh.fan.
-Rows fansOfVertices(const BetaMesh& mesh) {
+Rows fansOfVertices(const PaperMesh& mesh) {
     std::vector<std::uint32_t> count(mesh.pure, 0);
     for (const std::uint32_t v : mesh.fan.item) ++count[v];
     Rows fans;
@@ -45,7 +45,7 @@ Rows fansOfVertices(const BetaMesh& mesh) {
 
 }  // namespace
 
-void smoothAsInPaper(BetaMesh& mesh, int passes) {
+void smoothAsInPaper(PaperMesh& mesh, int passes) {
     const Rows fans = fansOfVertices(mesh);
     std::vector<WeightedSum> sums(mesh.fan.size());
     for (int pass = 0; pass < passes; ++pass) {
@@ -64,7 +64,7 @@ void smoothAsInPaper(BetaMesh& mesh, int passes) {
     }
 }
 
-void resolveIntersections(const BallBoundary& boundary, const std::vector<Moving>& balls, BetaMesh& mesh) {
+void resolveIntersections(const BallBoundary& boundary, const std::vector<Moving>& balls, PaperMesh& mesh) {
     parallelFor(mesh.pure, 1024, [&](std::size_t v) {
         const Triangle& t = boundary.triangle[v];
         const Moving normal = cross(balls[t[1]] - balls[t[0]], balls[t[2]] - balls[t[0]]);

@@ -15,7 +15,7 @@ namespace betamesh {
 /// same    bytes for any thread count
 /// cost    O(passes · vertices)
 /// source  beta mesh paper, Algorithm 4
-void smoothAsInPaper(BetaMesh& mesh, int passes);
+void smoothAsInPaper(PaperMesh& mesh, int passes);
 
 /// Step 4 of the paper. A pure beta vertex that lies behind its alpha triangle moves onto the triangle's
 /// plane; then an alphabeta vertex whose particle lies outside any triangle of its fan moves to the
@@ -25,6 +25,6 @@ void smoothAsInPaper(BetaMesh& mesh, int passes);
 /// cost    O(vertices)
 /// source  beta mesh paper, section 3.4.2, step 4; the first half is ours: smoothing more than the paper's
 ///         examples do does push pure beta vertices through the alpha mesh
-void resolveIntersections(const BallBoundary& boundary, const std::vector<Moving>& balls, BetaMesh& mesh);
+void resolveIntersections(const BallBoundary& boundary, const std::vector<Moving>& balls, PaperMesh& mesh);
 
 }  // namespace betamesh

@@ -1,4 +1,4 @@
-#include "skin/beta_mesh.h"
+#include "skin/paper_mesh.h"
 
 #include "core/parallel.h"
 
@@ -20,7 +20,7 @@ struct Rims {
 };
 
 // Cuts every cycle into fans.
-Rims cutIntoFans(const BallBoundary& boundary, BetaMesh& beta) {
+Rims cutIntoFans(const BallBoundary& boundary, PaperMesh& beta) {
     Rims rims;
     rims.fan_before.assign(boundary.twin.size(), 0);
     rims.fan_after.assign(boundary.twin.size(), 0);
@@ -55,7 +55,7 @@ Rims cutIntoFans(const BallBoundary& boundary, BetaMesh& beta) {
     return rims;
 }
 
-Moving placeAlphabeta(const BallBoundary& boundary, const BetaMesh& beta, std::size_t f,
+Moving placeAlphabeta(const BallBoundary& boundary, const PaperMesh& beta, std::size_t f,
                       const std::vector<Moving>& balls) {
     const auto ring = beta.fan[f];
     Moving sum;
@@ -80,7 +80,7 @@ Moving placeAlphabeta(const BallBoundary& boundary, const BetaMesh& beta, std::s
 }
 
 // Joins the fans on both sides of every rim. Around one ball the quads leave a polygon of its fans.
-void closeRims(const BallBoundary& boundary, const Rims& rims, BetaMesh& beta) {
+void closeRims(const BallBoundary& boundary, const Rims& rims, PaperMesh& beta) {
     const auto add = [&](std::uint32_t a, std::uint32_t b, std::uint32_t c) {
         if (a != b && b != c && c != a) beta.triangles.push_back({a, b, c});
     };
@@ -101,7 +101,7 @@ void closeRims(const BallBoundary& boundary, const Rims& rims, BetaMesh& beta) {
 }
 
 // Where a ball's cycle crosses more than two rims, its fans form a polygon that no quad closes.
-void closePolygonsBetweenRims(const BallBoundary& boundary, const Rims& rims, BetaMesh& beta) {
+void closePolygonsBetweenRims(const BallBoundary& boundary, const Rims& rims, PaperMesh& beta) {
     for (std::size_t c = 0; c < boundary.cycle.size(); ++c) {
         std::vector<std::uint32_t> polygon;
         for (const std::uint32_t h : boundary.cycle[c])
@@ -114,9 +114,9 @@ void closePolygonsBetweenRims(const BallBoundary& boundary, const Rims& rims, Be
 
 }  // namespace
 
-BetaMesh paperTessellation(const BallBoundary& boundary, const std::vector<Moving>& balls,
+PaperMesh paperTessellation(const BallBoundary& boundary, const std::vector<Moving>& balls,
                            const std::vector<Moving>& vertices) {
-    BetaMesh beta;
+    PaperMesh beta;
     beta.pure = vertices.size();
     beta.vertex = vertices;
     beta.rim.assign(beta.pure, 0);

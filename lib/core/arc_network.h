@@ -1,0 +1,30 @@
+// Points along every arc and full circle of the ball boundary, shared by the two faces that meet there.
+
+#pragma once
+
+#include "core/moving.h"
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace betamesh {
+
+/// Point v < vertices is vertex v of the ball boundary; then come the points inside arcs, then those on full
+/// circles. Arc a runs counter-clockwise round the axis from its lower to its higher ball, from one vertex
+/// to another; circle k likewise, and has no end.
+struct ArcNetwork {
+    std::size_t vertices = 0;
+    std::vector<Moving> point;
+
+    std::vector<std::uint32_t> arc_of;        ///< of each half-edge of the boundary
+    std::vector<std::uint32_t> arc_start;     ///< the half-edge, from the lower ball, at which each arc begins
+    std::vector<double> arc_angle;            ///< radians, of each arc
+    std::vector<std::uint32_t> arc_begin;     ///< first point inside each arc, and one entry past the last
+    std::vector<std::uint32_t> circle_begin;  ///< first point on each circle, and one entry past the last
+
+    std::uint32_t arcSize(std::size_t a) const { return arc_begin[a + 1] - arc_begin[a]; }
+    std::uint32_t circleSize(std::size_t k) const { return circle_begin[k + 1] - circle_begin[k]; }
+};
+
+}  // namespace betamesh
