@@ -107,7 +107,8 @@ int runWithOptions(Config config, const JobOptions& options) {
         const auto value = options.values.find(key.path);
         if (value != options.values.end()) setConfigKey(config, key.path, value->second, key.option);
     }
-    const ProgressKind progress_kind = progressKind(options.progress);
+    const bool silent = options.quiet && options.progress == "auto";
+    const ProgressKind progress_kind = silent ? ProgressKind::none : progressKind(options.progress);
     rememberSignals();
     if (config.run.memory_limit > 0) {
         withThreads(threadsOf(config), [&] { startThreads(threadsOf(config)); });

@@ -359,6 +359,9 @@ std::size_t editDistance(std::string_view a, std::string_view b) {
 
 std::string_view lastWord(std::string_view path) { return path.substr(path.rfind('.') + 1); }
 
+/// Empty at the top level.
+std::string_view sectionOf(std::string_view path) { return path.substr(0, path.size() - lastWord(path).size()); }
+
 }  // namespace
 
 const std::vector<ConfigKey>& configKeys() {
@@ -373,10 +376,13 @@ std::string nearestConfigKey(std::string_view unknown) {
         const std::string section = key.path.substr(0, key.path.find('.'));
         if (section != key.path && section != names[names.size() - 2]) names.push_back(section);
     }
-    // A right word in a wrong section counts as near; between equals the whole path decides.
+    // A right word in a wrong section is nearer than a wrong word in the right one; between equals the whole path
+    // decides.
+    constexpr std::size_t kWrongSection = 2;
     const auto distance = [&](const std::string& name) {
+        const std::size_t words = editDistance(lastWord(unknown), lastWord(name));
         const std::size_t whole = editDistance(unknown, name);
-        return std::pair(std::min(whole, editDistance(lastWord(unknown), lastWord(name))), whole);
+        return std::pair(words + (sectionOf(unknown) == sectionOf(name) ? 0 : kWrongSection), whole);
     };
     return *std::min_element(names.begin(), names.end(),
                              [&](const std::string& a, const std::string& b) { return distance(a) < distance(b); });

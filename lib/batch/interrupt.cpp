@@ -21,6 +21,7 @@ void rememberSignals() {
     sigemptyset(&action.sa_mask);
     sigaction(SIGTERM, &action, nullptr);
     sigaction(SIGINT, &action, nullptr);
+    std::signal(SIGPIPE, SIG_IGN);
 }
 
 int caughtSignal() { return caught_signal; }

@@ -40,17 +40,27 @@ void initialize() {
 
 // Reading.
 
-std::string readText(Cursor& in, const char* what) {
-    const auto length = loadNumber<std::uint32_t>(in.take(4, what), kOtherOrder);
-    return {reinterpret_cast<const char*>(in.take(length, what)), length};
+std::uint32_t readNumber(Cursor& in, const char* what) {
+    return loadNumber<std::uint32_t>(in.take(4, what), kOtherOrder);
 }
 
-/// Fails when the file ends before the last of its grids does. OpenVDB itself reads on regardless, and may end
-/// the process; files cut short by a full disk or a killed simulation are no rarity.
+/// A length, and as many bytes.
+void skipText(Cursor& in, const char* what) { in.take(readNumber(in, what), what); }
+
+/// A number of names, each with a type and a value.
+void skipMetadata(Cursor& in) {
+    for (std::uint32_t left = readNumber(in, "metadata"); left > 0; --left)
+        for (int text = 0; text < 3; ++text) skipText(in, "metadata");
+}
+
+/// Fails when the file ends before the last of its grids does, or a text before its length says. OpenVDB itself
+/// reads on regardless, takes gigabytes, and may end the process; files cut short by a full disk or a killed
+/// simulation are no rarity.
 ///
 /// source  OpenVDB, io/Archive.cc and io/GridDescriptor.cc: little-endian magic (8), file version, library
 ///         version (2 times 4), flag of grid offsets (1), UUID (36), metadata, int32 grids; of each grid name,
-///         type, parent, and where its header, its blocks and the grid end, from the start of the file
+///         type, parent, and where its header, its blocks and the grid end, from the start of the file; the
+///         header: compression (4), metadata, type of the transform
 void requireComplete(const std::string& path) {
     constexpr std::size_t kPiece = std::size_t{1} << 20;  // more than the names and metadata in any one place
     constexpr std::uint32_t kOldestKnown = 222;
@@ -66,26 +76,19 @@ void requireComplete(const std::string& path) {
     };
     Bytes piece = pieceAt(0);
     Cursor in(piece, "file header");
-    const auto number = [](Cursor& from, const char* what) {
-        return loadNumber<std::uint32_t>(from.take(4, what), kOtherOrder);
-    };
     if (loadNumber<std::int64_t>(in.take(8, "magic"), kOtherOrder) != vdb::OPENVDB_MAGIC)
         throw Error("expected an OpenVDB file, the magic number is another");
-    if (number(in, "version") < kOldestKnown) return;
+    if (readNumber(in, "version") < kOldestKnown) return;
     in.take(8, "library version");
     if (*in.take(1, "flags") == std::byte{0}) return;  // written to a pipe: does not tell where its grids end
     in.take(36, "UUID");
-    for (std::uint32_t left = number(in, "metadata"); left > 0; --left) {
-        readText(in, "metadata");
-        readText(in, "metadata");
-        in.take(number(in, "metadata"), "metadata");
-    }
-    const std::uint32_t grids = number(in, "number of grids");
+    skipMetadata(in);
+    const std::uint32_t grids = readNumber(in, "number of grids");
     std::int64_t at = static_cast<std::int64_t>(in.offset());
     for (std::uint32_t i = 0; i < grids; ++i) {
         piece = pieceAt(at);
         Cursor descriptor(piece, "grid " + std::to_string(i));
-        for (int text = 0; text < 3; ++text) readText(descriptor, "names");
+        for (int text = 0; text < 3; ++text) skipText(descriptor, "names");
         const auto position = [&](const char* what, std::int64_t least) {
             const auto place = loadNumber<std::int64_t>(descriptor.take(8, what), kOtherOrder);
             if (place < least || place > size)
@@ -96,6 +99,11 @@ void requireComplete(const std::string& path) {
         const std::int64_t header = position("header", at);
         position("blocks", 0);  // 0 in a grid that shares the tree of another
         at = position("end", header);
+        const Bytes header_piece = pieceAt(header);
+        Cursor in_header(header_piece, "header of grid " + std::to_string(i));
+        in_header.take(4, "compression");
+        skipMetadata(in_header);
+        skipText(in_header, "transform");
     }
 }
 
