@@ -54,6 +54,7 @@ int main(int argc, char** argv) {
     addRunCommand(program, exit_code);
     addSampleCommand(program, exit_code);
     addInfoCommand(program, exit_code);
+    addCheckCommand(program, exit_code);
     addConfigCommand(program, exit_code);
     try {
         program.parse(argc, argv);

@@ -29,7 +29,10 @@ struct Arguments {
 };
 
 std::string listOfSamples() {
-    std::string list = "Particles carry v and id and are the same on every machine. Samples:\n";
+    std::string list =
+        "Particles carry v and id. One build of this program writes the same bytes each time, on any number of\n"
+        "threads; with another C library or compiler, sines and roots may be rounded differently, and a splash\n"
+        "with them. Samples:\n";
     for (const SampleInfo& sample : samples()) {
         list += "  " + sample.name + std::string(sample.name.size() < 12 ? 12 - sample.name.size() : 1, ' ') +
                 sample.description + " (" + std::to_string(sample.particles) + " particles)\n";
@@ -42,10 +45,7 @@ std::vector<int> framesOf(const Arguments& arguments, const FramePattern& patter
         return pattern.numbered ? parseFrames(kUsualFrames) : std::vector<int>{std::max(1, singleFrame(pattern))};
     }
     std::vector<int> frames = parseFrames(arguments.frames);
-    if (frames.size() > 1 && !pattern.numbered) {
-        throw Error("'" + pattern.text + "' is one file for " + std::to_string(frames.size()) +
-                    " frames; expected a place for the frame number, such as name.####.vdb");
-    }
+    requirePlaceFor(frames.size(), pattern);
     return frames;
 }
 

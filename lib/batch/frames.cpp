@@ -150,6 +150,12 @@ int singleFrame(const FramePattern& pattern) {
     return numberInName(std::filesystem::path(pattern.head).filename().string());
 }
 
+void requirePlaceFor(std::size_t frames, const FramePattern& pattern) {
+    if (frames <= 1 || pattern.numbered) return;
+    throw Error("'" + pattern.text + "' is one file for " + std::to_string(frames) +
+                " frames; expected a place for the frame number in its name, such as ####");
+}
+
 std::map<int, std::string> framesOnDisk(const FramePattern& pattern) {
     namespace fs = std::filesystem;
     std::map<int, std::string> files;

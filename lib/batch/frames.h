@@ -2,6 +2,7 @@
 
 #pragma once
 
+#include <cstddef>
 #include <map>
 #include <string>
 #include <string_view>
@@ -28,6 +29,9 @@ std::string frameName(const FramePattern& pattern, int frame);
 
 /// The frame that a name without a place stands for.
 int singleFrame(const FramePattern& pattern);
+
+/// errors  several frames for a name without a place
+void requirePlaceFor(std::size_t frames, const FramePattern& pattern);
 
 /// Every file on disk that frameName() could have named, by frame. A folder that does not exist has none.
 std::map<int, std::string> framesOnDisk(const FramePattern& pattern);

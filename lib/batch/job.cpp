@@ -18,6 +18,7 @@
 #include <new>
 #include <optional>
 #include <set>
+#include <system_error>
 #include <thread>
 
 namespace betamesh {
@@ -51,6 +52,16 @@ private:
 
 void leaveIfInterrupted() {
     if (caughtSignal() != 0) throw Interrupted{};
+}
+
+/// What stops a thread from being made is, as a rule, that its stack finds no memory.
+template <typename Body>
+std::jthread newThread(const Body& body) {
+    try {
+        return std::jthread(body);
+    } catch (const std::system_error&) {
+        throw std::bad_alloc();
+    }
 }
 
 /// Frames leave between stages when a signal has come; a stage that is still at work some seconds later is cut
@@ -92,7 +103,7 @@ private:
     }
 
     std::atomic<int> writing_ = 0;
-    std::jthread thread_{[this](const std::stop_token& stop) { run(stop); }};  // last: the others outlive it
+    std::jthread thread_ = newThread([this](const std::stop_token& stop) { run(stop); });  // last: outlived by all
 };
 
 /// What the frames of a running job share.

@@ -2,6 +2,7 @@
 
 #include "core/error.h"
 
+#include <pthread.h>
 #include <sched.h>
 #include <sys/resource.h>
 #include <unistd.h>
@@ -70,6 +71,15 @@ std::optional<double> processorQuota() {
     return least;
 }
 
+std::uint64_t stackOfAThread() {
+    std::size_t bytes = 0;
+    pthread_attr_t usual;
+    if (pthread_getattr_default_np(&usual) != 0) return bytes;
+    pthread_attr_getstacksize(&usual, &bytes);
+    pthread_attr_destroy(&usual);
+    return bytes;
+}
+
 std::optional<int> threadsFromEnvironment(const char* name) {
     const char* text = std::getenv(name);
     if (text == nullptr) return std::nullopt;
@@ -114,9 +124,11 @@ void limitMemory(std::uint64_t bytes) {
     std::ifstream pages("/proc/self/statm");
     std::uint64_t data = 0;
     for (int field = 0; field < 6; ++field) pages >> data;
+    data *= static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE));
+    data += stackOfAThread();  // a job makes one that waits for signals
     rlimit limit{};
     getrlimit(RLIMIT_DATA, &limit);
-    limit.rlim_cur = std::min<rlim_t>(bytes + data * static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE)), limit.rlim_max);
+    limit.rlim_cur = std::min<rlim_t>(bytes + data, limit.rlim_max);
     if (setrlimit(RLIMIT_DATA, &limit) != 0) {
         throw Error("memory limit of " + std::to_string(bytes) + " bytes: " + std::strerror(errno));
     }

@@ -17,7 +17,7 @@ std::uint64_t availableMemory();
 std::uint64_t peakMemory();
 
 /// From here on allocations that together would take this many bytes more than the process has now throw
-/// std::bad_alloc.
+/// std::bad_alloc. The stack of one more thread does not count.
 void limitMemory(std::uint64_t bytes);
 
 }  // namespace betamesh

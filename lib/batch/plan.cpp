@@ -32,10 +32,7 @@ std::vector<int> chosenFrames(const Config& config, const FramePattern& input,
                               const std::map<int, std::string>& on_disk) {
     if (config.frames != "all") {
         std::vector<int> frames = parseFrames(config.frames);
-        if (!input.numbered && frames.size() > 1) {
-            throw Error("'" + input.text + "' is one file, but frames " + config.frames +
-                        " were asked for; expected a place for the frame number, such as name.####.vdb");
-        }
+        requirePlaceFor(frames.size(), input);
         return frames;
     }
     if (!input.numbered) return {singleFrame(input)};
@@ -168,10 +165,7 @@ Plan planJob(const Config& config, const PlanOptions& options) {
 
     const auto on_disk = framesOnDisk(input);
     const std::vector<int> frames = chosenFrames(config, input, on_disk);
-    if (frames.size() > 1 && !output.numbered) {
-        throw Error("'" + output.text + "' is one file for " + std::to_string(frames.size()) +
-                    " frames; expected a place for the frame number, such as name.####.ply");
-    }
+    requirePlaceFor(frames.size(), output);
     noteGaps(config, frames, plan.warnings);
     for (const int frame : chunkOf(frames, options.chunk)) {
         FrameTask task{frame, frameName(input, frame), frameName(output, frame), FrameAction::mesh};

@@ -99,4 +99,76 @@ std::string infoJson(const std::string& file, const FileInfo& info, std::optiona
     return oneLine(json);
 }
 
+std::string checkJson(const CheckReport& report) {
+    const MeshCheck& check = report.check;
+    const auto vector = [](const Vec3& v) { return Json{v.x, v.y, v.z}; };
+    Json json;
+    json["file"] = report.file;
+    json["good"] = report.error.empty() && report.faults.empty();
+    if (!report.error.empty()) {
+        json["error"] = report.error;
+        return oneLine(json);
+    }
+    json["faults"] = report.faults;
+    json["vertices"] = check.vertices;
+    json["edges"] = check.edges;
+    json["triangles"] = check.triangles;
+    json["components"] = check.components.size();
+    json["euler"] = check.euler;
+    json["volume"] = check.volume;
+    json["area"] = check.area;
+    json["closed"] = check.closed();
+    json["oriented"] = check.oriented();
+    json["edge_manifold"] = check.edgeManifold();
+    json["vertex_manifold"] = check.vertexManifold();
+    json["inside_out"] = check.inside_out;
+    const auto add = [&](const char* name, const Found& found) {
+        json[name] = {{"count", found.count}, {"first", found ? Json(found.first) : Json(nullptr)}};
+    };
+    add("not_finite", check.not_finite);
+    add("velocity_not_finite", check.velocity_not_finite);
+    add("missing_vertices", check.missing_vertices);
+    add("repeated_vertices", check.repeated_vertices);
+    add("duplicates", check.duplicates);
+    add("open_edges", check.open_edges);
+    add("misoriented_edges", check.misoriented_edges);
+    add("nonmanifold_edges", check.nonmanifold_edges);
+    add("nonmanifold_vertices", check.nonmanifold_vertices);
+    add("zero_area", check.zero_area);
+    add("unused_vertices", check.unused_vertices);
+    add("coincident_vertices", check.coincident_vertices);
+    json["touching"] = check.touching;
+    json["crossings"] = {{"count", check.crossings.count}, {"shallow", check.shallow}, {"deepest", check.deepest}};
+    json["crossings"]["listed"] = Json::array();
+    for (const SelfCrossing& crossing : check.deepest_crossings)
+        json["crossings"]["listed"].push_back({{"triangles", {crossing.first, crossing.second}},
+                                               {"position", vector(crossing.position)},
+                                               {"depth", crossing.depth},
+                                               {"coplanar", crossing.coplanar}});
+    if (report.particles) {
+        const ParticleCheck& particles = *report.particles;
+        json["particles"] = {{"file", particles.file},
+                             {"count", particles.particles},
+                             {"spheres", particles.spheres},
+                             {"outside", particles.outside.count},
+                             {"farthest", particles.farthest}};
+        if (particles.radius > 0) json["particles"]["farthest_radii"] = particles.farthest / particles.radius;
+        if (particles.outside) {
+            json["particles"]["farthest_particle"] = particles.farthest_row;
+            json["particles"]["farthest_position"] = vector(particles.farthest_position);
+        }
+    }
+    json["component"] = Json::array();
+    for (const ComponentCheck& component : check.components)
+        json["component"].push_back({{"vertices", component.vertices},
+                                     {"edges", component.edges},
+                                     {"triangles", component.triangles},
+                                     {"euler", component.euler},
+                                     {"genus", component.genus ? Json(*component.genus) : Json(nullptr)},
+                                     {"closed", component.closed},
+                                     {"volume", component.volume},
+                                     {"area", component.area}});
+    return oneLine(json);
+}
+
 }  // namespace betamesh

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "io/file_info.h"
+#include "measure/mesh_check.h"
 #include "skin/skin_frame.h"
 
 #include <cstdint>
@@ -61,5 +62,29 @@ bool isFinished(const std::filesystem::path& report_file);
 
 /// One line without a line break. spacing: of particles, world units.
 std::string infoJson(const std::string& file, const FileInfo& info, std::optional<double> spacing);
+
+/// Where the particles of a mesh are. Lengths in world units.
+struct ParticleCheck {
+    std::string file;
+    std::size_t particles = 0;
+    std::size_t spheres = 0;  ///< beside the mesh, read with it
+    double radius = 0;        ///< of the balls; 0: not given
+    Found outside;            ///< farther than the tolerance
+    double farthest = 0;      ///< distance of the farthest outside
+    std::size_t farthest_row = 0;
+    Vec3 farthest_position{0, 0, 0};
+};
+
+/// What was found in one mesh file.
+struct CheckReport {
+    std::string file;
+    std::string error;  ///< of a mesh or particles that could not be read; then nothing else is filled in
+    MeshCheck check;
+    std::optional<ParticleCheck> particles;
+    std::vector<std::string> faults;  ///< names; none where the mesh is good, or could not be read
+};
+
+/// One line without a line break.
+std::string checkJson(const CheckReport& report);
 
 }  // namespace betamesh

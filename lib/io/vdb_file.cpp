@@ -19,6 +19,7 @@
 #include <fstream>
 #include <limits>
 #include <mutex>
+#include <new>
 #include <span>
 #include <sstream>
 #include <system_error>
@@ -466,14 +467,29 @@ void stamp(std::string& bytes) {
     }
 }
 
+/// Whether so many bytes for every byte of a file, and some for unpacking, could be had at this moment.
+bool memoryFor(const std::filesystem::path& path, std::uintmax_t bytes_per_byte) {
+    constexpr std::uintmax_t kUnpacking = std::uintmax_t{16} << 20;
+    std::error_code error;
+    const std::uintmax_t size = std::filesystem::file_size(path, error);
+    if (error) return true;
+    void* const block = ::operator new(static_cast<std::size_t>(size * bytes_per_byte + kUnpacking), std::nothrow);
+    ::operator delete(block);
+    return block != nullptr;
+}
+
 }  // namespace
 
 FileContents readVdb(const std::filesystem::path& path, const ReadOptions& options) {
+    // A frame takes far more than this in the end.
+    constexpr std::uintmax_t kLeast = 8, kMost = 64;
     initialize();
+    if (!memoryFor(path, kLeast)) throw std::bad_alloc();  // Blosc would end the process
     try {
         return readGrids(path.string(), options);
     } catch (const std::bad_alloc&) {
-        throw Error(path.string() + ": out of memory, or the file is damaged and asks for too much");
+        if (!memoryFor(path, kMost)) throw;
+        throw Error(path.string() + ": the file is damaged and asks for too much memory");
     } catch (const std::exception& error) {
         throw Error(path.string() + ": " + error.what());
     }

@@ -43,20 +43,6 @@ void expectEveryEdgePaired(const std::vector<Triangle>& triangles) {
         ASSERT_EQ(count, 0) << "edge " << edge.first << " - " << edge.second << " has no opposite";
 }
 
-template <typename Check>
-void forEveryCloud(std::uint64_t random_clouds, const Check& check) {
-    for (const Cloud& cloud : awkwardClouds()) {
-        SCOPED_TRACE(cloud.name);
-        check(cloud);
-        if (testing::Test::HasFailure()) return;
-    }
-    for (std::uint64_t seed = 0; seed < random_clouds; ++seed) {
-        SCOPED_TRACE("random cloud " + std::to_string(seed));
-        check(randomCloud(seed));
-        if (testing::Test::HasFailure()) return;
-    }
-}
-
 }  // namespace
 
 TEST(BallBoundary, EveryOrientedEdgeOfTheAlphaMeshHasItsOpposite) {

@@ -4,13 +4,13 @@
 
 #include "core/error.h"
 #include "core/moving.h"
+#include "core/parallel.h"
 #include "measure/mesh_measure.h"
 #include "skin/spacing.h"
 #include "support/clouds.h"
 #include "support/oracles.h"
 
 #include <gtest/gtest.h>
-#include <tbb/global_control.h>
 
 #include <numbers>
 #include <random>
@@ -18,21 +18,6 @@
 namespace betamesh {
 
 namespace {
-
-template <typename Check>
-void forEveryCloud(std::uint64_t random_clouds, const Check& check) {
-    for (const Cloud& cloud : awkwardClouds()) {
-        SCOPED_TRACE(cloud.name);
-        check(cloud);
-        if (testing::Test::HasFailure()) return;
-    }
-    for (std::uint64_t seed = 0; seed < random_clouds; ++seed) {
-        const Cloud cloud = randomCloud(seed);
-        SCOPED_TRACE(cloud.name);
-        check(cloud);
-        if (testing::Test::HasFailure()) return;
-    }
-}
 
 // Spacing 1, every coordinate moved by up to a quarter of it.
 Particles jitteredBox(int nx, int ny, int nz, unsigned seed) {
@@ -103,8 +88,8 @@ TEST(SkinFrame, IsTheSameForEveryParticleOrderAndThreadCount) {
             params.surface = surface;
             params.resolve_intersections = true;
             const SkinnedFrame one = skinFrame(cloud.particles, params);
-            const tbb::global_control serial(tbb::global_control::max_allowed_parallelism, 1);
-            const SkinnedFrame other = skinFrame(shuffled(cloud.particles, 3), params);
+            SkinnedFrame other;
+            withThreads(1, [&] { other = skinFrame(shuffled(cloud.particles, 3), params); });
             EXPECT_EQ(one.mesh.position, other.mesh.position);
             EXPECT_EQ(one.mesh.velocity, other.mesh.velocity);
             EXPECT_EQ(one.mesh.triangles, other.mesh.triangles);

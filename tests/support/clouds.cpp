@@ -2,6 +2,8 @@
 
 #include "core/random.h"
 
+#include <gtest/gtest.h>
+
 #include <algorithm>
 #include <cmath>
 #include <iterator>
@@ -263,6 +265,16 @@ Cloud randomCloud(std::uint64_t seed) {
     std::string name = "random cloud " + std::to_string(seed) + ": " + std::to_string(n) + " particles, ";
     name += (snapped ? "grid, " : "") + std::to_string(dimension) + "D, r/dx " + std::to_string(radius);
     return cloud(std::move(name), points, radius);
+}
+
+void forEveryCloud(std::uint64_t random_clouds, const std::function<void(const Cloud&)>& check) {
+    const auto checkOne = [&](const Cloud& cloud) {
+        SCOPED_TRACE(cloud.name);
+        if (!testing::Test::HasFailure()) check(cloud);
+    };
+    for (const Cloud& cloud : awkwardClouds()) checkOne(cloud);
+    for (std::uint64_t seed = 0; seed < random_clouds && !testing::Test::HasFailure(); ++seed)
+        checkOne(randomCloud(seed));
 }
 
 Particles shuffled(const Particles& particles, std::uint64_t seed) {

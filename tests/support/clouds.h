@@ -5,6 +5,7 @@
 #include "core/particles.h"
 
 #include <cstdint>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -27,6 +28,9 @@ std::vector<Cloud> awkwardClouds();
 /// integer grid with a radius that makes exact ties, some are flattened to a plane or a line, some hold
 /// exact duplicates.
 Cloud randomCloud(std::uint64_t seed);
+
+/// Checks all awkward clouds and random ones from seed 0 on, each under its name, up to the first failure.
+void forEveryCloud(std::uint64_t random_clouds, const std::function<void(const Cloud&)>& check);
 
 /// The same particles in another order: all arrays permuted alike.
 Particles shuffled(const Particles& particles, std::uint64_t seed);

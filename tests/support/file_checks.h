@@ -5,6 +5,9 @@
 #include "core/error.h"
 #include "core/mesh.h"
 #include "core/particles.h"
+#include "io/particle_file.h"
+#include "support/file_samples.h"
+#include "support/temporary_folder.h"
 
 #include <gtest/gtest.h>
 
@@ -36,6 +39,18 @@ inline void expectSame(const Mesh& a, const Mesh& b) {
     EXPECT_EQ(a.velocity, b.velocity);
     EXPECT_EQ(a.triangles, b.triangles);
     expectSame(a.attributes, b.attributes);
+}
+
+/// For names of a format that keeps the order of particles.
+inline void expectParticlesComeBack(const std::string& name) {
+    const TemporaryFolder folder;
+    for (const std::size_t n : {1U, 2U, 1000U})
+        for (int mask = 0; mask < 8; ++mask) {
+            SCOPED_TRACE(std::to_string(n) + " particles, mask " + std::to_string(mask));
+            const Particles particles = sampleParticles(n, mask & 1, mask & 2, mask & 4);
+            writeParticles(folder / name, particles);
+            expectSame(readParticles(folder / name), particles);
+        }
 }
 
 /// The text of the Error that an action must end with.

@@ -1,13 +1,12 @@
 #include "sample/sample.h"
 
 #include "core/error.h"
+#include "core/parallel.h"
 #include "core/random.h"
 #include "skin/spacing.h"
 #include "support/clouds.h"
 
 #include <gtest/gtest.h>
-#include <tbb/global_control.h>
-#include <tbb/task_arena.h>
 
 #include <algorithm>
 #include <cmath>
@@ -123,10 +122,9 @@ TEST(Sample, SameBytesInAnyOrderOfAskingOnAnyNumberOfThreads) {
         Sample backward(params);
         EXPECT_TRUE(sameBytes(backward.frame(9), nine));
         EXPECT_TRUE(sameBytes(backward.frame(6), six));
-        const tbb::global_control more_than_cores(tbb::global_control::max_allowed_parallelism, 8);
         for (const int threads : {1, 2, 7}) {
-            tbb::task_arena arena(threads);
-            arena.execute([&] { EXPECT_TRUE(sameBytes(Sample(params).frame(9), nine)) << threads << " threads"; });
+            withThreads(threads,
+                        [&] { EXPECT_TRUE(sameBytes(Sample(params).frame(9), nine)) << threads << " threads"; });
         }
     }
 }

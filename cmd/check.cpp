@@ -1,0 +1,257 @@
+#include "batch/frames.h"
+#include "batch/job.h"
+#include "batch/log.h"
+#include "batch/plan.h"
+#include "batch/report.h"
+#include "command.h"
+#include "core/error.h"
+#include "core/parallel.h"
+#include "io/mesh_file.h"
+#include "io/particle_file.h"
+#include "measure/enclosure.h"
+
+#include <cstdio>
+#include <filesystem>
+#include <iostream>
+#include <map>
+#include <memory>
+
+namespace betamesh {
+namespace {
+
+constexpr std::size_t kMostGeneraPrinted = 8;
+
+struct Arguments {
+    std::vector<std::string> meshes;
+    std::string particles;
+    double radius = 0;
+    CheckParams params;
+    bool weld = false;
+    bool strict = false;
+    bool json = false;
+};
+
+class Printer {
+public:
+    explicit Printer(const Mesh& mesh) : mesh_(mesh) {}
+
+    void line(const char* name, const std::string& text) const {
+        std::cout << "  " << name << std::string(22 - std::min<std::size_t>(21, std::string_view(name).size()), ' ')
+                  << text << '\n';
+    }
+    void line(const char* name, std::size_t count) const { line(name, std::to_string(count)); }
+    void atVertex(const char* name, const Found& found) const {
+        if (found) line(name, counted(found, "vertex") + place(found.first));
+    }
+    void atTriangle(const char* name, const Found& found) const {
+        if (!found) return;
+        const std::uint32_t corner = mesh_.triangles[found.first][0];
+        line(name, counted(found, "triangle") + (corner < mesh_.position.size() ? place(corner) : ""));
+    }
+    static std::string text(const Vec3& p) { return "(" + text(p.x) + ", " + text(p.y) + ", " + text(p.z) + ")"; }
+    static std::string text(double x) {
+        char buffer[32];
+        std::snprintf(buffer, sizeof buffer, "%.6g", x);
+        return buffer;
+    }
+
+private:
+    static std::string counted(const Found& found, const char* row) {
+        return std::to_string(found.count) + ", first at " + row + " " + std::to_string(found.first);
+    }
+    std::string place(std::uint32_t vertex) const { return " " + text(mesh_.position[vertex]); }
+
+    const Mesh& mesh_;
+};
+
+void printParticles(const Printer& out, const ParticleCheck& particles) {
+    out.line("particles",
+             std::to_string(particles.particles) + ", " + std::to_string(particles.outside.count) + " outside");
+    if (!particles.outside) return;
+    std::string how_far = Printer::text(particles.farthest);
+    if (particles.radius > 0) how_far += " (" + Printer::text(particles.farthest / particles.radius) + " radii)";
+    out.line("farthest outside", how_far + ", particle " + std::to_string(particles.farthest_row) + " " +
+                                     Printer::text(particles.farthest_position));
+}
+
+/// ": 51 of genus 0, 1 of genus 14, 3 not a closed manifold", in the order of genera.
+std::string genera(const std::vector<ComponentCheck>& components) {
+    std::map<std::int64_t, std::size_t> count;
+    std::size_t without = 0;
+    for (const ComponentCheck& component : components) ++(component.genus ? count[*component.genus] : without);
+    std::string text;
+    std::size_t printed = 0;
+    for (const auto& [genus, components_of_it] : count) {
+        if (++printed > kMostGeneraPrinted) return text + ", ...";
+        text += (text.empty() ? ": " : ", ") + std::to_string(components_of_it) + " of genus " + std::to_string(genus);
+    }
+    if (without > 0) text += (text.empty() ? ": " : ", ") + std::to_string(without) + " not a closed manifold";
+    return text;
+}
+
+void print(const Mesh& mesh, const CheckReport& report) {
+    const MeshCheck& check = report.check;
+    std::cout << report.file << ": ";
+    if (report.faults.empty()) std::cout << "good";
+    for (std::size_t i = 0; i < report.faults.size(); ++i) std::cout << (i > 0 ? ", " : "") << report.faults[i];
+    std::cout << '\n';
+    const Printer out(mesh);
+    out.line("vertices", check.vertices);
+    out.line("triangles", check.triangles);
+    out.line("components", std::to_string(check.components.size()) + genera(check.components));
+    out.line("Euler characteristic", std::to_string(check.euler));
+    out.line("volume", Printer::text(check.volume));
+    out.line("area", Printer::text(check.area));
+    out.atVertex("positions not finite", check.not_finite);
+    out.atVertex("velocity not finite", check.velocity_not_finite);
+    out.atTriangle("missing vertices", check.missing_vertices);
+    out.atTriangle("repeated vertices", check.repeated_vertices);
+    out.atTriangle("duplicate triangles", check.duplicates);
+    out.atVertex("open edges", check.open_edges);
+    out.atVertex("misoriented edges", check.misoriented_edges);
+    if (check.inside_out) out.line("inside out", "the triangles face inwards");
+    out.atVertex("non-manifold edges", check.nonmanifold_edges);
+    out.atVertex("non-manifold vertices", check.nonmanifold_vertices);
+    if (check.crossings) {
+        out.line("crossings",
+                 std::to_string(check.crossings.count) + ", up to " + Printer::text(check.deepest) + " deep");
+        for (const SelfCrossing& crossing : check.deepest_crossings)
+            std::cout << "    triangles " << crossing.first << " and " << crossing.second << " at "
+                      << Printer::text(crossing.position)
+                      << (crossing.coplanar ? ", one on the other" : ", " + Printer::text(crossing.depth) + " deep")
+                      << '\n';
+    }
+    if (check.shallow > 0) out.line("shallow crossings", std::to_string(check.shallow) + ", below the tolerance");
+    if (check.touching > 0) out.line("touching triangles", std::to_string(check.touching) + " pairs");
+    out.atTriangle("without area", check.zero_area);
+    out.atVertex("unused vertices", check.unused_vertices);
+    out.atVertex("coincident vertices", check.coincident_vertices);
+    if (report.particles) printParticles(out, *report.particles);
+    if (check.coincident_vertices && check.open_edges)
+        std::cout << "  hint: vertices stand where others stand; --weld joins them before judging\n";
+}
+
+// The particles that belong to a mesh: of the same frame, where the name has a place for its number.
+std::string particlesFor(const std::string& mesh, const std::string& particles) {
+    const FramePattern pattern = framePattern(particles);
+    return pattern.numbered ? frameName(pattern, singleFrame(framePattern(mesh))) : particles;
+}
+
+Spheres spheresBeside(const std::string& mesh) {
+    Spheres spheres;
+    const std::string file = spheresPath(mesh);
+    if (!std::filesystem::exists(file)) return spheres;
+    const Particles found = readParticles(file);
+    for (const Attribute& attribute : found.attributes)
+        if (attribute.name == "radius" || attribute.name == "pscale") spheres.radius = attribute.real;
+    spheres.position.assign(found.position.begin(), found.position.end());
+    if (spheres.radius.size() != spheres.position.size())
+        throw Error(file + ": expected one radius (.bgeo: pscale) for each sphere");
+    return spheres;
+}
+
+ParticleCheck judgeParticles(const Mesh& mesh, const std::string& mesh_file, const Arguments& arguments) {
+    ParticleCheck check;
+    check.file = particlesFor(mesh_file, arguments.particles);
+    check.radius = arguments.radius;
+    const Particles particles = readParticles(check.file);
+    const Spheres spheres = spheresBeside(mesh_file);
+    check.particles = particles.size();
+    check.spheres = spheres.size();
+    const std::vector<Vec3> points(particles.position.begin(), particles.position.end());
+    const std::vector<double> distances = distancesOutside(mesh, spheres, points);
+    for (std::size_t i = 0; i < distances.size(); ++i) {
+        if (!(distances[i] > arguments.params.tolerance)) continue;
+        if (check.outside.count++ == 0) check.outside.first = static_cast<std::uint32_t>(i);
+        if (distances[i] <= check.farthest) continue;
+        check.farthest = distances[i];
+        check.farthest_row = i;
+        check.farthest_position = points[i];
+    }
+    return check;
+}
+
+/// Is the mesh good?
+bool judge(const std::string& file, const Arguments& arguments) {
+    Mesh mesh = readMesh(file);
+    if (arguments.weld) mesh = weldVertices(mesh);
+    CheckReport report;
+    report.file = file;
+    report.check = checkMesh(mesh, arguments.params);
+    for (const std::string_view fault : faultsOf(report.check, arguments.strict)) report.faults.emplace_back(fault);
+    if (!arguments.particles.empty()) {
+        report.particles = judgeParticles(mesh, file, arguments);
+        if (report.particles->outside) report.faults.emplace_back("particles_outside");
+    }
+    if (arguments.json) {
+        std::cout << checkJson(report) << '\n';
+    } else {
+        print(mesh, report);
+    }
+    return report.faults.empty();
+}
+
+int judgeAll(const Arguments& arguments) {
+    for (const std::string& mesh : arguments.meshes) requireMeshExtension(mesh);
+    if (!arguments.particles.empty()) requireParticleExtension(arguments.particles);
+    int exit_code = kAllWritten;
+    withThreads(threadsOf(Config{}), [&] {
+        for (const std::string& mesh : arguments.meshes) {
+            try {
+                if (!judge(mesh, arguments)) exit_code = kSomeFailed;
+            } catch (const Error& error) {
+                logError(error.what());
+                if (arguments.json) std::cout << checkJson({mesh, error.what(), {}, {}, {}}) << '\n';
+                exit_code = kSomeFailed;
+            }
+        }
+    });
+    return exit_code;
+}
+
+}  // namespace
+
+void addCheckCommand(CLI::App& program, int& exit_code) {
+    CLI::App* command = program.add_subcommand("check", "Judges meshes, of this program or of others.");
+    command->footer(
+        "Faults: not_finite velocity_not_finite repeated_vertices duplicates open_edges misoriented_edges\n"
+        "inside_out nonmanifold_edges nonmanifold_vertices crossings particles_outside; with --strict also\n"
+        "zero_area unused_vertices coincident_vertices touching.\n"
+        "Exit codes: 0 no fault; 1 a fault, or a file that cannot be read; 2 wrong usage.\n"
+        "Example:\n"
+        "  betamesh check mesh/splash.????.ply --particles 'sim/splash.####.vdb' --radius 0.03");
+    const auto arguments = std::make_shared<Arguments>();
+    command->add_option("MESH", arguments->meshes, "Meshes: .ply .bgeo .bgeo.gz .obj; polygons are cut into triangles.")
+        ->required();
+    command->add_flag("--json", arguments->json, "One JSON object per mesh on stdout, with every component.");
+    command->add_flag("--strict", arguments->strict,
+                      "What is only reported otherwise is a fault too: triangles without area, unused and coincident "
+                      "vertices, triangles that touch.");
+    command->add_flag("--weld", arguments->weld, "Join vertices at identical positions before judging.");
+    command
+        ->add_option("--tolerance", arguments->params.tolerance,
+                     "World units: shallower crossings, and particles no farther outside, are no faults (default 0).")
+        ->type_name("D")
+        ->check(CLI::NonNegativeNumber);
+    command
+        ->add_option("--examples", arguments->params.examples,
+                     "How many crossings are listed, the deepest first "
+                     "(default 8).")
+        ->type_name("N")
+        ->check(CLI::NonNegativeNumber);
+    CLI::Option* particles =
+        command
+            ->add_option("--particles", arguments->particles,
+                         "All of these have to be inside, on the surface, or in the spheres beside the mesh. A place "
+                         "for the frame number (####) takes the number of each mesh.")
+            ->type_name("IN");
+    command
+        ->add_option("--radius", arguments->radius,
+                     "Of the balls, world units: says in radii, too, how far outside particles are.")
+        ->type_name("R")
+        ->check(CLI::PositiveNumber)
+        ->needs(particles);
+    command->callback([arguments, &exit_code] { exit_code = judgeAll(*arguments); });
+}
+
+}  // namespace betamesh

@@ -1,0 +1,33 @@
+// The edges of a triangle mesh, found by sorting the sides of its triangles.
+
+#pragma once
+
+#include "core/mesh.h"
+
+#include <span>
+
+namespace betamesh {
+
+/// One side of a triangle: side 3t + m runs from corner m of triangle t to the next one.
+struct TriangleSide {
+    std::uint32_t low, high;  ///< its two vertices
+    std::uint32_t side;
+    std::int32_t direction;  ///< +1 from low to high, -1 back
+};
+
+/// All sides, those of one edge next to each other, in the order of their triangles.
+///
+/// same    result for any thread count
+/// cost    O(triangles log triangles)
+std::vector<TriangleSide> sortedSides(std::span<const Triangle> triangles);
+
+/// Calls visit(sides) for each edge.
+template <typename Visit>
+void forEveryEdge(const std::vector<TriangleSide>& sides, const Visit& visit) {
+    for (std::size_t begin = 0, end = 0; begin < sides.size(); begin = end) {
+        while (end < sides.size() && sides[end].low == sides[begin].low && sides[end].high == sides[begin].high) ++end;
+        visit(std::span(sides).subspan(begin, end - begin));
+    }
+}
+
+}  // namespace betamesh

@@ -1,0 +1,153 @@
+#include "measure/triangle_tree.h"
+
+#include "core/parallel.h"
+
+#include <bit>
+#include <cmath>
+#include <limits>
+
+namespace betamesh {
+
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+Box nothing() { return {Vec3(kInfinity), Vec3(-kInfinity)}; }
+
+void extend(Box& box, const Vec3& low, const Vec3& high) {
+    for (int k = 0; k < 3; ++k) {
+        box.low[k] = std::min(box.low[k], low[k]);
+        box.high[k] = std::max(box.high[k], high[k]);
+    }
+}
+
+Box boxOf(std::span<const Vec3> position, const Triangle& t) {
+    Box box = nothing();
+    for (const std::uint32_t v : t) extend(box, position[v], position[v]);
+    return box;
+}
+
+// 21 bits, two zeros after each.
+std::uint64_t spread(std::uint64_t x) {
+    x = (x | x << 32) & 0x001f00000000ffffu;
+    x = (x | x << 16) & 0x001f0000ff0000ffu;
+    x = (x | x << 8) & 0x100f00f00f00f00fu;
+    x = (x | x << 4) & 0x10c30c30c30c30c3u;
+    return (x | x << 2) & 0x1249249249249249u;
+}
+
+// The place of a box's middle on Morton's curve through the whole.
+std::uint64_t placeOnCurve(const Box& box, const Box& whole) {
+    std::uint64_t place = 0;
+    for (int k = 0; k < 3; ++k) {
+        const double extent = whole.high[k] - whole.low[k];
+        const double middle = (box.low[k] / 2 + box.high[k] / 2) - whole.low[k];
+        const double step = extent > 0 ? std::clamp(middle / extent, 0.0, 1.0) * 0x1fffff : 0;
+        place |= spread(static_cast<std::uint64_t>(step)) << k;
+    }
+    return place;
+}
+
+double squaredDistance(const Vec3& p, const Box& box) {
+    double sum = 0;
+    for (int k = 0; k < 3; ++k) {
+        const double outside = std::max({box.low[k] - p[k], p[k] - box.high[k], 0.0});
+        sum += outside * outside;
+    }
+    return sum;
+}
+
+double squaredDistanceToSegment(const Vec3& p, const Vec3& a, const Vec3& b) {
+    const Vec3 along = b - a;
+    const double squared = along.length2();
+    const double t = squared > 0 ? std::clamp(dot(p - a, along) / squared, 0.0, 1.0) : 0;
+    return (p - a - along * t).length2();
+}
+
+// The plane's distance where the foot of the perpendicular is inside, else that of the nearest side.
+double squaredDistance(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c) {
+    const Vec3 normal = cross(b - a, c - a);
+    const double squared = normal.length2();
+    if (squared > 0 && dot(cross(b - a, p - a), normal) >= 0 && dot(cross(c - b, p - b), normal) >= 0 &&
+        dot(cross(a - c, p - c), normal) >= 0) {
+        const double height = dot(p - a, normal);
+        return height * height / squared;
+    }
+    return std::min(
+        {squaredDistanceToSegment(p, a, b), squaredDistanceToSegment(p, b, c), squaredDistanceToSegment(p, c, a)});
+}
+
+}  // namespace
+
+TriangleTree::TriangleTree(std::span<const Vec3> position, std::span<const Triangle> triangles)
+    : position_(position), triangles_(triangles), order_(triangles.size()), box_(triangles.size()) {
+    const std::size_t n = triangles.size();
+    struct Placed {
+        std::uint64_t place;
+        std::uint32_t triangle;
+    };
+    Box whole = nothing();
+    for (const Triangle& t : triangles)
+        for (const std::uint32_t v : t) extend(whole, position[v], position[v]);
+    std::vector<Placed> placed(n);
+    parallelFor(n, 4096, [&](std::size_t t) {
+        placed[t] = {placeOnCurve(boxOf(position, triangles[t]), whole), static_cast<std::uint32_t>(t)};
+    });
+    parallelSort(placed, [](const Placed& a, const Placed& b) {
+        return a.place != b.place ? a.place < b.place : a.triangle < b.triangle;
+    });
+
+    first_leaf_ = std::bit_ceil(std::max<std::size_t>(leaves(), 1));
+    node_.assign(2 * first_leaf_, nothing());
+    parallelFor(leaves(), 1024, [&](std::size_t leaf) {
+        Box& around = node_[first_leaf_ + leaf];
+        for (std::size_t i = leaf * kLeaf; i < std::min(n, (leaf + 1) * kLeaf); ++i) {
+            order_[i] = placed[i].triangle;
+            box_[i] = boxOf(position, triangles[order_[i]]);
+            extend(around, box_[i].low, box_[i].high);
+        }
+    });
+    for (std::size_t level = first_leaf_ / 2; level > 0; level /= 2)
+        parallelFor(level, 1024, [&](std::size_t i) {
+            Box& around = node_[level + i];
+            for (const std::size_t child : {2 * (level + i), 2 * (level + i) + 1})
+                extend(around, node_[child].low, node_[child].high);
+        });
+}
+
+std::size_t TriangleTree::lastLeaf(std::size_t node) const {
+    const int down = std::countl_zero(node) - std::countl_zero(first_leaf_);
+    return ((node + 1) << down) - 1 - first_leaf_;
+}
+
+double TriangleTree::distanceTo(const Vec3& point) const {
+    if (order_.empty()) return kInfinity;
+    double nearest = kInfinity;  // squared
+    struct Waiting {
+        std::size_t node;
+        double distance;
+    };
+    Waiting stack[64];
+    std::size_t depth = 0;
+    stack[depth++] = {1, squaredDistance(point, node_[1])};
+    while (depth > 0) {
+        const Waiting next = stack[--depth];
+        if (next.distance >= nearest) continue;
+        if (next.node >= first_leaf_) {
+            const std::size_t leaf = next.node - first_leaf_;
+            for (std::size_t i = leaf * kLeaf; i < std::min(order_.size(), (leaf + 1) * kLeaf); ++i) {
+                const Triangle& t = triangles_[order_[i]];
+                nearest = std::min(nearest, squaredDistance(point, position_[t[0]], position_[t[1]], position_[t[2]]));
+            }
+            continue;
+        }
+        Waiting near{2 * next.node, squaredDistance(point, node_[2 * next.node])};
+        Waiting far{2 * next.node + 1, squaredDistance(point, node_[2 * next.node + 1])};
+        if (far.distance < near.distance) std::swap(near, far);
+        stack[depth++] = far;
+        stack[depth++] = near;
+    }
+    return std::sqrt(nearest);
+}
+
+}  // namespace betamesh

@@ -1,0 +1,166 @@
+// `betamesh check` as a user runs it.
+
+#include "core/icosphere.h"
+#include "io/mesh_file.h"
+#include "io/particle_file.h"
+#include "support/program.h"
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+namespace betamesh {
+namespace {
+
+using Json = nlohmann::json;
+
+Mesh sphere(double radius, const Vec3& centre) {
+    const Icosphere ball = icosphere(4);
+    Mesh mesh{ball.position, {}, ball.triangles, {}};
+    for (Vec3& p : mesh.position) p = p * radius + centre;
+    return mesh;
+}
+
+std::vector<Json> objects(const std::string& text) {
+    std::vector<Json> all;
+    std::istringstream lines(text);
+    for (std::string line; std::getline(lines, line);) all.push_back(Json::parse(line));
+    return all;
+}
+
+TEST(Check, GoodMeshesPassAndBadOnesDoNot) {
+    const TemporaryFolder folder;
+    Mesh mesh = sphere(1, Vec3(0));
+    writeMesh(folder / "good.ply", mesh);
+    mesh.triangles.pop_back();
+    writeMesh(folder / "open.obj", mesh);
+    const Outcome good = runProgram({"check", "good.ply"}, folder.path());
+    EXPECT_EQ(good.exit_code, 0) << good.err;
+    EXPECT_TRUE(good.out.starts_with("good.ply: good\n")) << good.out;
+    EXPECT_NE(good.out.find("1: 1 of genus 0"), std::string::npos) << good.out;
+    const Outcome open = runProgram({"check", "open.obj"}, folder.path());
+    EXPECT_EQ(open.exit_code, 1);
+    EXPECT_TRUE(open.out.starts_with("open.obj: open_edges\n")) << open.out;
+
+    const Outcome both = runProgram({"check", "--json", "open.obj", "good.ply"}, folder.path());
+    EXPECT_EQ(both.exit_code, 1);
+    const std::vector<Json> reports = objects(both.out);
+    ASSERT_EQ(reports.size(), 2u);
+    EXPECT_EQ(reports[0]["faults"], Json({"open_edges"}));
+    EXPECT_EQ(reports[0]["open_edges"]["count"], 3);
+    EXPECT_EQ(reports[0]["closed"], false);
+    EXPECT_EQ(reports[0]["component"][0]["genus"], nullptr);
+    EXPECT_EQ(reports[1]["good"], true);
+    EXPECT_EQ(reports[1]["euler"], 2);
+    EXPECT_EQ(reports[1]["components"], 1);
+    EXPECT_EQ(reports[1]["component"][0]["genus"], 0);
+}
+
+TEST(Check, CrossingsAreListedAndATolerancePassesShallowOnes) {
+    const TemporaryFolder folder;
+    Mesh mesh;
+    mesh.position = {{-9, -9, 0},  {9, -9, 0},  {0, 9, 0},      {0, 0, 9},
+                     {0, 0, 0.25}, {1, 0, -20}, {-1, 0.5, -20}, {0, -1, -20}};
+    mesh.triangles = {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {2, 0, 3}, {4, 5, 6}, {4, 6, 7}, {4, 7, 5}, {5, 7, 6}};
+    writeMesh(folder / "a.ply", mesh);
+    const Outcome outcome = runProgram({"check", "--json", "a.ply", "--examples", "2"}, folder.path());
+    EXPECT_EQ(outcome.exit_code, 1);
+    const Json report = objects(outcome.out).at(0);
+    EXPECT_EQ(report["faults"], Json({"crossings"}));
+    EXPECT_EQ(report["crossings"]["count"], 3);
+    EXPECT_NEAR(report["crossings"]["deepest"].get<double>(), 0.25, 1e-9);
+    ASSERT_EQ(report["crossings"]["listed"].size(), 2u);
+    EXPECT_EQ(report["crossings"]["listed"][0]["triangles"], Json({0, 4}));
+    EXPECT_NEAR(report["crossings"]["listed"][0]["position"][2].get<double>(), 0, 1e-9);
+    EXPECT_NE(runProgram({"check", "a.ply"}, folder.path()).out.find("triangles 0 and 4 at"), std::string::npos);
+    EXPECT_EQ(runProgram({"check", "a.ply", "--tolerance", "0.3"}, folder.path()).exit_code, 0);
+    EXPECT_EQ(runProgram({"check", "a.ply", "--tolerance", "0.2"}, folder.path()).exit_code, 1);
+}
+
+TEST(Check, SplitVerticesAreHintedAtAndWelded) {
+    const TemporaryFolder folder;
+    // Two quads and two triangles round a wedge, each face with corners of its own.
+    write(folder / "wedge.obj",
+          "v 0 0 0\nv 0 1 0\nv 1 1 0\nv 1 0 0\n"
+          "v 0 0 0\nv 1 0 0\nv 1 0 1\nv 0 0 1\n"
+          "v 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 0\n"
+          "v 0 0 0\nv 0 0 1\nv 0 1 0\nv 1 0 0\nv 1 1 0\nv 1 0 1\n"
+          "f 1 2 3 4\nf 5 6 7 8\nf 9 10 11 12\nf 13 14 15\nf 16 17 18\n");
+    const Outcome split = runProgram({"check", "wedge.obj"}, folder.path());
+    EXPECT_EQ(split.exit_code, 1);
+    EXPECT_NE(split.out.find("--weld"), std::string::npos) << split.out;
+    const Outcome welded = runProgram({"check", "--weld", "--strict", "--json", "wedge.obj"}, folder.path());
+    EXPECT_EQ(welded.exit_code, 0) << welded.out;
+    EXPECT_EQ(objects(welded.out).at(0)["vertices"], 6);
+    EXPECT_NEAR(objects(welded.out).at(0)["volume"].get<double>(), 0.5, 1e-12);
+}
+
+TEST(Check, ParticlesHaveToBeInsideOrInTheSpheresBeside) {
+    const TemporaryFolder folder;
+    writeMesh(folder / "m.0007.ply", sphere(1, Vec3(0)));
+    Particles particles;
+    particles.position = {Vec3f(0), Vec3f(0.5f, 0.2f, 0), Vec3f(0, 0, 3)};
+    writeParticles(folder / "p.0007.bgeo", particles);
+    const std::vector<std::string> words{"check",       "--json",   "m.0007.ply", "--particles",
+                                         "p.####.bgeo", "--radius", "0.5"};
+    const Outcome outside = runProgram(words, folder.path());
+    EXPECT_EQ(outside.exit_code, 1);
+    const Json report = objects(outside.out).at(0);
+    EXPECT_EQ(report["faults"], Json({"particles_outside"}));
+    EXPECT_EQ(report["particles"]["count"], 3);
+    EXPECT_EQ(report["particles"]["outside"], 1);
+    EXPECT_EQ(report["particles"]["farthest_particle"], 2);
+    EXPECT_NEAR(report["particles"]["farthest"].get<double>(), 2, 0.05);
+    EXPECT_NEAR(report["particles"]["farthest_radii"].get<double>(), 4, 0.1);
+    EXPECT_EQ(runProgram({"check", "m.0007.ply", "--particles", "p.0007.bgeo", "--tolerance", "2.1"}, folder.path())
+                  .exit_code,
+              0);
+
+    Spheres spheres;
+    spheres.position = {Vec3(0, 0, 3)};
+    spheres.radius = {0.5f};
+    writeSpheres(folder / "m.0007.spheres.ply", spheres);
+    const Outcome beside = runProgram(words, folder.path());
+    EXPECT_EQ(beside.exit_code, 0) << beside.out;
+    EXPECT_EQ(objects(beside.out).at(0)["particles"]["spheres"], 1);
+}
+
+TEST(Check, WrongUsageAndUnreadableFilesAreToldApart) {
+    const TemporaryFolder folder;
+    writeMesh(folder / "good.ply", sphere(1, Vec3(0)));
+    write(folder / "broken.ply", "no");
+    for (const std::vector<std::string>& words : {std::vector<std::string>{"check"},
+                                                  {"check", "good.xyz"},
+                                                  {"check", "good.ply", "--radius", "1"},
+                                                  {"check", "good.ply", "--tolerance", "-1"},
+                                                  {"check", "good.ply", "--particles", "p.xyz"}})
+        EXPECT_EQ(runProgram(words, folder.path()).exit_code, 2);
+    EXPECT_EQ(runProgram({"check", "good.ply", "--particles", "absent.vdb"}, folder.path()).exit_code, 1);
+    const Outcome broken = runProgram({"check", "--json", "broken.ply", "good.ply"}, folder.path());
+    EXPECT_EQ(broken.exit_code, 1);
+    EXPECT_NE(broken.err.find("broken.ply"), std::string::npos);
+    const std::vector<Json> reports = objects(broken.out);
+    ASSERT_EQ(reports.size(), 2u);
+    EXPECT_EQ(reports[0]["good"], false);
+    EXPECT_FALSE(reports[0]["error"].empty());
+    EXPECT_EQ(reports[1]["good"], true);
+}
+
+TEST(Check, JudgesWhatThisProgramMakes) {
+    const TemporaryFolder folder;
+    ASSERT_EQ(
+        runProgram({"sample", "drop", "p.####.vdb", "--particles", "2000", "--frames", "1-2"}, folder.path()).exit_code,
+        0);
+    ASSERT_EQ(runProgram({"mesh", "p.####.vdb", "m.####.ply"}, folder.path()).exit_code, 0);
+    const Outcome outcome =
+        runProgram({"check", "--json", "m.0001.ply", "m.0002.ply", "--particles", "p.####.vdb"}, folder.path());
+    const std::vector<Json> reports = objects(outcome.out);
+    ASSERT_EQ(reports.size(), 2u);
+    for (const Json& report : reports) {
+        EXPECT_EQ(report["closed"], true);
+        EXPECT_EQ(report["oriented"], true);
+        EXPECT_GT(report["particles"]["count"], 0);
+    }
+}
+
+}  // namespace
+}  // namespace betamesh
