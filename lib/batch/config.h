@@ -14,16 +14,17 @@
 namespace betamesh {
 
 /// A length in world units or in particle spacings.
-struct RadiusText {
+struct LengthText {
     double value = 1.5;
     bool in_spacings = true;
-    bool operator==(const RadiusText&) const = default;
+    bool operator==(const LengthText&) const = default;
 };
 
 enum class OnMissing { error, skip, empty };
 
 /// One job. The defaults are these initialisers; configKeys() says what each means.
-/// Zero stands for `auto` in spacing, frames_in_flight, threads and memory_limit.
+/// Zero stands for `auto` in spacing, arc_subdivisions, smoothing.width, frames_in_flight, threads and
+/// memory_limit.
 struct Config {
     struct Input {
         std::string path;
@@ -32,10 +33,11 @@ struct Config {
     } input;
     std::string frames = "all";
     struct Surface {
-        RadiusText radius;
+        LengthText radius;
         double spacing = 0;
         SurfaceKind kind = SurfaceKind::beta;
-        Tessellation tessellation = Tessellation::paper;
+        Tessellation tessellation = Tessellation::complete;
+        int arc_subdivisions = 0;
         PredicateKind predicates = PredicateKind::exact;
         bool resolve_intersections = false;
     } surface;
@@ -44,7 +46,8 @@ struct Config {
         double tolerance = 1e-5;
     } perturbation;
     struct Smoothing {
-        SmoothingMethod method = SmoothingMethod::paper;
+        SmoothingMethod method = SmoothingMethod::coherent;
+        LengthText width{0, false};
         int passes = 1;
     } smoothing;
     struct Output {

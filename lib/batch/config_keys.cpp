@@ -148,24 +148,32 @@ ConfigKey choiceKey(const Words& words, const Choices<Choice>& choices, Member m
             }};
 }
 
-/// "0.02" or "1.5dx".
-ConfigKey radiusKey(const Words& words) {
-    const std::string expects = "a number above 0, or a multiple of the spacing such as 1.5dx";
+/// "0.02" or "1.5dx"; zero_is_auto: the word `auto` stands for the value 0.
+template <typename Member>
+ConfigKey lengthKey(const Words& words, bool zero_is_auto, Member member) {
+    const std::string expects =
+        std::string(zero_is_auto ? "auto, " : "") + "a number above 0, or a multiple of the spacing such as 1.5dx";
     return {words.path,
             words.option,
             Kind::number,
             expects,
             words.unit,
             words.reason,
-            [](const Config& config) {
-                return textOf(config.surface.radius.value) + (config.surface.radius.in_spacings ? "dx" : "");
+            [=](const Config& config) {
+                const LengthText& length = read(config, member);
+                if (zero_is_auto && length.value == 0) return std::string("auto");
+                return textOf(length.value) + (length.in_spacings ? "dx" : "");
             },
             [=](Config& config, const std::string& value) {
+                if (zero_is_auto && value == "auto") {
+                    member(config) = {0, false};
+                    return;
+                }
                 const bool in_spacings = value.ends_with("dx");
                 const auto number =
                     numberOf<double>(std::string_view(value).substr(0, value.size() - (in_spacings ? 2 : 0)));
                 if (!number || !(*number > 0) || !std::isfinite(*number)) failValue(value, expects);
-                config.surface.radius = {*number, in_spacings};
+                member(config) = {*number, in_spacings};
             }};
 }
 
@@ -254,9 +262,10 @@ std::vector<ConfigKey> makeKeys() {
         "all, or frames such as 12, 1-100, 1-100x2, -5--1, 1-10,15,20-30",
         [](Config& c) -> std::string& { return c.frames; }, checkFrames));
     keys.push_back(
-        radiusKey({"surface.radius", "--radius", "world units, or particle spacings with dx",
+        lengthKey({"surface.radius", "--radius", "world units, or particle spacings with dx",
                    "Of the balls. The paper uses 1.5 spacings: large enough to close the surface over still "
-                   "liquid. Larger is smoother and joins drops earlier; smaller keeps detail and opens holes."}));
+                   "liquid. Larger is smoother and joins drops earlier; smaller keeps detail and opens holes."},
+                  false, [](Config& c) -> LengthText& { return c.surface.radius; }));
     keys.push_back(
         positiveKey({"surface.spacing", "--spacing", "world units",
                      "What dx stands for: the distance at which the simulation seeded its particles. auto: radius "
@@ -271,21 +280,29 @@ std::vector<ConfigKey> makeKeys() {
          "as they are, the ground truth to look at."},
         {{"beta", SurfaceKind::beta}, {"alpha", SurfaceKind::alpha}, {"union", SurfaceKind::union_}},
         [](Config& c) -> SurfaceKind& { return c.surface.kind; }));
-    keys.push_back(choiceKey<Tessellation>({"surface.tessellation", "--tessellation", "",
-                                            "How the faces become triangles. paper: fans around one vertex a face."},
-                                           {{"paper", Tessellation::paper}},
-                                           [](Config& c) -> Tessellation& { return c.surface.tessellation; }));
+    keys.push_back(choiceKey<Tessellation>(
+        {"surface.tessellation", "--tessellation", "",
+         "How the faces become triangles. complete: all of them, so that the mesh is closed and manifold, and holds "
+         "every sheet, tendril and drop. paper: fans around one vertex a face; drops and tendrils of single "
+         "particles become spheres beside the mesh."},
+        {{"complete", Tessellation::complete}, {"paper", Tessellation::paper}},
+        [](Config& c) -> Tessellation& { return c.surface.tessellation; }));
+    keys.push_back(integerKey({"surface.arc_subdivisions", "--arc-subdivisions", "segments",
+                               "Complete tessellation: how finely the arcs between neighbouring balls are cut, and the "
+                               "faces with them. auto: so that no arc is missed by more than 0.01 radii. 1 makes "
+                               "meshes small."},
+                              1, 64, true, [](Config& c) -> int& { return c.surface.arc_subdivisions; }));
     keys.push_back(choiceKey<PredicateKind>({"surface.predicates", "--predicates", "",
                                              "exact: signs are computed exactly and ties broken by rule, which never "
                                              "fails. float: the paper's test in double "
                                              "precision, repeated on jittered particles while its result is invalid."},
                                             {{"exact", PredicateKind::exact}, {"float", PredicateKind::floating}},
                                             [](Config& c) -> PredicateKind& { return c.surface.predicates; }));
-    keys.push_back(
-        booleanKey({"surface.resolve_intersections", "--resolve-intersections", "",
-                    "The paper's step 4: move vertices out to particles that smoothing left outside. No particle "
-                    "lies outside then, and the surface is less smooth."},
-                   [](Config& c) -> bool& { return c.surface.resolve_intersections; }));
+    keys.push_back(booleanKey(
+        {"surface.resolve_intersections", "--resolve-intersections", "",
+         "The paper's step 4, for its tessellation: move vertices out to particles that smoothing left outside. The "
+         "complete tessellation leaves none outside."},
+        [](Config& c) -> bool& { return c.surface.resolve_intersections; }));
     keys.push_back(integerKey({"perturbation.retries", "--retries", "",
                                "float predicates only: how often a frame is jittered and tried again before it fails."},
                               0, 100, false, [](Config& c) -> int& { return c.perturbation.retries; }));
@@ -294,12 +311,19 @@ std::vector<ConfigKey> makeKeys() {
          "float predicates only: the size of the jitter. Larger succeeds sooner and moves the surface "
          "more."},
         "a number above 0, at most 0.1", 0.1, false, [](Config& c) -> double& { return c.perturbation.tolerance; }));
-    keys.push_back(
-        choiceKey<SmoothingMethod>({"smoothing.method", "--smoothing", "",
-                                    "paper: vertices move to the weighted centroids of the faces around "
-                                    "them, which calms the bumps of the balls. none: they stay on the balls."},
-                                   {{"paper", SmoothingMethod::paper}, {"none", SmoothingMethod::none}},
-                                   [](Config& c) -> SmoothingMethod& { return c.smoothing.method; }));
+    keys.push_back(choiceKey<SmoothingMethod>(
+        {"smoothing.method", "--smoothing", "",
+         "coherent: vertices move onto spheres fitted to the surface round them, which calms "
+         "the bumps of the balls, keeps drops and sheets, and never jumps in time. paper: to "
+         "the weighted centroids of the faces around them, on the paper's tessellation. "
+         "none: they stay on the balls."},
+        {{"coherent", SmoothingMethod::coherent}, {"paper", SmoothingMethod::paper}, {"none", SmoothingMethod::none}},
+        [](Config& c) -> SmoothingMethod& { return c.smoothing.method; }));
+    keys.push_back(lengthKey(
+        {"smoothing.width", "--smoothing-width", "world units, or particle spacings with dx",
+         "Coherent smoothing: how far around it a vertex looks. Bumps much shorter than this vanish, waves twice as "
+         "long stay. auto: 2.8 radii, which is 4.2dx at the default radius."},
+        true, [](Config& c) -> LengthText& { return c.smoothing.width; }));
     keys.push_back(
         integerKey({"smoothing.passes", "--passes", "",
                     "How often the surface is smoothed. The paper uses 1; each further pass costs detail and "

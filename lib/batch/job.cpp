@@ -179,6 +179,7 @@ void meshFrame(const FrameTask& task, const Plan& plan, FrameReport& report, Job
         report.warnings.push_back("no input: an empty mesh written, as run.on_missing says");
     }
     report.skin = skinned.report;
+    report.measure = measureMesh(skinned.mesh);
     report.vertices = skinned.mesh.position.size();
     report.triangles = skinned.mesh.triangles.size();
     report.spheres = skinned.spheres.size();

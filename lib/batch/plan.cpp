@@ -89,6 +89,16 @@ std::size_t framesInFlight(const Plan& plan) {
     return static_cast<std::size_t>(std::min<std::uint64_t>(fitting, static_cast<std::uint64_t>(plan.threads)));
 }
 
+// Where the paper's smoothing is asked for, its tessellation is meant too.
+void agreeOnTessellation(Plan& plan) {
+    if (plan.config.smoothing.method != SmoothingMethod::paper || plan.config.surface.kind != SurfaceKind::beta ||
+        plan.config.surface.tessellation == Tessellation::paper)
+        return;
+    plan.config.surface.tessellation = Tessellation::paper;
+    plan.warnings.push_back(
+        "smoothing.method paper averages over the paper's fans: surface.tessellation paper is used");
+}
+
 SkinParams skinParams(const Config& config) {
     SkinParams params;
     params.surface = config.surface.kind;
@@ -96,6 +106,7 @@ SkinParams skinParams(const Config& config) {
     params.predicates = config.surface.predicates;
     params.retries = config.perturbation.retries;
     params.tolerance = config.perturbation.tolerance;
+    params.arc_subdivisions = config.surface.arc_subdivisions;
     params.smoothing = config.smoothing.method;
     params.passes = config.smoothing.passes;
     params.resolve_intersections = config.surface.resolve_intersections;
@@ -113,6 +124,8 @@ void planRadius(Plan& plan, const std::map<int, std::string>& on_disk) {
     if (!resolved) return;
     plan.skin.radius = resolved->radius;
     plan.spacing = resolved->spacing;
+    const LengthText& width = plan.config.smoothing.width;
+    plan.skin.smoothing_width = width.value * (width.in_spacings ? resolved->spacing : 1);
     plan.notes.push_back("radius " + shortNumber(resolved->radius) + ", spacing " + shortNumber(resolved->spacing) +
                          " (" + resolved->origin + ')');
     plan.warnings.insert(plan.warnings.end(), resolved->warnings.begin(), resolved->warnings.end());
@@ -160,7 +173,8 @@ Plan planJob(const Config& config, const PlanOptions& options) {
 
     Plan plan;
     plan.config = config;
-    plan.skin = skinParams(config);
+    agreeOnTessellation(plan);
+    plan.skin = skinParams(plan.config);
     plan.threads = threadsOf(config);
 
     const auto on_disk = framesOnDisk(input);

@@ -9,14 +9,14 @@ namespace {
 
 constexpr double kUsualRadius = 1.5;  // spacings, as in the paper
 
-ResolvedRadius resolved(const RadiusText& radius, double spacing, std::string origin) {
+ResolvedRadius resolved(const LengthText& radius, double spacing, std::string origin) {
     return {radius.in_spacings ? radius.value * spacing : radius.value, spacing, std::move(origin), {}};
 }
 
 }  // namespace
 
 std::optional<ResolvedRadius> resolveRadius(const Config& config, const std::map<int, std::string>& frames_on_disk) {
-    const RadiusText& radius = config.surface.radius;
+    const LengthText& radius = config.surface.radius;
     if (config.surface.spacing > 0) return resolved(radius, config.surface.spacing, "as given");
     if (!radius.in_spacings) return resolved(radius, radius.value / kUsualRadius, "radius / 1.5");
 

@@ -51,10 +51,10 @@ std::string reportJson(const FrameReport& report) {
     json["vertices"] = report.vertices;
     json["triangles"] = report.triangles;
     json["spheres"] = report.spheres;
-    json["components"] = report.skin.components;
-    json["euler"] = report.skin.euler;
-    json["volume"] = report.skin.volume;
-    json["area"] = report.skin.area;
+    json["components"] = report.measure.components;
+    json["euler"] = report.measure.euler;
+    json["volume"] = report.measure.volume;
+    json["area"] = report.measure.area;
     const StageSeconds& seconds = report.seconds;
     json["seconds"] = {{"read", seconds.read},     {"structure", seconds.structure}, {"tessellate", seconds.tessellate},
                        {"smooth", seconds.smooth}, {"velocity", seconds.velocity},   {"write", seconds.write},

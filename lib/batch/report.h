@@ -4,6 +4,7 @@
 
 #include "io/file_info.h"
 #include "measure/mesh_check.h"
+#include "measure/mesh_measure.h"
 #include "skin/skin_frame.h"
 
 #include <cstdint>
@@ -43,6 +44,7 @@ struct FrameReport {
     double spacing = 0;
     PredicateKind predicates = PredicateKind::exact;
     SkinReport skin;
+    MeshMeasure measure;
     std::size_t vertices = 0;
     std::size_t triangles = 0;
     std::size_t spheres = 0;

@@ -19,7 +19,7 @@ struct ArcNetwork {
 
     std::vector<std::uint32_t> arc_of;        ///< of each half-edge of the boundary
     std::vector<std::uint32_t> arc_start;     ///< the half-edge, from the lower ball, at which each arc begins
-    std::vector<double> arc_angle;            ///< radians, of each arc
+    std::vector<Rate> arc_angle;              ///< radians, of each arc
     std::vector<std::uint32_t> arc_begin;     ///< first point inside each arc, and one entry past the last
     std::vector<std::uint32_t> circle_begin;  ///< first point on each circle, and one entry past the last
 

@@ -8,10 +8,17 @@
 
 namespace betamesh {
 
+/// How points that only make a curved surface finer come and go as the surface moves.
+enum class Appearance {
+    on_boundary,  ///< all at once; every point lies on the boundary of the union of balls
+    gradual,      ///< continuously in time, out of chords and facets; what is smoothed afterwards does not jump
+};
+
 /// Vertices with their motion. Ones that no triangle uses are allowed.
 struct BetaMesh {
     std::vector<Moving> vertex;
     std::vector<Triangle> triangles;
+    std::vector<Rate> clearance;  ///< of each vertex from the rim of its face, as in FacePoints; none: all 0
 };
 
 /// The paper's beta mesh. Vertices come in two kinds, one after the other: pure beta vertices, as many and

@@ -4,6 +4,7 @@
 
 #include "core/vec3.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace betamesh {
@@ -12,13 +13,24 @@ namespace betamesh {
 struct Rate {
     double value = 0, rate = 0;
 
+    Rate() = default;
+    Rate(double constant) : value(constant) {}
+    Rate(double number, double per_second) : value(number), rate(per_second) {}
+
     friend Rate operator+(Rate a, Rate b) { return {a.value + b.value, a.rate + b.rate}; }
+    friend Rate operator-(Rate a, Rate b) { return {a.value - b.value, a.rate - b.rate}; }
     friend Rate operator*(Rate a, Rate b) { return {a.value * b.value, a.rate * b.value + a.value * b.rate}; }
     friend Rate operator/(Rate a, Rate b) {
         const double value = a.value / b.value;
         return {value, (a.rate - value * b.rate) / b.value};
     }
 };
+
+/// At zero the rate is taken as zero.
+inline Rate squareRoot(Rate a) {
+    const double value = std::sqrt(std::max(0.0, a.value));
+    return {value, value > 0 ? a.rate / (2 * value) : 0};
+}
 
 /// A point or vector and its velocity per second.
 struct Moving {
@@ -34,7 +46,7 @@ struct Moving {
         return {a.position * s.value, a.velocity * s.value + a.position * s.rate};
     }
     friend Moving operator*(const Moving& a, double s) { return {a.position * s, a.velocity * s}; }
-    friend Moving operator/(const Moving& a, Rate s) { return a * (Rate{1, 0} / s); }
+    friend Moving operator/(const Moving& a, Rate s) { return a * (1 / s); }
 };
 
 inline Rate dot(const Moving& a, const Moving& b) {
@@ -49,6 +61,12 @@ inline Moving cross(const Moving& a, const Moving& b) {
 inline Rate length(const Moving& a) {
     const double value = a.position.length();
     return {value, value > 0 ? dot(a.position, a.velocity) / value : 0};
+}
+
+/// A vector of length zero stays what it is, and does not move.
+inline Moving normalized(const Moving& a) {
+    const Rate size = length(a);
+    return size.value > 0 ? a / size : Moving{};
 }
 
 }  // namespace betamesh

@@ -1,7 +1,5 @@
 #include "core/rigid_motion.h"
 
-#include <Imath/ImathMatrix.h>
-
 namespace betamesh {
 
 void RigidMotionFit::add(const Vec3& position, const Vec3& velocity, double weight) {
@@ -14,18 +12,22 @@ void RigidMotionFit::add(const Vec3& position, const Vec3& velocity, double weig
     for (int k = 0; k < 6; ++k) squares_[k] += weight * squares[k];
 }
 
-Vec3 RigidMotionFit::velocityAt(const Vec3& position) const {
+Vec3 RigidMotionFit::spin() const {
     if (!(weight_ > 0)) return Vec3(0);
-    const Vec3 centre = position_ / weight_, drift = velocity_ / weight_;
-    const Vec3 spin_moment = moment_ - cross(centre, velocity_);
+    const Vec3 centre = position_ / weight_, moment = moment_ - cross(centre, velocity_);
     const double xx = squares_[0] - weight_ * centre.x * centre.x, yy = squares_[1] - weight_ * centre.y * centre.y,
                  zz = squares_[2] - weight_ * centre.z * centre.z, xy = squares_[3] - weight_ * centre.x * centre.y,
                  yz = squares_[4] - weight_ * centre.y * centre.z, zx = squares_[5] - weight_ * centre.z * centre.x;
     const double trace = xx + yy + zz;
-    if (!(trace > 0)) return drift;
+    if (!(trace > 0)) return Vec3(0);
     const double floor = 1e-9 * trace;  // far below what any three points off a line have
-    const Imath::M33d inertia(yy + zz + floor, -xy, -zx, -xy, zz + xx + floor, -yz, -zx, -yz, xx + yy + floor);
-    return drift + cross(spin_moment * inertia.inverse(), position - centre);
+    const Mat33 inertia(yy + zz + floor, -xy, -zx, -xy, zz + xx + floor, -yz, -zx, -yz, xx + yy + floor);
+    return moment * inertia.inverse();
+}
+
+Vec3 RigidMotionFit::velocityAt(const Vec3& position) const {
+    if (!(weight_ > 0)) return Vec3(0);
+    return velocity_ / weight_ + cross(spin(), position - position_ / weight_);
 }
 
 }  // namespace betamesh

@@ -14,6 +14,8 @@ public:
     void add(const Vec3& position, const Vec3& velocity, double weight);
     /// The velocity of the fitted motion at a point; zero when nothing was added.
     Vec3 velocityAt(const Vec3& position) const;
+    /// Its angular velocity, radians per second.
+    Vec3 spin() const;
 
 private:
     double weight_ = 0;

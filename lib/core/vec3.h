@@ -1,7 +1,8 @@
-// The vector type of the whole library: Imath's, under two short names.
+// The vector types of the whole library: Imath's, under short names.
 
 #pragma once
 
+#include <Imath/ImathMatrix.h>
 #include <Imath/ImathVec.h>
 
 #include <cstdint>
@@ -11,6 +12,7 @@ namespace betamesh {
 using Vec3f = Imath::V3f;                 ///< single precision: what particle files hold
 using Vec3 = Imath::V3d;                  ///< double precision: what is computed with
 using Vec3i = Imath::Vec3<std::int64_t>;  ///< integers: what is decided with
+using Mat33 = Imath::M33d;                ///< multiplied by row vectors from the left
 
 inline double dot(const Vec3& a, const Vec3& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
 

@@ -1,5 +1,6 @@
 #include "skin/arc_points.h"
 
+#include "core/moving_circle.h"
 #include "core/parallel.h"
 #include "exact/predicates.h"
 
@@ -13,6 +14,9 @@ namespace {
 
 constexpr double kTurn = 2 * std::numbers::pi;
 constexpr std::uint32_t kMostSegments = 4096;
+constexpr double kFadesFrom = 0.8, kFadesTo = 1;         // lengths of a segment, in the longest allowed
+constexpr double kLongestSegment = 2, kShortest = 1e-4;  // radians; shorter arcs are straight
+constexpr double kLeastFading = 0.02;                    // points are never on one line
 
 // The circle in which the spheres of two balls meet.
 struct Circle {
@@ -26,14 +30,10 @@ struct Circle {
         axis = (b - a).normalized();
         radius = std::sqrt(std::max(0.0, (r - half) * (r + half)));
     }
-    // A unit vector across the axis, towards a point.
+    // Towards a point, across the axis.
     Vec3 towards(const Vec3& point) const {
-        const Vec3 offset = point - centre, across = offset - axis * dot(offset, axis);
-        return across.length2() > 0 ? across.normalized() : anyAcross();
-    }
-    Vec3 anyAcross() const { return cross(axis, std::abs(axis.x) < 0.6 ? Vec3(1, 0, 0) : Vec3(0, 1, 0)).normalized(); }
-    Vec3 at(const Vec3& x, double angle) const {
-        return centre + (x * std::cos(angle) + cross(axis, x) * std::sin(angle)) * radius;
+        const Vec3 offset = point - centre;
+        return offset - axis * dot(offset, axis);
     }
 };
 
@@ -67,26 +67,42 @@ double arcAngle(const BallBoundary& boundary, const Circle& circle, std::uint32_
     return std::max(0.0, between - covered_before - covered_after);
 }
 
-std::uint32_t segmentsFor(double angle, double circle_radius, double radius, std::uint32_t least,
-                          const ArcSubdivision& subdivision) {
-    if (subdivision.segments > 0) return std::max(least, static_cast<std::uint32_t>(subdivision.segments));
-    const double wanted = std::ceil(angle * std::sqrt(circle_radius / radius) / subdivision.max_angle);
-    return std::clamp(static_cast<std::uint32_t>(wanted), least, kMostSegments);
+// How an arc is cut. Fading: the odd ones of its points have only come this far from the chord between the even
+// ones; less than 1 only where `count` is even.
+struct Cut {
+    std::uint32_t count;
+    Rate fading = 1;
+};
+
+// angle: that of the arc on a great circle with the same sagitta.
+Cut cutFor(Rate angle, std::uint32_t least, const ArcSubdivision& subdivision) {
+    if (subdivision.segments > 0 && angle.value > kShortest)
+        return {std::max(least, static_cast<std::uint32_t>(subdivision.segments))};
+    const Rate wanted = angle / subdivision.max_angle;
+    if (subdivision.appearance == Appearance::on_boundary)
+        return {std::clamp(static_cast<std::uint32_t>(std::ceil(wanted.value)), least, kMostSegments)};
+    std::uint32_t count = 1;
+    while (count < least) count *= 2;
+    if (wanted.value <= kFadesFrom * count) return {count};
+    while (wanted.value > kFadesFrom * count && count < kMostSegments) count *= 2;
+    const Rate t = (wanted * 2 / count - kFadesFrom) / (kFadesTo - kFadesFrom);
+    if (t.value >= 1) return {count};
+    return {count, kLeastFading + t * t * (3 - t * 2) * (1 - kLeastFading)};
 }
 
-// ċ with the normal components that both spheres ask for, and otherwise nearest to the mean.
-Vec3 velocityOnCircle(const Vec3& point, const Moving& a, const Moving& b) {
-    const Vec3 mean = (a.velocity + b.velocity) / 2;
-    const Vec3 q = (point - a.position).normalized(), s = (point - b.position).normalized();
-    const double f = dot(q, a.velocity - mean), g = dot(s, b.velocity - mean), c = dot(q, s);
-    const double determinant = std::max(1 - c * c, 1e-4);  // bounded where the spheres nearly coincide or just touch
-    return mean + q * ((f - c * g) / determinant) + s * ((g - c * f) / determinant);
+// Point m of an arc that begins at angle zero, as its cut says.
+Moving pointOfCut(const MovingCircle& circle, Rate angle, const Cut& cut, std::uint32_t m) {
+    const auto onCircle = [&](std::uint32_t k) {
+        return circle.centre() + circle.outwards(angle * (static_cast<double>(k) / cut.count)) * circle.radius();
+    };
+    if (m % 2 == 0 || cut.fading.value >= 1) return onCircle(m);
+    return onCircle(m) * cut.fading + (onCircle(m - 1) + onCircle(m + 1)) * (0.5 * (1 - cut.fading));
 }
 
 }  // namespace
 
-ArcNetwork arcPoints(const BallBoundary& boundary, const std::vector<Moving>& balls, std::vector<Moving> vertices,
-                     const ArcSubdivision& subdivision) {
+ArcNetwork arcPoints(const BallBoundary& boundary, const std::vector<Moving>& balls, const std::vector<Vec3>& spins,
+                     std::vector<Moving> vertices, const ArcSubdivision& subdivision) {
     const double radius = boundary.worldRadius();
     ArcNetwork network;
     network.vertices = vertices.size();
@@ -100,18 +116,33 @@ ArcNetwork arcPoints(const BallBoundary& boundary, const std::vector<Moving>& ba
     }
 
     const std::size_t arcs = network.arc_start.size(), circles = boundary.circle.size();
+    const auto circleOfArc = [&](std::size_t a) {
+        const std::uint32_t start = network.arc_start[a];
+        MovingCircle circle(balls[from(start)], balls[from(boundary.twin[start])], radius);
+        circle.beginTowards(network.point[start / 3]);
+        return circle;
+    };
+    const auto sameSagitta = [&](const MovingCircle& circle, Rate angle) {
+        return angle * squareRoot(circle.radius() / radius);
+    };
+    std::vector<Cut> cuts(arcs + circles);
     std::vector<std::uint32_t> inside(arcs + circles);
     network.arc_angle.resize(arcs);
     parallelFor(arcs, 512, [&](std::size_t a) {
         const std::uint32_t start = network.arc_start[a], end = boundary.twin[start];
-        const Circle circle(boundary, from(start), from(end));
-        network.arc_angle[a] = arcAngle(boundary, circle, start);
+        const MovingCircle circle = circleOfArc(a);
+        network.arc_angle[a] = circle.movingAngle(network.point[end / 3],
+                                                  arcAngle(boundary, Circle(boundary, from(start), from(end)), start));
         const bool one_triplet = start / 3 == reverseSide(boundary, end / 3);
-        inside[a] = segmentsFor(network.arc_angle[a], circle.radius, radius, one_triplet ? 2 : 1, subdivision) - 1;
+        const auto least = static_cast<std::uint32_t>(std::ceil(network.arc_angle[a].value / kLongestSegment));
+        cuts[a] =
+            cutFor(sameSagitta(circle, network.arc_angle[a]), std::max(least, one_triplet ? 2U : 1U), subdivision);
+        inside[a] = cuts[a].count - 1;
     });
     for (std::size_t k = 0; k < circles; ++k) {
-        const Circle circle(boundary, boundary.circle[k][0], boundary.circle[k][1]);
-        inside[arcs + k] = segmentsFor(kTurn, circle.radius, radius, 3, subdivision);
+        const MovingCircle circle(balls[boundary.circle[k][0]], balls[boundary.circle[k][1]], radius);
+        cuts[arcs + k] = cutFor(sameSagitta(circle, kTurn), 4, subdivision);
+        inside[arcs + k] = cuts[arcs + k].count;
     }
     std::vector<std::uint32_t> begin = placesOf(inside);
     for (std::uint32_t& b : begin) b += static_cast<std::uint32_t>(network.vertices);
@@ -119,25 +150,17 @@ ArcNetwork arcPoints(const BallBoundary& boundary, const std::vector<Moving>& ba
     network.circle_begin.assign(begin.begin() + static_cast<std::ptrdiff_t>(arcs), begin.end());
     network.point.resize(begin.back());
 
-    const auto place = [&](const Circle& circle, const Vec3& x, double angle, std::uint32_t low, std::uint32_t high) {
-        const Vec3 position = circle.at(x, angle);
-        return Moving{position, velocityOnCircle(position, balls[low], balls[high])};
-    };
     parallelFor(arcs, 512, [&](std::size_t a) {
-        const std::uint32_t start = network.arc_start[a], low = from(start), high = from(boundary.twin[start]);
-        const Circle circle(boundary, low, high);
-        const Vec3 x = circle.towards(boundary.vertex[start / 3]);
-        const std::uint32_t n = network.arcSize(a);
-        for (std::uint32_t m = 0; m < n; ++m)
-            network.point[network.arc_begin[a] + m] =
-                place(circle, x, network.arc_angle[a] * (m + 1) / (n + 1), low, high);
+        if (inside[a] == 0) return;
+        const MovingCircle circle = circleOfArc(a);
+        for (std::uint32_t m = 0; m < inside[a]; ++m)
+            network.point[network.arc_begin[a] + m] = pointOfCut(circle, network.arc_angle[a], cuts[a], m + 1);
     });
     parallelFor(circles, 64, [&](std::size_t k) {
-        const auto [low, high] = boundary.circle[k];
-        const Circle circle(boundary, low, high);
-        const std::uint32_t n = network.circleSize(k);
-        for (std::uint32_t m = 0; m < n; ++m)
-            network.point[network.circle_begin[k] + m] = place(circle, circle.anyAcross(), kTurn * m / n, low, high);
+        MovingCircle circle(balls[boundary.circle[k][0]], balls[boundary.circle[k][1]], radius);
+        circle.beginAnywhere((spins[boundary.circle[k][0]] + spins[boundary.circle[k][1]]) / 2);
+        for (std::uint32_t m = 0; m < inside[arcs + k]; ++m)
+            network.point[network.circle_begin[k] + m] = pointOfCut(circle, kTurn, cuts[arcs + k], m);
     });
     return network;
 }

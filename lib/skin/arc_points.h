@@ -4,26 +4,29 @@
 
 #include "core/arc_network.h"
 #include "core/ball_boundary.h"
+#include "core/beta_mesh.h"
 
 namespace betamesh {
 
 /// How finely arcs are cut.
 struct ArcSubdivision {
     double max_angle = 0.28;  ///< radians per segment of a great circle: a sagitta of 0.01 r; larger on small circles
-    int segments = 0;         ///< > 0: exactly so many segments on every arc instead
+    int segments = 0;  ///< > 0: so many segments on every arc instead, or as many more as keep them below 2 radians
+    Appearance appearance = Appearance::on_boundary;
 };
 
 /// Cuts every arc into equal segments. The sagitta r·δ²/8 is the same on circles of any size: an arc of angle
-/// θ on a circle of radius ρ gets ceil(θ sqrt(ρ/r) / δ). An arc between the two sides of one triplet gets at
-/// least two, a full circle at least three, so that no two segments share both ends.
+/// θ on a circle of radius ρ wants θ sqrt(ρ/r) / δ segments. Appearance::on_boundary gives it the next whole number;
+/// Appearance::gradual the next power of two, and every other point rises from the chord as the arc grows. An arc
+/// between the two sides of one triplet gets at least two, a full circle at least three, so that no two segments
+/// share both ends.
 ///
-/// A point on two spheres moves with both: exactly along their normals, and along the circle with the mean of
-/// the two balls.
+/// Points keep their share of the arc: they move as its ends and its circle do.
 ///
-/// in      a boundary; its balls and vertices with their motion
+/// in      a boundary; its balls with their motion and angular velocity; its vertices with theirs
 /// same    result for any thread count
 /// cost    O(points)
-ArcNetwork arcPoints(const BallBoundary& boundary, const std::vector<Moving>& balls, std::vector<Moving> vertices,
-                     const ArcSubdivision& subdivision);
+ArcNetwork arcPoints(const BallBoundary& boundary, const std::vector<Moving>& balls, const std::vector<Vec3>& spins,
+                     std::vector<Moving> vertices, const ArcSubdivision& subdivision);
 
 }  // namespace betamesh

@@ -1,20 +1,21 @@
 #include "skin/complete_mesh.h"
 
-#include "core/icosphere.h"
 #include "core/parallel.h"
 #include "exact/bounded_hull.h"
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 namespace betamesh {
 
 namespace {
 
 constexpr std::size_t kBallsPerTask = 32;
-constexpr double kGrid = 0x1p38;    // of the hull's points, per radius
-constexpr double kClearance = 0.4;  // of point_angle: how far points inside a face stay from its edges
-constexpr double kIcosahedronAngle = 1.1071487177940904;
+constexpr double kGrid = 0x1p38;         // of the hull's points, per radius
+constexpr double kLeastClearance = 0.2;  // of points on the boundary, in angles between neighbouring points
+constexpr double kSinkingBegins = 0.75;  // clearance below which points sink, in the same
+constexpr double kSinkingDepth = 0.7;    // radii at the rim, in squares of the same
 
 Vec3i onGrid(const Vec3& direction) {
     return {std::llround(direction.x * kGrid), std::llround(direction.y * kGrid), std::llround(direction.z * kGrid)};
@@ -96,33 +97,42 @@ private:
     const ArcNetwork& network_;
 };
 
-// Directions that stay clear of every neighbour's cap.
-void addFreePoints(const Icosphere& directions, const std::vector<Neighbour>& neighbours, double radius,
-                   double point_angle, LoopsOnSphere& loops) {
-    struct Cap {
-        Vec3 direction;
-        double cosine;  // of the angle within which no point may lie
-    };
-    std::vector<Cap> caps;
-    for (const Neighbour& n : neighbours) {
-        const double distance = std::sqrt(n.squared), angle = std::acos(std::min(1.0, distance / (2 * radius)));
-        const double clearance = kClearance * std::min(point_angle, angle);
-        caps.push_back({n.offset / distance, std::cos(angle + clearance)});
+// Where the points inside faces are, seen from their ball.
+class Placement {
+public:
+    Placement(const FacePoints& points, Appearance appearance)
+        : points_(points), sinking_(appearance == Appearance::gradual) {
+        // Each of n points has a cell of area 4π / n: two triangles of side `angle`.
+        const double n = static_cast<double>(points.directions.position.size());
+        angle_ = std::sqrt(8 * std::numbers::pi / (std::sqrt(3.0) * n));
     }
-    for (const Vec3& d : directions.position)
-        if (std::none_of(caps.begin(), caps.end(), [&](const Cap& cap) { return dot(d, cap.direction) > cap.cosine; }))
-            loops.point.push_back(onGrid(d));
-}
+    bool used(std::uint32_t p) const { return sinking_ || points_.clearance[p].value >= kLeastClearance * angle_; }
+    // In radii of the ball.
+    Moving at(std::uint32_t p, const Vec3& spin) const {
+        const Moving direction = points_.outwards(p, spin);
+        if (!sinking_) return direction;
+        const Rate below = 1 - points_.clearance[p] / (kSinkingBegins * angle_);
+        if (below.value <= 0) return direction;
+        return direction * (1 - below * below * (kSinkingDepth * angle_ * angle_));
+    }
+
+private:
+    const FacePoints& points_;
+    bool sinking_;
+    double angle_;
+};
 
 // What one task makes: triangles by network point, or by place among the new points from kNew on.
 struct Part {
     std::vector<Triangle> triangles;
-    std::vector<Moving> points;
+    std::vector<Moving> vertex;
+    std::vector<Rate> clearance;
 };
 constexpr std::uint32_t kNew = std::uint32_t{1} << 31;
 
-void addFilling(const BallLoops& ball_loops, const LoopFilling& filling, const Vec3& centre, const Vec3& velocity,
-                double world_radius, Part& part) {
+void addFilling(const BallLoops& ball_loops, const LoopFilling& filling, const Moving& ball, const Vec3& spin,
+                double world_radius, const std::vector<std::uint32_t>& face_point, const FacePoints& points,
+                const Placement& placement, Part& part) {
     constexpr std::uint32_t kUnplaced = ~std::uint32_t{0};
     const std::size_t in_loops = ball_loops.network_point.size(), given = ball_loops.loops.point.size();
     std::vector<std::uint32_t> place(given + filling.new_point.size() - in_loops, kUnplaced);
@@ -134,9 +144,16 @@ void addFilling(const BallLoops& ball_loops, const LoopFilling& filling, const V
             }
             std::uint32_t& where = place[v - in_loops];
             if (where == kUnplaced) {
-                const Vec3i& p = v < given ? ball_loops.loops.point[v] : filling.new_point[v - given];
-                where = kNew + static_cast<std::uint32_t>(part.points.size());
-                part.points.push_back({centre + toDouble(p).normalized() * world_radius, velocity});
+                where = kNew + static_cast<std::uint32_t>(part.vertex.size());
+                if (v < given) {
+                    const std::uint32_t p = face_point[v - in_loops];
+                    part.vertex.push_back(ball + placement.at(p, spin) * world_radius);
+                    part.clearance.push_back(points.clearance[p]);
+                } else {
+                    const Vec3 direction = toDouble(filling.new_point[v - given]).normalized();
+                    part.vertex.push_back({ball.position + direction * world_radius, ball.velocity});
+                    part.clearance.push_back({0, 0});
+                }
             }
             v = where;
         }
@@ -146,48 +163,49 @@ void addFilling(const BallLoops& ball_loops, const LoopFilling& filling, const V
 
 }  // namespace
 
-BetaMesh completeTessellation(const SnappedParticles& particles, const BallBoundary& boundary,
-                              const std::vector<Moving>& balls, const ArcNetwork& network, double point_angle) {
-    const Icosphere directions = icosphere(static_cast<std::uint32_t>(std::ceil(kIcosahedronAngle / point_angle)));
+BetaMesh completeTessellation(const BallBoundary& boundary, const std::vector<Moving>& balls,
+                              const std::vector<Vec3>& spins, const ArcNetwork& network, const FacePoints& points,
+                              Appearance appearance) {
     const std::vector<std::uint32_t> first_face = firstFaces(boundary);
     const LoopMaker maker(boundary, network);
-    const double radius = static_cast<double>(boundary.radius), world_radius = boundary.worldRadius();
+    const Placement placement(points, appearance);
 
     const std::size_t tasks = (balls.size() + kBallsPerTask - 1) / kBallsPerTask;
     std::vector<Part> parts(tasks);
     parallelFor(tasks, 1, [&](std::size_t task) {
-        NeighbourFinder finder(particles);
-        std::vector<Neighbour> neighbours;
         BallLoops ball_loops;
+        std::vector<std::uint32_t> face_point;
         for (std::size_t b = task * kBallsPerTask; b < std::min(balls.size(), (task + 1) * kBallsPerTask); ++b) {
-            const auto ball = static_cast<std::uint32_t>(b);
-            maker.makeLoops(ball, first_face[b], first_face[b + 1], ball_loops);
-            const auto add = [&](const LoopFilling& filling) {
-                addFilling(ball_loops, filling, balls[b].position, balls[b].velocity, world_radius, parts[task]);
-            };
-            if (ball_loops.loops.point.empty()) {  // a bare sphere
-                LoopFilling whole{directions.triangles, {}};
-                for (const Vec3& d : directions.position) whole.new_point.push_back(onGrid(d));
-                add(whole);
-                continue;
-            }
-            finder.find(boundary.snapped_row[b], neighbours);
+            maker.makeLoops(static_cast<std::uint32_t>(b), first_face[b], first_face[b + 1], ball_loops);
             const std::size_t in_loops = ball_loops.loops.point.size();
-            addFreePoints(directions, neighbours, radius, point_angle, ball_loops.loops);
-            if (const auto filling = fillWithHull(ball_loops.loops)) {
-                add(*filling);
-                continue;
+            face_point.clear();
+            for (std::uint32_t p = points.begin[b]; p < points.begin[b + 1]; ++p) {
+                if (!placement.used(p)) continue;
+                face_point.push_back(p);
+                ball_loops.loops.point.push_back(onGrid(placement.at(p, spins[b]).position));
             }
-            ball_loops.loops.point.resize(in_loops);
-            for (const auto& face : ball_loops.face) add(fillWithFan(ball_loops.loops, face));
+            const auto add = [&](const LoopFilling& filling) {
+                addFilling(ball_loops, filling, balls[b], spins[b], boundary.worldRadius(), face_point, points,
+                           placement, parts[task]);
+            };
+            if (in_loops == 0) {  // a bare sphere
+                add({points.directions.triangles, {}});
+            } else if (const auto filling = fillWithHull(ball_loops.loops)) {
+                add(*filling);
+            } else {
+                ball_loops.loops.point.resize(in_loops);
+                for (const auto& face : ball_loops.face) add(fillWithFan(ball_loops.loops, face));
+            }
         }
     });
 
     BetaMesh mesh;
     mesh.vertex = network.point;
+    mesh.clearance.assign(network.point.size(), {0, 0});
     for (const Part& part : parts) {
         const auto first = static_cast<std::uint32_t>(mesh.vertex.size());
-        mesh.vertex.insert(mesh.vertex.end(), part.points.begin(), part.points.end());
+        mesh.vertex.insert(mesh.vertex.end(), part.vertex.begin(), part.vertex.end());
+        mesh.clearance.insert(mesh.clearance.end(), part.clearance.begin(), part.clearance.end());
         for (Triangle t : part.triangles) {
             for (std::uint32_t& v : t)
                 if (v >= kNew) v = first + (v - kNew);

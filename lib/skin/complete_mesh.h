@@ -5,7 +5,7 @@
 #include "core/arc_network.h"
 #include "core/ball_boundary.h"
 #include "core/beta_mesh.h"
-#include "exact/snapped_particles.h"
+#include "core/face_points.h"
 
 namespace betamesh {
 
@@ -14,13 +14,18 @@ namespace betamesh {
 /// whole is closed, oriented and manifold. Facets of one hull cannot cross, nor can those of two balls, each
 /// of which stays in its own Voronoi cell.
 ///
-/// in      a boundary with its faces; its balls' motion; points on its arcs; `point_angle`: radians between
-///         neighbouring points inside a face, (0, 1]
-/// out     vertices: the network's points, then those inside faces; every one lies on the union's boundary
+/// Points inside faces appear and vanish with their clearance from the rim. Appearance::on_boundary: as far from the
+/// rim as good triangles need. Appearance::gradual: they sink below the sphere, by at most 0.7 times the square of the
+/// angle between them, until the hull passes over them.
+///
+/// in      a boundary with its faces; its balls' motion and angular velocity; points on its arcs, and inside its faces
+/// out     vertices: the network's points, then those inside faces; every one lies on the union's boundary, or, where
+///         they are sinking, inside the union
 /// same    bytes for any thread count and particle order
 /// cost    O(boundary); about 15 triangles per ball on a plain surface, 300 on a lone drop
 /// source  beta mesh paper, section 3.4, completed
-BetaMesh completeTessellation(const SnappedParticles& particles, const BallBoundary& boundary,
-                              const std::vector<Moving>& balls, const ArcNetwork& network, double point_angle);
+BetaMesh completeTessellation(const BallBoundary& boundary, const std::vector<Moving>& balls,
+                              const std::vector<Vec3>& spins, const ArcNetwork& network, const FacePoints& points,
+                              Appearance appearance);
 
 }  // namespace betamesh

@@ -115,7 +115,7 @@ void closePolygonsBetweenRims(const BallBoundary& boundary, const Rims& rims, Pa
 }  // namespace
 
 PaperMesh paperTessellation(const BallBoundary& boundary, const std::vector<Moving>& balls,
-                           const std::vector<Moving>& vertices) {
+                            const std::vector<Moving>& vertices) {
     PaperMesh beta;
     beta.pure = vertices.size();
     beta.vertex = vertices;

@@ -1,19 +1,30 @@
 #include "skin/skin_frame.h"
 
 #include "core/error.h"
-#include "measure/mesh_measure.h"
 #include "skin/alpha_mesh.h"
+#include "skin/arc_points.h"
 #include "skin/ball_boundary.h"
 #include "skin/ball_faces.h"
+#include "skin/boundary_samples.h"
+#include "skin/complete_mesh.h"
+#include "skin/face_points.h"
 #include "skin/paper_mesh.h"
-#include "skin/smooth.h"
+#include "skin/smooth_coherent.h"
+#include "skin/smooth_paper.h"
 #include "skin/survivors.h"
 #include "skin/union_mesh.h"
 #include "skin/velocity.h"
 
+#include <algorithm>
+
 namespace betamesh {
 
 namespace {
+
+constexpr double kSampleAngle = 0.56;    // radians between samples of wide faces
+constexpr double kSmoothingWidth = 2.8;  // radii
+constexpr double kArcAngle = 0.75;  // of a common arc, radians: a segment of it is as long as face points are apart
+constexpr double kLeastAngle = 0.05, kLargestAngle = 0.7;
 
 struct Structure {
     SnappedParticles snapped;
@@ -56,13 +67,50 @@ Structure floatStructure(const Particles& particles, const SkinParams& params) {
     }
 }
 
-PaperMesh betaSurface(const Particles& particles, const Structure& structure, const std::vector<Moving>& balls,
-                     const SkinParams& params, const Watch& watch) {
+// Coherent smoothing of either tessellation; the network is that of the samples.
+void smooth(const Structure& structure, const std::vector<Moving>& balls, const std::vector<Vec3>& spins,
+            const ArcNetwork& network, const SkinParams& params, BetaMesh& mesh) {
+    const FacePoints wide = facePoints(structure.snapped, structure.boundary, balls, spins, kSampleAngle);
+    const double width = params.smoothing_width > 0 ? params.smoothing_width : kSmoothingWidth * params.radius;
+    smoothCoherently(mesh, boundarySamples(structure.boundary, balls, spins, network, wide),
+                     {params.radius, width, params.passes});
+}
+
+BetaMesh completeSurface(const Particles& particles, const Structure& structure, const std::vector<Moving>& balls,
+                         const SkinParams& params, const Watch& watch) {
+    const BallBoundary& boundary = structure.boundary;
+    const bool smoothed = params.smoothing == SmoothingMethod::coherent && params.passes > 0;
+    ArcSubdivision subdivision;
+    subdivision.segments = params.arc_subdivisions;
+    subdivision.appearance = smoothed ? Appearance::gradual : Appearance::on_boundary;
+    const double angle = params.arc_subdivisions > 0
+                             ? std::clamp(kArcAngle / params.arc_subdivisions, kLeastAngle, kLargestAngle)
+                             : subdivision.max_angle;
+    const std::vector<Vec3> spins = spinsOfBalls(boundary, balls, particles);
+    std::vector<Moving> vertices = movingVertices(particles, structure.snapped, boundary, balls);
+    watch("velocity");
+    const ArcNetwork network = arcPoints(boundary, balls, spins, std::move(vertices), subdivision);
+    const FacePoints points = facePoints(structure.snapped, boundary, balls, spins, angle);
+    BetaMesh beta = completeTessellation(boundary, balls, spins, network, points, subdivision.appearance);
+    watch("tessellate");
+    if (smoothed) smooth(structure, balls, spins, network, params, beta);
+    watch("smooth");
+    if (!particles.velocity.empty()) slideWithParticles(boundary, balls, beta);
+    watch("velocity");
+    return beta;
+}
+
+PaperMesh paperSurface(const Particles& particles, const Structure& structure, const std::vector<Moving>& balls,
+                       const SkinParams& params, const Watch& watch) {
     const std::vector<Moving> vertices = movingVertices(particles, structure.snapped, structure.boundary, balls);
     watch("velocity");
     PaperMesh beta = paperTessellation(structure.boundary, balls, vertices);
     watch("tessellate");
     if (params.smoothing == SmoothingMethod::paper) smoothAsInPaper(beta, params.passes);
+    if (params.smoothing == SmoothingMethod::coherent) {
+        const std::vector<Vec3> spins = spinsOfBalls(structure.boundary, balls, particles);
+        smooth(structure, balls, spins, arcPoints(structure.boundary, balls, spins, vertices, {}), params, beta);
+    }
     if (params.resolve_intersections) resolveIntersections(structure.boundary, balls, beta);
     watch("smooth");
     return beta;
@@ -89,6 +137,9 @@ void count(const Particles& particles, const Structure& structure, SkinReport& r
 
 SkinnedFrame skinFrame(const Particles& particles, const SkinParams& params, const Watch& watch_or_none) {
     const Watch watch = watch_or_none ? watch_or_none : [](std::string_view) {};
+    if (params.surface == SurfaceKind::beta && params.tessellation != Tessellation::paper &&
+        params.smoothing == SmoothingMethod::paper)
+        throw Error("the paper's smoothing averages over the fans of its own tessellation, expected that one");
     SkinnedFrame frame;
 
     Structure structure = params.predicates == PredicateKind::exact ? exactStructure(particles, params)
@@ -106,19 +157,16 @@ SkinnedFrame skinFrame(const Particles& particles, const SkinParams& params, con
             frame.mesh = unionOfBalls(structure.snapped, structure.boundary, balls);
             break;
         case SurfaceKind::beta:
-            frame.mesh = asMesh(betaSurface(particles, structure, balls, params, watch));
-            frame.spheres = externalSpheres(structure.boundary, particles);
+            if (params.tessellation == Tessellation::complete) {
+                frame.mesh = asMesh(completeSurface(particles, structure, balls, params, watch));
+            } else {
+                frame.mesh = asMesh(paperSurface(particles, structure, balls, params, watch));
+                frame.spheres = externalSpheres(structure.boundary, particles);
+            }
             break;
     }
     if (particles.velocity.empty()) frame.mesh.velocity.clear();
     watch("tessellate");
-
-    const MeshMeasure measure = measureMesh(frame.mesh);
-    frame.report.components = measure.components;
-    frame.report.euler = measure.euler;
-    frame.report.volume = measure.volume;
-    frame.report.area = measure.area;
-    watch("measure");
     return frame;
 }
 

@@ -15,24 +15,33 @@ enum class SurfaceKind {
     alpha,  ///< the alpha mesh: particles joined by triangles
     union_  ///< the union of balls, tessellated: the ground truth to look at
 };
-enum class Tessellation { paper };
+enum class Tessellation {
+    complete,  ///< every exposed piece of every ball: closed, manifold, with drops and tendrils
+    paper,     ///< the paper's fans; isolated particles and degenerate edges become external spheres
+};
 enum class PredicateKind {
     exact,     ///< exact signs with symbolic tie-breaking: never fails
     floating,  ///< the paper's test in double precision, validated and repeated on jittered particles
 };
-enum class SmoothingMethod { none, paper };
+enum class SmoothingMethod {
+    none,
+    coherent,  ///< fits of position and measure: continuous in time
+    paper,     ///< the paper's averages over neighbouring faces; for the paper's tessellation alone
+};
 
 /// Everything that shapes the surface of one frame.
 struct SkinParams {
     double radius = 0;  ///< of the balls, world units, > 0; the paper uses 1.5 particle spacings
     SurfaceKind surface = SurfaceKind::beta;
-    Tessellation tessellation = Tessellation::paper;
+    Tessellation tessellation = Tessellation::complete;
+    int arc_subdivisions = 0;  ///< segments of every arc, >= 0; 0: as many as keep the sagitta below 0.01 radii
     PredicateKind predicates = PredicateKind::exact;
     int retries = 3;          ///< floating predicates: how often particles are jittered before giving up, >= 0
     double tolerance = 1e-5;  ///< floating predicates: size of the jitter in radii, (0, 0.1]
-    SmoothingMethod smoothing = SmoothingMethod::paper;
+    SmoothingMethod smoothing = SmoothingMethod::coherent;
+    double smoothing_width = 0;          ///< coherent: its reach, world units, >= 0; 0: 2.8 radii
     int passes = 1;                      ///< of smoothing, >= 0
-    bool resolve_intersections = false;  ///< push alphabeta vertices out to particles that lie outside
+    bool resolve_intersections = false;  ///< the paper's tessellation: push vertices out to particles that lie outside
 };
 
 /// What was found on the way; the numbers of the per-frame report.
@@ -45,15 +54,11 @@ struct SkinReport {
     std::size_t isolated_particles = 0;
     std::size_t alpha_vertices = 0;  ///< particles that some alpha triangle uses
     int perturbation_retries = 0;
-    std::size_t components = 0;  ///< pieces of the mesh that share no vertex
-    std::int64_t euler = 0;      ///< vertices - edges + triangles
-    double volume = 0;           ///< enclosed by the mesh, world units cubed
-    double area = 0;             ///< of the mesh, world units squared
 };
 
 struct SkinnedFrame {
     Mesh mesh;        ///< has velocity exactly when the particles have
-    Spheres spheres;  ///< isolated particles and ends of degenerate edges, empty unless the surface is beta
+    Spheres spheres;  ///< what the paper's tessellation leaves out: isolated particles, ends of degenerate edges
     SkinReport report;
 };
 
@@ -66,8 +71,8 @@ using Watch = std::function<void(std::string_view stage)>;
 /// out     a closed mesh; no particles give an empty mesh
 /// same    bytes for any thread count and particle order
 /// cost    O(n) for a bounded number of neighbours within two radii
-/// errors  particles beyond the integer range; floating predicates that stay invalid after all retries
-/// source  beta mesh paper, section 3
+/// errors  the paper's smoothing of another tessellation than the paper's; particles beyond the integer range; floating
+/// predicates that stay invalid after all retries source  beta mesh paper, section 3
 SkinnedFrame skinFrame(const Particles& particles, const SkinParams& params, const Watch& watch = {});
 
 }  // namespace betamesh

@@ -1,4 +1,4 @@
-#include "skin/smooth.h"
+#include "skin/smooth_paper.h"
 
 #include "core/parallel.h"
 

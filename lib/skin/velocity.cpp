@@ -1,9 +1,8 @@
 #include "skin/velocity.h"
 
+#include "core/cell_order.h"
 #include "core/parallel.h"
 #include "core/rigid_motion.h"
-
-#include <Imath/ImathMatrix.h>
 
 #include <algorithm>
 
@@ -16,7 +15,7 @@ constexpr double kDamping = 0.25;          // weight of the field against the th
 
 // The ċ that minimises Σ (q_m·ċ - q_m·v_m)² + damping² |ċ|², q_m of unit length.
 Vec3 dampedSolution(const Vec3 q[3], const double speed[3], double damping) {
-    Imath::M33d normal;
+    Mat33 normal;
     Vec3 right(0, 0, 0);
     for (int a = 0; a < 3; ++a)
         for (int b = 0; b < 3; ++b) {
@@ -103,6 +102,65 @@ std::vector<Moving> movingVertices(const Particles& particles, const SnappedPart
         }
     });
     return vertices;
+}
+
+namespace {
+
+// How the liquid moves near a point.
+class LocalMotion {
+public:
+    LocalMotion(const BallBoundary& boundary, const std::vector<Moving>& balls)
+        : balls_(balls),
+          reach_(2 * boundary.worldRadius()),
+          cells_(balls.size(), reach_, [&](std::size_t b) { return balls[b].position; }) {}
+    /// Positions count from the point.
+    RigidMotionFit at(const Vec3& point) const {
+        RigidMotionFit fit;
+        cells_.forRowsIn(point - Vec3(reach_), point + Vec3(reach_), [&](std::uint32_t b) {
+            const Vec3 offset = balls_[b].position - point;
+            const double t = 1 - offset.length2() / (reach_ * reach_);
+            if (t > 0) fit.add(offset, balls_[b].velocity, t * t);
+        });
+        return fit;
+    }
+
+private:
+    const std::vector<Moving>& balls_;
+    double reach_;
+    CellOrder cells_;
+};
+
+// Area-weighted normals of the vertices.
+std::vector<Vec3> normalsOf(const BetaMesh& mesh) {
+    std::vector<Vec3> normals(mesh.vertex.size(), Vec3(0, 0, 0));
+    for (const Triangle& t : mesh.triangles) {
+        const Vec3 &a = mesh.vertex[t[0]].position, &b = mesh.vertex[t[1]].position, &c = mesh.vertex[t[2]].position;
+        const Vec3 normal = cross(b - a, c - a);
+        for (const std::uint32_t v : t) normals[v] += normal;
+    }
+    for (Vec3& normal : normals) normal.normalize();
+    return normals;
+}
+
+}  // namespace
+
+std::vector<Vec3> spinsOfBalls(const BallBoundary& boundary, const std::vector<Moving>& balls,
+                               const Particles& particles) {
+    std::vector<Vec3> spins(balls.size(), Vec3(0, 0, 0));
+    if (particles.velocity.empty()) return spins;
+    const LocalMotion motion(boundary, balls);
+    parallelFor(balls.size(), 512, [&](std::size_t b) { spins[b] = motion.at(balls[b].position).spin(); });
+    return spins;
+}
+
+void slideWithParticles(const BallBoundary& boundary, const std::vector<Moving>& balls, BetaMesh& mesh) {
+    const LocalMotion motion(boundary, balls);
+    const std::vector<Vec3> normals = normalsOf(mesh);
+    parallelFor(mesh.vertex.size(), 512, [&](std::size_t v) {
+        Moving& vertex = mesh.vertex[v];
+        const Vec3 liquid = motion.at(vertex.position).velocityAt(Vec3(0, 0, 0));
+        vertex.velocity = liquid + normals[v] * dot(normals[v], vertex.velocity - liquid);
+    });
 }
 
 }  // namespace betamesh

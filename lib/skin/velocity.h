@@ -3,6 +3,7 @@
 #pragma once
 
 #include "core/ball_boundary.h"
+#include "core/beta_mesh.h"
 #include "core/moving.h"
 #include "exact/snapped_particles.h"
 
@@ -21,5 +22,21 @@ std::vector<Moving> movingBalls(const BallBoundary& boundary, const Particles& p
 /// cost    O(vertices)
 std::vector<Moving> movingVertices(const Particles& particles, const SnappedParticles& snapped,
                                    const BallBoundary& boundary, const std::vector<Moving>& balls);
+
+/// The angular velocity of each ball: that of the rigid motion which explains it and the balls within 2r best,
+/// (1 - d²/4r²)² their weight. Zero for all where the particles have no velocity.
+///
+/// same    result for any thread count and particle order
+/// cost    O(balls)
+std::vector<Vec3> spinsOfBalls(const BallBoundary& boundary, const std::vector<Moving>& balls,
+                               const Particles& particles);
+
+/// Turns the velocities of vertices, which so far follow points of the tessellation, into the surface's: along the
+/// mesh's normal they stay; across it they become those of the liquid, the rigid motion of the balls within 2r of the
+/// vertex. Vertices of a lone drop move as its particle.
+///
+/// same    bytes for any thread count and particle order
+/// cost    O(vertices)
+void slideWithParticles(const BallBoundary& boundary, const std::vector<Moving>& balls, BetaMesh& mesh);
 
 }  // namespace betamesh

@@ -34,6 +34,7 @@ TEST(RealFrames, AlphaCountsAreThoseOfCgal) {
         ASSERT_EQ(particles.size(), expected.at("particles"));
         SkinParams params;
         params.radius = expected.at("radius");
+        params.surface = SurfaceKind::alpha;
         const SkinnedFrame frame = skinFrame(particles, params);
         EXPECT_EQ(frame.report.distinct_particles, expected.at("distinct"));
         expectWithinOneInTenThousand(frame.report.alpha_triangles, expected.at("alpha_triangles"), "alpha triangles");

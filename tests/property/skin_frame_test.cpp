@@ -39,6 +39,13 @@ SkinParams withRadius(double radius) {
     return params;
 }
 
+SkinParams asInThePaper(double radius) {
+    SkinParams params = withRadius(radius);
+    params.tessellation = Tessellation::paper;
+    params.smoothing = SmoothingMethod::paper;
+    return params;
+}
+
 // RMS angle between the triangles of a slab's top face, far from its sides, and the plane, by area. A dent
 // where the jitter left a gap is not roughness: what is steeper than 60 degrees does not count.
 double roughness(const Mesh& mesh, double low, double high, double bottom) {
@@ -61,7 +68,7 @@ double roughness(const Mesh& mesh, double low, double high, double bottom) {
 TEST(SkinFrame, ThePapersMeshIsClosedForEveryCloud) {
     forEveryCloud(2000, [](const Cloud& cloud) {
         for (const SmoothingMethod smoothing : {SmoothingMethod::none, SmoothingMethod::paper}) {
-            SkinParams params = withRadius(cloud.radius);
+            SkinParams params = asInThePaper(cloud.radius);
             params.smoothing = smoothing;
             const SkinnedFrame frame = skinFrame(cloud.particles, params);
             EXPECT_EQ(measureMesh(frame.mesh).unpaired_edges, 0u);
@@ -83,10 +90,12 @@ TEST(SkinFrame, TheAlphaMeshIsClosedForEveryCloud) {
 
 TEST(SkinFrame, IsTheSameForEveryParticleOrderAndThreadCount) {
     forEveryCloud(100, [](const Cloud& cloud) {
-        for (const SurfaceKind surface : {SurfaceKind::beta, SurfaceKind::alpha, SurfaceKind::union_}) {
-            SkinParams params = withRadius(cloud.radius);
-            params.surface = surface;
-            params.resolve_intersections = true;
+        std::vector<SkinParams> kinds(4, withRadius(cloud.radius));
+        kinds[1] = asInThePaper(cloud.radius);
+        kinds[1].resolve_intersections = true;
+        kinds[2].surface = SurfaceKind::alpha;
+        kinds[3].surface = SurfaceKind::union_;
+        for (const SkinParams& params : kinds) {
             const SkinnedFrame one = skinFrame(cloud.particles, params);
             SkinnedFrame other;
             withThreads(1, [&] { other = skinFrame(shuffled(cloud.particles, 3), params); });
@@ -103,7 +112,7 @@ TEST(SkinFrame, ExternalSpheresAreTheParticlesWithoutTriangles) {
     Particles particles;  // one alone, two that touch in a circle
     particles.position = {{0, 0, 0}, {10, 0, 0}, {11, 0, 0}};
     particles.id = {7, 8, 9};
-    const SkinnedFrame frame = skinFrame(particles, withRadius(1));
+    const SkinnedFrame frame = skinFrame(particles, asInThePaper(1));
     EXPECT_EQ(frame.report.isolated_particles, 1u);
     EXPECT_EQ(frame.report.degenerate_edges, 1u);
     EXPECT_EQ(frame.spheres.id, (std::vector<std::uint64_t>{7, 8, 9}));
@@ -133,7 +142,7 @@ TEST(SkinFrame, FlatFacesAreAsFlatAsThePaperMakesThem) {
     for (unsigned seed = 1; seed <= kSlabs; ++seed) {
         const Particles slab = jitteredBox(60, 60, 6, seed);
         const auto measured = [&](SmoothingMethod smoothing, int passes) {
-            SkinParams params = withRadius(1.5);
+            SkinParams params = asInThePaper(1.5);
             params.smoothing = smoothing;
             params.passes = passes;
             return roughness(skinFrame(slab, params).mesh, 8, 51, 3) / kSlabs;
@@ -197,14 +206,16 @@ TEST(SkinFrame, RigidMotionMovesEveryVertexRigidly) {
         Particles box = jitteredBox(8, 8, 8, seed);
         const Vec3 turn(0.3, -0.7, 0.5), drift(1, 2, -0.5);
         for (const Vec3f& p : box.position) box.velocity.emplace_back(drift + cross(turn, Vec3(p)));
-        const SkinnedFrame frame = skinFrame(box, withRadius(1.5));
-        double worst = 0, fastest = 0;
-        for (std::size_t v = 0; v < frame.mesh.position.size(); ++v) {
-            const Vec3 expected = drift + cross(turn, frame.mesh.position[v]);
-            worst = std::max(worst, (frame.mesh.velocity[v] - expected).length());
-            fastest = std::max(fastest, expected.length());
+        for (const SkinParams& params : {withRadius(1.5), asInThePaper(1.5)}) {
+            const SkinnedFrame frame = skinFrame(box, params);
+            double worst = 0, fastest = 0;
+            for (std::size_t v = 0; v < frame.mesh.position.size(); ++v) {
+                const Vec3 expected = drift + cross(turn, frame.mesh.position[v]);
+                worst = std::max(worst, (frame.mesh.velocity[v] - expected).length());
+                fastest = std::max(fastest, expected.length());
+            }
+            EXPECT_LE(worst, 1e-4 * fastest);
         }
-        EXPECT_LE(worst, 1e-4 * fastest);
     }
 }
 
@@ -221,7 +232,7 @@ TEST(SkinFrame, VelocityIsTheRateAtWhichVerticesMove) {
             Particles later = box;
             for (std::size_t i = 0; i < box.size(); ++i)
                 later.position[i] += box.velocity[i] * static_cast<float>(time);
-            return skinFrame(later, withRadius(1.5)).mesh;
+            return skinFrame(later, asInThePaper(1.5)).mesh;
         };
         const Mesh now = moved(0), before = moved(-kStep), after = moved(kStep);
         if (now.triangles != before.triangles || now.triangles != after.triangles) continue;
@@ -241,7 +252,7 @@ TEST(SkinFrame, VelocityIsTheRateAtWhichVerticesMove) {
 TEST(SkinFrame, NoParticleOfAClosedVolumeIsOutsideAfterResolvingIntersections) {
     const auto check = [](const Particles& particles, double radius) {
         for (const int passes : {0, 1, 3}) {
-            SkinParams params = withRadius(radius);
+            SkinParams params = asInThePaper(radius);
             params.resolve_intersections = true;
             params.passes = passes;
             params.surface = SurfaceKind::alpha;

@@ -97,7 +97,8 @@ TEST_F(ConfigFile, RefusesWrongTypesAndImpossibleValues) {
     expectError("smoothing: {passes: \"1\"}\n", {"text in quotes", "a whole number"});
     expectError("smoothing: {passes: 101}\n", {"0 to 100"});
     expectError("smoothing: {passes: 99999999999999}\n", {"0 to 100"});
-    expectError("smoothing: {method: coherent}\n", {"'coherent'", "one of paper none"});
+    expectError("smoothing: {method: laplace}\n", {"'laplace'", "one of coherent paper none"});
+    expectError("smoothing: {width: 3}\nsurface: {radius: auto}\n", {"'auto'", "a number above 0"});
     expectError("surface: {resolve_intersections: yes}\n", {"true or false"});
     expectError("surface: {kind: [beta]}\n", {"a list", "one of beta alpha union"});
     expectError("perturbation: {tolerance: 0.2}\n", {"at most 0.1"});
@@ -132,7 +133,7 @@ TEST_F(ConfigFile, LaterKeysWinOverIncludes) {
         readConfig(file("job.yaml", "version: 1\nsurface: {radius: 3dx}\ninclude: [base/b.yaml, c.yaml]\n"));
     EXPECT_EQ(config.smoothing.passes, 5);
     EXPECT_EQ(config.surface.kind, SurfaceKind::union_);
-    EXPECT_EQ(config.surface.radius, (RadiusText{3, true}));
+    EXPECT_EQ(config.surface.radius, (LengthText{3, true}));
 }
 
 TEST_F(ConfigFile, AFileMayBeIncludedTwiceButNotByItself) {

@@ -19,14 +19,13 @@ namespace fs = std::filesystem;
 const std::map<std::string, int> kFloors{{"cmd", 4},     {"batch", 3}, {"skin", 2},   {"planar", 2}, {"preview", 2},
                                          {"measure", 2}, {"io", 2},    {"sample", 2}, {"exact", 1},  {"core", 0}};
 
-// Where all stages meet. It also measures its mesh: the one include between rooms of the same floor.
+// Where all stages meet.
 const std::string kMethod = "skin/skin_frame.cpp";
-const std::vector<std::pair<std::string, std::string>> kExceptions{{kMethod, "measure/mesh_measure.h"}};
 
 // How a library's headers begin -> the files that include them.
 const std::vector<std::pair<std::string, std::vector<std::string>>> kDoors{
     {"CLI/", {"cmd/command.h", "cmd/job_options.h"}},
-    {"Imath/", {"core/vec3.h", "core/rigid_motion.cpp", "skin/velocity.cpp"}},
+    {"Imath/", {"core/vec3.h"}},
     {"boost/multiprecision/", {"measure/orientation.cpp"}},
     {"nlohmann/", {"batch/report.cpp"}},
     {"openvdb/", {"io/vdb_file.cpp"}},
@@ -56,7 +55,6 @@ std::string faultOfOurs(const std::string& file, const std::string& header) {
         const bool stages_meet = room == "skin" && withoutExtension(header) != withoutExtension(file);
         return stages_meet && file != kMethod ? "a stage includes a stage" : "";
     }
-    if (contains(kExceptions, {file, header})) return "";
     return kFloors.at(other) < kFloors.at(room) ? "" : "includes upwards or sideways";
 }
 

@@ -1,5 +1,6 @@
 // Skins a cube of particles with the installed library.
 
+#include "measure/mesh_measure.h"
 #include "skin/skin_frame.h"
 
 #include <iostream>
@@ -13,6 +14,7 @@ int main() {
     betamesh::SkinParams params;
     params.radius = 1.5;
     const betamesh::SkinnedFrame frame = betamesh::skinFrame(particles, params);
-    std::cout << frame.mesh.triangles.size() << " triangles, volume " << frame.report.volume << '\n';
-    return frame.report.volume > 9 * 9 * 9 && frame.report.volume < 12 * 12 * 12 ? 0 : 1;
+    const double volume = betamesh::measureMesh(frame.mesh).volume;
+    std::cout << frame.mesh.triangles.size() << " triangles, volume " << volume << '\n';
+    return volume > 9 * 9 * 9 && volume < 12 * 12 * 12 ? 0 : 1;
 }

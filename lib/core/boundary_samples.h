@@ -1,0 +1,21 @@
+// The ball boundary as a cloud of weighted, directed points: what smoothing averages over.
+
+#pragma once
+
+#include "core/moving.h"
+
+#include <vector>
+
+namespace betamesh {
+
+/// One point that stands for a piece of the boundary. The cloud as a whole, a measure on positions and
+/// directions, changes continuously in time, whatever appears, vanishes or changes neighbours on the boundary.
+struct BoundarySample {
+    Moving position;   ///< world units
+    Moving direction;  ///< outwards, length <= 1: short where the boundary is sharply creased
+    Rate weight;       ///< world units of length, >= 0
+};
+
+using BoundarySamples = std::vector<BoundarySample>;
+
+}  // namespace betamesh

@@ -1,0 +1,33 @@
+// Points inside the faces of the ball boundary, in fixed directions from each ball.
+
+#pragma once
+
+#include "core/icosphere.h"
+#include "core/moving.h"
+
+#include <cstdint>
+#include <vector>
+
+namespace betamesh {
+
+/// Points begin[b] … begin[b + 1] - 1 lie on ball b, in directions that no other ball covers.
+///
+/// Clearance tells how far a point is from the rim of its face, continuously in time: the least over all caps,
+/// each cut out of the sphere by another ball, of (cos α - cos β) / (sin α · min(1, sin α / 0.28)), α the half-angle
+/// of the cap, β the angle between its axis and the point. On wide caps about the angle to the rim in radians;
+/// round narrow ones it rises quicker, so that a ball which only begins to touch changes nothing at a distance.
+struct FacePoints {
+    Icosphere directions;
+    std::vector<std::uint32_t> begin{0};
+    std::vector<std::uint32_t> direction;  ///< of each point
+    std::vector<Rate> clearance;           ///< of each point, > 0; kFullClearance where there is no cap
+
+    /// Unit vector; turns with the liquid, whose angular velocity at the ball this is.
+    Moving outwards(std::uint32_t point, const Vec3& spin) const {
+        const Vec3& along = directions.position[direction[point]];
+        return {along, cross(spin, along)};
+    }
+};
+inline constexpr double kFullClearance = 10;
+
+}  // namespace betamesh

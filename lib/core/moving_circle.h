@@ -1,0 +1,37 @@
+// The circle in which two equal spheres meet, and how it moves with them.
+
+#pragma once
+
+#include "core/moving.h"
+
+namespace betamesh {
+
+/// Angles run counter-clockwise round the axis from ball a to ball b, from where begin() put their zero.
+class MovingCircle {
+public:
+    /// a, b: centres of the spheres, distinct. Where the spheres barely meet, the circle grows without bound in
+    /// speed: below a tenth of the spheres' radius it is followed more and more slowly.
+    MovingCircle(const Moving& a, const Moving& b, double sphere_radius);
+
+    /// Angle zero is towards this point, which moves; anywhere, where it lies on the axis.
+    void beginTowards(const Moving& point);
+    /// Angle zero is anywhere, and turns about the axis with this angular velocity.
+    void beginAnywhere(const Vec3& spin);
+
+    Rate radius() const { return radius_; }
+    double sphereRadius() const { return sphere_; }
+    const Moving& centre() const { return centre_; }
+    /// The rate of change of a point's angle, whose value is known.
+    Rate movingAngle(const Moving& point, double angle) const;
+    /// Unit vector from the centre.
+    Moving outwards(Rate angle) const;
+
+private:
+    Moving across(const Moving& point) const;
+
+    Moving centre_, axis_, first_, second_;
+    Rate radius_;
+    double sphere_;
+};
+
+}  // namespace betamesh

@@ -1,0 +1,286 @@
+#include "skin/smooth_coherent.h"
+
+#include "core/cell_order.h"
+#include "core/parallel.h"
+#include "core/simd.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <span>
+
+namespace betamesh {
+
+namespace {
+
+constexpr double kFarthest = 0.35;      // that a vertex goes, in radii
+constexpr double kStayingBegins = 0.7;  // clearance up to which a vertex goes all the way
+constexpr double kStaysWhole = 1.4;     // and from which it stays
+constexpr double kOwnWeight = 0.02;     // of the vertex itself against the samples, in radii
+constexpr double kRound = 1e-3;         // added to the samples' variance, in squared radii: keeps single ones flat
+constexpr float kLeastMean = 0.01F;     // added to |m|²
+constexpr float kSteepest = 0.4F;       // square of how steep a sample may lie
+
+// Samples in blocks of as many as the widest registers hold.
+constexpr std::size_t kLanes = 16;
+using Lanes = float __attribute__((vector_size(kLanes * sizeof(float))));
+enum Field {
+    kX,
+    kY,
+    kZ,
+    kVx,
+    kVy,
+    kVz,
+    kDx,
+    kDy,
+    kDz,
+    kEx,
+    kEy,
+    kEz,
+    kW,
+    kU,
+    kFields
+};  // position, velocity,
+    // direction, its rate, weight, its rate
+struct alignas(kLanes * sizeof(float)) Block {
+    Lanes field[kFields];
+};
+
+// The sums over samples, each with its rate: Σk, Σk y, Σk d, Σk y·d, Σk |y|².
+enum Sum { kWeight, kOffset, kDirection = kOffset + 3, kAlong = kDirection + 3, kSquare, kSums };
+struct Sums {
+    double value[kSums], rate[kSums];
+
+    Rate number(int s) const { return {value[s], rate[s]}; }
+    Moving vector(int s) const { return {{value[s], value[s + 1], value[s + 2]}, {rate[s], rate[s + 1], rate[s + 2]}}; }
+};
+
+struct Kernel {
+    float inverse_square_width, square_radius;
+};
+
+// x, v: the point and its velocity. Both loops and all sums run over the blocks in order, lane by lane, so every
+// instruction set gives the same bytes.
+BETAMESH_EVERY_CPU
+void sumUp(const Block* blocks, std::size_t n, const Kernel& kernel, const float* x, const float* v, Sums& sums) {
+    const Lanes zero{}, one = zero + 1.0F;
+    const auto total = [](const Lanes& lanes) __attribute__((always_inline)) {
+        double sum = 0;
+        for (std::size_t l = 0; l < kLanes; ++l) sum += static_cast<double>(lanes[l]);
+        return sum;
+    };
+
+    const float narrow = 4 * kernel.inverse_square_width;
+
+    Lanes mean[4] = {}, mean_rate[4] = {};
+    for (std::size_t i = 0; i < n; ++i) {
+        const auto& f = blocks[i].field;
+        const Lanes px = f[kX] - x[0], py = f[kY] - x[1], pz = f[kZ] - x[2];
+        const Lanes vx = f[kVx] - v[0], vy = f[kVy] - v[1], vz = f[kVz] - v[2];
+        Lanes t = one - (px * px + py * py + pz * pz) * kernel.inverse_square_width;
+        t = t > 0 ? t : zero;
+        const Lanes k = f[kW] * t * t;
+        const Lanes kr = f[kU] * t * t - f[kW] * t * (px * vx + py * vy + pz * vz) * narrow;
+        mean[0] += k * f[kDx];
+        mean[1] += k * f[kDy];
+        mean[2] += k * f[kDz];
+        mean[3] += k;
+        mean_rate[0] += kr * f[kDx] + k * f[kEx];
+        mean_rate[1] += kr * f[kDy] + k * f[kEy];
+        mean_rate[2] += kr * f[kDz] + k * f[kEz];
+        mean_rate[3] += kr;
+    }
+    std::fill_n(sums.value, +kSums, 0.0);
+    std::fill_n(sums.rate, +kSums, 0.0);
+    const Rate weight(total(mean[3]), total(mean_rate[3]));
+    if (!(weight.value > 0)) return;
+    float m[3], mr[3];
+    for (int k = 0; k < 3; ++k) {
+        const Rate component = Rate(total(mean[k]), total(mean_rate[k])) / weight;
+        m[k] = static_cast<float>(component.value);
+        mr[k] = static_cast<float>(component.rate);
+    }
+    const float inverse_mean = 1 / (m[0] * m[0] + m[1] * m[1] + m[2] * m[2] + kLeastMean);
+    const float growth = 2 * (m[0] * mr[0] + m[1] * mr[1] + m[2] * mr[2]) * inverse_mean;
+
+    Lanes value[kSums] = {}, rate[kSums] = {};
+    for (std::size_t i = 0; i < n; ++i) {
+        const auto& f = blocks[i].field;
+        const Lanes px = f[kX] - x[0], py = f[kY] - x[1], pz = f[kZ] - x[2];
+        const Lanes vx = f[kVx] - v[0], vy = f[kVy] - v[1], vz = f[kVz] - v[2];
+        const Lanes dx = f[kDx], dy = f[kDy], dz = f[kDz], ex = f[kEx], ey = f[kEy], ez = f[kEz];
+        const Lanes square = px * px + py * py + pz * pz, approach = px * vx + py * vy + pz * vz;
+        Lanes t = one - square * kernel.inverse_square_width;
+        t = t > 0 ? t : zero;
+        Lanes facing = dx * m[0] + dy * m[1] + dz * m[2];
+        facing = facing > 0 ? facing : zero;
+        const Lanes turning = dx * mr[0] + dy * mr[1] + dz * mr[2] + ex * m[0] + ey * m[1] + ez * m[2];
+        const Lanes height = px * m[0] + py * m[1] + pz * m[2];
+        const Lanes rising = vx * m[0] + vy * m[1] + vz * m[2] + px * mr[0] + py * mr[1] + pz * mr[2];
+        const Lanes distance = one / (square + kernel.square_radius);
+        const Lanes steepness = height * distance * (inverse_mean / kSteepest);
+        Lanes level = one - height * steepness;
+        level = level > 0 ? level : zero;
+        const Lanes levelling = steepness * (height * (growth + (approach + approach) * distance) - rising - rising);
+        // k = w · facing² · level² · t² · inverse_mean
+        const Lanes root = facing * level * t, gate = root * root * inverse_mean, k = f[kW] * gate;
+        const Lanes pull =
+            root * ((turning * level + facing * levelling) * t * 2.0F - facing * level * approach * narrow) *
+                inverse_mean -
+            gate * growth;
+        const Lanes kr = f[kU] * gate + f[kW] * pull;
+        const Lanes along = px * dx + py * dy + pz * dz;
+        value[kWeight] += k;
+        rate[kWeight] += kr;
+        value[kOffset] += k * px;
+        value[kOffset + 1] += k * py;
+        value[kOffset + 2] += k * pz;
+        rate[kOffset] += kr * px + k * vx;
+        rate[kOffset + 1] += kr * py + k * vy;
+        rate[kOffset + 2] += kr * pz + k * vz;
+        value[kDirection] += k * dx;
+        value[kDirection + 1] += k * dy;
+        value[kDirection + 2] += k * dz;
+        rate[kDirection] += kr * dx + k * ex;
+        rate[kDirection + 1] += kr * dy + k * ey;
+        rate[kDirection + 2] += kr * dz + k * ez;
+        value[kAlong] += k * along;
+        rate[kAlong] += kr * along + k * (vx * dx + vy * dy + vz * dz + px * ex + py * ey + pz * ez);
+        value[kSquare] += k * square;
+        rate[kSquare] += kr * square + k * (approach + approach);
+    }
+    for (int s = 0; s < kSums; ++s) {
+        sums.value[s] = total(value[s]);
+        sums.rate[s] = total(rate[s]);
+    }
+}
+
+// From a point onto the sphere fitted round it, and the direction of the sphere there.
+struct Fit {
+    Moving step, direction;
+    Rate trust;  // 0 without samples, towards 1 with many
+};
+
+Fit fitSphere(const Sums& sums, double radius) {
+    const Rate weight = sums.number(kWeight);
+    if (!(weight.value > 0)) return {};
+    const Moving a = sums.vector(kOffset) / weight, b = sums.vector(kDirection) / weight;
+    const Rate c = sums.number(kAlong) / weight, e = sums.number(kSquare) / weight;
+    const Rate variance = e - dot(a, a) + kRound * radius * radius;
+    const Rate uq = (c - dot(a, b)) / (variance * 2);
+    const Moving ul = b - a * (uq * 2);
+    const Rate minus_uc = dot(ul, a) + uq * e, slope = dot(ul, ul) + 1e-6;
+    const Rate root = squareRoot(slope * slope + uq * minus_uc * slope * 4);
+    const Rate trust = weight / (weight + kOwnWeight * radius);
+    return {ul * (minus_uc * 2 / (slope + root)), ul, trust};
+}
+
+std::vector<std::uint32_t> allRows(std::size_t n) {
+    std::vector<std::uint32_t> rows(n);
+    std::iota(rows.begin(), rows.end(), 0U);
+    return rows;
+}
+
+// Sets fits[row] for every row, the fit at pointAt(row).
+template <typename PointAt>
+void fitAll(const std::vector<std::uint32_t>& rows, const PointAt& pointAt, const BoundarySamples& samples,
+            const CoherentSmoothing& params, std::vector<Fit>& fits) {
+    const double reach = params.width, least_edge = 0.7 * params.radius;
+    const CellOrder far(samples.size(), std::max(reach / 2, least_edge),
+                        [&](std::size_t i) { return samples[i].position.position; });
+    std::vector<BoundarySample> sorted(samples.size());
+    parallelFor(samples.size(), 4096, [&](std::size_t i) { sorted[i] = samples[far.entries()[i].row]; });
+    const CellOrder near(rows.size(), std::max(reach / 4, least_edge),
+                         [&](std::size_t i) { return pointAt(rows[i]).position; });
+
+    const Kernel kernel{static_cast<float>(1 / (reach * reach)), static_cast<float>(params.radius * params.radius)};
+    parallelRanges(near.cells().size() - 1, 16, [&](std::size_t first, std::size_t last) {
+        std::vector<Block> blocks;
+        for (std::size_t g = first; g < last; ++g) {
+            const auto cell = std::span(near.entries()).subspan(near.cells()[g], near.cells()[g + 1] - near.cells()[g]);
+            const Vec3 low = near.lowestCorner(cell[0]), high = low + Vec3(near.edge()), middle = (low + high) / 2;
+            const Vec3 drift = pointAt(rows[cell[0].row]).velocity;  // all velocities here count from it
+            std::size_t used = 0;
+            blocks.clear();
+            far.forEntriesIn(low - Vec3(reach), high + Vec3(reach), [&](std::uint32_t i) {
+                const BoundarySample& s = sorted[i];
+                const Vec3 p = s.position.position - middle;
+                double beyond = 0;
+                for (int k = 0; k < 3; ++k) {
+                    const double out = std::max(0.0, std::abs(p[k]) - near.edge() / 2);
+                    beyond += out * out;
+                }
+                if (beyond >= reach * reach) return;
+                if (used % kLanes == 0) blocks.emplace_back(Block{});
+                auto& f = blocks.back().field;
+                const std::size_t lane = used++ % kLanes;
+                const Vec3 v = s.position.velocity - drift;
+                const Vec3 &d = s.direction.position, &e = s.direction.velocity;
+                for (int k = 0; k < 3; ++k) {
+                    f[kX + k][lane] = static_cast<float>(p[k]);
+                    f[kVx + k][lane] = static_cast<float>(v[k]);
+                    f[kDx + k][lane] = static_cast<float>(d[k]);
+                    f[kEx + k][lane] = static_cast<float>(e[k]);
+                }
+                f[kW][lane] = static_cast<float>(s.weight.value);
+                f[kU][lane] = static_cast<float>(s.weight.rate);
+            });
+            for (const CellOrder::Entry& entry : cell) {
+                const std::uint32_t row = rows[entry.row];
+                const Moving& at = pointAt(row);
+                const Vec3 x = at.position - middle, v = at.velocity - drift;
+                const float xf[3] = {static_cast<float>(x.x), static_cast<float>(x.y), static_cast<float>(x.z)};
+                const float vf[3] = {static_cast<float>(v.x), static_cast<float>(v.y), static_cast<float>(v.z)};
+                Sums sums;
+                sumUp(blocks.data(), blocks.size(), kernel, xf, vf, sums);
+                fits[row] = fitSphere(sums, params.radius);
+            }
+        }
+    });
+}
+
+// 1 up to kStayingBegins, 0 from kStaysWhole on.
+Rate shareOfTheWay(Rate clearance) {
+    const Rate t = (clearance - kStayingBegins) / (kStaysWhole - kStayingBegins);
+    if (t.value <= 0) return 1;
+    if (t.value >= 1) return 0;
+    return 1 - t * t * (3 - t * 2);
+}
+
+// Shorter than `farthest`, whatever the step; short steps hardly change.
+Moving limited(const Moving& step, double farthest) {
+    const Rate s = dot(step, step) / (farthest * farthest);
+    return step / squareRoot(squareRoot(1 + s * s));
+}
+
+}  // namespace
+
+void smoothCoherently(BetaMesh& mesh, BoundarySamples samples, const CoherentSmoothing& params) {
+    std::vector<std::uint32_t> moving;  // vertices that do not stay where they are
+    for (std::uint32_t v = 0; v < mesh.vertex.size(); ++v)
+        if (mesh.clearance.empty() || mesh.clearance[v].value < kStaysWhole) moving.push_back(v);
+    std::vector<Moving> smooth = mesh.vertex;
+    std::vector<Fit> fits(smooth.size());
+    for (int pass = 0; pass < params.passes; ++pass) {
+        fitAll(
+            moving, [&](std::uint32_t v) -> const Moving& { return smooth[v]; }, samples, params, fits);
+        parallelFor(smooth.size(), 4096, [&](std::size_t v) { smooth[v] = smooth[v] + fits[v].step * fits[v].trust; });
+        if (pass + 1 == params.passes) break;
+        std::vector<Fit> of_samples(samples.size());
+        fitAll(
+            allRows(samples.size()), [&](std::uint32_t i) -> const Moving& { return samples[i].position; }, samples,
+            params, of_samples);
+        parallelFor(samples.size(), 4096, [&](std::size_t i) {
+            const Fit& fit = of_samples[i];
+            samples[i].position = samples[i].position + fit.step * fit.trust;
+            samples[i].direction = samples[i].direction + (fit.direction - samples[i].direction) * fit.trust;
+        });
+    }
+    parallelFor(moving.size(), 4096, [&](std::size_t i) {
+        Moving& vertex = mesh.vertex[moving[i]];
+        const Rate share = mesh.clearance.empty() ? Rate(1) : shareOfTheWay(mesh.clearance[moving[i]]);
+        vertex = vertex + limited((smooth[moving[i]] - vertex) * share, kFarthest * params.radius);
+    });
+}
+
+}  // namespace betamesh

@@ -1,0 +1,38 @@
+// Positions -> calmer positions, continuously in time.
+
+#pragma once
+
+#include "core/beta_mesh.h"
+#include "core/boundary_samples.h"
+
+namespace betamesh {
+
+struct CoherentSmoothing {
+    double radius = 0;  ///< of the balls, world units
+    double width = 0;   ///< how far a sample reaches, world units; 2.87 radii unless there is a reason
+    int passes = 1;
+};
+
+/// Moves every vertex onto a sphere fitted to the boundary's samples round it.
+///
+/// Nothing here knows which vertices or faces are neighbours. Every term is a sum over a measure that changes
+/// continuously in time, weighted by smooth functions of position and direction, so the surface moves continuously
+/// through every change of the boundary's connectivity. In relative positions y, directions d, weights w:
+///
+///     m = Σ w K d / Σ w K,  K = (1 - |y|²/width²)₊²               the mean direction
+///     k = w K (m·d)₊² / (|m|² + 0.01) · (1 - (m·y)² / (0.4 (|m|² + 0.01) (|y|² + r²)))₊²
+///
+/// keeps the two sides of a sheet, and surfaces far below or above, apart; then the algebraic sphere
+/// u_c + u_l·y + u_q |y|² whose gradient fits the directions best passes near x at x + τ u_l. A vertex without samples
+/// about it, and one with clearance above 1.4 (a drop, the tip of a tendril) stays where it is; between, it goes part
+/// of the way; and no vertex goes farther than 0.35 radii, so that no particle is ever left outside.
+/// Spheres, cylinders and planes of balls keep their size.
+///
+/// Velocities are carried through all of it.
+///
+/// same    bytes for any thread count and instruction set
+/// cost    O(passes · vertices · samples within reach)
+/// source  Guennebaud & Gross 2007, Algebraic point set surfaces
+void smoothCoherently(BetaMesh& mesh, BoundarySamples samples, const CoherentSmoothing& params);
+
+}  // namespace betamesh

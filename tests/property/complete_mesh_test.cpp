@@ -1,0 +1,150 @@
+// What is true of the complete tessellation of every cloud.
+
+#include "skin/complete_mesh.h"
+
+#include "measure/mesh_check.h"
+#include "measure/mesh_measure.h"
+#include "skin/arc_points.h"
+#include "skin/ball_boundary.h"
+#include "skin/ball_faces.h"
+#include "skin/face_points.h"
+#include "skin/skin_frame.h"
+#include "skin/survivors.h"
+#include "skin/velocity.h"
+#include "support/clouds.h"
+
+#include <gtest/gtest.h>
+
+#include <numbers>
+
+namespace betamesh {
+
+namespace {
+
+struct Tessellated {
+    BallBoundary boundary;
+    Mesh mesh;
+};
+
+Mesh meshOf(const BetaMesh& beta) {
+    Mesh mesh;
+    std::vector<std::uint32_t> place(beta.vertex.size(), ~std::uint32_t{0});
+    for (Triangle t : beta.triangles) {
+        for (std::uint32_t& v : t) {
+            if (place[v] == ~std::uint32_t{0}) {
+                place[v] = static_cast<std::uint32_t>(mesh.position.size());
+                mesh.position.push_back(beta.vertex[v].position);
+            }
+            v = place[v];
+        }
+        mesh.triangles.push_back(t);
+    }
+    return mesh;
+}
+
+Tessellated tessellated(const Particles& particles, double radius, Appearance appearance = Appearance::on_boundary,
+                        double angle = 0.28, int segments = 0) {
+    const SnappedParticles snapped = snapParticles(particles, radius);
+    BallBoundary boundary = ballBoundary(snapped, survivors(snapped));
+    groupFaces(snapped, boundary);
+    const std::vector<Moving> balls = movingBalls(boundary, particles);
+    const std::vector<Vec3> spins = spinsOfBalls(boundary, balls, particles);
+    const ArcNetwork network = arcPoints(boundary, balls, spins, movingVertices(particles, snapped, boundary, balls),
+                                         {angle, segments, appearance});
+    Mesh mesh = meshOf(completeTessellation(boundary, balls, spins, network,
+                                            facePoints(snapped, boundary, balls, spins, angle), appearance));
+    return {std::move(boundary), std::move(mesh)};
+}
+
+// In radii: how far the vertex farthest from the boundary of the union is from it.
+double farthestFromBoundary(const Particles& particles, const Mesh& mesh, double radius) {
+    double farthest = 0;
+    for (const Vec3& v : mesh.position) {
+        double nearest = std::numeric_limits<double>::infinity();
+        for (const Vec3f& p : particles.position) nearest = std::min(nearest, (Vec3(p) - v).length());
+        farthest = std::max(farthest, std::abs(nearest - radius) / radius);
+    }
+    return farthest;
+}
+
+MeshCheck expectAClosedManifold(const Tessellated& made) {
+    CheckParams params;
+    params.tolerance = 1e-6 * made.boundary.worldRadius();
+    MeshCheck check = checkMesh(made.mesh, params);
+    EXPECT_EQ(check.open_edges.count, 0u);
+    EXPECT_EQ(check.misoriented_edges.count, 0u);
+    EXPECT_EQ(check.nonmanifold_edges.count, 0u);
+    EXPECT_EQ(check.nonmanifold_vertices.count, 0u);
+    EXPECT_EQ(check.repeated_vertices.count, 0u);
+    EXPECT_EQ(check.euler, eulerCharacteristic(made.boundary));
+    return check;
+}
+
+}  // namespace
+
+TEST(CompleteMesh, IsAClosedManifoldThatCrossesItselfNowhereForEveryCloud) {
+    forEveryCloud(1500, [](const Cloud& cloud) {
+        for (const Appearance appearance : {Appearance::on_boundary, Appearance::gradual}) {
+            const MeshCheck check = expectAClosedManifold(tessellated(cloud.particles, cloud.radius, appearance));
+            EXPECT_EQ(check.crossings.count, 0u) << "the deepest: " << check.deepest / cloud.radius << " radii";
+        }
+    });
+}
+
+TEST(CompleteMesh, IsAClosedManifoldForEverySubdivision) {
+    forEveryCloud(150, [](const Cloud& cloud) {
+        for (const int segments : {1, 2, 5})
+            expectAClosedManifold(tessellated(cloud.particles, cloud.radius, Appearance::on_boundary,
+                                              std::min(0.7, 0.75 / segments), segments));
+    });
+}
+
+TEST(CompleteMesh, LiesOnTheBoundaryOfTheUnion) {
+    forEveryCloud(300, [](const Cloud& cloud) {
+        if (cloud.particles.size() > 1500) return;
+        EXPECT_LE(farthestFromBoundary(cloud.particles, tessellated(cloud.particles, cloud.radius).mesh, cloud.radius),
+                  1e-5);
+    });
+}
+
+TEST(CompleteMesh, VolumeConvergesWithTheSquareOfTheAngle) {
+    const auto relativeError = [](const Particles& particles, double exact, double angle) {
+        const Mesh mesh = tessellated(particles, 1, Appearance::on_boundary, angle).mesh;
+        return std::abs(measureMesh(mesh).volume / exact - 1);
+    };
+    const double ball = 4 * std::numbers::pi / 3;
+    Particles drop, pair;
+    drop.position = {{0, 0, 0}};
+    pair.position = {{0, 0, 0}, {1, 0, 0}};
+    const double half = 0.5, cap = std::numbers::pi * (1 - half) * (1 - half) * (2 + half) / 3;
+    for (const auto& [particles, exact] : {std::pair(drop, ball), std::pair(pair, 2 * (ball - cap))}) {
+        EXPECT_LE(relativeError(particles, exact, 0.28), 0.05);
+        const double rough = relativeError(particles, exact, 0.28), fine = relativeError(particles, exact, 0.07);
+        EXPECT_NEAR(rough / fine, 16, 5);
+    }
+}
+
+TEST(CompleteMesh, VolumeOfABlockIsThatOfTheUnion) {
+    Particles block;
+    for (int z = 0; z < 8; ++z)
+        for (int y = 0; y < 8; ++y)
+            for (int x = 0; x < 8; ++x)
+                block.position.emplace_back(static_cast<float>(x), static_cast<float>(y), static_cast<float>(z));
+    const double rough = measureMesh(tessellated(block, 1.5).mesh).volume;
+    const double fine = measureMesh(tessellated(block, 1.5, Appearance::on_boundary, 0.05).mesh).volume;
+    EXPECT_NEAR(rough / fine, 1, 0.01);
+}
+
+TEST(CompleteMesh, HoldsEverythingThatThePaperLeavesOut) {
+    Particles particles;  // a drop, a pair, and a tendril
+    particles.position = {{0, 0, 0}, {10, 0, 0}, {11, 0, 0}};
+    for (int i = 0; i < 8; ++i) particles.position.emplace_back(20.0f, 1.8f * static_cast<float>(i), 0.0f);
+    SkinParams params;
+    params.radius = 1;
+    const SkinnedFrame frame = skinFrame(particles, params);
+    EXPECT_EQ(measureMesh(frame.mesh).components, 3u);
+    EXPECT_EQ(measureMesh(frame.mesh).euler, 6);
+    EXPECT_EQ(frame.spheres.size(), 0u);
+}
+
+}  // namespace betamesh
