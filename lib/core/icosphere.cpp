@@ -19,18 +19,24 @@ Icosphere icosphere(std::uint32_t cuts) {
     using Name = std::array<std::uint32_t, 12>;
     std::map<Name, std::uint32_t> known;
     Icosphere sphere;
-    for (const auto& [a, b, c] : face) {
-        const auto point = [&](std::uint32_t i, std::uint32_t j) {
-            Name name{};
-            name[a] += cuts - i - j, name[b] += i, name[c] += j;
-            const auto [place, is_new] = known.try_emplace(name, static_cast<std::uint32_t>(sphere.position.size()));
-            if (is_new) {
-                Vec3 sum(0, 0, 0);
-                for (std::size_t k = 0; k < 12; ++k) sum += corner[k] * name[k];
-                sphere.position.push_back(sum.normalized());
-            }
-            return place->second;
-        };
+    const auto pointAt = [&](const std::array<std::uint32_t, 3>& corners, std::uint32_t i, std::uint32_t j) {
+        Name name{};
+        name[corners[0]] += cuts - i - j, name[corners[1]] += i, name[corners[2]] += j;
+        const auto [place, is_new] = known.try_emplace(name, static_cast<std::uint32_t>(sphere.position.size()));
+        if (is_new) {
+            Vec3 sum(0, 0, 0);
+            for (std::size_t k = 0; k < 12; ++k) sum += corner[k] * name[k];
+            sphere.position.push_back(sum.normalized());
+        }
+        return place->second;
+    };
+    if (cuts % 2 == 0)
+        for (const auto& corners : face)
+            for (std::uint32_t i = 0; i <= cuts; i += 2)
+                for (std::uint32_t j = 0; i + j <= cuts; j += 2) pointAt(corners, i, j);
+    sphere.coarse = static_cast<std::uint32_t>(sphere.position.size());
+    for (const auto& corners : face) {
+        const auto point = [&](std::uint32_t i, std::uint32_t j) { return pointAt(corners, i, j); };
         for (std::uint32_t i = 0; i < cuts; ++i)
             for (std::uint32_t j = 0; i + j < cuts; ++j) {
                 sphere.triangles.push_back({point(i, j), point(i + 1, j), point(i, j + 1)});
@@ -38,6 +44,7 @@ Icosphere icosphere(std::uint32_t cuts) {
                     sphere.triangles.push_back({point(i + 1, j), point(i + 1, j + 1), point(i, j + 1)});
             }
     }
+    if (sphere.coarse == 0) sphere.coarse = static_cast<std::uint32_t>(sphere.position.size());
     return sphere;
 }
 

@@ -5,7 +5,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <unordered_map>
+#include <numeric>
+#include <span>
 
 namespace betamesh {
 
@@ -13,7 +14,7 @@ namespace {
 
 using Int = __int128;
 constexpr std::uint32_t kNone = ~std::uint32_t{0};
-constexpr double kContraction = 0x1p38 * 1e-7;
+constexpr std::int64_t kContraction = 27488;  // 1e-7 radii
 constexpr double kRadius = 0x1p38;
 
 // Sign of (b - a) × (c - a) · (p - a): +1 where p lies above the triangle, on the side it is seen
@@ -60,8 +61,8 @@ int liftedOrient(const Vec3i& a, const Vec3i& b, const Vec3i& c, const Vec3i& p)
 // A run of loop points that coincide, and what follows it in its loop.
 struct Pass {
     std::uint32_t location;
-    std::vector<std::uint32_t> ids;
-    std::uint32_t next = kNone;  // pass; kNone where the whole loop is this one location
+    std::uint32_t first_id, ids;  // in a list
+    std::uint32_t next = kNone;   // pass; kNone where the whole loop is this one location
 };
 
 struct Facet {
@@ -76,73 +77,148 @@ struct Gap {
     std::vector<std::uint32_t> chain;
 };
 
-class Filler {
+// Numbers that belong to directed edges. Each location has a short list.
+class EdgeMap {
 public:
-    explicit Filler(const LoopsOnSphere& loops) : loops_(loops) {}
+    void clear(std::size_t locations) {
+        head_.assign(locations, kNone);
+        entry_.clear();
+    }
+    std::uint32_t at(std::uint32_t from, std::uint32_t to) const {
+        for (std::uint32_t e = head_[from]; e != kNone; e = entry_[e].next)
+            if (entry_[e].to == to) return entry_[e].number;
+        return kNone;
+    }
+    bool contains(std::uint32_t from, std::uint32_t to) const { return at(from, to) != kNone; }
+    // False where the edge has a number already.
+    bool add(std::uint32_t from, std::uint32_t to, std::uint32_t number) {
+        if (contains(from, to)) return false;
+        entry_.push_back({to, number, head_[from]});
+        head_[from] = static_cast<std::uint32_t>(entry_.size() - 1);
+        return true;
+    }
 
-    bool run(LoopFilling& out) {
+private:
+    struct Entry {
+        std::uint32_t to, number, next;
+    };
+    std::vector<std::uint32_t> head_;
+    std::vector<Entry> entry_;
+};
+
+}  // namespace
+
+void LoopsOnSphere::clear() {
+    point.clear();
+    loop_begin.assign(1, 0);
+    circles.clear();
+    is_hole.clear();
+    likely_facet.clear();
+}
+
+class HullFiller::Work {
+public:
+    bool run(const LoopsOnSphere& loops, bool with_likely_facets, LoopFilling& out) {
+        loops_ = &loops;
+        out.triangles.clear();
+        out.new_point.clear();
+        passes_.clear();
+        pass_id_.clear();
+        facets_.clear();
+        gaps_.clear();
+        open_.clear();
         contract();
-        if (!makePasses(out) || !wrapAll() || !nameCorners()) return false;
+        boundary_.clear(location_.size());
+        facet_of_.clear(location_.size());
+        if (!makePasses(out) || (with_likely_facets && !takeLikelyFacets())) return false;
+        listCandidates();
+        if (!wrapAll() || !nameCorners()) return false;
         for (const Facet& f : facets_) out.triangles.push_back(f.id);
         fillGaps(out);
         return true;
     }
 
 private:
-    std::uint64_t key(std::uint32_t a, std::uint32_t b) const { return std::uint64_t{a} * location_.size() + b; }
-
+    // Joins points that coincide into locations. Free points never coincide with one another.
     void contract() {
-        const std::size_t n = loops_.point.size();
-        UnionFind same(n);
-        for (std::uint32_t a = 0; a < n; ++a)
-            for (std::uint32_t b = 0; b < a; ++b) {
-                const Vec3i d = loops_.point[a] - loops_.point[b];
-                if (std::abs(static_cast<double>(d.x)) < kContraction &&
-                    std::abs(static_cast<double>(d.y)) < kContraction &&
-                    std::abs(static_cast<double>(d.z)) < kContraction)
-                    same.join(a, b);
-            }
+        const std::size_t n = loops_->point.size(), in_loops = loops_->circles.size();
+        const auto near = [&](std::uint32_t a, std::uint32_t b) {
+            const Vec3i d = loops_->point[a] - loops_->point[b];
+            return std::abs(d.x) < kContraction && std::abs(d.y) < kContraction && std::abs(d.z) < kContraction;
+        };
         location_of_.resize(n);
+        std::iota(location_of_.begin(), location_of_.end(), 0U);
+        location_ = loops_->point;
+        point_at_ = location_of_;
+        contracted_ = false;
+        for (std::uint32_t a = 0; a < in_loops && !contracted_; ++a)
+            for (std::uint32_t b = a + 1; b < n && !contracted_; ++b) contracted_ = near(a, b);
+        if (!contracted_) return;
+        UnionFind same(n);
+        for (std::uint32_t a = 0; a < in_loops; ++a)
+            for (std::uint32_t b = a + 1; b < n; ++b)
+                if (near(a, b)) same.join(a, b);
+        location_.clear();
+        point_at_.clear();
         for (std::uint32_t a = 0; a < n; ++a) {
             if (same.find(a) == a) {
                 location_of_[a] = static_cast<std::uint32_t>(location_.size());
-                location_.push_back(loops_.point[a]);
+                location_.push_back(loops_->point[a]);
+                point_at_.push_back(a);
             } else {
                 location_of_[a] = location_of_[same.find(a)];
                 Vec3i& place = location_[location_of_[a]];
-                place = std::min(place, loops_.point[a], before);
+                place = std::min(place, loops_->point[a], before);
             }
         }
-        circles_at_.resize(location_.size());
-        for (std::size_t a = 0; a < loops_.circles.size(); ++a)
-            circles_at_[location_of_[a]].insert(circles_at_[location_of_[a]].end(), loops_.circles[a].begin(),
-                                                loops_.circles[a].end());
+        circles_at_.assign(location_.size(), {});
+        for (std::size_t a = 0; a < in_loops; ++a)
+            circles_at_[location_of_[a]].insert(circles_at_[location_of_[a]].end(), loops_->circles[a].begin(),
+                                                loops_->circles[a].end());
+    }
+    bool onCircle(std::uint32_t location, std::uint32_t circle) const {
+        if (contracted_)
+            return std::find(circles_at_[location].begin(), circles_at_[location].end(), circle) !=
+                   circles_at_[location].end();
+        return location < loops_->circles.size() &&
+               (loops_->circles[location][0] == circle || loops_->circles[location][1] == circle);
+    }
+
+    std::span<const std::uint32_t> idsOf(const Pass& pass) const {
+        return std::span(pass_id_).subspan(pass.first_id, pass.ids);
+    }
+    void addPass(std::uint32_t location, std::uint32_t next) {
+        passes_.push_back({location, static_cast<std::uint32_t>(pass_id_.size()), 0, next});
+    }
+    void addId(std::uint32_t id) {
+        pass_id_.push_back(id);
+        ++passes_.back().ids;
     }
 
     bool makePasses(LoopFilling& out) {
         pass_at_.assign(location_.size(), kNone);
-        for (std::size_t l = 0; l + 1 < loops_.loop_begin.size(); ++l) {
-            const std::uint32_t begin = loops_.loop_begin[l], n = loops_.loop_begin[l + 1] - begin;
+        for (std::size_t l = 0; l + 1 < loops_->loop_begin.size(); ++l) {
+            const std::uint32_t begin = loops_->loop_begin[l], n = loops_->loop_begin[l + 1] - begin;
             const auto at = [&](std::uint32_t k) { return begin + k % n; };
             std::uint32_t start = 0;  // the first point of a run
             while (start < n && location_of_[at(start)] == location_of_[at(start + n - 1)]) ++start;
             const auto first = static_cast<std::uint32_t>(passes_.size());
             if (start == n) {
-                if (!loops_.is_hole[l]) {
+                if (!loops_->is_hole[l]) {
                     fillPoint(begin, n, out);
                     continue;
                 }
-                Pass pass{location_of_[begin], {}, kNone};
-                for (std::uint32_t k = 0; k < n; ++k) pass.ids.push_back(at(k));
-                if (pass_at_[pass.location] != kNone) return false;
-                pass_at_[pass.location] = first;
-                passes_.push_back(pass);
+                const std::uint32_t location = location_of_[begin];
+                if (pass_at_[location] != kNone) return false;
+                pass_at_[location] = first;
+                addPass(location, kNone);
+                for (std::uint32_t k = 0; k < n; ++k) addId(at(k));
                 continue;
             }
             for (std::uint32_t k = start; k < start + n; ++k) {
                 const std::uint32_t id = at(k), location = location_of_[id];
-                if (k == start || location != passes_.back().location) passes_.push_back({location, {}, 0});
-                passes_.back().ids.push_back(id);
+                if (k == start || location != passes_.back().location) addPass(location, 0);
+                addId(id);
             }
             for (auto p = first; p < passes_.size(); ++p) {
                 passes_[p].next = p + 1 < passes_.size() ? p + 1 : first;
@@ -152,12 +228,7 @@ private:
         for (std::uint32_t p = 0; p < passes_.size(); ++p) {
             if (passes_[p].next == kNone) continue;
             const std::uint32_t a = passes_[p].location, b = passes_[passes_[p].next].location;
-            if (!boundary_.emplace(key(a, b), p).second) return false;
-        }
-        for (const auto& [edge, pass] : boundary_) {
-            const auto a = static_cast<std::uint32_t>(edge / location_.size()),
-                       b = static_cast<std::uint32_t>(edge % location_.size());
-            if (boundary_.contains(key(b, a))) return false;
+            if (boundary_.contains(b, a) || !boundary_.add(a, b, p)) return false;
         }
         return true;
     }
@@ -168,61 +239,118 @@ private:
             out.triangles.push_back({begin, begin + 1, begin + 2});
             return;
         }
-        const auto centre = static_cast<std::uint32_t>(loops_.point.size() + out.new_point.size());
-        out.new_point.push_back(loops_.point[begin]);
+        const auto centre = static_cast<std::uint32_t>(loops_->point.size() + out.new_point.size());
+        out.new_point.push_back(loops_->point[begin]);
         for (std::uint32_t k = 0; k < n; ++k) out.triangles.push_back({begin + k, begin + (k + 1) % n, centre});
     }
 
+    bool takeLikelyFacets() {
+        const std::size_t in_loops = loops_->circles.size();
+        for (const Triangle& t : loops_->likely_facet) {
+            const Triangle at{location_of_[t[0]], location_of_[t[1]], location_of_[t[2]]};
+            const Side side(location_[at[0]], location_[at[1]], location_[at[2]]);
+            bool below = true;
+            for (std::size_t p = 0; p < in_loops && below; ++p) below = side.of(loops_->point[p]) == Side::below;
+            if (below && !addFacet(at[0], at[1], at[2])) return false;
+        }
+        for (const Facet& f : facets_)
+            for (std::size_t m = 0; m < 3; ++m)
+                if (const std::uint32_t from = f.location[m], to = f.location[(m + 1) % 3];
+                    !facet_of_.contains(to, from))
+                    open_.push_back({to, from});
+        return true;
+    }
+
+    // Points round which there is nothing left to find are no candidates.
+    void listCandidates() {
+        candidates_.clear();
+        closed_.assign(location_.size(), 0);
+        for (const Facet& f : facets_)
+            for (const std::uint32_t v : f.location) closed_[v] = 1;
+        for (const auto& [from, to] : open_) closed_[from] = closed_[to] = 0;
+        for (std::uint32_t p = 0; p < location_.size(); ++p)
+            if (!closed_[p]) candidates_.push_back(p);
+    }
+
+    // On which side of the plane through three points, a fourth is: quick where rounding cannot matter.
+    class Side {
+    public:
+        enum Answer { above, below, unsure };
+        Side(const Vec3i& a, const Vec3i& b, const Vec3i& c) : origin_(toDouble(a)) {
+            const Vec3 u = toDouble(b - a), v = toDouble(c - a);
+            normal_ = cross(u, v);
+            // Products of the differences, below 2^40, carry a rounding each, and so do the sums.
+            const double largest_u = std::max({std::abs(u.x), std::abs(u.y), std::abs(u.z)}),
+                         largest_v = std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)});
+            bound_ = 0x1p-48 * largest_u * largest_v * 0x1p40;
+        }
+        Answer of(const Vec3i& p) const {
+            const double height = dot(normal_, toDouble(p) - origin_);
+            return height > bound_ ? above : height < -bound_ ? below : unsure;
+        }
+
+    private:
+        Vec3 origin_, normal_;
+        double bound_;
+    };
+
     // The location that sees all others below the plane through the edge a -> b and itself.
     std::uint32_t wrap(std::uint32_t a, std::uint32_t b, std::uint32_t circle) const {
-        std::uint32_t best = kNone;
-        for (std::uint32_t p = 0; p < location_.size(); ++p) {
-            if (p == a || p == b) continue;
-            if (circle != kNone &&
-                std::find(circles_at_[p].begin(), circles_at_[p].end(), circle) != circles_at_[p].end())
+        const auto allowed = [&](std::uint32_t p) {
+            return p != a && p != b && (circle == kNone || !onCircle(p, circle));
+        };
+        std::size_t k = 0;
+        while (k < candidates_.size() && !allowed(candidates_[k])) ++k;
+        if (k == candidates_.size()) return kNone;
+        std::uint32_t best = candidates_[k];
+        Side side(location_[a], location_[b], location_[best]);
+        for (++k; k < candidates_.size(); ++k) {
+            const std::uint32_t p = candidates_[k];
+            const Side::Answer answer = side.of(location_[p]);
+            if (answer == Side::below || !allowed(p)) continue;
+            if (answer == Side::unsure && liftedOrient(location_[a], location_[b], location_[best], location_[p]) <= 0)
                 continue;
-            if (best == kNone || liftedOrient(location_[a], location_[b], location_[best], location_[p]) > 0) best = p;
+            best = p;
+            side = Side(location_[a], location_[b], location_[best]);
         }
         return best;
     }
 
-    bool addFacet(std::uint32_t a, std::uint32_t b, std::uint32_t c, std::vector<std::array<std::uint32_t, 2>>& open) {
+    bool addFacet(std::uint32_t a, std::uint32_t b, std::uint32_t c) {
         const auto f = static_cast<std::uint32_t>(facets_.size());
         facets_.push_back({{a, b, c}, {kNone, kNone, kNone}});
         const Triangle corner{a, b, c};
         for (std::size_t m = 0; m < 3; ++m) {
             const std::uint32_t from = corner[m], to = corner[(m + 1) % 3];
-            if (!facet_of_.emplace(key(from, to), f).second) return false;
-            if (boundary_.contains(key(to, from))) return false;
-            if (!boundary_.contains(key(from, to)) && !facet_of_.contains(key(to, from))) open.push_back({to, from});
+            if (!facet_of_.add(from, to, f) || boundary_.contains(to, from)) return false;
         }
-        return facets_.size() <= 2 * location_.size() + 4;
+        return true;
     }
-
-    using OpenEdges = std::vector<std::array<std::uint32_t, 2>>;
-
-    bool wrapFrom(std::uint32_t a, std::uint32_t b, std::uint32_t circle, OpenEdges& open) {
-        const std::uint32_t first = wrap(a, b, circle);
-        if (first == kNone || !addFacet(a, b, first, open)) return false;
-        while (!open.empty()) {
-            const auto [from, to] = open.back();
-            open.pop_back();
-            if (facet_of_.contains(key(from, to))) continue;
-            const std::uint32_t apex = wrap(from, to, kNone);
-            if (apex == kNone || !addFacet(from, to, apex, open)) return false;
+    bool wrapAt(std::uint32_t from, std::uint32_t to, std::uint32_t circle) {
+        const std::uint32_t apex = wrap(from, to, circle);
+        if (apex == kNone || !addFacet(from, to, apex) || facets_.size() > 2 * location_.size() + 4) return false;
+        for (const auto& [a, b] : {std::array{to, apex}, std::array{apex, from}})
+            if (!boundary_.contains(a, b) && !facet_of_.contains(b, a)) open_.push_back({b, a});
+        return true;
+    }
+    bool closeAll() {
+        while (!open_.empty()) {
+            const auto [from, to] = open_.back();
+            open_.pop_back();
+            if (!facet_of_.contains(from, to) && !wrapAt(from, to, kNone)) return false;
         }
         return true;
     }
 
     bool wrapAll() {
-        OpenEdges open;
-        bool any_edge = false;
-        for (std::uint32_t p = 0; p < passes_.size(); ++p) {
-            if (passes_[p].next == kNone) continue;
+        bool any_edge = !open_.empty();
+        if (!closeAll()) return false;
+        for (const Pass& pass : passes_) {
+            if (pass.next == kNone) continue;
             any_edge = true;
-            const std::uint32_t a = passes_[p].location, b = passes_[passes_[p].next].location;
-            if (facet_of_.contains(key(a, b))) continue;
-            if (!wrapFrom(a, b, loops_.circles[passes_[p].ids.back()][1], open)) return false;
+            const std::uint32_t a = pass.location, b = passes_[pass.next].location;
+            if (facet_of_.contains(a, b)) continue;
+            if (!wrapAt(a, b, loops_->circles[idsOf(pass).back()][1]) || !closeAll()) return false;
         }
         if (any_edge || passes_.empty()) return true;
         // Nothing but points on the loops' side: the whole hull, from an edge at its lowest x.
@@ -234,103 +362,102 @@ private:
             if (p != lowest &&
                 (other == kNone || orient(location_[lowest], beside, location_[other], location_[p]) > 0))
                 other = p;
-        return other != kNone && wrapFrom(lowest, other, kNone, open);
+        if (other == kNone || !wrapAt(lowest, other, kNone)) return false;
+        open_.push_back({other, lowest});
+        return closeAll();
     }
 
     // The corner of the facet on the left of from -> to, at `to`.
     std::uint32_t& cornerAt(std::uint32_t from, std::uint32_t to) {
-        Facet& f = facets_[facet_of_.at(key(from, to))];
+        Facet& f = facets_[facet_of_.at(from, to)];
         for (std::size_t m = 0; m < 3; ++m)
             if (f.location[m] == to) return f.id[m];
         return f.id[0];
     }
     std::uint32_t apexOf(std::uint32_t from, std::uint32_t to) const {
-        const Facet& f = facets_[facet_of_.at(key(from, to))];
-        for (const std::uint32_t v : f.location)
+        const std::uint32_t facet = facet_of_.at(from, to);
+        if (facet == kNone) return kNone;
+        for (const std::uint32_t v : facets_[facet].location)
             if (v != from && v != to) return v;
         return kNone;
     }
 
-    // Walks the facets round `at`, from the one on the left of from -> at: the rim of the fan, from `from` on.
-    // Ends behind a loop edge, or where it began.
-    std::vector<std::uint32_t> rimOf(std::uint32_t from, std::uint32_t at) const {
-        std::vector<std::uint32_t> rim{from};
-        while (rim.size() <= facets_.size() + 1) {
-            const std::uint32_t next = apexOf(rim.back(), at);
-            rim.push_back(next);
-            if (boundary_.contains(key(at, next)) || next == from) break;
+    // Walks the facets round `at`, from the one on the left of from -> at: rim_ is the rim of the fan, from `from`
+    // on. Ends behind a loop edge, or where it began.
+    bool walkRim(std::uint32_t from, std::uint32_t at) {
+        rim_.assign(1, from);
+        while (rim_.size() <= facets_.size() + 1) {
+            const std::uint32_t next = apexOf(rim_.back(), at);
+            if (next == kNone) return false;
+            rim_.push_back(next);
+            if (boundary_.contains(at, next) || next == from) return true;
         }
-        return rim;
+        return false;
     }
 
     // Gives each corner of each facet the point it stands for, one fan at a time.
     bool nameCorners() {
-        std::vector<std::uint32_t> before_pass(passes_.size(), kNone);
+        before_pass_.assign(passes_.size(), kNone);
         for (std::uint32_t p = 0; p < passes_.size(); ++p)
-            if (passes_[p].next != kNone) before_pass[passes_[p].next] = p;
+            if (passes_[p].next != kNone) before_pass_[passes_[p].next] = p;
         std::size_t named = 0;
         for (std::uint32_t p = 0; p < passes_.size(); ++p) {
             if (passes_[p].next == kNone) continue;
             const std::uint32_t at = passes_[p].location;
-            const auto rim = rimOf(passes_[before_pass[p]].location, at);
-            const auto end = boundary_.find(key(at, rim.back()));
-            if (end == boundary_.end() || end->second != p) return false;
-            named += rim.size() - 1;
-            nameOpenFan(passes_[p], rim);
+            if (!walkRim(passes_[before_pass_[p]].location, at) || boundary_.at(at, rim_.back()) != p) return false;
+            named += rim_.size() - 1;
+            nameOpenFan(passes_[p]);
         }
+        done_.assign(location_.size(), 0);
         for (const Facet& f : facets_)
             for (std::size_t m = 0; m < 3; ++m) {
                 if (f.id[m] != kNone) continue;
-                const std::uint32_t at = f.location[m], from = f.location[(m + 2) % 3];
-                const auto rim = rimOf(from, at);
-                if (rim.back() != from) return false;
-                const std::uint32_t pass = pass_at_[at];
+                const std::uint32_t at = f.location[m], from = f.location[(m + 2) % 3], pass = pass_at_[at];
                 if (pass != kNone && passes_[pass].next != kNone) return false;  // a loop's point has one fan only
-                if (!done_.emplace(at, true).second) return false;
-                named += rim.size() - 1;
-                nameClosedFan(at, rim);
+                if (done_[at] || !walkRim(from, at) || rim_.back() != from) return false;
+                done_[at] = 1;
+                named += rim_.size() - 1;
+                nameClosedFan(at);
             }
         for (const Pass& pass : passes_)
-            if (pass.next == kNone && !done_.contains(pass.location)) return false;
+            if (pass.next == kNone && !done_[pass.location]) return false;
         return named == 3 * facets_.size();
     }
 
-    void nameOpenFan(const Pass& pass, const std::vector<std::uint32_t>& rim) {
-        const std::size_t facets = rim.size() - 1, part = facets == 1 ? 1 : facets / 2;
-        for (std::size_t s = 0; s < facets; ++s)
-            cornerAt(rim[s], pass.location) = s < part ? pass.ids.front() : pass.ids.back();
-        if (pass.ids.size() > 1) gaps_.push_back({pass.location, rim[part], pass.ids});
+    void nameOpenFan(const Pass& pass) {
+        const auto ids = idsOf(pass);
+        const std::size_t facets = rim_.size() - 1, part = facets == 1 ? 1 : facets / 2;
+        for (std::size_t s = 0; s < facets; ++s) cornerAt(rim_[s], pass.location) = s < part ? ids.front() : ids.back();
+        if (ids.size() > 1) gaps_.push_back({pass.location, rim_[part], {ids.begin(), ids.end()}});
     }
 
-    void nameClosedFan(std::uint32_t at, const std::vector<std::uint32_t>& rim) {
-        const std::size_t facets = rim.size() - 1, part = facets / 2;
-        std::vector<std::uint32_t> ids;
-        if (pass_at_[at] != kNone)
-            ids = passes_[pass_at_[at]].ids;
-        else
-            ids = {static_cast<std::uint32_t>(std::find(location_of_.begin(), location_of_.end(), at) -
-                                              location_of_.begin())};
+    void nameClosedFan(std::uint32_t at) {
+        const std::size_t facets = rim_.size() - 1, part = facets / 2;
+        const std::span<const std::uint32_t> ids =
+            pass_at_[at] != kNone ? idsOf(passes_[pass_at_[at]]) : std::span(&point_at_[at], 1);
         const std::size_t half = ids.size() / 2;
-        for (std::size_t s = 0; s < facets; ++s) cornerAt(rim[s], at) = s < part ? ids.front() : ids[half];
+        for (std::size_t s = 0; s < facets; ++s) cornerAt(rim_[s], at) = s < part ? ids.front() : ids[half];
         if (ids.size() == 1) return;
         const auto middle = ids.begin() + static_cast<std::ptrdiff_t>(half);
-        gaps_.push_back({at, rim[part], {ids.begin(), middle + 1}});
+        gaps_.push_back({at, rim_[part], {ids.begin(), middle + 1}});
         std::vector<std::uint32_t> back(middle, ids.end());
         back.push_back(ids.front());
-        gaps_.push_back({at, rim[0], back});
+        gaps_.push_back({at, rim_[0], back});
     }
 
     // A gap's chain p1 … pm is joined to the chain y1 … yn at the other end of the edge, mostly one point.
     void fillGaps(LoopFilling& out) {
-        std::unordered_map<std::uint64_t, std::size_t> gap_at;
-        for (std::size_t g = 0; g < gaps_.size(); ++g) gap_at.emplace(key(gaps_[g].location, gaps_[g].other), g);
-        for (std::size_t g = 0; g < gaps_.size(); ++g) {
+        if (gaps_.empty()) return;
+        EdgeMap gap_at;
+        gap_at.clear(location_.size());
+        for (std::uint32_t g = 0; g < gaps_.size(); ++g) gap_at.add(gaps_[g].location, gaps_[g].other, g);
+        for (std::uint32_t g = 0; g < gaps_.size(); ++g) {
             const Gap& gap = gaps_[g];
-            const auto opposite = gap_at.find(key(gap.other, gap.location));
-            if (opposite != gap_at.end() && opposite->second < g) continue;
+            const std::uint32_t opposite = gap_at.at(gap.other, gap.location);
+            if (opposite != kNone && opposite < g) continue;
             std::vector<std::uint32_t> other;
-            if (opposite != gap_at.end())
-                other = gaps_[opposite->second].chain;
+            if (opposite != kNone)
+                other = gaps_[opposite].chain;
             else
                 other = {cornerAt(gap.location, gap.other)};
             for (std::size_t s = 0; s + 1 < gap.chain.size(); ++s)
@@ -340,25 +467,29 @@ private:
         }
     }
 
-    const LoopsOnSphere& loops_;
-    std::vector<std::uint32_t> location_of_;
+    const LoopsOnSphere* loops_ = nullptr;
+    bool contracted_ = false;
+    std::vector<std::uint32_t> location_of_;  // of each point
     std::vector<Vec3i> location_;
+    std::vector<std::uint32_t> point_at_;  // the first point of each location
     std::vector<std::vector<std::uint32_t>> circles_at_;
-    std::vector<std::uint32_t> pass_at_;
+    std::vector<std::uint32_t> pass_at_, before_pass_, pass_id_;
     std::vector<Pass> passes_;
-    std::unordered_map<std::uint64_t, std::uint32_t> boundary_;  // loop edge -> pass at its tail
-    std::unordered_map<std::uint64_t, std::uint32_t> facet_of_;  // directed edge -> facet on its left
-    std::unordered_map<std::uint32_t, bool> done_;
+    EdgeMap boundary_;  // loop edge -> pass at its tail
+    EdgeMap facet_of_;  // directed edge -> facet on its left
+    std::vector<std::uint8_t> closed_, done_;
+    std::vector<std::uint32_t> candidates_, rim_;
+    std::vector<std::array<std::uint32_t, 2>> open_;  // edges that lack the facet on their left
     std::vector<Facet> facets_;
     std::vector<Gap> gaps_;
 };
 
-}  // namespace
+HullFiller::HullFiller() : work_(std::make_unique<Work>()) {}
+HullFiller::~HullFiller() = default;
 
-std::optional<LoopFilling> fillWithHull(const LoopsOnSphere& loops) {
-    LoopFilling filling;
-    if (!Filler(loops).run(filling)) return std::nullopt;
-    return filling;
+bool HullFiller::fill(const LoopsOnSphere& loops, LoopFilling& filling) {
+    return work_->run(loops, !loops.likely_facet.empty(), filling) ||
+           (!loops.likely_facet.empty() && work_->run(loops, false, filling));
 }
 
 LoopFilling fillWithFan(const LoopsOnSphere& loops, const std::vector<std::uint32_t>& loops_of_face) {

@@ -4,18 +4,24 @@
 
 #include "core/mesh.h"
 
-#include <optional>
+#include <memory>
 
 namespace betamesh {
 
 /// Points on (or just inside) a sphere round the origin, in integers up to 2^38 per coordinate.
-/// Loop points come first, loop after loop, each loop with its inside on the left, seen from outside; loops
+/// Loop points come first, loop after loop, each with its inside on the left, seen from outside; loops
 /// lie on circles, and no point lies beyond the plane of any. Free points come last.
 struct LoopsOnSphere {
     std::vector<Vec3i> point;
     std::vector<std::uint32_t> loop_begin{0};           ///< first point of each loop, and one entry past the last
     std::vector<std::array<std::uint32_t, 2>> circles;  ///< of each loop point: the circles before and after it
     std::vector<std::uint8_t> is_hole;  ///< of each loop: 1 where it surrounds something, should it shrink to a point
+
+    /// Triangles of free points that no free point lies above, few or many: those that no loop point lies above either
+    /// are facets of the hull, and need not be searched for.
+    std::vector<Triangle> likely_facet;
+
+    void clear();
 };
 
 /// Triangles of the points, counter-clockwise seen from outside; numbers from point.size() on are new points.
@@ -24,16 +30,29 @@ struct LoopFilling {
     std::vector<Vec3i> new_point;
 };
 
-/// Fills the loops with facets of the convex hull of all points, found by gift wrapping from the loops inwards.
-/// Points closer than 1e-7 radii count as one and are told apart again afterwards by slivers: whatever
-/// coincides stays separate in the combinatorics. Every loop edge is used once, every other edge twice, and
-/// the triangles round every point form one fan: otherwise there is no result.
-///
-/// in      n points; the loops need not be connected, nested or of one face
-/// same    triangles for any order of the free points, save for the numbers
-/// cost    O(n · triangles)
-/// source  gift wrapping: Chand & Kapur 1970; exact orientation, ties by lexicographic lifting
-std::optional<LoopFilling> fillWithHull(const LoopsOnSphere& loops);
+/// Fills loops, one set after another, in memory that it keeps.
+class HullFiller {
+public:
+    HullFiller();
+    ~HullFiller();
+    HullFiller(const HullFiller&) = delete;
+    HullFiller& operator=(const HullFiller&) = delete;
+
+    /// Fills the loops with facets of the convex hull of all points, found by gift wrapping from the loops inwards.
+    /// Points closer than 1e-7 radii count as one and are told apart again afterwards by slivers: whatever
+    /// coincides stays separate in the combinatorics. Every loop edge is used once, every other edge twice, and
+    /// the triangles round every point form one fan: otherwise the answer is false, and the filling worthless.
+    ///
+    /// in      n points; the loops need not be connected, nested or of one face
+    /// same    triangles for any order of the free points, save for the numbers
+    /// cost    O(n · triangles), without those of likely facets
+    /// source  gift wrapping: Chand & Kapur 1970; exact orientation, ties by lexicographic lifting
+    bool fill(const LoopsOnSphere& loops, LoopFilling& filling);
+
+private:
+    class Work;
+    std::unique_ptr<Work> work_;
+};
 
 /// Fills the loops of one face whatever their shape: joins them into one by quads and closes that with a fan
 /// round a new point. Combinatorially right always, geometrically good for small or convex faces.

@@ -14,9 +14,10 @@ namespace {
 constexpr double kTurn = 2 * std::numbers::pi;
 constexpr double kLongestPiece = 0.8;  // radians
 constexpr std::uint32_t kPiecesOfCircle = 8;
-constexpr double kLift = 0.5;      // of the way from the arc to the sphere round its centre
-constexpr double kAreaWeight = 3;  // length that stands for an area, times the radius
-constexpr double kRimWidth = 0.3;  // faces count in full from twice this clearance on, not below once
+constexpr double kLift = 0.5;              // of the way from the arc to the sphere round its centre
+constexpr double kAreaWeight = 3;          // length that stands for an area, times the radius
+constexpr std::uint32_t kDirections = 42;  // that are enough for a whole sphere
+constexpr double kRimWidth = 0.3;          // faces count in full from twice this clearance on, not below once
 
 Rate smoothStep(Rate t) {
     if (t.value <= 0) return 0;
@@ -40,13 +41,17 @@ BoundarySamples boundarySamples(const BallBoundary& boundary, const std::vector<
     const std::size_t arcs = network.arc_start.size(), circles = boundary.circle.size();
     const auto from = [&](std::uint32_t h) { return boundary.triangle[h / 3][h % 3]; };
 
+    const auto all = static_cast<std::uint32_t>(points.directions.position.size());
+    const std::uint32_t used = points.directions.coarse >= kDirections ? points.directions.coarse : all;
+    const auto counts = [&](std::uint32_t p) {
+        return points.direction[p] < used && points.clearance[p].value > kRimWidth;
+    };
     std::vector<std::uint32_t> pieces(arcs + balls.size());
     parallelFor(arcs, 4096, [&](std::size_t a) {
         pieces[a] = std::max(1U, static_cast<std::uint32_t>(std::ceil(network.arc_angle[a].value / kLongestPiece)));
     });
     parallelFor(balls.size(), 4096, [&](std::size_t b) {
-        for (std::uint32_t p = points.begin[b]; p < points.begin[b + 1]; ++p)
-            pieces[arcs + b] += points.clearance[p].value > kRimWidth;
+        for (std::uint32_t p = points.begin[b]; p < points.begin[b + 1]; ++p) pieces[arcs + b] += counts(p);
     });
     const std::vector<std::uint32_t> place = placesOf(pieces);
     const std::size_t first_circle = place.back();
@@ -67,11 +72,11 @@ BoundarySamples boundarySamples(const BallBoundary& boundary, const std::vector<
             samples[first_circle + c * kPiecesOfCircle + k] =
                 pieceAt(circle, kTurn * k / kPiecesOfCircle, kTurn / kPiecesOfCircle);
     });
-    const double whole = kAreaWeight * 2 * kTurn * radius / static_cast<double>(points.directions.position.size());
+    const double whole = kAreaWeight * 2 * kTurn * radius / used;
     parallelFor(balls.size(), 512, [&](std::size_t b) {
         std::uint32_t next = place[arcs + b];
         for (std::uint32_t p = points.begin[b]; p < points.begin[b + 1]; ++p) {
-            if (!(points.clearance[p].value > kRimWidth)) continue;
+            if (!counts(p)) continue;
             const Moving direction = points.outwards(p, spins[b]);
             const Rate inside = smoothStep(points.clearance[p] / kRimWidth - 1);
             samples[next++] = {balls[b] + direction * radius, direction, inside * whole};

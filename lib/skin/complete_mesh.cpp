@@ -34,7 +34,11 @@ struct BallLoops {
     std::vector<std::uint32_t> network_point;
     std::vector<std::vector<std::uint32_t>> face;  // loops of each face
 
-    void clear() { *this = {}; }
+    void clear() {
+        loops.clear();
+        network_point.clear();
+        face.clear();
+    }
 };
 
 class LoopMaker {
@@ -106,13 +110,13 @@ public:
         const double n = static_cast<double>(points.directions.position.size());
         angle_ = std::sqrt(8 * std::numbers::pi / (std::sqrt(3.0) * n));
     }
+    bool sinks(std::uint32_t p) const { return sinking_ && points_.clearance[p].value < kSinkingBegins * angle_; }
     bool used(std::uint32_t p) const { return sinking_ || points_.clearance[p].value >= kLeastClearance * angle_; }
     // In radii of the ball.
     Moving at(std::uint32_t p, const Vec3& spin) const {
         const Moving direction = points_.outwards(p, spin);
-        if (!sinking_) return direction;
+        if (!sinks(p)) return direction;
         const Rate below = 1 - points_.clearance[p] / (kSinkingBegins * angle_);
-        if (below.value <= 0) return direction;
         return direction * (1 - below * below * (kSinkingDepth * angle_ * angle_));
     }
 
@@ -120,6 +124,30 @@ private:
     const FacePoints& points_;
     bool sinking_;
     double angle_;
+};
+
+// The triangles of all directions, each listed at its first corner.
+class DirectionTriangles {
+public:
+    explicit DirectionTriangles(const Icosphere& sphere) : at_(sphere.position.size()) {
+        for (const Triangle& t : sphere.triangles) at_[*std::min_element(t.begin(), t.end())].push_back(t);
+    }
+    // Calls visit(triangle) for every triangle whose corners are all among these; corners are places in the list.
+    template <typename Visit>
+    void among(const std::vector<std::uint32_t>& directions, std::vector<std::uint32_t>& place,
+               const Visit& visit) const {
+        place.resize(at_.size(), kAbsent);
+        for (std::uint32_t i = 0; i < directions.size(); ++i) place[directions[i]] = i;
+        for (const std::uint32_t d : directions)
+            for (const auto& [a, b, c] : at_[d])
+                if (place[a] != kAbsent && place[b] != kAbsent && place[c] != kAbsent)
+                    visit(Triangle{place[a], place[b], place[c]});
+        for (const std::uint32_t d : directions) place[d] = kAbsent;
+    }
+
+private:
+    static constexpr std::uint32_t kAbsent = ~std::uint32_t{0};
+    std::vector<std::vector<Triangle>> at_;
 };
 
 // What one task makes: triangles by network point, or by place among the new points from kNew on.
@@ -169,32 +197,44 @@ BetaMesh completeTessellation(const BallBoundary& boundary, const std::vector<Mo
     const std::vector<std::uint32_t> first_face = firstFaces(boundary);
     const LoopMaker maker(boundary, network);
     const Placement placement(points, appearance);
+    const DirectionTriangles direction_triangles(points.directions);
 
     const std::size_t tasks = (balls.size() + kBallsPerTask - 1) / kBallsPerTask;
     std::vector<Part> parts(tasks);
     parallelFor(tasks, 1, [&](std::size_t task) {
+        HullFiller hull;
+        LoopFilling filling;
         BallLoops ball_loops;
-        std::vector<std::uint32_t> face_point;
+        LoopsOnSphere& loops = ball_loops.loops;
+        std::vector<std::uint32_t> face_point, direction, place;
         for (std::size_t b = task * kBallsPerTask; b < std::min(balls.size(), (task + 1) * kBallsPerTask); ++b) {
             maker.makeLoops(static_cast<std::uint32_t>(b), first_face[b], first_face[b + 1], ball_loops);
-            const std::size_t in_loops = ball_loops.loops.point.size();
+            const auto in_loops = static_cast<std::uint32_t>(loops.point.size());
             face_point.clear();
-            for (std::uint32_t p = points.begin[b]; p < points.begin[b + 1]; ++p) {
-                if (!placement.used(p)) continue;
-                face_point.push_back(p);
-                ball_loops.loops.point.push_back(onGrid(placement.at(p, spins[b]).position));
-            }
-            const auto add = [&](const LoopFilling& filling) {
-                addFilling(ball_loops, filling, balls[b], spins[b], boundary.worldRadius(), face_point, points,
-                           placement, parts[task]);
+            direction.clear();
+            for (const bool sinking : {false, true})
+                for (std::uint32_t p = points.begin[b]; p < points.begin[b + 1]; ++p) {
+                    if (!placement.used(p) || placement.sinks(p) != sinking) continue;
+                    face_point.push_back(p);
+                    if (!sinking) direction.push_back(points.direction[p]);
+                    loops.point.push_back(onGrid(placement.at(p, spins[b]).position));
+                }
+            const auto add = [&](const LoopFilling& made) {
+                addFilling(ball_loops, made, balls[b], spins[b], boundary.worldRadius(), face_point, points, placement,
+                           parts[task]);
             };
             if (in_loops == 0) {  // a bare sphere
                 add({points.directions.triangles, {}});
-            } else if (const auto filling = fillWithHull(ball_loops.loops)) {
-                add(*filling);
+                continue;
+            }
+            direction_triangles.among(direction, place, [&](const Triangle& t) {
+                loops.likely_facet.push_back({in_loops + t[0], in_loops + t[1], in_loops + t[2]});
+            });
+            if (hull.fill(loops, filling)) {
+                add(filling);
             } else {
-                ball_loops.loops.point.resize(in_loops);
-                for (const auto& face : ball_loops.face) add(fillWithFan(ball_loops.loops, face));
+                loops.point.resize(in_loops);
+                for (const auto& face : ball_loops.face) add(fillWithFan(loops, face));
             }
         }
     });

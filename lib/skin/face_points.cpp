@@ -1,6 +1,7 @@
 #include "skin/face_points.h"
 
 #include "core/parallel.h"
+#include "core/simd.h"
 
 #include <algorithm>
 #include <cmath>
@@ -11,16 +12,26 @@ namespace {
 
 constexpr std::size_t kBallsPerTask = 64;
 constexpr double kIcosahedronAngle = 1.1071487177940904;
-constexpr double kWide = 0.28;        // sine of the half-angle from which on a cap is wide
+constexpr double kWide = 0.28;  // sine of the half-angle from which on a cap is wide
+constexpr std::uint32_t kBuried = ~std::uint32_t{0};
 constexpr double kNegligible = 1e-6;  // sine of the half-angle of a cap that hides nothing
 
-// What another ball hides of a sphere.
-struct Cap {
-    Vec3 axis;
-    double cosine, per_clearance;
-    std::uint32_t particle;
+// Numbers in blocks of as many as the widest registers hold.
+constexpr std::size_t kLanes = 16;
+using Lanes = float __attribute__((vector_size(kLanes * sizeof(float))));
+using Places = std::int32_t __attribute__((vector_size(kLanes * sizeof(std::int32_t))));
+struct alignas(kLanes * sizeof(float)) Directions {
+    Lanes x, y, z;
+};
+struct alignas(kLanes * sizeof(float)) Nearest {
+    Lanes clearance;
+    Places cap;
+};
 
-    double clearance(const Vec3& direction) const { return (cosine - dot(direction, axis)) * per_clearance; }
+// What another ball hides of a sphere: clearance is (cosine - direction · axis) · scale.
+struct Cap {
+    float x, y, z, cosine, scale;
+    std::uint32_t particle;
 };
 
 void capsOf(const std::vector<Neighbour>& neighbours, double radius, std::vector<Cap>& caps) {
@@ -29,12 +40,30 @@ void capsOf(const std::vector<Neighbour>& neighbours, double radius, std::vector
         const double distance = std::sqrt(n.squared), cosine = distance / (2 * radius);
         const double sine = std::sqrt(std::max(0.0, 1 - cosine * cosine));
         if (sine < kNegligible) continue;
-        caps.push_back({n.offset / distance, cosine, 1 / (sine * std::min(1.0, sine / kWide)), n.particle});
+        const Vec3 axis = n.offset / distance;
+        caps.push_back({static_cast<float>(axis.x), static_cast<float>(axis.y), static_cast<float>(axis.z),
+                        static_cast<float>(cosine), static_cast<float>(1 / (sine * std::min(1.0, sine / kWide))),
+                        n.particle});
     }
-    // Near neighbours cover most: they end the search soonest.
-    std::sort(caps.begin(), caps.end(), [](const Cap& a, const Cap& b) {
-        return a.cosine != b.cosine ? a.cosine < b.cosine : a.particle < b.particle;
-    });
+}
+
+// The least clearance of every direction, and whose cap it is from.
+BETAMESH_EVERY_CPU
+void findNearest(const Directions* directions, std::size_t blocks, const Cap* caps, std::size_t n, Nearest* nearest) {
+    for (std::size_t i = 0; i < blocks; ++i) {
+        const Directions d = directions[i];
+        Lanes least = Lanes{} + static_cast<float>(kFullClearance);
+        Places whose = Places{} - 1;
+        for (std::size_t k = 0; k < n; ++k) {
+            const Lanes clearance =
+                (caps[k].cosine - d.x * caps[k].x - d.y * caps[k].y - d.z * caps[k].z) * caps[k].scale;
+            const Places nearer = clearance < least;
+            least = nearer ? clearance : least;
+            whose = nearer ? Places{} + static_cast<std::int32_t>(k) : whose;
+        }
+        nearest[i].clearance = least;
+        nearest[i].cap = whose;
+    }
 }
 
 // How the clearance from one cap changes. offset: from the ball to the other one, in radii.
@@ -59,8 +88,17 @@ FacePoints facePoints(const SnappedParticles& particles, const BallBoundary& bou
     points.directions = icosphere(static_cast<std::uint32_t>(std::ceil(kIcosahedronAngle / angle)));
     const double radius = static_cast<double>(boundary.radius);
 
-    std::vector<std::uint32_t> ball_of(particles.size(), ~std::uint32_t{0});  // exposed ones alone move
+    std::vector<std::uint32_t> ball_of(particles.size(), kBuried);  // exposed ones alone move
     for (std::uint32_t b = 0; b < balls.size(); ++b) ball_of[boundary.snapped_row[b]] = b;
+
+    const std::size_t directions = points.directions.position.size(), blocks = (directions + kLanes - 1) / kLanes;
+    std::vector<Directions> direction(blocks);
+    for (std::size_t d = 0; d < directions; ++d) {
+        const Vec3& p = points.directions.position[d];
+        direction[d / kLanes].x[d % kLanes] = static_cast<float>(p.x);
+        direction[d / kLanes].y[d % kLanes] = static_cast<float>(p.y);
+        direction[d / kLanes].z[d % kLanes] = static_cast<float>(p.z);
+    }
 
     const std::size_t tasks = (balls.size() + kBallsPerTask - 1) / kBallsPerTask;
     std::vector<Part> parts(tasks);
@@ -69,28 +107,23 @@ FacePoints facePoints(const SnappedParticles& particles, const BallBoundary& bou
         NeighbourFinder finder(particles);
         std::vector<Neighbour> neighbours;
         std::vector<Cap> caps;
+        std::vector<Nearest> nearest(blocks);
         for (std::size_t b = task * kBallsPerTask; b < std::min(balls.size(), (task + 1) * kBallsPerTask); ++b) {
             finder.find(boundary.snapped_row[b], neighbours);
             capsOf(neighbours, radius, caps);
+            findNearest(direction.data(), blocks, caps.data(), caps.size(), nearest.data());
             const std::size_t before = part.direction.size();
-            for (std::uint32_t d = 0; d < points.directions.position.size(); ++d) {
-                const Vec3& direction = points.directions.position[d];
-                double least = kFullClearance;
-                const Cap* nearest = nullptr;
-                for (const Cap& cap : caps) {
-                    const double clearance = cap.clearance(direction);
-                    if (clearance >= least) continue;
-                    least = clearance;
-                    nearest = &cap;
-                    if (least <= 0) break;
-                }
-                if (least <= 0) continue;
+            for (std::uint32_t d = 0; d < directions; ++d) {
+                const double least = static_cast<double>(nearest[d / kLanes].clearance[d % kLanes]);
+                if (!(least > 0)) continue;
                 part.direction.push_back(d);
-                Rate clearance{least, 0};
-                if (nearest != nullptr && ball_of[nearest->particle] != ~std::uint32_t{0}) {
-                    const Moving& other = balls[ball_of[nearest->particle]];
-                    clearance = movingClearance({direction, cross(spins[b], direction)},
-                                                (other - balls[b]) / boundary.worldRadius());
+                Rate clearance = least;
+                const std::int32_t cap = nearest[d / kLanes].cap[d % kLanes];
+                const std::uint32_t other = cap < 0 ? kBuried : ball_of[caps[static_cast<std::size_t>(cap)].particle];
+                if (other != kBuried) {
+                    const Vec3& along = points.directions.position[d];
+                    clearance = movingClearance({along, cross(spins[b], along)},
+                                                (balls[other] - balls[b]) / boundary.worldRadius());
                 }
                 part.clearance.push_back(clearance);
             }

@@ -21,7 +21,7 @@ namespace betamesh {
 
 namespace {
 
-constexpr double kSampleAngle = 0.56;    // radians between samples of wide faces
+constexpr double kSampleAngle = 0.56;    // radians between samples of wide faces of the paper's tessellation
 constexpr double kSmoothingWidth = 2.8;  // radii
 constexpr double kArcAngle = 0.75;  // of a common arc, radians: a segment of it is as long as face points are apart
 constexpr double kLeastAngle = 0.05, kLargestAngle = 0.7;
@@ -69,10 +69,9 @@ Structure floatStructure(const Particles& particles, const SkinParams& params) {
 
 // Coherent smoothing of either tessellation; the network is that of the samples.
 void smooth(const Structure& structure, const std::vector<Moving>& balls, const std::vector<Vec3>& spins,
-            const ArcNetwork& network, const SkinParams& params, BetaMesh& mesh) {
-    const FacePoints wide = facePoints(structure.snapped, structure.boundary, balls, spins, kSampleAngle);
+            const ArcNetwork& network, const FacePoints& points, const SkinParams& params, BetaMesh& mesh) {
     const double width = params.smoothing_width > 0 ? params.smoothing_width : kSmoothingWidth * params.radius;
-    smoothCoherently(mesh, boundarySamples(structure.boundary, balls, spins, network, wide),
+    smoothCoherently(mesh, boundarySamples(structure.boundary, balls, spins, network, points),
                      {params.radius, width, params.passes});
 }
 
@@ -93,7 +92,7 @@ BetaMesh completeSurface(const Particles& particles, const Structure& structure,
     const FacePoints points = facePoints(structure.snapped, boundary, balls, spins, angle);
     BetaMesh beta = completeTessellation(boundary, balls, spins, network, points, subdivision.appearance);
     watch("tessellate");
-    if (smoothed) smooth(structure, balls, spins, network, params, beta);
+    if (smoothed) smooth(structure, balls, spins, network, points, params, beta);
     watch("smooth");
     if (!particles.velocity.empty()) slideWithParticles(boundary, balls, beta);
     watch("velocity");
@@ -109,7 +108,8 @@ PaperMesh paperSurface(const Particles& particles, const Structure& structure, c
     if (params.smoothing == SmoothingMethod::paper) smoothAsInPaper(beta, params.passes);
     if (params.smoothing == SmoothingMethod::coherent) {
         const std::vector<Vec3> spins = spinsOfBalls(structure.boundary, balls, particles);
-        smooth(structure, balls, spins, arcPoints(structure.boundary, balls, spins, vertices, {}), params, beta);
+        smooth(structure, balls, spins, arcPoints(structure.boundary, balls, spins, vertices, {}),
+               facePoints(structure.snapped, structure.boundary, balls, spins, kSampleAngle), params, beta);
     }
     if (params.resolve_intersections) resolveIntersections(structure.boundary, balls, beta);
     watch("smooth");
