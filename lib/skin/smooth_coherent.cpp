@@ -181,54 +181,68 @@ std::vector<std::uint32_t> allRows(std::size_t n) {
     return rows;
 }
 
+// A sample as the sums take it; its position counts from the lowest corner of its cell.
+struct PackedSample {
+    float field[kFields];
+};
+
+PackedSample packed(const BoundarySample& sample, const Vec3& corner) {
+    PackedSample p;
+    const Vec3 x = sample.position.position - corner;
+    for (int k = 0; k < 3; ++k) {
+        p.field[kX + k] = static_cast<float>(x[k]);
+        p.field[kVx + k] = static_cast<float>(sample.position.velocity[k]);
+        p.field[kDx + k] = static_cast<float>(sample.direction.position[k]);
+        p.field[kEx + k] = static_cast<float>(sample.direction.velocity[k]);
+    }
+    p.field[kW] = static_cast<float>(sample.weight.value);
+    p.field[kU] = static_cast<float>(sample.weight.rate);
+    return p;
+}
+
 // Sets fits[row] for every row, the fit at pointAt(row).
 template <typename PointAt>
 void fitAll(const std::vector<std::uint32_t>& rows, const PointAt& pointAt, const BoundarySamples& samples,
             const CoherentSmoothing& params, std::vector<Fit>& fits) {
     const double reach = params.width, least_edge = 0.7 * params.radius;
-    const CellOrder far(samples.size(), std::max(reach / 2, least_edge),
+    const CellOrder far(samples.size(), std::max(reach, least_edge),
                         [&](std::size_t i) { return samples[i].position.position; });
-    std::vector<BoundarySample> sorted(samples.size());
-    parallelFor(samples.size(), 4096, [&](std::size_t i) { sorted[i] = samples[far.entries()[i].row]; });
-    const CellOrder near(rows.size(), std::max(reach / 4, least_edge),
+    std::vector<PackedSample> sorted(samples.size());
+    parallelFor(samples.size(), 4096, [&](std::size_t i) {
+        sorted[i] = packed(samples[far.entries()[i].row], far.lowestCorner(far.entries()[i]));
+    });
+    const CellOrder near(rows.size(), std::max(reach / 2, least_edge),
                          [&](std::size_t i) { return pointAt(rows[i]).position; });
 
     const Kernel kernel{static_cast<float>(1 / (reach * reach)), static_cast<float>(params.radius * params.radius)};
+    const auto half = static_cast<float>(near.edge() / 2), square = static_cast<float>(reach * reach);
     parallelRanges(near.cells().size() - 1, 16, [&](std::size_t first, std::size_t last) {
         std::vector<Block> blocks;
         for (std::size_t g = first; g < last; ++g) {
             const auto cell = std::span(near.entries()).subspan(near.cells()[g], near.cells()[g + 1] - near.cells()[g]);
             const Vec3 low = near.lowestCorner(cell[0]), high = low + Vec3(near.edge()), middle = (low + high) / 2;
-            const Vec3 drift = pointAt(rows[cell[0].row]).velocity;  // all velocities here count from it
             std::size_t used = 0;
             blocks.clear();
             far.forEntriesIn(low - Vec3(reach), high + Vec3(reach), [&](std::uint32_t i) {
-                const BoundarySample& s = sorted[i];
-                const Vec3 p = s.position.position - middle;
-                double beyond = 0;
+                const PackedSample& s = sorted[i];
+                const Vec3 corner = far.lowestCorner(far.entries()[i]) - middle;
+                float p[3], beyond = 0;
                 for (int k = 0; k < 3; ++k) {
-                    const double out = std::max(0.0, std::abs(p[k]) - near.edge() / 2);
+                    p[k] = s.field[kX + k] + static_cast<float>(corner[k]);
+                    const float out = std::max(0.0F, std::abs(p[k]) - half);
                     beyond += out * out;
                 }
-                if (beyond >= reach * reach) return;
+                if (beyond >= square) return;
                 if (used % kLanes == 0) blocks.emplace_back(Block{});
                 auto& f = blocks.back().field;
                 const std::size_t lane = used++ % kLanes;
-                const Vec3 v = s.position.velocity - drift;
-                const Vec3 &d = s.direction.position, &e = s.direction.velocity;
-                for (int k = 0; k < 3; ++k) {
-                    f[kX + k][lane] = static_cast<float>(p[k]);
-                    f[kVx + k][lane] = static_cast<float>(v[k]);
-                    f[kDx + k][lane] = static_cast<float>(d[k]);
-                    f[kEx + k][lane] = static_cast<float>(e[k]);
-                }
-                f[kW][lane] = static_cast<float>(s.weight.value);
-                f[kU][lane] = static_cast<float>(s.weight.rate);
+                for (int k = 0; k < 3; ++k) f[kX + k][lane] = p[k];
+                for (int k = kVx; k < kFields; ++k) f[k][lane] = s.field[k];
             });
             for (const CellOrder::Entry& entry : cell) {
                 const std::uint32_t row = rows[entry.row];
                 const Moving& at = pointAt(row);
-                const Vec3 x = at.position - middle, v = at.velocity - drift;
+                const Vec3 x = at.position - middle, v = at.velocity;
                 const float xf[3] = {static_cast<float>(x.x), static_cast<float>(x.y), static_cast<float>(x.z)};
                 const float vf[3] = {static_cast<float>(v.x), static_cast<float>(v.y), static_cast<float>(v.z)};
                 Sums sums;
