@@ -131,12 +131,6 @@ void print(const Mesh& mesh, const CheckReport& report) {
         std::cout << "  hint: vertices stand where others stand; --weld joins them before judging\n";
 }
 
-// The particles that belong to a mesh: of the same frame, where the name has a place for its number.
-std::string particlesFor(const std::string& mesh, const std::string& particles) {
-    const FramePattern pattern = framePattern(particles);
-    return pattern.numbered ? frameName(pattern, singleFrame(framePattern(mesh))) : particles;
-}
-
 Spheres spheresBeside(const std::string& mesh) {
     Spheres spheres;
     const std::string file = spheresPath(mesh);
@@ -152,7 +146,7 @@ Spheres spheresBeside(const std::string& mesh) {
 
 ParticleCheck judgeParticles(const Mesh& mesh, const std::string& mesh_file, const Arguments& arguments) {
     ParticleCheck check;
-    check.file = particlesFor(mesh_file, arguments.particles);
+    check.file = nameForFrameOf(framePattern(arguments.particles), mesh_file);
     check.radius = arguments.radius;
     const Particles particles = readParticles(check.file);
     const Spheres spheres = spheresBeside(mesh_file);

@@ -12,6 +12,7 @@ void addRunCommand(CLI::App& program, int& exit_code);
 void addSampleCommand(CLI::App& program, int& exit_code);
 void addInfoCommand(CLI::App& program, int& exit_code);
 void addCheckCommand(CLI::App& program, int& exit_code);
+void addCoherenceCommand(CLI::App& program, int& exit_code);
 void addConfigCommand(CLI::App& program, int& exit_code);
 
 }  // namespace betamesh

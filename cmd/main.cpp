@@ -55,6 +55,7 @@ int main(int argc, char** argv) {
     addSampleCommand(program, exit_code);
     addInfoCommand(program, exit_code);
     addCheckCommand(program, exit_code);
+    addCoherenceCommand(program, exit_code);
     addConfigCommand(program, exit_code);
     try {
         program.parse(argc, argv);

@@ -60,6 +60,17 @@ void applyKey(Config& config, const YAML::Node& name, const std::string& path, c
         setConfigKey(config, path, "", located(file, name.Mark()));  // throws, with the nearest key
         return;
     }
+    if (key->kind == ConfigKey::Kind::names && value.IsSequence()) {
+        std::string names;
+        for (const auto& one : value) {
+            if (!one.IsScalar())
+                throw Error(located(file, one.Mark()) + ": " + path + ": " + typeName(one) +
+                            " was found; expected a name");
+            names += (names.empty() ? "" : ",") + one.Scalar();
+        }
+        setConfigKey(config, path, names, located(file, value.Mark()));
+        return;
+    }
     const bool quoted_number = value.IsScalar() && value.Tag() == "!" &&
                                (key->kind == ConfigKey::Kind::number || key->kind == ConfigKey::Kind::boolean);
     if (!value.IsScalar() || quoted_number) {
@@ -175,9 +186,9 @@ void printComment(std::ostream& out, const std::string& indent, const std::strin
     out << line << '\n';
 }
 
-std::string yamlScalar(const ConfigKey& key, const std::string& value) {
+std::string yamlScalar(const std::string& value) {
     YAML::Emitter emitter;
-    if (key.kind == ConfigKey::Kind::text && value.empty()) return "\"\"";
+    if (value.empty()) return "\"\"";
     emitter << value;
     return emitter.c_str();
 }
@@ -208,7 +219,7 @@ std::string printConfig(const Config& config) {
         printComment(out, indent, key.reason);
         printComment(out, indent,
                      "Expected: " + key.expects + '.' + (key.unit.empty() ? "" : " Unit: " + key.unit + '.'));
-        out << indent << key.path.substr(inside ? dot + 1 : 0) << ": " << yamlScalar(key, key.get(config)) << '\n';
+        out << indent << key.path.substr(inside ? dot + 1 : 0) << ": " << yamlScalar(key.get(config)) << '\n';
     }
     return out.str();
 }

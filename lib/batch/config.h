@@ -39,6 +39,7 @@ struct Config {
         Tessellation tessellation = Tessellation::complete;
         int arc_subdivisions = 0;
         PredicateKind predicates = PredicateKind::exact;
+        LengthText inset{0, false};
         bool resolve_intersections = false;
     } surface;
     struct Perturbation {
@@ -50,8 +51,17 @@ struct Config {
         LengthText width{0, false};
         int passes = 1;
     } smoothing;
+    struct Features {
+        Droplets droplets = Droplets::mesh;
+        int droplet_particles = 8;
+        Tendrils tendrils = Tendrils::mesh;
+        Bubbles bubbles = Bubbles::mesh;
+        double bubble_volume = 8;  ///< spacings cubed
+    } features;
     struct Output {
         std::string path;
+        std::vector<std::string> attributes;
+        bool components = false;
     } output;
     struct Run {
         int frames_in_flight = 0;
@@ -64,7 +74,7 @@ struct Config {
 
 /// One key: the row from which YAML, --set, command line options, `config print` and default.yaml come.
 struct ConfigKey {
-    enum class Kind { text, number, choice, boolean };
+    enum class Kind { text, names, number, choice, boolean };
 
     std::string path;    ///< "surface.radius"
     std::string option;  ///< "--radius"; empty where the command line gives the value in another way

@@ -12,6 +12,7 @@
 #include <cmath>
 #include <limits>
 #include <optional>
+#include <sstream>
 
 namespace betamesh {
 namespace {
@@ -59,6 +60,33 @@ ConfigKey textKey(const Words& words, const std::string& expects, Member member,
             [=](Config& config, const std::string& value) {
                 if (check) check(value);
                 member(config) = value;
+            }};
+}
+
+/// Names with commas between them; a list in YAML.
+template <typename Member>
+ConfigKey namesKey(const Words& words, const std::string& expects, Member member) {
+    return {words.path,
+            words.option,
+            Kind::names,
+            expects,
+            words.unit,
+            words.reason,
+            [=](const Config& config) {
+                std::string text;
+                for (const std::string& name : read(config, member)) text += (text.empty() ? "" : ",") + name;
+                return text;
+            },
+            [=](Config& config, const std::string& value) {
+                std::vector<std::string> names;
+                std::istringstream in(value);
+                for (std::string name; std::getline(in, name, ',');) {
+                    const std::size_t first = name.find_first_not_of(' '), last = name.find_last_not_of(' ');
+                    if (first == std::string::npos) failValue(value, expects);
+                    names.push_back(name.substr(first, last - first + 1));
+                    if (std::count(names.begin(), names.end(), names.back()) > 1) failValue(value, expects);
+                }
+                member(config) = names;
             }};
 }
 
@@ -148,11 +176,11 @@ ConfigKey choiceKey(const Words& words, const Choices<Choice>& choices, Member m
             }};
 }
 
-/// "0.02" or "1.5dx"; zero_is_auto: the word `auto` stands for the value 0.
+/// "0.02" or "1.5dx". zero: the word that stands for the value 0; "0" itself, or empty where there is none.
 template <typename Member>
-ConfigKey lengthKey(const Words& words, bool zero_is_auto, Member member) {
+ConfigKey lengthKey(const Words& words, const std::string& zero, Member member) {
     const std::string expects =
-        std::string(zero_is_auto ? "auto, " : "") + "a number above 0, or a multiple of the spacing such as 1.5dx";
+        (zero.empty() ? "" : zero + ", ") + "a number above 0, or a multiple of the spacing such as 1.5dx";
     return {words.path,
             words.option,
             Kind::number,
@@ -161,17 +189,17 @@ ConfigKey lengthKey(const Words& words, bool zero_is_auto, Member member) {
             words.reason,
             [=](const Config& config) {
                 const LengthText& length = read(config, member);
-                if (zero_is_auto && length.value == 0) return std::string("auto");
+                if (!zero.empty() && length.value == 0) return zero;
                 return textOf(length.value) + (length.in_spacings ? "dx" : "");
             },
             [=](Config& config, const std::string& value) {
-                if (zero_is_auto && value == "auto") {
-                    member(config) = {0, false};
-                    return;
-                }
                 const bool in_spacings = value.ends_with("dx");
                 const auto number =
                     numberOf<double>(std::string_view(value).substr(0, value.size() - (in_spacings ? 2 : 0)));
+                if ((!zero.empty() && value == zero) || (zero == "0" && number == 0.0)) {
+                    member(config) = {0, false};
+                    return;
+                }
                 if (!number || !(*number > 0) || !std::isfinite(*number)) failValue(value, expects);
                 member(config) = {*number, in_spacings};
             }};
@@ -265,7 +293,7 @@ std::vector<ConfigKey> makeKeys() {
         lengthKey({"surface.radius", "--radius", "world units, or particle spacings with dx",
                    "Of the balls. The paper uses 1.5 spacings: large enough to close the surface over still "
                    "liquid. Larger is smoother and joins drops earlier; smaller keeps detail and opens holes."},
-                  false, [](Config& c) -> LengthText& { return c.surface.radius; }));
+                  "", [](Config& c) -> LengthText& { return c.surface.radius; }));
     keys.push_back(
         positiveKey({"surface.spacing", "--spacing", "world units",
                      "What dx stands for: the distance at which the simulation seeded its particles. auto: radius "
@@ -298,6 +326,13 @@ std::vector<ConfigKey> makeKeys() {
                                              "precision, repeated on jittered particles while its result is invalid."},
                                             {{"exact", PredicateKind::exact}, {"float", PredicateKind::floating}},
                                             [](Config& c) -> PredicateKind& { return c.surface.predicates; }));
+    keys.push_back(lengthKey(
+        {"surface.inset", "--inset", "world units, or particle spacings with dx",
+         "Takes the surface inwards, less where the liquid is thin: the balls reach a radius beyond their particles, "
+         "so "
+         "sheets are two radii thick. At most the radius less half a spacing, which leaves half a spacing of liquid "
+         "round the outermost particles. 0 keeps the volume of the balls."},
+        "0", [](Config& c) -> LengthText& { return c.surface.inset; }));
     keys.push_back(booleanKey(
         {"surface.resolve_intersections", "--resolve-intersections", "",
          "The paper's step 4, for its tessellation: move vertices out to particles that smoothing left outside. The "
@@ -323,18 +358,65 @@ std::vector<ConfigKey> makeKeys() {
         {"smoothing.width", "--smoothing-width", "world units, or particle spacings with dx",
          "Coherent smoothing: how far around it a vertex looks. Bumps much shorter than this vanish, waves twice as "
          "long stay. auto: 2.8 radii, which is 4.2dx at the default radius."},
-        true, [](Config& c) -> LengthText& { return c.smoothing.width; }));
+        "auto", [](Config& c) -> LengthText& { return c.smoothing.width; }));
     keys.push_back(
         integerKey({"smoothing.passes", "--passes", "",
                     "How often the surface is smoothed. The paper uses 1; each further pass costs detail and "
                     "volume."},
                    0, 100, false, [](Config& c) -> int& { return c.smoothing.passes; }));
+    keys.push_back(choiceKey<Droplets>(
+        {"features.droplets", "--droplets", "",
+         "What becomes of droplets, groups of few particles whose balls meet each other and no others. mesh: they get "
+         "a "
+         "surface like everything else. points: they are left out of the mesh, and their particles written beside it "
+         "as NAME.spheres.EXT with position, radius, velocity and id, to be rendered as spheres. drop: they are left "
+         "out."},
+        {{"mesh", Droplets::mesh}, {"points", Droplets::points}, {"drop", Droplets::drop}},
+        [](Config& c) -> Droplets& { return c.features.droplets; }));
+    keys.push_back(integerKey(
+        {"features.droplet_particles", "--droplet-particles", "particles",
+         "Groups of fewer particles are droplets. All particles count, also those inside; several at one place are "
+         "one. 8 make a cube two spacings wide, what a FLIP solver seeds in one cell."},
+        1, 1000000000, false, [](Config& c) -> int& { return c.features.droplet_particles; }));
+    keys.push_back(choiceKey<Tendrils>(
+        {"features.tendrils", "--tendrils", "",
+         "What becomes of threads a single particle thick: particles in no triangle of the alpha mesh whose balls meet "
+         "others. mesh: they get a surface. points: they are left out of the mesh and written as spheres beside it. "
+         "What they held together stays in the mesh, however small."},
+        {{"mesh", Tendrils::mesh}, {"points", Tendrils::points}},
+        [](Config& c) -> Tendrils& { return c.features.tendrils; }));
+    keys.push_back(choiceKey<Bubbles>(
+        {"features.bubbles", "--bubbles", "",
+         "What becomes of small voids inside the liquid. mesh: they get a surface that faces inwards. fill: they, and "
+         "what is in them, are left out of the mesh; complete tessellation only. The rest of the mesh stays as it is."},
+        {{"mesh", Bubbles::mesh}, {"fill", Bubbles::fill}}, [](Config& c) -> Bubbles& { return c.features.bubbles; }));
+    keys.push_back(positiveKey(
+        {"features.bubble_volume", "--bubble-volume", "spacings cubed",
+         "Voids of less volume, before smoothing and inset, are filled. One spacing cubed is what a particle stands "
+         "for, "
+         "so that 8 treats bubbles as features.droplet_particles treats droplets. The balls narrow a void by a radius "
+         "all round: 8 is a gap in the particles about 5 spacings wide."},
+        "a number above 0", std::numeric_limits<double>::max(), false,
+        [](Config& c) -> double& { return c.features.bubble_volume; }));
     keys.push_back(textKey(
         {"output.path", "", "",
          "The meshes, one file a frame, with a place for the frame number as in input.path. Beside each "
-         "stand NAME.json, its report, and NAME.spheres.EXT where drops are too small for triangles."},
+         "stand NAME.json, its report, and NAME.spheres.EXT where particles are left out of the mesh as spheres."},
         "a path ending in .ply, .bgeo, .bgeo.gz or .obj; needed by `run`",
         [](Config& c) -> std::string& { return c.output.path; }, checkOutputPath));
+    keys.push_back(namesKey(
+        {"output.attributes", "--attributes", "",
+         "Attributes of the particles, such as Cd or temperature, that the mesh's vertices get too: means over the "
+         "particles near them; whole numbers from the nearest. Accelerations (accel, acceleration) are carried "
+         "unasked."},
+        "names of attributes that every input has, each once, with commas between them; or empty",
+        [](Config& c) -> std::vector<std::string>& { return c.output.attributes; }));
+    keys.push_back(booleanKey(
+        {"output.components", "--components", "",
+         "Numbers the connected pieces of each mesh by volume, 0 the largest, bubbles last: a whole number `component` "
+         "of every face in .ply and of every primitive in .bgeo, objects component_N in .obj. Numbers change from "
+         "frame to frame."},
+        [](Config& c) -> bool& { return c.output.components; }));
     keys.push_back(
         integerKey({"run.frames_in_flight", "--frames-in-flight", "frames",
                     "How many frames are worked on at once. auto: as many as there are threads and as the memory "

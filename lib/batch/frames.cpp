@@ -150,6 +150,10 @@ int singleFrame(const FramePattern& pattern) {
     return numberInName(std::filesystem::path(pattern.head).filename().string());
 }
 
+std::string nameForFrameOf(const FramePattern& pattern, std::string_view other) {
+    return pattern.numbered ? frameName(pattern, singleFrame(framePattern(other))) : pattern.text;
+}
+
 void requirePlaceFor(std::size_t frames, const FramePattern& pattern) {
     if (frames <= 1 || pattern.numbered) return;
     throw Error("'" + pattern.text + "' is one file for " + std::to_string(frames) +

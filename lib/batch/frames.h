@@ -30,6 +30,9 @@ std::string frameName(const FramePattern& pattern, int frame);
 /// The frame that a name without a place stands for.
 int singleFrame(const FramePattern& pattern);
 
+/// The file of the frame that another file's name tells; a name without a place stays as it is.
+std::string nameForFrameOf(const FramePattern& pattern, std::string_view other);
+
 /// errors  several frames for a name without a place
 void requirePlaceFor(std::size_t frames, const FramePattern& pattern);
 

@@ -176,6 +176,7 @@ void meshFrame(const FrameTask& task, const Plan& plan, FrameReport& report, Job
             leaveIfInterrupted();
         });
     } else {
+        if (plan.skin.components) skinned.mesh.component.emplace();
         report.warnings.push_back("no input: an empty mesh written, as run.on_missing says");
     }
     report.skin = skinned.report;

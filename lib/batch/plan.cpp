@@ -99,6 +99,15 @@ void agreeOnTessellation(Plan& plan) {
         "smoothing.method paper averages over the paper's fans: surface.tessellation paper is used");
 }
 
+void agreeOnBubbles(Plan& plan) {
+    const Config::Surface& surface = plan.config.surface;
+    if (plan.config.features.bubbles == Bubbles::mesh ||
+        (surface.kind == SurfaceKind::beta && surface.tessellation == Tessellation::complete))
+        return;
+    plan.config.features.bubbles = Bubbles::mesh;
+    plan.warnings.push_back("features.bubbles fill is for surface.tessellation complete: bubbles stay");
+}
+
 SkinParams skinParams(const Config& config) {
     SkinParams params;
     params.surface = config.surface.kind;
@@ -110,6 +119,12 @@ SkinParams skinParams(const Config& config) {
     params.smoothing = config.smoothing.method;
     params.passes = config.smoothing.passes;
     params.resolve_intersections = config.surface.resolve_intersections;
+    params.attributes = config.output.attributes;
+    params.features.droplets = config.features.droplets;
+    params.features.droplet_particles = config.features.droplet_particles;
+    params.features.tendrils = config.features.tendrils;
+    params.features.bubbles = config.features.bubbles;
+    params.components = config.output.components;
     return params;
 }
 
@@ -124,8 +139,17 @@ void planRadius(Plan& plan, const std::map<int, std::string>& on_disk) {
     if (!resolved) return;
     plan.skin.radius = resolved->radius;
     plan.spacing = resolved->spacing;
-    const LengthText& width = plan.config.smoothing.width;
-    plan.skin.smoothing_width = width.value * (width.in_spacings ? resolved->spacing : 1);
+    const auto inWorld = [&](const LengthText& length) {
+        return length.value * (length.in_spacings ? resolved->spacing : 1);
+    };
+    plan.skin.smoothing_width = inWorld(plan.config.smoothing.width);
+    plan.skin.inset = inWorld(plan.config.surface.inset);
+    plan.skin.features.bubble_volume =
+        plan.config.features.bubble_volume * resolved->spacing * resolved->spacing * resolved->spacing;
+    const double most = resolved->radius - resolved->spacing / 2;
+    if (plan.skin.inset > 0 && plan.skin.inset > most * (1 + 1e-9))
+        throw Error("surface.inset is " + shortNumber(plan.skin.inset) +
+                    ", expected at most the radius less half a spacing, which is " + shortNumber(most));
     plan.notes.push_back("radius " + shortNumber(resolved->radius) + ", spacing " + shortNumber(resolved->spacing) +
                          " (" + resolved->origin + ')');
     plan.warnings.insert(plan.warnings.end(), resolved->warnings.begin(), resolved->warnings.end());
@@ -174,6 +198,7 @@ Plan planJob(const Config& config, const PlanOptions& options) {
     Plan plan;
     plan.config = config;
     agreeOnTessellation(plan);
+    agreeOnBubbles(plan);
     plan.skin = skinParams(plan.config);
     plan.threads = threadsOf(config);
 

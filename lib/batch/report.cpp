@@ -4,6 +4,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include <cmath>
 #include <fstream>
 
 namespace betamesh {
@@ -48,6 +49,10 @@ std::string reportJson(const FrameReport& report) {
     json["double_sided_triangles"] = report.skin.double_sided_triangles;
     json["degenerate_edges"] = report.skin.degenerate_edges;
     json["isolated_particles"] = report.skin.isolated_particles;
+    json["droplets"] = report.skin.droplets;
+    json["droplet_particles"] = report.skin.droplet_particles;
+    json["tendril_particles"] = report.skin.tendril_particles;
+    json["bubbles_filled"] = report.skin.bubbles_filled;
     json["vertices"] = report.vertices;
     json["triangles"] = report.triangles;
     json["spheres"] = report.spheres;
@@ -168,6 +173,30 @@ std::string checkJson(const CheckReport& report) {
                                      {"closed", component.closed},
                                      {"volume", component.volume},
                                      {"area", component.area}});
+    return oneLine(json);
+}
+
+std::string coherenceJson(const CoherenceReport& report) {
+    const auto vector = [](const Vec3& v) { return Json{v.x, v.y, v.z}; };
+    const auto number = [](double x) { return std::isfinite(x) ? Json(x) : Json(nullptr); };
+    Json json;
+    json["from"] = report.from;
+    json["to"] = report.to;
+    if (!report.error.empty()) {
+        json["error"] = report.error;
+        return oneLine(json);
+    }
+    json["max"] = number(report.distance.max);
+    json["quantile_999"] = number(report.distance.quantile999);
+    json["rms"] = number(report.distance.rms);
+    json["worst"] = vector(report.distance.worst);
+    json["samples"] = report.distance.samples;
+    if (report.particles) {
+        json["particles"] = {{"matched", report.particles->matched},
+                             {"max", report.particles->max},
+                             {"farthest", vector(report.particles->farthest)}};
+        json["ratio"] = report.ratio() ? number(*report.ratio()) : Json(nullptr);
+    }
     return oneLine(json);
 }
 

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "io/file_info.h"
+#include "measure/coherence.h"
 #include "measure/mesh_check.h"
 #include "measure/mesh_measure.h"
 #include "skin/skin_frame.h"
@@ -88,5 +89,22 @@ struct CheckReport {
 
 /// One line without a line break.
 std::string checkJson(const CheckReport& report);
+
+/// How far the surface moved between two moments.
+struct CoherenceReport {
+    std::string from, to;                     ///< mesh files; or seconds after a frame of a pipeline
+    std::string error;                        ///< of a file that could not be read; then nothing below is filled in
+    SurfaceDistance distance;                 ///< world units
+    std::optional<ParticleMotion> particles;  ///< if asked for
+
+    /// The surface's way in those of the fastest particle, if that moved at all.
+    std::optional<double> ratio() const {
+        if (!particles || !(particles->max > 0)) return std::nullopt;
+        return distance.max / particles->max;
+    }
+};
+
+/// One line without a line break. What is infinite becomes null.
+std::string coherenceJson(const CoherenceReport& report);
 
 }  // namespace betamesh

@@ -10,6 +10,7 @@
 #include <compare>
 #include <cstdint>
 #include <functional>
+#include <span>
 #include <vector>
 
 namespace betamesh {
@@ -71,5 +72,31 @@ private:
     std::vector<Entry> entry_;
     std::vector<std::uint32_t> begin_;
 };
+
+/// Goes through points cell by cell: calls visit(entries of the cell, rows of `around` within reach of its box) for
+/// each, on several threads.
+template <typename PositionOf, typename Visit>
+void forCellsWithin(double reach, const CellOrder& points, const CellOrder& around, const PositionOf& positionAround,
+                    const Visit& visit) {
+    parallelRanges(points.cells().size() - 1, 16, [&](std::size_t first, std::size_t last) {
+        std::vector<std::uint32_t> rows;
+        for (std::size_t g = first; g < last; ++g) {
+            const auto cell =
+                std::span(points.entries()).subspan(points.cells()[g], points.cells()[g + 1] - points.cells()[g]);
+            const Vec3 low = points.lowestCorner(cell[0]), high = low + Vec3(points.edge());
+            rows.clear();
+            around.forRowsIn(low - Vec3(reach), high + Vec3(reach), [&](std::uint32_t row) {
+                const Vec3 p = positionAround(row);
+                double beyond = 0;
+                for (int k = 0; k < 3; ++k) {
+                    const double out = std::max({0.0, low[k] - p[k], p[k] - high[k]});
+                    beyond += out * out;
+                }
+                if (beyond < reach * reach) rows.push_back(row);
+            });
+            visit(cell, std::span<const std::uint32_t>(rows));
+        }
+    });
+}
 
 }  // namespace betamesh

@@ -5,6 +5,7 @@
 #include "core/particles.h"
 
 #include <array>
+#include <optional>
 
 namespace betamesh {
 
@@ -12,12 +13,14 @@ namespace betamesh {
 using Triangle = std::array<std::uint32_t, 3>;
 
 /// Lengths in world units, time in seconds.
-/// position has n rows; velocity has n rows or none; every attribute has n rows.
+/// position has n rows; velocity has n rows or none; every attribute has n rows; component, where there is one, has
+/// a row for each triangle.
 struct Mesh {
     std::vector<Vec3> position;
     std::vector<Vec3> velocity;  ///< world units per second
     std::vector<Triangle> triangles;
     std::vector<Attribute> attributes;
+    std::optional<std::vector<std::int32_t>> component{};  ///< the connected piece that each triangle belongs to
 };
 
 /// Points with a radius: what the paper calls external beta vertices.

@@ -3,7 +3,8 @@
 namespace betamesh {
 
 void RigidMotionFit::add(const Vec3& position, const Vec3& velocity, double weight) {
-    const Vec3 &x = position, &v = velocity;
+    if (weight_ == 0) origin_ = position;
+    const Vec3 x = position - origin_, &v = velocity;
     weight_ += weight;
     position_ += x * weight;
     velocity_ += v * weight;
@@ -27,7 +28,7 @@ Vec3 RigidMotionFit::spin() const {
 
 Vec3 RigidMotionFit::velocityAt(const Vec3& position) const {
     if (!(weight_ > 0)) return Vec3(0);
-    return velocity_ / weight_ + cross(spin(), position - position_ / weight_);
+    return velocity_ / weight_ + cross(spin(), position - origin_ - position_ / weight_);
 }
 
 }  // namespace betamesh

@@ -6,11 +6,12 @@
 
 namespace betamesh {
 
-/// Weighted least squares over points added one by one; their order does not matter but for rounding.
+/// Weighted least squares over points added one by one; their order does not matter but for rounding. Everything is
+/// counted from the first point, so that a single one determines its velocity and no rotation.
 /// Where the points leave a rotation undetermined (one point, a line) it is the smallest one.
 class RigidMotionFit {
 public:
-    /// Positions are best given relative to somewhere near. weight >= 0.
+    /// weight >= 0.
     void add(const Vec3& position, const Vec3& velocity, double weight);
     /// The velocity of the fitted motion at a point; zero when nothing was added.
     Vec3 velocityAt(const Vec3& position) const;
@@ -19,6 +20,7 @@ public:
 
 private:
     double weight_ = 0;
+    Vec3 origin_{0, 0, 0};                                          // the first position
     Vec3 position_{0, 0, 0}, velocity_{0, 0, 0}, moment_{0, 0, 0};  // Σw x, Σw v, Σw x × v
     double squares_[6] = {};                                        // Σw of xx, yy, zz, xy, yz, zx
 };

@@ -162,7 +162,13 @@ public:
     PrimitiveReader(Cursor& in, const Header& header, const ReadOptions& options, FileContents& contents)
         : in_(in), options_(options), contents_(contents), points_(header.points), primitives_(header.primitives) {
         const auto vertex = readDeclarations(in, header.vertex_attributes);
-        primitive_bytes_ = rowBytes(readDeclarations(in, header.primitive_attributes));
+        for (const Declaration& d : readDeclarations(in, header.primitive_attributes)) {
+            if (d.name == kComponent && d.type == Type::integer && d.size == 1) {
+                component_at_ = primitive_bytes_;
+                contents.component.emplace();
+            }
+            primitive_bytes_ += std::size_t{4} * d.size;
+        }
         corner_bytes_ = (points_ < kPointsOfLongIndices ? 2 : 4) + rowBytes(vertex);
     }
 
@@ -196,7 +202,9 @@ private:
         } else {
             readPolygon(size);
         }
-        in_.take(primitive_bytes_, "primitive attributes");
+        const std::byte* attributes = in_.take(primitive_bytes_, "primitive attributes");
+        if (contents_.component)
+            contents_.component->resize(contents_.triangles.size(), loadBig<std::int32_t>(attributes + component_at_));
     }
 
     void readPolygon(std::uint32_t size) {
@@ -233,6 +241,7 @@ private:
     std::uint32_t primitives_;
     std::size_t corner_bytes_ = 0;
     std::size_t primitive_bytes_ = 0;
+    std::size_t component_at_ = 0;  // among the bytes of a primitive's attributes
     std::vector<std::uint32_t> polygon_;
 };
 
@@ -253,7 +262,7 @@ std::string wordOf(Type type) {
 // Writing.
 
 void writeHeader(ByteWriter& out, std::size_t points, std::size_t primitives, std::size_t attributes,
-                 const std::string& file) {
+                 std::size_t primitive_attributes, const std::string& file) {
     constexpr std::size_t kMax = std::numeric_limits<std::int32_t>::max();
     if (points > kMax || primitives > kMax)
         throw Error(file + ": " + std::to_string(points) + " points and " + std::to_string(primitives) +
@@ -261,7 +270,7 @@ void writeHeader(ByteWriter& out, std::size_t points, std::size_t primitives, st
     out.text("BgeoV");
     out.big(kVersion);
     for (const std::size_t count : {points, primitives, std::size_t{0}, std::size_t{0}, attributes, std::size_t{0},
-                                    std::size_t{0}, std::size_t{0}})
+                                    primitive_attributes, std::size_t{0}})
         out.big(static_cast<std::int32_t>(count));
 }
 
@@ -307,7 +316,8 @@ void writeEnd(ByteWriter& out) {
 }
 
 template <typename Index>
-void writeTriangles(ByteWriter& out, const std::vector<Triangle>& triangles) {
+void writeTriangles(ByteWriter& out, const Mesh& mesh) {
+    const std::vector<Triangle>& triangles = mesh.triangles;
     for (std::size_t i = 0; i < triangles.size(); ++i) {
         if (i % kLongestRun == 0) {
             out.big(kRun);
@@ -318,6 +328,7 @@ void writeTriangles(ByteWriter& out, const std::vector<Triangle>& triangles) {
         out.text("<");
         const Triangle& t = triangles[i];  // clockwise: see readPolygon
         for (const std::uint32_t corner : {t[0], t[2], t[1]}) out.big(static_cast<Index>(corner));
+        if (mesh.component) out.big((*mesh.component)[i]);
     }
 }
 
@@ -349,7 +360,7 @@ void encodeBgeo(ByteWriter& out, const Particles& particles, const std::string& 
     const bool has_id = !particles.id.empty() || n == 0;
     requireWritable(particles, file);
     requireWritable(particles.attributes, n, {"P", "v", "id"}, file);
-    writeHeader(out, n, 0, particles.attributes.size() + has_velocity + has_id, file);
+    writeHeader(out, n, 0, particles.attributes.size() + has_velocity + has_id, 0, file);
     if (has_velocity) writeDeclaration(out, "v", 3, Type::vector);
     if (has_id) writeDeclaration(out, "id", 1, Type::integer);
     writeDeclarations(out, particles.attributes);
@@ -366,7 +377,7 @@ void encodeBgeo(ByteWriter& out, const Mesh& mesh, const std::string& file) {
     const std::size_t n = mesh.position.size();
     requireWritable(mesh, file);
     requireWritable(mesh.attributes, n, {"P", "v"}, file);
-    writeHeader(out, n, mesh.triangles.size(), mesh.attributes.size() + 1, file);
+    writeHeader(out, n, mesh.triangles.size(), mesh.attributes.size() + 1, mesh.component.has_value(), file);
     writeDeclaration(out, "v", 3, Type::vector);
     writeDeclarations(out, mesh.attributes);
     for (std::size_t i = 0; i < n; ++i) {
@@ -374,10 +385,11 @@ void encodeBgeo(ByteWriter& out, const Mesh& mesh, const std::string& file) {
         writeVector(out, mesh.velocity.empty() ? Vec3(0, 0, 0) : mesh.velocity[i]);
         writeAttributeRow(out, mesh.attributes, i);
     }
+    if (mesh.component) writeDeclaration(out, kComponent, 1, Type::integer);
     if (n < kPointsOfLongIndices)
-        writeTriangles<std::uint16_t>(out, mesh.triangles);
+        writeTriangles<std::uint16_t>(out, mesh);
     else
-        writeTriangles<std::uint32_t>(out, mesh.triangles);
+        writeTriangles<std::uint32_t>(out, mesh);
     writeEnd(out);
 }
 

@@ -10,7 +10,8 @@
 
 namespace betamesh {
 
-/// Points, point attributes (float, int, vector; strings are passed over) and polygons. Gzip is undone.
+/// Points, point attributes (float, int, vector; strings are passed over) and polygons with their
+/// attribute `component`, if it is one integer. Gzip is undone.
 ///
 /// file    for messages
 /// errors  a damaged file, with the byte; the JSON formats of Houdini 12 and later, with advice

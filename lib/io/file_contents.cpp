@@ -104,6 +104,7 @@ Mesh meshFrom(FileContents contents, const std::string& file) {
     mesh.position.reserve(contents.position.size());
     for (const Vec3f& p : contents.position) mesh.position.emplace_back(p);
     mesh.triangles = std::move(contents.triangles);
+    mesh.component = std::move(contents.component);
     mesh.attributes = std::move(contents.attributes);
     requireWritable(mesh, file);
     return mesh;
@@ -165,6 +166,9 @@ void requireWritable(const Mesh& mesh, const std::string& file) {
     if (!mesh.velocity.empty() && mesh.velocity.size() != n)
         throw Error(file + ": velocity has " + std::to_string(mesh.velocity.size()) + " rows, expected none or " +
                     std::to_string(n));
+    if (mesh.component && mesh.component->size() != mesh.triangles.size())
+        throw Error(file + ": component has " + std::to_string(mesh.component->size()) +
+                    " rows, expected one for each of " + std::to_string(mesh.triangles.size()) + " triangles");
     requireFinite(mesh.position, "position", file);
     requireFinite(mesh.velocity, "velocity", file);
     for (std::size_t i = 0; i < mesh.triangles.size(); ++i)

@@ -18,9 +18,13 @@ struct FileContents {
     std::vector<std::uint64_t> id;  ///< n rows or none
     std::vector<Attribute> attributes;
     std::vector<Triangle> triangles;  ///< counter-clockwise seen from outside, corners within the points
+    std::optional<std::vector<std::int32_t>> component;  ///< as Mesh::component
     std::size_t edges = 0;
     bool declares_faces = false;  ///< also when there are none
 };
+
+/// The name of Mesh::component in files.
+inline constexpr const char* kComponent = "component";
 
 /// What a reader is to look for.
 struct ReadOptions {
@@ -53,7 +57,7 @@ std::uint32_t idOf32Bits(const std::vector<std::uint64_t>& ids, std::size_t i, c
 /// Throws Error unless validate() passes.
 void requireWritable(const Particles& particles, const std::string& file);
 
-/// Throws Error unless rows match, corners exist and positions and velocities are finite.
+/// Throws Error unless rows match, components among them, corners exist and positions and velocities are finite.
 void requireWritable(const Mesh& mesh, const std::string& file);
 
 }  // namespace betamesh

@@ -16,7 +16,8 @@ Mesh readMesh(const std::filesystem::path& path);
 
 /// Writes .ply, .bgeo, .bgeo.gz or .obj; nothing stands under that name before it is complete.
 /// Positions are rounded to float. Velocity is always declared (zeros where the mesh has none), so that
-/// all frames of a sequence declare the same attributes; .obj holds positions and faces only.
+/// all frames of a sequence declare the same attributes. Components are a property of faces, in .bgeo an attribute of
+/// primitives; .obj holds positions and faces only, and each component as an object `component_N`.
 void writeMesh(const std::filesystem::path& path, const Mesh& mesh);
 
 /// Writes points with a radius: .ply (property `radius`) or .bgeo, .bgeo.gz (`pscale`), velocity and id

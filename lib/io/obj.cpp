@@ -4,12 +4,16 @@
 #include <charconv>
 #include <cmath>
 #include <limits>
+#include <numeric>
+#include <optional>
 
 namespace betamesh {
 
 namespace {
 
 // source  Wavefront, "Advanced Visualizer" manual, appendix B1: the object file format
+
+constexpr const char* kObject = "component_";
 
 class ObjReader {
 public:
@@ -23,6 +27,7 @@ public:
             readLine(text_.substr(0, end));
             text_.remove_prefix(std::min(end + 1, text_.size()));
         }
+        if (any_component_ && !stray_face_) contents_.component = std::move(components_);
         for (std::size_t i = 0; i < contents_.triangles.size(); ++i)
             for (const std::uint32_t corner : contents_.triangles[i])
                 if (corner >= contents_.position.size())
@@ -48,6 +53,7 @@ private:
         const std::string_view keyword = nextWord(line);
         if (keyword == "v") readVertex(line);
         if (keyword == "f") readFace(line);
+        if (keyword == "o") readObject(line);
         if (keyword == "l") {
             readCorners(line);
             if (corners_.size() > 1) contents_.edges += corners_.size() - 1;
@@ -77,6 +83,20 @@ private:
         readCorners(line);
         if (corners_.size() < 3) fail("a face has " + std::to_string(corners_.size()) + " corners, expected 3 or more");
         appendFan(corners_, contents_.triangles);
+        components_.resize(contents_.triangles.size(), component_.value_or(0));
+        stray_face_ = stray_face_ || !component_;
+    }
+
+    void readObject(std::string_view line) {
+        const std::string_view name = nextWord(line), start = kObject;
+        component_.reset();
+        if (!name.starts_with(start)) return;
+        std::int32_t number = 0;
+        const char* end = name.data() + name.size();
+        const auto [stop, error] = std::from_chars(name.data() + start.size(), end, number);
+        if (error != std::errc() || stop != end) return;
+        component_ = number;
+        any_component_ = true;
     }
 
     void readCorners(std::string_view line) {
@@ -99,6 +119,9 @@ private:
     FileContents& contents_;
     std::size_t line_ = 0;
     std::vector<std::uint32_t> corners_;
+    std::optional<std::int32_t> component_;  // of the object at hand
+    bool any_component_ = false, stray_face_ = false;
+    std::vector<std::int32_t> components_;  // of the triangles so far
 };
 
 template <typename Value>
@@ -133,13 +156,31 @@ void encodeObj(ByteWriter& out, const Mesh& mesh, const std::string& file) {
         }
         out.text("\n");
     }
-    for (const Triangle& t : mesh.triangles) {
+    const auto writeFace = [&](const Triangle& t) {
         out.text("f");
         for (const std::uint32_t corner : t) {
             out.text(" ");
             writeNumber(out, std::uint64_t{corner} + 1);
         }
         out.text("\n");
+    };
+    if (!mesh.component) {
+        for (const Triangle& t : mesh.triangles) writeFace(t);
+    } else {
+        const std::vector<std::int32_t>& component = *mesh.component;
+        std::vector<std::uint32_t> order(component.size());
+        std::iota(order.begin(), order.end(), 0u);
+        std::stable_sort(order.begin(), order.end(),
+                         [&](std::uint32_t a, std::uint32_t b) { return component[a] < component[b]; });
+        for (std::size_t i = 0; i < order.size(); ++i) {
+            if (i == 0 || component[order[i]] != component[order[i - 1]]) {
+                out.text("o ");
+                out.text(kObject);
+                writeNumber(out, component[order[i]]);
+                out.text("\n");
+            }
+            writeFace(mesh.triangles[order[i]]);
+        }
     }
     out.flush();
 }

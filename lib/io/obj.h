@@ -1,4 +1,4 @@
-// Wavefront OBJ: positions and faces, nothing else.
+// Wavefront OBJ: positions, faces and components, nothing else.
 
 #pragma once
 
@@ -8,11 +8,13 @@
 
 namespace betamesh {
 
-/// Lines v, f (a, a/b, a//c, a/b/c; negative indices count back) and l; all others are passed over.
+/// Lines v, f (a, a/b, a//c, a/b/c; negative indices count back) and l; all others are passed over. Where every face
+/// follows a line `o component_N`, these are the components.
 FileContents parseObj(std::span<const std::byte> bytes, const std::string& file);
 
 /// Positions with as many digits as a float needs to come back the same. Velocity and attributes are left out:
-/// the format has no place for them.
+/// the format has no place for them. Components become objects: faces are sorted by component, otherwise in their
+/// order.
 void encodeObj(ByteWriter& out, const Mesh& mesh, const std::string& file);
 
 }  // namespace betamesh

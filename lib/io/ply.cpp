@@ -485,12 +485,24 @@ private:
 
 bool isFaceList(const Property& p) { return p.is_list && (p.name == "vertex_indices" || p.name == "vertex_index"); }
 
+/// Of a type that fits in 32 bits with a sign.
+bool isComponent(const Property& p) {
+    return !p.is_list && !isReal(p.type) && p.type != Number::uint32 && p.name == kComponent;
+}
+
 template <typename Source>
 void readFaces(Source& source, const Element& element, FileContents& contents) {
     std::vector<std::uint32_t> corners;
     const std::size_t points = contents.position.size();
-    for (std::uint64_t row = 0; row < element.rows; ++row)
+    const auto& properties = element.properties;
+    if (std::any_of(properties.begin(), properties.end(), isComponent)) contents.component.emplace();
+    for (std::uint64_t row = 0; row < element.rows; ++row) {
+        std::int32_t component = 0;
         for (const Property& p : element.properties) {
+            if (isComponent(p)) {
+                component = static_cast<std::int32_t>(source.whole(p.type));
+                continue;
+            }
             if (!isFaceList(p)) {
                 if (p.is_list)
                     VertexReader::skipList(source, p);
@@ -511,6 +523,8 @@ void readFaces(Source& source, const Element& element, FileContents& contents) {
             }
             appendFan(corners, contents.triangles);
         }
+        if (contents.component) contents.component->resize(contents.triangles.size(), component);
+    }
 }
 
 template <typename Source>
@@ -567,8 +581,9 @@ public:
             for (std::uint32_t c = 0; c < a.components; ++c)
                 scalars(a.integer.empty() ? "float" : "int", {a.name + suffix(c, a.components)});
     }
-    void faces(std::size_t count) {
+    void faces(std::size_t count, bool components) {
         out_.text("element face " + std::to_string(count) + "\nproperty list uchar int vertex_indices\n");
+        if (components) scalars("int", {kComponent});
     }
     void endHeader() { out_.text("end_header\n"); }
 
@@ -653,16 +668,17 @@ void encodePly(ByteWriter& out, const Mesh& mesh, const std::string& file) {
     PlyWriter ply(out, n);
     ply.scalars("float", {"vx", "vy", "vz"});
     ply.attributes(mesh.attributes);
-    ply.faces(mesh.triangles.size());
+    ply.faces(mesh.triangles.size(), mesh.component.has_value());
     ply.endHeader();
     for (std::size_t i = 0; i < n; ++i) {
         ply.vector(mesh.position[i]);
         ply.vector(mesh.velocity.empty() ? Vec3(0, 0, 0) : mesh.velocity[i]);
         ply.attributeRow(mesh.attributes, i);
     }
-    for (const Triangle& t : mesh.triangles) {
+    for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
         out.little(std::uint8_t{3});
-        for (const std::uint32_t corner : t) out.little(corner);
+        for (const std::uint32_t corner : mesh.triangles[i]) out.little(corner);
+        if (mesh.component) out.little((*mesh.component)[i]);
     }
     out.flush();
 }

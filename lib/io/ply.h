@@ -11,7 +11,8 @@ namespace betamesh {
 
 /// Points are the element `vertex`: x y z, any other scalars as attributes. Neighbours a_x a_y (a_z a_w) or
 /// a_0 a_1 … of one kind become one attribute a; vx vy vz becomes v. Faces are the list vertex_indices or
-/// vertex_index of the element `face`. Other elements and lists are passed over.
+/// vertex_index of the element `face`, the whole number `component` beside it. Other elements and lists are passed
+/// over.
 FileContents parsePly(std::span<const std::byte> bytes, const std::string& file, const ReadOptions& options = {});
 
 void encodePly(ByteWriter& out, const Particles& particles, const std::string& file);

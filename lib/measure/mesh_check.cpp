@@ -334,10 +334,14 @@ Mesh weldVertices(const Mesh& mesh) {
             }
         }
     }
-    for (Triangle t : mesh.triangles) {
+    if (mesh.component) welded.component.emplace();
+    for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
+        Triangle t = mesh.triangles[i];
         const bool bad = namesMissing(t, n) || namesTwice(t);
         for (std::uint32_t& v : t) v = v < n ? row[place[v]] : kNoTriangle;
-        if (bad || !namesTwice(t)) welded.triangles.push_back(t);
+        if (!bad && namesTwice(t)) continue;
+        welded.triangles.push_back(t);
+        if (mesh.component) welded.component->push_back((*mesh.component)[i]);
     }
     return welded;
 }

@@ -18,7 +18,7 @@ struct TriangleSide {
 /// All sides, those of one edge next to each other, in the order of their triangles.
 ///
 /// same    result for any thread count
-/// cost    O(triangles log triangles)
+/// cost    O(triangles) where few triangles share a vertex
 std::vector<TriangleSide> sortedSides(std::span<const Triangle> triangles);
 
 /// Calls visit(sides) for each edge.

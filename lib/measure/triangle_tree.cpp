@@ -120,9 +120,14 @@ std::size_t TriangleTree::lastLeaf(std::size_t node) const {
     return ((node + 1) << down) - 1 - first_leaf_;
 }
 
-double TriangleTree::distanceTo(const Vec3& point) const {
+double TriangleTree::distanceTo(const Vec3& point, std::size_t& near) const {
     if (order_.empty()) return kInfinity;
-    double nearest = kInfinity;  // squared
+    const auto squaredTo = [&](std::size_t i) {
+        const Triangle& t = triangles_[order_[i]];
+        return squaredDistance(point, position_[t[0]], position_[t[1]], position_[t[2]]);
+    };
+    near = std::min(near, order_.size() - 1);
+    double nearest = squaredTo(near);
     struct Waiting {
         std::size_t node;
         double distance;
@@ -136,16 +141,19 @@ double TriangleTree::distanceTo(const Vec3& point) const {
         if (next.node >= first_leaf_) {
             const std::size_t leaf = next.node - first_leaf_;
             for (std::size_t i = leaf * kLeaf; i < std::min(order_.size(), (leaf + 1) * kLeaf); ++i) {
-                const Triangle& t = triangles_[order_[i]];
-                nearest = std::min(nearest, squaredDistance(point, position_[t[0]], position_[t[1]], position_[t[2]]));
+                if (squaredDistance(point, box_[i]) >= nearest) continue;
+                const double squared = squaredTo(i);
+                if (squared >= nearest) continue;
+                nearest = squared;
+                near = i;
             }
             continue;
         }
-        Waiting near{2 * next.node, squaredDistance(point, node_[2 * next.node])};
-        Waiting far{2 * next.node + 1, squaredDistance(point, node_[2 * next.node + 1])};
-        if (far.distance < near.distance) std::swap(near, far);
-        stack[depth++] = far;
-        stack[depth++] = near;
+        Waiting closer{2 * next.node, squaredDistance(point, node_[2 * next.node])};
+        Waiting farther{2 * next.node + 1, squaredDistance(point, node_[2 * next.node + 1])};
+        if (farther.distance < closer.distance) std::swap(closer, farther);
+        if (farther.distance < nearest) stack[depth++] = farther;
+        if (closer.distance < nearest) stack[depth++] = closer;
     }
     return std::sqrt(nearest);
 }

@@ -83,10 +83,11 @@ Cut cutFor(Rate angle, std::uint32_t least, const ArcSubdivision& subdivision) {
         return {std::clamp(static_cast<std::uint32_t>(std::ceil(wanted.value)), least, kMostSegments)};
     std::uint32_t count = 1;
     while (count < least) count *= 2;
-    if (wanted.value <= kFadesFrom * count) return {count};
+    if (least > 2 && wanted.value <= kFadesFrom * count) return {count};
     while (wanted.value > kFadesFrom * count && count < kMostSegments) count *= 2;
     const Rate t = (wanted * 2 / count - kFadesFrom) / (kFadesTo - kFadesFrom);
-    if (t.value >= 1) return {count};
+    if (count == 1 || t.value >= 1) return {count};
+    if (t.value <= 0) return {count, kLeastFading};
     return {count, kLeastFading + t * t * (3 - t * 2) * (1 - kLeastFading)};
 }
 

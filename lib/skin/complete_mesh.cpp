@@ -15,7 +15,7 @@ constexpr std::size_t kBallsPerTask = 32;
 constexpr double kGrid = 0x1p38;         // of the hull's points, per radius
 constexpr double kLeastClearance = 0.2;  // of points on the boundary, in angles between neighbouring points
 constexpr double kSinkingBegins = 0.75;  // clearance below which points sink, in the same
-constexpr double kSinkingDepth = 0.7;    // radii at the rim, in squares of the same
+constexpr double kSinkingDepth = 0.25;   // radii at the rim, in squares of the same
 
 Vec3i onGrid(const Vec3& direction) {
     return {std::llround(direction.x * kGrid), std::llround(direction.y * kGrid), std::llround(direction.z * kGrid)};

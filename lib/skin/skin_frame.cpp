@@ -3,11 +3,13 @@
 #include "core/error.h"
 #include "skin/alpha_mesh.h"
 #include "skin/arc_points.h"
+#include "skin/attributes.h"
 #include "skin/ball_boundary.h"
 #include "skin/ball_faces.h"
 #include "skin/boundary_samples.h"
 #include "skin/complete_mesh.h"
 #include "skin/face_points.h"
+#include "skin/features.h"
 #include "skin/paper_mesh.h"
 #include "skin/smooth_coherent.h"
 #include "skin/smooth_paper.h"
@@ -16,6 +18,7 @@
 #include "skin/velocity.h"
 
 #include <algorithm>
+#include <optional>
 
 namespace betamesh {
 
@@ -27,8 +30,11 @@ constexpr double kArcAngle = 0.75;  // of a common arc, radians: a segment of it
 constexpr double kLeastAngle = 0.05, kLargestAngle = 0.7;
 
 struct Structure {
-    SnappedParticles snapped;
+    SnappedParticles snapped;  // without what left as a feature
     BallBoundary boundary;
+    Spheres apart;  // what left, and is to be kept
+    std::size_t distinct_particles = 0;
+    std::size_t droplets = 0, droplet_particles = 0, tendril_particles = 0;
     int retries = 0;
 };
 
@@ -38,10 +44,42 @@ std::string describe(const Particles& particles, std::uint32_t row) {
            std::to_string(p.z) + ")";
 }
 
+void leaveOutDroplets(const Particles& particles, const Features& features, Structure& structure) {
+    if (features.droplets == Droplets::mesh) return;
+    const auto least = static_cast<std::size_t>(std::max(1, features.droplet_particles));
+    const SmallComponents small = smallComponents(structure.snapped, least);
+    if (features.droplets == Droplets::points)
+        addSpheres(particles, structure.snapped, small.particle, structure.apart);
+    structure.snapped = without(structure.snapped, small.particle);
+    structure.droplets = small.count;
+    structure.droplet_particles = small.particle.size();
+}
+
+// Particles -> the boundary of those that are to be meshed; boundaryOf tells why there is none, if so.
+template <typename BoundaryOf>
+std::optional<UnpairedEdge> buildStructure(const Particles& particles, const SkinParams& params, const Jitter& jitter,
+                                           const BoundaryOf& boundaryOf, Structure& structure) {
+    structure = {};
+    structure.snapped = snapParticles(particles, params.radius, jitter);
+    structure.distinct_particles = structure.snapped.size();
+    leaveOutDroplets(particles, params.features, structure);
+    for (;;) {
+        std::variant<BallBoundary, UnpairedEdge> built = boundaryOf(structure.snapped, survivors(structure.snapped));
+        if (const auto* unpaired = std::get_if<UnpairedEdge>(&built)) return *unpaired;
+        structure.boundary = std::move(std::get<BallBoundary>(built));
+        if (params.features.tendrils == Tendrils::mesh) return std::nullopt;
+        // Without them the alpha mesh gains triangles at most, and rarely a new tendril: look again.
+        const std::vector<std::uint32_t> tendrils = tendrilParticles(structure.boundary);
+        if (tendrils.empty()) return std::nullopt;
+        addSpheres(particles, structure.snapped, tendrils, structure.apart);
+        structure.tendril_particles += tendrils.size();
+        structure.snapped = without(structure.snapped, tendrils);
+    }
+}
+
 Structure exactStructure(const Particles& particles, const SkinParams& params) {
     Structure structure;
-    structure.snapped = snapParticles(particles, params.radius);
-    structure.boundary = ballBoundary(structure.snapped, survivors(structure.snapped));
+    buildStructure(particles, params, {}, ballBoundary, structure);
     return structure;
 }
 
@@ -49,36 +87,34 @@ Structure exactStructure(const Particles& particles, const SkinParams& params) {
 Structure floatStructure(const Particles& particles, const SkinParams& params) {
     for (int attempt = 0;; ++attempt) {
         Structure structure;
-        structure.snapped = snapParticles(particles, params.radius, {params.tolerance, attempt});
-        auto built = ballBoundaryInFloats(structure.snapped, survivors(structure.snapped));
-        if (auto* boundary = std::get_if<BallBoundary>(&built)) {
-            structure.boundary = std::move(*boundary);
-            structure.retries = attempt;
-            return structure;
-        }
-        if (attempt >= params.retries) {
-            const auto edge = std::get<UnpairedEdge>(built);
+        const auto edge =
+            buildStructure(particles, params, {params.tolerance, attempt}, ballBoundaryInFloats, structure);
+        structure.retries = attempt;
+        if (!edge) return structure;
+        if (attempt >= params.retries)
             throw Error("floating-point predicates left the alpha mesh open after " + std::to_string(params.retries) +
-                        " retries: the edge from " + describe(particles, edge.from) + " to " +
-                        describe(particles, edge.to) + " " + std::string(edge.fault) +
+                        " retries: the edge from " + describe(particles, edge->from) + " to " +
+                        describe(particles, edge->to) + " " + std::string(edge->fault) +
                         "; expected every oriented edge to have one opposite. Use exact "
                         "predicates, more retries or a larger tolerance");
-        }
     }
 }
 
-// Coherent smoothing of either tessellation; the network is that of the samples.
+// Of coherent smoothing.
+int passesOf(const SkinParams& params) { return params.smoothing == SmoothingMethod::coherent ? params.passes : 0; }
+
+// Coherent smoothing and inset of either tessellation; the network is that of the samples.
 void smooth(const Structure& structure, const std::vector<Moving>& balls, const std::vector<Vec3>& spins,
             const ArcNetwork& network, const FacePoints& points, const SkinParams& params, BetaMesh& mesh) {
     const double width = params.smoothing_width > 0 ? params.smoothing_width : kSmoothingWidth * params.radius;
     smoothCoherently(mesh, boundarySamples(structure.boundary, balls, spins, network, points),
-                     {params.radius, width, params.passes});
+                     {params.radius, width, passesOf(params), params.inset});
 }
 
 BetaMesh completeSurface(const Particles& particles, const Structure& structure, const std::vector<Moving>& balls,
-                         const SkinParams& params, const Watch& watch) {
+                         const SkinParams& params, const Watch& watch, SkinReport& report) {
     const BallBoundary& boundary = structure.boundary;
-    const bool smoothed = params.smoothing == SmoothingMethod::coherent && params.passes > 0;
+    const bool smoothed = passesOf(params) > 0 || params.inset > 0;
     ArcSubdivision subdivision;
     subdivision.segments = params.arc_subdivisions;
     subdivision.appearance = smoothed ? Appearance::gradual : Appearance::on_boundary;
@@ -91,10 +127,12 @@ BetaMesh completeSurface(const Particles& particles, const Structure& structure,
     const ArcNetwork network = arcPoints(boundary, balls, spins, std::move(vertices), subdivision);
     const FacePoints points = facePoints(structure.snapped, boundary, balls, spins, angle);
     BetaMesh beta = completeTessellation(boundary, balls, spins, network, points, subdivision.appearance);
+    if (params.features.bubbles == Bubbles::fill)  // before smoothing: small bubbles may be turned inside out by it
+        report.bubbles_filled = fillBubbles(beta, params.radius, params.features.bubble_volume);
     watch("tessellate");
     if (smoothed) smooth(structure, balls, spins, network, points, params, beta);
     watch("smooth");
-    if (!particles.velocity.empty()) slideWithParticles(boundary, balls, beta);
+    if (!particles.velocity.empty()) slideWithParticles(boundary, balls, spins, beta);
     watch("velocity");
     return beta;
 }
@@ -106,7 +144,7 @@ PaperMesh paperSurface(const Particles& particles, const Structure& structure, c
     PaperMesh beta = paperTessellation(structure.boundary, balls, vertices);
     watch("tessellate");
     if (params.smoothing == SmoothingMethod::paper) smoothAsInPaper(beta, params.passes);
-    if (params.smoothing == SmoothingMethod::coherent) {
+    if (params.smoothing != SmoothingMethod::paper && (passesOf(params) > 0 || params.inset > 0)) {
         const std::vector<Vec3> spins = spinsOfBalls(structure.boundary, balls, particles);
         smooth(structure, balls, spins, arcPoints(structure.boundary, balls, spins, vertices, {}),
                facePoints(structure.snapped, structure.boundary, balls, spins, kSampleAngle), params, beta);
@@ -116,10 +154,21 @@ PaperMesh paperSurface(const Particles& particles, const Structure& structure, c
     return beta;
 }
 
+void append(const Spheres& from, Spheres& to) {
+    const auto add = [](const auto& more, auto& all) { all.insert(all.end(), more.begin(), more.end()); };
+    add(from.position, to.position);
+    add(from.velocity, to.velocity);
+    add(from.radius, to.radius);
+    add(from.id, to.id);
+}
+
 void count(const Particles& particles, const Structure& structure, SkinReport& report) {
     const BallBoundary& boundary = structure.boundary;
     report.particles = particles.size();
-    report.distinct_particles = structure.snapped.size();
+    report.distinct_particles = structure.distinct_particles;
+    report.droplets = structure.droplets;
+    report.droplet_particles = structure.droplet_particles;
+    report.tendril_particles = structure.tendril_particles;
     report.alpha_triangles = boundary.triangle.size();
     report.double_sided_triangles = doubleSidedTriangles(boundary);
     report.degenerate_edges = boundary.circle.size();
@@ -133,6 +182,16 @@ void count(const Particles& particles, const Structure& structure, SkinReport& r
     report.perturbation_retries = structure.retries;
 }
 
+// Accelerations are carried unasked: with them motion blur is curved.
+std::vector<std::string> attributesFor(const Particles& particles, const SkinParams& params) {
+    std::vector<std::string> names = params.attributes;
+    for (const Attribute& a : particles.attributes)
+        if ((a.name == "accel" || a.name == "acceleration") && a.components == 3 && !a.real.empty() &&
+            std::find(names.begin(), names.end(), a.name) == names.end())
+            names.push_back(a.name);
+    return names;
+}
+
 }  // namespace
 
 SkinnedFrame skinFrame(const Particles& particles, const SkinParams& params, const Watch& watch_or_none) {
@@ -140,6 +199,9 @@ SkinnedFrame skinFrame(const Particles& particles, const SkinParams& params, con
     if (params.surface == SurfaceKind::beta && params.tessellation != Tessellation::paper &&
         params.smoothing == SmoothingMethod::paper)
         throw Error("the paper's smoothing averages over the fans of its own tessellation, expected that one");
+    if (params.features.bubbles == Bubbles::fill &&
+        (params.surface != SurfaceKind::beta || params.tessellation != Tessellation::complete))
+        throw Error("only the complete tessellation has bubbles that can be filled, expected that one");
     SkinnedFrame frame;
 
     Structure structure = params.predicates == PredicateKind::exact ? exactStructure(particles, params)
@@ -148,6 +210,7 @@ SkinnedFrame skinFrame(const Particles& particles, const SkinParams& params, con
     count(particles, structure, frame.report);
     watch("structure");
 
+    frame.spheres = std::move(structure.apart);
     const std::vector<Moving> balls = movingBalls(structure.boundary, particles);
     switch (params.surface) {
         case SurfaceKind::alpha:
@@ -158,14 +221,17 @@ SkinnedFrame skinFrame(const Particles& particles, const SkinParams& params, con
             break;
         case SurfaceKind::beta:
             if (params.tessellation == Tessellation::complete) {
-                frame.mesh = asMesh(completeSurface(particles, structure, balls, params, watch));
+                frame.mesh = asMesh(completeSurface(particles, structure, balls, params, watch, frame.report));
             } else {
                 frame.mesh = asMesh(paperSurface(particles, structure, balls, params, watch));
-                frame.spheres = externalSpheres(structure.boundary, particles);
+                append(externalSpheres(structure.boundary, particles), frame.spheres);
             }
             break;
     }
     if (particles.velocity.empty()) frame.mesh.velocity.clear();
+    frame.mesh.attributes =
+        carriedAttributes(particles, structure.boundary, balls, attributesFor(particles, params), frame.mesh.position);
+    if (params.components) labelComponents(frame.mesh);
     watch("tessellate");
     return frame;
 }

@@ -6,6 +6,7 @@
 #include "core/particles.h"
 
 #include <functional>
+#include <string>
 #include <string_view>
 
 namespace betamesh {
@@ -29,6 +30,30 @@ enum class SmoothingMethod {
     paper,     ///< the paper's averages over neighbouring faces; for the paper's tessellation alone
 };
 
+/// What becomes of droplets: connected components of the union of balls with few particles.
+enum class Droplets {
+    mesh,    ///< surfaces like any other
+    points,  ///< they leave the mesh; their particles become external spheres
+    drop,    ///< they leave altogether
+};
+/// What becomes of tendrils: particles in no alpha triangle, but in a degenerate edge.
+enum class Tendrils { mesh, points };
+/// What becomes of small enclosed voids.
+enum class Bubbles {
+    mesh,
+    fill,  ///< they are no part of the mesh; for the complete tessellation alone
+};
+
+/// Droplets leave first, whole; then tendrils, until none is left, and where they held things together these are not
+/// judged again.
+struct Features {
+    Droplets droplets = Droplets::mesh;
+    int droplet_particles = 8;  ///< what has fewer particles is a droplet, >= 1; all particles count, duplicates once
+    Tendrils tendrils = Tendrils::mesh;
+    Bubbles bubbles = Bubbles::mesh;
+    double bubble_volume = 0;  ///< what encloses less, with all that is in it, is filled; world units cubed, >= 0
+};
+
 /// Everything that shapes the surface of one frame.
 struct SkinParams {
     double radius = 0;  ///< of the balls, world units, > 0; the paper uses 1.5 particle spacings
@@ -39,12 +64,17 @@ struct SkinParams {
     int retries = 3;          ///< floating predicates: how often particles are jittered before giving up, >= 0
     double tolerance = 1e-5;  ///< floating predicates: size of the jitter in radii, (0, 0.1]
     SmoothingMethod smoothing = SmoothingMethod::coherent;
-    double smoothing_width = 0;          ///< coherent: its reach, world units, >= 0; 0: 2.8 radii
-    int passes = 1;                      ///< of smoothing, >= 0
-    bool resolve_intersections = false;  ///< the paper's tessellation: push vertices out to particles that lie outside
+    double smoothing_width = 0;           ///< coherent: its reach, world units, >= 0; 0: 2.8 radii
+    int passes = 1;                       ///< of smoothing, >= 0
+    double inset = 0;                     ///< inwards where the liquid is thick, world units, >= 0; not with paper
+    std::vector<std::string> attributes;  ///< of the particles, carried to the mesh's vertices
+    bool resolve_intersections = false;   ///< the paper's tessellation: push vertices out to particles that lie outside
+    Features features;
+    bool components = false;  ///< number the connected pieces of the mesh, the largest first
 };
 
-/// What was found on the way; the numbers of the per-frame report.
+/// What was found on the way; the numbers of the per-frame report. Those of the alpha mesh are without what left it as
+/// a feature.
 struct SkinReport {
     std::size_t particles = 0;
     std::size_t distinct_particles = 0;  ///< after exact duplicates collapsed
@@ -54,11 +84,17 @@ struct SkinReport {
     std::size_t isolated_particles = 0;
     std::size_t alpha_vertices = 0;  ///< particles that some alpha triangle uses
     int perturbation_retries = 0;
+    // What left the mesh, as the parameters ask for:
+    std::size_t droplets = 0;
+    std::size_t droplet_particles = 0;  ///< distinct
+    std::size_t tendril_particles = 0;  ///< distinct
+    std::size_t bubbles_filled = 0;
 };
 
 struct SkinnedFrame {
     Mesh mesh;        ///< has velocity exactly when the particles have
-    Spheres spheres;  ///< what the paper's tessellation leaves out: isolated particles, ends of degenerate edges
+    Spheres spheres;  ///< what is no part of the mesh: droplets and tendrils where asked for; with the paper's
+                      ///< tessellation isolated particles and ends of degenerate edges
     SkinReport report;
 };
 
@@ -71,8 +107,9 @@ using Watch = std::function<void(std::string_view stage)>;
 /// out     a closed mesh; no particles give an empty mesh
 /// same    bytes for any thread count and particle order
 /// cost    O(n) for a bounded number of neighbours within two radii
-/// errors  the paper's smoothing of another tessellation than the paper's; particles beyond the integer range; floating
-/// predicates that stay invalid after all retries source  beta mesh paper, section 3
+/// errors  the paper's smoothing of another tessellation than the paper's; bubbles filled of another than the complete
+///         one; particles beyond the integer range; floating predicates that stay invalid after all retries
+/// source  beta mesh paper, section 3
 SkinnedFrame skinFrame(const Particles& particles, const SkinParams& params, const Watch& watch = {});
 
 }  // namespace betamesh

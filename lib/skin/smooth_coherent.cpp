@@ -13,13 +13,16 @@ namespace betamesh {
 
 namespace {
 
-constexpr double kFarthest = 0.35;      // that a vertex goes, in radii
-constexpr double kStayingBegins = 0.7;  // clearance up to which a vertex goes all the way
-constexpr double kStaysWhole = 1.4;     // and from which it stays
-constexpr double kOwnWeight = 0.02;     // of the vertex itself against the samples, in radii
-constexpr double kRound = 1e-3;         // added to the samples' variance, in squared radii: keeps single ones flat
-constexpr float kLeastMean = 0.01F;     // added to |m|²
-constexpr float kSteepest = 0.4F;       // square of how steep a sample may lie
+constexpr double kFarthest = 0.35;          // that a vertex goes, in radii
+constexpr double kStayingBegins = 0.7;      // clearance up to which a vertex goes all the way
+constexpr double kStaysWhole = 1.4;         // and from which it stays
+constexpr double kOwnWeight = 0.02;         // of the vertex itself against the samples, in radii
+constexpr double kRound = 1e-3;             // added to the samples' variance, in squared radii: keeps single ones flat
+constexpr float kLeastMean = 0.01F;         // added to |m|²
+constexpr float kSteepest = 0.4F;           // square of how steep a sample may lie
+constexpr float kSoft = 0.04F;              // added to squared distances between opposite sides, in squared radii
+constexpr double kSheet = 4;                // thickness² · what sumOpposite finds on a plane sheet
+constexpr double kShareOfThickness = 0.45;  // that an inset takes at most
 
 // Samples in blocks of as many as the widest registers hold.
 constexpr std::size_t kLanes = 16;
@@ -50,19 +53,17 @@ struct alignas(kLanes * sizeof(float)) Block {
 enum Sum { kWeight, kOffset, kDirection = kOffset + 3, kAlong = kDirection + 3, kSquare, kSums };
 struct Sums {
     double value[kSums], rate[kSums];
+    float mean[3], mean_rate[3];         // Σ w K d / Σ w K
+    float inverse_mean = 0, growth = 0;  // 1 / (|mean|² + kLeastMean), and minus its rate by itself
 
     Rate number(int s) const { return {value[s], rate[s]}; }
     Moving vector(int s) const { return {{value[s], value[s + 1], value[s + 2]}, {rate[s], rate[s + 1], rate[s + 2]}}; }
 };
 
-struct Kernel {
-    float inverse_square_width, square_radius;
-};
-
-// x, v: the point and its velocity. Both loops and all sums run over the blocks in order, lane by lane, so every
-// instruction set gives the same bytes.
+// All lengths here are in radii. x, v: the point and its velocity. Both loops and all sums run over the blocks in
+// order, lane by lane, so every instruction set gives the same bytes.
 BETAMESH_EVERY_CPU
-void sumUp(const Block* blocks, std::size_t n, const Kernel& kernel, const float* x, const float* v, Sums& sums) {
+void sumUp(const Block* blocks, std::size_t n, float inverse_square_width, const float* x, const float* v, Sums& sums) {
     const Lanes zero{}, one = zero + 1.0F;
     const auto total = [](const Lanes& lanes) __attribute__((always_inline)) {
         double sum = 0;
@@ -70,14 +71,14 @@ void sumUp(const Block* blocks, std::size_t n, const Kernel& kernel, const float
         return sum;
     };
 
-    const float narrow = 4 * kernel.inverse_square_width;
+    const float narrow = 4 * inverse_square_width;
 
     Lanes mean[4] = {}, mean_rate[4] = {};
     for (std::size_t i = 0; i < n; ++i) {
         const auto& f = blocks[i].field;
         const Lanes px = f[kX] - x[0], py = f[kY] - x[1], pz = f[kZ] - x[2];
         const Lanes vx = f[kVx] - v[0], vy = f[kVy] - v[1], vz = f[kVz] - v[2];
-        Lanes t = one - (px * px + py * py + pz * pz) * kernel.inverse_square_width;
+        Lanes t = one - (px * px + py * py + pz * pz) * inverse_square_width;
         t = t > 0 ? t : zero;
         const Lanes k = f[kW] * t * t;
         const Lanes kr = f[kU] * t * t - f[kW] * t * (px * vx + py * vy + pz * vz) * narrow;
@@ -94,14 +95,14 @@ void sumUp(const Block* blocks, std::size_t n, const Kernel& kernel, const float
     std::fill_n(sums.rate, +kSums, 0.0);
     const Rate weight(total(mean[3]), total(mean_rate[3]));
     if (!(weight.value > 0)) return;
-    float m[3], mr[3];
+    float *m = sums.mean, *mr = sums.mean_rate;
     for (int k = 0; k < 3; ++k) {
         const Rate component = Rate(total(mean[k]), total(mean_rate[k])) / weight;
         m[k] = static_cast<float>(component.value);
         mr[k] = static_cast<float>(component.rate);
     }
-    const float inverse_mean = 1 / (m[0] * m[0] + m[1] * m[1] + m[2] * m[2] + kLeastMean);
-    const float growth = 2 * (m[0] * mr[0] + m[1] * mr[1] + m[2] * mr[2]) * inverse_mean;
+    const float inverse_mean = sums.inverse_mean = 1 / (m[0] * m[0] + m[1] * m[1] + m[2] * m[2] + kLeastMean);
+    const float growth = sums.growth = 2 * (m[0] * mr[0] + m[1] * mr[1] + m[2] * mr[2]) * inverse_mean;
 
     Lanes value[kSums] = {}, rate[kSums] = {};
     for (std::size_t i = 0; i < n; ++i) {
@@ -110,14 +111,14 @@ void sumUp(const Block* blocks, std::size_t n, const Kernel& kernel, const float
         const Lanes vx = f[kVx] - v[0], vy = f[kVy] - v[1], vz = f[kVz] - v[2];
         const Lanes dx = f[kDx], dy = f[kDy], dz = f[kDz], ex = f[kEx], ey = f[kEy], ez = f[kEz];
         const Lanes square = px * px + py * py + pz * pz, approach = px * vx + py * vy + pz * vz;
-        Lanes t = one - square * kernel.inverse_square_width;
+        Lanes t = one - square * inverse_square_width;
         t = t > 0 ? t : zero;
         Lanes facing = dx * m[0] + dy * m[1] + dz * m[2];
         facing = facing > 0 ? facing : zero;
         const Lanes turning = dx * mr[0] + dy * mr[1] + dz * mr[2] + ex * m[0] + ey * m[1] + ez * m[2];
         const Lanes height = px * m[0] + py * m[1] + pz * m[2];
         const Lanes rising = vx * m[0] + vy * m[1] + vz * m[2] + px * mr[0] + py * mr[1] + pz * mr[2];
-        const Lanes distance = one / (square + kernel.square_radius);
+        const Lanes distance = one / (square + 1.0F);
         const Lanes steepness = height * distance * (inverse_mean / kSteepest);
         Lanes level = one - height * steepness;
         level = level > 0 ? level : zero;
@@ -155,24 +156,86 @@ void sumUp(const Block* blocks, std::size_t n, const Kernel& kernel, const float
     }
 }
 
+// How near the other side of the liquid is: Σ w (m·d)₋² (m·y)₋² / (|y|² + s)³ over samples that lie behind and face
+// away, m of unit length; sums has been filled at the same point.
+BETAMESH_EVERY_CPU
+void sumOpposite(const Block* blocks, std::size_t n, float inverse_square_width, const float* x, const float* v,
+                 const Sums& sums, double& value_out, double& rate_out) {
+    const Lanes zero{}, one = zero + 1.0F;
+    const float *m = sums.mean, *mr = sums.mean_rate;
+    const float inverse_mean = sums.inverse_mean, growth = sums.growth, soft = kSoft;
+    Lanes value{}, rate{};
+    for (std::size_t i = 0; i < n; ++i) {
+        const auto& f = blocks[i].field;
+        const Lanes px = f[kX] - x[0], py = f[kY] - x[1], pz = f[kZ] - x[2];
+        const Lanes vx = f[kVx] - v[0], vy = f[kVy] - v[1], vz = f[kVz] - v[2];
+        const Lanes dx = f[kDx], dy = f[kDy], dz = f[kDz], ex = f[kEx], ey = f[kEy], ez = f[kEz];
+        const Lanes square = px * px + py * py + pz * pz, approach = px * vx + py * vy + pz * vz;
+        Lanes t = one - square * inverse_square_width;
+        t = t > 0 ? t : zero;
+        Lanes facing = dx * m[0] + dy * m[1] + dz * m[2];
+        facing = facing < 0 ? facing : zero;
+        Lanes height = px * m[0] + py * m[1] + pz * m[2];
+        height = height < 0 ? height : zero;
+        const Lanes turning = dx * mr[0] + dy * mr[1] + dz * mr[2] + ex * m[0] + ey * m[1] + ez * m[2];
+        const Lanes rising = vx * m[0] + vy * m[1] + vz * m[2] + px * mr[0] + py * mr[1] + pz * mr[2];
+        const Lanes distance = one / (square + soft), cube = distance * distance * distance;
+        const Lanes root = facing * height * t * inverse_mean, term = root * root * cube;
+        value += f[kW] * term;
+        rate += f[kU] * term + f[kW] * (root * cube * inverse_mean * 2.0F *
+                                            ((turning * height + facing * rising) * t -
+                                             facing * height * approach * (2 * inverse_square_width)) -
+                                        term * (2 * growth + approach * distance * 6.0F));
+    }
+    value_out = rate_out = 0;
+    for (std::size_t l = 0; l < kLanes; ++l) {
+        value_out += static_cast<double>(value[l]);
+        rate_out += static_cast<double>(rate[l]);
+    }
+}
+
 // From a point onto the sphere fitted round it, and the direction of the sphere there.
 struct Fit {
     Moving step, direction;
     Rate trust;  // 0 without samples, towards 1 with many
+    Moving inset;
 };
 
-Fit fitSphere(const Sums& sums, double radius) {
+// How the triangles round each vertex face, weighted by their angles there: the one mean that does not change when a
+// plane polygon is triangulated in another way.
+std::vector<Vec3> normalsOf(const BetaMesh& mesh) {
+    std::vector<Vec3> normals(mesh.vertex.size(), Vec3(0, 0, 0));
+    for (const Triangle& t : mesh.triangles)
+        for (std::size_t m = 0; m < 3; ++m) {
+            const Vec3& at = mesh.vertex[t[m]].position;
+            const Vec3 u = mesh.vertex[t[(m + 1) % 3]].position - at, v = mesh.vertex[t[(m + 2) % 3]].position - at;
+            const Vec3 across = cross(u, v);
+            normals[t[m]] += across.normalized() * std::atan2(across.length(), dot(u, v));
+        }
+    for (Vec3& normal : normals) normal.normalize();
+    return normals;
+}
+
+// Inwards, by `depth` at most, less where the liquid is thin, by nothing at a pinch.
+Moving insetFrom(const Fit& fit, Rate opposite, double depth) {
+    const Moving outwards = fit.direction / squareRoot(dot(fit.direction, fit.direction) + kLeastMean);
+    const Rate inverse_square_thickness = opposite / kSheet;  // thickness^-2
+    const Rate share = inverse_square_thickness * (depth * depth / (kShareOfThickness * kShareOfThickness));
+    return outwards * fit.trust * (Rate(-depth) / squareRoot(squareRoot(1 + share * share)));
+}
+
+Fit fitSphere(const Sums& sums) {
     const Rate weight = sums.number(kWeight);
     if (!(weight.value > 0)) return {};
     const Moving a = sums.vector(kOffset) / weight, b = sums.vector(kDirection) / weight;
     const Rate c = sums.number(kAlong) / weight, e = sums.number(kSquare) / weight;
-    const Rate variance = e - dot(a, a) + kRound * radius * radius;
+    const Rate variance = e - dot(a, a) + kRound;
     const Rate uq = (c - dot(a, b)) / (variance * 2);
     const Moving ul = b - a * (uq * 2);
     const Rate minus_uc = dot(ul, a) + uq * e, slope = dot(ul, ul) + 1e-6;
     const Rate root = squareRoot(slope * slope + uq * minus_uc * slope * 4);
-    const Rate trust = weight / (weight + kOwnWeight * radius);
-    return {ul * (minus_uc * 2 / (slope + root)), ul, trust};
+    const Rate trust = weight / (weight + kOwnWeight);
+    return {ul * (minus_uc * 2 / (slope + root)), ul, trust, {}};
 }
 
 std::vector<std::uint32_t> allRows(std::size_t n) {
@@ -181,26 +244,26 @@ std::vector<std::uint32_t> allRows(std::size_t n) {
     return rows;
 }
 
-// A sample as the sums take it; its position counts from the lowest corner of its cell.
+// A sample as the sums take it, in radii; its position counts from the lowest corner of its cell.
 struct PackedSample {
     float field[kFields];
 };
 
-PackedSample packed(const BoundarySample& sample, const Vec3& corner) {
+PackedSample packed(const BoundarySample& sample, const Vec3& corner, double radius) {
     PackedSample p;
-    const Vec3 x = sample.position.position - corner;
+    const Vec3 x = (sample.position.position - corner) / radius, v = sample.position.velocity / radius;
     for (int k = 0; k < 3; ++k) {
         p.field[kX + k] = static_cast<float>(x[k]);
-        p.field[kVx + k] = static_cast<float>(sample.position.velocity[k]);
+        p.field[kVx + k] = static_cast<float>(v[k]);
         p.field[kDx + k] = static_cast<float>(sample.direction.position[k]);
         p.field[kEx + k] = static_cast<float>(sample.direction.velocity[k]);
     }
-    p.field[kW] = static_cast<float>(sample.weight.value);
-    p.field[kU] = static_cast<float>(sample.weight.rate);
+    p.field[kW] = static_cast<float>(sample.weight.value / radius);
+    p.field[kU] = static_cast<float>(sample.weight.rate / radius);
     return p;
 }
 
-// Sets fits[row] for every row, the fit at pointAt(row).
+// Sets fits[row] for every row, the fit at pointAt(row); lengths in radii.
 template <typename PointAt>
 void fitAll(const std::vector<std::uint32_t>& rows, const PointAt& pointAt, const BoundarySamples& samples,
             const CoherentSmoothing& params, std::vector<Fit>& fits) {
@@ -209,13 +272,15 @@ void fitAll(const std::vector<std::uint32_t>& rows, const PointAt& pointAt, cons
                         [&](std::size_t i) { return samples[i].position.position; });
     std::vector<PackedSample> sorted(samples.size());
     parallelFor(samples.size(), 4096, [&](std::size_t i) {
-        sorted[i] = packed(samples[far.entries()[i].row], far.lowestCorner(far.entries()[i]));
+        sorted[i] = packed(samples[far.entries()[i].row], far.lowestCorner(far.entries()[i]), params.radius);
     });
     const CellOrder near(rows.size(), std::max(reach / 2, least_edge),
                          [&](std::size_t i) { return pointAt(rows[i]).position; });
 
-    const Kernel kernel{static_cast<float>(1 / (reach * reach)), static_cast<float>(params.radius * params.radius)};
-    const auto half = static_cast<float>(near.edge() / 2), square = static_cast<float>(reach * reach);
+    const double scale = 1 / params.radius;
+    const auto inverse_square_width = static_cast<float>(1 / (reach * scale * reach * scale));
+    const auto half = static_cast<float>(near.edge() * scale / 2);
+    const auto square = static_cast<float>(reach * scale * reach * scale);
     parallelRanges(near.cells().size() - 1, 16, [&](std::size_t first, std::size_t last) {
         std::vector<Block> blocks;
         for (std::size_t g = first; g < last; ++g) {
@@ -225,7 +290,7 @@ void fitAll(const std::vector<std::uint32_t>& rows, const PointAt& pointAt, cons
             blocks.clear();
             far.forEntriesIn(low - Vec3(reach), high + Vec3(reach), [&](std::uint32_t i) {
                 const PackedSample& s = sorted[i];
-                const Vec3 corner = far.lowestCorner(far.entries()[i]) - middle;
+                const Vec3 corner = (far.lowestCorner(far.entries()[i]) - middle) * scale;
                 float p[3], beyond = 0;
                 for (int k = 0; k < 3; ++k) {
                     p[k] = s.field[kX + k] + static_cast<float>(corner[k]);
@@ -242,12 +307,18 @@ void fitAll(const std::vector<std::uint32_t>& rows, const PointAt& pointAt, cons
             for (const CellOrder::Entry& entry : cell) {
                 const std::uint32_t row = rows[entry.row];
                 const Moving& at = pointAt(row);
-                const Vec3 x = at.position - middle, v = at.velocity;
+                const Vec3 x = (at.position - middle) * scale, v = at.velocity * scale;
                 const float xf[3] = {static_cast<float>(x.x), static_cast<float>(x.y), static_cast<float>(x.z)};
                 const float vf[3] = {static_cast<float>(v.x), static_cast<float>(v.y), static_cast<float>(v.z)};
                 Sums sums;
-                sumUp(blocks.data(), blocks.size(), kernel, xf, vf, sums);
-                fits[row] = fitSphere(sums, params.radius);
+                sumUp(blocks.data(), blocks.size(), inverse_square_width, xf, vf, sums);
+                fits[row] = fitSphere(sums);
+                if (params.inset > 0 && fits[row].trust.value > 0) {
+                    Rate opposite;
+                    sumOpposite(blocks.data(), blocks.size(), inverse_square_width, xf, vf, sums, opposite.value,
+                                opposite.rate);
+                    fits[row].inset = insetFrom(fits[row], opposite, params.inset * scale);
+                }
             }
         }
     });
@@ -261,10 +332,10 @@ Rate shareOfTheWay(Rate clearance) {
     return 1 - t * t * (3 - t * 2);
 }
 
-// Shorter than `farthest`, whatever the step; short steps hardly change.
+// Shorter than `farthest`, whatever the step; steps that are not nearly as long stay what they are.
 Moving limited(const Moving& step, double farthest) {
-    const Rate s = dot(step, step) / (farthest * farthest);
-    return step / squareRoot(squareRoot(1 + s * s));
+    const Rate s2 = dot(step, step) / (farthest * farthest), s4 = s2 * s2, s8 = s4 * s4;
+    return step / squareRoot(squareRoot(squareRoot(squareRoot(1 + s8 * s8))));
 }
 
 }  // namespace
@@ -272,28 +343,44 @@ Moving limited(const Moving& step, double farthest) {
 void smoothCoherently(BetaMesh& mesh, BoundarySamples samples, const CoherentSmoothing& params) {
     std::vector<std::uint32_t> moving;  // vertices that do not stay where they are
     for (std::uint32_t v = 0; v < mesh.vertex.size(); ++v)
-        if (mesh.clearance.empty() || mesh.clearance[v].value < kStaysWhole) moving.push_back(v);
+        if (params.inset > 0 || mesh.clearance.empty() || mesh.clearance[v].value < kStaysWhole) moving.push_back(v);
     std::vector<Moving> smooth = mesh.vertex;
+    const auto vertexAt = [&](std::uint32_t v) -> const Moving& { return smooth[v]; };
+    const auto sampleAt = [&](std::uint32_t i) -> const Moving& { return samples[i].position; };
     std::vector<Fit> fits(smooth.size());
+    fitAll(moving, vertexAt, samples, params, fits);
+    std::vector<Moving> inset(params.inset > 0 ? smooth.size() : 0);
+    if (params.inset > 0) {
+        const std::vector<Vec3> normals = normalsOf(mesh);
+        parallelFor(inset.size(), 4096, [&](std::size_t v) {
+            // Between surfaces that nearly touch, the mean direction may be that of the other one.
+            const double length = fits[v].inset.position.length(), inwards = -dot(normals[v], fits[v].inset.position);
+            const double t = std::clamp(2 * inwards / length, 0.0, 1.0);
+            if (length > 0) inset[v] = fits[v].inset * (t * t * (3 - 2 * t));
+        });
+    }
+
+    CoherentSmoothing further = params;
+    further.inset = 0;
     for (int pass = 0; pass < params.passes; ++pass) {
-        fitAll(
-            moving, [&](std::uint32_t v) -> const Moving& { return smooth[v]; }, samples, params, fits);
-        parallelFor(smooth.size(), 4096, [&](std::size_t v) { smooth[v] = smooth[v] + fits[v].step * fits[v].trust; });
+        if (pass > 0) fitAll(moving, vertexAt, samples, further, fits);
+        parallelFor(smooth.size(), 4096,
+                    [&](std::size_t v) { smooth[v] = smooth[v] + fits[v].step * fits[v].trust * params.radius; });
         if (pass + 1 == params.passes) break;
         std::vector<Fit> of_samples(samples.size());
-        fitAll(
-            allRows(samples.size()), [&](std::uint32_t i) -> const Moving& { return samples[i].position; }, samples,
-            params, of_samples);
+        fitAll(allRows(samples.size()), sampleAt, samples, further, of_samples);
         parallelFor(samples.size(), 4096, [&](std::size_t i) {
             const Fit& fit = of_samples[i];
-            samples[i].position = samples[i].position + fit.step * fit.trust;
+            samples[i].position = samples[i].position + fit.step * fit.trust * params.radius;
             samples[i].direction = samples[i].direction + (fit.direction - samples[i].direction) * fit.trust;
         });
     }
     parallelFor(moving.size(), 4096, [&](std::size_t i) {
-        Moving& vertex = mesh.vertex[moving[i]];
-        const Rate share = mesh.clearance.empty() ? Rate(1) : shareOfTheWay(mesh.clearance[moving[i]]);
-        vertex = vertex + limited((smooth[moving[i]] - vertex) * share, kFarthest * params.radius);
+        const std::uint32_t v = moving[i];
+        Moving& vertex = mesh.vertex[v];
+        const Rate share = mesh.clearance.empty() ? Rate(1) : shareOfTheWay(mesh.clearance[v]);
+        vertex = vertex + limited((smooth[v] - vertex) * share, kFarthest * params.radius);
+        if (params.inset > 0) vertex = vertex + inset[v] * params.radius;
     });
 }
 

@@ -10,7 +10,8 @@ namespace betamesh {
 struct CoherentSmoothing {
     double radius = 0;  ///< of the balls, world units
     double width = 0;   ///< how far a sample reaches, world units; 2.87 radii unless there is a reason
-    int passes = 1;
+    int passes = 1;     ///< >= 0
+    double inset = 0;   ///< how far the surface is taken inwards where the liquid is thick, world units, >= 0
 };
 
 /// Moves every vertex onto a sphere fitted to the boundary's samples round it.
@@ -27,6 +28,10 @@ struct CoherentSmoothing {
 /// about it, and one with clearance above 1.4 (a drop, the tip of a tendril) stays where it is; between, it goes part
 /// of the way; and no vertex goes farther than 0.35 radii, so that no particle is ever left outside.
 /// Spheres, cylinders and planes of balls keep their size.
+///
+/// An inset takes vertices inwards along the fitted spheres' directions, by at most 0.45 of the liquid's thickness
+/// there, whose inverse square is a sum over the samples on the other side: (m·d)₋² (m·y)₋² / (|m|⁴ (|y|² + 0.04 r²)³).
+/// It vanishes at a pinch, where the directions do.
 ///
 /// Velocities are carried through all of it.
 ///

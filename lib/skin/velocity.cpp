@@ -5,6 +5,7 @@
 #include "core/rigid_motion.h"
 
 #include <algorithm>
+#include <span>
 
 namespace betamesh {
 
@@ -153,14 +154,31 @@ std::vector<Vec3> spinsOfBalls(const BallBoundary& boundary, const std::vector<M
     return spins;
 }
 
-void slideWithParticles(const BallBoundary& boundary, const std::vector<Moving>& balls, BetaMesh& mesh) {
-    const LocalMotion motion(boundary, balls);
+void slideWithParticles(const BallBoundary& boundary, const std::vector<Moving>& balls, const std::vector<Vec3>& spins,
+                        BetaMesh& mesh) {
+    const double reach = 2 * boundary.worldRadius();
     const std::vector<Vec3> normals = normalsOf(mesh);
-    parallelFor(mesh.vertex.size(), 512, [&](std::size_t v) {
-        Moving& vertex = mesh.vertex[v];
-        const Vec3 liquid = motion.at(vertex.position).velocityAt(Vec3(0, 0, 0));
-        vertex.velocity = liquid + normals[v] * dot(normals[v], vertex.velocity - liquid);
-    });
+    const CellOrder far(balls.size(), reach, [&](std::size_t b) { return balls[b].position; });
+    const CellOrder near(mesh.vertex.size(), reach / 2, [&](std::size_t v) { return mesh.vertex[v].position; });
+    forCellsWithin(
+        reach, near, far, [&](std::uint32_t b) { return balls[b].position; },
+        [&](std::span<const CellOrder::Entry> cell, std::span<const std::uint32_t> around) {
+            for (const CellOrder::Entry& entry : cell) {
+                Moving& vertex = mesh.vertex[entry.row];
+                double weight = 0;
+                Vec3 sum(0, 0, 0);
+                for (const std::uint32_t b : around) {
+                    const Vec3 offset = vertex.position - balls[b].position;
+                    const double t = 1 - offset.length2() / (reach * reach);
+                    if (!(t > 0)) continue;
+                    sum += (balls[b].velocity + cross(spins[b], offset)) * (t * t);
+                    weight += t * t;
+                }
+                if (!(weight > 0)) continue;
+                const Vec3 &normal = normals[entry.row], liquid = sum / weight;
+                vertex.velocity = liquid + normal * dot(normal, vertex.velocity - liquid);
+            }
+        });
 }
 
 }  // namespace betamesh

@@ -32,11 +32,12 @@ std::vector<Vec3> spinsOfBalls(const BallBoundary& boundary, const std::vector<M
                                const Particles& particles);
 
 /// Turns the velocities of vertices, which so far follow points of the tessellation, into the surface's: along the
-/// mesh's normal they stay; across it they become those of the liquid, the rigid motion of the balls within 2r of the
-/// vertex. Vertices of a lone drop move as its particle.
+/// mesh's normal they stay; across it they become those of the liquid, the mean of the rigid motions round the balls
+/// within 2r of the vertex, (1 - d²/4r²)² their weight. Vertices of a lone drop move as its particle.
 ///
 /// same    bytes for any thread count and particle order
 /// cost    O(vertices)
-void slideWithParticles(const BallBoundary& boundary, const std::vector<Moving>& balls, BetaMesh& mesh);
+void slideWithParticles(const BallBoundary& boundary, const std::vector<Moving>& balls, const std::vector<Vec3>& spins,
+                        BetaMesh& mesh);
 
 }  // namespace betamesh

@@ -295,6 +295,87 @@ TEST_F(Job, WrongUsageWritesNothing) {
     EXPECT_FALSE(exists("out"));
 }
 
+TEST_F(Job, DropletsAndTendrilsLeaveTheMeshAndBubblesAreFilled) {
+    Particles particles;  // spacing 1: a hollow block, a thread that hangs on it, a pair, and one alone, twice
+    const auto add = [&](float x, float y, float z) {
+        particles.position.emplace_back(x, y, z);
+        particles.velocity.emplace_back(x, -y, 0.5F * z);
+        particles.id.push_back(1000 + particles.id.size());
+    };
+    for (int z = 0; z < 9; ++z)
+        for (int y = 0; y < 9; ++y)
+            for (int x = 0; x < 9; ++x)
+                if ((Vec3(x, y, z) - Vec3(4, 4, 4)).length() > 2.3)
+                    add(static_cast<float>(x), static_cast<float>(y), static_cast<float>(z));
+    const std::uint64_t body = particles.id.size();
+    for (int i = 1; i <= 5; ++i) add(8 + 2.5F * static_cast<float>(i), 4, 4);
+    add(30, 0, 0), add(31, 0, 0), add(40, 0, 0), add(40, 0, 0);
+    writeFrame(1, particles);
+    const std::vector<std::string> with{"--radius", "1.5", "--overwrite", "--smoothing", "none"};
+    const auto run = [&](std::vector<std::string> further, const std::string& output = "out/a.####.ply") {
+        further.insert(further.begin(), with.begin(), with.end());
+        const Outcome outcome = mesh(further, output);
+        EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+        return outcome;
+    };
+
+    run({});
+    EXPECT_EQ(report(1)["components"], 4);  // the body with its thread, the bubble, the pair, the one
+    EXPECT_EQ(report(1)["droplets"], 0);
+    EXPECT_FALSE(exists("out/a.0001.spheres.ply"));
+    EXPECT_FALSE(readMesh(folder_ / "out/a.0001.ply").component);
+
+    run({"--droplets", "points", "--tendrils", "points", "--bubbles", "fill", "--bubble-volume", "30", "--components"});
+    EXPECT_EQ(report(1)["components"], 1);
+    EXPECT_EQ(report(1)["droplets"], 2);
+    EXPECT_EQ(report(1)["droplet_particles"], 3);
+    EXPECT_EQ(report(1)["bubbles_filled"], 1);
+    EXPECT_EQ(report(1)["spheres"], 3 + report(1)["tendril_particles"].get<int>());
+    EXPECT_GE(report(1)["tendril_particles"], 4);
+    EXPECT_EQ(report(1)["distinct_particles"], particles.size() - 1);
+    const Particles spheres = readParticles(folder_ / "out/a.0001.spheres.ply");
+    ASSERT_EQ(spheres.size(), report(1)["spheres"].get<std::size_t>());
+    ASSERT_EQ(spheres.id.size(), spheres.size());
+    for (std::size_t i = 0; i < spheres.size(); ++i) {
+        ASSERT_GE(spheres.id[i], 1000 + body);
+        EXPECT_EQ(spheres.position[i], particles.position[spheres.id[i] - 1000]);
+        EXPECT_EQ(spheres.velocity[i], particles.velocity[spheres.id[i] - 1000]);
+        EXPECT_NEAR(spheres.attributes.at(0).real[i], 1.5, 1e-5);
+    }
+    EXPECT_EQ(readMesh(folder_ / "out/a.0001.ply").component,
+              std::vector<std::int32_t>(report(1)["triangles"].get<std::size_t>(), 0));
+
+    run({"--droplets", "drop", "--droplet-particles", "2"});
+    EXPECT_EQ(report(1)["components"], 3);
+    EXPECT_EQ(report(1)["droplets"], 1);
+    EXPECT_EQ(report(1)["spheres"], 0);
+    EXPECT_FALSE(exists("out/a.0001.spheres.ply"));  // nor one left by the run before
+
+    run({"--droplets", "points"}, "out/a.####.obj");
+    EXPECT_TRUE(exists("out/a.0001.spheres.ply"));
+    run({"--bubbles", "fill", "--bubble-volume", "0.001"});
+    EXPECT_EQ(report(1)["bubbles_filled"], 0);
+    const Outcome alpha = run({"--bubbles", "fill", "--surface", "alpha"});
+    EXPECT_NE(alpha.err.find("features.bubbles"), std::string::npos) << alpha.err;
+}
+
+TEST_F(Job, ComponentsAreDeclaredInEveryFrameOfEveryFormat) {
+    writeFrames(1, 1, 2000);
+    writeFrame(2, {});
+    for (const char* output : {"out/a.####.ply", "out/a.####.bgeo", "out/a.####.bgeo.gz"}) {
+        SCOPED_TRACE(output);
+        const std::string extension = std::string(output).substr(10);
+        EXPECT_EQ(
+            mesh({"--frames", "1-3", "--on-missing", "empty", "--set", "output.components=true"}, output).exit_code, 0);
+        for (int frame = 1; frame <= 3; ++frame) {
+            const Mesh read = readMesh(folder_ / numbered("out/a", frame, extension));
+            ASSERT_TRUE(read.component) << frame;
+            EXPECT_EQ(read.component->size(), read.triangles.size());
+            EXPECT_EQ(read.triangles.empty(), frame > 1);
+        }
+    }
+}
+
 TEST_F(Job, TheSameBytesForAnyThreadsFramesInFlightAndChunks) {
     Sample sample({"dambreak", 2000, 1, 24});
     for (int frame = 1; frame <= 6; ++frame) writeFrame(frame, sample.frame(frame));

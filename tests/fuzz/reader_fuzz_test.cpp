@@ -182,7 +182,8 @@ constexpr std::size_t kTrials = 20000;
 
 TEST(ReaderFuzz, PlyBinary) {
     fuzz(kPly, bytesOf([](ByteWriter& out) { encodePly(out, sampleParticles(40, true, true, true), ""); }), kTrials);
-    fuzz(kPly, bytesOf([](ByteWriter& out) { encodePly(out, sampleMesh(40, true, true), ""); }), kTrials);
+    fuzz(kPly, bytesOf([](ByteWriter& out) { encodePly(out, withComponents(sampleMesh(40, true, true)), ""); }),
+         kTrials);
     fuzz(kPly,
          bytesOf(raw("ply\nformat binary_big_endian 1.0\nelement vertex 3\nproperty short x\nproperty uchar y\n"
                      "property list uchar ushort tags\nproperty double z\nproperty double id\nelement face 2\n"
@@ -207,7 +208,8 @@ TEST(ReaderFuzz, PlyAscii) {
 
 TEST(ReaderFuzz, Bgeo) {
     fuzz(kBgeo, bytesOf([](ByteWriter& out) { encodeBgeo(out, sampleParticles(40, true, true, true), ""); }), kTrials);
-    const Bytes mesh = bytesOf([](ByteWriter& out) { encodeBgeo(out, sampleMesh(40, true, true), ""); });
+    const Bytes mesh =
+        bytesOf([](ByteWriter& out) { encodeBgeo(out, withComponents(sampleMesh(40, true, true)), ""); });
     fuzz(kBgeo, mesh, kTrials);
     fuzz(kBgeo, gzip(mesh), kTrials / 10);
 }
@@ -227,7 +229,8 @@ TEST(ReaderFuzz, BgeoWithStringsVertexAttributesAndAParticleSystem) {
 }
 
 TEST(ReaderFuzz, Obj) {
-    fuzz(kObj, bytesOf([](ByteWriter& out) { encodeObj(out, sampleMesh(30, false, false), ""); }), kTrials);
+    fuzz(kObj, bytesOf([](ByteWriter& out) { encodeObj(out, withComponents(sampleMesh(30, false, false)), ""); }),
+         kTrials);
     fuzz(kObj, bytesOf("v 0 0 0\nv 1 0 0 1 1 1\nv 1 1 0\nv 0 1 0\nvt 0 0\nf 1/1/1 2//1 3 4\nf -4 -3 -2\nl 1 2 3\n"),
          kTrials);
 }

@@ -38,6 +38,7 @@ inline void expectSame(const Mesh& a, const Mesh& b) {
     EXPECT_EQ(a.position, b.position);
     EXPECT_EQ(a.velocity, b.velocity);
     EXPECT_EQ(a.triangles, b.triangles);
+    EXPECT_EQ(a.component, b.component);
     expectSame(a.attributes, b.attributes);
 }
 

@@ -46,6 +46,14 @@ inline Mesh sampleMesh(std::size_t n, bool velocity, bool attributes) {
     return mesh;
 }
 
+/// Numbers for its triangles, not in order.
+inline Mesh withComponents(Mesh mesh) {
+    mesh.component.emplace();
+    for (std::size_t i = 0; i < mesh.triangles.size(); ++i)
+        mesh.component->push_back(static_cast<std::int32_t>((7 * i) % 5));
+    return mesh;
+}
+
 /// What an encoder writes, in memory.
 inline Bytes bytesOf(const std::function<void(ByteWriter&)>& encode) {
     Bytes bytes;

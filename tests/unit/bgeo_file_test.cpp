@@ -51,6 +51,19 @@ TEST(BgeoFile, MeshesComeBackAsTheyWereWithShortAndLongIndices) {
         }
 }
 
+TEST(BgeoFile, ComponentsComeBackAsTheyWereWithShortAndLongIndices) {
+    const TemporaryFolder folder;
+    for (const char* name : {"a.bgeo", "a.bgeo.gz"})
+        for (const std::size_t n : {1U, 3U, 65535U, 70000U}) {
+            SCOPED_TRACE(n);
+            const Mesh mesh = withComponents(sampleMesh(n, true, true));
+            writeMesh(folder / name, mesh);
+            expectSame(readMesh(folder / name), mesh);
+        }
+    writeMesh(folder / "b.bgeo", withComponents({}));
+    EXPECT_TRUE(readMesh(folder / "b.bgeo").component);
+}
+
 TEST(BgeoFile, EmptyFilesDeclareWhatTheirNeighboursDo) {
     const TemporaryFolder folder;
     writeMesh(folder / "m.bgeo", {});
@@ -87,6 +100,20 @@ TEST(BgeoFile, WritesTheseVeryBytes) {
                                  point(1, 0, 0) + none + point(0, 1, 0) + none + int32(0xffffffff) + int16(1) +
                                  int32(1) + int32(3) + "<" + int16(0) + int16(2) + int16(1) + "\0\xff"s;
     EXPECT_EQ(bytesOf([&](ByteWriter& out) { encodeBgeo(out, mesh, "a.bgeo"); }), bytesOf(expected));
+}
+
+TEST(BgeoFile, ReadsTheComponentAmongOtherAttributesOfPrimitives) {
+    const std::string quad = int32(4) + "<" + int16(0) + int16(1) + int16(2) + int16(3);
+    const auto bytes = [&](const std::string& name, std::uint32_t size, std::uint32_t type) {
+        return header(4, 2, 0, 0, 2) + point(0, 0, 0) + point(1, 0, 0) + point(1, 1, 0) + point(0, 1, 0) + words("Cd") +
+               int16(1) + int32(0) + real(0) + words(name) + int16(size) + int32(type) + real(0) +
+               (size == 2 ? real(0) : "") + int32(1) + quad + real(3) + int32(11) + (size == 2 ? real(0) : "") +
+               int32(1) + quad + real(4) + int32(0xffffffff) + (size == 2 ? real(0) : "") + "\0\xff"s;
+    };
+    EXPECT_EQ(parse(bytes("component", 1, 1)).component, (std::vector<std::int32_t>{11, 11, -1, -1}));
+    EXPECT_FALSE(parse(bytes("component", 1, 0)).component);
+    EXPECT_FALSE(parse(bytes("component", 2, 1)).component);
+    EXPECT_FALSE(parse(bytes("piece", 1, 1)).component);
 }
 
 TEST(BgeoFile, ReadsEveryTypeOfAttributeAndPassesOverStrings) {

@@ -25,6 +25,34 @@ TEST(ObjFile, PositionsAndFacesComeBackAsTheyWere) {
     }
 }
 
+TEST(ObjFile, ComponentsAreObjects) {
+    const TemporaryFolder folder;
+    const Mesh mesh = withComponents(sampleMesh(1000, true, false));
+    writeMesh(folder / "a.obj", mesh);
+    const Mesh read = readMesh(folder / "a.obj");
+    EXPECT_EQ(read.position, mesh.position);
+    ASSERT_TRUE(read.component);
+    EXPECT_TRUE(std::is_sorted(read.component->begin(), read.component->end()));
+    std::vector<Triangle> expected;
+    for (std::int32_t component = 0; component < 5; ++component)
+        for (std::size_t i = 0; i < mesh.triangles.size(); ++i)
+            if ((*mesh.component)[i] == component) expected.push_back(mesh.triangles[i]);
+    EXPECT_EQ(read.triangles, expected);
+    for (std::size_t i = 0; i < expected.size(); ++i) EXPECT_EQ((*read.component)[i], (7 * expected[i][0]) % 5);
+    const std::string text = contentsOf(folder / "a.obj");
+    for (const char* line : {"\no component_0\nf ", "\no component_4\nf "}) {
+        ASSERT_NE(text.find(line), std::string::npos) << line;
+        EXPECT_EQ(text.find(line), text.rfind(line)) << line;
+    }
+
+    const std::string vertices = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n";
+    EXPECT_EQ(meshOfObj(vertices + "o component_7\nf 1 2 3 4\no component_-2 \nf 1 2 3\n").component,
+              (std::vector<std::int32_t>{7, 7, -2}));
+    for (const char* other : {"f 1 2 3\no component_1\nf 1 2 4\n", "o component_1\nf 1 2 3\no thing\nf 1 2 4\n",
+                              "o component_x\nf 1 2 3\n", "o component_99999999999\nf 1 2 3\n", "o\nf 1 2 3\n"})
+        EXPECT_FALSE(meshOfObj(vertices + other).component) << other;
+}
+
 TEST(ObjFile, ReadsWhatOthersWrite) {
     const Mesh mesh = meshOfObj(
         "# comment\r\nmtllib a.mtl\r\no thing\r\nv 0 0 0\r\nv 1 0 0 0.5 0.5 0.5\r\n  v\t1 +1 0\r\nv 0 1e0 -0\r\n"

@@ -43,6 +43,39 @@ TEST(PlyFile, MeshesComeBackAsTheyWereAndAlwaysWithVelocity) {
         }
 }
 
+TEST(PlyFile, ComponentsComeBackAsTheyWere) {
+    const TemporaryFolder folder;
+    for (const std::size_t n : {1U, 3U, 1000U}) {
+        const Mesh mesh = withComponents(sampleMesh(n, true, true));
+        writeMesh(folder / "a.ply", mesh);
+        EXPECT_NE(contentsOf(folder / "a.ply").find("property int component\n"), std::string::npos);
+        expectSame(readMesh(folder / "a.ply"), mesh);
+        EXPECT_EQ(readParticles(folder / "a.ply").size(), n);
+        EXPECT_EQ(inspectFile(folder / "a.ply").triangles, mesh.triangles.size());
+    }
+    writeMesh(folder / "b.ply", withComponents({}));
+    EXPECT_TRUE(readMesh(folder / "b.ply").component);
+    Mesh mesh = withComponents(sampleMesh(10, true, false));
+    mesh.component->pop_back();
+    expectError([&] { writeMesh(folder / "c.ply", mesh); }, {"c.ply", "component has 7 rows", "8 triangles"});
+}
+
+TEST(PlyFile, ReadsComponentsOfPolygonsAndPassesOverWhatIsNone) {
+    const auto text = [](const std::string& property, const std::string& faces) {
+        return "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n"
+               "element face 2\nproperty " +
+               property + "\nproperty list uchar int vertex_indices\nend_header\n0 0 0 1 0 0 1 1 0 0 1 0\n" + faces;
+    };
+    const std::string faces = "-5 4 0 1 2 3 7 3 0 1 2\n";
+    const Mesh mesh = meshOfPly(text("int component", faces));
+    EXPECT_EQ(mesh.triangles.size(), 3U);
+    EXPECT_EQ(mesh.component, (std::vector<std::int32_t>{-5, -5, 7}));
+    EXPECT_FALSE(meshOfPly(text("float component", faces)).component);
+    EXPECT_FALSE(meshOfPly(text("uint component", "4294967295 3 0 1 2 0 3 0 1 2\n")).component);
+    EXPECT_FALSE(meshOfPly(text("list uchar int component", "2 1 1 3 0 1 2 0 3 0 1 2\n")).component);
+    EXPECT_FALSE(meshOfPly(text("int part", faces)).component);
+}
+
 TEST(PlyFile, EmptyFilesDeclareWhatTheirNeighboursDo) {
     const TemporaryFolder folder;
     Mesh none;

@@ -1,0 +1,305 @@
+#include "batch/config.h"
+#include "batch/frames.h"
+#include "batch/job.h"
+#include "batch/log.h"
+#include "batch/plan.h"
+#include "batch/plot.h"
+#include "batch/report.h"
+#include "command.h"
+#include "core/error.h"
+#include "core/parallel.h"
+#include "io/mesh_file.h"
+#include "io/output_file.h"
+#include "io/particle_file.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <functional>
+#include <iostream>
+#include <limits>
+#include <memory>
+
+namespace betamesh {
+namespace {
+
+constexpr std::size_t kNameColumns = 20;
+
+struct Arguments {
+    std::vector<std::string> meshes;
+    std::string particles;
+    std::string pipeline;
+    std::vector<std::string> assignments;
+    int frame = 0;
+    double step = 0;
+    int steps = 10;
+    DistanceSampling sampling;
+    double max_jump = std::numeric_limits<double>::infinity();
+    std::string plot;
+    bool json = false;
+};
+
+/// The surface at one moment, and the particles if their motion is wanted.
+struct Moment {
+    Mesh mesh;
+    std::optional<Particles> particles;
+};
+
+/// Moments by their names; at: where they stand in a plot, ascending.
+struct Sequence {
+    std::vector<std::string> names;
+    std::vector<double> at;
+    std::string across;
+    std::function<Moment(std::size_t)> moment;  ///< throws Error for one that cannot be had
+    int threads = 1;
+};
+
+std::string text(double x) {
+    char buffer[32];
+    std::snprintf(buffer, sizeof buffer, "%.4g", x);
+    return buffer;
+}
+
+std::string text(const Vec3& p) { return "(" + text(p.x) + ", " + text(p.y) + ", " + text(p.z) + ")"; }
+
+std::string filled(const std::string& text, std::size_t columns) {
+    return text.size() < columns ? text + std::string(columns - text.size(), ' ') : text + ' ';
+}
+
+void printHead(const Sequence& sequence, bool particles) {
+    std::cout << filled("to", kNameColumns) << filled("max", 12) << filled("99.9 %", 12) << filled("RMS", 12)
+              << (particles ? filled("particles", 12) + filled("ratio", 10) : "") << "farthest at\n"
+              << sequence.names[0] << '\n';
+}
+
+void print(const CoherenceReport& report, bool particles) {
+    std::cout << filled(report.to, kNameColumns);
+    if (!report.error.empty()) {
+        std::cout << "not measured\n";
+        return;
+    }
+    const SurfaceDistance& distance = report.distance;
+    std::cout << filled(text(distance.max), 12) << filled(text(distance.quantile999), 12)
+              << filled(text(distance.rms), 12);
+    if (particles)
+        std::cout << filled(report.particles ? text(report.particles->max) : "-", 12)
+                  << filled(report.ratio() ? text(*report.ratio()) : "-", 10);
+    std::cout << text(distance.worst) << std::endl;
+}
+
+void printLargest(const std::vector<CoherenceReport>& reports) {
+    const auto largest = std::max_element(reports.begin(), reports.end(),
+                                          [](const auto& a, const auto& b) { return a.distance.max < b.distance.max; });
+    std::cout << "largest: " << text(largest->distance.max) << ", from " << largest->from << " to " << largest->to
+              << " at " << text(largest->distance.worst) << '\n';
+}
+
+void writePlot(const std::string& file, const Sequence& sequence, const std::vector<CoherenceReport>& reports) {
+    LogPlot plot{"How far the surface moves from one moment to the next", sequence.across, "world units", {}, {}};
+    plot.lines = {
+        {"max", "#c8372d", {}}, {"99.9 %", "#d98a1f", {}}, {"RMS", "#2f6fb7", {}}, {"particles", "#7b8590", {}}};
+    for (std::size_t i = 0; i < reports.size(); ++i) {
+        const CoherenceReport& report = reports[i];
+        plot.at.push_back(sequence.at[i + 1]);
+        const double values[] = {report.distance.max, report.distance.quantile999, report.distance.rms,
+                                 report.particles ? report.particles->max : 0};
+        for (std::size_t line = 0; line < plot.lines.size(); ++line) plot.lines[line].value.push_back(values[line]);
+    }
+    const auto& way = plot.lines.back().value;
+    if (std::all_of(way.begin(), way.end(), [](double d) { return d == 0; })) plot.lines.pop_back();
+    writeFile(file, svgOf(plot));
+}
+
+/// Files of meshes: a name with a place for the frame number stands for all of its frames on disk.
+std::vector<std::string> filesOf(const std::vector<std::string>& names) {
+    std::vector<std::string> files;
+    for (const std::string& name : names) {
+        requireMeshExtension(name);
+        const FramePattern pattern = framePattern(name);
+        if (!pattern.numbered) {
+            files.push_back(name);
+            continue;
+        }
+        for (const auto& [frame, file] : framesOnDisk(pattern)) files.push_back(file);
+    }
+    if (files.size() < 2)
+        throw Error("expected two meshes or more, found " + std::to_string(files.size()) +
+                    (files.empty() ? "" : ": '" + files[0] + "'"));
+    return files;
+}
+
+Sequence meshFiles(const Arguments& arguments) {
+    Sequence sequence;
+    sequence.names = filesOf(arguments.meshes);
+    sequence.across = "frame";
+    for (const std::string& file : sequence.names) sequence.at.push_back(singleFrame(framePattern(file)));
+    if (std::adjacent_find(sequence.at.begin(), sequence.at.end(), std::greater_equal<>()) != sequence.at.end()) {
+        sequence.across = "mesh";
+        for (std::size_t i = 0; i < sequence.at.size(); ++i) sequence.at[i] = static_cast<double>(i + 1);
+    }
+    sequence.threads = threadsOf(Config{});
+    std::optional<FramePattern> particles;
+    if (!arguments.particles.empty()) {
+        requireParticleExtension(arguments.particles);
+        particles = framePattern(arguments.particles);
+        requirePlaceFor(sequence.names.size(), *particles);
+    }
+    sequence.moment = [names = sequence.names, particles](std::size_t i) {
+        Moment moment{readMesh(names[i]), std::nullopt};
+        if (particles) moment.particles = readParticles(nameForFrameOf(*particles, names[i]));
+        return moment;
+    };
+    return sequence;
+}
+
+Sequence fineSteps(const Arguments& arguments) {
+    Config config = readConfig(arguments.pipeline);
+    for (const std::string& assignment : arguments.assignments) setConfigKey(config, assignment);
+    config.frames = std::to_string(arguments.frame);
+    if (config.output.path.empty()) config.output.path = "nothing.####.ply";  // nothing is written
+    PlanOptions options;
+    options.overwrite = true;
+    const Plan plan = planJob(config, options);
+    for (const std::string& warning : plan.warnings) logWarning(warning);
+    for (const std::string& note : plan.notes) logInfo(note);
+    const std::string& file = plan.tasks.at(0).input;
+    const auto start = std::make_shared<Particles>(readParticles(file, {config.input.velocity, config.input.id}));
+    if (start->size() > 0 && start->velocity.empty())
+        throw Error(file + ": no velocity (v, velocity or vel); expected one that moves the particles between frames");
+
+    Sequence sequence;
+    sequence.across = "seconds after frame " + std::to_string(arguments.frame);
+    sequence.threads = plan.threads;
+    for (int i = 0; i <= arguments.steps; ++i) {
+        sequence.at.push_back(arguments.step * i);
+        char name[32];
+        std::snprintf(name, sizeof name, "%.9g s", sequence.at.back());
+        sequence.names.emplace_back(name);
+    }
+    sequence.moment = [start, skin = plan.skin, at = sequence.at](std::size_t i) {
+        Moment moment;
+        moment.particles = moved(*start, at[i]);
+        moment.mesh = skinFrame(*moment.particles, skin).mesh;
+        return moment;
+    };
+    return sequence;
+}
+
+CoherenceReport compared(const Moment& before, const Moment& after, const DistanceSampling& sampling) {
+    CoherenceReport report;
+    report.distance = surfaceDistance(before.mesh, after.mesh, sampling);
+    if (!before.particles) return report;
+    report.particles = particleMotion(*before.particles, *after.particles);
+    if (!report.particles)
+        throw Error("particles cannot be matched: expected ids in both frames, or the same number of particles");
+    return report;
+}
+
+int measure(const Sequence& sequence, const Arguments& arguments) {
+    std::vector<CoherenceReport> reports;
+    int exit_code = kAllWritten;
+    const bool particles = !arguments.particles.empty() || !arguments.pipeline.empty();
+    if (!arguments.json) printHead(sequence, particles);
+    std::optional<Moment> before;
+    for (std::size_t i = 0; i < sequence.names.size(); ++i) {
+        CoherenceReport report;
+        std::optional<Moment> now;
+        try {
+            now = sequence.moment(i);
+            if (before) report = compared(*before, *now, arguments.sampling);
+        } catch (const Error& error) {
+            report.error = error.what();
+            logError(report.error);
+        }
+        if (i > 0) {
+            if (!before && report.error.empty()) report.error = sequence.names[i - 1] + " could not be read";
+            report.from = sequence.names[i - 1];
+            report.to = sequence.names[i];
+            if (arguments.json) {
+                std::cout << coherenceJson(report) << std::endl;
+            } else {
+                print(report, particles);
+            }
+            reports.push_back(report);
+        }
+        if (!report.error.empty() || report.distance.max > arguments.max_jump) exit_code = kSomeFailed;
+        before = std::move(now);
+    }
+    if (!arguments.json) printLargest(reports);
+    if (!arguments.plot.empty()) writePlot(arguments.plot, sequence, reports);
+    return exit_code;
+}
+
+int run(const Arguments& arguments) {
+    if (arguments.meshes.empty() == arguments.pipeline.empty())
+        throw Error("expected either meshes, or --pipeline with --frame and --step");
+    const Sequence sequence = arguments.pipeline.empty() ? meshFiles(arguments) : fineSteps(arguments);
+    int exit_code = kAllWritten;
+    withThreads(sequence.threads, [&] { exit_code = measure(sequence, arguments); });
+    return exit_code;
+}
+
+}  // namespace
+
+void addCoherenceCommand(CLI::App& program, int& exit_code) {
+    CLI::App* command =
+        program.add_subcommand("coherence", "Measures how far the surface moves, or jumps, from frame to frame.");
+    command->footer(
+        "For each two neighbours: the largest way from a point of either surface to the other one, what 99.9 % of\n"
+        "the area stays below, the root of the mean square; all in world units.\n"
+        "Exit codes: 0 measured; 1 a way beyond --max-jump, or a mesh that cannot be read; 2 wrong usage, or a "
+        "pipeline\n"
+        "whose frame cannot be read.\n"
+        "Examples:\n"
+        "  betamesh coherence 'mesh/splash.####.ply' --particles 'sim/splash.####.vdb' --plot splash.svg\n"
+        "  betamesh coherence --pipeline splash.yaml --frame 40 --step 1e-5 --steps 60 --max-jump 1e-4");
+    const auto arguments = std::make_shared<Arguments>();
+    command->add_option("MESH", arguments->meshes,
+                        "Meshes in the order of time, of this program or of others: .ply .bgeo .bgeo.gz .obj. A place "
+                        "for the frame number (####) stands for every frame on disk.");
+    command
+        ->add_option(
+            "--particles", arguments->particles,
+            "Tells, too, how far the fastest particle went between the two, by id or, without ids, by row. Has "
+            "a place for the frame number, which is that of each mesh.")
+        ->type_name("IN");
+    CLI::Option* pipeline =
+        command
+            ->add_option("--pipeline", arguments->pipeline,
+                         "No meshes on disk: the particles of one frame, moved on by their velocity in fine steps and "
+                         "skinned as this pipeline file says. Nothing is written.")
+            ->type_name("FILE");
+    CLI::Option* frame =
+        command->add_option("--frame", arguments->frame, "The frame to start from.")->type_name("F")->needs(pipeline);
+    CLI::Option* step = command->add_option("--step", arguments->step, "The time between two surfaces, seconds.")
+                            ->type_name("DT")
+                            ->check(CLI::PositiveNumber)
+                            ->needs(pipeline);
+    pipeline->needs(frame)->needs(step);
+    command->add_option("--steps", arguments->steps, "How many (default 10).")
+        ->type_name("N")
+        ->check(CLI::Range(1, 1000000))
+        ->needs(pipeline);
+    command
+        ->add_option("--set", arguments->assignments,
+                     "Any key of the pipeline file, as in --set smoothing.method=none.")
+        ->type_name("KEY=VALUE")
+        ->expected(1)
+        ->take_all()
+        ->needs(pipeline);
+    command->add_option("--max-jump", arguments->max_jump, "World units: a way beyond this is a fault.")
+        ->type_name("D")
+        ->check(CLI::NonNegativeNumber);
+    command
+        ->add_option("--sample-spacing", arguments->sampling.spacing,
+                     "World units: how far apart the points inside a triangle are at most, but for 64 to a side "
+                     "(default: twice the mean side of all triangles).")
+        ->type_name("D")
+        ->check(CLI::PositiveNumber);
+    command->add_option("--plot", arguments->plot, "Writes the same over time, as an .svg picture.")
+        ->type_name("FILE.svg");
+    command->add_flag("--json", arguments->json, "One JSON object per pair on stdout.");
+    command->callback([arguments, &exit_code] { exit_code = run(*arguments); });
+}
+
+}  // namespace betamesh

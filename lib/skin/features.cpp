@@ -1,0 +1,291 @@
+#include "skin/features.h"
+
+#include "core/cell_order.h"
+#include "core/pieces.h"
+#include "core/union_find.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <numeric>
+#include <tuple>
+
+namespace betamesh {
+
+namespace {
+
+// A component that faces outwards holds at least one whole ball, whose tessellation has more than half of its volume.
+// What has less than this part of it is a bubble, even where rounding gives a tiny one a positive sign.
+constexpr double kLeastBody = 0.25;
+
+// Occupied cells so small that any two particles in one of them meet, in order. Particles that meet are at most two
+// cells apart.
+class MeetingCells {
+public:
+    explicit MeetingCells(const SnappedParticles& particles)
+        : particles_(particles),
+          reach_(4 * particles.radius * particles.radius),
+          order_(particles.size(), std::floor(2 * static_cast<double>(particles.radius) / std::numbers::sqrt3),
+                 [&](std::size_t i) { return toDouble(particles.position[i]); }) {}
+
+    std::uint32_t size() const { return static_cast<std::uint32_t>(order_.cells().size() - 1); }
+    std::span<const CellOrder::Entry> operator[](std::uint32_t cell) const {
+        const std::uint32_t begin = order_.cells()[cell];
+        return {order_.entries().data() + begin, order_.cells()[cell + 1] - begin};
+    }
+    bool meet(std::uint32_t a, std::uint32_t b) const {
+        for (const CellOrder::Entry& p : (*this)[a])
+            for (const CellOrder::Entry& q : (*this)[b])
+                if ((particles_.position[p.row] - particles_.position[q.row]).length2() <= reach_) return true;
+        return false;
+    }
+
+    // Calls visit(cell, other) for all pairs in which the other is dy rows and dz layers farther on, dx columns from
+    // first to last: one sweep, both cells only ever advance.
+    template <typename Visit>
+    void forPairs(std::int32_t dz, std::int32_t dy, std::int32_t first, std::int32_t last, const Visit& visit) const {
+        const auto place = [](const CellOrder::Entry& e) { return std::tuple(e.z, e.y, e.x); };
+        std::uint32_t begin = 0;
+        for (std::uint32_t cell = 0; cell < size(); ++cell) {
+            const auto [z, y, x] = place((*this)[cell][0]);
+            const auto from = std::tuple(z + dz, y + dy, x + first), to = std::tuple(z + dz, y + dy, x + last);
+            while (begin < size() && place((*this)[begin][0]) < from) ++begin;
+            for (std::uint32_t other = begin; other < size() && place((*this)[other][0]) <= to; ++other)
+                visit(cell, other);
+        }
+    }
+
+private:
+    const SnappedParticles& particles_;
+    std::int64_t reach_;
+    CellOrder order_;
+};
+
+// Of each piece of a mesh, world units cubed.
+template <typename PositionOf>
+std::vector<double> volumesOf(const Pieces& pieces, const std::vector<Triangle>& triangles,
+                              const PositionOf& positionOf) {
+    std::vector<double> volume(pieces.count, 0);
+    std::vector<std::uint32_t> origin(pieces.count, kNoPiece);
+    for (const Triangle& t : triangles) {
+        const std::uint32_t piece = pieces.of_vertex[t[0]];
+        if (origin[piece] == kNoPiece) origin[piece] = t[0];
+        const Vec3 o = positionOf(origin[piece]);
+        volume[piece] += volumeBelow(positionOf(t[0]) - o, positionOf(t[1]) - o, positionOf(t[2]) - o);
+    }
+    return volume;
+}
+
+// How often closed triangles enclose a point, from solid angles; no whole number for a point on them.
+// source  Van Oosterom & Strackee 1983, The solid angle of a plane triangle
+double windingNumber(const BetaMesh& mesh, std::span<const std::uint32_t> triangles, const Vec3& point) {
+    double angle = 0;
+    for (const std::uint32_t row : triangles) {
+        const Triangle& t = mesh.triangles[row];
+        const Vec3 a = mesh.vertex[t[0]].position - point, b = mesh.vertex[t[1]].position - point,
+                   c = mesh.vertex[t[2]].position - point;
+        const double la = a.length(), lb = b.length(), lc = c.length();
+        angle += 2 * std::atan2(dot(a, cross(b, c)), la * lb * lc + dot(a, b) * lc + dot(b, c) * la + dot(c, a) * lb);
+    }
+    return angle / (4 * std::numbers::pi);
+}
+
+// Numbers 0 … n - 1 sorted into so many rows.
+template <typename RowOf>
+Rows sortedInto(std::size_t rows, std::size_t n, const RowOf& rowOf) {
+    std::vector<std::uint32_t> count(rows, 0);
+    for (std::uint32_t i = 0; i < n; ++i)
+        if (rowOf(i) != kNoPiece) ++count[rowOf(i)];
+    Rows sorted{placesOf(count), {}};
+    sorted.item.resize(sorted.begin.back());
+    std::vector<std::uint32_t> next = sorted.begin;
+    for (std::uint32_t i = 0; i < n; ++i)
+        if (rowOf(i) != kNoPiece) sorted.item[next[rowOf(i)]++] = i;
+    return sorted;
+}
+
+// What is inside closed pieces.
+class PiecesInside {
+public:
+    PiecesInside(const BetaMesh& mesh, const Pieces& pieces)
+        : mesh_(mesh),
+          vertices_(sortedInto(pieces.count, mesh.vertex.size(), [&](std::uint32_t v) { return pieces.of_vertex[v]; })),
+          triangles_(sortedInto(pieces.count, mesh.triangles.size(),
+                                [&](std::uint32_t t) { return pieces.of_vertex[mesh.triangles[t][0]]; })),
+          along_x_(pieces.count) {
+        for (std::uint32_t piece = 0; piece < pieces.count; ++piece)
+            along_x_[piece] = {position(vertices_[piece][0]).x, piece};
+        std::sort(along_x_.begin(), along_x_.end());
+    }
+
+    // Calls visit(piece) for every piece inside another one.
+    template <typename Visit>
+    void forEach(std::uint32_t outer, const Visit& visit) const {
+        Vec3 low = position(vertices_[outer][0]), high = low;
+        for (const std::uint32_t v : vertices_[outer])
+            for (int axis = 0; axis < 3; ++axis) {
+                low[axis] = std::min(low[axis], position(v)[axis]);
+                high[axis] = std::max(high[axis], position(v)[axis]);
+            }
+        const auto first = std::lower_bound(along_x_.begin(), along_x_.end(), std::pair(low.x, std::uint32_t{0}));
+        for (auto at = first; at != along_x_.end() && at->first <= high.x; ++at) {
+            const Vec3& p = position(vertices_[at->second][0]);
+            const bool in_box = p.y >= low.y && p.z >= low.z && p.y <= high.y && p.z <= high.z;
+            if (at->second != outer && in_box && encloses(outer, at->second)) visit(at->second);
+        }
+    }
+
+private:
+    const Vec3& position(std::uint32_t v) const { return mesh_.vertex[v].position; }
+    // Pieces may touch in a point, but do not cross: the first vertex that is off the other piece decides.
+    bool encloses(std::uint32_t outer, std::uint32_t piece) const {
+        constexpr double kClear = 0.1;
+        for (const std::uint32_t v : vertices_[piece]) {
+            const double winding = std::abs(windingNumber(mesh_, triangles_[outer], position(v)));
+            if (winding < kClear) return false;
+            if (winding > 1 - kClear) return true;
+        }
+        return false;
+    }
+
+    const BetaMesh& mesh_;
+    Rows vertices_, triangles_;                              // of each piece
+    std::vector<std::pair<double, std::uint32_t>> along_x_;  // the first vertex of each piece
+};
+
+void removePieces(BetaMesh& mesh, const Pieces& pieces, const std::vector<bool>& leaves) {
+    std::erase_if(mesh.triangles, [&](const Triangle& t) { return leaves[pieces.of_vertex[t[0]]]; });
+    std::vector<std::uint32_t> place(mesh.vertex.size());
+    std::uint32_t left = 0;
+    for (std::size_t v = 0; v < place.size(); ++v) {
+        if (pieces.of_vertex[v] == kNoPiece || leaves[pieces.of_vertex[v]]) continue;
+        mesh.vertex[left] = mesh.vertex[v];
+        if (!mesh.clearance.empty()) mesh.clearance[left] = mesh.clearance[v];
+        place[v] = left++;
+    }
+    mesh.vertex.resize(left);
+    if (!mesh.clearance.empty()) mesh.clearance.resize(left);
+    for (Triangle& t : mesh.triangles)
+        for (std::uint32_t& v : t) v = place[v];
+}
+
+}  // namespace
+
+SmallComponents smallComponents(const SnappedParticles& particles, std::size_t least) {
+    SmallComponents small;
+    if (particles.size() == 0) return small;
+    const MeetingCells cells(particles);
+    UnionFind components(cells.size());
+    for (std::int32_t dz = 0; dz <= 2; ++dz)
+        for (std::int32_t dy = dz == 0 ? 0 : -2; dy <= 2; ++dy)
+            cells.forPairs(dz, dy, dz == 0 && dy == 0 ? 1 : -2, 2, [&](std::uint32_t a, std::uint32_t b) {
+                if (components.find(a) != components.find(b) && cells.meet(a, b)) components.join(a, b);
+            });
+
+    std::vector<std::size_t> particles_of(cells.size(), 0);
+    for (std::uint32_t cell = 0; cell < cells.size(); ++cell) particles_of[components.find(cell)] += cells[cell].size();
+    for (std::uint32_t cell = 0; cell < cells.size(); ++cell) {
+        const std::uint32_t component = components.find(cell);
+        if (particles_of[component] >= least) continue;
+        small.count += component == cell;
+        for (const CellOrder::Entry& entry : cells[cell]) small.particle.push_back(entry.row);
+    }
+    parallelSort(small.particle, std::less<>());
+    return small;
+}
+
+std::vector<std::uint32_t> tendrilParticles(const BallBoundary& boundary) {
+    std::vector<bool> in_triangle(boundary.position.size(), false), in_circle = in_triangle;
+    for (const Triangle& t : boundary.triangle)
+        for (const std::uint32_t ball : t) in_triangle[ball] = true;
+    for (const auto& circle : boundary.circle)
+        for (const std::uint32_t ball : circle) in_circle[ball] = true;
+    std::vector<std::uint32_t> rows;
+    for (std::size_t ball = 0; ball < in_circle.size(); ++ball)
+        if (in_circle[ball] && !in_triangle[ball]) rows.push_back(boundary.snapped_row[ball]);
+    return rows;
+}
+
+SnappedParticles without(const SnappedParticles& particles, const std::vector<std::uint32_t>& rows) {
+    SnappedParticles rest;
+    rest.quantum = particles.quantum;
+    rest.radius = particles.radius;
+    auto leaving = rows.begin();
+    for (std::size_t cell = 0; cell < particles.cell.size(); ++cell) {
+        const auto first = static_cast<std::uint32_t>(rest.position.size());
+        for (std::uint32_t i = particles.cell_begin[cell]; i < particles.cell_begin[cell + 1]; ++i) {
+            if (leaving != rows.end() && *leaving == i) {
+                ++leaving;
+                continue;
+            }
+            rest.position.push_back(particles.position[i]);
+            rest.row.push_back(particles.row[i]);
+        }
+        if (rest.position.size() == first) continue;
+        rest.cell.push_back(particles.cell[cell]);
+        rest.cell_begin.push_back(first);
+    }
+    rest.cell_begin.push_back(static_cast<std::uint32_t>(rest.position.size()));
+    return rest;
+}
+
+void addSpheres(const Particles& particles, const SnappedParticles& snapped, const std::vector<std::uint32_t>& rows,
+                Spheres& spheres) {
+    for (const std::uint32_t i : rows) {
+        const std::uint32_t row = snapped.row[i];
+        spheres.position.emplace_back(particles.position[row]);
+        if (!particles.velocity.empty()) spheres.velocity.emplace_back(particles.velocity[row]);
+        if (!particles.id.empty()) spheres.id.push_back(particles.id[row]);
+        spheres.radius.push_back(static_cast<float>(static_cast<double>(snapped.radius) * snapped.quantum));
+    }
+}
+
+std::size_t fillBubbles(BetaMesh& mesh, double radius, double volume) {
+    const Pieces pieces = piecesOf(mesh.vertex.size(), mesh.triangles);
+    const auto positionOf = [&](std::uint32_t v) -> const Vec3& { return mesh.vertex[v].position; };
+    const std::vector<double> enclosed = volumesOf(pieces, mesh.triangles, positionOf);
+    const double least_body = kLeastBody * 4 / 3 * std::numbers::pi * radius * radius * radius;
+    std::vector<bool> leaves(pieces.count);
+    std::vector<std::uint32_t> roomy;  // bubbles that could hold a drop
+    std::size_t filled = 0;
+    for (std::uint32_t piece = 0; piece < pieces.count; ++piece) {
+        leaves[piece] = enclosed[piece] < least_body && enclosed[piece] > -volume;
+        filled += leaves[piece];
+        if (leaves[piece] && enclosed[piece] < -least_body) roomy.push_back(piece);
+    }
+    if (!roomy.empty()) {
+        const PiecesInside inside(mesh, pieces);
+        for (const std::uint32_t bubble : roomy)
+            inside.forEach(bubble, [&](std::uint32_t piece) { leaves[piece] = true; });
+    }
+    if (filled > 0) removePieces(mesh, pieces, leaves);
+    return filled;
+}
+
+void labelComponents(Mesh& mesh) {
+    const Pieces pieces = piecesOf(mesh.position.size(), mesh.triangles);
+    const auto positionOf = [&](std::uint32_t v) -> const Vec3& { return mesh.position[v]; };
+    const std::vector<double> volume = volumesOf(pieces, mesh.triangles, positionOf);
+    const auto place = [&](std::uint32_t v) {
+        const Vec3& p = mesh.position[v];
+        return std::tuple(p.x, p.y, p.z, v);
+    };
+    std::vector<std::uint32_t> first(pieces.count, kNoPiece);
+    for (std::uint32_t v = 0; v < pieces.of_vertex.size(); ++v) {
+        if (pieces.of_vertex[v] == kNoPiece) continue;
+        std::uint32_t& best = first[pieces.of_vertex[v]];
+        if (best == kNoPiece || place(v) < place(best)) best = v;
+    }
+    std::vector<std::uint32_t> order(pieces.count);
+    std::iota(order.begin(), order.end(), 0u);
+    std::sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
+        return volume[a] != volume[b] ? volume[a] > volume[b] : place(first[a]) < place(first[b]);
+    });
+    std::vector<std::int32_t> number(pieces.count);
+    for (std::size_t i = 0; i < order.size(); ++i) number[order[i]] = static_cast<std::int32_t>(i);
+    std::vector<std::int32_t>& component = mesh.component.emplace();
+    component.reserve(mesh.triangles.size());
+    for (const Triangle& t : mesh.triangles) component.push_back(number[pieces.of_vertex[t[0]]]);
+}
+
+}  // namespace betamesh

@@ -1,0 +1,166 @@
+// `betamesh coherence` as a user runs it.
+
+#include "core/icosphere.h"
+#include "io/mesh_file.h"
+#include "io/particle_file.h"
+#include "support/program.h"
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include <sstream>
+
+namespace betamesh {
+namespace {
+
+using Json = nlohmann::json;
+
+Mesh sphere(const Vec3& centre) {
+    const Icosphere ball = icosphere(16);
+    Mesh mesh{ball.position, {}, ball.triangles, {}};
+    for (Vec3& p : mesh.position) p += centre;
+    return mesh;
+}
+
+std::vector<Json> objects(const std::string& text) {
+    std::vector<Json> all;
+    std::istringstream lines(text);
+    for (std::string line; std::getline(lines, line);) all.push_back(Json::parse(line));
+    return all;
+}
+
+// Five spheres, the third of which jumps aside; particles go up by 0.125 each frame.
+void writeSequence(const TemporaryFolder& folder) {
+    for (int frame = 1; frame <= 5; ++frame) {
+        const std::string number = "000" + std::to_string(frame);
+        const double z = 0.125 * frame;
+        writeMesh(folder / ("m." + number + ".ply"), sphere(Vec3(frame == 3 ? 0.5 : 0, 0, z)));
+        Particles particles;
+        particles.position = {Vec3f(0, 0, static_cast<float>(z)), Vec3f(1, 0, 0)};
+        writeParticles(folder / ("p." + number + ".bgeo"), particles);
+    }
+}
+
+TEST(Coherence, MeasuresEachPairOfAPattern) {
+    const TemporaryFolder folder;
+    writeSequence(folder);
+    const Outcome outcome =
+        runProgram({"coherence", "--json", "m.####.ply", "--particles", "p.####.bgeo"}, folder.path());
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+    const std::vector<Json> pairs = objects(outcome.out);
+    ASSERT_EQ(pairs.size(), 4u);
+    EXPECT_EQ(pairs[0]["from"], "m.0001.ply");
+    EXPECT_EQ(pairs[0]["to"], "m.0002.ply");
+    EXPECT_NEAR(pairs[0]["max"].get<double>(), 0.125, 0.002);
+    EXPECT_NEAR(pairs[0]["particles"]["max"].get<double>(), 0.125, 1e-6);
+    EXPECT_EQ(pairs[0]["particles"]["matched"], 2);
+    EXPECT_NEAR(pairs[0]["ratio"].get<double>(), 1, 0.02);
+    EXPECT_NEAR(pairs[1]["max"].get<double>(), std::hypot(0.5, 0.125), 0.01);
+    EXPECT_GT(pairs[1]["worst"][0].get<double>(), -1.1);
+    EXPECT_LT(pairs[0]["rms"].get<double>(), pairs[0]["quantile_999"].get<double>());
+    EXPECT_LE(pairs[0]["quantile_999"].get<double>(), pairs[0]["max"].get<double>());
+}
+
+TEST(Coherence, SaysWhereAndEndsWithOneBeyondTheLimit) {
+    const TemporaryFolder folder;
+    writeSequence(folder);
+    const Outcome outcome = runProgram({"coherence", "m.####.ply", "--max-jump", "0.2"}, folder.path());
+    EXPECT_EQ(outcome.exit_code, 1);
+    EXPECT_NE(outcome.out.find("largest: 0.51"), std::string::npos) << outcome.out;
+    EXPECT_NE(outcome.out.find("from m.0002.ply to m.0003.ply"), std::string::npos) << outcome.out;
+    EXPECT_EQ(runProgram({"coherence", "m.####.ply", "--max-jump", "0.6"}, folder.path()).exit_code, 0);
+    EXPECT_EQ(runProgram({"coherence", "m.0001.ply", "m.0001.ply", "--max-jump", "0"}, folder.path()).exit_code, 0);
+}
+
+TEST(Coherence, EmptyMeshesAndUnreadableOnesDoNotEndTheSequence) {
+    const TemporaryFolder folder;
+    writeSequence(folder);
+    writeMesh(folder / "m.0002.ply", {});
+    write(folder / "m.0004.ply", "no");
+    const Outcome outcome = runProgram({"coherence", "--json", "m.####.ply"}, folder.path());
+    EXPECT_EQ(outcome.exit_code, 1);
+    EXPECT_NE(outcome.err.find("m.0004.ply"), std::string::npos) << outcome.err;
+    const std::vector<Json> pairs = objects(outcome.out);
+    ASSERT_EQ(pairs.size(), 4u);
+    EXPECT_EQ(pairs[0]["max"], nullptr);
+    EXPECT_EQ(pairs[1]["max"], nullptr);
+    EXPECT_FALSE(pairs[2]["error"].empty());
+    EXPECT_FALSE(pairs[3]["error"].empty());
+    EXPECT_EQ(runProgram({"coherence", "m.0001.ply", "m.0002.ply"}, folder.path()).exit_code, 0);
+    EXPECT_EQ(runProgram({"coherence", "m.0001.ply", "m.0002.ply", "--max-jump", "9"}, folder.path()).exit_code, 1);
+    EXPECT_EQ(runProgram({"coherence", "m.0001.ply", "m.0003.ply", "--particles", "absent.####.vdb"}, folder.path())
+                  .exit_code,
+              1);
+}
+
+TEST(Coherence, PlotsOverTime) {
+    const TemporaryFolder folder;
+    writeSequence(folder);
+    const Outcome outcome =
+        runProgram({"coherence", "m.####.ply", "--particles", "p.####.bgeo", "--plot", "way.svg"}, folder.path());
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+    const std::string svg = contentsOf(folder / "way.svg");
+    EXPECT_TRUE(svg.starts_with("<svg ")) << svg;
+    EXPECT_TRUE(svg.ends_with("</svg>\n"));
+    for (const char* part : {">max<", ">99.9 %<", ">RMS<", ">particles<", ">frame<", ">0.1<", ">1<", ">2<", ">5<"})
+        EXPECT_NE(svg.find(part), std::string::npos) << part;
+    EXPECT_EQ(svg.find("nan"), std::string::npos);
+    EXPECT_EQ(svg.find("inf"), std::string::npos);
+    // Nothing moves, or only one is there: axes without lines.
+    EXPECT_EQ(runProgram({"coherence", "m.0001.ply", "m.0001.ply", "--plot", "still.svg"}, folder.path()).exit_code, 0);
+    EXPECT_EQ(contentsOf(folder / "still.svg").find("nan"), std::string::npos);
+    EXPECT_EQ(runProgram({"coherence", "m.####.ply", "--plot", "absent/way.svg"}, folder.path()).exit_code, 2);
+}
+
+TEST(Coherence, FollowsAPipelineInFineSteps) {
+    const TemporaryFolder folder;
+    ASSERT_EQ(
+        runProgram({"sample", "drop", "p.####.vdb", "--particles", "500", "--frames", "1-2"}, folder.path()).exit_code,
+        0);
+    write(folder / "drop.yaml", "version: 1\ninput: {path: p.####.vdb}\noutput: {path: m.####.ply}\n");
+    const std::vector<std::string> words{"coherence", "--json", "--pipeline", "drop.yaml", "--frame",
+                                         "2",         "--step", "1e-5",       "--steps",   "3"};
+    const Outcome outcome = runProgram(words, folder.path());
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+    const std::vector<Json> pairs = objects(outcome.out);
+    ASSERT_EQ(pairs.size(), 3u);
+    for (const Json& pair : pairs) {
+        EXPECT_GT(pair["particles"]["max"].get<double>(), 0);
+        EXPECT_GT(pair["max"].get<double>(), 0);
+        EXPECT_GT(pair["particles"]["matched"].get<int>(), 300);
+    }
+    EXPECT_EQ(pairs[2]["to"], "3e-05 s");
+    EXPECT_FALSE(std::filesystem::exists(folder / "m.0002.ply"));
+    EXPECT_EQ(runProgram(words, folder.path()).out, outcome.out);
+
+    std::vector<std::string> raw = words;
+    raw.insert(raw.end(), {"--set", "smoothing.method=none"});
+    EXPECT_NE(runProgram(raw, folder.path()).out, outcome.out);
+}
+
+TEST(Coherence, WrongUsageIsTold) {
+    const TemporaryFolder folder;
+    writeSequence(folder);
+    write(folder / "p.yaml",
+          "version: 1\ninput: {path: p.####.bgeo}\noutput: {path: x.####.ply}\nsurface: {radius: 0.5}\n");
+    for (const std::vector<std::string>& words :
+         {std::vector<std::string>{"coherence"},
+          {"coherence", "m.0001.ply"},
+          {"coherence", "absent.####.ply"},
+          {"coherence", "m.####.xyz"},
+          {"coherence", "m.####.ply", "--max-jump", "-1"},
+          {"coherence", "m.####.ply", "--particles", "p.0001.bgeo"},
+          {"coherence", "m.####.ply", "--frame", "1"},
+          {"coherence", "--pipeline", "p.yaml"},
+          {"coherence", "m.####.ply", "--pipeline", "p.yaml", "--frame", "1", "--step", "1"},
+          {"coherence", "--pipeline", "p.yaml", "--frame", "77", "--step", "1"},
+          {"coherence", "--pipeline", "p.yaml", "--frame", "1", "--step", "0"}})
+        EXPECT_EQ(runProgram(words, folder.path()).exit_code, 2) << words.back();
+    const Outcome still =
+        runProgram({"coherence", "--pipeline", "p.yaml", "--frame", "1", "--step", "1"}, folder.path());
+    EXPECT_EQ(still.exit_code, 2);
+    EXPECT_NE(still.err.find("no velocity"), std::string::npos) << still.err;
+}
+
+}  // namespace
+}  // namespace betamesh

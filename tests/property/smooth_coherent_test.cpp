@@ -1,0 +1,323 @@
+// What coherent smoothing promises.
+
+#include "skin/skin_frame.h"
+
+#include "measure/mesh_check.h"
+#include "measure/mesh_measure.h"
+#include "skin/arc_points.h"
+#include "skin/ball_boundary.h"
+#include "skin/ball_faces.h"
+#include "skin/boundary_samples.h"
+#include "skin/complete_mesh.h"
+#include "skin/face_points.h"
+#include "skin/smooth_coherent.h"
+#include "skin/survivors.h"
+#include "skin/velocity.h"
+#include "support/clouds.h"
+#include "support/oracles.h"
+
+#include <gtest/gtest.h>
+
+#include <numbers>
+#include <random>
+
+namespace betamesh {
+
+namespace {
+
+SkinParams withRadius(double radius, SmoothingMethod smoothing = SmoothingMethod::coherent) {
+    SkinParams params;
+    params.radius = radius;
+    params.smoothing = smoothing;
+    return params;
+}
+
+// Spacing 1, every coordinate moved by up to a quarter of it, then lifted by a wave along x of amplitude 1.
+Particles slab(unsigned seed, double wavelength) {
+    constexpr int kSide = 56, kLayers = 6;
+    std::mt19937 random(seed);
+    std::uniform_real_distribution<float> jitter(-0.25f, 0.25f);
+    Particles particles;
+    for (int z = 0; z < kLayers; ++z)
+        for (int y = 0; y < kSide; ++y)
+            for (int x = 0; x < kSide; ++x) {
+                Vec3f p(static_cast<float>(x) + jitter(random), static_cast<float>(y) + jitter(random),
+                        static_cast<float>(z) + jitter(random));
+                if (wavelength > 0) p.z += static_cast<float>(std::sin(2 * std::numbers::pi * p.x / wavelength));
+                particles.position.push_back(p);
+            }
+    return particles;
+}
+
+// Calls visit(middle, normal) for each triangle of the top, far from the sides; the normal is as long as twice the
+// area.
+template <typename Visit>
+void forTopOf(const Mesh& mesh, double low, double high, const Visit& visit) {
+    for (const Triangle& t : mesh.triangles) {
+        const Vec3 &a = mesh.position[t[0]], &b = mesh.position[t[1]], &c = mesh.position[t[2]];
+        const Vec3 middle = (a + b + c) / 3, normal = cross(b - a, c - a);
+        if (std::min(middle.x, middle.y) < low || std::max(middle.x, middle.y) > high || middle.z < 3) continue;
+        if (normal.z > 0.2 * normal.length()) visit(middle, normal);
+    }
+}
+
+// RMS angle to the plane, degrees, by area. Dents steeper than 60 degrees do not count: a gap is not roughness.
+double roughness(const Mesh& mesh) {
+    double sum = 0, area = 0;
+    forTopOf(mesh, 9, 46, [&](const Vec3&, const Vec3& normal) {
+        const double size = normal.length(), angle = std::acos(std::min(1.0, normal.z / size));
+        if (angle > std::numbers::pi / 3) return;
+        sum += angle * angle * size;
+        area += size;
+    });
+    return std::sqrt(sum / area) * 180 / std::numbers::pi;
+}
+
+// How much of the wave is left, over whole wavelengths: least squares with a constant term.
+double waveKept(const Mesh& mesh, double wavelength, double low, double high) {
+    double w = 0, s = 0, ss = 0, z = 0, zs = 0;
+    forTopOf(mesh, low, high, [&](const Vec3& middle, const Vec3& normal) {
+        const double wave = std::sin(2 * std::numbers::pi * middle.x / wavelength), size = normal.z;
+        w += size, s += size * wave, ss += size * wave * wave, z += size * middle.z, zs += size * middle.z * wave;
+    });
+    return (zs - z * s / w) / (ss - s * s / w);
+}
+
+Particles box(int nx, int ny, int nz, unsigned seed, double jitter_size = 0.25) {
+    std::mt19937 random(seed);
+    std::uniform_real_distribution<float> jitter(static_cast<float>(-jitter_size), static_cast<float>(jitter_size));
+    Particles particles;
+    for (int z = 0; z < nz; ++z)
+        for (int y = 0; y < ny; ++y)
+            for (int x = 0; x < nx; ++x)
+                particles.position.emplace_back(static_cast<float>(x) + jitter(random),
+                                                static_cast<float>(y) + jitter(random),
+                                                static_cast<float>(z) + jitter(random));
+    return particles;
+}
+
+// Along the line through a point, the signed way to the nearest triangle it meets; infinite where none is within reach.
+double wayAlong(const Mesh& mesh, const Vec3& point, const Vec3& direction, double reach) {
+    double best = std::numeric_limits<double>::infinity();
+    for (const Triangle& t : mesh.triangles) {
+        const Vec3 a = mesh.position[t[0]] - point, b = mesh.position[t[1]] - point, c = mesh.position[t[2]] - point;
+        const double u = dot(direction, cross(b, c)), v = dot(direction, cross(c, a)), w = dot(direction, cross(a, b));
+        if ((u < 0 || v < 0 || w < 0) && (u > 0 || v > 0 || w > 0)) continue;
+        const double sum = u + v + w;
+        if (sum == 0) continue;
+        const double way = dot(a * u + b * v + c * w, direction) / sum;
+        if (std::abs(way) < std::min(reach, std::abs(best))) best = way;
+    }
+    return best;
+}
+
+std::vector<Vec3> normalsOf(const Mesh& mesh) {
+    std::vector<Vec3> normals(mesh.position.size(), Vec3(0, 0, 0));
+    for (const Triangle& t : mesh.triangles) {
+        const Vec3 &a = mesh.position[t[0]], &b = mesh.position[t[1]], &c = mesh.position[t[2]];
+        for (const std::uint32_t v : t) normals[v] += cross(b - a, c - a);
+    }
+    return normals;
+}
+
+}  // namespace
+
+TEST(CoherentSmoothing, IsFlatAndKeepsWaves) {
+    for (const unsigned seed : {1u, 2u}) {
+        EXPECT_LE(roughness(skinFrame(slab(seed, 0), withRadius(1.5)).mesh), 2.3);
+        EXPECT_GE(waveKept(skinFrame(slab(seed, 8), withRadius(1.5)).mesh, 8, 8, 48), 0.82);
+        EXPECT_GE(waveKept(skinFrame(slab(seed, 16), withRadius(1.5)).mesh, 16, 11.5, 43.5), 0.955);
+    }
+}
+
+TEST(CoherentSmoothing, KeepsTheVolumeOfDropsAndBlocks) {
+    Particles drop, tetrahedron;
+    drop.position = {{0, 0, 0}};
+    tetrahedron.position = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+    const auto ratio = [](const Particles& particles) {
+        const double raw = measureMesh(skinFrame(particles, withRadius(1.5, SmoothingMethod::none)).mesh).volume;
+        return measureMesh(skinFrame(particles, withRadius(1.5)).mesh).volume / raw;
+    };
+    EXPECT_NEAR(ratio(drop), 1, 1e-6);
+    EXPECT_GE(ratio(tetrahedron), 0.98);
+    EXPECT_NEAR(ratio(box(6, 6, 4, 1)), 1, 0.05);
+    EXPECT_NEAR(ratio(box(16, 16, 1, 1)), 1, 0.05);
+    EXPECT_NEAR(ratio(box(24, 1, 1, 1)), 1, 0.1);
+}
+
+TEST(CoherentSmoothing, LeavesEveryParticleInside) {
+    forEveryCloud(200, [](const Cloud& cloud) {
+        if (cloud.particles.size() > 500) return;
+        for (const int passes : {1, 3}) {
+            SkinParams params = withRadius(cloud.radius);
+            params.passes = passes;
+            const Mesh mesh = skinFrame(cloud.particles, params).mesh;
+            for (const Vec3f& p : cloud.particles.position) EXPECT_GT(windingNumber(mesh, Vec3(p)), 0.5);
+        }
+    });
+}
+
+TEST(CoherentSmoothing, LeavesAMeshClosedAndFinite) {
+    forEveryCloud(300, [](const Cloud& cloud) {
+        for (const double inset : {0.0, 0.6}) {
+            SkinParams params = withRadius(cloud.radius);
+            params.inset = inset * cloud.radius;
+            const Mesh mesh = skinFrame(cloud.particles, params).mesh;
+            const MeshMeasure measure = measureMesh(mesh);
+            EXPECT_EQ(measure.unpaired_edges, 0u);
+            for (const Vec3& p : mesh.position) ASSERT_TRUE(std::isfinite(p.x + p.y + p.z));
+            for (const Vec3& v : mesh.velocity) ASSERT_TRUE(std::isfinite(v.x + v.y + v.z));
+        }
+    });
+}
+
+TEST(CoherentSmoothing, FurtherPassesAndAWiderKernelAreSmoother) {
+    const Particles particles = slab(3, 0);
+    const double once = roughness(skinFrame(particles, withRadius(1.5)).mesh);
+    SkinParams params = withRadius(1.5);
+    params.passes = 2;
+    EXPECT_LE(roughness(skinFrame(particles, params).mesh), 0.8 * once);
+    params.passes = 1;
+    params.smoothing_width = 5.25;
+    EXPECT_LE(roughness(skinFrame(particles, params).mesh), 0.8 * once);
+}
+
+TEST(Inset, TakesThickLiquidInByItsDepth) {
+    SkinParams params = withRadius(1.5);
+    const Particles particles = slab(1, 0);
+    const auto height = [&] {
+        double sum = 0, area = 0;
+        forTopOf(skinFrame(particles, params).mesh, 12, 43, [&](const Vec3& middle, const Vec3& normal) {
+            sum += middle.z * normal.z;
+            area += normal.z;
+        });
+        return sum / area;
+    };
+    const double before = height();
+    params.inset = 0.8;
+    EXPECT_NEAR(before - height(), 0.8, 0.05);
+}
+
+TEST(Inset, NeverTurnsThinLiquidInsideOut) {
+    for (const Particles& particles : {box(16, 16, 1, 1), box(20, 1, 1, 2), box(3, 3, 3, 3)})
+        for (const double inset : {0.3, 1.0}) {
+            SkinParams params = withRadius(1.5);
+            const double whole = measureMesh(skinFrame(particles, params).mesh).volume;
+            params.inset = inset;
+            const Mesh mesh = skinFrame(particles, params).mesh;
+            CheckParams check;
+            check.tolerance = 1e-6;
+            EXPECT_EQ(checkMesh(mesh, check).crossings.count, 0u);
+            EXPECT_GT(measureMesh(mesh).volume, 0.05 * whole);
+            for (const Vec3f& p : particles.position) EXPECT_GT(windingNumber(mesh, Vec3(p)), 0.5);
+        }
+}
+
+TEST(CoherentSmoothing, VelocitiesAreTheRatesAtWhichVerticesMove) {
+    int compared = 0;
+    std::vector<double> errors;
+    for (unsigned seed = 0; seed < 40; ++seed) {
+        Particles particles = box(4, 4, 4, seed);
+        std::mt19937 random(seed + 100);
+        std::normal_distribution<float> speed(0, 1);
+        for (std::size_t i = 0; i < particles.size(); ++i)
+            particles.velocity.emplace_back(speed(random), speed(random), speed(random));
+        constexpr double kStep = 2e-4;
+        // Angular velocities are left out: vertices are followed as they are numbered, in fixed directions.
+        const auto moved = [&](double time) {
+            Particles later = particles;
+            for (std::size_t i = 0; i < particles.size(); ++i)
+                later.position[i] += particles.velocity[i] * static_cast<float>(time);
+            const SnappedParticles snapped = snapParticles(later, 1.5);
+            BallBoundary boundary = ballBoundary(snapped, survivors(snapped));
+            groupFaces(snapped, boundary);
+            const std::vector<Moving> balls = movingBalls(boundary, later);
+            const std::vector<Vec3> spins(balls.size(), Vec3(0, 0, 0));
+            const ArcNetwork network =
+                arcPoints(boundary, balls, spins, movingVertices(later, snapped, boundary, balls),
+                          {0.28, 0, Appearance::gradual});
+            const FacePoints points = facePoints(snapped, boundary, balls, spins, 0.28);
+            BetaMesh mesh = completeTessellation(boundary, balls, spins, network, points, Appearance::gradual);
+            smoothCoherently(mesh, boundarySamples(boundary, balls, spins, network, points), {1.5, 4.2, 1, 0.5});
+            mesh.vertex.resize(network.point.size());  // those inside faces come and go
+            return std::pair(std::pair(boundary.triangle, network.arc_begin), mesh);
+        };
+        const auto [names, now] = moved(0);
+        const auto [names_before, before] = moved(-kStep);
+        const auto [names_after, after] = moved(kStep);
+        if (names != names_before || names != names_after) continue;
+        ++compared;
+        for (std::size_t v = 0; v < now.vertex.size(); ++v) {
+            const Vec3 difference = (after.vertex[v].position - before.vertex[v].position) / (2 * kStep);
+            errors.push_back((now.vertex[v].velocity - difference).length());
+        }
+    }
+    EXPECT_GE(compared, 3);
+    std::sort(errors.begin(), errors.end());  // particles move at about 1.7; the worst vertices are damped on purpose
+    EXPECT_LE(errors[errors.size() / 2], 0.01);
+    EXPECT_LE(errors[errors.size() * 95 / 100], 0.05);
+}
+
+TEST(SurfaceVelocity, AlongTheNormalIsTheRateAtWhichTheSurfaceMoves) {
+    for (const double inset : {0.0, 0.5}) {
+        double error = 0, size = 0;
+        for (unsigned seed = 0; seed < 4; ++seed) {
+            Particles particles = box(5, 5, 4, seed);
+            for (const Vec3f& p : particles.position)  // swells that run through the liquid
+                particles.velocity.emplace_back(std::sin(0.7f * p.y), std::sin(0.8f * p.z), std::sin(0.9f * p.x));
+            SkinParams params = withRadius(1.5);
+            params.inset = inset;
+            constexpr double kStep = 1e-3;
+            const auto moved = [&](double time) {
+                Particles later = particles;
+                for (std::size_t i = 0; i < particles.size(); ++i)
+                    later.position[i] += particles.velocity[i] * static_cast<float>(time);
+                return skinFrame(later, params).mesh;
+            };
+            const Mesh now = moved(0), before = moved(-kStep), after = moved(kStep);
+            const std::vector<Vec3> normals = normalsOf(now);
+            for (std::size_t v = 0; v < now.position.size(); v += 3) {
+                const double weight = normals[v].length();
+                if (!(weight > 0)) continue;
+                const Vec3 normal = normals[v] / weight;
+                const double reach = 20 * kStep, forth = wayAlong(after, now.position[v], normal, reach),
+                             back = wayAlong(before, now.position[v], normal, reach);
+                if (!std::isfinite(forth) || !std::isfinite(back)) continue;  // another surface, or none
+                if (std::abs(forth + back) > 0.1 * kStep) continue;           // an event
+                const double measured = (forth - back) / (2 * kStep), said = dot(normal, now.velocity[v]);
+                error += weight * (measured - said) * (measured - said);
+                size += weight * measured * measured;
+            }
+        }
+        // A line through a vertex that slides meets facets that are tilted by a few degrees.
+        EXPECT_LE(std::sqrt(error / size), 0.08) << "inset " << inset;
+    }
+}
+
+TEST(SurfaceVelocity, OfALoneDropIsThatOfItsParticle) {
+    Particles drop;
+    drop.position = {{1, 2, 3}};
+    drop.velocity = {{4, -5, 6}};
+    for (const Vec3& v : skinFrame(drop, withRadius(0.5)).mesh.velocity) EXPECT_LE((v - Vec3(4, -5, 6)).length(), 1e-6);
+}
+
+TEST(SurfaceVelocity, OfARigidBodyIsThatOfTheBody) {
+    const Vec3 turn(0.3, -0.7, 0.5), drift(1, 2, -0.5);
+    for (Particles particles : {box(6, 6, 6, 1), box(9, 9, 1, 2), box(3, 2, 2, 3), box(20, 2, 1, 4)})
+        for (const double inset : {0.0, 0.6}) {
+            for (const Vec3f& p : particles.position) particles.velocity.emplace_back(drift + cross(turn, Vec3(p)));
+            SkinParams params = withRadius(1.5);
+            params.inset = inset;
+            const Mesh mesh = skinFrame(particles, params).mesh;
+            double worst = 0, fastest = 0;
+            for (std::size_t v = 0; v < mesh.position.size(); ++v) {
+                const Vec3 expected = drift + cross(turn, mesh.position[v]);
+                worst = std::max(worst, (mesh.velocity[v] - expected).length());
+                fastest = std::max(fastest, expected.length());
+            }
+            EXPECT_LE(worst, 1e-4 * fastest);
+            particles.velocity.clear();
+        }
+}
+
+}  // namespace betamesh
