@@ -2,6 +2,7 @@
 
 #pragma once
 
+#include "core/beta_mesh.h"
 #include "core/moving.h"
 
 #include <cstdint>
@@ -22,6 +23,8 @@ struct ArcNetwork {
     std::vector<Rate> arc_angle;              ///< radians, of each arc
     std::vector<std::uint32_t> arc_begin;     ///< first point inside each arc, and one entry past the last
     std::vector<std::uint32_t> circle_begin;  ///< first point on each circle, and one entry past the last
+
+    std::vector<RisingVertex> rising;  ///< points that are still on their way from the chord to the arc
 
     std::uint32_t arcSize(std::size_t a) const { return arc_begin[a + 1] - arc_begin[a]; }
     std::uint32_t circleSize(std::size_t k) const { return circle_begin[k + 1] - circle_begin[k]; }

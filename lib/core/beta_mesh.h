@@ -14,11 +14,23 @@ enum class Appearance {
     gradual,      ///< continuously in time, out of chords and facets; what is smoothed afterwards does not jump
 };
 
+/// A vertex that appeared not long ago, or is about to vanish, on an edge or a facet of others. `share` grows from 0
+/// there to 1. Its position holds it so far from them before smoothing; what smoothing makes of it has to be held back
+/// again, by the same share, towards what it makes of them.
+struct RisingVertex {
+    std::uint32_t vertex;
+    std::array<std::uint32_t, 3> from;  ///< the vertices of the edge or facet
+    std::array<double, 3> weight;       ///< where on it; they sum to 1
+    Rate share;
+    Moving whole;  ///< where the vertex would be with a share of 1
+};
+
 /// Vertices with their motion. Ones that no triangle uses are allowed.
 struct BetaMesh {
     std::vector<Moving> vertex;
     std::vector<Triangle> triangles;
-    std::vector<Rate> clearance;  ///< of each vertex from the rim of its face, as in FacePoints; none: all 0
+    std::vector<Rate> clearance;       ///< of each vertex from the rim of its face, as in FacePoints; none: all 0
+    std::vector<RisingVertex> rising;  ///< those that rise from edges come before those that rise from facets
 };
 
 /// The paper's beta mesh. Vertices come in two kinds, one after the other: pure beta vertices, as many and

@@ -87,17 +87,32 @@ Cut cutFor(Rate angle, std::uint32_t least, const ArcSubdivision& subdivision) {
     while (wanted.value > kFadesFrom * count && count < kMostSegments) count *= 2;
     const Rate t = (wanted * 2 / count - kFadesFrom) / (kFadesTo - kFadesFrom);
     if (count == 1 || t.value >= 1) return {count};
-    if (t.value <= 0) return {count, kLeastFading};
-    return {count, kLeastFading + t * t * (3 - t * 2) * (1 - kLeastFading)};
+    if (t.value <= 0) return {count, 0};
+    return {count, t * t * (3 - t * 2)};
 }
 
-// Point m of an arc that begins at angle zero, as its cut says.
-Moving pointOfCut(const MovingCircle& circle, Rate angle, const Cut& cut, std::uint32_t m) {
-    const auto onCircle = [&](std::uint32_t k) {
-        return circle.centre() + circle.outwards(angle * (static_cast<double>(k) / cut.count)) * circle.radius();
-    };
-    if (m % 2 == 0 || cut.fading.value >= 1) return onCircle(m);
-    return onCircle(m) * cut.fading + (onCircle(m - 1) + onCircle(m + 1)) * (0.5 * (1 - cut.fading));
+// Point m of a circle, of so many parts of an angle.
+Moving pointAt(const MovingCircle& circle, Rate angle, std::uint32_t m, std::uint32_t count) {
+    return circle.centre() + circle.outwards(angle * (static_cast<double>(m) / count)) * circle.radius();
+}
+
+// Places the points of one arc or circle, whose numbers are pointOf(0) … pointOf(count), from m = first to last; of
+// these the odd ones may be rising.
+template <typename PointOf>
+void placePoints(const MovingCircle& circle, Rate angle, const Cut& cut, std::uint32_t first, std::uint32_t last,
+                 const PointOf& pointOf, ArcNetwork& network, RisingVertex* rising) {
+    const bool fades = cut.fading.value < 1;
+    for (std::uint32_t m = first; m <= last; ++m) {
+        Moving& point = network.point[pointOf(m)];
+        point = pointAt(circle, angle, m, cut.count);
+        if (!fades || m % 2 == 0) continue;
+        const std::uint32_t before = pointOf(m - 1), after = pointOf(m + 1);
+        const Moving middle =
+            (pointAt(circle, angle, m - 1, cut.count) + pointAt(circle, angle, m + 1, cut.count)) * 0.5;
+        *rising++ = {pointOf(m), {before, after, after}, {0.5, 0.5, 0}, cut.fading, point};
+        const Rate held = kLeastFading + cut.fading * (1 - kLeastFading);  // never on one line
+        point = point * held + middle * (1 - held);
+    }
 }
 
 }  // namespace
@@ -151,17 +166,25 @@ ArcNetwork arcPoints(const BallBoundary& boundary, const std::vector<Moving>& ba
     network.circle_begin.assign(begin.begin() + static_cast<std::ptrdiff_t>(arcs), begin.end());
     network.point.resize(begin.back());
 
+    std::vector<std::uint32_t> fading(arcs + circles);
+    for (std::size_t a = 0; a < fading.size(); ++a) fading[a] = cuts[a].fading.value < 1 ? cuts[a].count / 2 : 0;
+    const std::vector<std::uint32_t> rising = placesOf(fading);
+    network.rising.resize(rising.back());
     parallelFor(arcs, 512, [&](std::size_t a) {
         if (inside[a] == 0) return;
-        const MovingCircle circle = circleOfArc(a);
-        for (std::uint32_t m = 0; m < inside[a]; ++m)
-            network.point[network.arc_begin[a] + m] = pointOfCut(circle, network.arc_angle[a], cuts[a], m + 1);
+        const std::uint32_t start = network.arc_start[a], end = boundary.twin[start];
+        const auto pointOf = [&](std::uint32_t m) {
+            return m == 0 ? start / 3 : m > inside[a] ? end / 3 : network.arc_begin[a] + m - 1;
+        };
+        placePoints(circleOfArc(a), network.arc_angle[a], cuts[a], 1, inside[a], pointOf, network,
+                    network.rising.data() + rising[a]);
     });
     parallelFor(circles, 64, [&](std::size_t k) {
         MovingCircle circle(balls[boundary.circle[k][0]], balls[boundary.circle[k][1]], radius);
         circle.beginAnywhere((spins[boundary.circle[k][0]] + spins[boundary.circle[k][1]]) / 2);
-        for (std::uint32_t m = 0; m < inside[arcs + k]; ++m)
-            network.point[network.circle_begin[k] + m] = pointOfCut(circle, kTurn, cuts[arcs + k], m);
+        const auto pointOf = [&](std::uint32_t m) { return network.circle_begin[k] + m % cuts[arcs + k].count; };
+        placePoints(circle, kTurn, cuts[arcs + k], 0, inside[arcs + k] - 1, pointOf, network,
+                    network.rising.data() + rising[arcs + k]);
     });
     return network;
 }

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <optional>
 
 namespace betamesh {
 
@@ -15,7 +16,10 @@ constexpr std::size_t kBallsPerTask = 32;
 constexpr double kGrid = 0x1p38;         // of the hull's points, per radius
 constexpr double kLeastClearance = 0.2;  // of points on the boundary, in angles between neighbouring points
 constexpr double kSinkingBegins = 0.75;  // clearance below which points sink, in the same
-constexpr double kSinkingDepth = 0.25;   // radii at the rim, in squares of the same
+constexpr double kSunkInEarnest = 0.3;   // share of the depth's root from which on a point is held back in full
+constexpr double kFreeHeight = 0.05;     // over what is beneath, radii per square of the same: free from here on
+constexpr std::size_t kLongestRing = 10;
+constexpr double kSinkingDepth = 0.12;  // radii at the rim, in squares of the same
 
 Vec3i onGrid(const Vec3& direction) {
     return {std::llround(direction.x * kGrid), std::llround(direction.y * kGrid), std::llround(direction.z * kGrid)};
@@ -120,6 +124,14 @@ public:
         return direction * (1 - below * below * (kSinkingDepth * angle_ * angle_));
     }
 
+    // How free a sinking point is at this height over what is beneath it, in radii: 0 on it, 1 as it stops to sink.
+    Rate shareOf(std::uint32_t p, double height) const {
+        const double sunk = 1 - points_.clearance[p].value / (kSinkingBegins * angle_);
+        const double held = std::min(1.0, sunk / kSunkInEarnest);
+        const double t = std::clamp(height / (kFreeHeight * angle_ * angle_), 0.0, 1.0);
+        return 1 - held * (1 - t * t * (3 - 2 * t));
+    }
+
 private:
     const FacePoints& points_;
     bool sinking_;
@@ -155,8 +167,33 @@ struct Part {
     std::vector<Triangle> triangles;
     std::vector<Moving> vertex;
     std::vector<Rate> clearance;
+    std::vector<RisingVertex> rising;
 };
 constexpr std::uint32_t kNew = std::uint32_t{1} << 31;
+
+// The facet of the points in `ring` that a ray from the origin through p leaves last, where p is above it.
+// height: of p over the facet, as a share of its distance from the origin.
+struct Beneath {
+    std::array<std::uint32_t, 3> corner;
+    std::array<double, 3> weight;
+    double height = 1;
+};
+std::optional<Beneath> facetBeneath(const Vec3& p, const std::vector<std::uint32_t>& ring,
+                                    const std::vector<Vec3i>& point) {
+    std::optional<Beneath> highest;
+    for (std::size_t i = 0; i < ring.size(); ++i)
+        for (std::size_t j = i + 1; j < ring.size(); ++j)
+            for (std::size_t k = j + 1; k < ring.size(); ++k) {
+                const Vec3 a = toDouble(point[ring[i]]), b = toDouble(point[ring[j]]), c = toDouble(point[ring[k]]);
+                const double u = dot(p, cross(b, c)), v = dot(p, cross(c, a)), w = dot(p, cross(a, b)), sum = u + v + w;
+                const double whole = dot(a, cross(b, c));
+                if (sum == 0 || u / sum < 0 || v / sum < 0 || w / sum < 0 || !(whole / sum > 0)) continue;
+                const double height = 1 - whole / sum;
+                if (highest && highest->height <= height) continue;
+                highest = Beneath{{ring[i], ring[j], ring[k]}, {u / sum, v / sum, w / sum}, height};
+            }
+    return highest;
+}
 
 void addFilling(const BallLoops& ball_loops, const LoopFilling& filling, const Moving& ball, const Vec3& spin,
                 double world_radius, const std::vector<std::uint32_t>& face_point, const FacePoints& points,
@@ -186,6 +223,32 @@ void addFilling(const BallLoops& ball_loops, const LoopFilling& filling, const M
             v = where;
         }
         part.triangles.push_back(t);
+    }
+
+    // Sinking points are held to what is beneath them.
+    std::vector<std::uint32_t> ring;
+    for (std::size_t i = 0; i < face_point.size(); ++i) {
+        const auto v = static_cast<std::uint32_t>(in_loops + i);
+        if (given == in_loops || place[i] == kUnplaced || !placement.sinks(face_point[i])) continue;
+        ring.clear();
+        for (const Triangle& t : filling.triangles)
+            if (std::find(t.begin(), t.end(), v) != t.end())
+                for (const std::uint32_t other : t)
+                    if (other != v && other < given && std::find(ring.begin(), ring.end(), other) == ring.end())
+                        ring.push_back(other);
+        if (ring.size() > kLongestRing) continue;
+        const auto beneath = facetBeneath(toDouble(ball_loops.loops.point[v]), ring, ball_loops.loops.point);
+        if (!beneath) continue;
+        RisingVertex rising{place[i],
+                            {},
+                            beneath->weight,
+                            placement.shareOf(face_point[i], beneath->height),
+                            part.vertex[place[i] - kNew]};
+        for (std::size_t k = 0; k < 3; ++k) {
+            const std::uint32_t corner = beneath->corner[k];
+            rising.from[k] = corner < in_loops ? ball_loops.network_point[corner] : place[corner - in_loops];
+        }
+        if (rising.share.value < 1) part.rising.push_back(rising);
     }
 }
 
@@ -242,14 +305,18 @@ BetaMesh completeTessellation(const BallBoundary& boundary, const std::vector<Mo
     BetaMesh mesh;
     mesh.vertex = network.point;
     mesh.clearance.assign(network.point.size(), {0, 0});
+    mesh.rising = network.rising;
     for (const Part& part : parts) {
         const auto first = static_cast<std::uint32_t>(mesh.vertex.size());
         mesh.vertex.insert(mesh.vertex.end(), part.vertex.begin(), part.vertex.end());
         mesh.clearance.insert(mesh.clearance.end(), part.clearance.begin(), part.clearance.end());
-        for (Triangle t : part.triangles) {
-            for (std::uint32_t& v : t)
-                if (v >= kNew) v = first + (v - kNew);
-            mesh.triangles.push_back(t);
+        const auto numbered = [&](std::uint32_t v) { return v >= kNew ? first + (v - kNew) : v; };
+        for (const Triangle& t : part.triangles)
+            mesh.triangles.push_back({numbered(t[0]), numbered(t[1]), numbered(t[2])});
+        for (RisingVertex rising : part.rising) {
+            rising.vertex = numbered(rising.vertex);
+            for (std::uint32_t& v : rising.from) v = numbered(v);
+            mesh.rising.push_back(rising);
         }
     }
     return mesh;

@@ -13,15 +13,15 @@ namespace betamesh {
 
 namespace {
 
-constexpr double kFarthest = 0.35;          // that a vertex goes, in radii
-constexpr double kStayingBegins = 0.7;      // clearance up to which a vertex goes all the way
-constexpr double kStaysWhole = 1.4;         // and from which it stays
-constexpr double kOwnWeight = 0.02;         // of the vertex itself against the samples, in radii
-constexpr double kRound = 1e-3;             // added to the samples' variance, in squared radii: keeps single ones flat
-constexpr float kLeastMean = 0.01F;         // added to |m|²
-constexpr float kSteepest = 0.4F;           // square of how steep a sample may lie
-constexpr float kSoft = 0.04F;              // added to squared distances between opposite sides, in squared radii
-constexpr double kSheet = 4;                // thickness² · what sumOpposite finds on a plane sheet
+constexpr double kFarthest = 0.5;      // that a vertex goes, in radii
+constexpr double kStayingBegins = 0.7;  // clearance up to which a vertex goes all the way
+constexpr double kStaysWhole = 1.4;     // and from which it stays
+constexpr double kOwnWeight = 1.5;      // of the vertex itself against the samples; on a plane surface they weigh 20
+constexpr double kRound = 1e-3;         // added to the samples' variance, in squared radii: keeps single ones flat
+constexpr float kLeastMean = 0.01F;     // added to |m|²
+constexpr float kSteepest = 0.4F;       // square of how steep a sample may lie
+constexpr float kSoft = 0.04F;          // added to squared distances between opposite sides, in squared radii
+constexpr double kSheet = 4;            // thickness² · what sumOpposite finds on a plane sheet
 constexpr double kShareOfThickness = 0.45;  // that an inset takes at most
 
 // Samples in blocks of as many as the widest registers hold.
@@ -234,7 +234,7 @@ Fit fitSphere(const Sums& sums) {
     const Moving ul = b - a * (uq * 2);
     const Rate minus_uc = dot(ul, a) + uq * e, slope = dot(ul, ul) + 1e-6;
     const Rate root = squareRoot(slope * slope + uq * minus_uc * slope * 4);
-    const Rate trust = weight / (weight + kOwnWeight);
+    const Rate squared = weight * weight, trust = squared / (squared + kOwnWeight * kOwnWeight);
     return {ul * (minus_uc * 2 / (slope + root)), ul, trust, {}};
 }
 
@@ -338,12 +338,30 @@ Moving limited(const Moving& step, double farthest) {
     return step / squareRoot(squareRoot(squareRoot(squareRoot(1 + s8 * s8))));
 }
 
+// Vertices that only begin to rise stay near the edges and facets that they rise from. Those that rise from facets
+// may have each other for corners: they see one another as if they were free.
+void holdBack(BetaMesh& mesh) {
+    const auto from = [&](const std::vector<Moving>& vertex, const RisingVertex& rising) {
+        Moving sum;
+        for (std::size_t k = 0; k < 3; ++k) sum = sum + vertex[rising.from[k]] * rising.weight[k];
+        return sum;
+    };
+    const auto first_of_facets =
+        std::find_if(mesh.rising.begin(), mesh.rising.end(), [](const RisingVertex& r) { return r.weight[2] != 0; });
+    for (auto r = mesh.rising.begin(); r != first_of_facets; ++r)
+        mesh.vertex[r->vertex] = mesh.vertex[r->vertex] * r->share + from(mesh.vertex, *r) * (1 - r->share);
+    const std::vector<Moving> free = mesh.vertex;
+    for (auto r = first_of_facets; r != mesh.rising.end(); ++r)
+        mesh.vertex[r->vertex] = free[r->vertex] * r->share + from(free, *r) * (1 - r->share);
+}
+
 }  // namespace
 
 void smoothCoherently(BetaMesh& mesh, BoundarySamples samples, const CoherentSmoothing& params) {
     std::vector<std::uint32_t> moving;  // vertices that do not stay where they are
     for (std::uint32_t v = 0; v < mesh.vertex.size(); ++v)
         if (params.inset > 0 || mesh.clearance.empty() || mesh.clearance[v].value < kStaysWhole) moving.push_back(v);
+    for (const RisingVertex& rising : mesh.rising) mesh.vertex[rising.vertex] = rising.whole;
     std::vector<Moving> smooth = mesh.vertex;
     const auto vertexAt = [&](std::uint32_t v) -> const Moving& { return smooth[v]; };
     const auto sampleAt = [&](std::uint32_t i) -> const Moving& { return samples[i].position; };
@@ -382,6 +400,7 @@ void smoothCoherently(BetaMesh& mesh, BoundarySamples samples, const CoherentSmo
         vertex = vertex + limited((smooth[v] - vertex) * share, kFarthest * params.radius);
         if (params.inset > 0) vertex = vertex + inset[v] * params.radius;
     });
+    holdBack(mesh);
 }
 
 }  // namespace betamesh

@@ -9,7 +9,7 @@ namespace betamesh {
 
 struct CoherentSmoothing {
     double radius = 0;  ///< of the balls, world units
-    double width = 0;   ///< how far a sample reaches, world units; 2.87 radii unless there is a reason
+    double width = 0;   ///< how far a sample reaches, world units; 2.8 radii unless there is a reason
     int passes = 1;     ///< >= 0
     double inset = 0;   ///< how far the surface is taken inwards where the liquid is thick, world units, >= 0
 };
@@ -24,10 +24,12 @@ struct CoherentSmoothing {
 ///     k = w K (m·d)₊² / (|m|² + 0.01) · (1 - (m·y)² / (0.4 (|m|² + 0.01) (|y|² + r²)))₊²
 ///
 /// keeps the two sides of a sheet, and surfaces far below or above, apart; then the algebraic sphere
-/// u_c + u_l·y + u_q |y|² whose gradient fits the directions best passes near x at x + τ u_l. A vertex without samples
-/// about it, and one with clearance above 1.4 (a drop, the tip of a tendril) stays where it is; between, it goes part
-/// of the way; and no vertex goes farther than 0.35 radii, so that no particle is ever left outside.
-/// Spheres, cylinders and planes of balls keep their size.
+/// u_c + u_l·y + u_q |y|² whose gradient fits the directions best passes near x at x + τ u_l. That counts by
+/// W² / (W² + 1.5²), W = Σ k in radii: about 20 on a plane surface, little round a neck that has just appeared. A vertex
+/// with clearance above 1.4 (a drop, the tip of a tendril) stays where it is, from 0.7 on it goes part of the way; and no
+/// vertex goes farther than half a radius, so that no particle is ever left outside. Spheres, cylinders and planes of
+/// balls keep their size. Vertices that only begin to rise from an edge or a facet are held back towards what becomes
+/// of that, or the triangles, which are plane, would jump.
 ///
 /// An inset takes vertices inwards along the fitted spheres' directions, by at most 0.45 of the liquid's thickness
 /// there, whose inverse square is a sum over the samples on the other side: (m·d)₋² (m·y)₋² / (|m|⁴ (|y|² + 0.04 r²)³).

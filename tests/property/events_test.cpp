@@ -1,0 +1,348 @@
+// A laboratory of single events: clouds in motion, the moments at which the boundary of the union of balls changes
+// its combinatorics, and how far each surface jumps there. See README.md for what was measured.
+
+#include "core/random.h"
+#include "exact/snapped_particles.h"
+#include "measure/coherence.h"
+#include "skin/ball_boundary.h"
+#include "skin/skin_frame.h"
+#include "skin/survivors.h"
+#include "support/oracles.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <functional>
+#include <map>
+
+namespace betamesh {
+namespace {
+
+constexpr double kRadius = 1.5;  // in spacings, as by default
+constexpr std::array<double, 5> kSpans = {1e-3, 1e-4, 1e-5, 1e-6, 1e-7};
+// Radii a second that a surface may move where particles move by up to 0.67 of them: vertices of nearly flat triplets
+// are faster than particles.
+constexpr double kSteepest = 50;
+// Radii. Coordinates are snapped to a grid of r / 2^19 or finer, and vertices magnify that.
+constexpr double kNoise = 3e-5;
+
+// What the boundary of the union of balls consists of, by rows of particles.
+struct Combinatorics {
+    TriangleSet triangles;
+    std::set<std::array<std::uint32_t, 2>> circles;
+    bool operator==(const Combinatorics&) const = default;
+};
+
+Combinatorics combinatoricsOf(const Particles& particles) {
+    const SnappedParticles snapped = snapParticles(particles, kRadius);
+    const BallBoundary boundary = ballBoundary(snapped, survivors(snapped));
+    std::vector<Triangle> triangles = boundary.triangle;
+    for (Triangle& t : triangles)
+        for (std::uint32_t& ball : t) ball = boundary.row[ball];
+    Combinatorics found{canonical(triangles), {}};
+    for (const auto& [a, b] : boundary.circle)
+        found.circles.insert({std::min(boundary.row[a], boundary.row[b]), std::max(boundary.row[a], boundary.row[b])});
+    return found;
+}
+
+// Kinds of events, told by the vertices (oriented triangles of particles) that come and go:
+//
+//     flip     2 -> 2  four particles become cocircular on the boundary, an arc shrinks to a point and another grows
+//     birth    1 -> 3  a ball emerges at a vertex: a face of three arcs
+//     void     0 -> 4  a bubble inside a tetrahedron
+//     hole     0 -> 2  three balls come to meet in two points, their centres an acute triangle: what was open between
+//                      them closes, or the reverse
+//     graze    0 -> 2  the same with an obtuse one: a ball reaches an arc or circle and cuts it
+//     contact  circles only: two balls touch
+//
+// Each stands for its reverse, too.
+struct Event {
+    std::string kind;
+    bool in_block;        // not in a thin sheet or in spray
+    Particles particles;  // at time 0
+    double time;
+    std::string name;
+};
+
+std::string kindOf(const Combinatorics& before, const Combinatorics& after, const Particles& at) {
+    std::vector<Triangle> gone, come;
+    std::set_difference(before.triangles.begin(), before.triangles.end(), after.triangles.begin(),
+                        after.triangles.end(), std::back_inserter(gone));
+    std::set_difference(after.triangles.begin(), after.triangles.end(), before.triangles.begin(),
+                        before.triangles.end(), std::back_inserter(come));
+    std::set<std::uint32_t> of;
+    for (const auto* list : {&gone, &come})
+        for (const Triangle& t : *list) of.insert(t.begin(), t.end());
+    const std::size_t less = std::min(gone.size(), come.size()), more = std::max(gone.size(), come.size());
+    if (more == 0) return "contact";
+    if (less == 2 && more == 2 && of.size() == 4) return "flip";
+    if (less == 1 && more == 3 && of.size() == 4) return "birth";
+    if (less == 0 && more == 4 && of.size() == 4) return "void";
+    if (less == 0 && more == 2 && of.size() == 3) {
+        const Triangle& t = (gone.empty() ? come : gone)[0];
+        const Vec3 a(at.position[t[0]]), b(at.position[t[1]]), c(at.position[t[2]]);
+        const bool acute = dot(b - a, c - a) > 0 && dot(a - b, c - b) > 0 && dot(a - c, b - c) > 0;
+        return acute ? "hole" : "graze";
+    }
+    return "several";
+}
+
+// Halves a span of time until a single event is left, or the span is too short to be halved; every event of it.
+void findEvents(const Particles& start, double begin, const Combinatorics& before, double end,
+                const Combinatorics& after, const std::function<void(double, const std::string&)>& found) {
+    if (before == after) return;
+    const double middle = (begin + end) / 2;
+    if (end - begin < 1e-9) {
+        found(middle, kindOf(before, after, moved(start, middle)));
+        return;
+    }
+    const Combinatorics between = combinatoricsOf(moved(start, middle));
+    findEvents(start, begin, before, middle, between, found);
+    findEvents(start, middle, between, end, after, found);
+}
+
+// About as many particles as a box of this many spacings holds, near the origin, where floats are finest; speeds up to
+// one spacing a second.
+Particles cloud(std::uint64_t seed, std::array<int, 3> size, double jitter, double keep) {
+    Random random(seed);
+    Particles particles;
+    for (int z = 0; z < size[2]; ++z)
+        for (int y = 0; y < size[1]; ++y)
+            for (int x = 0; x < size[0]; ++x) {
+                const Vec3 middle = Vec3(size[0] - 1, size[1] - 1, size[2] - 1) / 2;
+                const Vec3 position = Vec3(x, y, z) - middle + random.cube() * jitter, velocity = random.ball();
+                if (random.unit() > keep) continue;
+                particles.position.emplace_back(position);
+                particles.velocity.emplace_back(velocity);
+                particles.id.push_back(particles.id.size());
+            }
+    return particles;
+}
+
+// A few events of each kind from blocks, and as many from sheets with gaps and from spray.
+const std::vector<Event>& events() {
+    static const std::vector<Event> all = [] {
+        constexpr std::size_t kMost = 8, kMostOfACloud = 2;
+        std::vector<Event> list;
+        std::map<std::pair<std::string, bool>, std::size_t> count;
+        for (std::uint64_t seed = 0; seed < 24; ++seed) {
+            const bool block = seed % 3 == 0, spray = seed % 3 == 2;
+            const Particles start = block   ? cloud(seed, {5, 5, 5}, 0.25, 1)
+                                    : spray ? cloud(seed, {5, 5, 5}, 0.5, 0.1)
+                                            : cloud(seed, {5, 5, 1}, 0.25, 0.8);
+            const double span = spray ? 2 : 0.1;
+            std::map<std::string, std::size_t> here;
+            const Combinatorics before = combinatoricsOf(start), after = combinatoricsOf(moved(start, span));
+            findEvents(start, 0, before, span, after, [&](double time, const std::string& kind) {
+                if (kind == "several" || count[{kind, block}] == kMost || here[kind] == kMostOfACloud) return;
+                ++count[{kind, block}], ++here[kind];
+                list.push_back({kind, block, start, time,
+                                kind + " of cloud " + std::to_string(seed) + " at " + std::to_string(time)});
+            });
+        }
+        std::stable_sort(list.begin(), list.end(), [](const Event& x, const Event& y) {
+            return std::pair(x.kind, !x.in_block) < std::pair(y.kind, !y.in_block);
+        });
+        return list;
+    }();
+    return all;
+}
+
+struct Surface {
+    const char* name;
+    SkinParams params;
+};
+
+SkinParams skin(Tessellation tessellation, SmoothingMethod smoothing) {
+    SkinParams params;
+    params.radius = kRadius;
+    params.tessellation = tessellation;
+    params.smoothing = smoothing;
+    return params;
+}
+
+const std::vector<Surface>& surfaces() {
+    static const std::vector<Surface> all = [] {
+        std::vector<Surface> list{
+            {"ours", skin(Tessellation::complete, SmoothingMethod::coherent)},
+            {"ours, not smoothed", skin(Tessellation::complete, SmoothingMethod::none)},
+            {"paper's fans, smoothed as ours", skin(Tessellation::paper, SmoothingMethod::coherent)},
+            {"paper's, not smoothed", skin(Tessellation::paper, SmoothingMethod::none)},
+            {"paper's Algorithm 4", skin(Tessellation::paper, SmoothingMethod::paper)},
+            {"alpha mesh", skin(Tessellation::complete, SmoothingMethod::coherent)}};
+        list.back().params.surface = SurfaceKind::alpha;
+        return list;
+    }();
+    return all;
+}
+
+constexpr std::size_t kOurs = 0, kAlgorithmFour = 4;  // in surfaces()
+
+double jump(const Particles& start, double time, double span, const SkinParams& params) {
+    const Mesh before = skinFrame(moved(start, time - span / 2), params).mesh;
+    const Mesh after = skinFrame(moved(start, time + span / 2), params).mesh;
+    return surfaceDistance(before, after).max;
+}
+
+// Of one event: in radii, by surface and span.
+using Jumps = std::vector<std::array<double, kSpans.size()>>;
+
+const std::vector<Jumps>& jumps() {
+    static const std::vector<Jumps> all = [] {
+        std::vector<Jumps> list;
+        for (const Event& event : events()) {
+            list.emplace_back(surfaces().size());
+            for (std::size_t s = 0; s < surfaces().size(); ++s)
+                for (std::size_t k = 0; k < kSpans.size(); ++k)
+                    list.back()[s][k] = jump(event.particles, event.time, kSpans[k], surfaces()[s].params) / kRadius;
+        }
+        return list;
+    }();
+    return all;
+}
+
+// What README.md shows: the median and the largest of each kind.
+TEST(Events, TableOfJumps) {
+    for (std::size_t first = 0, last = 0; first < events().size(); first = last) {
+        const Event& event = events()[first];
+        while (last < events().size() && events()[last].kind == event.kind && events()[last].in_block == event.in_block)
+            ++last;
+        std::printf("%s, %s (%zu)%*s", event.kind.c_str(), event.in_block ? "block" : "thin", last - first,
+                    static_cast<int>(22 - event.kind.size()), "");
+        for (const double span : kSpans) std::printf("  %15.0e", span);
+        for (std::size_t s = 0; s < surfaces().size(); ++s) {
+            std::printf("\n  %-31s", surfaces()[s].name);
+            for (std::size_t k = 0; k < kSpans.size(); ++k) {
+                std::vector<double> found;
+                for (std::size_t e = first; e < last; ++e) found.push_back(jumps()[e][s][k]);
+                std::sort(found.begin(), found.end());
+                std::printf("  %7.1e %7.1e", found[found.size() / 2], found.back());
+            }
+        }
+        std::printf("\n");
+    }
+}
+
+TEST(Events, OfEveryKindAreFound) {
+    std::map<std::string, std::size_t> count;
+    for (const Event& event : events()) ++count[event.kind];
+    for (const char* kind : {"flip", "birth", "void", "hole", "graze", "contact"}) EXPECT_GE(count[kind], 4u) << kind;
+}
+
+// Over longer times other things happen, too: larger balls of the same cloud touch or part.
+TEST(Events, OursMovesOnThroughFlipsAndBirths) {
+    for (std::size_t e = 0; e < events().size(); ++e) {
+        if (events()[e].kind != "flip" && events()[e].kind != "birth") continue;
+        for (const std::size_t k : {3, 4})
+            EXPECT_LE(jumps()[e][kOurs][k], kSteepest * kSpans[k] + kNoise)
+                << events()[e].name << ", over " << kSpans[k] << " s";
+        EXPECT_LE(jumps()[e][kOurs][2], 0.003) << events()[e].name;
+    }
+}
+
+// Where balls begin to meet, the surface is as far from where it will be as its triangles are from the balls.
+TEST(Events, OursHardlyJumpsWhereBallsBeginToMeet) {
+    for (std::size_t e = 0; e < events().size(); ++e) {
+        if (events()[e].kind == "flip" || events()[e].kind == "birth" || events()[e].kind == "void") continue;
+        EXPECT_LE(jumps()[e][kOurs][2], events()[e].in_block ? 0.01 : 0.05) << events()[e].name;
+    }
+}
+
+// The paper's smoothing averages over neighbouring faces: who is a neighbour changes at a flip.
+TEST(Events, AlgorithmFourJumpsAtFlipsHoweverShortTheTime) {
+    std::vector<double> found;
+    for (std::size_t e = 0; e < events().size(); ++e) {
+        if (events()[e].kind != "flip" || !events()[e].in_block) continue;
+        const auto& jump_over = jumps()[e][kAlgorithmFour];
+        EXPECT_NEAR(jump_over[1], jump_over[2], 0.3 * jump_over[2]) << events()[e].name;
+        found.push_back(jump_over[2]);
+    }
+    ASSERT_GE(found.size(), 4u);
+    std::sort(found.begin(), found.end());
+    EXPECT_GE(found.front(), 0.02);
+    EXPECT_GE(found[found.size() / 2], 0.05);
+    EXPECT_LE(found[found.size() / 2], 0.3);
+}
+
+// Nothing happens to the boundary here: a point inside a face sinks below the facet that three others span. All four
+// are on one plane at that moment, and, smoothed, on one surface only if smoothing keeps planes plane.
+TEST(Events, PointsInsideFacesLeaveWithoutAJump) {
+    Particles three;
+    three.position = {{0.777068675f, 0.804629683f, -1.56435454f},
+                      {1.56641459f, 0.0210944861f, -0.733647585f},
+                      {1.76278329f, 2.93039513f, -0.717127562f}};
+    three.velocity = {
+        {-0.0765557f, 0.648931f, 0.969507f}, {1.97399f, -0.361015f, -1.11566f}, {0.99669f, -0.72244f, 0.802014f}};
+    constexpr double kTime = 2.7734375e-05;
+    EXPECT_EQ(combinatoricsOf(moved(three, kTime - 1e-3)), combinatoricsOf(moved(three, kTime + 1e-3)));
+    for (const double span : {1e-4, 1e-5, 2e-6})
+        EXPECT_LE(jump(three, kTime, span, surfaces()[kOurs].params), kRadius * (kSteepest * span + kNoise)) << span;
+}
+
+// The jump, in radii, when balls come closer by `way` radii; turned, so that no axis is special.
+double jumpOf(const std::function<std::vector<Vec3>(double)>& ballsAt, double way, const SkinParams& params) {
+    const auto mesh = [&](double closer) {
+        Particles particles;
+        for (const Vec3& p : ballsAt(closer))
+            particles.position.emplace_back(kRadius * Vec3(0.36 * p.x + 0.48 * p.y - 0.8 * p.z, -0.8 * p.x + 0.6 * p.y,
+                                                           0.48 * p.x + 0.64 * p.y + 0.6 * p.z));
+        return skinFrame(particles, params).mesh;
+    };
+    return surfaceDistance(mesh(-way / 2), mesh(way / 2)).max / kRadius;
+}
+
+TEST(Events, ANeckGrowsFromNothing) {
+    const auto twoBalls = [](double closer) { return std::vector<Vec3>{{0, 0, 0}, {2 - closer, 0, 0}}; };
+    EXPECT_LE(jumpOf(twoBalls, 1e-5, surfaces()[kOurs].params), 0.01);
+    EXPECT_LE(jumpOf(twoBalls, 1e-3, surfaces()[kOurs].params), 0.05);  // the neck is 0.03 thick by then
+}
+
+TEST(Events, AHoleBetweenThreeBallsCloses) {
+    const auto threeBalls = [](double closer) {
+        const double side = std::sqrt(3.0) - closer;
+        return std::vector<Vec3>{{0, 0, 0}, {side, 0, 0}, {side / 2, side * std::sqrt(0.75), 0}};
+    };
+    EXPECT_LE(jumpOf(threeBalls, 1e-5, surfaces()[kOurs].params), 0.02);
+}
+
+// A ball of 2,109 jittered particles in fine steps, in which none goes farther than this many spacings: the largest
+// jump between two steps.
+double largestJump(double farthest, int steps) {
+    Random random(1);
+    Particles ball;
+    for (int z = -8; z <= 8; ++z)
+        for (int y = -8; y <= 8; ++y)
+            for (int x = -8; x <= 8; ++x) {
+                if (x * x + y * y + z * z > 64) continue;
+                ball.position.emplace_back(Vec3(x, y, z) + random.cube() * 0.25);
+                const double radius = std::sqrt(-2 * std::log(1 - random.unit())),
+                             turn = 6.283185307179586 * random.unit();
+                const double other =
+                    std::sqrt(-2 * std::log(1 - random.unit())) * std::cos(6.283185307179586 * random.unit());
+                ball.velocity.emplace_back(Vec3(radius * std::cos(turn), radius * std::sin(turn), other));
+            }
+    double fastest = 0;
+    for (const Vec3f& v : ball.velocity) fastest = std::max(fastest, Vec3(v).length());
+    double largest = 0;
+    Mesh before = skinFrame(ball, surfaces()[kOurs].params).mesh;
+    for (int i = 1; i <= steps; ++i) {
+        Mesh now = skinFrame(moved(ball, i * farthest / fastest), surfaces()[kOurs].params).mesh;
+        const SurfaceDistance distance = surfaceDistance(before, now);
+        if (distance.max > largest)
+            std::printf("step %d: %.5f at (%.3f, %.3f, %.3f)\n", i, distance.max, distance.worst.x, distance.worst.y,
+                        distance.worst.z);
+        largest = std::max(largest, distance.max);
+        before = std::move(now);
+    }
+    return largest;
+}
+
+TEST(Events, AMovingBallDoesNotJump) {
+    EXPECT_LE(largestJump(0.0003, 60), 0.005);  // where a diagonal of the hull changes
+    EXPECT_LE(largestJump(0.003, 20), 0.03);
+}
+
+}  // namespace
+}  // namespace betamesh
