@@ -13,7 +13,7 @@ namespace betamesh {
 
 namespace {
 
-constexpr double kFarthest = 0.5;      // that a vertex goes, in radii
+constexpr double kFarthest = 0.5;       // that a vertex goes, in radii
 constexpr double kStayingBegins = 0.7;  // clearance up to which a vertex goes all the way
 constexpr double kStaysWhole = 1.4;     // and from which it stays
 constexpr double kOwnWeight = 1.5;      // of the vertex itself against the samples; on a plane surface they weigh 20
@@ -341,18 +341,18 @@ Moving limited(const Moving& step, double farthest) {
 // Vertices that only begin to rise stay near the edges and facets that they rise from. Those that rise from facets
 // may have each other for corners: they see one another as if they were free.
 void holdBack(BetaMesh& mesh) {
-    const auto from = [&](const std::vector<Moving>& vertex, const RisingVertex& rising) {
-        Moving sum;
-        for (std::size_t k = 0; k < 3; ++k) sum = sum + vertex[rising.from[k]] * rising.weight[k];
-        return sum;
+    const auto heldBack = [&](const RisingVertex& rising) {
+        Moving from;
+        for (std::size_t k = 0; k < 3; ++k) from = from + mesh.vertex[rising.from[k]] * rising.weight[k];
+        return mesh.vertex[rising.vertex] * rising.share + from * (1 - rising.share);
     };
-    const auto first_of_facets =
-        std::find_if(mesh.rising.begin(), mesh.rising.end(), [](const RisingVertex& r) { return r.weight[2] != 0; });
-    for (auto r = mesh.rising.begin(); r != first_of_facets; ++r)
-        mesh.vertex[r->vertex] = mesh.vertex[r->vertex] * r->share + from(mesh.vertex, *r) * (1 - r->share);
-    const std::vector<Moving> free = mesh.vertex;
-    for (auto r = first_of_facets; r != mesh.rising.end(); ++r)
-        mesh.vertex[r->vertex] = free[r->vertex] * r->share + from(free, *r) * (1 - r->share);
+    const auto first_of_facets = std::find_if(mesh.rising.begin(), mesh.rising.end(),
+                                              [](const RisingVertex& r) { return r.from[1] != r.from[2]; });
+    const std::span edges(mesh.rising.begin(), first_of_facets), facets(first_of_facets, mesh.rising.end());
+    parallelFor(edges.size(), 1024, [&](std::size_t i) { mesh.vertex[edges[i].vertex] = heldBack(edges[i]); });
+    std::vector<Moving> held(facets.size());
+    parallelFor(facets.size(), 1024, [&](std::size_t i) { held[i] = heldBack(facets[i]); });
+    for (std::size_t i = 0; i < facets.size(); ++i) mesh.vertex[facets[i].vertex] = held[i];
 }
 
 }  // namespace
