@@ -13,6 +13,7 @@
 #include <limits>
 #include <optional>
 #include <sstream>
+#include <utility>
 
 namespace betamesh {
 namespace {
@@ -22,6 +23,12 @@ using Kind = ConfigKey::Kind;
 struct Words {
     std::string path, option, unit, reason;
 };
+
+ConfigKey keyOf(const Words& words, Kind kind, const std::string& expects,
+                std::function<std::string(const Config&)> get,
+                std::function<void(Config&, const std::string& value)> set) {
+    return {words.path, words.option, kind, expects, words.unit, words.reason, std::move(get), std::move(set)};
+}
 
 [[noreturn]] void failValue(const std::string& value, const std::string& expects) {
     throw Error("'" + value + "' was found; expected " + expects);
@@ -50,44 +57,35 @@ const auto& read(const Config& config, Member member) {
 template <typename Member>
 ConfigKey textKey(const Words& words, const std::string& expects, Member member,
                   std::function<void(const std::string&)> check = {}) {
-    return {words.path,
-            words.option,
-            Kind::text,
-            expects,
-            words.unit,
-            words.reason,
-            [=](const Config& config) { return read(config, member); },
-            [=](Config& config, const std::string& value) {
-                if (check) check(value);
-                member(config) = value;
-            }};
+    return keyOf(
+        words, Kind::text, expects, [=](const Config& config) { return read(config, member); },
+        [=](Config& config, const std::string& value) {
+            if (check) check(value);
+            member(config) = value;
+        });
 }
 
 /// Names with commas between them; a list in YAML.
 template <typename Member>
 ConfigKey namesKey(const Words& words, const std::string& expects, Member member) {
-    return {words.path,
-            words.option,
-            Kind::names,
-            expects,
-            words.unit,
-            words.reason,
-            [=](const Config& config) {
-                std::string text;
-                for (const std::string& name : read(config, member)) text += (text.empty() ? "" : ",") + name;
-                return text;
-            },
-            [=](Config& config, const std::string& value) {
-                std::vector<std::string> names;
-                std::istringstream in(value);
-                for (std::string name; std::getline(in, name, ',');) {
-                    const std::size_t first = name.find_first_not_of(' '), last = name.find_last_not_of(' ');
-                    if (first == std::string::npos) failValue(value, expects);
-                    names.push_back(name.substr(first, last - first + 1));
-                    if (std::count(names.begin(), names.end(), names.back()) > 1) failValue(value, expects);
-                }
-                member(config) = names;
-            }};
+    return keyOf(
+        words, Kind::names, expects,
+        [=](const Config& config) {
+            std::string text;
+            for (const std::string& name : read(config, member)) text += (text.empty() ? "" : ",") + name;
+            return text;
+        },
+        [=](Config& config, const std::string& value) {
+            std::vector<std::string> names;
+            std::istringstream in(value);
+            for (std::string name; std::getline(in, name, ',');) {
+                const std::size_t first = name.find_first_not_of(' '), last = name.find_last_not_of(' ');
+                if (first == std::string::npos) failValue(value, expects);
+                names.push_back(name.substr(first, last - first + 1));
+                if (std::count(names.begin(), names.end(), names.back()) > 1) failValue(value, expects);
+            }
+            member(config) = names;
+        });
 }
 
 /// zero_is_auto: the word `auto` stands for the value 0.
@@ -95,59 +93,47 @@ template <typename Member>
 ConfigKey integerKey(const Words& words, int least, int most, bool zero_is_auto, Member member) {
     const std::string expects = std::string(zero_is_auto ? "auto or " : "") + "a whole number, " +
                                 std::to_string(least) + " to " + std::to_string(most);
-    return {words.path,
-            words.option,
-            Kind::number,
-            expects,
-            words.unit,
-            words.reason,
-            [=](const Config& config) {
-                const int number = read(config, member);
-                return zero_is_auto && number == 0 ? std::string("auto") : std::to_string(number);
-            },
-            [=](Config& config, const std::string& value) {
-                const bool automatic = zero_is_auto && value == "auto";
-                const auto number = automatic ? std::optional<int>(0) : numberOf<int>(value);
-                if (!number || (!automatic && (*number < least || *number > most))) failValue(value, expects);
-                member(config) = *number;
-            }};
+    return keyOf(
+        words, Kind::number, expects,
+        [=](const Config& config) {
+            const int number = read(config, member);
+            return zero_is_auto && number == 0 ? std::string("auto") : std::to_string(number);
+        },
+        [=](Config& config, const std::string& value) {
+            const bool automatic = zero_is_auto && value == "auto";
+            const auto number = automatic ? std::optional<int>(0) : numberOf<int>(value);
+            if (!number || (!automatic && (*number < least || *number > most))) failValue(value, expects);
+            member(config) = *number;
+        });
 }
 
 /// Above zero and finite; most included.
 template <typename Member>
 ConfigKey positiveKey(const Words& words, const std::string& expects, double most, bool zero_is_auto, Member member) {
-    return {words.path,
-            words.option,
-            Kind::number,
-            expects,
-            words.unit,
-            words.reason,
-            [=](const Config& config) {
-                const double number = read(config, member);
-                return zero_is_auto && number == 0 ? std::string("auto") : textOf(number);
-            },
-            [=](Config& config, const std::string& value) {
-                const bool automatic = zero_is_auto && value == "auto";
-                const auto number = automatic ? std::optional<double>(0) : numberOf<double>(value);
-                if (!number || (!automatic && !(*number > 0 && *number <= most))) failValue(value, expects);
-                member(config) = *number;
-            }};
+    return keyOf(
+        words, Kind::number, expects,
+        [=](const Config& config) {
+            const double number = read(config, member);
+            return zero_is_auto && number == 0 ? std::string("auto") : textOf(number);
+        },
+        [=](Config& config, const std::string& value) {
+            const bool automatic = zero_is_auto && value == "auto";
+            const auto number = automatic ? std::optional<double>(0) : numberOf<double>(value);
+            if (!number || (!automatic && !(*number > 0 && *number <= most))) failValue(value, expects);
+            member(config) = *number;
+        });
 }
 
 template <typename Member>
 ConfigKey booleanKey(const Words& words, Member member) {
     const std::string expects = "true or false";
-    return {words.path,
-            words.option,
-            Kind::boolean,
-            expects,
-            words.unit,
-            words.reason,
-            [=](const Config& config) { return std::string(read(config, member) ? "true" : "false"); },
-            [=](Config& config, const std::string& value) {
-                if (value != "true" && value != "false") failValue(value, expects);
-                member(config) = value == "true";
-            }};
+    return keyOf(
+        words, Kind::boolean, expects,
+        [=](const Config& config) { return std::string(read(config, member) ? "true" : "false"); },
+        [=](Config& config, const std::string& value) {
+            if (value != "true" && value != "false") failValue(value, expects);
+            member(config) = value == "true";
+        });
 }
 
 template <typename Choice>
@@ -157,23 +143,19 @@ template <typename Choice, typename Member>
 ConfigKey choiceKey(const Words& words, const Choices<Choice>& choices, Member member) {
     std::string expects = choices.size() > 1 ? "one of" : "the word";
     for (const auto& choice : choices) expects += ' ' + choice.first;
-    return {words.path,
-            words.option,
-            Kind::choice,
-            expects,
-            words.unit,
-            words.reason,
-            [=](const Config& config) {
-                return std::find_if(choices.begin(), choices.end(),
-                                    [&](const auto& choice) { return choice.second == read(config, member); })
-                    ->first;
-            },
-            [=](Config& config, const std::string& value) {
-                const auto found = std::find_if(choices.begin(), choices.end(),
-                                                [&](const auto& choice) { return choice.first == value; });
-                if (found == choices.end()) failValue(value, expects);
-                member(config) = found->second;
-            }};
+    return keyOf(
+        words, Kind::choice, expects,
+        [=](const Config& config) {
+            return std::find_if(choices.begin(), choices.end(),
+                                [&](const auto& choice) { return choice.second == read(config, member); })
+                ->first;
+        },
+        [=](Config& config, const std::string& value) {
+            const auto found =
+                std::find_if(choices.begin(), choices.end(), [&](const auto& choice) { return choice.first == value; });
+            if (found == choices.end()) failValue(value, expects);
+            member(config) = found->second;
+        });
 }
 
 /// "0.02" or "1.5dx". zero: the word that stands for the value 0; "0" itself, or empty where there is none.
@@ -181,28 +163,24 @@ template <typename Member>
 ConfigKey lengthKey(const Words& words, const std::string& zero, Member member) {
     const std::string expects =
         (zero.empty() ? "" : zero + ", ") + "a number above 0, or a multiple of the spacing such as 1.5dx";
-    return {words.path,
-            words.option,
-            Kind::number,
-            expects,
-            words.unit,
-            words.reason,
-            [=](const Config& config) {
-                const LengthText& length = read(config, member);
-                if (!zero.empty() && length.value == 0) return zero;
-                return textOf(length.value) + (length.in_spacings ? "dx" : "");
-            },
-            [=](Config& config, const std::string& value) {
-                const bool in_spacings = value.ends_with("dx");
-                const auto number =
-                    numberOf<double>(std::string_view(value).substr(0, value.size() - (in_spacings ? 2 : 0)));
-                if ((!zero.empty() && value == zero) || (zero == "0" && number == 0.0)) {
-                    member(config) = {0, false};
-                    return;
-                }
-                if (!number || !(*number > 0) || !std::isfinite(*number)) failValue(value, expects);
-                member(config) = {*number, in_spacings};
-            }};
+    return keyOf(
+        words, Kind::number, expects,
+        [=](const Config& config) {
+            const LengthText& length = read(config, member);
+            if (!zero.empty() && length.value == 0) return zero;
+            return textOf(length.value) + (length.in_spacings ? "dx" : "");
+        },
+        [=](Config& config, const std::string& value) {
+            const bool in_spacings = value.ends_with("dx");
+            const auto number =
+                numberOf<double>(std::string_view(value).substr(0, value.size() - (in_spacings ? 2 : 0)));
+            if ((!zero.empty() && value == zero) || (zero == "0" && number == 0.0)) {
+                member(config) = {0, false};
+                return;
+            }
+            if (!number || !(*number > 0) || !std::isfinite(*number)) failValue(value, expects);
+            member(config) = {*number, in_spacings};
+        });
 }
 
 struct ByteUnit {
@@ -216,36 +194,32 @@ constexpr std::array<ByteUnit, 6> kByteUnits{
 template <typename Member>
 ConfigKey bytesKey(const Words& words, Member member) {
     const std::string expects = "auto or a size from 1MiB to 1024TiB with its unit (MiB GiB TiB MB GB TB)";
-    return {words.path,
-            words.option,
-            Kind::number,
-            expects,
-            words.unit,
-            words.reason,
-            [=](const Config& config) {
-                const std::uint64_t bytes = read(config, member);
-                if (bytes == 0) return std::string("auto");
-                for (const ByteUnit& unit : kByteUnits) {
-                    const auto unit_bytes = static_cast<std::uint64_t>(unit.bytes);
-                    if (bytes % unit_bytes == 0) return std::to_string(bytes / unit_bytes) + std::string(unit.name);
-                }
-                return textOf(static_cast<double>(bytes) / 0x1p20) + "MiB";
-            },
-            [=](Config& config, const std::string& value) {
-                if (value == "auto") {
-                    member(config) = 0;
-                    return;
-                }
-                for (const ByteUnit& unit : kByteUnits) {
-                    if (!value.ends_with(unit.name)) continue;
-                    const auto number =
-                        numberOf<double>(std::string_view(value).substr(0, value.size() - unit.name.size()));
-                    if (!number || !(*number * unit.bytes >= 0x1p20 && *number * unit.bytes <= 0x1p50)) break;
-                    member(config) = static_cast<std::uint64_t>(*number * unit.bytes);
-                    return;
-                }
-                failValue(value, expects);
-            }};
+    return keyOf(
+        words, Kind::number, expects,
+        [=](const Config& config) {
+            const std::uint64_t bytes = read(config, member);
+            if (bytes == 0) return std::string("auto");
+            for (const ByteUnit& unit : kByteUnits) {
+                const auto unit_bytes = static_cast<std::uint64_t>(unit.bytes);
+                if (bytes % unit_bytes == 0) return std::to_string(bytes / unit_bytes) + std::string(unit.name);
+            }
+            return textOf(static_cast<double>(bytes) / 0x1p20) + "MiB";
+        },
+        [=](Config& config, const std::string& value) {
+            if (value == "auto") {
+                member(config) = 0;
+                return;
+            }
+            for (const ByteUnit& unit : kByteUnits) {
+                if (!value.ends_with(unit.name)) continue;
+                const auto number =
+                    numberOf<double>(std::string_view(value).substr(0, value.size() - unit.name.size()));
+                if (!number || !(*number * unit.bytes >= 0x1p20 && *number * unit.bytes <= 0x1p50)) break;
+                member(config) = static_cast<std::uint64_t>(*number * unit.bytes);
+                return;
+            }
+            failValue(value, expects);
+        });
 }
 
 void checkInputPath(const std::string& path) {
