@@ -201,21 +201,6 @@ struct Fit {
     Moving inset;
 };
 
-// How the triangles round each vertex face, weighted by their angles there: the one mean that does not change when a
-// plane polygon is triangulated in another way.
-std::vector<Vec3> normalsOf(const BetaMesh& mesh) {
-    std::vector<Vec3> normals(mesh.vertex.size(), Vec3(0, 0, 0));
-    for (const Triangle& t : mesh.triangles)
-        for (std::size_t m = 0; m < 3; ++m) {
-            const Vec3& at = mesh.vertex[t[m]].position;
-            const Vec3 u = mesh.vertex[t[(m + 1) % 3]].position - at, v = mesh.vertex[t[(m + 2) % 3]].position - at;
-            const Vec3 across = cross(u, v);
-            normals[t[m]] += across.normalized() * std::atan2(across.length(), dot(u, v));
-        }
-    for (Vec3& normal : normals) normal.normalize();
-    return normals;
-}
-
 // Inwards, by `depth` at most, less where the liquid is thin, by nothing at a pinch.
 Moving insetFrom(const Fit& fit, Rate opposite, double depth) {
     const Moving outwards = fit.direction / squareRoot(dot(fit.direction, fit.direction) + kLeastMean);
@@ -369,7 +354,7 @@ void smoothCoherently(BetaMesh& mesh, BoundarySamples samples, const CoherentSmo
     fitAll(moving, vertexAt, samples, params, fits);
     std::vector<Moving> inset(params.inset > 0 ? smooth.size() : 0);
     if (params.inset > 0) {
-        const std::vector<Vec3> normals = normalsOf(mesh);
+        const std::vector<Vec3> normals = vertexNormals(mesh);
         parallelFor(inset.size(), 4096, [&](std::size_t v) {
             // Between surfaces that nearly touch, the mean direction may be that of the other one.
             const double length = fits[v].inset.position.length(), inwards = -dot(normals[v], fits[v].inset.position);

@@ -131,18 +131,6 @@ private:
     CellOrder cells_;
 };
 
-// Area-weighted normals of the vertices.
-std::vector<Vec3> normalsOf(const BetaMesh& mesh) {
-    std::vector<Vec3> normals(mesh.vertex.size(), Vec3(0, 0, 0));
-    for (const Triangle& t : mesh.triangles) {
-        const Vec3 &a = mesh.vertex[t[0]].position, &b = mesh.vertex[t[1]].position, &c = mesh.vertex[t[2]].position;
-        const Vec3 normal = cross(b - a, c - a);
-        for (const std::uint32_t v : t) normals[v] += normal;
-    }
-    for (Vec3& normal : normals) normal.normalize();
-    return normals;
-}
-
 }  // namespace
 
 std::vector<Vec3> spinsOfBalls(const BallBoundary& boundary, const std::vector<Moving>& balls,
@@ -157,7 +145,7 @@ std::vector<Vec3> spinsOfBalls(const BallBoundary& boundary, const std::vector<M
 void slideWithParticles(const BallBoundary& boundary, const std::vector<Moving>& balls, const std::vector<Vec3>& spins,
                         BetaMesh& mesh) {
     const double reach = 2 * boundary.worldRadius();
-    const std::vector<Vec3> normals = normalsOf(mesh);
+    const std::vector<Vec3> normals = vertexNormals(mesh);
     const CellOrder far(balls.size(), reach, [&](std::size_t b) { return balls[b].position; });
     const CellOrder near(mesh.vertex.size(), reach / 2, [&](std::size_t v) { return mesh.vertex[v].position; });
     forCellsWithin(
