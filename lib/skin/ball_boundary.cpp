@@ -1,6 +1,8 @@
 #include "skin/ball_boundary.h"
 
+#include "core/icosphere.h"
 #include "core/parallel.h"
+#include "exact/exposed_region.h"
 #include "exact/predicates.h"
 
 #include <algorithm>
@@ -13,7 +15,6 @@ namespace betamesh {
 namespace {
 
 constexpr std::size_t kBallsPerTask = 64;
-constexpr float kSlack = 1e-5f;
 constexpr std::uint32_t kNone = ~std::uint32_t{0};
 
 // What one task finds; balls are rows of SnappedParticles until everything is known.
@@ -22,102 +23,6 @@ struct Parts {
     std::vector<Vec3> vertex;
     std::vector<std::array<std::uint32_t, 2>> circle;
     std::vector<std::uint32_t> bare;
-};
-
-// A neighbour's cap on the sphere of one ball.
-struct Cap {
-    Vec3f direction;
-    float cos_angle, sin_angle;  // of its half-angle
-
-    Cap(const Neighbour& neighbour, double diameter) {
-        const double distance = std::sqrt(neighbour.squared);
-        direction = Vec3f(neighbour.offset / distance);
-        cos_angle = static_cast<float>(std::min(1.0, distance / diameter));
-        sin_angle = std::sqrt(1 - cos_angle * cos_angle);
-    }
-};
-
-// A triangle of directions, and the cap round it in which it lies.
-struct Patch {
-    std::array<Vec3, 3> corners;
-    Vec3f middle;
-    float cos_angle, sin_angle;
-
-    explicit Patch(const std::array<Vec3, 3>& triangle) : corners(triangle) {
-        const Vec3 centre = (corners[0] + corners[1] + corners[2]).normalized();
-        const double cosine = std::min({dot(centre, corners[0]), dot(centre, corners[1]), dot(centre, corners[2])});
-        middle = Vec3f(centre);
-        cos_angle = static_cast<float>(cosine);
-        sin_angle = static_cast<float>(std::sqrt(std::max(0.0, 1 - cosine * cosine)));
-    }
-    // Both with room for rounding: what is neither covered nor crossed lies surely outside the cap.
-    bool coveredBy(const Cap& cap) const {
-        return cap.cos_angle < cos_angle - kSlack &&
-               along(cap) >= cap.cos_angle * cos_angle + cap.sin_angle * sin_angle + kSlack;
-    }
-    bool apartFrom(const Cap& cap) const {
-        return along(cap) < cap.cos_angle * cos_angle - cap.sin_angle * sin_angle - kSlack;
-    }
-    bool mayHold(const Vec3f& direction) const { return dotOf(middle, direction) >= cos_angle - kSlack; }
-
-private:
-    static float dotOf(const Vec3f& a, const Vec3f& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
-    float along(const Cap& cap) const { return dotOf(middle, cap.direction); }
-};
-
-// What may be exposed of one ball, and the neighbours whose circles run through it. Every other neighbour's
-// ball covers none of it: nothing else need be asked whether a point in it is exposed.
-class ExposedRegion {
-public:
-    ExposedRegion(const PatchMask& mask, const std::vector<Neighbour>& neighbours, double diameter) {
-        const DirectionPatches& all = directionPatches();
-        for (std::size_t p = 0; p < kPatches; ++p)
-            if (mask[p / 64] >> (p % 64) & 1) patches_.emplace_back(all.corners[p]);
-        for (const Neighbour& n : neighbours) {
-            const Cap cap(n, diameter);
-            if (meetsAny(cap)) neighbours_.push_back(n), caps_.push_back(cap);
-        }
-        // Finer patches, until few neighbours are left or no fewer become.
-        for (int level = 0; level < kFinestLevel && neighbours_.size() > kFewNeighbours && !patches_.empty(); ++level)
-            if (!refine()) break;
-    }
-
-    bool empty() const { return patches_.empty(); }
-    const std::vector<Neighbour>& neighbours() const { return neighbours_; }
-    bool mayHold(const Vec3f& direction) const {
-        return std::any_of(patches_.begin(), patches_.end(), [&](const Patch& p) { return p.mayHold(direction); });
-    }
-
-private:
-    bool meetsAny(const Cap& cap) const {
-        return std::any_of(patches_.begin(), patches_.end(), [&](const Patch& p) { return !p.apartFrom(cap); });
-    }
-    bool refine() {
-        std::vector<Patch> finer;
-        for (const Patch& patch : patches_) {
-            const auto& [a, b, c] = patch.corners;
-            const Vec3 ab = (a + b).normalized(), bc = (b + c).normalized(), ca = (c + a).normalized();
-            for (const auto& corners : {std::array{a, ab, ca}, {ab, b, bc}, {ca, bc, c}, {ab, bc, ca}}) {
-                const Patch child(corners);
-                if (std::none_of(caps_.begin(), caps_.end(), [&](const Cap& cap) { return child.coveredBy(cap); }))
-                    finer.push_back(child);
-            }
-        }
-        patches_ = std::move(finer);
-        std::size_t left = 0;
-        for (std::size_t n = 0; n < caps_.size(); ++n)
-            if (meetsAny(caps_[n])) neighbours_[left] = neighbours_[n], caps_[left++] = caps_[n];
-        const bool fewer = left < caps_.size();
-        neighbours_.resize(left, neighbours_.front());
-        caps_.resize(left, caps_.front());
-        return fewer;
-    }
-
-    static constexpr int kFinestLevel = 6;
-    static constexpr std::size_t kFewNeighbours = 16;
-    std::vector<Patch> patches_;
-    std::vector<Neighbour> neighbours_;
-    std::vector<Cap> caps_;  // of the neighbours
 };
 
 // Is the ball round this centre empty of all but the three particles it rests on? `last` remembers which
@@ -136,7 +41,7 @@ bool isEmpty(const Balls& balls, int side, const ExposedRegion& region, std::uin
             last = n;
             return false;
         }
-    return region.mayHold(Vec3f(centre.normalized()));
+    return region.mayHold(centre);
 }
 
 // Is the whole circle in which the sphere at `offset` meets the one at the origin exposed?
@@ -153,14 +58,14 @@ bool isFullCircle(const Vec3& origin, const Neighbour& other, const std::vector<
 // Everything whose smallest ball is i.
 template <typename Balls>
 void skinBall(const SnappedParticles& particles, const std::vector<bool>& survives, std::uint32_t i,
-              const PatchMask& uncovered, const std::vector<Neighbour>& neighbours, std::vector<Neighbour>& partners,
+              const std::vector<Neighbour>& neighbours, ExposedRegion& region, std::vector<Neighbour>& partners,
               Parts& out) {
     if (neighbours.empty()) {
         out.bare.push_back(i);
         return;
     }
     const auto radius = static_cast<double>(particles.radius);
-    const ExposedRegion region(uncovered, neighbours, 2 * radius);
+    region.enclose(neighbours);
     if (region.empty()) return;
     partners.clear();
     for (const Neighbour& n : region.neighbours())
@@ -186,18 +91,18 @@ void skinBall(const SnappedParticles& particles, const std::vector<bool>& surviv
 }
 
 template <typename Balls>
-std::vector<Parts> exposedParts(const SnappedParticles& particles, const Survivors& exposed) {
+std::vector<Parts> exposedParts(const SnappedParticles& particles, const std::vector<std::uint32_t>& exposed) {
     std::vector<bool> survives(particles.size(), false);
-    for (const std::uint32_t i : exposed.particle) survives[i] = true;
-    const std::size_t n = exposed.particle.size(), tasks = (n + kBallsPerTask - 1) / kBallsPerTask;
+    for (const std::uint32_t i : exposed) survives[i] = true;
+    const std::size_t n = exposed.size(), tasks = (n + kBallsPerTask - 1) / kBallsPerTask;
     std::vector<Parts> parts(tasks);
     parallelFor(tasks, 1, [&](std::size_t task) {
         NeighbourFinder finder(particles);
+        ExposedRegion region(particles.radius);
         std::vector<Neighbour> neighbours, partners;
         for (std::size_t s = task * kBallsPerTask; s < std::min(n, (task + 1) * kBallsPerTask); ++s) {
-            finder.find(exposed.particle[s], neighbours);
-            skinBall<Balls>(particles, survives, exposed.particle[s], exposed.uncovered[s], neighbours, partners,
-                            parts[task]);
+            finder.find(exposed[s], neighbours);
+            skinBall<Balls>(particles, survives, exposed[s], neighbours, region, partners, parts[task]);
         }
     });
     return parts;
@@ -323,7 +228,8 @@ void traceCycles(BallBoundary& boundary) {
 }
 
 template <typename Balls>
-std::variant<BallBoundary, UnpairedEdge> build(const SnappedParticles& particles, const Survivors& exposed) {
+std::variant<BallBoundary, UnpairedEdge> build(const SnappedParticles& particles,
+                                               const std::vector<std::uint32_t>& exposed) {
     BallBoundary boundary = assemble(particles, exposedParts<Balls>(particles, exposed));
     if (const auto unpaired = pairArcEnds(boundary)) return *unpaired;
     traceCycles(boundary);
@@ -332,25 +238,23 @@ std::variant<BallBoundary, UnpairedEdge> build(const SnappedParticles& particles
 
 // A ball with an exposed point but without triangle or circle: where all of a lattice's triangles were
 // refused alike, nothing is left that could fail to pair up.
-std::optional<UnpairedEdge> forgottenBall(const SnappedParticles& particles, const Survivors& exposed,
+std::optional<UnpairedEdge> forgottenBall(const SnappedParticles& particles, const std::vector<std::uint32_t>& exposed,
                                           const BallBoundary& boundary) {
     std::vector<bool> known(particles.size(), false);
     for (const std::uint32_t p : boundary.snapped_row) known[p] = true;
     NeighbourFinder finder(particles);
     std::vector<Neighbour> neighbours;
-    const DirectionPatches& all = directionPatches();
+    const Icosphere sphere = icosphere(8);
     const double reach = 2 * static_cast<double>(particles.radius) * (1 + 1e-6);
-    for (std::size_t s = 0; s < exposed.particle.size(); ++s) {
-        if (known[exposed.particle[s]]) continue;
-        finder.find(exposed.particle[s], neighbours);
-        for (std::size_t p = 0; p < kPatches; ++p) {
-            if (!(exposed.uncovered[s][p / 64] >> (p % 64) & 1)) continue;
-            const Vec3 direction(all.x[p], all.y[p], all.z[p]);
+    for (std::size_t s = 0; s < exposed.size(); ++s) {
+        if (known[exposed[s]]) continue;
+        finder.find(exposed[s], neighbours);
+        for (const Vec3& direction : sphere.position) {
             const auto covers = [&](const Neighbour& n) { return reach * dot(direction, n.offset) >= n.squared; };
             if (std::any_of(neighbours.begin(), neighbours.end(), covers)) continue;
             const auto nearest = std::min_element(neighbours.begin(), neighbours.end(),
                                                   [](const auto& a, const auto& b) { return a.squared < b.squared; });
-            return UnpairedEdge{particles.row[exposed.particle[s]], particles.row[nearest->particle],
+            return UnpairedEdge{particles.row[exposed[s]], particles.row[nearest->particle],
                                 "has no triangle, though the first particle's ball is exposed"};
         }
     }
@@ -359,14 +263,14 @@ std::optional<UnpairedEdge> forgottenBall(const SnappedParticles& particles, con
 
 }  // namespace
 
-BallBoundary ballBoundary(const SnappedParticles& particles, const Survivors& exposed) {
+BallBoundary ballBoundary(const SnappedParticles& particles, const std::vector<std::uint32_t>& exposed) {
     auto built = build<ExactBalls>(particles, exposed);
     assert(std::holds_alternative<BallBoundary>(built));
     return std::get<BallBoundary>(std::move(built));
 }
 
 std::variant<BallBoundary, UnpairedEdge> ballBoundaryInFloats(const SnappedParticles& particles,
-                                                              const Survivors& exposed) {
+                                                              const std::vector<std::uint32_t>& exposed) {
     auto built = build<FloatBalls>(particles, exposed);
     if (const auto* boundary = std::get_if<BallBoundary>(&built))
         if (const auto forgotten = forgottenBall(particles, exposed, *boundary)) return *forgotten;

@@ -3,7 +3,6 @@
 #pragma once
 
 #include "core/ball_boundary.h"
-#include "core/exposure.h"
 #include "exact/snapped_particles.h"
 
 #include <string_view>
@@ -20,15 +19,15 @@ struct UnpairedEdge {
 
 /// With exact predicates, for every input. All but the faces of cycles, which groupFaces finds.
 ///
-/// in      n >= 0 snapped particles and those of them that may be exposed
+/// in      n >= 0 snapped particles, and the rows of those that may be exposed
 /// same    result for any thread count
 /// cost    O(n) for a bounded number of neighbours; 1-4 µs per exposed ball
 /// source  beta mesh paper, sections 3.2 and 3.3; Edelsbrunner 1993
-BallBoundary ballBoundary(const SnappedParticles& particles, const Survivors& exposed);
+BallBoundary ballBoundary(const SnappedParticles& particles, const std::vector<std::uint32_t>& exposed);
 
 /// With the paper's floating-point test, validated by its edge count, and by what the edge count cannot see:
 /// that the triangles round an edge close in turn, and that no exposed ball was left without a triangle.
 std::variant<BallBoundary, UnpairedEdge> ballBoundaryInFloats(const SnappedParticles& particles,
-                                                              const Survivors& exposed);
+                                                              const std::vector<std::uint32_t>& exposed);
 
 }  // namespace betamesh

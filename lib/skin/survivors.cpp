@@ -4,143 +4,195 @@
 #include "core/simd.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
-#include <numeric>
+#include <tuple>
 
 namespace betamesh {
 
 namespace {
 
-constexpr float kSlack = 1e-5f;  // far above the rounding of the dot products it guards
-constexpr std::size_t kCellsPerTask = 16;
+constexpr int kVoxels = 8;       // per edge of a cell, which is 2R
+constexpr int kRadius = 4;       // R, in voxels
+constexpr int kReach = 5;        // voxels from a particle's own to the farthest that its sphere may touch
+constexpr int kQuarters = 4;     // places in a voxel told apart along each axis
+constexpr double kSlack = 1e-4;  // voxels: far above the rounding of a particle's place
+constexpr int kSlices = 2 * kReach + 1;
+constexpr std::size_t kRows = 16;  // of a slice, the last ones empty
 
-// Patches still to be covered, packed to the front: their midpoints, and -1 where covered.
-struct OpenPatches {
-    alignas(64) std::array<float, kPatches> x, y, z;
-    alignas(64) std::array<std::int32_t, kPatches> covered;
-    std::array<std::uint16_t, kPatches> patch;
-    std::size_t count;
+using Rows16 = std::uint16_t __attribute__((vector_size(kRows * 2)));
+using Rows32 = std::uint32_t __attribute__((vector_size(kRows * 4), aligned(4)));
+using Bytes = std::uint8_t __attribute__((vector_size(8)));
+using Words = std::uint32_t __attribute__((vector_size(32), aligned(4)));
 
-    void reset() {
-        const DirectionPatches& all = directionPatches();
-        x = all.x, y = all.y, z = all.z;
-        covered.fill(0);
-        std::iota(patch.begin(), patch.end(), std::uint16_t{0});
-        count = kPatches;
-    }
-    void pack() {
-        std::size_t left = 0;
-        for (std::size_t p = 0; p < count; ++p) {
-            if (covered[p]) continue;
-            x[left] = x[p], y[left] = y[p], z[left] = z[p], patch[left] = patch[p], covered[left++] = 0;
-        }
-        count = left;
-    }
+// Voxels round a particle's own one as bits: [z][y], bit x, each from -kReach on.
+using Stencil = std::array<Rows16, kSlices>;
+
+// For each place in a voxel: the voxels wholly inside a ball, and those that its sphere passes through.
+struct Stencils {
+    std::array<Stencil, kQuarters * kQuarters * kQuarters> inside, sphere;
 };
 
-// Marks the patches whose midpoints m have offset·m >= least; true when none is left uncovered.
-BETAMESH_EVERY_CPU bool cover(OpenPatches& patches, float x, float y, float z, float least) {
-    std::int32_t all = -1;
-    for (std::size_t p = 0; p < patches.count; ++p) {
-        const float along = x * patches.x[p] + y * patches.y[p] + z * patches.z[p];
-        patches.covered[p] |= along >= least ? -1 : 0;
-        all &= patches.covered[p];
+Stencils makeStencils() {
+    Stencils stencils{};
+    for (int place = 0; place < kQuarters * kQuarters * kQuarters; ++place) {
+        const std::array<int, 3> quarter{place % kQuarters, place / kQuarters % kQuarters,
+                                         place / (kQuarters * kQuarters)};
+        // Least and greatest distances along one axis between a voxel and a place.
+        const auto least = [&](int axis, int voxel) {
+            const double low = quarter[static_cast<std::size_t>(axis)] / double{kQuarters},
+                         high = low + 1.0 / kQuarters;
+            return std::max({0.0, voxel - high, low - (voxel + 1)});
+        };
+        const auto greatest = [&](int axis, int voxel) {
+            const double low = quarter[static_cast<std::size_t>(axis)] / double{kQuarters},
+                         high = low + 1.0 / kQuarters;
+            return std::max(voxel + 1 - low, high - voxel);
+        };
+        for (int z = -kReach; z <= kReach; ++z)
+            for (int y = -kReach; y <= kReach; ++y)
+                for (int x = -kReach; x <= kReach; ++x) {
+                    const double near = std::hypot(least(0, x), least(1, y), least(2, z));
+                    const double far = std::hypot(greatest(0, x), greatest(1, y), greatest(2, z));
+                    const auto bit = static_cast<std::uint16_t>(1U << (x + kReach));
+                    const auto p = static_cast<std::size_t>(place), slice = static_cast<std::size_t>(z + kReach);
+                    const auto row = static_cast<std::size_t>(y + kReach);
+                    if (far < kRadius - kSlack)
+                        stencils.inside[p][slice][row] |= bit;
+                    else if (near < kRadius + kSlack)
+                        stencils.sphere[p][slice][row] |= bit;
+                }
     }
-    return all == -1;
+    return stencils;
 }
 
-// Squared distances from one particle to all candidates.
-BETAMESH_EVERY_CPU void squaredDistances(const float* x, const float* y, const float* z, std::size_t n, float px,
-                                         float py, float pz, float* squared) {
-    for (std::size_t k = 0; k < n; ++k) {
-        const float dx = x[k] - px, dy = y[k] - py, dz = z[k] - pz;
-        squared[k] = dx * dx + dy * dy + dz * dz;
-    }
+const Stencils& stencils() {
+    static const Stencils made = makeStencils();
+    return made;
 }
 
-// The candidates round one cell, relative to the cell's corner: integers below 2^24, exact as floats.
-struct Candidates {
-    std::vector<float> x, y, z, squared;
-
-    void gather(const SnappedParticles& particles, std::size_t cell) {
-        x.clear(), y.clear(), z.clear();
-        const Vec3i corner = particles.cell[cell] * (2 * particles.radius);
-        std::array<CellRange, 9> buffer;
-        for (const CellRange range : rangesAround(particles, cell, buffer))
-            for (std::uint32_t k = range.begin; k < range.end; ++k) {
-                const Vec3i offset = particles.position[k] - corner;
-                x.push_back(static_cast<float>(offset.x));
-                y.push_back(static_cast<float>(offset.y));
-                z.push_back(static_cast<float>(offset.z));
-            }
-        squared.resize(x.size());
-    }
+// The voxels of a cell and of those round it: rows of bits along x, [z][y]; the last rows are only room to read.
+struct Window {
+    alignas(64) std::uint32_t row[3 * kVoxels][3 * kVoxels + kRows];
 };
 
-// The cap that a neighbour at squared distance d² <= 4r² covers: half-angle acos(d / 2r). A patch is inside
-// where offset·midpoint >= least; false where the cap is too small for any patch.
-bool leastAlong(const DirectionPatches& patches, float squared, float diameter, float& least) {
-    const float distance = std::sqrt(squared), cos_cap = distance / diameter;
-    if (cos_cap >= patches.cos_angle - kSlack) return false;
-    const float sin_cap = std::sqrt(1 - cos_cap * cos_cap);
-    least = distance * (cos_cap * patches.cos_angle + sin_cap * patches.sin_angle + kSlack);
-    return true;
+// Where a particle lies in its cell.
+struct Place {
+    std::uint32_t x, y, z;  // first voxel of the stencil, in the window
+    std::size_t quarter;
+};
+
+Place placeOf(const Vec3i& in_cell, float quarters_per_quantum) {
+    std::array<std::uint32_t, 3> q;
+    for (int k = 0; k < 3; ++k)
+        q[static_cast<std::size_t>(k)] =
+            std::min(static_cast<std::uint32_t>(static_cast<float>(in_cell[k]) * quarters_per_quantum),
+                     std::uint32_t{kVoxels * kQuarters - 1});
+    constexpr std::uint32_t kFirst = kVoxels - kReach;
+    return {q[0] / kQuarters + kFirst, q[1] / kQuarters + kFirst, q[2] / kQuarters + kFirst,
+            q[0] % kQuarters + kQuarters * (q[1] % kQuarters + kQuarters * (q[2] % kQuarters))};
 }
 
-// Leaves the patches of one particle's sphere that no single candidate covers.
-void coverPatches(const Candidates& candidates, const Vec3f& p, float diameter, OpenPatches& open) {
-    constexpr std::size_t kPackEvery = 32;  // neighbours
-    const DirectionPatches& patches = directionPatches();
-    const float near = diameter * diameter / 4;  // most buried particles are buried by what is this near
-    open.reset();
-    const auto coverBetween = [&](float nearest, float farthest) {
-        std::size_t used = 0;
-        float least = 0;
-        for (std::size_t k = 0; k < candidates.x.size(); ++k) {
-            const float squared = candidates.squared[k];
-            if (!(squared > nearest && squared <= farthest) || !leastAlong(patches, squared, diameter, least)) continue;
-            if (cover(open, candidates.x[k] - p.x, candidates.y[k] - p.y, candidates.z[k] - p.z, least)) break;
-            if (++used % kPackEvery == 0) open.pack();
-        }
-        open.pack();
+BETAMESH_EVERY_CPU
+void setInside(Window& window, const Place& place, const Stencil& inside) {
+    for (std::size_t s = 0; s < kSlices; ++s) {
+        auto& rows = reinterpret_cast<Rows32&>(window.row[place.z + s][place.y]);
+        rows |= __builtin_convertvector(inside[s], Rows32) << place.x;
+    }
+}
+
+BETAMESH_EVERY_CPU
+bool allSet(const Window& window, const Place& place, const Stencil& sphere) {
+    Rows32 open{};
+    for (std::size_t s = 0; s < kSlices; ++s)
+        open |= (__builtin_convertvector(sphere[s], Rows32) << place.x) &
+                ~reinterpret_cast<const Rows32&>(window.row[place.z + s][place.y]);
+    std::uint32_t any = 0;
+    for (std::size_t l = 0; l < kRows; ++l) any |= open[l];
+    return any == 0;
+}
+
+// The voxels of one cell: a slice is a word, a row a byte.
+struct alignas(64) Brick {
+    std::uint64_t slice[kVoxels];
+};
+
+// Calls visit(place among the 27 round a cell, number of the cell there) for those that have particles.
+template <typename Visit>
+void forCellsAround(const SnappedParticles& particles, std::size_t cell, const Visit& visit) {
+    const auto inOrder = [](const Vec3i& a, const Vec3i& b) {
+        return std::tuple(a.z, a.y, a.x) < std::tuple(b.z, b.y, b.x);
     };
-    coverBetween(0, near);
-    if (open.count > 0) coverBetween(near, diameter * diameter);
+    const Vec3i centre = particles.cell[cell];
+    for (std::int64_t dz = -1; dz <= 1; ++dz)
+        for (std::int64_t dy = -1; dy <= 1; ++dy) {
+            auto at =
+                std::lower_bound(particles.cell.begin(), particles.cell.end(), centre + Vec3i(-1, dy, dz), inOrder);
+            for (; at != particles.cell.end() && !inOrder(centre + Vec3i(1, dy, dz), *at); ++at)
+                visit(Vec3i(at->x - centre.x + 1, dy + 1, dz + 1),
+                      static_cast<std::size_t>(at - particles.cell.begin()));
+        }
+}
+
+BETAMESH_EVERY_CPU
+void addTo(Brick& brick, const Window& window, std::size_t x, std::size_t y, std::size_t z) {
+    for (std::size_t s = 0; s < kVoxels; ++s) {
+        const auto& rows = reinterpret_cast<const Words&>(window.row[z * kVoxels + s][y * kVoxels]);
+        const Bytes bytes = __builtin_convertvector(rows >> static_cast<std::uint32_t>(x * kVoxels), Bytes);
+        const auto word = reinterpret_cast<const std::uint64_t&>(bytes);
+        if (word) std::atomic_ref(brick.slice[s]).fetch_or(word, std::memory_order_relaxed);
+    }
+}
+
+BETAMESH_EVERY_CPU
+void readFrom(const Brick& brick, Window& window, std::size_t x, std::size_t y, std::size_t z) {
+    for (std::size_t s = 0; s < kVoxels; ++s) {
+        const auto& bytes = reinterpret_cast<const Bytes&>(brick.slice[s]);
+        auto& rows = reinterpret_cast<Words&>(window.row[z * kVoxels + s][y * kVoxels]);
+        rows |= __builtin_convertvector(bytes, Words) << static_cast<std::uint32_t>(x * kVoxels);
+    }
 }
 
 }  // namespace
 
-Survivors survivors(const SnappedParticles& particles) {
-    const auto diameter = static_cast<float>(2 * particles.radius);
-    const std::size_t cells = particles.cell.size(), tasks = (cells + kCellsPerTask - 1) / kCellsPerTask;
-    std::vector<Survivors> found(tasks);
-    parallelFor(tasks, 1, [&](std::size_t task) {
-        Candidates candidates;
-        OpenPatches open;
-        for (std::size_t c = task * kCellsPerTask; c < std::min(cells, (task + 1) * kCellsPerTask); ++c) {
-            candidates.gather(particles, c);
-            const Vec3i corner = particles.cell[c] * (2 * particles.radius);
-            for (std::uint32_t i = particles.cell_begin[c]; i < particles.cell_begin[c + 1]; ++i) {
-                const Vec3f p(particles.position[i] - corner);
-                squaredDistances(candidates.x.data(), candidates.y.data(), candidates.z.data(), candidates.x.size(),
-                                 p.x, p.y, p.z, candidates.squared.data());
-                coverPatches(candidates, p, diameter, open);
-                if (open.count == 0) continue;
-                PatchMask uncovered{};
-                for (std::size_t k = 0; k < open.count; ++k)
-                    uncovered[open.patch[k] / 64] |= std::uint64_t{1} << (open.patch[k] % 64);
-                found[task].particle.push_back(i);
-                found[task].uncovered.push_back(uncovered);
-            }
-        }
+std::vector<std::uint32_t> survivors(const SnappedParticles& particles) {
+    constexpr std::size_t kCellsPerTask = 16;
+    const std::size_t cells = particles.cell.size();
+    const std::int64_t edge = 2 * particles.radius;
+    const float quarters_per_quantum = static_cast<float>(kRadius * kQuarters) / static_cast<float>(particles.radius);
+    std::vector<Brick> bricks(cells, Brick{});
+    const auto forParticles = [&](std::size_t cell, const auto& visit) {
+        const Vec3i corner = particles.cell[cell] * edge;
+        for (std::uint32_t i = particles.cell_begin[cell]; i < particles.cell_begin[cell + 1]; ++i)
+            visit(i, placeOf(particles.position[i] - corner, quarters_per_quantum));
+    };
+
+    parallelFor(cells, kCellsPerTask, [&](std::size_t cell) {
+        Window window{};
+        forParticles(cell, [&](std::uint32_t, const Place& place) {
+            setInside(window, place, stencils().inside[place.quarter]);
+        });
+        forCellsAround(particles, cell, [&](const Vec3i& at, std::size_t other) {
+            addTo(bricks[other], window, static_cast<std::size_t>(at.x), static_cast<std::size_t>(at.y),
+                  static_cast<std::size_t>(at.z));
+        });
     });
 
-    Survivors all;
-    for (const Survivors& part : found) {
-        all.particle.insert(all.particle.end(), part.particle.begin(), part.particle.end());
-        all.uncovered.insert(all.uncovered.end(), part.uncovered.begin(), part.uncovered.end());
-    }
-    return all;
+    std::vector<std::uint8_t> buried(particles.size());
+    parallelFor(cells, kCellsPerTask, [&](std::size_t cell) {
+        Window window{};
+        forCellsAround(particles, cell, [&](const Vec3i& at, std::size_t other) {
+            readFrom(bricks[other], window, static_cast<std::size_t>(at.x), static_cast<std::size_t>(at.y),
+                     static_cast<std::size_t>(at.z));
+        });
+        forParticles(cell, [&](std::uint32_t i, const Place& place) {
+            buried[i] = allSet(window, place, stencils().sphere[place.quarter]);
+        });
+    });
+    std::vector<std::uint32_t> left;
+    for (std::uint32_t i = 0; i < buried.size(); ++i)
+        if (!buried[i]) left.push_back(i);
+    return left;
 }
 
 }  // namespace betamesh

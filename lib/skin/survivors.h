@@ -2,18 +2,18 @@
 
 #pragma once
 
-#include "core/exposure.h"
 #include "exact/snapped_particles.h"
 
 namespace betamesh {
 
-/// Culls particles whose whole sphere is certainly inside other balls. Never wrong, only conservative: a
-/// patch counts as covered when it lies inside one neighbour's cap with room for rounding.
+/// Culls particles whose whole sphere surely lies inside other balls, without looking at neighbours: in a grid of bits
+/// every ball sets the voxels (edge R/4) that lie wholly inside it, and a particle is buried where its sphere passes
+/// through set voxels only. Which voxels these are is read from tables made for a particle anywhere in a quarter of a
+/// voxel, so the answer is never wrong, only conservative; cells without particles count as not covered.
 ///
-/// out     every particle with an exposed point, and a few without
-/// same    result for any thread count
-/// cost    O(n); about fourteen neighbours are looked at for a buried particle
-/// source  direction masks: Le Grand & Merz 1993
-Survivors survivors(const SnappedParticles& particles);
+/// out     rows of every particle with an exposed point, and of a few without, ascending
+/// same    result for any thread count and instruction set
+/// cost    O(n), some 50 ns a particle; 64 bytes a cell
+std::vector<std::uint32_t> survivors(const SnappedParticles& particles);
 
 }  // namespace betamesh

@@ -34,7 +34,7 @@ void culling(benchmark::State& state) {
 void boundary(benchmark::State& state) {
     const Particles particles = splash(static_cast<std::size_t>(state.range(0)));
     const SnappedParticles snapped = snapParticles(particles, kRadius);
-    const Survivors exposed = survivors(snapped);
+    const std::vector<std::uint32_t> exposed = survivors(snapped);
     for (auto _ : state) benchmark::DoNotOptimize(ballBoundary(snapped, exposed));
     count(state, particles);
 }

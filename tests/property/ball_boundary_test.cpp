@@ -10,7 +10,9 @@
 #include "support/oracles.h"
 
 #include <gtest/gtest.h>
+
 #include <map>
+#include <numeric>
 
 namespace betamesh {
 
@@ -168,15 +170,9 @@ TEST(Survivors, NoExposedParticleIsCulled) {
     forEveryCloud(500, [](const Cloud& cloud) {
         if (cloud.particles.size() > 400) return;  // without the cull, pairs of neighbours are many
         const SnappedParticles snapped = snapParticles(cloud.particles, cloud.radius);
-        const Survivors culled = survivors(snapped);
-        Survivors all;  // the same without any cull
-        PatchMask everything;
-        everything.fill(~std::uint64_t{0});
-        for (std::uint32_t i = 0; i < snapped.size(); ++i) {
-            all.particle.push_back(i);
-            all.uncovered.push_back(everything);
-        }
-        const BallBoundary fast = ballBoundary(snapped, culled), slow = ballBoundary(snapped, all);
+        std::vector<std::uint32_t> all(snapped.size());  // without any cull
+        std::iota(all.begin(), all.end(), 0U);
+        const BallBoundary fast = ballBoundary(snapped, survivors(snapped)), slow = ballBoundary(snapped, all);
         EXPECT_EQ(fast.triangle, slow.triangle);
         EXPECT_EQ(fast.circle, slow.circle);
         EXPECT_EQ(fast.bare, slow.bare);
