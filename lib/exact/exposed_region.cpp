@@ -40,36 +40,42 @@ bool anyAlong(const float* x, const float* y, const float* z, std::size_t n, flo
 
 }  // namespace
 
-void ExposedRegion::Patches::add(const std::array<Vec3, 3>& triangle) {
-    const Vec3 middle = (triangle[0] + triangle[1] + triangle[2]).normalized();
-    for (const Vec3& corner : triangle) cos_angle = std::min(cos_angle, static_cast<float>(dot(middle, corner)));
+ExposedRegion::Patches::Patches(const std::vector<Corners>& triangles) {
+    for (const Corners& corners : triangles) {
+        const Vec3 middle = (corners[0] + corners[1] + corners[2]).normalized();
+        for (const Vec3& corner : corners) cos_angle = std::min(cos_angle, static_cast<float>(dot(middle, corner)));
+        x.push_back(static_cast<float>(middle.x));
+        y.push_back(static_cast<float>(middle.y));
+        z.push_back(static_cast<float>(middle.z));
+        triangle.push_back(static_cast<std::uint32_t>(triangle.size()));
+    }
+    covered.resize(size());
     sin_angle = std::sqrt(1 - cos_angle * cos_angle);
-    x.push_back(static_cast<float>(middle.x));
-    y.push_back(static_cast<float>(middle.y));
-    z.push_back(static_cast<float>(middle.z));
-    covered.push_back(0);
-    corners.push_back(triangle);
 }
 
 void ExposedRegion::Patches::leaveCoveredOut() {
     std::size_t left = 0;
     for (std::size_t p = 0; p < size(); ++p) {
-        if (covered[p]) continue;
-        x[left] = x[p], y[left] = y[p], z[left] = z[p], corners[left] = corners[p], covered[left++] = 0;
+        x[left] = x[p], y[left] = y[p], z[left] = z[p], triangle[left] = triangle[p];
+        left += covered[p] == 0;
     }
-    x.resize(left), y.resize(left), z.resize(left), covered.resize(left), corners.resize(left);
+    x.resize(left), y.resize(left), z.resize(left), triangle.resize(left);
+    covered.assign(left, 0);
 }
 
-const ExposedRegion::Patches& ExposedRegion::wholeSphere() {
-    static const Patches whole = [] {
+const ExposedRegion::WholeSphere& ExposedRegion::wholeSphere() {
+    static const WholeSphere whole = [] {
         const Icosphere sphere = icosphere(kCuts);
-        Patches patches;
+        std::vector<Corners> triangles;
         for (const Triangle& t : sphere.triangles)
-            patches.add({sphere.position[t[0]], sphere.position[t[1]], sphere.position[t[2]]});
-        return patches;
+            triangles.push_back({sphere.position[t[0]], sphere.position[t[1]], sphere.position[t[2]]});
+        return WholeSphere{triangles, Patches(triangles)};
     }();
     return whole;
 }
+
+ExposedRegion::ExposedRegion(std::int64_t radius)
+    : diameter_(static_cast<float>(2 * radius)), patches_(wholeSphere().patches) {}
 
 // With room for rounding, as everywhere here: what is neither covered nor met lies surely outside the cap.
 bool ExposedRegion::cover(const Cap& cap) {
@@ -102,7 +108,8 @@ void ExposedRegion::enclose(const std::vector<Neighbour>& neighbours) {
         const float cosine = std::min(1.0F, distance / diameter_);
         caps_.push_back({offset.x, offset.y, offset.z, distance, cosine, std::sqrt(1 - cosine * cosine), n});
     }
-    patches_ = wholeSphere();
+    patches_ = wholeSphere().patches;
+    finer_.clear();
     const auto coverBy = [&](bool near) {
         std::size_t used = 0;
         for (const Cap& cap : caps_) {
@@ -122,12 +129,15 @@ void ExposedRegion::enclose(const std::vector<Neighbour>& neighbours) {
 }
 
 bool ExposedRegion::refine() {
-    finer_ = {};
-    for (const auto& [a, b, c] : patches_.corners) {
+    const std::vector<Corners>& level = finer_.empty() ? wholeSphere().triangles : finer_;
+    std::vector<Corners> next;
+    for (const std::uint32_t number : patches_.triangle) {
+        const auto& [a, b, c] = level[number];
         const Vec3 ab = (a + b).normalized(), bc = (b + c).normalized(), ca = (c + a).normalized();
-        for (const auto& corners : {std::array{a, ab, ca}, {ab, b, bc}, {ca, bc, c}, {ab, bc, ca}}) finer_.add(corners);
+        next.insert(next.end(), {{a, ab, ca}, {ab, b, bc}, {ca, bc, c}, {ab, bc, ca}});
     }
-    std::swap(patches_, finer_);
+    finer_ = std::move(next);
+    patches_ = Patches(finer_);
     for (const Cap& cap : caps_)
         if (cover(cap)) break;
     patches_.leaveCoveredOut();

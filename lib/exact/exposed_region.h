@@ -14,7 +14,7 @@ namespace betamesh {
 /// source  direction masks: Le Grand & Merz 1993
 class ExposedRegion {
 public:
-    explicit ExposedRegion(std::int64_t radius) : diameter_(static_cast<float>(2 * radius)) {}
+    explicit ExposedRegion(std::int64_t radius);
 
     /// Of the ball with these others within 2R, none of them at the same place.
     void enclose(const std::vector<Neighbour>& neighbours);
@@ -24,16 +24,21 @@ public:
     bool mayHold(const Vec3& direction) const;
 
 private:
+    using Corners = std::array<Vec3, 3>;
     // Triangles of directions, as midpoints and the angle of the cap round it within which each of them lies.
     struct Patches {
         std::vector<float> x, y, z;
-        std::vector<std::int32_t> covered;  // -1 or 0
-        std::vector<std::array<Vec3, 3>> corners;
+        std::vector<std::int32_t> covered;    // -1 or 0
+        std::vector<std::uint32_t> triangle;  // number among the level's
         float cos_angle = 1, sin_angle = 0;
 
+        explicit Patches(const std::vector<Corners>& triangles);
         std::size_t size() const { return x.size(); }
-        void add(const std::array<Vec3, 3>& triangle);
         void leaveCoveredOut();
+    };
+    struct WholeSphere {
+        std::vector<Corners> triangles;
+        Patches patches;
     };
     // The cap that a neighbour covers: half-angle acos(distance / 2R).
     struct Cap {
@@ -41,13 +46,14 @@ private:
         float cos_angle, sin_angle;
         std::uint32_t neighbour;
     };
-    static const Patches& wholeSphere();
+    static const WholeSphere& wholeSphere();
     bool cover(const Cap& cap);
     bool meets(const Cap& cap) const;
     bool refine();
 
     float diameter_;
-    Patches patches_, finer_;
+    Patches patches_;
+    std::vector<Corners> finer_;  // the level's triangles, unless it is the first level
     std::vector<Cap> caps_;
     std::vector<Neighbour> neighbours_;
 };

@@ -2,8 +2,10 @@
 
 #include "core/error.h"
 #include "core/parallel.h"
+#include "core/simd.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <cstring>
 #include <tuple>
@@ -57,24 +59,68 @@ bool preferred(const Particles& particles, std::uint32_t a, std::uint32_t b) {
 }
 
 struct Placed {
-    Vec3i cell, position;
+    std::int32_t z, y, x;  // of the cell
     std::uint32_t row;
+    friend auto operator<=>(const Placed&, const Placed&) = default;
 };
 
-// Sorts, and keeps one of all that coincide.
-void sortIntoCells(std::vector<Placed>& placed, std::int64_t edge, const Particles& particles) {
+// Sorts into the cells of `position`, and keeps one of all that coincide.
+SnappedParticles sortedIntoCells(const std::vector<Vec3i>& position, const std::vector<std::uint32_t>& row,
+                                 std::int64_t radius, const Particles& particles) {
+    std::vector<Placed> placed(position.size());
     parallelFor(placed.size(), 4096, [&](std::size_t i) {
-        const Vec3i& p = placed[i].position;
-        placed[i].cell = {floorDivide(p.x, edge), floorDivide(p.y, edge), floorDivide(p.z, edge)};
+        const auto cellOf = [&](std::int64_t x) { return static_cast<std::int32_t>(floorDivide(x, 2 * radius)); };
+        placed[i] = {cellOf(position[i].z), cellOf(position[i].y), cellOf(position[i].x),
+                     static_cast<std::uint32_t>(i)};
     });
-    parallelSort(placed, [&](const Placed& a, const Placed& b) {
-        if (a.cell != b.cell) return scanOrder(a.cell) < scanOrder(b.cell);
-        if (a.position != b.position) return before(a.position, b.position);
-        return preferred(particles, a.row, b.row);
+    parallelSort(placed, std::less<>());
+    const auto sameCell = [&](std::size_t a, std::size_t b) {
+        return placed[a].x == placed[b].x && placed[a].y == placed[b].y && placed[a].z == placed[b].z;
+    };
+    std::vector<std::uint32_t> begin;
+    for (std::uint32_t i = 0; i < placed.size(); ++i)
+        if (i == 0 || !sameCell(i, i - 1)) begin.push_back(i);
+    begin.push_back(static_cast<std::uint32_t>(placed.size()));
+
+    // Inside a cell by position; the preferred one of coincident ones first, the others are left out.
+    std::vector<std::uint32_t> left(begin.size() - 1);
+    parallelFor(left.size(), 64, [&](std::size_t c) {
+        const std::span cell(&placed[begin[c]], begin[c + 1] - begin[c]);
+        std::sort(cell.begin(), cell.end(), [&](const Placed& a, const Placed& b) {
+            const Vec3i &p = position[a.row], &q = position[b.row];
+            return p != q ? before(p, q) : preferred(particles, row[a.row], row[b.row]);
+        });
+        const auto end = std::unique(cell.begin(), cell.end(), [&](const Placed& a, const Placed& b) {
+            return position[a.row] == position[b.row];
+        });
+        left[c] = static_cast<std::uint32_t>(end - cell.begin());
     });
-    placed.erase(std::unique(placed.begin(), placed.end(),
-                             [](const Placed& a, const Placed& b) { return a.position == b.position; }),
-                 placed.end());
+
+    SnappedParticles snapped;
+    snapped.cell_begin = placesOf(left);
+    snapped.cell.resize(left.size());
+    snapped.position.resize(snapped.cell_begin.back());
+    snapped.row.resize(snapped.cell_begin.back());
+    parallelFor(left.size(), 64, [&](std::size_t c) {
+        const Placed& first = placed[begin[c]];
+        snapped.cell[c] = Vec3i(first.x, first.y, first.z);
+        for (std::uint32_t k = 0; k < left[c]; ++k) {
+            const std::uint32_t i = placed[begin[c] + k].row;
+            snapped.position[snapped.cell_begin[c] + k] = position[i];
+            snapped.row[snapped.cell_begin[c] + k] = row[i];
+        }
+    });
+    return snapped;
+}
+
+// From one place to all candidates; whole numbers below 2^53, so exact.
+BETAMESH_EVERY_CPU
+void squaredDistances(const double* x, const double* y, const double* z, std::size_t n, const Vec3& from,
+                      double* squared) {
+    for (std::size_t k = 0; k < n; ++k) {
+        const double dx = x[k] - from.x, dy = y[k] - from.y, dz = z[k] - from.z;
+        squared[k] = dx * dx + dy * dy + dz * dz;
+    }
 }
 
 }  // namespace
@@ -86,46 +132,43 @@ SnappedParticles snapParticles(const Particles& particles, double radius, const 
     const double mantissa = std::frexp(radius, &exponent);  // radius = mantissa · 2^exponent, mantissa in [1/2, 1)
     exponent -= mantissa > 0.5 ? 20 : 21;
 
-    SnappedParticles snapped;
-    snapped.quantum = std::ldexp(1.0, exponent);
-    snapped.radius = std::llround(std::ldexp(radius, -exponent));
+    const double quantum = std::ldexp(1.0, exponent), quanta_per_unit = std::ldexp(1.0, -exponent);
+    const std::int64_t whole_radius = std::llround(std::ldexp(radius, -exponent));
 
-    std::vector<Placed> placed(particles.size());
-    const auto quanta = [&](float x) { return std::ldexp(static_cast<double>(x), -exponent); };
-    for (std::size_t i = 0; i < particles.size(); ++i) {
+    std::vector<Vec3i> position(particles.size());
+    std::vector<std::uint32_t> row(particles.size());
+    std::atomic<std::size_t> outside = particles.size();  // the first one
+    parallelFor(particles.size(), 4096, [&](std::size_t i) {
+        const Vec3 scaled = Vec3(particles.position[i]) * quanta_per_unit;
+        row[i] = static_cast<std::uint32_t>(i);
+        if (std::max({std::abs(scaled.x), std::abs(scaled.y), std::abs(scaled.z)}) <= kLargestCoordinate) {
+            position[i] = {std::llround(scaled.x), std::llround(scaled.y), std::llround(scaled.z)};
+            return;
+        }
+        std::size_t first = outside;
+        while (i < first && !outside.compare_exchange_weak(first, i)) {
+        }
+    });
+    if (const std::size_t i = outside; i < particles.size()) {
         const Vec3f& p = particles.position[i];
-        const Vec3 scaled(quanta(p.x), quanta(p.y), quanta(p.z));
-        if (!(std::max({std::abs(scaled.x), std::abs(scaled.y), std::abs(scaled.z)}) <= kLargestCoordinate))
-            throw Error("particle " + std::to_string(i) + " at (" + std::to_string(p.x) + ", " + std::to_string(p.y) +
-                        ", " + std::to_string(p.z) + ") is too far from the origin for a radius of " +
-                        std::to_string(radius) + ", expected coordinates within " +
-                        std::to_string(std::ldexp(kLargestCoordinate, exponent)));
-        placed[i] = {{},
-                     {std::llround(scaled.x), std::llround(scaled.y), std::llround(scaled.z)},
-                     static_cast<std::uint32_t>(i)};
+        throw Error("particle " + std::to_string(i) + " at (" + std::to_string(p.x) + ", " + std::to_string(p.y) +
+                    ", " + std::to_string(p.z) + ") is too far from the origin for a radius of " +
+                    std::to_string(radius) + ", expected coordinates within " +
+                    std::to_string(std::ldexp(kLargestCoordinate, exponent)));
     }
 
-    const std::int64_t edge = 2 * snapped.radius;
-    sortIntoCells(placed, edge, particles);
+    SnappedParticles snapped = sortedIntoCells(position, row, whole_radius, particles);
     if (jitter.attempt > 0) {
-        for (Placed& p : placed) {
-            const std::uint64_t key = particles.id.empty() ? positionKey(p.position) : mix(particles.id[p.row]);
-            p.position = jittered(p.position, key, jitter, snapped.radius);
+        position = std::move(snapped.position);
+        row = std::move(snapped.row);
+        for (std::size_t i = 0; i < position.size(); ++i) {
+            const std::uint64_t key = particles.id.empty() ? positionKey(position[i]) : mix(particles.id[row[i]]);
+            position[i] = jittered(position[i], key, jitter, whole_radius);
         }
-        sortIntoCells(placed, edge, particles);
+        snapped = sortedIntoCells(position, row, whole_radius, particles);
     }
-
-    snapped.position.reserve(placed.size());
-    snapped.row.reserve(placed.size());
-    for (const Placed& p : placed) {
-        if (snapped.cell.empty() || snapped.cell.back() != p.cell) {
-            snapped.cell.push_back(p.cell);
-            snapped.cell_begin.push_back(static_cast<std::uint32_t>(snapped.position.size()));
-        }
-        snapped.position.push_back(p.position);
-        snapped.row.push_back(p.row);
-    }
-    snapped.cell_begin.push_back(static_cast<std::uint32_t>(placed.size()));
+    snapped.quantum = quantum;
+    snapped.radius = whole_radius;
     return snapped;
 }
 
@@ -147,23 +190,32 @@ std::span<const CellRange> rangesAround(const SnappedParticles& particles, std::
     return buffer.first(count);
 }
 
-void NeighbourFinder::find(std::uint32_t particle, std::vector<Neighbour>& neighbours) {
-    const auto above = std::upper_bound(particles_.cell_begin.begin(), particles_.cell_begin.end(), particle);
-    const auto cell = static_cast<std::size_t>(above - particles_.cell_begin.begin()) - 1;
-    if (cell != cell_) {
-        cell_ = cell;
-        ranges_ = rangesAround(particles_, cell, buffer_);
-    }
-    const Vec3i origin = particles_.position[particle];
-    const std::int64_t reach = 4 * particles_.radius * particles_.radius;
-    neighbours.clear();
-    for (const CellRange range : ranges_)
+void NeighbourFinder::gather(std::size_t cell) {
+    cell_ = cell;
+    candidate_.clear(), x_.clear(), y_.clear(), z_.clear();
+    const Vec3i corner = particles_.cell[cell] * (2 * particles_.radius);
+    std::array<CellRange, 9> buffer;
+    for (const CellRange range : rangesAround(particles_, cell, buffer))
         for (std::uint32_t k = range.begin; k < range.end; ++k) {
-            const Vec3i offset = particles_.position[k] - origin;
-            const std::int64_t squared = offset.x * offset.x + offset.y * offset.y + offset.z * offset.z;
-            if (squared <= reach && k != particle)
-                neighbours.push_back({toDouble(offset), static_cast<double>(squared), k});
+            const Vec3 place = toDouble(particles_.position[k] - corner);
+            candidate_.push_back(k), x_.push_back(place.x), y_.push_back(place.y), z_.push_back(place.z);
         }
+    squared_.resize(candidate_.size());
+}
+
+void NeighbourFinder::find(std::uint32_t particle, std::vector<Neighbour>& neighbours) {
+    if (cell_ == ~std::size_t{0} || particle < particles_.cell_begin[cell_] ||
+        particle >= particles_.cell_begin[cell_ + 1]) {
+        const auto above = std::upper_bound(particles_.cell_begin.begin(), particles_.cell_begin.end(), particle);
+        gather(static_cast<std::size_t>(above - particles_.cell_begin.begin()) - 1);
+    }
+    const Vec3 from = toDouble(particles_.position[particle] - particles_.cell[cell_] * (2 * particles_.radius));
+    squaredDistances(x_.data(), y_.data(), z_.data(), squared_.size(), from, squared_.data());
+    const auto reach = static_cast<double>(4 * particles_.radius * particles_.radius);
+    neighbours.clear();
+    for (std::size_t k = 0; k < squared_.size(); ++k)
+        if (squared_[k] <= reach && candidate_[k] != particle)
+            neighbours.push_back({Vec3(x_[k], y_[k], z_[k]) - from, squared_[k], candidate_[k]});
 }
 
 }  // namespace betamesh

@@ -63,10 +63,12 @@ public:
     void find(std::uint32_t particle, std::vector<Neighbour>& neighbours);
 
 private:
+    void gather(std::size_t cell);
+
     const SnappedParticles& particles_;
-    std::array<CellRange, 9> buffer_;
-    std::span<const CellRange> ranges_;
     std::size_t cell_ = ~std::size_t{0};
+    std::vector<std::uint32_t> candidate_;     // all that may be near a particle of the cell
+    std::vector<double> x_, y_, z_, squared_;  // where they are, from the cell's corner; distances to the one asked for
 };
 
 }  // namespace betamesh
