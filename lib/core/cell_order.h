@@ -45,23 +45,27 @@ public:
     const std::vector<std::uint32_t>& cells() const { return begin_; }
     Vec3 lowestCorner(const Entry& entry) const { return Vec3(entry.x, entry.y, entry.z) * edge_; }
 
-    /// Calls visit(number of entry) for all in cells that meet a box, in order.
+    /// Calls visit(first entry, one past the last) for every cell that meets a box, in order.
     template <typename Visit>
-    void forEntriesIn(const Vec3& low, const Vec3& high, const Visit& visit) const {
+    void forCellsIn(const Vec3& low, const Vec3& high, const Visit& visit) const {
         const std::int32_t first = indexOf(low.x), last = indexOf(high.x);
         for (std::int32_t z = indexOf(low.z); z <= indexOf(high.z); ++z)
             for (std::int32_t y = indexOf(low.y); y <= indexOf(high.y); ++y) {
-                const auto cell =
-                    std::lower_bound(begin_.begin(), begin_.end() - 1, Entry{z, y, first, 0},
-                                     [&](std::uint32_t i, const Entry& wanted) { return entry_[i] < wanted; });
-                for (std::uint32_t i = *cell;
-                     i < entry_.size() && entry_[i].z == z && entry_[i].y == y && entry_[i].x <= last; ++i)
-                    visit(i);
+                auto cell = std::lower_bound(begin_.begin(), begin_.end() - 1, Entry{z, y, first, 0},
+                                             [&](std::uint32_t i, const Entry& wanted) { return entry_[i] < wanted; });
+                for (; cell != begin_.end() - 1; ++cell) {
+                    const Entry& at = entry_[*cell];
+                    if (at.z != z || at.y != y || at.x > last) break;
+                    visit(*cell, *(cell + 1));
+                }
             }
     }
+    /// Calls visit(row) for all points in them.
     template <typename Visit>
     void forRowsIn(const Vec3& low, const Vec3& high, const Visit& visit) const {
-        forEntriesIn(low, high, [&](std::uint32_t i) { visit(entry_[i].row); });
+        forCellsIn(low, high, [&](std::uint32_t begin, std::uint32_t end) {
+            for (std::uint32_t i = begin; i < end; ++i) visit(entry_[i].row);
+        });
     }
 
 private:

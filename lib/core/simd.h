@@ -3,9 +3,19 @@
 
 #pragma once
 
+#include <cstddef>
+
 #if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && !defined(__SANITIZE_ADDRESS__) && \
     !defined(__SANITIZE_THREAD__)
 #define BETAMESH_EVERY_CPU __attribute__((target_clones("arch=x86-64-v4", "arch=x86-64-v3", "default")))
 #else
 #define BETAMESH_EVERY_CPU
 #endif
+
+namespace betamesh {
+
+/// As many floats as the widest registers hold. Narrower ones take a few for it; all of them work lane by lane.
+inline constexpr std::size_t kLanes = 16;
+using Lanes = float __attribute__((vector_size(kLanes * sizeof(float))));
+
+}  // namespace betamesh

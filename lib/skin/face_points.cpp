@@ -17,8 +17,6 @@ constexpr std::uint32_t kBuried = ~std::uint32_t{0};
 constexpr double kNegligible = 1e-6;  // sine of the half-angle of a cap that hides nothing
 
 // Numbers in blocks of as many as the widest registers hold.
-constexpr std::size_t kLanes = 16;
-using Lanes = float __attribute__((vector_size(kLanes * sizeof(float))));
 using Places = std::int32_t __attribute__((vector_size(kLanes * sizeof(std::int32_t))));
 struct alignas(kLanes * sizeof(float)) Directions {
     Lanes x, y, z;

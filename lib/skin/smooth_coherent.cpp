@@ -1,11 +1,11 @@
 #include "skin/smooth_coherent.h"
 
-#include "core/cell_order.h"
 #include "core/parallel.h"
-#include "core/simd.h"
+#include "core/sample_blocks.h"
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <numeric>
 #include <span>
 
@@ -24,30 +24,9 @@ constexpr float kSoft = 0.04F;          // added to squared distances between op
 constexpr double kSheet = 4;            // thickness² · what sumOpposite finds on a plane sheet
 constexpr double kShareOfThickness = 0.45;  // that an inset takes at most
 
-// Samples in blocks of as many as the widest registers hold.
-constexpr std::size_t kLanes = 16;
-using Lanes = float __attribute__((vector_size(kLanes * sizeof(float))));
-enum Field {
-    kX,
-    kY,
-    kZ,
-    kVx,
-    kVy,
-    kVz,
-    kDx,
-    kDy,
-    kDz,
-    kEx,
-    kEy,
-    kEz,
-    kW,
-    kU,
-    kFields
-};  // position, velocity,
-    // direction, its rate, weight, its rate
-struct alignas(kLanes * sizeof(float)) Block {
-    Lanes field[kFields];
-};
+// Of a sample: position, velocity, direction, its rate, weight, its rate; lengths in radii.
+enum Field { kX, kY, kZ, kVx, kVy, kVz, kDx, kDy, kDz, kEx, kEy, kEz, kW, kU, kFields };
+using Block = SampleBlock<kFields>;
 
 // The sums over samples, each with its rate: Σk, Σk y, Σk d, Σk y·d, Σk |y|².
 enum Sum { kWeight, kOffset, kDirection = kOffset + 3, kAlong = kDirection + 3, kSquare, kSums };
@@ -65,20 +44,14 @@ struct Sums {
 BETAMESH_EVERY_CPU
 void sumUp(const Block* blocks, std::size_t n, float inverse_square_width, const float* x, const float* v, Sums& sums) {
     const Lanes zero{}, one = zero + 1.0F;
-    const auto total = [](const Lanes& lanes) __attribute__((always_inline)) {
-        double sum = 0;
-        for (std::size_t l = 0; l < kLanes; ++l) sum += static_cast<double>(lanes[l]);
-        return sum;
-    };
-
     const float narrow = 4 * inverse_square_width;
 
     Lanes mean[4] = {}, mean_rate[4] = {};
     for (std::size_t i = 0; i < n; ++i) {
         const auto& f = blocks[i].field;
         const Lanes px = f[kX] - x[0], py = f[kY] - x[1], pz = f[kZ] - x[2];
-        const Lanes vx = f[kVx] - v[0], vy = f[kVy] - v[1], vz = f[kVz] - v[2];
         Lanes t = one - (px * px + py * py + pz * pz) * inverse_square_width;
+        const Lanes vx = f[kVx] - v[0], vy = f[kVy] - v[1], vz = f[kVz] - v[2];
         t = t > 0 ? t : zero;
         const Lanes k = f[kW] * t * t;
         const Lanes kr = f[kU] * t * t - f[kW] * t * (px * vx + py * vy + pz * vz) * narrow;
@@ -93,11 +66,14 @@ void sumUp(const Block* blocks, std::size_t n, float inverse_square_width, const
     }
     std::fill_n(sums.value, +kSums, 0.0);
     std::fill_n(sums.rate, +kSums, 0.0);
-    const Rate weight(total(mean[3]), total(mean_rate[3]));
+    double means[4], mean_rates[4];
+    addUpLanes(mean, means);
+    addUpLanes(mean_rate, mean_rates);
+    const Rate weight(means[3], mean_rates[3]);
     if (!(weight.value > 0)) return;
     float *m = sums.mean, *mr = sums.mean_rate;
     for (int k = 0; k < 3; ++k) {
-        const Rate component = Rate(total(mean[k]), total(mean_rate[k])) / weight;
+        const Rate component = Rate(means[k], mean_rates[k]) / weight;
         m[k] = static_cast<float>(component.value);
         mr[k] = static_cast<float>(component.rate);
     }
@@ -150,10 +126,8 @@ void sumUp(const Block* blocks, std::size_t n, float inverse_square_width, const
         value[kSquare] += k * square;
         rate[kSquare] += kr * square + k * (approach + approach);
     }
-    for (int s = 0; s < kSums; ++s) {
-        sums.value[s] = total(value[s]);
-        sums.rate[s] = total(rate[s]);
-    }
+    addUpLanes(value, sums.value);
+    addUpLanes(rate, sums.rate);
 }
 
 // How near the other side of the liquid is: Σ w (m·d)₋² (m·y)₋² / (|y|² + s)³ over samples that lie behind and face
@@ -164,7 +138,7 @@ void sumOpposite(const Block* blocks, std::size_t n, float inverse_square_width,
     const Lanes zero{}, one = zero + 1.0F;
     const float *m = sums.mean, *mr = sums.mean_rate;
     const float inverse_mean = sums.inverse_mean, growth = sums.growth, soft = kSoft;
-    Lanes value{}, rate{};
+    Lanes both[2] = {};
     for (std::size_t i = 0; i < n; ++i) {
         const auto& f = blocks[i].field;
         const Lanes px = f[kX] - x[0], py = f[kY] - x[1], pz = f[kZ] - x[2];
@@ -181,17 +155,16 @@ void sumOpposite(const Block* blocks, std::size_t n, float inverse_square_width,
         const Lanes rising = vx * m[0] + vy * m[1] + vz * m[2] + px * mr[0] + py * mr[1] + pz * mr[2];
         const Lanes distance = one / (square + soft), cube = distance * distance * distance;
         const Lanes root = facing * height * t * inverse_mean, term = root * root * cube;
-        value += f[kW] * term;
-        rate += f[kU] * term + f[kW] * (root * cube * inverse_mean * 2.0F *
-                                            ((turning * height + facing * rising) * t -
-                                             facing * height * approach * (2 * inverse_square_width)) -
-                                        term * (2 * growth + approach * distance * 6.0F));
+        both[0] += f[kW] * term;
+        both[1] += f[kU] * term + f[kW] * (root * cube * inverse_mean * 2.0F *
+                                               ((turning * height + facing * rising) * t -
+                                                facing * height * approach * (2 * inverse_square_width)) -
+                                           term * (2 * growth + approach * distance * 6.0F));
     }
-    value_out = rate_out = 0;
-    for (std::size_t l = 0; l < kLanes; ++l) {
-        value_out += static_cast<double>(value[l]);
-        rate_out += static_cast<double>(rate[l]);
-    }
+    double sum[2];
+    addUpLanes(both, sum);
+    value_out = sum[0];
+    rate_out = sum[1];
 }
 
 // From a point onto the sphere fitted round it, and the direction of the sphere there.
@@ -229,84 +202,43 @@ std::vector<std::uint32_t> allRows(std::size_t n) {
     return rows;
 }
 
-// A sample as the sums take it, in radii; its position counts from the lowest corner of its cell.
-struct PackedSample {
-    float field[kFields];
-};
-
-PackedSample packed(const BoundarySample& sample, const Vec3& corner, double radius) {
-    PackedSample p;
-    const Vec3 x = (sample.position.position - corner) / radius, v = sample.position.velocity / radius;
-    for (int k = 0; k < 3; ++k) {
-        p.field[kX + k] = static_cast<float>(x[k]);
-        p.field[kVx + k] = static_cast<float>(v[k]);
-        p.field[kDx + k] = static_cast<float>(sample.direction.position[k]);
-        p.field[kEx + k] = static_cast<float>(sample.direction.velocity[k]);
-    }
-    p.field[kW] = static_cast<float>(sample.weight.value / radius);
-    p.field[kU] = static_cast<float>(sample.weight.rate / radius);
-    return p;
+std::array<float, kFields - 3> fieldsOf(const BoundarySample& sample, double radius) {
+    std::array<float, kFields - 3> fields;
+    const auto set = [&](Field field, const Vec3& value) {
+        for (int k = 0; k < 3; ++k) fields[static_cast<std::size_t>(field + k - 3)] = static_cast<float>(value[k]);
+    };
+    set(kVx, sample.position.velocity / radius);
+    set(kDx, sample.direction.position);
+    set(kEx, sample.direction.velocity);
+    fields[kW - 3] = static_cast<float>(sample.weight.value / radius);
+    fields[kU - 3] = static_cast<float>(sample.weight.rate / radius);
+    return fields;
 }
 
-// Sets fits[row] for every row, the fit at pointAt(row); lengths in radii.
-template <typename PointAt>
+// Calls take(row, the fit at pointAt(row)) for every row, on several threads; lengths in radii.
+template <typename PointAt, typename Take>
 void fitAll(const std::vector<std::uint32_t>& rows, const PointAt& pointAt, const BoundarySamples& samples,
-            const CoherentSmoothing& params, std::vector<Fit>& fits) {
-    const double reach = params.width, least_edge = 0.7 * params.radius;
-    const CellOrder far(samples.size(), std::max(reach, least_edge),
-                        [&](std::size_t i) { return samples[i].position.position; });
-    std::vector<PackedSample> sorted(samples.size());
-    parallelFor(samples.size(), 4096, [&](std::size_t i) {
-        sorted[i] = packed(samples[far.entries()[i].row], far.lowestCorner(far.entries()[i]), params.radius);
-    });
-    const CellOrder near(rows.size(), std::max(reach / 2, least_edge),
-                         [&](std::size_t i) { return pointAt(rows[i]).position; });
-
-    const double scale = 1 / params.radius;
-    const auto inverse_square_width = static_cast<float>(1 / (reach * scale * reach * scale));
-    const auto half = static_cast<float>(near.edge() * scale / 2);
-    const auto square = static_cast<float>(reach * scale * reach * scale);
-    parallelRanges(near.cells().size() - 1, 16, [&](std::size_t first, std::size_t last) {
-        std::vector<Block> blocks;
-        for (std::size_t g = first; g < last; ++g) {
-            const auto cell = std::span(near.entries()).subspan(near.cells()[g], near.cells()[g + 1] - near.cells()[g]);
-            const Vec3 low = near.lowestCorner(cell[0]), high = low + Vec3(near.edge()), middle = (low + high) / 2;
-            std::size_t used = 0;
-            blocks.clear();
-            far.forEntriesIn(low - Vec3(reach), high + Vec3(reach), [&](std::uint32_t i) {
-                const PackedSample& s = sorted[i];
-                const Vec3 corner = (far.lowestCorner(far.entries()[i]) - middle) * scale;
-                float p[3], beyond = 0;
-                for (int k = 0; k < 3; ++k) {
-                    p[k] = s.field[kX + k] + static_cast<float>(corner[k]);
-                    const float out = std::max(0.0F, std::abs(p[k]) - half);
-                    beyond += out * out;
-                }
-                if (beyond >= square) return;
-                if (used % kLanes == 0) blocks.emplace_back(Block{});
-                auto& f = blocks.back().field;
-                const std::size_t lane = used++ % kLanes;
-                for (int k = 0; k < 3; ++k) f[kX + k][lane] = p[k];
-                for (int k = kVx; k < kFields; ++k) f[k][lane] = s.field[k];
-            });
-            for (const CellOrder::Entry& entry : cell) {
-                const std::uint32_t row = rows[entry.row];
-                const Moving& at = pointAt(row);
-                const Vec3 x = (at.position - middle) * scale, v = at.velocity * scale;
-                const float xf[3] = {static_cast<float>(x.x), static_cast<float>(x.y), static_cast<float>(x.z)};
-                const float vf[3] = {static_cast<float>(v.x), static_cast<float>(v.y), static_cast<float>(v.z)};
-                Sums sums;
-                sumUp(blocks.data(), blocks.size(), inverse_square_width, xf, vf, sums);
-                fits[row] = fitSphere(sums);
-                if (params.inset > 0 && fits[row].trust.value > 0) {
-                    Rate opposite;
-                    sumOpposite(blocks.data(), blocks.size(), inverse_square_width, xf, vf, sums, opposite.value,
-                                opposite.rate);
-                    fits[row].inset = insetFrom(fits[row], opposite, params.inset * scale);
-                }
+            const CoherentSmoothing& params, const Take& take) {
+    const double scale = 1 / params.radius, width = params.width * scale;
+    const auto inverse_square_width = static_cast<float>(1 / (width * width));
+    forPointsAmongSamples<kFields>(
+        samples.size(), [&](std::size_t i) { return samples[i].position.position; },
+        [&](std::size_t i) { return fieldsOf(samples[i], params.radius); }, rows.size(),
+        [&](std::size_t i) { return pointAt(rows[i]).position; }, params.width, params.radius,
+        [&](std::uint32_t i, const Vec3f& x, std::span<const Block> blocks) {
+            const std::uint32_t row = rows[i];
+            const Vec3f v(pointAt(row).velocity * scale);
+            Sums sums;
+            sumUp(blocks.data(), blocks.size(), inverse_square_width, &x.x, &v.x, sums);
+            Fit fit = fitSphere(sums);
+            if (params.inset > 0 && fit.trust.value > 0) {
+                Rate opposite;
+                sumOpposite(blocks.data(), blocks.size(), inverse_square_width, &x.x, &v.x, sums, opposite.value,
+                            opposite.rate);
+                fit.inset = insetFrom(fit, opposite, params.inset * scale);
             }
-        }
-    });
+            take(row, fit);
+        });
 }
 
 // 1 up to kStayingBegins, 0 from kStaysWhole on.
@@ -349,34 +281,35 @@ void smoothCoherently(BetaMesh& mesh, BoundarySamples samples, const CoherentSmo
     for (const RisingVertex& rising : mesh.rising) mesh.vertex[rising.vertex] = rising.whole;
     std::vector<Moving> smooth = mesh.vertex;
     const auto vertexAt = [&](std::uint32_t v) -> const Moving& { return smooth[v]; };
-    const auto sampleAt = [&](std::uint32_t i) -> const Moving& { return samples[i].position; };
-    std::vector<Fit> fits(smooth.size());
-    fitAll(moving, vertexAt, samples, params, fits);
+    const auto move = [&](std::uint32_t v, const Fit& fit) {
+        smooth[v] = smooth[v] + fit.step * fit.trust * params.radius;
+    };
     std::vector<Moving> inset(params.inset > 0 ? smooth.size() : 0);
     if (params.inset > 0) {
         const std::vector<Vec3> normals = vertexNormals(mesh);
-        parallelFor(inset.size(), 4096, [&](std::size_t v) {
+        fitAll(moving, vertexAt, samples, params, [&](std::uint32_t v, const Fit& fit) {
             // Between surfaces that nearly touch, the mean direction may be that of the other one.
-            const double length = fits[v].inset.position.length(), inwards = -dot(normals[v], fits[v].inset.position);
+            const double length = fit.inset.position.length(), inwards = -dot(normals[v], fit.inset.position);
             const double t = std::clamp(2 * inwards / length, 0.0, 1.0);
-            if (length > 0) inset[v] = fits[v].inset * (t * t * (3 - 2 * t));
+            if (length > 0) inset[v] = fit.inset * (t * t * (3 - 2 * t));
+            if (params.passes > 0) move(v, fit);
         });
     }
 
     CoherentSmoothing further = params;
     further.inset = 0;
     for (int pass = 0; pass < params.passes; ++pass) {
-        if (pass > 0) fitAll(moving, vertexAt, samples, further, fits);
-        parallelFor(smooth.size(), 4096,
-                    [&](std::size_t v) { smooth[v] = smooth[v] + fits[v].step * fits[v].trust * params.radius; });
+        if (pass > 0 || params.inset == 0) fitAll(moving, vertexAt, samples, further, move);
         if (pass + 1 == params.passes) break;
-        std::vector<Fit> of_samples(samples.size());
-        fitAll(allRows(samples.size()), sampleAt, samples, further, of_samples);
-        parallelFor(samples.size(), 4096, [&](std::size_t i) {
-            const Fit& fit = of_samples[i];
-            samples[i].position = samples[i].position + fit.step * fit.trust * params.radius;
-            samples[i].direction = samples[i].direction + (fit.direction - samples[i].direction) * fit.trust;
-        });
+        BoundarySamples calmer = samples;
+        fitAll(
+            allRows(samples.size()), [&](std::uint32_t i) -> const Moving& { return samples[i].position; }, samples,
+            further,
+            [&](std::uint32_t i, const Fit& fit) {
+                calmer[i].position = calmer[i].position + fit.step * fit.trust * params.radius;
+                calmer[i].direction = calmer[i].direction + (fit.direction - calmer[i].direction) * fit.trust;
+            });
+        samples = std::move(calmer);
     }
     parallelFor(moving.size(), 4096, [&](std::size_t i) {
         const std::uint32_t v = moving[i];

@@ -3,6 +3,7 @@
 #include "core/cell_order.h"
 #include "core/parallel.h"
 #include "core/rigid_motion.h"
+#include "core/sample_blocks.h"
 
 #include <algorithm>
 #include <span>
@@ -142,30 +143,51 @@ std::vector<Vec3> spinsOfBalls(const BallBoundary& boundary, const std::vector<M
     return spins;
 }
 
+namespace {
+
+// A ball as sums take it: position in radii, velocity, angular velocity times the radius, and 1.
+enum Field { kX, kY, kZ, kVx, kVy, kVz, kSx, kSy, kSz, kUsed, kFields };
+using Block = SampleBlock<kFields>;
+
+// Σ w (v + spin × y), y from each ball to the point, w = (1 - |y|²/4)² within two radii; then Σ w.
+BETAMESH_EVERY_CPU
+void sumMotion(const Block* blocks, std::size_t n, const Vec3f& x, double sums[4]) {
+    const Lanes zero{}, one = zero + 1.0F;
+    Lanes sum[4] = {};
+    for (std::size_t i = 0; i < n; ++i) {
+        const auto& f = blocks[i].field;
+        const Lanes px = x.x - f[kX], py = x.y - f[kY], pz = x.z - f[kZ];
+        Lanes t = one - (px * px + py * py + pz * pz) * 0.25F;
+        t = t > 0 ? t : zero;
+        const Lanes w = t * t * f[kUsed];
+        sum[0] += w * (f[kVx] + f[kSy] * pz - f[kSz] * py);
+        sum[1] += w * (f[kVy] + f[kSz] * px - f[kSx] * pz);
+        sum[2] += w * (f[kVz] + f[kSx] * py - f[kSy] * px);
+        sum[3] += w;
+    }
+    addUpLanes(sum, sums);
+}
+
+}  // namespace
+
 void slideWithParticles(const BallBoundary& boundary, const std::vector<Moving>& balls, const std::vector<Vec3>& spins,
                         BetaMesh& mesh) {
-    const double reach = 2 * boundary.worldRadius();
+    const double radius = boundary.worldRadius();
     const std::vector<Vec3> normals = vertexNormals(mesh);
-    const CellOrder far(balls.size(), reach, [&](std::size_t b) { return balls[b].position; });
-    const CellOrder near(mesh.vertex.size(), reach / 2, [&](std::size_t v) { return mesh.vertex[v].position; });
-    forCellsWithin(
-        reach, near, far, [&](std::uint32_t b) { return balls[b].position; },
-        [&](std::span<const CellOrder::Entry> cell, std::span<const std::uint32_t> around) {
-            for (const CellOrder::Entry& entry : cell) {
-                Moving& vertex = mesh.vertex[entry.row];
-                double weight = 0;
-                Vec3 sum(0, 0, 0);
-                for (const std::uint32_t b : around) {
-                    const Vec3 offset = vertex.position - balls[b].position;
-                    const double t = 1 - offset.length2() / (reach * reach);
-                    if (!(t > 0)) continue;
-                    sum += (balls[b].velocity + cross(spins[b], offset)) * (t * t);
-                    weight += t * t;
-                }
-                if (!(weight > 0)) continue;
-                const Vec3 &normal = normals[entry.row], liquid = sum / weight;
-                vertex.velocity = liquid + normal * dot(normal, vertex.velocity - liquid);
-            }
+    const auto fieldsOf = [&](std::size_t b) {
+        const Vec3f v(balls[b].velocity), spin(spins[b] * radius);
+        return std::array{v.x, v.y, v.z, spin.x, spin.y, spin.z, 1.0F};
+    };
+    forPointsAmongSamples<kFields>(
+        balls.size(), [&](std::size_t b) { return balls[b].position; }, fieldsOf, mesh.vertex.size(),
+        [&](std::size_t v) { return mesh.vertex[v].position; }, 2 * radius, radius,
+        [&](std::uint32_t v, const Vec3f& x, std::span<const Block> blocks) {
+            double sums[4];
+            sumMotion(blocks.data(), blocks.size(), x, sums);
+            if (!(sums[3] > 0)) return;
+            const Vec3 liquid = Vec3(sums[0], sums[1], sums[2]) / sums[3];
+            Vec3& velocity = mesh.vertex[v].velocity;
+            velocity = liquid + normals[v] * dot(normals[v], velocity - liquid);
         });
 }
 
