@@ -1,5 +1,6 @@
 #include "core/beta_mesh.h"
 
+#include "core/angles.h"
 #include "core/parallel.h"
 
 #include <cmath>
@@ -19,7 +20,7 @@ std::vector<Vec3> vertexNormals(const BetaMesh& mesh) {
             const Vec3 u = mesh.vertex[t[(m + 1) % 3]].position - at, v = mesh.vertex[t[(m + 2) % 3]].position - at;
             const Vec3 across = cross(u, v);
             const double doubled_area = across.length();
-            corners[i].weight[m] = static_cast<float>(std::atan2(doubled_area, dot(u, v)));
+            corners[i].weight[m] = static_cast<float>(angleOf(doubled_area, dot(u, v)));
             corners[i].normal = doubled_area > 0 ? across / doubled_area : Vec3(0, 0, 0);
         }
     });

@@ -1,5 +1,7 @@
 #include "core/moving_circle.h"
 
+#include "core/angles.h"
+
 #include <algorithm>
 #include <cmath>
 
@@ -51,7 +53,7 @@ Rate MovingCircle::movingAngle(const Moving& point, double angle) const {
 }
 
 Moving MovingCircle::outwards(Rate angle) const {
-    const double c = std::cos(angle.value), s = std::sin(angle.value);
+    const auto [s, c] = sineCosine(angle.value);
     return first_ * Rate{c, -s * angle.rate} + second_ * Rate{s, c * angle.rate};
 }
 

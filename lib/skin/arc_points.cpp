@@ -1,5 +1,6 @@
 #include "skin/arc_points.h"
 
+#include "core/angles.h"
 #include "core/moving_circle.h"
 #include "core/parallel.h"
 #include "exact/predicates.h"
@@ -37,7 +38,7 @@ struct Circle {
     }
 };
 
-double angleBetween(const Vec3& a, const Vec3& b) { return std::atan2(cross(a, b).length(), dot(a, b)); }
+double angleBetween(const Vec3& a, const Vec3& b) { return angleOf(cross(a, b).length(), dot(a, b)); }
 
 // The angle of an arc. From the angles of the two apex particles, whose order is exact, so that an arc of
 // length nearly zero is never taken for a full turn.

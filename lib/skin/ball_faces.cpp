@@ -1,5 +1,6 @@
 #include "skin/ball_faces.h"
 
+#include "core/angles.h"
 #include "core/union_find.h"
 
 #include <algorithm>
@@ -37,9 +38,10 @@ struct Arc {
 
     Vec3 at(double angle) const {
         const double rho = std::sqrt(std::max(0.0, 1 - height * height));
-        return axis * height + (x * std::cos(angle) + y * std::sin(angle)) * rho;
+        const SineCosine at = sineCosine(angle);
+        return axis * height + (x * at.cosine + y * at.sine) * rho;
     }
-    double angleOf(const Vec3& p) const { return std::atan2(dot(p, y), dot(p, x)); }
+    double angleTo(const Vec3& p) const { return angleOf(dot(p, y), dot(p, x)); }
 };
 
 double positiveAngle(double angle) {
@@ -78,8 +80,8 @@ std::vector<Arc> arcsOf(const BallBoundary& boundary, std::uint32_t ball, std::s
             const std::uint32_t h = cycle[e], next = cycle[(e + 1) % cycle.size()];
             const std::uint32_t back = previousInTriangle(h);
             Arc arc = circleOf(boundary, ball, boundary.triangle[back / 3][back % 3], c);
-            const double from = arc.angleOf(boundary.vertex[next / 3] - boundary.centre(ball));
-            const double to = arc.angleOf(boundary.vertex[h / 3] - boundary.centre(ball));
+            const double from = arc.angleTo(boundary.vertex[next / 3] - boundary.centre(ball));
+            const double to = arc.angleTo(boundary.vertex[h / 3] - boundary.centre(ball));
             arc.begin = from;
             arc.sweep = positiveAngle(to - from);
             arcs.push_back(arc);
@@ -99,13 +101,14 @@ std::optional<std::uint32_t> firstMet(const std::vector<Arc>& arcs, std::size_t 
         const bool own_circle = arcs[a].axis == arcs[own].axis;
         if (own_circle && arcs[a].height > 1 - kMargin) continue;  // balls that touch in a point
         const double along = dot(start, arcs[a].axis), across = dot(heading, arcs[a].axis);
-        const double reach = std::hypot(along, across), nearest = std::atan2(across, along);
+        const double reach = std::sqrt(along * along + across * across), nearest = angleOf(across, along);
         if (reach < arcs[a].height - kMargin) continue;
         if (reach < arcs[a].height + kMargin) {
             unclear = std::min(unclear, positiveAngle(nearest - 1e-3));
             continue;
         }
-        double angle = positiveAngle(nearest - std::acos(arcs[a].height / reach));
+        const double cosine = arcs[a].height / reach;
+        double angle = positiveAngle(nearest - angleOf(std::sqrt(1 - cosine * cosine), cosine));
         const bool at_start = angle < kMargin || angle > 2 * std::numbers::pi - kMargin;
         if (at_start && !own_circle) return std::nullopt;
         if (at_start) angle = 2 * std::numbers::pi;
@@ -114,10 +117,11 @@ std::optional<std::uint32_t> firstMet(const std::vector<Arc>& arcs, std::size_t 
         if (angle < first) first = angle, met = a;
     }
     if (met == arcs.size() || unclear - first < kMargin) return std::nullopt;
-    const Vec3 hit = start * std::cos(first) + heading * std::sin(first);
+    const auto [sine, cosine] = sineCosine(first);
+    const Vec3 hit = start * cosine + heading * sine;
     for (const Arc& arc : arcs) {  // several arcs may lie on the circle that was met
         if (arc.axis != arcs[met].axis) continue;
-        const double angle = positiveAngle(arc.angleOf(hit) - arc.begin);
+        const double angle = positiveAngle(arc.angleTo(hit) - arc.begin);
         if (angle > kMargin && angle < arc.sweep - kMargin) return arc.cycle;
     }
     return std::nullopt;
@@ -135,7 +139,8 @@ void joinAlongGreatCircles(const std::vector<Arc>& arcs, std::size_t faces, Unio
             Vec3 outward = start * arcs[a].height - arcs[a].axis;
             if (!(outward.length() > kMargin)) outward = arcs[a].x;  // balls that touch in a point
             outward.normalize();
-            const Vec3 heading = outward * std::cos(tilt) + cross(start, outward) * std::sin(tilt);
+            const auto [sine, cosine] = sineCosine(tilt);
+            const Vec3 heading = outward * cosine + cross(start, outward) * sine;
             if (const auto cycle = firstMet(arcs, a, start, heading)) groups.join(arcs[a].cycle, *cycle);
         }
 }

@@ -1,5 +1,6 @@
 #include "skin/features.h"
 
+#include "core/angles.h"
 #include "core/cell_order.h"
 #include "core/pieces.h"
 #include "core/union_find.h"
@@ -85,7 +86,7 @@ double windingNumber(const BetaMesh& mesh, std::span<const std::uint32_t> triang
         const Vec3 a = mesh.vertex[t[0]].position - point, b = mesh.vertex[t[1]].position - point,
                    c = mesh.vertex[t[2]].position - point;
         const double la = a.length(), lb = b.length(), lc = c.length();
-        angle += 2 * std::atan2(dot(a, cross(b, c)), la * lb * lc + dot(a, b) * lc + dot(b, c) * la + dot(c, a) * lb);
+        angle += 2 * angleOf(dot(a, cross(b, c)), la * lb * lc + dot(a, b) * lc + dot(b, c) * la + dot(c, a) * lb);
     }
     return angle / (4 * std::numbers::pi);
 }
