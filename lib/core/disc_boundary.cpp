@@ -10,7 +10,6 @@ namespace {
 
 constexpr double kNearlyNothing = 1e-3;  // radians, far above rounding
 
-std::int64_t crossZ(const Vec3i& a, const Vec3i& b) { return a.x * b.y - a.y * b.x; }
 std::int64_t dotPlane(const Vec3i& a, const Vec3i& b) { return a.x * b.x + a.y * b.y; }
 
 }  // namespace

@@ -6,9 +6,6 @@ namespace betamesh {
 
 namespace {
 
-// Exact: whole numbers below 2^21 in, below 2^43 out.
-double crossZ(const Vec3& a, const Vec3& b) { return a.x * b.y - a.y * b.x; }
-
 int sign(double x) { return (x > 0) - (x < 0); }
 
 // The sign of a²·b - c²·d for whole numbers a, b, c, d of at most 42 bits, b and d not negative.
