@@ -3,6 +3,7 @@
 #include "batch/interrupt.h"
 #include "batch/log.h"
 #include "batch/machine.h"
+#include "batch/plane.h"
 #include "core/error.h"
 #include "core/parallel.h"
 #include "io/mesh_file.h"
@@ -110,6 +111,7 @@ private:
 struct JobState {
     std::atomic<bool> out_of_memory = false;
     std::atomic<bool> warned_of_velocity = false;
+    std::atomic<bool> hinted_at_plane = false;
     SignalWatch signals;
 };
 
@@ -141,14 +143,20 @@ void declareVelocity(Particles& particles, FrameReport& report, std::atomic<bool
 }
 
 /// The report is the seal of a frame: it goes first and comes last.
-void writeFrame(const SkinnedFrame& skinned, const std::string& output) {
+template <typename WriteSurface>
+void writeFrame(const std::string& output, const Spheres& spheres, const WriteSurface& writeSurface) {
     fs::remove(reportPath(output));
-    writeMesh(output, skinned.mesh);
-    if (skinned.spheres.size() > 0) {
-        writeSpheres(spheresPath(output), skinned.spheres);
+    writeSurface();
+    if (spheres.size() > 0) {
+        writeSpheres(spheresPath(output), spheres);
     } else {
         fs::remove(spheresPath(output));
     }
+}
+
+void hintAtPlane(const Particles& particles, const FrameReport& report, std::atomic<bool>& hinted) {
+    if (!isPlanar(particles) || hinted.exchange(true)) return;
+    logInfo(report.input + ": all particles have the same z; --dimension 2 makes curves of them");
 }
 
 void meshFrame(const FrameTask& task, const Plan& plan, FrameReport& report, JobState& job) {
@@ -156,9 +164,11 @@ void meshFrame(const FrameTask& task, const Plan& plan, FrameReport& report, Job
     StageSeconds& seconds = report.seconds;
     Stopwatch total;
     Stopwatch stage;
+    const bool planar = config.surface.dimension == 2;
+    Particles particles;
     SkinnedFrame skinned;
+    SkinnedPlane plane;
     if (task.action == FrameAction::mesh) {
-        Particles particles;
         retrying(config.run.retries, [&] {
             particles = readParticles(task.input, {config.input.velocity, config.input.id});
         });
@@ -167,28 +177,47 @@ void meshFrame(const FrameTask& task, const Plan& plan, FrameReport& report, Job
         declareVelocity(particles, report, job.warned_of_velocity);
         seconds.read = stage.lap();
         leaveIfInterrupted();
-        skinned = skinFrame(particles, plan.skin, [&](std::string_view name) {
+        const auto watch = [&](std::string_view name) {
             const double lap = stage.lap();
             if (name == "structure") seconds.structure += lap;
             if (name == "tessellate") seconds.tessellate += lap;
             if (name == "smooth") seconds.smooth += lap;
             if (name == "velocity") seconds.velocity += lap;
             leaveIfInterrupted();
-        });
+        };
+        if (planar) {
+            plane = skinPlane(particles, plan.skin, watch);
+        } else {
+            hintAtPlane(particles, report, job.hinted_at_plane);
+            skinned = skinFrame(particles, plan.skin, watch);
+        }
     } else {
         if (plan.skin.components) skinned.mesh.component.emplace();
         report.warnings.push_back("no input: an empty mesh written, as run.on_missing says");
     }
-    report.skin = skinned.report;
-    report.measure = measureMesh(skinned.mesh);
-    report.vertices = skinned.mesh.position.size();
-    report.triangles = skinned.mesh.triangles.size();
-    report.spheres = skinned.spheres.size();
-    report.status = report.skin.particles == 0 ? FrameStatus::empty : FrameStatus::ok;
+    const Spheres& spheres = planar ? plane.spheres : skinned.spheres;
+    if (planar) {
+        report.plane = {plane.report, measureCurves(plane.curves), plane.curves.edges.size()};
+        report.vertices = plane.curves.position.size();
+    } else {
+        report.skin = skinned.report;
+        report.measure = measureMesh(skinned.mesh);
+        report.vertices = skinned.mesh.position.size();
+        report.triangles = skinned.mesh.triangles.size();
+    }
+    report.spheres = spheres.size();
+    report.status = particles.size() == 0 ? FrameStatus::empty : FrameStatus::ok;
 
     stage.lap();
     const SignalWatch::Writing writing(job.signals);
-    retrying(config.run.retries, [&] { writeFrame(skinned, task.output); });
+    retrying(config.run.retries, [&] {
+        writeFrame(task.output, spheres, [&] {
+            if (planar)
+                writePlane(task.output, plane, particles, plan.skin, config);
+            else
+                writeMesh(task.output, skinned.mesh);
+        });
+    });
     seconds.write = stage.lap();
     seconds.total = total.lap();
     report.peak_bytes = peakMemory();
@@ -203,6 +232,7 @@ FrameReport reportFor(const FrameTask& task, const Plan& plan) {
     report.radius = plan.skin.radius;
     report.spacing = plan.spacing;
     report.predicates = plan.skin.predicates;
+    if (plan.config.surface.dimension == 2) report.plane.emplace();
     return report;
 }
 

@@ -1,6 +1,7 @@
 #include "batch/plan.h"
 
 #include "batch/machine.h"
+#include "batch/plane.h"
 #include "batch/radius.h"
 #include "batch/report.h"
 #include "core/error.h"
@@ -191,7 +192,7 @@ Plan planJob(const Config& config, const PlanOptions& options) {
     if (options.overwrite && options.skip_existing)
         throw Error("--overwrite and --skip-existing: expected one of them");
     requireParticleExtension(config.input.path);
-    requireMeshExtension(config.output.path);
+    if (config.surface.dimension == 3) requireMeshExtension(config.output.path);
     const FramePattern input = framePattern(config.input.path);
     const FramePattern output = framePattern(config.output.path);
 
@@ -200,6 +201,7 @@ Plan planJob(const Config& config, const PlanOptions& options) {
     agreeOnTessellation(plan);
     agreeOnBubbles(plan);
     plan.skin = skinParams(plan.config);
+    if (config.surface.dimension == 2) requirePlanar(plan.config, plan.skin);
     plan.threads = threadsOf(config);
 
     const auto on_disk = framesOnDisk(input);
@@ -229,7 +231,7 @@ std::string reportPath(const std::string& output) { return output + ".json"; }
 
 std::string spheresPath(const std::string& output) {
     const auto [stem, extension] = splitExtension(output);
-    return stem + ".spheres" + (extension == ".obj" ? ".ply" : extension);
+    return stem + ".spheres" + (extension == ".obj" || extension == ".svg" ? ".ply" : extension);
 }
 
 }  // namespace betamesh

@@ -29,15 +29,7 @@ const char* statusName(FrameStatus status) {
     return "";
 }
 
-}  // namespace
-
-std::string reportJson(const FrameReport& report) {
-    Json json;
-    json["frame"] = report.frame;
-    json["input"] = report.input;
-    json["output"] = report.output;
-    json["status"] = statusName(report.status);
-    if (report.status == FrameStatus::failed) json["error"] = report.error;
+void addSurface(const FrameReport& report, Json& json) {
     json["particles"] = report.skin.particles;
     json["distinct_particles"] = report.skin.distinct_particles;
     json["radius"] = report.radius;
@@ -60,6 +52,40 @@ std::string reportJson(const FrameReport& report) {
     json["euler"] = report.measure.euler;
     json["volume"] = report.measure.volume;
     json["area"] = report.measure.area;
+}
+
+void addPlane(const FrameReport& report, const PlaneFrameReport& plane, Json& json) {
+    json["particles"] = plane.skin.particles;
+    json["distinct_particles"] = plane.skin.distinct_particles;
+    json["radius"] = report.radius;
+    json["spacing"] = report.spacing;
+    json["alpha_vertices"] = plane.skin.alpha_vertices;
+    json["alpha_segments"] = plane.skin.alpha_segments;
+    json["double_sided_segments"] = plane.skin.double_sided_segments;
+    json["isolated_particles"] = plane.skin.isolated_particles;
+    json["vertices"] = report.vertices;
+    json["edges"] = plane.edges;
+    json["spheres"] = report.spheres;
+    json["curves"] = plane.measure.curves;
+    json["euler"] = plane.measure.turning;
+    json["area"] = plane.measure.area;
+    json["length"] = plane.measure.length;
+}
+
+}  // namespace
+
+std::string reportJson(const FrameReport& report) {
+    Json json;
+    json["frame"] = report.frame;
+    json["input"] = report.input;
+    json["output"] = report.output;
+    json["status"] = statusName(report.status);
+    if (report.status == FrameStatus::failed) json["error"] = report.error;
+    json["dimension"] = report.plane ? 2 : 3;
+    if (report.plane)
+        addPlane(report, *report.plane, json);
+    else
+        addSurface(report, json);
     const StageSeconds& seconds = report.seconds;
     json["seconds"] = {{"read", seconds.read},     {"structure", seconds.structure}, {"tessellate", seconds.tessellate},
                        {"smooth", seconds.smooth}, {"velocity", seconds.velocity},   {"write", seconds.write},

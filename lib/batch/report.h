@@ -4,8 +4,10 @@
 
 #include "io/file_info.h"
 #include "measure/coherence.h"
+#include "measure/curve_measure.h"
 #include "measure/mesh_check.h"
 #include "measure/mesh_measure.h"
+#include "planar/skin_plane.h"
 #include "skin/skin_frame.h"
 
 #include <cstdint>
@@ -34,6 +36,13 @@ struct StageSeconds {
     double total = 0;
 };
 
+/// Of a frame in two dimensions, instead of `skin`, `measure` and `triangles`.
+struct PlaneFrameReport {
+    PlaneReport skin;
+    CurveMeasure measure;
+    std::size_t edges = 0;
+};
+
 /// Lengths in world units.
 struct FrameReport {
     int frame = 0;
@@ -46,6 +55,7 @@ struct FrameReport {
     PredicateKind predicates = PredicateKind::exact;
     SkinReport skin;
     MeshMeasure measure;
+    std::optional<PlaneFrameReport> plane;
     std::size_t vertices = 0;
     std::size_t triangles = 0;
     std::size_t spheres = 0;

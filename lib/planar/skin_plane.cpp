@@ -29,24 +29,25 @@ void requireOnePlane(const Particles& particles) {
     }
 }
 
-BetaCurve betaCurve(const DiscBoundary& boundary, const std::vector<Moving>& discs, const SkinParams& params,
-                    const std::function<void(std::string_view)>& watch) {
-    const std::vector<Moving> vertices = movingVertices(boundary, discs);
-    watch("velocity");
-    const bool complete = params.tessellation == Tessellation::complete;
+using Watch = std::function<void(std::string_view)>;
+
+BetaCurve tessellated(const DiscBoundary& boundary, const std::vector<Moving>& discs,
+                      const std::vector<Moving>& vertices, const SkinParams& params) {
+    if (params.tessellation == Tessellation::paper) return paperCurve(boundary, vertices);
     const int directions =
         params.arc_subdivisions > 0 ? kDirectionsPerSubdivision * params.arc_subdivisions : kDirections;
-    BetaCurve curve = complete ? completeCurve(boundary, discs, vertices, directions) : paperCurve(boundary, vertices);
-    watch("tessellate");
-    if (params.surface == SurfaceKind::union_) return curve;
+    return completeCurve(boundary, discs, vertices, directions);
+}
+
+void smooth(const DiscBoundary& boundary, const std::vector<Moving>& discs, const std::vector<Moving>& vertices,
+            const SkinParams& params, BetaCurve& curve) {
     if (params.smoothing == SmoothingMethod::paper) smoothAsInPaper(curve, params.passes);
     if (params.smoothing == SmoothingMethod::coherent && params.passes > 0) {
         const double width = params.smoothing_width > 0 ? params.smoothing_width : kSmoothingWidth * params.radius;
         smoothCoherently(curve, boundarySamples(boundary, discs, vertices), {params.radius, width, params.passes});
     }
-    if (params.resolve_intersections && !complete) resolveIntersections(boundary, discs, curve);
-    watch("smooth");
-    return curve;
+    if (params.resolve_intersections && params.tessellation == Tessellation::paper)
+        resolveIntersections(boundary, discs, curve);
 }
 
 Curves asCurves(const BetaCurve& curve) {
@@ -74,8 +75,7 @@ PlaneReport reportOf(const Particles& particles, const SnappedParticles& snapped
 
 }  // namespace
 
-SkinnedPlane skinPlane(const Particles& particles, const SkinParams& params,
-                       const std::function<void(std::string_view)>& watch_or_none) {
+SkinnedPlane skinPlane(const Particles& particles, const SkinParams& params, const Watch& watch_or_none) {
     const auto watch = [&](std::string_view stage) {
         if (watch_or_none) watch_or_none(stage);
     };
@@ -88,18 +88,28 @@ SkinnedPlane skinPlane(const Particles& particles, const SkinParams& params,
 
     SkinnedPlane plane;
     plane.report = reportOf(particles, snapped, boundary);
+    plane.alpha = alphaCurves(boundary, discs);
     if (params.surface == SurfaceKind::alpha) {
-        plane.curves = alphaCurves(boundary, discs);
+        plane.curves = plane.alpha;
     } else {
-        BetaCurve curve = betaCurve(boundary, discs, params, watch);
+        const std::vector<Moving> vertices = movingVertices(boundary, discs);
+        watch("velocity");
+        BetaCurve curve = tessellated(boundary, discs, vertices, params);
+        plane.before = asCurves(curve);
+        plane.pure = curve.pure;
+        watch("tessellate");
+        if (params.surface == SurfaceKind::beta) smooth(boundary, discs, vertices, params, curve);
+        watch("smooth");
         if (!particles.velocity.empty()) slideWithParticles(boundary, discs, curve);
         watch("velocity");
         plane.curves = asCurves(curve);
         if (params.tessellation == Tessellation::paper) plane.spheres = externalDiscs(boundary, discs, particles);
     }
     if (particles.velocity.empty()) plane.curves.velocity.clear();
-    for (Vec3& p : plane.curves.position) p.z = particles.position[0].z;
-    for (Vec3& p : plane.spheres.position) p.z = particles.position[0].z;
+    plane.before.velocity.clear();
+    plane.alpha.velocity.clear();
+    for (auto* rows : {&plane.curves.position, &plane.before.position, &plane.alpha.position, &plane.spheres.position})
+        for (Vec3& p : *rows) p.z = particles.position[0].z;
     return plane;
 }
 

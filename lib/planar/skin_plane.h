@@ -22,8 +22,11 @@ struct PlaneReport {
 };
 
 struct SkinnedPlane {
-    Curves curves;    ///< have velocity exactly when the particles have
-    Spheres spheres;  ///< with the paper's tessellation isolated particles
+    Curves curves;                   ///< have velocity exactly when the particles have
+    Curves before;                   ///< the same before smoothing, without velocity; none of the alpha mesh
+    std::vector<std::uint8_t> pure;  ///< of each vertex of both: 1 where two circles meet; none of the alpha mesh
+    Curves alpha;                    ///< the alpha mesh, without velocity
+    Spheres spheres;                 ///< with the paper's tessellation isolated particles
     PlaneReport report;
 };
 
