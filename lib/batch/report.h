@@ -4,7 +4,7 @@
 
 #include "io/file_info.h"
 #include "measure/coherence.h"
-#include "measure/curve_measure.h"
+#include "measure/curve_check.h"
 #include "measure/mesh_check.h"
 #include "measure/mesh_measure.h"
 #include "planar/skin_plane.h"
@@ -93,6 +93,7 @@ struct CheckReport {
     std::string file;
     std::string error;  ///< of a mesh or particles that could not be read; then nothing else is filled in
     MeshCheck check;
+    std::optional<CurveCheck> curves;  ///< of a file that holds curves, instead of `check`
     std::optional<ParticleCheck> particles;
     std::vector<std::string> faults;  ///< names; none where the mesh is good, or could not be read
 };

@@ -1,5 +1,7 @@
 #include "core/disc_boundary.h"
 
+#include "core/angles.h"
+
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -20,7 +22,7 @@ double arcAngle(const DiscBoundary& boundary, std::uint32_t v) {
     const std::uint32_t after = boundary.segment[boundary.next[v]][1];
     const Vec3 centre = boundary.centre(disc), begin = boundary.vertex[v] - centre,
                end = boundary.vertex[boundary.next[v]] - centre;
-    const double angle = std::atan2(begin.x * end.y - begin.y * end.x, begin.x * end.x + begin.y * end.y);
+    const double angle = angleOf(crossZ(begin, end), begin.x * end.x + begin.y * end.y);
     if (std::abs(angle) > kNearlyNothing) return angle < 0 ? angle + kTurn : angle;
     // Next to nothing, or nearly the whole circle? Then what covers the rest begins with the one neighbour and ends
     // with the other, both far away in nearly the same direction.

@@ -1,5 +1,7 @@
 #include "planar/boundary_samples.h"
 
+#include "core/angles.h"
+
 #include <cmath>
 #include <numbers>
 
@@ -13,15 +15,15 @@ constexpr double kStep = 2 * std::numbers::pi / kDirections;
 // The piece of a circle from one angle to another.
 BoundarySample piece(const Moving& centre, double radius, Rate begin, Rate end) {
     const Rate angle = (begin + end) / 2;
-    const double c = std::cos(angle.value), s = std::sin(angle.value);
+    const auto [s, c] = sineCosine(angle.value);
     const Moving outwards{{c, s, 0}, Vec3(-s, c, 0) * angle.rate};
     return {centre + outwards * radius, outwards, (end - begin) * radius};
 }
 
 // The angle of a point on a circle round a centre.
-Rate angleOf(const Moving& point, const Moving& centre) {
+Rate movingAngle(const Moving& point, const Moving& centre) {
     const Moving q = point - centre;
-    return {std::atan2(q.position.y, q.position.x), crossZ(q.position, q.velocity) / q.position.length2()};
+    return {angleOf(q.position.y, q.position.x), crossZ(q.position, q.velocity) / q.position.length2()};
 }
 
 }  // namespace
@@ -32,8 +34,8 @@ BoundarySamples boundarySamples(const DiscBoundary& boundary, const std::vector<
     BoundarySamples samples;
     for (std::uint32_t v = 0; v < vertices.size(); ++v) {
         const Moving& centre = discs[boundary.segment[v][1]];
-        Rate begin = angleOf(vertices[v], centre);
-        const Rate end(begin.value + arcAngle(boundary, v), angleOf(vertices[boundary.next[v]], centre).rate);
+        Rate begin = movingAngle(vertices[v], centre);
+        const Rate end(begin.value + arcAngle(boundary, v), movingAngle(vertices[boundary.next[v]], centre).rate);
         for (double k = std::floor(begin.value / kStep) + 1; k * kStep < end.value; ++k) {
             samples.push_back(piece(centre, radius, begin, k * kStep));
             begin = k * kStep;

@@ -1,5 +1,7 @@
 #include "planar/complete_curve.h"
 
+#include "core/angles.h"
+
 #include <cmath>
 #include <numbers>
 
@@ -10,15 +12,15 @@ BetaCurve completeCurve(const DiscBoundary& boundary, const std::vector<Moving>&
     const double step = 2 * std::numbers::pi / directions, radius = boundary.worldRadius();
     BetaCurve curve;
     const auto addPoint = [&](std::uint32_t disc, double angle) {
-        const Vec3 outwards(std::cos(angle), std::sin(angle), 0);
-        curve.add({discs[disc].position + outwards * radius, discs[disc].velocity}, false);
+        const auto [sine, cosine] = sineCosine(angle);
+        curve.add({discs[disc].position + Vec3(cosine, sine, 0) * radius, discs[disc].velocity}, false);
     };
     for (std::size_t c = 0; c < boundary.cycle.size(); ++c) {
         for (const std::uint32_t v : boundary.cycle[c]) {
             curve.add(vertices[v], true);
             const std::uint32_t disc = boundary.segment[v][1];
             const Vec3 outwards = vertices[v].position - discs[disc].position;
-            const double begin = std::atan2(outwards.y, outwards.x), end = begin + arcAngle(boundary, v);
+            const double begin = angleOf(outwards.y, outwards.x), end = begin + arcAngle(boundary, v);
             for (double k = std::floor(begin / step) + 1; k * step < end; ++k) addPoint(disc, k * step);
         }
         curve.endLine();
