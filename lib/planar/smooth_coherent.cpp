@@ -15,7 +15,9 @@ constexpr double kFarthest = 0.5;    // that a vertex goes, in radii
 constexpr double kOwnWeight = 0.25;  // of the vertex itself against the samples, in radii
 constexpr double kRound = 1e-3;      // added to the samples' variance, in squared radii: keeps single ones straight
 constexpr double kLeastMean = 0.01;  // added to |m|²
-constexpr double kSteepest = 0.4;    // square of how steep a sample may lie
+constexpr double kSteepest = 0.2;    // square of how steep a sample may lie
+constexpr double kNear = 0.5;        // reach of what makes the mean direction, in that of the samples
+constexpr double kDiscord = 0.25;    // mean square by which directions may miss those of the circle; bumps: 0.08
 
 // As many numbers as the widest registers hold, each with its rate of change.
 constexpr std::size_t kLanes = 8;
@@ -58,7 +60,7 @@ struct alignas(kLanes * sizeof(double)) Block {
 struct Fit {
     Moving step;       // radii
     Moving direction;  // of the fitted circle
-    Rate trust;        // 0 without samples, towards 1 with many
+    Rate trust;        // 0 without samples, towards 1 with many that agree
 };
 
 struct Sums {
@@ -70,14 +72,15 @@ BETAMESH_EVERY_CPU
 void sumUp(const Block* blocks, std::size_t n, double inverse_square_width, const Moving& at, Sums& sums) {
     const Rates one = lanesOf(1), x = lanesOf({at.position.x, at.velocity.x}),
                 y = lanesOf({at.position.y, at.velocity.y});
-    const auto kernel = [&](const Rates& square) __attribute__((always_inline)) {
-        const Rates t = positive(one - square * inverse_square_width);
+    const auto kernel = [&](const Rates& square, double inverse_square) __attribute__((always_inline)) {
+        const Rates t = positive(one - square * inverse_square);
         return t * t;
     };
+    const double inverse_square_near = inverse_square_width / (kNear * kNear);
     Rates mean_x, mean_y, mean_weight;
     for (std::size_t i = 0; i < n; ++i) {
         const Block& s = blocks[i];
-        const Rates px = s.x - x, py = s.y - y, k = s.weight * kernel(px * px + py * py);
+        const Rates px = s.x - x, py = s.y - y, k = s.weight * kernel(px * px + py * py, inverse_square_near);
         mean_x = mean_x + k * s.dx;
         mean_y = mean_y + k * s.dy;
         mean_weight = mean_weight + k;
@@ -95,7 +98,7 @@ void sumUp(const Block* blocks, std::size_t n, double inverse_square_width, cons
         const Rates height = px * m_x + py * m_y;
         const Rates level = positive(one - height * height * inverse(pp + one) * steep);
         const Rates facing = positive(s.dx * m_x + s.dy * m_y) * level;
-        const Rates k = s.weight * kernel(pp) * facing * facing * gate;
+        const Rates k = s.weight * kernel(pp, inverse_square_width) * facing * facing * gate;
         weight = weight + k;
         offset_x = offset_x + k * px;
         offset_y = offset_y + k * py;
@@ -114,12 +117,13 @@ Fit fitCircle(const Sums& sums) {
     if (!(weight.value > 0)) return {};
     const Moving a = sums.offset / weight, b = sums.direction / weight;
     const Rate c = sums.along / weight, e = sums.square / weight;
-    const Rate uq = (c - dot(a, b)) / ((e - dot(a, a) + kRound) * 2);
-    const Moving ul = b - a * (uq * 2);
+    const Rate opening = c - dot(a, b), bend = opening / (e - dot(a, a) + kRound), uq = bend / 2;
+    const Moving ul = b - a * bend;
     const Rate minus_uc = dot(ul, a) + uq * e, slope = dot(ul, ul) + 1e-6;
     const Rate root = squareRoot(slope * slope + uq * minus_uc * slope * 4);
-    const Rate squared = weight * weight;
-    return {ul * (minus_uc * 2 / (slope + root)), ul, squared / (squared + kOwnWeight * kOwnWeight)};
+    const Rate squared = weight * weight, missed = (1 - dot(b, b) - opening * bend) * (1 / kDiscord);
+    const Rate trust = squared / (squared + kOwnWeight * kOwnWeight) / (1 + missed * missed * missed * missed);
+    return {ul * (minus_uc * 2 / (slope + root)), ul, trust};
 }
 
 void setLane(Rates& rates, std::size_t lane, Rate number) {

@@ -16,16 +16,17 @@ struct CurveSmoothing {
 /// Moves every vertex onto a circle fitted to the boundary's samples round it.
 ///
 /// Nothing here knows who is whose neighbour. With relative positions y, directions d, weights w and
-/// K = (1 - |y|²/width²)₊², m = Σ w K d / Σ w K is the mean direction, and
+/// K_h = (1 - |y|²/h²)₊², m = Σ w K d / Σ w K for h = width/2 is the mean direction, and for h = width
 ///
-///     k = w K (m·d)₊² / (|m|² + 0.01) · (1 - (m·y)² / (0.4 (|m|² + 0.01) (|y|² + r²)))₊²
+///     k = w K (m·d)₊² / (|m|² + 0.01) · (1 - (m·y)² / (0.2 (|m|² + 0.01) (|y|² + r²)))₊²
 ///
 /// keeps the two sides of what is thin, and curves far below or above, apart; then the algebraic circle
 /// u_c + u_l·y + u_q |y|² whose gradient fits the directions best passes near x at x + τ u_l. That counts by
-/// W² / (W² + 0.25²), W = Σ k in radii, about 3 on a straight boundary, and no vertex goes farther than half a radius.
-/// What is smoothed is a continuous map of the plane, made of a measure that changes continuously, so the curve moves
-/// continuously through every event. Arcs hold their own circle's directions: lone discs, rows and rings keep their
-/// size.
+/// W² / (W² + 0.25²), W = Σ k in radii, about 3 on a straight boundary, and by 1 / (1 + (E / 0.25)⁴), E the mean square
+/// by which the gradient misses the directions: a drop near a pool fits no circle with it, and both stay as they are.
+/// No vertex goes farther than half a radius. What is smoothed is a continuous map of the plane, made of a measure that
+/// changes continuously, so the curve moves continuously through every event. Arcs hold their own circle's directions:
+/// lone discs, rows and rings keep their size.
 ///
 /// Velocities are carried through all of it.
 ///

@@ -194,10 +194,10 @@ TEST(PlanarEvents, OursHardlyJumpsWhereDiscsBeginToTouch) {
     for (const Event& event : events()) {
         if (event.kind != "contact") continue;
         EXPECT_LE(jump(event, 1e-5, surfaces().at("ours, not smoothed")), 0.01) << event.name;
-        EXPECT_LE(jump(event, 1e-5, surfaces().at("ours")), 0.08) << event.name;
+        EXPECT_LE(jump(event, 1e-5, surfaces().at("ours")), 0.04) << event.name;
         SkinParams fine = surfaces().at("ours");
         fine.arc_subdivisions = 32;
-        EXPECT_LE(jump(event, 1e-6, fine), 0.003) << event.name;
+        EXPECT_LE(jump(event, 1e-6, fine), 0.006) << event.name;  // the arc's samples become those of two arcs
     }
 }
 

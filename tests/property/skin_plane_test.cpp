@@ -3,6 +3,7 @@
 #include "planar/skin_plane.h"
 #include "core/error.h"
 #include "core/parallel.h"
+#include "core/random.h"
 #include "core/union_find.h"
 #include "exact/snapped_particles.h"
 #include "measure/curve_measure.h"
@@ -116,6 +117,42 @@ TEST(SkinPlane, LoneDiscsAndRingsKeepTheirSize) {
     EXPECT_NEAR(areas(one), 1, 0.002);
     EXPECT_NEAR(areas(row), 1, 0.02);
     EXPECT_NEAR(areas(ring), 1, 0.02);
+}
+
+TEST(SkinPlane, ADropNearAPoolStaysRound) {
+    for (const double gap : {0.02, 0.1, 0.3, 0.6, 1.0}) {
+        Particles particles;
+        for (int y = -5; y <= 0; ++y)
+            for (int x = -12; x <= 12; ++x)
+                particles.position.emplace_back(static_cast<float>(x), static_cast<float>(y), 0.0F);
+        const Vec3 drop(0.3, 3 + gap, 0);
+        particles.position.emplace_back(drop);
+        const Curves curves = skinPlane(particles, paramsFor({"", particles, 1.5})).curves;
+        const auto lines = linesOf(curves);
+        ASSERT_EQ(lines.size(), 2u);
+        for (const Edge& edge : lines[1]) EXPECT_NEAR((curves.position[edge[0]] - drop).length(), 1.5, 0.2) << gap;
+    }
+}
+
+// Angles to the plane of a slab jittered by a quarter of the spacing; 16° before smoothing.
+TEST(SkinPlane, JitteredSlabsBecomeFlat) {
+    double squares = 0, lengths = 0;
+    for (std::uint64_t seed = 0; seed < 4; ++seed) {
+        Particles particles;
+        for (int y = -7; y <= 0; ++y)
+            for (int x = 0; x < 60; ++x)
+                particles.position.emplace_back(Vec3(x, y, 0) +
+                                                Random(seed, particles.size()).cube() * Vec3(0.25, 0.25, 0));
+        const Curves curves = skinPlane(particles, paramsFor({"", particles, 1.5})).curves;
+        for (const Edge& edge : curves.edges) {
+            const Vec3 &a = curves.position[edge[0]], way = curves.position[edge[1]] - a;
+            if (a.y < 0 || a.x < 10 || a.x > 50 || way.length() < 1e-6) continue;
+            const double angle = std::atan2(way.y, -way.x);
+            squares += angle * angle * way.length();
+            lengths += way.length();
+        }
+    }
+    EXPECT_LE(std::sqrt(squares / lengths) * 180 / std::numbers::pi, 3);
 }
 
 TEST(SkinPlane, RefusesWhatLeavesThePlaneByItsFirstParticle) {
