@@ -9,10 +9,10 @@ namespace betamesh {
 
 namespace {
 
-constexpr double kWidth = 1000;     // pixels
-constexpr double kTallest = 4000;   // pixels
-constexpr double kMargin = 0.25;    // radii round all discs
-constexpr double kThinnest = 0.75;  // lines, pixels
+constexpr double kWidth = 1000;    // pixels
+constexpr double kTallest = 4000;  // pixels
+constexpr double kMargin = 0.25;   // radii round all discs
+constexpr double kThinnest = 1.2;  // lines, pixels
 
 class Drawing {
 public:

@@ -17,6 +17,7 @@ constexpr double kRound = 1e-3;      // added to the samples' variance, in squar
 constexpr double kLeastMean = 0.01;  // added to |m|²
 constexpr double kSteepest = 0.2;    // square of how steep a sample may lie
 constexpr double kNear = 0.5;        // reach of what makes the mean direction, in that of the samples
+constexpr double kTornMean = 0.2;    // |m|² where opposite directions nearby begin to hold a vertex back
 constexpr double kDiscord = 0.25;    // mean square by which directions may miss those of the circle; bumps: 0.08
 
 // As many numbers as the widest registers hold, each with its rate of change.
@@ -64,7 +65,7 @@ struct Fit {
 };
 
 struct Sums {
-    Rate weight, along, square;
+    Rate mean_square, weight, along, square;  // mean_square: |m|²
     Moving offset, direction;
 };
 
@@ -87,8 +88,8 @@ void sumUp(const Block* blocks, std::size_t n, double inverse_square_width, cons
     }
     const Rate near = total(mean_weight);
     if (!(near.value > 0)) return;
-    const Rate mx = total(mean_x) / near, my = total(mean_y) / near,
-               inverse_mean = 1 / (mx * mx + my * my + kLeastMean);
+    const Rate mx = total(mean_x) / near, my = total(mean_y) / near, mean_square = mx * mx + my * my,
+               inverse_mean = 1 / (mean_square + kLeastMean);
     const Rates m_x = lanesOf(mx), m_y = lanesOf(my), gate = lanesOf(inverse_mean),
                 steep = lanesOf(inverse_mean * (1 / kSteepest));
     Rates weight, offset_x, offset_y, direction_x, direction_y, along, square;
@@ -108,7 +109,11 @@ void sumUp(const Block* blocks, std::size_t n, double inverse_square_width, cons
         square = square + k * pp;
     }
     const auto vector = [](Rate a, Rate b) { return Moving{{a.value, b.value, 0}, {a.rate, b.rate, 0}}; };
-    sums = {total(weight), total(along), total(square), vector(total(offset_x), total(offset_y)),
+    sums = {mean_square,
+            total(weight),
+            total(along),
+            total(square),
+            vector(total(offset_x), total(offset_y)),
             vector(total(direction_x), total(direction_y))};
 }
 
@@ -122,7 +127,9 @@ Fit fitCircle(const Sums& sums) {
     const Rate minus_uc = dot(ul, a) + uq * e, slope = dot(ul, ul) + 1e-6;
     const Rate root = squareRoot(slope * slope + uq * minus_uc * slope * 4);
     const Rate squared = weight * weight, missed = (1 - dot(b, b) - opening * bend) * (1 / kDiscord);
-    const Rate trust = squared / (squared + kOwnWeight * kOwnWeight) / (1 + missed * missed * missed * missed);
+    const Rate share = sums.mean_square * (1 / kTornMean), agreed = share * share * share * share;
+    const Rate trust =
+        squared / (squared + kOwnWeight * kOwnWeight) * agreed / (1 + agreed) / (1 + missed * missed * missed * missed);
     return {ul * (minus_uc * 2 / (slope + root)), ul, trust};
 }
 

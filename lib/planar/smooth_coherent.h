@@ -22,11 +22,12 @@ struct CurveSmoothing {
 ///
 /// keeps the two sides of what is thin, and curves far below or above, apart; then the algebraic circle
 /// u_c + u_l·y + u_q |y|² whose gradient fits the directions best passes near x at x + τ u_l. That counts by
-/// W² / (W² + 0.25²), W = Σ k in radii, about 3 on a straight boundary, and by 1 / (1 + (E / 0.25)⁴), E the mean square
-/// by which the gradient misses the directions: a drop near a pool fits no circle with it, and both stay as they are.
-/// No vertex goes farther than half a radius. What is smoothed is a continuous map of the plane, made of a measure that
-/// changes continuously, so the curve moves continuously through every event. Arcs hold their own circle's directions:
-/// lone discs, rows and rings keep their size.
+/// W² / (W² + 0.25²), W = Σ k in radii, about 3 on a straight boundary, by 1 / (1 + (E / 0.25)⁴), E the mean square by
+/// which the gradient misses the directions, and by M⁴ / (M⁴ + 0.2⁴), M = |m|²: a drop near a pool fits no circle with
+/// it, in the gap directions cancel, and what nearly touches stays as it is. No vertex goes farther than half a radius.
+/// What is smoothed is a continuous map of the plane, made of a measure that changes continuously, so the curve moves
+/// continuously through every event. Arcs hold their own circle's directions: lone discs, rows and rings keep their
+/// size.
 ///
 /// Velocities are carried through all of it.
 ///
