@@ -27,6 +27,7 @@ const std::vector<std::pair<std::string, std::vector<std::string>>> kDoors{
     {"CLI/", {"cmd/command.h", "cmd/job_options.h"}},
     {"Imath/", {"core/vec3.h"}},
     {"boost/multiprecision/", {"measure/orientation.cpp"}},
+    {"dlfcn.h", {"io/vdb.cpp"}},
     {"nlohmann/", {"batch/report.cpp"}},
     {"openvdb/", {"io/vdb_file.cpp"}},
     {"spdlog/", {"batch/log.cpp"}},
