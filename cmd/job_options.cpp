@@ -17,13 +17,6 @@ namespace {
 
 const char* groupOf(const ConfigKey& key) { return key.path.starts_with("run.") ? "Running" : "Surface and input"; }
 
-void printTasks(const Plan& plan) {
-    for (const FrameTask& task : plan.tasks) {
-        std::cout << "frame " << task.frame << ": " << task.input << " -> " << task.output << ": "
-                  << actionName(task.action) << '\n';
-    }
-}
-
 std::string summary(const JobResult& result, std::size_t frames, double seconds) {
     char time[32];
     std::snprintf(time, sizeof time, "%.1f s", seconds);
@@ -38,9 +31,8 @@ int showPlan(const Plan& plan, bool json) {
     for (const FrameTask& task : plan.tasks) {
         refused = refused || task.action == FrameAction::refuse_existing;
         failing = failing || task.action == FrameAction::fail_missing;
-        if (json) std::cout << taskJson(task.frame, task.input, task.output, actionName(task.action)) << '\n';
+        std::cout << (json ? taskJson(task) : taskLine(task)) << '\n';
     }
-    if (!json) printTasks(plan);
     if (refused) logError("outputs exist; expected none, or --overwrite or --skip-existing");
     return refused ? kWrongUsage : failing ? kSomeFailed : kAllWritten;
 }
@@ -77,12 +69,16 @@ void addJobOptions(CLI::App& command, JobOptions& options) {
         ->group("Running");
     command.add_flag("--overwrite", options.overwrite, "Replace outputs that exist.")->group("Running");
     command
-        .add_flag("--skip-existing", options.skip_existing,
-                  "Leave out frames that are finished: both the mesh and its report are there.")
+        .add_flag(
+            "--skip-existing", options.skip_existing,
+            "Leave out frames that would be made the same again: the mesh is there, and its report names the same "
+            "input, configuration and version of this program.")
         ->group("Running");
     command
-        .add_flag("--dry-run", options.dry_run,
-                  "Print each frame with its input, output and what would be done; do nothing.")
+        .add_flag(
+            "--dry-run", options.dry_run,
+            "Print each frame with its input, output, what would be done and about how much memory that would take; "
+            "do nothing.")
         ->group("Running");
     command
         .add_flag(
@@ -115,6 +111,8 @@ int runWithOptions(Config config, const JobOptions& options) {
         limitMemory(config.run.memory_limit);
     }
 
+    SignalWatch signals;
+
     const auto begin = std::chrono::steady_clock::now();
     const Plan plan =
         planJob(config, {parseChunk(options.chunk), options.overwrite, options.skip_existing, options.dry_run});
@@ -125,7 +123,7 @@ int runWithOptions(Config config, const JobOptions& options) {
               std::to_string(plan.frames_in_flight) + " frames in flight");
 
     Progress progress(progress_kind, plan.tasks.size(), options.json);
-    const JobResult result = runJob(plan, [&](const FrameReport& report) {
+    const JobResult result = runJob(plan, signals, [&](const FrameReport& report) {
         if (options.json) std::cout << reportJson(report) << std::endl;
         progress.frameEnded(report);
     });

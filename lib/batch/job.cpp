@@ -1,8 +1,9 @@
 #include "batch/job.h"
 
-#include "batch/interrupt.h"
+#include "batch/frame_lock.h"
 #include "batch/log.h"
 #include "batch/machine.h"
+#include "batch/version.h"
 #include "core/error.h"
 #include "core/parallel.h"
 #include "io/mesh_file.h"
@@ -11,12 +12,9 @@
 
 #include <atomic>
 #include <chrono>
-#include <condition_variable>
-#include <cstdlib>
 #include <filesystem>
 #include <mutex>
 #include <new>
-#include <optional>
 #include <set>
 #include <system_error>
 #include <thread>
@@ -29,12 +27,6 @@ using Clock = std::chrono::steady_clock;
 
 constexpr auto kFirstWait = std::chrono::milliseconds(200);  // before an input or output is tried again; then doubled
 constexpr auto kLongestWait = std::chrono::milliseconds(5000);
-constexpr auto kSignalPoll = std::chrono::milliseconds(50);
-constexpr auto kPatience =
-    std::chrono::milliseconds(3000);  // of SignalWatch; Slurm kills after 30 s, OpenJD after 120 s
-
-/// Thrown to leave a frame that nobody waits for any more.
-struct Interrupted {};
 
 /// Seconds since it was made or last asked.
 class Stopwatch {
@@ -50,67 +42,11 @@ private:
     Clock::time_point begin_ = Clock::now();
 };
 
-void leaveIfInterrupted() {
-    if (caughtSignal() != 0) throw Interrupted{};
-}
-
-/// What stops a thread from being made is, as a rule, that its stack finds no memory.
-template <typename Body>
-std::jthread newThread(const Body& body) {
-    try {
-        return std::jthread(body);
-    } catch (const std::system_error&) {
-        throw std::bad_alloc();
-    }
-}
-
-/// Frames leave between stages when a signal has come; a stage that is still at work some seconds later is cut
-/// off with the process, because a farm would otherwise kill it. Never while files are being written: while a
-/// Writing lives the process goes on, and once a signal has come none begins.
-class SignalWatch {
-public:
-    class Writing {
-    public:
-        explicit Writing(SignalWatch& watch) : watch_(watch) {
-            ++watch_.writing_;
-            if (caughtSignal() == 0) return;
-            --watch_.writing_;
-            throw Interrupted{};
-        }
-        ~Writing() { --watch_.writing_; }
-        Writing(const Writing&) = delete;
-        Writing& operator=(const Writing&) = delete;
-
-    private:
-        SignalWatch& watch_;
-    };
-
-private:
-    void run(const std::stop_token& stop) {
-        std::mutex mutex;
-        std::condition_variable_any stopped;
-        std::optional<Clock::time_point> caught;
-        while (!stop.stop_requested()) {
-            std::unique_lock lock(mutex);
-            stopped.wait_for(lock, stop, kSignalPoll, [] { return false; });
-            if (caughtSignal() == 0) continue;
-            if (!caught) caught = Clock::now();
-            if (writing_ == 0 && Clock::now() - *caught > kPatience) {
-                logError("interrupted: frames at work are given up");
-                std::_Exit(kSignalBase + caughtSignal());
-            }
-        }
-    }
-
-    std::atomic<int> writing_ = 0;
-    std::jthread thread_ = newThread([this](const std::stop_token& stop) { run(stop); });  // last: outlived by all
-};
-
 /// What the frames of a running job share.
 struct JobState {
+    SignalWatch& signals;
     std::atomic<bool> out_of_memory = false;
     std::atomic<bool> warned_of_velocity = false;
-    SignalWatch signals;
 };
 
 /// Calls what() again after an Error, each time a little later; the last Error is let through.
@@ -151,17 +87,31 @@ void writeFrame(const SkinnedFrame& skinned, const std::string& output) {
     }
 }
 
+/// A file that changes while it is read is one that a simulation has not finished.
+Particles readInput(const FrameTask& task, const Config& config, Origin& origin) {
+    const FileStamp before = stampOf(task.input);
+    origin.input = identityOf(task.input);
+    Particles particles = readParticles(task.input, {config.input.velocity, config.input.id});
+    if (stampOf(task.input) != before)
+        throw Error(task.input + ": changed while it was read; expected a finished file");
+    return particles;
+}
+
+/// Whatever stands beside the report: its size tells whether it is still there.
+void rememberFile(const fs::path& file, Origin& origin) {
+    origin.files[file.filename().string()] = stampOf(file.string()).bytes;
+}
+
 void meshFrame(const FrameTask& task, const Plan& plan, FrameReport& report, JobState& job) {
     const Config& config = plan.config;
+    report.origin = {version(), plan.configuration, report.radius, report.spacing, {}, {}};
     StageSeconds& seconds = report.seconds;
     Stopwatch total;
     Stopwatch stage;
     SkinnedFrame skinned;
     if (task.action == FrameAction::mesh) {
         Particles particles;
-        retrying(config.run.retries, [&] {
-            particles = readParticles(task.input, {config.input.velocity, config.input.id});
-        });
+        retrying(config.run.retries, [&] { particles = readInput(task, config, *report.origin); });
         if (plan.skin.radius == 0)
             throw Error(task.input + ": could not be read when the spacing was measured, but can be now");
         declareVelocity(particles, report, job.warned_of_velocity);
@@ -187,8 +137,11 @@ void meshFrame(const FrameTask& task, const Plan& plan, FrameReport& report, Job
     report.status = report.skin.particles == 0 ? FrameStatus::empty : FrameStatus::ok;
 
     stage.lap();
+    const FrameLock lock(task.output, leaveIfInterrupted);
     const SignalWatch::Writing writing(job.signals);
     retrying(config.run.retries, [&] { writeFrame(skinned, task.output); });
+    rememberFile(task.output, *report.origin);
+    if (report.spheres > 0) rememberFile(spheresPath(task.output), *report.origin);
     seconds.write = stage.lap();
     seconds.total = total.lap();
     report.peak_bytes = peakMemory();
@@ -208,6 +161,7 @@ FrameReport reportFor(const FrameTask& task, const Plan& plan) {
 
 void fail(FrameReport& report, const std::string& why) {
     report.status = FrameStatus::failed;
+    report.origin.reset();
     report.error = "frame " + std::to_string(report.frame) + ": " + why;
     logError(report.error);
 }
@@ -256,6 +210,7 @@ void prepareFolders(const std::vector<FrameTask>& tasks) {
         fs::create_directories(folder, error);
         if (error) throw Error("'" + folder.string() + "': cannot make the folder: " + error.message());
         sweepTemporaries(folder);
+        sweepLocks(folder);
     }
 }
 
@@ -267,11 +222,11 @@ int JobResult::exitCode() const {
     return failed > 0 ? kSomeFailed : kAllWritten;
 }
 
-JobResult runJob(const Plan& plan, const FrameEnded& frameEnded) {
+JobResult runJob(const Plan& plan, SignalWatch& signals, const FrameEnded& frameEnded) {
     prepareFolders(plan.tasks);
     JobResult result;
     std::mutex mutex;  // guards result and frameEnded
-    JobState job;
+    JobState job{signals};
 
     const auto goOn = [&] { return caughtSignal() == 0 && !job.out_of_memory; };
     const auto doFrame = [&](std::size_t i) {

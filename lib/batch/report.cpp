@@ -29,6 +29,19 @@ const char* statusName(FrameStatus status) {
     return "";
 }
 
+Json originJson(const Origin& origin) {
+    Json json;
+    json["version"] = origin.version;
+    json["configuration"] = origin.configuration;
+    json["input"] = nullptr;
+    if (origin.input)
+        json["input"] = {{"bytes", origin.input->stamp.bytes},
+                         {"modified", origin.input->stamp.modified},
+                         {"content", origin.input->content}};
+    json["files"] = origin.files;
+    return json;
+}
+
 }  // namespace
 
 std::string reportJson(const FrameReport& report) {
@@ -66,20 +79,41 @@ std::string reportJson(const FrameReport& report) {
                        {"total", seconds.total}};
     json["peak_bytes"] = report.peak_bytes;
     json["warnings"] = report.warnings;
+    if (report.origin) json["origin"] = originJson(*report.origin);
     return oneLine(json);
 }
 
-std::string taskJson(int frame, const std::string& input, const std::string& output, const std::string& action) {
-    return oneLine({{"frame", frame}, {"input", input}, {"output", output}, {"action", action}});
+std::string taskJson(const FrameTask& task) {
+    Json json{{"frame", task.frame},
+              {"input", task.input},
+              {"output", task.output},
+              {"action", actionName(task.action)},
+              {"memory_bytes", task.memory}};
+    if (!task.why.empty()) json["why"] = task.why;
+    return oneLine(json);
 }
 
-bool isFinished(const std::filesystem::path& report_file) {
+std::optional<Origin> readOrigin(const std::filesystem::path& report_file) {
     std::ifstream in(report_file);
-    if (!in) return false;
-    const Json json = Json::parse(in, nullptr, false);
-    if (!json.is_object()) return false;
-    const auto status = json.find("status");
-    return status != json.end() && (*status == "ok" || *status == "empty");
+    if (!in) return std::nullopt;
+    try {
+        const Json json = Json::parse(in);
+        if (json.at("status") != "ok" && json.at("status") != "empty") return std::nullopt;
+        const Json& from = json.at("origin");
+        Origin origin;
+        from.at("version").get_to(origin.version);
+        from.at("configuration").get_to(origin.configuration);
+        json.at("radius").get_to(origin.radius);
+        json.at("spacing").get_to(origin.spacing);
+        if (const Json& input = from.at("input"); !input.is_null()) {
+            const FileStamp stamp{input.at("bytes").get<std::uint64_t>(), input.at("modified").get<std::int64_t>()};
+            origin.input = FileIdentity{stamp, input.at("content").get<std::string>()};
+        }
+        for (const auto& [name, bytes] : from.at("files").items()) origin.files[name] = bytes.get<std::uint64_t>();
+        return origin;
+    } catch (const Json::exception&) {
+        return std::nullopt;
+    }
 }
 
 std::string infoJson(const std::string& file, const FileInfo& info, std::optional<double> spacing) {

@@ -2,6 +2,8 @@
 
 #pragma once
 
+#include "batch/origin.h"
+#include "batch/plan.h"
 #include "io/file_info.h"
 #include "measure/coherence.h"
 #include "measure/mesh_check.h"
@@ -52,16 +54,18 @@ struct FrameReport {
     StageSeconds seconds;
     std::uint64_t peak_bytes = 0;  ///< the most memory the whole process has held so far
     std::vector<std::string> warnings;
+    std::optional<Origin> origin;  ///< of a frame that was written
 };
 
 /// One line without a line break.
 std::string reportJson(const FrameReport& report);
 
 /// A line of --dry-run. One line without a line break.
-std::string taskJson(int frame, const std::string& input, const std::string& output, const std::string& action);
+std::string taskJson(const FrameTask& task);
 
-/// Whether a report on disk says that its frame was written to the end: the report is the last file written.
-bool isFinished(const std::filesystem::path& report_file);
+/// What a report on disk says its frame was made from; nothing unless it was written to the end: the report is the last
+/// file written.
+std::optional<Origin> readOrigin(const std::filesystem::path& report_file);
 
 /// One line without a line break. spacing: of particles, world units.
 std::string infoJson(const std::string& file, const FileInfo& info, std::optional<double> spacing);

@@ -4,6 +4,8 @@
 
 #include "support/temporary_folder.h"
 
+#include <nlohmann/json.hpp>
+
 #include <string>
 #include <vector>
 
@@ -37,5 +39,8 @@ private:
 /// environment: NAME=value, added to that of the test.
 Outcome runProgram(const std::vector<std::string>& words, const std::filesystem::path& folder,
                    const std::vector<std::string>& environment = {});
+
+/// Every line of what --json prints; what is no JSON becomes a discarded value.
+std::vector<nlohmann::json> jsonLines(const std::string& text);
 
 }  // namespace betamesh

@@ -31,6 +31,7 @@ const std::vector<std::pair<std::string, std::vector<std::string>>> kDoors{
     {"openvdb/", {"io/vdb_file.cpp"}},
     {"spdlog/", {"batch/log.cpp"}},
     {"tbb/", {"core/parallel.h"}},
+    {"xxhash.h", {"batch/origin.cpp"}},
     {"yaml-cpp/", {"batch/config.cpp"}},
     {"zlib.h", {"io/gzip.cpp"}},
 };
