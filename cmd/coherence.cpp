@@ -95,7 +95,7 @@ void printLargest(const std::vector<CoherenceReport>& reports) {
 }
 
 void writePlot(const std::string& file, const Sequence& sequence, const std::vector<CoherenceReport>& reports) {
-    LogPlot plot{"How far the surface moves from one moment to the next", sequence.across, "world units", {}, {}};
+    Plot plot{"How far the surface moves from one moment to the next", sequence.across, "world units", {}, {}, true};
     plot.lines = {
         {"max", "#c8372d", {}}, {"99.9 %", "#d98a1f", {}}, {"RMS", "#2f6fb7", {}}, {"particles", "#7b8590", {}}};
     for (std::size_t i = 0; i < reports.size(); ++i) {

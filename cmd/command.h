@@ -33,5 +33,7 @@ void addInfoCommand(CLI::App& program, int& exit_code);
 void addCheckCommand(CLI::App& program, int& exit_code);
 void addCoherenceCommand(CLI::App& program, int& exit_code);
 void addConfigCommand(CLI::App& program, int& exit_code);
+void addSubmitCommand(CLI::App& program, int& exit_code);
+void addReportCommand(CLI::App& program, int& exit_code);
 
 }  // namespace betamesh

@@ -80,7 +80,7 @@ std::uint64_t stackOfAThread() {
     return bytes;
 }
 
-std::optional<int> threadsFromEnvironment(const char* name) {
+std::optional<int> numberFromEnvironment(const char* name) {
     const char* text = std::getenv(name);
     if (text == nullptr) return std::nullopt;
     int number = 0;
@@ -98,7 +98,7 @@ int availableThreads() {
     if (sched_getaffinity(0, sizeof allowed, &allowed) == 0) threads = std::min(threads, CPU_COUNT(&allowed));
     if (const auto quota = processorQuota()) threads = std::min(threads, static_cast<int>(std::ceil(*quota)));
     for (const char* name : {"SLURM_CPUS_PER_TASK", "CUE_THREADS"}) {
-        if (const auto granted = threadsFromEnvironment(name)) threads = std::min(threads, *granted);
+        if (const auto granted = numberFromEnvironment(name)) threads = std::min(threads, *granted);
     }
     return std::max(1, threads);
 }
@@ -110,6 +110,8 @@ std::uint64_t availableMemory() {
             if (const auto limit = numberIn(folder / name)) bytes = std::min(bytes, *limit);
         }
     }
+    // Slurm's own enforcement need not be a container.
+    if (const auto granted = numberFromEnvironment("SLURM_MEM_PER_NODE")) bytes = std::min(bytes, *granted * 1048576.0);
     return static_cast<std::uint64_t>(bytes);
 }
 

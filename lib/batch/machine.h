@@ -10,7 +10,7 @@ namespace betamesh {
 /// CUE_THREADS. At least 1.
 int availableThreads();
 
-/// The lesser of the machine's memory and its container's limit, bytes.
+/// The least of: the machine's memory, its container's limit, SLURM_MEM_PER_NODE. Bytes.
 std::uint64_t availableMemory();
 
 /// The most memory this process has held at once, bytes.

@@ -59,8 +59,9 @@ void noteGaps(const Config& config, const std::vector<int>& frames, std::vector<
 
 /// Why a frame has to be made again in spite of what is on disk; empty if it has not.
 std::string whyAgain(const FrameTask& task, bool input_exists, const Plan& plan) {
-    const auto origin = readOrigin(reportPath(task.output));
-    if (!origin) return "no manifest";
+    const auto report = readReport(reportPath(task.output));
+    if (!report || !report->origin) return "no manifest";
+    const Origin* origin = &*report->origin;
     if (origin->version != version()) return "made by version " + origin->version;
     if (origin->configuration != plan.configuration) return "other configuration";
     const bool resolved = plan.skin.radius > 0;  // not where there is no input left

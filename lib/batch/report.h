@@ -63,9 +63,8 @@ std::string reportJson(const FrameReport& report);
 /// A line of --dry-run. One line without a line break.
 std::string taskJson(const FrameTask& task);
 
-/// What a report on disk says its frame was made from; nothing unless it was written to the end: the report is the last
-/// file written.
-std::optional<Origin> readOrigin(const std::filesystem::path& report_file);
+/// A report on disk; nothing where there is none or it is cut. What it does not tell is as in an empty one.
+std::optional<FrameReport> readReport(const std::filesystem::path& file);
 
 /// One line without a line break. spacing: of particles, world units.
 std::string infoJson(const std::string& file, const FileInfo& info, std::optional<double> spacing);
@@ -110,5 +109,9 @@ struct CoherenceReport {
 
 /// One line without a line break. What is infinite becomes null.
 std::string coherenceJson(const CoherenceReport& report);
+
+/// Lines that coherenceJson() wrote: from, to, and of the distance its largest.
+/// errors  a file that cannot be read or holds something else
+std::vector<CoherenceReport> readCoherence(const std::filesystem::path& file);
 
 }  // namespace betamesh
