@@ -90,14 +90,20 @@ void addJobOptions(CLI::App& command, JobOptions& options) {
     command
         .add_option("--progress", options.progress,
                     "auto: a bar on a terminal, otherwise a line a frame, on stderr. openjd, tractor: their lines on "
-                    "stdout, or on "
-                    "stderr with --json.")
-        ->type_name("auto|bar|none|openjd|tractor")
+                    "stdout, or on stderr with --json; json: an object a frame there.")
+        ->type_name("auto|bar|none|openjd|tractor|json")
+        ->group("Messages");
+    command
+        .add_option(
+            "--log-file", options.log_file,
+            "All messages, those of -v too, into this file as well; it is begun anew at 10 MB, and five are kept.")
+        ->type_name("FILE")
         ->group("Messages");
 }
 
 int runWithOptions(Config config, const JobOptions& options) {
     setLogLevel(options.quiet ? LogLevel::quiet : options.verbose ? LogLevel::verbose : LogLevel::normal);
+    if (!options.log_file.empty()) setLogFile(options.log_file);
     for (const std::string& assignment : options.assignments) setConfigKey(config, assignment);
     for (const ConfigKey& key : configKeys()) {
         const auto value = options.values.find(key.path);
@@ -119,8 +125,9 @@ int runWithOptions(Config config, const JobOptions& options) {
     for (const std::string& warning : plan.warnings) logWarning(warning);
     if (options.dry_run) return showPlan(plan, options.json);
     for (const std::string& note : plan.notes) logInfo(note);
-    logDetail(std::to_string(plan.tasks.size()) + " frames, " + std::to_string(plan.threads) + " threads, " +
-              std::to_string(plan.frames_in_flight) + " frames in flight");
+    logDetail(std::to_string(plan.tasks.size()) + " frames, " + std::to_string(plan.threads) + " threads, at most " +
+              std::to_string(plan.frames_in_flight) + " frames in flight in " +
+              std::to_string(plan.memory_budget >> 20) + " MiB");
 
     Progress progress(progress_kind, plan.tasks.size(), options.json);
     const JobResult result = runJob(plan, signals, [&](const FrameReport& report) {

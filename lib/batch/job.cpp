@@ -3,6 +3,7 @@
 #include "batch/frame_lock.h"
 #include "batch/log.h"
 #include "batch/machine.h"
+#include "batch/memory.h"
 #include "batch/version.h"
 #include "core/error.h"
 #include "core/parallel.h"
@@ -18,6 +19,8 @@
 #include <set>
 #include <system_error>
 #include <thread>
+#include <utility>
+#include <vector>
 
 namespace betamesh {
 namespace {
@@ -45,7 +48,6 @@ private:
 /// What the frames of a running job share.
 struct JobState {
     SignalWatch& signals;
-    std::atomic<bool> out_of_memory = false;
     std::atomic<bool> warned_of_velocity = false;
 };
 
@@ -214,6 +216,53 @@ void prepareFolders(const std::vector<FrameTask>& tasks) {
     }
 }
 
+/// Calls doFrame(i) for the tasks in order, some at once; it returns false where memory ran out. How many fit shows
+/// only on the way, so they go in rounds, each with as many in flight as fit by what is known then. What ran out of
+/// memory beside others is done again alone, with outOfMemory(i) where that is of no use either.
+template <typename DoFrame, typename OutOfMemory>
+void runInRounds(const Plan& plan, const DoFrame& doFrame, const OutOfMemory& outOfMemory) {
+    const std::vector<FrameTask>& tasks = plan.tasks;
+    MemoryWatch memory(plan.memory_budget);
+    std::size_t most = plan.frames_in_flight;
+    const auto fitting = [&](std::size_t first) {
+        std::uint64_t largest = 0;
+        for (std::size_t i = first; i < std::min(tasks.size(), first + 2 * most); ++i)
+            largest = std::max(largest, tasks[i].memory);
+        return std::min(most, memory.fitting(largest));
+    };
+    std::mutex mutex;  // guards again
+    std::vector<std::size_t> again;
+    const auto anyAgain = [&] {
+        const std::scoped_lock lock(mutex);
+        return !again.empty();
+    };
+    for (std::size_t next = 0; next < tasks.size() && caughtSignal() == 0;) {
+        const std::size_t first = next, in_flight = fitting(first);
+        const auto goOn = [&] {
+            if (caughtSignal() != 0) return false;
+            const std::uint64_t estimate = tasks[next].memory;
+            const bool other_round = anyAgain() || fitting(next) > in_flight + in_flight / 2;
+            if (next > first && (other_round || !memory.hasRoomFor(estimate))) return false;
+            memory.begins(estimate);
+            ++next;
+            return true;
+        };
+        parallelInFlight(tasks.size() - first, in_flight, goOn, [&](std::size_t i) {
+            if (!doFrame(first + i)) {
+                const std::scoped_lock lock(mutex);
+                again.push_back(first + i);
+            }
+            memory.ends(tasks[first + i].memory);
+        });
+        if (again.empty()) continue;
+        most = std::max<std::size_t>(1, in_flight / 2);
+        for (const std::size_t i : std::exchange(again, {})) {
+            releaseFreeMemory();
+            if (caughtSignal() == 0 && !doFrame(i)) outOfMemory(i);
+        }
+    }
+}
+
 }  // namespace
 
 int JobResult::exitCode() const {
@@ -228,19 +277,7 @@ JobResult runJob(const Plan& plan, SignalWatch& signals, const FrameEnded& frame
     std::mutex mutex;  // guards result and frameEnded
     JobState job{signals};
 
-    const auto goOn = [&] { return caughtSignal() == 0 && !job.out_of_memory; };
-    const auto doFrame = [&](std::size_t i) {
-        FrameReport report;
-        try {
-            report = frameReport(plan.tasks[i], plan, job);
-        } catch (const Interrupted&) {
-            return;
-        } catch (const std::bad_alloc&) {
-            job.out_of_memory = true;
-            report = reportFor(plan.tasks[i], plan);
-            fail(report, "out of memory with " + std::to_string(plan.frames_in_flight) +
-                             " frames in flight; fewer (run.frames_in_flight) need less");
-        }
+    const auto tell = [&](const FrameReport& report) {
         const std::scoped_lock lock(mutex);
         if (report.status == FrameStatus::failed) {
             ++result.failed;
@@ -251,9 +288,24 @@ JobResult runJob(const Plan& plan, SignalWatch& signals, const FrameEnded& frame
         }
         frameEnded(report);
     };
-    withThreads(plan.threads, [&] { parallelInFlight(plan.tasks.size(), plan.frames_in_flight, goOn, doFrame); });
+    const auto doFrame = [&](std::size_t i) {
+        try {
+            tell(frameReport(plan.tasks[i], plan, job));
+        } catch (const Interrupted&) {
+        } catch (const std::bad_alloc&) {
+            return false;
+        }
+        return true;
+    };
+    const auto outOfMemory = [&](std::size_t i) {
+        result.out_of_memory = true;
+        FrameReport report = reportFor(plan.tasks[i], plan);
+        fail(report, "out of memory, with no other frame at work; expected " +
+                         std::to_string((plan.memory_budget >> 20) + 1) + " MiB (run.memory_limit) to be enough");
+        tell(report);
+    };
+    withThreads(plan.threads, [&] { runInRounds(plan, doFrame, outOfMemory); });
 
-    result.out_of_memory = job.out_of_memory;
     if (result.written + result.skipped + result.failed < plan.tasks.size()) result.signal = caughtSignal();
     return result;
 }

@@ -93,13 +93,11 @@ void refuseExisting(const std::vector<FrameTask>& tasks) {
                 "; expected none, or --overwrite or --skip-existing");
 }
 
-std::size_t framesInFlight(const Plan& plan) {
-    if (plan.config.run.frames_in_flight > 0) return static_cast<std::size_t>(plan.config.run.frames_in_flight);
-    std::uint64_t largest = 1;
-    for (const FrameTask& task : plan.tasks) largest = std::max(largest, task.memory);
-    const std::uint64_t memory = plan.config.run.memory_limit > 0 ? plan.config.run.memory_limit : availableMemory();
-    const std::uint64_t fitting = std::max<std::uint64_t>(1, memory / largest);
-    return static_cast<std::size_t>(std::min<std::uint64_t>(fitting, static_cast<std::uint64_t>(plan.threads)));
+/// For all frames at work. What the machine has is not all for this process, and a limit that is enforced counts
+/// memory that is set aside but not held.
+std::uint64_t memoryBudget(const Config& config) {
+    const std::uint64_t memory = config.run.memory_limit > 0 ? config.run.memory_limit : availableMemory();
+    return memory / 5 * 4;
 }
 
 // Where the paper's smoothing is asked for, its tessellation is meant too.
@@ -243,7 +241,9 @@ Plan planJob(const Config& config, const PlanOptions& options) {
     }
     if (options.dry_run) return plan;
     refuseExisting(plan.tasks);
-    plan.frames_in_flight = framesInFlight(plan);
+    plan.frames_in_flight = static_cast<std::size_t>(
+        plan.config.run.frames_in_flight > 0 ? plan.config.run.frames_in_flight : plan.threads);
+    plan.memory_budget = memoryBudget(plan.config);
     const bool any_mesh = std::any_of(plan.tasks.begin(), plan.tasks.end(),
                                       [](const FrameTask& task) { return task.action == FrameAction::mesh; });
     if (any_mesh) planRadiusOnce();

@@ -44,7 +44,8 @@ struct Plan {
     SkinParams skin;               ///< its radius is 0 when no frame could be read to measure it
     double spacing = 0;            ///< world units
     int threads = 1;
-    std::size_t frames_in_flight = 1;
+    std::size_t frames_in_flight = 1;   ///< at most; fewer where memory is short
+    std::uint64_t memory_budget = 0;    ///< for all frames at work, bytes
     std::vector<std::string> notes;     ///< for the log
     std::vector<std::string> warnings;  ///< for the log
 };

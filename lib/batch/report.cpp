@@ -108,6 +108,15 @@ std::string reportJson(const FrameReport& report) {
     return oneLine(json);
 }
 
+std::string progressJson(const JobProgress& progress) {
+    return oneLine({{"frames", progress.frames},
+                    {"ended", progress.ended},
+                    {"failed", progress.failed},
+                    {"particles", progress.particles},
+                    {"seconds", progress.seconds},
+                    {"seconds_left", progress.seconds_left ? Json(*progress.seconds_left) : Json(nullptr)}});
+}
+
 std::string taskJson(const FrameTask& task) {
     Json json{{"frame", task.frame},
               {"input", task.input},

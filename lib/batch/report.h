@@ -60,6 +60,17 @@ struct FrameReport {
 /// One line without a line break.
 std::string reportJson(const FrameReport& report);
 
+/// How far a job is.
+struct JobProgress {
+    std::size_t frames = 0, ended = 0, failed = 0;
+    std::uint64_t particles = 0;         ///< of frames that were written
+    double seconds = 0;                  ///< since it began
+    std::optional<double> seconds_left;  ///< guessed from the frames so far
+};
+
+/// One line without a line break.
+std::string progressJson(const JobProgress& progress);
+
 /// A line of --dry-run. One line without a line break.
 std::string taskJson(const FrameTask& task);
 

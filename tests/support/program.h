@@ -28,6 +28,7 @@ public:
     RunningProgram(const RunningProgram&) = delete;
     RunningProgram& operator=(const RunningProgram&) = delete;
 
+    pid_t process() const { return process_; }
     void send(int signal);
     Outcome wait();
 
