@@ -35,5 +35,6 @@ void addCoherenceCommand(CLI::App& program, int& exit_code);
 void addConfigCommand(CLI::App& program, int& exit_code);
 void addSubmitCommand(CLI::App& program, int& exit_code);
 void addReportCommand(CLI::App& program, int& exit_code);
+void addManualCommand(CLI::App& program, int& exit_code);
 
 }  // namespace betamesh

@@ -8,6 +8,7 @@
 #include "batch/progress.h"
 #include "core/parallel.h"
 
+#include <algorithm>
 #include <chrono>
 #include <cstdio>
 #include <iostream>
@@ -16,6 +17,15 @@ namespace betamesh {
 namespace {
 
 const char* groupOf(const ConfigKey& key) { return key.path.starts_with("run.") ? "Running" : "Surface and input"; }
+
+/// "beta|alpha|union" where these are all there is.
+std::string valueOf(const ConfigKey& key) {
+    constexpr std::string_view kOneOf = "one of ";
+    if (key.kind != ConfigKey::Kind::choice || !key.expects.starts_with(kOneOf)) return "VALUE";
+    std::string words = key.expects.substr(kOneOf.size());
+    std::replace(words.begin(), words.end(), ' ', '|');
+    return words;
+}
 
 std::string summary(const JobResult& result, std::size_t frames, double seconds) {
     char time[32];
@@ -50,7 +60,7 @@ void addJobOptions(CLI::App& command, JobOptions& options) {
             option = command.add_flag_callback(
                 key.option, [remember] { remember("true"); }, help);
         } else {
-            option = command.add_option_function<std::string>(key.option, remember, help)->type_name("VALUE");
+            option = command.add_option_function<std::string>(key.option, remember, help)->type_name(valueOf(key));
         }
         option->group(groupOf(key));
     }

@@ -59,6 +59,7 @@ int main(int argc, char** argv) {
     addConfigCommand(program, exit_code);
     addSubmitCommand(program, exit_code);
     addReportCommand(program, exit_code);
+    addManualCommand(program, exit_code);
     try {
         program.parse(argc, argv);
         std::cout.flush();
