@@ -15,7 +15,6 @@
 #include <filesystem>
 #include <iostream>
 #include <map>
-#include <memory>
 
 namespace betamesh {
 namespace {
@@ -253,7 +252,8 @@ int judgeAll(const Arguments& arguments) {
 }  // namespace
 
 void addCheckCommand(CLI::App& program, int& exit_code) {
-    CLI::App* command = program.add_subcommand("check", "Judges meshes, of this program or of others.");
+    const auto [command, arguments] =
+        addCommand(program, exit_code, "check", "Judges meshes, of this program or of others.", judgeAll);
     command->footer(
         "Faults: not_finite velocity_not_finite repeated_vertices duplicates open_edges misoriented_edges\n"
         "inside_out nonmanifold_edges nonmanifold_vertices crossings particles_outside; with --strict also\n"
@@ -262,7 +262,6 @@ void addCheckCommand(CLI::App& program, int& exit_code) {
         "Exit codes: 0 no fault; 1 a fault, or a file that cannot be read; 2 wrong usage.\n"
         "Example:\n"
         "  betamesh check mesh/splash.????.ply --particles 'sim/splash.####.vdb' --radius 0.03");
-    const auto arguments = std::make_shared<Arguments>();
     command
         ->add_option("MESH", arguments->meshes,
                      "Meshes, or curves in a plane: .ply .bgeo .bgeo.gz .obj; polygons are cut into triangles.")
@@ -295,7 +294,6 @@ void addCheckCommand(CLI::App& program, int& exit_code) {
         ->type_name("R")
         ->check(CLI::PositiveNumber)
         ->needs(particles);
-    command->callback([arguments, &exit_code] { exit_code = judgeAll(*arguments); });
 }
 
 }  // namespace betamesh

@@ -95,7 +95,7 @@ void printLargest(const std::vector<CoherenceReport>& reports) {
 }
 
 void writePlot(const std::string& file, const Sequence& sequence, const std::vector<CoherenceReport>& reports) {
-    LogPlot plot{"How far the surface moves from one moment to the next", sequence.across, "world units", {}, {}};
+    Plot plot{"How far the surface moves from one moment to the next", sequence.across, "world units", {}, {}, true};
     plot.lines = {
         {"max", "#c8372d", {}}, {"99.9 %", "#d98a1f", {}}, {"RMS", "#2f6fb7", {}}, {"particles", "#7b8590", {}}};
     for (std::size_t i = 0; i < reports.size(); ++i) {
@@ -242,8 +242,8 @@ int run(const Arguments& arguments) {
 }  // namespace
 
 void addCoherenceCommand(CLI::App& program, int& exit_code) {
-    CLI::App* command =
-        program.add_subcommand("coherence", "Measures how far the surface moves, or jumps, from frame to frame.");
+    const auto [command, arguments] = addCommand(
+        program, exit_code, "coherence", "Measures how far the surface moves, or jumps, from frame to frame.", run);
     command->footer(
         "For each two neighbours: the largest way from a point of either surface to the other one, what 99.9 % of\n"
         "the area stays below, the root of the mean square; all in world units.\n"
@@ -253,7 +253,6 @@ void addCoherenceCommand(CLI::App& program, int& exit_code) {
         "Examples:\n"
         "  betamesh coherence 'mesh/splash.####.ply' --particles 'sim/splash.####.vdb' --plot splash.svg\n"
         "  betamesh coherence --pipeline splash.yaml --frame 40 --step 1e-5 --steps 60 --max-jump 1e-4");
-    const auto arguments = std::make_shared<Arguments>();
     command->add_option("MESH", arguments->meshes,
                         "Meshes in the order of time, of this program or of others: .ply .bgeo .bgeo.gz .obj. A place "
                         "for the frame number (####) stands for every frame on disk.");
@@ -299,7 +298,6 @@ void addCoherenceCommand(CLI::App& program, int& exit_code) {
     command->add_option("--plot", arguments->plot, "Writes the same over time, as an .svg picture.")
         ->type_name("FILE.svg");
     command->add_flag("--json", arguments->json, "One JSON object per pair on stdout.");
-    command->callback([arguments, &exit_code] { exit_code = run(*arguments); });
 }
 
 }  // namespace betamesh

@@ -8,6 +8,7 @@
 #include "batch/progress.h"
 #include "core/parallel.h"
 
+#include <algorithm>
 #include <chrono>
 #include <cstdio>
 #include <iostream>
@@ -17,11 +18,13 @@ namespace {
 
 const char* groupOf(const ConfigKey& key) { return key.path.starts_with("run.") ? "Running" : "Surface and input"; }
 
-void printTasks(const Plan& plan) {
-    for (const FrameTask& task : plan.tasks) {
-        std::cout << "frame " << task.frame << ": " << task.input << " -> " << task.output << ": "
-                  << actionName(task.action) << '\n';
-    }
+/// "beta|alpha|union" where these are all there is.
+std::string valueOf(const ConfigKey& key) {
+    constexpr std::string_view kOneOf = "one of ";
+    if (key.kind != ConfigKey::Kind::choice || !key.expects.starts_with(kOneOf)) return "VALUE";
+    std::string words = key.expects.substr(kOneOf.size());
+    std::replace(words.begin(), words.end(), ' ', '|');
+    return words;
 }
 
 std::string summary(const JobResult& result, std::size_t frames, double seconds) {
@@ -38,9 +41,8 @@ int showPlan(const Plan& plan, bool json) {
     for (const FrameTask& task : plan.tasks) {
         refused = refused || task.action == FrameAction::refuse_existing;
         failing = failing || task.action == FrameAction::fail_missing;
-        if (json) std::cout << taskJson(task.frame, task.input, task.output, actionName(task.action)) << '\n';
+        std::cout << (json ? taskJson(task) : taskLine(task)) << '\n';
     }
-    if (!json) printTasks(plan);
     if (refused) logError("outputs exist; expected none, or --overwrite or --skip-existing");
     return refused ? kWrongUsage : failing ? kSomeFailed : kAllWritten;
 }
@@ -58,7 +60,7 @@ void addJobOptions(CLI::App& command, JobOptions& options) {
             option = command.add_flag_callback(
                 key.option, [remember] { remember("true"); }, help);
         } else {
-            option = command.add_option_function<std::string>(key.option, remember, help)->type_name("VALUE");
+            option = command.add_option_function<std::string>(key.option, remember, help)->type_name(valueOf(key));
         }
         option->group(groupOf(key));
     }
@@ -77,12 +79,16 @@ void addJobOptions(CLI::App& command, JobOptions& options) {
         ->group("Running");
     command.add_flag("--overwrite", options.overwrite, "Replace outputs that exist.")->group("Running");
     command
-        .add_flag("--skip-existing", options.skip_existing,
-                  "Leave out frames that are finished: both the mesh and its report are there.")
+        .add_flag(
+            "--skip-existing", options.skip_existing,
+            "Leave out frames that would be made the same again: the mesh is there, and its report names the same "
+            "input, configuration and version of this program.")
         ->group("Running");
     command
-        .add_flag("--dry-run", options.dry_run,
-                  "Print each frame with its input, output and what would be done; do nothing.")
+        .add_flag(
+            "--dry-run", options.dry_run,
+            "Print each frame with its input, output, what would be done and about how much memory that would take; "
+            "do nothing.")
         ->group("Running");
     command
         .add_flag(
@@ -94,14 +100,20 @@ void addJobOptions(CLI::App& command, JobOptions& options) {
     command
         .add_option("--progress", options.progress,
                     "auto: a bar on a terminal, otherwise a line a frame, on stderr. openjd, tractor: their lines on "
-                    "stdout, or on "
-                    "stderr with --json.")
-        ->type_name("auto|bar|none|openjd|tractor")
+                    "stdout, or on stderr with --json; json: an object a frame there.")
+        ->type_name("auto|bar|none|openjd|tractor|json")
+        ->group("Messages");
+    command
+        .add_option(
+            "--log-file", options.log_file,
+            "All messages, those of -v too, into this file as well; it is begun anew at 10 MB, and five are kept.")
+        ->type_name("FILE")
         ->group("Messages");
 }
 
 int runWithOptions(Config config, const JobOptions& options) {
     setLogLevel(options.quiet ? LogLevel::quiet : options.verbose ? LogLevel::verbose : LogLevel::normal);
+    if (!options.log_file.empty()) setLogFile(options.log_file);
     for (const std::string& assignment : options.assignments) setConfigKey(config, assignment);
     for (const ConfigKey& key : configKeys()) {
         const auto value = options.values.find(key.path);
@@ -115,17 +127,20 @@ int runWithOptions(Config config, const JobOptions& options) {
         limitMemory(config.run.memory_limit);
     }
 
+    SignalWatch signals;
+
     const auto begin = std::chrono::steady_clock::now();
     const Plan plan =
         planJob(config, {parseChunk(options.chunk), options.overwrite, options.skip_existing, options.dry_run});
     for (const std::string& warning : plan.warnings) logWarning(warning);
     if (options.dry_run) return showPlan(plan, options.json);
     for (const std::string& note : plan.notes) logInfo(note);
-    logDetail(std::to_string(plan.tasks.size()) + " frames, " + std::to_string(plan.threads) + " threads, " +
-              std::to_string(plan.frames_in_flight) + " frames in flight");
+    logDetail(std::to_string(plan.tasks.size()) + " frames, " + std::to_string(plan.threads) + " threads, at most " +
+              std::to_string(plan.frames_in_flight) + " frames in flight in " +
+              std::to_string(plan.memory_budget >> 20) + " MiB");
 
     Progress progress(progress_kind, plan.tasks.size(), options.json);
-    const JobResult result = runJob(plan, [&](const FrameReport& report) {
+    const JobResult result = runJob(plan, signals, [&](const FrameReport& report) {
         if (options.json) std::cout << reportJson(report) << std::endl;
         progress.frameEnded(report);
     });

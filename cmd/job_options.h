@@ -17,6 +17,7 @@ struct JobOptions {
     std::vector<std::string> assignments;       ///< of --set, in order
     std::string chunk = "1/1";
     std::string progress = "auto";
+    std::string log_file;
     bool overwrite = false;
     bool skip_existing = false;
     bool dry_run = false;

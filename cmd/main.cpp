@@ -57,6 +57,9 @@ int main(int argc, char** argv) {
     addCheckCommand(program, exit_code);
     addCoherenceCommand(program, exit_code);
     addConfigCommand(program, exit_code);
+    addSubmitCommand(program, exit_code);
+    addReportCommand(program, exit_code);
+    addManualCommand(program, exit_code);
     try {
         program.parse(argc, argv);
         std::cout.flush();

@@ -1,21 +1,30 @@
 #include "command.h"
 #include "job_options.h"
 
-#include <memory>
-
 namespace betamesh {
+namespace {
+
+struct Arguments {
+    std::string input, output;
+    JobOptions options;
+};
+
+int run(const Arguments& arguments) {
+    Config config;
+    setConfigKey(config, "input.path", arguments.input, "IN");
+    setConfigKey(config, "output.path", arguments.output, "OUT");
+    return runWithOptions(config, arguments.options);
+}
+
+}  // namespace
 
 void addMeshCommand(CLI::App& program, int& exit_code) {
-    CLI::App* command = program.add_subcommand("mesh", "Skins one frame or a sequence, without a pipeline file.");
+    const auto [command, arguments] =
+        addCommand(program, exit_code, "mesh", "Skins one frame or a sequence, without a pipeline file.", run);
     command->footer(
         "Examples:\n"
         "  betamesh mesh splash.0012.bgeo splash.0012.ply\n"
         "  betamesh mesh sim/splash.####.vdb mesh/splash.####.ply --radius 0.03 --frames 1-240 --skip-existing");
-    struct Arguments {
-        std::string input, output;
-        JobOptions options;
-    };
-    const auto arguments = std::make_shared<Arguments>();
     command
         ->add_option(
             "IN", arguments->input,
@@ -27,12 +36,6 @@ void addMeshCommand(CLI::App& program, int& exit_code) {
                      "Meshes (.ply .bgeo .bgeo.gz .obj), with a frame number where IN has several frames.")
         ->required();
     addJobOptions(*command, arguments->options);
-    command->callback([arguments, &exit_code] {
-        Config config;
-        setConfigKey(config, "input.path", arguments->input, "IN");
-        setConfigKey(config, "output.path", arguments->output, "OUT");
-        exit_code = runWithOptions(config, arguments->options);
-    });
 }
 
 }  // namespace betamesh

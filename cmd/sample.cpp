@@ -10,7 +10,6 @@
 #include "io/particle_file.h"
 
 #include <filesystem>
-#include <memory>
 
 namespace betamesh {
 namespace {
@@ -83,9 +82,9 @@ int writeSample(const Arguments& arguments) {
 }  // namespace
 
 void addSampleCommand(CLI::App& program, int& exit_code) {
-    CLI::App* command = program.add_subcommand("sample", "Writes an animated particle sequence to try and test with.");
+    const auto [command, arguments] = addCommand(
+        program, exit_code, "sample", "Writes an animated particle sequence to try and test with.", writeSample);
     command->footer(listOfSamples());
-    const auto arguments = std::make_shared<Arguments>();
     command->add_option("NAME", arguments->params.name, "Which sample; see below.")->required();
     command->add_option("OUT", arguments->output, "Particles (.vdb .bgeo .bgeo.gz .ply), such as sim/drop.####.vdb")
         ->required();
@@ -102,7 +101,6 @@ void addSampleCommand(CLI::App& program, int& exit_code) {
     command->add_flag("--overwrite", arguments->overwrite, "Replace files that exist.");
     command->add_flag("--skip-existing", arguments->skip_existing, "Leave out frames that exist.");
     command->add_flag("-q,--quiet", arguments->quiet, "Only errors.");
-    command->callback([arguments, &exit_code] { exit_code = writeSample(*arguments); });
 }
 
 }  // namespace betamesh

@@ -414,11 +414,11 @@ std::vector<ConfigKey> makeKeys() {
          "frame for itself."},
         "auto or four numbers with commas between them", [](Config& c) -> std::string& { return c.picture.bounds; },
         [](const std::string& text) { boundsOf(text); }));
-    keys.push_back(
-        integerKey({"run.frames_in_flight", "--frames-in-flight", "frames",
-                    "How many frames are worked on at once. auto: as many as there are threads and as the memory "
-                    "limit allows by the size of the input files. The meshes do not depend on it."},
-                   1, 4096, true, [](Config& c) -> int& { return c.run.frames_in_flight; }));
+    keys.push_back(integerKey(
+        {"run.frames_in_flight", "--frames-in-flight", "frames",
+         "How many frames are worked on at once, at most; fewer where memory is short. auto: as many as there "
+         "are threads. The meshes do not depend on it."},
+        1, 4096, true, [](Config& c) -> int& { return c.run.frames_in_flight; }));
     keys.push_back(
         integerKey({"run.threads", "-j,--threads", "threads",
                     "auto: the processors this process may use, or fewer if SLURM_CPUS_PER_TASK or CUE_THREADS "
@@ -436,11 +436,12 @@ std::vector<ConfigKey> makeKeys() {
                               "empty mesh is written for it."},
                              {{"error", OnMissing::error}, {"skip", OnMissing::skip}, {"empty", OnMissing::empty}},
                              [](Config& c) -> OnMissing& { return c.run.on_missing; }));
-    keys.push_back(
-        bytesKey({"run.memory_limit", "--memory-limit", "bytes",
-                  "auto: what the machine or its container has; it only bounds frames_in_flight. A size is also "
-                  "enforced: a job whose frames need more ends with exit code 33."},
-                 [](Config& c) -> std::uint64_t& { return c.run.memory_limit; }));
+    keys.push_back(bytesKey(
+        {"run.memory_limit", "--memory-limit", "bytes",
+         "For all frames at once. Frames wait until there is room for them, by the sizes of their files and by "
+         "what earlier ones took. auto: what the machine, its container or Slurm grants. A size is also "
+         "enforced: a frame that needs more even alone fails, and the job ends with exit code 33."},
+        [](Config& c) -> std::uint64_t& { return c.run.memory_limit; }));
     return keys;
 }
 

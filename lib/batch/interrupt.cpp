@@ -1,16 +1,39 @@
 #include "batch/interrupt.h"
 
-#include <csignal>
+#include "batch/job.h"
+#include "batch/log.h"
 
-#include <atomic>
+#include <chrono>
+#include <condition_variable>
+#include <csignal>
+#include <cstdlib>
+#include <mutex>
+#include <new>
+#include <optional>
+#include <system_error>
 
 namespace betamesh {
 namespace {
+
+using Clock = std::chrono::steady_clock;
+
+constexpr auto kPoll = std::chrono::milliseconds(50);
+constexpr auto kPatience = std::chrono::milliseconds(3000);  // Slurm kills after 30 s, OpenJD after 120 s
 
 std::atomic<int> caught_signal = 0;
 static_assert(std::atomic<int>::is_always_lock_free, "a signal handler may only write what needs no lock");
 
 void remember(int signal) { caught_signal = signal; }
+
+/// What stops a thread from being made is, as a rule, that its stack finds no memory.
+template <typename Body>
+std::jthread newThread(const Body& body) {
+    try {
+        return std::jthread(body);
+    } catch (const std::system_error&) {
+        throw std::bad_alloc();
+    }
+}
 
 }  // namespace
 
@@ -25,5 +48,36 @@ void rememberSignals() {
 }
 
 int caughtSignal() { return caught_signal; }
+
+void leaveIfInterrupted() {
+    if (caughtSignal() != 0) throw Interrupted{};
+}
+
+SignalWatch::SignalWatch() : thread_(newThread([this](const std::stop_token& stop) { run(stop); })) {}
+
+void SignalWatch::run(const std::stop_token& stop) {
+    std::mutex mutex;
+    std::condition_variable_any stopped;
+    std::optional<Clock::time_point> caught;
+    while (!stop.stop_requested()) {
+        std::unique_lock lock(mutex);
+        stopped.wait_for(lock, stop, kPoll, [] { return false; });
+        if (caughtSignal() == 0) continue;
+        if (!caught) caught = Clock::now();
+        if (writing_ == 0 && Clock::now() - *caught > kPatience) {
+            logError("interrupted: frames at work are given up");
+            std::_Exit(kSignalBase + caughtSignal());
+        }
+    }
+}
+
+SignalWatch::Writing::Writing(SignalWatch& watch) : watch_(watch) {
+    ++watch_.writing_;
+    if (caughtSignal() == 0) return;
+    --watch_.writing_;
+    throw Interrupted{};
+}
+
+SignalWatch::Writing::~Writing() { --watch_.writing_; }
 
 }  // namespace betamesh

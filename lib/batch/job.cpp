@@ -1,9 +1,11 @@
 #include "batch/job.h"
 
-#include "batch/interrupt.h"
+#include "batch/frame_lock.h"
 #include "batch/log.h"
 #include "batch/machine.h"
+#include "batch/memory.h"
 #include "batch/plane.h"
+#include "batch/version.h"
 #include "core/error.h"
 #include "core/parallel.h"
 #include "io/mesh_file.h"
@@ -12,15 +14,14 @@
 
 #include <atomic>
 #include <chrono>
-#include <condition_variable>
-#include <cstdlib>
 #include <filesystem>
 #include <mutex>
 #include <new>
-#include <optional>
 #include <set>
 #include <system_error>
 #include <thread>
+#include <utility>
+#include <vector>
 
 namespace betamesh {
 namespace {
@@ -30,12 +31,6 @@ using Clock = std::chrono::steady_clock;
 
 constexpr auto kFirstWait = std::chrono::milliseconds(200);  // before an input or output is tried again; then doubled
 constexpr auto kLongestWait = std::chrono::milliseconds(5000);
-constexpr auto kSignalPoll = std::chrono::milliseconds(50);
-constexpr auto kPatience =
-    std::chrono::milliseconds(3000);  // of SignalWatch; Slurm kills after 30 s, OpenJD after 120 s
-
-/// Thrown to leave a frame that nobody waits for any more.
-struct Interrupted {};
 
 /// Seconds since it was made or last asked.
 class Stopwatch {
@@ -51,68 +46,11 @@ private:
     Clock::time_point begin_ = Clock::now();
 };
 
-void leaveIfInterrupted() {
-    if (caughtSignal() != 0) throw Interrupted{};
-}
-
-/// What stops a thread from being made is, as a rule, that its stack finds no memory.
-template <typename Body>
-std::jthread newThread(const Body& body) {
-    try {
-        return std::jthread(body);
-    } catch (const std::system_error&) {
-        throw std::bad_alloc();
-    }
-}
-
-/// Frames leave between stages when a signal has come; a stage that is still at work some seconds later is cut
-/// off with the process, because a farm would otherwise kill it. Never while files are being written: while a
-/// Writing lives the process goes on, and once a signal has come none begins.
-class SignalWatch {
-public:
-    class Writing {
-    public:
-        explicit Writing(SignalWatch& watch) : watch_(watch) {
-            ++watch_.writing_;
-            if (caughtSignal() == 0) return;
-            --watch_.writing_;
-            throw Interrupted{};
-        }
-        ~Writing() { --watch_.writing_; }
-        Writing(const Writing&) = delete;
-        Writing& operator=(const Writing&) = delete;
-
-    private:
-        SignalWatch& watch_;
-    };
-
-private:
-    void run(const std::stop_token& stop) {
-        std::mutex mutex;
-        std::condition_variable_any stopped;
-        std::optional<Clock::time_point> caught;
-        while (!stop.stop_requested()) {
-            std::unique_lock lock(mutex);
-            stopped.wait_for(lock, stop, kSignalPoll, [] { return false; });
-            if (caughtSignal() == 0) continue;
-            if (!caught) caught = Clock::now();
-            if (writing_ == 0 && Clock::now() - *caught > kPatience) {
-                logError("interrupted: frames at work are given up");
-                std::_Exit(kSignalBase + caughtSignal());
-            }
-        }
-    }
-
-    std::atomic<int> writing_ = 0;
-    std::jthread thread_ = newThread([this](const std::stop_token& stop) { run(stop); });  // last: outlived by all
-};
-
 /// What the frames of a running job share.
 struct JobState {
-    std::atomic<bool> out_of_memory = false;
+    SignalWatch& signals;
     std::atomic<bool> warned_of_velocity = false;
     std::atomic<bool> hinted_at_plane = false;
-    SignalWatch signals;
 };
 
 /// Calls what() again after an Error, each time a little later; the last Error is let through.
@@ -159,19 +97,34 @@ void hintAtPlane(const Particles& particles, const FrameReport& report, std::ato
     logInfo(report.input + ": all particles have the same z; --dimension 2 makes curves of them");
 }
 
+/// A file that changes while it is read is one that a simulation has not finished.
+Particles readInput(const FrameTask& task, const Config& config, Origin& origin) {
+    const FileStamp before = stampOf(task.input);
+    origin.input = identityOf(task.input);
+    Particles particles = readParticles(task.input, {config.input.velocity, config.input.id});
+    if (stampOf(task.input) != before)
+        throw Error(task.input + ": changed while it was read; expected a finished file");
+    return particles;
+}
+
+/// Whatever stands beside the report: its size tells whether it is still there.
+void rememberFile(const fs::path& file, Origin& origin) {
+    origin.files[file.filename().string()] = stampOf(file.string()).bytes;
+}
+
 void meshFrame(const FrameTask& task, const Plan& plan, FrameReport& report, JobState& job) {
     const Config& config = plan.config;
+    report.origin = {version(), plan.configuration, report.radius, report.spacing, {}, {}};
     StageSeconds& seconds = report.seconds;
     Stopwatch total;
     Stopwatch stage;
     const bool planar = config.surface.dimension == 2;
-    Particles particles;
     SkinnedFrame skinned;
     SkinnedPlane plane;
+    std::vector<Vec3f> centres;  // of discs, for a picture
     if (task.action == FrameAction::mesh) {
-        retrying(config.run.retries, [&] {
-            particles = readParticles(task.input, {config.input.velocity, config.input.id});
-        });
+        Particles particles;
+        retrying(config.run.retries, [&] { particles = readInput(task, config, *report.origin); });
         if (plan.skin.radius == 0)
             throw Error(task.input + ": could not be read when the spacing was measured, but can be now");
         declareVelocity(particles, report, job.warned_of_velocity);
@@ -187,6 +140,7 @@ void meshFrame(const FrameTask& task, const Plan& plan, FrameReport& report, Job
         };
         if (planar) {
             plane = skinPlane(particles, plan.skin, watch);
+            centres = std::move(particles.position);
         } else {
             hintAtPlane(particles, report, job.hinted_at_plane);
             skinned = skinFrame(particles, plan.skin, watch);
@@ -206,18 +160,22 @@ void meshFrame(const FrameTask& task, const Plan& plan, FrameReport& report, Job
         report.triangles = skinned.mesh.triangles.size();
     }
     report.spheres = spheres.size();
-    report.status = particles.size() == 0 ? FrameStatus::empty : FrameStatus::ok;
+    const std::size_t found = planar ? plane.report.particles : skinned.report.particles;
+    report.status = found == 0 ? FrameStatus::empty : FrameStatus::ok;
 
     stage.lap();
+    const FrameLock lock(task.output, leaveIfInterrupted);
     const SignalWatch::Writing writing(job.signals);
     retrying(config.run.retries, [&] {
         writeFrame(task.output, spheres, [&] {
             if (planar)
-                writePlane(task.output, plane, particles, plan.skin, config);
+                writePlane(task.output, plane, centres, plan.skin, config);
             else
                 writeMesh(task.output, skinned.mesh);
         });
     });
+    rememberFile(task.output, *report.origin);
+    if (report.spheres > 0) rememberFile(spheresPath(task.output), *report.origin);
     seconds.write = stage.lap();
     seconds.total = total.lap();
     report.peak_bytes = peakMemory();
@@ -238,6 +196,7 @@ FrameReport reportFor(const FrameTask& task, const Plan& plan) {
 
 void fail(FrameReport& report, const std::string& why) {
     report.status = FrameStatus::failed;
+    report.origin.reset();
     report.error = "frame " + std::to_string(report.frame) + ": " + why;
     logError(report.error);
 }
@@ -286,6 +245,54 @@ void prepareFolders(const std::vector<FrameTask>& tasks) {
         fs::create_directories(folder, error);
         if (error) throw Error("'" + folder.string() + "': cannot make the folder: " + error.message());
         sweepTemporaries(folder);
+        sweepLocks(folder);
+    }
+}
+
+/// Calls doFrame(i) for the tasks in order, some at once; it returns false where memory ran out. How many fit shows
+/// only on the way, so they go in rounds, each with as many in flight as fit by what is known then. What ran out of
+/// memory beside others is done again alone, with outOfMemory(i) where that is of no use either.
+template <typename DoFrame, typename OutOfMemory>
+void runInRounds(const Plan& plan, const DoFrame& doFrame, const OutOfMemory& outOfMemory) {
+    const std::vector<FrameTask>& tasks = plan.tasks;
+    MemoryWatch memory(plan.memory_budget);
+    std::size_t most = plan.frames_in_flight;
+    const auto fitting = [&](std::size_t first) {
+        std::uint64_t largest = 0;
+        for (std::size_t i = first; i < std::min(tasks.size(), first + 2 * most); ++i)
+            largest = std::max(largest, tasks[i].memory);
+        return std::min(most, memory.fitting(largest));
+    };
+    std::mutex mutex;  // guards again
+    std::vector<std::size_t> again;
+    const auto anyAgain = [&] {
+        const std::scoped_lock lock(mutex);
+        return !again.empty();
+    };
+    for (std::size_t next = 0; next < tasks.size() && caughtSignal() == 0;) {
+        const std::size_t first = next, in_flight = fitting(first);
+        const auto goOn = [&] {
+            if (caughtSignal() != 0) return false;
+            const std::uint64_t estimate = tasks[next].memory;
+            const bool other_round = anyAgain() || fitting(next) > in_flight + in_flight / 2;
+            if (next > first && (other_round || !memory.hasRoomFor(estimate))) return false;
+            memory.begins(estimate);
+            ++next;
+            return true;
+        };
+        parallelInFlight(tasks.size() - first, in_flight, goOn, [&](std::size_t i) {
+            if (!doFrame(first + i)) {
+                const std::scoped_lock lock(mutex);
+                again.push_back(first + i);
+            }
+            memory.ends(tasks[first + i].memory);
+        });
+        if (again.empty()) continue;
+        most = std::max<std::size_t>(1, in_flight / 2);
+        for (const std::size_t i : std::exchange(again, {})) {
+            releaseFreeMemory();
+            if (caughtSignal() == 0 && !doFrame(i)) outOfMemory(i);
+        }
     }
 }
 
@@ -297,25 +304,13 @@ int JobResult::exitCode() const {
     return failed > 0 ? kSomeFailed : kAllWritten;
 }
 
-JobResult runJob(const Plan& plan, const FrameEnded& frameEnded) {
+JobResult runJob(const Plan& plan, SignalWatch& signals, const FrameEnded& frameEnded) {
     prepareFolders(plan.tasks);
     JobResult result;
     std::mutex mutex;  // guards result and frameEnded
-    JobState job;
+    JobState job{signals};
 
-    const auto goOn = [&] { return caughtSignal() == 0 && !job.out_of_memory; };
-    const auto doFrame = [&](std::size_t i) {
-        FrameReport report;
-        try {
-            report = frameReport(plan.tasks[i], plan, job);
-        } catch (const Interrupted&) {
-            return;
-        } catch (const std::bad_alloc&) {
-            job.out_of_memory = true;
-            report = reportFor(plan.tasks[i], plan);
-            fail(report, "out of memory with " + std::to_string(plan.frames_in_flight) +
-                             " frames in flight; fewer (run.frames_in_flight) need less");
-        }
+    const auto tell = [&](const FrameReport& report) {
         const std::scoped_lock lock(mutex);
         if (report.status == FrameStatus::failed) {
             ++result.failed;
@@ -326,9 +321,24 @@ JobResult runJob(const Plan& plan, const FrameEnded& frameEnded) {
         }
         frameEnded(report);
     };
-    withThreads(plan.threads, [&] { parallelInFlight(plan.tasks.size(), plan.frames_in_flight, goOn, doFrame); });
+    const auto doFrame = [&](std::size_t i) {
+        try {
+            tell(frameReport(plan.tasks[i], plan, job));
+        } catch (const Interrupted&) {
+        } catch (const std::bad_alloc&) {
+            return false;
+        }
+        return true;
+    };
+    const auto outOfMemory = [&](std::size_t i) {
+        result.out_of_memory = true;
+        FrameReport report = reportFor(plan.tasks[i], plan);
+        fail(report, "out of memory, with no other frame at work; expected " +
+                         std::to_string((plan.memory_budget >> 20) + 1) + " MiB (run.memory_limit) to be enough");
+        tell(report);
+    };
+    withThreads(plan.threads, [&] { runInRounds(plan, doFrame, outOfMemory); });
 
-    result.out_of_memory = job.out_of_memory;
     if (result.written + result.skipped + result.failed < plan.tasks.size()) result.signal = caughtSignal();
     return result;
 }

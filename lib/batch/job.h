@@ -2,6 +2,7 @@
 
 #pragma once
 
+#include "batch/interrupt.h"
 #include "batch/plan.h"
 #include "batch/report.h"
 
@@ -33,10 +34,11 @@ using FrameEnded = std::function<void(const FrameReport&)>;
 /// Meshes the frames of a plan. Every frame stands for itself: one that fails does not keep the
 /// others from being written, writes no mesh of its own and leaves an older one as it was.
 ///
-/// out     for each frame the mesh, its spheres if it has any, then its report; each complete or absent
+/// out     for each frame the mesh, its spheres if it has any, then its report; each complete or absent, and of one
+///         writer even where several processes mesh the same frame
 /// same    bytes of meshes and spheres for any number of threads and frames in flight
 /// errors  an output folder that cannot be made, before any frame begins; what else goes wrong is in the
 ///         reports
-JobResult runJob(const Plan& plan, const FrameEnded& frameEnded);
+JobResult runJob(const Plan& plan, SignalWatch& signals, const FrameEnded& frameEnded);
 
 }  // namespace betamesh

@@ -2,6 +2,9 @@
 
 #include "batch/log.h"
 
+#include "core/error.h"
+
+#include <spdlog/sinks/rotating_file_sink.h>
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
 
@@ -12,20 +15,27 @@ namespace betamesh {
 namespace {
 
 constexpr const char* kEraseLine = "\r\033[K";
+constexpr std::size_t kLogFileBytes = 10'000'000, kLogFiles = 5;
 
 struct Log {
     std::mutex mutex;
     std::string footer;
-    spdlog::logger logger{"betamesh", std::make_shared<spdlog::sinks::stderr_color_sink_st>()};
+    std::shared_ptr<spdlog::sinks::stderr_color_sink_st> terminal =
+        std::make_shared<spdlog::sinks::stderr_color_sink_st>();
+    spdlog::logger logger{"betamesh", terminal};
 
-    Log() { logger.set_pattern("%H:%M:%S %^%l%$: %v"); }
+    Log() {
+        logger.set_level(spdlog::level::debug);
+        terminal->set_level(spdlog::level::info);
+        logger.set_pattern("%H:%M:%S %^%l%$: %v");
+    }
 
     void line(spdlog::level::level_enum level, const std::string& text) {
         const std::scoped_lock lock(mutex);
-        if (!logger.should_log(level)) return;
-        if (!footer.empty()) std::fputs(kEraseLine, stderr);
+        const bool seen = terminal->should_log(level);
+        if (seen && !footer.empty()) std::fputs(kEraseLine, stderr);
         logger.log(level, spdlog::string_view_t(text));
-        drawFooter();
+        if (seen) drawFooter();
     }
 
     void drawFooter() {
@@ -42,9 +52,22 @@ Log& theLog() {
 }  // namespace
 
 void setLogLevel(LogLevel level) {
-    theLog().logger.set_level(level == LogLevel::quiet     ? spdlog::level::err
-                              : level == LogLevel::verbose ? spdlog::level::debug
-                                                           : spdlog::level::info);
+    theLog().terminal->set_level(level == LogLevel::quiet     ? spdlog::level::err
+                                 : level == LogLevel::verbose ? spdlog::level::debug
+                                                              : spdlog::level::info);
+}
+
+void setLogFile(const std::string& file) {
+    Log& log = theLog();
+    try {
+        auto sink = std::make_shared<spdlog::sinks::rotating_file_sink_st>(file, kLogFileBytes, kLogFiles);
+        sink->set_pattern("%Y-%m-%d %H:%M:%S.%e %l: %v");
+        const std::scoped_lock lock(log.mutex);
+        log.logger.sinks().push_back(std::move(sink));
+        log.logger.flush_on(spdlog::level::debug);
+    } catch (const spdlog::spdlog_ex& error) {
+        throw Error(file + ": the log cannot be written: " + error.what());
+    }
 }
 
 void logDetail(const std::string& text) { theLog().line(spdlog::level::debug, text); }

@@ -14,6 +14,12 @@ enum class LogLevel {
 
 void setLogLevel(LogLevel level);
 
+/// From here on everything, details too, goes into this file as well, after what is there. At 10 MB it becomes
+/// NAME.1.EXT, and that NAME.2.EXT and so on; five are kept.
+///
+/// errors  a file that cannot be written
+void setLogFile(const std::string& file);
+
 void logDetail(const std::string& text);
 void logInfo(const std::string& text);
 void logWarning(const std::string& text);

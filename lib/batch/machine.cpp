@@ -2,6 +2,7 @@
 
 #include "core/error.h"
 
+#include <malloc.h>
 #include <pthread.h>
 #include <sched.h>
 #include <sys/resource.h>
@@ -16,6 +17,7 @@
 #include <filesystem>
 #include <fstream>
 #include <optional>
+#include <sstream>
 #include <string>
 #include <thread>
 #include <vector>
@@ -24,6 +26,9 @@ namespace betamesh {
 namespace {
 
 namespace fs = std::filesystem;
+
+constexpr int kLargeBlock = 1 << 18;  // bytes
+constexpr int kHeaps = 2;
 
 /// Where the files of one control group controller are: from the group of this process up to the root.
 /// Covers version 2 (one tree) and version 1 (a tree a controller).
@@ -55,6 +60,26 @@ std::optional<double> numberIn(const fs::path& file) {
     return std::nullopt;
 }
 
+/// The number behind a word in a file of lines "word number".
+std::optional<double> valueIn(const fs::path& file, const std::string& word) {
+    std::ifstream lines(file);
+    for (std::string line; std::getline(lines, line);) {
+        std::istringstream in(line);
+        std::string name;
+        double value = 0;
+        if (in >> name >> value && name == word) return value;
+    }
+    return std::nullopt;
+}
+
+/// A column of /proc/self/statm, counted from 0; bytes.
+std::uint64_t pagesOf(int column) {
+    std::ifstream in("/proc/self/statm");
+    std::uint64_t pages = 0;
+    for (int i = 0; i <= column; ++i) in >> pages;
+    return pages * static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE));
+}
+
 /// Processors' worth of time the containers around this process grant it.
 std::optional<double> processorQuota() {
     std::optional<double> least;
@@ -80,7 +105,7 @@ std::uint64_t stackOfAThread() {
     return bytes;
 }
 
-std::optional<int> threadsFromEnvironment(const char* name) {
+std::optional<int> numberFromEnvironment(const char* name) {
     const char* text = std::getenv(name);
     if (text == nullptr) return std::nullopt;
     int number = 0;
@@ -98,7 +123,7 @@ int availableThreads() {
     if (sched_getaffinity(0, sizeof allowed, &allowed) == 0) threads = std::min(threads, CPU_COUNT(&allowed));
     if (const auto quota = processorQuota()) threads = std::min(threads, static_cast<int>(std::ceil(*quota)));
     for (const char* name : {"SLURM_CPUS_PER_TASK", "CUE_THREADS"}) {
-        if (const auto granted = threadsFromEnvironment(name)) threads = std::min(threads, *granted);
+        if (const auto granted = numberFromEnvironment(name)) threads = std::min(threads, *granted);
     }
     return std::max(1, threads);
 }
@@ -110,8 +135,24 @@ std::uint64_t availableMemory() {
             if (const auto limit = numberIn(folder / name)) bytes = std::min(bytes, *limit);
         }
     }
+    // Slurm's own enforcement need not be a container.
+    if (const auto granted = numberFromEnvironment("SLURM_MEM_PER_NODE")) bytes = std::min(bytes, *granted * 1048576.0);
     return static_cast<std::uint64_t>(bytes);
 }
+
+std::uint64_t freeMemory() {
+    auto bytes = static_cast<double>(availableMemory());
+    if (const auto machine = valueIn("/proc/meminfo", "MemAvailable:")) bytes = std::min(bytes, *machine * 1024.0);
+    for (const fs::path& folder : groupFolders("memory")) {  // version 2; the first version tells in other words
+        const auto limit = numberIn(folder / "memory.max");
+        const auto used = numberIn(folder / "memory.current");
+        const auto cached = valueIn(folder / "memory.stat", "inactive_file");
+        if (limit && used) bytes = std::min(bytes, std::max(0.0, *limit - *used + cached.value_or(0)));
+    }
+    return static_cast<std::uint64_t>(bytes);
+}
+
+std::uint64_t currentMemory() { return pagesOf(1); }
 
 std::uint64_t peakMemory() {
     rusage usage{};
@@ -119,13 +160,14 @@ std::uint64_t peakMemory() {
     return static_cast<std::uint64_t>(usage.ru_maxrss) * 1024;  // Linux counts in KiB
 }
 
+void releaseFreeMemory() { malloc_trim(0); }
+
 void limitMemory(std::uint64_t bytes) {
-    // The sixth number is what RLIMIT_DATA counts, in pages: the heap, and the stacks of threads in full.
-    std::ifstream pages("/proc/self/statm");
-    std::uint64_t data = 0;
-    for (int field = 0; field < 6; ++field) pages >> data;
-    data *= static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE));
-    data += stackOfAThread();  // a job makes one that waits for signals
+    // What is freed no longer counts: large blocks go back at once, small ones are not scattered over many heaps.
+    mallopt(M_MMAP_THRESHOLD, kLargeBlock);
+    mallopt(M_ARENA_MAX, kHeaps);
+    std::uint64_t data = pagesOf(5);  // what RLIMIT_DATA counts: the heap, and the stacks of threads in full
+    data += stackOfAThread();         // a job makes one that waits for signals
     rlimit limit{};
     getrlimit(RLIMIT_DATA, &limit);
     limit.rlim_cur = std::min<rlim_t>(bytes + data, limit.rlim_max);

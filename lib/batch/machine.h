@@ -10,11 +10,19 @@ namespace betamesh {
 /// CUE_THREADS. At least 1.
 int availableThreads();
 
-/// The lesser of the machine's memory and its container's limit, bytes.
+/// The least of: the machine's memory, its container's limit, SLURM_MEM_PER_NODE. Bytes.
 std::uint64_t availableMemory();
 
-/// The most memory this process has held at once, bytes.
+/// What is left of availableMemory() by the use of all processes, bytes. What can be dropped from caches counts as
+/// left.
+std::uint64_t freeMemory();
+
+/// The memory this process holds, and the most it has held at once, bytes.
+std::uint64_t currentMemory();
 std::uint64_t peakMemory();
+
+/// Gives the system back what this process holds for later allocations.
+void releaseFreeMemory();
 
 /// From here on allocations that together would take this many bytes more than the process has now throw
 /// std::bad_alloc. The stack of one more thread does not count.

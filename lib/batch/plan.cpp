@@ -1,9 +1,12 @@
 #include "batch/plan.h"
 
 #include "batch/machine.h"
+#include "batch/memory.h"
+#include "batch/origin.h"
 #include "batch/plane.h"
 #include "batch/radius.h"
 #include "batch/report.h"
+#include "batch/version.h"
 #include "core/error.h"
 #include "core/parallel.h"
 #include "io/mesh_file.h"
@@ -14,15 +17,12 @@
 #include <filesystem>
 #include <map>
 #include <system_error>
+#include <utility>
 
 namespace betamesh {
 namespace {
 
 namespace fs = std::filesystem;
-
-// Memory of a frame at work, by the size of its file: a packed particle takes about 10 bytes on disk and, with
-// its share of the surface, up to 600 in memory.
-constexpr std::uint64_t kWorkingBytesPerFileByte = 60;
 
 bool exists(const std::string& path) {
     std::error_code ignored;
@@ -58,10 +58,27 @@ void noteGaps(const Config& config, const std::vector<int>& frames, std::vector<
     }
 }
 
+/// Why a frame has to be made again in spite of what is on disk; empty if it has not.
+std::string whyAgain(const FrameTask& task, bool input_exists, const Plan& plan) {
+    const auto report = readReport(reportPath(task.output));
+    if (!report || !report->origin) return "no manifest";
+    const Origin* origin = &*report->origin;
+    if (origin->version != version()) return "made by version " + origin->version;
+    if (origin->configuration != plan.configuration) return "other configuration";
+    const bool resolved = plan.skin.radius > 0;  // not where there is no input left
+    if (resolved && (origin->radius != plan.skin.radius || origin->spacing != plan.spacing)) return "other radius";
+    for (const auto& [name, bytes] : origin->files) {
+        std::error_code error;
+        if (fs::file_size(fs::path(task.output).parent_path() / name, error) != bytes || error)
+            return name + " is missing or not as it was written";
+    }
+    if (input_exists && !(origin->input && isSame(task.input, *origin->input))) return "other input";
+    return "";
+}
+
 FrameAction actionFor(const FrameTask& task, bool input_exists, const Config& config, const PlanOptions& options) {
     const bool output_exists = exists(task.output);
-    if (output_exists && options.skip_existing && isFinished(reportPath(task.output)))
-        return FrameAction::skip_existing;
+    if (output_exists && options.skip_existing && task.why.empty()) return FrameAction::skip_existing;
     if (!input_exists && config.run.on_missing == OnMissing::skip) return FrameAction::skip_missing;
     if (!input_exists && config.run.on_missing == OnMissing::error) return FrameAction::fail_missing;
     if (output_exists && !options.skip_existing && !options.overwrite) return FrameAction::refuse_existing;
@@ -77,17 +94,11 @@ void refuseExisting(const std::vector<FrameTask>& tasks) {
                 "; expected none, or --overwrite or --skip-existing");
 }
 
-std::size_t framesInFlight(const Plan& plan) {
-    if (plan.config.run.frames_in_flight > 0) return static_cast<std::size_t>(plan.config.run.frames_in_flight);
-    std::uint64_t largest = 1;
-    for (const FrameTask& task : plan.tasks) {
-        std::error_code error;
-        const auto bytes = fs::file_size(task.input, error);
-        if (!error) largest = std::max<std::uint64_t>(largest, bytes);
-    }
-    const std::uint64_t memory = plan.config.run.memory_limit > 0 ? plan.config.run.memory_limit : availableMemory();
-    const std::uint64_t fitting = std::max<std::uint64_t>(1, memory / (largest * kWorkingBytesPerFileByte));
-    return static_cast<std::size_t>(std::min<std::uint64_t>(fitting, static_cast<std::uint64_t>(plan.threads)));
+/// For all frames at work. What the machine has is not all for this process, and a limit that is enforced counts
+/// memory that is set aside but not held.
+std::uint64_t memoryBudget(const Config& config) {
+    const std::uint64_t memory = config.run.memory_limit > 0 ? config.run.memory_limit : availableMemory();
+    return memory / 5 * 4;
 }
 
 // Where the paper's smoothing is asked for, its tessellation is meant too.
@@ -200,6 +211,7 @@ Plan planJob(const Config& config, const PlanOptions& options) {
     plan.config = config;
     agreeOnTessellation(plan);
     agreeOnBubbles(plan);
+    plan.configuration = fingerprintOf(plan.config);
     plan.skin = skinParams(plan.config);
     if (config.surface.dimension == 2) requirePlanar(plan.config, plan.skin);
     plan.threads = threadsOf(config);
@@ -214,17 +226,38 @@ Plan planJob(const Config& config, const PlanOptions& options) {
         if (task.input == task.output || fs::equivalent(task.input, task.output, ignored)) {
             throw Error("'" + task.output + "' is both input and output; expected two files");
         }
-        const bool input_exists = input.numbered ? on_disk.contains(frame) : !on_disk.empty();
-        task.action = actionFor(task, input_exists, config, options);
         plan.tasks.push_back(std::move(task));
+    }
+    bool radius_planned = false;
+    const auto planRadiusOnce = [&] {
+        if (!std::exchange(radius_planned, true)) withThreads(plan.threads, [&] { planRadius(plan, on_disk); });
+    };
+    for (FrameTask& task : plan.tasks) {
+        const bool input_exists = input.numbered ? on_disk.contains(task.frame) : !on_disk.empty();
+        if (options.skip_existing && exists(task.output)) {
+            planRadiusOnce();
+            task.why = whyAgain(task, input_exists, plan);
+        }
+        task.action = actionFor(task, input_exists, config, options);
+        if (task.action == FrameAction::mesh) task.memory = workingMemory(task.input);
     }
     if (options.dry_run) return plan;
     refuseExisting(plan.tasks);
-    plan.frames_in_flight = framesInFlight(plan);
+    plan.frames_in_flight = static_cast<std::size_t>(
+        plan.config.run.frames_in_flight > 0 ? plan.config.run.frames_in_flight : plan.threads);
+    plan.memory_budget = memoryBudget(plan.config);
     const bool any_mesh = std::any_of(plan.tasks.begin(), plan.tasks.end(),
                                       [](const FrameTask& task) { return task.action == FrameAction::mesh; });
-    if (any_mesh) withThreads(plan.threads, [&] { planRadius(plan, on_disk); });
+    if (any_mesh) planRadiusOnce();
     return plan;
+}
+
+std::string taskLine(const FrameTask& task) {
+    std::string line = "frame " + std::to_string(task.frame) + ": " + task.input + " -> " + task.output + ": " +
+                       actionName(task.action);
+    if (!task.why.empty()) line += " (" + task.why + ')';
+    if (task.memory > 0) line += ", about " + std::to_string((task.memory >> 20) + 1) + " MiB";
+    return line;
 }
 
 std::string reportPath(const std::string& output) { return output + ".json"; }

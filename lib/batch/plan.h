@@ -15,7 +15,7 @@ enum class FrameAction {
     write_empty,     ///< no input; an empty mesh was asked for
     skip_missing,    ///< no input; to be left out
     fail_missing,    ///< no input; an error
-    skip_existing,   ///< the output and its report are there
+    skip_existing,   ///< the output is there, and would be made the same again
     refuse_existing  ///< something is there; only in plans that are not run
 };
 
@@ -26,22 +26,26 @@ struct FrameTask {
     std::string input;
     std::string output;
     FrameAction action = FrameAction::mesh;
+    std::string why{};         ///< an output that is there is made again
+    std::uint64_t memory = 0;  ///< that the frame is likely to take at its peak, bytes
 };
 
 struct PlanOptions {
     Chunk chunk;
     bool overwrite = false;
     bool skip_existing = false;
-    bool dry_run = false;  ///< nothing is read, and an existing output does not end the planning
+    bool dry_run = false;  ///< an existing output does not end the planning; reads only to tell what may be skipped
 };
 
 struct Plan {
     Config config;
+    std::string configuration;     ///< its fingerprint
     std::vector<FrameTask> tasks;  ///< ascending frames
     SkinParams skin;               ///< its radius is 0 when no frame could be read to measure it
     double spacing = 0;            ///< world units
     int threads = 1;
-    std::size_t frames_in_flight = 1;
+    std::size_t frames_in_flight = 1;   ///< at most; fewer where memory is short
+    std::uint64_t memory_budget = 0;    ///< for all frames at work, bytes
     std::vector<std::string> notes;     ///< for the log
     std::vector<std::string> warnings;  ///< for the log
 };
@@ -52,6 +56,9 @@ int threadsOf(const Config& config);
 /// errors  paths that are missing or do not fit together; no frame at all; an output that exists while
 ///         neither overwrite nor skip_existing is set; a spacing that cannot be measured
 Plan planJob(const Config& config, const PlanOptions& options);
+
+/// A line of --dry-run.
+std::string taskLine(const FrameTask& task);
 
 /// The report beside an output: "o.0001.ply" -> "o.0001.ply.json".
 std::string reportPath(const std::string& output);

@@ -51,11 +51,11 @@ void requirePlanar(const Config& config, const SkinParams& params) {
         throw Error("'" + config.output.path + "' is no picture; expected an .svg for picture.layers and .bounds");
 }
 
-void writePlane(const std::string& output, const SkinnedPlane& plane, const Particles& particles,
+void writePlane(const std::string& output, const SkinnedPlane& plane, const std::vector<Vec3f>& centres,
                 const SkinParams& params, const Config& config) {
     if (!isPicture(output)) return writeCurves(output, plane.curves);
     PlanePicture picture;
-    picture.particles.assign(particles.position.begin(), particles.position.end());
+    picture.particles.assign(centres.begin(), centres.end());
     picture.radius = params.radius;
     picture.alpha = plane.alpha;
     picture.before = plane.before;

@@ -17,8 +17,8 @@ void requirePlanar(const Config& config, const SkinParams& params);
 std::vector<Layer> layersOf(const std::vector<std::string>& names);
 PlaneBounds boundsOf(const std::string& text);
 
-/// Curves; or, to an .svg, the layers that picture.layers names.
-void writePlane(const std::string& output, const SkinnedPlane& plane, const Particles& particles,
+/// Curves; or, to an .svg, the layers that picture.layers names. centres: of all discs.
+void writePlane(const std::string& output, const SkinnedPlane& plane, const std::vector<Vec3f>& centres,
                 const SkinParams& params, const Config& config);
 
 }  // namespace betamesh

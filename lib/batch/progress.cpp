@@ -5,6 +5,8 @@
 
 #include <unistd.h>
 
+#include <algorithm>
+#include <cmath>
 #include <cstdio>
 
 namespace betamesh {
@@ -46,6 +48,26 @@ std::string detailLine(const FrameReport& report) {
            secondsText(seconds.write) + "; peak " + std::to_string(report.peak_bytes >> 20) + " MiB";
 }
 
+/// ", 350k particles/s, 1:05 left"
+std::string paceText(const JobProgress& job) {
+    char text[64];
+    std::string pace;
+    if (job.seconds > 0 && job.particles > 0) {
+        const double rate = static_cast<double>(job.particles) / job.seconds;
+        const bool millions = rate >= 1e6;
+        std::snprintf(text, sizeof text, ", %.3g%s particles/s", rate / (millions ? 1e6 : 1e3), millions ? "M" : "k");
+        pace += text;
+    }
+    if (job.seconds_left && job.ended < job.frames) {
+        const long seconds = std::lround(*job.seconds_left);
+        const bool hours = seconds >= 3600;
+        std::snprintf(text, sizeof text, hours ? ", %ld:%02ld:%02ld left" : ", %ld:%02ld left",
+                      hours ? seconds / 3600 : seconds / 60, hours ? seconds / 60 % 60 : seconds % 60, seconds % 60);
+        pace += text;
+    }
+    return pace;
+}
+
 }  // namespace
 
 ProgressKind progressKind(std::string_view word) {
@@ -54,11 +76,13 @@ ProgressKind progressKind(std::string_view word) {
     if (word == "none") return ProgressKind::none;
     if (word == "openjd") return ProgressKind::openjd;
     if (word == "tractor") return ProgressKind::tractor;
-    throw Error("progress '" + std::string(word) + "': expected one of auto bar none openjd tractor");
+    if (word == "json") return ProgressKind::json;
+    throw Error("progress '" + std::string(word) + "': expected one of auto bar none openjd tractor json");
 }
 
 Progress::Progress(ProgressKind kind, std::size_t frames, bool stdout_is_taken)
-    : kind_(kind), frames_(frames), farm_(stdout_is_taken ? stderr : stdout) {
+    : kind_(kind), farm_(stdout_is_taken ? stderr : stdout) {
+    job_.frames = frames;
     if (kind_ == ProgressKind::automatic) kind_ = isatty(STDERR_FILENO) != 0 ? ProgressKind::bar : ProgressKind::lines;
 }
 
@@ -67,11 +91,17 @@ Progress::~Progress() {
 }
 
 void Progress::frameEnded(const FrameReport& report) {
-    ++ended_;
-    if (report.status == FrameStatus::failed) ++failed_;
-    const std::size_t percent = frames_ == 0 ? 100 : 100 * ended_ / frames_;
-    const std::string count = std::to_string(ended_) + " of " + std::to_string(frames_) + " frames" +
-                              (failed_ > 0 ? ", " + std::to_string(failed_) + " failed" : "");
+    ++job_.ended;
+    if (report.status == FrameStatus::failed) ++job_.failed;
+    if (report.status != FrameStatus::skipped) ++worked_;
+    if (report.status == FrameStatus::ok) job_.particles += report.skin.particles;
+    const std::chrono::duration<double> since = std::chrono::steady_clock::now() - begin_;
+    job_.seconds = since.count();
+    if (worked_ > 0)
+        job_.seconds_left = job_.seconds / static_cast<double>(worked_) * static_cast<double>(job_.frames - job_.ended);
+    const std::size_t percent = job_.frames == 0 ? 100 : 100 * job_.ended / job_.frames;
+    const std::string count = std::to_string(job_.ended) + " of " + std::to_string(job_.frames) + " frames" +
+                              (job_.failed > 0 ? ", " + std::to_string(job_.failed) + " failed" : "");
     switch (kind_) {
         case ProgressKind::automatic:
         case ProgressKind::none:
@@ -80,16 +110,22 @@ void Progress::frameEnded(const FrameReport& report) {
             logInfo(frameLine(report) + " (" + count + ')');
             break;
         case ProgressKind::bar: {
-            const std::size_t cells = kBarCells * ended_ / std::max<std::size_t>(frames_, 1);
-            setLogFooter('[' + std::string(cells, '=') + std::string(kBarCells - cells, ' ') + "] " + count);
+            const std::size_t cells = kBarCells * job_.ended / std::max<std::size_t>(job_.frames, 1);
+            setLogFooter('[' + std::string(cells, '=') + std::string(kBarCells - cells, ' ') + "] " + count +
+                         paceText(job_));
             break;
         }
         case ProgressKind::openjd:
-            std::fprintf(farm_, "openjd_progress: %zu\nopenjd_status: %s\n", percent, count.c_str());
+            std::fprintf(farm_, "openjd_progress: %zu\nopenjd_status: %s%s\n", percent, count.c_str(),
+                         paceText(job_).c_str());
             std::fflush(farm_);
             break;
         case ProgressKind::tractor:
             std::fprintf(farm_, "TR_PROGRESS %03zu%%\n", percent);
+            std::fflush(farm_);
+            break;
+        case ProgressKind::json:
+            std::fprintf(farm_, "%s\n", progressJson(job_).c_str());
             std::fflush(farm_);
             break;
     }

@@ -4,6 +4,7 @@
 
 #include "batch/report.h"
 
+#include <chrono>
 #include <string>
 #include <string_view>
 
@@ -14,17 +15,18 @@ enum class ProgressKind {
     bar,        ///< on stderr
     lines,      ///< a line a frame on stderr
     none,
-    openjd,  ///< openjd_progress, openjd_status, openjd_fail
-    tractor  ///< TR_PROGRESS
+    openjd,   ///< openjd_progress, openjd_status, openjd_fail
+    tractor,  ///< TR_PROGRESS
+    json      ///< an object a frame, see progressJson()
 };
 
-/// auto, bar, none, openjd, tractor; throws Error for another word.
+/// auto, bar, none, openjd, tractor, json; throws Error for another word.
 ProgressKind progressKind(std::string_view word);
 
 /// Told about every frame as it ends; one thread at a time.
 class Progress {
 public:
-    /// stdout_is_taken: lines for farm engines go to stderr instead.
+    /// stdout_is_taken: lines for machines go to stderr instead.
     Progress(ProgressKind kind, std::size_t frames, bool stdout_is_taken);
     ~Progress();
     Progress(const Progress&) = delete;
@@ -37,10 +39,10 @@ public:
 
 private:
     ProgressKind kind_;
-    std::size_t frames_;
-    std::FILE* farm_;  ///< where farm engines read
-    std::size_t ended_ = 0;
-    std::size_t failed_ = 0;
+    JobProgress job_;
+    std::size_t worked_ = 0;  ///< frames that took time
+    std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
+    std::FILE* farm_;  ///< where machines read
 };
 
 }  // namespace betamesh

@@ -2,10 +2,13 @@
 
 #include "batch/report.h"
 
+#include "core/error.h"
+
 #include <nlohmann/json.hpp>
 
 #include <cmath>
 #include <fstream>
+#include <limits>
 
 namespace betamesh {
 namespace {
@@ -27,6 +30,41 @@ const char* statusName(FrameStatus status) {
             return "failed";
     }
     return "";
+}
+
+FrameStatus statusNamed(const std::string& name) {
+    for (const FrameStatus status : {FrameStatus::ok, FrameStatus::empty, FrameStatus::skipped})
+        if (name == statusName(status)) return status;
+    return FrameStatus::failed;
+}
+
+/// json: the whole report.
+Origin originFrom(const Json& json) {
+    const Json& from = json.at("origin");
+    Origin origin;
+    from.at("version").get_to(origin.version);
+    from.at("configuration").get_to(origin.configuration);
+    json.at("radius").get_to(origin.radius);
+    json.at("spacing").get_to(origin.spacing);
+    if (const Json& input = from.at("input"); !input.is_null()) {
+        const FileStamp stamp{input.at("bytes").get<std::uint64_t>(), input.at("modified").get<std::int64_t>()};
+        origin.input = FileIdentity{stamp, input.at("content").get<std::string>()};
+    }
+    for (const auto& [name, bytes] : from.at("files").items()) origin.files[name] = bytes.get<std::uint64_t>();
+    return origin;
+}
+
+Json originJson(const Origin& origin) {
+    Json json;
+    json["version"] = origin.version;
+    json["configuration"] = origin.configuration;
+    json["input"] = nullptr;
+    if (origin.input)
+        json["input"] = {{"bytes", origin.input->stamp.bytes},
+                         {"modified", origin.input->stamp.modified},
+                         {"content", origin.input->content}};
+    json["files"] = origin.files;
+    return json;
 }
 
 void addSurface(const FrameReport& report, Json& json) {
@@ -170,20 +208,90 @@ std::string reportJson(const FrameReport& report) {
                        {"total", seconds.total}};
     json["peak_bytes"] = report.peak_bytes;
     json["warnings"] = report.warnings;
+    if (report.origin) json["origin"] = originJson(*report.origin);
     return oneLine(json);
 }
 
-std::string taskJson(int frame, const std::string& input, const std::string& output, const std::string& action) {
-    return oneLine({{"frame", frame}, {"input", input}, {"output", output}, {"action", action}});
+std::string progressJson(const JobProgress& progress) {
+    return oneLine({{"frames", progress.frames},
+                    {"ended", progress.ended},
+                    {"failed", progress.failed},
+                    {"particles", progress.particles},
+                    {"seconds", progress.seconds},
+                    {"seconds_left", progress.seconds_left ? Json(*progress.seconds_left) : Json(nullptr)}});
 }
 
-bool isFinished(const std::filesystem::path& report_file) {
-    std::ifstream in(report_file);
-    if (!in) return false;
-    const Json json = Json::parse(in, nullptr, false);
-    if (!json.is_object()) return false;
-    const auto status = json.find("status");
-    return status != json.end() && (*status == "ok" || *status == "empty");
+std::string taskJson(const FrameTask& task) {
+    Json json{{"frame", task.frame},
+              {"input", task.input},
+              {"output", task.output},
+              {"action", actionName(task.action)},
+              {"memory_bytes", task.memory}};
+    if (!task.why.empty()) json["why"] = task.why;
+    return oneLine(json);
+}
+
+std::optional<FrameReport> readReport(const std::filesystem::path& file) {
+    std::ifstream in(file);
+    if (!in) return std::nullopt;
+    try {
+        const Json json = Json::parse(in);
+        FrameReport report;
+        json.at("frame").get_to(report.frame);
+        json.at("output").get_to(report.output);
+        report.status = statusNamed(json.at("status").get<std::string>());
+        const auto take = [](const Json& from, const char* name, auto& value) {
+            if (from.contains(name)) from.at(name).get_to(value);
+        };
+        take(json, "input", report.input);
+        take(json, "error", report.error);
+        take(json, "radius", report.radius);
+        take(json, "spacing", report.spacing);
+        take(json, "particles", report.skin.particles);
+        take(json, "perturbation_retries", report.skin.perturbation_retries);
+        take(json, "vertices", report.vertices);
+        take(json, "triangles", report.triangles);
+        take(json, "spheres", report.spheres);
+        take(json, "components", report.measure.components);
+        take(json, "volume", report.measure.volume);
+        take(json, "area", report.measure.area);
+        take(json, "peak_bytes", report.peak_bytes);
+        take(json, "warnings", report.warnings);
+        const Json seconds = json.value("seconds", Json::object());
+        take(seconds, "read", report.seconds.read);
+        take(seconds, "structure", report.seconds.structure);
+        take(seconds, "tessellate", report.seconds.tessellate);
+        take(seconds, "smooth", report.seconds.smooth);
+        take(seconds, "velocity", report.seconds.velocity);
+        take(seconds, "write", report.seconds.write);
+        take(seconds, "total", report.seconds.total);
+        if (json.contains("origin")) report.origin = originFrom(json);
+        return report;
+    } catch (const Json::exception&) {
+        return std::nullopt;
+    }
+}
+
+std::vector<CoherenceReport> readCoherence(const std::filesystem::path& file) {
+    std::ifstream in(file);
+    if (!in) throw Error(file.string() + ": cannot be read; expected lines of betamesh coherence --json");
+    std::vector<CoherenceReport> reports;
+    for (std::string line; std::getline(in, line);) {
+        try {
+            const Json json = Json::parse(line);
+            CoherenceReport report;
+            json.at("from").get_to(report.from);
+            json.at("to").get_to(report.to);
+            report.distance.max = json.contains("max") && json["max"].is_number()
+                                      ? json["max"].get<double>()
+                                      : std::numeric_limits<double>::infinity();
+            reports.push_back(report);
+        } catch (const Json::exception&) {
+            throw Error(file.string() + ':' + std::to_string(reports.size() + 1) +
+                        ": expected a line of betamesh coherence --json");
+        }
+    }
+    return reports;
 }
 
 std::string infoJson(const std::string& file, const FileInfo& info, std::optional<double> spacing) {

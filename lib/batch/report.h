@@ -2,6 +2,8 @@
 
 #pragma once
 
+#include "batch/origin.h"
+#include "batch/plan.h"
 #include "io/file_info.h"
 #include "measure/coherence.h"
 #include "measure/curve_check.h"
@@ -62,16 +64,28 @@ struct FrameReport {
     StageSeconds seconds;
     std::uint64_t peak_bytes = 0;  ///< the most memory the whole process has held so far
     std::vector<std::string> warnings;
+    std::optional<Origin> origin;  ///< of a frame that was written
 };
 
 /// One line without a line break.
 std::string reportJson(const FrameReport& report);
 
-/// A line of --dry-run. One line without a line break.
-std::string taskJson(int frame, const std::string& input, const std::string& output, const std::string& action);
+/// How far a job is.
+struct JobProgress {
+    std::size_t frames = 0, ended = 0, failed = 0;
+    std::uint64_t particles = 0;         ///< of frames that were written
+    double seconds = 0;                  ///< since it began
+    std::optional<double> seconds_left;  ///< guessed from the frames so far
+};
 
-/// Whether a report on disk says that its frame was written to the end: the report is the last file written.
-bool isFinished(const std::filesystem::path& report_file);
+/// One line without a line break.
+std::string progressJson(const JobProgress& progress);
+
+/// A line of --dry-run. One line without a line break.
+std::string taskJson(const FrameTask& task);
+
+/// A report on disk; nothing where there is none or it is cut. What it does not tell is as in an empty one.
+std::optional<FrameReport> readReport(const std::filesystem::path& file);
 
 /// One line without a line break. spacing: of particles, world units.
 std::string infoJson(const std::string& file, const FileInfo& info, std::optional<double> spacing);
@@ -117,5 +131,9 @@ struct CoherenceReport {
 
 /// One line without a line break. What is infinite becomes null.
 std::string coherenceJson(const CoherenceReport& report);
+
+/// Lines that coherenceJson() wrote: from, to, and of the distance its largest.
+/// errors  a file that cannot be read or holds something else
+std::vector<CoherenceReport> readCoherence(const std::filesystem::path& file);
 
 }  // namespace betamesh

@@ -5,7 +5,6 @@
 #include "core/simd.h"
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
 #include <cstring>
 #include <tuple>
@@ -64,52 +63,59 @@ struct Placed {
     friend auto operator<=>(const Placed&, const Placed&) = default;
 };
 
-// Sorts into the cells of `position`, and keeps one of all that coincide.
-SnappedParticles sortedIntoCells(const std::vector<Vec3i>& position, const std::vector<std::uint32_t>& row,
-                                 std::int64_t radius, const Particles& particles) {
-    std::vector<Placed> placed(position.size());
-    parallelFor(placed.size(), 4096, [&](std::size_t i) {
+// Sorts n particles into cells, and keeps one of all that coincide.
+template <typename PositionAt, typename RowAt>
+SnappedParticles sortedIntoCells(std::size_t n, const PositionAt& positionAt, const RowAt& rowAt, std::int64_t radius,
+                                 const Particles& particles) {
+    std::vector<Placed> placed(n);
+    parallelFor(n, 4096, [&](std::size_t i) {
         const auto cellOf = [&](std::int64_t x) { return static_cast<std::int32_t>(floorDivide(x, 2 * radius)); };
-        placed[i] = {cellOf(position[i].z), cellOf(position[i].y), cellOf(position[i].x),
-                     static_cast<std::uint32_t>(i)};
+        const Vec3i position = positionAt(i);
+        placed[i] = {cellOf(position.z), cellOf(position.y), cellOf(position.x), static_cast<std::uint32_t>(i)};
     });
     parallelSort(placed, std::less<>());
-    const auto sameCell = [&](std::size_t a, std::size_t b) {
-        return placed[a].x == placed[b].x && placed[a].y == placed[b].y && placed[a].z == placed[b].z;
-    };
-    std::vector<std::uint32_t> begin;
-    for (std::uint32_t i = 0; i < placed.size(); ++i)
-        if (i == 0 || !sameCell(i, i - 1)) begin.push_back(i);
-    begin.push_back(static_cast<std::uint32_t>(placed.size()));
-
-    // Inside a cell by position; the preferred one of coincident ones first, the others are left out.
-    std::vector<std::uint32_t> left(begin.size() - 1);
-    parallelFor(left.size(), 64, [&](std::size_t c) {
-        const std::span cell(&placed[begin[c]], begin[c + 1] - begin[c]);
-        std::sort(cell.begin(), cell.end(), [&](const Placed& a, const Placed& b) {
-            const Vec3i &p = position[a.row], &q = position[b.row];
-            return p != q ? before(p, q) : preferred(particles, row[a.row], row[b.row]);
-        });
-        const auto end = std::unique(cell.begin(), cell.end(), [&](const Placed& a, const Placed& b) {
-            return position[a.row] == position[b.row];
-        });
-        left[c] = static_cast<std::uint32_t>(end - cell.begin());
-    });
 
     SnappedParticles snapped;
-    snapped.cell_begin = placesOf(left);
-    snapped.cell.resize(left.size());
-    snapped.position.resize(snapped.cell_begin.back());
-    snapped.row.resize(snapped.cell_begin.back());
-    parallelFor(left.size(), 64, [&](std::size_t c) {
-        const Placed& first = placed[begin[c]];
-        snapped.cell[c] = Vec3i(first.x, first.y, first.z);
-        for (std::uint32_t k = 0; k < left[c]; ++k) {
-            const std::uint32_t i = placed[begin[c] + k].row;
-            snapped.position[snapped.cell_begin[c] + k] = position[i];
-            snapped.row[snapped.cell_begin[c] + k] = row[i];
+    for (std::uint32_t i = 0; i < n; ++i) {
+        const Vec3i cell(placed[i].x, placed[i].y, placed[i].z);
+        if (i > 0 && cell == snapped.cell.back()) continue;
+        snapped.cell.push_back(cell);
+        snapped.cell_begin.push_back(i);
+    }
+    snapped.cell_begin.push_back(static_cast<std::uint32_t>(n));
+
+    // Inside a cell by position; the preferred one of coincident ones first, the others are left out.
+    snapped.position.resize(n);
+    snapped.row.resize(n);
+    std::vector<std::uint32_t> left(snapped.cell.size());
+    parallelRanges(left.size(), 64, [&](std::size_t first, std::size_t last) {
+        std::vector<std::pair<Vec3i, std::uint32_t>> cell;
+        for (std::size_t c = first; c < last; ++c) {
+            cell.clear();
+            const std::uint32_t begin = snapped.cell_begin[c];
+            for (std::uint32_t i = begin; i < snapped.cell_begin[c + 1]; ++i)
+                cell.emplace_back(positionAt(placed[i].row), rowAt(placed[i].row));
+            std::sort(cell.begin(), cell.end(), [&](const auto& a, const auto& b) {
+                return a.first != b.first ? before(a.first, b.first) : preferred(particles, a.second, b.second);
+            });
+            cell.erase(
+                std::unique(cell.begin(), cell.end(), [](const auto& a, const auto& b) { return a.first == b.first; }),
+                cell.end());
+            left[c] = static_cast<std::uint32_t>(cell.size());
+            for (std::uint32_t k = 0; k < left[c]; ++k)
+                std::tie(snapped.position[begin + k], snapped.row[begin + k]) = cell[k];
         }
     });
+    const std::vector<std::uint32_t> place = placesOf(left);
+    if (place.back() == n) return snapped;
+    for (std::size_t c = 0; c < left.size(); ++c)
+        for (std::uint32_t k = 0; k < left[c]; ++k) {
+            snapped.position[place[c] + k] = snapped.position[snapped.cell_begin[c] + k];
+            snapped.row[place[c] + k] = snapped.row[snapped.cell_begin[c] + k];
+        }
+    snapped.cell_begin = place;
+    snapped.position.resize(place.back());
+    snapped.row.resize(place.back());
     return snapped;
 }
 
@@ -126,48 +132,41 @@ void squaredDistances(const double* x, const double* y, const double* z, std::si
 }  // namespace
 
 SnappedParticles snapParticles(const Particles& particles, double radius, const Jitter& jitter) {
-    if (!(std::isnormal(radius) && radius > 0))
+    constexpr double kSmallest = 0x1p-900, kLargest = 0x1p900;
+    if (!(radius > kSmallest && radius < kLargest))
         throw Error("the radius is " + std::to_string(radius) + ", expected a positive number");
     int exponent = 0;
     const double mantissa = std::frexp(radius, &exponent);  // radius = mantissa · 2^exponent, mantissa in [1/2, 1)
     exponent -= mantissa > 0.5 ? 20 : 21;
 
-    const double quantum = std::ldexp(1.0, exponent), quanta_per_unit = std::ldexp(1.0, -exponent);
-    const std::int64_t whole_radius = std::llround(std::ldexp(radius, -exponent));
-
-    std::vector<Vec3i> position(particles.size());
-    std::vector<std::uint32_t> row(particles.size());
-    std::atomic<std::size_t> outside = particles.size();  // the first one
-    parallelFor(particles.size(), 4096, [&](std::size_t i) {
-        const Vec3 scaled = Vec3(particles.position[i]) * quanta_per_unit;
-        row[i] = static_cast<std::uint32_t>(i);
-        if (std::max({std::abs(scaled.x), std::abs(scaled.y), std::abs(scaled.z)}) <= kLargestCoordinate) {
-            position[i] = {std::llround(scaled.x), std::llround(scaled.y), std::llround(scaled.z)};
-            return;
-        }
-        std::size_t first = outside;
-        while (i < first && !outside.compare_exchange_weak(first, i)) {
-        }
-    });
-    if (const std::size_t i = outside; i < particles.size()) {
+    const double quanta = std::ldexp(1.0, -exponent);  // per unit
+    const std::int64_t whole_radius = std::llround(radius * quanta);
+    const double reach = kLargestCoordinate / quanta;
+    for (std::size_t i = 0; i < particles.size(); ++i) {
         const Vec3f& p = particles.position[i];
-        throw Error("particle " + std::to_string(i) + " at (" + std::to_string(p.x) + ", " + std::to_string(p.y) +
-                    ", " + std::to_string(p.z) + ") is too far from the origin for a radius of " +
-                    std::to_string(radius) + ", expected coordinates within " +
-                    std::to_string(std::ldexp(kLargestCoordinate, exponent)));
+        if (!(std::max({std::abs(p.x), std::abs(p.y), std::abs(p.z)}) <= reach))
+            throw Error("particle " + std::to_string(i) + " at (" + std::to_string(p.x) + ", " + std::to_string(p.y) +
+                        ", " + std::to_string(p.z) + ") is too far from the origin for a radius of " +
+                        std::to_string(radius) + ", expected coordinates within " + std::to_string(reach));
     }
-
-    SnappedParticles snapped = sortedIntoCells(position, row, whole_radius, particles);
+    const auto snappedAt = [&](std::size_t i) {
+        const Vec3 scaled = Vec3(particles.position[i]) * quanta;
+        return Vec3i(std::llround(scaled.x), std::llround(scaled.y), std::llround(scaled.z));
+    };
+    SnappedParticles snapped = sortedIntoCells(
+        particles.size(), snappedAt, [](std::size_t i) { return static_cast<std::uint32_t>(i); }, whole_radius,
+        particles);
     if (jitter.attempt > 0) {
-        position = std::move(snapped.position);
-        row = std::move(snapped.row);
-        for (std::size_t i = 0; i < position.size(); ++i) {
-            const std::uint64_t key = particles.id.empty() ? positionKey(position[i]) : mix(particles.id[row[i]]);
-            position[i] = jittered(position[i], key, jitter, whole_radius);
-        }
-        snapped = sortedIntoCells(position, row, whole_radius, particles);
+        const SnappedParticles still = std::move(snapped);
+        const auto jitteredAt = [&](std::size_t i) {
+            const Vec3i& p = still.position[i];
+            const std::uint64_t key = particles.id.empty() ? positionKey(p) : mix(particles.id[still.row[i]]);
+            return jittered(p, key, jitter, whole_radius);
+        };
+        snapped = sortedIntoCells(
+            still.size(), jitteredAt, [&](std::size_t i) { return still.row[i]; }, whole_radius, particles);
     }
-    snapped.quantum = quantum;
+    snapped.quantum = 1 / quanta;
     snapped.radius = whole_radius;
     return snapped;
 }

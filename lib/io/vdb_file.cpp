@@ -1,6 +1,6 @@
-// The door of OpenVDB.
+// The door of OpenVDB, and all of betamesh_vdb.so.
 
-#include "io/vdb.h"
+#include "io/vdb_module.h"
 
 #include "core/error.h"
 #include "core/parallel.h"
@@ -478,9 +478,7 @@ bool memoryFor(const std::filesystem::path& path, std::uintmax_t bytes_per_byte)
     return block != nullptr;
 }
 
-}  // namespace
-
-FileContents readVdb(const std::filesystem::path& path, const ReadOptions& options) {
+FileContents readFile(const std::filesystem::path& path, const ReadOptions& options) {
     // A frame takes far more than this in the end.
     constexpr std::uintmax_t kLeast = 8, kMost = 64;
     initialize();
@@ -495,7 +493,7 @@ FileContents readVdb(const std::filesystem::path& path, const ReadOptions& optio
     }
 }
 
-std::string encodeVdb(const Particles& particles, const std::string& file) {
+std::string encode(const Particles& particles, const std::string& file) {
     initialize();
     requireWritable(particles, file);
     requireWritable(particles.attributes, particles.size(), {"P", "v", "id"}, file);
@@ -517,4 +515,11 @@ std::string encodeVdb(const Particles& particles, const std::string& file) {
     }
 }
 
+}  // namespace
+
 }  // namespace betamesh
+
+extern "C" {
+extern const betamesh::VdbModule betamesh_vdb;  // or it would be known in this file alone
+const betamesh::VdbModule betamesh_vdb{betamesh::readFile, betamesh::encode};
+}

@@ -6,7 +6,6 @@
 #include "support/program.h"
 
 #include <gtest/gtest.h>
-#include <nlohmann/json.hpp>
 
 namespace betamesh {
 namespace {
@@ -18,13 +17,6 @@ Mesh sphere(double radius, const Vec3& centre) {
     Mesh mesh{ball.position, {}, ball.triangles, {}};
     for (Vec3& p : mesh.position) p = p * radius + centre;
     return mesh;
-}
-
-std::vector<Json> objects(const std::string& text) {
-    std::vector<Json> all;
-    std::istringstream lines(text);
-    for (std::string line; std::getline(lines, line);) all.push_back(Json::parse(line));
-    return all;
 }
 
 TEST(Check, GoodMeshesPassAndBadOnesDoNot) {
@@ -43,7 +35,7 @@ TEST(Check, GoodMeshesPassAndBadOnesDoNot) {
 
     const Outcome both = runProgram({"check", "--json", "open.obj", "good.ply"}, folder.path());
     EXPECT_EQ(both.exit_code, 1);
-    const std::vector<Json> reports = objects(both.out);
+    const std::vector<Json> reports = jsonLines(both.out);
     ASSERT_EQ(reports.size(), 2u);
     EXPECT_EQ(reports[0]["faults"], Json({"open_edges"}));
     EXPECT_EQ(reports[0]["open_edges"]["count"], 3);
@@ -64,7 +56,7 @@ TEST(Check, CrossingsAreListedAndATolerancePassesShallowOnes) {
     writeMesh(folder / "a.ply", mesh);
     const Outcome outcome = runProgram({"check", "--json", "a.ply", "--examples", "2"}, folder.path());
     EXPECT_EQ(outcome.exit_code, 1);
-    const Json report = objects(outcome.out).at(0);
+    const Json report = jsonLines(outcome.out).at(0);
     EXPECT_EQ(report["faults"], Json({"crossings"}));
     EXPECT_EQ(report["crossings"]["count"], 3);
     EXPECT_NEAR(report["crossings"]["deepest"].get<double>(), 0.25, 1e-9);
@@ -90,8 +82,8 @@ TEST(Check, SplitVerticesAreHintedAtAndWelded) {
     EXPECT_NE(split.out.find("--weld"), std::string::npos) << split.out;
     const Outcome welded = runProgram({"check", "--weld", "--strict", "--json", "wedge.obj"}, folder.path());
     EXPECT_EQ(welded.exit_code, 0) << welded.out;
-    EXPECT_EQ(objects(welded.out).at(0)["vertices"], 6);
-    EXPECT_NEAR(objects(welded.out).at(0)["volume"].get<double>(), 0.5, 1e-12);
+    EXPECT_EQ(jsonLines(welded.out).at(0)["vertices"], 6);
+    EXPECT_NEAR(jsonLines(welded.out).at(0)["volume"].get<double>(), 0.5, 1e-12);
 }
 
 TEST(Check, ParticlesHaveToBeInsideOrInTheSpheresBeside) {
@@ -104,7 +96,7 @@ TEST(Check, ParticlesHaveToBeInsideOrInTheSpheresBeside) {
                                          "p.####.bgeo", "--radius", "0.5"};
     const Outcome outside = runProgram(words, folder.path());
     EXPECT_EQ(outside.exit_code, 1);
-    const Json report = objects(outside.out).at(0);
+    const Json report = jsonLines(outside.out).at(0);
     EXPECT_EQ(report["faults"], Json({"particles_outside"}));
     EXPECT_EQ(report["particles"]["count"], 3);
     EXPECT_EQ(report["particles"]["outside"], 1);
@@ -121,7 +113,7 @@ TEST(Check, ParticlesHaveToBeInsideOrInTheSpheresBeside) {
     writeSpheres(folder / "m.0007.spheres.ply", spheres);
     const Outcome beside = runProgram(words, folder.path());
     EXPECT_EQ(beside.exit_code, 0) << beside.out;
-    EXPECT_EQ(objects(beside.out).at(0)["particles"]["spheres"], 1);
+    EXPECT_EQ(jsonLines(beside.out).at(0)["particles"]["spheres"], 1);
 }
 
 TEST(Check, WrongUsageAndUnreadableFilesAreToldApart) {
@@ -138,7 +130,7 @@ TEST(Check, WrongUsageAndUnreadableFilesAreToldApart) {
     const Outcome broken = runProgram({"check", "--json", "broken.ply", "good.ply"}, folder.path());
     EXPECT_EQ(broken.exit_code, 1);
     EXPECT_NE(broken.err.find("broken.ply"), std::string::npos);
-    const std::vector<Json> reports = objects(broken.out);
+    const std::vector<Json> reports = jsonLines(broken.out);
     ASSERT_EQ(reports.size(), 2u);
     EXPECT_EQ(reports[0]["good"], false);
     EXPECT_FALSE(reports[0]["error"].empty());
@@ -153,7 +145,7 @@ TEST(Check, JudgesWhatThisProgramMakes) {
     ASSERT_EQ(runProgram({"mesh", "p.####.vdb", "m.####.ply"}, folder.path()).exit_code, 0);
     const Outcome outcome =
         runProgram({"check", "--json", "m.0001.ply", "m.0002.ply", "--particles", "p.####.vdb"}, folder.path());
-    const std::vector<Json> reports = objects(outcome.out);
+    const std::vector<Json> reports = jsonLines(outcome.out);
     ASSERT_EQ(reports.size(), 2u);
     for (const Json& report : reports) {
         EXPECT_EQ(report["closed"], true);

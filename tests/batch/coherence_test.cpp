@@ -6,7 +6,6 @@
 #include "support/program.h"
 
 #include <gtest/gtest.h>
-#include <nlohmann/json.hpp>
 
 #include <sstream>
 
@@ -20,13 +19,6 @@ Mesh sphere(const Vec3& centre) {
     Mesh mesh{ball.position, {}, ball.triangles, {}};
     for (Vec3& p : mesh.position) p += centre;
     return mesh;
-}
-
-std::vector<Json> objects(const std::string& text) {
-    std::vector<Json> all;
-    std::istringstream lines(text);
-    for (std::string line; std::getline(lines, line);) all.push_back(Json::parse(line));
-    return all;
 }
 
 // Five spheres, the third of which jumps aside; particles go up by 0.125 each frame.
@@ -47,7 +39,7 @@ TEST(Coherence, MeasuresEachPairOfAPattern) {
     const Outcome outcome =
         runProgram({"coherence", "--json", "m.####.ply", "--particles", "p.####.bgeo"}, folder.path());
     EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
-    const std::vector<Json> pairs = objects(outcome.out);
+    const std::vector<Json> pairs = jsonLines(outcome.out);
     ASSERT_EQ(pairs.size(), 4u);
     EXPECT_EQ(pairs[0]["from"], "m.0001.ply");
     EXPECT_EQ(pairs[0]["to"], "m.0002.ply");
@@ -80,7 +72,7 @@ TEST(Coherence, EmptyMeshesAndUnreadableOnesDoNotEndTheSequence) {
     const Outcome outcome = runProgram({"coherence", "--json", "m.####.ply"}, folder.path());
     EXPECT_EQ(outcome.exit_code, 1);
     EXPECT_NE(outcome.err.find("m.0004.ply"), std::string::npos) << outcome.err;
-    const std::vector<Json> pairs = objects(outcome.out);
+    const std::vector<Json> pairs = jsonLines(outcome.out);
     ASSERT_EQ(pairs.size(), 4u);
     EXPECT_EQ(pairs[0]["max"], nullptr);
     EXPECT_EQ(pairs[1]["max"], nullptr);
@@ -122,7 +114,7 @@ TEST(Coherence, FollowsAPipelineInFineSteps) {
                                          "2",         "--step", "1e-5",       "--steps",   "3"};
     const Outcome outcome = runProgram(words, folder.path());
     EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
-    const std::vector<Json> pairs = objects(outcome.out);
+    const std::vector<Json> pairs = jsonLines(outcome.out);
     ASSERT_EQ(pairs.size(), 3u);
     for (const Json& pair : pairs) {
         EXPECT_GT(pair["particles"]["max"].get<double>(), 0);

@@ -1,20 +1,11 @@
 // Batch jobs as a farm sees them: what is on disk afterwards, and the exit code.
 
 #include "io/mesh_file.h"
-#include "io/particle_file.h"
-#include "sample/sample.h"
-#include "support/program.h"
+#include "support/job_folder.h"
 
-#include <gtest/gtest.h>
-#include <nlohmann/json.hpp>
-
-#include <chrono>
 #include <csignal>
-#include <functional>
-#include <map>
 #include <set>
 #include <sstream>
-#include <thread>
 
 #include <sys/mman.h>
 #include <sys/resource.h>
@@ -24,97 +15,7 @@
 namespace betamesh {
 namespace {
 
-namespace fs = std::filesystem;
-using Json = nlohmann::json;
-
-std::string numbered(const std::string& stem, int frame, const std::string& extension) {
-    std::string digits = std::to_string(frame);
-    digits.insert(0, 4 - digits.size(), '0');
-    return stem + '.' + digits + extension;
-}
-
-class Job : public ::testing::Test {
-protected:
-    void writeFrame(int frame, const Particles& particles) {
-        fs::create_directories(folder_ / "in");
-        writeParticles(folder_ / numbered("in/a", frame, ".ply"), particles);
-    }
-
-    void writeFrames(int first, int last, std::size_t particles = 400) {
-        Sample sample({"jitter", particles, 1, 24});
-        for (int frame = first; frame <= last; ++frame) writeFrame(frame, sample.frame(frame));
-    }
-
-    /// Particle 17 of 20 has no place.
-    void writeFrameWithNaN(int frame) {
-        std::string text =
-            "ply\nformat ascii 1.0\nelement vertex 20\n"
-            "property float x\nproperty float y\nproperty float z\nend_header\n";
-        for (int i = 0; i < 20; ++i) text += std::to_string(i) + (i == 17 ? " nan 0\n" : " 0 0\n");
-        write(folder_ / numbered("in/a", frame, ".ply"), text);
-    }
-
-    /// `mesh` from in/ to out/, with further words.
-    Outcome mesh(const std::vector<std::string>& further = {}, const std::string& output = "out/a.####.ply") {
-        std::vector<std::string> words{"mesh", "in/a.####.ply", output};
-        words.insert(words.end(), further.begin(), further.end());
-        return runProgram(words, folder_.path());
-    }
-
-    bool exists(const std::string& name) { return fs::exists(folder_ / name); }
-    bool written(int frame) {
-        return exists(numbered("out/a", frame, ".ply")) && exists(numbered("out/a", frame, ".ply.json"));
-    }
-    bool absent(int frame) {
-        return !exists(numbered("out/a", frame, ".ply")) && !exists(numbered("out/a", frame, ".ply.json"));
-    }
-
-    Json report(int frame) { return Json::parse(contentsOf(folder_ / numbered("out/a", frame, ".ply.json"))); }
-
-    /// Names and bytes of everything in a folder but the reports, which hold times.
-    std::map<std::string, std::string> meshesIn(const std::string& name) {
-        std::map<std::string, std::string> files;
-        for (const auto& entry : fs::directory_iterator(folder_ / name)) {
-            if (entry.path().extension() != ".json") files[entry.path().filename().string()] = contentsOf(entry.path());
-        }
-        return files;
-    }
-
-    std::size_t hiddenFiles(const std::string& name) {
-        std::size_t count = 0;
-        for (const auto& entry : fs::directory_iterator(folder_ / name)) {
-            if (entry.path().filename().string().front() == '.') ++count;
-        }
-        return count;
-    }
-
-    TemporaryFolder folder_;
-};
-
-std::vector<Json> jsonLines(const std::string& text) {
-    std::vector<Json> lines;
-    std::istringstream in(text);
-    for (std::string line; std::getline(in, line);) lines.push_back(Json::parse(line, nullptr, false));
-    return lines;
-}
-
-std::size_t count(const std::string& text, const std::string& part) {
-    std::size_t found = 0;
-    for (std::size_t at = text.find(part); at != std::string::npos; at = text.find(part, at + 1)) ++found;
-    return found;
-}
-
-constexpr int kSecondsToStart = 300;  // on a machine that does much else
-
-/// Waits until it is true, or for so many seconds; returns whether it became true.
-bool within(int seconds, const std::function<bool()>& isTrue) {
-    const auto latest = std::chrono::steady_clock::now() + std::chrono::seconds(seconds);
-    while (!isTrue()) {
-        if (std::chrono::steady_clock::now() > latest) return false;
-        std::this_thread::sleep_for(std::chrono::milliseconds(10));
-    }
-    return true;
-}
+using Job = JobFolder;
 
 TEST_F(Job, WritesEveryFrameOnDiskWithItsReport) {
     writeFrames(1, 3);
@@ -576,6 +477,105 @@ TEST_F(Job, AMemoryLimitThatIsTooSmallEndsWith33) {
             for (const int frame : {1, 2})
                 EXPECT_TRUE(written(frame) || (outcome.exit_code == 33 && absent(frame))) << frame;
         }
+    }
+}
+
+TEST_F(Job, AMemoryLimitThrottlesRatherThanFails) {
+    if (!memoryLimitsWork()) GTEST_SKIP() << "memory cannot be limited here";
+    writeFrames(1, 1, 60000);  // takes about 50 MB, six of them more than the limit
+    for (int frame = 2; frame <= 6; ++frame)
+        fs::create_hard_link(folder_ / "in/a.0001.ply", folder_ / numbered("in/a", frame, ".ply"));
+    const Outcome outcome = mesh({"--memory-limit", "120MiB", "-j", "6", "--frames-in-flight", "6"});
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+    const auto meshes = meshesIn("out");
+    ASSERT_EQ(meshes.size(), 6U);
+    for (const auto& entry : meshes) EXPECT_TRUE(entry.second == meshes.begin()->second) << entry.first;
+}
+
+TEST_F(Job, AFrameTooLargeForTheMemoryDoesNotLoseTheOthers) {
+    if (!memoryLimitsWork()) GTEST_SKIP() << "memory cannot be limited here";
+    writeFrames(1, 5, 1000);
+    writeFrames(3, 3, 300000);
+    const Outcome outcome = mesh({"--memory-limit", "60MiB", "-j", "2", "--radius", "0.02"});
+    EXPECT_EQ(outcome.exit_code, 33) << outcome.err;
+    EXPECT_NE(outcome.err.find("frame 3: out of memory"), std::string::npos) << outcome.err;
+    for (int frame = 1; frame <= 5; ++frame) EXPECT_TRUE(frame == 3 ? absent(frame) : written(frame)) << frame;
+}
+
+/// What a process holds.
+struct Holdings {
+    std::uint64_t kibibytes = 0;
+    std::size_t descriptors = 0;
+};
+
+Holdings holdingsOf(pid_t process) {
+    const fs::path folder = "/proc/" + std::to_string(process);
+    Holdings holdings;
+    std::ifstream status(folder / "status");
+    for (std::string line; std::getline(status, line);)
+        if (line.starts_with("VmRSS:")) holdings.kibibytes = std::stoull(line.substr(6));
+    for (const auto& entry : fs::directory_iterator(folder / "fd")) holdings.descriptors += entry.exists() ? 1 : 0;
+    return holdings;
+}
+
+TEST_F(Job, ThousandsOfFramesTakeNoMoreThanHundreds) {
+    const int last = 5000;
+    writeFrames(1, 1, 8);
+    for (int frame = 2; frame <= last; ++frame)
+        fs::create_hard_link(folder_ / "in/a.0001.ply", folder_ / numbered("in/a", frame, ".ply"));
+    RunningProgram program(
+        {"mesh", "in/a.####.ply", "out/a.####.ply", "--radius", "0.1", "-q", "--frames-in-flight", "8"},
+        folder_.path());
+    ASSERT_TRUE(within(kSecondsToStart, [&] { return written(500); }));
+    const Holdings early = holdingsOf(program.process());
+    ASSERT_TRUE(within(kSecondsToStart, [&] { return written(4900); }));
+    const Holdings late = holdingsOf(program.process());
+    EXPECT_EQ(program.wait().exit_code, 0);
+    EXPECT_GT(early.kibibytes, 1000U);
+    EXPECT_LT(late.kibibytes, early.kibibytes + early.kibibytes / 4);
+    EXPECT_LE(late.descriptors, early.descriptors + 16);  // eight frames open three each at most, at any moment
+    for (int frame = 1; frame <= last; ++frame) ASSERT_TRUE(written(frame)) << frame;
+}
+
+TEST_F(Job, ALogFileHoldsWhatIsSaidAndTheDetails) {
+    writeFrames(1, 3);
+    EXPECT_EQ(mesh({"--log-file", "logs/job.log", "-q"}).exit_code, 0);
+    const std::string once = contentsOf(folder_ / "logs/job.log");
+    EXPECT_EQ(count(once, "debug: frame "), 3U) << once;
+    EXPECT_EQ(count(once, "info: 3 of 3 frames written"), 1U);
+    EXPECT_EQ(mesh({"--log-file", "logs/job.log", "--frames", "1-4", "--overwrite"}).exit_code, 1);
+    const std::string twice = contentsOf(folder_ / "logs/job.log");
+    EXPECT_TRUE(twice.starts_with(once));
+    EXPECT_EQ(count(twice, "error: frame 4: in/a.0004.ply"), 1U) << twice;
+    write(folder_ / "file", "");
+    EXPECT_EQ(mesh({"--log-file", "file/job.log"}).exit_code, 2);
+
+    // A full one makes room.
+    fs::resize_file(folder_ / "logs/job.log", 9'999'900);
+    EXPECT_EQ(mesh({"--log-file", "logs/job.log", "--overwrite"}).exit_code, 0);
+    EXPECT_TRUE(exists("logs/job.1.log"));
+    EXPECT_LT(fs::file_size(folder_ / "logs/job.log"), 100'000U);
+}
+
+TEST_F(Job, ProgressForMachinesCountsToTheEnd) {
+    writeFrames(1, 4);
+    for (const bool json : {false, true}) {
+        std::vector<std::string> words{"--progress", "json", "--frames", "1-5", "--overwrite", "-q"};
+        if (json) words.push_back("--json");
+        const Outcome outcome = mesh(words);
+        EXPECT_EQ(outcome.exit_code, 1);
+        std::size_t ended = 0;
+        for (const Json& line : jsonLines(json ? outcome.err : outcome.out)) {
+            if (!line.is_object()) continue;  // errors among them
+            EXPECT_EQ(line["ended"], ++ended);
+            EXPECT_EQ(line["frames"], 5);
+            EXPECT_GE(line["seconds_left"].get<double>(), 0);
+            EXPECT_EQ(line["seconds_left"] == 0, ended == 5);
+            if (ended < 5) continue;
+            EXPECT_EQ(line["failed"], 1);
+            EXPECT_GT(line["particles"].get<int>(), 4 * 300);
+        }
+        EXPECT_EQ(ended, 5U);
     }
 }
 

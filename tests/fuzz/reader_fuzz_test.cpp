@@ -123,6 +123,12 @@ const Reader kBgeo{"bgeo", [](const Bytes& bytes) {
                    }};
 const Reader kObj{"obj", [](const Bytes& bytes) { meshFrom(parseObj(bytes, "fuzz"), "fuzz"); }};
 
+/// A number that long runs change.
+std::uint64_t fromEnvironment(const char* name, std::uint64_t usual) {
+    const char* text = std::getenv(name);
+    return text == nullptr ? usual : std::stoull(text);
+}
+
 struct Tally {
     std::size_t valid = 0;
     std::size_t errors = 0;
@@ -146,7 +152,7 @@ void attempt(const Reader& reader, const Bytes& bytes, std::size_t allowed, Tall
 }
 
 void fuzz(const Reader& reader, const Bytes& seed, std::size_t trials) {
-    constexpr std::uint64_t kSeed = 20240607;
+    const std::uint64_t first = fromEnvironment("BETAMESH_FUZZ_SEED", 20240607);
     // A byte becomes at most a triangle (12 bytes) or a wide integer (8) in a vector that doubles as it grows.
     // Beside that, what does not depend on the size: buffers, and messages.
     const std::size_t allowed = 40 * seed.size() + (std::size_t{2} << 20);
@@ -167,8 +173,8 @@ void fuzz(const Reader& reader, const Bytes& seed, std::size_t trials) {
         attempt(reader, Bytes(seed.begin(), seed.begin() + static_cast<std::ptrdiff_t>(length)), allowed, tally);
 
     for (std::size_t trial = 0; trial < trials && !testing::Test::HasFailure(); ++trial) {
-        SCOPED_TRACE("seed " + std::to_string(kSeed) + ", trial " + std::to_string(trial));
-        Random random(kSeed + trial);
+        SCOPED_TRACE("seed " + std::to_string(first) + ", trial " + std::to_string(trial));
+        Random random(first + trial);
         attempt(reader, mutated(seed, random), allowed, tally);
     }
     testing::Test::RecordProperty(reader.name + "_valid", static_cast<int>(tally.valid));
@@ -176,7 +182,7 @@ void fuzz(const Reader& reader, const Bytes& seed, std::size_t trials) {
     std::printf("%s: %zu valid, %zu errors\n", reader.name.c_str(), tally.valid, tally.errors);
 }
 
-constexpr std::size_t kTrials = 20000;
+const std::size_t kTrials = fromEnvironment("BETAMESH_FUZZ_TRIALS", 20000);
 
 }  // namespace
 

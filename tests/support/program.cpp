@@ -6,6 +6,7 @@
 
 #include <csignal>
 #include <cstdlib>
+#include <sstream>
 
 namespace betamesh {
 namespace {
@@ -59,6 +60,13 @@ Outcome RunningProgram::wait() {
 Outcome runProgram(const std::vector<std::string>& words, const std::filesystem::path& folder,
                    const std::vector<std::string>& environment) {
     return RunningProgram(words, folder, environment).wait();
+}
+
+std::vector<nlohmann::json> jsonLines(const std::string& text) {
+    std::vector<nlohmann::json> lines;
+    std::istringstream in(text);
+    for (std::string line; std::getline(in, line);) lines.push_back(nlohmann::json::parse(line, nullptr, false));
+    return lines;
 }
 
 }  // namespace betamesh

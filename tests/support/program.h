@@ -4,6 +4,8 @@
 
 #include "support/temporary_folder.h"
 
+#include <nlohmann/json.hpp>
+
 #include <string>
 #include <vector>
 
@@ -26,6 +28,7 @@ public:
     RunningProgram(const RunningProgram&) = delete;
     RunningProgram& operator=(const RunningProgram&) = delete;
 
+    pid_t process() const { return process_; }
     void send(int signal);
     Outcome wait();
 
@@ -37,5 +40,8 @@ private:
 /// environment: NAME=value, added to that of the test.
 Outcome runProgram(const std::vector<std::string>& words, const std::filesystem::path& folder,
                    const std::vector<std::string>& environment = {});
+
+/// Every line of what --json prints; what is no JSON becomes a discarded value.
+std::vector<nlohmann::json> jsonLines(const std::string& text);
 
 }  // namespace betamesh

@@ -27,14 +27,16 @@ const std::vector<std::pair<std::string, std::vector<std::string>>> kDoors{
     {"CLI/", {"cmd/command.h", "cmd/job_options.h"}},
     {"Imath/", {"core/vec3.h"}},
     {"boost/multiprecision/", {"measure/orientation.cpp"}},
+    {"dlfcn.h", {"io/vdb.cpp"}},
     {"nlohmann/", {"batch/report.cpp"}},
     {"openvdb/", {"io/vdb_file.cpp"}},
     {"spdlog/", {"batch/log.cpp"}},
     {"tbb/", {"core/parallel.h"}},
+    {"xxhash.h", {"batch/origin.cpp"}},
     {"yaml-cpp/", {"batch/config.cpp"}},
     {"zlib.h", {"io/gzip.cpp"}},
 };
-const std::vector<std::string> kSystem{"fcntl.h", "pthread.h", "sched.h", "signal.h", "sys/", "unistd.h"};
+const std::vector<std::string> kSystem{"fcntl.h", "malloc.h", "pthread.h", "sched.h", "signal.h", "sys/", "unistd.h"};
 
 template <typename T>
 bool contains(const std::vector<T>& all, const T& one) {

@@ -1,0 +1,247 @@
+// The man page and the completion of shells, made from the definitions of the commands themselves.
+
+#include "batch/job.h"
+#include "batch/version.h"
+#include "command.h"
+
+#include <functional>
+#include <iostream>
+#include <sstream>
+
+namespace betamesh {
+namespace {
+
+struct Arguments {
+    const CLI::App* program = nullptr;
+    std::string form;
+};
+
+/// A command and those below it: "config", "config print".
+struct Entry {
+    std::string name;
+    const CLI::App* app;
+};
+
+std::vector<Entry> entriesOf(const CLI::App& app, const std::string& above = "") {
+    std::vector<Entry> entries;
+    for (const CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; })) {
+        entries.push_back({above + command->get_name(), command});
+        for (const Entry& below : entriesOf(*command, command->get_name() + ' ')) entries.push_back(below);
+    }
+    return entries;
+}
+
+bool takesValue(const CLI::Option& option) { return option.get_type_size() != 0; }
+
+/// The words of "beta|alpha|union"; none where the value is something else.
+std::vector<std::string> choicesOf(const CLI::Option& option) {
+    std::vector<std::string> choices;
+    const std::string type = option.get_type_name();
+    if (!takesValue(option) || type.find('|') == std::string::npos) return choices;
+    std::istringstream in(type);
+    for (std::string choice; std::getline(in, choice, '|');) choices.push_back(choice);
+    return choices;
+}
+
+std::vector<std::string> namesOf(const CLI::Option& option) {
+    std::vector<std::string> names;
+    for (const std::string& name : option.get_snames()) names.push_back('-' + name);
+    for (const std::string& name : option.get_lnames()) names.push_back("--" + name);
+    return names;
+}
+
+std::string joined(const std::vector<std::string>& words, const std::string& between) {
+    std::string text;
+    for (const std::string& word : words) text += (text.empty() ? "" : between) + word;
+    return text;
+}
+
+void forOptions(const CLI::App& app, const std::function<void(const CLI::Option&)>& visit) {
+    for (const CLI::Option* option : app.get_options()) visit(*option);
+}
+
+/// Text that troff prints as it is.
+std::string troff(const std::string& text) {
+    std::string out;
+    for (const char c : text) {
+        if ((c == '.' || c == '\'') && (out.empty() || out.back() == '\n')) out += "\\&";
+        out += c == '\\' ? "\\e" : c == '-' ? "\\-" : std::string(1, c);
+    }
+    return out;
+}
+
+/// Lines as they stand.
+std::string verbatim(const std::string& text) { return ".nf\n" + troff(text) + "\n.fi\n"; }
+
+std::string optionsPage(const CLI::App& app) {
+    std::string text;
+    forOptions(app, [&](const CLI::Option& option) {
+        std::string head = option.get_positional() ? option.get_name(true) : joined(namesOf(option), ", ");
+        if (takesValue(option) && !option.get_positional()) head += ' ' + option.get_type_name();
+        text += ".TP\n.B " + troff(head) + '\n' + troff(option.get_description()) + '\n';
+    });
+    return text;
+}
+
+std::string manPage(const CLI::App& program) {
+    std::string text = std::string(".TH BETAMESH 1 \"\" \"betamesh ") + version() +
+                       "\" \"User Commands\"\n.SH NAME\nbetamesh \\- " + troff(program.get_description()) +
+                       "\n.SH SYNOPSIS\n.B betamesh\n.I COMMAND\n[options]\n.SH OPTIONS\n" + optionsPage(program) +
+                       ".SH COMMANDS\n";
+    for (const Entry& entry : entriesOf(program)) {
+        text += ".SS betamesh " + troff(entry.name) + '\n' + troff(entry.app->get_description()) + '\n' +
+                optionsPage(*entry.app);
+        if (!entry.app->get_footer().empty()) text += ".PP\n" + verbatim(entry.app->get_footer());
+    }
+    return text + ".SH EXIT STATUS\n" + verbatim(program.get_footer());
+}
+
+std::vector<std::string> namesBelow(const CLI::App& app) {
+    std::vector<std::string> names;
+    for (const CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; }))
+        names.push_back(command->get_name());
+    return names;
+}
+
+/// Commands that have others below them.
+std::vector<std::string> parentsOf(const CLI::App& program) {
+    std::vector<std::string> parents;
+    for (const CLI::App* command : program.get_subcommands([](const CLI::App*) { return true; }))
+        if (!namesBelow(*command).empty()) parents.push_back(command->get_name());
+    return parents;
+}
+
+std::string bashCompletion(const CLI::App& program) {
+    std::string below, options, values;  // of `case`: what may stand behind which words
+    for (const Entry& entry : entriesOf(program)) {
+        const std::vector<std::string> names = namesBelow(*entry.app);
+        if (!names.empty()) below += "        '" + entry.name + "') words='" + joined(names, " ") + "' ;;\n";
+        std::string words;
+        forOptions(*entry.app, [&](const CLI::Option& option) {
+            for (const std::string& name : namesOf(option)) {
+                words += ' ' + name;
+                const auto choices = choicesOf(option);
+                if (!choices.empty())
+                    values += "        '" + entry.name + ' ' + name + "') words='" + joined(choices, " ") + "' ;;\n";
+            }
+        });
+        options += "        '" + entry.name + "') words='" + words + "' ;;\n";
+    }
+    return "# bash completion for betamesh; made by `betamesh manual bash`.\n"
+           "_betamesh() {\n"
+           "    local current=${COMP_WORDS[COMP_CWORD]} before=${COMP_WORDS[COMP_CWORD-1]}\n"
+           "    local command=${COMP_WORDS[1]} words=\n"
+           "    ((COMP_CWORD > 1)) || words='" +
+           joined(namesBelow(program), " ") +
+           " --help --version'\n"
+           "    case $command in " +
+           joined(parentsOf(program), "|") +
+           ") ((COMP_CWORD < 3)) || command+=\" ${COMP_WORDS[2]}\" ;; esac\n"
+           "    [[ -n $words ]] || case \"$command $before\" in\n" +
+           values +
+           "    esac\n"
+           "    [[ -n $words ]] || case $command in\n" +
+           below +
+           "    esac\n"
+           "    [[ -n $words || $current != -* ]] || case $command in\n" +
+           options +
+           "    esac\n"
+           "    COMPREPLY=()\n"
+           "    [[ -z $words ]] || mapfile -t COMPREPLY < <(compgen -W \"$words\" -- \"$current\")\n"
+           "}\n"
+           "complete -o default -F _betamesh betamesh\n";
+}
+
+/// Inside single quotes, where brackets and colons mean something to _arguments.
+std::string zshText(const std::string& text) {
+    std::string out;
+    for (const char c : text) {
+        if (c == '\'') out += "'\\''";
+        if (c == '[' || c == ']' || c == ':' || c == '\\') out += '\\';
+        if (c != '\'') out += c == '\n' ? ' ' : c;
+    }
+    return out;
+}
+
+std::string zshOptions(const CLI::App& app) {
+    std::string text;
+    forOptions(app, [&](const CLI::Option& option) {
+        const auto choices = choicesOf(option);
+        for (const std::string& name : namesOf(option)) {
+            text += " \\\n            '*" + name + '[' + zshText(option.get_description()) + ']';
+            if (!choices.empty()) text += ":value:(" + joined(choices, " ") + ')';
+            if (choices.empty() && takesValue(option)) text += ':' + zshText(option.get_type_name()) + ":_files";
+            text += '\'';
+        }
+    });
+    return text + " \\\n            '*:file:_files'";
+}
+
+std::string zshCompletion(const CLI::App& program) {
+    std::string commands, cases, below;
+    for (const std::string& parent : parentsOf(program))
+        below +=
+            "        " + parent + ") compadd " + joined(namesBelow(*program.get_subcommand(parent)), " ") + " ;;\n";
+    for (const Entry& entry : entriesOf(program)) {
+        if (entry.name.find(' ') == std::string::npos)
+            commands += " \\\n            '" + entry.name + ':' + zshText(entry.app->get_description()) + '\'';
+        cases +=
+            "        '" + entry.name + "')\n            _arguments" + zshOptions(*entry.app) + "\n            ;;\n";
+    }
+    return "#compdef betamesh\n"
+           "# zsh completion for betamesh; made by `betamesh manual zsh`.\n"
+           "_betamesh() {\n"
+           "    if ((CURRENT == 2)); then\n"
+           "        local -a commands=(" +
+           commands +
+           ")\n"
+           "        _describe command commands\n"
+           "        return\n"
+           "    fi\n"
+           "    local command=$words[2]\n"
+           "    shift words\n"
+           "    ((CURRENT--))\n"
+           "    if [[ $command == (" +
+           joined(parentsOf(program), "|") +
+           ") ]]; then\n"
+           "        if ((CURRENT == 2)); then\n"
+           "            case $command in\n" +
+           below +
+           "            esac\n"
+           "            return\n"
+           "        fi\n"
+           "        command+=\" $words[2]\"\n"
+           "        shift words\n"
+           "        ((CURRENT--))\n"
+           "    fi\n"
+           "    case $command in\n" +
+           cases +
+           "    esac\n"
+           "}\n"
+           "_betamesh \"$@\"\n";
+}
+
+int print(const Arguments& arguments) {
+    std::cout << (arguments.form == "man"    ? manPage(*arguments.program)
+                  : arguments.form == "bash" ? bashCompletion(*arguments.program)
+                                             : zshCompletion(*arguments.program));
+    return kAllWritten;
+}
+
+}  // namespace
+
+void addManualCommand(CLI::App& program, int& exit_code) {
+    const auto [command, arguments] =
+        addCommand(program, exit_code, "manual", "Prints the man page, or the completion of a shell.", print);
+    command->footer(
+        "Examples:\n"
+        "  betamesh manual man | man -l -\n"
+        "  source <(betamesh manual bash)");
+    arguments->program = &program;
+    command->add_option("FORM", arguments->form, "What to print.")
+        ->type_name("man|bash|zsh")
+        ->required()
+        ->check(CLI::IsMember({"man", "bash", "zsh"}));
+}
+
+}  // namespace betamesh

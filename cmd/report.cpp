@@ -1,0 +1,110 @@
+#include "batch/frames.h"
+#include "batch/job.h"
+#include "batch/log.h"
+#include "batch/report_page.h"
+#include "command.h"
+#include "core/error.h"
+#include "io/output_file.h"
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+
+namespace betamesh {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Arguments {
+    std::vector<std::string> manifests;
+    std::string output;
+    std::string frames;
+    std::string coherence;
+    std::string previews;
+    std::string title;
+};
+
+/// A place for the frame number stands for every frame on disk.
+std::vector<std::string> filesOf(const std::vector<std::string>& words) {
+    std::vector<std::string> files;
+    for (const std::string& word : words) {
+        const FramePattern pattern = framePattern(word);
+        if (!pattern.numbered) files.push_back(word);
+        if (pattern.numbered)
+            for (const auto& file : framesOnDisk(pattern)) files.push_back(file.second);
+    }
+    return files;
+}
+
+std::string bytesOf(const std::string& file) {
+    std::ifstream in(file, std::ios::binary);
+    if (!in) throw Error(file + ": cannot be read; expected a picture (.png)");
+    return {std::istreambuf_iterator<char>(in), {}};
+}
+
+ReportPage pageOf(const Arguments& arguments) {
+    ReportPage page;
+    page.title = arguments.title.empty() ? fs::path(arguments.output).stem().string() : arguments.title;
+    std::vector<int> found;
+    for (const std::string& file : filesOf(arguments.manifests)) {
+        const auto report = readReport(file);
+        if (!report) throw Error(file + ": expected the manifest of a frame (NAME.json beside a mesh)");
+        page.frames.push_back(*report);
+        found.push_back(report->frame);
+    }
+    std::sort(page.frames.begin(), page.frames.end(),
+              [](const FrameReport& a, const FrameReport& b) { return a.frame < b.frame; });
+    std::sort(found.begin(), found.end());
+    if (!arguments.frames.empty()) {
+        const std::vector<int> expected = parseFrames(arguments.frames);
+        std::set_difference(expected.begin(), expected.end(), found.begin(), found.end(),
+                            std::back_inserter(page.missing));
+    }
+    if (!arguments.coherence.empty())
+        for (const CoherenceReport& jump : readCoherence(arguments.coherence))
+            page.jump[singleFrame(framePattern(jump.to))] = jump.distance.max;
+    if (!arguments.previews.empty())
+        for (const auto& [frame, file] : framesOnDisk(framePattern(arguments.previews)))
+            page.preview_png[frame] = bytesOf(file);
+    return page;
+}
+
+int report(const Arguments& arguments) {
+    const ReportPage page = pageOf(arguments);
+    writeFile(arguments.output, htmlOf(page));
+    logInfo(std::to_string(page.frames.size()) + " frames -> " + arguments.output);
+    if (page.missing.empty()) return kAllWritten;
+    logError("no manifest of frames " + printFrames(page.missing));
+    return kSomeFailed;
+}
+
+}  // namespace
+
+void addReportCommand(CLI::App& program, int& exit_code) {
+    const auto [command, arguments] =
+        addCommand(program, exit_code, "report", "Shows a whole job on one page, with plots over time.", report);
+    command->footer(
+        "Exit codes: 0 written; 1 written, and manifests of --frames are missing; 2 wrong usage.\n"
+        "Example:\n"
+        "  betamesh report 'mesh/splash.####.ply.json' -o splash.html --frames 1-240");
+    command
+        ->add_option("MANIFEST", arguments->manifests,
+                     "What stands beside each mesh (NAME.json). A place for the frame number (####) stands for every "
+                     "frame on disk.")
+        ->required();
+    command->add_option("-o,--output", arguments->output, "The page; it needs no other file and no network.")
+        ->type_name("FILE.html")
+        ->required();
+    command->add_option("--frames", arguments->frames, "Frames that have to be there, such as 1-240.")
+        ->type_name("FRAMES");
+    command->add_option("--coherence", arguments->coherence, "What `betamesh coherence --json` printed of the meshes.")
+        ->type_name("FILE");
+    command
+        ->add_option("--previews", arguments->previews,
+                     "Pictures of the frames (.png), with a place for the frame number; they become part of the page.")
+        ->type_name("FILES");
+    command->add_option("--title", arguments->title, "Default: the name of the page.")->type_name("TEXT");
+}
+
+}  // namespace betamesh

@@ -1,0 +1,269 @@
+// What `submit` says to farm engines, judged by their rules, by shells, and by doing it.
+
+#include "batch/farm.h"
+
+#include "batch/frames.h"
+#include "core/random.h"
+#include "support/job_folder.h"
+
+#include <yaml-cpp/yaml.h>
+
+#include <cctype>
+#include <regex>
+#include <set>
+
+namespace betamesh {
+namespace {
+
+std::vector<FrameTask> tasksOf(std::size_t count, std::uint64_t seed) {
+    Random random(seed);
+    std::vector<FrameTask> tasks(count);
+    for (std::size_t i = 0; i < count; ++i) {
+        tasks[i].frame = static_cast<int>(10 + i);
+        tasks[i].memory = random.below(4) == 0 ? 0 : random.below(2'000'000'000);
+    }
+    return tasks;
+}
+
+TEST(Farm, PiecesHoldEveryFrameOnceInOrderAndCostAboutTheSame) {
+    for (std::uint64_t seed = 0; seed < 200; ++seed) {
+        SCOPED_TRACE(seed);
+        Random random(seed);
+        const std::vector<FrameTask> tasks = tasksOf(1 + random.below(300), seed);
+        const std::size_t most = 1 + random.below(40);
+        const auto pieces = piecesOfEqualCost(tasks, static_cast<int>(random.below(9)), random.between(0.1, 500), most);
+        ASSERT_GE(pieces.size(), 1U);
+        EXPECT_LE(pieces.size(), most);
+        std::size_t next = 0;
+        double total = 0, largest = 0, dearest = 0;
+        for (const auto& piece : pieces) {
+            EXPECT_FALSE(piece.empty());
+            double cost = 0;
+            for (const int frame : piece) {
+                ASSERT_EQ(frame, tasks.at(next).frame);
+                const double of_frame = static_cast<double>(tasks[next++].memory);
+                cost += of_frame;
+                largest = std::max(largest, of_frame);
+            }
+            total += cost;
+            dearest = std::max(dearest, cost);
+        }
+        EXPECT_EQ(next, tasks.size());
+        EXPECT_LE(dearest, total / static_cast<double>(pieces.size()) * 1.5 + 2 * largest);
+
+        const auto equal = piecesOfFrames(tasks, most);
+        EXPECT_EQ(equal.size(), (tasks.size() + most - 1) / most);
+        EXPECT_EQ(equal.front().front(), tasks.front().frame);
+        EXPECT_EQ(equal.back().back(), tasks.back().frame);
+    }
+}
+
+TEST(Farm, AShellReadsWordsBackAsTheyAre) {
+    const TemporaryFolder folder;
+    const std::vector<std::string> words{"plain", "",     "two words", "it's",     "$HOME",
+                                         "`ls`",  "a\"b", "*",         "#IFRAME#", "\\"};
+    const std::string file = folder / "words";
+    ASSERT_EQ(std::system(("printf '%s|' " + shellWords(words) + " > " + file).c_str()), 0);
+    std::string expected;
+    for (const std::string& word : words) expected += word + '|';
+    EXPECT_EQ(contentsOf(file), expected);
+}
+
+class Submit : public JobFolder {
+protected:
+    void SetUp() override {
+        writeFrames(1, 5);
+        write(folder_ / "my job.yaml",
+              "version: 1\ninput: {path: in/a.####.ply}\noutput: {path: out/a.####.ply}\nrun: {threads: 2}\n");
+    }
+    std::string submitted(const std::string& farm, const std::vector<std::string>& further = {}) {
+        std::vector<std::string> words{"submit", "my job.yaml", "--to", farm, "--print", "--chunk-size", "2"};
+        words.insert(words.end(), further.begin(), further.end());
+        const Outcome outcome = runProgram(words, folder_.path());
+        EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+        EXPECT_FALSE(exists("out"));
+        return outcome.out;
+    }
+    /// Somewhere else, as farms do.
+    int shell(const std::string& command) { return std::system(("cd / && " + command + " 2> /dev/null").c_str()); }
+};
+
+std::string replaced(std::string text, const std::string& from, const std::string& to) {
+    for (std::size_t at = text.find(from); at != std::string::npos; at = text.find(from, at + to.size()))
+        text.replace(at, from.size(), to);
+    return text;
+}
+
+TEST_F(Submit, OpenCuesCommandMeshesTheFramesOfItsToken) {
+    const std::string command = submitted("opencue");
+    EXPECT_NE(command.find(" #FRAMESPEC#"), std::string::npos) << command;
+    EXPECT_EQ(shell(replaced(replaced(command, "\n", ""), "#FRAMESPEC#", "2-3")), 0);
+    EXPECT_TRUE(absent(1) && written(2) && written(3) && absent(4));
+}
+
+TEST_F(Submit, DeadlinesArgumentsMeshTheFramesOfItsTokens) {
+    const std::string command = submitted("deadline");
+    std::smatch found;
+    ASSERT_TRUE(
+        std::regex_search(command, found, std::regex("-executable env -arguments '(.*)' -frames 1-5 -chunksize 2")))
+        << command;
+    const std::string arguments =
+        replaced(replaced(replaced(found[1], "<QUOTE>", "\""), "<STARTFRAME>", "4"), "<ENDFRAME>", "5");
+    EXPECT_EQ(shell("env " + arguments), 0);
+    EXPECT_TRUE(absent(3) && written(4) && written(5));
+}
+
+TEST_F(Submit, TractorsTasksAreTheFramesAndTheReportComesLast) {
+    const std::string job = submitted("tractor");
+    EXPECT_EQ(count(job, "{"), count(job, "}"));
+    for (const char* frames : {"{--frames} {1-2}}", "{--frames} {3-4}}", "{--frames} {5}}"})
+        EXPECT_EQ(count(job, frames), 1U) << job;
+    EXPECT_EQ(count(job, "{--progress} {tractor}"), 3U);
+    EXPECT_GT(job.find("{report}"), job.rfind("{run}"));
+}
+
+TEST_F(Submit, SlurmsScriptMeshesThePieceOfItsTask) {
+    write(folder_ / "array.sh", submitted("slurm", {"--no-report", "--set", "smoothing.passes=2"}));
+    const std::string text = contentsOf(folder_ / "array.sh");
+    for (const char* line :
+         {"#SBATCH --array=1-3\n", "#SBATCH --requeue\n", "#SBATCH --cpus-per-task=2\n", "#SBATCH --mem="})
+        EXPECT_EQ(count(text, line), 1U) << text;
+    EXPECT_EQ(shell("SLURM_ARRAY_TASK_ID=2 bash " + folder_ / "array.sh"), 0);
+    EXPECT_TRUE(absent(2) && written(3) && written(4) && absent(5));
+    EXPECT_EQ(shell("SLURM_ARRAY_TASK_ID=3 bash " + folder_ / "array.sh"), 0);
+    EXPECT_TRUE(written(5));
+}
+
+/// The rules of the 2023-09 schema and its TASK_CHUNKING extension that concern what is written.
+class OpenJobRules {
+public:
+    static void keys(const YAML::Node& node, const std::set<std::string>& needed,
+                     const std::set<std::string>& allowed) {
+        ASSERT_TRUE(node.IsMap());
+        for (const std::string& key : needed) EXPECT_TRUE(node[key]) << key;
+        for (const auto& row : node)
+            EXPECT_TRUE(needed.contains(row.first.Scalar()) || allowed.contains(row.first.Scalar()))
+                << row.first.Scalar();
+    }
+    static void name(const YAML::Node& node, std::size_t most) {
+        EXPECT_GE(node.Scalar().size(), 1U);
+        EXPECT_LE(node.Scalar().size(), most);
+        for (const char c : node.Scalar()) EXPECT_FALSE(std::iscntrl(static_cast<unsigned char>(c)));
+    }
+    static void identifier(const YAML::Node& node) {
+        EXPECT_TRUE(std::regex_match(node.Scalar(), std::regex("[A-Za-z_][A-Za-z0-9_]{0,63}"))) << node.Scalar();
+    }
+    /// Every {{reference}} is one of these.
+    static void references(const YAML::Node& node, const std::set<std::string>& known) {
+        static const std::regex reference(R"(\{\{\s*([A-Za-z0-9_.]*)\s*\}\})");
+        const std::string text = node.Scalar();
+        for (auto found = std::sregex_iterator(text.begin(), text.end(), reference); found != std::sregex_iterator();
+             ++found)
+            EXPECT_TRUE(known.contains((*found)[1])) << text;
+        EXPECT_EQ(count(text, "{{"),
+                  static_cast<std::size_t>(std::distance(std::sregex_iterator(text.begin(), text.end(), reference),
+                                                         std::sregex_iterator())));
+    }
+    static void action(const YAML::Node& node, const std::set<std::string>& known) {
+        keys(node, {"command"}, {"args", "timeout", "cancelation"});
+        EXPECT_FALSE(node["command"].Scalar().empty());
+        for (const auto& word : node["args"]) {
+            references(word, known);
+            for (const char c : word.Scalar()) EXPECT_FALSE(std::iscntrl(static_cast<unsigned char>(c)));
+        }
+        keys(node["cancelation"], {"mode"}, {"notifyPeriodInSeconds"});
+        EXPECT_EQ(node["cancelation"]["mode"].Scalar(), "NOTIFY_THEN_TERMINATE");
+        EXPECT_GE(node["cancelation"]["notifyPeriodInSeconds"].as<int>(), 1);
+        EXPECT_LE(node["cancelation"]["notifyPeriodInSeconds"].as<int>(), 600);
+    }
+};
+
+TEST_F(Submit, OpenJobDescriptionsKeepToTheSchema) {
+    const std::string text = submitted("openjd", {"--frames", "1-5x2", "--set", "smoothing.passes=2"});
+    const YAML::Node root = YAML::Load(text);
+    using Rules = OpenJobRules;
+    Rules::keys(root, {"specificationVersion", "name", "steps"},
+                {"extensions", "description", "parameterDefinitions", "jobEnvironments"});
+    EXPECT_EQ(root["specificationVersion"].Scalar(), "jobtemplate-2023-09");
+    EXPECT_EQ(root["extensions"].as<std::vector<std::string>>(), std::vector<std::string>{"TASK_CHUNKING"});
+    Rules::name(root["name"], 128);
+
+    std::set<std::string> known;
+    for (const auto& parameter : root["parameterDefinitions"]) {
+        Rules::identifier(parameter["name"]);
+        EXPECT_TRUE(known.insert("Param." + parameter["name"].Scalar()).second);
+        const bool number = parameter["type"].Scalar() == "INT";
+        EXPECT_TRUE(number || parameter["type"].Scalar() == "STRING");
+        Rules::keys(parameter, {"name", "type"}, {"description", "default", number ? "minValue" : "minLength"});
+    }
+    EXPECT_EQ(root["parameterDefinitions"][0]["default"].Scalar(), "1-5:2");
+    EXPECT_LE(root["parameterDefinitions"].size(), 50U);
+
+    std::set<std::string> environments;
+    for (const auto& environment : root["jobEnvironments"]) {
+        Rules::keys(environment, {"name", "script"}, {"description", "variables"});
+        Rules::name(environment["name"], 64);
+        EXPECT_TRUE(environments.insert(environment["name"].Scalar()).second);
+        Rules::keys(environment["script"]["actions"], {"onEnter"}, {"onExit"});
+        Rules::action(environment["script"]["actions"]["onEnter"], known);
+    }
+    EXPECT_FALSE(environments.empty());
+
+    std::set<std::string> steps;
+    for (const auto& step : root["steps"]) {
+        Rules::keys(step, {"name", "script"},
+                    {"description", "dependencies", "stepEnvironments", "hostRequirements", "parameterSpace"});
+        Rules::name(step["name"], 64);
+        for (const auto& dependency : step["dependencies"])
+            EXPECT_TRUE(steps.contains(dependency["dependsOn"].Scalar())) << dependency;
+        EXPECT_TRUE(steps.insert(step["name"].Scalar()).second);
+        if (const YAML::Node host = step["hostRequirements"]) {
+            for (const auto& amount : host["amounts"]) {
+                const std::string name = amount["name"].Scalar();
+                EXPECT_TRUE(name == "amount.worker.vcpu" || name == "amount.worker.memory") << name;
+                EXPECT_GT(amount["min"].as<double>(), 0);
+            }
+        }
+        std::set<std::string> in_step = known;
+        if (const YAML::Node space = step["parameterSpace"]) {
+            for (const auto& parameter : space["taskParameterDefinitions"]) {
+                Rules::identifier(parameter["name"]);
+                in_step.insert("Task.Param." + parameter["name"].Scalar());
+                Rules::keys(parameter, {"name", "type", "range", "chunks"}, {});
+                EXPECT_EQ(parameter["type"].Scalar(), "CHUNK[INT]");
+                Rules::references(parameter["range"], known);
+                Rules::keys(parameter["chunks"], {"defaultTaskCount", "rangeConstraint"}, {"targetRuntimeSeconds"});
+                Rules::references(parameter["chunks"]["defaultTaskCount"], known);
+                EXPECT_EQ(parameter["chunks"]["rangeConstraint"].Scalar(), "CONTIGUOUS");
+            }
+        }
+        Rules::keys(step["script"]["actions"], {"onRun"}, {});
+        Rules::action(step["script"]["actions"]["onRun"], in_step);
+    }
+    EXPECT_EQ(steps, (std::set<std::string>{"Mesh", "Report"}));
+
+    // And its words do what they say.
+    std::vector<std::string> words{root["steps"][0]["script"]["actions"]["onRun"]["command"].Scalar()};
+    for (const auto& word : root["steps"][0]["script"]["actions"]["onRun"]["args"])
+        words.push_back(replaced(word.Scalar(), "{{Task.Param.Frame}}", "3-3"));
+    EXPECT_EQ(shell(shellWords(words) + " > " + folder_ / "said"), 0);
+    EXPECT_TRUE(absent(1) && written(3) && absent(5));
+    EXPECT_NE(contentsOf(folder_ / "said").find("openjd_progress: 100"), std::string::npos);
+}
+
+TEST_F(Submit, WrongUsageSubmitsNothing) {
+    for (const std::vector<std::string>& words :
+         std::vector<std::vector<std::string>>{{"submit", "my job.yaml"},
+                                               {"submit", "my job.yaml", "--to", "farmville"},
+                                               {"submit", "absent.yaml", "--to", "opencue"},
+                                               {"submit", "my job.yaml", "--to", "opencue", "--", "--wait"},
+                                               {"submit", "my job.yaml", "--to", "opencue", "--frames", "1:5"},
+                                               {"submit", "my job.yaml", "--to", "opencue", "--set", "surface.radus=1"},
+                                               {"submit", "my job.yaml", "--to", "openjd", "--program", "{{x}}"}})
+        EXPECT_EQ(runProgram(words, folder_.path()).exit_code, 2) << words.back();
+    EXPECT_EQ(runProgram({"submit", "my job.yaml", "--to", "openjd", "-o", "t.yaml"}, folder_.path()).exit_code, 0);
+    EXPECT_TRUE(YAML::LoadFile(folder_ / "t.yaml")["steps"].IsSequence());
+}
+
+}  // namespace
+}  // namespace betamesh

@@ -1,0 +1,157 @@
+// What disks, servers and simulations do to a job, and what is left of it: each fault is named with its file, every
+// other frame is written, nothing is half-written.
+
+#include "io/mesh_file.h"
+#include "support/job_folder.h"
+
+#include <sys/mount.h>
+#include <sys/stat.h>
+
+#include <cerrno>
+#include <csignal>
+#include <cstring>
+#include <set>
+
+namespace betamesh {
+namespace {
+
+class Faults : public JobFolder {
+protected:
+    static constexpr int kFrames = 6;
+
+    void SetUp() override { writeFrames(1, kFrames); }
+
+    /// The frames that failed, all others are whole; the message names each.
+    void expectOnlyThese(const std::set<int>& failed, const Outcome& outcome) {
+        EXPECT_EQ(outcome.exit_code, failed.empty() ? 0 : 1) << outcome.err;
+        for (int frame = 1; frame <= kFrames; ++frame) {
+            SCOPED_TRACE(frame);
+            EXPECT_TRUE(failed.contains(frame) ? absent(frame) : written(frame)) << outcome.err;
+            if (failed.contains(frame)) {
+                EXPECT_NE(outcome.err.find("frame " + std::to_string(frame) + ": "), std::string::npos) << outcome.err;
+            } else {
+                EXPECT_EQ(report(frame)["status"], "ok");
+            }
+        }
+        EXPECT_EQ(hiddenFiles("out"), 0U);
+    }
+};
+
+TEST_F(Faults, BrokenInputsInTheMiddleFailAlone) {
+    fs::resize_file(folder_ / "in/a.0002.ply", fs::file_size(folder_ / "in/a.0002.ply") - 7);
+    write(folder_ / "in/a.0003.ply", "");
+    writeFrameWithNaN(4);
+    fs::remove(folder_ / "in/a.0005.ply");
+    const Outcome outcome = mesh({"--frames", "1-6"});
+    expectOnlyThese({2, 3, 4, 5}, outcome);
+    for (const int frame : {2, 3, 4, 5})
+        EXPECT_NE(outcome.err.find(numbered("in/a", frame, ".ply") + ": "), std::string::npos) << outcome.err;
+}
+
+TEST_F(Faults, InputsThatVanishAfterPlanningFailAlone) {
+    const int last = 100;
+    for (int frame = kFrames + 1; frame <= last; ++frame)
+        fs::create_hard_link(folder_ / "in/a.0001.ply", folder_ / numbered("in/a", frame, ".ply"));
+    RunningProgram program({"mesh", "in/a.####.ply", "out/a.####.ply", "--frames-in-flight", "2"}, folder_.path());
+    ASSERT_TRUE(within(kSecondsToStart, [&] { return written(1); }));
+    fs::remove(folder_ / numbered("in/a", last, ".ply"));
+    const Outcome outcome = program.wait();
+    EXPECT_EQ(outcome.exit_code, 1);
+    EXPECT_NE(outcome.err.find("frame 100: in/a.0100.ply: cannot be read"), std::string::npos) << outcome.err;
+    for (int frame = 1; frame < last; ++frame) EXPECT_TRUE(written(frame)) << frame;
+    EXPECT_TRUE(absent(last));
+}
+
+TEST_F(Faults, CallsThatFailAreNamedTriedAgainAndHarmNoOtherFrame) {
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+    GTEST_SKIP() << "sanitizers want to be loaded before any other library";
+#endif
+    struct Fault {
+        const char* call;
+        int error;
+        const char* name;
+        int of_one_attempt = 1;  ///< such calls
+    };
+    for (const Fault& fault :
+         {Fault{"write", ENOSPC, "a.0003.ply"}, Fault{"write", EIO, "a.0003.ply"}, Fault{"fsync", EIO, "a.0003.ply"},
+          Fault{"rename", EDQUOT, "a.0003.ply"}, Fault{"open", EACCES, "in/a.0003.ply"},
+          Fault{"open", EROFS, "out/.a.0003.ply", 2}, Fault{"read", EIO, "in/a.0003.ply"},
+          Fault{"read", ESTALE, "in/a.0003.ply"}, Fault{"write", ENOSPC, "a.0003.ply.json"}}) {
+        SCOPED_TRACE(std::string(fault.call) + ' ' + fault.name + ' ' + std::strerror(fault.error));
+        const std::string setting =
+            std::string("BETAMESH_FAULT=") + fault.call + ':' + std::to_string(fault.error) + ':' + fault.name;
+        const auto run = [&](const std::string& times, const std::string& retries) {
+            fs::remove_all(folder_ / "out");
+            return runProgram({"mesh", "in/a.####.ply", "out/a.####.ply", "--io-retries", retries}, folder_.path(),
+                              {"LD_PRELOAD=" BETAMESH_FAULT_SHIM, setting + times});
+        };
+        const Outcome always = run("", "1");
+        EXPECT_NE(always.err.find(std::strerror(fault.error)), std::string::npos) << always.err;
+        if (std::string(fault.name).ends_with(".json")) {  // the mesh is there, but nothing vouches for it
+            EXPECT_EQ(always.exit_code, 1);
+            EXPECT_TRUE(exists("out/a.0003.ply") && !exists("out/a.0003.ply.json"));
+        } else {
+            expectOnlyThese({3}, always);
+        }
+        const std::string once = ':' + std::to_string(fault.of_one_attempt);
+        expectOnlyThese({}, run(once, "1"));
+        EXPECT_EQ(run(once, "0").exit_code, 1);
+    }
+}
+
+TEST_F(Faults, AFullDiskFailsTheFramesThatDoNotFitAndNoOther) {
+    fs::create_directories(folder_ / "out");
+    const std::string disk = folder_ / "out";
+    if (mount("none", disk.c_str(), "tmpfs", 0, "size=400k") != 0)
+        GTEST_SKIP() << "no small file system can be mounted here: " << std::strerror(errno);
+    const Outcome outcome = mesh({"--io-retries", "0", "--frames-in-flight", "2"});
+    int fitting = 0;
+    for (int frame = 1; frame <= kFrames; ++frame) {
+        EXPECT_TRUE(written(frame) || !exists(numbered("out/a", frame, ".ply.json"))) << frame;
+        if (!written(frame)) continue;
+        ++fitting;
+        EXPECT_EQ(readMesh(folder_ / numbered("out/a", frame, ".ply")).triangles.size(), report(frame)["triangles"]);
+    }
+    EXPECT_EQ(hiddenFiles("out"), 0U);
+    umount(disk.c_str());
+    EXPECT_EQ(outcome.exit_code, 1) << outcome.err;
+    EXPECT_NE(outcome.err.find("No space left on device"), std::string::npos) << outcome.err;
+    EXPECT_GE(fitting, 1);
+    EXPECT_LT(fitting, kFrames);
+}
+
+TEST_F(Faults, AFolderThatMayNotBeWrittenIsNamedBeforeAnythingIsDone) {
+    if (geteuid() == 0) GTEST_SKIP() << "root may write everywhere";
+    fs::create_directories(folder_ / "out");
+    fs::permissions(folder_ / "out", fs::perms::owner_read | fs::perms::owner_exec);
+    const Outcome outcome = mesh();
+    fs::permissions(folder_ / "out", fs::perms::owner_all);
+    EXPECT_EQ(outcome.exit_code, 1);
+    EXPECT_NE(outcome.err.find(std::strerror(EACCES)), std::string::npos) << outcome.err;
+}
+
+/// A read that never ends, as of a server that has gone away.
+TEST_F(Faults, AStalledInputDoesNotKeepASignalFromEndingTheJob) {
+    for (const int stalled : {1, 3}) {  // while the spacing is measured, while frames are meshed
+        SCOPED_TRACE(stalled);
+        writeFrames(1, kFrames);
+        fs::remove_all(folder_ / "out");
+        fs::remove(folder_ / numbered("in/a", stalled, ".ply"));
+        ASSERT_EQ(mkfifo((folder_ / numbered("in/a", stalled, ".ply")).c_str(), 0600), 0);
+        RunningProgram program({"mesh", "in/a.####.ply", "out/a.####.ply", "--frames-in-flight", "2", "-j", "2"},
+                               folder_.path());
+        ASSERT_TRUE(within(kSecondsToStart, [&] { return stalled == 1 || written(kFrames); }));
+        std::this_thread::sleep_for(std::chrono::milliseconds(500));
+        const auto begin = std::chrono::steady_clock::now();
+        program.send(SIGTERM);
+        const Outcome outcome = program.wait();
+        EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(10));
+        EXPECT_EQ(outcome.exit_code, 128 + SIGTERM) << outcome.err;
+        for (int frame = 1; frame <= kFrames; ++frame)
+            EXPECT_TRUE(stalled == 1 || frame == stalled ? absent(frame) : written(frame)) << frame;
+        fs::remove(folder_ / numbered("in/a", stalled, ".ply"));
+    }
+}
+
+}  // namespace
+}  // namespace betamesh

@@ -1,0 +1,174 @@
+// Jobs that are ended, changed, doubled and taken up again: what is on disk is always what one undisturbed run writes.
+
+#include "core/random.h"
+#include "support/job_folder.h"
+
+#include <csignal>
+#include <set>
+
+namespace betamesh {
+namespace {
+
+class Resume : public JobFolder {
+protected:
+    /// What `--skip-existing` does with each frame.
+    std::map<int, std::string> actions(std::vector<std::string> further = {}) {
+        further.insert(further.end(), {"--skip-existing", "--json"});
+        const Outcome outcome = mesh(further);
+        EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+        std::map<int, std::string> status;
+        for (const Json& line : jsonLines(outcome.out)) status[line["frame"]] = line["status"];
+        return status;
+    }
+    /// Every frame of `expected` was made again but no other.
+    void expectAgain(const std::set<int>& expected, const std::vector<std::string>& further = {}) {
+        const Outcome planned = [&] {
+            std::vector<std::string> words = further;
+            words.insert(words.end(), {"--skip-existing", "--dry-run", "--json"});
+            return mesh(words);
+        }();
+        for (const Json& line : jsonLines(planned.out)) {
+            EXPECT_EQ(line["action"] == "mesh", expected.contains(line["frame"])) << line;
+            EXPECT_EQ(line.contains("why"), expected.contains(line["frame"]) && exists(line["output"])) << line;
+        }
+        for (const auto& [frame, status] : actions(further))
+            EXPECT_EQ(status, expected.contains(frame) ? "ok" : "skipped") << frame;
+        for (const auto& [frame, status] : actions(further)) EXPECT_EQ(status, "skipped") << frame;
+    }
+};
+
+TEST_F(Resume, ExactlyTheFramesWhoseManifestDoesNotMatchAreMadeAgain) {
+    writeFrames(1, 4);
+    ASSERT_EQ(mesh().exit_code, 0);
+    const auto before = meshesIn("out");
+    expectAgain({});
+    expectAgain({}, {"-j", "1", "--frames-in-flight", "2", "--io-retries", "3", "--on-missing", "empty"});
+    expectAgain({}, {"--retries", "7"});  // of float predicates, which are not used
+
+    // The input: its time alone does not count, its content does.
+    fs::last_write_time(folder_ / "in/a.0002.ply", fs::file_time_type::clock::now() + std::chrono::hours(1));
+    expectAgain({});
+    const std::string other = contentsOf(folder_ / "in/a.0004.ply");
+    write(folder_ / "in/a.0003.ply", other);
+    expectAgain({3});
+    EXPECT_EQ(meshesIn("out").at("a.0003.ply"), before.at("a.0004.ply"));
+    std::string changed = other;
+    changed.back() = static_cast<char>(changed.back() ^ 1);  // as long as before, and a moment later
+    write(folder_ / "in/a.0004.ply", changed);
+    expectAgain({4});
+
+    // What was written.
+    fs::remove(folder_ / "out/a.0001.ply.json");
+    expectAgain({1});
+    write(folder_ / "out/a.0002.ply.json", contentsOf(folder_ / "out/a.0002.ply.json").substr(0, 300));
+    expectAgain({2});
+    fs::resize_file(folder_ / "out/a.0001.ply", 100);
+    fs::remove(folder_ / "out/a.0002.ply");
+    expectAgain({1, 2});
+    Json manifest = report(3);
+    manifest["origin"]["version"] = "0.0.1";
+    write(folder_ / "out/a.0003.ply.json", manifest.dump());
+    expectAgain({3});
+    EXPECT_EQ(meshesIn("out").at("a.0001.ply"), before.at("a.0001.ply"));
+
+    // The configuration, also where only what is measured in the first frame changes.
+    expectAgain({1, 2, 3, 4}, {"--passes", "2"});
+    expectAgain({1, 2, 3, 4}, {"--radius", "1.4dx"});
+    writeFrames(1, 1, 600);
+    expectAgain({1, 2, 3, 4});
+
+    // Inputs that are gone do not take their meshes with them.
+    for (int frame = 1; frame <= 4; ++frame) fs::remove(folder_ / numbered("in/a", frame, ".ply"));
+    for (const auto& [frame, status] : actions({"--frames", "1-4"})) EXPECT_EQ(status, "skipped") << frame;
+}
+
+TEST_F(Resume, AnEmptyMeshForAMissingFrameIsMadeAgainWhenTheFrameCame) {
+    writeFrames(1, 2);
+    fs::rename(folder_ / "in/a.0002.ply", folder_ / "late.ply");
+    ASSERT_EQ(mesh({"--frames", "1-2", "--on-missing", "empty"}).exit_code, 0);
+    const auto statusOf = [&](int frame) { return actions({"--frames", "1-2", "--on-missing", "empty"}).at(frame); };
+    EXPECT_EQ(statusOf(2), "skipped");
+    fs::rename(folder_ / "late.ply", folder_ / "in/a.0002.ply");
+    EXPECT_EQ(statusOf(2), "ok");
+    EXPECT_EQ(statusOf(2), "skipped");
+}
+
+TEST_F(Resume, AfterBeingKilledAtAnyMomentEverythingIsAsIfUndisturbed) {
+    constexpr int kFrames = 12, kKillsARound = 5, kRounds = 10;
+    Sample sample({"drop", 1500, 1, 24});
+    for (int frame = 1; frame <= kFrames; ++frame) writeFrame(frame, sample.frame(frame));
+    const std::vector<std::string> words{"mesh",       "in/a.####.ply", "out/a.####.ply",     "--skip-existing",
+                                         "--droplets", "points",        "--frames-in-flight", "3"};
+    const auto begin = std::chrono::steady_clock::now();
+    ASSERT_EQ(runProgram(words, folder_.path()).exit_code, 0);
+    const auto whole_run = std::chrono::steady_clock::now() - begin;
+    const auto undisturbed = meshesIn("out");
+    ASSERT_EQ(undisturbed.size(), 2U * kFrames);  // meshes and spheres
+
+    int killed = 0;
+    for (int round = 0; round < kRounds; ++round) {
+        SCOPED_TRACE(round);
+        fs::remove_all(folder_ / "out");
+        Random random(static_cast<std::uint64_t>(round));
+        for (int kill = 0; kill < kKillsARound; ++kill) {
+            RunningProgram program(words, folder_.path());
+            std::this_thread::sleep_for(whole_run * random.between(0, 0.5));
+            program.send(SIGKILL);
+            killed += program.wait().exit_code == -SIGKILL ? 1 : 0;
+            for (int frame = 1; frame <= kFrames; ++frame) {
+                // Files under their names are whole, and where there is a manifest there is everything.
+                for (const std::string& name : {numbered("a", frame, ".ply"), numbered("a", frame, ".spheres.ply")}) {
+                    if (exists("out/" + name)) {
+                        EXPECT_TRUE(contentsOf(folder_ / ("out/" + name)) == undisturbed.at(name)) << name;
+                    } else {
+                        EXPECT_FALSE(exists(numbered("out/a", frame, ".ply.json"))) << name;
+                    }
+                }
+            }
+        }
+        ASSERT_EQ(runProgram(words, folder_.path()).exit_code, 0);
+        EXPECT_TRUE(meshesIn("out") == undisturbed);
+        EXPECT_EQ(hiddenFiles("out"), 0U);
+        for (int frame = 1; frame <= kFrames; ++frame) EXPECT_EQ(report(frame)["status"], "ok");
+    }
+    EXPECT_GE(killed, kRounds * kKillsARound / 2);  // the others had ended
+}
+
+TEST_F(Resume, TwoProcessesOnTheSameFramesLeaveEachFrameOfOneOfThem) {
+    constexpr int kFrames = 6;
+    Sample sample({"drop", 600, 1, 24});
+    for (int frame = 1; frame <= kFrames; ++frame) writeFrame(frame, sample.frame(frame));
+    const auto words = [](const std::string& output, const std::string& passes, const std::string& droplets) {
+        return std::vector<std::string>{
+            "mesh",       "in/a.####.ply", output + "/a.####.ply", "--passes",           passes,
+            "--droplets", droplets,        "--overwrite",          "--frames-in-flight", "3"};
+    };
+    const auto one = words("out", "1", "points"), two = words("out", "2", "mesh");  // only the first has spheres
+    std::map<std::string, std::map<std::string, std::string>> expected;             // by configuration
+    for (const auto& alone : {words("one", "1", "points"), words("two", "2", "mesh")}) {
+        ASSERT_EQ(runProgram(alone, folder_.path()).exit_code, 0);
+        const std::string folder = alone[2].substr(0, 3);
+        const Json manifest = Json::parse(contentsOf(folder_ / (folder + "/a.0001.ply.json")));
+        expected[manifest["origin"]["configuration"]] = meshesIn(folder);
+    }
+    ASSERT_EQ(expected.size(), 2U);
+    for (int trial = 0; trial < 10; ++trial) {
+        RunningProgram first(one, folder_.path());
+        RunningProgram second(two, folder_.path());
+        EXPECT_EQ(first.wait().exit_code, 0);
+        EXPECT_EQ(second.wait().exit_code, 0);
+        for (int frame = 1; frame <= kFrames; ++frame) {
+            SCOPED_TRACE(std::to_string(trial) + ", frame " + std::to_string(frame));
+            const auto& files = expected.at(report(frame)["origin"]["configuration"]);
+            for (const std::string& name : {numbered("a", frame, ".ply"), numbered("a", frame, ".spheres.ply")}) {
+                ASSERT_EQ(exists("out/" + name), files.contains(name)) << name;
+                if (!files.contains(name)) continue;
+                EXPECT_TRUE(contentsOf(folder_ / ("out/" + name)) == files.at(name)) << name;
+            }
+        }
+        EXPECT_EQ(hiddenFiles("out"), 0U);
+    }
+}
+
+}  // namespace
+}  // namespace betamesh
