@@ -1,0 +1,137 @@
+// Whole processes side by side: ours and others on the same file of particles, in turn, several times over.
+//
+//     betamesh_peers [rounds] [particles]…        prints tables in Markdown
+
+#include "peers.h"
+#include "bench_clouds.h"
+#include "io/file_info.h"
+#include "io/mesh_file.h"
+#include "io/particle_file.h"
+
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <functional>
+#include <map>
+
+namespace betamesh {
+
+namespace {
+
+constexpr double kRadius = 1.5;  // of balls, in spacings; the clouds' spacing is 1
+constexpr double kVoxel = 0.5, kSphere = 1, kSearch = 2;
+constexpr std::size_t kMostForAlgorithmOne = 20000;
+
+const std::map<std::string, std::function<Mesh(const Particles&)>>& peers() {
+    static const std::map<std::string, std::function<Mesh(const Particles&)>> all{
+        {"cgal-delaunay", [](const Particles& p) { return cgalDelaunay(p, kRadius); }},
+        {"cgal-fixed-alpha-shape", [](const Particles& p) { return cgalFixedAlphaShape(p, kRadius); }},
+        {"algorithm-1", [](const Particles& p) { return algorithmOne(p, kRadius); }},
+        {"openvdb-spheres", [](const Particles& p) { return openvdbSpheres(p, kSphere, kVoxel); }},
+        {"openvdb-zhu-bridson", [](const Particles& p) { return openvdbZhuBridson(p, kSphere, kSearch, kVoxel); }},
+    };
+    return all;
+}
+
+struct Run {
+    double seconds = 0;
+    long kib = 0;  // at its peak
+};
+
+Run timed(const std::vector<std::string>& words) {
+    std::vector<char*> arguments;
+    for (const std::string& word : words) arguments.push_back(const_cast<char*>(word.c_str()));
+    arguments.push_back(nullptr);
+    const auto begin = std::chrono::steady_clock::now();
+    const pid_t process = fork();
+    if (process == 0) {
+        execv(arguments[0], arguments.data());
+        _exit(127);
+    }
+    int status = 0;
+    rusage usage{};
+    wait4(process, &status, 0, &usage);
+    if (status != 0) {
+        std::fprintf(stderr, "%s %s failed\n", words[0].c_str(), words[1].c_str());
+        std::exit(1);
+    }
+    return {std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count(), usage.ru_maxrss};
+}
+
+double median(std::vector<double> values) {
+    std::sort(values.begin(), values.end());
+    return values[values.size() / 2];
+}
+
+void compare(std::size_t particles, int rounds) {
+    const std::filesystem::path folder =
+        std::filesystem::temp_directory_path() / ("betamesh_peers_" + std::to_string(getpid()));
+    std::filesystem::create_directories(folder);
+    const std::string in = (folder / "in.ply").string();
+    const Particles cloud = splash(particles);
+    writeParticles(in, cloud);
+
+    struct Tool {
+        std::string name;
+        std::vector<std::string> words;
+        bool alpha_mesh = false;
+        std::vector<double> seconds{};
+        long kib = 0;
+        std::size_t triangles = 0;
+    };
+    std::vector<Tool> tools;
+    const auto addOurs = [&](const std::string& name, const std::vector<std::string>& more, bool alpha_mesh) {
+        std::vector<std::string> words{BETAMESH_PROGRAM, "mesh", in, "", "--spacing", "1", "-q", "--overwrite"};
+        words.insert(words.end(), more.begin(), more.end());
+        tools.push_back({name, words, alpha_mesh});
+    };
+    addOurs("betamesh, alpha mesh", {"--surface", "alpha"}, true);
+    addOurs("betamesh", {}, false);
+    addOurs("betamesh, one segment per arc", {"--arc-subdivisions", "1"}, false);
+    for (const auto& [name, make] : peers())
+        if (name != "algorithm-1" || particles <= kMostForAlgorithmOne)
+            tools.push_back({name, {"/proc/self/exe", "--as", name, in, ""}, !name.starts_with("openvdb")});
+
+    for (int round = 0; round < rounds; ++round)
+        for (std::size_t t = 0; t < tools.size(); ++t) {
+            const std::string out = (folder / (std::to_string(t) + ".ply")).string();
+            for (std::string& word : tools[t].words)
+                if (word.empty() || word == out) word = out;
+            const Run run = timed(tools[t].words);
+            tools[t].seconds.push_back(run.seconds);
+            tools[t].kib = std::max(tools[t].kib, run.kib);
+            tools[t].triangles = inspectFile(out).triangles;
+        }
+    std::printf("\n%zu particles, median of %d rounds\n\n", cloud.size(), rounds);
+    std::printf(
+        "| | seconds | ns a particle | MiB | triangles | betamesh's time to this |\n|---|---|---|---|---|---|\n");
+    for (const Tool& tool : tools) {
+        const double seconds = median(tool.seconds), ours = median(tools[tool.alpha_mesh ? 0 : 1].seconds);
+        std::printf("| %s | %.3f | %.0f | %ld | %zu | %.2f |\n", tool.name.c_str(), seconds,
+                    seconds / static_cast<double>(cloud.size()) * 1e9, tool.kib / 1024, tool.triangles, ours / seconds);
+        std::fflush(stdout);
+    }
+    std::filesystem::remove_all(folder);
+}
+
+}  // namespace
+
+}  // namespace betamesh
+
+int main(int count, char** words) {
+    using namespace betamesh;
+    const std::vector<std::string> arguments(words + 1, words + count);
+    if (arguments.size() == 4 && arguments[0] == "--as") {
+        writeMesh(arguments[3], peers().at(arguments[1])(readParticles(arguments[2])));
+        return 0;
+    }
+    const int rounds = arguments.empty() ? 5 : std::stoi(arguments[0]);
+    std::vector<std::size_t> sizes;
+    for (std::size_t a = 1; a < arguments.size(); ++a) sizes.push_back(std::stoul(arguments[a]));
+    if (sizes.empty()) sizes = {10000, 110000, 1000000};
+    for (const std::size_t size : sizes) compare(size, rounds);
+}
