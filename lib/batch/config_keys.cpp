@@ -402,10 +402,8 @@ std::vector<ConfigKey> makeKeys() {
     keys.push_back(namesKey(
         {"picture.layers", "--layers", "",
          "What an .svg shows, in two dimensions. discs: their union. particles: dots. alpha: the alpha mesh. before: "
-         "the "
-         "curves before smoothing, dotted. beta: the curves. vertices: theirs, pure beta vertices red, alphabeta "
-         "vertices "
-         "blue."},
+         "the curves before smoothing, dotted. beta: the curves. vertices: theirs, pure beta vertices red, alphabeta "
+         "vertices blue."},
         "some of discs, particles, alpha, before, beta, vertices, each once, with commas between them",
         [](Config& c) -> std::vector<std::string>& { return c.picture.layers; }, [](const auto& n) { layersOf(n); }));
     keys.push_back(textKey(

@@ -9,7 +9,6 @@
 #include "batch/version.h"
 #include "core/error.h"
 #include "core/parallel.h"
-#include "io/mesh_file.h"
 #include "io/particle_file.h"
 
 #include <algorithm>
@@ -203,7 +202,6 @@ Plan planJob(const Config& config, const PlanOptions& options) {
     if (options.overwrite && options.skip_existing)
         throw Error("--overwrite and --skip-existing: expected one of them");
     requireParticleExtension(config.input.path);
-    if (config.surface.dimension == 3) requireMeshExtension(config.output.path);
     const FramePattern input = framePattern(config.input.path);
     const FramePattern output = framePattern(config.output.path);
 
@@ -213,7 +211,7 @@ Plan planJob(const Config& config, const PlanOptions& options) {
     agreeOnBubbles(plan);
     plan.configuration = fingerprintOf(plan.config);
     plan.skin = skinParams(plan.config);
-    if (config.surface.dimension == 2) requirePlanar(plan.config, plan.skin);
+    requireDimension(plan.config, plan.skin);
     plan.threads = threadsOf(config);
 
     const auto on_disk = framesOnDisk(input);

@@ -2,6 +2,7 @@
 
 #include "core/error.h"
 #include "io/curve_file.h"
+#include "io/mesh_file.h"
 
 #include <algorithm>
 #include <sstream>
@@ -42,10 +43,14 @@ PlaneBounds boundsOf(const std::string& text) {
     return bounds;
 }
 
-void requirePlanar(const Config& config, const SkinParams& params) {
-    SkinParams asked = params;
-    asked.inset = config.surface.inset.value;  // in world units it is known later
-    requirePlanar(asked);
+void requireDimension(const Config& config, const SkinParams& params) {
+    if (config.surface.dimension == 3) {
+        requireMeshExtension(config.output.path);
+    } else {
+        SkinParams asked = params;
+        asked.inset = config.surface.inset.value;  // in world units it is known later
+        requirePlanar(asked);
+    }
     if (isPicture(config.output.path)) return;
     if (config.picture.layers != Config{}.picture.layers || config.picture.bounds != Config{}.picture.bounds)
         throw Error("'" + config.output.path + "' is no picture; expected an .svg for picture.layers and .bounds");

@@ -10,8 +10,10 @@
 
 namespace betamesh {
 
-/// errors  keys that only three dimensions know; keys of pictures where none are written
-void requirePlanar(const Config& config, const SkinParams& params);
+/// errors  an output that has no place for what surface.dimension asks for; in two dimensions keys that only three
+/// know;
+///         keys of pictures where none are written
+void requireDimension(const Config& config, const SkinParams& params);
 
 /// What picture.layers and picture.bounds ask for.
 std::vector<Layer> layersOf(const std::vector<std::string>& names);

@@ -31,9 +31,14 @@ void requireOnePlane(const Particles& particles) {
 
 using Watch = std::function<void(std::string_view)>;
 
+// The union of discs is never anything but complete.
+bool isPapers(const SkinParams& params) {
+    return params.surface == SurfaceKind::beta && params.tessellation == Tessellation::paper;
+}
+
 BetaCurve tessellated(const DiscBoundary& boundary, const std::vector<Moving>& discs,
                       const std::vector<Moving>& vertices, const SkinParams& params) {
-    if (params.tessellation == Tessellation::paper) return paperCurve(boundary, vertices);
+    if (isPapers(params)) return paperCurve(boundary, vertices);
     const int directions =
         params.arc_subdivisions > 0 ? kDirectionsPerSubdivision * params.arc_subdivisions : kDirections;
     return completeCurve(boundary, discs, vertices, directions);
@@ -46,8 +51,7 @@ void smooth(const DiscBoundary& boundary, const std::vector<Moving>& discs, cons
         const double width = params.smoothing_width > 0 ? params.smoothing_width : kSmoothingWidth * params.radius;
         smoothCoherently(curve, boundarySamples(boundary, discs, vertices), {params.radius, width, params.passes});
     }
-    if (params.resolve_intersections && params.tessellation == Tessellation::paper)
-        resolveIntersections(boundary, discs, curve);
+    if (params.resolve_intersections && isPapers(params)) resolveIntersections(boundary, discs, curve);
 }
 
 Curves asCurves(const BetaCurve& curve) {
@@ -103,7 +107,7 @@ SkinnedPlane skinPlane(const Particles& particles, const SkinParams& params, con
         if (!particles.velocity.empty()) slideWithParticles(boundary, discs, curve);
         watch("velocity");
         plane.curves = asCurves(curve);
-        if (params.tessellation == Tessellation::paper) plane.spheres = externalDiscs(boundary, discs, particles);
+        if (isPapers(params)) plane.spheres = externalDiscs(boundary, discs, particles);
     }
     if (particles.velocity.empty()) plane.curves.velocity.clear();
     plane.before.velocity.clear();
