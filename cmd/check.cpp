@@ -6,6 +6,7 @@
 #include "command.h"
 #include "core/error.h"
 #include "core/parallel.h"
+#include "io/curve_file.h"
 #include "io/mesh_file.h"
 #include "io/particle_file.h"
 #include "measure/enclosure.h"
@@ -34,6 +35,12 @@ class Printer {
 public:
     explicit Printer(const Mesh& mesh) : mesh_(mesh) {}
 
+    static void title(const CheckReport& report) {
+        std::cout << report.file << ": ";
+        if (report.faults.empty()) std::cout << "good";
+        for (std::size_t i = 0; i < report.faults.size(); ++i) std::cout << (i > 0 ? ", " : "") << report.faults[i];
+        std::cout << '\n';
+    }
     void line(const char* name, const std::string& text) const {
         std::cout << "  " << name << std::string(22 - std::min<std::size_t>(21, std::string_view(name).size()), ' ')
                   << text << '\n';
@@ -90,11 +97,8 @@ std::string genera(const std::vector<ComponentCheck>& components) {
 
 void print(const Mesh& mesh, const CheckReport& report) {
     const MeshCheck& check = report.check;
-    std::cout << report.file << ": ";
-    if (report.faults.empty()) std::cout << "good";
-    for (std::size_t i = 0; i < report.faults.size(); ++i) std::cout << (i > 0 ? ", " : "") << report.faults[i];
-    std::cout << '\n';
     const Printer out(mesh);
+    out.title(report);
     out.line("vertices", check.vertices);
     out.line("triangles", check.triangles);
     out.line("components", std::to_string(check.components.size()) + genera(check.components));
@@ -130,6 +134,36 @@ void print(const Mesh& mesh, const CheckReport& report) {
         std::cout << "  hint: vertices stand where others stand; --weld joins them before judging\n";
 }
 
+void print(const Curves& curves, const CheckReport& report) {
+    const CurveCheck& check = *report.curves;
+    Mesh places;
+    places.position = curves.position;
+    const Printer out(places);
+    out.title(report);
+    out.line("vertices", check.vertices);
+    out.line("edges", check.edges);
+    out.line("curves", check.measure.curves);
+    out.line("Euler characteristic", std::to_string(check.measure.turning));
+    out.line("area", Printer::text(check.measure.area));
+    out.line("length", Printer::text(check.measure.length));
+    out.atVertex("positions not finite", check.not_finite);
+    out.atVertex("velocity not finite", check.velocity_not_finite);
+    if (check.repeated_vertices) out.line("repeated vertices", check.repeated_vertices.count);
+    out.atVertex("open ends", check.open_ends);
+    if (check.inside_out) out.line("inside out", "the curves run clockwise");
+    if (check.crossings) {
+        out.line("crossings",
+                 std::to_string(check.crossings.count) + ", up to " + Printer::text(check.deepest) + " deep");
+        for (const EdgeCrossing& crossing : check.deepest_crossings)
+            std::cout << "    edges " << crossing.first << " and " << crossing.second << " at "
+                      << Printer::text(crossing.position) << ", " << Printer::text(crossing.depth) << " deep\n";
+    }
+    out.atVertex("not in one plane", check.off_plane);
+    out.atVertex("branches", check.branches);
+    out.atVertex("unused vertices", check.unused_vertices);
+    if (report.particles) printParticles(out, *report.particles);
+}
+
 Spheres spheresBeside(const std::string& mesh) {
     Spheres spheres;
     const std::string file = spheresPath(mesh);
@@ -143,7 +177,9 @@ Spheres spheresBeside(const std::string& mesh) {
     return spheres;
 }
 
-ParticleCheck judgeParticles(const Mesh& mesh, const std::string& mesh_file, const Arguments& arguments) {
+/// Of a mesh or of curves.
+template <typename Surface>
+ParticleCheck judgeParticles(const Surface& surface, const std::string& mesh_file, const Arguments& arguments) {
     ParticleCheck check;
     check.file = nameForFrameOf(framePattern(arguments.particles), mesh_file);
     check.radius = arguments.radius;
@@ -152,7 +188,7 @@ ParticleCheck judgeParticles(const Mesh& mesh, const std::string& mesh_file, con
     check.particles = particles.size();
     check.spheres = spheres.size();
     const std::vector<Vec3> points(particles.position.begin(), particles.position.end());
-    const std::vector<double> distances = distancesOutside(mesh, spheres, points);
+    const std::vector<double> distances = distancesOutside(surface, spheres, points);
     for (std::size_t i = 0; i < distances.size(); ++i) {
         if (!(distances[i] > arguments.params.tolerance)) continue;
         if (check.outside.count++ == 0) check.outside.first = static_cast<std::uint32_t>(i);
@@ -164,24 +200,35 @@ ParticleCheck judgeParticles(const Mesh& mesh, const std::string& mesh_file, con
     return check;
 }
 
-/// Is the mesh good?
-bool judge(const std::string& file, const Arguments& arguments) {
-    Mesh mesh = readMesh(file);
-    if (arguments.weld) mesh = weldVertices(mesh);
-    CheckReport report;
-    report.file = file;
-    report.check = checkMesh(mesh, arguments.params);
-    for (const std::string_view fault : faultsOf(report.check, arguments.strict)) report.faults.emplace_back(fault);
+/// Is what was found good? surface: a mesh or curves; check: of it.
+template <typename Surface, typename Check>
+bool tell(const Surface& surface, const Check& check, CheckReport& report, const Arguments& arguments) {
+    for (const std::string_view fault : faultsOf(check, arguments.strict)) report.faults.emplace_back(fault);
     if (!arguments.particles.empty()) {
-        report.particles = judgeParticles(mesh, file, arguments);
+        report.particles = judgeParticles(surface, report.file, arguments);
         if (report.particles->outside) report.faults.emplace_back("particles_outside");
     }
     if (arguments.json) {
         std::cout << checkJson(report) << '\n';
     } else {
-        print(mesh, report);
+        print(surface, report);
     }
     return report.faults.empty();
+}
+
+/// Is the mesh good, or the curves, if it holds any?
+bool judge(const std::string& file, const Arguments& arguments) {
+    CheckReport report;
+    report.file = file;
+    Mesh mesh = readMesh(file);
+    if (mesh.triangles.empty() && inspectFile(file).kind == FileKind::curves) {
+        const Curves curves = readCurves(file);
+        report.curves = checkCurves(curves, arguments.params);
+        return tell(curves, *report.curves, report, arguments);
+    }
+    if (arguments.weld) mesh = weldVertices(mesh);
+    report.check = checkMesh(mesh, arguments.params);
+    return tell(mesh, report.check, report, arguments);
 }
 
 int judgeAll(const Arguments& arguments) {
@@ -194,7 +241,7 @@ int judgeAll(const Arguments& arguments) {
                 if (!judge(mesh, arguments)) exit_code = kSomeFailed;
             } catch (const Error& error) {
                 logError(error.what());
-                if (arguments.json) std::cout << checkJson({mesh, error.what(), {}, {}, {}}) << '\n';
+                if (arguments.json) std::cout << checkJson({mesh, error.what(), {}, {}, {}, {}}) << '\n';
                 exit_code = kSomeFailed;
             }
         }
@@ -210,11 +257,14 @@ void addCheckCommand(CLI::App& program, int& exit_code) {
     command->footer(
         "Faults: not_finite velocity_not_finite repeated_vertices duplicates open_edges misoriented_edges\n"
         "inside_out nonmanifold_edges nonmanifold_vertices crossings particles_outside; with --strict also\n"
-        "zero_area unused_vertices coincident_vertices touching.\n"
+        "zero_area unused_vertices coincident_vertices touching. Of curves: open_ends; with --strict off_plane, "
+        "branches.\n"
         "Exit codes: 0 no fault; 1 a fault, or a file that cannot be read; 2 wrong usage.\n"
         "Example:\n"
         "  betamesh check mesh/splash.????.ply --particles 'sim/splash.####.vdb' --radius 0.03");
-    command->add_option("MESH", arguments->meshes, "Meshes: .ply .bgeo .bgeo.gz .obj; polygons are cut into triangles.")
+    command
+        ->add_option("MESH", arguments->meshes,
+                     "Meshes, or curves in a plane: .ply .bgeo .bgeo.gz .obj; polygons are cut into triangles.")
         ->required();
     command->add_flag("--json", arguments->json, "One JSON object per mesh on stdout, with every component.");
     command->add_flag("--strict", arguments->strict,

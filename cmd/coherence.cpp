@@ -159,6 +159,7 @@ Sequence fineSteps(const Arguments& arguments) {
     if (config.output.path.empty()) config.output.path = "nothing.####.ply";  // nothing is written
     PlanOptions options;
     options.overwrite = true;
+    if (config.surface.dimension != 3) throw Error("surface.dimension is 2; expected 3, for surfaces are measured");
     const Plan plan = planJob(config, options);
     for (const std::string& warning : plan.warnings) logWarning(warning);
     for (const std::string& note : plan.notes) logInfo(note);

@@ -36,6 +36,7 @@ struct Config {
         LengthText radius;
         double spacing = 0;
         SurfaceKind kind = SurfaceKind::beta;
+        int dimension = 3;
         Tessellation tessellation = Tessellation::complete;
         int arc_subdivisions = 0;
         PredicateKind predicates = PredicateKind::exact;
@@ -63,6 +64,10 @@ struct Config {
         std::vector<std::string> attributes;
         bool components = false;
     } output;
+    struct Picture {
+        std::vector<std::string> layers{"discs", "particles", "alpha", "beta"};
+        std::string bounds = "auto";
+    } picture;
     struct Run {
         int frames_in_flight = 0;
         int threads = 0;

@@ -2,8 +2,9 @@
 
 #include "batch/config.h"
 #include "batch/frames.h"
+#include "batch/plane.h"
 #include "core/error.h"
-#include "io/mesh_file.h"
+#include "io/curve_file.h"
 #include "io/particle_file.h"
 
 #include <algorithm>
@@ -67,7 +68,8 @@ ConfigKey textKey(const Words& words, const std::string& expects, Member member,
 
 /// Names with commas between them; a list in YAML.
 template <typename Member>
-ConfigKey namesKey(const Words& words, const std::string& expects, Member member) {
+ConfigKey namesKey(const Words& words, const std::string& expects, Member member,
+                   std::function<void(const std::vector<std::string>&)> check = {}) {
     return keyOf(
         words, Kind::names, expects,
         [=](const Config& config) {
@@ -84,6 +86,7 @@ ConfigKey namesKey(const Words& words, const std::string& expects, Member member
                 names.push_back(name.substr(first, last - first + 1));
                 if (std::count(names.begin(), names.end(), names.back()) > 1) failValue(value, expects);
             }
+            if (check) check(names);
             member(config) = names;
         });
 }
@@ -231,7 +234,7 @@ void checkInputPath(const std::string& path) {
 void checkOutputPath(const std::string& path) {
     if (path.empty()) return;
     framePattern(path);
-    requireMeshExtension(path);
+    requireCurveExtension(path);  // meshes have no more
 }
 
 void checkFrames(const std::string& frames) {
@@ -282,6 +285,11 @@ std::vector<ConfigKey> makeKeys() {
          "as they are, the ground truth to look at."},
         {{"beta", SurfaceKind::beta}, {"alpha", SurfaceKind::alpha}, {"union", SurfaceKind::union_}},
         [](Config& c) -> SurfaceKind& { return c.surface.kind; }));
+    keys.push_back(integerKey(
+        {"surface.dimension", "--dimension", "",
+         "3: balls and closed meshes. 2: discs and closed curves, for particles that all have the same z; written as "
+         ".ply edges, .bgeo polylines, .obj lines, or drawn as .svg."},
+        2, 3, false, [](Config& c) -> int& { return c.surface.dimension; }));
     keys.push_back(choiceKey<Tessellation>(
         {"surface.tessellation", "--tessellation", "",
          "How the faces become triangles. complete: all of them, so that the mesh is closed and manifold, and holds "
@@ -291,8 +299,8 @@ std::vector<ConfigKey> makeKeys() {
         [](Config& c) -> Tessellation& { return c.surface.tessellation; }));
     keys.push_back(integerKey({"surface.arc_subdivisions", "--arc-subdivisions", "segments",
                                "Complete tessellation: how finely the arcs between neighbouring balls are cut, and the "
-                               "faces with them. auto: so that no arc is missed by more than 0.01 radii. 1 makes "
-                               "meshes small."},
+                               "faces with them; in two dimensions an eighth of how often a circle is cut. auto: so "
+                               "that no arc is missed by more than 0.01 radii. 1 makes meshes small."},
                               1, 64, true, [](Config& c) -> int& { return c.surface.arc_subdivisions; }));
     keys.push_back(choiceKey<PredicateKind>({"surface.predicates", "--predicates", "",
                                              "exact: signs are computed exactly and ties broken by rule, which never "
@@ -376,7 +384,7 @@ std::vector<ConfigKey> makeKeys() {
         {"output.path", "", "",
          "The meshes, one file a frame, with a place for the frame number as in input.path. Beside each "
          "stand NAME.json, its report, and NAME.spheres.EXT where particles are left out of the mesh as spheres."},
-        "a path ending in .ply, .bgeo, .bgeo.gz or .obj; needed by `run`",
+        "a path ending in .ply, .bgeo, .bgeo.gz or .obj, in two dimensions also .svg; needed by `run`",
         [](Config& c) -> std::string& { return c.output.path; }, checkOutputPath));
     keys.push_back(namesKey(
         {"output.attributes", "--attributes", "",
@@ -391,6 +399,21 @@ std::vector<ConfigKey> makeKeys() {
          "of every face in .ply and of every primitive in .bgeo, objects component_N in .obj. Numbers change from "
          "frame to frame."},
         [](Config& c) -> bool& { return c.output.components; }));
+    keys.push_back(namesKey(
+        {"picture.layers", "--layers", "",
+         "What an .svg shows, in two dimensions. discs: their union. particles: dots. alpha: the alpha mesh. before: "
+         "the "
+         "curves before smoothing, dotted. beta: the curves. vertices: theirs, pure beta vertices red, alphabeta "
+         "vertices "
+         "blue."},
+        "some of discs, particles, alpha, before, beta, vertices, each once, with commas between them",
+        [](Config& c) -> std::vector<std::string>& { return c.picture.layers; }, [](const auto& n) { layersOf(n); }));
+    keys.push_back(textKey(
+        {"picture.bounds", "--bounds", "world units",
+         "The part of the plane that an .svg shows: lowest x, lowest y, highest x, highest y. auto: all discs, of each "
+         "frame for itself."},
+        "auto or four numbers with commas between them", [](Config& c) -> std::string& { return c.picture.bounds; },
+        [](const std::string& text) { boundsOf(text); }));
     keys.push_back(integerKey(
         {"run.frames_in_flight", "--frames-in-flight", "frames",
          "How many frames are worked on at once, at most; fewer where memory is short. auto: as many as there "

@@ -4,6 +4,7 @@
 #include "batch/log.h"
 #include "batch/machine.h"
 #include "batch/memory.h"
+#include "batch/plane.h"
 #include "batch/version.h"
 #include "core/error.h"
 #include "core/parallel.h"
@@ -49,6 +50,7 @@ private:
 struct JobState {
     SignalWatch& signals;
     std::atomic<bool> warned_of_velocity = false;
+    std::atomic<bool> hinted_at_plane = false;
 };
 
 /// Calls what() again after an Error, each time a little later; the last Error is let through.
@@ -79,14 +81,20 @@ void declareVelocity(Particles& particles, FrameReport& report, std::atomic<bool
 }
 
 /// The report is the seal of a frame: it goes first and comes last.
-void writeFrame(const SkinnedFrame& skinned, const std::string& output) {
+template <typename WriteSurface>
+void writeFrame(const std::string& output, const Spheres& spheres, const WriteSurface& writeSurface) {
     fs::remove(reportPath(output));
-    writeMesh(output, skinned.mesh);
-    if (skinned.spheres.size() > 0) {
-        writeSpheres(spheresPath(output), skinned.spheres);
+    writeSurface();
+    if (spheres.size() > 0) {
+        writeSpheres(spheresPath(output), spheres);
     } else {
         fs::remove(spheresPath(output));
     }
+}
+
+void hintAtPlane(const Particles& particles, const FrameReport& report, std::atomic<bool>& hinted) {
+    if (!isPlanar(particles) || hinted.exchange(true)) return;
+    logInfo(report.input + ": all particles have the same z; --dimension 2 makes curves of them");
 }
 
 /// A file that changes while it is read is one that a simulation has not finished.
@@ -111,7 +119,10 @@ void meshFrame(const FrameTask& task, const Plan& plan, FrameReport& report, Job
     StageSeconds& seconds = report.seconds;
     Stopwatch total;
     Stopwatch stage;
+    const bool planar = config.surface.dimension == 2;
     SkinnedFrame skinned;
+    SkinnedPlane plane;
+    std::vector<Vec3f> centres;  // of discs, for a picture
     if (task.action == FrameAction::mesh) {
         Particles particles;
         retrying(config.run.retries, [&] { particles = readInput(task, config, *report.origin); });
@@ -120,29 +131,50 @@ void meshFrame(const FrameTask& task, const Plan& plan, FrameReport& report, Job
         declareVelocity(particles, report, job.warned_of_velocity);
         seconds.read = stage.lap();
         leaveIfInterrupted();
-        skinned = skinFrame(particles, plan.skin, [&](std::string_view name) {
+        const auto watch = [&](std::string_view name) {
             const double lap = stage.lap();
             if (name == "structure") seconds.structure += lap;
             if (name == "tessellate") seconds.tessellate += lap;
             if (name == "smooth") seconds.smooth += lap;
             if (name == "velocity") seconds.velocity += lap;
             leaveIfInterrupted();
-        });
+        };
+        if (planar) {
+            plane = skinPlane(particles, plan.skin, watch);
+            centres = std::move(particles.position);
+        } else {
+            hintAtPlane(particles, report, job.hinted_at_plane);
+            skinned = skinFrame(particles, plan.skin, watch);
+        }
     } else {
         if (plan.skin.components) skinned.mesh.component.emplace();
         report.warnings.push_back("no input: an empty mesh written, as run.on_missing says");
     }
-    report.skin = skinned.report;
-    report.measure = measureMesh(skinned.mesh);
-    report.vertices = skinned.mesh.position.size();
-    report.triangles = skinned.mesh.triangles.size();
-    report.spheres = skinned.spheres.size();
-    report.status = report.skin.particles == 0 ? FrameStatus::empty : FrameStatus::ok;
+    const Spheres& spheres = planar ? plane.spheres : skinned.spheres;
+    if (planar) {
+        report.plane = {plane.report, measureCurves(plane.curves), plane.curves.edges.size()};
+        report.vertices = plane.curves.position.size();
+    } else {
+        report.skin = skinned.report;
+        report.measure = measureMesh(skinned.mesh);
+        report.vertices = skinned.mesh.position.size();
+        report.triangles = skinned.mesh.triangles.size();
+    }
+    report.spheres = spheres.size();
+    const std::size_t found = planar ? plane.report.particles : skinned.report.particles;
+    report.status = found == 0 ? FrameStatus::empty : FrameStatus::ok;
 
     stage.lap();
     const FrameLock lock(task.output, leaveIfInterrupted);
     const SignalWatch::Writing writing(job.signals);
-    retrying(config.run.retries, [&] { writeFrame(skinned, task.output); });
+    retrying(config.run.retries, [&] {
+        writeFrame(task.output, spheres, [&] {
+            if (planar)
+                writePlane(task.output, plane, centres, plan.skin, config);
+            else
+                writeMesh(task.output, skinned.mesh);
+        });
+    });
     rememberFile(task.output, task, *report.origin);
     if (report.spheres > 0) rememberFile(spheresPath(task.output), task, *report.origin);
     seconds.write = stage.lap();
@@ -159,6 +191,7 @@ FrameReport reportFor(const FrameTask& task, const Plan& plan) {
     report.radius = plan.skin.radius;
     report.spacing = plan.spacing;
     report.predicates = plan.skin.predicates;
+    if (plan.config.surface.dimension == 2) report.plane.emplace();
     return report;
 }
 

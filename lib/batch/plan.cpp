@@ -3,6 +3,7 @@
 #include "batch/machine.h"
 #include "batch/memory.h"
 #include "batch/origin.h"
+#include "batch/plane.h"
 #include "batch/radius.h"
 #include "batch/report.h"
 #include "batch/version.h"
@@ -202,7 +203,7 @@ Plan planJob(const Config& config, const PlanOptions& options) {
     if (options.overwrite && options.skip_existing)
         throw Error("--overwrite and --skip-existing: expected one of them");
     requireParticleExtension(config.input.path);
-    requireMeshExtension(config.output.path);
+    if (config.surface.dimension == 3) requireMeshExtension(config.output.path);
     const FramePattern input = framePattern(config.input.path);
     const FramePattern output = framePattern(config.output.path);
 
@@ -212,6 +213,7 @@ Plan planJob(const Config& config, const PlanOptions& options) {
     agreeOnBubbles(plan);
     plan.configuration = fingerprintOf(plan.config);
     plan.skin = skinParams(plan.config);
+    if (config.surface.dimension == 2) requirePlanar(plan.config, plan.skin);
     plan.threads = threadsOf(config);
 
     const auto on_disk = framesOnDisk(input);
@@ -262,7 +264,7 @@ std::string reportPath(const std::string& output) { return output + ".json"; }
 
 std::string spheresPath(const std::string& output) {
     const auto [stem, extension] = splitExtension(output);
-    return stem + ".spheres" + (extension == ".obj" ? ".ply" : extension);
+    return stem + ".spheres" + (extension == ".obj" || extension == ".svg" ? ".ply" : extension);
 }
 
 }  // namespace betamesh

@@ -63,7 +63,7 @@ std::string taskLine(const FrameTask& task);
 /// The report beside an output: "o.0001.ply" -> "o.0001.ply.json".
 std::string reportPath(const std::string& output);
 
-/// The spheres beside an output: "o.0001.ply" -> "o.0001.spheres.ply". A .obj cannot hold a radius: .ply then.
+/// The spheres beside an output: "o.0001.ply" -> "o.0001.spheres.ply". An .obj or .svg cannot hold a radius: .ply then.
 std::string spheresPath(const std::string& output);
 
 }  // namespace betamesh

@@ -33,8 +33,11 @@ std::string frameLine(const FrameReport& report) {
         case FrameStatus::ok:
             break;
     }
-    return name + std::to_string(report.skin.particles) + " particles, " + std::to_string(report.triangles) +
-           " triangles, " + secondsText(report.seconds.total) + " -> " + report.output;
+    const std::size_t particles = report.plane ? report.plane->skin.particles : report.skin.particles;
+    const std::string surface =
+        report.plane ? std::to_string(report.plane->edges) + " edges" : std::to_string(report.triangles) + " triangles";
+    return name + std::to_string(particles) + " particles, " + surface + ", " + secondsText(report.seconds.total) +
+           " -> " + report.output;
 }
 
 std::string detailLine(const FrameReport& report) {

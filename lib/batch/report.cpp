@@ -67,15 +67,7 @@ Json originJson(const Origin& origin) {
     return json;
 }
 
-}  // namespace
-
-std::string reportJson(const FrameReport& report) {
-    Json json;
-    json["frame"] = report.frame;
-    json["input"] = report.input;
-    json["output"] = report.output;
-    json["status"] = statusName(report.status);
-    if (report.status == FrameStatus::failed) json["error"] = report.error;
+void addSurface(const FrameReport& report, Json& json) {
     json["particles"] = report.skin.particles;
     json["distinct_particles"] = report.skin.distinct_particles;
     json["radius"] = report.radius;
@@ -98,6 +90,118 @@ std::string reportJson(const FrameReport& report) {
     json["euler"] = report.measure.euler;
     json["volume"] = report.measure.volume;
     json["area"] = report.measure.area;
+}
+
+void addPlane(const FrameReport& report, const PlaneFrameReport& plane, Json& json) {
+    json["particles"] = plane.skin.particles;
+    json["distinct_particles"] = plane.skin.distinct_particles;
+    json["radius"] = report.radius;
+    json["spacing"] = report.spacing;
+    json["alpha_vertices"] = plane.skin.alpha_vertices;
+    json["alpha_segments"] = plane.skin.alpha_segments;
+    json["double_sided_segments"] = plane.skin.double_sided_segments;
+    json["isolated_particles"] = plane.skin.isolated_particles;
+    json["vertices"] = report.vertices;
+    json["edges"] = plane.edges;
+    json["spheres"] = report.spheres;
+    json["curves"] = plane.measure.curves;
+    json["euler"] = plane.measure.turning;
+    json["area"] = plane.measure.area;
+    json["length"] = plane.measure.length;
+}
+
+Json asJson(const Vec3& v) { return {v.x, v.y, v.z}; }
+
+Json asJson(const Found& found) {
+    return {{"count", found.count}, {"first", found ? Json(found.first) : Json(nullptr)}};
+}
+
+void addCheck(const MeshCheck& check, Json& json) {
+    json["vertices"] = check.vertices;
+    json["edges"] = check.edges;
+    json["triangles"] = check.triangles;
+    json["components"] = check.components.size();
+    json["euler"] = check.euler;
+    json["volume"] = check.volume;
+    json["area"] = check.area;
+    json["closed"] = check.closed();
+    json["oriented"] = check.oriented();
+    json["edge_manifold"] = check.edgeManifold();
+    json["vertex_manifold"] = check.vertexManifold();
+    json["inside_out"] = check.inside_out;
+    const auto add = [&](const char* name, const Found& found) { json[name] = asJson(found); };
+    add("not_finite", check.not_finite);
+    add("velocity_not_finite", check.velocity_not_finite);
+    add("missing_vertices", check.missing_vertices);
+    add("repeated_vertices", check.repeated_vertices);
+    add("duplicates", check.duplicates);
+    add("open_edges", check.open_edges);
+    add("misoriented_edges", check.misoriented_edges);
+    add("nonmanifold_edges", check.nonmanifold_edges);
+    add("nonmanifold_vertices", check.nonmanifold_vertices);
+    add("zero_area", check.zero_area);
+    add("unused_vertices", check.unused_vertices);
+    add("coincident_vertices", check.coincident_vertices);
+    json["touching"] = check.touching;
+    json["crossings"] = {{"count", check.crossings.count}, {"shallow", check.shallow}, {"deepest", check.deepest}};
+    json["crossings"]["listed"] = Json::array();
+    for (const SelfCrossing& crossing : check.deepest_crossings)
+        json["crossings"]["listed"].push_back({{"triangles", {crossing.first, crossing.second}},
+                                               {"position", asJson(crossing.position)},
+                                               {"depth", crossing.depth},
+                                               {"coplanar", crossing.coplanar}});
+    json["component"] = Json::array();
+    for (const ComponentCheck& component : check.components)
+        json["component"].push_back({{"vertices", component.vertices},
+                                     {"edges", component.edges},
+                                     {"triangles", component.triangles},
+                                     {"euler", component.euler},
+                                     {"genus", component.genus ? Json(*component.genus) : Json(nullptr)},
+                                     {"closed", component.closed},
+                                     {"volume", component.volume},
+                                     {"area", component.area}});
+}
+
+void addCheck(const CurveCheck& check, Json& json) {
+    json["dimension"] = 2;
+    json["vertices"] = check.vertices;
+    json["edges"] = check.edges;
+    json["curves"] = check.measure.curves;
+    json["euler"] = check.measure.turning;
+    json["area"] = check.measure.area;
+    json["length"] = check.measure.length;
+    json["closed"] = !check.open_ends;
+    json["inside_out"] = check.inside_out;
+    const auto add = [&](const char* name, const Found& found) { json[name] = asJson(found); };
+    add("not_finite", check.not_finite);
+    add("velocity_not_finite", check.velocity_not_finite);
+    add("repeated_vertices", check.repeated_vertices);
+    add("open_ends", check.open_ends);
+    add("branches", check.branches);
+    add("unused_vertices", check.unused_vertices);
+    add("off_plane", check.off_plane);
+    json["crossings"] = {{"count", check.crossings.count}, {"deepest", check.deepest}};
+    json["crossings"]["listed"] = Json::array();
+    for (const EdgeCrossing& crossing : check.deepest_crossings)
+        json["crossings"]["listed"].push_back({{"edges", {crossing.first, crossing.second}},
+                                               {"position", asJson(crossing.position)},
+                                               {"depth", crossing.depth}});
+}
+
+}  // namespace
+
+std::string reportJson(const FrameReport& report) {
+    Json json;
+    json["frame"] = report.frame;
+    json["input"] = report.input;
+    json["output"] = report.output;
+    json["status"] = statusName(report.status);
+    if (report.status == FrameStatus::failed) json["error"] = report.error;
+    json["dimension"] = report.plane ? 2 : 3;
+    if (report.plane)
+        addPlane(report, *report.plane, json);
+    else
+        addSurface(report, json);
     const StageSeconds& seconds = report.seconds;
     json["seconds"] = {{"read", seconds.read},     {"structure", seconds.structure}, {"tessellate", seconds.tessellate},
                        {"smooth", seconds.smooth}, {"velocity", seconds.velocity},   {"write", seconds.write},
@@ -193,7 +297,7 @@ std::vector<CoherenceReport> readCoherence(const std::filesystem::path& file) {
 std::string infoJson(const std::string& file, const FileInfo& info, std::optional<double> spacing) {
     Json json;
     json["file"] = file;
-    json["kind"] = info.kind == FileKind::particles ? "particles" : "mesh";
+    json["kind"] = info.kind == FileKind::particles ? "particles" : info.kind == FileKind::mesh ? "mesh" : "curves";
     json["format"] = info.format;
     json["bytes"] = info.bytes;
     json["points"] = info.points;
@@ -213,8 +317,6 @@ std::string infoJson(const std::string& file, const FileInfo& info, std::optiona
 }
 
 std::string checkJson(const CheckReport& report) {
-    const MeshCheck& check = report.check;
-    const auto vector = [](const Vec3& v) { return Json{v.x, v.y, v.z}; };
     Json json;
     json["file"] = report.file;
     json["good"] = report.error.empty() && report.faults.empty();
@@ -223,41 +325,10 @@ std::string checkJson(const CheckReport& report) {
         return oneLine(json);
     }
     json["faults"] = report.faults;
-    json["vertices"] = check.vertices;
-    json["edges"] = check.edges;
-    json["triangles"] = check.triangles;
-    json["components"] = check.components.size();
-    json["euler"] = check.euler;
-    json["volume"] = check.volume;
-    json["area"] = check.area;
-    json["closed"] = check.closed();
-    json["oriented"] = check.oriented();
-    json["edge_manifold"] = check.edgeManifold();
-    json["vertex_manifold"] = check.vertexManifold();
-    json["inside_out"] = check.inside_out;
-    const auto add = [&](const char* name, const Found& found) {
-        json[name] = {{"count", found.count}, {"first", found ? Json(found.first) : Json(nullptr)}};
-    };
-    add("not_finite", check.not_finite);
-    add("velocity_not_finite", check.velocity_not_finite);
-    add("missing_vertices", check.missing_vertices);
-    add("repeated_vertices", check.repeated_vertices);
-    add("duplicates", check.duplicates);
-    add("open_edges", check.open_edges);
-    add("misoriented_edges", check.misoriented_edges);
-    add("nonmanifold_edges", check.nonmanifold_edges);
-    add("nonmanifold_vertices", check.nonmanifold_vertices);
-    add("zero_area", check.zero_area);
-    add("unused_vertices", check.unused_vertices);
-    add("coincident_vertices", check.coincident_vertices);
-    json["touching"] = check.touching;
-    json["crossings"] = {{"count", check.crossings.count}, {"shallow", check.shallow}, {"deepest", check.deepest}};
-    json["crossings"]["listed"] = Json::array();
-    for (const SelfCrossing& crossing : check.deepest_crossings)
-        json["crossings"]["listed"].push_back({{"triangles", {crossing.first, crossing.second}},
-                                               {"position", vector(crossing.position)},
-                                               {"depth", crossing.depth},
-                                               {"coplanar", crossing.coplanar}});
+    if (report.curves)
+        addCheck(*report.curves, json);
+    else
+        addCheck(report.check, json);
     if (report.particles) {
         const ParticleCheck& particles = *report.particles;
         json["particles"] = {{"file", particles.file},
@@ -268,24 +339,13 @@ std::string checkJson(const CheckReport& report) {
         if (particles.radius > 0) json["particles"]["farthest_radii"] = particles.farthest / particles.radius;
         if (particles.outside) {
             json["particles"]["farthest_particle"] = particles.farthest_row;
-            json["particles"]["farthest_position"] = vector(particles.farthest_position);
+            json["particles"]["farthest_position"] = asJson(particles.farthest_position);
         }
     }
-    json["component"] = Json::array();
-    for (const ComponentCheck& component : check.components)
-        json["component"].push_back({{"vertices", component.vertices},
-                                     {"edges", component.edges},
-                                     {"triangles", component.triangles},
-                                     {"euler", component.euler},
-                                     {"genus", component.genus ? Json(*component.genus) : Json(nullptr)},
-                                     {"closed", component.closed},
-                                     {"volume", component.volume},
-                                     {"area", component.area}});
     return oneLine(json);
 }
 
 std::string coherenceJson(const CoherenceReport& report) {
-    const auto vector = [](const Vec3& v) { return Json{v.x, v.y, v.z}; };
     const auto number = [](double x) { return std::isfinite(x) ? Json(x) : Json(nullptr); };
     Json json;
     json["from"] = report.from;
@@ -297,12 +357,12 @@ std::string coherenceJson(const CoherenceReport& report) {
     json["max"] = number(report.distance.max);
     json["quantile_999"] = number(report.distance.quantile999);
     json["rms"] = number(report.distance.rms);
-    json["worst"] = vector(report.distance.worst);
+    json["worst"] = asJson(report.distance.worst);
     json["samples"] = report.distance.samples;
     if (report.particles) {
         json["particles"] = {{"matched", report.particles->matched},
                              {"max", report.particles->max},
-                             {"farthest", vector(report.particles->farthest)}};
+                             {"farthest", asJson(report.particles->farthest)}};
         json["ratio"] = report.ratio() ? number(*report.ratio()) : Json(nullptr);
     }
     return oneLine(json);

@@ -6,8 +6,10 @@
 #include "batch/plan.h"
 #include "io/file_info.h"
 #include "measure/coherence.h"
+#include "measure/curve_check.h"
 #include "measure/mesh_check.h"
 #include "measure/mesh_measure.h"
+#include "planar/skin_plane.h"
 #include "skin/skin_frame.h"
 
 #include <cstdint>
@@ -36,6 +38,13 @@ struct StageSeconds {
     double total = 0;
 };
 
+/// Of a frame in two dimensions, instead of `skin`, `measure` and `triangles`.
+struct PlaneFrameReport {
+    PlaneReport skin;
+    CurveMeasure measure;
+    std::size_t edges = 0;
+};
+
 /// Lengths in world units.
 struct FrameReport {
     int frame = 0;
@@ -48,6 +57,7 @@ struct FrameReport {
     PredicateKind predicates = PredicateKind::exact;
     SkinReport skin;
     MeshMeasure measure;
+    std::optional<PlaneFrameReport> plane;
     std::size_t vertices = 0;
     std::size_t triangles = 0;
     std::size_t spheres = 0;
@@ -97,6 +107,7 @@ struct CheckReport {
     std::string file;
     std::string error;  ///< of a mesh or particles that could not be read; then nothing else is filled in
     MeshCheck check;
+    std::optional<CurveCheck> curves;  ///< of a file that holds curves, instead of `check`
     std::optional<ParticleCheck> particles;
     std::vector<std::string> faults;  ///< names; none where the mesh is good, or could not be read
 };

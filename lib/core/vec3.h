@@ -25,6 +25,12 @@ inline Vec3i cross(const Vec3i& a, const Vec3i& b) {
     return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
 
+/// The third coordinate of the cross product: positive where b points to the left of a, seen from above.
+template <typename T>
+T crossZ(const Imath::Vec3<T>& a, const Imath::Vec3<T>& b) {
+    return a.x * b.y - a.y * b.x;
+}
+
 inline Vec3 toDouble(const Vec3i& v) {
     return {static_cast<double>(v.x), static_cast<double>(v.y), static_cast<double>(v.z)};
 }

@@ -214,19 +214,21 @@ private:
         in_.requireRows(size, corner_bytes_, "corners of a polygon");
         const std::byte* corners = in_.take(size * corner_bytes_, "corners of a polygon");
         polygon_.resize(size);
-        // Houdini's polygons run clockwise seen from outside, ours the other way.
         for (std::size_t i = 0; i < size; ++i) {
-            const std::uint32_t corner = cornerAt(corners + i * corner_bytes_);
-            if (corner >= points_)
-                in_.fail("a polygon has corner " + std::to_string(corner) + ", expected less than " +
+            polygon_[i] = cornerAt(corners + i * corner_bytes_);
+            if (polygon_[i] >= points_)
+                in_.fail("a polygon has corner " + std::to_string(polygon_[i]) + ", expected less than " +
                          std::to_string(points_));
-            polygon_[(size - i) % size] = corner;
         }
-        if (closed == '<')
+        if (closed == '<') {
+            // Houdini's polygons run clockwise seen from outside, ours the other way.
+            if (size > 1) std::reverse(polygon_.begin() + 1, polygon_.end());
             appendFan(polygon_, contents_.triangles);
-        else if (size > 1)
-            contents_.edges += size - 1;
-        contents_.declares_faces = contents_.declares_faces || closed == '<';
+            contents_.declares_faces = true;
+        } else {
+            for (std::size_t i = 1; i < size; ++i) contents_.edges.push_back({polygon_[i - 1], polygon_[i]});
+            contents_.declares_edges = true;
+        }
     }
 
     std::uint32_t cornerAt(const std::byte* bytes) const {
@@ -332,6 +334,29 @@ void writeTriangles(ByteWriter& out, const Mesh& mesh) {
     }
 }
 
+template <typename Index>
+void writeLines(ByteWriter& out, const std::vector<std::span<const Edge>>& lines) {
+    for (const std::span<const Edge> line : lines) {
+        out.big(kPolygon);
+        out.big(static_cast<std::int32_t>(line.size() + 1));
+        out.text(":");
+        out.big(static_cast<Index>(line.front()[0]));
+        for (const Edge& edge : line) out.big(static_cast<Index>(edge[1]));
+    }
+}
+
+/// Of a mesh or of curves.
+template <typename Surface>
+void writePoints(ByteWriter& out, const Surface& surface) {
+    writeDeclaration(out, "v", 3, Type::vector);
+    writeDeclarations(out, surface.attributes);
+    for (std::size_t i = 0; i < surface.position.size(); ++i) {
+        writePosition(out, surface.position[i]);
+        writeVector(out, surface.velocity.empty() ? Vec3(0, 0, 0) : surface.velocity[i]);
+        writeAttributeRow(out, surface.attributes, i);
+    }
+}
+
 }  // namespace
 
 FileContents parseBgeo(std::span<const std::byte> bytes, const std::string& file, const ReadOptions& options) {
@@ -378,18 +403,26 @@ void encodeBgeo(ByteWriter& out, const Mesh& mesh, const std::string& file) {
     requireWritable(mesh, file);
     requireWritable(mesh.attributes, n, {"P", "v"}, file);
     writeHeader(out, n, mesh.triangles.size(), mesh.attributes.size() + 1, mesh.component.has_value(), file);
-    writeDeclaration(out, "v", 3, Type::vector);
-    writeDeclarations(out, mesh.attributes);
-    for (std::size_t i = 0; i < n; ++i) {
-        writePosition(out, mesh.position[i]);
-        writeVector(out, mesh.velocity.empty() ? Vec3(0, 0, 0) : mesh.velocity[i]);
-        writeAttributeRow(out, mesh.attributes, i);
-    }
+    writePoints(out, mesh);
     if (mesh.component) writeDeclaration(out, kComponent, 1, Type::integer);
     if (n < kPointsOfLongIndices)
         writeTriangles<std::uint16_t>(out, mesh);
     else
         writeTriangles<std::uint32_t>(out, mesh);
+    writeEnd(out);
+}
+
+void encodeBgeo(ByteWriter& out, const Curves& curves, const std::string& file) {
+    const std::size_t n = curves.position.size();
+    const auto lines = linesOf(curves);
+    requireWritable(curves, file);
+    requireWritable(curves.attributes, n, {"P", "v"}, file);
+    writeHeader(out, n, lines.size(), curves.attributes.size() + 1, 0, file);
+    writePoints(out, curves);
+    if (n < kPointsOfLongIndices)
+        writeLines<std::uint16_t>(out, lines);
+    else
+        writeLines<std::uint32_t>(out, lines);
     writeEnd(out);
 }
 

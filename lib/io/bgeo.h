@@ -3,6 +3,7 @@
 
 #pragma once
 
+#include "core/curves.h"
 #include "core/mesh.h"
 #include "core/particles.h"
 #include "io/bytes.h"
@@ -19,5 +20,7 @@ FileContents parseBgeo(std::span<const std::byte> bytes, const std::string& file
 
 void encodeBgeo(ByteWriter& out, const Particles& particles, const std::string& file);
 void encodeBgeo(ByteWriter& out, const Mesh& mesh, const std::string& file);
+/// Each line as an open polygon; a closed one ends with the point that it begins with.
+void encodeBgeo(ByteWriter& out, const Curves& curves, const std::string& file);
 
 }  // namespace betamesh

@@ -24,6 +24,7 @@ std::optional<Extension> find(const std::string& name) {
     if (name.ends_with(".ply")) return Extension::ply;
     if (name.ends_with(".vdb")) return Extension::vdb;
     if (name.ends_with(".obj")) return Extension::obj;
+    if (name.ends_with(".svg")) return Extension::svg;
     return std::nullopt;
 }
 
@@ -35,19 +36,28 @@ std::optional<Extension> find(const std::string& name) {
 
 Extension particleExtension(const std::filesystem::path& path) {
     const auto extension = find(lowerName(path));
-    if (!extension || *extension == Extension::obj) failUnknown(path, "particles", ".bgeo .bgeo.gz .ply .vdb");
+    if (!extension || *extension == Extension::obj || *extension == Extension::svg)
+        failUnknown(path, "particles", ".bgeo .bgeo.gz .ply .vdb");
     return *extension;
 }
 
 Extension meshExtension(const std::filesystem::path& path) {
     const auto extension = find(lowerName(path));
-    if (!extension || *extension == Extension::vdb) failUnknown(path, "a mesh", ".bgeo .bgeo.gz .obj .ply");
+    if (!extension || *extension == Extension::vdb || *extension == Extension::svg)
+        failUnknown(path, "a mesh", ".bgeo .bgeo.gz .obj .ply");
+    return *extension;
+}
+
+Extension curveExtension(const std::filesystem::path& path) {
+    const auto extension = find(lowerName(path));
+    if (!extension || *extension == Extension::vdb) failUnknown(path, "curves", ".bgeo .bgeo.gz .obj .ply .svg");
     return *extension;
 }
 
 Extension anyExtension(const std::filesystem::path& path) {
     const auto extension = find(lowerName(path));
-    if (!extension) failUnknown(path, "particles or a mesh", ".bgeo .bgeo.gz .obj .ply .vdb");
+    if (!extension || *extension == Extension::svg)
+        failUnknown(path, "particles or a mesh", ".bgeo .bgeo.gz .obj .ply .vdb");
     return *extension;
 }
 

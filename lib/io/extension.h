@@ -9,11 +9,12 @@
 
 namespace betamesh {
 
-enum class Extension { bgeo, ply, vdb, obj };
+enum class Extension { bgeo, ply, vdb, obj, svg };
 
 /// By the name alone, in upper or lower case; .bgeo.gz is .bgeo. Throws Error that lists the known ones.
 Extension particleExtension(const std::filesystem::path& path);  ///< .bgeo .ply .vdb
 Extension meshExtension(const std::filesystem::path& path);      ///< .bgeo .obj .ply
+Extension curveExtension(const std::filesystem::path& path);     ///< .bgeo .obj .ply .svg
 Extension anyExtension(const std::filesystem::path& path);       ///< .bgeo .obj .ply .vdb
 
 /// Writes what encode writes, whole or not at all; through gzip when the name ends in .gz.

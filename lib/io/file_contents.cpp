@@ -63,6 +63,34 @@ void requireFinite(const std::vector<Vector>& rows, const char* what, const std:
                         "), expected finite numbers");
 }
 
+/// Of a mesh or of curves.
+template <typename Surface>
+void moveVertices(FileContents& contents, Surface& surface, const std::string& file) {
+    for (const Vec3f& v : takeVelocity(contents, {}, file)) surface.velocity.emplace_back(v);
+    surface.position.reserve(contents.position.size());
+    for (const Vec3f& p : contents.position) surface.position.emplace_back(p);
+    surface.attributes = std::move(contents.attributes);
+}
+
+template <typename Surface>
+void requireWritableVertices(const Surface& surface, const std::string& file) {
+    const std::size_t n = surface.position.size();
+    if (!surface.velocity.empty() && surface.velocity.size() != n)
+        throw Error(file + ": velocity has " + std::to_string(surface.velocity.size()) + " rows, expected none or " +
+                    std::to_string(n));
+    requireFinite(surface.position, "position", file);
+    requireFinite(surface.velocity, "velocity", file);
+}
+
+template <typename Corners>
+void requireCorners(const std::vector<Corners>& rows, const char* what, std::size_t n, const std::string& file) {
+    for (std::size_t i = 0; i < rows.size(); ++i)
+        for (const std::uint32_t corner : rows[i])
+            if (corner >= n)
+                throw Error(file + ": " + what + " " + std::to_string(i) + " has vertex " + std::to_string(corner) +
+                            ", expected less than " + std::to_string(n));
+}
+
 }  // namespace
 
 Attribute integerAttribute(std::string name, std::uint32_t components, std::vector<std::int64_t> values) {
@@ -100,14 +128,19 @@ Particles particlesFrom(FileContents contents, const AttributeNames& names, cons
 
 Mesh meshFrom(FileContents contents, const std::string& file) {
     Mesh mesh;
-    for (const Vec3f& v : takeVelocity(contents, {}, file)) mesh.velocity.emplace_back(v);
-    mesh.position.reserve(contents.position.size());
-    for (const Vec3f& p : contents.position) mesh.position.emplace_back(p);
+    moveVertices(contents, mesh, file);
     mesh.triangles = std::move(contents.triangles);
     mesh.component = std::move(contents.component);
-    mesh.attributes = std::move(contents.attributes);
     requireWritable(mesh, file);
     return mesh;
+}
+
+Curves curvesFrom(FileContents contents, const std::string& file) {
+    Curves curves;
+    moveVertices(contents, curves, file);
+    curves.edges = std::move(contents.edges);
+    requireWritable(curves, file);
+    return curves;
 }
 
 void requireWritable(const std::vector<Attribute>& attributes, std::size_t n, std::vector<std::string> taken,
@@ -162,20 +195,16 @@ void requireWritable(const Particles& particles, const std::string& file) {
 }
 
 void requireWritable(const Mesh& mesh, const std::string& file) {
-    const std::size_t n = mesh.position.size();
-    if (!mesh.velocity.empty() && mesh.velocity.size() != n)
-        throw Error(file + ": velocity has " + std::to_string(mesh.velocity.size()) + " rows, expected none or " +
-                    std::to_string(n));
     if (mesh.component && mesh.component->size() != mesh.triangles.size())
         throw Error(file + ": component has " + std::to_string(mesh.component->size()) +
                     " rows, expected one for each of " + std::to_string(mesh.triangles.size()) + " triangles");
-    requireFinite(mesh.position, "position", file);
-    requireFinite(mesh.velocity, "velocity", file);
-    for (std::size_t i = 0; i < mesh.triangles.size(); ++i)
-        for (const std::uint32_t corner : mesh.triangles[i])
-            if (corner >= n)
-                throw Error(file + ": triangle " + std::to_string(i) + " has vertex " + std::to_string(corner) +
-                            ", expected less than " + std::to_string(n));
+    requireWritableVertices(mesh, file);
+    requireCorners(mesh.triangles, "triangle", mesh.position.size(), file);
+}
+
+void requireWritable(const Curves& curves, const std::string& file) {
+    requireWritableVertices(curves, file);
+    requireCorners(curves.edges, "edge", curves.position.size(), file);
 }
 
 }  // namespace betamesh

@@ -2,6 +2,7 @@
 
 #pragma once
 
+#include "core/curves.h"
 #include "core/mesh.h"
 #include "core/particles.h"
 #include "io/file_info.h"
@@ -19,8 +20,9 @@ struct FileContents {
     std::vector<Attribute> attributes;
     std::vector<Triangle> triangles;  ///< counter-clockwise seen from outside, corners within the points
     std::optional<std::vector<std::int32_t>> component;  ///< as Mesh::component
-    std::size_t edges = 0;
-    bool declares_faces = false;  ///< also when there are none
+    std::vector<Edge> edges;                             ///< of curves: corners within the points, line after line
+    bool declares_faces = false;                         ///< also when there are none
+    bool declares_edges = false;                         ///< also when there are none
 };
 
 /// The name of Mesh::component in files.
@@ -42,6 +44,7 @@ void appendFan(const std::vector<std::uint32_t>& corners, std::vector<Triangle>&
 /// Finds velocity among the attributes and validates. Errors begin with the file's name.
 Particles particlesFrom(FileContents contents, const AttributeNames& names, const std::string& file);
 Mesh meshFrom(FileContents contents, const std::string& file);
+Curves curvesFrom(FileContents contents, const std::string& file);
 
 /// Spheres as particles with velocity (zeros where there is none) and the radius as an attribute.
 Particles particlesOf(const Spheres& spheres, const std::string& radius_name, const std::string& file);
@@ -59,5 +62,6 @@ void requireWritable(const Particles& particles, const std::string& file);
 
 /// Throws Error unless rows match, components among them, corners exist and positions and velocities are finite.
 void requireWritable(const Mesh& mesh, const std::string& file);
+void requireWritable(const Curves& curves, const std::string& file);
 
 }  // namespace betamesh

@@ -37,13 +37,15 @@ FileContents contentsOf(const std::filesystem::path& path) {
 FileInfo inspectFile(const std::filesystem::path& path) {
     const FileContents contents = contentsOf(path);
     FileInfo info;
-    info.kind = contents.declares_faces ? FileKind::mesh : FileKind::particles;
+    info.kind = contents.declares_faces   ? FileKind::mesh
+                : contents.declares_edges ? FileKind::curves
+                                          : FileKind::particles;
     info.format = contents.format;
     std::error_code error;
     info.bytes = std::filesystem::file_size(path, error);
     info.points = contents.position.size();
     info.triangles = contents.triangles.size();
-    info.edges = contents.edges;
+    info.edges = contents.edges.size();
     info.attributes = contents.declared;
     if (!contents.position.empty()) info.lower = info.upper = contents.position.front();
     for (const Vec3f& p : contents.position)

@@ -11,7 +11,7 @@
 
 namespace betamesh {
 
-enum class FileKind { particles, mesh };
+enum class FileKind { particles, mesh, curves };
 
 /// One attribute as the file declares it, position included.
 struct AttributeInfo {
@@ -21,15 +21,16 @@ struct AttributeInfo {
     std::string codec;             ///< how the numbers are packed, empty when plainly
 };
 
-/// A file with polygons is a mesh, any other is particles.
+/// A file with polygons is a mesh, one with edges or open polygons alone holds curves, any other particles.
 struct FileInfo {
     FileKind kind = FileKind::particles;
     std::string format;       ///< "bgeo V5, gzip", "ply binary_little_endian", "vdb points, blosc"
     std::uint64_t bytes = 0;  ///< on disk
     std::size_t points = 0;
     std::size_t triangles = 0;  ///< after polygons were split into fans
-    std::size_t edges = 0;      ///< `element edge` of a two-dimensional .ply, lines of an .obj
-    Vec3f lower{0, 0, 0};       ///< of the box around all points, world units; zeros without points
+    std::size_t edges =
+        0;  ///< of two-dimensional curves: `element edge` of a .ply, open polygons of a .bgeo, lines of an .obj
+    Vec3f lower{0, 0, 0};  ///< of the box around all points, world units; zeros without points
     Vec3f upper{0, 0, 0};
     std::vector<AttributeInfo> attributes;  ///< of the points, in the order of the file
 };

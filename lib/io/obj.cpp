@@ -34,6 +34,11 @@ public:
                     throw Error(file_ + ": triangle " + std::to_string(i) + " has vertex " +
                                 std::to_string(std::uint64_t{corner} + 1) + ", expected at most " +
                                 std::to_string(contents_.position.size()));
+        for (const Edge& edge : contents_.edges)
+            for (const std::uint32_t end : edge)
+                if (end >= contents_.position.size())
+                    throw Error(file_ + ": a line has vertex " + std::to_string(std::uint64_t{end} + 1) +
+                                ", expected at most " + std::to_string(contents_.position.size()));
     }
 
 private:
@@ -56,7 +61,8 @@ private:
         if (keyword == "o") readObject(line);
         if (keyword == "l") {
             readCorners(line);
-            if (corners_.size() > 1) contents_.edges += corners_.size() - 1;
+            for (std::size_t i = 1; i < corners_.size(); ++i) contents_.edges.push_back({corners_[i - 1], corners_[i]});
+            contents_.declares_edges = true;
         }
     }
 
@@ -131,24 +137,9 @@ void writeNumber(ByteWriter& out, Value value) {
     out.text({text.data(), static_cast<std::size_t>(end - text.data())});
 }
 
-}  // namespace
-
-FileContents parseObj(std::span<const std::byte> bytes, const std::string& file) {
-    FileContents contents;
-    contents.format = "obj";
-    contents.declares_faces = true;
-    contents.declared.push_back({"v", "float", 3, {}});
-    const Cursor in(bytes, file);
-    if (in.rest().find('\0') != std::string_view::npos)
-        throw Error(file + ": holds zero bytes, expected the text of an .obj file");
-    ObjReader(in.rest(), file, contents).readAll();
-    return contents;
-}
-
-void encodeObj(ByteWriter& out, const Mesh& mesh, const std::string& file) {
-    requireWritable(mesh, file);
+void writeVertices(ByteWriter& out, const std::vector<Vec3>& position) {
     out.text("# betamesh: world units\n");
-    for (const Vec3& p : mesh.position) {
+    for (const Vec3& p : position) {
         out.text("v");
         for (int axis = 0; axis < 3; ++axis) {
             out.text(" ");
@@ -156,6 +147,25 @@ void encodeObj(ByteWriter& out, const Mesh& mesh, const std::string& file) {
         }
         out.text("\n");
     }
+}
+
+}  // namespace
+
+FileContents parseObj(std::span<const std::byte> bytes, const std::string& file) {
+    FileContents contents;
+    contents.format = "obj";
+    contents.declared.push_back({"v", "float", 3, {}});
+    const Cursor in(bytes, file);
+    if (in.rest().find('\0') != std::string_view::npos)
+        throw Error(file + ": holds zero bytes, expected the text of an .obj file");
+    ObjReader(in.rest(), file, contents).readAll();
+    contents.declares_faces = !contents.declares_edges || !contents.triangles.empty();
+    return contents;
+}
+
+void encodeObj(ByteWriter& out, const Mesh& mesh, const std::string& file) {
+    requireWritable(mesh, file);
+    writeVertices(out, mesh.position);
     const auto writeFace = [&](const Triangle& t) {
         out.text("f");
         for (const std::uint32_t corner : t) {
@@ -181,6 +191,21 @@ void encodeObj(ByteWriter& out, const Mesh& mesh, const std::string& file) {
             }
             writeFace(mesh.triangles[order[i]]);
         }
+    }
+    out.flush();
+}
+
+void encodeObj(ByteWriter& out, const Curves& curves, const std::string& file) {
+    requireWritable(curves, file);
+    writeVertices(out, curves.position);
+    for (const std::span<const Edge> line : linesOf(curves)) {
+        out.text("l ");
+        writeNumber(out, std::uint64_t{line.front()[0]} + 1);
+        for (const Edge& edge : line) {
+            out.text(" ");
+            writeNumber(out, std::uint64_t{edge[1]} + 1);
+        }
+        out.text("\n");
     }
     out.flush();
 }

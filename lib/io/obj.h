@@ -2,6 +2,7 @@
 
 #pragma once
 
+#include "core/curves.h"
 #include "core/mesh.h"
 #include "io/bytes.h"
 #include "io/file_contents.h"
@@ -16,5 +17,7 @@ FileContents parseObj(std::span<const std::byte> bytes, const std::string& file)
 /// the format has no place for them. Components become objects: faces are sorted by component, otherwise in their
 /// order.
 void encodeObj(ByteWriter& out, const Mesh& mesh, const std::string& file);
+/// Each line as an `l`; a closed one ends with the vertex that it begins with.
+void encodeObj(ByteWriter& out, const Curves& curves, const std::string& file);
 
 }  // namespace betamesh

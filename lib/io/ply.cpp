@@ -527,6 +527,40 @@ void readFaces(Source& source, const Element& element, FileContents& contents) {
     }
 }
 
+bool isEdgeEnd(const Property& p, const char* name) { return !p.is_list && !isReal(p.type) && p.name == name; }
+
+bool isEdges(const Element& element) {
+    const auto has = [&](const char* name) {
+        return std::any_of(element.properties.begin(), element.properties.end(),
+                           [&](const Property& p) { return isEdgeEnd(p, name); });
+    };
+    return element.name == "edge" && has("vertex1") && has("vertex2");
+}
+
+template <typename Source>
+void readEdges(Source& source, const Element& element, FileContents& contents) {
+    const std::size_t points = contents.position.size();
+    for (std::uint64_t row = 0; row < element.rows; ++row) {
+        Edge edge{};
+        for (const Property& p : element.properties) {
+            const bool first = isEdgeEnd(p, "vertex1");
+            if (!first && !isEdgeEnd(p, "vertex2")) {
+                if (p.is_list)
+                    VertexReader::skipList(source, p);
+                else
+                    source.skip(p.type, 1);
+                continue;
+            }
+            const std::int64_t index = source.whole(p.type);
+            if (index < 0 || static_cast<std::uint64_t>(index) >= points)
+                source.fail("edge " + std::to_string(row) + " has vertex " + std::to_string(index) +
+                            ", expected 0 to less than " + std::to_string(points));
+            edge[first ? 0 : 1] = static_cast<std::uint32_t>(index);
+        }
+        contents.edges.push_back(edge);
+    }
+}
+
 template <typename Source>
 void readElements(Source& source, const Header& header, const ReadOptions& options, const std::string& file,
                   FileContents& contents) {
@@ -544,6 +578,10 @@ void readElements(Source& source, const Header& header, const ReadOptions& optio
             if (!has_vertices) throw Error(file + ": faces stand before the vertices, expected after");
             contents.declares_faces = true;
             readFaces(source, element, contents);
+        } else if (isEdges(element)) {
+            if (!has_vertices) throw Error(file + ": edges stand before the vertices, expected after");
+            contents.declares_edges = true;
+            readEdges(source, element, contents);
         } else {
             for (std::uint64_t row = 0; row < element.rows; ++row)
                 for (const Property& p : element.properties) {
@@ -552,7 +590,6 @@ void readElements(Source& source, const Header& header, const ReadOptions& optio
                     else
                         source.skip(p.type, 1);
                 }
-            if (element.name == "edge") contents.edges += element.rows;
         }
     }
     if (!has_vertices) throw Error(file + ": has no element 'vertex'");
@@ -584,6 +621,10 @@ public:
     void faces(std::size_t count, bool components) {
         out_.text("element face " + std::to_string(count) + "\nproperty list uchar int vertex_indices\n");
         if (components) scalars("int", {kComponent});
+    }
+    void edges(std::size_t count) {
+        out_.text("element edge " + std::to_string(count) + "\n");
+        scalars("int", {"vertex1", "vertex2"});
     }
     void endHeader() { out_.text("end_header\n"); }
 
@@ -680,6 +721,25 @@ void encodePly(ByteWriter& out, const Mesh& mesh, const std::string& file) {
         for (const std::uint32_t corner : mesh.triangles[i]) out.little(corner);
         if (mesh.component) out.little((*mesh.component)[i]);
     }
+    out.flush();
+}
+
+void encodePly(ByteWriter& out, const Curves& curves, const std::string& file) {
+    const std::size_t n = curves.position.size();
+    requireWritable(curves, file);
+    requireAttributes(curves.attributes, n, file);
+    PlyWriter ply(out, n);
+    ply.scalars("float", {"vx", "vy", "vz"});
+    ply.attributes(curves.attributes);
+    ply.edges(curves.edges.size());
+    ply.endHeader();
+    for (std::size_t i = 0; i < n; ++i) {
+        ply.vector(curves.position[i]);
+        ply.vector(curves.velocity.empty() ? Vec3(0, 0, 0) : curves.velocity[i]);
+        ply.attributeRow(curves.attributes, i);
+    }
+    for (const Edge& edge : curves.edges)
+        for (const std::uint32_t end : edge) out.little(end);
     out.flush();
 }
 

@@ -195,6 +195,67 @@ private:
     std::uint64_t seed_;
 };
 
+// In the plane z = 0: a pool two wide and 0.4 deep with a bubble in it, a jet a single particle thick that is pulled
+// out of it and thins, a drop of radius 0.15 and one particle on its own, which sink into it; it answers with a swell.
+class Puddle final : public FormulaScene {
+public:
+    explicit Puddle(const SampleParams& params)
+        : FormulaScene(params.frames_per_second,
+                       std::sqrt((kWidth * kDepth + kTurn / 2 * (kRadius * kRadius - kBubble * kBubble)) /
+                                 static_cast<double>(params.particles))),
+          seed_(params.seed) {
+        const Vec3 bubble(-0.6, -0.2, 0);
+        fill({-kWidth / 2, -kDepth, 0}, {kWidth / 2, 0, 0},
+             [&](const Vec3& p) { return (p - bubble).length() >= kBubble; });
+        pool_ = points_.size();
+        fill({-kRadius, -kRadius, 0}, {kRadius, kRadius, 0}, [](const Vec3& p) { return p.length() <= kRadius; });
+        drop_ = points_.size();
+        for (std::size_t i = 0; i < points_.size(); ++i)
+            points_[i] += Random(seed_, i).cube() * Vec3(0.2, 0.2, 0) * spacing();
+        for (double height = spacing() / 2; height < kJet; height += 0.9 * spacing())
+            points_.emplace_back(0.55 + 0.4 * height * height, height, 0);
+        points_.emplace_back(-0.25, 3.5 * spacing(), 0);  // the one on its own
+    }
+
+protected:
+    std::size_t count() const override { return points_.size(); }
+    State at(std::size_t i, double seconds) const override {
+        const Vec3 p = points_[i];
+        if (i + 1 == points_.size()) {
+            const Curve sunk = rise(seconds, 0, 1.0);
+            return {p - Vec3(0, 4 * spacing() * sunk.value, 0), {0, -4 * spacing() * sunk.slope, 0}};
+        }
+        if (i >= drop_) {
+            const Curve pulled = rise(seconds, 0, 1.0);
+            return {p * Vec3(1, 1 + 2 * pulled.value, 1), {0, 2 * p.y * pulled.slope, 0}};
+        }
+        if (i >= pool_) {
+            const Curve sunk = rise(seconds, 0, 0.6);
+            const double height = kRadius + 4 * spacing(), fall = 1.5 * height;
+            return {p + Vec3(0, height - fall * sunk.value, 0), {0, -fall * sunk.slope, 0}};
+        }
+        const Curve swell = rise(seconds, 0.3, 0.5);
+        const double angle = kTurn * (1.5 * std::abs(p.x) - 1.2 * seconds);
+        const double reach = 0.05 * std::exp(-1.5 * std::abs(p.x)) * (1 + p.y / kDepth);
+        return {p + Vec3(0, reach * swell.value * std::sin(angle), 0),
+                {0, reach * (swell.slope * std::sin(angle) - swell.value * kTurn * 1.2 * std::cos(angle)), 0}};
+    }
+
+private:
+    static constexpr double kWidth = 2, kDepth = 0.4, kRadius = 0.15, kBubble = 0.11, kJet = 0.35;
+
+    template <typename Inside>
+    void fill(const Vec3& low, const Vec3& high, const Inside& inside) {
+        for (double y = low.y + spacing() / 2; y < high.y; y += spacing())
+            for (double x = low.x + spacing() / 2; x < high.x; x += spacing())
+                if (inside({x, y, 0})) points_.emplace_back(x, y, 0);
+    }
+
+    std::vector<Vec3> points_;
+    std::size_t pool_ = 0, drop_ = 0;  // the pool lies before the one, the drop before the other, then the jet
+    std::uint64_t seed_;
+};
+
 // Threads side by side, from a single row of particles to a rope. Each is pulled to several times its
 // length; its particles gather in beads, and its width follows so that the volume stays.
 class Tendril final : public FormulaScene {
@@ -261,6 +322,7 @@ private:
 }  // namespace
 
 std::unique_ptr<Scene> makeDrop(const SampleParams& params) { return std::make_unique<Drop>(params); }
+std::unique_ptr<Scene> makePuddle(const SampleParams& params) { return std::make_unique<Puddle>(params); }
 std::unique_ptr<Scene> makeSheet(const SampleParams& params) { return std::make_unique<Sheet>(params); }
 std::unique_ptr<Scene> makeTendril(const SampleParams& params) { return std::make_unique<Tendril>(params); }
 std::unique_ptr<Scene> makeLattice(const SampleParams& params) { return std::make_unique<Lattice>(params); }

@@ -1,5 +1,7 @@
 // One program, every processor: the same bytes without AVX, with AVX2, and with whatever this machine has.
 
+#include "io/particle_file.h"
+#include "support/planar_clouds.h"
 #include "support/program.h"
 
 #include <gtest/gtest.h>
@@ -15,15 +17,21 @@ TEST(InstructionSets, GiveTheSameBytes) {
     ASSERT_EQ(runProgram({"sample", "dambreak", "d.####.ply", "--particles", "800", "--frames", "12"}, folder.path())
                   .exit_code,
               0);
-    const std::vector<std::string> words{"mesh", "d.0012.ply", "here.ply", "--inset", "0.3dx", "--passes", "2"};
-    ASSERT_EQ(runProgram(words, folder.path()).exit_code, 0);
-    for (const char* cpu : {"Nehalem", "Haswell"}) {
-        const std::string there = std::string(cpu) + ".ply";
-        const std::string command = "cd " + folder.path().string() + " && qemu-x86_64 -cpu " + cpu + " " +
-                                    BETAMESH_PROGRAM + " mesh d.0012.ply " + there +
-                                    " --inset 0.3dx --passes 2 -q -j 1 2>warnings";
-        ASSERT_EQ(std::system(command.c_str()), 0) << command;
-        EXPECT_TRUE(contentsOf(folder / "here.ply") == contentsOf(folder / there)) << "on a " << cpu;
+    writeParticles(folder / "f.ply", randomPlanarCloud(1).particles);
+    for (const std::string words : {"mesh d.0012.ply OUT.ply --inset 0.3dx --passes 2 -q -j 1",
+                                    "mesh f.ply OUT.ply --radius 1 --dimension 2 --passes 2 -q -j 1"}) {
+        const auto run = [&](const std::string& program, const std::string& name) {
+            std::string command =
+                "cd " + folder.path().string() + " && " + program + " " + words + " --overwrite 2>warnings";
+            command.replace(command.find("OUT"), 3, name);
+            ASSERT_EQ(std::system(command.c_str()), 0) << command;
+        };
+        run(BETAMESH_PROGRAM, "here");
+        for (const std::string cpu : {"Nehalem", "Haswell"}) {
+            run("qemu-x86_64 -cpu " + cpu + " " + BETAMESH_PROGRAM, cpu);
+            EXPECT_TRUE(contentsOf(folder / "here.ply") == contentsOf(folder / (cpu + ".ply")))
+                << "on a " << cpu << ": " << words;
+        }
     }
 }
 

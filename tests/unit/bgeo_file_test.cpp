@@ -148,7 +148,7 @@ TEST(BgeoFile, ReadsRunsSinglePolygonsOpenOnesAndParticleSystems) {
     const FileContents contents = parse(bytes);
     const std::vector<Triangle> fan{{0, 3, 2}, {0, 2, 1}};  // the other way round: Houdini's run clockwise
     EXPECT_EQ(contents.triangles, (std::vector<Triangle>{fan[0], fan[1], fan[0], fan[1], fan[0], fan[1]}));
-    EXPECT_EQ(contents.edges, 2U);
+    EXPECT_EQ(contents.edges, (std::vector<Edge>{{0, 1}, {1, 2}}));
     EXPECT_TRUE(contents.declares_faces);
 }
 

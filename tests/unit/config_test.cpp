@@ -157,7 +157,7 @@ TEST_F(ConfigFile, ErrorsInAnIncludeNameTheIncludedFile) {
 }
 
 TEST_F(ConfigFile, EveryPresetAndPipelineOfTheProjectIsRight) {
-    for (const char* folder : {"/configs", "/pipelines"}) {
+    for (const char* folder : {"/configs", "/pipelines", "/pipelines/figures"}) {
         for (const auto& entry : std::filesystem::directory_iterator(std::string(BETAMESH_SOURCE) + folder)) {
             if (entry.path().extension() != ".yaml") continue;
             SCOPED_TRACE(entry.path().string());

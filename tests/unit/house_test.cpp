@@ -19,8 +19,8 @@ namespace fs = std::filesystem;
 const std::map<std::string, int> kFloors{{"cmd", 4},     {"batch", 3}, {"skin", 2},   {"planar", 2}, {"preview", 2},
                                          {"measure", 2}, {"io", 2},    {"sample", 2}, {"exact", 1},  {"core", 0}};
 
-// Where all stages meet.
-const std::string kMethod = "skin/skin_frame.cpp";
+// Where all stages of a room meet.
+const std::map<std::string, std::string> kMethods{{"skin", "skin/skin_frame.cpp"}, {"planar", "planar/skin_plane.cpp"}};
 
 // How a library's headers begin -> the files that include them.
 const std::vector<std::pair<std::string, std::vector<std::string>>> kDoors{
@@ -54,8 +54,8 @@ std::string faultOfOurs(const std::string& file, const std::string& header) {
     if (!kFloors.contains(room)) return "a room that the house does not have";
     if (!kFloors.contains(other)) return "includes from no room of the house";
     if (other == room) {
-        const bool stages_meet = room == "skin" && withoutExtension(header) != withoutExtension(file);
-        return stages_meet && file != kMethod ? "a stage includes a stage" : "";
+        const bool stages_meet = kMethods.contains(room) && withoutExtension(header) != withoutExtension(file);
+        return stages_meet && file != kMethods.at(room) ? "a stage includes a stage" : "";
     }
     return kFloors.at(other) < kFloors.at(room) ? "" : "includes upwards or sideways";
 }
@@ -108,6 +108,7 @@ TEST(House, RulesTellRightFromWrong) {
     right("cmd/info.cpp", "\"skin/spacing.h\"");
     right("skin/stage.cpp", "\"skin/stage.h\"");
     right("skin/skin_frame.cpp", "\"skin/stage.h\"");
+    right("planar/skin_plane.cpp", "\"planar/stage.h\"");
     right("io/ply.cpp", "\"io/bytes.h\"");
     right("core/parallel.h", "<tbb/parallel_for.h>");
     right("io/bytes.cpp", "<sys/stat.h>");
@@ -121,6 +122,8 @@ TEST(House, RulesTellRightFromWrong) {
     wrong("skin/stage.cpp", "\"skin/other.h\"");
     wrong("skin/stage.h", "\"skin/other.h\"");
     wrong("skin/skin_frame.h", "\"skin/stage.h\"");
+    wrong("planar/stage.cpp", "\"planar/other.h\"");
+    wrong("planar/skin_plane.cpp", "\"skin/stage.h\"");
     wrong("skin/stage.cpp", "\"measure/mesh_measure.h\"");
     wrong("attic/a.cpp", "\"core/mesh.h\"");
     wrong("core/mesh.h", "\"attic/a.h\"");

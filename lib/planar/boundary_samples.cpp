@@ -1,0 +1,50 @@
+#include "planar/boundary_samples.h"
+
+#include "core/angles.h"
+
+#include <cmath>
+#include <numbers>
+
+namespace betamesh {
+
+namespace {
+
+constexpr int kDirections = 24;
+constexpr double kStep = 2 * std::numbers::pi / kDirections;
+
+// The piece of a circle from one angle to another.
+BoundarySample piece(const Moving& centre, double radius, Rate begin, Rate end) {
+    const Rate angle = (begin + end) / 2;
+    const auto [s, c] = sineCosine(angle.value);
+    const Moving outwards{{c, s, 0}, Vec3(-s, c, 0) * angle.rate};
+    return {centre + outwards * radius, outwards, (end - begin) * radius};
+}
+
+// The angle of a point on a circle round a centre.
+Rate movingAngle(const Moving& point, const Moving& centre) {
+    const Moving q = point - centre;
+    return {angleOf(q.position.y, q.position.x), crossZ(q.position, q.velocity) / q.position.length2()};
+}
+
+}  // namespace
+
+BoundarySamples boundarySamples(const DiscBoundary& boundary, const std::vector<Moving>& discs,
+                                const std::vector<Moving>& vertices) {
+    const double radius = boundary.worldRadius();
+    BoundarySamples samples;
+    for (std::uint32_t v = 0; v < vertices.size(); ++v) {
+        const Moving& centre = discs[boundary.segment[v][1]];
+        Rate begin = movingAngle(vertices[v], centre);
+        const Rate end(begin.value + arcAngle(boundary, v), movingAngle(vertices[boundary.next[v]], centre).rate);
+        for (double k = std::floor(begin.value / kStep) + 1; k * kStep < end.value; ++k) {
+            samples.push_back(piece(centre, radius, begin, k * kStep));
+            begin = k * kStep;
+        }
+        samples.push_back(piece(centre, radius, begin, end));
+    }
+    for (const std::uint32_t d : boundary.bare)
+        for (int k = 0; k < kDirections; ++k) samples.push_back(piece(discs[d], radius, k * kStep, (k + 1) * kStep));
+    return samples;
+}
+
+}  // namespace betamesh

@@ -1,0 +1,20 @@
+// The boundary of discs -> closed curves that hold all of it.
+
+#pragma once
+
+#include "core/beta_curve.h"
+#include "core/disc_boundary.h"
+
+namespace betamesh {
+
+/// Every arc from vertex to vertex, with a point wherever it passes one of `directions` (>= 8) fixed directions from
+/// its centre; bare circles are polygons of these. A point comes and goes where it coincides with the end of its arc,
+/// so the curve moves continuously, and before smoothing nothing of it crosses anything: all points of a disc lie on
+/// one circle and in its Voronoi cell.
+///
+/// out     a line for each cycle, then one for each bare disc
+/// cost    O(points)
+BetaCurve completeCurve(const DiscBoundary& boundary, const std::vector<Moving>& discs,
+                        const std::vector<Moving>& vertices, int directions);
+
+}  // namespace betamesh

@@ -1,0 +1,22 @@
+// The boundary of discs -> the paper's beta mesh of a plane.
+
+#pragma once
+
+#include "core/beta_curve.h"
+#include "core/disc_boundary.h"
+#include "core/mesh.h"
+
+namespace betamesh {
+
+/// A line for each cycle: its pure beta vertices, and after each the alphabeta vertex of the arc that begins there, at
+/// the projection of the particle onto the straight line between the arc's ends: half-way. Vertex v of the line's cycle
+/// becomes vertices 2k and 2k + 1, k its place in boundary.cycle.item.
+///
+/// cost    O(vertices)
+/// source  beta mesh paper, section 3.4.2 and Figure 8 (a)
+BetaCurve paperCurve(const DiscBoundary& boundary, const std::vector<Moving>& vertices);
+
+/// Isolated particles, which the paper's beta mesh leaves out.
+Spheres externalDiscs(const DiscBoundary& boundary, const std::vector<Moving>& discs, const Particles& particles);
+
+}  // namespace betamesh

@@ -1,0 +1,137 @@
+#include "planar/skin_plane.h"
+
+#include "core/error.h"
+#include "planar/alpha_curve.h"
+#include "planar/boundary_samples.h"
+#include "planar/complete_curve.h"
+#include "planar/disc_boundary.h"
+#include "planar/paper_curve.h"
+#include "planar/smooth_coherent.h"
+#include "planar/smooth_paper.h"
+#include "planar/velocity.h"
+
+#include <algorithm>
+
+namespace betamesh {
+
+namespace {
+
+constexpr double kSmoothingWidth = 2.8;       // radii
+constexpr int kDirections = 24;               // a circle: a sagitta of 0.009 radii
+constexpr int kDirectionsPerSubdivision = 8;  // arcs between neighbours on a calm surface cover about an eighth
+
+void requireOnePlane(const Particles& particles) {
+    for (std::size_t i = 0; i < particles.size(); ++i) {
+        const Vec3f &first = particles.position[0], &p = particles.position[i];
+        if (p.z == first.z) continue;
+        throw Error("particle " + std::to_string(i) + " is at z = " + std::to_string(p.z) + ", particle 0 at z = " +
+                    std::to_string(first.z) + "; expected one z for all particles in two dimensions");
+    }
+}
+
+using Watch = std::function<void(std::string_view)>;
+
+BetaCurve tessellated(const DiscBoundary& boundary, const std::vector<Moving>& discs,
+                      const std::vector<Moving>& vertices, const SkinParams& params) {
+    if (params.tessellation == Tessellation::paper) return paperCurve(boundary, vertices);
+    const int directions =
+        params.arc_subdivisions > 0 ? kDirectionsPerSubdivision * params.arc_subdivisions : kDirections;
+    return completeCurve(boundary, discs, vertices, directions);
+}
+
+void smooth(const DiscBoundary& boundary, const std::vector<Moving>& discs, const std::vector<Moving>& vertices,
+            const SkinParams& params, BetaCurve& curve) {
+    if (params.smoothing == SmoothingMethod::paper) smoothAsInPaper(curve, params.passes);
+    if (params.smoothing == SmoothingMethod::coherent && params.passes > 0) {
+        const double width = params.smoothing_width > 0 ? params.smoothing_width : kSmoothingWidth * params.radius;
+        smoothCoherently(curve, boundarySamples(boundary, discs, vertices), {params.radius, width, params.passes});
+    }
+    if (params.resolve_intersections && params.tessellation == Tessellation::paper)
+        resolveIntersections(boundary, discs, curve);
+}
+
+Curves asCurves(const BetaCurve& curve) {
+    Curves curves;
+    for (const Moving& vertex : curve.vertex) {
+        curves.position.push_back(vertex.position);
+        curves.velocity.push_back(vertex.velocity);
+    }
+    forEveryVertex(curve, [&](std::uint32_t, std::uint32_t v, std::uint32_t after) {
+        curves.edges.push_back({v, after});
+    });
+    return curves;
+}
+
+PlaneReport reportOf(const Particles& particles, const SnappedParticles& snapped, const DiscBoundary& boundary) {
+    PlaneReport report;
+    report.particles = particles.size();
+    report.distinct_particles = snapped.size();
+    report.alpha_segments = boundary.segment.size();
+    report.double_sided_segments = doubleSidedSegments(boundary);
+    report.isolated_particles = boundary.bare.size();
+    report.alpha_vertices = boundary.position.size() - boundary.bare.size();
+    return report;
+}
+
+}  // namespace
+
+SkinnedPlane skinPlane(const Particles& particles, const SkinParams& params, const Watch& watch_or_none) {
+    const auto watch = [&](std::string_view stage) {
+        if (watch_or_none) watch_or_none(stage);
+    };
+    requirePlanar(params);
+    requireOnePlane(particles);
+    const SnappedParticles snapped = snapParticles(particles, params.radius);
+    const DiscBoundary boundary = discBoundary(snapped);
+    const std::vector<Moving> discs = movingDiscs(boundary, particles);
+    watch("structure");
+
+    SkinnedPlane plane;
+    plane.report = reportOf(particles, snapped, boundary);
+    plane.alpha = alphaCurves(boundary, discs);
+    if (params.surface == SurfaceKind::alpha) {
+        plane.curves = plane.alpha;
+    } else {
+        const std::vector<Moving> vertices = movingVertices(boundary, discs);
+        watch("velocity");
+        BetaCurve curve = tessellated(boundary, discs, vertices, params);
+        plane.before = asCurves(curve);
+        plane.pure = curve.pure;
+        watch("tessellate");
+        if (params.surface == SurfaceKind::beta) smooth(boundary, discs, vertices, params, curve);
+        watch("smooth");
+        if (!particles.velocity.empty()) slideWithParticles(boundary, discs, curve);
+        watch("velocity");
+        plane.curves = asCurves(curve);
+        if (params.tessellation == Tessellation::paper) plane.spheres = externalDiscs(boundary, discs, particles);
+    }
+    if (particles.velocity.empty()) plane.curves.velocity.clear();
+    plane.before.velocity.clear();
+    plane.alpha.velocity.clear();
+    for (auto* rows : {&plane.curves.position, &plane.before.position, &plane.alpha.position, &plane.spheres.position})
+        for (Vec3& p : *rows) p.z = particles.position[0].z;
+    return plane;
+}
+
+void requirePlanar(const SkinParams& params) {
+    const Features& features = params.features;
+    const auto refuse = [](const std::string& what) {
+        throw Error(what + " is known in three dimensions only; expected its default in two");
+    };
+    if (params.predicates == PredicateKind::floating) refuse("floating predicates (--predicates float)");
+    if (params.inset > 0) refuse("an inset (--inset)");
+    if (features.droplets != Droplets::mesh) refuse("leaving out droplets (--droplets)");
+    if (features.tendrils != Tendrils::mesh) refuse("leaving out tendrils (--tendrils)");
+    if (features.bubbles != Bubbles::mesh) refuse("filling bubbles (--bubbles)");
+    if (params.components) refuse("numbering pieces (--components)");
+    if (!params.attributes.empty()) refuse("carrying attributes (--attributes)");
+    if (params.smoothing == SmoothingMethod::paper && params.tessellation != Tessellation::paper)
+        throw Error("the paper's smoothing is for the paper's tessellation; expected that one too");
+}
+
+bool isPlanar(const Particles& particles) {
+    return particles.size() > 1 && std::all_of(particles.position.begin(), particles.position.end(),
+                                               [&](const Vec3f& p) { return p.z == particles.position[0].z; });
+}
+
+}  // namespace betamesh

@@ -1,0 +1,51 @@
+// The whole method in a plane on one screen: the only place where its stages meet.
+
+#pragma once
+
+#include "core/curves.h"
+#include "core/mesh.h"
+#include "core/skin_params.h"
+
+#include <functional>
+#include <string_view>
+
+namespace betamesh {
+
+/// What was found on the way.
+struct PlaneReport {
+    std::size_t particles = 0;
+    std::size_t distinct_particles = 0;     ///< after exact duplicates collapsed
+    std::size_t alpha_segments = 0;         ///< oriented: a double-sided one counts twice
+    std::size_t double_sided_segments = 0;  ///< each side counts
+    std::size_t isolated_particles = 0;
+    std::size_t alpha_vertices = 0;  ///< particles that some alpha segment uses
+};
+
+struct SkinnedPlane {
+    Curves curves;                   ///< have velocity exactly when the particles have
+    Curves before;                   ///< the same before smoothing, without velocity; none of the alpha mesh
+    std::vector<std::uint8_t> pure;  ///< of each vertex of both: 1 where two circles meet; none of the alpha mesh
+    Curves alpha;                    ///< the alpha mesh, without velocity
+    Spheres spheres;                 ///< with the paper's tessellation isolated particles
+    PlaneReport report;
+};
+
+/// Skins one frame of particles that lie in one plane of constant z, as skinFrame() does in space: discs for balls,
+/// closed curves for the mesh. Arcs are cut in fixed directions from their centre: 8 for each arc_subdivisions, 24 for 0.
+///
+/// in      n >= 0 valid particles
+/// out     closed curves, the liquid on their left: counter-clockwise round it seen from +z, clockwise round holes
+/// same    bytes for any thread count and particle order
+/// cost    O(n) for a bounded number of neighbours within two radii
+/// errors  a particle with another z than the first; what requirePlanar() throws; particles beyond the integer range
+/// source  beta mesh paper, section 3 and Figure 8
+SkinnedPlane skinPlane(const Particles& particles, const SkinParams& params,
+                       const std::function<void(std::string_view stage)>& watch = {});
+
+/// errors  parameters that only three dimensions know; the paper's smoothing of another tessellation than the paper's
+void requirePlanar(const SkinParams& params);
+
+/// Do two particles or more share one z, all of them?
+bool isPlanar(const Particles& particles);
+
+}  // namespace betamesh

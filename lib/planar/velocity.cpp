@@ -1,0 +1,97 @@
+#include "planar/velocity.h"
+
+#include "core/cell_order.h"
+#include "core/parallel.h"
+#include "core/rigid_motion.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace betamesh {
+
+namespace {
+
+constexpr double kWellConditioned = 0.05;  // of |q1 × q2| / r²
+constexpr double kDamping = 0.25;          // weight of the field against the two equations at condition zero
+
+Vec3 turnedLeft(const Vec3& a) { return {-a.y, a.x, 0}; }
+
+// How the liquid moves near a point.
+class LocalMotion {
+public:
+    LocalMotion(const DiscBoundary& boundary, const std::vector<Moving>& discs)
+        : discs_(discs),
+          reach_(2 * boundary.worldRadius()),
+          cells_(discs.size(), reach_, [&](std::size_t d) { return discs[d].position; }) {}
+
+    Vec3 at(const Vec3& point) const {
+        RigidMotionFit fit;
+        cells_.forRowsIn(point - Vec3(reach_, reach_, 0), point + Vec3(reach_, reach_, 0), [&](std::uint32_t d) {
+            const Vec3 offset = discs_[d].position - point;
+            const double t = 1 - offset.length2() / (reach_ * reach_);
+            if (t > 0) fit.add(offset, discs_[d].velocity, t * t);
+        });
+        return fit.velocityAt(Vec3(0));
+    }
+
+private:
+    const std::vector<Moving>& discs_;
+    double reach_;
+    CellOrder cells_;
+};
+
+// The ċ that solves both equations, as far as they are well conditioned.
+Vec3 solved(const Vec3& q1, const Vec3& v1, const Vec3& q2, const Vec3& v2, const Vec3& field) {
+    const double determinant = crossZ(q1, q2), shortfall = 1 - std::abs(determinant) / kWellConditioned;
+    const double s1 = dot(q1, v1 - field), s2 = dot(q2, v2 - field);
+    if (shortfall <= 0) return field + (turnedLeft(q1) * s2 - turnedLeft(q2) * s1) / determinant;
+    // Least squares of both equations and of a weak third: ċ as in the field.
+    const double damping = kDamping * shortfall * shortfall, weak = damping * damping;
+    const double xx = q1.x * q1.x + q2.x * q2.x + weak, yy = q1.y * q1.y + q2.y * q2.y + weak,
+                 xy = q1.x * q1.y + q2.x * q2.y;
+    const Vec3 right = q1 * s1 + q2 * s2;
+    return field + Vec3(yy * right.x - xy * right.y, xx * right.y - xy * right.x, 0) / (xx * yy - xy * xy);
+}
+
+}  // namespace
+
+std::vector<Moving> movingDiscs(const DiscBoundary& boundary, const Particles& particles) {
+    std::vector<Moving> discs(boundary.position.size());
+    for (std::size_t d = 0; d < discs.size(); ++d) {
+        discs[d].position = boundary.centre(d);
+        if (particles.velocity.empty()) continue;
+        const Vec3f& v = particles.velocity[boundary.row[d]];
+        discs[d].velocity = Vec3(v.x, v.y, 0);
+    }
+    return discs;
+}
+
+std::vector<Moving> movingVertices(const DiscBoundary& boundary, const std::vector<Moving>& discs) {
+    std::vector<Moving> vertices(boundary.vertex.size());
+    const LocalMotion motion(boundary, discs);
+    parallelFor(vertices.size(), 512, [&](std::size_t v) {
+        const auto [from, to] = boundary.segment[v];
+        const Vec3 c = boundary.vertex[v], q1 = (c - discs[from].position).normalized(),
+                   q2 = (c - discs[to].position).normalized();
+        const bool ill_conditioned = std::abs(crossZ(q1, q2)) < kWellConditioned;
+        const Vec3 field = ill_conditioned ? motion.at(c) : (discs[from].velocity + discs[to].velocity) / 2;
+        vertices[v] = {c, solved(q1, discs[from].velocity, q2, discs[to].velocity, field)};
+    });
+    return vertices;
+}
+
+void slideWithParticles(const DiscBoundary& boundary, const std::vector<Moving>& discs, BetaCurve& curve) {
+    const LocalMotion motion(boundary, discs);
+    std::vector<Vec3> normals(curve.vertex.size());
+    forEveryVertex(curve, [&](std::uint32_t before, std::uint32_t v, std::uint32_t after) {
+        const Vec3 &a = curve.vertex[before].position, &b = curve.vertex[v].position, &c = curve.vertex[after].position;
+        normals[v] = -turnedLeft((b - a).normalized() + (c - b).normalized()).normalized();
+    });
+    parallelFor(normals.size(), 256, [&](std::size_t v) {
+        Moving& vertex = curve.vertex[v];
+        const Vec3 liquid = motion.at(vertex.position);
+        vertex.velocity = liquid + normals[v] * dot(normals[v], vertex.velocity - liquid);
+    });
+}
+
+}  // namespace betamesh

@@ -1,0 +1,87 @@
+// Jobs in two dimensions as a user runs them.
+
+#include "io/curve_file.h"
+#include "io/particle_file.h"
+#include "measure/curve_measure.h"
+#include "support/planar_clouds.h"
+#include "support/program.h"
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+namespace betamesh {
+namespace {
+
+using Json = nlohmann::json;
+
+class PlaneJob : public ::testing::Test {
+protected:
+    PlaneJob() {
+        Particles particles = randomPlanarCloud(1).particles;
+        writeParticles(folder_ / "flat.bgeo", particles);
+        particles.position[0].z += 1;
+        writeParticles(folder_ / "bent.bgeo", particles);
+    }
+    Outcome run(const std::string& in, const std::string& out, const std::vector<std::string>& further) {
+        std::vector<std::string> words{"mesh", in, out, "--radius", "1", "--overwrite"};
+        words.insert(words.end(), further.begin(), further.end());
+        return runProgram(words, folder_.path());
+    }
+
+    TemporaryFolder folder_;
+};
+
+TEST_F(PlaneJob, EveryFormatHoldsTheSameClosedCurves) {
+    std::vector<Curves> found;
+    for (const std::string name : {"c.ply", "c.bgeo", "c.obj"}) {
+        ASSERT_EQ(run("flat.bgeo", name, {"--dimension", "2"}).exit_code, 0);
+        found.push_back(readCurves(folder_ / name));
+        const CurveMeasure measure = measureCurves(found.back());
+        const Json report = Json::parse(contentsOf(folder_ / (name + ".json")));
+        EXPECT_EQ(measure.unpaired_ends, 0U);
+        EXPECT_EQ(report["dimension"], 2);
+        EXPECT_EQ(report["status"], "ok");
+        EXPECT_EQ(report["euler"], measure.turning);
+        EXPECT_EQ(report["edges"], found.back().edges.size());
+        EXPECT_NEAR(report["area"], measure.area, 1e-5);
+        EXPECT_EQ(found.back().position, found.front().position);
+        EXPECT_EQ(found.back().edges, found.front().edges);
+    }
+}
+
+TEST_F(PlaneJob, PicturesShowWhatIsAskedFor) {
+    ASSERT_EQ(run("flat.bgeo", "p.svg", {"--dimension", "2"}).exit_code, 0);
+    const std::string usual = contentsOf(folder_ / "p.svg");
+    ASSERT_EQ(run("flat.bgeo", "p.svg", {"--dimension", "2", "--layers", "beta", "--bounds", "0,0,4,4"}).exit_code, 0);
+    const std::string curve = contentsOf(folder_ / "p.svg");
+    EXPECT_NE(usual.find("<circle"), std::string::npos);
+    EXPECT_EQ(curve.find("<circle"), std::string::npos);
+    EXPECT_NE(curve.find("height='1000.00'"), std::string::npos);
+}
+
+TEST_F(PlaneJob, WhatGoesTogetherIsCheckedBeforeAnythingIsWritten) {
+    const auto refused = [&](const std::string& out, const std::vector<std::string>& words, const std::string& why) {
+        const Outcome outcome = run("flat.bgeo", out, words);
+        EXPECT_EQ(outcome.exit_code, 2);
+        EXPECT_NE(outcome.err.find(why), std::string::npos) << outcome.err;
+        EXPECT_FALSE(std::filesystem::exists(folder_ / out));
+    };
+    refused("c.svg", {}, "expected one of .bgeo");
+    refused("c.ply", {"--dimension", "4"}, "2 to 3");
+    refused("c.ply", {"--dimension", "2", "--layers", "beta"}, "is no picture");
+    refused("c.ply", {"--dimension", "2", "--droplets", "drop"}, "three dimensions");
+    refused("c.ply", {"--dimension", "2", "--predicates", "float"}, "three dimensions");
+    refused("c.svg", {"--dimension", "2", "--layers", "gamma"}, "layers");
+    refused("c.svg", {"--dimension", "2", "--bounds", "1,1,0,0"}, "lowest");
+}
+
+TEST_F(PlaneJob, ParticlesOutOfThePlaneFailTheirFrameAndEqualHeightsAreHintedAt) {
+    const Outcome bent = run("bent.bgeo", "c.ply", {"--dimension", "2"});
+    EXPECT_EQ(bent.exit_code, 1);
+    EXPECT_NE(bent.err.find("expected one z"), std::string::npos) << bent.err;
+    EXPECT_NE(run("flat.bgeo", "m.ply", {}).err.find("--dimension 2"), std::string::npos);
+    EXPECT_EQ(run("bent.bgeo", "m.ply", {}).err.find("--dimension 2"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace betamesh

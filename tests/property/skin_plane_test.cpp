@@ -1,0 +1,170 @@
+// What is true of the curves of every cloud in a plane.
+
+#include "planar/skin_plane.h"
+#include "core/error.h"
+#include "core/parallel.h"
+#include "core/random.h"
+#include "core/union_find.h"
+#include "exact/snapped_particles.h"
+#include "measure/curve_measure.h"
+#include "planar/disc_boundary.h"
+#include "support/planar_clouds.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+namespace betamesh {
+
+namespace {
+
+SkinParams paramsFor(const Cloud& cloud, SmoothingMethod smoothing = SmoothingMethod::coherent) {
+    SkinParams params;
+    params.radius = cloud.radius;
+    params.smoothing = smoothing;
+    if (smoothing == SmoothingMethod::paper) params.tessellation = Tessellation::paper;
+    return params;
+}
+
+std::vector<SkinParams> everyWay(const Cloud& cloud) {
+    std::vector<SkinParams> all;
+    for (const SmoothingMethod smoothing : {SmoothingMethod::none, SmoothingMethod::coherent, SmoothingMethod::paper})
+        all.push_back(paramsFor(cloud, smoothing));
+    all.push_back(all.back());
+    all.back().resolve_intersections = true;
+    all.push_back(all[0]);
+    all.back().arc_subdivisions = 1;
+    all.push_back(all[0]);
+    all.back().surface = SurfaceKind::alpha;
+    all.push_back(all[0]);
+    all.back().surface = SurfaceKind::union_;
+    return all;
+}
+
+void expectSame(const SkinnedPlane& one, const SkinnedPlane& other) {
+    EXPECT_EQ(one.curves.position, other.curves.position);
+    EXPECT_EQ(one.curves.velocity, other.curves.velocity);
+    EXPECT_EQ(one.curves.edges, other.curves.edges);
+    EXPECT_EQ(one.spheres.position, other.spheres.position);
+    EXPECT_EQ(one.spheres.id, other.spheres.id);
+}
+
+}  // namespace
+
+TEST(SkinPlane, CurvesAreClosedAndFinite) {
+    forEveryPlanarCloud(600, [](const Cloud& cloud) {
+        for (const SkinParams& params : everyWay(cloud)) {
+            const SkinnedPlane plane = skinPlane(cloud.particles, params);
+            EXPECT_EQ(measureCurves(plane.curves).unpaired_ends, 0u);
+            for (const std::span<const Edge> line : linesOf(plane.curves)) EXPECT_EQ(line.front()[0], line.back()[1]);
+            ASSERT_EQ(plane.curves.velocity.size(), plane.curves.position.size());
+            for (const auto* rows : {&plane.curves.position, &plane.curves.velocity})
+                for (const Vec3& p : *rows) ASSERT_TRUE(std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z));
+            for (const Vec3& p : plane.curves.position)
+                ASSERT_EQ(static_cast<float>(p.z), cloud.particles.position[0].z);
+        }
+    });
+}
+
+TEST(SkinPlane, TurningNumbersAreThoseOfTheBoundaryBeforeSmoothing) {
+    forEveryPlanarCloud(3000, [](const Cloud& cloud) {
+        const DiscBoundary boundary = discBoundary(snapParticles(cloud.particles, cloud.radius));
+        for (const int subdivisions : {0, 1}) {
+            SkinParams params = paramsFor(cloud, SmoothingMethod::none);
+            params.arc_subdivisions = subdivisions;
+            const Curves curves = skinPlane(cloud.particles, params).curves;
+            const auto lines = linesOf(curves);
+            ASSERT_EQ(lines.size(), boundary.cycle.size() + boundary.bare.size());
+            for (const std::span<const Edge> line : lines) {
+                Curves one;
+                one.position = curves.position;
+                one.edges.assign(line.begin(), line.end());
+                const CurveMeasure measure = measureCurves(one);
+                if (std::abs(measure.area) < 1e-6 * cloud.radius * cloud.radius) continue;  // a hole of a single point
+                EXPECT_EQ(measure.turning, measure.area > 0 ? 1 : -1);
+            }
+        }
+    });
+}
+
+TEST(SkinPlane, DoesNotDependOnOrderOrThreads) {
+    forEveryPlanarCloud(150, [](const Cloud& cloud) {
+        for (const SkinParams& params : everyWay(cloud)) {
+            const SkinnedPlane one = skinPlane(cloud.particles, params);
+            expectSame(one, skinPlane(shuffled(cloud.particles, 7), params));
+            withThreads(1, [&] { expectSame(one, skinPlane(cloud.particles, params)); });
+        }
+    });
+}
+
+TEST(SkinPlane, LoneDiscsAndRingsKeepTheirSize) {
+    const auto areas = [](const Particles& particles) {
+        Cloud cloud{"", particles, 1.5};
+        SkinParams params = paramsFor(cloud);
+        params.arc_subdivisions = 12;
+        const double smooth = measureCurves(skinPlane(particles, params).curves).area;
+        params.smoothing = SmoothingMethod::none;
+        return smooth / measureCurves(skinPlane(particles, params).curves).area;
+    };
+    Particles one, row, ring;
+    one.position = {{1, 2, 0}};
+    for (int i = 0; i < 20; ++i) row.position.emplace_back(static_cast<float>(i), 0.0F, 0.0F);
+    for (int y = -9; y <= 9; ++y)
+        for (int x = -9; x <= 9; ++x)
+            if (x * x + y * y <= 81 && x * x + y * y >= 25)
+                ring.position.emplace_back(static_cast<float>(x), static_cast<float>(y), 0.0F);
+    EXPECT_NEAR(areas(one), 1, 0.002);
+    EXPECT_NEAR(areas(row), 1, 0.02);
+    EXPECT_NEAR(areas(ring), 1, 0.02);
+}
+
+TEST(SkinPlane, ADropNearAPoolStaysRound) {
+    for (const double gap : {0.02, 0.1, 0.3, 0.6, 1.0}) {
+        Particles particles;
+        for (int y = -5; y <= 0; ++y)
+            for (int x = -12; x <= 12; ++x)
+                particles.position.emplace_back(static_cast<float>(x), static_cast<float>(y), 0.0F);
+        const Vec3 drop(0.3, 3 + gap, 0);
+        particles.position.emplace_back(drop);
+        const Curves curves = skinPlane(particles, paramsFor({"", particles, 1.5})).curves;
+        const auto lines = linesOf(curves);
+        ASSERT_EQ(lines.size(), 2u);
+        for (const Edge& edge : lines[1]) EXPECT_NEAR((curves.position[edge[0]] - drop).length(), 1.5, 0.2) << gap;
+    }
+}
+
+// Angles to the plane of a slab jittered by a quarter of the spacing; 16° before smoothing.
+TEST(SkinPlane, JitteredSlabsBecomeFlat) {
+    double squares = 0, lengths = 0;
+    for (std::uint64_t seed = 0; seed < 4; ++seed) {
+        Particles particles;
+        for (int y = -7; y <= 0; ++y)
+            for (int x = 0; x < 60; ++x)
+                particles.position.emplace_back(Vec3(x, y, 0) +
+                                                Random(seed, particles.size()).cube() * Vec3(0.25, 0.25, 0));
+        const Curves curves = skinPlane(particles, paramsFor({"", particles, 1.5})).curves;
+        for (const Edge& edge : curves.edges) {
+            const Vec3 &a = curves.position[edge[0]], way = curves.position[edge[1]] - a;
+            if (a.y < 0 || a.x < 10 || a.x > 50 || way.length() < 1e-6) continue;
+            const double angle = std::atan2(way.y, -way.x);
+            squares += angle * angle * way.length();
+            lengths += way.length();
+        }
+    }
+    EXPECT_LE(std::sqrt(squares / lengths) * 180 / std::numbers::pi, 3);
+}
+
+TEST(SkinPlane, RefusesWhatLeavesThePlaneByItsFirstParticle) {
+    Particles particles;
+    particles.position = {{0, 0, 1}, {1, 0, 1}, {2, 0, 1.5F}, {3, 0, 2}};
+    EXPECT_FALSE(isPlanar(particles));
+    try {
+        skinPlane(particles, paramsFor({"", {}, 1}));
+        FAIL();
+    } catch (const Error& error) {
+        EXPECT_NE(std::string(error.what()).find("particle 2 is at z = 1.5"), std::string::npos) << error.what();
+    }
+}
+
+}  // namespace betamesh
