@@ -59,6 +59,7 @@ FarmJob farmJob(const Arguments& arguments, Farm farm) {
     if (!arguments.no_report)
         job.report = {program,       "report",   reportPath(config.output.path),   "-o",
                       page.string(), "--frames", printFrames(framesOf(plan.tasks))};
+    job.task_seconds = arguments.minutes * 60;
     job.threads = config.run.threads;
     std::uint64_t largest = 0;
     for (const FrameTask& task : plan.tasks) largest = std::max(largest, task.memory);
@@ -68,7 +69,7 @@ FarmJob farmJob(const Arguments& arguments, Farm farm) {
                      : 0;
     const std::size_t most = farm == Farm::slurm ? slurmMostTasks() : plan.tasks.size();
     job.pieces = arguments.chunk_size > 0 ? piecesOfFrames(plan.tasks, arguments.chunk_size)
-                                          : piecesOfEqualCost(plan.tasks, job.threads, arguments.minutes * 60, most);
+                                          : piecesOfEqualCost(plan.tasks, job.threads, job.task_seconds, most);
     if (job.pieces.size() > most)
         throw Error("--chunk-size " + std::to_string(arguments.chunk_size) + " makes " +
                     std::to_string(job.pieces.size()) + " tasks; expected at most " + std::to_string(most) +

@@ -12,7 +12,6 @@
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
-#include <memory>
 #include <tuple>
 
 namespace betamesh {
@@ -22,7 +21,7 @@ constexpr double kBytesPerSecond = 140e6;         // of working memory that one 
 constexpr double kSecondsOfAFrame = 0.05;         // whatever its size
 constexpr std::size_t kUsualMaxArraySize = 1001;  // Slurm's, where it does not tell
 constexpr int kNotifySeconds = 30;                // between SIGTERM and SIGKILL; a frame being written takes less
-constexpr double kTaskSeconds = 300;              // of chunks that the engine itself sizes
+constexpr std::size_t kOpenJobName = 128;         // characters at most
 
 std::string shellWord(const std::string& word) {
     const auto plain = [](unsigned char c) {
@@ -91,9 +90,6 @@ std::string action(const std::string& name, const std::vector<std::string>& word
            "  cancelation: {mode: NOTIFY_THEN_TERMINATE, notifyPeriodInSeconds: " + std::to_string(kNotifySeconds) +
            "}\n";
 }
-
-/// At most so many characters, for engines that refuse more.
-std::string clipped(const std::string& text, std::size_t most) { return text.substr(0, most); }
 
 struct CommandOutput {
     std::string out;
@@ -213,7 +209,7 @@ std::string openJobTemplate(const FarmJob& job) {
     const std::vector<std::string> check{job.run.front(), "--version"};
     std::string text =
         "specificationVersion: jobtemplate-2023-09\nextensions: [TASK_CHUNKING]\nname: " +
-        literal(clipped(job.name, 128)) +
+        literal(job.name.substr(0, kOpenJobName)) +
         "\nparameterDefinitions:\n- {name: Frames, type: STRING, default: " + inQuotes(range) +
         ", description: \"Which frames; steps as in 1-10:2.\"}\n"
         "- {name: FramesPerTask, type: INT, minValue: 1, default: " +
@@ -225,7 +221,7 @@ std::string openJobTemplate(const FarmJob& job) {
         "    - name: Frame\n      type: CHUNK[INT]\n      range: \"{{Param.Frames}}\"\n      chunks: "
         "{defaultTaskCount: "
         "\"{{Param.FramesPerTask}}\", targetRuntimeSeconds: " +
-        std::to_string(static_cast<int>(kTaskSeconds)) + ", rangeConstraint: CONTIGUOUS}\n";
+        std::to_string(std::lround(std::ceil(job.task_seconds))) + ", rangeConstraint: CONTIGUOUS}\n";
     if (job.threads > 0 || job.memory > 0) {
         text += "  hostRequirements:\n    amounts:\n";
         if (job.threads > 0) text += "    - {name: amount.worker.vcpu, min: " + std::to_string(job.threads) + "}\n";

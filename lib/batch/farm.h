@@ -6,11 +6,11 @@
 
 #include <cstdint>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace betamesh {
 
-/// The engines.
 enum class Farm { slurm, openjd, opencue, deadline, tractor };
 
 /// slurm, openjd, opencue, deadline, tractor; throws Error for another word.
@@ -23,6 +23,7 @@ struct FarmJob {
     std::vector<std::string> run;  ///< words of the command that meshes frames, but for --frames and what is after it
     std::vector<std::string> report;       ///< words of the command at the end of it all; none: no such task
     std::vector<std::vector<int>> pieces;  ///< the frames of each task, ascending
+    double task_seconds = 300;             ///< about how long a task is to take
     int threads = 0;                       ///< of a task; 0: what the farm gives
     std::uint64_t memory = 0;              ///< a task is likely to take, bytes
 };

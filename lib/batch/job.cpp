@@ -107,9 +107,10 @@ Particles readInput(const FrameTask& task, const Config& config, Origin& origin)
     return particles;
 }
 
-/// Whatever stands beside the report: its size tells whether it is still there.
-void rememberFile(const fs::path& file, Origin& origin) {
-    origin.files[file.filename().string()] = stampOf(file.string()).bytes;
+/// What was written: its size tells whether it is still there.
+void rememberFile(const fs::path& file, const FrameTask& task, Origin& origin) {
+    const fs::path name = file.lexically_relative(fs::path(task.output).parent_path());
+    origin.files[name.string()] = stampOf(file.string()).bytes;
 }
 
 void meshFrame(const FrameTask& task, const Plan& plan, FrameReport& report, JobState& job) {
@@ -174,8 +175,8 @@ void meshFrame(const FrameTask& task, const Plan& plan, FrameReport& report, Job
                 writeMesh(task.output, skinned.mesh);
         });
     });
-    rememberFile(task.output, *report.origin);
-    if (report.spheres > 0) rememberFile(spheresPath(task.output), *report.origin);
+    rememberFile(task.output, task, *report.origin);
+    if (report.spheres > 0) rememberFile(spheresPath(task.output), task, *report.origin);
     seconds.write = stage.lap();
     seconds.total = total.lap();
     report.peak_bytes = peakMemory();

@@ -31,7 +31,7 @@ struct Origin {
     double radius = 0;          ///< world units, as they came out of the configuration and the first frame
     double spacing = 0;
     std::optional<FileIdentity> input;           ///< none: there was no input, an empty mesh was asked for
-    std::map<std::string, std::uint64_t> files;  ///< what was written beside the manifest: name and bytes
+    std::map<std::string, std::uint64_t> files;  ///< what was written, seen from the manifest's folder: bytes
 };
 
 /// 128 bits in hexadecimal digits. Tells files apart, no adversaries.

@@ -3,14 +3,14 @@
 #include "core/angles.h"
 #include "core/parallel.h"
 
-#include <cmath>
+#include <algorithm>
 
 namespace betamesh {
 
 std::vector<Vec3> vertexNormals(const BetaMesh& mesh) {
     struct Corners {
-        Vec3 normal;      // of the triangle
-        float weight[3];  // its angles
+        Vec3f normal;  // of the triangle
+        std::array<float, 3> angle;
     };
     std::vector<Corners> corners(mesh.triangles.size());
     parallelFor(corners.size(), 1024, [&](std::size_t i) {
@@ -20,15 +20,21 @@ std::vector<Vec3> vertexNormals(const BetaMesh& mesh) {
             const Vec3 u = mesh.vertex[t[(m + 1) % 3]].position - at, v = mesh.vertex[t[(m + 2) % 3]].position - at;
             const Vec3 across = cross(u, v);
             const double doubled_area = across.length();
-            corners[i].weight[m] = static_cast<float>(angleOf(doubled_area, dot(u, v)));
-            corners[i].normal = doubled_area > 0 ? across / doubled_area : Vec3(0, 0, 0);
+            corners[i].angle[m] = static_cast<float>(angleOf(doubled_area, dot(u, v)));
+            corners[i].normal = doubled_area > 0 ? Vec3f(across / doubled_area) : Vec3f(0, 0, 0);
         }
     });
+    // Every task goes through all triangles and adds up what is at its vertices: always in the same order.
+    constexpr std::size_t kTasks = 8;
     std::vector<Vec3> normals(mesh.vertex.size(), Vec3(0, 0, 0));
-    for (std::size_t i = 0; i < corners.size(); ++i)
-        for (std::size_t m = 0; m < 3; ++m)
-            normals[mesh.triangles[i][m]] += corners[i].normal * static_cast<double>(corners[i].weight[m]);
-    for (Vec3& normal : normals) normal.normalize();
+    parallelRanges(normals.size(), std::max<std::size_t>(normals.size() / kTasks, 4096),
+                   [&](std::size_t begin, std::size_t end) {
+                       for (std::size_t i = 0; i < corners.size(); ++i)
+                           for (std::size_t m = 0; m < 3; ++m)
+                               if (const std::uint32_t v = mesh.triangles[i][m]; v >= begin && v < end)
+                                   normals[v] += Vec3(corners[i].normal * corners[i].angle[m]);
+                       for (std::size_t v = begin; v < end; ++v) normals[v].normalize();
+                   });
     return normals;
 }
 

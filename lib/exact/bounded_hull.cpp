@@ -106,6 +106,26 @@ private:
     std::vector<Entry> entry_;
 };
 
+// A plane through three points, and on which side of it a fourth is: quick where rounding cannot matter.
+struct Plane {
+    Vec3 origin, normal;
+    double bound;  // heights are this exact
+
+    Plane(const Vec3i& a, const Vec3i& b, const Vec3i& c) : origin(toDouble(a)) {
+        const Vec3 u = toDouble(b - a), v = toDouble(c - a);
+        normal = cross(u, v);
+        // Products of the differences, below 2^40, carry a rounding each, and so do the sums.
+        const double largest_u = std::max({std::abs(u.x), std::abs(u.y), std::abs(u.z)}),
+                     largest_v = std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)});
+        bound = 0x1p-48 * largest_u * largest_v * 0x1p40;
+    }
+    enum Side { above, below, unsure };
+    Side sideOf(const Vec3& p) const {
+        const double height = dot(normal, p - origin);
+        return height > bound ? above : height < -bound ? below : unsure;
+    }
+};
+
 }  // namespace
 
 void LoopsOnSphere::clear() {
@@ -248,9 +268,10 @@ private:
         const std::size_t in_loops = loops_->circles.size();
         for (const Triangle& t : loops_->likely_facet) {
             const Triangle at{location_of_[t[0]], location_of_[t[1]], location_of_[t[2]]};
-            const Side side(location_[at[0]], location_[at[1]], location_[at[2]]);
+            const Plane plane(location_[at[0]], location_[at[1]], location_[at[2]]);
             bool below = true;
-            for (std::size_t p = 0; p < in_loops && below; ++p) below = side.of(loops_->point[p]) == Side::below;
+            for (std::size_t p = 0; p < in_loops && below; ++p)
+                below = plane.sideOf(toDouble(loops_->point[p])) == Plane::below;
             if (below && !addFacet(at[0], at[1], at[2])) return false;
         }
         for (const Facet& f : facets_)
@@ -270,29 +291,9 @@ private:
         for (const auto& [from, to] : open_) closed_[from] = closed_[to] = 0;
         for (std::uint32_t p = 0; p < location_.size(); ++p)
             if (!closed_[p]) candidates_.push_back(p);
+        candidate_place_.clear();
+        for (const std::uint32_t p : candidates_) candidate_place_.push_back(toDouble(location_[p]));
     }
-
-    // On which side of the plane through three points, a fourth is: quick where rounding cannot matter.
-    class Side {
-    public:
-        enum Answer { above, below, unsure };
-        Side(const Vec3i& a, const Vec3i& b, const Vec3i& c) : origin_(toDouble(a)) {
-            const Vec3 u = toDouble(b - a), v = toDouble(c - a);
-            normal_ = cross(u, v);
-            // Products of the differences, below 2^40, carry a rounding each, and so do the sums.
-            const double largest_u = std::max({std::abs(u.x), std::abs(u.y), std::abs(u.z)}),
-                         largest_v = std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)});
-            bound_ = 0x1p-48 * largest_u * largest_v * 0x1p40;
-        }
-        Answer of(const Vec3i& p) const {
-            const double height = dot(normal_, toDouble(p) - origin_);
-            return height > bound_ ? above : height < -bound_ ? below : unsure;
-        }
-
-    private:
-        Vec3 origin_, normal_;
-        double bound_;
-    };
 
     // The location that sees all others below the plane through the edge a -> b and itself.
     std::uint32_t wrap(std::uint32_t a, std::uint32_t b, std::uint32_t circle) const {
@@ -303,15 +304,16 @@ private:
         while (k < candidates_.size() && !allowed(candidates_[k])) ++k;
         if (k == candidates_.size()) return kNone;
         std::uint32_t best = candidates_[k];
-        Side side(location_[a], location_[b], location_[best]);
+        Plane plane(location_[a], location_[b], location_[best]);
         for (++k; k < candidates_.size(); ++k) {
+            const Plane::Side side = plane.sideOf(candidate_place_[k]);
+            if (side == Plane::below) continue;
             const std::uint32_t p = candidates_[k];
-            const Side::Answer answer = side.of(location_[p]);
-            if (answer == Side::below || !allowed(p)) continue;
-            if (answer == Side::unsure && liftedOrient(location_[a], location_[b], location_[best], location_[p]) <= 0)
+            if (!allowed(p)) continue;
+            if (side == Plane::unsure && liftedOrient(location_[a], location_[b], location_[best], location_[p]) <= 0)
                 continue;
             best = p;
-            side = Side(location_[a], location_[b], location_[best]);
+            plane = Plane(location_[a], location_[b], location_[best]);
         }
         return best;
     }
@@ -367,28 +369,26 @@ private:
         return closeAll();
     }
 
-    // The corner of the facet on the left of from -> to, at `to`.
-    std::uint32_t& cornerAt(std::uint32_t from, std::uint32_t to) {
-        Facet& f = facets_[facet_of_.at(from, to)];
-        for (std::size_t m = 0; m < 3; ++m)
-            if (f.location[m] == to) return f.id[m];
-        return f.id[0];
-    }
-    std::uint32_t apexOf(std::uint32_t from, std::uint32_t to) const {
+    // The corner of the facet on the left of from -> to, at `to`; nullptr where there is no facet.
+    std::uint32_t* cornerAt(std::uint32_t from, std::uint32_t to, std::uint32_t& apex) {
         const std::uint32_t facet = facet_of_.at(from, to);
-        if (facet == kNone) return kNone;
-        for (const std::uint32_t v : facets_[facet].location)
-            if (v != from && v != to) return v;
-        return kNone;
+        if (facet == kNone) return nullptr;
+        Facet& f = facets_[facet];
+        const std::size_t m = f.location[0] == to ? 0 : f.location[1] == to ? 1 : 2;
+        apex = f.location[(m + 1) % 3];
+        return &f.id[m];
     }
 
     // Walks the facets round `at`, from the one on the left of from -> at: rim_ is the rim of the fan, from `from`
-    // on. Ends behind a loop edge, or where it began.
+    // on, fan_ are the facets' corners at its middle. Ends behind a loop edge, or where it began.
     bool walkRim(std::uint32_t from, std::uint32_t at) {
         rim_.assign(1, from);
+        fan_.clear();
         while (rim_.size() <= facets_.size() + 1) {
-            const std::uint32_t next = apexOf(rim_.back(), at);
-            if (next == kNone) return false;
+            std::uint32_t next = kNone;
+            std::uint32_t* const corner = cornerAt(rim_.back(), at, next);
+            if (corner == nullptr) return false;
+            fan_.push_back(corner);
             rim_.push_back(next);
             if (boundary_.contains(at, next) || next == from) return true;
         }
@@ -405,7 +405,7 @@ private:
             if (passes_[p].next == kNone) continue;
             const std::uint32_t at = passes_[p].location;
             if (!walkRim(passes_[before_pass_[p]].location, at) || boundary_.at(at, rim_.back()) != p) return false;
-            named += rim_.size() - 1;
+            named += fan_.size();
             nameOpenFan(passes_[p]);
         }
         done_.assign(location_.size(), 0);
@@ -416,7 +416,7 @@ private:
                 if (pass != kNone && passes_[pass].next != kNone) return false;  // a loop's point has one fan only
                 if (done_[at] || !walkRim(from, at) || rim_.back() != from) return false;
                 done_[at] = 1;
-                named += rim_.size() - 1;
+                named += fan_.size();
                 nameClosedFan(at);
             }
         for (const Pass& pass : passes_)
@@ -426,17 +426,17 @@ private:
 
     void nameOpenFan(const Pass& pass) {
         const auto ids = idsOf(pass);
-        const std::size_t facets = rim_.size() - 1, part = facets == 1 ? 1 : facets / 2;
-        for (std::size_t s = 0; s < facets; ++s) cornerAt(rim_[s], pass.location) = s < part ? ids.front() : ids.back();
+        const std::size_t part = fan_.size() == 1 ? 1 : fan_.size() / 2;
+        for (std::size_t s = 0; s < fan_.size(); ++s) *fan_[s] = s < part ? ids.front() : ids.back();
         if (ids.size() > 1) gaps_.push_back({pass.location, rim_[part], {ids.begin(), ids.end()}});
     }
 
     void nameClosedFan(std::uint32_t at) {
-        const std::size_t facets = rim_.size() - 1, part = facets / 2;
+        const std::size_t part = fan_.size() / 2;
         const std::span<const std::uint32_t> ids =
             pass_at_[at] != kNone ? idsOf(passes_[pass_at_[at]]) : std::span(&point_at_[at], 1);
         const std::size_t half = ids.size() / 2;
-        for (std::size_t s = 0; s < facets; ++s) cornerAt(rim_[s], at) = s < part ? ids.front() : ids[half];
+        for (std::size_t s = 0; s < fan_.size(); ++s) *fan_[s] = s < part ? ids.front() : ids[half];
         if (ids.size() == 1) return;
         const auto middle = ids.begin() + static_cast<std::ptrdiff_t>(half);
         gaps_.push_back({at, rim_[part], {ids.begin(), middle + 1}});
@@ -456,10 +456,11 @@ private:
             const std::uint32_t opposite = gap_at.at(gap.other, gap.location);
             if (opposite != kNone && opposite < g) continue;
             std::vector<std::uint32_t> other;
+            std::uint32_t apex = kNone;
             if (opposite != kNone)
                 other = gaps_[opposite].chain;
             else
-                other = {cornerAt(gap.location, gap.other)};
+                other = {*cornerAt(gap.location, gap.other, apex)};
             for (std::size_t s = 0; s + 1 < gap.chain.size(); ++s)
                 out.triangles.push_back({gap.chain[s], gap.chain[s + 1], other.back()});
             for (std::size_t s = 0; s + 1 < other.size(); ++s)
@@ -479,6 +480,8 @@ private:
     EdgeMap facet_of_;  // directed edge -> facet on its left
     std::vector<std::uint8_t> closed_, done_;
     std::vector<std::uint32_t> candidates_, rim_;
+    std::vector<Vec3> candidate_place_;  // where these are
+    std::vector<std::uint32_t*> fan_;
     std::vector<std::array<std::uint32_t, 2>> open_;  // edges that lack the facet on their left
     std::vector<Facet> facets_;
     std::vector<Gap> gaps_;

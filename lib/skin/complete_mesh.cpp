@@ -180,14 +180,23 @@ struct Beneath {
 };
 std::optional<Beneath> facetBeneath(const Vec3& p, const std::vector<std::uint32_t>& ring,
                                     const std::vector<Vec3i>& point) {
+    std::array<Vec3, kLongestRing> at;
+    std::array<std::array<double, kLongestRing>, kLongestRing> across;  // p · (i × j)
+    for (std::size_t i = 0; i < ring.size(); ++i) {
+        at[i] = toDouble(point[ring[i]]);
+        for (std::size_t j = 0; j < i; ++j) {
+            across[j][i] = dot(p, cross(at[j], at[i]));
+            across[i][j] = -across[j][i];
+        }
+    }
     std::optional<Beneath> highest;
     for (std::size_t i = 0; i < ring.size(); ++i)
         for (std::size_t j = i + 1; j < ring.size(); ++j)
             for (std::size_t k = j + 1; k < ring.size(); ++k) {
-                const Vec3 a = toDouble(point[ring[i]]), b = toDouble(point[ring[j]]), c = toDouble(point[ring[k]]);
-                const double u = dot(p, cross(b, c)), v = dot(p, cross(c, a)), w = dot(p, cross(a, b)), sum = u + v + w;
-                const double whole = dot(a, cross(b, c));
-                if (sum == 0 || u / sum < 0 || v / sum < 0 || w / sum < 0 || !(whole / sum > 0)) continue;
+                const double u = across[j][k], v = across[k][i], w = across[i][j], sum = u + v + w;
+                if (sum == 0 || u / sum < 0 || v / sum < 0 || w / sum < 0) continue;
+                const double whole = dot(at[i], cross(at[j], at[k]));
+                if (!(whole / sum > 0)) continue;
                 const double height = 1 - whole / sum;
                 if (highest && highest->height <= height) continue;
                 highest = Beneath{{ring[i], ring[j], ring[k]}, {u / sum, v / sum, w / sum}, height};
@@ -225,17 +234,23 @@ void addFilling(const BallLoops& ball_loops, const LoopFilling& filling, const M
         part.triangles.push_back(t);
     }
 
-    // Sinking points are held to what is beneath them.
-    std::vector<std::uint32_t> ring;
-    for (std::size_t i = 0; i < face_point.size(); ++i) {
+    // Sinking points, which come last, are held to what is beneath them.
+    std::size_t first = face_point.size();
+    while (first > 0 && placement.sinks(face_point[first - 1])) --first;
+    if (given == in_loops || first == face_point.size()) return;
+    std::vector<std::vector<std::uint32_t>> rings(face_point.size() - first);  // what is next to each
+    for (const Triangle& t : filling.triangles)
+        for (const std::uint32_t v : t) {
+            if (v < in_loops + first || v >= given) continue;
+            std::vector<std::uint32_t>& ring = rings[v - in_loops - first];
+            for (const std::uint32_t other : t)
+                if (other != v && other < given && std::find(ring.begin(), ring.end(), other) == ring.end())
+                    ring.push_back(other);
+        }
+    for (std::size_t i = first; i < face_point.size(); ++i) {
         const auto v = static_cast<std::uint32_t>(in_loops + i);
-        if (given == in_loops || place[i] == kUnplaced || !placement.sinks(face_point[i])) continue;
-        ring.clear();
-        for (const Triangle& t : filling.triangles)
-            if (std::find(t.begin(), t.end(), v) != t.end())
-                for (const std::uint32_t other : t)
-                    if (other != v && other < given && std::find(ring.begin(), ring.end(), other) == ring.end())
-                        ring.push_back(other);
+        const std::vector<std::uint32_t>& ring = rings[i - first];
+        if (place[i] == kUnplaced) continue;
         if (ring.size() > kLongestRing) continue;
         const auto beneath = facetBeneath(toDouble(ball_loops.loops.point[v]), ring, ball_loops.loops.point);
         if (!beneath) continue;

@@ -99,6 +99,69 @@ TEST(Program, HonoursTheThreadsThatAFarmGrants) {
     }
 }
 
+TEST(Program, HonoursTheMemoryThatAFarmGrants) {
+    const TemporaryFolder folder;
+    ASSERT_EQ(runProgram({"sample", "jitter", "a.0001.ply", "--particles", "100"}, folder.path()).exit_code, 0);
+    const Outcome outcome =
+        runProgram({"mesh", "a.####.ply", "m.####.ply", "-v"}, folder.path(), {"SLURM_MEM_PER_NODE=1000"});
+    EXPECT_NE(outcome.err.find(" in 800 MiB"), std::string::npos) << outcome.err;  // four fifths of it
+}
+
+/// A control group of its own, of either version; gone at the end.
+class ControlGroup {
+public:
+    /// file, value: a limit of the controller.
+    ControlGroup(const std::string& controller, const std::vector<std::pair<std::string, std::string>>& limits) {
+        const std::string name = "betamesh-test-" + std::to_string(getpid());
+        for (const std::string& root : {"/sys/fs/cgroup/" + controller, std::string("/sys/fs/cgroup")}) {
+            std::error_code error;
+            if (!std::filesystem::create_directory(root + '/' + name, error)) continue;
+            folder_ = root + '/' + name;
+            for (const auto& [file, value] : limits) {
+                if (!std::filesystem::exists(folder_ + '/' + file)) continue;
+                std::ofstream(folder_ + '/' + file) << value << std::flush;
+                ++limits_;
+            }
+            if (limits_ > 0) return;
+            remove();
+        }
+    }
+    ~ControlGroup() { remove(); }
+    ControlGroup(const ControlGroup&) = delete;
+    ControlGroup& operator=(const ControlGroup&) = delete;
+
+    bool works() const { return limits_ > 0; }
+    /// Runs a command of the shell in it.
+    bool run(const std::string& command) const {
+        return std::system(("echo $$ > " + folder_ + "/cgroup.procs && " + command).c_str()) == 0;
+    }
+
+private:
+    void remove() {
+        std::error_code ignored;
+        if (!folder_.empty()) std::filesystem::remove(folder_, ignored);
+        folder_.clear();
+    }
+
+    std::string folder_;
+    int limits_ = 0;
+};
+
+TEST(Program, HonoursTheLimitsOfItsControlGroup) {
+    const ControlGroup processors("cpu", {{"cpu.max", "100000 100000"}, {"cpu.cfs_quota_us", "100000"}});
+    if (!processors.works()) GTEST_SKIP() << "no control group can be made here";
+    const TemporaryFolder folder;
+    ASSERT_EQ(runProgram({"sample", "jitter", "a.0001.ply", "--particles", "100"}, folder.path()).exit_code, 0);
+    const std::string command = std::string(BETAMESH_PROGRAM) + " mesh " + folder / "a.0001.ply" + " " +
+                                folder / "m.ply" + " --overwrite -v 2> " + folder / "said";
+    ASSERT_TRUE(processors.run(command));
+    EXPECT_NE(contentsOf(folder / "said").find(" 1 threads"), std::string::npos) << contentsOf(folder / "said");
+    const ControlGroup memory("memory", {{"memory.max", "1048576000"}, {"memory.limit_in_bytes", "1048576000"}});
+    if (!memory.works()) GTEST_SKIP() << "no control group for memory can be made here";
+    ASSERT_TRUE(memory.run(command));
+    EXPECT_NE(contentsOf(folder / "said").find(" in 800 MiB"), std::string::npos) << contentsOf(folder / "said");
+}
+
 TEST(Program, AFullStdoutIsAnError) {
     if (!std::filesystem::exists("/dev/full")) GTEST_SKIP() << "/dev/full does not exist here";
     const TemporaryFolder folder;
