@@ -2,6 +2,8 @@
 
 #pragma once
 
+#include "core/fork.h"
+
 #include <tbb/blocked_range.h>
 #include <tbb/global_control.h>
 #include <tbb/parallel_for.h>
@@ -26,8 +28,12 @@ void parallelRanges(std::size_t n, std::size_t grain, const Body& body) {
         if (n > 0) body(std::size_t{0}, n);
         return;
     }
-    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, n, grain),
-                      [&](const tbb::blocked_range<std::size_t>& range) { body(range.begin(), range.end()); });
+    Fork fork;
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, n, grain), [&](const tbb::blocked_range<std::size_t>& range) {
+        const Fork::Branch branch(fork);
+        body(range.begin(), range.end());
+    });
+    fork.join();
 }
 
 /// Calls body(i) for every i in [0, n).
@@ -71,13 +77,19 @@ inline void startThreads(int threads) {
 template <typename GoOn, typename Body>
 void parallelInFlight(std::size_t n, std::size_t in_flight, const GoOn& goOn, const Body& body) {
     std::size_t next = 0;
+    Fork fork;
     const auto take = [&](tbb::flow_control& control) {
+        const Fork::Turn turn(fork);
         if (next == n || !goOn()) control.stop();
         return next++;
     };
-    const auto work = [&](std::size_t i) { tbb::this_task_arena::isolate([&] { body(i); }); };
+    const auto work = [&](std::size_t i) {
+        const Fork::Branch branch(fork);
+        tbb::this_task_arena::isolate([&] { body(i); });
+    };
     tbb::parallel_pipeline(in_flight, tbb::make_filter<void, std::size_t>(tbb::filter_mode::serial_in_order, take) &
                                           tbb::make_filter<std::size_t, void>(tbb::filter_mode::parallel, work));
+    fork.join();
 }
 
 /// Turns counts into places: returns n + 1 entries, the sums of all counts before each, then of all.
