@@ -17,13 +17,14 @@ struct alignas(kLanes * sizeof(float)) SampleBlock {
     Lanes field[kFields];
 };
 
-/// 1 where a place is less than sqrt(square) away from the box of these half edges round the origin, else 0.
-void markNearBox(const float* x, const float* y, const float* z, std::size_t n, const Vec3f& half, float square,
+/// 1 where a place is less than sqrt(square) away from the box of that half edge round the origin, else 0.
+void markNearBox(const float* x, const float* y, const float* z, std::size_t n, float half, float square,
                  std::uint32_t* is_near);
 
 /// Calls visit(row of a point, its place, blocks) for every point, on several threads, where the blocks hold at least
-/// all samples within reach of it, in an order that depends on nothing but their places and rows. Places and the
-/// positions in blocks count from one place near both, in units of `unit`, which keeps them exact enough as floats.
+/// all samples within reach of it, in an order that depends on nothing but their places and rows: what becomes of a
+/// point does not depend on other points. Places and the positions in blocks count from one place near both, in units
+/// of `unit`, which keeps them exact enough as floats.
 ///
 /// fieldsOf    sample's row -> its fields after the position, kFields - 3 floats
 /// cost        O(points + samples), and what visit does
@@ -33,7 +34,7 @@ void forPointsAmongSamples(std::size_t samples, const SampleAt& sampleAt, const 
     using Fields = std::array<float, kFields - 3>;
     using Block = SampleBlock<kFields>;
     const double scale = 1 / unit;
-    const CellOrder far(samples, reach / 2, sampleAt), near(points, reach / 4, pointAt);
+    const CellOrder far(samples, reach / 2, sampleAt), near(points, reach / 3, pointAt);
     std::array<std::vector<float>, 3> position;  // in the order of cells, from the lowest corner of each
     for (auto& axis : position) axis.resize(samples);
     std::vector<Fields> fields(samples);
@@ -44,6 +45,7 @@ void forPointsAmongSamples(std::size_t samples, const SampleAt& sampleAt, const 
         fields[i] = fieldsOf(entry.row);
     });
 
+    const auto half = static_cast<float>(near.edge() * scale / 2);
     const auto square = static_cast<float>(reach * scale * reach * scale);
     parallelRanges(near.cells().size() - 1, 16, [&](std::size_t first, std::size_t last) {
         std::vector<Block> blocks;
@@ -51,13 +53,7 @@ void forPointsAmongSamples(std::size_t samples, const SampleAt& sampleAt, const 
         std::vector<std::uint32_t> candidate, near_enough;
         for (std::size_t g = first; g < last; ++g) {
             const auto cell = std::span(near.entries()).subspan(near.cells()[g], near.cells()[g + 1] - near.cells()[g]);
-            Vec3 low = pointAt(cell[0].row), high = low;
-            for (const CellOrder::Entry& entry : cell) {
-                const Vec3& point = pointAt(entry.row);
-                for (int k = 0; k < 3; ++k) low[k] = std::min(low[k], point[k]), high[k] = std::max(high[k], point[k]);
-            }
-            const Vec3 middle = (low + high) / 2;
-            const Vec3f half((high - low) * (scale / 2 * (1 + 1e-6)));
+            const Vec3 low = near.lowestCorner(cell[0]), high = low + Vec3(near.edge()), middle = (low + high) / 2;
             std::size_t n = 0;
             far.forCellsIn(low - Vec3(reach), high + Vec3(reach), [&](std::uint32_t begin, std::uint32_t end) {
                 const std::size_t more = n + end - begin;
