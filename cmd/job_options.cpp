@@ -7,6 +7,7 @@
 #include "batch/plan.h"
 #include "batch/progress.h"
 #include "core/parallel.h"
+#include "io/particle_file.h"
 
 #include <algorithm>
 #include <chrono>
@@ -124,6 +125,7 @@ int runWithOptions(Config config, const JobOptions& options) {
     rememberSignals();
     if (config.run.memory_limit > 0) {
         withThreads(threadsOf(config), [&] { startThreads(threadsOf(config)); });
+        if (!config.input.path.empty()) prepareToReadParticles(config.input.path);
         limitMemory(config.run.memory_limit);
     }
 

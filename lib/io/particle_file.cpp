@@ -22,6 +22,10 @@ Particles readParticles(const std::filesystem::path& path, const AttributeNames&
     return particlesFrom(std::move(contents), names, file);
 }
 
+void prepareToReadParticles(const std::filesystem::path& path) {
+    if (particleExtension(path) == Extension::vdb) loadVdb();
+}
+
 void writeParticles(const std::filesystem::path& path, const Particles& particles) {
     const std::string file = path.string();
     switch (particleExtension(path)) {

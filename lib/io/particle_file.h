@@ -24,6 +24,9 @@ struct AttributeNames {
 ///         kind: the text begins with the file's name
 Particles readParticles(const std::filesystem::path& path, const AttributeNames& names = {});
 
+/// Loads what reading such a file takes: done before memory is limited, it does not count.
+void prepareToReadParticles(const std::filesystem::path& path);
+
 /// Writes .bgeo, .bgeo.gz, .ply or .vdb; nothing stands under that name before it is complete.
 /// Velocity becomes `v` (PLY: vx vy vz), the id becomes `id`. An id that the format cannot hold
 /// (PLY and BGEO: 32 bits) is an error.

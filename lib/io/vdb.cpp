@@ -26,6 +26,8 @@ const VdbModule& vdbModule() {
 
 }  // namespace
 
+void loadVdb() { vdbModule(); }
+
 FileContents readVdb(const std::filesystem::path& path, const ReadOptions& options) {
     return vdbModule().read(path, options);
 }

@@ -9,6 +9,11 @@
 
 namespace betamesh {
 
+/// Loads OpenVDB, which otherwise happens when it is first needed.
+///
+/// errors  where it cannot be found
+void loadVdb();
+
 /// The points of all point grids of a file, whatever their codecs, in world units; leaf after leaf. Attributes
 /// of strings, groups, matrices and quaternions are passed over.
 ///
