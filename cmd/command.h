@@ -32,6 +32,8 @@ void addSampleCommand(CLI::App& program, int& exit_code);
 void addInfoCommand(CLI::App& program, int& exit_code);
 void addCheckCommand(CLI::App& program, int& exit_code);
 void addCoherenceCommand(CLI::App& program, int& exit_code);
+void addRenderCommand(CLI::App& program, int& exit_code);
+void addCompareCommand(CLI::App& program, int& exit_code);
 void addConfigCommand(CLI::App& program, int& exit_code);
 void addSubmitCommand(CLI::App& program, int& exit_code);
 void addReportCommand(CLI::App& program, int& exit_code);

@@ -17,7 +17,11 @@
 namespace betamesh {
 namespace {
 
-const char* groupOf(const ConfigKey& key) { return key.path.starts_with("run.") ? "Running" : "Surface and input"; }
+bool isPreview(const ConfigKey& key) { return key.path.starts_with("preview."); }
+
+const char* groupOf(const ConfigKey& key) {
+    return key.path.starts_with("run.") ? "Running" : isPreview(key) ? "Picture" : "Surface and input";
+}
 
 /// "beta|alpha|union" where these are all there is.
 std::string valueOf(const ConfigKey& key) {
@@ -50,13 +54,14 @@ int showPlan(const Plan& plan, bool json) {
 
 }  // namespace
 
-void addJobOptions(CLI::App& command, JobOptions& options) {
+void addKeyOptions(CLI::App& command, std::map<std::string, std::string>& values,
+                   const std::function<bool(const ConfigKey&)>& wanted) {
     for (const ConfigKey& key : configKeys()) {
-        if (key.option.empty()) continue;
+        if (key.option.empty() || !wanted(key)) continue;
         const std::string help = key.reason + " [" + key.path + ", default " +
                                  (key.get(Config{}).empty() ? "empty" : key.get(Config{})) + "]";
         CLI::Option* option = nullptr;
-        const auto remember = [&options, path = key.path](const std::string& value) { options.values[path] = value; };
+        const auto remember = [&values, path = key.path](const std::string& value) { values[path] = value; };
         if (key.kind == ConfigKey::Kind::boolean) {
             option = command.add_flag_callback(
                 key.option, [remember] { remember("true"); }, help);
@@ -65,6 +70,19 @@ void addJobOptions(CLI::App& command, JobOptions& options) {
         }
         option->group(groupOf(key));
     }
+}
+
+void applyOptions(Config& config, const std::vector<std::string>& assignments,
+                  const std::map<std::string, std::string>& values) {
+    for (const std::string& assignment : assignments) setConfigKey(config, assignment);
+    for (const ConfigKey& key : configKeys()) {
+        const auto value = values.find(key.path);
+        if (value != values.end()) setConfigKey(config, key.path, value->second, key.option);
+    }
+}
+
+void addJobOptions(CLI::App& command, JobOptions& options) {
+    addKeyOptions(command, options.values, [](const ConfigKey& key) { return !isPreview(key); });
     command
         .add_option(
             "--set", options.assignments,
@@ -115,11 +133,7 @@ void addJobOptions(CLI::App& command, JobOptions& options) {
 int runWithOptions(Config config, const JobOptions& options) {
     setLogLevel(options.quiet ? LogLevel::quiet : options.verbose ? LogLevel::verbose : LogLevel::normal);
     if (!options.log_file.empty()) setLogFile(options.log_file);
-    for (const std::string& assignment : options.assignments) setConfigKey(config, assignment);
-    for (const ConfigKey& key : configKeys()) {
-        const auto value = options.values.find(key.path);
-        if (value != options.values.end()) setConfigKey(config, key.path, value->second, key.option);
-    }
+    applyOptions(config, options.assignments, options.values);
     const bool silent = options.quiet && options.progress == "auto";
     const ProgressKind progress_kind = silent ? ProgressKind::none : progressKind(options.progress);
     rememberSignals();

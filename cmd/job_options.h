@@ -6,6 +6,7 @@
 
 #include <CLI/CLI.hpp>
 
+#include <functional>
 #include <map>
 #include <string>
 #include <vector>
@@ -26,7 +27,15 @@ struct JobOptions {
     bool verbose = false;
 };
 
-/// Adds an option for every key that has one, and those that are about this one run. The options must
+/// Adds an option for every wanted key that has one; it puts what it is told into values, which must outlive it.
+void addKeyOptions(CLI::App& command, std::map<std::string, std::string>& values,
+                   const std::function<bool(const ConfigKey&)>& wanted);
+
+/// Applies --set, then the options.
+void applyOptions(Config& config, const std::vector<std::string>& assignments,
+                  const std::map<std::string, std::string>& values);
+
+/// Adds an option for every key that shapes a job and has one, and those that are about this one run. The options must
 /// outlive the command.
 void addJobOptions(CLI::App& command, JobOptions& options);
 

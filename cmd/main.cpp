@@ -56,6 +56,8 @@ int main(int argc, char** argv) {
     addInfoCommand(program, exit_code);
     addCheckCommand(program, exit_code);
     addCoherenceCommand(program, exit_code);
+    addRenderCommand(program, exit_code);
+    addCompareCommand(program, exit_code);
     addConfigCommand(program, exit_code);
     addSubmitCommand(program, exit_code);
     addReportCommand(program, exit_code);

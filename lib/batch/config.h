@@ -2,11 +2,14 @@
 
 #pragma once
 
+#include "preview/look.h"
 #include "skin/skin_frame.h"
 
+#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -21,6 +24,15 @@ struct LengthText {
 };
 
 enum class OnMissing { error, skip, empty };
+
+/// What a picture of a frame shows.
+enum class Show {
+    surface,
+    particles,  ///< small balls
+    union_      ///< balls of the surface's radius
+};
+enum class PreviewNormals { smooth, flat };
+enum class UpAxis { y, z };
 
 /// One job. The defaults are these initialisers; configKeys() says what each means.
 /// Zero stands for `auto` in spacing, arc_subdivisions, smoothing.width, frames_in_flight, threads and
@@ -68,6 +80,29 @@ struct Config {
         std::vector<std::string> layers{"discs", "particles", "alpha", "beta"};
         std::string bounds = "auto";
     } picture;
+    struct Preview {
+        std::string path;
+        Show show = Show::surface;
+        LengthText particle_radius{0.5, true};
+        int width = 1920;
+        int height = 1080;
+        int samples = 8;
+        std::optional<std::array<double, 3>> camera_position;  ///< none: auto
+        std::optional<std::array<double, 3>> look_at;          ///< none: auto
+        double azimuth = 30;
+        double elevation = 20;
+        double fov = 30;
+        UpAxis up = UpAxis::y;
+        Shading shading = Shading::studio;
+        PreviewNormals normals = PreviewNormals::smooth;
+        double wireframe = 0;
+        Colouring colouring;                       ///< its range is that below
+        std::array<double, 2> colour_range{0, 0};  ///< equal: auto
+        double shutter = 0;
+        double fps = 24;
+        enum class Ground { automatic, none, given } ground = Ground::automatic;
+        double ground_height = 0;  ///< of a given one
+    } preview;
     struct Run {
         int frames_in_flight = 0;
         int threads = 0;

@@ -80,9 +80,22 @@ void declareVelocity(Particles& particles, FrameReport& report, std::atomic<bool
     }
 }
 
+/// The file of a frame's picture; empty where none is asked for.
+std::string pictureOf(const FrameTask& task, const Plan& plan, const SkinnedFrame& skinned,
+                      const Particles& particles) {
+    if (!plan.preview) return {};
+    const PreviewPlan& preview = *plan.preview;
+    const bool balls = plan.config.preview.show != Show::surface;
+    const Picture picture = balls ? renderFrame({}, ballsOf(particles, preview.ball), preview.camera, preview.look)
+                                  : renderFrame(skinned.mesh, skinned.spheres, preview.camera, preview.look);
+    return encodePicture(picture, task.picture);
+}
+
 /// The report is the seal of a frame: it goes first and comes last.
 template <typename WriteSurface>
-void writeFrame(const std::string& output, const Spheres& spheres, const WriteSurface& writeSurface) {
+void writeFrame(const FrameTask& task, const Spheres& spheres, const std::string& picture,
+                const WriteSurface& writeSurface) {
+    const std::string& output = task.output;
     fs::remove(reportPath(output));
     writeSurface();
     if (spheres.size() > 0) {
@@ -90,6 +103,7 @@ void writeFrame(const std::string& output, const Spheres& spheres, const WriteSu
     } else {
         fs::remove(spheresPath(output));
     }
+    if (!picture.empty()) writeFile(task.picture, picture);
 }
 
 void hintAtPlane(const Particles& particles, const FrameReport& report, std::atomic<bool>& hinted) {
@@ -123,8 +137,8 @@ void meshFrame(const FrameTask& task, const Plan& plan, FrameReport& report, Job
     SkinnedFrame skinned;
     SkinnedPlane plane;
     std::vector<Vec3f> centres;  // of discs, for a picture
+    Particles particles;
     if (task.action == FrameAction::mesh) {
-        Particles particles;
         retrying(config.run.retries, [&] { particles = readInput(task, config, *report.origin); });
         if (plan.skin.radius == 0)
             throw Error(task.input + ": could not be read when the spacing was measured, but can be now");
@@ -165,10 +179,12 @@ void meshFrame(const FrameTask& task, const Plan& plan, FrameReport& report, Job
     report.status = found == 0 ? FrameStatus::empty : FrameStatus::ok;
 
     stage.lap();
+    const std::string picture = pictureOf(task, plan, skinned, particles);
+    seconds.picture = stage.lap();
     const FrameLock lock(task.output, leaveIfInterrupted);
     const SignalWatch::Writing writing(job.signals);
     retrying(config.run.retries, [&] {
-        writeFrame(task.output, spheres, [&] {
+        writeFrame(task, spheres, picture, [&] {
             if (planar)
                 writePlane(task.output, plane, centres, plan.skin, config);
             else
@@ -177,6 +193,7 @@ void meshFrame(const FrameTask& task, const Plan& plan, FrameReport& report, Job
     });
     rememberFile(task.output, task, *report.origin);
     if (report.spheres > 0) rememberFile(spheresPath(task.output), task, *report.origin);
+    if (!picture.empty()) rememberFile(task.picture, task, *report.origin);
     seconds.write = stage.lap();
     seconds.total = total.lap();
     report.peak_bytes = peakMemory();
@@ -238,8 +255,11 @@ void prepareFolders(const std::vector<FrameTask>& tasks) {
     std::set<fs::path> folders;
     for (const FrameTask& task : tasks) {
         if (task.action != FrameAction::mesh && task.action != FrameAction::write_empty) continue;
-        const fs::path folder = fs::path(task.output).parent_path();
-        folders.insert(folder.empty() ? "." : folder);
+        for (const std::string& output : {task.output, task.picture}) {
+            if (output.empty()) continue;
+            const fs::path folder = fs::path(output).parent_path();
+            folders.insert(folder.empty() ? "." : folder);
+        }
     }
     for (const fs::path& folder : folders) {
         std::error_code error;

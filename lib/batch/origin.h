@@ -37,8 +37,8 @@ struct Origin {
 /// 128 bits in hexadecimal digits. Tells files apart, no adversaries.
 std::string fingerprintOf(std::string_view bytes);
 
-/// Of every key that shapes a mesh: neither paths and frames nor how the job runs. The values of other
-/// configurations differ where their meshes may.
+/// Of every key that shapes a mesh, or its picture where there is one: neither paths and frames nor how the job runs.
+/// The values of other configurations differ where their meshes may.
 std::string fingerprintOf(const Config& config);
 
 /// errors  a file that cannot be looked at

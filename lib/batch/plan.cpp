@@ -78,9 +78,10 @@ std::string whyAgain(const FrameTask& task, bool input_exists, const Plan& plan)
 FrameAction actionFor(const FrameTask& task, bool input_exists, const Config& config, const PlanOptions& options) {
     const bool output_exists = exists(task.output);
     if (output_exists && options.skip_existing && task.why.empty()) return FrameAction::skip_existing;
+    const bool any_exists = output_exists || (!task.picture.empty() && exists(task.picture));
     if (!input_exists && config.run.on_missing == OnMissing::skip) return FrameAction::skip_missing;
     if (!input_exists && config.run.on_missing == OnMissing::error) return FrameAction::fail_missing;
-    if (output_exists && !options.skip_existing && !options.overwrite) return FrameAction::refuse_existing;
+    if (any_exists && !options.skip_existing && !options.overwrite) return FrameAction::refuse_existing;
     return input_exists ? FrameAction::mesh : FrameAction::write_empty;
 }
 
@@ -166,6 +167,22 @@ void planRadius(Plan& plan, const std::map<int, std::string>& on_disk) {
     plan.warnings.insert(plan.warnings.end(), resolved->warnings.begin(), resolved->warnings.end());
 }
 
+/// Where the camera stands must not depend on which frames are meshed here: every frame on disk is looked at.
+void planPictures(Plan& plan, const std::map<int, std::string>& on_disk) {
+    const Config::Preview& preview = plan.config.preview;
+    if (preview.path.empty()) return;
+    const double small = preview.particle_radius.value * (preview.particle_radius.in_spacings ? plan.spacing : 1);
+    Extent extent(plan.config.preview);
+    if (needsExtent(plan.config)) {
+        std::vector<std::string> files;
+        for (const auto& file : on_disk) files.push_back(file.second);
+        extent = extentOf(files, plan.config, plan.skin.radius);
+    }
+    plan.preview = planPreview(plan.config, extent, preview.show == Show::particles ? small : plan.skin.radius);
+    plan.preview->look.layers = isExr(preview.path);
+    plan.notes.push_back("camera " + describe(*plan.preview));
+}
+
 /// "splash.0001.bgeo.gz" has the extension ".bgeo.gz".
 std::pair<std::string, std::string> splitExtension(const std::string& path) {
     const fs::path whole(path);
@@ -204,6 +221,10 @@ Plan planJob(const Config& config, const PlanOptions& options) {
     requireParticleExtension(config.input.path);
     const FramePattern input = framePattern(config.input.path);
     const FramePattern output = framePattern(config.output.path);
+    const FramePattern picture = framePattern(config.preview.path);
+    if (!config.preview.path.empty() && config.surface.dimension == 2)
+        throw Error(
+            "preview.path: pictures are of surfaces in three dimensions; expected none, or an .svg as output.path");
 
     Plan plan;
     plan.config = config;
@@ -217,9 +238,11 @@ Plan planJob(const Config& config, const PlanOptions& options) {
     const auto on_disk = framesOnDisk(input);
     const std::vector<int> frames = chosenFrames(config, input, on_disk);
     requirePlaceFor(frames.size(), output);
+    if (!config.preview.path.empty()) requirePlaceFor(frames.size(), picture);
     noteGaps(config, frames, plan.warnings);
     for (const int frame : chunkOf(frames, options.chunk)) {
-        FrameTask task{frame, frameName(input, frame), frameName(output, frame), FrameAction::mesh};
+        FrameTask task{frame, frameName(input, frame), frameName(output, frame), FrameAction::mesh, {}};
+        if (!config.preview.path.empty()) task.picture = frameName(picture, frame);
         std::error_code ignored;
         if (task.input == task.output || fs::equivalent(task.input, task.output, ignored)) {
             throw Error("'" + task.output + "' is both input and output; expected two files");
@@ -246,7 +269,10 @@ Plan planJob(const Config& config, const PlanOptions& options) {
     plan.memory_budget = memoryBudget(plan.config);
     const bool any_mesh = std::any_of(plan.tasks.begin(), plan.tasks.end(),
                                       [](const FrameTask& task) { return task.action == FrameAction::mesh; });
-    if (any_mesh) planRadiusOnce();
+    if (any_mesh) {
+        planRadiusOnce();
+        withThreads(plan.threads, [&] { planPictures(plan, on_disk); });
+    }
     return plan;
 }
 

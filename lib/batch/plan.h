@@ -4,7 +4,9 @@
 
 #include "batch/config.h"
 #include "batch/frames.h"
+#include "batch/preview.h"
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -26,6 +28,7 @@ struct FrameTask {
     std::string input;
     std::string output;
     FrameAction action = FrameAction::mesh;
+    std::string picture{};     ///< empty: none
     std::string why{};         ///< an output that is there is made again
     std::uint64_t memory = 0;  ///< that the frame is likely to take at its peak, bytes
 };
@@ -43,6 +46,7 @@ struct Plan {
     std::vector<FrameTask> tasks;  ///< ascending frames
     SkinParams skin;               ///< its radius is 0 when no frame could be read to measure it
     double spacing = 0;            ///< world units
+    std::optional<PreviewPlan> preview;
     int threads = 1;
     std::size_t frames_in_flight = 1;   ///< at most; fewer where memory is short
     std::uint64_t memory_budget = 0;    ///< for all frames at work, bytes

@@ -44,7 +44,8 @@ std::string detailLine(const FrameReport& report) {
     const StageSeconds& seconds = report.seconds;
     return "frame " + std::to_string(report.frame) + ": read " + secondsText(seconds.read) + ", structure " +
            secondsText(seconds.structure) + ", tessellate " + secondsText(seconds.tessellate) + ", smooth " +
-           secondsText(seconds.smooth) + ", velocity " + secondsText(seconds.velocity) + ", write " +
+           secondsText(seconds.smooth) + ", velocity " + secondsText(seconds.velocity) +
+           (seconds.picture > 0 ? ", picture " + secondsText(seconds.picture) : "") + ", write " +
            secondsText(seconds.write) + "; peak " + std::to_string(report.peak_bytes >> 20) + " MiB";
 }
 

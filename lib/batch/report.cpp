@@ -204,8 +204,8 @@ std::string reportJson(const FrameReport& report) {
         addSurface(report, json);
     const StageSeconds& seconds = report.seconds;
     json["seconds"] = {{"read", seconds.read},     {"structure", seconds.structure}, {"tessellate", seconds.tessellate},
-                       {"smooth", seconds.smooth}, {"velocity", seconds.velocity},   {"write", seconds.write},
-                       {"total", seconds.total}};
+                       {"smooth", seconds.smooth}, {"velocity", seconds.velocity},   {"picture", seconds.picture},
+                       {"write", seconds.write},   {"total", seconds.total}};
     json["peak_bytes"] = report.peak_bytes;
     json["warnings"] = report.warnings;
     if (report.origin) json["origin"] = originJson(*report.origin);
@@ -263,6 +263,7 @@ std::optional<FrameReport> readReport(const std::filesystem::path& file) {
         take(seconds, "tessellate", report.seconds.tessellate);
         take(seconds, "smooth", report.seconds.smooth);
         take(seconds, "velocity", report.seconds.velocity);
+        take(seconds, "picture", report.seconds.picture);
         take(seconds, "write", report.seconds.write);
         take(seconds, "total", report.seconds.total);
         if (json.contains("origin")) report.origin = originFrom(json);

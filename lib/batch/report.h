@@ -34,6 +34,7 @@ struct StageSeconds {
     double tessellate = 0;
     double smooth = 0;
     double velocity = 0;
+    double picture = 0;
     double write = 0;
     double total = 0;
 };

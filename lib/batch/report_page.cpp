@@ -22,8 +22,8 @@ constexpr const char* kStyle =
     ".previews{display:flex;flex-wrap:wrap;gap:8px}.previews figure{margin:0}.previews img{width:240px;height:auto}"
     "figcaption{text-align:center;color:#5b6470}";
 
-constexpr std::array<const char*, 7> kColours{"#1f77b4", "#d62728", "#2ca02c", "#9467bd",
-                                              "#ff7f0e", "#17a2b8", "#8c564b"};
+constexpr std::array<const char*, 8> kColours{"#1f77b4", "#d62728", "#2ca02c", "#9467bd",
+                                              "#ff7f0e", "#17a2b8", "#8c564b", "#7f7f7f"};
 
 using Value = std::function<double(const FrameReport&)>;
 
@@ -76,6 +76,7 @@ std::string plots(const ReportPage& page) {
                     {"tessellate", [](const FrameReport& r) { return r.seconds.tessellate; }},
                     {"smooth", [](const FrameReport& r) { return r.seconds.smooth; }},
                     {"velocity", [](const FrameReport& r) { return r.seconds.velocity; }},
+                    {"picture", [](const FrameReport& r) { return r.seconds.picture; }},
                     {"write", [](const FrameReport& r) { return r.seconds.write; }}},
                    true);
     text +=

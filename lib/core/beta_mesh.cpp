@@ -1,41 +1,12 @@
 #include "core/beta_mesh.h"
 
-#include "core/angles.h"
-#include "core/parallel.h"
-
-#include <algorithm>
+#include "core/vertex_normals.h"
 
 namespace betamesh {
 
 std::vector<Vec3> vertexNormals(const BetaMesh& mesh) {
-    struct Corners {
-        Vec3f normal;  // of the triangle
-        std::array<float, 3> angle;
-    };
-    std::vector<Corners> corners(mesh.triangles.size());
-    parallelFor(corners.size(), 1024, [&](std::size_t i) {
-        const Triangle& t = mesh.triangles[i];
-        for (std::size_t m = 0; m < 3; ++m) {
-            const Vec3& at = mesh.vertex[t[m]].position;
-            const Vec3 u = mesh.vertex[t[(m + 1) % 3]].position - at, v = mesh.vertex[t[(m + 2) % 3]].position - at;
-            const Vec3 across = cross(u, v);
-            const double doubled_area = across.length();
-            corners[i].angle[m] = static_cast<float>(angleOf(doubled_area, dot(u, v)));
-            corners[i].normal = doubled_area > 0 ? Vec3f(across / doubled_area) : Vec3f(0, 0, 0);
-        }
-    });
-    // Every task goes through all triangles and adds up what is at its vertices: always in the same order.
-    constexpr std::size_t kTasks = 8;
-    std::vector<Vec3> normals(mesh.vertex.size(), Vec3(0, 0, 0));
-    parallelRanges(normals.size(), std::max<std::size_t>(normals.size() / kTasks, 4096),
-                   [&](std::size_t begin, std::size_t end) {
-                       for (std::size_t i = 0; i < corners.size(); ++i)
-                           for (std::size_t m = 0; m < 3; ++m)
-                               if (const std::uint32_t v = mesh.triangles[i][m]; v >= begin && v < end)
-                                   normals[v] += Vec3(corners[i].normal * corners[i].angle[m]);
-                       for (std::size_t v = begin; v < end; ++v) normals[v].normalize();
-                   });
-    return normals;
+    return vertexNormals(mesh.vertex.size(), mesh.triangles,
+                         [&](std::uint32_t v) -> const Vec3& { return mesh.vertex[v].position; });
 }
 
 }  // namespace betamesh

@@ -33,8 +33,7 @@ struct BetaMesh {
     std::vector<RisingVertex> rising;  ///< those that rise from edges come before those that rise from facets
 };
 
-/// How the triangles round each vertex face, weighted by their angles there: the one mean that does not change when a
-/// plane polygon is triangulated in another way. Unit vectors; zero for vertices without triangles.
+/// As in core/vertex_normals.h.
 std::vector<Vec3> vertexNormals(const BetaMesh& mesh);
 
 /// The paper's beta mesh. Vertices come in two kinds, one after the other: pure beta vertices, as many and

@@ -16,7 +16,7 @@ TEST(Program, SaysItsVersionAndHelps) {
     const Outcome version = runProgram({"--version"}, folder.path());
     EXPECT_EQ(version.exit_code, 0);
     EXPECT_TRUE(version.out.starts_with("betamesh ")) << version.out;
-    for (const char* command : {"mesh", "run", "sample", "info", "check", "config"}) {
+    for (const char* command : {"mesh", "run", "sample", "info", "check", "render", "compare", "config"}) {
         const Outcome help = runProgram({command, "--help"}, folder.path());
         EXPECT_EQ(help.exit_code, 0);
         EXPECT_NE(help.out.find("Usage:"), std::string::npos);

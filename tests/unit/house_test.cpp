@@ -24,12 +24,16 @@ const std::map<std::string, std::string> kMethods{{"skin", "skin/skin_frame.cpp"
 
 // How a library's headers begin -> the files that include them.
 const std::vector<std::pair<std::string, std::vector<std::string>>> kDoors{
-    {"CLI/", {"cmd/command.h", "cmd/job_options.h"}},
+    {"CLI/", {"cmd/command.h", "cmd/job_options.h", "cmd/picture_options.h"}},
     {"Imath/", {"core/vec3.h"}},
+    {"OpenEXR/", {"preview/exr_file.cpp"}},
     {"boost/multiprecision/", {"measure/orientation.cpp"}},
     {"dlfcn.h", {"io/vdb.cpp"}},
+    {"embree3/", {"preview/ray_tracer.cpp"}},
+    {"freetype/", {"preview/text.cpp"}},
     {"nlohmann/", {"batch/report.cpp"}},
     {"openvdb/", {"io/vdb_file.cpp"}},
+    {"png.h", {"preview/png_file.cpp"}},
     {"spdlog/", {"batch/log.cpp"}},
     {"tbb/", {"core/parallel.h"}},
     {"xxhash.h", {"batch/origin.cpp"}},

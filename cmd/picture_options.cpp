@@ -1,0 +1,221 @@
+#include "picture_options.h"
+
+#include "batch/frames.h"
+#include "batch/interrupt.h"
+#include "batch/job.h"
+#include "batch/log.h"
+#include "batch/movie.h"
+#include "core/error.h"
+#include "io/bytes.h"
+#include "io/output_file.h"
+#include "job_options.h"
+#include "preview/contact_sheet.h"
+#include "preview/exr_file.h"
+#include "preview/png_file.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <optional>
+
+namespace betamesh {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::vector<int> framesOf(const Config& config, const FramePattern& input, const std::map<int, std::string>& on_disk) {
+    if (config.frames != "all") return parseFrames(config.frames);
+    if (!input.numbered) return {singleFrame(input)};
+    std::vector<int> frames;
+    for (const auto& file : on_disk) frames.push_back(file.first);
+    if (frames.empty())
+        throw Error("'" + input.text + "': no such frame on disk; expected files such as " + frameName(input, 1));
+    return frames;
+}
+
+bool allExist(const std::vector<std::string>& files) {
+    return std::all_of(files.begin(), files.end(), [](const std::string& file) { return fs::exists(file); });
+}
+
+void refuseExisting(const std::vector<std::string>& outputs) {
+    for (const std::string& output : outputs)
+        if (!output.empty() && fs::exists(output))
+            throw Error("'" + output + "' exists; expected none, or --overwrite or --skip-existing");
+}
+
+void makeFolderOf(const std::string& file) {
+    const fs::path folder = fs::path(file).parent_path();
+    if (!folder.empty()) fs::create_directories(folder);
+    sweepTemporaries(folder.empty() ? "." : folder);
+}
+
+void writeWhole(const std::string& file, std::string_view bytes) {
+    makeFolderOf(file);
+    writeFile(file, bytes);
+}
+
+Image readPicture(const std::string& file) {
+    const Bytes bytes = readWholeFile(file);
+    const std::string text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+    return fs::path(file).extension() == ".exr" ? developed(decodeExr(text, file)) : decodePng(text, file);
+}
+
+/// What is made of all pictures together, as they come.
+class Collection {
+public:
+    Collection(const PictureOptions& options, double fps, std::size_t pictures)
+        : options_(options), fps_(fps), pictures_(pictures) {}
+
+    bool wanted() const { return !options_.contact_sheet.empty() || !options_.movie.empty(); }
+    void add(std::size_t i, int frame, const Image& image) {
+        if (!options_.movie.empty()) {
+            if (!movie_) {
+                makeFolderOf(options_.movie);
+                movie_.emplace(options_.movie, image.width, image.height, fps_);
+            }
+            movie_->add(image);
+        }
+        if (!options_.contact_sheet.empty() && isOnSheet(i)) {
+            const int width = std::min(kSheetColumn, image.width);
+            cells_.push_back({shrunk(image, width, std::max(1, image.height * width / image.width)),
+                              "frame " + std::to_string(frame)});
+        }
+    }
+    void finish() {
+        if (movie_) movie_->finish();
+        if (cells_.empty()) return;
+        const auto square = static_cast<int>(std::ceil(std::sqrt(static_cast<double>(cells_.size()))));
+        const int columns = options_.sheet_columns > 0 ? options_.sheet_columns : square;
+        writeWhole(options_.contact_sheet, encodePng(contactSheet(cells_, columns)));
+    }
+
+private:
+    static constexpr int kSheetColumn = 600;  // pixels
+
+    /// Evenly chosen, the first and the last among them.
+    bool isOnSheet(std::size_t i) const {
+        const auto cells = static_cast<std::size_t>(options_.sheet_pictures);
+        if (pictures_ <= cells) return true;
+        if (cells == 1) return i == 0;
+        const std::size_t cell = (i * (cells - 1) + (pictures_ - 1) / 2) / (pictures_ - 1);
+        return (cell * (pictures_ - 1) + (cells - 1) / 2) / (cells - 1) == i;
+    }
+
+    const PictureOptions& options_;
+    double fps_;
+    std::size_t pictures_;
+    std::vector<CaptionedImage> cells_;
+    std::optional<Movie> movie_;
+};
+
+}  // namespace
+
+void addPictureOptions(CLI::App& command, PictureOptions& options,
+                       const std::function<bool(const ConfigKey&)>& wanted) {
+    addKeyOptions(command, options.values, wanted);
+    command
+        .add_option("--pipeline", options.pipeline,
+                    "A pipeline file whose keys apply here too, but for its paths and frames; options win.")
+        ->type_name("FILE.yaml")
+        ->group("Running");
+    command
+        .add_option("--set", options.assignments,
+                    "Any key of a pipeline file, as in --set preview.samples=32; may be repeated.")
+        ->type_name("KEY=VALUE")
+        ->expected(1)
+        ->take_all()
+        ->group("Running");
+    command
+        .add_option("--contact-sheet", options.contact_sheet,
+                    "Also writes small pictures of the sequence on one sheet.")
+        ->type_name("FILE.png")
+        ->group("Sequence");
+    command.add_option("--sheet-pictures", options.sheet_pictures, "How many at most, evenly chosen (default 12).")
+        ->type_name("N")
+        ->check(CLI::Range(1, 1000))
+        ->group("Sequence");
+    command
+        .add_option("--sheet-columns", options.sheet_columns,
+                    "How many stand side by side (default: about as many as there are rows).")
+        ->type_name("N")
+        ->check(CLI::Range(1, 1000))
+        ->group("Sequence");
+    command.add_option("--movie", options.movie, "Also writes the sequence as a movie, with ffmpeg, at --fps.")
+        ->type_name("FILE.mp4")
+        ->group("Sequence");
+    command.add_flag("--overwrite", options.overwrite, "Replace outputs that exist.")->group("Running");
+    command.add_flag("--skip-existing", options.skip_existing, "Leave out frames whose pictures exist.")
+        ->group("Running");
+    command.add_flag("-q,--quiet", options.quiet, "Only errors.")->group("Messages");
+}
+
+PictureJob planPictures(const PictureOptions& options, const Config& usual) {
+    setLogLevel(options.quiet ? LogLevel::quiet : LogLevel::normal);
+    if (options.overwrite && options.skip_existing)
+        throw Error("--overwrite and --skip-existing: expected one of them");
+    if (!options.movie.empty()) Movie::requireMaker();
+    PictureJob job{usual, {}, {}, options};
+    if (!options.pipeline.empty()) job.config = readConfig(options.pipeline);
+    job.config.input.path = options.input;
+    job.config.frames = Config{}.frames;
+    applyOptions(job.config, options.assignments, options.values);
+    const FramePattern input = framePattern(options.input);
+    const std::map<int, std::string> on_disk = framesOnDisk(input);
+    const std::vector<int> frames = framesOf(job.config, input, on_disk);
+    requirePlaceFor(frames.size(), input);
+    for (const auto& file : on_disk) job.on_disk.push_back(file.second);
+    std::vector<FramePattern> outputs;
+    for (const std::string& output : options.outputs) {
+        outputs.push_back(framePattern(output));
+        requirePlaceFor(frames.size(), outputs.back());
+    }
+    for (const int frame : frames) {
+        PictureTask task{frame, frameName(input, frame), {}, false};
+        for (const FramePattern& output : outputs) task.outputs.push_back(frameName(output, frame));
+        task.exists = options.skip_existing && allExist(task.outputs);
+        if (!options.skip_existing && !options.overwrite) refuseExisting(task.outputs);
+        job.tasks.push_back(std::move(task));
+    }
+    if (!options.skip_existing && !options.overwrite) refuseExisting({options.contact_sheet, options.movie});
+    return job;
+}
+
+int writePictures(const PictureJob& job, const std::function<Drawn(const PictureTask&)>& draw) {
+    rememberSignals();
+    Collection collection(job.options, job.config.preview.fps, job.tasks.size());
+    int exit_code = kAllWritten;
+    for (std::size_t i = 0; i < job.tasks.size(); ++i) {
+        const PictureTask& task = job.tasks[i];
+        if (caughtSignal() != 0) return kSignalBase + caughtSignal();
+        const auto begin = std::chrono::steady_clock::now();
+        try {
+            if (task.exists) {
+                if (collection.wanted()) collection.add(i, task.frame, readPicture(task.outputs.front()));
+                continue;
+            }
+            const Drawn drawn = draw(task);
+            for (std::size_t k = 0; k < drawn.files.size(); ++k) writeWhole(task.outputs[k], drawn.files[k]);
+            if (collection.wanted()) collection.add(i, task.frame, drawn.image);
+            const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - begin;
+            char time[32];
+            std::snprintf(time, sizeof time, "%.2f s", seconds.count());
+            logInfo(task.input + " -> " + task.outputs.front() + " in " + time);
+        } catch (const std::bad_alloc&) {
+            throw;
+        } catch (const std::exception& error) {
+            logError("frame " + std::to_string(task.frame) + ": " + error.what());
+            exit_code = kSomeFailed;
+        }
+    }
+    try {
+        collection.finish();
+    } catch (const Error& error) {
+        logError(error.what());
+        exit_code = kSomeFailed;
+    }
+    return exit_code;
+}
+
+}  // namespace betamesh

@@ -1,0 +1,56 @@
+// The door of Embree: which point of a mesh and its spheres a ray meets first.
+
+#pragma once
+
+#include "core/mesh.h"
+
+#include <array>
+#include <memory>
+
+namespace betamesh {
+
+/// Eight rays at once, for speed; those that are near each other find their way together.
+struct Rays {
+    static constexpr std::size_t kCount = 8;
+    template <typename T>
+    using Row = std::array<T, kCount>;
+
+    alignas(32) Row<int> active{};  ///< -1: traced; 0: left as it is
+    alignas(32) std::array<Row<float>, 3> origin{}, direction{};
+    alignas(32) Row<float> least{}, most{};  ///< part of the ray that counts, in lengths of its direction
+    alignas(32) Row<float> time{};           ///< within the shutter, 0 to 1
+};
+
+/// Where rays end. Rows of rays that meet nothing hold kNothing in `what`.
+struct Hits {
+    enum What : std::uint8_t { kNothing, kTriangle, kSphere };
+
+    Rays::Row<What> what{};
+    Rays::Row<std::uint32_t> row{};            ///< of the triangle or the sphere
+    Rays::Row<float> distance{};               ///< in lengths of the direction
+    Rays::Row<float> u{}, v{};                 ///< weights of a triangle's second and third corner
+    std::array<Rays::Row<float>, 3> normal{};  ///< outwards, of any length; of the triangle itself, not smoothed
+};
+
+/// Positions of rays are floats counted from an origin near the mesh, so that places far out keep their digits.
+class RayTracer {
+public:
+    /// shutter_seconds: how long everything moves by its velocity, half of it before and half after the moment of
+    /// the mesh. The mesh and its spheres must outlive it.
+    ///
+    /// same    answers for any thread count
+    RayTracer(const Mesh& mesh, const Spheres& spheres, const Vec3& origin, double shutter_seconds);
+    ~RayTracer();
+    RayTracer(const RayTracer&) = delete;
+    RayTracer& operator=(const RayTracer&) = delete;
+
+    Hits nearest(const Rays& rays) const;
+    /// 1 for rays that meet anything.
+    Rays::Row<std::uint8_t> blocked(const Rays& rays) const;
+
+private:
+    struct Embree;
+    std::unique_ptr<Embree> embree_;
+};
+
+}  // namespace betamesh

@@ -1,0 +1,229 @@
+// Pictures as a user asks for them.
+
+#include "preview/exr_file.h"
+#include "preview/png_file.h"
+#include "support/program.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
+namespace betamesh {
+namespace {
+
+namespace fs = std::filesystem;
+
+const std::vector<std::string> kSmall{"--width", "160", "--height", "90", "--samples", "2"};
+
+std::vector<std::string> small(std::vector<std::string> words) {
+    words.insert(words.end(), kSmall.begin(), kSmall.end());
+    return words;
+}
+
+class Pictures : public ::testing::Test {
+protected:
+    void SetUp() override {
+        ASSERT_EQ(runProgram({"sample", "drop", "sim.####.vdb", "--particles", "400", "--frames", "1-3"}, folder.path())
+                      .exit_code,
+                  0);
+        ASSERT_EQ(runProgram({"mesh", "sim.####.vdb", "mesh.####.ply"}, folder.path()).exit_code, 0);
+    }
+    Outcome run(const std::vector<std::string>& words) const { return runProgram(words, folder.path()); }
+    std::string bytes(const std::string& name) const { return contentsOf(folder / name); }
+    Image image(const std::string& name) const { return decodePng(bytes(name), name); }
+    Picture exr(const std::string& name) const { return decodeExr(bytes(name), name); }
+
+    TemporaryFolder folder;
+};
+
+double coverage(const Picture& picture) {
+    double sum = 0;
+    for (const float a : picture.alpha) sum += static_cast<double>(a);
+    return sum / static_cast<double>(picture.size());
+}
+
+std::string outputOf(const std::string& command) {
+    std::string text;
+    FILE* pipe = ::popen(command.c_str(), "r");
+    for (int c = std::fgetc(pipe); c != EOF; c = std::fgetc(pipe)) text += static_cast<char>(c);
+    return ::pclose(pipe) == 0 ? text : "failed: " + text;
+}
+
+TEST_F(Pictures, OfASequenceShareOneCameraThatSeesAllOfIt) {
+    const Outcome outcome = run(small({"render", "mesh.####.ply", "look/a.####.exr", "look/a.####.png"}));
+    ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+    for (int frame = 1; frame <= 3; ++frame) {
+        const Picture picture = exr("look/a.000" + std::to_string(frame) + ".exr");
+        const double covered = coverage(picture);
+        EXPECT_GT(covered, 0.1) << frame;
+        EXPECT_LT(covered, 0.6) << frame;
+        const auto width = static_cast<std::size_t>(picture.width);
+        for (std::size_t i = 0; i < picture.size(); ++i)
+            if (i < width || i + width >= picture.size() || i % width == 0 || (i + 1) % width == 0) {
+                EXPECT_EQ(picture.alpha[i], 0) << "the edge of the picture is free";
+            }
+    }
+    // Frame 2 alone, with the camera that was found for all.
+    const std::size_t begin = outcome.err.find("--camera-position");
+    ASSERT_NE(begin, std::string::npos) << outcome.err;
+    std::istringstream words(outcome.err.substr(begin, outcome.err.find('\n', begin) - begin));
+    std::vector<std::string> again = small({"render", "mesh.0002.ply", "b.exr"});
+    for (std::string word; words >> word;) again.push_back(word);
+    ASSERT_EQ(run(again).exit_code, 0);
+    EXPECT_NEAR(coverage(exr("b.exr")), coverage(exr("look/a.0002.exr")), 0.001);
+    ASSERT_EQ(run(small({"render", "mesh.####.ply", "look/c.####.png", "--frames", "2", "-j", "1"})).exit_code, 0);
+    EXPECT_EQ(bytes("look/c.0002.png"), bytes("look/a.0002.png"));
+}
+
+TEST_F(Pictures, AreReadByOiiotool) {
+    if (std::system("command -v oiiotool >/dev/null") != 0) GTEST_SKIP() << "oiiotool is not installed here";
+    ASSERT_EQ(run(small({"render", "mesh.0001.ply", "a.exr", "a.png"})).exit_code, 0);
+    const std::string exr_info = outputOf("oiiotool --info -v " + folder / "a.exr");
+    for (const char* words : {"160 x   90, 15 channel", "A (half)", "Z (float)", "N.X (half)", "P.Z (float)",
+                              "forward.u (float)", "id (uint)"})
+        EXPECT_NE(exr_info.find(words), std::string::npos) << words << " in " << exr_info;
+    const std::string png_info = outputOf("oiiotool --info -v " + folder / "a.png");
+    EXPECT_NE(png_info.find("160 x   90, 3 channel, uint8 png"), std::string::npos) << png_info;
+}
+
+TEST_F(Pictures, ParticlesAreBallsAndTheirUnionIsLarger) {
+    ASSERT_EQ(run(small({"render", "sim.0002.vdb", "p.exr", "--show", "particles"})).exit_code, 0);
+    ASSERT_EQ(run(small({"render", "sim.0002.vdb", "u.exr", "--show", "union"})).exit_code, 0);
+    const Picture picture = exr("p.exr");
+    EXPECT_TRUE(std::all_of(picture.id.begin(), picture.id.end(),
+                            [](std::uint32_t id) { return id == Picture::kNothing || id == Picture::kSphere; }));
+    EXPECT_GT(coverage(picture), 0.02);
+    EXPECT_GT(coverage(exr("u.exr")), coverage(picture));
+}
+
+TEST_F(Pictures, EveryLookIsAnother) {
+    std::vector<std::string> seen;
+    const std::vector<std::vector<std::string>> looks{{},
+                                                      {"--shading", "zebra"},
+                                                      {"--normals", "flat"},
+                                                      {"--wireframe", "1"},
+                                                      {"--colour", "velocity"},
+                                                      {"--colour", "kind", "--ground", "none"},
+                                                      {"--colour", "component", "--ground", "none"},
+                                                      {"--colour", "curvature"},
+                                                      {"--shutter", "1", "--fps", "10"},
+                                                      {"--azimuth", "-90"},
+                                                      {"--up", "z"}};
+    for (const auto& look : looks) {
+        std::vector<std::string> words = small({"render", "mesh.0002.ply", "a.png", "--overwrite"});
+        words.insert(words.end(), look.begin(), look.end());
+        ASSERT_EQ(run(words).exit_code, 0) << ::testing::PrintToString(look);
+        const std::string picture = bytes("a.png");
+        EXPECT_EQ(std::count(seen.begin(), seen.end(), picture), 0) << ::testing::PrintToString(look);
+        seen.push_back(picture);
+    }
+}
+
+TEST_F(Pictures, APipelineMakesThemBesideItsMeshes) {
+    std::ofstream(folder / "job.yaml")
+        << "version: 1\n"
+           "input: {path: sim.####.vdb}\n"
+           "output: {path: out/a.####.ply}\n"
+           "preview: {path: look/a.####.exr, width: 160, height: 90, samples: 2, camera_position: auto}\n";
+    ASSERT_EQ(run({"run", "job.yaml", "--frames", "2"}).exit_code, 0);
+    EXPECT_FALSE(fs::exists(folder / "look/a.0001.exr"));
+    const std::string alone = bytes("look/a.0002.exr");
+    EXPECT_EQ(run({"run", "job.yaml", "--frames", "2"}).exit_code, 2);
+    fs::remove(folder / "out/a.0002.ply");
+    EXPECT_EQ(run({"run", "job.yaml", "--frames", "2"}).exit_code, 2) << "the picture is in the way";
+    fs::remove(folder / "look/a.0002.exr");
+    ASSERT_EQ(run({"run", "job.yaml", "--frames", "1-2"}).exit_code, 0);
+    fs::remove(folder / "look/a.0002.exr");
+    ASSERT_EQ(run({"run", "job.yaml", "--frames", "1-2", "--skip-existing"}).exit_code, 0);
+    EXPECT_EQ(bytes("look/a.0002.exr"), alone) << "a frame without its picture is not finished";
+    ASSERT_EQ(run({"run", "job.yaml", "--frames", "2", "--skip-existing", "--set", "preview.up=z"}).exit_code, 0);
+    EXPECT_NE(bytes("look/a.0002.exr"), alone) << "nor is one with a picture of another look";
+    ASSERT_EQ(run({"run", "job.yaml", "--overwrite", "--frames-in-flight", "2"}).exit_code, 0);
+    EXPECT_TRUE(fs::exists(folder / "look/a.0003.exr"));
+    EXPECT_EQ(bytes("look/a.0002.exr"), alone);
+    EXPECT_GT(coverage(exr("look/a.0002.exr")), 0.1);
+    EXPECT_EQ(run({"run", "job.yaml", "--overwrite", "--set", "preview.show=union"}).exit_code, 0);
+    EXPECT_NE(bytes("look/a.0002.exr"), alone);
+}
+
+TEST_F(Pictures, CompareShowsFourSurfacesOfOneFrame) {
+    ASSERT_EQ(run(small({"compare", "sim.0002.vdb", "a.png"})).exit_code, 0);
+    const Image sheet = image("a.png");
+    EXPECT_GT(sheet.width, 2 * 160);
+    EXPECT_LT(sheet.width, 2 * 160 + 40);
+    EXPECT_GT(sheet.height, 2 * 90);
+    // The first panel holds the balls that `render` shows from the same place.
+    const auto panel = [&](int left, int top) {
+        Image part(160, 90, {});
+        paste(sheet, -left, -top, part);
+        return part.pixel;
+    };
+    const int gap = (sheet.width - 2 * 160) / 3, cell = (sheet.height - gap) / 2;
+    std::vector<std::vector<Colour>> panels;
+    for (const int top : {gap, gap + cell})
+        for (const int left : {gap, 2 * gap + 160}) {
+            panels.push_back(panel(left, top));
+            for (std::size_t i = 0; i + 1 < panels.size(); ++i) EXPECT_NE(panels[i], panels.back());
+        }
+    ASSERT_EQ(run(small({"render", "sim.0002.vdb", "u.png", "--show", "union"})).exit_code, 0);
+    EXPECT_EQ(image("u.png").pixel, panels[0]);
+    std::ofstream(folder / "look.yaml") << "version: 1\npreview: {width: 160, height: 90, samples: 2}\n";
+    ASSERT_EQ(run({"compare", "sim.0002.vdb", "row.png", "--pipeline", "look.yaml", "--columns", "4"}).exit_code, 0);
+    EXPECT_EQ(image("row.png").width, 4 * 160 + 5 * gap);
+    EXPECT_EQ(run({"compare", "sim.0002.vdb", "a.exr"}).exit_code, 2);
+    EXPECT_EQ(run({"compare", "sim.0002.vdb", "a.png"}).exit_code, 2);
+}
+
+TEST_F(Pictures, AContactSheetHoldsTheChosenFrames) {
+    const std::vector<std::string> words = small({"render", "mesh.####.ply", "a.####.png", "--contact-sheet", "s.png"});
+    ASSERT_EQ(run(words).exit_code, 0);
+    const Image all = image("s.png");
+    EXPECT_EQ(run(words).exit_code, 2);
+    std::vector<std::string> again = words;
+    again.push_back("--skip-existing");  // made of the pictures that are there
+    ASSERT_EQ(run(again).exit_code, 0);
+    EXPECT_EQ(image("s.png").pixel, all.pixel);
+    again.insert(again.end(), {"--sheet-pictures", "2"});
+    ASSERT_EQ(run(again).exit_code, 0);
+    EXPECT_EQ(image("s.png").width, all.width);
+    EXPECT_LT(image("s.png").height, all.height);
+}
+
+TEST_F(Pictures, AMovieNeedsFfmpeg) {
+    const std::vector<std::string> words = small({"render", "mesh.####.ply", "a.####.png", "--movie", "movies/m.mp4"});
+    const Outcome without = runProgram(words, folder.path(), {"PATH=/nowhere"});
+    EXPECT_EQ(without.exit_code, 2);
+    EXPECT_NE(without.err.find("ffmpeg"), std::string::npos) << without.err;
+    EXPECT_FALSE(fs::exists(folder / "a.0001.png"));
+    if (std::system("command -v ffmpeg >/dev/null") != 0) GTEST_SKIP() << "ffmpeg is not installed here";
+    const Outcome with = run(words);
+    ASSERT_EQ(with.exit_code, 0) << with.err;
+    EXPECT_EQ(bytes("movies/m.mp4").substr(4, 4), "ftyp");
+    if (std::system("command -v ffprobe >/dev/null") != 0) return;
+    EXPECT_EQ(outputOf("ffprobe -v error -count_frames -show_entries stream=width,height,nb_read_frames -of csv=p=0 " +
+                       (folder / "movies/m.mp4")),
+              "160,90,3\n");
+}
+
+TEST_F(Pictures, WrongWordsEndBeforeAnythingIsWritten) {
+    EXPECT_EQ(run({"render", "mesh.####.ply", "a.####.jpg"}).exit_code, 2);
+    EXPECT_EQ(run({"render", "mesh.####.ply", "a.png"}).exit_code, 2);
+    EXPECT_EQ(run({"render", "nothing.####.ply", "a.####.png"}).exit_code, 2);
+    EXPECT_EQ(run({"render", "mesh.0001.ply", "a.png", "--camera-position", "1,2"}).exit_code, 2);
+    EXPECT_EQ(run({"render", "mesh.0001.ply", "a.png", "--colour", "Cd"}).exit_code, 1);
+    EXPECT_FALSE(fs::exists(folder / "a.png"));
+    ASSERT_EQ(run(small({"render", "mesh.0001.ply", "a.png"})).exit_code, 0);
+    const std::string before = bytes("a.png");
+    EXPECT_EQ(run(small({"render", "mesh.0002.ply", "a.png"})).exit_code, 2);
+    EXPECT_EQ(run(small({"render", "mesh.0002.ply", "a.png", "--skip-existing"})).exit_code, 0);
+    EXPECT_EQ(bytes("a.png"), before);
+    EXPECT_EQ(run(small({"render", "mesh.####.ply", "b.####.png", "--frames", "0,2-4"})).exit_code, 1);
+    EXPECT_TRUE(fs::exists(folder / "b.0003.png"));
+}
+
+}  // namespace
+}  // namespace betamesh

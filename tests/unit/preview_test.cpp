@@ -1,0 +1,346 @@
+// Pictures against what geometry says they must be.
+
+#include "core/icosphere.h"
+#include "core/parallel.h"
+#include "core/random.h"
+#include "preview/exr_file.h"
+#include "preview/png_file.h"
+#include "preview/render_frame.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <numeric>
+
+namespace betamesh {
+namespace {
+
+Spheres ballAt(const Vec3& centre, const Vec3& velocity = {0, 0, 0}) {
+    Spheres ball;
+    ball.position = {centre};
+    ball.velocity = {velocity};
+    ball.radius = {1};
+    return ball;
+}
+
+Mesh sphereMesh(const Vec3& centre, const Vec3& velocity = {0, 0, 0}) {
+    const Icosphere sphere = icosphere(40);
+    Mesh mesh;
+    for (const Vec3& p : sphere.position) mesh.position.push_back(p + centre);
+    mesh.velocity.assign(mesh.position.size(), velocity);
+    mesh.triangles = sphere.triangles;
+    return mesh;
+}
+
+/// Awkward to sort: triangles of all sizes through each other, some twice, and balls; all of them moving.
+std::pair<Mesh, Spheres> heap() {
+    Random random(1);
+    Mesh mesh;
+    Spheres spheres;
+    for (int i = 0; i < 3000; ++i) {
+        const Vec3 centre = random.cube(), velocity = random.cube() * 3;
+        const double size = std::pow(10, random.between(-3, -0.5));
+        const auto first = static_cast<std::uint32_t>(mesh.position.size());
+        for (int corner = 0; corner < 3; ++corner) {
+            mesh.position.push_back(centre + random.cube() * size);
+            mesh.velocity.push_back(velocity + random.cube() * size);
+        }
+        mesh.triangles.push_back({first, first + 1, first + 2});
+        if (i % 3 == 0) mesh.triangles.push_back({first, first + 2, first + 1});
+        if (i % 5 != 0) continue;
+        spheres.position.push_back(random.cube());
+        spheres.velocity.push_back(velocity);
+        spheres.radius.push_back(static_cast<float>(size / 2));
+    }
+    return {mesh, spheres};
+}
+
+constexpr double kDistance = 12, kFov = 20;
+
+Camera facing(const Vec3& target) { return {target + Vec3(0, 0, kDistance), target, {0, 1, 0}, kFov}; }
+
+Look smallLook() {
+    Look look;
+    look.width = 320;
+    look.height = 240;
+    look.samples = 16;
+    look.layers = true;
+    return look;
+}
+
+/// Pixels to a world unit across, `distance` in front of the camera.
+double pixelsPerUnit(const Look& look, double distance) {
+    return look.height / 2.0 / std::tan(kFov / 2 * std::numbers::pi / 180) / distance;
+}
+
+/// Of a unit sphere's surface towards a camera at kDistance, averaged over the picture of it.
+double meanHeightOfSphere() {
+    const double edge = std::tan(std::asin(1 / kDistance));  // of the picture, at a distance of 1
+    double total = 0;
+    constexpr int kRings = 100000;
+    for (int i = 0; i < kRings; ++i) {
+        const double slope = edge * std::sqrt((i + 0.5) / kRings), square = 1 + slope * slope;  // rings of one area
+        // The ray (0, 0, d) + t (slope, 0, -1) meets the sphere first at this t.
+        const double t = (kDistance - std::sqrt(kDistance * kDistance - square * (kDistance * kDistance - 1))) / square;
+        total += (kDistance - t) / kRings;
+    }
+    return total;
+}
+
+double sum(const Plane& plane) { return std::accumulate(plane.begin(), plane.end(), 0.0); }
+
+struct Moments {
+    double mass = 0, mean = 0, variance = 0;
+};
+
+/// Of alpha, along x.
+Moments across(const Picture& picture) {
+    Moments m;
+    for (int pass = 0; pass < 2; ++pass)
+        for (std::size_t i = 0; i < picture.size(); ++i) {
+            const double x = static_cast<double>(i % static_cast<std::size_t>(picture.width)) + 0.5,
+                         a = static_cast<double>(picture.alpha[i]);
+            if (pass == 0)
+                m.mass += a, m.mean += a * x;
+            else
+                m.variance += a * (x - m.mean / m.mass) * (x - m.mean / m.mass) / m.mass;
+        }
+    m.mean /= m.mass;
+    return m;
+}
+
+TEST(Preview, ASphereCoversTheDiscThatGeometrySays) {
+    const Look look = smallLook();
+    // The cone that touches a unit sphere meets the plane at a distance of 1 in a circle of this radius.
+    const double radius = pixelsPerUnit(look, 1) * std::tan(std::asin(1 / kDistance));
+    const double area = std::numbers::pi * radius * radius;
+    EXPECT_NEAR(sum(renderFrame({}, ballAt({0, 0, 0}), facing({0, 0, 0}), look).alpha), area, 0.002 * area);
+    EXPECT_NEAR(sum(renderFrame(sphereMesh({0, 0, 0}), {}, facing({0, 0, 0}), look).alpha), area, 0.003 * area);
+}
+
+TEST(Preview, NormalsDepthsAndPositionsAreThoseOfTheSphere) {
+    const Look look = smallLook();
+    const Vec3 centre(3, -2, 1);
+    for (const bool as_mesh : {false, true}) {
+        const Picture picture = as_mesh ? renderFrame(sphereMesh(centre), {}, facing(centre), look)
+                                        : renderFrame({}, ballAt(centre), facing(centre), look);
+        Vec3 mean(0, 0, 0);
+        double seen = 0, nearest = 1e9, farthest = 0;
+        for (std::size_t i = 0; i < picture.size(); ++i) {
+            if (picture.id[i] == Picture::kNothing) {
+                EXPECT_EQ(picture.depth[i], Picture::kFarAway);
+                continue;
+            }
+            EXPECT_EQ(picture.id[i], as_mesh ? Picture::kMesh : Picture::kSphere);
+            const Vec3 n(picture.normal[0][i], picture.normal[1][i], picture.normal[2][i]);
+            const Vec3 p(picture.position[0][i], picture.position[1][i], picture.position[2][i]);
+            EXPECT_NEAR(n.length(), 1, 1e-3);
+            EXPECT_NEAR((p - centre).length(), 1, 2e-3);
+            EXPECT_LT((n - (p - centre)).length(), 0.03);
+            EXPECT_NEAR(kDistance - (p.z - centre.z), static_cast<double>(picture.depth[i]), 1e-4);
+            mean += n;
+            seen += 1;
+            nearest = std::min(nearest, static_cast<double>(picture.depth[i]));
+            farthest = std::max(farthest, static_cast<double>(picture.depth[i]));
+        }
+        mean /= seen;
+        EXPECT_NEAR(mean.x, 0, 0.01);
+        EXPECT_NEAR(mean.y, 0, 0.01);
+        EXPECT_NEAR(mean.z, meanHeightOfSphere(), 0.003);
+        EXPECT_NEAR(nearest, kDistance - 1, 1e-3);
+        EXPECT_NEAR(farthest, kDistance - 1 / kDistance, 0.1);  // where the eye's cone touches; it falls off steeply
+    }
+}
+
+TEST(Preview, WhatDoesNotMoveIsNotBlurred) {
+    Look look = smallLook();
+    const Picture sharp = renderFrame(sphereMesh({0, 0, 0}), ballAt({1, 1, 0}), facing({0, 0, 0}), look);
+    look.shutter = 1;
+    const Picture blurred = renderFrame(sphereMesh({0, 0, 0}), ballAt({1, 1, 0}), facing({0, 0, 0}), look);
+    EXPECT_EQ(encodeExr(sharp), encodeExr(blurred));
+}
+
+TEST(Preview, WhatMovesSmearsByVelocityTimesShutter) {
+    Look look = smallLook();
+    look.samples = 64;
+    look.fps = 25;
+    const double speed = 30;
+    for (const bool as_mesh : {false, true}) {
+        const auto pictured = [&](double shutter) {
+            look.shutter = shutter;
+            const Vec3 velocity(speed, 0, 0);
+            return as_mesh ? renderFrame(sphereMesh({0, 0, 0}, velocity), {}, facing({0, 0, 0}), look)
+                           : renderFrame({}, ballAt({0, 0, 0}, velocity), facing({0, 0, 0}), look);
+        };
+        const Moments sharp = across(pictured(0));
+        for (const double shutter : {0.5, 1.0}) {
+            const double way = speed * shutter / look.fps * pixelsPerUnit(look, kDistance);
+            const Moments blurred = across(pictured(shutter));
+            EXPECT_NEAR(blurred.mass, sharp.mass, 0.01 * sharp.mass);  // smeared, not grown
+            EXPECT_NEAR(blurred.mean, sharp.mean, 0.1);                // centred on the frame
+            EXPECT_NEAR(std::sqrt(12 * (blurred.variance - sharp.variance)), way, 0.01 * way);
+        }
+    }
+}
+
+TEST(Preview, MotionIsThatUntilTheNextFrameInPixels) {
+    const Look look = smallLook();
+    const Picture picture = renderFrame({}, ballAt({0, 0, 0}, {2.4, 1.2, 0}), facing({0, 0, 0}), look);
+    const std::size_t middle = static_cast<std::size_t>(look.height) / 2 * static_cast<std::size_t>(look.width) +
+                               static_cast<std::size_t>(look.width) / 2;
+    const double scale = pixelsPerUnit(look, kDistance - 1);
+    EXPECT_NEAR(static_cast<double>(picture.motion[0][middle]), 2.4 / look.fps * scale, 1e-3);
+    EXPECT_NEAR(static_cast<double>(picture.motion[1][middle]), 1.2 / look.fps * scale, 1e-3);
+}
+
+TEST(Preview, PixelsAreTheSameForAnyNumberOfThreads) {
+    const auto [mesh, spheres] = heap();
+    Look look = smallLook();
+    look.samples = 3;
+    look.wireframe = 1;
+    look.ground = -1.1;
+    const Camera camera{{2, 2, 6}, {0, 0, 0}, {0, 1, 0}, kFov};
+    for (const double shutter : {0.0, 0.5}) {
+        look.shutter = shutter;
+        std::string first;
+        for (const int threads : {1, 2, 3, 8}) {
+            std::string bytes;
+            withThreads(threads, [&] { bytes = encodeExr(renderFrame(mesh, spheres, camera, look)); });
+            if (first.empty()) first = bytes;
+            EXPECT_TRUE(bytes == first) << threads << " threads, shutter " << shutter;
+        }
+    }
+}
+
+TEST(Preview, FarFromTheOriginItLooksTheSame) {
+    const Look look = smallLook();
+    const Vec3 away(3e5, -2e5, 1e5);
+    const Picture here = renderFrame(sphereMesh({0, 0, 0}), {}, facing({0, 0, 0}), look);
+    const Picture there = renderFrame(sphereMesh(away), {}, facing(away), look);
+    EXPECT_NEAR(sum(there.alpha), sum(here.alpha), 1);
+    EXPECT_NEAR(sum(there.green), sum(here.green), 0.001 * sum(here.green));
+}
+
+TEST(Preview, TheCameraThatIsFoundHasAllInThePictureAndNoneToSpare) {
+    Random random(1);
+    for (int trial = 0; trial < 200; ++trial) {
+        SCOPED_TRACE(trial);
+        const Framing framing{trial % 2 == 0 ? Vec3(0, 1, 0) : Vec3(0, 0, 1), random.between(-180, 180),
+                              random.between(-85, 85), random.between(5, 100)};
+        const int width = 400, height = trial % 3 == 0 ? 400 : 225;
+        const double aspect = static_cast<double>(width) / height;
+        CameraFinder found(framing, aspect), other(framing, aspect);
+        const Vec3 middle = random.cube() * 100;
+        std::vector<Vec3> points;
+        for (int i = 0; i < 20; ++i) {
+            points.push_back(middle + random.cube() * std::pow(10, random.between(-3, 2)));
+            (i % 2 == 0 ? found : other).add(points.back(), 0);
+        }
+        found.add(other);
+        const View view(found.camera(), width, height);
+        double room = 1;       // nearest to an edge, in parts of the picture
+        double nearest = 1e9;  // to the camera
+        for (const Vec3& p : points) {
+            ASSERT_GT(view.depth(p), 0);
+            nearest = std::min(nearest, view.depth(p));
+            const auto [x, y] = view.seen(p);
+            room = std::min({room, x / width, 1 - x / width, y / height, 1 - y / height});
+        }
+        EXPECT_GT(room, framing.margin - 1e-9);
+        if (nearest > 1e-5) {  // nearer still, and the lens would touch it
+            EXPECT_NEAR(room, framing.margin, 1e-4);
+        }
+    }
+}
+
+TEST(Preview, ABallThatIsFoundTouchesTheMargins) {
+    Look look = smallLook();
+    look.samples = 4;
+    Framing framing;
+    framing.margin = 0.1;
+    CameraFinder finder(framing, static_cast<double>(look.width) / look.height);
+    finder.add({5, 6, 7}, 1);
+    const Picture picture = renderFrame({}, ballAt({5, 6, 7}), finder.camera(), look);
+    int first = look.height, last = 0;
+    for (std::size_t i = 0; i < picture.size(); ++i)
+        if (picture.alpha[i] > 0) {
+            const int y = static_cast<int>(i) / look.width;
+            first = std::min(first, y), last = std::max(last, y);
+        }
+    EXPECT_NEAR(first, 0.1 * look.height, 1);
+    EXPECT_NEAR(last, 0.9 * look.height, 1.5);
+}
+
+TEST(Preview, ExrKeepsEveryPlane) {
+    const Picture picture =
+        renderFrame(sphereMesh({0, 0, 0}, {1, 2, 0}), ballAt({1.5, 0, 0}), facing({0, 0, 0}), smallLook());
+    const Picture back = decodeExr(encodeExr(picture), "test.exr");
+    ASSERT_EQ(back.width, picture.width);
+    ASSERT_EQ(back.height, picture.height);
+    const auto same = [](const Plane& a, const Plane& b, float relative) {
+        ASSERT_EQ(a.size(), b.size());
+        for (std::size_t i = 0; i < a.size(); ++i) EXPECT_NEAR(a[i], b[i], relative * std::abs(a[i]) + 1e-7f);
+    };
+    constexpr float kHalf = 1.0f / 2048;
+    same(picture.red, back.red, kHalf);
+    same(picture.green, back.green, kHalf);
+    same(picture.blue, back.blue, kHalf);
+    same(picture.alpha, back.alpha, kHalf);
+    same(picture.shadow, back.shadow, kHalf);
+    EXPECT_EQ(picture.depth, back.depth);
+    EXPECT_EQ(picture.position, back.position);
+    EXPECT_EQ(picture.motion, back.motion);
+    EXPECT_EQ(picture.id, back.id);
+    for (std::size_t axis = 0; axis < 3; ++axis) same(picture.normal[axis], back.normal[axis], kHalf);
+}
+
+TEST(Preview, DamagedPicturesAreErrorsThatNameTheFile) {
+    const Picture picture = renderFrame({}, ballAt({0, 0, 0}), facing({0, 0, 0}), smallLook());
+    for (const std::string& whole : {encodeExr(picture), encodePng(developed(picture))})
+        for (const std::size_t length : {std::size_t{0}, std::size_t{10}, whole.size() / 2}) {
+            const std::string cut = whole.substr(0, length);
+            EXPECT_THROW(decodeExr(cut, "a.exr"), std::runtime_error);
+            EXPECT_THROW(decodePng(cut, "a.png"), std::runtime_error);
+        }
+}
+
+TEST(Preview, PngKeepsEveryPixel) {
+    Random random(1);
+    Image image(37, 23, {});
+    for (Colour& pixel : image.pixel)
+        for (std::uint8_t& channel : pixel) channel = static_cast<std::uint8_t>(random.below(256));
+    const Image back = decodePng(encodePng(image), "test.png");
+    EXPECT_EQ(back.width, image.width);
+    EXPECT_EQ(back.pixel, image.pixel);
+}
+
+TEST(Preview, CurvatureOfASphereIsOneOverItsRadius) {
+    Mesh mesh = sphereMesh({0, 0, 0});
+    for (Vec3& p : mesh.position) p *= 4;
+    Look look = smallLook();
+    look.colouring.by = ColourBy::curvature;
+    const auto green = [&](double low, double high) {
+        look.colouring.low = low, look.colouring.high = high;
+        return sum(renderFrame(mesh, {}, {{0, 0, 40}, {0, 0, 0}, {0, 1, 0}, kFov}, look).green);
+    };
+    // All of it has the colour in the middle of a scale round 1/4, and that of an end beyond.
+    EXPECT_NEAR(green(0.15, 0.35), green(-9.75, 10.25), 0.01 * green(0.15, 0.35));
+    EXPECT_GT(std::abs(green(0.15, 0.35) - green(0, 0.2)), 0.1 * green(0.15, 0.35));
+}
+
+TEST(Preview, NothingIsAnEmptyPicture) {
+    const Picture picture = renderFrame({}, {}, facing({0, 0, 0}), smallLook());
+    EXPECT_EQ(sum(picture.alpha), 0);
+    EXPECT_EQ(sum(picture.red), 0);
+}
+
+TEST(Preview, AnAttributeThatIsNotThereIsAnError) {
+    Look look = smallLook();
+    look.colouring = {ColourBy::attribute, "Cd"};
+    EXPECT_THROW(renderFrame(sphereMesh({0, 0, 0}), {}, facing({0, 0, 0}), look), std::runtime_error);
+}
+
+}  // namespace
+}  // namespace betamesh
