@@ -102,7 +102,7 @@ TEST_F(Faults, AFullDiskFailsTheFramesThatDoNotFitAndNoOther) {
     const std::string disk = folder_ / "out";
     if (mount("none", disk.c_str(), "tmpfs", 0, "size=400k") != 0)
         GTEST_SKIP() << "no small file system can be mounted here: " << std::strerror(errno);
-    const Outcome outcome = mesh({"--io-retries", "0", "--frames-in-flight", "2"});
+    const Outcome outcome = mesh({"--io-retries", "0", "--frames-in-flight", "1"});
     int fitting = 0;
     for (int frame = 1; frame <= kFrames; ++frame) {
         EXPECT_TRUE(written(frame) || !exists(numbered("out/a", frame, ".ply.json"))) << frame;
