@@ -52,9 +52,9 @@ TEST_F(OnSlurm, AnArrayWithATaskThatIsKilledAndRequeuedWritesWhatALocalRunWrites
     const std::string state = slurm_->command("scontrol -o show job " + job);
     EXPECT_EQ(count(state, "JobState=COMPLETED"), 6U) << state;
     EXPECT_NE(state.find("Restarts=1"), std::string::npos) << state;
+    ASSERT_TRUE(within(kSecondsToStart, [&] { return exists("out/job.html"); })) << "no report follows";
     EXPECT_EQ(hiddenFiles("out"), 0U);
     auto meshes = meshesIn("out");
-    ASSERT_TRUE(within(kSecondsToStart, [&] { return exists("out/job.html"); })) << "no report follows";
     meshes.erase("job.html");
     EXPECT_TRUE(meshes == meshesIn("local"));
     for (int frame = 1; frame <= kFrames; ++frame) EXPECT_EQ(report(frame)["status"], "ok");
