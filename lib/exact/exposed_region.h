@@ -4,6 +4,8 @@
 
 #include "exact/snapped_particles.h"
 
+#include <array>
+
 namespace betamesh {
 
 /// Patches of a ball's sphere that no single neighbour surely covers, and the neighbours whose circles may run through

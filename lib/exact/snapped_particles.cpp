@@ -17,8 +17,6 @@ constexpr double kLargestCoordinate = 0x1p50;  // in quanta: still exact in doub
 
 std::int64_t floorDivide(std::int64_t a, std::int64_t b) { return a >= 0 ? a / b : -((-a + b - 1) / b); }
 
-std::tuple<std::int64_t, std::int64_t, std::int64_t> scanOrder(const Vec3i& cell) { return {cell.z, cell.y, cell.x}; }
-
 std::uint64_t mix(std::uint64_t x) {  // finaliser of splitmix64
     x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9u;
     x = (x ^ (x >> 27)) * 0x94d049bb133111ebu;
@@ -171,34 +169,16 @@ SnappedParticles snapParticles(const Particles& particles, double radius, const 
     return snapped;
 }
 
-std::span<const CellRange> rangesAround(const SnappedParticles& particles, std::size_t c,
-                                        std::span<CellRange, 9> buffer) {
-    const Vec3i centre = particles.cell[c];
-    const auto inOrder = [](const Vec3i& a, const Vec3i& b) { return scanOrder(a) < scanOrder(b); };
-    std::size_t count = 0;
-    for (std::int64_t dz = -1; dz <= 1; ++dz)
-        for (std::int64_t dy = -1; dy <= 1; ++dy) {
-            const Vec3i first = centre + Vec3i(-1, dy, dz), last = centre + Vec3i(1, dy, dz);
-            const auto begin = std::lower_bound(particles.cell.begin(), particles.cell.end(), first, inOrder);
-            auto end = begin;
-            while (end != particles.cell.end() && !inOrder(last, *end)) ++end;
-            if (begin != end)
-                buffer[count++] = {particles.cell_begin[static_cast<std::size_t>(begin - particles.cell.begin())],
-                                   particles.cell_begin[static_cast<std::size_t>(end - particles.cell.begin())]};
-        }
-    return buffer.first(count);
-}
-
 void NeighbourFinder::gather(std::size_t cell) {
     cell_ = cell;
     candidate_.clear(), x_.clear(), y_.clear(), z_.clear();
     const Vec3i corner = particles_.cell[cell] * (2 * particles_.radius);
-    std::array<CellRange, 9> buffer;
-    for (const CellRange range : rangesAround(particles_, cell, buffer))
-        for (std::uint32_t k = range.begin; k < range.end; ++k) {
+    forCellsAround(particles_, cell, [&](const Vec3i&, std::size_t other) {
+        for (std::uint32_t k = particles_.cell_begin[other]; k < particles_.cell_begin[other + 1]; ++k) {
             const Vec3 place = toDouble(particles_.position[k] - corner);
             candidate_.push_back(k), x_.push_back(place.x), y_.push_back(place.y), z_.push_back(place.z);
         }
+    });
     squared_.resize(candidate_.size());
 }
 

@@ -5,8 +5,8 @@
 #include "core/particles.h"
 #include "exact/predicates.h"
 
-#include <array>
-#include <span>
+#include <algorithm>
+#include <tuple>
 
 namespace betamesh {
 
@@ -40,13 +40,22 @@ struct SnappedParticles {
 /// errors  a particle farther from the origin than 2^50 quanta; a radius that is not a normal number
 SnappedParticles snapParticles(const Particles& particles, double radius, const Jitter& jitter = {});
 
-/// The particles in the 27 cells round cell c, as ranges of the sorted arrays: up to nine {begin, end}.
-/// Everything within 2R of a particle in cell c is among them.
-struct CellRange {
-    std::uint32_t begin, end;
-};
-std::span<const CellRange> rangesAround(const SnappedParticles& particles, std::size_t c,
-                                        std::span<CellRange, 9> buffer);
+/// The order of cells: by z, then y, then x.
+inline bool cellBefore(const Vec3i& a, const Vec3i& b) { return std::tuple(a.z, a.y, a.x) < std::tuple(b.z, b.y, b.x); }
+
+/// Calls visit(place from (0, 0, 0) to (2, 2, 2), number of the cell there) for those of the 27 cells round one that
+/// have particles, in order. Everything within 2R of a particle in the middle one is among theirs.
+template <typename Visit>
+void forCellsAround(const SnappedParticles& particles, std::size_t cell, const Visit& visit) {
+    const std::vector<Vec3i>& cells = particles.cell;
+    const Vec3i centre = cells[cell];
+    for (std::int64_t dz = -1; dz <= 1; ++dz)
+        for (std::int64_t dy = -1; dy <= 1; ++dy) {
+            auto at = std::lower_bound(cells.begin(), cells.end(), centre + Vec3i(-1, dy, dz), cellBefore);
+            for (; at != cells.end() && !cellBefore(centre + Vec3i(1, dy, dz), *at); ++at)
+                visit(Vec3i(at->x - centre.x + 1, dy + 1, dz + 1), static_cast<std::size_t>(at - cells.begin()));
+        }
+}
 
 /// Another particle seen from one: offset and its squared length in quanta, whole numbers.
 struct Neighbour {

@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
-#include <tuple>
 
 namespace betamesh {
 
@@ -116,23 +115,6 @@ bool allSet(const Window& window, const Place& place, const Stencil& sphere) {
 struct alignas(64) Brick {
     std::uint64_t slice[kVoxels];
 };
-
-// Calls visit(place among the 27 round a cell, number of the cell there) for those that have particles.
-template <typename Visit>
-void forCellsAround(const SnappedParticles& particles, std::size_t cell, const Visit& visit) {
-    const auto inOrder = [](const Vec3i& a, const Vec3i& b) {
-        return std::tuple(a.z, a.y, a.x) < std::tuple(b.z, b.y, b.x);
-    };
-    const Vec3i centre = particles.cell[cell];
-    for (std::int64_t dz = -1; dz <= 1; ++dz)
-        for (std::int64_t dy = -1; dy <= 1; ++dy) {
-            auto at =
-                std::lower_bound(particles.cell.begin(), particles.cell.end(), centre + Vec3i(-1, dy, dz), inOrder);
-            for (; at != particles.cell.end() && !inOrder(centre + Vec3i(1, dy, dz), *at); ++at)
-                visit(Vec3i(at->x - centre.x + 1, dy + 1, dz + 1),
-                      static_cast<std::size_t>(at - particles.cell.begin()));
-        }
-}
 
 BETAMESH_EVERY_CPU
 void addTo(Brick& brick, const Window& window, std::size_t x, std::size_t y, std::size_t z) {
