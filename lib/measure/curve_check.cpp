@@ -1,7 +1,7 @@
 #include "measure/curve_check.h"
 
 #include "core/parallel.h"
-#include "measure/orientation.h"
+#include "exact/orientation.h"
 
 #include <algorithm>
 #include <cmath>

@@ -2,7 +2,7 @@
 
 #include "core/parallel.h"
 #include "measure/mesh_measure.h"
-#include "measure/orientation.h"
+#include "exact/orientation.h"
 #include "measure/triangle_tree.h"
 
 #include <algorithm>

@@ -4,7 +4,7 @@
 #include "core/union_find.h"
 #include "measure/mesh_edges.h"
 #include "measure/mesh_measure.h"
-#include "measure/orientation.h"
+#include "exact/orientation.h"
 #include "measure/triangle_contact.h"
 #include "measure/triangle_tree.h"
 

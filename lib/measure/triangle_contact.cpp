@@ -1,6 +1,6 @@
 #include "measure/triangle_contact.h"
 
-#include "measure/orientation.h"
+#include "exact/orientation.h"
 
 #include <algorithm>
 #include <array>

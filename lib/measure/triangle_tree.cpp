@@ -12,49 +12,10 @@ namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-Box nothing() { return {Vec3(kInfinity), Vec3(-kInfinity)}; }
-
-void extend(Box& box, const Vec3& low, const Vec3& high) {
-    for (int k = 0; k < 3; ++k) {
-        box.low[k] = std::min(box.low[k], low[k]);
-        box.high[k] = std::max(box.high[k], high[k]);
-    }
-}
-
 Box boxOf(std::span<const Vec3> position, const Triangle& t) {
-    Box box = nothing();
-    for (const std::uint32_t v : t) extend(box, position[v], position[v]);
+    Box box;
+    for (const std::uint32_t v : t) box.extend(position[v]);
     return box;
-}
-
-// 21 bits, two zeros after each.
-std::uint64_t spread(std::uint64_t x) {
-    x = (x | x << 32) & 0x001f00000000ffffu;
-    x = (x | x << 16) & 0x001f0000ff0000ffu;
-    x = (x | x << 8) & 0x100f00f00f00f00fu;
-    x = (x | x << 4) & 0x10c30c30c30c30c3u;
-    return (x | x << 2) & 0x1249249249249249u;
-}
-
-// The place of a box's middle on Morton's curve through the whole.
-std::uint64_t placeOnCurve(const Box& box, const Box& whole) {
-    std::uint64_t place = 0;
-    for (int k = 0; k < 3; ++k) {
-        const double extent = whole.high[k] - whole.low[k];
-        const double middle = (box.low[k] / 2 + box.high[k] / 2) - whole.low[k];
-        const double step = extent > 0 ? std::clamp(middle / extent, 0.0, 1.0) * 0x1fffff : 0;
-        place |= spread(static_cast<std::uint64_t>(step)) << k;
-    }
-    return place;
-}
-
-double squaredDistance(const Vec3& p, const Box& box) {
-    double sum = 0;
-    for (int k = 0; k < 3; ++k) {
-        const double outside = std::max({box.low[k] - p[k], p[k] - box.high[k], 0.0});
-        sum += outside * outside;
-    }
-    return sum;
 }
 
 double squaredDistanceToSegment(const Vec3& p, const Vec3& a, const Vec3& b) {
@@ -86,9 +47,9 @@ TriangleTree::TriangleTree(std::span<const Vec3> position, std::span<const Trian
         std::uint64_t place;
         std::uint32_t triangle;
     };
-    Box whole = nothing();
+    Box whole;
     for (const Triangle& t : triangles)
-        for (const std::uint32_t v : t) extend(whole, position[v], position[v]);
+        for (const std::uint32_t v : t) whole.extend(position[v]);
     std::vector<Placed> placed(n);
     parallelFor(n, 4096, [&](std::size_t t) {
         placed[t] = {placeOnCurve(boxOf(position, triangles[t]), whole), static_cast<std::uint32_t>(t)};
@@ -98,20 +59,19 @@ TriangleTree::TriangleTree(std::span<const Vec3> position, std::span<const Trian
     });
 
     first_leaf_ = std::bit_ceil(std::max<std::size_t>(leaves(), 1));
-    node_.assign(2 * first_leaf_, nothing());
+    node_.assign(2 * first_leaf_, {});
     parallelFor(leaves(), 1024, [&](std::size_t leaf) {
         Box& around = node_[first_leaf_ + leaf];
         for (std::size_t i = leaf * kLeaf; i < std::min(n, (leaf + 1) * kLeaf); ++i) {
             order_[i] = placed[i].triangle;
             box_[i] = boxOf(position, triangles[order_[i]]);
-            extend(around, box_[i].low, box_[i].high);
+            around.extend(box_[i]);
         }
     });
     for (std::size_t level = first_leaf_ / 2; level > 0; level /= 2)
         parallelFor(level, 1024, [&](std::size_t i) {
             Box& around = node_[level + i];
-            for (const std::size_t child : {2 * (level + i), 2 * (level + i) + 1})
-                extend(around, node_[child].low, node_[child].high);
+            for (const std::size_t child : {2 * (level + i), 2 * (level + i) + 1}) around.extend(node_[child]);
         });
 }
 
@@ -134,14 +94,14 @@ double TriangleTree::distanceTo(const Vec3& point, std::size_t& near) const {
     };
     Waiting stack[64];
     std::size_t depth = 0;
-    stack[depth++] = {1, squaredDistance(point, node_[1])};
+    stack[depth++] = {1, node_[1].squaredDistanceTo(point)};
     while (depth > 0) {
         const Waiting next = stack[--depth];
         if (next.distance >= nearest) continue;
         if (next.node >= first_leaf_) {
             const std::size_t leaf = next.node - first_leaf_;
             for (std::size_t i = leaf * kLeaf; i < std::min(order_.size(), (leaf + 1) * kLeaf); ++i) {
-                if (squaredDistance(point, box_[i]) >= nearest) continue;
+                if (box_[i].squaredDistanceTo(point) >= nearest) continue;
                 const double squared = squaredTo(i);
                 if (squared >= nearest) continue;
                 nearest = squared;
@@ -149,8 +109,8 @@ double TriangleTree::distanceTo(const Vec3& point, std::size_t& near) const {
             }
             continue;
         }
-        Waiting closer{2 * next.node, squaredDistance(point, node_[2 * next.node])};
-        Waiting farther{2 * next.node + 1, squaredDistance(point, node_[2 * next.node + 1])};
+        Waiting closer{2 * next.node, node_[2 * next.node].squaredDistanceTo(point)};
+        Waiting farther{2 * next.node + 1, node_[2 * next.node + 1].squaredDistanceTo(point)};
         if (farther.distance < closer.distance) std::swap(closer, farther);
         if (farther.distance < nearest) stack[depth++] = farther;
         if (closer.distance < nearest) stack[depth++] = closer;

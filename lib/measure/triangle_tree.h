@@ -2,21 +2,13 @@
 
 #pragma once
 
+#include "core/box.h"
 #include "core/mesh.h"
 
 #include <algorithm>
 #include <span>
 
 namespace betamesh {
-
-struct Box {
-    Vec3 low, high;
-
-    bool meets(const Box& other) const {
-        return low.x <= other.high.x && other.low.x <= high.x && low.y <= other.high.y && other.low.y <= high.y &&
-               low.z <= other.high.z && other.low.z <= high.z;
-    }
-};
 
 /// A binary tree over triangles in the order of a space-filling curve. Leaf j holds kLeaf of them; the nodes
 /// lie in one array, the children of i at 2i and 2i + 1, the leaves last. Refers to the mesh it was made of.

@@ -10,6 +10,7 @@
 #include "skin/complete_mesh.h"
 #include "skin/face_points.h"
 #include "skin/features.h"
+#include "skin/keep_apart.h"
 #include "skin/paper_mesh.h"
 #include "skin/smooth_coherent.h"
 #include "skin/smooth_paper.h"
@@ -130,7 +131,11 @@ BetaMesh completeSurface(const Particles& particles, const Structure& structure,
     if (params.features.bubbles == Bubbles::fill)  // before smoothing: small bubbles may be turned inside out by it
         report.bubbles_filled = fillBubbles(beta, params.radius, params.features.bubble_volume);
     watch("tessellate");
-    if (smoothed) smooth(structure, balls, spins, network, points, params, beta);
+    if (smoothed) {
+        const std::vector<Moving> from = beta.vertex;
+        smooth(structure, balls, spins, network, points, params, beta);
+        keepApart(from, params.radius, beta);
+    }
     watch("smooth");
     if (!particles.velocity.empty()) slideWithParticles(boundary, balls, spins, beta);
     watch("velocity");

@@ -1,6 +1,6 @@
 // The door of Boost.Multiprecision.
 
-#include "measure/orientation.h"
+#include "exact/orientation.h"
 
 #include <algorithm>
 #include <array>

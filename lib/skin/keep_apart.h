@@ -1,0 +1,22 @@
+// Surfaces that face each other across little room, and do not pass through each other for all that moves them.
+
+#pragma once
+
+#include "core/beta_mesh.h"
+
+namespace betamesh {
+
+/// Takes vertices back on the way that smoothing or an inset took them, by as little as it takes that no triangle
+/// passes through another. What is near each other keeps its mean way, which parts nobody; of what each vertex goes
+/// beside it, the share remains at which the first two triangles would meet. Vertices near them along the surface go
+/// back too, by less; shares change by at most one per radius. They change continuously as the liquid moves, and
+/// velocities follow them.
+///
+/// in      from: where each vertex of the mesh came from; no two triangles cross there (those that do stay there)
+///         radius of the balls, world units
+/// same    bytes for any thread count
+/// cost    a look at every triangle, and at those pairs that are near each other and face different ways
+/// source  a surface over a plane does not cross itself: Volino & Magnenat-Thalmann 1994
+void keepApart(const std::vector<Moving>& from, double radius, BetaMesh& mesh);
+
+}  // namespace betamesh
