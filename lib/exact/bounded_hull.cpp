@@ -14,7 +14,8 @@ namespace {
 
 using Int = __int128;
 constexpr std::uint32_t kNone = ~std::uint32_t{0};
-constexpr std::int64_t kContraction = 27488;  // 1e-7 radii
+constexpr std::int64_t kContraction = 27488;           // 1e-7 radii
+constexpr std::int64_t kLargestContraction = 1 << 28;  // 1e-3 radii
 constexpr double kRadius = 0x1p38;
 
 // Sign of (b - a) × (c - a) · (p - a): +1 where p lies above the triangle, on the side it is seen
@@ -47,15 +48,16 @@ int sameTurn(const Vec3i& a, const Vec3i& b, const Vec3i& c, const Vec3i& d, con
     return 0;
 }
 
-// The same when every point is lifted outwards by its own tiny amount, the lexicographically first by most:
-// never 0 for four distinct points of a sphere.
+// The same when every point is lifted outwards by its own tiny amount, the lexicographically first by most: never 0
+// for four distinct points of a sphere round the origin, whichever way the triangle faces.
 int liftedOrient(const Vec3i& a, const Vec3i& b, const Vec3i& c, const Vec3i& p) {
     if (const int sign = orient(a, b, c, p)) return sign;
+    const int facing = orient(a, b, c, Vec3i(0)) > 0 ? -1 : 1;
     const Vec3i& first = std::min({a, b, c, p}, before);
-    if (first == p) return 1;
-    if (first == a) return -sameTurn(a, b, c, p, b, c);
-    if (first == b) return -sameTurn(a, b, c, a, p, c);
-    return -sameTurn(a, b, c, a, b, p);
+    if (first == p) return facing;
+    if (first == a) return -facing * sameTurn(a, b, c, p, b, c);
+    if (first == b) return -facing * sameTurn(a, b, c, a, p, c);
+    return -facing * sameTurn(a, b, c, a, b, p);
 }
 
 // A run of loop points that coincide, and what follows it in its loop.
@@ -138,8 +140,9 @@ void LoopsOnSphere::clear() {
 
 class HullFiller::Work {
 public:
-    bool run(const LoopsOnSphere& loops, bool with_likely_facets, LoopFilling& out) {
+    bool run(const LoopsOnSphere& loops, bool with_likely_facets, std::int64_t contraction, LoopFilling& out) {
         loops_ = &loops;
+        contraction_ = contraction;
         out.triangles.clear();
         out.new_point.clear();
         passes_.clear();
@@ -164,7 +167,7 @@ private:
         const std::size_t n = loops_->point.size(), in_loops = loops_->circles.size();
         const auto near = [&](std::uint32_t a, std::uint32_t b) {
             const Vec3i d = loops_->point[a] - loops_->point[b];
-            return std::abs(d.x) < kContraction && std::abs(d.y) < kContraction && std::abs(d.z) < kContraction;
+            return std::abs(d.x) < contraction_ && std::abs(d.y) < contraction_ && std::abs(d.z) < contraction_;
         };
         location_of_.resize(n);
         std::iota(location_of_.begin(), location_of_.end(), 0U);
@@ -400,14 +403,19 @@ private:
         before_pass_.assign(passes_.size(), kNone);
         for (std::uint32_t p = 0; p < passes_.size(); ++p)
             if (passes_[p].next != kNone) before_pass_[passes_[p].next] = p;
+        arriving_for_.assign(passes_.size(), kNone);
         std::size_t named = 0;
         for (std::uint32_t p = 0; p < passes_.size(); ++p) {
             if (passes_[p].next == kNone) continue;
             const std::uint32_t at = passes_[p].location;
-            if (!walkRim(passes_[before_pass_[p]].location, at) || boundary_.at(at, rim_.back()) != p) return false;
+            if (!walkRim(passes_[before_pass_[p]].location, at)) return false;
+            const std::uint32_t leaving = boundary_.at(at, rim_.back());
+            if (leaving == kNone || arriving_for_[leaving] != kNone) return false;
+            arriving_for_[leaving] = p;
             named += fan_.size();
-            nameOpenFan(passes_[p]);
+            nameOpenFan(passes_[p], passes_[leaving]);
         }
+        joinPasses();
         done_.assign(location_.size(), 0);
         for (const Facet& f : facets_)
             for (std::size_t m = 0; m < 3; ++m) {
@@ -424,11 +432,30 @@ private:
         return named == 3 * facets_.size();
     }
 
-    void nameOpenFan(const Pass& pass) {
-        const auto ids = idsOf(pass);
+    // Between the edge that arrives with one pass and that which leaves with another: the same, as a rule.
+    void nameOpenFan(const Pass& arriving, const Pass& leaving) {
+        const auto ids = idsOf(arriving), last_ids = idsOf(leaving);
         const std::size_t part = fan_.size() == 1 ? 1 : fan_.size() / 2;
-        for (std::size_t s = 0; s < fan_.size(); ++s) *fan_[s] = s < part ? ids.front() : ids.back();
-        if (ids.size() > 1) gaps_.push_back({pass.location, rim_[part], {ids.begin(), ids.end()}});
+        for (std::size_t s = 0; s < fan_.size(); ++s) *fan_[s] = s < part ? ids.front() : last_ids.back();
+        if (&arriving != &leaving)
+            gaps_.push_back({arriving.location, rim_[part], {ids.front(), last_ids.back()}});
+        else if (ids.size() > 1)
+            gaps_.push_back({arriving.location, rim_[part], {ids.begin(), ids.end()}});
+    }
+    // Where loops come so close that their points share a location, the surface between them runs through it. What is
+    // in the middle of such a passage is a polygon of all the points there.
+    void joinPasses() {
+        passages_.clear();
+        done_.assign(passes_.size(), 0);
+        for (std::uint32_t p = 0; p < passes_.size(); ++p) {
+            if (done_[p] || arriving_for_[p] == kNone || arriving_for_[p] == p) continue;
+            std::vector<std::uint32_t>& ring = passages_.emplace_back();
+            for (std::uint32_t q = p; !done_[q]; q = arriving_for_[q]) {
+                done_[q] = 1;
+                const auto ids = idsOf(passes_[q]);
+                ring.insert(ring.end(), ids.begin(), ids.end());
+            }
+        }
     }
 
     void nameClosedFan(std::uint32_t at) {
@@ -447,6 +474,8 @@ private:
 
     // A gap's chain p1 … pm is joined to the chain y1 … yn at the other end of the edge, mostly one point.
     void fillGaps(LoopFilling& out) {
+        for (const std::vector<std::uint32_t>& ring : passages_)
+            for (std::size_t k = 1; k + 1 < ring.size(); ++k) out.triangles.push_back({ring[0], ring[k], ring[k + 1]});
         if (gaps_.empty()) return;
         EdgeMap gap_at;
         gap_at.clear(location_.size());
@@ -469,6 +498,7 @@ private:
     }
 
     const LoopsOnSphere* loops_ = nullptr;
+    std::int64_t contraction_ = 0;
     bool contracted_ = false;
     std::vector<std::uint32_t> location_of_;  // of each point
     std::vector<Vec3i> location_;
@@ -485,14 +515,18 @@ private:
     std::vector<std::array<std::uint32_t, 2>> open_;  // edges that lack the facet on their left
     std::vector<Facet> facets_;
     std::vector<Gap> gaps_;
+    std::vector<std::uint32_t> arriving_for_;  // of each pass: that whose fan ends where it leaves
+    std::vector<std::vector<std::uint32_t>> passages_;
 };
 
 HullFiller::HullFiller() : work_(std::make_unique<Work>()) {}
 HullFiller::~HullFiller() = default;
 
 bool HullFiller::fill(const LoopsOnSphere& loops, LoopFilling& filling) {
-    return work_->run(loops, !loops.likely_facet.empty(), filling) ||
-           (!loops.likely_facet.empty() && work_->run(loops, false, filling));
+    if (!loops.likely_facet.empty() && work_->run(loops, true, kContraction, filling)) return true;
+    for (std::int64_t contraction = kContraction; contraction <= kLargestContraction; contraction *= 4)
+        if (work_->run(loops, false, contraction, filling)) return true;
+    return false;
 }
 
 LoopFilling fillWithFan(const LoopsOnSphere& loops, const std::vector<std::uint32_t>& loops_of_face) {

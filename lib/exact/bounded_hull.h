@@ -39,9 +39,11 @@ public:
     HullFiller& operator=(const HullFiller&) = delete;
 
     /// Fills the loops with facets of the convex hull of all points, found by gift wrapping from the loops inwards.
-    /// Points closer than 1e-7 radii count as one and are told apart again afterwards by slivers: whatever
-    /// coincides stays separate in the combinatorics. Every loop edge is used once, every other edge twice, and
-    /// the triangles round every point form one fan: otherwise the answer is false, and the filling worthless.
+    /// Points closer than 1e-7 radii (where this leads nowhere four times that, and so on up to 1e-3) count as one
+    /// and are told apart again afterwards by slivers: whatever coincides stays separate in the combinatorics, and
+    /// where loops come so close to each other the surface runs on between them. Every loop edge is used once, every
+    /// other edge twice, and the triangles round every point form one fan: otherwise the answer is false, and the
+    /// filling worthless.
     ///
     /// in      n points; the loops need not be connected, nested or of one face
     /// same    triangles for any order of the free points, save for the numbers

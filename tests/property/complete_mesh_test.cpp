@@ -2,6 +2,7 @@
 
 #include "skin/complete_mesh.h"
 
+#include "core/random.h"
 #include "measure/mesh_check.h"
 #include "measure/mesh_measure.h"
 #include "skin/arc_points.h"
@@ -91,12 +92,34 @@ TEST(CompleteMesh, IsAClosedManifoldThatCrossesItselfNowhereForEveryCloud) {
     });
 }
 
-TEST(CompleteMesh, IsAClosedManifoldForEverySubdivision) {
+TEST(CompleteMesh, IsAClosedManifoldThatCrossesItselfNowhereForEverySubdivision) {
     forEveryCloud(150, [](const Cloud& cloud) {
-        for (const int segments : {1, 2, 5})
-            expectAClosedManifold(tessellated(cloud.particles, cloud.radius, Appearance::on_boundary,
-                                              std::min(0.7, 0.75 / segments), segments));
+        for (const int segments : {1, 2, 5}) {
+            const MeshCheck check = expectAClosedManifold(tessellated(
+                cloud.particles, cloud.radius, Appearance::on_boundary, std::min(0.7, 0.75 / segments), segments));
+            EXPECT_EQ(check.crossings.count, 0u) << segments << " segments, " << check.deepest / cloud.radius;
+        }
     });
+}
+
+// Spheres that nearly all meet in one point or two have arcs, lenses and gaps of any size down to rounding.
+TEST(CompleteMesh, IsThatWhereBallsNearlyMeetInOnePoint) {
+    for (std::uint64_t seed = 0; seed < 3000; ++seed) {
+        Random random(seed);
+        const double radius = seed % 3 == 0 ? 1 : 0.3 + 0.75 * random.unit();
+        const double off = std::pow(10, -1 - 14 * random.unit());
+        const bool on_sphere = seed % 2 == 0;
+        Particles particles;
+        for (std::uint64_t i = 0; i < 3 + seed % 4; ++i) {
+            Vec3 direction = random.ball();
+            if (!on_sphere) direction.z = 0;
+            particles.position.emplace_back(direction.normalized() * radius + random.ball() * off);
+        }
+        for (const Appearance appearance : {Appearance::on_boundary, Appearance::gradual}) {
+            const MeshCheck check = expectAClosedManifold(tessellated(particles, 1, appearance));
+            ASSERT_EQ(check.crossings.count, 0u) << "seed " << seed << ", the deepest: " << check.deepest;
+        }
+    }
 }
 
 TEST(CompleteMesh, LiesOnTheBoundaryOfTheUnion) {
