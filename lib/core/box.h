@@ -4,38 +4,27 @@
 
 #include "core/vec3.h"
 
+#include <Imath/ImathBox.h>
+
 #include <algorithm>
-#include <limits>
 
 namespace betamesh {
 
-/// Holds its faces. As made, it holds nothing.
-struct Box {
-    Vec3 low{std::numeric_limits<double>::infinity()}, high{-std::numeric_limits<double>::infinity()};
+using Box = Imath::Box3d;   ///< from min to max, both included; as made, it holds nothing
+using Boxf = Imath::Box3f;  ///< the same in single precision
 
-    bool meets(const Box& other) const {
-        return low.x <= other.high.x && other.low.x <= high.x && low.y <= other.high.y && other.low.y <= high.y &&
-               low.z <= other.high.z && other.low.z <= high.z;
+inline double squaredDistance(const Box& box, const Vec3& p) {
+    double sum = 0;
+    for (int k = 0; k < 3; ++k) {
+        const double outside = std::max({box.min[k] - p[k], p[k] - box.max[k], 0.0});
+        sum += outside * outside;
     }
-    void extend(const Vec3& point) { extend(Box{point, point}); }
-    void extend(const Box& other) {
-        for (int k = 0; k < 3; ++k) {
-            low[k] = std::min(low[k], other.low[k]);
-            high[k] = std::max(high[k], other.high[k]);
-        }
-    }
-    double squaredDistanceTo(const Vec3& p) const {
-        double sum = 0;
-        for (int k = 0; k < 3; ++k) {
-            const double outside = std::max({low[k] - p[k], p[k] - high[k], 0.0});
-            sum += outside * outside;
-        }
-        return sum;
-    }
-};
+    return sum;
+}
 
 /// The place of a box's middle on Morton's curve through the whole, to 21 bits an axis.
-inline std::uint64_t placeOnCurve(const Box& box, const Box& whole) {
+template <typename T>
+std::uint64_t placeOnCurve(const Imath::Box<Imath::Vec3<T>>& box, const Imath::Box<Imath::Vec3<T>>& whole) {
     const auto spread = [](std::uint64_t x) {  // two zeros after each bit
         x = (x | x << 32) & 0x001f00000000ffffu;
         x = (x | x << 16) & 0x001f0000ff0000ffu;
@@ -45,8 +34,8 @@ inline std::uint64_t placeOnCurve(const Box& box, const Box& whole) {
     };
     std::uint64_t place = 0;
     for (int k = 0; k < 3; ++k) {
-        const double extent = whole.high[k] - whole.low[k];
-        const double middle = (box.low[k] / 2 + box.high[k] / 2) - whole.low[k];
+        const double low = whole.min[k], extent = whole.max[k] - low;
+        const double middle = (static_cast<double>(box.min[k]) / 2 + static_cast<double>(box.max[k]) / 2) - low;
         const double step = extent > 0 ? std::clamp(middle / extent, 0.0, 1.0) * 0x1fffff : 0;
         place |= spread(static_cast<std::uint64_t>(step)) << k;
     }

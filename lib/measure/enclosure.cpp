@@ -42,7 +42,7 @@ struct Place {
 Place placeOf(const TriangleTree& tree, const Vec3& p) {
     Place place;
     const auto above = [&](const Box& box) {
-        return box.low.x <= p.x && p.x <= box.high.x && box.low.y <= p.y && p.y <= box.high.y && p.z <= box.high.z;
+        return box.min.x <= p.x && p.x <= box.max.x && box.min.y <= p.y && p.y <= box.max.y && p.z <= box.max.z;
     };
     tree.forTriangles(above, [&](std::uint32_t row) {
         const Triangle& t = tree.triangles()[row];

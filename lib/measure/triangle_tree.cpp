@@ -14,7 +14,7 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 Box boxOf(std::span<const Vec3> position, const Triangle& t) {
     Box box;
-    for (const std::uint32_t v : t) box.extend(position[v]);
+    for (const std::uint32_t v : t) box.extendBy(position[v]);
     return box;
 }
 
@@ -49,7 +49,7 @@ TriangleTree::TriangleTree(std::span<const Vec3> position, std::span<const Trian
     };
     Box whole;
     for (const Triangle& t : triangles)
-        for (const std::uint32_t v : t) whole.extend(position[v]);
+        for (const std::uint32_t v : t) whole.extendBy(position[v]);
     std::vector<Placed> placed(n);
     parallelFor(n, 4096, [&](std::size_t t) {
         placed[t] = {placeOnCurve(boxOf(position, triangles[t]), whole), static_cast<std::uint32_t>(t)};
@@ -65,13 +65,13 @@ TriangleTree::TriangleTree(std::span<const Vec3> position, std::span<const Trian
         for (std::size_t i = leaf * kLeaf; i < std::min(n, (leaf + 1) * kLeaf); ++i) {
             order_[i] = placed[i].triangle;
             box_[i] = boxOf(position, triangles[order_[i]]);
-            around.extend(box_[i]);
+            around.extendBy(box_[i]);
         }
     });
     for (std::size_t level = first_leaf_ / 2; level > 0; level /= 2)
         parallelFor(level, 1024, [&](std::size_t i) {
             Box& around = node_[level + i];
-            for (const std::size_t child : {2 * (level + i), 2 * (level + i) + 1}) around.extend(node_[child]);
+            for (const std::size_t child : {2 * (level + i), 2 * (level + i) + 1}) around.extendBy(node_[child]);
         });
 }
 
@@ -94,14 +94,14 @@ double TriangleTree::distanceTo(const Vec3& point, std::size_t& near) const {
     };
     Waiting stack[64];
     std::size_t depth = 0;
-    stack[depth++] = {1, node_[1].squaredDistanceTo(point)};
+    stack[depth++] = {1, squaredDistance(node_[1], point)};
     while (depth > 0) {
         const Waiting next = stack[--depth];
         if (next.distance >= nearest) continue;
         if (next.node >= first_leaf_) {
             const std::size_t leaf = next.node - first_leaf_;
             for (std::size_t i = leaf * kLeaf; i < std::min(order_.size(), (leaf + 1) * kLeaf); ++i) {
-                if (box_[i].squaredDistanceTo(point) >= nearest) continue;
+                if (squaredDistance(box_[i], point) >= nearest) continue;
                 const double squared = squaredTo(i);
                 if (squared >= nearest) continue;
                 nearest = squared;
@@ -109,8 +109,8 @@ double TriangleTree::distanceTo(const Vec3& point, std::size_t& near) const {
             }
             continue;
         }
-        Waiting closer{2 * next.node, node_[2 * next.node].squaredDistanceTo(point)};
-        Waiting farther{2 * next.node + 1, node_[2 * next.node + 1].squaredDistanceTo(point)};
+        Waiting closer{2 * next.node, squaredDistance(node_[2 * next.node], point)};
+        Waiting farther{2 * next.node + 1, squaredDistance(node_[2 * next.node + 1], point)};
         if (farther.distance < closer.distance) std::swap(closer, farther);
         if (farther.distance < nearest) stack[depth++] = farther;
         if (closer.distance < nearest) stack[depth++] = closer;

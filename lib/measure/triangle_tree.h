@@ -33,12 +33,12 @@ public:
         for (std::size_t i = leaf * kLeaf; i < end; ++i)
             for (std::size_t j = i + 1; j < end; ++j) visitPair(i, j, visit);
         const Box& own = node_[first_leaf_ + leaf];
-        walk([&](const Box& box, std::size_t last) { return last > leaf && box.meets(own); },
+        walk([&](const Box& box, std::size_t last) { return last > leaf && box.intersects(own); },
              [&](std::size_t other) {
                  if (other <= leaf) return;
                  const std::size_t other_end = std::min(order_.size(), (other + 1) * kLeaf);
                  for (std::size_t i = leaf * kLeaf; i < end; ++i) {
-                     if (!box_[i].meets(node_[first_leaf_ + other])) continue;
+                     if (!box_[i].intersects(node_[first_leaf_ + other])) continue;
                      for (std::size_t j = other * kLeaf; j < other_end; ++j) visitPair(i, j, visit);
                  }
              });
@@ -70,7 +70,7 @@ public:
 private:
     template <typename Visit>
     void visitPair(std::size_t i, std::size_t j, const Visit& visit) const {
-        if (box_[i].meets(box_[j])) visit(std::min(order_[i], order_[j]), std::max(order_[i], order_[j]));
+        if (box_[i].intersects(box_[j])) visit(std::min(order_[i], order_[j]), std::max(order_[i], order_[j]));
     }
 
     /// Descends where wanted(box, last leaf below it), first children first.

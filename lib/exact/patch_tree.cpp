@@ -1,0 +1,264 @@
+#include "exact/patch_tree.h"
+
+#include "core/icosphere.h"
+#include "core/parallel.h"
+#include "exact/orientation.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+
+namespace betamesh {
+
+namespace {
+
+constexpr std::size_t kRun = 16;     // consecutive triangles that make a patch, if they face the same way
+constexpr double kRunCosine = 0.8;   // to their mean normal: else they are parted by octants
+constexpr double kSameSide = 0.35;   // cosine of the angle within which normals face the same way
+constexpr double kNearTurned = 0.3;  // of a patch that has turned over, radii
+constexpr std::size_t kTasks = 512;  // at least, where there is that much to do
+
+// Holds the point, however it is rounded.
+void extend(Boxf& box, const Vec3& point) {
+    for (int k = 0; k < 3; ++k) {
+        const auto x = static_cast<float>(point[k]);
+        const float rounding = std::abs(x) * 0x1p-23F;
+        box.min[k] = std::min(box.min[k], x - rounding);
+        box.max[k] = std::max(box.max[k], x + rounding);
+    }
+}
+
+double leastCosine(std::span<const Vec3> normals, const Vec3& axis) {
+    double least = 1;
+    for (const Vec3& n : normals)
+        if (n != Vec3(0)) least = std::min(least, dot(n, axis));
+    return least;
+}
+
+// The directions that all normals are on the same side with, one bit for each.
+std::uint64_t facingOf(std::span<const Vec3> normals, const std::vector<Vec3>& directions) {
+    Vec3 sum(0);
+    for (const Vec3& n : normals) sum += n;
+    const Vec3 axis = sum.normalized();
+    const double cosine = leastCosine(normals, axis);
+    if (cosine <= kSameSide) return 0;
+    // the cosine of what is left of the angle between an axis and a direction
+    const double left =
+        kSameSide * cosine + std::sqrt((1 - kSameSide * kSameSide) * std::max(0.0, 1 - cosine * cosine));
+    std::uint64_t facing = 0;
+    for (std::size_t d = 0; d < directions.size(); ++d) facing |= std::uint64_t{dot(axis, directions[d]) >= left} << d;
+    return facing;
+}
+
+}  // namespace
+
+bool pierces(const Vec3& p, const Vec3& q, const std::array<Vec3, 3>& t) {
+    const int from = sideOfPlane(t[0], t[1], t[2], p);
+    if (from == 0 || sideOfPlane(t[0], t[1], t[2], q) != -from) return false;
+    const int a = sideOfPlane(p, q, t[0], t[1]), b = sideOfPlane(p, q, t[1], t[2]);
+    if (a * b < 0) return false;
+    const int c = sideOfPlane(p, q, t[2], t[0]);
+    return a * c >= 0 && b * c >= 0;
+}
+
+PatchTree::PatchTree(const BetaMesh& mesh, const std::vector<Moving>& before, double radius)
+    : mesh_(mesh), direction_(icosphere(2).position) {
+    std::vector<Patch> patches = makePatches(before);
+    Boxf whole;
+    for (const Patch& patch : patches) whole.extendBy(patch.node.box);
+    parallelFor(patches.size(), 1024,
+                [&](std::size_t p) { patches[p].place = placeOnCurve(patches[p].node.box, whole); });
+    parallelSort(patches, [](const Patch& a, const Patch& b) {
+        return a.place != b.place ? a.place < b.place : a.range.begin < b.range.begin;
+    });
+
+    first_leaf_ = std::bit_ceil(std::max<std::size_t>(patches.size(), 1));
+    node_.resize(2 * first_leaf_);
+    range_.resize(patches.size());
+    for (std::size_t p = 0; p < patches.size(); ++p) {
+        range_[p] = patches[p].range;
+        node_[first_leaf_ + p] = patches[p].node;
+    }
+    for (std::size_t i = first_leaf_ - 1; i > 0; --i) node_[i].facing = node_[2 * i].facing & node_[2 * i + 1].facing;
+    gatherBoxes();
+    gatherAwake();
+    for (const Patch& patch : patches)
+        if (patch.turned) wake({Vec3(patch.node.box.min), Vec3(patch.node.box.max)}, kNearTurned * radius);
+}
+
+// Runs of triangles are near each other, as the mesh is made ball by ball.
+std::vector<PatchTree::Patch> PatchTree::makePatches(const std::vector<Moving>& before) {
+    const std::size_t n = mesh_.triangles.size(), runs = (n + kRun - 1) / kRun;
+    entry_.resize(n);
+    std::vector<std::array<Patch, 8>> of_run(runs);
+    std::vector<std::uint8_t> count(runs);
+    parallelFor(runs, 64, [&](std::size_t run) {
+        const auto begin = static_cast<std::uint32_t>(run * kRun);
+        const auto size = static_cast<std::uint32_t>(std::min(n - begin, kRun));
+        std::array<Vec3, kRun> normal, part;
+        std::array<std::uint8_t, kRun> octant, moved, turned;
+        Vec3 sum(0);
+        for (std::uint32_t k = 0; k < size; ++k) {
+            const auto& [a, b, c] = mesh_.triangles[begin + k];
+            const auto normalAmong = [&](const std::vector<Moving>& vertex) {
+                const Vec3& corner = vertex[a].position;
+                return betamesh::cross(vertex[b].position - corner, vertex[c].position - corner);
+            };
+            const Vec3 now = normalAmong(mesh_.vertex);
+            const auto moves = [&](std::uint32_t v) { return mesh_.vertex[v].position != before[v].position; };
+            moved[k] = moves(a) || moves(b) || moves(c);
+            turned[k] = moved[k] && dot(now, normalAmong(before)) <= 0;
+            normal[k] = now.normalized();
+            octant[k] = static_cast<std::uint8_t>((now.x > 0) + 2 * (now.y > 0) + 4 * (now.z > 0));
+            sum += normal[k];
+        }
+        if (leastCosine(std::span(normal).first(size), sum.normalized()) >= kRunCosine)
+            std::fill_n(octant.begin(), size, std::uint8_t{0});
+        std::uint32_t placed = 0;
+        for (std::uint8_t wanted = 0; wanted < 8; ++wanted) {
+            Patch patch{{begin + placed, 0}, {}, false};
+            std::size_t parts = 0;
+            for (std::uint32_t k = 0; k < size; ++k) {
+                if (octant[k] != wanted) continue;
+                Entry& entry = entry_[begin + placed++] = {begin + k, boxOf(begin + k)};
+                patch.node.box.extendBy(entry.box);
+                patch.node.awake |= moved[k];
+                patch.turned |= turned[k] != 0;
+                part[parts++] = normal[k];
+            }
+            patch.range.end = begin + placed;
+            if (parts == 0) continue;
+            patch.node.facing = facingOf(std::span(part).first(parts), direction_);
+            of_run[run][count[run]++] = patch;
+        }
+    });
+    std::vector<Patch> patches;
+    for (std::size_t run = 0; run < runs; ++run)
+        patches.insert(patches.end(), of_run[run].begin(), of_run[run].begin() + count[run]);
+    return patches;
+}
+
+Boxf PatchTree::boxOf(std::uint32_t triangle) const {
+    Boxf box;
+    for (const std::uint32_t v : mesh_.triangles[triangle]) extend(box, mesh_.vertex[v].position);
+    return box;
+}
+
+void PatchTree::gatherBoxes() {
+    for (std::size_t i = first_leaf_ - 1; i > 0; --i) {
+        node_[i].box = node_[2 * i].box;
+        node_[i].box.extendBy(node_[2 * i + 1].box);
+    }
+}
+
+void PatchTree::gatherAwake() {
+    for (std::size_t i = first_leaf_ - 1; i > 0; --i) node_[i].awake = node_[2 * i].awake | node_[2 * i + 1].awake;
+}
+
+void PatchTree::sleep() {
+    for (Node& node : node_) node.awake = 0;
+}
+
+void PatchTree::wake(const Box& box, double distance) {
+    Boxf around;
+    extend(around, box.min - Vec3(distance));
+    extend(around, box.max + Vec3(distance));
+    std::vector<std::size_t> waiting = {1};
+    while (!waiting.empty()) {
+        const std::size_t i = waiting.back();
+        waiting.pop_back();
+        if (!node_[i].box.intersects(around)) continue;
+        node_[i].awake = 1;
+        node_[i].facing = 0;
+        if (i < first_leaf_) waiting.insert(waiting.end(), {2 * i, 2 * i + 1});
+    }
+}
+
+void PatchTree::refit() {
+    parallelFor(patches(), 64, [&](std::size_t p) {
+        Node& node = node_[first_leaf_ + p];
+        if (!node.awake) return;
+        node.box.makeEmpty();
+        for (std::uint32_t i = range_[p].begin; i < range_[p].end; ++i) {
+            entry_[i].box = boxOf(entry_[i].triangle);
+            node.box.extendBy(entry_[i].box);
+        }
+    });
+    gatherBoxes();
+}
+
+std::vector<TrianglePair> PatchTree::crossings() const {
+    std::vector<TrianglePair> tasks = {{1, 1}};  // of nodes
+    for (bool coarse = true; coarse && tasks.size() < kTasks;) {
+        std::vector<TrianglePair> finer;
+        coarse = false;
+        for (const TrianglePair& task : tasks) {
+            if (areLeaves(task)) {
+                finer.push_back(task);
+            } else {
+                descend(task, finer);
+                coarse = true;
+            }
+        }
+        tasks = std::move(finer);
+    }
+    std::vector<std::vector<TrianglePair>> found(tasks.size());
+    parallelFor(tasks.size(), 1, [&](std::size_t i) {
+        std::vector<TrianglePair> waiting = {tasks[i]};
+        while (!waiting.empty()) {
+            const TrianglePair task = waiting.back();
+            waiting.pop_back();
+            if (areLeaves(task))
+                addCrossings(task, found[i]);
+            else
+                descend(task, waiting);
+        }
+    });
+    std::vector<TrianglePair> all;
+    for (const std::vector<TrianglePair>& some : found) all.insert(all.end(), some.begin(), some.end());
+    std::sort(all.begin(), all.end());
+    return all;
+}
+
+// Adds what is to be looked at instead of these two nodes.
+void PatchTree::descend(const TrianglePair& nodes, std::vector<TrianglePair>& into) const {
+    const auto [i, j] = nodes;
+    const auto add = [&](std::uint32_t first, std::uint32_t second) {
+        const Node &a = node_[first], &b = node_[second];
+        if ((a.facing & b.facing) == 0 && (a.awake || b.awake) && a.box.intersects(b.box))
+            into.push_back({first, second});
+    };
+    if (i == j) {
+        add(2 * i, 2 * i);
+        add(2 * i + 1, 2 * i + 1);
+        add(2 * i, 2 * i + 1);
+    } else if (j < i || i >= first_leaf_) {  // the larger number is nowhere higher
+        add(i, 2 * j);
+        add(i, 2 * j + 1);
+    } else {
+        add(2 * i, j);
+        add(2 * i + 1, j);
+    }
+}
+
+void PatchTree::addCrossings(const TrianglePair& leaves, std::vector<TrianglePair>& out) const {
+    const auto [i, j] = leaves;
+    const auto nearOnes = [](std::span<const Entry> entries, const Boxf& box, std::span<const Entry*> near) {
+        std::size_t n = 0;
+        for (const Entry& entry : entries)
+            if (entry.box.intersects(box)) near[n++] = &entry;
+        return near.first(n);
+    };
+    std::array<const Entry*, kRun> one_near, other_near;
+    const std::span<const Entry*const> ones = nearOnes(entriesOf(i - first_leaf_), node_[j].box, one_near),
+                                       others = nearOnes(entriesOf(j - first_leaf_), node_[i].box, other_near);
+    const auto positionOf = [&](std::uint32_t v) { return mesh_.vertex[v].position; };
+    for (std::size_t m = 0; m < ones.size(); ++m)
+        for (std::size_t k = i == j ? m + 1 : 0; k < others.size(); ++k) {
+            const std::uint32_t s = ones[m]->triangle, t = others[k]->triangle;
+            if (ones[m]->box.intersects(others[k]->box) && cross(mesh_.triangles[s], mesh_.triangles[t], positionOf))
+                out.push_back({std::min(s, t), std::max(s, t)});
+        }
+}
+
+}  // namespace betamesh

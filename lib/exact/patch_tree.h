@@ -1,0 +1,126 @@
+// Where a mesh that has been moved passes through itself.
+
+#pragma once
+
+#include "core/beta_mesh.h"
+#include "core/box.h"
+
+#include <span>
+
+namespace betamesh {
+
+/// Two triangles by row, the smaller first.
+using TrianglePair = std::array<std::uint32_t, 2>;
+
+/// Does an edge of one triangle pass through the other, whichever way? Decided by exact signs. Edges that end at a
+/// common vertex do not. positionOf(v): where vertex v is, which may be elsewhere than in any mesh.
+template <typename PositionOf>
+bool cross(const Triangle& s, const Triangle& t, const PositionOf& positionOf);
+
+/// Patches of triangles in a binary tree. Each node knows which directions all of its triangles face: two nodes with
+/// a common one are parts of a surface over a plane, which cannot cross. Layers that face the same way have others
+/// between them, which would cross first; where triangles have turned over, no such thing is relied on.
+///
+/// Patches are awake or asleep. A crossing is found if one of its triangles is in a patch that is awake.
+///
+/// in      a mesh, which has to stay where it is; where its vertices were before, when nothing crossed; the radius of
+///         the balls, world units. Patches that have not moved since then are asleep
+/// same    crossings for any thread count
+/// cost    O(triangles), and the pairs of patches that are near each other and face different ways
+/// source  a surface over a plane does not cross itself: Volino & Magnenat-Thalmann 1994
+class PatchTree {
+public:
+    PatchTree(const BetaMesh& mesh, const std::vector<Moving>& before, double radius);
+
+    /// Ascending.
+    std::vector<TrianglePair> crossings() const;
+
+    void sleep();
+    /// Patches no farther from the box than this. From now on they are compared with all others, whichever way they
+    /// face.
+    void wake(const Box& box, double distance);
+    /// Patches without a vertex that moves(v) fall asleep.
+    template <typename Moves>
+    void sleepUnless(const Moves& moves) {
+        for (std::size_t p = 0; p < patches(); ++p)
+            if (std::uint8_t& awake = node_[first_leaf_ + p].awake; awake) {
+                awake = 0;
+                for (const Entry& entry : entriesOf(p))
+                    for (const std::uint32_t v : mesh_.triangles[entry.triangle]) awake |= moves(v);
+            }
+        gatherAwake();
+    }
+    /// After vertices of patches that are awake have moved.
+    void refit();
+
+    /// Calls visit(triangle) for those in patches that are awake.
+    template <typename Visit>
+    void forTrianglesAwake(const Visit& visit) const {
+        for (std::size_t p = 0; p < patches(); ++p)
+            if (node_[first_leaf_ + p].awake)
+                for (const Entry& entry : entriesOf(p)) visit(mesh_.triangles[entry.triangle]);
+    }
+
+private:
+    struct Entry {
+        std::uint32_t triangle;
+        Boxf box;
+    };
+    struct Node {
+        Boxf box;
+        std::uint64_t facing = ~std::uint64_t{0};  // one bit for each direction
+        std::uint8_t awake = 0;
+    };
+    struct Range {
+        std::uint32_t begin, end;  // of entries
+    };
+    struct Patch {
+        Range range;
+        Node node;
+        bool turned;              // a triangle of it has turned over
+        std::uint64_t place = 0;  // on a curve through all
+    };
+
+    std::size_t patches() const { return range_.size(); }
+    std::span<const Entry> entriesOf(std::size_t patch) const {
+        return std::span(entry_).subspan(range_[patch].begin, range_[patch].end - range_[patch].begin);
+    }
+    Boxf boxOf(std::uint32_t triangle) const;
+    std::vector<Patch> makePatches(const std::vector<Moving>& before);
+    void gatherBoxes();
+    void gatherAwake();
+    bool areLeaves(const TrianglePair& nodes) const { return nodes[0] >= first_leaf_ && nodes[1] >= first_leaf_; }
+    void descend(const TrianglePair& nodes, std::vector<TrianglePair>& into) const;
+    void addCrossings(const TrianglePair& leaves, std::vector<TrianglePair>& out) const;
+
+    const BetaMesh& mesh_;
+    std::vector<Vec3> direction_;  // at most 64
+    std::vector<Entry> entry_;     // those of a patch are neighbours
+    std::vector<Range> range_;     // of patches, in the order of leaves
+    std::size_t first_leaf_ = 1;   // a power of two; node 1 is the root, those below i are 2i and 2i + 1
+    std::vector<Node> node_;
+};
+
+/// Does the segment from p to q go from one side of the triangle to the other, through its inside or its edges?
+bool pierces(const Vec3& p, const Vec3& q, const std::array<Vec3, 3>& triangle);
+
+template <typename PositionOf>
+bool cross(const Triangle& s, const Triangle& t, const PositionOf& positionOf) {
+    std::array<Vec3, 3> at_s, at_t;
+    for (std::size_t m = 0; m < 3; ++m) {
+        at_s[m] = positionOf(s[m]);
+        at_t[m] = positionOf(t[m]);
+    }
+    const auto piercesOther = [](const Triangle& one, const std::array<Vec3, 3>& at, const Triangle& other,
+                                 const std::array<Vec3, 3>& other_at) {
+        const auto isCommon = [&](std::uint32_t v) { return v == other[0] || v == other[1] || v == other[2]; };
+        for (std::size_t m = 0; m < 3; ++m) {
+            const std::size_t next = (m + 1) % 3;
+            if (!isCommon(one[m]) && !isCommon(one[next]) && pierces(at[m], at[next], other_at)) return true;
+        }
+        return false;
+    };
+    return piercesOther(s, at_s, t, at_t) || piercesOther(t, at_t, s, at_s);
+}
+
+}  // namespace betamesh
