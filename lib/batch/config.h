@@ -95,6 +95,7 @@ struct Config {
         UpAxis up = UpAxis::y;
         Shading shading = Shading::studio;
         PreviewNormals normals = PreviewNormals::smooth;
+        std::optional<Cut> cut;
         double wireframe = 0;
         Colouring colouring;                       ///< its range is that below
         std::array<double, 2> colour_range{0, 0};  ///< equal: auto

@@ -41,6 +41,24 @@ ConfigKey colourKey(const KeyWords& words) {
         });
 }
 
+ConfigKey cutKey(const KeyWords& words) {
+    const std::string expects = "none, or an axis, < or >, and a number, such as z<0.25";
+    return keyOf(
+        words, ConfigKey::Kind::text, expects,
+        [](const Config& config) {
+            const auto& cut = config.preview.cut;
+            return cut ? std::string(1, "xyz"[cut->axis]) + (cut->below ? '<' : '>') + textOf(cut->at) : "none";
+        },
+        [=](Config& config, const std::string& value) {
+            if (value == "none") return config.preview.cut.reset();
+            const std::size_t axis = std::string_view("xyz").find(value.empty() ? ' ' : value[0]);
+            const auto at = numberOf<double>(std::string_view(value).substr(std::min<std::size_t>(2, value.size())));
+            if (axis > 2 || value.size() < 3 || (value[1] != '<' && value[1] != '>') || !at || !std::isfinite(*at))
+                failValue(value, expects);
+            config.preview.cut = Cut{static_cast<int>(axis), value[1] == '<', *at};
+        });
+}
+
 ConfigKey groundKey(const KeyWords& words) {
     using Ground = Config::Preview::Ground;
     const std::string expects = "auto, none or a number";
@@ -117,6 +135,9 @@ void addPreviewKeys(std::vector<ConfigKey>& keys) {
         {"preview.normals", "--normals", "", "smooth: as if triangles were round. flat: every triangle as it is."},
         {{"smooth", PreviewNormals::smooth}, {"flat", PreviewNormals::flat}},
         [](Config& c) -> PreviewNormals& { return c.preview.normals; }));
+    keys.push_back(cutKey({"preview.cut", "--cut", "world units",
+                           "Shows only what lies on one side of a plane across an axis, and where the liquid is cut "
+                           "open there: z<0.25. none: all of it."}));
     keys.push_back(
         realKey({"preview.wireframe", "--wireframe", "pixels", "Draws the edges of the triangles, so wide. 0: not."}, 0,
                 100, [](Config& c) -> double& { return c.preview.wireframe; }));

@@ -20,6 +20,7 @@ const std::vector<Entry>& entries() {
         {{"rotcube", "a spinning cube of liquid in free flight tears into sheets and tendrils", 30000},
          makeRotatingCube},
         {{"drop", "a drop, and a single particle beside it, sink slowly into a pool", 20000}, makeDrop},
+        {{"bubble", "a bubble grows in a pool until the film above it tears", 20000}, makeBubble},
         {{"puddle", "a drop and a jet at a pool with a bubble, all in one plane", 1500}, makePuddle},
         {{"sheet", "a sheet one particle thick waves", 10000}, makeSheet},
         {{"tendril", "threads of several widths stretch, thin and bead into droplets", 4000}, makeTendril},

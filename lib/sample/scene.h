@@ -20,6 +20,7 @@ using SceneMaker = std::unique_ptr<Scene> (*)(const SampleParams& params);
 
 // By formula.
 std::unique_ptr<Scene> makeDrop(const SampleParams& params);
+std::unique_ptr<Scene> makeBubble(const SampleParams& params);
 std::unique_ptr<Scene> makePuddle(const SampleParams& params);
 std::unique_ptr<Scene> makeSheet(const SampleParams& params);
 std::unique_ptr<Scene> makeTendril(const SampleParams& params);
