@@ -22,6 +22,7 @@ const std::vector<Entry>& entries() {
         {{"drop", "a drop, and a single particle beside it, sink slowly into a pool", 20000}, makeDrop},
         {{"bubble", "a bubble grows in a pool until the film above it tears", 20000}, makeBubble},
         {{"puddle", "a drop and a jet at a pool with a bubble, all in one plane", 1500}, makePuddle},
+        {{"dambreak2d", "a column of liquid collapses in a tank, all in one plane", 3000}, makePlaneDamBreak},
         {{"sheet", "a sheet one particle thick waves", 10000}, makeSheet},
         {{"tendril", "threads of several widths stretch, thin and bead into droplets", 4000}, makeTendril},
         {{"lattice", "a cubic lattice that stands still: exact ties everywhere", 8000}, makeLattice},

@@ -29,6 +29,7 @@ std::unique_ptr<Scene> makeJitter(const SampleParams& params);
 
 // By solver.
 std::unique_ptr<Scene> makeDamBreak(const SampleParams& params);
+std::unique_ptr<Scene> makePlaneDamBreak(const SampleParams& params);
 std::unique_ptr<Scene> makeRotatingCube(const SampleParams& params);
 
 }  // namespace betamesh
