@@ -1,5 +1,6 @@
 #include "planar/skin_plane.h"
 
+#include "core/carried_attributes.h"
 #include "core/error.h"
 #include "planar/alpha_curve.h"
 #include "planar/boundary_samples.h"
@@ -114,6 +115,8 @@ SkinnedPlane skinPlane(const Particles& particles, const SkinParams& params, con
     plane.alpha.velocity.clear();
     for (auto* rows : {&plane.curves.position, &plane.before.position, &plane.alpha.position, &plane.spheres.position})
         for (Vec3& p : *rows) p.z = particles.position[0].z;
+    plane.curves.attributes = carriedAttributes(particles, boundary.row, discs, boundary.worldRadius(),
+                                                params.attributes, plane.curves.position);
     return plane;
 }
 
@@ -128,7 +131,6 @@ void requirePlanar(const SkinParams& params) {
     if (features.tendrils != Tendrils::mesh) refuse("leaving out tendrils (--tendrils)");
     if (features.bubbles != Bubbles::mesh) refuse("filling bubbles (--bubbles)");
     if (params.components) refuse("numbering pieces (--components)");
-    if (!params.attributes.empty()) refuse("carrying attributes (--attributes)");
     if (params.smoothing == SmoothingMethod::paper && params.tessellation != Tessellation::paper)
         throw Error("the paper's smoothing is for the paper's tessellation; expected that one too");
 }

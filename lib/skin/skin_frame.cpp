@@ -1,9 +1,9 @@
 #include "skin/skin_frame.h"
 
+#include "core/carried_attributes.h"
 #include "core/error.h"
 #include "skin/alpha_mesh.h"
 #include "skin/arc_points.h"
-#include "skin/attributes.h"
 #include "skin/ball_boundary.h"
 #include "skin/ball_faces.h"
 #include "skin/boundary_samples.h"
@@ -187,16 +187,6 @@ void count(const Particles& particles, const Structure& structure, SkinReport& r
     report.perturbation_retries = structure.retries;
 }
 
-// Accelerations are carried unasked: with them motion blur is curved.
-std::vector<std::string> attributesFor(const Particles& particles, const SkinParams& params) {
-    std::vector<std::string> names = params.attributes;
-    for (const Attribute& a : particles.attributes)
-        if ((a.name == "accel" || a.name == "acceleration") && a.components == 3 && !a.real.empty() &&
-            std::find(names.begin(), names.end(), a.name) == names.end())
-            names.push_back(a.name);
-    return names;
-}
-
 }  // namespace
 
 SkinnedFrame skinFrame(const Particles& particles, const SkinParams& params, const Watch& watch_or_none) {
@@ -234,8 +224,8 @@ SkinnedFrame skinFrame(const Particles& particles, const SkinParams& params, con
             break;
     }
     if (particles.velocity.empty()) frame.mesh.velocity.clear();
-    frame.mesh.attributes =
-        carriedAttributes(particles, structure.boundary, balls, attributesFor(particles, params), frame.mesh.position);
+    frame.mesh.attributes = carriedAttributes(particles, structure.boundary.row, balls,
+                                              structure.boundary.worldRadius(), params.attributes, frame.mesh.position);
     if (params.components) labelComponents(frame.mesh);
     watch("tessellate");
     return frame;

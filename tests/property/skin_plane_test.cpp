@@ -98,6 +98,27 @@ TEST(SkinPlane, DoesNotDependOnOrderOrThreads) {
     });
 }
 
+TEST(SkinPlane, AttributesAreMeansOfTheParticles) {
+    forEveryPlanarCloud(200, [](const Cloud& cloud) {
+        Particles particles = cloud.particles;
+        const std::size_t n = particles.size();
+        particles.attributes = {{"constant", 2, std::vector<float>(2 * n, 3.5f), {}}, {"row", 1, {}, {}}};
+        for (std::size_t i = 0; i < n; ++i) particles.attributes[1].integer.push_back(static_cast<std::int32_t>(i));
+        for (SkinParams params : everyWay(cloud)) {
+            params.attributes = {"row", "constant"};
+            const Curves curves = skinPlane(particles, params).curves;
+            ASSERT_EQ(curves.attributes.size(), 2u);
+            ASSERT_EQ(curves.attributes[0].integer.size(), curves.position.size());
+            ASSERT_EQ(curves.attributes[1].real.size(), 2 * curves.position.size());
+            for (const float value : curves.attributes[1].real) EXPECT_NEAR(value, 3.5f, 1e-5f);
+            for (std::size_t v = 0; v < curves.position.size(); ++v) {
+                const auto row = static_cast<std::size_t>(curves.attributes[0].integer[v]);
+                EXPECT_LE((Vec3(particles.position[row]) - curves.position[v]).length(), 2 * cloud.radius);
+            }
+        }
+    });
+}
+
 TEST(SkinPlane, LoneDiscsAndRingsKeepTheirSize) {
     const auto areas = [](const Particles& particles) {
         Cloud cloud{"", particles, 1.5};
