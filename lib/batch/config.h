@@ -69,7 +69,7 @@ struct Config {
         int droplet_particles = 8;
         Tendrils tendrils = Tendrils::mesh;
         Bubbles bubbles = Bubbles::mesh;
-        double bubble_volume = 8;  ///< spacings cubed
+        double bubble_volume = 8;  ///< spacings cubed, in two dimensions squared
     } features;
     struct Output {
         std::string path;

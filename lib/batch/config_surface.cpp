@@ -124,7 +124,7 @@ void addFeaturesKeys(std::vector<ConfigKey>& keys) {
          "what is in them, are left out of the mesh; complete tessellation only. The rest of the mesh stays as it is."},
         {{"mesh", Bubbles::mesh}, {"fill", Bubbles::fill}}, [](Config& c) -> Bubbles& { return c.features.bubbles; }));
     keys.push_back(positiveKey(
-        {"features.bubble_volume", "--bubble-volume", "spacings cubed",
+        {"features.bubble_volume", "--bubble-volume", "spacings cubed, in two dimensions squared",
          "Voids of less volume, before smoothing and inset, are filled. One spacing cubed is what a particle stands "
          "for, "
          "so that 8 treats bubbles as features.droplet_particles treats droplets. The balls narrow a void by a radius "
