@@ -16,9 +16,11 @@ namespace betamesh {
 /// blur is curved.
 ///
 /// in      n positions; balls and the rows of their particles; names that the particles have, each once (without
-/// particles, ones they lack are left out) out     one attribute of n rows for each name, in the order of the names,
-/// then accelerations same    bytes for any thread count and particle order cost    O(n) errors  a name that the
-/// particles do not have: the text lists those they have
+///         particles, ones they lack are left out)
+/// out     one attribute of n rows for each name, in the order of the names, then accelerations
+/// same    bytes for any thread count and particle order
+/// cost    O(n)
+/// errors  a name that the particles do not have: the text lists those they have
 std::vector<Attribute> carriedAttributes(const Particles& particles, const std::vector<std::uint32_t>& rows,
                                          const std::vector<Moving>& balls, double radius,
                                          const std::vector<std::string>& names, const std::vector<Vec3>& position);

@@ -71,6 +71,7 @@ std::size_t fillHoles(BetaCurve& curve, double radius, double area) {
         if (enclosed >= least_body || enclosed <= -area) continue;
         leaves[hole] = true;
         ++filled;
+        if (enclosed > -least_body) continue;  // no room for anything
         for (std::size_t other = 0; other < curve.lines(); ++other)
             if (other != hole && windingOf(curve, hole, curve.vertex[curve.begin[other]].position) != 0)
                 leaves[other] = true;

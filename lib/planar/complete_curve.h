@@ -22,7 +22,7 @@ BetaCurve completeCurve(const DiscBoundary& boundary, const std::vector<Moving>&
 ///
 /// in      the complete curve of discs of that radius, before smoothing
 /// out     how many holes were filled
-/// cost    O(points), and O(points · lines) for each hole that is filled
+/// cost    O(points), and more where holes are large enough to hold drops
 std::size_t fillHoles(BetaCurve& curve, double radius, double area);
 
 }  // namespace betamesh

@@ -36,15 +36,14 @@ struct SkinnedPlane {
 
 /// Skins one frame of particles that lie in one plane of constant z, as skinFrame() does in space: discs for balls,
 /// closed curves for the mesh. Arcs are cut in fixed directions from their centre: 8 for each arc_subdivisions, 24 for
-/// 0.
-/// Features::bubble_volume is an area here, world units squared.
+/// 0. Features::bubble_volume is an area here, world units squared.
 ///
 /// in      n >= 0 valid particles
 /// out     closed curves, the liquid on their left: counter-clockwise round it seen from +z, clockwise round holes
 /// same    bytes for any thread count and particle order
 /// cost    O(n) for a bounded number of neighbours within two radii
-/// errors  a particle with another z than the first; what requirePlanar() throws; an
-///         attribute that the particles have not; particles beyond the integer range
+/// errors  a particle with another z than the first; what requirePlanar() throws; an attribute that the
+///         particles have not; particles beyond the integer range
 /// source  beta mesh paper, section 3 and Figure 8
 SkinnedPlane skinPlane(const Particles& particles, const SkinParams& params,
                        const std::function<void(std::string_view stage)>& watch = {});

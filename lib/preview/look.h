@@ -26,7 +26,6 @@ struct Cut {
     int axis = 0;       ///< 0 x, 1 y, 2 z
     bool below = true;  ///< what stays
     double at = 0;      ///< world units
-    bool operator==(const Cut&) const = default;
 };
 
 struct Colouring {

@@ -44,7 +44,7 @@ struct Hits {
 class RayTracer {
 public:
     /// shutter_seconds: how long everything moves by its velocity, half of it before and half after the moment of
-    /// the mesh. The mesh and its spheres must outlive it.
+    /// the mesh; the cut stays where it is. The mesh and its spheres must outlive the tracer.
     ///
     /// same    answers for any thread count
     RayTracer(const Mesh& mesh, const Spheres& spheres, const Vec3& origin, double shutter_seconds,
