@@ -15,6 +15,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <filesystem>
 #include <functional>
 #include <iostream>
 #include <limits>
@@ -36,6 +37,7 @@ struct Arguments {
     DistanceSampling sampling;
     double max_jump = std::numeric_limits<double>::infinity();
     std::string plot;
+    std::string against;  ///< a file; empty: none
     bool json = false;
 };
 
@@ -94,7 +96,18 @@ void printLargest(const std::vector<CoherenceReport>& reports) {
               << " at " << text(largest->distance.worst) << '\n';
 }
 
-void writePlot(const std::string& file, const Sequence& sequence, const std::vector<CoherenceReport>& reports) {
+/// The largest ways that another run found, under the name of its file; as many as this run's.
+PlotLine lineOf(const std::string& file, std::size_t rows) {
+    PlotLine line{"max, " + std::filesystem::path(file).stem().string(), "#20262e", {}};
+    for (const CoherenceReport& report : readCoherence(file)) line.value.push_back(report.distance.max);
+    if (line.value.size() != rows)
+        throw Error(file + ": " + std::to_string(line.value.size()) + " lines; expected one for each of the " +
+                    std::to_string(rows) + " pairs that were measured here");
+    return line;
+}
+
+void writePlot(const std::string& file, const Sequence& sequence, const std::vector<CoherenceReport>& reports,
+               const std::optional<PlotLine>& against) {
     Plot plot{"How far the surface moves from one moment to the next", sequence.across, "world units", {}, {}, true};
     plot.lines = {
         {"max", "#c8372d", {}}, {"99.9 %", "#d98a1f", {}}, {"RMS", "#2f6fb7", {}}, {"particles", "#7b8590", {}}};
@@ -107,6 +120,7 @@ void writePlot(const std::string& file, const Sequence& sequence, const std::vec
     }
     const auto& way = plot.lines.back().value;
     if (std::all_of(way.begin(), way.end(), [](double d) { return d == 0; })) plot.lines.pop_back();
+    if (against) plot.lines.insert(plot.lines.begin(), *against);
     writeFile(file, svgOf(plot));
 }
 
@@ -197,6 +211,8 @@ CoherenceReport compared(const Moment& before, const Moment& after, const Distan
 }
 
 int measure(const Sequence& sequence, const Arguments& arguments) {
+    std::optional<PlotLine> against;
+    if (!arguments.against.empty()) against = lineOf(arguments.against, sequence.names.size() - 1);
     std::vector<CoherenceReport> reports;
     int exit_code = kAllWritten;
     const bool particles = !arguments.particles.empty() || !arguments.pipeline.empty();
@@ -227,7 +243,7 @@ int measure(const Sequence& sequence, const Arguments& arguments) {
         before = std::move(now);
     }
     if (!arguments.json) printLargest(reports);
-    if (!arguments.plot.empty()) writePlot(arguments.plot, sequence, reports);
+    if (!arguments.plot.empty()) writePlot(arguments.plot, sequence, reports, against);
     return exit_code;
 }
 
@@ -296,8 +312,14 @@ void addCoherenceCommand(CLI::App& program, int& exit_code) {
                      "(default: twice the mean side of all triangles).")
         ->type_name("D")
         ->check(CLI::PositiveNumber);
-    command->add_option("--plot", arguments->plot, "Writes the same over time, as an .svg picture.")
-        ->type_name("FILE.svg");
+    CLI::Option* plot = command->add_option("--plot", arguments->plot, "Writes the same over time, as an .svg picture.")
+                            ->type_name("FILE.svg");
+    command
+        ->add_option("--against", arguments->against,
+                     "Lines that --json wrote of another run, such as one with another smoothing: their largest ways "
+                     "are in the plot too, under the name of the file.")
+        ->type_name("FILE")
+        ->needs(plot);
     command->add_flag("--json", arguments->json, "One JSON object per pair on stdout.");
 }
 

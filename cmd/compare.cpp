@@ -9,54 +9,73 @@
 #include "preview/contact_sheet.h"
 #include "preview/png_file.h"
 
+#include <iterator>
 #include <memory>
+#include <sstream>
 
 namespace betamesh {
 namespace {
 
-struct Panel {
-    const char* caption;
-    SurfaceKind surface;
-    Tessellation tessellation;
-    SmoothingMethod smoothing;
-    bool flat;
+constexpr const char* kPanels[] = {
+    "union of balls: preview.show=union",
+    "alpha mesh: surface.kind=alpha preview.normals=flat",
+    "beta mesh (paper): surface.tessellation=paper smoothing.method=paper surface.inset=0 features.droplets=mesh "
+    "features.tendrils=mesh features.bubbles=mesh",
+    "beta mesh (ours):",
 };
 
-/// The last one as the options say.
-std::vector<Panel> panelsOf(const SkinParams& ours) {
-    return {{"union of balls", SurfaceKind::union_, Tessellation::complete, SmoothingMethod::none, false},
-            {"alpha mesh", SurfaceKind::alpha, Tessellation::complete, SmoothingMethod::none, true},
-            {"beta mesh (paper)", SurfaceKind::beta, Tessellation::paper, SmoothingMethod::paper, false},
-            {"beta mesh (ours)", SurfaceKind::beta, ours.tessellation, ours.smoothing, false}};
+Plan planOf(Config config) {
+    if (config.surface.dimension != 3) throw Error("surface.dimension is 2; expected 3, for pictures are of surfaces");
+    config.output.path = "nothing.####.ply";  // nothing is written
+    config.preview.path = "nothing.####.png";
+    PlanOptions any;
+    any.overwrite = true;
+    return planJob(config, any);
 }
 
-Picture pictured(const Panel& panel, const Particles& particles, const SkinParams& ours, const PreviewPlan& plan) {
-    if (panel.surface == SurfaceKind::union_)  // smooth balls, rather than what is tessellated
-        return renderFrame({}, ballsOf(particles, ours.radius), plan.camera, plan.look);
-    SkinParams params = ours;
-    params.surface = panel.surface;
-    if (panel.smoothing != ours.smoothing || panel.tessellation != ours.tessellation) {
-        params.inset = 0;
-        params.features = {};
-    }
-    params.tessellation = panel.tessellation;
-    params.smoothing = panel.smoothing;
-    const SkinnedFrame skinned = skinFrame(particles, params);
-    Look look = plan.look;
-    look.flat = look.flat || panel.flat;
-    return renderFrame(skinned.mesh, skinned.spheres, plan.camera, look);
+/// The same with everything decided that is to be the same in all panels, unless they say otherwise.
+Config decided(Config config, const Plan& plan) {
+    const Camera& camera = plan.preview->camera;
+    const Look& look = plan.preview->look;
+    Config::Preview& preview = config.preview;
+    config.surface.spacing = plan.spacing;
+    preview.camera_position = {camera.position.x, camera.position.y, camera.position.z};
+    preview.look_at = {camera.look_at.x, camera.look_at.y, camera.look_at.z};
+    preview.ground = look.ground ? Config::Preview::Ground::given : Config::Preview::Ground::none;
+    preview.ground_height = look.ground.value_or(0);
+    preview.colour_range = {look.colouring.low, look.colouring.high};
+    return config;
 }
 
-int compare(const PictureJob& job, const SkinParams& skin, int columns) {
-    Extent extent(job.config.preview);
-    if (needsExtent(job.config)) extent = extentOf(job.on_disk, job.config, skin.radius);
-    const PreviewPlan plan = planPreview(job.config, extent, skin.radius);
-    logInfo("camera " + describe(plan));
+/// What stands under a picture, and how it is made.
+struct Panel {
+    std::string caption;
+    Plan plan;
+};
+
+/// "CAPTION: key=value key=value": all else is as in usual.
+Panel panelOf(const std::string& text, Config usual) {
+    const std::size_t colon = text.find(':');
+    if (colon == std::string::npos)
+        throw Error("--panel '" + text + "': expected a caption, a colon, and any number of key=value");
+    std::istringstream words(text.substr(colon + 1));
+    for (std::string word; words >> word;) setConfigKey(usual, word);
+    return {text.substr(0, colon), planOf(usual)};
+}
+
+Picture pictured(const Plan& plan, const Particles& particles) {
+    const PreviewPlan& preview = *plan.preview;
+    if (plan.config.preview.show != Show::surface)  // smooth balls, rather than what is tessellated
+        return renderFrame({}, ballsOf(particles, preview.ball), preview.camera, preview.look);
+    const SkinnedFrame skinned = skinFrame(particles, plan.skin);
+    return renderFrame(skinned.mesh, skinned.spheres, preview.camera, preview.look);
+}
+
+int compare(const PictureJob& job, const std::vector<Panel>& panels, int columns) {
     return writePictures(job, [&](const PictureTask& task) {
         const Particles particles = readParticles(task.input, {job.config.input.velocity, job.config.input.id});
         std::vector<CaptionedImage> images;
-        for (const Panel& panel : panelsOf(skin))
-            images.push_back({developed(pictured(panel, particles, skin, plan)), panel.caption});
+        for (const Panel& panel : panels) images.push_back({developed(pictured(panel.plan, particles)), panel.caption});
         Drawn drawn{{}, contactSheet(images, columns)};
         drawn.files.push_back(encodePng(drawn.image));
         return drawn;
@@ -69,9 +88,10 @@ void addCompareCommand(CLI::App& program, int& exit_code) {
     CLI::App* command = program.add_subcommand(
         "compare", "The same frame as union of balls, alpha mesh, beta mesh of the paper and of this program.");
     command->footer(
-        "Four pictures on a sheet, each of --width x --height (without --pipeline, 960 x 540 by default).\n"
+        "Pictures on a sheet, each of --width x --height (without --pipeline, 960 x 540 by default).\n"
         "Examples:\n"
         "  betamesh compare sim/splash.0012.vdb splash.png\n"
+        "  betamesh compare sim/splash.0012.vdb inset.png --panel 'as it is:' --panel 'inset: surface.inset=0.5dx'\n"
         "  betamesh compare 'sim/splash.####.vdb' look/splash.####.png --frames 1-24 --movie splash.mp4");
     const auto options = std::make_shared<PictureOptions>();
     options->outputs.resize(1);
@@ -80,10 +100,19 @@ void addCompareCommand(CLI::App& program, int& exit_code) {
                      "Particles (.vdb .bgeo .bgeo.gz .ply), with a place for the frame number where there are several.")
         ->required();
     command->add_option("OUT", options->outputs[0], "Pictures (.png).")->required();
+    const auto texts = std::make_shared<std::vector<std::string>>();
+    command
+        ->add_option("--panel", *texts,
+                     "Another picture instead of the four: what stands under it, and the keys that make it differ from "
+                     "what the other options say. Repeat it for each.")
+        ->type_name("'CAPTION: KEY=VALUE ...'")
+        ->expected(1)
+        ->take_all()
+        ->group("Picture");
     const auto columns = std::make_shared<int>(2);
-    command->add_option("--columns", *columns, "How many of the four stand side by side: 1, 2 (default) or 4.")
+    command->add_option("--columns", *columns, "How many pictures stand side by side (default 2).")
         ->type_name("N")
-        ->check(CLI::IsMember({1, 2, 4}))
+        ->check(CLI::Range(1, 100))
         ->group("Picture");
     addPictureOptions(*command, *options, [&](const ConfigKey& key) {
         if (key.path == "preview.show" || key.path == "preview.particle_radius" || key.path == "surface.kind")
@@ -92,20 +121,18 @@ void addCompareCommand(CLI::App& program, int& exit_code) {
             if (key.path.starts_with(section)) return true;
         return key.path == "frames" || key.path == "run.threads";
     });
-    command->callback([options, columns, &exit_code] {
+    command->callback([options, texts, columns, &exit_code] {
         if (isExr(options->outputs[0])) throw Error("'" + options->outputs[0] + "': captions need a .png");
         Config usual;
         usual.preview.width = 960, usual.preview.height = 540;
         const PictureJob job = planPictures(*options, usual);
-        Config config = job.config;
-        config.output.path = "nothing.####.ply";  // nothing is written
-        config.preview.path.clear();
-        PlanOptions any;
-        any.overwrite = true;
-        const Plan plan = planJob(config, any);
+        const Plan plan = planOf(job.config);
         for (const std::string& warning : plan.warnings) logWarning(warning);
         for (const std::string& note : plan.notes) logInfo(note);
-        withThreads(threadsOf(job.config), [&] { exit_code = compare(job, plan.skin, *columns); });
+        if (texts->empty()) texts->assign(std::begin(kPanels), std::end(kPanels));
+        std::vector<Panel> panels;
+        for (const std::string& text : *texts) panels.push_back(panelOf(text, decided(job.config, plan)));
+        withThreads(plan.threads, [&] { exit_code = compare(job, panels, *columns); });
     });
 }
 

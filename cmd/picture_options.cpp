@@ -78,7 +78,7 @@ public:
             movie_->add(image);
         }
         if (!options_.contact_sheet.empty() && isOnSheet(i)) {
-            const int width = std::min(kSheetColumn, image.width);
+            const int width = std::min(options_.sheet_width, image.width);
             cells_.push_back({shrunk(image, width, std::max(1, image.height * width / image.width)),
                               "frame " + std::to_string(frame)});
         }
@@ -92,8 +92,6 @@ public:
     }
 
 private:
-    static constexpr int kSheetColumn = 600;  // pixels
-
     /// Evenly chosen, the first and the last among them.
     bool isOnSheet(std::size_t i) const {
         const auto cells = static_cast<std::size_t>(options_.sheet_pictures);
@@ -135,6 +133,10 @@ void addPictureOptions(CLI::App& command, PictureOptions& options,
     command.add_option("--sheet-pictures", options.sheet_pictures, "How many at most, evenly chosen (default 12).")
         ->type_name("N")
         ->check(CLI::Range(1, 1000))
+        ->group("Sequence");
+    command.add_option("--sheet-width", options.sheet_width, "How wide each of them is at most, pixels (default 600).")
+        ->type_name("N")
+        ->check(CLI::Range(16, 16384))
         ->group("Sequence");
     command
         .add_option("--sheet-columns", options.sheet_columns,

@@ -22,6 +22,7 @@ struct PictureOptions {
     std::string pipeline;                       ///< a file; empty: none
     std::string contact_sheet;                  ///< a file; empty: none
     int sheet_pictures = 12;
+    int sheet_width = 600;  ///< pixels, of a picture
     int sheet_columns = 0;  ///< 0: about as many as rows
     std::string movie;      ///< a file; empty: none
     bool overwrite = false;

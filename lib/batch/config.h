@@ -69,7 +69,7 @@ struct Config {
         int droplet_particles = 8;
         Tendrils tendrils = Tendrils::mesh;
         Bubbles bubbles = Bubbles::mesh;
-        double bubble_volume = 8;  ///< spacings cubed
+        double bubble_volume = 8;  ///< spacings cubed, in two dimensions squared
     } features;
     struct Output {
         std::string path;
@@ -95,6 +95,7 @@ struct Config {
         UpAxis up = UpAxis::y;
         Shading shading = Shading::studio;
         PreviewNormals normals = PreviewNormals::smooth;
+        std::optional<Cut> cut;
         double wireframe = 0;
         Colouring colouring;                       ///< its range is that below
         std::array<double, 2> colour_range{0, 0};  ///< equal: auto

@@ -15,9 +15,12 @@
 #include <atomic>
 #include <chrono>
 #include <filesystem>
+#include <functional>
+#include <memory>
 #include <mutex>
 #include <new>
 #include <set>
+#include <string_view>
 #include <system_error>
 #include <thread>
 #include <utility>
@@ -91,21 +94,6 @@ std::string pictureOf(const FrameTask& task, const Plan& plan, const SkinnedFram
     return encodePicture(picture, task.picture);
 }
 
-/// The report is the seal of a frame: it goes first and comes last.
-template <typename WriteSurface>
-void writeFrame(const FrameTask& task, const Spheres& spheres, const std::string& picture,
-                const WriteSurface& writeSurface) {
-    const std::string& output = task.output;
-    fs::remove(reportPath(output));
-    writeSurface();
-    if (spheres.size() > 0) {
-        writeSpheres(spheresPath(output), spheres);
-    } else {
-        fs::remove(spheresPath(output));
-    }
-    if (!picture.empty()) writeFile(task.picture, picture);
-}
-
 void hintAtPlane(const Particles& particles, const FrameReport& report, std::atomic<bool>& hinted) {
     if (!isPlanar(particles) || hinted.exchange(true)) return;
     logInfo(report.input + ": all particles have the same z; --dimension 2 makes curves of them");
@@ -127,75 +115,107 @@ void rememberFile(const fs::path& file, const FrameTask& task, Origin& origin) {
     origin.files[name.string()] = stampOf(file.string()).bytes;
 }
 
+/// Tells the seconds of each stage as it ends; leaves where nobody waits any more.
+class StageWatch {
+public:
+    explicit StageWatch(StageSeconds& seconds) : seconds_(seconds) {}
+    void operator()(std::string_view stage) {
+        const double lap = stopwatch_.lap();
+        if (stage == "read") seconds_.read += lap;
+        if (stage == "structure") seconds_.structure += lap;
+        if (stage == "tessellate") seconds_.tessellate += lap;
+        if (stage == "smooth") seconds_.smooth += lap;
+        if (stage == "velocity") seconds_.velocity += lap;
+        if (stage == "picture") seconds_.picture += lap;
+        if (stage == "write") seconds_.write += lap;
+        if (stage != "write") leaveIfInterrupted();
+    }
+
+private:
+    StageSeconds& seconds_;
+    Stopwatch stopwatch_;
+};
+
+/// What there is to write of a frame.
+struct Surface {
+    Spheres spheres;
+    std::string picture;  ///< a file; empty where none is asked for
+    std::function<void()> write;
+};
+
+/// An empty mesh where there is no input.
+Surface surfaceOf(const Particles& particles, const FrameTask& task, const Plan& plan, StageWatch& watch,
+                  FrameReport& report) {
+    SkinnedFrame skinned;
+    if (task.action == FrameAction::mesh)
+        skinned = skinFrame(particles, plan.skin, std::ref(watch));
+    else if (plan.skin.components)
+        skinned.mesh.component.emplace();
+    report.skin = skinned.report;
+    report.measure = measureMesh(skinned.mesh);
+    report.vertices = skinned.mesh.position.size();
+    report.triangles = skinned.mesh.triangles.size();
+    watch("measure");
+    std::string picture = pictureOf(task, plan, skinned, particles);
+    watch("picture");
+    const auto mesh = std::make_shared<Mesh>(std::move(skinned.mesh));
+    return {std::move(skinned.spheres), std::move(picture), [=, &task] { writeMesh(task.output, *mesh); }};
+}
+
+/// The same in two dimensions.
+Surface planarSurfaceOf(const Particles& particles, const FrameTask& task, const Plan& plan, StageWatch& watch,
+                        FrameReport& report) {
+    const auto plane = std::make_shared<SkinnedPlane>();
+    if (task.action == FrameAction::mesh) *plane = skinPlane(particles, plan.skin, std::ref(watch));
+    report.plane = {plane->report, measureCurves(plane->curves), plane->curves.edges.size()};
+    report.vertices = plane->curves.position.size();
+    watch("measure");
+    return {plane->spheres, {}, [=, &particles, &task, &plan] {
+                writePlane(task.output, *plane, particles.position, plan.skin, plan.config);
+            }};
+}
+
+/// The report is the seal of a frame: it goes first and comes last.
+void writeFrame(const FrameTask& task, const Surface& surface) {
+    fs::remove(reportPath(task.output));
+    surface.write();
+    if (surface.spheres.size() > 0) {
+        writeSpheres(spheresPath(task.output), surface.spheres);
+    } else {
+        fs::remove(spheresPath(task.output));
+    }
+    if (!surface.picture.empty()) writeFile(task.picture, surface.picture);
+}
+
 void meshFrame(const FrameTask& task, const Plan& plan, FrameReport& report, JobState& job) {
     const Config& config = plan.config;
-    report.origin = {version(), plan.configuration, report.radius, report.spacing, {}, {}};
-    StageSeconds& seconds = report.seconds;
-    Stopwatch total;
-    Stopwatch stage;
     const bool planar = config.surface.dimension == 2;
-    SkinnedFrame skinned;
-    SkinnedPlane plane;
-    std::vector<Vec3f> centres;  // of discs, for a picture
+    report.origin = {version(), plan.configuration, report.radius, report.spacing, {}, {}};
+    Stopwatch total;
+    StageWatch watch(report.seconds);
     Particles particles;
     if (task.action == FrameAction::mesh) {
         retrying(config.run.retries, [&] { particles = readInput(task, config, *report.origin); });
         if (plan.skin.radius == 0)
             throw Error(task.input + ": could not be read when the spacing was measured, but can be now");
         declareVelocity(particles, report, job.warned_of_velocity);
-        seconds.read = stage.lap();
-        leaveIfInterrupted();
-        const auto watch = [&](std::string_view name) {
-            const double lap = stage.lap();
-            if (name == "structure") seconds.structure += lap;
-            if (name == "tessellate") seconds.tessellate += lap;
-            if (name == "smooth") seconds.smooth += lap;
-            if (name == "velocity") seconds.velocity += lap;
-            leaveIfInterrupted();
-        };
-        if (planar) {
-            plane = skinPlane(particles, plan.skin, watch);
-            centres = std::move(particles.position);
-        } else {
-            hintAtPlane(particles, report, job.hinted_at_plane);
-            skinned = skinFrame(particles, plan.skin, watch);
-        }
+        if (!planar) hintAtPlane(particles, report, job.hinted_at_plane);
+        watch("read");
     } else {
-        if (plan.skin.components) skinned.mesh.component.emplace();
         report.warnings.push_back("no input: an empty mesh written, as run.on_missing says");
     }
-    const Spheres& spheres = planar ? plane.spheres : skinned.spheres;
-    if (planar) {
-        report.plane = {plane.report, measureCurves(plane.curves), plane.curves.edges.size()};
-        report.vertices = plane.curves.position.size();
-    } else {
-        report.skin = skinned.report;
-        report.measure = measureMesh(skinned.mesh);
-        report.vertices = skinned.mesh.position.size();
-        report.triangles = skinned.mesh.triangles.size();
-    }
-    report.spheres = spheres.size();
-    const std::size_t found = planar ? plane.report.particles : skinned.report.particles;
-    report.status = found == 0 ? FrameStatus::empty : FrameStatus::ok;
+    const Surface surface = (planar ? planarSurfaceOf : surfaceOf)(particles, task, plan, watch, report);
+    report.spheres = surface.spheres.size();
+    report.status = particles.size() > 0 ? FrameStatus::ok : FrameStatus::empty;
 
-    stage.lap();
-    const std::string picture = pictureOf(task, plan, skinned, particles);
-    seconds.picture = stage.lap();
     const FrameLock lock(task.output, leaveIfInterrupted);
     const SignalWatch::Writing writing(job.signals);
-    retrying(config.run.retries, [&] {
-        writeFrame(task, spheres, picture, [&] {
-            if (planar)
-                writePlane(task.output, plane, centres, plan.skin, config);
-            else
-                writeMesh(task.output, skinned.mesh);
-        });
-    });
+    retrying(config.run.retries, [&] { writeFrame(task, surface); });
     rememberFile(task.output, task, *report.origin);
     if (report.spheres > 0) rememberFile(spheresPath(task.output), task, *report.origin);
-    if (!picture.empty()) rememberFile(task.picture, task, *report.origin);
-    seconds.write = stage.lap();
-    seconds.total = total.lap();
+    if (!surface.picture.empty()) rememberFile(task.picture, task, *report.origin);
+    watch("write");
+    report.seconds.total = total.lap();
     report.peak_bytes = peakMemory();
     retrying(config.run.retries, [&] { writeFile(reportPath(task.output), reportJson(report) + '\n'); });
 }

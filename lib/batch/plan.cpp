@@ -13,6 +13,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <cmath>
 #include <filesystem>
 #include <map>
 #include <system_error>
@@ -157,7 +158,7 @@ void planRadius(Plan& plan, const std::map<int, std::string>& on_disk) {
     plan.skin.smoothing_width = inWorld(plan.config.smoothing.width);
     plan.skin.inset = inWorld(plan.config.surface.inset);
     plan.skin.features.bubble_volume =
-        plan.config.features.bubble_volume * resolved->spacing * resolved->spacing * resolved->spacing;
+        plan.config.features.bubble_volume * std::pow(resolved->spacing, plan.config.surface.dimension);
     const double most = resolved->radius - resolved->spacing / 2;
     if (plan.skin.inset > 0 && plan.skin.inset > most * (1 + 1e-9))
         throw Error("surface.inset is " + shortNumber(plan.skin.inset) +

@@ -69,10 +69,12 @@ Subject readSubject(const std::string& file, const Config& config, double radius
 
 Extent::Extent(const Config::Preview& preview)
     : finder({upOf(preview), preview.azimuth, preview.elevation, preview.fov},
-             static_cast<double>(preview.width) / preview.height) {}
+             static_cast<double>(preview.width) / preview.height),
+      cut(preview.cut) {}
 
 void Extent::add(const Subject& subject) {
     forPoints(subject.mesh, subject.spheres, [&](const Vec3& p, double radius) {
+        if (cut && (cut->below ? p[cut->axis] - radius > cut->at : p[cut->axis] + radius < cut->at)) return;
         bounds.add(p, radius);
         finder.add(p, radius);
     });
@@ -119,6 +121,7 @@ PreviewPlan planPreview(const Config& config, const Extent& extent, double ball)
     look.samples = preview.samples;
     look.shading = preview.shading;
     look.flat = preview.normals == PreviewNormals::flat;
+    look.cut = preview.cut;
     look.wireframe = preview.wireframe;
     look.shutter = preview.shutter;
     look.fps = preview.fps;

@@ -30,6 +30,7 @@ struct Extent {
     Bounds bounds;
     double squares = 0;      ///< sum of all speeds squared, world units per second
     std::size_t speeds = 0;  ///< so many
+    std::optional<Cut> cut;  ///< what it leaves away does not count
 
     explicit Extent(const Config::Preview& preview);
     void add(const Subject& subject);

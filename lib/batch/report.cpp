@@ -101,6 +101,9 @@ void addPlane(const FrameReport& report, const PlaneFrameReport& plane, Json& js
     json["alpha_segments"] = plane.skin.alpha_segments;
     json["double_sided_segments"] = plane.skin.double_sided_segments;
     json["isolated_particles"] = plane.skin.isolated_particles;
+    json["droplets"] = plane.skin.droplets;
+    json["droplet_particles"] = plane.skin.droplet_particles;
+    json["bubbles_filled"] = plane.skin.bubbles_filled;
     json["vertices"] = report.vertices;
     json["edges"] = plane.edges;
     json["spheres"] = report.spheres;

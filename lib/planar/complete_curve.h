@@ -17,4 +17,12 @@ namespace betamesh {
 BetaCurve completeCurve(const DiscBoundary& boundary, const std::vector<Moving>& discs,
                         const std::vector<Moving>& vertices, int directions);
 
+/// Leaves out lines that run round holes of less than so much area, in world units squared, and whatever is inside
+/// them. All others stay as they are, in their order.
+///
+/// in      the complete curve of discs of that radius, before smoothing
+/// out     how many holes were filled
+/// cost    O(points), and more where holes are large enough to hold drops
+std::size_t fillHoles(BetaCurve& curve, double radius, double area);
+
 }  // namespace betamesh

@@ -14,15 +14,4 @@ BetaCurve paperCurve(const DiscBoundary& boundary, const std::vector<Moving>& ve
     return curve;
 }
 
-Spheres externalDiscs(const DiscBoundary& boundary, const std::vector<Moving>& discs, const Particles& particles) {
-    Spheres spheres;
-    for (const std::uint32_t d : boundary.bare) {
-        spheres.position.push_back(discs[d].position);
-        spheres.radius.push_back(static_cast<float>(boundary.worldRadius()));
-        if (!particles.velocity.empty()) spheres.velocity.push_back(discs[d].velocity);
-        if (!particles.id.empty()) spheres.id.push_back(particles.id[boundary.row[d]]);
-    }
-    return spheres;
-}
-
 }  // namespace betamesh

@@ -16,7 +16,4 @@ namespace betamesh {
 /// source  beta mesh paper, section 3.4.2 and Figure 8 (a)
 BetaCurve paperCurve(const DiscBoundary& boundary, const std::vector<Moving>& vertices);
 
-/// Isolated particles, which the paper's beta mesh leaves out.
-Spheres externalDiscs(const DiscBoundary& boundary, const std::vector<Moving>& discs, const Particles& particles);
-
 }  // namespace betamesh

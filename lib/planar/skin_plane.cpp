@@ -1,6 +1,8 @@
 #include "planar/skin_plane.h"
 
+#include "core/carried_attributes.h"
 #include "core/error.h"
+#include "exact/droplets.h"
 #include "planar/alpha_curve.h"
 #include "planar/boundary_samples.h"
 #include "planar/complete_curve.h"
@@ -66,10 +68,16 @@ Curves asCurves(const BetaCurve& curve) {
     return curves;
 }
 
-PlaneReport reportOf(const Particles& particles, const SnappedParticles& snapped, const DiscBoundary& boundary) {
+// Rows of SnappedParticles, ascending.
+std::vector<std::uint32_t> isolatedIn(const DiscBoundary& boundary) {
+    std::vector<std::uint32_t> rows;
+    for (const std::uint32_t disc : boundary.bare) rows.push_back(boundary.snapped_row[disc]);
+    return rows;
+}
+
+PlaneReport reportOf(const Particles& particles, const DiscBoundary& boundary) {
     PlaneReport report;
     report.particles = particles.size();
-    report.distinct_particles = snapped.size();
     report.alpha_segments = boundary.segment.size();
     report.double_sided_segments = doubleSidedSegments(boundary);
     report.isolated_particles = boundary.bare.size();
@@ -85,13 +93,18 @@ SkinnedPlane skinPlane(const Particles& particles, const SkinParams& params, con
     };
     requirePlanar(params);
     requireOnePlane(particles);
-    const SnappedParticles snapped = snapParticles(particles, params.radius);
+    SkinnedPlane plane;
+    SnappedParticles snapped = snapParticles(particles, params.radius);
+    const std::size_t distinct_particles = snapped.size();
+    const LeftOut left_out = leaveOutDroplets(particles, params.features, snapped, plane.spheres);
     const DiscBoundary boundary = discBoundary(snapped);
     const std::vector<Moving> discs = movingDiscs(boundary, particles);
     watch("structure");
 
-    SkinnedPlane plane;
-    plane.report = reportOf(particles, snapped, boundary);
+    plane.report = reportOf(particles, boundary);
+    plane.report.distinct_particles = distinct_particles;
+    plane.report.droplets = left_out.droplets;
+    plane.report.droplet_particles = left_out.particles;
     plane.alpha = alphaCurves(boundary, discs);
     if (params.surface == SurfaceKind::alpha) {
         plane.curves = plane.alpha;
@@ -99,6 +112,8 @@ SkinnedPlane skinPlane(const Particles& particles, const SkinParams& params, con
         const std::vector<Moving> vertices = movingVertices(boundary, discs);
         watch("velocity");
         BetaCurve curve = tessellated(boundary, discs, vertices, params);
+        if (params.features.bubbles == Bubbles::fill)
+            plane.report.bubbles_filled = fillHoles(curve, params.radius, params.features.bubble_volume);
         plane.before = asCurves(curve);
         plane.pure = curve.pure;
         watch("tessellate");
@@ -107,13 +122,16 @@ SkinnedPlane skinPlane(const Particles& particles, const SkinParams& params, con
         if (!particles.velocity.empty()) slideWithParticles(boundary, discs, curve);
         watch("velocity");
         plane.curves = asCurves(curve);
-        if (isPapers(params)) plane.spheres = externalDiscs(boundary, discs, particles);
+        if (isPapers(params)) addSpheres(particles, snapped, isolatedIn(boundary), plane.spheres);
     }
     if (particles.velocity.empty()) plane.curves.velocity.clear();
     plane.before.velocity.clear();
+    for (Vec3& v : plane.spheres.velocity) v.z = 0;
     plane.alpha.velocity.clear();
     for (auto* rows : {&plane.curves.position, &plane.before.position, &plane.alpha.position, &plane.spheres.position})
         for (Vec3& p : *rows) p.z = particles.position[0].z;
+    plane.curves.attributes = carriedAttributes(particles, boundary.row, discs, boundary.worldRadius(),
+                                                params.attributes, plane.curves.position);
     return plane;
 }
 
@@ -124,11 +142,11 @@ void requirePlanar(const SkinParams& params) {
     };
     if (params.predicates == PredicateKind::floating) refuse("floating predicates (--predicates float)");
     if (params.inset > 0) refuse("an inset (--inset)");
-    if (features.droplets != Droplets::mesh) refuse("leaving out droplets (--droplets)");
     if (features.tendrils != Tendrils::mesh) refuse("leaving out tendrils (--tendrils)");
-    if (features.bubbles != Bubbles::mesh) refuse("filling bubbles (--bubbles)");
+    if (features.bubbles != Bubbles::mesh &&
+        (params.surface != SurfaceKind::beta || params.tessellation != Tessellation::complete))
+        throw Error("only the complete tessellation has bubbles that can be filled; expected that one");
     if (params.components) refuse("numbering pieces (--components)");
-    if (!params.attributes.empty()) refuse("carrying attributes (--attributes)");
     if (params.smoothing == SmoothingMethod::paper && params.tessellation != Tessellation::paper)
         throw Error("the paper's smoothing is for the paper's tessellation; expected that one too");
 }

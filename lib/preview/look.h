@@ -21,6 +21,13 @@ enum class ColourBy {
     attribute   ///< of the mesh's vertices
 };
 
+/// Leaves away what lies on one side of a place along an axis.
+struct Cut {
+    int axis = 0;       ///< 0 x, 1 y, 2 z
+    bool below = true;  ///< what stays
+    double at = 0;      ///< world units
+};
+
 struct Colouring {
     ColourBy by = ColourBy::nothing;
     std::string attribute;     ///< its name
@@ -33,6 +40,7 @@ struct Look {
     Shading shading = Shading::studio;
     bool flat = false;  ///< triangles as they are, rather than as if the surface were round
     Colouring colouring;
+    std::optional<Cut> cut;        ///< the inside of what is cut open is plain
     double wireframe = 0;          ///< width of the triangles' edges, pixels; 0: not drawn
     double shutter = 0;            ///< how long it is open round the moment of the frame, frames
     double fps = 24;               ///< frames per second, > 0

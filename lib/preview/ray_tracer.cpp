@@ -13,6 +13,7 @@ namespace betamesh {
 namespace {
 
 constexpr std::size_t kGrain = 4096;  // rows
+constexpr float kBeyond = 1 + 1e-5f;  // times the distance of one hit: where the next one is looked for
 
 [[noreturn]] void fail(RTCError code) {
     if (code == RTC_ERROR_OUT_OF_MEMORY) throw std::bad_alloc();
@@ -83,8 +84,10 @@ struct RayTracer::Embree {
     }
 };
 
-RayTracer::RayTracer(const Mesh& mesh, const Spheres& spheres, const Vec3& origin, double shutter_seconds)
-    : embree_(std::make_unique<Embree>()) {
+RayTracer::RayTracer(const Mesh& mesh, const Spheres& spheres, const Vec3& origin, double shutter_seconds,
+                     const std::optional<CutPlane>& cut)
+    : embree_(std::make_unique<Embree>()), cut_(cut) {
+    for (const float radius : spheres.radius) largest_sphere_ = std::max(largest_sphere_, radius);
     if (!mesh.triangles.empty()) {
         const RTCGeometry geometry = rtcNewGeometry(embree_->device, RTC_GEOMETRY_TYPE_TRIANGLE);
         embree_->addPositions(geometry, RTC_FORMAT_FLOAT3, 3 * sizeof(float), mesh.position, mesh.velocity, origin,
@@ -125,28 +128,76 @@ void fill(RTCRay8& ray, const Rays& rays) {
     std::fill(std::begin(ray.flags), std::end(ray.flags), 0u);
 }
 
+Vec3f rowOf(const std::array<Rays::Row<float>, 3>& rows, std::size_t i) { return {rows[0][i], rows[1][i], rows[2][i]}; }
+
 }  // namespace
 
+/// What the cut leaves of each ray.
+Rays RayTracer::uncut(const Rays& rays) const {
+    Rays rest = rays;
+    for (std::size_t i = 0; i < Rays::kCount; ++i) {
+        const float room = cut_->offset - rowOf(rays.origin, i).dot(cut_->normal),
+                    rise = rowOf(rays.direction, i).dot(cut_->normal);
+        if (room < 0 && rise >= 0) rest.active[i] = 0;
+        if (room < 0 && rise < 0) rest.least[i] = std::max(rest.least[i], room / rise);
+        if (room >= 0 && rise > 0) rest.most[i] = std::min(rest.most[i], room / rise);
+    }
+    return rest;
+}
+
+/// A ray that comes in through the cut has come in inside of a mesh if it leaves that at the first triangle, and inside
+/// of a sphere if it leaves one that holds the place.
 Hits RayTracer::nearest(const Rays& rays) const {
+    if (!cut_) return traced(rays);
+    const Rays rest = uncut(rays);
+    Hits hits = traced(rest), next = hits;
+    Rays further = rest;
+    for (std::size_t i = 0; i < Rays::kCount; ++i)
+        if (!(rest.least[i] > rays.least[i])) further.active[i] = 0;
+    const auto anyLeft = [&] {
+        return std::any_of(further.active.begin(), further.active.end(), [](int active) { return active != 0; });
+    };
+    for (; anyLeft(); next = traced(further))
+        for (std::size_t i = 0; i < Rays::kCount; ++i) {
+            if (further.active[i] == 0) continue;
+            const Vec3f direction = rowOf(rays.direction, i), normal = rowOf(next.normal, i);
+            const float way = (next.distance[i] - rest.least[i]) * direction.length();
+            const bool sphere = next.what[i] == Hits::kSphere;
+            bool inside = next.what[i] != Hits::kNothing && normal.dot(direction) > 0;
+            if (sphere)  // its normal is a radius
+                inside = (normal - direction.normalized() * way).length2() < normal.length2();
+            if (inside) {
+                hits.what[i] = Hits::kSection;
+                hits.distance[i] = rest.least[i];
+                for (int axis = 0; axis < 3; ++axis)
+                    hits.normal[static_cast<std::size_t>(axis)][i] = cut_->normal[axis];
+            }
+            further.least[i] = next.distance[i] * kBeyond;
+            if (inside || !sphere || way > 2 * largest_sphere_) further.active[i] = 0;
+        }
+    return hits;
+}
+
+Hits RayTracer::traced(const Rays& rays) const {
     RTCIntersectContext context;
     rtcInitIntersectContext(&context);
     context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
-    RTCRayHit8 traced;
-    fill(traced.ray, rays);
-    std::fill(std::begin(traced.hit.geomID), std::end(traced.hit.geomID), RTC_INVALID_GEOMETRY_ID);
-    rtcIntersect8(rays.active.data(), embree_->scene, &context, &traced);
+    RTCRayHit8 ends;
+    fill(ends.ray, rays);
+    std::fill(std::begin(ends.hit.geomID), std::end(ends.hit.geomID), RTC_INVALID_GEOMETRY_ID);
+    rtcIntersect8(rays.active.data(), embree_->scene, &context, &ends);
     Hits hits;
     for (std::size_t i = 0; i < Rays::kCount; ++i) {
-        const unsigned geometry = traced.hit.geomID[i];
+        const unsigned geometry = ends.hit.geomID[i];
         if (rays.active[i] == 0 || geometry == RTC_INVALID_GEOMETRY_ID) continue;
         hits.what[i] = geometry == embree_->triangles ? Hits::kTriangle : Hits::kSphere;
-        hits.row[i] = traced.hit.primID[i];
-        hits.distance[i] = traced.ray.tfar[i];
-        hits.u[i] = traced.hit.u[i];
-        hits.v[i] = traced.hit.v[i];
-        hits.normal[0][i] = traced.hit.Ng_x[i];
-        hits.normal[1][i] = traced.hit.Ng_y[i];
-        hits.normal[2][i] = traced.hit.Ng_z[i];
+        hits.row[i] = ends.hit.primID[i];
+        hits.distance[i] = ends.ray.tfar[i];
+        hits.u[i] = ends.hit.u[i];
+        hits.v[i] = ends.hit.v[i];
+        hits.normal[0][i] = ends.hit.Ng_x[i];
+        hits.normal[1][i] = ends.hit.Ng_y[i];
+        hits.normal[2][i] = ends.hit.Ng_z[i];
     }
     return hits;
 }
@@ -154,11 +205,12 @@ Hits RayTracer::nearest(const Rays& rays) const {
 Rays::Row<std::uint8_t> RayTracer::blocked(const Rays& rays) const {
     RTCIntersectContext context;
     rtcInitIntersectContext(&context);
-    RTCRay8 traced;
-    fill(traced, rays);
-    rtcOccluded8(rays.active.data(), embree_->scene, &context, &traced);
+    const Rays rest = cut_ ? uncut(rays) : rays;
+    RTCRay8 ends;
+    fill(ends, rest);
+    rtcOccluded8(rest.active.data(), embree_->scene, &context, &ends);
     Rays::Row<std::uint8_t> blocked{};
-    for (std::size_t i = 0; i < Rays::kCount; ++i) blocked[i] = rays.active[i] != 0 && traced.tfar[i] < 0;
+    for (std::size_t i = 0; i < Rays::kCount; ++i) blocked[i] = rest.active[i] != 0 && ends.tfar[i] < 0;
     return blocked;
 }
 

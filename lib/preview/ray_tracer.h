@@ -6,6 +6,7 @@
 
 #include <array>
 #include <memory>
+#include <optional>
 
 namespace betamesh {
 
@@ -21,9 +22,16 @@ struct Rays {
     alignas(32) Row<float> time{};           ///< within the shutter, 0 to 1
 };
 
-/// Where rays end. Rows of rays that meet nothing hold kNothing in `what`.
+/// Cuts away the points p, counted from the origin of rays, with normal · p > offset. normal is a unit vector.
+struct CutPlane {
+    Vec3f normal{1, 0, 0};
+    float offset = 0;
+};
+
+/// Where rays end. Rows of rays that meet nothing hold kNothing in `what`, those that come in where the plane of a cut
+/// passes through the inside of a mesh or of spheres kSection.
 struct Hits {
-    enum What : std::uint8_t { kNothing, kTriangle, kSphere };
+    enum What : std::uint8_t { kNothing, kTriangle, kSphere, kSection };
 
     Rays::Row<What> what{};
     Rays::Row<std::uint32_t> row{};            ///< of the triangle or the sphere
@@ -36,10 +44,11 @@ struct Hits {
 class RayTracer {
 public:
     /// shutter_seconds: how long everything moves by its velocity, half of it before and half after the moment of
-    /// the mesh. The mesh and its spheres must outlive it.
+    /// the mesh; the cut stays where it is. The mesh and its spheres must outlive the tracer.
     ///
     /// same    answers for any thread count
-    RayTracer(const Mesh& mesh, const Spheres& spheres, const Vec3& origin, double shutter_seconds);
+    RayTracer(const Mesh& mesh, const Spheres& spheres, const Vec3& origin, double shutter_seconds,
+              const std::optional<CutPlane>& cut);
     ~RayTracer();
     RayTracer(const RayTracer&) = delete;
     RayTracer& operator=(const RayTracer&) = delete;
@@ -50,7 +59,13 @@ public:
 
 private:
     struct Embree;
+
+    Hits traced(const Rays& rays) const;
+    Rays uncut(const Rays& rays) const;
+
     std::unique_ptr<Embree> embree_;
+    std::optional<CutPlane> cut_;
+    float largest_sphere_ = 0;  // radius
 };
 
 }  // namespace betamesh

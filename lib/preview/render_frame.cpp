@@ -19,6 +19,7 @@ constexpr double kSurfaceGap = 2e-4;      // of the scene's size: how far rays s
 constexpr double kOcclusionReach = 0.25;  // of the scene's size: how far the room's light looks for what hides it
 constexpr float kGroundReach = 8;         // times that: how far out the ground takes shadows
 constexpr float kShadowOnGround = 0.55f, kOcclusionOnGround = 0.5f;  // share of the ground's light that they take
+const Vec3f kSectionColour(0.30f, 0.36f, 0.42f);                     // linear light, where the cut shows the inside
 constexpr float kEdgeLight = 0.25f;                                  // of the surface's, where the wireframe is drawn
 constexpr int kCalm = 2;  // pixels: how far shadows on the ground are averaged
 constexpr float kFar = 1e30f;
@@ -137,6 +138,8 @@ Seen seenBy(const Studio& studio, const Rays& rays, const Hits& hits, std::size_
         if (!studio.colours.triangle.empty()) seen.colour = studio.colours.triangle[row];
         if (!studio.mesh.velocity.empty()) seen.velocity = mixed(studio.mesh.velocity, t, u, v);
         if (studio.look.wireframe > 0) seen.colour *= 1 - (1 - kEdgeLight) * wire(studio, t, u, v, seen.position);
+    } else if (seen.what == Hits::kSection) {
+        seen.colour = kSectionColour;
     } else {
         if (!studio.colours.sphere.empty()) seen.colour = studio.colours.sphere[row];
         if (!studio.spheres.velocity.empty()) seen.velocity = Vec3f(studio.spheres.velocity[row]);
@@ -256,7 +259,7 @@ void fillLayers(const Studio& studio, int left, int top, const Rays::Row<int>& i
         const Seen seen = seenBy(studio, rays, hits, i);
         picture.depth[pixel] = Picture::kFarAway;
         if (seen.what == Hits::kNothing) continue;
-        picture.id[pixel] = seen.what == Hits::kTriangle ? Picture::kMesh : Picture::kSphere;
+        picture.id[pixel] = seen.what == Hits::kSphere ? Picture::kSphere : Picture::kMesh;
         picture.depth[pixel] = hits.distance[i];  // directions are as long as makes this the depth
         const Vec3 position = Vec3(seen.position) + studio.origin;
         const auto now = studio.view.seen(position),
@@ -341,6 +344,14 @@ Picture photographed(const Studio& studio) {
     return picture;
 }
 
+std::optional<CutPlane> planeOf(const std::optional<Cut>& cut, const Vec3& origin) {
+    if (!cut) return std::nullopt;
+    const double side = cut->below ? 1 : -1;
+    CutPlane plane{{0, 0, 0}, static_cast<float>(side * (cut->at - origin[cut->axis]))};
+    plane.normal[cut->axis] = static_cast<float>(side);
+    return plane;
+}
+
 }  // namespace
 
 Picture renderFrame(const Mesh& mesh, const Spheres& spheres, const Camera& camera, const Look& look) {
@@ -367,7 +378,7 @@ Picture renderFrame(const Mesh& mesh, const Spheres& spheres, const Camera& came
                         static_cast<float>(size * kOcclusionReach),
                         std::move(rounded),
                         std::move(colours),
-                        {mesh, spheres, origin, look.shutter / look.fps},
+                        {mesh, spheres, origin, look.shutter / look.fps, planeOf(look.cut, origin)},
                         look.ground ? static_cast<float>(*look.ground - dot(origin, camera.up)) : 0};
     return photographed(studio);
 }

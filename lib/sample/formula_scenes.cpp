@@ -195,6 +195,38 @@ private:
     std::uint64_t seed_;
 };
 
+// A bubble grows under the surface of a pool two wide and 0.9 deep: every particle moves straight away from a point, as
+// far as volume flows out there. The liquid above becomes a dome, a film, and tears.
+class Bubble final : public FormulaScene {
+public:
+    explicit Bubble(const SampleParams& params)
+        : FormulaScene(params.frames_per_second,
+                       std::cbrt(kWidth * kDepth * kWidth / static_cast<double>(params.particles))) {
+        const double dx = spacing();
+        for (double z = (dx - kWidth) / 2; z < kWidth / 2; z += dx)
+            for (double y = kAbove - dx / 2; y > kAbove - kDepth; y -= dx)
+                for (double x = (dx - kWidth) / 2; x < kWidth / 2; x += dx)
+                    points_.push_back(Vec3(x, y, z) + Random(params.seed, points_.size()).cube() * (0.2 * dx));
+    }
+
+protected:
+    std::size_t count() const override { return points_.size(); }
+    // As many units cubed are below a particle as before, and a bubble of this volume, 4π/3 aside: r³ = r₀³ + a³.
+    State at(std::size_t i, double seconds) const override {
+        const Vec3& p = points_[i];
+        const Curve grown = rise(seconds, 0, 0.8);
+        const double before = std::max(p.length(), 1e-6 * kRadius), volume = kRadius * kRadius * kRadius;
+        const double after = std::cbrt(before * before * before + volume * grown.value);
+        return {p * (after / before), p * (volume * grown.slope / (3 * after * after * before))};
+    }
+
+private:
+    static constexpr double kWidth = 2, kDepth = 0.9, kRadius = 0.65;
+    static constexpr double kAbove = 0.3;  // the surface above the bubble's middle
+
+    std::vector<Vec3> points_;
+};
+
 // In the plane z = 0: a pool two wide and 0.4 deep with a bubble in it, a jet a single particle thick that is pulled
 // out of it and thins, a drop of radius 0.15 and one particle on its own, which sink into it; it answers with a swell.
 class Puddle final : public FormulaScene {
@@ -322,6 +354,7 @@ private:
 }  // namespace
 
 std::unique_ptr<Scene> makeDrop(const SampleParams& params) { return std::make_unique<Drop>(params); }
+std::unique_ptr<Scene> makeBubble(const SampleParams& params) { return std::make_unique<Bubble>(params); }
 std::unique_ptr<Scene> makePuddle(const SampleParams& params) { return std::make_unique<Puddle>(params); }
 std::unique_ptr<Scene> makeSheet(const SampleParams& params) { return std::make_unique<Sheet>(params); }
 std::unique_ptr<Scene> makeTendril(const SampleParams& params) { return std::make_unique<Tendril>(params); }

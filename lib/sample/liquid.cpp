@@ -10,12 +10,12 @@ namespace betamesh {
 
 namespace {
 
-constexpr double kCourant = 0.8;         // cells that the fastest particle may cross in one step
-constexpr double kApart = 0.4;           // cells; particles closer than this push each other apart
-constexpr double kPush = 0.1;            // part of the missing distance that one step makes up
-constexpr double kLongestPush = 0.02;    // cells a step
-constexpr double kWall = 0.05;           // cells that particles keep from solids
-constexpr double kCrowd = 8;             // particles in a full cell
+constexpr double kCourant = 0.8;       // cells that the fastest particle may cross in one step
+constexpr double kApart = 0.4;         // cells; particles closer than this push each other apart
+constexpr double kPush = 0.1;          // part of the missing distance that one step makes up
+constexpr double kLongestPush = 0.02;  // cells a step
+constexpr double kWall = 0.05;         // cells that particles keep from solids
+
 constexpr double kThinning = 0.1;        // part of the crowding above that which one step lets out
 constexpr int kSweeps = 300;             // of the pressure, at most
 constexpr double kPressureError = 1e-4;  // of the pressure's right-hand side
@@ -205,7 +205,7 @@ void applyForces(Grid& grid, const Surroundings& surroundings, double dt) {
 }
 
 // Makes the flow free of divergence, save that crowded cells let some out. Air has pressure 0.
-void project(Grid& grid, double dt) {
+void project(Grid& grid, double full, double dt) {
     std::vector<std::uint32_t> wet;  // cells
     std::vector<std::uint32_t> row(grid.size(), kNone);
     for (std::size_t c = 0; c < grid.size(); ++c) {
@@ -226,7 +226,7 @@ void project(Grid& grid, double dt) {
             if (!grid.solid[other]) diagonal[i] += 1;
             divergence += step * grid.speed[static_cast<std::size_t>(axis)][step < 0 ? c : other];
         }
-        const double crowd = (grid.particle[c + 1] - grid.particle[c]) / kCrowd - 1;
+        const double crowd = (grid.particle[c + 1] - grid.particle[c]) / full - 1;
         residual[i] = -divergence + kThinning * std::clamp(crowd, 0.0, 1.0) / dt;
     });
 
@@ -405,7 +405,7 @@ void advance(Liquid& liquid, const Surroundings& surroundings, double seconds) {
         Grid grid = gridOf(sortIntoCells(liquid), surroundings);
         gatherSpeeds(grid, liquid);
         applyForces(grid, surroundings, dt);
-        project(grid, dt);
+        project(grid, surroundings.crowd, dt);
         extrapolate(grid);
         moveParticles(liquid, grid, surroundings, dt);
     }

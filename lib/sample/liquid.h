@@ -19,13 +19,14 @@ struct CellBox {
     }
 };
 
-/// What the liquid lives in. Lengths in cells, time in seconds. A full cell holds eight particles.
+/// What the liquid lives in. Lengths in cells, time in seconds.
 struct Surroundings {
     Vec3 gravity{0, 0, 0};  ///< cells per second squared
     double cohesion = 0;    ///< cells per second squared, of one particle on another, >= 0
     bool tank = false;      ///< solid beyond tank_box, which has no lid (y is up); otherwise free flight
     CellBox tank_box;
     CellBox obstacle;  ///< solid; empty if there is none
+    double crowd = 8;  ///< particles in a full cell
 
     bool solid(const Vec3i& cell) const;
 };

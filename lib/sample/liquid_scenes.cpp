@@ -31,7 +31,7 @@ public:
         particles.id.resize(n);
         for (std::size_t i = 0; i < n; ++i) {
             const std::size_t row = liquid_.id[i];
-            particles.position[row] = Vec3f(liquid_.position[i] * cell_);
+            particles.position[row] = Vec3f((liquid_.position[i] - origin_) * cell_);
             particles.velocity[row] = Vec3f(liquid_.moved[i] * cell_);
             particles.id[row] = row;
         }
@@ -44,6 +44,7 @@ protected:
 
     double frames_per_second_, cell_;
     Surroundings surroundings_;
+    Vec3 origin_{0, 0, 0};  // of the world, in cells
 
 private:
     Liquid liquid_;
@@ -101,6 +102,42 @@ private:
     std::uint64_t seed_;
 };
 
+// In the plane z = 0: a column one wide and one high collapses in a tank three long. The tank is a cell deep, and all
+// particles are half-way: nothing is there to push them out of the plane.
+class PlaneDamBreak final : public LiquidScene {
+public:
+    explicit PlaneDamBreak(const SampleParams& params)
+        : PlaneDamBreak(params, static_cast<std::size_t>(
+                                    std::max(1.0, std::round(std::sqrt(static_cast<double>(params.particles) / 4))))) {}
+
+protected:
+    Liquid initial() const override {
+        Liquid liquid;
+        fill(liquid, {0, 0, 0}, {2 * across_, layers_, 1}, seed_);
+        for (Vec3& p : liquid.position) p.z = origin_.z;
+        return liquid;
+    }
+
+private:
+    // across: cells in one unit
+    PlaneDamBreak(const SampleParams& params, std::size_t across)
+        : LiquidScene(params.frames_per_second, 1 / static_cast<double>(across)),
+          across_(across),
+          layers_(std::max<std::size_t>(1, (params.particles + across) / (2 * across))),
+          seed_(params.seed) {
+        const auto n = static_cast<std::int64_t>(across);
+        surroundings_.gravity = {0, -9.81 * static_cast<double>(n), 0};
+        surroundings_.cohesion = 6;
+        surroundings_.tank = true;
+        surroundings_.tank_box = {{0, 0, 0}, {3 * n, 0, 1}};
+        surroundings_.crowd = 4;
+        origin_ = {0, 0, 0.5};
+    }
+
+    std::size_t across_, layers_;
+    std::uint64_t seed_;
+};
+
 // A cube one wide round the origin that spins about an axis aslant to it, at first 0.9 turns a second.
 class RotatingCube final : public LiquidScene {
 public:
@@ -135,6 +172,7 @@ private:
 }  // namespace
 
 std::unique_ptr<Scene> makeDamBreak(const SampleParams& params) { return std::make_unique<DamBreak>(params); }
+std::unique_ptr<Scene> makePlaneDamBreak(const SampleParams& params) { return std::make_unique<PlaneDamBreak>(params); }
 std::unique_ptr<Scene> makeRotatingCube(const SampleParams& params) { return std::make_unique<RotatingCube>(params); }
 
 }  // namespace betamesh

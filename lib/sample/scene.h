@@ -20,6 +20,7 @@ using SceneMaker = std::unique_ptr<Scene> (*)(const SampleParams& params);
 
 // By formula.
 std::unique_ptr<Scene> makeDrop(const SampleParams& params);
+std::unique_ptr<Scene> makeBubble(const SampleParams& params);
 std::unique_ptr<Scene> makePuddle(const SampleParams& params);
 std::unique_ptr<Scene> makeSheet(const SampleParams& params);
 std::unique_ptr<Scene> makeTendril(const SampleParams& params);
@@ -28,6 +29,7 @@ std::unique_ptr<Scene> makeJitter(const SampleParams& params);
 
 // By solver.
 std::unique_ptr<Scene> makeDamBreak(const SampleParams& params);
+std::unique_ptr<Scene> makePlaneDamBreak(const SampleParams& params);
 std::unique_ptr<Scene> makeRotatingCube(const SampleParams& params);
 
 }  // namespace betamesh

@@ -1,35 +1,15 @@
-// What of the liquid is told apart: droplets, tendrils, bubbles, and the components of the mesh.
+// What of the liquid is told apart: tendrils, bubbles, and the components of the mesh.
 
 #pragma once
 
 #include "core/ball_boundary.h"
 #include "core/beta_mesh.h"
-#include "exact/snapped_particles.h"
 
 namespace betamesh {
-
-/// Connected components of the union of balls, two balls being joined where they meet or touch.
-struct SmallComponents {
-    std::size_t count = 0;
-    std::vector<std::uint32_t> particle;  ///< theirs, as rows of SnappedParticles, ascending
-};
-
-/// The components of fewer than so many particles. All particles count, exposed or buried, duplicates once.
-///
-/// same    result for any thread count and particle order
-/// cost    O(n log n)
-SmallComponents smallComponents(const SnappedParticles& particles, std::size_t least);
 
 /// Particles of threads that are a single particle thick: no alpha triangle uses them, but a degenerate edge
 /// does. Rows of SnappedParticles, ascending.
 std::vector<std::uint32_t> tendrilParticles(const BallBoundary& boundary);
-
-/// All but some rows, which are ascending.
-SnappedParticles without(const SnappedParticles& particles, const std::vector<std::uint32_t>& rows);
-
-/// Adds some rows, in their order, as spheres of the balls' radius.
-void addSpheres(const Particles& particles, const SnappedParticles& snapped, const std::vector<std::uint32_t>& rows,
-                Spheres& spheres);
 
 /// Leaves bubbles out of a mesh: closed components that face inwards and enclose less than so much volume, in world
 /// units cubed, and whatever is inside them. All others stay as they are, in their order.

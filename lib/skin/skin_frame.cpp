@@ -1,9 +1,10 @@
 #include "skin/skin_frame.h"
 
+#include "core/carried_attributes.h"
 #include "core/error.h"
+#include "exact/droplets.h"
 #include "skin/alpha_mesh.h"
 #include "skin/arc_points.h"
-#include "skin/attributes.h"
 #include "skin/ball_boundary.h"
 #include "skin/ball_faces.h"
 #include "skin/boundary_samples.h"
@@ -35,7 +36,8 @@ struct Structure {
     BallBoundary boundary;
     Spheres apart;  // what left, and is to be kept
     std::size_t distinct_particles = 0;
-    std::size_t droplets = 0, droplet_particles = 0, tendril_particles = 0;
+    LeftOut left_out;
+    std::size_t tendril_particles = 0;
     int retries = 0;
 };
 
@@ -45,17 +47,6 @@ std::string describe(const Particles& particles, std::uint32_t row) {
            std::to_string(p.z) + ")";
 }
 
-void leaveOutDroplets(const Particles& particles, const Features& features, Structure& structure) {
-    if (features.droplets == Droplets::mesh) return;
-    const auto least = static_cast<std::size_t>(std::max(1, features.droplet_particles));
-    const SmallComponents small = smallComponents(structure.snapped, least);
-    if (features.droplets == Droplets::points)
-        addSpheres(particles, structure.snapped, small.particle, structure.apart);
-    structure.snapped = without(structure.snapped, small.particle);
-    structure.droplets = small.count;
-    structure.droplet_particles = small.particle.size();
-}
-
 // Particles -> the boundary of those that are to be meshed; boundaryOf tells why there is none, if so.
 template <typename BoundaryOf>
 std::optional<UnpairedEdge> buildStructure(const Particles& particles, const SkinParams& params, const Jitter& jitter,
@@ -63,7 +54,7 @@ std::optional<UnpairedEdge> buildStructure(const Particles& particles, const Ski
     structure = {};
     structure.snapped = snapParticles(particles, params.radius, jitter);
     structure.distinct_particles = structure.snapped.size();
-    leaveOutDroplets(particles, params.features, structure);
+    structure.left_out = leaveOutDroplets(particles, params.features, structure.snapped, structure.apart);
     for (;;) {
         std::variant<BallBoundary, UnpairedEdge> built = boundaryOf(structure.snapped, survivors(structure.snapped));
         if (const auto* unpaired = std::get_if<UnpairedEdge>(&built)) return *unpaired;
@@ -171,8 +162,8 @@ void count(const Particles& particles, const Structure& structure, SkinReport& r
     const BallBoundary& boundary = structure.boundary;
     report.particles = particles.size();
     report.distinct_particles = structure.distinct_particles;
-    report.droplets = structure.droplets;
-    report.droplet_particles = structure.droplet_particles;
+    report.droplets = structure.left_out.droplets;
+    report.droplet_particles = structure.left_out.particles;
     report.tendril_particles = structure.tendril_particles;
     report.alpha_triangles = boundary.triangle.size();
     report.double_sided_triangles = doubleSidedTriangles(boundary);
@@ -185,16 +176,6 @@ void count(const Particles& particles, const Structure& structure, SkinReport& r
             used[ball] = true;
         }
     report.perturbation_retries = structure.retries;
-}
-
-// Accelerations are carried unasked: with them motion blur is curved.
-std::vector<std::string> attributesFor(const Particles& particles, const SkinParams& params) {
-    std::vector<std::string> names = params.attributes;
-    for (const Attribute& a : particles.attributes)
-        if ((a.name == "accel" || a.name == "acceleration") && a.components == 3 && !a.real.empty() &&
-            std::find(names.begin(), names.end(), a.name) == names.end())
-            names.push_back(a.name);
-    return names;
 }
 
 }  // namespace
@@ -234,8 +215,8 @@ SkinnedFrame skinFrame(const Particles& particles, const SkinParams& params, con
             break;
     }
     if (particles.velocity.empty()) frame.mesh.velocity.clear();
-    frame.mesh.attributes =
-        carriedAttributes(particles, structure.boundary, balls, attributesFor(particles, params), frame.mesh.position);
+    frame.mesh.attributes = carriedAttributes(particles, structure.boundary.row, balls,
+                                              structure.boundary.worldRadius(), params.attributes, frame.mesh.position);
     if (params.components) labelComponents(frame.mesh);
     watch("tessellate");
     return frame;

@@ -7,6 +7,8 @@
 
 #include <gtest/gtest.h>
 
+#include <filesystem>
+#include <fstream>
 #include <sstream>
 
 namespace betamesh {
@@ -102,6 +104,22 @@ TEST(Coherence, PlotsOverTime) {
     EXPECT_EQ(runProgram({"coherence", "m.0001.ply", "m.0001.ply", "--plot", "still.svg"}, folder.path()).exit_code, 0);
     EXPECT_EQ(contentsOf(folder / "still.svg").find("nan"), std::string::npos);
     EXPECT_EQ(runProgram({"coherence", "m.####.ply", "--plot", "absent/way.svg"}, folder.path()).exit_code, 2);
+}
+
+TEST(Coherence, PlotsAgainstAnotherRun) {
+    const TemporaryFolder folder;
+    writeSequence(folder);
+    const Outcome first = runProgram({"coherence", "m.####.ply", "--json"}, folder.path());
+    std::ofstream(folder / "other.json") << first.out;
+    const std::vector<std::string> words{"coherence", "m.####.ply", "--plot", "p.svg", "--against", "other.json"};
+    ASSERT_EQ(runProgram(words, folder.path()).exit_code, 0);
+    EXPECT_NE(contentsOf(folder / "p.svg").find("max, other"), std::string::npos);
+    std::filesystem::remove(folder / "p.svg");
+    std::ofstream(folder / "other.json") << first.out.substr(0, first.out.find('\n') + 1);
+    const Outcome shorter = runProgram(words, folder.path());
+    EXPECT_EQ(shorter.exit_code, 2);
+    EXPECT_NE(shorter.err.find("1 lines; expected one for each of the 4 pairs"), std::string::npos) << shorter.err;
+    EXPECT_FALSE(std::filesystem::exists(folder / "p.svg"));
 }
 
 TEST(Coherence, FollowsAPipelineInFineSteps) {

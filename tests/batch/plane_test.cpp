@@ -70,7 +70,8 @@ TEST_F(PlaneJob, WhatGoesTogetherIsCheckedBeforeAnythingIsWritten) {
     refused("c.ply", {"--dimension", "4"}, "2 to 3");
     refused("c.ply", {"--dimension", "2", "--layers", "beta"}, "is no picture");
     refused("c.ply", {"--bounds", "0,0,1,1"}, "is no picture");
-    refused("c.ply", {"--dimension", "2", "--droplets", "drop"}, "three dimensions");
+    refused("c.ply", {"--dimension", "2", "--tendrils", "points"}, "three dimensions");
+    refused("c.ply", {"--dimension", "2", "--inset", "0.1"}, "three dimensions");
     refused("c.ply", {"--dimension", "2", "--predicates", "float"}, "three dimensions");
     refused("c.svg", {"--dimension", "2", "--layers", "gamma"}, "layers");
     refused("c.svg", {"--dimension", "2", "--bounds", "1,1,0,0"}, "lowest");

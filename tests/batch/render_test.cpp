@@ -178,6 +178,31 @@ TEST_F(Pictures, CompareShowsFourSurfacesOfOneFrame) {
     EXPECT_EQ(run({"compare", "sim.0002.vdb", "a.png"}).exit_code, 2);
 }
 
+TEST_F(Pictures, PanelsDifferInNothingButWhatTheySay) {
+    const auto compared = [&](const std::vector<std::string>& panels) {
+        std::vector<std::string> words = small({"compare", "sim.0002.vdb", "a.png", "--columns", "2", "--overwrite"});
+        for (const std::string& panel : panels) words.insert(words.end(), {"--panel", panel});
+        return run(words);
+    };
+    const auto halves = [&] {
+        const Image sheet = image("a.png");
+        const int gap = (sheet.width - 2 * 160) / 3;
+        Image left(160, 90, {}), right = left;
+        paste(sheet, -gap, -gap, left);
+        paste(sheet, -2 * gap - 160, -gap, right);
+        return std::pair(left.pixel, right.pixel);
+    };
+    ASSERT_EQ(compared({"one:", "the same: preview.show=surface"}).exit_code, 0);
+    EXPECT_EQ(halves().first, halves().second);
+    const auto whole = halves().first;
+    ASSERT_EQ(compared({"whole:", "cut open: preview.cut=z<0"}).exit_code, 0);
+    EXPECT_EQ(halves().first, whole);
+    EXPECT_NE(halves().second, whole);
+    for (const char* wrong : {"no colon", "unknown: surface.colour=red", "a word: flat", "plane: surface.dimension=2",
+                              "cut: preview.cut=w<1"})
+        EXPECT_EQ(compared({"one:", wrong}).exit_code, 2) << wrong;
+}
+
 TEST_F(Pictures, AContactSheetHoldsTheChosenFrames) {
     const std::vector<std::string> words = small({"render", "mesh.####.ply", "a.####.png", "--contact-sheet", "s.png"});
     ASSERT_EQ(run(words).exit_code, 0);

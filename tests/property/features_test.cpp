@@ -1,6 +1,7 @@
 // What is true of droplets, tendrils, bubbles and components of every cloud.
 
 #include "skin/features.h"
+#include "exact/droplets.h"
 
 #include "core/error.h"
 #include "core/parallel.h"

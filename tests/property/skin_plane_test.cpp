@@ -12,6 +12,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -39,6 +40,11 @@ std::vector<SkinParams> everyWay(const Cloud& cloud) {
     all.back().surface = SurfaceKind::alpha;
     all.push_back(all[0]);
     all.back().surface = SurfaceKind::union_;
+    all.push_back(paramsFor(cloud));
+    all.back().features.droplets = Droplets::points;
+    all.back().features.droplet_particles = 3;
+    all.back().features.bubbles = Bubbles::fill;
+    all.back().features.bubble_volume = cloud.radius * cloud.radius;
     return all;
 }
 
@@ -96,6 +102,124 @@ TEST(SkinPlane, DoesNotDependOnOrderOrThreads) {
             withThreads(1, [&] { expectSame(one, skinPlane(cloud.particles, params)); });
         }
     });
+}
+
+TEST(SkinPlane, AttributesAreMeansOfTheParticles) {
+    forEveryPlanarCloud(200, [](const Cloud& cloud) {
+        Particles particles = cloud.particles;
+        const std::size_t n = particles.size();
+        particles.attributes = {{"constant", 2, std::vector<float>(2 * n, 3.5f), {}}, {"row", 1, {}, {}}};
+        for (std::size_t i = 0; i < n; ++i) particles.attributes[1].integer.push_back(static_cast<std::int32_t>(i));
+        for (SkinParams params : everyWay(cloud)) {
+            params.attributes = {"row", "constant"};
+            const Curves curves = skinPlane(particles, params).curves;
+            ASSERT_EQ(curves.attributes.size(), 2u);
+            ASSERT_EQ(curves.attributes[0].integer.size(), curves.position.size());
+            ASSERT_EQ(curves.attributes[1].real.size(), 2 * curves.position.size());
+            for (const float value : curves.attributes[1].real) EXPECT_NEAR(value, 3.5f, 1e-5f);
+            for (std::size_t v = 0; v < curves.position.size(); ++v) {
+                const auto row = static_cast<std::size_t>(curves.attributes[0].integer[v]);
+                EXPECT_LE((Vec3(particles.position[row]) - curves.position[v]).length(), 2 * cloud.radius);
+            }
+        }
+    });
+}
+
+TEST(SkinPlane, DropletsLeaveAsIfTheyHadNeverBeenThere) {
+    std::size_t left = 0;
+    forEveryPlanarCloud(400, [&](const Cloud& cloud) {
+        const SnappedParticles snapped = snapParticles(cloud.particles, cloud.radius);
+        const std::size_t n = snapped.size();
+        UnionFind groups(n);
+        for (std::uint32_t a = 0; a < n; ++a)
+            for (std::uint32_t b = 0; b < a; ++b)
+                if ((snapped.position[a] - snapped.position[b]).length2() <= 4 * snapped.radius * snapped.radius)
+                    groups.join(a, b);
+        std::vector<std::size_t> members(n, 0);
+        for (std::uint32_t i = 0; i < n; ++i) ++members[groups.find(i)];
+        SkinParams params = paramsFor(cloud);
+        params.features.droplet_particles = 4;
+        Particles others;
+        std::size_t small = 0;
+        for (std::uint32_t i = 0; i < n; ++i) {
+            const bool is_small = members[groups.find(i)] < 4;
+            small += is_small;
+            if (is_small) continue;
+            others.position.push_back(cloud.particles.position[snapped.row[i]]);
+            others.velocity.push_back(cloud.particles.velocity[snapped.row[i]]);
+        }
+        left += small;
+        for (const Droplets droplets : {Droplets::points, Droplets::drop}) {
+            params.features.droplets = droplets;
+            const SkinnedPlane plane = skinPlane(cloud.particles, params);
+            EXPECT_EQ(plane.report.droplet_particles, small);
+            EXPECT_EQ(plane.spheres.size(), droplets == Droplets::points ? small : 0);
+            if (others.size() > 0 && snapParticles(others, cloud.radius).quantum == snapped.quantum) {
+                EXPECT_EQ(measureCurves(plane.curves).curves,
+                          measureCurves(skinPlane(others, paramsFor(cloud)).curves).curves);
+            }
+            EXPECT_EQ(plane.curves.edges.empty(), others.size() == 0);
+        }
+    });
+    EXPECT_GT(left, 100u);
+}
+
+TEST(SkinPlane, HolesThatAreFilledAreTheSmallOnesAndWhatIsInThem) {
+    std::size_t filled = 0;
+    forEveryPlanarCloud(1000, [&](const Cloud& cloud) {
+        SkinParams params = paramsFor(cloud, SmoothingMethod::none);
+        const Curves all = skinPlane(cloud.particles, params).curves;
+        params.features.bubbles = Bubbles::fill;
+        params.features.bubble_volume = 0.5 * cloud.radius * cloud.radius;
+        const SkinnedPlane plane = skinPlane(cloud.particles, params);
+        filled += plane.report.bubbles_filled;
+        const auto placesOfLine = [](const Curves& curves, std::span<const Edge> line) {
+            std::vector<std::pair<double, double>> places;
+            for (const Edge& edge : line) places.emplace_back(curves.position[edge[0]].x, curves.position[edge[0]].y);
+            return places;
+        };
+        const auto area = [](const std::vector<std::pair<double, double>>& p) {
+            double twice = 0;
+            for (std::size_t i = 0; i < p.size(); ++i) {
+                const auto& [ax, ay] = p[i];
+                const auto& [bx, by] = p[(i + 1) % p.size()];
+                twice += (ax - p[0].first) * (by - p[0].second) - (ay - p[0].second) * (bx - p[0].first);
+            }
+            return twice / 2;
+        };
+        const auto turns = [](const std::vector<std::pair<double, double>>& p, const std::pair<double, double>& at) {
+            double angle = 0;
+            for (std::size_t i = 0; i < p.size(); ++i) {
+                const Vec3 a(p[i].first - at.first, p[i].second - at.second, 0);
+                const auto& [bx, by] = p[(i + 1) % p.size()];
+                const Vec3 b(bx - at.first, by - at.second, 0);
+                angle += std::atan2(crossZ(a, b), dot(a, b));
+            }
+            return std::abs(angle) > std::numbers::pi;
+        };
+        // Lines keep their order, so those that are gone show in one sweep.
+        const auto rest = linesOf(plane.curves);
+        std::size_t next = 0, small = 0;
+        std::vector<std::vector<std::pair<double, double>>> holes, islands;
+        for (const std::span<const Edge> line : linesOf(all)) {
+            const auto places = placesOfLine(all, line);
+            if (next < rest.size() && placesOfLine(plane.curves, rest[next]) == places) {
+                ++next;
+                EXPECT_TRUE(area(places) > 0 || area(places) <= -params.features.bubble_volume);
+            } else if (area(places) <= 0.1 * cloud.radius * cloud.radius) {
+                small += area(places) > -params.features.bubble_volume;
+                holes.push_back(places);
+            } else {
+                islands.push_back(places);
+            }
+        }
+        EXPECT_EQ(next, rest.size());
+        EXPECT_EQ(small, plane.report.bubbles_filled);
+        for (const auto& island : islands)
+            EXPECT_TRUE(
+                std::any_of(holes.begin(), holes.end(), [&](const auto& hole) { return turns(hole, island[0]); }));
+    });
+    EXPECT_GT(filled, 100u);
 }
 
 TEST(SkinPlane, LoneDiscsAndRingsKeepTheirSize) {

@@ -74,6 +74,7 @@ TEST_F(ConfigFile, WhatIsPrintedIsReadBack) {
                                    "preview.colour=Cd",
                                    "preview.colour_range=-1,0.5",
                                    "preview.azimuth=-45",
+                                   "preview.cut=y>-0.5",
                                    "preview.show=union",
                                    "run.on_missing=empty",
                                    "run.memory_limit=1.5GiB"}) {

@@ -154,6 +154,73 @@ TEST(Preview, NormalsDepthsAndPositionsAreThoseOfTheSphere) {
     }
 }
 
+/// Of the pixels that show where the cut passes through the inside: how many, and of these how many are there wrongly.
+struct SectionSeen {
+    double pixels = 0, wrong = 0;
+};
+template <typename Inside>
+SectionSeen sectionSeen(const Picture& picture, double at, const Inside& inside) {
+    SectionSeen seen;
+    for (std::size_t i = 0; i < picture.size(); ++i) {
+        const Vec3 p(picture.position[0][i], picture.position[1][i], picture.position[2][i]);
+        if (picture.id[i] == Picture::kNothing || std::abs(p.z - at) > 1e-5) continue;
+        EXPECT_NEAR(picture.normal[2][i], 1, 1e-5);
+        seen.pixels += 1;
+        seen.wrong += !inside(p);
+    }
+    return seen;
+}
+
+TEST(Preview, ACutShowsTheInsideAsGeometrySays) {
+    Look look = smallLook();
+    const double at = 0.3, area = std::numbers::pi * (1 - at * at) * std::pow(pixelsPerUnit(look, kDistance - at), 2);
+    look.cut = Cut{2, true, at};
+    for (const bool as_mesh : {false, true}) {
+        const Picture picture = as_mesh ? renderFrame(sphereMesh({0, 0, 0}), {}, facing({0, 0, 0}), look)
+                                        : renderFrame({}, ballAt({0, 0, 0}), facing({0, 0, 0}), look);
+        const SectionSeen seen =
+            sectionSeen(picture, at, [&](const Vec3& p) { return p.x * p.x + p.y * p.y <= 1.001 - at * at; });
+        EXPECT_NEAR(seen.pixels, area, 0.01 * area);
+        EXPECT_EQ(seen.wrong, 0);
+    }
+    // From behind it hides what was to be seen; a cut beyond everything takes it all, one before it nothing.
+    look.cut = Cut{2, false, at};
+    EXPECT_LT(sum(renderFrame({}, ballAt({0, 0, 0}), facing({0, 0, 0}), look).alpha), area * 1.01);
+    look.cut = Cut{2, true, -2};
+    EXPECT_EQ(sum(renderFrame({}, ballAt({0, 0, 0}), facing({0, 0, 0}), look).alpha), 0);
+    look.cut = Cut{2, true, 2};
+    const Picture whole = renderFrame({}, ballAt({0, 0, 0}), facing({0, 0, 0}), look);
+    look.cut.reset();
+    EXPECT_EQ(encodeExr(whole), encodeExr(renderFrame({}, ballAt({0, 0, 0}), facing({0, 0, 0}), look)));
+}
+
+TEST(Preview, ACutThroughManyBallsShowsTheirUnion) {
+    Random random(1);
+    Spheres balls;
+    for (int i = 0; i < 400; ++i) {
+        balls.position.push_back(random.cube() * 0.9);
+        balls.radius.push_back(static_cast<float>(random.between(0.05, 0.3)));
+    }
+    Look look = smallLook();
+    look.cut = Cut{2, true, 0.1};
+    const double slack = 1e-3;  // of a ball's edge
+    const auto inOne = [&](const Vec3& p, double more) {
+        for (std::size_t i = 0; i < balls.size(); ++i)
+            if ((balls.position[i] - p).length() < static_cast<double>(balls.radius[i]) + more) return true;
+        return false;
+    };
+    const Picture picture = renderFrame({}, balls, facing({0, 0, 0}), look);
+    const SectionSeen seen = sectionSeen(picture, 0.1, [&](const Vec3& p) { return inOne(p, slack); });
+    EXPECT_EQ(seen.wrong, 0);
+    double inside = 0;
+    const View view(facing({0, 0, 0}), look.width, look.height);
+    for (int y = 0; y < look.height; ++y)
+        for (int x = 0; x < look.width; ++x)
+            inside += inOne(view.position() + view.direction(x + 0.5, y + 0.5) * (kDistance - 0.1), -slack);
+    EXPECT_GT(inside, 1000);
+    EXPECT_GE(seen.pixels, inside);
+}
+
 TEST(Preview, WhatDoesNotMoveIsNotBlurred) {
     Look look = smallLook();
     const Picture sharp = renderFrame(sphereMesh({0, 0, 0}), ballAt({1, 1, 0}), facing({0, 0, 0}), look);

@@ -1,4 +1,4 @@
-#include "skin/attributes.h"
+#include "core/carried_attributes.h"
 
 #include "core/cell_order.h"
 #include "core/error.h"
@@ -21,14 +21,22 @@ const Attribute* attributeOf(const Particles& particles, const std::string& name
                 "'; expected one of those they have: " + (known.empty() ? "none" : known));
 }
 
+std::vector<std::string> withAccelerations(std::vector<std::string> names, const Particles& particles) {
+    for (const Attribute& a : particles.attributes)
+        if ((a.name == "accel" || a.name == "acceleration") && a.components == 3 && !a.real.empty() &&
+            std::find(names.begin(), names.end(), a.name) == names.end())
+            names.push_back(a.name);
+    return names;
+}
+
 }  // namespace
 
-std::vector<Attribute> carriedAttributes(const Particles& particles, const BallBoundary& boundary,
-                                         const std::vector<Moving>& balls, const std::vector<std::string>& names,
-                                         const std::vector<Vec3>& position) {
+std::vector<Attribute> carriedAttributes(const Particles& particles, const std::vector<std::uint32_t>& rows,
+                                         const std::vector<Moving>& balls, double radius,
+                                         const std::vector<std::string>& names, const std::vector<Vec3>& position) {
     std::vector<const Attribute*> from;
     std::vector<Attribute> carried;
-    for (const std::string& name : names) {
+    for (const std::string& name : withAccelerations(names, particles)) {
         const Attribute* attribute = attributeOf(particles, name);
         if (attribute == nullptr) continue;
         from.push_back(attribute);
@@ -41,7 +49,7 @@ std::vector<Attribute> carriedAttributes(const Particles& particles, const BallB
     }
     if (carried.empty() || position.empty()) return carried;
 
-    const double reach = 2 * boundary.worldRadius();
+    const double reach = 2 * radius;
     const CellOrder far(balls.size(), reach, [&](std::size_t b) { return balls[b].position; });
     const CellOrder near(position.size(), reach / 2, [&](std::size_t v) { return position[v]; });
     forCellsWithin(
@@ -58,7 +66,7 @@ std::vector<Attribute> carriedAttributes(const Particles& particles, const BallB
                 for (const std::uint32_t b : around) {
                     const double t = 1 - (position[entry.row] - balls[b].position).length2() / (reach * reach);
                     if (!(t > 0)) continue;
-                    shares.push_back({boundary.row[b], t * t});
+                    shares.push_back({rows[b], t * t});
                     sum += t * t;
                 }
                 if (shares.empty()) continue;
