@@ -1,17 +1,12 @@
-// Boxes along the axes, and an order in which near ones are near each other.
+// What is asked of boxes along the axes, and an order in which near ones are near each other.
 
 #pragma once
 
 #include "core/vec3.h"
 
-#include <Imath/ImathBox.h>
-
 #include <algorithm>
 
 namespace betamesh {
-
-using Box = Imath::Box3d;   ///< from min to max, both included; as made, it holds nothing
-using Boxf = Imath::Box3f;  ///< the same in single precision
 
 inline double squaredDistance(const Box& box, const Vec3& p) {
     double sum = 0;

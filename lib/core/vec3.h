@@ -2,6 +2,7 @@
 
 #pragma once
 
+#include <Imath/ImathBox.h>
 #include <Imath/ImathMatrix.h>
 #include <Imath/ImathVec.h>
 
@@ -13,6 +14,8 @@ using Vec3f = Imath::V3f;                 ///< single precision: what particle f
 using Vec3 = Imath::V3d;                  ///< double precision: what is computed with
 using Vec3i = Imath::Vec3<std::int64_t>;  ///< integers: what is decided with
 using Mat33 = Imath::M33d;                ///< multiplied by row vectors from the left
+using Box = Imath::Box3d;                 ///< from min to max, both included; as made, it holds nothing
+using Boxf = Imath::Box3f;
 
 inline double dot(const Vec3& a, const Vec3& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
 
