@@ -1,6 +1,7 @@
 // What disks, servers and simulations do to a job, and what is left of it: each fault is named with its file, every
 // other frame is written, nothing is half-written.
 
+#include "core/random.h"
 #include "io/mesh_file.h"
 #include "support/job_folder.h"
 
@@ -181,6 +182,35 @@ TEST_F(Faults, WhereTheKernelEndsAProcessForItsMemoryTheOtherFramesAreWritten) {
     EXPECT_NE(outcome.err.find("frame 3: "), std::string::npos) << outcome.err;
     EXPECT_NE(outcome.err.find("error: out of memory: 5 of 6"), std::string::npos) << outcome.err;
     for (int frame = 1; frame <= kFrames; ++frame) EXPECT_TRUE(frame == 3 ? absent(frame) : written(frame)) << frame;
+    EXPECT_EQ(hiddenFiles("out"), 0U);
+}
+
+/// OpenVDB trusts what it reads; some of these make it end the process.
+TEST_F(Faults, DamagedVdbFilesFailAlone) {
+    constexpr int kLast = 480, kWhole = 6;  // every sixth is whole
+    Sample sample({"jitter", 300, 1, 24});
+    for (int frame = 1; frame <= kLast; ++frame) {
+        const std::string file = folder_ / numbered("in/a", frame, ".vdb");
+        writeParticles(file, sample.frame(1));
+        if (frame % kWhole == 0) continue;
+        std::string bytes = contentsOf(file);
+        Random random(static_cast<std::uint64_t>(frame));
+        for (int wound = 0; wound < 2; ++wound)
+            bytes[random.below(bytes.size())] = static_cast<char>(random.below(256));
+        write(file, bytes);
+    }
+    const Outcome outcome = runProgram(
+        {"mesh", "in/a.####.vdb", "out/a.####.ply", "--json", "--radius", "0.2", "--io-retries", "0"}, folder_.path());
+    EXPECT_EQ(outcome.exit_code, 1) << outcome.err;
+    std::set<int> told;
+    for (const Json& line : jsonLines(outcome.out)) {
+        const int frame = line["frame"];
+        EXPECT_TRUE(told.insert(frame).second) << line;
+        EXPECT_TRUE(line["status"] == "ok" || frame % kWhole != 0) << line;
+        EXPECT_TRUE(line["status"] == "failed" ? absent(frame) : written(frame)) << line;
+    }
+    EXPECT_EQ(told.size(), static_cast<std::size_t>(kLast)) << outcome.err;
+    std::printf("%zu frames ended their process\n", count(outcome.err, "the process that worked on it was ended"));
     EXPECT_EQ(hiddenFiles("out"), 0U);
 }
 
