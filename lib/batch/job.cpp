@@ -180,7 +180,7 @@ void meshFrame(const FrameTask& task, const Plan& plan, FrameReport& report, Job
 
     stage.lap();
     const std::string picture = pictureOf(task, plan, skinned, particles);
-    seconds.picture = stage.lap();
+    if (plan.preview) seconds.picture = stage.lap();
     const FrameLock lock(task.output, leaveIfInterrupted);
     const SignalWatch::Writing writing(job.signals);
     retrying(config.run.retries, [&] {
