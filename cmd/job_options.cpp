@@ -6,6 +6,7 @@
 #include "batch/machine.h"
 #include "batch/plan.h"
 #include "batch/progress.h"
+#include "batch/worker.h"
 #include "core/parallel.h"
 #include "io/particle_file.h"
 
@@ -37,6 +38,30 @@ std::string summary(const JobResult& result, std::size_t frames, double seconds)
     std::snprintf(time, sizeof time, "%.1f s", seconds);
     return std::to_string(result.written) + " of " + std::to_string(frames) + " frames written, " +
            std::to_string(result.skipped) + " skipped, " + std::to_string(result.failed) + " failed in " + time;
+}
+
+void add(JobResult& sum, const JobResult& result) {
+    sum.written += result.written;
+    sum.skipped += result.skipped;
+    sum.failed += result.failed;
+    sum.out_of_memory = sum.out_of_memory || result.out_of_memory;
+    if (result.signal != 0) sum.signal = result.signal;
+}
+
+/// What is left of a job after workers were lost: frames that may be to blame one after the other, then all others.
+JobResult runRest(Plan plan, SignalWatch& signals, const FrameNotes& notes, const JobHistory& history,
+                  const FrameEnded& frameEnded) {
+    JobResult result{history.written, history.skipped, history.failed, history.out_of_memory, 0};
+    logWarning("a process was " + history.last_loss + "; frames at work then are begun again, one after the other");
+    Plan others = plan;
+    const auto begun = [&](const FrameTask& task) { return history.begun.contains(task.frame); };
+    std::erase_if(others.tasks, begun);
+    std::erase_if(plan.tasks, [&](const FrameTask& task) { return !begun(task); });
+    plan.frames_in_flight = 1;
+    others.frames_in_flight = std::max<std::size_t>(1, others.frames_in_flight >> history.kills);
+    add(result, runJob(plan, signals, notes, frameEnded));
+    add(result, runJob(others, signals, notes, frameEnded));
+    return result;
 }
 
 /// A plan with --dry-run ends as the job would, but writes nothing.
@@ -132,11 +157,14 @@ void addJobOptions(CLI::App& command, JobOptions& options) {
 
 int runWithOptions(Config config, const JobOptions& options) {
     setLogLevel(options.quiet ? LogLevel::quiet : options.verbose ? LogLevel::verbose : LogLevel::normal);
-    if (!options.log_file.empty()) setLogFile(options.log_file);
     applyOptions(config, options.assignments, options.values);
     const bool silent = options.quiet && options.progress == "auto";
     const ProgressKind progress_kind = silent ? ProgressKind::none : progressKind(options.progress);
     rememberSignals();
+    const auto begin = std::chrono::steady_clock::now();
+    const Watched watched = watchOverWorkers();
+    if (!watched.working) return watched.exit_code;
+    if (!options.log_file.empty()) setLogFile(options.log_file);
     if (config.run.memory_limit > 0) {
         withThreads(threadsOf(config), [&] { startThreads(threadsOf(config)); });
         if (!config.input.path.empty()) prepareToReadParticles(config.input.path);
@@ -145,9 +173,9 @@ int runWithOptions(Config config, const JobOptions& options) {
 
     SignalWatch signals;
 
-    const auto begin = std::chrono::steady_clock::now();
-    const Plan plan =
-        planJob(config, {parseChunk(options.chunk), options.overwrite, options.skip_existing, options.dry_run});
+    const JobHistory& history = watched.history;
+    const Plan plan = planJob(config, {parseChunk(options.chunk), options.overwrite, options.skip_existing,
+                                       options.dry_run, history, watched.notes});
     for (const std::string& warning : plan.warnings) logWarning(warning);
     if (options.dry_run) return showPlan(plan, options.json);
     for (const std::string& note : plan.notes) logInfo(note);
@@ -155,13 +183,16 @@ int runWithOptions(Config config, const JobOptions& options) {
               std::to_string(plan.frames_in_flight) + " frames in flight in " +
               std::to_string(plan.memory_budget >> 20) + " MiB");
 
-    Progress progress(progress_kind, plan.tasks.size(), options.json);
-    const JobResult result = runJob(plan, signals, [&](const FrameReport& report) {
+    const std::size_t frames = history.ended.size() + plan.tasks.size();
+    Progress progress(progress_kind, {frames, history.ended.size(), history.failed, 0, 0, {}}, options.json);
+    const FrameEnded frameEnded = [&](const FrameReport& report) {
         if (options.json) std::cout << reportJson(report) << std::endl;
         progress.frameEnded(report);
-    });
+    };
+    const JobResult result = history.last_loss.empty() ? runJob(plan, signals, watched.notes, frameEnded)
+                                                       : runRest(plan, signals, watched.notes, history, frameEnded);
     const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - begin;
-    const std::string words = summary(result, plan.tasks.size(), seconds.count());
+    const std::string words = summary(result, frames, seconds.count());
     if (result.exitCode() == kAllWritten) {
         logInfo(words);
     } else {

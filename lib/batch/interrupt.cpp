@@ -3,6 +3,8 @@
 #include "batch/job.h"
 #include "batch/log.h"
 
+#include <sys/mman.h>
+
 #include <chrono>
 #include <condition_variable>
 #include <csignal>
@@ -20,10 +22,19 @@ using Clock = std::chrono::steady_clock;
 constexpr auto kPoll = std::chrono::milliseconds(50);
 constexpr auto kPatience = std::chrono::milliseconds(3000);  // Slurm kills after 30 s, OpenJD after 120 s
 
-std::atomic<int> caught_signal = 0;
+std::atomic<int> of_this_process = 0;
+std::atomic<int>* caught_signal = &of_this_process;
 static_assert(std::atomic<int>::is_always_lock_free, "a signal handler may only write what needs no lock");
 
-void remember(int signal) { caught_signal = signal; }
+void remember(int signal) { *caught_signal = signal; }
+
+/// Moves it to memory that processes share with those they start.
+void shareCaughtSignal() {
+    void* const shared =
+        ::mmap(nullptr, sizeof(std::atomic<int>), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
+    if (shared == MAP_FAILED) throw std::bad_alloc();
+    caught_signal = new (shared) std::atomic<int>(0);
+}
 
 /// What stops a thread from being made is, as a rule, that its stack finds no memory.
 template <typename Body>
@@ -38,6 +49,7 @@ std::jthread newThread(const Body& body) {
 }  // namespace
 
 void rememberSignals() {
+    if (caught_signal == &of_this_process) shareCaughtSignal();
     struct sigaction action {};
     action.sa_handler = remember;
     action.sa_flags = SA_RESTART | static_cast<int>(SA_RESETHAND);
@@ -47,7 +59,7 @@ void rememberSignals() {
     std::signal(SIGPIPE, SIG_IGN);
 }
 
-int caughtSignal() { return caught_signal; }
+int caughtSignal() { return *caught_signal; }
 
 void leaveIfInterrupted() {
     if (caughtSignal() != 0) throw Interrupted{};

@@ -7,7 +7,8 @@
 
 namespace betamesh {
 
-/// From here on the first SIGTERM or SIGINT is only remembered; the second one ends the process at once.
+/// From here on the first SIGTERM or SIGINT is only remembered, by processes that this one starts too; the second one
+/// ends the process at once.
 /// A pipe whose reader is gone no longer ends the process: frames matter more than who watches them.
 void rememberSignals();
 

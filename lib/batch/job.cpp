@@ -249,6 +249,10 @@ FrameReport frameReport(const FrameTask& task, const Plan& plan, JobState& job) 
         case FrameAction::refuse_existing:
             fail(report, task.output + " exists");
             break;
+        case FrameAction::fail_lost:
+            fail(report, task.input + ": the process that worked on it was " + task.why +
+                             "; expected a file that is not damaged, and enough memory");
+            break;
         case FrameAction::skip_missing:
             report.status = FrameStatus::skipped;
             report.warnings.push_back("no input: frame left out, as run.on_missing says");
@@ -274,7 +278,9 @@ FrameReport frameReport(const FrameTask& task, const Plan& plan, JobState& job) 
 void prepareFolders(const std::vector<FrameTask>& tasks) {
     std::set<fs::path> folders;
     for (const FrameTask& task : tasks) {
-        if (task.action != FrameAction::mesh && task.action != FrameAction::write_empty) continue;
+        if (task.action != FrameAction::mesh && task.action != FrameAction::write_empty &&
+            task.action != FrameAction::fail_lost)
+            continue;
         for (const std::string& output : {task.output, task.picture}) {
             if (output.empty()) continue;
             const fs::path folder = fs::path(output).parent_path();
@@ -345,7 +351,7 @@ int JobResult::exitCode() const {
     return failed > 0 ? kSomeFailed : kAllWritten;
 }
 
-JobResult runJob(const Plan& plan, SignalWatch& signals, const FrameEnded& frameEnded) {
+JobResult runJob(const Plan& plan, SignalWatch& signals, const FrameNotes& notes, const FrameEnded& frameEnded) {
     prepareFolders(plan.tasks);
     JobResult result;
     std::mutex mutex;  // guards result and frameEnded
@@ -361,8 +367,10 @@ JobResult runJob(const Plan& plan, SignalWatch& signals, const FrameEnded& frame
             ++result.written;
         }
         frameEnded(report);
+        notes.ended(report.frame, report.status);
     };
     const auto doFrame = [&](std::size_t i) {
+        const FrameNotes::AtWork note(notes, plan.tasks[i].frame);
         try {
             tell(frameReport(plan.tasks[i], plan, job));
         } catch (const Interrupted&) {

@@ -82,7 +82,8 @@ FrameAction actionFor(const FrameTask& task, bool input_exists, const Config& co
     const bool any_exists = output_exists || (!task.picture.empty() && exists(task.picture));
     if (!input_exists && config.run.on_missing == OnMissing::skip) return FrameAction::skip_missing;
     if (!input_exists && config.run.on_missing == OnMissing::error) return FrameAction::fail_missing;
-    if (any_exists && !options.skip_existing && !options.overwrite) return FrameAction::refuse_existing;
+    const bool may_replace = options.skip_existing || options.overwrite || options.history.begun.contains(task.frame);
+    if (any_exists && !may_replace) return FrameAction::refuse_existing;
     return input_exists ? FrameAction::mesh : FrameAction::write_empty;
 }
 
@@ -147,8 +148,13 @@ std::string shortNumber(double number) {
     return {text, end};
 }
 
-void planRadius(Plan& plan, const std::map<int, std::string>& on_disk) {
-    const auto resolved = resolveRadius(plan.config, on_disk);
+void planRadius(Plan& plan, std::map<int, std::string> on_disk, const PlanOptions& options) {
+    for (const int frame : options.history.unmeasured) {
+        plan.warnings.push_back("not used to measure the spacing: " + on_disk[frame] +
+                                ": the process that read it was " + options.history.lost.at(frame));
+        on_disk.erase(frame);
+    }
+    const auto resolved = resolveRadius(plan.config, on_disk, options.notes);
     if (!resolved) return;
     plan.skin.radius = resolved->radius;
     plan.spacing = resolved->spacing;
@@ -204,6 +210,8 @@ const char* actionName(FrameAction action) {
             return "skip (input missing)";
         case FrameAction::fail_missing:
             return "fail (input missing)";
+        case FrameAction::fail_lost:
+            return "fail (process ended)";
         case FrameAction::skip_existing:
             return "skip (output exists)";
         case FrameAction::refuse_existing:
@@ -242,6 +250,7 @@ Plan planJob(const Config& config, const PlanOptions& options) {
     if (!config.preview.path.empty()) requirePlaceFor(frames.size(), picture);
     noteGaps(config, frames, plan.warnings);
     for (const int frame : chunkOf(frames, options.chunk)) {
+        if (options.history.ended.contains(frame)) continue;
         FrameTask task{frame, frameName(input, frame), frameName(output, frame), FrameAction::mesh, {}};
         if (!config.preview.path.empty()) task.picture = frameName(picture, frame);
         std::error_code ignored;
@@ -252,7 +261,8 @@ Plan planJob(const Config& config, const PlanOptions& options) {
     }
     bool radius_planned = false;
     const auto planRadiusOnce = [&] {
-        if (!std::exchange(radius_planned, true)) withThreads(plan.threads, [&] { planRadius(plan, on_disk); });
+        if (!std::exchange(radius_planned, true))
+            withThreads(plan.threads, [&] { planRadius(plan, on_disk, options); });
     };
     for (FrameTask& task : plan.tasks) {
         const bool input_exists = input.numbered ? on_disk.contains(task.frame) : !on_disk.empty();
@@ -262,6 +272,10 @@ Plan planJob(const Config& config, const PlanOptions& options) {
         }
         task.action = actionFor(task, input_exists, config, options);
         if (task.action == FrameAction::mesh) task.memory = workingMemory(task.input);
+        const auto lost = options.history.lost.find(task.frame);
+        if (lost == options.history.lost.end()) continue;
+        task.action = FrameAction::fail_lost;
+        task.why = lost->second;
     }
     if (options.dry_run) return plan;
     refuseExisting(plan.tasks);

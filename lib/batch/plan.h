@@ -5,6 +5,7 @@
 #include "batch/config.h"
 #include "batch/frames.h"
 #include "batch/preview.h"
+#include "batch/worker.h"
 
 #include <optional>
 #include <string>
@@ -17,6 +18,7 @@ enum class FrameAction {
     write_empty,     ///< no input; an empty mesh was asked for
     skip_missing,    ///< no input; to be left out
     fail_missing,    ///< no input; an error
+    fail_lost,       ///< ended the process that worked on it
     skip_existing,   ///< the output is there, and would be made the same again
     refuse_existing  ///< something is there; only in plans that are not run
 };
@@ -38,6 +40,8 @@ struct PlanOptions {
     bool overwrite = false;
     bool skip_existing = false;
     bool dry_run = false;  ///< an existing output does not end the planning; reads only to tell what may be skipped
+    JobHistory history{};  ///< frames that ended are left out, those that began may have left files
+    FrameNotes notes{};    ///< told what is read to measure the spacing
 };
 
 struct Plan {

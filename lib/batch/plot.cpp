@@ -48,7 +48,8 @@ double stepOf(double length) {
 /// The marks from low to high, both included.
 std::vector<double> marks(double low, double high, double step) {
     std::vector<double> all;
-    for (double k = std::ceil(low / step - 1e-9); k * step <= high + 1e-9 * step; ++k) all.push_back(k * step);
+    for (double k = std::ceil(low / step - 1e-9); k * step <= high + 1e-9 * step; ++k)
+        all.push_back(k * step + 0.0);  // and not -0
     return all;
 }
 

@@ -81,9 +81,8 @@ ProgressKind progressKind(std::string_view word) {
     throw Error("progress '" + std::string(word) + "': expected one of auto bar none openjd tractor json");
 }
 
-Progress::Progress(ProgressKind kind, std::size_t frames, bool stdout_is_taken)
-    : kind_(kind), farm_(stdout_is_taken ? stderr : stdout) {
-    job_.frames = frames;
+Progress::Progress(ProgressKind kind, const JobProgress& so_far, bool stdout_is_taken)
+    : kind_(kind), job_(so_far), farm_(stdout_is_taken ? stderr : stdout) {
     if (kind_ == ProgressKind::automatic) kind_ = isatty(STDERR_FILENO) != 0 ? ProgressKind::bar : ProgressKind::lines;
 }
 

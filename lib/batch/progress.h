@@ -26,8 +26,8 @@ ProgressKind progressKind(std::string_view word);
 /// Told about every frame as it ends; one thread at a time.
 class Progress {
 public:
-    /// stdout_is_taken: lines for machines go to stderr instead.
-    Progress(ProgressKind kind, std::size_t frames, bool stdout_is_taken);
+    /// so_far: frames, and those of them that ended before. stdout_is_taken: lines for machines go to stderr instead.
+    Progress(ProgressKind kind, const JobProgress& so_far, bool stdout_is_taken);
     ~Progress();
     Progress(const Progress&) = delete;
     Progress& operator=(const Progress&) = delete;

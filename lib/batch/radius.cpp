@@ -15,7 +15,8 @@ ResolvedRadius resolved(const LengthText& radius, double spacing, std::string or
 
 }  // namespace
 
-std::optional<ResolvedRadius> resolveRadius(const Config& config, const std::map<int, std::string>& frames_on_disk) {
+std::optional<ResolvedRadius> resolveRadius(const Config& config, const std::map<int, std::string>& frames_on_disk,
+                                            const FrameNotes& notes) {
     const LengthText& radius = config.surface.radius;
     if (config.surface.spacing > 0) return resolved(radius, config.surface.spacing, "as given");
     if (!radius.in_spacings) return resolved(radius, radius.value / kUsualRadius, "radius / 1.5");
@@ -23,6 +24,7 @@ std::optional<ResolvedRadius> resolveRadius(const Config& config, const std::map
     std::vector<std::string> warnings;
     bool any_readable = false;
     for (const auto& [frame, file] : frames_on_disk) {
+        const FrameNotes::AtWork note(notes, frame, FrameNotes::Doing::measuring);
         try {
             const Particles particles = readParticles(file, {config.input.velocity, config.input.id});
             any_readable = true;

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "batch/config.h"
+#include "batch/worker.h"
 
 #include <map>
 #include <optional>
@@ -20,8 +21,10 @@ struct ResolvedRadius {
 };
 
 /// in      all frames on disk of the input, whichever of them are to be meshed
+/// notes   told of each frame that is read
 /// out     nothing when the spacing must be measured and no frame can be read
 /// errors  the spacing must be measured and no readable frame has seven distinct particles
-std::optional<ResolvedRadius> resolveRadius(const Config& config, const std::map<int, std::string>& frames_on_disk);
+std::optional<ResolvedRadius> resolveRadius(const Config& config, const std::map<int, std::string>& frames_on_disk,
+                                            const FrameNotes& notes = {});
 
 }  // namespace betamesh

@@ -52,8 +52,8 @@ std::string startOf(pid_t pid) {
     if (end_of_name == std::string::npos) return "0";
     std::istringstream fields(line.substr(end_of_name + 1));
     std::string field;
-    for (int i = 3; i <= 22 && fields >> field; ++i) {
-    }
+    for (int i = 3; i <= 22 && fields >> field; ++i)
+        if (field == "Z") return "0";  // has ended, and nobody has asked how
     return field;
 }
 

@@ -9,8 +9,10 @@
 #include <yaml-cpp/yaml.h>
 
 #include <cctype>
+#include <map>
 #include <regex>
 #include <set>
+#include <sstream>
 
 namespace betamesh {
 namespace {
@@ -120,6 +122,68 @@ TEST_F(Submit, TractorsTasksAreTheFramesAndTheReportComesLast) {
         EXPECT_EQ(count(job, frames), 1U) << job;
     EXPECT_EQ(count(job, "{--progress} {tractor}"), 3U);
     EXPECT_GT(job.find("{report}"), job.rfind("{run}"));
+}
+
+/// The operators of Tractor's job scripts, as far as they concern what is run: they write a line `subtasks TITLE
+/// [serial]` or `end`, and for each command its words, one a line, between `run TITLE` and an empty line. Options and
+/// operators that Tractor does not know are errors.
+/// source  Pixar's documentation of Tractor: Job Scripting Operators
+constexpr const char* kTractor = R"tcl(
+proc options {known words} {
+    set given [dict create -subtasks {} -cmds {} -serialsubtasks 0 -title {}]
+    foreach {option value} $words {
+        if {$option ni $known} {error "no option $option"}
+        dict set given $option $value
+    }
+    return $given
+}
+proc nested {title given} {
+    set serial [expr {[dict get $given -serialsubtasks] ? " serial" : ""}]
+    puts "subtasks $title$serial"
+    eval [dict get $given -subtasks]
+    puts end
+    set ::title $title
+    eval [dict get $given -cmds]
+}
+proc Job {args} {
+    set given [options {-title -subtasks -serialsubtasks} $args]
+    nested [dict get $given -title] $given
+}
+proc Task {title args} {nested $title [options {-subtasks -cmds -serialsubtasks} $args]}
+proc RemoteCmd {launch args} {
+    options -service $args
+    puts "run $::title"
+    foreach word $launch {puts $word}
+    puts ""
+}
+)tcl";
+
+TEST_F(Submit, TractorRunsTheTasksAsTclReadsThem) {
+    if (std::system("command -v tclsh > /dev/null") != 0) GTEST_SKIP() << "no tclsh here";
+    write(folder_ / "job.tcl", kTractor + submitted("tractor", {"--set", "input.velocity=$v [exit] \"x\"; #"}));
+    ASSERT_EQ(shell("tclsh " + folder_ / "job.tcl" + " > " + folder_ / "said"), 0);
+    std::istringstream said(contentsOf(folder_ / "said"));
+    std::vector<std::string> order;
+    std::map<std::string, std::vector<std::string>> commands;
+    for (std::string line; std::getline(said, line);) {
+        order.push_back(line);
+        if (!line.starts_with("run ")) continue;
+        for (std::string word; std::getline(said, word) && !word.empty();) commands[line].push_back(word);
+    }
+    EXPECT_EQ(order, (std::vector<std::string>{"subtasks my job serial", "subtasks Mesh", "subtasks frames 1-2", "end",
+                                               "run frames 1-2", "subtasks frames 3-4", "end", "run frames 3-4",
+                                               "subtasks frames 5", "end", "run frames 5", "end", "subtasks Report",
+                                               "end", "run Report", "end"}));
+    // What Tcl might replace stays as it is; without it the words do what they say.
+    std::vector<std::string>& words = commands["run frames 3-4"];
+    const auto strange = std::find(words.begin(), words.end(), "input.velocity=$v [exit] \"x\"; #");
+    ASSERT_NE(strange, words.end()) << contentsOf(folder_ / "said");
+    *strange = "input.velocity=v";
+    EXPECT_EQ(shell(shellWords(words) + " > " + folder_ / "progress"), 0);
+    EXPECT_TRUE(absent(2) && written(3) && written(4) && absent(5));
+    EXPECT_EQ(contentsOf(folder_ / "progress"), "TR_PROGRESS 050%\nTR_PROGRESS 100%\n");
+    EXPECT_NE(shell(shellWords(commands["run Report"])), 0);  // frames are missing, the page is there
+    EXPECT_TRUE(exists("out/my job.html"));
 }
 
 TEST_F(Submit, SlurmsScriptMeshesThePieceOfItsTask) {

@@ -1,6 +1,7 @@
 // What disks, servers and simulations do to a job, and what is left of it: each fault is named with its file, every
 // other frame is written, nothing is half-written.
 
+#include "core/random.h"
 #include "io/mesh_file.h"
 #include "support/job_folder.h"
 
@@ -11,6 +12,7 @@
 #include <csignal>
 #include <cstring>
 #include <set>
+#include <stdexcept>
 
 namespace betamesh {
 namespace {
@@ -97,6 +99,150 @@ TEST_F(Faults, CallsThatFailAreNamedTriedAgainAndHarmNoOtherFrame) {
     }
 }
 
+/// Libraries give up, systems run out of memory.
+TEST_F(Faults, AFrameThatEndsItsProcessFailsAlone) {
+    if (kSanitized) GTEST_SKIP() << "sanitizers are to be loaded before any other library";
+    struct End {
+        int signal;
+        const char* call;  ///< at which it ends
+        std::string name;
+        int frame;
+    };
+    for (const End& end : {End{SIGSEGV, "open", "in/a.0003.ply", 3}, End{SIGKILL, "open", "in/a.0003.ply", 3},
+                           End{SIGABRT, "read", "in/a.0001.ply", 1},    // where the spacing is measured
+                           End{SIGFPE, "write", "out/.a.0001.ply", 1},  // where it is written, and was measured before
+                           End{SIGBUS, "rename", "out/a.0006.ply", 6}}) {
+        SCOPED_TRACE(std::string(end.call) + ' ' + end.name);
+        fs::remove_all(folder_ / "out");
+        const Outcome outcome = runProgram(
+            {"mesh", "in/a.####.ply", "out/a.####.ply", "--frames-in-flight", "3", "-j", "2", "--json"}, folder_.path(),
+            {"LD_PRELOAD=" BETAMESH_FAULT_SHIM,
+             std::string("BETAMESH_FAULT=") + end.call + ":-" + std::to_string(end.signal) + ':' + end.name});
+        EXPECT_EQ(outcome.exit_code, end.signal == SIGKILL ? 33 : 1) << outcome.err;
+        std::set<int> told;
+        for (const Json& line : jsonLines(outcome.out)) {
+            EXPECT_TRUE(told.insert(line["frame"].get<int>()).second) << line;
+            EXPECT_EQ(line["status"], line["frame"] == end.frame ? "failed" : "ok") << line;
+        }
+        EXPECT_EQ(told.size(), static_cast<std::size_t>(kFrames)) << outcome.err;
+        const bool measured = end.call != std::string("read");
+        EXPECT_EQ(count(outcome.err, "(measured in in/a.0001.ply)") > 0, measured) << outcome.err;
+        EXPECT_EQ(count(outcome.err, "(measured in in/a.0002.ply)") == 0, measured) << outcome.err;
+        EXPECT_NE(outcome.err.find(numbered("in/a", end.frame, ".ply: ") + "the process that worked on it was ended"),
+                  std::string::npos)
+            << outcome.err;
+        EXPECT_NE(outcome.err.find("5 of 6 frames written, 0 skipped, 1 failed"), std::string::npos) << outcome.err;
+        for (int frame = 1; frame <= kFrames; ++frame)
+            EXPECT_TRUE(frame == end.frame ? absent(frame) : written(frame)) << frame;
+        EXPECT_EQ(hiddenFiles("out"), 0U);
+    }
+}
+
+/// A control group of memory that this process is in while it lives.
+class MemoryGroup {
+public:
+    explicit MemoryGroup(std::uint64_t bytes) {
+        const bool second = fs::exists("/sys/fs/cgroup/cgroup.controllers");
+        const fs::path root = second ? "/sys/fs/cgroup" : "/sys/fs/cgroup/memory";
+        folder_ = root / ("betamesh-test-" + std::to_string(getpid()));
+        home_ = root / "cgroup.procs";
+        std::error_code error;
+        if (!fs::create_directory(folder_, error)) return;
+        const bool limited = put(folder_ / (second ? "memory.max" : "memory.limit_in_bytes"), bytes);
+        works_ = limited && put(folder_ / "cgroup.procs", static_cast<std::uint64_t>(getpid()));
+    }
+    ~MemoryGroup() {
+        put(home_, static_cast<std::uint64_t>(getpid()));
+        std::error_code ignored;
+        fs::remove(folder_, ignored);
+    }
+    MemoryGroup(const MemoryGroup&) = delete;
+    MemoryGroup& operator=(const MemoryGroup&) = delete;
+    bool works() const { return works_; }
+
+private:
+    static bool put(const fs::path& file, std::uint64_t number) {
+        std::ofstream out(file);
+        out << number << std::flush;
+        return out.good();
+    }
+    fs::path folder_, home_;
+    bool works_ = false;
+};
+
+TEST_F(Faults, WhereTheKernelEndsAProcessForItsMemoryTheOtherFramesAreWritten) {
+    if (kSanitized) GTEST_SKIP() << "sanitizers hold memory of their own";
+    writeFrames(1, kFrames, 1000);
+    writeFrames(3, 3, 400000);
+    const Outcome outcome = [&] {
+        const MemoryGroup group(std::uint64_t{100} << 20);
+        return group.works() ? mesh({"--radius", "0.02", "-j", "2"}) : Outcome{-1, "", ""};
+    }();
+    if (outcome.exit_code == -1) GTEST_SKIP() << "no control group can be made here";
+    EXPECT_EQ(outcome.exit_code, 33) << outcome.err;
+    EXPECT_NE(outcome.err.find("frame 3: "), std::string::npos) << outcome.err;
+    EXPECT_NE(outcome.err.find("error: out of memory: 5 of 6"), std::string::npos) << outcome.err;
+    for (int frame = 1; frame <= kFrames; ++frame) EXPECT_TRUE(frame == 3 ? absent(frame) : written(frame)) << frame;
+    EXPECT_EQ(hiddenFiles("out"), 0U);
+}
+
+/// OpenVDB trusts what it reads; some of these make it end the process.
+TEST_F(Faults, DamagedVdbFilesFailAlone) {
+    if (kSanitized) GTEST_SKIP() << "sanitizers end a process that asks for too much memory";
+    constexpr int kLast = 480, kWhole = 6;  // every sixth is whole
+    Sample sample({"jitter", 300, 1, 24});
+    for (int frame = 1; frame <= kLast; ++frame) {
+        const std::string file = folder_ / numbered("in/a", frame, ".vdb");
+        writeParticles(file, sample.frame(1));
+        if (frame % kWhole == 0) continue;
+        std::string bytes = contentsOf(file);
+        Random random(static_cast<std::uint64_t>(frame));
+        for (int wound = 0; wound < 2; ++wound)
+            bytes[random.below(bytes.size())] = static_cast<char>(random.below(256));
+        write(file, bytes);
+    }
+    const Outcome outcome = runProgram(
+        {"mesh", "in/a.####.vdb", "out/a.####.ply", "--json", "--radius", "0.2", "--io-retries", "0"}, folder_.path());
+    EXPECT_EQ(outcome.exit_code, 1) << outcome.err;
+    std::set<int> told;
+    for (const Json& line : jsonLines(outcome.out)) {
+        const int frame = line["frame"];
+        EXPECT_TRUE(told.insert(frame).second) << line;
+        EXPECT_TRUE(line["status"] == "ok" || frame % kWhole != 0) << line;
+        EXPECT_TRUE(line["status"] == "failed" ? absent(frame) : written(frame)) << line;
+    }
+    EXPECT_EQ(told.size(), static_cast<std::size_t>(kLast)) << outcome.err;
+    std::printf("%zu frames ended their process\n", count(outcome.err, "the process that worked on it was ended"));
+    EXPECT_EQ(hiddenFiles("out"), 0U);
+}
+
+TEST_F(Faults, AWorkerThatIsKilledIsReplacedAndOneThatIsAskedToEndIsNot) {
+    if (kSanitized) GTEST_SKIP() << "frames large enough to be met while they are written take minutes on sanitizers";
+    writeFrames(1, kFrames, 20000);
+    const std::vector<std::string> words{"mesh",     "in/a.####.ply", "out/a.####.ply", "--frames-in-flight", "3",
+                                         "--radius", "0.1",           "--skip-existing"};
+    {
+        RunningProgram program(words, folder_.path());
+        ASSERT_TRUE(within(kSecondsToStart, [&] { return exists("out") && hiddenFiles("out") > 0; }));
+        kill(program.worker(), SIGTERM);
+        EXPECT_EQ(program.wait().exit_code, 128 + SIGTERM);
+    }
+    for (const int round : {1, 2, 3}) {
+        SCOPED_TRACE(round);
+        fs::remove_all(folder_ / "out");
+        RunningProgram program(words, folder_.path());
+        ASSERT_TRUE(within(kSecondsToStart, [&] { return exists("out"); }));
+        const pid_t first = program.worker();
+        kill(first, SIGKILL);
+        const Outcome outcome = program.wait();
+        // Whatever was at work then.
+        EXPECT_TRUE(outcome.exit_code == 0 || outcome.exit_code == 33) << outcome.exit_code << outcome.err;
+        EXPECT_EQ(hiddenFiles("out"), 0U);
+        ASSERT_EQ(runProgram(words, folder_.path()).exit_code, 0);
+        for (int frame = 1; frame <= kFrames; ++frame) EXPECT_TRUE(written(frame)) << frame;
+    }
+}
+
 TEST_F(Faults, AFullDiskFailsTheFramesThatDoNotFitAndNoOther) {
     fs::create_directories(folder_ / "out");
     const std::string disk = folder_ / "out";
@@ -118,12 +264,32 @@ TEST_F(Faults, AFullDiskFailsTheFramesThatDoNotFitAndNoOther) {
     EXPECT_LT(fitting, kFrames);
 }
 
+/// While it lives, programs that are started are not root: root may write everywhere.
+class AnyUser {
+public:
+    AnyUser() { change(kNobody); }
+    ~AnyUser() noexcept(false) { change(0); }
+    AnyUser(const AnyUser&) = delete;
+    AnyUser& operator=(const AnyUser&) = delete;
+
+private:
+    static constexpr uid_t kNobody = 65534;
+    void change(uid_t user) const {
+        if (root_ && setresuid(user, user, 0) != 0) throw std::runtime_error("the user cannot be changed");
+    }
+    const bool root_ = geteuid() == 0;
+};
+
 TEST_F(Faults, AFolderThatMayNotBeWrittenIsNamedBeforeAnythingIsDone) {
-    if (geteuid() == 0) GTEST_SKIP() << "root may write everywhere";
     fs::create_directories(folder_ / "out");
-    fs::permissions(folder_ / "out", fs::perms::owner_read | fs::perms::owner_exec);
-    const Outcome outcome = mesh();
+    fs::permissions(folder_.path(), static_cast<fs::perms>(0755));
+    fs::permissions(folder_ / "out", static_cast<fs::perms>(0555));
+    const Outcome outcome = [&] {
+        const AnyUser any_user;
+        return mesh();
+    }();
     fs::permissions(folder_ / "out", fs::perms::owner_all);
+    if (outcome.exit_code == 127) GTEST_SKIP() << "the program is where others may not run it";
     EXPECT_EQ(outcome.exit_code, 1);
     EXPECT_NE(outcome.err.find(std::strerror(EACCES)), std::string::npos) << outcome.err;
 }

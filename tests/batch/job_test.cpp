@@ -526,9 +526,9 @@ TEST_F(Job, ThousandsOfFramesTakeNoMoreThanHundreds) {
         {"mesh", "in/a.####.ply", "out/a.####.ply", "--radius", "0.1", "-q", "--frames-in-flight", "8"},
         folder_.path());
     ASSERT_TRUE(within(kSecondsToStart, [&] { return written(500); }));
-    const Holdings early = holdingsOf(program.process());
+    const Holdings early = holdingsOf(program.worker());
     ASSERT_TRUE(within(kSecondsToStart, [&] { return written(4900); }));
-    const Holdings late = holdingsOf(program.process());
+    const Holdings late = holdingsOf(program.worker());
     EXPECT_EQ(program.wait().exit_code, 0);
     EXPECT_GT(early.kibibytes, 1000U);
     EXPECT_LT(late.kibibytes, early.kibibytes + early.kibibytes / 4);

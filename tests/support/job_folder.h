@@ -5,6 +5,7 @@
 #include "io/particle_file.h"
 #include "sample/sample.h"
 #include "support/program.h"
+#include "support/sanitized.h"
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
@@ -18,13 +19,6 @@ namespace betamesh {
 
 namespace fs = std::filesystem;
 using Json = nlohmann::json;
-
-/// Sanitizers hold memory of their own, are to be loaded before any other library, and end a process that lacks memory.
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-inline constexpr bool kSanitized = true;
-#else
-inline constexpr bool kSanitized = false;
-#endif
 
 inline std::string numbered(const std::string& stem, int frame, const std::string& extension) {
     std::string digits = std::to_string(frame);

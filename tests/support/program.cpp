@@ -6,6 +6,7 @@
 
 #include <csignal>
 #include <cstdlib>
+#include <fstream>
 #include <sstream>
 
 namespace betamesh {
@@ -43,6 +44,13 @@ RunningProgram::~RunningProgram() {
     if (process_ <= 0) return;
     kill(process_, SIGKILL);
     waitpid(process_, nullptr, 0);
+}
+
+pid_t RunningProgram::worker() const {
+    const std::string process = std::to_string(process_);
+    std::ifstream children("/proc/" + process + "/task/" + process + "/children");
+    pid_t child = -1;
+    return children >> child ? child : -1;
 }
 
 void RunningProgram::send(int signal) {

@@ -28,7 +28,8 @@ public:
     RunningProgram(const RunningProgram&) = delete;
     RunningProgram& operator=(const RunningProgram&) = delete;
 
-    pid_t process() const { return process_; }
+    /// The process that does the work; -1 where there is none.
+    pid_t worker() const;
     void send(int signal);
     Outcome wait();
 

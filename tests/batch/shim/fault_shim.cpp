@@ -1,7 +1,7 @@
 // Preloaded into the program: makes chosen calls on chosen files fail, as disks and servers do.
 //
 // BETAMESH_FAULT=CALL:ERRNO:NAME[:TIMES] lets CALL (open, read, write, fsync, rename) fail with the number ERRNO for
-// files whose path contains NAME; with TIMES only so often.
+// files whose path contains NAME; with TIMES only so often. Where ERRNO is negative, signal -ERRNO ends the process.
 
 #include <dlfcn.h>
 #include <fcntl.h>
@@ -10,6 +10,7 @@
 
 #include <atomic>
 #include <cerrno>
+#include <csignal>
 #include <cstdarg>
 #include <cstdio>
 #include <cstdlib>
@@ -42,6 +43,7 @@ bool fails(const char* call, const char* path) {
     if (fault.error == 0 || std::strcmp(call, fault.call) != 0 || std::strstr(path, fault.name) == nullptr)
         return false;
     if (fault.times-- <= 0) return false;
+    if (fault.error < 0) kill(getpid(), -fault.error);
     errno = fault.error;
     return true;
 }

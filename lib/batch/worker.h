@@ -1,0 +1,72 @@
+// A job in a process of its own: what ends that process, a library that gives up or a system short of memory, does not
+// end the job.
+
+#pragma once
+
+#include <cstddef>
+#include <map>
+#include <set>
+#include <string>
+
+namespace betamesh {
+
+enum class FrameStatus;
+
+/// What workers before this one did; nothing in the first.
+struct JobHistory {
+    std::set<int> ended;                               ///< frames
+    std::size_t written = 0, skipped = 0, failed = 0;  ///< of these
+    std::set<int> begun;              ///< at work when a worker was lost, and not ended since; may have left files
+    std::map<int, std::string> lost;  ///< those of them that ended a worker with no other frame at work, and how
+    std::set<int> unmeasured;         ///< those of these that did so while the spacing was measured
+    int kills = 0;                    ///< workers lost as systems do it that run out of memory
+    bool out_of_memory = false;       ///< one frame alone was enough for that
+    std::string last_loss;            ///< how the last worker ended; empty: there was none
+};
+
+/// What a worker says of its frames to the process that watches over it. From any thread.
+class FrameNotes {
+public:
+    /// Tells nobody.
+    FrameNotes() = default;
+    /// Writes to a pipe.
+    explicit FrameNotes(int pipe) : pipe_(pipe) {}
+
+    enum class Doing { meshing, measuring };
+
+    /// While it lives, a frame is at work.
+    class AtWork {
+    public:
+        AtWork(const FrameNotes& notes, int frame, Doing doing = Doing::meshing);
+        ~AtWork();
+        AtWork(const AtWork&) = delete;
+        AtWork& operator=(const AtWork&) = delete;
+
+    private:
+        const FrameNotes& notes_;
+        int frame_;
+    };
+
+    /// Nothing of a frame is left to do.
+    void ended(int frame, FrameStatus status) const;
+
+private:
+    int pipe_ = -1;
+};
+
+/// Where a worker came from: true in the worker, with what it is to know; false in the process that watched, when all
+/// is over, with the exit code.
+///
+/// To be called once, before the process has a second thread. Frames that were at work when a worker was lost are begun
+/// again, one after the other; one that ends a worker alone is lost. Where memory runs out while the spacing is
+/// measured all is over, as another frame would give another spacing. Signals reach the worker by rememberSignals(),
+/// which comes before.
+struct Watched {
+    bool working = false;
+    FrameNotes notes;
+    JobHistory history;
+    int exit_code = 0;
+};
+Watched watchOverWorkers();
+
+}  // namespace betamesh
