@@ -16,6 +16,7 @@ constexpr std::size_t kRun = 16;     // consecutive triangles that make a patch,
 constexpr double kRunCosine = 0.8;   // to their mean normal: else they are parted by octants
 constexpr double kSameSide = 0.35;   // cosine of the angle within which normals face the same way
 constexpr double kNearTurned = 0.3;  // of a patch that has turned over, radii
+constexpr std::size_t kTrianglesPerTask = 256 * kRun;
 constexpr std::size_t kTasks = 512;  // at least, where there is that much to do
 
 // Holds the point, however it is rounded.
@@ -50,15 +51,40 @@ std::uint64_t facingOf(std::span<const Vec3> normals, const std::vector<Vec3>& d
     return facing;
 }
 
+// Of the plane of a triangle on which the corners of another are; on it, those in common.
+std::array<int, 3> sidesOf(const std::array<Vec3, 3>& plane, const std::array<Vec3, 3>& corner,
+                           const std::array<bool, 3>& common) {
+    std::array<int, 3> sides;
+    for (std::size_t m = 0; m < 3; ++m) sides[m] = common[m] ? 0 : sideOfPlane(plane[0], plane[1], plane[2], corner[m]);
+    return sides;
+}
+
+// Does an edge go from one side of the triangle to the other, through its inside or its edges?
+bool pierces(const std::array<Vec3, 3>& corner, const std::array<int, 3>& side, const std::array<Vec3, 3>& t) {
+    for (std::size_t m = 0; m < 3; ++m) {
+        const std::size_t next = (m + 1) % 3;
+        if (side[m] * side[next] >= 0) continue;
+        const Vec3 &p = corner[m], &q = corner[next];
+        const int a = sideOfPlane(p, q, t[0], t[1]), b = sideOfPlane(p, q, t[1], t[2]);
+        if (a * b < 0) continue;
+        const int c = sideOfPlane(p, q, t[2], t[0]);
+        if (a * c >= 0 && b * c >= 0) return true;
+    }
+    return false;
+}
+
 }  // namespace
 
-bool pierces(const Vec3& p, const Vec3& q, const std::array<Vec3, 3>& t) {
-    const int from = sideOfPlane(t[0], t[1], t[2], p);
-    if (from == 0 || sideOfPlane(t[0], t[1], t[2], q) != -from) return false;
-    const int a = sideOfPlane(p, q, t[0], t[1]), b = sideOfPlane(p, q, t[1], t[2]);
-    if (a * b < 0) return false;
-    const int c = sideOfPlane(p, q, t[2], t[0]);
-    return a * c >= 0 && b * c >= 0;
+bool cross(const std::array<Vec3, 3>& s, const std::array<Vec3, 3>& t, const std::array<bool, 3>& s_common,
+           const std::array<bool, 3>& t_common) {
+    const std::array<int, 3> t_side = sidesOf(s, t, t_common);
+    bool above = false, below = false;
+    for (std::size_t m = 0; m < 3; ++m) {
+        above |= t_side[m] > 0 || (t_side[m] == 0 && !t_common[m]);
+        below |= t_side[m] < 0 || (t_side[m] == 0 && !t_common[m]);
+    }
+    if (!above || !below) return false;
+    return pierces(t, t_side, s) || pierces(s, sidesOf(t, s, s_common), t);
 }
 
 PatchTree::PatchTree(const BetaMesh& mesh, const std::vector<Moving>& before, double radius)
@@ -88,13 +114,10 @@ PatchTree::PatchTree(const BetaMesh& mesh, const std::vector<Moving>& before, do
 
 // Runs of triangles are near each other, as the mesh is made ball by ball.
 std::vector<PatchTree::Patch> PatchTree::makePatches(const std::vector<Moving>& before) {
-    const std::size_t n = mesh_.triangles.size(), runs = (n + kRun - 1) / kRun;
+    const std::size_t n = mesh_.triangles.size(), tasks = (n + kTrianglesPerTask - 1) / kTrianglesPerTask;
     entry_.resize(n);
-    std::vector<std::array<Patch, 8>> of_run(runs);
-    std::vector<std::uint8_t> count(runs);
-    parallelFor(runs, 64, [&](std::size_t run) {
-        const auto begin = static_cast<std::uint32_t>(run * kRun);
-        const auto size = static_cast<std::uint32_t>(std::min(n - begin, kRun));
+    std::vector<std::vector<Patch>> of_task(tasks);
+    const auto addPatches = [&](std::uint32_t begin, std::uint32_t size, std::vector<Patch>& into) {
         std::array<Vec3, kRun> normal, part;
         std::array<std::uint8_t, kRun> octant, moved, turned;
         Vec3 sum(0);
@@ -108,14 +131,15 @@ std::vector<PatchTree::Patch> PatchTree::makePatches(const std::vector<Moving>& 
             const auto moves = [&](std::uint32_t v) { return mesh_.vertex[v].position != before[v].position; };
             moved[k] = moves(a) || moves(b) || moves(c);
             turned[k] = moved[k] && dot(now, normalAmong(before)) <= 0;
-            normal[k] = now.normalized();
+            const double length = now.length();
+            normal[k] = length > 0 ? now * (1 / length) : Vec3(0);
             octant[k] = static_cast<std::uint8_t>((now.x > 0) + 2 * (now.y > 0) + 4 * (now.z > 0));
             sum += normal[k];
         }
         if (leastCosine(std::span(normal).first(size), sum.normalized()) >= kRunCosine)
             std::fill_n(octant.begin(), size, std::uint8_t{0});
         std::uint32_t placed = 0;
-        for (std::uint8_t wanted = 0; wanted < 8; ++wanted) {
+        for (std::uint8_t wanted = 0; placed < size; ++wanted) {
             Patch patch{{begin + placed, 0}, {}, false};
             std::size_t parts = 0;
             for (std::uint32_t k = 0; k < size; ++k) {
@@ -129,12 +153,17 @@ std::vector<PatchTree::Patch> PatchTree::makePatches(const std::vector<Moving>& 
             patch.range.end = begin + placed;
             if (parts == 0) continue;
             patch.node.facing = facingOf(std::span(part).first(parts), direction_);
-            of_run[run][count[run]++] = patch;
+            into.push_back(patch);
         }
+    };
+    parallelFor(tasks, 1, [&](std::size_t task) {
+        const std::size_t end = std::min(n, (task + 1) * kTrianglesPerTask);
+        for (std::size_t begin = task * kTrianglesPerTask; begin < end; begin += kRun)
+            addPatches(static_cast<std::uint32_t>(begin), static_cast<std::uint32_t>(std::min(kRun, end - begin)),
+                       of_task[task]);
     });
     std::vector<Patch> patches;
-    for (std::size_t run = 0; run < runs; ++run)
-        patches.insert(patches.end(), of_run[run].begin(), of_run[run].begin() + count[run]);
+    for (const std::vector<Patch>& some : of_task) patches.insert(patches.end(), some.begin(), some.end());
     return patches;
 }
 

@@ -101,26 +101,21 @@ private:
     std::vector<Node> node_;
 };
 
-/// Does the segment from p to q go from one side of the triangle to the other, through its inside or its edges?
-bool pierces(const Vec3& p, const Vec3& q, const std::array<Vec3, 3>& triangle);
+/// The same of triangles that are given by their corners, and by which of these they have in common.
+bool cross(const std::array<Vec3, 3>& s, const std::array<Vec3, 3>& t, const std::array<bool, 3>& s_common,
+           const std::array<bool, 3>& t_common);
 
 template <typename PositionOf>
 bool cross(const Triangle& s, const Triangle& t, const PositionOf& positionOf) {
     std::array<Vec3, 3> at_s, at_t;
+    std::array<bool, 3> s_common, t_common;
     for (std::size_t m = 0; m < 3; ++m) {
         at_s[m] = positionOf(s[m]);
         at_t[m] = positionOf(t[m]);
+        s_common[m] = s[m] == t[0] || s[m] == t[1] || s[m] == t[2];
+        t_common[m] = t[m] == s[0] || t[m] == s[1] || t[m] == s[2];
     }
-    const auto piercesOther = [](const Triangle& one, const std::array<Vec3, 3>& at, const Triangle& other,
-                                 const std::array<Vec3, 3>& other_at) {
-        const auto isCommon = [&](std::uint32_t v) { return v == other[0] || v == other[1] || v == other[2]; };
-        for (std::size_t m = 0; m < 3; ++m) {
-            const std::size_t next = (m + 1) % 3;
-            if (!isCommon(one[m]) && !isCommon(one[next]) && pierces(at[m], at[next], other_at)) return true;
-        }
-        return false;
-    };
-    return piercesOther(s, at_s, t, at_t) || piercesOther(t, at_t, s, at_s);
+    return cross(at_s, at_t, s_common, t_common);
 }
 
 }  // namespace betamesh
