@@ -129,6 +129,9 @@ void squaredDistances(const double* x, const double* y, const double* z, std::si
 
 }  // namespace
 
+// On average. Liquids have some thirty, clumped ones some thousands; work grows with the square of it.
+constexpr std::size_t kMostInCell = 50000;
+
 SnappedParticles snapParticles(const Particles& particles, double radius, const Jitter& jitter) {
     constexpr double kSmallest = 0x1p-900, kLargest = 0x1p900;
     if (!(radius > kSmallest && radius < kLargest))
@@ -154,6 +157,10 @@ SnappedParticles snapParticles(const Particles& particles, double radius, const 
     SnappedParticles snapped = sortedIntoCells(
         particles.size(), snappedAt, [](std::size_t i) { return static_cast<std::uint32_t>(i); }, whole_radius,
         particles);
+    if (snapped.size() > kMostInCell * snapped.cell.size())
+        throw Error(std::to_string(snapped.size()) + " particles lie in " + std::to_string(snapped.cell.size()) +
+                    " cubes as wide as a ball, whose radius is " + std::to_string(radius) + "; expected at most " +
+                    std::to_string(kMostInCell) + " in each: is the radius in the particles' unit?");
     if (jitter.attempt > 0) {
         const SnappedParticles still = std::move(snapped);
         const auto jitteredAt = [&](std::size_t i) {

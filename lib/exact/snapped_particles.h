@@ -37,7 +37,8 @@ struct SnappedParticles {
 ///
 /// in      n >= 0 valid particles, radius > 0 in world units
 /// cost    O(n log n)
-/// errors  a particle farther from the origin than 2^50 quanta; a radius that is not a normal number
+/// errors  a particle farther from the origin than 2^50 quanta; a radius that is not a normal number, or so large that
+///         there are more than 50,000 distinct particles for each cell
 SnappedParticles snapParticles(const Particles& particles, double radius, const Jitter& jitter = {});
 
 /// The order of cells: by z, then y, then x.

@@ -1,6 +1,7 @@
 // What is true of every skinned frame.
 
 #include "skin/skin_frame.h"
+#include "core/random.h"
 
 #include "core/error.h"
 #include "core/moving.h"
@@ -282,6 +283,14 @@ TEST(SkinFrame, PositionsBeyondTheIntegerRangeAreAnError) {
     far.position = {{0, 0, 0}, {1e30f, 0, 0}};
     EXPECT_THROW(skinFrame(far, withRadius(0.01)), Error);
     EXPECT_THROW(skinFrame(far, withRadius(0)), Error);
+}
+
+TEST(SkinFrame, ARadiusThatHoldsEverythingIsAnError) {
+    Particles particles;
+    Random random(1);
+    for (int i = 0; i < 60000; ++i) particles.position.emplace_back(random.cube() + Vec3(5));
+    EXPECT_THROW(skinFrame(particles, withRadius(100)), Error);
+    EXPECT_NO_THROW(skinFrame(particles, withRadius(0.08)));
 }
 
 TEST(Spacing, IsThatOfTheLattice) {
