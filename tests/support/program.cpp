@@ -4,10 +4,12 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <chrono>
 #include <csignal>
 #include <cstdlib>
 #include <fstream>
 #include <sstream>
+#include <thread>
 
 namespace betamesh {
 namespace {
@@ -16,6 +18,15 @@ void sendTo(const std::string& file, int descriptor) {
     const int opened = open(file.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600);
     if (opened < 0 || dup2(opened, descriptor) < 0) _exit(127);
     close(opened);
+}
+
+bool isAlive(pid_t process) {
+    if (process <= 0) return false;
+    std::ifstream file("/proc/" + std::to_string(process) + "/stat");
+    std::string line;
+    std::getline(file, line);
+    const std::size_t name_end = line.rfind(')');
+    return name_end != std::string::npos && line.substr(name_end).find_first_of("ZX") != 2;
 }
 
 }  // namespace
@@ -54,13 +65,17 @@ pid_t RunningProgram::worker() const {
 }
 
 void RunningProgram::send(int signal) {
-    if (process_ > 0) kill(process_, signal);
+    if (process_ <= 0) return;
+    orphan_ = signal == SIGKILL ? worker() : -1;
+    kill(process_, signal);
 }
 
 Outcome RunningProgram::wait() {
     int status = 0;
     waitpid(process_, &status, 0);
     process_ = -1;
+    // A worker whose process was killed is killed, too, but a moment later.
+    for (int i = 0; i < 500 && isAlive(orphan_); ++i) std::this_thread::sleep_for(std::chrono::milliseconds(10));
     return {WIFEXITED(status) ? WEXITSTATUS(status) : -WTERMSIG(status), contentsOf(talk_ / "out"),
             contentsOf(talk_ / "err")};
 }

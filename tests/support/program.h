@@ -36,6 +36,7 @@ public:
 private:
     TemporaryFolder talk_;
     pid_t process_ = -1;
+    pid_t orphan_ = -1;  ///< the worker of a process that was killed
 };
 
 /// environment: NAME=value, added to that of the test.
