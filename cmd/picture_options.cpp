@@ -25,16 +25,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-std::vector<int> framesOf(const Config& config, const FramePattern& input, const std::map<int, std::string>& on_disk) {
-    if (config.frames != "all") return parseFrames(config.frames);
-    if (!input.numbered) return {singleFrame(input)};
-    std::vector<int> frames;
-    for (const auto& file : on_disk) frames.push_back(file.first);
-    if (frames.empty())
-        throw Error("'" + input.text + "': no such frame on disk; expected files such as " + frameName(input, 1));
-    return frames;
-}
-
 bool allExist(const std::vector<std::string>& files) {
     return std::all_of(files.begin(), files.end(), [](const std::string& file) { return fs::exists(file); });
 }
@@ -165,8 +155,7 @@ PictureJob planPictures(const PictureOptions& options, const Config& usual) {
     applyOptions(job.config, options.assignments, options.values);
     const FramePattern input = framePattern(options.input);
     const std::map<int, std::string> on_disk = framesOnDisk(input);
-    const std::vector<int> frames = framesOf(job.config, input, on_disk);
-    requirePlaceFor(frames.size(), input);
+    const std::vector<int> frames = chosenFrames(job.config.frames, input, on_disk);
     for (const auto& file : on_disk) job.on_disk.push_back(file.second);
     std::vector<FramePattern> outputs;
     for (const std::string& output : options.outputs) {

@@ -226,6 +226,21 @@ std::vector<int> parseFrames(std::string_view text) {
     return frames;
 }
 
+std::vector<int> chosenFrames(const std::string& frames, const FramePattern& input,
+                              const std::map<int, std::string>& on_disk) {
+    if (frames != "all") {
+        std::vector<int> chosen = parseFrames(frames);
+        requirePlaceFor(chosen.size(), input);
+        return chosen;
+    }
+    if (!input.numbered) return {singleFrame(input)};
+    std::vector<int> chosen;
+    for (const auto& file : on_disk) chosen.push_back(file.first);
+    if (chosen.empty())
+        throw Error("'" + input.text + "': no such frame on disk; expected files such as " + frameName(input, 1));
+    return chosen;
+}
+
 std::string printFrames(const std::vector<int>& frames) {
     std::string text;
     for (std::size_t begin = 0; begin < frames.size();) {

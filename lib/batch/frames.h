@@ -45,6 +45,13 @@ std::map<int, std::string> framesOnDisk(const FramePattern& pattern);
 ///         ten million frames
 std::vector<int> parseFrames(std::string_view text);
 
+/// Those of a `frames` setting; `all`: every one on disk.
+///
+/// in      what framesOnDisk(input) found
+/// errors  those of parseFrames; several frames for a name without a place; `all` of none
+std::vector<int> chosenFrames(const std::string& frames, const FramePattern& input,
+                              const std::map<int, std::string>& on_disk);
+
 /// The shortest simple text that parseFrames() reads back.
 ///
 /// in      ascending, each once

@@ -29,21 +29,6 @@ bool exists(const std::string& path) {
     return fs::exists(fs::symlink_status(path, ignored));
 }
 
-std::vector<int> chosenFrames(const Config& config, const FramePattern& input,
-                              const std::map<int, std::string>& on_disk) {
-    if (config.frames != "all") {
-        std::vector<int> frames = parseFrames(config.frames);
-        requirePlaceFor(frames.size(), input);
-        return frames;
-    }
-    if (!input.numbered) return {singleFrame(input)};
-    std::vector<int> frames;
-    for (const auto& file : on_disk) frames.push_back(file.first);
-    if (frames.empty())
-        throw Error("'" + input.text + "': no such frame on disk; expected files such as " + frameName(input, 1));
-    return frames;
-}
-
 /// Gaps are easily a simulation that died: say so, unless the frames have a steady step.
 void noteGaps(const Config& config, const std::vector<int>& frames, std::vector<std::string>& warnings) {
     if (config.frames != "all" || frames.size() < 3) return;
@@ -245,7 +230,7 @@ Plan planJob(const Config& config, const PlanOptions& options) {
     plan.threads = threadsOf(config);
 
     const auto on_disk = framesOnDisk(input);
-    const std::vector<int> frames = chosenFrames(config, input, on_disk);
+    const std::vector<int> frames = chosenFrames(config.frames, input, on_disk);
     requirePlaceFor(frames.size(), output);
     if (!config.preview.path.empty()) requirePlaceFor(frames.size(), picture);
     noteGaps(config, frames, plan.warnings);
