@@ -29,6 +29,7 @@ namespace {
 constexpr double kSampleAngle = 0.56;    // radians between samples of wide faces of the paper's tessellation
 constexpr double kSmoothingWidth = 2.8;  // radii
 constexpr double kArcAngle = 0.75;  // of a common arc, radians: a segment of it is as long as face points are apart
+constexpr double kSmoothedAngle = 0.28;  // radians per segment of what is smoothed, and need not show its balls
 constexpr double kLeastAngle = 0.05, kLargestAngle = 0.7;
 
 struct Structure {
@@ -109,7 +110,10 @@ BetaMesh completeSurface(const Particles& particles, const Structure& structure,
     const bool smoothed = passesOf(params) > 0 || params.inset > 0;
     ArcSubdivision subdivision;
     subdivision.segments = params.arc_subdivisions;
-    subdivision.appearance = smoothed ? Appearance::gradual : Appearance::on_boundary;
+    if (smoothed) {
+        subdivision.appearance = Appearance::gradual;
+        subdivision.max_angle = kSmoothedAngle;
+    }
     const double angle = params.arc_subdivisions > 0
                              ? std::clamp(kArcAngle / params.arc_subdivisions, kLeastAngle, kLargestAngle)
                              : subdivision.max_angle;
