@@ -75,21 +75,26 @@ bool pierces(const std::array<Vec3, 3>& corner, const std::array<int, 3>& side, 
 
 }  // namespace
 
-bool cross(const std::array<Vec3, 3>& s, const std::array<Vec3, 3>& t, const std::array<bool, 3>& s_common,
-           const std::array<bool, 3>& t_common) {
+Meeting meetingOf(const std::array<Vec3, 3>& s, const std::array<Vec3, 3>& t, const std::array<bool, 3>& s_common,
+                  const std::array<bool, 3>& t_common) {
     const std::array<int, 3> t_side = sidesOf(s, t, t_common);
-    bool above = false, below = false;
+    bool above = false, below = false, on_plane = false;
     for (std::size_t m = 0; m < 3; ++m) {
-        above |= t_side[m] > 0 || (t_side[m] == 0 && !t_common[m]);
-        below |= t_side[m] < 0 || (t_side[m] == 0 && !t_common[m]);
+        above |= t_side[m] > 0;
+        below |= t_side[m] < 0;
+        on_plane |= t_side[m] == 0 && !t_common[m];
     }
-    if (!above || !below) return false;
-    return pierces(t, t_side, s) || pierces(s, sidesOf(t, s, s_common), t);
+    if (!on_plane && (!above || !below)) return Meeting::none;
+    const std::array<int, 3> s_side = sidesOf(t, s, s_common);
+    if (pierces(t, t_side, s) || pierces(s, s_side, t)) return Meeting::crossing;
+    for (std::size_t m = 0; m < 3; ++m) on_plane |= s_side[m] == 0 && !s_common[m];
+    return on_plane ? Meeting::doubtful : Meeting::none;
 }
 
 PatchTree::PatchTree(const BetaMesh& mesh, const std::vector<Moving>& before, double radius)
     : mesh_(mesh), direction_(icosphere(2).position) {
     std::vector<Patch> patches = makePatches(before);
+    const std::vector<Box> folded = foldedStars(patches);
     Boxf whole;
     for (const Patch& patch : patches) whole.extendBy(patch.node.box);
     parallelFor(patches.size(), 1024,
@@ -110,6 +115,47 @@ PatchTree::PatchTree(const BetaMesh& mesh, const std::vector<Moving>& before, do
     gatherAwake();
     for (const Patch& patch : patches)
         if (patch.turned) wake({Vec3(patch.node.box.min), Vec3(patch.node.box.max)}, kNearTurned * radius);
+    for (const Box& star : folded) wake(star, 0);
+}
+
+// Of vertices whose triangles face no common way: where two of these cross that do, which no others might tell.
+std::vector<Box> PatchTree::foldedStars(const std::vector<Patch>& patches) const {
+    std::vector<std::uint64_t> facing(mesh_.vertex.size(), ~std::uint64_t{0});
+    const auto forCorners = [&](const auto& visit) {
+        for (const Patch& patch : patches)
+            for (std::uint32_t i = patch.range.begin; i < patch.range.end; ++i)
+                for (const std::uint32_t v : mesh_.triangles[entry_[i].triangle]) visit(v, patch, i);
+    };
+    forCorners([&](std::uint32_t v, const Patch& patch, std::uint32_t) { facing[v] &= patch.node.facing; });
+
+    struct Corner {
+        std::uint32_t entry;
+        std::uint64_t facing;
+    };
+    std::vector<std::uint32_t> count(mesh_.vertex.size(), 0);
+    forCorners(
+        [&](std::uint32_t v, const Patch& patch, std::uint32_t) { count[v] += facing[v] == 0 && patch.node.awake; });
+    const std::vector<std::uint32_t> begin = placesOf(count);
+    std::vector<std::uint32_t> next(begin.begin(), begin.end() - 1);
+    std::vector<Corner> corner(begin.back());
+    forCorners([&](std::uint32_t v, const Patch& patch, std::uint32_t i) {
+        if (facing[v] == 0 && patch.node.awake) corner[next[v]++] = {i, patch.node.facing};
+    });
+
+    const auto positionOf = [&](std::uint32_t v) { return mesh_.vertex[v].position; };
+    std::vector<std::uint8_t> folded(mesh_.vertex.size(), 0);
+    parallelFor(mesh_.vertex.size(), 4096, [&](std::size_t v) {
+        for (std::uint32_t i = begin[v]; i < begin[v + 1]; ++i)
+            for (std::uint32_t j = i + 1; j < begin[v + 1]; ++j)
+                if ((corner[i].facing & corner[j].facing) != 0 &&
+                    meetingOf(mesh_.triangles[entry_[corner[i].entry].triangle],
+                              mesh_.triangles[entry_[corner[j].entry].triangle], positionOf) == Meeting::crossing)
+                    folded[v] = 1;
+    });
+    std::vector<Box> stars;
+    for (std::size_t v = 0; v < folded.size(); ++v)
+        if (folded[v]) stars.emplace_back(mesh_.vertex[v].position);
+    return stars;
 }
 
 // Runs of triangles are near each other, as the mesh is made ball by ball.
@@ -216,7 +262,7 @@ void PatchTree::refit() {
     gatherBoxes();
 }
 
-std::vector<TrianglePair> PatchTree::crossings() const {
+Meetings PatchTree::meetings() const {
     std::vector<TrianglePair> tasks = {{1, 1}};  // of nodes
     for (bool coarse = true; coarse && tasks.size() < kTasks;) {
         std::vector<TrianglePair> finer;
@@ -231,21 +277,28 @@ std::vector<TrianglePair> PatchTree::crossings() const {
         }
         tasks = std::move(finer);
     }
-    std::vector<std::vector<TrianglePair>> found(tasks.size());
+    std::vector<Meetings> found(tasks.size());
     parallelFor(tasks.size(), 1, [&](std::size_t i) {
         std::vector<TrianglePair> waiting = {tasks[i]};
         while (!waiting.empty()) {
             const TrianglePair task = waiting.back();
             waiting.pop_back();
             if (areLeaves(task))
-                addCrossings(task, found[i]);
+                addMeetings(task, found[i]);
             else
                 descend(task, waiting);
         }
     });
-    std::vector<TrianglePair> all;
-    for (const std::vector<TrianglePair>& some : found) all.insert(all.end(), some.begin(), some.end());
-    std::sort(all.begin(), all.end());
+    Meetings all;
+    const auto append = [](const std::vector<TrianglePair>& some, std::vector<TrianglePair>& to) {
+        to.insert(to.end(), some.begin(), some.end());
+    };
+    for (const Meetings& some : found) {
+        append(some.crossing, all.crossing);
+        append(some.doubtful, all.doubtful);
+    }
+    std::sort(all.crossing.begin(), all.crossing.end());
+    std::sort(all.doubtful.begin(), all.doubtful.end());
     return all;
 }
 
@@ -270,7 +323,7 @@ void PatchTree::descend(const TrianglePair& nodes, std::vector<TrianglePair>& in
     }
 }
 
-void PatchTree::addCrossings(const TrianglePair& leaves, std::vector<TrianglePair>& out) const {
+void PatchTree::addMeetings(const TrianglePair& leaves, Meetings& out) const {
     const auto [i, j] = leaves;
     const auto nearOnes = [](std::span<const Entry> entries, const Boxf& box, std::span<const Entry*> near) {
         std::size_t n = 0;
@@ -285,8 +338,10 @@ void PatchTree::addCrossings(const TrianglePair& leaves, std::vector<TrianglePai
     for (std::size_t m = 0; m < ones.size(); ++m)
         for (std::size_t k = i == j ? m + 1 : 0; k < others.size(); ++k) {
             const std::uint32_t s = ones[m]->triangle, t = others[k]->triangle;
-            if (ones[m]->box.intersects(others[k]->box) && cross(mesh_.triangles[s], mesh_.triangles[t], positionOf))
-                out.push_back({std::min(s, t), std::max(s, t)});
+            if (!ones[m]->box.intersects(others[k]->box)) continue;
+            const Meeting meeting = meetingOf(mesh_.triangles[s], mesh_.triangles[t], positionOf);
+            if (meeting == Meeting::none) continue;
+            (meeting == Meeting::crossing ? out.crossing : out.doubtful).push_back({std::min(s, t), std::max(s, t)});
         }
 }
 

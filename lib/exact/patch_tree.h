@@ -12,28 +12,39 @@ namespace betamesh {
 /// Two triangles by row, the smaller first.
 using TrianglePair = std::array<std::uint32_t, 2>;
 
-/// Does an edge of one triangle pass through the other, whichever way? Decided by exact signs. Edges that end at a
-/// common vertex do not. positionOf(v): where vertex v is, which may be elsewhere than in any mesh.
+/// How two triangles meet, as far as they alone show it.
+enum class Meeting {
+    none,      ///< or in what they share
+    doubtful,  ///< a corner of one lies in the plane of the other: they may touch, which can be part of a crossing
+    crossing,  ///< an edge of one passes through the other, whichever way
+};
+
+/// Decided by exact signs. positionOf(v): where vertex v is, which may be elsewhere than in any mesh.
 template <typename PositionOf>
-bool cross(const Triangle& s, const Triangle& t, const PositionOf& positionOf);
+Meeting meetingOf(const Triangle& s, const Triangle& t, const PositionOf& positionOf);
+
+/// Ascending.
+struct Meetings {
+    std::vector<TrianglePair> crossing, doubtful;
+};
 
 /// Patches of triangles in a binary tree. Each node knows which directions all of its triangles face: two nodes with
 /// a common one are parts of a surface over a plane, which cannot cross. Layers that face the same way have others
-/// between them, which would cross first; where triangles have turned over, no such thing is relied on.
+/// between them, which would cross first, or meet in a vertex whose triangles face all ways: there, and where triangles
+/// have turned over, no such thing is relied on.
 ///
-/// Patches are awake or asleep. A crossing is found if one of its triangles is in a patch that is awake.
+/// Patches are awake or asleep. A meeting is found if one of its triangles is in a patch that is awake.
 ///
 /// in      a mesh, which has to stay where it is; where its vertices were before, when nothing crossed; the radius of
 ///         the balls, world units. Patches that have not moved since then are asleep
-/// same    crossings for any thread count
+/// same    meetings for any thread count
 /// cost    O(triangles), and the pairs of patches that are near each other and face different ways
 /// source  a surface over a plane does not cross itself: Volino & Magnenat-Thalmann 1994
 class PatchTree {
 public:
     PatchTree(const BetaMesh& mesh, const std::vector<Moving>& before, double radius);
 
-    /// Ascending.
-    std::vector<TrianglePair> crossings() const;
+    Meetings meetings() const;
 
     void sleep();
     /// Patches no farther from the box than this. From now on they are compared with all others, whichever way they
@@ -87,11 +98,12 @@ private:
     }
     Boxf boxOf(std::uint32_t triangle) const;
     std::vector<Patch> makePatches(const std::vector<Moving>& before);
+    std::vector<Box> foldedStars(const std::vector<Patch>& patches) const;
     void gatherBoxes();
     void gatherAwake();
     bool areLeaves(const TrianglePair& nodes) const { return nodes[0] >= first_leaf_ && nodes[1] >= first_leaf_; }
     void descend(const TrianglePair& nodes, std::vector<TrianglePair>& into) const;
-    void addCrossings(const TrianglePair& leaves, std::vector<TrianglePair>& out) const;
+    void addMeetings(const TrianglePair& leaves, Meetings& out) const;
 
     const BetaMesh& mesh_;
     std::vector<Vec3> direction_;  // at most 64
@@ -102,11 +114,11 @@ private:
 };
 
 /// The same of triangles that are given by their corners, and by which of these they have in common.
-bool cross(const std::array<Vec3, 3>& s, const std::array<Vec3, 3>& t, const std::array<bool, 3>& s_common,
-           const std::array<bool, 3>& t_common);
+Meeting meetingOf(const std::array<Vec3, 3>& s, const std::array<Vec3, 3>& t, const std::array<bool, 3>& s_common,
+                  const std::array<bool, 3>& t_common);
 
 template <typename PositionOf>
-bool cross(const Triangle& s, const Triangle& t, const PositionOf& positionOf) {
+Meeting meetingOf(const Triangle& s, const Triangle& t, const PositionOf& positionOf) {
     std::array<Vec3, 3> at_s, at_t;
     std::array<bool, 3> s_common, t_common;
     for (std::size_t m = 0; m < 3; ++m) {
@@ -115,7 +127,7 @@ bool cross(const Triangle& s, const Triangle& t, const PositionOf& positionOf) {
         s_common[m] = s[m] == t[0] || s[m] == t[1] || s[m] == t[2];
         t_common[m] = t[m] == s[0] || t[m] == s[1] || t[m] == s[2];
     }
-    return cross(at_s, at_t, s_common, t_common);
+    return meetingOf(at_s, at_t, s_common, t_common);
 }
 
 }  // namespace betamesh

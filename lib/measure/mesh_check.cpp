@@ -1,11 +1,11 @@
 #include "measure/mesh_check.h"
 
+#include "core/mesh_edges.h"
 #include "core/parallel.h"
 #include "core/union_find.h"
-#include "measure/mesh_edges.h"
-#include "measure/mesh_measure.h"
 #include "exact/orientation.h"
-#include "measure/triangle_contact.h"
+#include "exact/triangle_contact.h"
+#include "measure/mesh_measure.h"
 #include "measure/triangle_tree.h"
 
 #include <algorithm>
@@ -43,26 +43,6 @@ Selection select(std::span<const Triangle> triangles, const Wanted& wanted) {
         some.row.push_back(t);
     }
     return some;
-}
-
-// Of each vertex, the first vertex at the same position; itself where the position is not finite.
-std::vector<std::uint32_t> placesOfVertices(const std::vector<Vec3>& position) {
-    std::vector<std::uint32_t> order(position.size()), place(position.size());
-    parallelFor(order.size(), 4096, [&](std::size_t v) { order[v] = static_cast<std::uint32_t>(v); });
-    std::erase_if(order, [&](std::uint32_t v) {
-        place[v] = v;
-        return !isInRange(position[v]);
-    });
-    parallelSort(order, [&](std::uint32_t v, std::uint32_t w) {
-        const Vec3 &p = position[v], &q = position[w];
-        if (p.x != q.x) return p.x < q.x;
-        if (p.y != q.y) return p.y < q.y;
-        if (p.z != q.z) return p.z < q.z;
-        return v < w;
-    });
-    for (std::size_t i = 1; i < order.size(); ++i)
-        if (position[order[i]] == position[order[i - 1]]) place[order[i]] = place[order[i - 1]];
-    return place;
 }
 
 void countDuplicates(const Selection& sound, MeshCheck& check) {

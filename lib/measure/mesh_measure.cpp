@@ -1,6 +1,6 @@
 #include "measure/mesh_measure.h"
 
-#include "measure/mesh_edges.h"
+#include "core/mesh_edges.h"
 
 #include <cstdlib>
 

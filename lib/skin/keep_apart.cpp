@@ -1,8 +1,11 @@
 #include "skin/keep_apart.h"
 
 #include "core/cell_order.h"
+#include "core/mesh_edges.h"
 #include "core/parallel.h"
+#include "exact/orientation.h"
 #include "exact/patch_tree.h"
+#include "exact/triangle_contact.h"
 
 #include <algorithm>
 #include <array>
@@ -26,15 +29,17 @@ struct Way {
     Moving from, to;
 };
 
-// The share of the ways of six vertices up to which their triangles do not cross; none where they do from the start.
+// The share of the ways of six vertices up to which their triangles do not cross; none where they do from the start,
+// or only together with others.
 template <typename WayOf>
 std::optional<Rate> freeShare(const Triangle& s, const Triangle& t, const WayOf& wayOf, double radius) {
     const auto crossAt = [&](double share, double time) {
-        return cross(s, t, [&](std::uint32_t v) {
+        const auto there = [&](std::uint32_t v) {
             const Way& way = wayOf(v);
-            const Moving there = way.from + (way.to - way.from) * share;
-            return there.position + there.velocity * time;
-        });
+            const Moving at = way.from + (way.to - way.from) * share;
+            return at.position + at.velocity * time;
+        };
+        return meetingOf(s, t, there) == Meeting::crossing;
     };
     const auto lastFree = [&](double free, double crossing, double time) {
         for (int i = 0; i < kHalvings; ++i) {
@@ -43,7 +48,7 @@ std::optional<Rate> freeShare(const Triangle& s, const Triangle& t, const WayOf&
         }
         return free;
     };
-    if (crossAt(0, 0)) return std::nullopt;
+    if (crossAt(0, 0) || !crossAt(1, 0)) return std::nullopt;
     const double share = lastFree(0, 1, 0);
     double speed = 0, farthest = 0;
     for (const Triangle& triangle : {s, t})
@@ -58,6 +63,44 @@ std::optional<Rate> freeShare(const Triangle& s, const Triangle& t, const WayOf&
     const double rate = (lastFree(low, high, step) - share) / step, largest = kFastest * speed / farthest;
     return Rate(share, std::clamp(rate, -largest, largest)) * kShortOf;
 }
+
+// Where triangles touch, those beyond the touching edges tell whether the surface passes through itself.
+class TouchJudge {
+public:
+    explicit TouchJudge(const BetaMesh& mesh) : mesh_(mesh) {}
+
+    std::vector<TrianglePair> crossingsAmong(Meetings meetings) {
+        std::vector<TrianglePair>& pairs = meetings.crossing;
+        if (meetings.doubtful.empty()) return std::move(pairs);
+        if (across_.empty()) findAcross();
+        std::vector<Vec3> position(mesh_.vertex.size());
+        for (std::size_t v = 0; v < position.size(); ++v) position[v] = mesh_.vertex[v].position;
+        const std::vector<std::uint32_t> place = placesOfVertices(position);
+        const JudgedSurface surface{position, mesh_.triangles, place, across_};
+        const auto isFlat = [&](std::uint32_t t) {
+            const auto& [a, b, c] = mesh_.triangles[t];
+            return onOneLine(position[a], position[b], position[c]);
+        };
+        for (const auto& [s, t] : meetings.doubtful)
+            if (!isFlat(s) && !isFlat(t) && contactOf(surface, s, t).kind == ContactKind::crossing)
+                pairs.push_back({s, t});
+        std::sort(pairs.begin(), pairs.end());
+        return std::move(pairs);
+    }
+
+private:
+    void findAcross() {
+        across_.assign(3 * mesh_.triangles.size(), kNoTriangle);
+        forEveryEdge(sortedSides(mesh_.triangles), [&](std::span<const TriangleSide> sides) {
+            if (sides.size() != 2) return;
+            across_[sides[0].side] = sides[1].side / 3;
+            across_[sides[1].side] = sides[0].side / 3;
+        });
+    }
+
+    const BetaMesh& mesh_;
+    std::vector<std::uint32_t> across_;  // once something touches
+};
 
 // How vertices near crossings go: past the mean way of all that is near them, which parts nobody, a share of what
 // remains.
@@ -105,9 +148,10 @@ public:
                 for (const std::uint32_t v : mesh_.triangles[t])
                     forSupports(v, [&](std::uint32_t u) {
                         State& state = state_[row_[u]];
-                        if (limits[i] || all_the_way)
+                        const bool based_here = state.base.position == from_[u].position;
+                        if (limits[i] || all_the_way || based_here)
                             any |= lower(state, limits[i] ? before[row_[u]] * *limits[i] : Rate(0));
-                        if (limits[i] || state.base.position == from_[u].position) return;
+                        if (limits[i] || based_here) return;
                         state.base = from_[u];
                         any = true;
                     });
@@ -233,7 +277,8 @@ private:
 void keepApart(const std::vector<Moving>& from, double radius, BetaMesh& mesh) {
     if (mesh.triangles.empty()) return;
     PatchTree tree(mesh, from, radius);
-    std::vector<TrianglePair> pairs = tree.crossings();
+    TouchJudge judge(mesh);
+    std::vector<TrianglePair> pairs = judge.crossingsAmong(tree.meetings());
     if (pairs.empty()) return;
     Ways ways(from, radius, mesh);
     const auto wakeNear = [&](double distance) {
@@ -257,7 +302,7 @@ void keepApart(const std::vector<Moving>& from, double radius, BetaMesh& mesh) {
             for (const std::uint32_t v : t) mesh.vertex[v] = ways.placeOf(v);
         });
         tree.refit();
-        pairs = tree.crossings();
+        pairs = judge.crossingsAmong(tree.meetings());
     }
 }
 

@@ -10,7 +10,7 @@
 #include "io/mesh_file.h"
 #include "measure/enclosure.h"
 #include "measure/mesh_measure.h"
-#include "measure/triangle_contact.h"
+#include "exact/triangle_contact.h"
 #include "support/oracles.h"
 #include "support/temporary_folder.h"
 

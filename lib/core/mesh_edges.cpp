@@ -1,8 +1,9 @@
-#include "measure/mesh_edges.h"
+#include "core/mesh_edges.h"
 
 #include "core/parallel.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace betamesh {
 
@@ -29,6 +30,25 @@ std::vector<TriangleSide> sortedSides(std::span<const Triangle> triangles) {
                   });
     });
     return sides;
+}
+
+std::vector<std::uint32_t> placesOfVertices(const std::vector<Vec3>& position) {
+    std::vector<std::uint32_t> order(position.size()), place(position.size());
+    parallelFor(order.size(), 4096, [&](std::size_t v) { order[v] = static_cast<std::uint32_t>(v); });
+    std::erase_if(order, [&](std::uint32_t v) {
+        place[v] = v;
+        return !std::isfinite(position[v].x + position[v].y + position[v].z);
+    });
+    parallelSort(order, [&](std::uint32_t v, std::uint32_t w) {
+        const Vec3 &p = position[v], &q = position[w];
+        if (p.x != q.x) return p.x < q.x;
+        if (p.y != q.y) return p.y < q.y;
+        if (p.z != q.z) return p.z < q.z;
+        return v < w;
+    });
+    for (std::size_t i = 1; i < order.size(); ++i)
+        if (position[order[i]] == position[order[i - 1]]) place[order[i]] = place[order[i - 1]];
+    return place;
 }
 
 }  // namespace betamesh

@@ -1,4 +1,4 @@
-// The edges of a triangle mesh, found by sorting the sides of its triangles.
+// Which parts of a triangle mesh meet: sides of triangles in an edge, vertices in a place. Found by sorting.
 
 #pragma once
 
@@ -20,6 +20,12 @@ struct TriangleSide {
 /// same    result for any thread count
 /// cost    O(triangles) where few triangles share a vertex
 std::vector<TriangleSide> sortedSides(std::span<const Triangle> triangles);
+
+/// Of each vertex, the first vertex at the same position; itself where the position is not finite.
+///
+/// same    result for any thread count
+/// cost    O(n log n)
+std::vector<std::uint32_t> placesOfVertices(const std::vector<Vec3>& position);
 
 /// Calls visit(sides) for each edge.
 template <typename Visit>

@@ -1,4 +1,4 @@
-#include "measure/triangle_contact.h"
+#include "exact/triangle_contact.h"
 
 #include "exact/orientation.h"
 
