@@ -17,6 +17,7 @@ constexpr double kFarthest = 0.5;       // that a vertex goes, in radii
 constexpr double kStayingBegins = 0.7;  // clearance up to which a vertex goes all the way
 constexpr double kStaysWhole = 1.4;     // and from which it stays
 constexpr double kOwnWeight = 1.5;      // of the vertex itself against the samples; on a plane surface they weigh 20
+constexpr double kAgreement = 0.15;     // |m|² at which a step is half as long: where surfaces meet they face all ways
 constexpr double kRound = 1e-3;         // added to the samples' variance, in squared radii: keeps single ones flat
 constexpr float kLeastMean = 0.01F;     // added to |m|²
 constexpr float kSteepest = 0.4F;       // square of how steep a sample may lie
@@ -36,6 +37,10 @@ struct Sums {
     float inverse_mean = 0, growth = 0;  // 1 / (|mean|² + kLeastMean), and minus its rate by itself
 
     Rate number(int s) const { return {value[s], rate[s]}; }
+    Rate squareOfMean() const {
+        const Moving m{{mean[0], mean[1], mean[2]}, {mean_rate[0], mean_rate[1], mean_rate[2]}};
+        return dot(m, m);
+    }
     Moving vector(int s) const { return {{value[s], value[s + 1], value[s + 2]}, {rate[s], rate[s + 1], rate[s + 2]}}; }
 };
 
@@ -170,7 +175,7 @@ void sumOpposite(const Block* blocks, std::size_t n, float inverse_square_width,
 // From a point onto the sphere fitted round it, and the direction of the sphere there.
 struct Fit {
     Moving step, direction;
-    Rate trust;  // 0 without samples, towards 1 with many
+    Rate trust;  // towards 1 with many samples that agree, 0 without or where they face all ways
     Moving inset;
 };
 
@@ -192,7 +197,9 @@ Fit fitSphere(const Sums& sums) {
     const Moving ul = b - a * (uq * 2);
     const Rate minus_uc = dot(ul, a) + uq * e, slope = dot(ul, ul) + 1e-6;
     const Rate root = squareRoot(slope * slope + uq * minus_uc * slope * 4);
-    const Rate squared = weight * weight, trust = squared / (squared + kOwnWeight * kOwnWeight);
+    const Rate squared = weight * weight, agreement = sums.squareOfMean() / kAgreement,
+               cubed = agreement * agreement * agreement;
+    const Rate trust = squared / (squared + kOwnWeight * kOwnWeight) * (cubed / (cubed + 1));
     return {ul * (minus_uc * 2 / (slope + root)), ul, trust, {}};
 }
 

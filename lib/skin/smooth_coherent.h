@@ -25,11 +25,13 @@ struct CoherentSmoothing {
 ///
 /// keeps the two sides of a sheet, and surfaces far below or above, apart; then the algebraic sphere
 /// u_c + u_l·y + u_q |y|² whose gradient fits the directions best passes near x at x + τ u_l. That counts by
-/// W² / (W² + 1.5²), W = Σ k in radii: about 20 on a plane surface, little round a neck that has just appeared. A vertex
-/// with clearance above 1.4 (a drop, the tip of a tendril) stays where it is, from 0.7 on it goes part of the way; and no
-/// vertex goes farther than half a radius, so that no particle is ever left outside. Spheres, cylinders and planes of
-/// balls keep their size. Vertices that only begin to rise from an edge or a facet are held back towards what becomes
-/// of that, or the triangles, which are plane, would jump.
+/// W² / (W² + 1.5²), W = Σ k in radii, about 20 on a plane surface, little round a neck that has just appeared; and by
+/// |m|⁶ / (|m|⁶ + 0.15³), nearly 1 where the surface faces one way, 0 where two parts of it meet in a point: both leave
+/// that point where it is, so they join there without a jump. A vertex with clearance above 1.4 (a drop, the tip of a
+/// tendril) stays where it is, from 0.7 on it goes part of the way; and no vertex goes farther than half a radius, so
+/// that no particle is ever left outside. Spheres, cylinders and planes of balls keep their size. Vertices that only
+/// begin to rise from an edge or a facet are held back towards what becomes of that, or the triangles, which are plane,
+/// would jump.
 ///
 /// An inset takes vertices inwards along the fitted spheres' directions, by at most 0.45 of the liquid's thickness
 /// there, whose inverse square is a sum over the samples on the other side: (m·d)₋² (m·y)₋² / (|m|⁴ (|y|² + 0.04 r²)³).

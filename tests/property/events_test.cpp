@@ -246,7 +246,7 @@ TEST(Events, OursMovesOnThroughFlipsAndBirths) {
 TEST(Events, OursHardlyJumpsWhereBallsBeginToMeet) {
     for (std::size_t e = 0; e < events().size(); ++e) {
         if (events()[e].kind == "flip" || events()[e].kind == "birth" || events()[e].kind == "void") continue;
-        EXPECT_LE(jumps()[e][kOurs][2], events()[e].in_block ? 0.01 : 0.07) << events()[e].name;
+        EXPECT_LE(jumps()[e][kOurs][2], events()[e].in_block ? 0.01 : 0.015) << events()[e].name;
     }
 }
 
@@ -304,7 +304,7 @@ TEST(Events, AHoleBetweenThreeBallsCloses) {
         const double side = std::sqrt(3.0) - closer;
         return std::vector<Vec3>{{0, 0, 0}, {side, 0, 0}, {side / 2, side * std::sqrt(0.75), 0}};
     };
-    EXPECT_LE(jumpOf(threeBalls, 1e-5, surfaces()[kOurs].params), 0.02);
+    EXPECT_LE(jumpOf(threeBalls, 1e-5, surfaces()[kOurs].params), 0.01);
 }
 
 // A ball of 2,109 jittered particles in fine steps, in which none goes farther than this many spacings: the largest
