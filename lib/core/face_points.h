@@ -1,4 +1,4 @@
-// Points inside the faces of the ball boundary, in fixed directions from each ball.
+// Points inside the faces of the ball boundary, in fixed directions from each ball and towards balls about to touch it.
 
 #pragma once
 
@@ -17,15 +17,26 @@ namespace betamesh {
 /// of the cap, β the angle between its axis and the point. On wide caps about the angle to the rim in radians;
 /// round narrow ones it rises quicker, so that a ball which only begins to touch changes nothing at a distance.
 struct FacePoints {
+    struct Contact {
+        Moving direction;  ///< unit vector
+        Rate touching;     ///< 0 where the other ball is too far to matter, 1 where the two touch
+    };
     Icosphere directions;
+    std::vector<Contact> contact;
     std::vector<std::uint32_t> begin{0};
-    std::vector<std::uint32_t> direction;  ///< of each point
+    std::vector<std::uint32_t> direction;  ///< of each point; contacts are numbered after the fixed directions
     std::vector<Rate> clearance;           ///< of each point, > 0; kFullClearance where there is no cap
 
     /// Unit vector; turns with the liquid, whose angular velocity at the ball this is.
     Moving outwards(std::uint32_t point, const Vec3& spin) const {
+        if (const Contact* touching = contactOf(point)) return touching->direction;
         const Vec3& along = directions.position[direction[point]];
         return {along, cross(spin, along)};
+    }
+    /// Null for a point in a fixed direction.
+    const Contact* contactOf(std::uint32_t point) const {
+        const std::size_t fixed = directions.position.size();
+        return direction[point] < fixed ? nullptr : &contact[direction[point] - fixed];
     }
 };
 inline constexpr double kFullClearance = 10;

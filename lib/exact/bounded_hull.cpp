@@ -136,6 +136,7 @@ void LoopsOnSphere::clear() {
     circles.clear();
     is_hole.clear();
     likely_facet.clear();
+    perhaps_above.clear();
 }
 
 class HullFiller::Work {
@@ -272,9 +273,11 @@ private:
         for (const Triangle& t : loops_->likely_facet) {
             const Triangle at{location_of_[t[0]], location_of_[t[1]], location_of_[t[2]]};
             const Plane plane(location_[at[0]], location_[at[1]], location_[at[2]]);
-            bool below = true;
-            for (std::size_t p = 0; p < in_loops && below; ++p)
-                below = plane.sideOf(toDouble(loops_->point[p])) == Plane::below;
+            const auto isBelow = [&](std::size_t p) {
+                return plane.sideOf(toDouble(loops_->point[p])) == Plane::below;
+            };
+            bool below = std::all_of(loops_->perhaps_above.begin(), loops_->perhaps_above.end(), isBelow);
+            for (std::size_t p = 0; p < in_loops && below; ++p) below = isBelow(p);
             if (below && !addFacet(at[0], at[1], at[2])) return false;
         }
         for (const Facet& f : facets_)

@@ -17,9 +17,10 @@ struct LoopsOnSphere {
     std::vector<std::array<std::uint32_t, 2>> circles;  ///< of each loop point: the circles before and after it
     std::vector<std::uint8_t> is_hole;  ///< of each loop: 1 where it surrounds something, should it shrink to a point
 
-    /// Triangles of free points that no free point lies above, few or many: those that no loop point lies above either
-    /// are facets of the hull, and need not be searched for.
+    /// Triangles of free points that no free point lies above but those listed, few or many: those that neither these
+    /// nor loop points lie above are facets of the hull, and need not be searched for.
     std::vector<Triangle> likely_facet;
+    std::vector<std::uint32_t> perhaps_above;
 
     void clear();
 };

@@ -20,6 +20,7 @@ constexpr double kSunkInEarnest = 0.3;   // share of the depth's root from which
 constexpr double kFreeHeight = 0.05;     // over what is beneath, radii per square of the same: free from here on
 constexpr std::size_t kLongestRing = 10;
 constexpr double kSinkingDepth = 0.12;  // radii at the rim, in squares of the same
+constexpr double kContactDepth = 0.25;  // where balls are too far apart, likewise: deeper than any facet
 
 Vec3i onGrid(const Vec3& direction) {
     return {std::llround(direction.x * kGrid), std::llround(direction.y * kGrid), std::llround(direction.z * kGrid)};
@@ -114,25 +115,46 @@ public:
         const double n = static_cast<double>(points.directions.position.size());
         angle_ = std::sqrt(8 * std::numbers::pi / (std::sqrt(3.0) * n));
     }
-    bool sinks(std::uint32_t p) const { return sinking_ && points_.clearance[p].value < kSinkingBegins * angle_; }
-    bool used(std::uint32_t p) const { return sinking_ || points_.clearance[p].value >= kLeastClearance * angle_; }
+    bool sinks(std::uint32_t p) const {
+        return sinking_ && (points_.clearance[p].value < kSinkingBegins * angle_ || points_.contactOf(p));
+    }
+    bool used(std::uint32_t p) const {
+        return sinking_ || (points_.clearance[p].value >= kLeastClearance * angle_ && !points_.contactOf(p));
+    }
     // In radii of the ball.
     Moving at(std::uint32_t p, const Vec3& spin) const {
         const Moving direction = points_.outwards(p, spin);
         if (!sinks(p)) return direction;
-        const Rate below = 1 - points_.clearance[p] / (kSinkingBegins * angle_);
-        return direction * (1 - below * below * (kSinkingDepth * angle_ * angle_));
+        const Rate below = nearRim(p), apart = unborn(p);
+        return direction * (1 - (below * below * kSinkingDepth + apart * apart * kContactDepth) * (angle_ * angle_));
+    }
+
+    // Points in which two balls touch are where the rim of their common circle will be.
+    Rate clearance(std::uint32_t p) const {
+        return points_.contactOf(p) ? points_.clearance[p] * unborn(p) : points_.clearance[p];
     }
 
     // How free a sinking point is at this height over what is beneath it, in radii: 0 on it, 1 as it stops to sink.
     Rate shareOf(std::uint32_t p, double height) const {
-        const double sunk = 1 - points_.clearance[p].value / (kSinkingBegins * angle_);
+        const double sunk = std::max(nearRim(p).value, unborn(p).value);
         const double held = std::min(1.0, sunk / kSunkInEarnest);
         const double t = std::clamp(height / (kFreeHeight * angle_ * angle_), 0.0, 1.0);
         return 1 - held * (1 - t * t * (3 - 2 * t));
     }
 
 private:
+    // From 0, where a point does not sink, to 1 at the rim of its face; where balls touch there is no rim.
+    Rate nearRim(std::uint32_t p) const {
+        const Rate below = 1 - points_.clearance[p] / (kSinkingBegins * angle_);
+        if (below.value <= 0) return 0;
+        return points_.contactOf(p) ? below * unborn(p) : below;
+    }
+    // From 0, where balls touch, to 1 where they are too far apart.
+    Rate unborn(std::uint32_t p) const {
+        const FacePoints::Contact* contact = points_.contactOf(p);
+        return contact ? 1 - contact->touching : Rate(0);
+    }
+
     const FacePoints& points_;
     bool sinking_;
     double angle_;
@@ -205,8 +227,8 @@ std::optional<Beneath> facetBeneath(const Vec3& p, const std::vector<std::uint32
 }
 
 void addFilling(const BallLoops& ball_loops, const LoopFilling& filling, const Moving& ball, const Vec3& spin,
-                double world_radius, const std::vector<std::uint32_t>& face_point, const FacePoints& points,
-                const Placement& placement, Part& part) {
+                double world_radius, const std::vector<std::uint32_t>& face_point, const Placement& placement,
+                Part& part) {
     constexpr std::uint32_t kUnplaced = ~std::uint32_t{0};
     const std::size_t in_loops = ball_loops.network_point.size(), given = ball_loops.loops.point.size();
     std::vector<std::uint32_t> place(given + filling.new_point.size() - in_loops, kUnplaced);
@@ -222,7 +244,7 @@ void addFilling(const BallLoops& ball_loops, const LoopFilling& filling, const M
                 if (v < given) {
                     const std::uint32_t p = face_point[v - in_loops];
                     part.vertex.push_back(ball + placement.at(p, spin) * world_radius);
-                    part.clearance.push_back(points.clearance[p]);
+                    part.clearance.push_back(placement.clearance(p));
                 } else {
                     const Vec3 direction = toDouble(filling.new_point[v - given]).normalized();
                     part.vertex.push_back({ball.position + direction * world_radius, ball.velocity});
@@ -295,13 +317,15 @@ BetaMesh completeTessellation(const BallBoundary& boundary, const std::vector<Mo
                     if (!placement.used(p) || placement.sinks(p) != sinking) continue;
                     face_point.push_back(p);
                     if (!sinking) direction.push_back(points.direction[p]);
+                    if (points.contactOf(p))
+                        loops.perhaps_above.push_back(static_cast<std::uint32_t>(loops.point.size()));
                     loops.point.push_back(onGrid(placement.at(p, spins[b]).position));
                 }
             const auto add = [&](const LoopFilling& made) {
-                addFilling(ball_loops, made, balls[b], spins[b], boundary.worldRadius(), face_point, points, placement,
+                addFilling(ball_loops, made, balls[b], spins[b], boundary.worldRadius(), face_point, placement,
                            parts[task]);
             };
-            if (in_loops == 0) {  // a bare sphere
+            if (in_loops == 0 && loops.perhaps_above.empty()) {  // a bare sphere
                 add({points.directions.triangles, {}});
                 continue;
             }

@@ -1,5 +1,6 @@
 #include "skin/face_points.h"
 
+#include "core/cell_order.h"
 #include "core/parallel.h"
 #include "core/simd.h"
 
@@ -14,7 +15,9 @@ constexpr std::size_t kBallsPerTask = 64;
 constexpr double kIcosahedronAngle = 1.1071487177940904;
 constexpr double kWide = 0.28;  // sine of the half-angle from which on a cap is wide
 constexpr std::uint32_t kBuried = ~std::uint32_t{0};
-constexpr double kNegligible = 1e-6;  // sine of the half-angle of a cap that hides nothing
+constexpr double kNearlyTouching = 0.1;  // between spheres, radii
+constexpr double kOnePoint = 1e-3;       // between directions
+constexpr double kNegligible = 1e-6;     // sine of the half-angle of a cap that hides nothing
 
 // Numbers in blocks of as many as the widest registers hold.
 using Places = std::int32_t __attribute__((vector_size(kLanes * sizeof(std::int32_t))));
@@ -64,6 +67,34 @@ void findNearest(const Directions* directions, std::size_t blocks, const Cap* ca
     }
 }
 
+// The same for one direction.
+std::pair<double, std::int32_t> nearestCap(const std::vector<Cap>& caps, const Vec3& direction) {
+    std::pair<double, std::int32_t> nearest{kFullClearance, -1};
+    for (std::size_t k = 0; k < caps.size(); ++k) {
+        const Vec3 axis(caps[k].x, caps[k].y, caps[k].z);
+        const double clearance = (caps[k].cosine - dot(direction, axis)) * caps[k].scale;
+        if (clearance < nearest.first) nearest = {clearance, static_cast<std::int32_t>(k)};
+    }
+    return nearest;
+}
+
+struct Part {
+    std::vector<std::uint32_t> count, direction;
+    std::vector<Rate> clearance;
+    std::vector<FacePoints::Contact> contact;
+};
+
+// Is there a point so near already that another one would make no difference?
+bool isThere(const Vec3& towards, const std::vector<Vec3>& directions, const Part& part, std::size_t first) {
+    for (std::size_t p = first; p < part.direction.size(); ++p) {
+        const std::uint32_t d = part.direction[p];
+        const Vec3& other =
+            d < directions.size() ? directions[d] : part.contact[d - directions.size()].direction.position;
+        if ((towards - other).length2() < kOnePoint * kOnePoint) return true;
+    }
+    return false;
+}
+
 // How the clearance from one cap changes. offset: from the ball to the other one, in radii.
 Rate movingClearance(const Moving& direction, const Moving& offset) {
     const Rate distance = length(offset), cosine = distance / 2;
@@ -73,10 +104,25 @@ Rate movingClearance(const Moving& direction, const Moving& offset) {
     return (cosine - along) / width;
 }
 
-struct Part {
-    std::vector<std::uint32_t> count, direction;
-    std::vector<Rate> clearance;
-};
+// Of each ball, the others that are about to touch it.
+std::vector<std::vector<std::uint32_t>> nearlyTouching(const BallBoundary& boundary) {
+    const double diameter = 2 * static_cast<double>(boundary.radius), reach = diameter * (1 + kNearlyTouching / 2);
+    const auto positionOf = [&](std::size_t b) { return toDouble(boundary.position[b]); };
+    const CellOrder order(boundary.position.size(), reach, positionOf);
+    std::vector<std::vector<std::uint32_t>> near(boundary.position.size());
+    forCellsWithin(reach, order, order, positionOf,
+                   [&](std::span<const CellOrder::Entry> cell, std::span<const std::uint32_t> around) {
+                       for (const CellOrder::Entry& entry : cell) {
+                           std::vector<std::uint32_t>& others = near[entry.row];
+                           for (const std::uint32_t b : around) {
+                               const double squared = (positionOf(b) - positionOf(entry.row)).length2();
+                               if (squared > diameter * diameter && squared < reach * reach) others.push_back(b);
+                           }
+                           std::sort(others.begin(), others.end());
+                       }
+                   });
+    return near;
+}
 
 }  // namespace
 
@@ -98,6 +144,7 @@ FacePoints facePoints(const SnappedParticles& particles, const BallBoundary& bou
         direction[d / kLanes].z[d % kLanes] = static_cast<float>(p.z);
     }
 
+    const std::vector<std::vector<std::uint32_t>> near = nearlyTouching(boundary);
     const std::size_t tasks = (balls.size() + kBallsPerTask - 1) / kBallsPerTask;
     std::vector<Part> parts(tasks);
     parallelFor(tasks, 1, [&](std::size_t task) {
@@ -111,19 +158,27 @@ FacePoints facePoints(const SnappedParticles& particles, const BallBoundary& bou
             capsOf(neighbours, radius, caps);
             findNearest(direction.data(), blocks, caps.data(), caps.size(), nearest.data());
             const std::size_t before = part.direction.size();
+            // least: of the clearances from all caps; cap: the one whose that is, or -1
+            const auto add = [&](std::uint32_t d, const Moving& outwards, double least, std::int32_t cap) {
+                part.direction.push_back(d);
+                const std::uint32_t other = cap < 0 ? kBuried : ball_of[caps[static_cast<std::size_t>(cap)].particle];
+                part.clearance.push_back(
+                    other == kBuried ? Rate(least)
+                                     : movingClearance(outwards, (balls[other] - balls[b]) / boundary.worldRadius()));
+            };
             for (std::uint32_t d = 0; d < directions; ++d) {
                 const double least = static_cast<double>(nearest[d / kLanes].clearance[d % kLanes]);
-                if (!(least > 0)) continue;
-                part.direction.push_back(d);
-                Rate clearance = least;
-                const std::int32_t cap = nearest[d / kLanes].cap[d % kLanes];
-                const std::uint32_t other = cap < 0 ? kBuried : ball_of[caps[static_cast<std::size_t>(cap)].particle];
-                if (other != kBuried) {
-                    const Vec3& along = points.directions.position[d];
-                    clearance = movingClearance({along, cross(spins[b], along)},
-                                                (balls[other] - balls[b]) / boundary.worldRadius());
-                }
-                part.clearance.push_back(clearance);
+                const Vec3& along = points.directions.position[d];
+                if (least > 0) add(d, {along, cross(spins[b], along)}, least, nearest[d / kLanes].cap[d % kLanes]);
+            }
+            for (const std::uint32_t other : near[b]) {
+                const Moving offset = (balls[other] - balls[b]) / boundary.worldRadius();
+                const Rate distance = length(offset);
+                const Moving towards = offset / distance;
+                const auto [least, cap] = nearestCap(caps, towards.position);
+                if (!(least > 0) || isThere(towards.position, points.directions.position, part, before)) continue;
+                add(static_cast<std::uint32_t>(directions + part.contact.size()), towards, least, cap);
+                part.contact.push_back({towards, 1 - (distance - 2) / kNearlyTouching});
             }
             part.count.push_back(static_cast<std::uint32_t>(part.direction.size() - before));
         }
@@ -131,7 +186,9 @@ FacePoints facePoints(const SnappedParticles& particles, const BallBoundary& bou
 
     for (const Part& part : parts) {
         for (const std::uint32_t n : part.count) points.begin.push_back(points.begin.back() + n);
-        points.direction.insert(points.direction.end(), part.direction.begin(), part.direction.end());
+        const auto contacts = static_cast<std::uint32_t>(points.contact.size());
+        for (const std::uint32_t d : part.direction) points.direction.push_back(d < directions ? d : d + contacts);
+        points.contact.insert(points.contact.end(), part.contact.begin(), part.contact.end());
         points.clearance.insert(points.clearance.end(), part.clearance.begin(), part.clearance.end());
     }
     return points;

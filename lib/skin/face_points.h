@@ -8,8 +8,8 @@
 
 namespace betamesh {
 
-/// Those of fixed directions, about `angle` radians apart, that are exposed on each ball. Their clearance changes as
-/// that of points which move with the liquid.
+/// Those of fixed directions, about `angle` radians apart, that are exposed on each ball, and those towards other balls
+/// less than 0.1 radii away. Their clearance changes as that of points which move with the liquid.
 ///
 /// in      a boundary; its balls with their motion and angular velocity; angle in (0, 1]
 /// same    result for any thread count and particle order

@@ -246,7 +246,7 @@ TEST(Events, OursMovesOnThroughFlipsAndBirths) {
 TEST(Events, OursHardlyJumpsWhereBallsBeginToMeet) {
     for (std::size_t e = 0; e < events().size(); ++e) {
         if (events()[e].kind == "flip" || events()[e].kind == "birth" || events()[e].kind == "void") continue;
-        EXPECT_LE(jumps()[e][kOurs][2], events()[e].in_block ? 0.01 : 0.015) << events()[e].name;
+        EXPECT_LE(jumps()[e][kOurs][2], 0.01) << events()[e].name;
     }
 }
 
