@@ -11,6 +11,8 @@
 #include "io/mesh_file.h"
 #include "io/output_file.h"
 #include "io/particle_file.h"
+#include "measure/places.h"
+#include "skin/spacing.h"
 
 #include <algorithm>
 #include <cmath>
@@ -25,6 +27,7 @@ namespace betamesh {
 namespace {
 
 constexpr std::size_t kNameColumns = 20;
+constexpr double kRadiusInSpacings = 1.5;
 
 struct Arguments {
     std::vector<std::string> meshes;
@@ -35,6 +38,8 @@ struct Arguments {
     double step = 0;
     int steps = 10;
     DistanceSampling sampling;
+    std::optional<double> places_above;  ///< ways of the fastest particle
+    std::size_t listed = 10;             ///< places of a pair in a table
     double max_jump = std::numeric_limits<double>::infinity();
     std::string plot;
     std::string against;  ///< a file; empty: none
@@ -53,6 +58,7 @@ struct Sequence {
     std::vector<double> at;
     std::string across;
     std::function<Moment(std::size_t)> moment;  ///< throws Error for one that cannot be had
+    std::optional<double> radius;               ///< world units; where it is not known it is guessed from particles
     int threads = 1;
 };
 
@@ -74,7 +80,38 @@ void printHead(const Sequence& sequence, bool particles) {
               << sequence.names[0] << '\n';
 }
 
-void print(const CoherenceReport& report, bool particles) {
+std::string ratio(const CoherenceReport& report, double way) {
+    const std::optional<double> in_ways = report.ratio(way);
+    return in_ways ? text(*in_ways) : "-";
+}
+
+std::string eventsAt(const Place& place) {
+    std::string words;
+    for (const auto& [event, times] : place.events) {
+        if (!words.empty()) words += ", ";
+        words += nameOf(event);
+        if (times > 1) words += " (" + std::to_string(times) + " times)";
+    }
+    return words.empty() ? "no change of topology" : words;
+}
+
+void printPlaces(const CoherenceReport& report, std::size_t listed) {
+    if (report.places.empty()) return;
+    std::cout << "    " << filled("jump", 12) << filled("ratio", 10) << filled("points", 8) << filled("vanished", 11)
+              << filled("appeared", 11) << filled("liquid", 8) << filled("what happened", 34) << "at\n";
+    for (std::size_t i = 0; i < std::min(listed, report.places.size()); ++i) {
+        const Place& place = report.places[i];
+        std::cout << "    " << filled(text(place.jump), 12) << filled(ratio(report, place.jump), 10)
+                  << filled(std::to_string(place.points), 8) << filled(text(place.vanished), 11)
+                  << filled(text(place.appeared), 11) << filled(std::string(nameOf(place.liquid)), 8)
+                  << filled(eventsAt(place), 34) << text(place.position) << '\n';
+    }
+    if (report.places.size() <= listed) return;
+    const std::size_t more = report.places.size() - listed;
+    std::cout << "    and " << more << (more == 1 ? " more place\n" : " more places\n");
+}
+
+void print(const CoherenceReport& report, bool particles, std::size_t listed) {
     std::cout << filled(report.to, kNameColumns);
     if (!report.error.empty()) {
         std::cout << "not measured\n";
@@ -85,8 +122,10 @@ void print(const CoherenceReport& report, bool particles) {
               << filled(text(distance.rms), 12);
     if (particles)
         std::cout << filled(report.particles ? text(report.particles->max) : "-", 12)
-                  << filled(report.ratio() ? text(*report.ratio()) : "-", 10);
-    std::cout << text(distance.worst) << std::endl;
+                  << filled(ratio(report, distance.max), 10);
+    std::cout << text(distance.worst) << '\n';
+    printPlaces(report, listed);
+    std::cout.flush();
 }
 
 void printLargest(const std::vector<CoherenceReport>& reports) {
@@ -185,6 +224,7 @@ Sequence fineSteps(const Arguments& arguments) {
     Sequence sequence;
     sequence.across = "seconds after frame " + std::to_string(arguments.frame);
     sequence.threads = plan.threads;
+    sequence.radius = plan.skin.radius;
     for (int i = 0; i <= arguments.steps; ++i) {
         sequence.at.push_back(arguments.step * i);
         char name[32];
@@ -200,13 +240,28 @@ Sequence fineSteps(const Arguments& arguments) {
     return sequence;
 }
 
-CoherenceReport compared(const Moment& before, const Moment& after, const DistanceSampling& sampling) {
+/// What is one place: things within a radius of each other.
+double reachOf(const Particles& particles, const Sequence& sequence, const SurfaceDistance& distance) {
+    if (sequence.radius) return *sequence.radius;
+    const std::optional<double> between = spacing(particles);
+    return between ? kRadiusInSpacings * *between : distance.max;
+}
+
+CoherenceReport compared(const Moment& before, const Moment& after, const Sequence& sequence,
+                         const Arguments& arguments) {
     CoherenceReport report;
+    DistanceSampling sampling = arguments.sampling;
+    if (before.particles) {
+        report.particles = particleMotion(*before.particles, *after.particles);
+        if (!report.particles)
+            throw Error("particles cannot be matched: expected ids in both frames, or the same number of particles");
+        sampling.beyond = arguments.places_above.value_or(1) * report.particles->max;
+    }
     report.distance = surfaceDistance(before.mesh, after.mesh, sampling);
-    if (!before.particles) return report;
-    report.particles = particleMotion(*before.particles, *after.particles);
-    if (!report.particles)
-        throw Error("particles cannot be matched: expected ids in both frames, or the same number of particles");
+    if (!report.distance.far.empty())
+        report.places = placesOf(before.mesh, after.mesh, report.distance.far,
+                                 reachOf(*before.particles, sequence, report.distance));
+    report.distance.far.clear();
     return report;
 }
 
@@ -223,7 +278,7 @@ int measure(const Sequence& sequence, const Arguments& arguments) {
         std::optional<Moment> now;
         try {
             now = sequence.moment(i);
-            if (before) report = compared(*before, *now, arguments.sampling);
+            if (before) report = compared(*before, *now, sequence, arguments);
         } catch (const Error& error) {
             report.error = error.what();
             logError(report.error);
@@ -235,7 +290,7 @@ int measure(const Sequence& sequence, const Arguments& arguments) {
             if (arguments.json) {
                 std::cout << coherenceJson(report) << std::endl;
             } else {
-                print(report, particles);
+                print(report, particles, arguments.listed);
             }
             reports.push_back(report);
         }
@@ -250,6 +305,8 @@ int measure(const Sequence& sequence, const Arguments& arguments) {
 int run(const Arguments& arguments) {
     if (arguments.meshes.empty() == arguments.pipeline.empty())
         throw Error("expected either meshes, or --pipeline with --frame and --step");
+    if (arguments.places_above && arguments.particles.empty() && arguments.pipeline.empty())
+        throw Error("--places-above counts in ways of the fastest particle; expected --particles or --pipeline");
     const Sequence sequence = arguments.pipeline.empty() ? meshFiles(arguments) : fineSteps(arguments);
     int exit_code = kAllWritten;
     withThreads(sequence.threads, [&] { exit_code = measure(sequence, arguments); });
@@ -303,6 +360,16 @@ void addCoherenceCommand(CLI::App& program, int& exit_code) {
         ->expected(1)
         ->take_all()
         ->needs(pipeline);
+    command
+        ->add_option("--places-above", arguments->places_above,
+                     "Lists the places where the surface went farther than so many ways of the fastest particle, and "
+                     "what happened there (default 1; with --particles or --pipeline).")
+        ->type_name("X")
+        ->check(CLI::NonNegativeNumber);
+    command
+        ->add_option("--places", arguments->listed,
+                     "So many of them in the table of each pair, the largest jumps (default 10; --json tells all).")
+        ->type_name("N");
     command->add_option("--max-jump", arguments->max_jump, "World units: a way beyond this is a fault.")
         ->type_name("D")
         ->check(CLI::NonNegativeNumber);

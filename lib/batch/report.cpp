@@ -351,6 +351,7 @@ std::string checkJson(const CheckReport& report) {
 
 std::string coherenceJson(const CoherenceReport& report) {
     const auto number = [](double x) { return std::isfinite(x) ? Json(x) : Json(nullptr); };
+    const auto ratio = [&](double way) { return report.ratio(way) ? number(*report.ratio(way)) : Json(nullptr); };
     Json json;
     json["from"] = report.from;
     json["to"] = report.to;
@@ -367,7 +368,21 @@ std::string coherenceJson(const CoherenceReport& report) {
         json["particles"] = {{"matched", report.particles->matched},
                              {"max", report.particles->max},
                              {"farthest", asJson(report.particles->farthest)}};
-        json["ratio"] = report.ratio() ? number(*report.ratio()) : Json(nullptr);
+        json["ratio"] = ratio(report.distance.max);
+        json["places"] = Json::array();
+        for (const Place& place : report.places) {
+            Json& entry = json["places"].emplace_back();
+            entry["position"] = asJson(place.position);
+            entry["jump"] = place.jump;
+            entry["ratio"] = ratio(place.jump);
+            entry["points"] = place.points;
+            entry["vanished_area"] = place.vanished;
+            entry["appeared_area"] = place.appeared;
+            entry["liquid"] = nameOf(place.liquid);
+            entry["events"] = Json::array();
+            for (const auto& [event, times] : place.events)
+                entry["events"].push_back({{"event", nameOf(event)}, {"times", times}});
+        }
     }
     return oneLine(json);
 }

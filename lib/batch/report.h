@@ -9,6 +9,7 @@
 #include "measure/curve_check.h"
 #include "measure/mesh_check.h"
 #include "measure/mesh_measure.h"
+#include "measure/places.h"
 #include "planar/skin_plane.h"
 #include "skin/skin_frame.h"
 
@@ -122,11 +123,12 @@ struct CoherenceReport {
     std::string error;                        ///< of a file that could not be read; then nothing below is filled in
     SurfaceDistance distance;                 ///< world units
     std::optional<ParticleMotion> particles;  ///< if asked for
+    std::vector<Place> places;                ///< where the surface went farther than particles, as asked for
 
-    /// The surface's way in those of the fastest particle, if that moved at all.
-    std::optional<double> ratio() const {
+    /// A way of the surface in those of the fastest particle, if that moved at all.
+    std::optional<double> ratio(double way) const {
         if (!particles || !(particles->max > 0)) return std::nullopt;
-        return distance.max / particles->max;
+        return way / particles->max;
     }
 };
 

@@ -2,12 +2,10 @@
 
 #include "core/parallel.h"
 #include "measure/mesh_measure.h"
-#include "exact/orientation.h"
 #include "measure/triangle_tree.h"
 
 #include <algorithm>
 #include <cmath>
-#include <iterator>
 #include <limits>
 
 namespace betamesh {
@@ -32,13 +30,7 @@ double longestSide(const Vec3& a, const Vec3& b, const Vec3& c) {
 // The triangles of a mesh that can be measured, and how densely.
 class Surface {
 public:
-    explicit Surface(const Mesh& mesh) : position_(mesh.position) {
-        std::copy_if(
-            mesh.triangles.begin(), mesh.triangles.end(), std::back_inserter(triangles_), [&](const Triangle& t) {
-                return std::all_of(t.begin(), t.end(),
-                                   [&](std::uint32_t v) { return v < position_.size() && isInRange(position_[v]); });
-            });
-    }
+    explicit Surface(const Mesh& mesh) : position_(mesh.position), triangles_(placedTriangles(mesh)) {}
     const std::vector<Vec3>& position() const { return position_; }
     const std::vector<Triangle>& triangles() const { return triangles_; }
     const Vec3& corner(std::size_t t, std::size_t m) const { return position_[triangles_[t][m]]; }
@@ -185,6 +177,12 @@ SurfaceDistance surfaceDistance(const Mesh& from, const Mesh& to, const Distance
     result.max = samples[worst].distance;
     result.worst = worst < first.size() ? sampler[0].point(worst) : sampler[1].point(worst - first.size());
     result.rms = whole > 0 ? std::sqrt(squares / whole) : 0;
+    for (std::size_t i = 0; i < samples.size(); ++i) {
+        if (!(samples[i].distance > sampling.beyond)) continue;
+        const bool after = i >= first.size();
+        const Vec3 point = after ? sampler[1].point(i - first.size()) : sampler[0].point(i);
+        result.far.push_back({point, samples[i].distance, samples[i].weight, after});
+    }
     result.quantile999 = quantile(samples, whole);
     return result;
 }

@@ -4,6 +4,7 @@
 
 #include "core/mesh.h"
 
+#include <limits>
 #include <optional>
 
 namespace betamesh {
@@ -11,6 +12,15 @@ namespace betamesh {
 struct DistanceSampling {
     double spacing =
         0;  ///< of points inside triangles, world units, >= 0; 0: twice a common side, one in most triangles
+    double beyond = std::numeric_limits<double>::infinity();  ///< world units: points farther than this are listed
+};
+
+/// A point of one of two surfaces that is far from the other.
+struct FarPoint {
+    Vec3 position;
+    double distance;  ///< world units
+    double area;      ///< that it stands for, world units squared
+    bool after;       ///< on the second surface
 };
 
 /// Between two surfaces, both ways: points of each and the way from there to the nearest point of the other.
@@ -21,6 +31,7 @@ struct SurfaceDistance {
     double rms = 0;          ///< over the two areas
     Vec3 worst{0, 0, 0};     ///< the point of either surface that is farthest from the other
     std::size_t samples = 0;
+    std::vector<FarPoint> far;  ///< where asked for; none where only one of them has triangles
 };
 
 /// The points are all corners of triangles and at least one inside each: a quarter of a triangle's area is at
@@ -28,7 +39,9 @@ struct SurfaceDistance {
 ///
 /// in      any meshes; triangles with missing vertices or positions that are not finite are left out
 /// same    bytes for any thread count
-/// cost    O(samples log triangles), about 1 µs each where the surfaces are close; 24 bytes of memory each
+/// cost    O(samples log triangles), about 1 µs each where the surfaces are close; 24 bytes of memory each, 48 more
+/// where
+///         far
 SurfaceDistance surfaceDistance(const Mesh& from, const Mesh& to, const DistanceSampling& sampling = {});
 
 /// How far particles went. World units.

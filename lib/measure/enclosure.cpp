@@ -1,12 +1,11 @@
 #include "measure/enclosure.h"
 
 #include "core/parallel.h"
-#include "measure/mesh_measure.h"
 #include "exact/orientation.h"
+#include "measure/mesh_measure.h"
 #include "measure/triangle_tree.h"
 
 #include <algorithm>
-#include <iterator>
 
 namespace betamesh {
 
@@ -91,17 +90,13 @@ private:
 }  // namespace
 
 std::vector<double> distancesOutside(const Mesh& mesh, const Spheres& beside, const std::vector<Vec3>& points) {
-    std::vector<Triangle> standing;
-    std::copy_if(mesh.triangles.begin(), mesh.triangles.end(), std::back_inserter(standing), [&](const Triangle& t) {
-        return std::all_of(t.begin(), t.end(),
-                           [&](std::uint32_t v) { return v < mesh.position.size() && isInRange(mesh.position[v]); });
-    });
+    const std::vector<Triangle> placed = placedTriangles(mesh);
     double volume = 0;
-    const Vec3 origin = standing.empty() ? Vec3(0) : mesh.position[standing[0][0]];
-    for (const Triangle& t : standing)
+    const Vec3 origin = placed.empty() ? Vec3(0) : mesh.position[placed[0][0]];
+    for (const Triangle& t : placed)
         volume += volumeBelow(mesh.position[t[0]] - origin, mesh.position[t[1]] - origin, mesh.position[t[2]] - origin);
     const int outward = volume < 0 ? -1 : 1;
-    const TriangleTree tree(mesh.position, standing);
+    const TriangleTree tree(mesh.position, placed);
     const SphereRow spheres(beside);
     std::vector<double> distances(points.size());
     parallelFor(points.size(), 256, [&](std::size_t i) {

@@ -1,8 +1,11 @@
 #include "measure/mesh_measure.h"
 
 #include "core/mesh_edges.h"
+#include "exact/orientation.h"
 
+#include <algorithm>
 #include <cstdlib>
+#include <iterator>
 
 namespace betamesh {
 
@@ -26,6 +29,15 @@ MeshMeasure measureMesh(const Mesh& mesh) {
         --measure.euler;
     });
     return measure;
+}
+
+std::vector<Triangle> placedTriangles(const Mesh& mesh) {
+    std::vector<Triangle> placed;
+    std::copy_if(mesh.triangles.begin(), mesh.triangles.end(), std::back_inserter(placed), [&](const Triangle& t) {
+        return std::all_of(t.begin(), t.end(),
+                           [&](std::uint32_t v) { return v < mesh.position.size() && isInRange(mesh.position[v]); });
+    });
+    return placed;
 }
 
 }  // namespace betamesh

@@ -18,6 +18,9 @@ struct MeshMeasure {
 /// cost    O(triangles log triangles)
 MeshMeasure measureMesh(const Mesh& mesh);
 
+/// Those whose corners exist and are no farther out than exact signs reach: the ones that can be measured.
+std::vector<Triangle> placedTriangles(const Mesh& mesh);
+
 /// World units squared.
 inline double areaOf(const Vec3& a, const Vec3& b, const Vec3& c) { return cross(b - a, c - a).length() / 2; }
 

@@ -87,6 +87,51 @@ TEST(Coherence, EmptyMeshesAndUnreadableOnesDoNotEndTheSequence) {
               1);
 }
 
+// The third sphere jumps aside and back: each time liquid goes on one side and comes on the other, in one piece.
+TEST(Coherence, ListsPlacesBeyondTheParticlesWay) {
+    const TemporaryFolder folder;
+    writeSequence(folder);
+    const std::vector<std::string> words{"coherence", "m.####.ply", "--particles", "p.####.bgeo"};
+    const auto outcomeWith = [&](std::vector<std::string> more) {
+        more.insert(more.begin(), words.begin(), words.end());
+        return runProgram(more, folder.path());
+    };
+    const std::vector<Json> pairs = jsonLines(outcomeWith({"--json"}).out);
+    ASSERT_EQ(pairs.size(), 4u);
+    EXPECT_TRUE(pairs[0]["places"].empty());
+    ASSERT_FALSE(pairs[1]["places"].empty());
+    const Json& place = pairs[1]["places"][0];
+    EXPECT_EQ(place["position"], pairs[1]["worst"]);
+    EXPECT_EQ(place["jump"], pairs[1]["max"]);
+    EXPECT_EQ(place["ratio"], pairs[1]["ratio"]);
+    EXPECT_EQ(place["liquid"], "both");
+    EXPECT_TRUE(place["events"].empty());
+    EXPECT_GT(place["points"].get<int>(), 100);
+    EXPECT_NEAR(place["vanished_area"].get<double>(), place["appeared_area"].get<double>(), 0.1);
+    EXPECT_GT(jsonLines(outcomeWith({"--json", "--places-above", "0.5"}).out)[0]["places"].size(), 0u);
+    EXPECT_TRUE(jsonLines(outcomeWith({"--json", "--places-above", "9"}).out)[1]["places"].empty());
+
+    const std::string table = outcomeWith({}).out;
+    EXPECT_NE(table.find("no change of topology"), std::string::npos) << table;
+    const std::string short_table = outcomeWith({"--places-above", "0.5", "--places", "0"}).out;
+    EXPECT_NE(short_table.find("and 1 more place\n"), std::string::npos) << short_table;
+    EXPECT_EQ(short_table.find("no change of topology"), std::string::npos);
+}
+
+// A lone particle comes to touch another.
+TEST(Coherence, NamesWhatHappensAtAPlace) {
+    const TemporaryFolder folder;
+    for (int frame = 1; frame <= 2; ++frame) {
+        Particles particles;
+        particles.position = {{0, 0, 0}, {frame == 1 ? 2.01f : 1.97f, 0, 0}};
+        writeParticles(folder / ("p.000" + std::to_string(frame) + ".bgeo"), particles);
+    }
+    ASSERT_EQ(runProgram({"mesh", "p.####.bgeo", "m.####.ply", "--radius", "1"}, folder.path()).exit_code, 0);
+    const Outcome outcome = runProgram({"coherence", "m.####.ply", "--particles", "p.####.bgeo"}, folder.path());
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+    EXPECT_NE(outcome.out.find("pieces joined"), std::string::npos) << outcome.out;
+}
+
 TEST(Coherence, PlotsOverTime) {
     const TemporaryFolder folder;
     writeSequence(folder);
@@ -159,6 +204,8 @@ TEST(Coherence, WrongUsageIsTold) {
           {"coherence", "absent.####.ply"},
           {"coherence", "m.####.xyz"},
           {"coherence", "m.####.ply", "--max-jump", "-1"},
+          {"coherence", "m.####.ply", "--places-above", "1"},
+          {"coherence", "m.####.ply", "--particles", "p.####.bgeo", "--places-above", "-1"},
           {"coherence", "m.####.ply", "--particles", "p.0001.bgeo"},
           {"coherence", "m.####.ply", "--frame", "1"},
           {"coherence", "--pipeline", "p.yaml"},

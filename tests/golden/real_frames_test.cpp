@@ -2,6 +2,7 @@
 
 #include "io/particle_file.h"
 #include "measure/mesh_measure.h"
+#include "measure/places.h"
 #include "skin/skin_frame.h"
 
 #include <gtest/gtest.h>
@@ -9,6 +10,7 @@
 
 #include <filesystem>
 #include <fstream>
+#include <set>
 
 namespace betamesh {
 
@@ -20,6 +22,16 @@ const std::filesystem::path kShared = BETAMESH_SHARED;
 void expectWithinOneInTenThousand(std::size_t found, std::size_t expected, const char* what) {
     EXPECT_NEAR(static_cast<double>(found), static_cast<double>(expected), 1e-4 * static_cast<double>(expected))
         << what;
+}
+
+// Of the events at a place, to the Euler characteristic.
+int eulerOf(const Place& place) {
+    using enum SurfaceEvent;
+    const std::set<SurfaceEvent> adding{void_appeared, void_closed_off, hole_closed,
+                                        neck_broke,    pieces_parted,   piece_appeared};
+    int sum = 0;
+    for (const auto& [event, times] : place.events) sum += (adding.contains(event) ? 2 : -2) * static_cast<int>(times);
+    return sum;
 }
 
 }  // namespace
@@ -45,6 +57,41 @@ TEST(RealFrames, AlphaCountsAreThoseOfCgal) {
         EXPECT_EQ(measureMesh(frame.mesh).unpaired_edges, 0u);
         EXPECT_EQ(frame.mesh.velocity.size(), particles.velocity.empty() ? 0 : frame.mesh.position.size());
     }
+}
+
+// Two steps of a splash. Another way to the same: the balls within so many radii of a place, alone and not smoothed.
+TEST(RealFrames, PlacesTellWhatTheBallsRoundThemDo) {
+    const auto folder = kShared / "data/sph_dam3d_tinydt";
+    if (!std::filesystem::exists(folder)) GTEST_SKIP() << "no frames at " << folder;
+    const Particles frames[] = {readParticles(folder / "sph_dam3d_tinydt.0000.bgeo"),
+                                readParticles(folder / "sph_dam3d_tinydt.0001.bgeo")};
+    SkinParams params;
+    params.radius = 0.03;
+    const Mesh before = skinFrame(frames[0], params).mesh, after = skinFrame(frames[1], params).mesh;
+    DistanceSampling sampling;
+    sampling.beyond = particleMotion(frames[0], frames[1])->max;
+    const auto places = placesOf(before, after, surfaceDistance(before, after, sampling).far, params.radius);
+
+    params.smoothing = SmoothingMethod::none;
+    for (const Place& place : places) {
+        std::set<std::uint64_t> near;
+        for (std::size_t i = 0; i < frames[0].size(); ++i)
+            if ((Vec3(frames[0].position[i]) - place.position).length() < 2.5 * params.radius)
+                near.insert(frames[0].id[i]);
+        std::int64_t euler[2];
+        for (int k = 0; k < 2; ++k) {
+            Particles balls;
+            for (std::size_t i = 0; i < frames[k].size(); ++i)
+                if (near.contains(frames[k].id[i])) balls.position.push_back(frames[k].position[i]);
+            euler[k] = measureMesh(skinFrame(balls, params).mesh).euler;
+        }
+        EXPECT_EQ(eulerOf(place), euler[1] - euler[0])
+            << place.position.x << ' ' << place.position.y << ' ' << place.position.z;
+    }
+    ASSERT_FALSE(places.empty());
+    using Events = std::vector<std::pair<SurfaceEvent, std::size_t>>;
+    EXPECT_EQ(places.at(0).events, (Events{{SurfaceEvent::void_appeared, 2}}));  // the worst: two in the midst
+    EXPECT_NEAR(places.at(0).jump / sampling.beyond, 4.8, 0.5);  // as deep as they lie, however it is smoothed
 }
 
 }  // namespace betamesh
