@@ -189,14 +189,14 @@ SkinnedFrame skinFrame(const Particles& particles, const SkinParams& params, con
     if (params.surface == SurfaceKind::beta && params.tessellation != Tessellation::paper &&
         params.smoothing == SmoothingMethod::paper)
         throw Error("the paper's smoothing averages over the fans of its own tessellation, expected that one");
-    if (params.features.bubbles == Bubbles::fill &&
-        (params.surface != SurfaceKind::beta || params.tessellation != Tessellation::complete))
+    const bool complete = params.surface == SurfaceKind::beta && params.tessellation == Tessellation::complete;
+    if (params.features.bubbles == Bubbles::fill && !complete)
         throw Error("only the complete tessellation has bubbles that can be filled, expected that one");
     SkinnedFrame frame;
 
     Structure structure = params.predicates == PredicateKind::exact ? exactStructure(particles, params)
                                                                     : floatStructure(particles, params);
-    groupFaces(structure.snapped, structure.boundary);
+    if (complete) groupFaces(structure.snapped, structure.boundary);
     count(particles, structure, frame.report);
     watch("structure");
 
@@ -210,7 +210,7 @@ SkinnedFrame skinFrame(const Particles& particles, const SkinParams& params, con
             frame.mesh = unionOfBalls(structure.snapped, structure.boundary, balls);
             break;
         case SurfaceKind::beta:
-            if (params.tessellation == Tessellation::complete) {
+            if (complete) {
                 frame.mesh = asMesh(completeSurface(particles, structure, balls, params, watch, frame.report));
             } else {
                 frame.mesh = asMesh(paperSurface(particles, structure, balls, params, watch));
