@@ -16,7 +16,7 @@ constexpr double kIcosahedronAngle = 1.1071487177940904;
 constexpr double kWide = 0.28;  // sine of the half-angle from which on a cap is wide
 constexpr std::uint32_t kBuried = ~std::uint32_t{0};
 constexpr double kNearlyTouching = 0.1;  // between spheres, radii
-constexpr double kOnePoint = 1e-3;       // between directions
+constexpr double kOnePoint = 1e-3;       // between directions, and from rims, for a contact to be a point of its own
 constexpr double kNegligible = 1e-6;     // sine of the half-angle of a cap that hides nothing
 
 // Numbers in blocks of as many as the widest registers hold.
@@ -176,7 +176,8 @@ FacePoints facePoints(const SnappedParticles& particles, const BallBoundary& bou
                 const Rate distance = length(offset);
                 const Moving towards = offset / distance;
                 const auto [least, cap] = nearestCap(caps, towards.position);
-                if (!(least > 0) || isThere(towards.position, points.directions.position, part, before)) continue;
+                if (!(least > kOnePoint) || isThere(towards.position, points.directions.position, part, before))
+                    continue;
                 add(static_cast<std::uint32_t>(directions + part.contact.size()), towards, least, cap);
                 part.contact.push_back({towards, 1 - (distance - 2) / kNearlyTouching});
             }

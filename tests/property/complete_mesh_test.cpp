@@ -2,6 +2,7 @@
 
 #include "skin/complete_mesh.h"
 
+#include "core/icosphere.h"
 #include "core/random.h"
 #include "measure/mesh_check.h"
 #include "measure/mesh_measure.h"
@@ -119,6 +120,34 @@ TEST(CompleteMesh, IsThatWhereBallsNearlyMeetInOnePoint) {
             const MeshCheck check = expectAClosedManifold(tessellated(particles, 1, appearance));
             ASSERT_EQ(check.crossings.count, 0u) << "seed " << seed << ", the deepest: " << check.deepest;
         }
+    }
+}
+
+// Each new ball touches one that is there, but for a gap or an overlap of any size down to rounding; some of them twice
+// in nearly the same place, some where a mesh has a vertex anyhow.
+TEST(CompleteMesh, IsThatWhereBallsNearlyTouch) {
+    const std::vector<Vec3> vertices = icosphere(4).position;
+    for (std::uint64_t seed = 0; seed < 1000; ++seed) {
+        Random random(seed);
+        Particles particles;
+        particles.position.emplace_back(random.cube());
+        for (std::uint64_t i = 0; i < 1 + seed % 12; ++i) {
+            const Vec3 direction =
+                random.unit() < 0.3 ? vertices[random.below(vertices.size())] : random.ball().normalized();
+            const double off = std::pow(10, -0.5 - 8 * random.unit()) * (random.unit() < 0.7 ? 1 : -1);
+            const std::uint64_t other = seed % 2 == 0 ? 0 : random.below(particles.size());
+            particles.position.emplace_back(Vec3(particles.position[other]) + direction * (2 + off));
+            if (random.unit() < 0.2)
+                particles.position.emplace_back(Vec3(particles.position.back()) + random.ball() * std::abs(off));
+        }
+        const MeshCheck check = expectAClosedManifold(tessellated(particles, 1, Appearance::gradual));
+        ASSERT_EQ(check.crossings.count, 0u) << "seed " << seed << ", the deepest: " << check.deepest;
+        SkinParams params;
+        params.radius = 1;
+        CheckParams tolerance;
+        tolerance.tolerance = 1e-6;
+        const MeshCheck smooth = checkMesh(skinFrame(particles, params).mesh, tolerance);
+        ASSERT_EQ(smooth.crossings.count, 0u) << "seed " << seed << ", smoothed, the deepest: " << smooth.deepest;
     }
 }
 
