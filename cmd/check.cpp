@@ -1,11 +1,9 @@
 #include "batch/frames.h"
-#include "batch/job.h"
-#include "batch/log.h"
 #include "batch/plan.h"
 #include "batch/report.h"
 #include "command.h"
 #include "core/error.h"
-#include "core/parallel.h"
+#include "each_file.h"
 #include "io/curve_file.h"
 #include "io/mesh_file.h"
 #include "io/particle_file.h"
@@ -177,11 +175,15 @@ Spheres spheresBeside(const std::string& mesh) {
     return spheres;
 }
 
+std::string particlesOf(const std::string& mesh_file, const Arguments& arguments) {
+    return nameForFrameOf(framePattern(arguments.particles), mesh_file);
+}
+
 /// Of a mesh or of curves.
 template <typename Surface>
 ParticleCheck judgeParticles(const Surface& surface, const std::string& mesh_file, const Arguments& arguments) {
     ParticleCheck check;
-    check.file = nameForFrameOf(framePattern(arguments.particles), mesh_file);
+    check.file = particlesOf(mesh_file, arguments);
     check.radius = arguments.radius;
     const Particles particles = readParticles(check.file);
     const Spheres spheres = spheresBeside(mesh_file);
@@ -234,19 +236,15 @@ bool judge(const std::string& file, const Arguments& arguments) {
 int judgeAll(const Arguments& arguments) {
     for (const std::string& mesh : arguments.meshes) requireMeshExtension(mesh);
     if (!arguments.particles.empty()) requireParticleExtension(arguments.particles);
-    int exit_code = kAllWritten;
-    withThreads(threadsOf(Config{}), [&] {
-        for (const std::string& mesh : arguments.meshes) {
-            try {
-                if (!judge(mesh, arguments)) exit_code = kSomeFailed;
-            } catch (const Error& error) {
-                logError(error.what());
-                if (arguments.json) std::cout << checkJson({mesh, error.what(), {}, {}, {}, {}}) << '\n';
-                exit_code = kSomeFailed;
-            }
-        }
-    });
-    return exit_code;
+    const std::vector<std::string>& meshes = arguments.meshes;
+    const auto nameOf = [&](std::size_t i) {
+        return meshes[i] + (arguments.particles.empty() ? "" : ", " + particlesOf(meshes[i], arguments));
+    };
+    return forEachFile(
+        meshes.size(), nameOf, [&](std::size_t i) { return judge(meshes[i], arguments); },
+        [&](std::size_t i, const std::string& error) {
+            if (arguments.json) std::cout << checkJson({meshes[i], error, {}, {}, {}, {}}) << '\n';
+        });
 }
 
 }  // namespace

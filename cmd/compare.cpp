@@ -3,7 +3,6 @@
 #include "batch/preview.h"
 #include "command.h"
 #include "core/error.h"
-#include "core/parallel.h"
 #include "io/particle_file.h"
 #include "picture_options.h"
 #include "preview/contact_sheet.h"
@@ -24,12 +23,15 @@ constexpr const char* kPanels[] = {
     "beta mesh (ours):",
 };
 
-Plan planOf(Config config) {
+Plan planOf(Config config, const PictureWorker& worker) {
     if (config.surface.dimension != 3) throw Error("surface.dimension is 2; expected 3, for pictures are of surfaces");
     config.output.path = "nothing.####.ply";  // nothing is written
     config.preview.path = "nothing.####.png";
     PlanOptions any;
     any.overwrite = true;
+    any.history.unmeasured = worker.history.unmeasured;
+    any.history.last_loss = worker.history.last_loss;
+    any.notes = worker.notes;
     return planJob(config, any);
 }
 
@@ -54,13 +56,13 @@ struct Panel {
 };
 
 /// "CAPTION: key=value key=value": all else is as in usual.
-Panel panelOf(const std::string& text, Config usual) {
+Panel panelOf(const std::string& text, Config usual, const PictureWorker& worker) {
     const std::size_t colon = text.find(':');
     if (colon == std::string::npos)
         throw Error("--panel '" + text + "': expected a caption, a colon, and any number of key=value");
     std::istringstream words(text.substr(colon + 1));
     for (std::string word; words >> word;) setConfigKey(usual, word);
-    return {text.substr(0, colon), planOf(usual)};
+    return {text.substr(0, colon), planOf(usual, worker)};
 }
 
 Picture pictured(const Plan& plan, const Particles& particles) {
@@ -71,8 +73,15 @@ Picture pictured(const Plan& plan, const Particles& particles) {
     return renderFrame(skinned.mesh, skinned.spheres, preview.camera, preview.look);
 }
 
-int compare(const PictureJob& job, const std::vector<Panel>& panels, int columns) {
-    return writePictures(job, [&](const PictureTask& task) {
+/// texts: of panels; empty: the four.
+int compare(const PictureJob& job, std::vector<std::string> texts, int columns, const PictureWorker& worker) {
+    const Plan plan = planOf(job.config, worker);
+    for (const std::string& warning : plan.warnings) logWarning(warning);
+    for (const std::string& note : plan.notes) logInfo(note);
+    if (texts.empty()) texts.assign(std::begin(kPanels), std::end(kPanels));
+    std::vector<Panel> panels;
+    for (const std::string& text : texts) panels.push_back(panelOf(text, decided(job.config, plan), worker));
+    return writePictures(job, worker, [&](const PictureTask& task) {
         const Particles particles = readParticles(task.input, {job.config.input.velocity, job.config.input.id});
         std::vector<CaptionedImage> images;
         for (const Panel& panel : panels) images.push_back({developed(pictured(panel.plan, particles)), panel.caption});
@@ -126,13 +135,8 @@ void addCompareCommand(CLI::App& program, int& exit_code) {
         Config usual;
         usual.preview.width = 960, usual.preview.height = 540;
         const PictureJob job = planPictures(*options, usual);
-        const Plan plan = planOf(job.config);
-        for (const std::string& warning : plan.warnings) logWarning(warning);
-        for (const std::string& note : plan.notes) logInfo(note);
-        if (texts->empty()) texts->assign(std::begin(kPanels), std::end(kPanels));
-        std::vector<Panel> panels;
-        for (const std::string& text : *texts) panels.push_back(panelOf(text, decided(job.config, plan)));
-        withThreads(plan.threads, [&] { exit_code = compare(job, panels, *columns); });
+        exit_code =
+            inPictureWorker(job, [&](const PictureWorker& worker) { return compare(job, *texts, *columns, worker); });
     });
 }
 

@@ -1,14 +1,12 @@
-#include "batch/job.h"
-#include "batch/log.h"
 #include "batch/report.h"
 #include "command.h"
-#include "core/error.h"
+#include "each_file.h"
 #include "io/file_info.h"
 #include "io/particle_file.h"
 #include "skin/spacing.h"
 
 #include <iostream>
-#include <memory>
+#include <optional>
 
 namespace betamesh {
 namespace {
@@ -39,6 +37,11 @@ void print(const std::string& file, const FileInfo& info, std::optional<double> 
     }
 }
 
+struct Arguments {
+    std::vector<std::string> files;
+    bool json = false;
+};
+
 void inform(const std::string& file, bool json) {
     const FileInfo info = inspectFile(file);
     std::optional<double> particle_spacing;
@@ -50,27 +53,23 @@ void inform(const std::string& file, bool json) {
     }
 }
 
+int informOfAll(const Arguments& arguments) {
+    const std::vector<std::string>& files = arguments.files;
+    const auto informOf = [&](std::size_t i) {
+        inform(files[i], arguments.json);
+        return true;
+    };
+    return forEachFile(
+        files.size(), [&](std::size_t i) { return files[i]; }, informOf, [](std::size_t, const std::string&) {});
+}
+
 }  // namespace
 
 void addInfoCommand(CLI::App& program, int& exit_code) {
-    CLI::App* command = program.add_subcommand("info", "Says what is in particle and mesh files.");
-    struct Arguments {
-        std::vector<std::string> files;
-        bool json = false;
-    };
-    const auto arguments = std::make_shared<Arguments>();
+    const auto [command, arguments] =
+        addCommand(program, exit_code, "info", "Says what is in particle and mesh files.", informOfAll);
     command->add_option("FILE", arguments->files, "Particles or meshes: .vdb .bgeo .bgeo.gz .ply .obj")->required();
     command->add_flag("--json", arguments->json, "One JSON object per file on stdout.");
-    command->callback([arguments, &exit_code] {
-        for (const std::string& file : arguments->files) {
-            try {
-                inform(file, arguments->json);
-            } catch (const Error& error) {
-                logError(error.what());
-                exit_code = kSomeFailed;
-            }
-        }
-    });
 }
 
 }  // namespace betamesh

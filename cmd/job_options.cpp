@@ -52,7 +52,7 @@ void add(JobResult& sum, const JobResult& result) {
 JobResult runRest(Plan plan, SignalWatch& signals, const FrameNotes& notes, const JobHistory& history,
                   const FrameEnded& frameEnded) {
     JobResult result{history.written, history.skipped, history.failed, history.out_of_memory, 0};
-    logWarning("a process was " + history.last_loss + "; frames at work then are begun again, one after the other");
+    logWarning(history.last_loss + "; frames at work then are begun again, one after the other");
     Plan others = plan;
     const auto begun = [&](const FrameTask& task) { return history.begun.contains(task.frame); };
     std::erase_if(others.tasks, begun);
@@ -162,7 +162,7 @@ int runWithOptions(Config config, const JobOptions& options) {
     const ProgressKind progress_kind = silent ? ProgressKind::none : progressKind(options.progress);
     rememberSignals();
     const auto begin = std::chrono::steady_clock::now();
-    const Watched watched = watchOverWorkers();
+    const Watched watched = watchOverWorkers(config.run.timeout);
     if (!watched.working) return watched.exit_code;
     if (!options.log_file.empty()) setLogFile(options.log_file);
     if (config.run.memory_limit > 0) {

@@ -1,11 +1,11 @@
 #include "picture_options.h"
 
 #include "batch/frames.h"
-#include "batch/interrupt.h"
 #include "batch/job.h"
 #include "batch/log.h"
 #include "batch/movie.h"
 #include "core/error.h"
+#include "core/parallel.h"
 #include "io/bytes.h"
 #include "io/output_file.h"
 #include "job_options.h"
@@ -154,9 +154,8 @@ PictureJob planPictures(const PictureOptions& options, const Config& usual) {
     job.config.frames = Config{}.frames;
     applyOptions(job.config, options.assignments, options.values);
     const FramePattern input = framePattern(options.input);
-    const std::map<int, std::string> on_disk = framesOnDisk(input);
-    const std::vector<int> frames = chosenFrames(job.config.frames, input, on_disk);
-    for (const auto& file : on_disk) job.on_disk.push_back(file.second);
+    job.on_disk = framesOnDisk(input);
+    const std::vector<int> frames = chosenFrames(job.config.frames, input, job.on_disk);
     std::vector<FramePattern> outputs;
     for (const std::string& output : options.outputs) {
         outputs.push_back(framePattern(output));
@@ -173,40 +172,65 @@ PictureJob planPictures(const PictureOptions& options, const Config& usual) {
     return job;
 }
 
-int writePictures(const PictureJob& job, const std::function<Drawn(const PictureTask&)>& draw) {
+int inPictureWorker(const PictureJob& job, const std::function<int(const PictureWorker&)>& work) {
     rememberSignals();
-    Collection collection(job.options, job.config.preview.fps, job.tasks.size());
+    const Watched watched = watchOverWorkers(job.config.run.timeout);
+    if (!watched.working) return watched.exit_code;
+    SignalWatch signals;
     int exit_code = kAllWritten;
-    for (std::size_t i = 0; i < job.tasks.size(); ++i) {
+    withThreads(threadsOf(job.config), [&] { exit_code = work({watched.notes, watched.history, signals}); });
+    return exit_code;
+}
+
+int writePictures(const PictureJob& job, const PictureWorker& worker,
+                  const std::function<Drawn(const PictureTask&)>& draw) {
+    Collection collection(job.options, job.config.preview.fps, job.tasks.size());
+    const JobHistory& history = worker.history;
+    bool any_failed = history.failed > 0;
+    const auto write = [&](std::size_t i) {
         const PictureTask& task = job.tasks[i];
-        if (caughtSignal() != 0) return kSignalBase + caughtSignal();
+        if (task.exists || history.ended.contains(task.frame)) {
+            if (collection.wanted() && allExist(task.outputs))
+                collection.add(i, task.frame, readPicture(task.outputs.front()));
+            return;
+        }
+        if (const auto lost = history.lost.find(task.frame); lost != history.lost.end())
+            throw Error(task.input + ": " + lost->second);
         const auto begin = std::chrono::steady_clock::now();
+        const Drawn drawn = draw(task);
+        const SignalWatch::Writing writing(worker.signals);
+        for (std::size_t k = 0; k < drawn.files.size(); ++k) writeWhole(task.outputs[k], drawn.files[k]);
+        if (collection.wanted()) collection.add(i, task.frame, drawn.image);
+        const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - begin;
+        char time[32];
+        std::snprintf(time, sizeof time, "%.2f s", seconds.count());
+        logInfo(task.input + " -> " + task.outputs.front() + " in " + time);
+    };
+    for (std::size_t i = 0; i < job.tasks.size(); ++i) {
+        const int frame = job.tasks[i].frame;
+        if (caughtSignal() != 0) return kSignalBase + caughtSignal();
+        const FrameNotes::AtWork note(worker.notes, frame);
+        FrameStatus status = FrameStatus::ok;
         try {
-            if (task.exists) {
-                if (collection.wanted()) collection.add(i, task.frame, readPicture(task.outputs.front()));
-                continue;
-            }
-            const Drawn drawn = draw(task);
-            for (std::size_t k = 0; k < drawn.files.size(); ++k) writeWhole(task.outputs[k], drawn.files[k]);
-            if (collection.wanted()) collection.add(i, task.frame, drawn.image);
-            const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - begin;
-            char time[32];
-            std::snprintf(time, sizeof time, "%.2f s", seconds.count());
-            logInfo(task.input + " -> " + task.outputs.front() + " in " + time);
+            write(i);
+        } catch (const Interrupted&) {
+            continue;
         } catch (const std::bad_alloc&) {
             throw;
         } catch (const std::exception& error) {
-            logError("frame " + std::to_string(task.frame) + ": " + error.what());
-            exit_code = kSomeFailed;
+            logError("frame " + std::to_string(frame) + ": " + error.what());
+            status = FrameStatus::failed;
+            any_failed = true;
         }
+        worker.notes.ended(frame, status);
     }
     try {
         collection.finish();
     } catch (const Error& error) {
         logError(error.what());
-        exit_code = kSomeFailed;
+        any_failed = true;
     }
-    return exit_code;
+    return history.out_of_memory ? kOutOfMemory : any_failed ? kSomeFailed : kAllWritten;
 }
 
 }  // namespace betamesh

@@ -3,6 +3,8 @@
 #pragma once
 
 #include "batch/config.h"
+#include "batch/interrupt.h"
+#include "batch/worker.h"
 #include "preview/picture.h"
 
 #include <CLI/CLI.hpp>
@@ -44,9 +46,16 @@ struct PictureTask {
 /// What to draw, decided before anything is written.
 struct PictureJob {
     Config config;
-    std::vector<PictureTask> tasks;    ///< ascending frames, at least one
-    std::vector<std::string> on_disk;  ///< every input of the sequence
+    std::vector<PictureTask> tasks;      ///< ascending frames, at least one
+    std::map<int, std::string> on_disk;  ///< every input of the sequence
     PictureOptions options;
+};
+
+/// Where pictures are made: a process that a damaged file may end, after which another goes on.
+struct PictureWorker {
+    const FrameNotes& notes;
+    const JobHistory& history;
+    SignalWatch& signals;
 };
 
 /// What becomes of one task.
@@ -60,10 +69,16 @@ struct Drawn {
 /// errors  no frame; an output that exists while neither overwrite nor skip_existing is set; a movie without ffmpeg
 PictureJob planPictures(const PictureOptions& options, const Config& usual = {});
 
+/// Calls work() in a worker, on as many threads as the job may use.
+///
+/// out     an exit code, that of work() where no worker was lost
+int inPictureWorker(const PictureJob& job, const std::function<int(const PictureWorker&)>& work);
+
 /// Draws and writes one picture after the other, then the contact sheet and the movie. A frame that fails does not keep
 /// the others from being drawn.
 ///
 /// out     an exit code
-int writePictures(const PictureJob& job, const std::function<Drawn(const PictureTask&)>& draw);
+int writePictures(const PictureJob& job, const PictureWorker& worker,
+                  const std::function<Drawn(const PictureTask&)>& draw);
 
 }  // namespace betamesh

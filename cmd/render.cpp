@@ -1,11 +1,8 @@
-#include "batch/frames.h"
 #include "batch/log.h"
-#include "batch/plan.h"
 #include "batch/preview.h"
 #include "batch/radius.h"
 #include "command.h"
 #include "core/error.h"
-#include "core/parallel.h"
 #include "picture_options.h"
 #include "preview/exr_file.h"
 #include "preview/png_file.h"
@@ -18,8 +15,8 @@ namespace betamesh {
 namespace {
 
 /// Of balls that show particles.
-double ballRadius(const Config& config) {
-    const auto resolved = resolveRadius(config, framesOnDisk(framePattern(config.input.path)));
+double ballRadius(const Config& config, const std::map<int, std::string>& on_disk, const FrameNotes& notes) {
+    const auto resolved = resolveRadius(config, on_disk, notes);
     if (!resolved) return 0;
     logInfo("spacing " + std::to_string(resolved->spacing) + " (" + resolved->origin + ')');
     if (config.preview.show == Show::union_) return resolved->radius;
@@ -36,11 +33,12 @@ struct First {
     double ball = 0;  ///< of particles, if that is what the files hold
 };
 
-First firstFrame(const PictureJob& job) {
+First firstFrame(const Config& config, const std::map<int, std::string>& on_disk, const FrameNotes& notes) {
     First first;
-    for (const std::string& file : job.on_disk) {
+    for (const auto& [frame, file] : on_disk) {
+        const FrameNotes::AtWork note(notes, frame, FrameNotes::Doing::measuring);
         try {
-            first.subject = readSubject(file, job.config, 0);
+            first.subject = readSubject(file, config, 0);
         } catch (const Error&) {  // its own frame will tell
             continue;
         }
@@ -48,26 +46,27 @@ First firstFrame(const PictureJob& job) {
         if (!isEmpty(first.subject)) break;
     }
     if (first.subject.mesh.triangles.empty() && !isEmpty(first.subject)) {
-        first.ball = ballRadius(job.config);
-        first.subject = readSubject(first.file, job.config, first.ball);
+        first.ball = ballRadius(config, on_disk, notes);
+        first.subject = readSubject(first.file, config, first.ball);
     }
     return first;
 }
 
-int render(const PictureJob& job) {
+int render(const PictureJob& job, const PictureWorker& worker) {
     const Config& config = job.config;
-    First first = firstFrame(job);
+    const auto on_disk = measurableOf(job.on_disk, worker.history);
+    First first = firstFrame(config, on_disk, worker.notes);
     const double ball = first.ball;
     Extent extent(config.preview);
-    if (job.on_disk.size() > 1 && needsExtent(config)) {
-        extent = extentOf(job.on_disk, config, ball);
+    if (on_disk.size() > 1 && needsExtent(config)) {
+        extent = extentOf(on_disk, config, ball, worker.notes, worker.history.last_loss.empty());
     } else {
         extent.add(first.subject);
     }
     PreviewPlan plan = planPreview(config, extent, ball);
     logInfo("camera " + describe(plan));
     plan.look.layers = std::any_of(job.tasks[0].outputs.begin(), job.tasks[0].outputs.end(), isExr);
-    return writePictures(job, [&](const PictureTask& task) {
+    return writePictures(job, worker, [&](const PictureTask& task) {
         const Subject subject =
             task.input == first.file ? std::move(first.subject) : readSubject(task.input, config, ball);
         const Picture picture = renderFrame(subject.mesh, subject.spheres, plan.camera, plan.look);
@@ -104,7 +103,7 @@ void addRenderCommand(CLI::App& program, int& exit_code) {
     command->callback([options, &exit_code] {
         for (const std::string& output : options->outputs) isExr(output);
         const PictureJob job = planPictures(*options);
-        withThreads(threadsOf(job.config), [&] { exit_code = render(job); });
+        exit_code = inPictureWorker(job, [&](const PictureWorker& worker) { return render(job, worker); });
     });
 }
 

@@ -108,6 +108,7 @@ struct Config {
         int frames_in_flight = 0;
         int threads = 0;
         int retries = 1;
+        double timeout = 0;  ///< seconds; 0: none
         OnMissing on_missing = OnMissing::error;
         std::uint64_t memory_limit = 0;
     } run;

@@ -250,8 +250,7 @@ FrameReport frameReport(const FrameTask& task, const Plan& plan, JobState& job) 
             fail(report, task.output + " exists");
             break;
         case FrameAction::fail_lost:
-            fail(report, task.input + ": the process that worked on it was " + task.why +
-                             "; expected a file that is not damaged, and enough memory");
+            fail(report, task.input + ": " + task.why);
             break;
         case FrameAction::skip_missing:
             report.status = FrameStatus::skipped;

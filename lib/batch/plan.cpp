@@ -133,12 +133,7 @@ std::string shortNumber(double number) {
     return {text, end};
 }
 
-void planRadius(Plan& plan, std::map<int, std::string> on_disk, const PlanOptions& options) {
-    for (const int frame : options.history.unmeasured) {
-        plan.warnings.push_back("not used to measure the spacing: " + on_disk[frame] +
-                                ": the process that read it was " + options.history.lost.at(frame));
-        on_disk.erase(frame);
-    }
+void planRadius(Plan& plan, const std::map<int, std::string>& on_disk, const PlanOptions& options) {
     const auto resolved = resolveRadius(plan.config, on_disk, options.notes);
     if (!resolved) return;
     plan.skin.radius = resolved->radius;
@@ -160,16 +155,13 @@ void planRadius(Plan& plan, std::map<int, std::string> on_disk, const PlanOption
 }
 
 /// Where the camera stands must not depend on which frames are meshed here: every frame on disk is looked at.
-void planPictures(Plan& plan, const std::map<int, std::string>& on_disk) {
+void planPictures(Plan& plan, const std::map<int, std::string>& on_disk, const PlanOptions& options) {
     const Config::Preview& preview = plan.config.preview;
     if (preview.path.empty()) return;
     const double small = preview.particle_radius.value * (preview.particle_radius.in_spacings ? plan.spacing : 1);
     Extent extent(plan.config.preview);
-    if (needsExtent(plan.config)) {
-        std::vector<std::string> files;
-        for (const auto& file : on_disk) files.push_back(file.second);
-        extent = extentOf(files, plan.config, plan.skin.radius);
-    }
+    if (needsExtent(plan.config))
+        extent = extentOf(on_disk, plan.config, plan.skin.radius, options.notes, options.history.last_loss.empty());
     plan.preview = planPreview(plan.config, extent, preview.show == Show::particles ? small : plan.skin.radius);
     plan.preview->look.layers = isExr(preview.path);
     plan.notes.push_back("camera " + describe(*plan.preview));
@@ -244,10 +236,13 @@ Plan planJob(const Config& config, const PlanOptions& options) {
         }
         plan.tasks.push_back(std::move(task));
     }
+    const auto measurable = measurableOf(on_disk, options.history);
+    for (const auto& [frame, why] : options.history.unmeasured)
+        plan.warnings.push_back("not used to measure spacing and camera: " + frameName(input, frame) + ": " + why);
     bool radius_planned = false;
     const auto planRadiusOnce = [&] {
         if (!std::exchange(radius_planned, true))
-            withThreads(plan.threads, [&] { planRadius(plan, on_disk, options); });
+            withThreads(plan.threads, [&] { planRadius(plan, measurable, options); });
     };
     for (FrameTask& task : plan.tasks) {
         const bool input_exists = input.numbered ? on_disk.contains(task.frame) : !on_disk.empty();
@@ -271,7 +266,7 @@ Plan planJob(const Config& config, const PlanOptions& options) {
                                       [](const FrameTask& task) { return task.action == FrameAction::mesh; });
     if (any_mesh) {
         planRadiusOnce();
-        withThreads(plan.threads, [&] { planPictures(plan, on_disk); });
+        withThreads(plan.threads, [&] { planPictures(plan, measurable, options); });
     }
     return plan;
 }

@@ -12,6 +12,8 @@
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
+#include <utility>
+#include <vector>
 
 namespace betamesh {
 namespace {
@@ -92,11 +94,14 @@ void Extent::add(const Extent& other) {
 
 double Extent::speed() const { return speeds > 0 ? std::sqrt(squares / static_cast<double>(speeds)) : 0; }
 
-Extent extentOf(std::span<const std::string> files, const Config& config, double radius) {
-    std::vector<Extent> extents(files.size(), Extent(config.preview));
-    parallelFor(files.size(), 1, [&](std::size_t i) {
+Extent extentOf(const std::map<int, std::string>& files, const Config& config, double radius, const FrameNotes& notes,
+                bool several_at_once) {
+    const std::vector<std::pair<int, std::string>> rows(files.begin(), files.end());
+    std::vector<Extent> extents(rows.size(), Extent(config.preview));
+    parallelFor(rows.size(), several_at_once ? 1 : rows.size(), [&](std::size_t i) {
+        const FrameNotes::AtWork note(notes, rows[i].first, FrameNotes::Doing::measuring);
         try {
-            extents[i].add(readSubject(files[i], config, radius));
+            extents[i].add(readSubject(rows[i].second, config, radius));
         } catch (const Error&) {  // its own frame will tell
         }
     });

@@ -3,9 +3,11 @@
 #pragma once
 
 #include "batch/config.h"
+#include "batch/worker.h"
 #include "preview/render_frame.h"
 
-#include <span>
+#include <map>
+#include <string>
 
 namespace betamesh {
 
@@ -39,10 +41,11 @@ struct Extent {
     double speed() const;
 };
 
-/// Reads the files, several at once, and keeps none. One that cannot be read does not count.
+/// Reads the files, several at once or one after the other, and keeps none. One that cannot be read does not count.
 ///
 /// same    for any thread count
-Extent extentOf(std::span<const std::string> files, const Config& config, double radius);
+Extent extentOf(const std::map<int, std::string>& files, const Config& config, double radius, const FrameNotes& notes,
+                bool several_at_once);
 
 /// How all pictures of a sequence are taken.
 struct PreviewPlan {

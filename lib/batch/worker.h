@@ -17,12 +17,15 @@ struct JobHistory {
     std::set<int> ended;                               ///< frames
     std::size_t written = 0, skipped = 0, failed = 0;  ///< of these
     std::set<int> begun;              ///< at work when a worker was lost, and not ended since; may have left files
-    std::map<int, std::string> lost;  ///< those of them that ended a worker with no other frame at work, and how
-    std::set<int> unmeasured;         ///< those of these that did so while the spacing was measured
-    int kills = 0;                    ///< workers lost as systems do it that run out of memory
-    bool out_of_memory = false;       ///< one frame alone was enough for that
-    std::string last_loss;            ///< how the last worker ended; empty: there was none
+    std::map<int, std::string> lost;  ///< those of them that are not to be begun again, and why: words of an error
+    std::map<int, std::string> unmeasured;  ///< those of these that the job was being planned by
+    int kills = 0;                          ///< workers lost as systems do it that run out of memory
+    bool out_of_memory = false;             ///< one frame alone was enough for that
+    std::string last_loss;                  ///< what ended the last worker; empty: there was none
 };
+
+/// Those of the files of all frames that a job may be planned by.
+std::map<int, std::string> measurableOf(std::map<int, std::string> files, const JobHistory& history);
 
 /// What a worker says of its frames to the process that watches over it. From any thread.
 class FrameNotes {
@@ -32,7 +35,7 @@ public:
     /// Writes to a pipe.
     explicit FrameNotes(int pipe) : pipe_(pipe) {}
 
-    enum class Doing { meshing, measuring };
+    enum class Doing { meshing, measuring };  // what the job is planned by
 
     /// While it lives, a frame is at work.
     class AtWork {
@@ -58,15 +61,16 @@ private:
 /// is over, with the exit code.
 ///
 /// To be called once, before the process has a second thread. Frames that were at work when a worker was lost are begun
-/// again, one after the other; one that ends a worker alone is lost. Where memory runs out while the spacing is
-/// measured all is over, as another frame would give another spacing. Signals reach the worker by rememberSignals(),
-/// which comes before.
+/// again, one after the other; one that ends a worker alone is lost. So is one that takes longer than `timeout`, in
+/// seconds (0: any time is well), for which its worker is ended. Where that happens while the job is being planned, or
+/// memory runs out then, all is over: another frame would give another spacing. Signals reach the worker by
+/// rememberSignals(), which comes before.
 struct Watched {
     bool working = false;
     FrameNotes notes;
     JobHistory history;
     int exit_code = 0;
 };
-Watched watchOverWorkers();
+Watched watchOverWorkers(double timeout = 0);
 
 }  // namespace betamesh

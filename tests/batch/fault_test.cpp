@@ -37,6 +37,12 @@ protected:
         }
         EXPECT_EQ(hiddenFiles("out"), 0U);
     }
+
+    /// The environment of a program that a signal ends where it does the call on the file.
+    static std::vector<std::string> endingAt(int signal, const std::string& file, const std::string& call = "open") {
+        return {"LD_PRELOAD=" BETAMESH_FAULT_SHIM,
+                "BETAMESH_FAULT=" + call + ":-" + std::to_string(signal) + ':' + file};
+    }
 };
 
 TEST_F(Faults, BrokenInputsInTheMiddleFailAlone) {
@@ -114,10 +120,9 @@ TEST_F(Faults, AFrameThatEndsItsProcessFailsAlone) {
                            End{SIGBUS, "rename", "out/a.0006.ply", 6}}) {
         SCOPED_TRACE(std::string(end.call) + ' ' + end.name);
         fs::remove_all(folder_ / "out");
-        const Outcome outcome = runProgram(
-            {"mesh", "in/a.####.ply", "out/a.####.ply", "--frames-in-flight", "3", "-j", "2", "--json"}, folder_.path(),
-            {"LD_PRELOAD=" BETAMESH_FAULT_SHIM,
-             std::string("BETAMESH_FAULT=") + end.call + ":-" + std::to_string(end.signal) + ':' + end.name});
+        const Outcome outcome =
+            runProgram({"mesh", "in/a.####.ply", "out/a.####.ply", "--frames-in-flight", "3", "-j", "2", "--json"},
+                       folder_.path(), endingAt(end.signal, end.name, end.call));
         EXPECT_EQ(outcome.exit_code, end.signal == SIGKILL ? 33 : 1) << outcome.err;
         std::set<int> told;
         for (const Json& line : jsonLines(outcome.out)) {
@@ -136,6 +141,103 @@ TEST_F(Faults, AFrameThatEndsItsProcessFailsAlone) {
             EXPECT_TRUE(frame == end.frame ? absent(frame) : written(frame)) << frame;
         EXPECT_EQ(hiddenFiles("out"), 0U);
     }
+}
+
+/// What looks at several files goes on after one that ends its process, and says nothing twice.
+TEST_F(Faults, AFileThatEndsItsProcessIsAnErrorOfTheCommandThatLooksAtIt) {
+    if (kSanitized) GTEST_SKIP() << "sanitizers are to be loaded before any other library";
+    ASSERT_EQ(mesh().exit_code, 0);
+    std::vector<std::string> info{"info", "--json"}, check{"check", "--json", "--particles", "in/a.####.ply"};
+    for (int frame = 1; frame <= kFrames; ++frame) {
+        info.push_back(numbered("in/a", frame, ".ply"));
+        check.push_back(numbered("out/a", frame, ".ply"));
+    }
+    for (const std::vector<std::string>& words : {info, check})
+        for (const int signal : {SIGABRT, SIGKILL})
+            for (const int frame : {1, 4}) {
+                SCOPED_TRACE(words[0] + ' ' + std::to_string(signal) + ' ' + std::to_string(frame));
+                const std::string file = numbered("in/a", frame, ".ply");
+                const Outcome outcome = runProgram(words, folder_.path(), endingAt(signal, file));
+                EXPECT_EQ(outcome.exit_code, signal == SIGKILL ? 33 : 1) << outcome.err;
+                EXPECT_EQ(count(outcome.err, "error: "), 1U) << outcome.err;
+                EXPECT_EQ(count(outcome.err, file + ": the process that worked on it was ended"), 1U) << outcome.err;
+                std::set<std::string> told;
+                for (const Json& line : jsonLines(outcome.out))
+                    EXPECT_TRUE(told.insert(line["file"].get<std::string>()).second) << line;
+                EXPECT_EQ(told.size(), kFrames - (words[0] == "info" ? 1U : 0U)) << outcome.out;
+            }
+}
+
+TEST_F(Faults, AFrameThatEndsItsProcessHasNoPictureAllOthersHave) {
+    if (kSanitized) GTEST_SKIP() << "sanitizers are to be loaded before any other library";
+    for (const char* command : {"render", "compare"})
+        for (const int frame : {1, 4}) {
+            SCOPED_TRACE(command + std::string(" ") + std::to_string(frame));
+            fs::remove_all(folder_ / "look");
+            const std::string file = numbered("in/a", frame, ".ply");
+            const std::vector<std::string> words{command,
+                                                 "in/a.####.ply",
+                                                 "look/a.####.png",
+                                                 "--width",
+                                                 "64",
+                                                 "--height",
+                                                 "48",
+                                                 "--samples",
+                                                 "1",
+                                                 "--radius",
+                                                 "0.1",
+                                                 "--frames",
+                                                 "1-4",
+                                                 "--contact-sheet",
+                                                 "look/sheet.png"};
+            const Outcome outcome = runProgram(words, folder_.path(), endingAt(SIGABRT, file));
+            EXPECT_EQ(outcome.exit_code, 1) << outcome.err;
+            EXPECT_EQ(count(outcome.err, "error: "), 1U) << outcome.err;
+            EXPECT_EQ(count(outcome.err, "error: frame " + std::to_string(frame) + ": " + file), 1U) << outcome.err;
+            for (int other = 1; other <= 4; ++other)
+                EXPECT_EQ(exists(numbered("look/a", other, ".png")), other != frame) << other;
+            EXPECT_TRUE(exists("look/sheet.png"));
+            EXPECT_EQ(hiddenFiles("look"), 0U);
+        }
+    // Without memory to look at a frame, the camera would stand elsewhere.
+    const Outcome outcome =
+        runProgram({"render", "in/a.####.ply", "never/a.####.png"}, folder_.path(), endingAt(SIGKILL, "in/a.0001.ply"));
+    EXPECT_EQ(outcome.exit_code, 33);
+    EXPECT_NE(outcome.err.find("while spacing and camera were measured in frame 1"), std::string::npos) << outcome.err;
+    EXPECT_FALSE(exists("never"));
+}
+
+/// Every frame is looked at before the first is meshed, to know where the camera stands.
+TEST_F(Faults, AFrameThatEndsItsProcessWhilePicturesArePlannedFailsAlone) {
+    if (kSanitized) GTEST_SKIP() << "sanitizers are to be loaded before any other library";
+    const Outcome outcome =
+        runProgram({"mesh", "in/a.####.ply", "out/a.####.ply", "--set", "preview.path=out/a.####.png", "--set",
+                    "preview.width=64", "--set", "preview.height=48"},
+                   folder_.path(), endingAt(SIGABRT, "in/a.0004.ply"));
+    expectOnlyThese({4}, outcome);
+}
+
+/// Servers that are gone never answer.
+TEST_F(Faults, AFrameThatTakesTooLongFailsAlone) {
+    const std::string seconds = kSanitized ? "60" : "4";
+    const auto stall = [&](int frame) {
+        fs::remove(folder_ / numbered("in/a", frame, ".ply"));
+        ASSERT_EQ(mkfifo((folder_ / numbered("in/a", frame, ".ply")).c_str(), 0600), 0);
+    };
+    stall(3);
+    const Outcome outcome = mesh({"--timeout", seconds, "--frames-in-flight", "2", "-j", "2"});
+    expectOnlyThese({3}, outcome);
+    EXPECT_NE(outcome.err.find("frame 3: in/a.0003.ply: took longer than " + seconds + " s (run.timeout)"),
+              std::string::npos)
+        << outcome.err;
+
+    // Where another file would give another spacing, nothing is guessed.
+    stall(1);
+    fs::remove_all(folder_ / "out");
+    const Outcome unplanned = mesh({"--timeout", "1"});
+    EXPECT_EQ(unplanned.exit_code, 1);
+    EXPECT_NE(unplanned.err.find("frame 1 took longer than 1 s"), std::string::npos) << unplanned.err;
+    EXPECT_FALSE(exists("out"));
 }
 
 /// A control group of memory that this process is in while it lives.

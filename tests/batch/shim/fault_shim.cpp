@@ -43,7 +43,7 @@ bool fails(const char* call, const char* path) {
     if (fault.error == 0 || std::strcmp(call, fault.call) != 0 || std::strstr(path, fault.name) == nullptr)
         return false;
     if (fault.times-- <= 0) return false;
-    if (fault.error < 0) kill(getpid(), -fault.error);
+    if (fault.error < 0) raise(-fault.error);  // of this thread: it goes no further
     errno = fault.error;
     return true;
 }
