@@ -5,6 +5,7 @@
 #include "batch/plan.h"
 #include "batch/plot.h"
 #include "batch/report.h"
+#include "batch/worker.h"
 #include "command.h"
 #include "core/error.h"
 #include "core/parallel.h"
@@ -205,19 +206,26 @@ Sequence meshFiles(const Arguments& arguments) {
     return sequence;
 }
 
-Sequence fineSteps(const Arguments& arguments) {
+Sequence fineSteps(const Arguments& arguments, const Watched& watched) {
     Config config = readConfig(arguments.pipeline);
     for (const std::string& assignment : arguments.assignments) setConfigKey(config, assignment);
     config.frames = std::to_string(arguments.frame);
     if (config.output.path.empty()) config.output.path = "nothing.####.ply";  // nothing is written
     PlanOptions options;
     options.overwrite = true;
+    options.history.unmeasured = watched.history.unmeasured;
+    options.notes = watched.notes;
     if (config.surface.dimension != 3) throw Error("surface.dimension is 2; expected 3, for surfaces are measured");
     const Plan plan = planJob(config, options);
     for (const std::string& warning : plan.warnings) logWarning(warning);
     for (const std::string& note : plan.notes) logInfo(note);
     const std::string& file = plan.tasks.at(0).input;
-    const auto start = std::make_shared<Particles>(readParticles(file, {config.input.velocity, config.input.id}));
+    if (const auto lost = watched.history.lost.find(arguments.frame); lost != watched.history.lost.end())
+        throw Error(file + ": " + lost->second);
+    const auto start = [&] {
+        const FrameNotes::AtWork note(watched.notes, arguments.frame);
+        return std::make_shared<Particles>(readParticles(file, {config.input.velocity, config.input.id}));
+    }();
     if (start->size() > 0 && start->velocity.empty())
         throw Error(file + ": no velocity (v, velocity or vel); expected one that moves the particles between frames");
 
@@ -265,7 +273,7 @@ CoherenceReport compared(const Moment& before, const Moment& after, const Sequen
     return report;
 }
 
-int measure(const Sequence& sequence, const Arguments& arguments) {
+int measure(const Sequence& sequence, const Arguments& arguments, const FrameNotes& notes) {
     std::optional<PlotLine> against;
     if (!arguments.against.empty()) against = lineOf(arguments.against, sequence.names.size() - 1);
     std::vector<CoherenceReport> reports;
@@ -277,6 +285,7 @@ int measure(const Sequence& sequence, const Arguments& arguments) {
         CoherenceReport report;
         std::optional<Moment> now;
         try {
+            const FrameNotes::AtWork note(notes, static_cast<int>(i));
             now = sequence.moment(i);
             if (before) report = compared(*before, *now, sequence, arguments);
         } catch (const Error& error) {
@@ -307,9 +316,18 @@ int run(const Arguments& arguments) {
         throw Error("expected either meshes, or --pipeline with --frame and --step");
     if (arguments.places_above && arguments.particles.empty() && arguments.pipeline.empty())
         throw Error("--places-above counts in ways of the fastest particle; expected --particles or --pipeline");
-    const Sequence sequence = arguments.pipeline.empty() ? meshFiles(arguments) : fineSteps(arguments);
+    const Watched watched = watchOverWorkers();
+    if (!watched.working) return watched.exit_code;
+    const Sequence sequence = arguments.pipeline.empty() ? meshFiles(arguments) : fineSteps(arguments, watched);
+    if (!watched.history.lost.empty() && arguments.pipeline.empty()) {
+        const auto& [i, why] = *watched.history.lost.begin();
+        logError(sequence.names[static_cast<std::size_t>(i)] + ", or its particles: " + why);
+        return watched.history.out_of_memory ? kOutOfMemory : kSomeFailed;
+    }
     int exit_code = kAllWritten;
-    withThreads(sequence.threads, [&] { exit_code = measure(sequence, arguments); });
+    withThreads(sequence.threads, [&] {
+        exit_code = measure(sequence, arguments, arguments.pipeline.empty() ? watched.notes : FrameNotes());
+    });
     return exit_code;
 }
 

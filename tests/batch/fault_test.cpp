@@ -168,6 +168,22 @@ TEST_F(Faults, AFileThatEndsItsProcessIsAnErrorOfTheCommandThatLooksAtIt) {
             }
 }
 
+TEST_F(Faults, AFileThatEndsItsProcessIsAnErrorWhereMotionIsMeasured) {
+    if (kSanitized) GTEST_SKIP() << "sanitizers are to be loaded before any other library";
+    ASSERT_EQ(mesh({"--frames", "1-4"}).exit_code, 0);
+    write(folder_ / "job.yaml",
+          "version: 1\ninput: {path: in/a.####.ply}\noutput: {path: b.####.ply}\nsurface: {spacing: 0.1}\n");
+    const Outcome files = runProgram({"coherence", "out/a.####.ply", "--particles", "in/a.####.ply"}, folder_.path(),
+                                     endingAt(SIGABRT, "in/a.0003.ply"));
+    EXPECT_EQ(files.exit_code, 1);
+    EXPECT_EQ(count(files.err, "out/a.0003.ply, or its particles: the process that worked on it"), 1U) << files.err;
+    const Outcome steps =
+        runProgram({"coherence", "--pipeline", "job.yaml", "--frame", "3", "--step", "1e-3", "--steps", "1"},
+                   folder_.path(), endingAt(SIGABRT, "in/a.0003.ply"));
+    EXPECT_EQ(steps.exit_code, 2);
+    EXPECT_EQ(count(steps.err, "in/a.0003.ply: the process that worked on it was ended"), 1U) << steps.err;
+}
+
 TEST_F(Faults, AFrameThatEndsItsProcessHasNoPictureAllOthersHave) {
     if (kSanitized) GTEST_SKIP() << "sanitizers are to be loaded before any other library";
     for (const char* command : {"render", "compare"})
