@@ -20,6 +20,10 @@ std::string secondsText(double seconds) {
     return text;
 }
 
+std::size_t particlesOf(const FrameReport& report) {
+    return report.plane ? report.plane->skin.particles : report.skin.particles;
+}
+
 /// What a person wants to know of one frame.
 std::string frameLine(const FrameReport& report) {
     const std::string name = "frame " + std::to_string(report.frame) + ": ";
@@ -33,10 +37,9 @@ std::string frameLine(const FrameReport& report) {
         case FrameStatus::ok:
             break;
     }
-    const std::size_t particles = report.plane ? report.plane->skin.particles : report.skin.particles;
     const std::string surface =
         report.plane ? std::to_string(report.plane->edges) + " edges" : std::to_string(report.triangles) + " triangles";
-    return name + std::to_string(particles) + " particles, " + surface + ", " + secondsText(report.seconds.total) +
+    return name + std::to_string(particlesOf(report)) + " particles, " + surface + ", " + secondsText(report.seconds.total) +
            " -> " + report.output;
 }
 
@@ -94,7 +97,7 @@ void Progress::frameEnded(const FrameReport& report) {
     ++job_.ended;
     if (report.status == FrameStatus::failed) ++job_.failed;
     if (report.status != FrameStatus::skipped) ++worked_;
-    if (report.status == FrameStatus::ok) job_.particles += report.skin.particles;
+    if (report.status == FrameStatus::ok) job_.particles += particlesOf(report);
     const std::chrono::duration<double> since = std::chrono::steady_clock::now() - begin_;
     job_.seconds = since.count();
     if (worked_ > 0)

@@ -34,13 +34,15 @@ protected:
 TEST_F(PlaneJob, EveryFormatHoldsTheSameClosedCurves) {
     std::vector<Curves> found;
     for (const std::string name : {"c.ply", "c.bgeo", "c.obj"}) {
-        ASSERT_EQ(run("flat.bgeo", name, {"--dimension", "2"}).exit_code, 0);
+        const Outcome outcome = run("flat.bgeo", name, {"--dimension", "2", "--progress", "json"});
+        ASSERT_EQ(outcome.exit_code, 0);
         found.push_back(readCurves(folder_ / name));
         const CurveMeasure measure = measureCurves(found.back());
         const Json report = Json::parse(contentsOf(folder_ / (name + ".json")));
         EXPECT_EQ(measure.unpaired_ends, 0U);
         EXPECT_EQ(report["dimension"], 2);
         EXPECT_EQ(report["status"], "ok");
+        EXPECT_EQ(Json::parse(outcome.out)["particles"], report["particles"]);
         EXPECT_EQ(report["euler"], measure.turning);
         EXPECT_EQ(report["edges"], found.back().edges.size());
         EXPECT_NEAR(report["area"], measure.area, 1e-5);
