@@ -128,7 +128,7 @@ void addCompareCommand(CLI::App& program, int& exit_code) {
             return false;
         for (const char* section : {"preview.", "input.", "surface.", "perturbation.", "smoothing.", "features."})
             if (key.path.starts_with(section)) return true;
-        return key.path == "frames" || key.path == "run.threads";
+        return key.path == "frames" || key.path == "run.threads" || key.path == "run.timeout";
     });
     command->callback([options, texts, columns, &exit_code] {
         if (isExr(options->outputs[0])) throw Error("'" + options->outputs[0] + "': captions need a .png");

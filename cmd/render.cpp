@@ -96,7 +96,8 @@ void addRenderCommand(CLI::App& program, int& exit_code) {
                      "frame number where there are several.")
         ->required();
     command->add_option("OUT", options->outputs, "Pictures: .png, .exr, or one of each.")->required()->expected(1, 2);
-    const std::set<std::string> others{"frames", "run.threads", "input.velocity", "surface.radius", "surface.spacing"};
+    const std::set<std::string> others{"frames",         "run.threads",    "run.timeout",
+                                       "input.velocity", "surface.radius", "surface.spacing"};
     addPictureOptions(*command, *options, [&](const ConfigKey& key) {
         return key.path.starts_with("preview.") || others.contains(key.path);
     });

@@ -39,8 +39,8 @@ std::string frameLine(const FrameReport& report) {
     }
     const std::string surface =
         report.plane ? std::to_string(report.plane->edges) + " edges" : std::to_string(report.triangles) + " triangles";
-    return name + std::to_string(particlesOf(report)) + " particles, " + surface + ", " + secondsText(report.seconds.total) +
-           " -> " + report.output;
+    return name + std::to_string(particlesOf(report)) + " particles, " + surface + ", " +
+           secondsText(report.seconds.total) + " -> " + report.output;
 }
 
 std::string detailLine(const FrameReport& report) {
