@@ -94,7 +94,7 @@ TEST_F(Resume, AnEmptyMeshForAMissingFrameIsMadeAgainWhenTheFrameCame) {
 }
 
 TEST_F(Resume, AfterBeingKilledAtAnyMomentEverythingIsAsIfUndisturbed) {
-    constexpr int kFrames = 12, kKillsARound = 5, kRounds = 10, kMostAttempts = 50;
+    constexpr int kFrames = 12, kKillsARound = 5, kRounds = kSanitized ? 2 : 10, kMostAttempts = 50;
     Sample sample({"drop", 1500, 1, 24});
     for (int frame = 1; frame <= kFrames; ++frame) writeFrame(frame, sample.frame(frame));
     const std::vector<std::string> words{"mesh",       "in/a.####.ply", "out/a.####.ply",     "--skip-existing",
@@ -156,7 +156,7 @@ TEST_F(Resume, TwoProcessesOnTheSameFramesLeaveEachFrameOfOneOfThem) {
         expected[manifest["origin"]["configuration"]] = meshesIn(folder);
     }
     ASSERT_EQ(expected.size(), 2U);
-    for (int trial = 0; trial < 10; ++trial) {
+    for (int trial = 0; trial < (kSanitized ? 3 : 10); ++trial) {
         RunningProgram first(one, folder_.path());
         RunningProgram second(two, folder_.path());
         EXPECT_EQ(first.wait().exit_code, 0);
