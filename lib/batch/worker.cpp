@@ -68,14 +68,13 @@ struct Unfinished {
 
 /// Waits for the worker to say something, or to end. Returns the first frame that takes too long, if one does.
 std::optional<int> wait(int pipe, const Unfinished& left, std::chrono::duration<double> timeout) {
-    if (timeout.count() == 0) return std::nullopt;
     const auto begunBefore = [](const auto& a, const auto& b) { return a.second < b.second; };
     for (;;) {
         const auto oldest = std::min_element(left.frames.begin(), left.frames.end(), begunBefore);
         std::chrono::duration<double, std::milli> rest = kLongestPoll;
-        if (oldest != left.frames.end()) rest = timeout - (Clock::now() - oldest->second);
+        if (timeout.count() > 0 && oldest != left.frames.end()) rest = timeout - (Clock::now() - oldest->second);
         if (rest.count() <= 0) return oldest->first;
-        pollfd note{pipe, POLLIN, 0};
+        pollfd note{pipe, POLLIN, 0};  // a signal wakes poll(); ThreadSanitizer delivers none to a read() that waits
         if (::poll(&note, 1, static_cast<int>(std::min(rest, kLongestPoll).count()) + 1) > 0) return std::nullopt;
     }
 }

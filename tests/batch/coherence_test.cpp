@@ -4,6 +4,7 @@
 #include "io/mesh_file.h"
 #include "io/particle_file.h"
 #include "support/program.h"
+#include "support/sanitized.h"
 
 #include <gtest/gtest.h>
 
@@ -169,9 +170,11 @@ TEST(Coherence, PlotsAgainstAnotherRun) {
 
 TEST(Coherence, FollowsAPipelineInFineSteps) {
     const TemporaryFolder folder;
-    ASSERT_EQ(
-        runProgram({"sample", "drop", "p.####.vdb", "--particles", "500", "--frames", "1-2"}, folder.path()).exit_code,
-        0);
+    const int particles = kSanitized ? 50 : 500;  // many take a quarter of an hour there
+    ASSERT_EQ(runProgram({"sample", "drop", "p.####.vdb", "--particles", std::to_string(particles), "--frames", "1-2"},
+                         folder.path())
+                  .exit_code,
+              0);
     write(folder / "drop.yaml", "version: 1\ninput: {path: p.####.vdb}\noutput: {path: m.####.ply}\n");
     const std::vector<std::string> words{"coherence", "--json", "--pipeline", "drop.yaml", "--frame",
                                          "2",         "--step", "1e-5",       "--steps",   "3"};
@@ -182,7 +185,7 @@ TEST(Coherence, FollowsAPipelineInFineSteps) {
     for (const Json& pair : pairs) {
         EXPECT_GT(pair["particles"]["max"].get<double>(), 0);
         EXPECT_GT(pair["max"].get<double>(), 0);
-        EXPECT_GT(pair["particles"]["matched"].get<int>(), 300);
+        EXPECT_GT(pair["particles"]["matched"].get<int>(), particles / 2);
     }
     EXPECT_EQ(pairs[2]["to"], "3e-05 s");
     EXPECT_FALSE(std::filesystem::exists(folder / "m.0002.ply"));
