@@ -55,6 +55,15 @@ private:
     CellOrder order_;
 };
 
+// What they belong to goes on where particles were left out, and is not small.
+std::vector<bool> particlesOnRim(const SnappedParticles& particles) {
+    std::vector<bool> on_rim(particles.size(), false);
+    for (std::size_t c = 0; c < particles.cell_role.size(); ++c)
+        if (particles.cell_role[c] == CellRole::rim)
+            std::fill(on_rim.begin() + particles.cell_begin[c], on_rim.begin() + particles.cell_begin[c + 1], true);
+    return on_rim;
+}
+
 }  // namespace
 
 SmallComponents smallComponents(const SnappedParticles& particles, std::size_t least) {
@@ -68,8 +77,12 @@ SmallComponents smallComponents(const SnappedParticles& particles, std::size_t l
                 if (components.find(a) != components.find(b) && cells.meet(a, b)) components.join(a, b);
             });
 
+    const std::vector<bool> on_rim = particlesOnRim(particles);
     std::vector<std::size_t> particles_of(cells.size(), 0);
-    for (std::uint32_t cell = 0; cell < cells.size(); ++cell) particles_of[components.find(cell)] += cells[cell].size();
+    for (std::uint32_t cell = 0; cell < cells.size(); ++cell) {
+        std::size_t& count = particles_of[components.find(cell)];
+        for (const CellOrder::Entry& entry : cells[cell]) count += on_rim[entry.row] ? least : 1;
+    }
     for (std::uint32_t cell = 0; cell < cells.size(); ++cell) {
         const std::uint32_t component = components.find(cell);
         if (particles_of[component] >= least) continue;
@@ -97,6 +110,7 @@ SnappedParticles without(const SnappedParticles& particles, const std::vector<st
         }
         if (rest.position.size() == first) continue;
         rest.cell.push_back(particles.cell[cell]);
+        if (!particles.cell_role.empty()) rest.cell_role.push_back(particles.cell_role[cell]);
         rest.cell_begin.push_back(first);
     }
     rest.cell_begin.push_back(static_cast<std::uint32_t>(rest.position.size()));

@@ -14,7 +14,8 @@ struct SmallComponents {
     std::vector<std::uint32_t> particle;  ///< theirs, as rows of SnappedParticles, ascending
 };
 
-/// The components of fewer than so many particles. All particles count, exposed or buried, duplicates once.
+/// The components of fewer than so many particles. All particles count, exposed or buried, duplicates once; so do those
+/// that were left out beyond the rim, which only large components have.
 ///
 /// same    result for any thread count and particle order
 /// cost    O(n log n)

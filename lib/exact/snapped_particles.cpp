@@ -5,6 +5,7 @@
 #include "core/simd.h"
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 #include <cstring>
 #include <tuple>
@@ -132,47 +133,85 @@ void squaredDistances(const double* x, const double* y, const double* z, std::si
 // On average. Liquids have some thirty, clumped ones some thousands; work grows with the square of it.
 constexpr std::size_t kMostInCell = 50000;
 
-SnappedParticles snapParticles(const Particles& particles, double radius, const Jitter& jitter) {
-    constexpr double kSmallest = 0x1p-900, kLargest = 0x1p900;
-    if (!(radius > kSmallest && radius < kLargest))
-        throw Error("the radius is " + std::to_string(radius) + ", expected a positive number");
-    int exponent = 0;
-    const double mantissa = std::frexp(radius, &exponent);  // radius = mantissa · 2^exponent, mantissa in [1/2, 1)
-    exponent -= mantissa > 0.5 ? 20 : 21;
+namespace {
 
-    const double quanta = std::ldexp(1.0, -exponent);  // per unit
-    const std::int64_t whole_radius = std::llround(radius * quanta);
-    const double reach = kLargestCoordinate / quanta;
-    for (std::size_t i = 0; i < particles.size(); ++i) {
-        const Vec3f& p = particles.position[i];
-        if (!(std::max({std::abs(p.x), std::abs(p.y), std::abs(p.z)}) <= reach))
-            throw Error("particle " + std::to_string(i) + " at (" + std::to_string(p.x) + ", " + std::to_string(p.y) +
-                        ", " + std::to_string(p.z) + ") is too far from the origin for a radius of " +
-                        std::to_string(radius) + ", expected coordinates within " + std::to_string(reach));
-    }
-    const auto snappedAt = [&](std::size_t i) {
-        const Vec3 scaled = Vec3(particles.position[i]) * quanta;
-        return Vec3i(std::llround(scaled.x), std::llround(scaled.y), std::llround(scaled.z));
-    };
+template <typename RowOf>
+SnappedParticles snapRows(const Particles& particles, std::size_t n, const RowOf& rowOf, const SnapGrid& grid) {
     SnappedParticles snapped = sortedIntoCells(
-        particles.size(), snappedAt, [](std::size_t i) { return static_cast<std::uint32_t>(i); }, whole_radius,
-        particles);
+        n, [&](std::size_t i) { return grid.at(particles.position[rowOf(i)]); }, rowOf, grid.radius, particles);
+    snapped.quantum = 1 / grid.per_unit;
+    snapped.radius = grid.radius;
     if (snapped.size() > kMostInCell * snapped.cell.size())
         throw Error(std::to_string(snapped.size()) + " particles lie in " + std::to_string(snapped.cell.size()) +
-                    " cubes as wide as a ball, whose radius is " + std::to_string(radius) + "; expected at most " +
+                    " cubes as wide as a ball, whose radius is " +
+                    std::to_string(static_cast<double>(grid.radius) / grid.per_unit) + "; expected at most " +
                     std::to_string(kMostInCell) + " in each: is the radius in the particles' unit?");
-    if (jitter.attempt > 0) {
-        const SnappedParticles still = std::move(snapped);
-        const auto jitteredAt = [&](std::size_t i) {
-            const Vec3i& p = still.position[i];
-            const std::uint64_t key = particles.id.empty() ? positionKey(p) : mix(particles.id[still.row[i]]);
-            return jittered(p, key, jitter, whole_radius);
-        };
-        snapped = sortedIntoCells(
-            still.size(), jitteredAt, [&](std::size_t i) { return still.row[i]; }, whole_radius, particles);
+    return snapped;
+}
+
+}  // namespace
+
+SnapGrid::SnapGrid(double world_radius) {
+    constexpr double kSmallest = 0x1p-900, kLargest = 0x1p900;
+    if (!(world_radius > kSmallest && world_radius < kLargest))
+        throw Error("the radius is " + std::to_string(world_radius) + ", expected a positive number");
+    int exponent = 0;
+    const double mantissa = std::frexp(world_radius, &exponent);  // of 2^exponent, in [1/2, 1)
+    exponent -= mantissa > 0.5 ? 20 : 21;
+    per_unit = std::ldexp(1.0, -exponent);
+    radius = std::llround(world_radius * per_unit);
+}
+
+Vec3i SnapGrid::at(const Vec3f& position) const {
+    const Vec3 scaled = Vec3(position) * per_unit;
+    return {std::llround(scaled.x), std::llround(scaled.y), std::llround(scaled.z)};
+}
+
+Vec3i SnapGrid::cellOf(const Vec3i& position) const {
+    const auto along = [&](std::int64_t x) { return floorDivide(x, 2 * radius); };
+    return {along(position.x), along(position.y), along(position.z)};
+}
+
+void SnapGrid::requireWithin(std::span<const Vec3f> positions, std::size_t first_row) const {
+    const double reach = kLargestCoordinate / per_unit;
+    for (std::size_t i = 0; i < positions.size(); ++i) {
+        const Vec3f& p = positions[i];
+        if (!(std::max({std::abs(p.x), std::abs(p.y), std::abs(p.z)}) <= reach))
+            throw Error("particle " + std::to_string(first_row + i) + " at (" + std::to_string(p.x) + ", " +
+                        std::to_string(p.y) + ", " + std::to_string(p.z) +
+                        ") is too far from the origin for a radius of " +
+                        std::to_string(static_cast<double>(radius) / per_unit) + ", expected coordinates within " +
+                        std::to_string(reach));
     }
-    snapped.quantum = 1 / quanta;
-    snapped.radius = whole_radius;
+}
+
+SnappedParticles snapParticles(const Particles& particles, double radius, const Jitter& jitter) {
+    const SnapGrid grid(radius);
+    grid.requireWithin(particles.position, 0);
+    SnappedParticles snapped = snapRows(
+        particles, particles.size(), [](std::size_t i) { return static_cast<std::uint32_t>(i); }, grid);
+    if (jitter.attempt == 0) return snapped;
+    const SnappedParticles still = std::move(snapped);
+    const auto jitteredAt = [&](std::size_t i) {
+        const Vec3i& p = still.position[i];
+        const std::uint64_t key = particles.id.empty() ? positionKey(p) : mix(particles.id[still.row[i]]);
+        return jittered(p, key, jitter, grid.radius);
+    };
+    snapped = sortedIntoCells(
+        still.size(), jitteredAt, [&](std::size_t i) { return still.row[i]; }, grid.radius, particles);
+    snapped.quantum = still.quantum;
+    snapped.radius = still.radius;
+    return snapped;
+}
+
+SnappedParticles snapParticles(const Particles& particles, double radius, const NearSurface& near) {
+    if (near.all) return snapParticles(particles, radius);
+    const bool selected = particles.size() == near.row.size();
+    SnappedParticles snapped = snapRows(
+        particles, near.row.size(),
+        [&](std::size_t i) { return selected ? static_cast<std::uint32_t>(i) : near.row[i]; }, SnapGrid(radius));
+    assert(snapped.cell == near.cell);
+    snapped.cell_role = near.cell_role;
     return snapped;
 }
 
@@ -180,7 +219,7 @@ void NeighbourFinder::gather(std::size_t cell) {
     cell_ = cell;
     candidate_.clear(), x_.clear(), y_.clear(), z_.clear();
     const Vec3i corner = particles_.cell[cell] * (2 * particles_.radius);
-    forCellsAround(particles_, cell, [&](const Vec3i&, std::size_t other) {
+    around_.forEach(cell, [&](const Vec3i&, std::size_t other) {
         for (std::uint32_t k = particles_.cell_begin[other]; k < particles_.cell_begin[other + 1]; ++k) {
             const Vec3 place = toDouble(particles_.position[k] - corner);
             candidate_.push_back(k), x_.push_back(place.x), y_.push_back(place.y), z_.push_back(place.z);

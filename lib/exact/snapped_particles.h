@@ -6,6 +6,8 @@
 #include "exact/predicates.h"
 
 #include <algorithm>
+#include <array>
+#include <span>
 #include <tuple>
 
 namespace betamesh {
@@ -15,6 +17,39 @@ namespace betamesh {
 struct Jitter {
     double tolerance = 0;
     int attempt = 0;
+};
+
+/// The integer grid for balls of one radius.
+struct SnapGrid {
+    double per_unit = 1;      ///< quanta in a world unit, a power of two
+    std::int64_t radius = 0;  ///< R, in quanta, in (2^19, 2^20]
+
+    /// errors  a radius that is not a normal number
+    explicit SnapGrid(double radius);
+    Vec3i at(const Vec3f& position) const;
+    /// Of edge 2R.
+    Vec3i cellOf(const Vec3i& position) const;
+    /// Throws Error for the first position farther from the origin than 2^50 quanta; first_row: its number, for
+    /// messages.
+    void requireWithin(std::span<const Vec3f> positions, std::size_t first_row) const;
+};
+
+/// What is known of a cell from elsewhere.
+enum class CellRole : std::uint8_t {
+    open,    ///< its balls may be exposed
+    buried,  ///< none of its balls is
+    rim      ///< as buried, and particles of it or of a cell beside it were left out
+};
+
+/// Which of n particles matter to the surface: see exact/near_surface.h.
+struct NearSurface {
+    std::size_t particles = 0;       ///< n
+    bool all = true;                 ///< they all do, and nothing is known of their cells; the arrays are empty
+    std::vector<std::uint32_t> row;  ///< theirs, ascending
+    std::vector<Vec3i> cell;         ///< theirs, in order
+    std::vector<CellRole> cell_role;
+
+    std::size_t leftOut() const { return all ? 0 : particles - row.size(); }
 };
 
 /// Distinct particles, sorted by cell (z, y, x, the edge of a cell is 2R) and inside a cell by position.
@@ -27,6 +62,7 @@ struct SnappedParticles {
 
     std::vector<Vec3i> cell;                ///< occupied cells, in order
     std::vector<std::uint32_t> cell_begin;  ///< first particle of each cell, and one entry past the last
+    std::vector<CellRole> cell_role;        ///< of each cell; empty: all are open
 
     std::size_t size() const { return position.size(); }
 };
@@ -41,22 +77,52 @@ struct SnappedParticles {
 ///         there are more than 50,000 distinct particles for each cell
 SnappedParticles snapParticles(const Particles& particles, double radius, const Jitter& jitter = {});
 
+/// The same of those near the surface alone. particles: all, or where near.row is empty, only those.
+SnappedParticles snapParticles(const Particles& particles, double radius, const NearSurface& near);
+
 /// The order of cells: by z, then y, then x.
 inline bool cellBefore(const Vec3i& a, const Vec3i& b) { return std::tuple(a.z, a.y, a.x) < std::tuple(b.z, b.y, b.x); }
 
-/// Calls visit(place from (0, 0, 0) to (2, 2, 2), number of the cell there) for those of the 27 cells round one that
-/// have particles, in order. Everything within 2R of a particle in the middle one is among theirs.
-template <typename Visit>
-void forCellsAround(const SnappedParticles& particles, std::size_t cell, const Visit& visit) {
-    const std::vector<Vec3i>& cells = particles.cell;
-    const Vec3i centre = cells[cell];
-    for (std::int64_t dz = -1; dz <= 1; ++dz)
-        for (std::int64_t dy = -1; dy <= 1; ++dy) {
-            auto at = std::lower_bound(cells.begin(), cells.end(), centre + Vec3i(-1, dy, dz), cellBefore);
-            for (; at != cells.end() && !cellBefore(centre + Vec3i(1, dy, dz), *at); ++at)
-                visit(Vec3i(at->x - centre.x + 1, dy + 1, dz + 1), static_cast<std::size_t>(at - cells.begin()));
+/// Finds the cells round one among cells in order; quickest when asked for one after another.
+class CellsAround {
+public:
+    explicit CellsAround(const std::vector<Vec3i>& cells) : cells_(cells) {}
+
+    /// Calls visit(place from (0, 0, 0) to (2, 2, 2), number of the cell there) for those of the 27 cells round one
+    /// that have particles, in order. Everything within 2R of a particle in the middle one is among theirs.
+    template <typename Visit>
+    void forEach(std::size_t cell, const Visit& visit) {
+        const Vec3i centre = cells_[cell];
+        for (std::size_t row = 0; row < first_.size(); ++row) {
+            const auto dy = static_cast<std::int64_t>(row % 3) - 1, dz = static_cast<std::int64_t>(row / 3) - 1;
+            first_[row] = firstFrom(first_[row], centre + Vec3i(-1, dy, dz));
+            for (std::size_t at = first_[row]; at < cells_.size(); ++at) {
+                if (cellBefore(centre + Vec3i(1, dy, dz), cells_[at])) break;
+                visit(Vec3i(cells_[at].x - centre.x + 1, dy + 1, dz + 1), at);
+            }
         }
-}
+    }
+
+private:
+    /// The first that does not come before a place; it is not far from the one it was last.
+    std::size_t firstFrom(std::size_t last, const Vec3i& place) const {
+        std::size_t low = last, high = cells_.size();
+        for (std::size_t step = 1; low + step < high; step *= 2) {
+            if (!cellBefore(cells_[low + step], place))
+                high = low + step;
+            else
+                low += step;
+        }
+        if (low > 0 && !cellBefore(cells_[low - 1], place)) low = 0;
+        const auto begin = cells_.begin();
+        return static_cast<std::size_t>(std::lower_bound(begin + static_cast<std::ptrdiff_t>(low),
+                                                         begin + static_cast<std::ptrdiff_t>(high), place, cellBefore) -
+                                        begin);
+    }
+
+    const std::vector<Vec3i>& cells_;
+    std::array<std::size_t, 9> first_{};  // of each row of three, where it was last
+};
 
 /// Another particle seen from one: offset and its squared length in quanta, whole numbers.
 struct Neighbour {
@@ -69,13 +135,14 @@ struct Neighbour {
 /// asked for one particle of a cell after another.
 class NeighbourFinder {
 public:
-    explicit NeighbourFinder(const SnappedParticles& particles) : particles_(particles) {}
+    explicit NeighbourFinder(const SnappedParticles& particles) : particles_(particles), around_(particles.cell) {}
     void find(std::uint32_t particle, std::vector<Neighbour>& neighbours);
 
 private:
     void gather(std::size_t cell);
 
     const SnappedParticles& particles_;
+    CellsAround around_;
     std::size_t cell_ = ~std::size_t{0};
     std::vector<std::uint32_t> candidate_;     // all that may be near a particle of the cell
     std::vector<double> x_, y_, z_, squared_;  // where they are, from the cell's corner; distances to the one asked for

@@ -3,6 +3,7 @@
 #include "core/carried_attributes.h"
 #include "core/error.h"
 #include "exact/droplets.h"
+#include "exact/near_surface.h"
 #include "skin/alpha_mesh.h"
 #include "skin/arc_points.h"
 #include "skin/ball_boundary.h"
@@ -50,10 +51,11 @@ std::string describe(const Particles& particles, std::uint32_t row) {
 
 // Particles -> the boundary of those that are to be meshed; boundaryOf tells why there is none, if so.
 template <typename BoundaryOf>
-std::optional<UnpairedEdge> buildStructure(const Particles& particles, const SkinParams& params, const Jitter& jitter,
-                                           const BoundaryOf& boundaryOf, Structure& structure) {
+std::optional<UnpairedEdge> buildStructure(const Particles& particles, const SkinParams& params,
+                                           SnappedParticles&& snapped, const BoundaryOf& boundaryOf,
+                                           Structure& structure) {
     structure = {};
-    structure.snapped = snapParticles(particles, params.radius, jitter);
+    structure.snapped = std::move(snapped);
     structure.distinct_particles = structure.snapped.size();
     structure.left_out = leaveOutDroplets(particles, params.features, structure.snapped, structure.apart);
     for (;;) {
@@ -70,9 +72,9 @@ std::optional<UnpairedEdge> buildStructure(const Particles& particles, const Ski
     }
 }
 
-Structure exactStructure(const Particles& particles, const SkinParams& params) {
+Structure exactStructure(const Particles& particles, const NearSurface& near, const SkinParams& params) {
     Structure structure;
-    buildStructure(particles, params, {}, ballBoundary, structure);
+    buildStructure(particles, params, snapParticles(particles, params.radius, near), ballBoundary, structure);
     return structure;
 }
 
@@ -80,8 +82,9 @@ Structure exactStructure(const Particles& particles, const SkinParams& params) {
 Structure floatStructure(const Particles& particles, const SkinParams& params) {
     for (int attempt = 0;; ++attempt) {
         Structure structure;
-        const auto edge =
-            buildStructure(particles, params, {params.tolerance, attempt}, ballBoundaryInFloats, structure);
+        const auto edge = buildStructure(particles, params,
+                                         snapParticles(particles, params.radius, Jitter{params.tolerance, attempt}),
+                                         ballBoundaryInFloats, structure);
         structure.retries = attempt;
         if (!edge) return structure;
         if (attempt >= params.retries)
@@ -162,10 +165,10 @@ void append(const Spheres& from, Spheres& to) {
     add(from.id, to.id);
 }
 
-void count(const Particles& particles, const Structure& structure, SkinReport& report) {
+void count(const NearSurface& near, const Structure& structure, SkinReport& report) {
     const BallBoundary& boundary = structure.boundary;
-    report.particles = particles.size();
-    report.distinct_particles = structure.distinct_particles;
+    report.particles = near.particles;
+    report.distinct_particles = structure.distinct_particles + near.leftOut();
     report.droplets = structure.left_out.droplets;
     report.droplet_particles = structure.left_out.particles;
     report.tendril_particles = structure.tendril_particles;
@@ -184,7 +187,14 @@ void count(const Particles& particles, const Structure& structure, SkinReport& r
 
 }  // namespace
 
-SkinnedFrame skinFrame(const Particles& particles, const SkinParams& params, const Watch& watch_or_none) {
+SkinnedFrame skinFrame(const Particles& particles, const SkinParams& params, const Watch& watch) {
+    NearSurfaceFinder finder(params);
+    finder.add(particles.position);
+    return skinFrame(particles, finder.find(), params, watch);
+}
+
+SkinnedFrame skinFrame(const Particles& particles, const NearSurface& near, const SkinParams& params,
+                       const Watch& watch_or_none) {
     const Watch watch = watch_or_none ? watch_or_none : [](std::string_view) {};
     if (params.surface == SurfaceKind::beta && params.tessellation != Tessellation::paper &&
         params.smoothing == SmoothingMethod::paper)
@@ -194,10 +204,10 @@ SkinnedFrame skinFrame(const Particles& particles, const SkinParams& params, con
         throw Error("only the complete tessellation has bubbles that can be filled, expected that one");
     SkinnedFrame frame;
 
-    Structure structure = params.predicates == PredicateKind::exact ? exactStructure(particles, params)
+    Structure structure = params.predicates == PredicateKind::exact ? exactStructure(particles, near, params)
                                                                     : floatStructure(particles, params);
     if (complete) groupFaces(structure.snapped, structure.boundary);
-    count(particles, structure, frame.report);
+    count(near, structure, frame.report);
     watch("structure");
 
     frame.spheres = std::move(structure.apart);

@@ -11,6 +11,8 @@
 
 namespace betamesh {
 
+struct NearSurface;
+
 /// What was found on the way; the numbers of the per-frame report. Those of the alpha mesh are without what left it as
 /// a feature.
 struct SkinReport {
@@ -49,5 +51,10 @@ using Watch = std::function<void(std::string_view stage)>;
 ///         one; particles beyond the integer range; floating predicates that stay invalid after all retries
 /// source  beta mesh paper, section 3
 SkinnedFrame skinFrame(const Particles& particles, const SkinParams& params, const Watch& watch = {});
+
+/// The same bytes where particles are too many for the memory: near is what a NearSurfaceFinder made from these
+/// parameters says of all of them, the particles are those in near.row alone.
+SkinnedFrame skinFrame(const Particles& particles, const NearSurface& near, const SkinParams& params,
+                       const Watch& watch = {});
 
 }  // namespace betamesh

@@ -6,14 +6,11 @@
 
 namespace betamesh {
 
-/// Culls particles whose whole sphere surely lies inside other balls, without looking at neighbours: in a grid of bits
-/// every ball sets the voxels (edge R/4) that lie wholly inside it, and a particle is buried where its sphere passes
-/// through set voxels only. Which voxels these are is read from tables made for a particle anywhere in a quarter of a
-/// voxel, so the answer is never wrong, only conservative; cells without particles count as not covered.
+/// Culls particles that are surely buried (exact/buried.h), and those of cells of which that is known already.
 ///
 /// out     rows of every particle with an exposed point, and of a few without, ascending
 /// same    result for any thread count and instruction set
-/// cost    O(n), some 50 ns a particle; 64 bytes a cell
+/// cost    O(n), some 50 ns a particle
 std::vector<std::uint32_t> survivors(const SnappedParticles& particles);
 
 }  // namespace betamesh

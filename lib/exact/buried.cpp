@@ -1,0 +1,185 @@
+#include "exact/buried.h"
+
+#include "core/parallel.h"
+#include "core/simd.h"
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <cmath>
+
+namespace betamesh {
+
+namespace {
+
+constexpr int kVoxels = 8;  // per edge of a cell, which is 2R
+constexpr int kRadius = 4;  // R, in voxels
+constexpr int kReach = 5;   // voxels from a particle's own to the farthest that its sphere may touch
+constexpr int kQuarters = kPlacesAlongCell / kVoxels;  // places in a voxel told apart along each axis
+constexpr double kSlack = 1e-4;                        // voxels: far above the rounding of a particle's place
+constexpr int kSlices = 2 * kReach + 1;
+constexpr std::size_t kRows = 16;  // of a slice, the last ones empty
+
+using Rows16 = std::uint16_t __attribute__((vector_size(kRows * 2)));
+using Rows32 = std::uint32_t __attribute__((vector_size(kRows * 4), aligned(4)));
+using Bytes = std::uint8_t __attribute__((vector_size(8)));
+using Words = std::uint32_t __attribute__((vector_size(32), aligned(4)));
+
+// Voxels round a particle's own one as bits: [z][y], bit x, each from -kReach on.
+using Stencil = std::array<Rows16, kSlices>;
+
+// For each place in a voxel: the voxels wholly inside a ball, and those that its sphere passes through.
+struct Stencils {
+    std::array<Stencil, kQuarters * kQuarters * kQuarters> inside, sphere;
+};
+
+Stencils makeStencils() {
+    Stencils stencils{};
+    for (int place = 0; place < kQuarters * kQuarters * kQuarters; ++place) {
+        const std::array<int, 3> quarter{place % kQuarters, place / kQuarters % kQuarters,
+                                         place / (kQuarters * kQuarters)};
+        // Least and greatest distances along one axis between a voxel and a place.
+        const auto least = [&](int axis, int voxel) {
+            const double low = quarter[static_cast<std::size_t>(axis)] / double{kQuarters},
+                         high = low + 1.0 / kQuarters;
+            return std::max({0.0, voxel - high, low - (voxel + 1)});
+        };
+        const auto greatest = [&](int axis, int voxel) {
+            const double low = quarter[static_cast<std::size_t>(axis)] / double{kQuarters},
+                         high = low + 1.0 / kQuarters;
+            return std::max(voxel + 1 - low, high - voxel);
+        };
+        for (int z = -kReach; z <= kReach; ++z)
+            for (int y = -kReach; y <= kReach; ++y)
+                for (int x = -kReach; x <= kReach; ++x) {
+                    const double near = std::hypot(least(0, x), least(1, y), least(2, z));
+                    const double far = std::hypot(greatest(0, x), greatest(1, y), greatest(2, z));
+                    const auto bit = static_cast<std::uint16_t>(1U << (x + kReach));
+                    const auto p = static_cast<std::size_t>(place), slice = static_cast<std::size_t>(z + kReach);
+                    const auto row = static_cast<std::size_t>(y + kReach);
+                    if (far < kRadius - kSlack)
+                        stencils.inside[p][slice][row] |= bit;
+                    else if (near < kRadius + kSlack)
+                        stencils.sphere[p][slice][row] |= bit;
+                }
+    }
+    return stencils;
+}
+
+const Stencils& stencils() {
+    static const Stencils made = makeStencils();
+    return made;
+}
+
+// The voxels of a cell and of those round it: rows of bits along x, [z][y]; the last rows are only room to read.
+struct Window {
+    alignas(64) std::uint32_t row[3 * kVoxels][3 * kVoxels + kRows];
+};
+
+// Where a particle's stencil lies.
+struct Place {
+    std::uint32_t x, y, z;  // first voxel of the stencil, in the window
+    std::size_t quarter;
+};
+
+Place placeOf(CellPlace in_cell) {
+    constexpr std::uint32_t kFirst = kVoxels - kReach;
+    const std::uint32_t x = in_cell % kPlacesAlongCell, y = in_cell / kPlacesAlongCell % kPlacesAlongCell,
+                        z = in_cell / (kPlacesAlongCell * kPlacesAlongCell);
+    return {x / kQuarters + kFirst, y / kQuarters + kFirst, z / kQuarters + kFirst,
+            x % kQuarters + kQuarters * (y % kQuarters + kQuarters * (z % kQuarters))};
+}
+
+BETAMESH_EVERY_CPU
+void setInside(Window& window, const Place& place, const Stencil& inside) {
+    for (std::size_t s = 0; s < kSlices; ++s) {
+        auto& rows = reinterpret_cast<Rows32&>(window.row[place.z + s][place.y]);
+        rows |= __builtin_convertvector(inside[s], Rows32) << place.x;
+    }
+}
+
+BETAMESH_EVERY_CPU
+bool allSet(const Window& window, const Place& place, const Stencil& sphere) {
+    Rows32 open{};
+    for (std::size_t s = 0; s < kSlices; ++s)
+        open |= (__builtin_convertvector(sphere[s], Rows32) << place.x) &
+                ~reinterpret_cast<const Rows32&>(window.row[place.z + s][place.y]);
+    std::uint32_t any = 0;
+    for (std::size_t l = 0; l < kRows; ++l) any |= open[l];
+    return any == 0;
+}
+
+// The voxels of one cell: a slice is a word, a row a byte.
+struct alignas(64) Brick {
+    std::uint64_t slice[kVoxels];
+};
+
+std::array<std::size_t, 3> indicesOf(const Vec3i& v) {
+    return {static_cast<std::size_t>(v.x), static_cast<std::size_t>(v.y), static_cast<std::size_t>(v.z)};
+}
+
+BETAMESH_EVERY_CPU
+void addTo(Brick& brick, const Window& window, const Vec3i& where) {
+    const auto [x, y, z] = indicesOf(where);
+    for (std::size_t s = 0; s < kVoxels; ++s) {
+        const auto& rows = reinterpret_cast<const Words&>(window.row[z * kVoxels + s][y * kVoxels]);
+        const Bytes bytes = __builtin_convertvector(rows >> static_cast<std::uint32_t>(x * kVoxels), Bytes);
+        const auto word = reinterpret_cast<const std::uint64_t&>(bytes);
+        if (word) std::atomic_ref(brick.slice[s]).fetch_or(word, std::memory_order_relaxed);
+    }
+}
+
+BETAMESH_EVERY_CPU
+void readFrom(const Brick& brick, Window& window, const Vec3i& where) {
+    const auto [x, y, z] = indicesOf(where);
+    for (std::size_t s = 0; s < kVoxels; ++s) {
+        const auto& bytes = reinterpret_cast<const Bytes&>(brick.slice[s]);
+        auto& rows = reinterpret_cast<Words&>(window.row[z * kVoxels + s][y * kVoxels]);
+        rows |= __builtin_convertvector(bytes, Words) << static_cast<std::uint32_t>(x * kVoxels);
+    }
+}
+
+}  // namespace
+
+CellPlace placeInCell(const Vec3i& from_corner, std::int64_t radius) {
+    const float per_quantum = static_cast<float>(kPlacesAlongCell / 2) / static_cast<float>(radius);
+    const auto along = [&](std::int64_t x) {
+        return std::min(static_cast<std::uint32_t>(static_cast<float>(x) * per_quantum), kPlacesAlongCell - 1);
+    };
+    return static_cast<CellPlace>(along(from_corner.x) +
+                                  kPlacesAlongCell * (along(from_corner.y) + kPlacesAlongCell * along(from_corner.z)));
+}
+
+std::vector<std::uint8_t> buried(const std::vector<Vec3i>& cell, const std::vector<std::uint32_t>& cell_begin,
+                                 const std::vector<CellPlace>& place, const std::vector<std::uint8_t>& asked) {
+    constexpr std::size_t kCellsPerTask = 16;
+    std::vector<Brick> bricks(cell.size(), Brick{});
+    parallelRanges(bricks.size(), kCellsPerTask, [&](std::size_t first, std::size_t last) {
+        CellsAround around(cell);
+        for (std::size_t c = first; c < last; ++c) {
+            Window window{};
+            for (std::uint32_t i = cell_begin[c]; i < cell_begin[c + 1]; ++i) {
+                const Place p = placeOf(place[i]);
+                setInside(window, p, stencils().inside[p.quarter]);
+            }
+            around.forEach(c, [&](const Vec3i& where, std::size_t other) { addTo(bricks[other], window, where); });
+        }
+    });
+
+    std::vector<std::uint8_t> is_buried(place.size(), 1);
+    parallelRanges(bricks.size(), kCellsPerTask, [&](std::size_t first, std::size_t last) {
+        CellsAround around(cell);
+        for (std::size_t c = first; c < last; ++c) {
+            if (!asked.empty() && !asked[c]) continue;
+            Window window{};
+            around.forEach(c, [&](const Vec3i& where, std::size_t other) { readFrom(bricks[other], window, where); });
+            for (std::uint32_t i = cell_begin[c]; i < cell_begin[c + 1]; ++i) {
+                const Place p = placeOf(place[i]);
+                is_buried[i] = allSet(window, p, stencils().sphere[p.quarter]);
+            }
+        }
+    });
+    return is_buried;
+}
+
+}  // namespace betamesh

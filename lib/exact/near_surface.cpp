@@ -1,0 +1,243 @@
+#include "exact/near_surface.h"
+
+#include "core/parallel.h"
+#include "exact/buried.h"
+
+#include <algorithm>
+#include <atomic>
+#include <mutex>
+#include <utility>
+
+namespace betamesh {
+
+namespace {
+
+constexpr std::size_t kRowsPerPiece = std::size_t{1} << 15;
+constexpr std::size_t kCellsPerTask = 64;
+constexpr std::uint32_t kNone = ~std::uint32_t{0};
+
+// Numbers cells as they come.
+class CellNumbers {
+public:
+    std::uint32_t of(const Vec3i& cell) {
+        if (2 * (cell_.size() + 1) > slot_.size()) grow();
+        const std::size_t slot = slotOf(cell);
+        if (slot_[slot] == kNone) {
+            slot_[slot] = static_cast<std::uint32_t>(cell_.size());
+            cell_.push_back(cell);
+        }
+        return slot_[slot];
+    }
+    const std::vector<Vec3i>& cells() const { return cell_; }
+
+private:
+    std::size_t slotOf(const Vec3i& cell) const {
+        const auto mixed = [](std::uint64_t h, std::int64_t x) {
+            h = (h ^ static_cast<std::uint64_t>(x)) * 0x9e3779b97f4a7c15u;
+            return h ^ (h >> 32);
+        };
+        std::size_t slot = mixed(mixed(mixed(0, cell.x), cell.y), cell.z) & (slot_.size() - 1);
+        while (slot_[slot] != kNone && cell_[slot_[slot]] != cell) slot = (slot + 1) & (slot_.size() - 1);
+        return slot;
+    }
+    void grow() {
+        slot_.assign(std::max<std::size_t>(64, 2 * slot_.size()), kNone);
+        for (std::uint32_t i = 0; i < cell_.size(); ++i) slot_[slotOf(cell_[i])] = i;
+    }
+
+    std::vector<Vec3i> cell_;
+    std::vector<std::uint32_t> slot_;  // numbers, or kNone; a power of two of them
+};
+
+// So many rows, one after another.
+struct Piece {
+    std::size_t first_row = 0;
+    std::vector<std::uint32_t> cell;  // its number
+    std::vector<CellPlace> place;     // in it
+};
+
+// Does any two particles of a cell share a place? Sorts them.
+bool anyShared(std::span<CellPlace> places) {
+    std::sort(places.begin(), places.end());
+    return std::adjacent_find(places.begin(), places.end()) != places.end();
+}
+
+bool isShared(std::span<const CellPlace> sorted, CellPlace place) {
+    const auto [first, last] = std::equal_range(sorted.begin(), sorted.end(), place);
+    return last - first > 1;
+}
+
+// For each cell how many cells it is to the nearest one with balls that may be exposed, at most `far`.
+std::vector<int> distancesToExposed(const std::vector<Vec3i>& cells, const std::vector<std::uint32_t>& cell_begin,
+                                    const std::vector<CellPlace>& places, int far) {
+    std::vector<int> distance(cells.size(), far);
+    const std::vector<std::uint8_t> is_buried = buried(cells, cell_begin, places, {});
+    parallelFor(cells.size(), kCellsPerTask, [&](std::size_t c) {
+        const auto begin = is_buried.begin() + cell_begin[c], end = is_buried.begin() + cell_begin[c + 1];
+        if (std::find(begin, end, 0) != end) distance[c] = 0;
+    });
+    for (int step = 1; step < far; ++step) {
+        std::vector<std::uint8_t> reached(cells.size());
+        parallelRanges(cells.size(), kCellsPerTask, [&](std::size_t first, std::size_t last) {
+            CellsAround around(cells);
+            for (std::size_t c = first; c < last; ++c)
+                if (distance[c] == far)
+                    around.forEach(c, [&](const Vec3i&, std::size_t other) { reached[c] |= distance[other] < far; });
+        });
+        for (std::size_t c = 0; c < cells.size(); ++c)
+            if (reached[c]) distance[c] = step;
+    }
+    return distance;
+}
+
+// How many cells round those with exposed balls matter.
+int marginOf(const Features& features) {
+    int margin = 1;
+    if (features.droplets != Droplets::mesh)
+        for (double side = -1; side * side * side < features.droplet_particles; side += 2) ++margin;
+    return margin;
+}
+
+}  // namespace
+
+struct NearSurfaceFinder::State {
+    SnapGrid grid;
+    int margin;
+    bool all;
+    std::size_t particles = 0;
+    std::vector<Piece> pieces{};
+    std::mutex mutex{};  // guards numbers
+    CellNumbers numbers{};
+
+    void place(std::span<const Vec3f> positions, Piece& piece);
+    std::vector<Vec3i> sortCells();
+    std::vector<CellPlace> sortPlaces(std::vector<std::uint32_t>& cell_begin) const;
+};
+
+NearSurfaceFinder::NearSurfaceFinder(const SkinParams& params)
+    : state_(new State{SnapGrid(params.radius), marginOf(params.features),
+                       params.predicates != PredicateKind::exact || params.features.tendrils != Tendrils::mesh}) {}
+NearSurfaceFinder::~NearSurfaceFinder() = default;
+
+// Numbers of its own first, so that threads seldom wait for each other.
+void NearSurfaceFinder::State::place(std::span<const Vec3f> positions, Piece& piece) {
+    piece.cell.resize(positions.size());
+    piece.place.resize(positions.size());
+    CellNumbers own;
+    for (std::size_t i = 0; i < positions.size(); ++i) {
+        const Vec3i position = grid.at(positions[i]), cell = grid.cellOf(position);
+        piece.cell[i] = own.of(cell);
+        piece.place[i] = placeInCell(position - cell * (2 * grid.radius), grid.radius);
+    }
+    std::vector<std::uint32_t> shared(own.cells().size());
+    {
+        const std::scoped_lock lock(mutex);
+        for (std::size_t c = 0; c < shared.size(); ++c) shared[c] = numbers.of(own.cells()[c]);
+    }
+    for (std::uint32_t& cell : piece.cell) cell = shared[cell];
+}
+
+void NearSurfaceFinder::add(std::span<const Vec3f> positions) {
+    State& state = *state_;
+    state.grid.requireWithin(positions, state.particles);
+    const std::size_t first_row = std::exchange(state.particles, state.particles + positions.size());
+    if (state.all) return;
+    const std::size_t before = state.pieces.size(), more = (positions.size() + kRowsPerPiece - 1) / kRowsPerPiece;
+    state.pieces.resize(before + more);
+    parallelFor(more, 1, [&](std::size_t p) {
+        const std::size_t begin = p * kRowsPerPiece;
+        Piece& piece = state.pieces[before + p];
+        piece.first_row = first_row + begin;
+        state.place(positions.subspan(begin, std::min(kRowsPerPiece, positions.size() - begin)), piece);
+    });
+}
+
+// Their numbers become places in this order.
+std::vector<Vec3i> NearSurfaceFinder::State::sortCells() {
+    struct Numbered {
+        Vec3i cell;
+        std::uint32_t number;
+    };
+    std::vector<Vec3i> cells = std::exchange(numbers, {}).cells();
+    std::vector<Numbered> sorted(cells.size());
+    for (std::uint32_t c = 0; c < cells.size(); ++c) sorted[c] = {cells[c], c};
+    parallelSort(sorted, [](const Numbered& a, const Numbered& b) { return cellBefore(a.cell, b.cell); });
+    std::vector<std::uint32_t> place(cells.size());
+    for (std::uint32_t c = 0; c < cells.size(); ++c) {
+        cells[c] = sorted[c].cell;
+        place[sorted[c].number] = c;
+    }
+    parallelFor(pieces.size(), 1, [&](std::size_t p) {
+        for (std::uint32_t& cell : pieces[p].cell) cell = place[cell];
+    });
+    return cells;
+}
+
+// Of all particles, cell by cell.
+std::vector<CellPlace> NearSurfaceFinder::State::sortPlaces(std::vector<std::uint32_t>& cell_begin) const {
+    std::vector<std::uint32_t> next(cell_begin.size() - 1, 0);
+    const auto forAll = [&](const auto& visit) {
+        parallelFor(pieces.size(), 1, [&](std::size_t p) {
+            for (std::size_t i = 0; i < pieces[p].cell.size(); ++i) {
+                std::atomic_ref counter(next[pieces[p].cell[i]]);
+                visit(counter.fetch_add(1, std::memory_order_relaxed), pieces[p].place[i]);
+            }
+        });
+    };
+    forAll([](std::uint32_t, CellPlace) {});
+    cell_begin = placesOf(next);
+    std::copy(cell_begin.begin(), cell_begin.end() - 1, next.begin());
+    std::vector<CellPlace> places(particles);
+    forAll([&](std::uint32_t at, CellPlace place) { places[at] = place; });
+    return places;
+}
+
+NearSurface NearSurfaceFinder::find() {
+    State& state = *state_;
+    NearSurface near;
+    near.particles = state.particles;
+    near.all = state.all;
+    if (near.all) return near;
+
+    const std::vector<Vec3i> cells = state.sortCells();
+    std::vector<std::uint32_t> cell_begin(cells.size() + 1);
+    std::vector<CellPlace> places = state.sortPlaces(cell_begin);
+    const int far = state.margin + 1;
+    const std::vector<int> distance = distancesToExposed(cells, cell_begin, places, far);
+    const auto placesOfCell = [&](std::size_t c) {
+        return std::span(places).subspan(cell_begin[c], cell_begin[c + 1] - cell_begin[c]);
+    };
+
+    enum Stays : std::uint8_t { none, duplicates, whole };
+    std::vector<Stays> stays(cells.size(), whole);
+    std::vector<CellRole> role(cells.size());
+    parallelRanges(cells.size(), kCellsPerTask, [&](std::size_t first, std::size_t last) {
+        CellsAround around(cells);
+        for (std::size_t c = first; c < last; ++c) {
+            int farthest = 0;
+            around.forEach(c, [&](const Vec3i&, std::size_t other) { farthest = std::max(farthest, distance[other]); });
+            role[c] = distance[c] == 0 ? CellRole::open : farthest == far ? CellRole::rim : CellRole::buried;
+            if (distance[c] == far) stays[c] = anyShared(placesOfCell(c)) ? duplicates : none;
+        }
+    });
+    for (std::size_t c = 0; c < cells.size(); ++c) {
+        if (stays[c] == none) continue;
+        near.cell.push_back(cells[c]);
+        near.cell_role.push_back(role[c]);
+    }
+
+    std::vector<std::vector<std::uint32_t>> rows(state.pieces.size());
+    parallelFor(rows.size(), 1, [&](std::size_t p) {
+        const Piece& piece = state.pieces[p];
+        for (std::size_t i = 0; i < piece.cell.size(); ++i) {
+            const std::uint32_t c = piece.cell[i];
+            if (stays[c] == whole || (stays[c] == duplicates && isShared(placesOfCell(c), piece.place[i])))
+                rows[p].push_back(static_cast<std::uint32_t>(piece.first_row + i));
+        }
+    });
+    for (const std::vector<std::uint32_t>& of_piece : rows)
+        near.row.insert(near.row.end(), of_piece.begin(), of_piece.end());
+    return near;
+}
+
+}  // namespace betamesh
