@@ -251,7 +251,7 @@ Sequence fineSteps(const Arguments& arguments, const Watched& watched) {
 /// What is one place: things within a radius of each other.
 double reachOf(const Particles& particles, const Sequence& sequence, const SurfaceDistance& distance) {
     if (sequence.radius) return *sequence.radius;
-    const std::optional<double> between = spacing(particles);
+    const std::optional<double> between = spacing(particles.position);
     return between ? kRadiusInSpacings * *between : distance.max;
 }
 

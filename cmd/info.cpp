@@ -45,7 +45,7 @@ struct Arguments {
 void inform(const std::string& file, bool json) {
     const FileInfo info = inspectFile(file);
     std::optional<double> particle_spacing;
-    if (info.kind == FileKind::particles) particle_spacing = spacing(readParticles(file));
+    if (info.kind == FileKind::particles) particle_spacing = spacing(readParticles(file).position);
     if (json) {
         std::cout << infoJson(file, info, particle_spacing) << '\n';
     } else {

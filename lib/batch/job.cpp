@@ -8,6 +8,7 @@
 #include "batch/version.h"
 #include "core/error.h"
 #include "core/parallel.h"
+#include "exact/near_surface.h"
 #include "io/mesh_file.h"
 #include "io/output_file.h"
 #include "io/particle_file.h"
@@ -99,14 +100,54 @@ void hintAtPlane(const Particles& particles, const FrameReport& report, std::ato
     logInfo(report.input + ": all particles have the same z; --dimension 2 makes curves of them");
 }
 
+/// What there is to mesh.
+struct Liquid {
+    Particles particles;              ///< all of them
+    std::optional<NearSurface> near;  ///< or, where they are not all to be in memory, those that this names
+};
+
+/// Reads twice: which particles matter to the surface is known only when all have been seen.
+Liquid readNearSurface(const std::string& file, const AttributeNames& names, const SkinParams& skin) {
+    constexpr std::size_t kRowsAtOnce = std::size_t{1} << 20;
+    NearSurfaceFinder finder(skin);
+    std::vector<Vec3f> waiting;
+    const auto hand_over = [&] {
+        finder.add(waiting);
+        waiting.clear();
+        leaveIfInterrupted();
+    };
+    forPositions(file, [&](std::span<const Vec3f> positions) {
+        waiting.insert(waiting.end(), positions.begin(), positions.end());
+        if (waiting.size() >= kRowsAtOnce) hand_over();
+    });
+    hand_over();
+    Liquid liquid;
+    liquid.near = finder.find();
+    logDetail(file + ": of " + std::to_string(liquid.near->particles) + " particles " +
+              std::to_string(liquid.near->leftOut()) + " lie far inside and are left on disk");
+    liquid.particles = liquid.near->all ? readParticles(file, names) : readParticles(file, names, liquid.near->row);
+    return liquid;
+}
+
+/// Can a frame be made from the particles near its surface alone?
+bool needsOnlySurface(const Plan& plan) {
+    const bool shows_particles = plan.preview && plan.config.preview.show != Show::surface;
+    return plan.config.surface.dimension == 3 && plan.skin.radius > 0 && !shows_particles;
+}
+
 /// A file that changes while it is read is one that a simulation has not finished.
-Particles readInput(const FrameTask& task, const Config& config, Origin& origin) {
+Liquid readInput(const FrameTask& task, const Plan& plan, bool near_surface, Origin& origin) {
+    const AttributeNames names{plan.config.input.velocity, plan.config.input.id};
     const FileStamp before = stampOf(task.input);
     origin.input = identityOf(task.input);
-    Particles particles = readParticles(task.input, {config.input.velocity, config.input.id});
+    Liquid liquid;
+    if (near_surface && needsOnlySurface(plan))
+        liquid = readNearSurface(task.input, names, plan.skin);
+    else
+        liquid.particles = readParticles(task.input, names);
     if (stampOf(task.input) != before)
         throw Error(task.input + ": changed while it was read; expected a finished file");
-    return particles;
+    return liquid;
 }
 
 /// What was written: its size tells whether it is still there.
@@ -144,11 +185,13 @@ struct Surface {
 };
 
 /// An empty mesh where there is no input.
-Surface surfaceOf(const Particles& particles, const FrameTask& task, const Plan& plan, StageWatch& watch,
+Surface surfaceOf(const Liquid& liquid, const FrameTask& task, const Plan& plan, StageWatch& watch,
                   FrameReport& report) {
+    const Particles& particles = liquid.particles;
     SkinnedFrame skinned;
     if (task.action == FrameAction::mesh)
-        skinned = skinFrame(particles, plan.skin, std::ref(watch));
+        skinned = liquid.near ? skinFrame(particles, *liquid.near, plan.skin, std::ref(watch))
+                              : skinFrame(particles, plan.skin, std::ref(watch));
     else if (plan.skin.components)
         skinned.mesh.component.emplace();
     report.skin = skinned.report;
@@ -163,8 +206,9 @@ Surface surfaceOf(const Particles& particles, const FrameTask& task, const Plan&
 }
 
 /// The same in two dimensions.
-Surface planarSurfaceOf(const Particles& particles, const FrameTask& task, const Plan& plan, StageWatch& watch,
+Surface planarSurfaceOf(const Liquid& liquid, const FrameTask& task, const Plan& plan, StageWatch& watch,
                         FrameReport& report) {
+    const Particles& particles = liquid.particles;
     const auto plane = std::make_shared<SkinnedPlane>();
     if (task.action == FrameAction::mesh) *plane = skinPlane(particles, plan.skin, std::ref(watch));
     report.plane = {plane->report, measureCurves(plane->curves), plane->curves.edges.size()};
@@ -187,15 +231,16 @@ void writeFrame(const FrameTask& task, const Surface& surface) {
     if (!surface.picture.empty()) writeFile(task.picture, surface.picture);
 }
 
-void meshFrame(const FrameTask& task, const Plan& plan, FrameReport& report, JobState& job) {
+void meshFrame(const FrameTask& task, const Plan& plan, bool near_surface, FrameReport& report, JobState& job) {
     const Config& config = plan.config;
     const bool planar = config.surface.dimension == 2;
     report.origin = {version(), plan.configuration, report.radius, report.spacing, {}, {}};
     Stopwatch total;
     StageWatch watch(report.seconds);
-    Particles particles;
+    Liquid liquid;
+    Particles& particles = liquid.particles;
     if (task.action == FrameAction::mesh) {
-        retrying(config.run.retries, [&] { particles = readInput(task, config, *report.origin); });
+        retrying(config.run.retries, [&] { liquid = readInput(task, plan, near_surface, *report.origin); });
         if (plan.skin.radius == 0)
             throw Error(task.input + ": could not be read when the spacing was measured, but can be now");
         declareVelocity(particles, report, job.warned_of_velocity);
@@ -204,7 +249,7 @@ void meshFrame(const FrameTask& task, const Plan& plan, FrameReport& report, Job
     } else {
         report.warnings.push_back("no input: an empty mesh written, as run.on_missing says");
     }
-    const Surface surface = (planar ? planarSurfaceOf : surfaceOf)(particles, task, plan, watch, report);
+    const Surface surface = (planar ? planarSurfaceOf : surfaceOf)(liquid, task, plan, watch, report);
     report.spheres = surface.spheres.size();
     report.status = particles.size() > 0 ? FrameStatus::ok : FrameStatus::empty;
 
@@ -240,7 +285,7 @@ void fail(FrameReport& report, const std::string& why) {
 }
 
 /// What became of one frame; Interrupted and bad_alloc go through.
-FrameReport frameReport(const FrameTask& task, const Plan& plan, JobState& job) {
+FrameReport frameReport(const FrameTask& task, const Plan& plan, bool near_surface, JobState& job) {
     FrameReport report = reportFor(task, plan);
     switch (task.action) {
         case FrameAction::fail_missing:
@@ -262,7 +307,7 @@ FrameReport frameReport(const FrameTask& task, const Plan& plan, JobState& job) 
         case FrameAction::mesh:
         case FrameAction::write_empty:
             try {
-                meshFrame(task, plan, report, job);
+                meshFrame(task, plan, near_surface, report, job);
             } catch (const std::bad_alloc&) {
                 throw;
             } catch (const std::exception& error) {
@@ -295,9 +340,9 @@ void prepareFolders(const std::vector<FrameTask>& tasks) {
     }
 }
 
-/// Calls doFrame(i) for the tasks in order, some at once; it returns false where memory ran out. How many fit shows
-/// only on the way, so they go in rounds, each with as many in flight as fit by what is known then. What ran out of
-/// memory beside others is done again alone, with outOfMemory(i) where that is of no use either.
+/// Calls doFrame(i, alone) for the tasks in order, some at once; it returns false where memory ran out. How many fit
+/// shows only on the way, so they go in rounds, each with as many in flight as fit by what is known then. What ran out
+/// of memory is done again alone, with outOfMemory(i) where that is of no use either.
 template <typename DoFrame, typename OutOfMemory>
 void runInRounds(const Plan& plan, const DoFrame& doFrame, const OutOfMemory& outOfMemory) {
     const std::vector<FrameTask>& tasks = plan.tasks;
@@ -327,7 +372,7 @@ void runInRounds(const Plan& plan, const DoFrame& doFrame, const OutOfMemory& ou
             return true;
         };
         parallelInFlight(tasks.size() - first, in_flight, goOn, [&](std::size_t i) {
-            if (!doFrame(first + i)) {
+            if (!doFrame(first + i, false)) {
                 const std::scoped_lock lock(mutex);
                 again.push_back(first + i);
             }
@@ -337,7 +382,7 @@ void runInRounds(const Plan& plan, const DoFrame& doFrame, const OutOfMemory& ou
         most = std::max<std::size_t>(1, in_flight / 2);
         for (const std::size_t i : std::exchange(again, {})) {
             releaseFreeMemory();
-            if (caughtSignal() == 0 && !doFrame(i)) outOfMemory(i);
+            if (caughtSignal() == 0 && !doFrame(i, true)) outOfMemory(i);
         }
     }
 }
@@ -368,10 +413,11 @@ JobResult runJob(const Plan& plan, SignalWatch& signals, const FrameNotes& notes
         frameEnded(report);
         notes.ended(report.frame, report.status);
     };
-    const auto doFrame = [&](std::size_t i) {
-        const FrameNotes::AtWork note(notes, plan.tasks[i].frame);
+    const auto doFrame = [&](std::size_t i, bool alone) {
+        const FrameTask& task = plan.tasks[i];
+        const FrameNotes::AtWork note(notes, task.frame);
         try {
-            tell(frameReport(plan.tasks[i], plan, job));
+            tell(frameReport(task, plan, alone || task.near_surface, job));
         } catch (const Interrupted&) {
         } catch (const std::bad_alloc&) {
             return false;

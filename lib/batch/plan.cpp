@@ -262,6 +262,8 @@ Plan planJob(const Config& config, const PlanOptions& options) {
     plan.frames_in_flight = static_cast<std::size_t>(
         plan.config.run.frames_in_flight > 0 ? plan.config.run.frames_in_flight : plan.threads);
     plan.memory_budget = memoryBudget(plan.config);
+    for (FrameTask& task : plan.tasks)
+        task.near_surface = task.memory > plan.memory_budget || options.history.kills > 0;
     const bool any_mesh = std::any_of(plan.tasks.begin(), plan.tasks.end(),
                                       [](const FrameTask& task) { return task.action == FrameAction::mesh; });
     if (any_mesh) {

@@ -30,9 +30,10 @@ struct FrameTask {
     std::string input;
     std::string output;
     FrameAction action = FrameAction::mesh;
-    std::string picture{};     ///< empty: none
-    std::string why{};         ///< an output that is there is made again
-    std::uint64_t memory = 0;  ///< that the frame is likely to take at its peak, bytes
+    std::string picture{};      ///< empty: none
+    std::string why{};          ///< an output that is there is made again
+    std::uint64_t memory = 0;   ///< that the frame is likely to take at its peak, bytes
+    bool near_surface = false;  ///< that is too much: only particles near the surface are to be in memory
 };
 
 struct PlanOptions {

@@ -4,6 +4,8 @@
 #include "io/particle_file.h"
 #include "skin/spacing.h"
 
+#include <utility>
+
 namespace betamesh {
 namespace {
 
@@ -26,9 +28,12 @@ std::optional<ResolvedRadius> resolveRadius(const Config& config, const std::map
     for (const auto& [frame, file] : frames_on_disk) {
         const FrameNotes::AtWork note(notes, frame, FrameNotes::Doing::measuring);
         try {
-            const Particles particles = readParticles(file, {config.input.velocity, config.input.id});
+            std::vector<Vec3f> positions;
+            forPositions(file, [&](std::span<const Vec3f> some) {
+                positions.insert(positions.end(), some.begin(), some.end());
+            });
             any_readable = true;
-            if (const auto measured = spacing(particles)) {
+            if (const auto measured = spacing(std::move(positions))) {
                 ResolvedRadius result = resolved(radius, *measured, "measured in " + file);
                 result.warnings = std::move(warnings);
                 return result;

@@ -16,14 +16,15 @@ void requireRows(std::size_t rows, std::size_t expected, const std::string& name
                     std::to_string(expected) + " particles");
 }
 
-void requireFinite(const std::vector<Vec3f>& rows, const char* what) {
+}  // namespace
+
+void requireFinite(std::span<const Vec3f> rows, const char* what, std::size_t first_row) {
     for (std::size_t i = 0; i < rows.size(); ++i)
         if (!finite(rows[i]))
-            throw Error("particle " + std::to_string(i) + ": " + what + " is (" + std::to_string(rows[i].x) + ", " +
-                        std::to_string(rows[i].y) + ", " + std::to_string(rows[i].z) + "), expected finite numbers");
+            throw Error("particle " + std::to_string(first_row + i) + ": " + what + " is (" +
+                        std::to_string(rows[i].x) + ", " + std::to_string(rows[i].y) + ", " +
+                        std::to_string(rows[i].z) + "), expected finite numbers");
 }
-
-}  // namespace
 
 void validate(const Particles& particles) {
     const std::size_t n = particles.size();
@@ -33,8 +34,8 @@ void validate(const Particles& particles) {
         const std::size_t numbers = a.real.size() + a.integer.size();
         requireRows(a.components == 0 ? numbers : numbers / a.components, n, a.name);
     }
-    requireFinite(particles.position, "position");
-    requireFinite(particles.velocity, "velocity");
+    requireFinite(particles.position, "position", 0);
+    requireFinite(particles.velocity, "velocity", 0);
 }
 
 }  // namespace betamesh

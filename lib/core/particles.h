@@ -5,6 +5,7 @@
 #include "core/vec3.h"
 
 #include <cstdint>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -33,5 +34,8 @@ struct Particles {
 /// Throws Error naming the first row that breaks the lines above or holds a position or velocity that is
 /// not finite. Called where data enters.
 void validate(const Particles& particles);
+
+/// Throws Error naming the first row that is not finite. what: they are; first_row: the number of the first.
+void requireFinite(std::span<const Vec3f> rows, const char* what, std::size_t first_row);
 
 }  // namespace betamesh

@@ -51,8 +51,8 @@ std::string readString(Cursor& in, const char* what) {
 }
 
 /// Names the newer formats that share the extension.
-[[noreturn]] void failNotClassic(const Cursor& in) {
-    const std::string_view start = in.rest().substr(0, 64);
+[[noreturn]] void failNotClassic(Cursor& in) {
+    const std::string_view start = in.peek(64).substr(0, 64);
     const bool blosc = start.substr(0, 4) == "scb\0" || start.substr(0, 3) == "scb" || in.file().ends_with(".sc");
     const bool json = start.substr(0, 5) == "\x7fNSJb" || start.substr(0, 1) == "[" || start.substr(0, 1) == "{";
     if (blosc || json)
@@ -64,7 +64,7 @@ std::string readString(Cursor& in, const char* what) {
 }
 
 Header readHeader(Cursor& in) {
-    if (in.rest().substr(0, 5) != "BgeoV") failNotClassic(in);
+    if (in.peek(5).substr(0, 5) != "BgeoV") failNotClassic(in);
     in.take(5, "magic");
     const auto version = in.big<std::int32_t>("version");
     if (version != kVersion)
@@ -125,25 +125,26 @@ std::vector<T> readColumn(const std::byte* first, std::size_t rows, std::size_t 
     return column;
 }
 
-void readPoints(Cursor& in, std::uint32_t n, const std::vector<Declaration>& declarations, const ReadOptions& options,
-                FileContents& contents) {
-    const std::size_t row = 16 + rowBytes(declarations);
-    in.requireRows(n, row, "points");
-    const std::byte* first = in.take(n * row, "points");
-    contents.position.resize(n);
+/// Points from interleaved rows.
+FileContents pointsFrom(const std::byte* first, std::size_t n, std::size_t row,
+                        const std::vector<Declaration>& declarations, const ReadOptions& options) {
+    FileContents points;
+    points.position.resize(n);
     for (std::size_t i = 0; i < n; ++i) {
         const std::byte* p = first + i * row;
-        contents.position[i] = {loadBig<float>(p), loadBig<float>(p + 4), loadBig<float>(p + 8)};
+        points.position[i] = {loadBig<float>(p), loadBig<float>(p + 4), loadBig<float>(p + 8)};
     }
+    bool has_id = false;
     std::size_t at = 16;
     for (const Declaration& d : declarations) {
         const std::byte* column = first + at;
         at += std::size_t{4} * d.size;
-        if (d.type == Type::string || d.size == 0) continue;
-        if (d.type == Type::integer && d.size == 1 && d.name == options.id && contents.id.empty()) {
+        if (d.type == Type::string || d.size == 0 || !options.attributes) continue;
+        if (d.type == Type::integer && d.size == 1 && d.name == options.id && !has_id) {
             // The bits of a signed number: an id above 2^31 comes back as it was written.
             const auto ids = readColumn<std::uint32_t>(column, n, row, 1);
-            contents.id.assign(ids.begin(), ids.end());
+            points.id.assign(ids.begin(), ids.end());
+            has_id = true;
             continue;
         }
         Attribute a;
@@ -153,8 +154,24 @@ void readPoints(Cursor& in, std::uint32_t n, const std::vector<Declaration>& dec
             a.integer = readColumn<std::int32_t>(column, n, row, d.size);
         else
             a.real = readColumn<float>(column, n, row, d.size);
-        contents.attributes.push_back(std::move(a));
+        points.attributes.push_back(std::move(a));
     }
+    return points;
+}
+
+/// Some thousands at a time, which stay in the processor's cache.
+void readPoints(Cursor& in, std::uint32_t n, const std::vector<Declaration>& declarations, const ReadOptions& options,
+                FileContents& contents) {
+    constexpr std::uint32_t kRowsAtOnce = 1 << 14;
+    const std::size_t row = 16 + rowBytes(declarations);
+    in.requireRows(n, row, "points");
+    std::uint32_t done = 0;
+    do {  // once where there are none, too: names of attributes are told
+        const std::uint32_t rows = std::min(kRowsAtOnce, n - done);
+        const std::byte* first = in.take(rows * row, "points");
+        deliver(pointsFrom(first, rows, row, declarations, options), n, options, contents);
+        done += rows;
+    } while (done < n);
 }
 
 class PrimitiveReader {
@@ -198,7 +215,7 @@ private:
         const std::uint32_t size = readCount(in_, "number of corners");
         if (key == kParticleSystem) {
             in_.requireRows(size, corner_bytes_, "corners of a particle system");
-            in_.take(size * corner_bytes_, "corners of a particle system");
+            in_.skip(size * corner_bytes_, "corners of a particle system");
         } else {
             readPolygon(size);
         }
@@ -359,15 +376,9 @@ void writePoints(ByteWriter& out, const Surface& surface) {
 
 }  // namespace
 
-FileContents parseBgeo(std::span<const std::byte> bytes, const std::string& file, const ReadOptions& options) {
-    if (isGzip(bytes)) {
-        const Bytes plain = gunzip(bytes, file);
-        if (isGzip(plain)) throw Error(file + ": is compressed twice, expected classic .bgeo inside gzip");
-        FileContents contents = parseBgeo(plain, file, options);
-        contents.format += ", gzip";
-        return contents;
-    }
-    Cursor in(bytes, file);
+namespace {
+
+FileContents parsePlain(Cursor& in, const ReadOptions& options) {
     const Header header = readHeader(in);
     FileContents contents;
     contents.format = "bgeo V5";
@@ -376,6 +387,18 @@ FileContents parseBgeo(std::span<const std::byte> bytes, const std::string& file
     for (const Declaration& d : declarations) contents.declared.push_back({d.name, wordOf(d.type), d.size, {}});
     readPoints(in, header.points, declarations, options, contents);
     if (options.faces) PrimitiveReader(in, header, options, contents).readAll();
+    return contents;
+}
+
+}  // namespace
+
+FileContents parseBgeo(Cursor in, const ReadOptions& options) {
+    if (!isGzip(in)) return parsePlain(in, options);
+    Cursor plain = gunzipped(std::move(in));
+    if (isGzip(plain)) throw Error(plain.file() + ": is compressed twice, expected classic .bgeo inside gzip");
+    FileContents contents = parsePlain(plain, options);
+    contents.format += ", gzip";
+    while (!plain.peek(1).empty()) plain.take(plain.peek(1).size(), "gzip");  // whose checksum comes last
     return contents;
 }
 

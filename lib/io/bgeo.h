@@ -14,9 +14,8 @@ namespace betamesh {
 /// Points, point attributes (float, int, vector; strings are passed over) and polygons with their
 /// attribute `component`, if it is one integer. Gzip is undone.
 ///
-/// file    for messages
 /// errors  a damaged file, with the byte; the JSON formats of Houdini 12 and later, with advice
-FileContents parseBgeo(std::span<const std::byte> bytes, const std::string& file, const ReadOptions& options = {});
+FileContents parseBgeo(Cursor in, const ReadOptions& options = {});
 
 void encodeBgeo(ByteWriter& out, const Particles& particles, const std::string& file);
 void encodeBgeo(ByteWriter& out, const Mesh& mesh, const std::string& file);

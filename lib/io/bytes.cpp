@@ -7,6 +7,7 @@
 #include <cerrno>
 #include <memory>
 #include <system_error>
+#include <utility>
 
 namespace betamesh {
 
@@ -16,32 +17,73 @@ namespace {
     throw Error(path.string() + ": cannot be read: " + std::generic_category().message(error_number));
 }
 
-struct Descriptor {
-    int number;
-    ~Descriptor() {
-        if (number >= 0) ::close(number);
+// Read, not mapped: a file that shrinks while it is mapped ends the process.
+class File {
+public:
+    explicit File(const std::filesystem::path& path)
+        : path_(path), number_(::open(path.c_str(), O_RDONLY | O_CLOEXEC)) {
+        if (number_ < 0) failReading(path, errno);
+        struct stat status = {};
+        if (::fstat(number_, &status) != 0) failReading(path, errno);
+        if (S_ISDIR(status.st_mode)) failReading(path, EISDIR);
+        if (!S_ISREG(status.st_mode)) throw Error(path.string() + ": cannot be read: expected a regular file");
+        size_ = static_cast<std::uint64_t>(status.st_size);
     }
+    ~File() {
+        if (number_ >= 0) ::close(number_);
+    }
+    File(const File&) = delete;
+    File& operator=(const File&) = delete;
+
+    std::uint64_t size() const { return size_; }
+    std::size_t read(std::byte* to, std::size_t count) {
+        for (;;) {
+            const ssize_t got = ::read(number_, to, count);
+            if (got >= 0) return static_cast<std::size_t>(got);
+            if (errno != EINTR) failReading(path_, errno);
+        }
+    }
+
+private:
+    std::filesystem::path path_;
+    int number_;
+    std::uint64_t size_ = 0;
 };
 
 }  // namespace
 
-// Read, not mapped: a file that shrinks while it is mapped ends the process.
-Bytes readWholeFile(const std::filesystem::path& path) {
-    const Descriptor file{::open(path.c_str(), O_RDONLY | O_CLOEXEC)};
-    if (file.number < 0) failReading(path, errno);
-    struct stat status = {};
-    if (::fstat(file.number, &status) != 0) failReading(path, errno);
-    if (S_ISDIR(status.st_mode)) failReading(path, EISDIR);
-    if (!S_ISREG(status.st_mode)) throw Error(path.string() + ": cannot be read: expected a regular file");
+void Cursor::fetch(std::size_t count) {
+    constexpr std::size_t kLeast = std::size_t{1} << 18;
+    if (!source_) return;
+    std::size_t kept = bytes_.size() - at_;
+    if (kept > 0) std::memmove(buffer_.data(), bytes_.data() + at_, kept);
+    before_ += std::exchange(at_, 0);
+    buffer_.resize(std::max({count, kLeast, buffer_.size()}));
+    while (kept < count) {
+        const std::size_t got = source_(buffer_.data() + kept, buffer_.size() - kept);
+        kept += got;
+        if (got > 0) continue;
+        size_ = before_ + kept;
+        source_ = nullptr;
+        break;
+    }
+    bytes_ = std::span(buffer_).first(kept);
+}
 
-    Bytes bytes(static_cast<std::size_t>(status.st_size));
+Cursor openFile(const std::filesystem::path& path) {
+    const auto file = std::make_shared<File>(path);
+    const auto read = [file](std::byte* to, std::size_t count) { return file->read(to, count); };
+    return {read, file->size(), path.string()};
+}
+
+Bytes readWholeFile(const std::filesystem::path& path) {
+    File file(path);
+    Bytes bytes(static_cast<std::size_t>(file.size()));
     std::size_t done = 0;
     while (done < bytes.size()) {
-        const ssize_t count = ::read(file.number, bytes.data() + done, bytes.size() - done);
-        if (count < 0 && errno == EINTR) continue;
-        if (count < 0) failReading(path, errno);
-        if (count == 0) break;
-        done += static_cast<std::size_t>(count);
+        const std::size_t got = file.read(bytes.data() + done, bytes.size() - done);
+        if (got == 0) break;
+        done += got;
     }
     bytes.resize(done);
     return bytes;

@@ -4,6 +4,7 @@
 
 #include "core/error.h"
 
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <cstddef>
@@ -54,21 +55,35 @@ T loadBig(const std::byte* from) {
     return loadNumber<T>(from, std::endian::native == std::endian::little);
 }
 
-/// Walks through the bytes of one file and never leaves them: what a damaged count asks for beyond the end is
-/// an Error with file and byte offset, before anything is allocated for it.
+/// Walks through the bytes of one file, in memory or read as it goes, and never leaves them: what a damaged count asks
+/// for beyond the end is an Error with file and byte offset, before anything is allocated for it.
 class Cursor {
 public:
-    Cursor(std::span<const std::byte> bytes, std::string file) : bytes_(bytes), file_(std::move(file)) {}
+    /// Puts the next bytes at `to`, at most so many; returns how many, none at the end.
+    using Source = std::function<std::size_t(std::byte* to, std::size_t count)>;
 
-    std::size_t offset() const { return offset_; }
-    std::size_t remaining() const { return bytes_.size() - offset_; }
+    /// All of them; they have to stay.
+    Cursor(std::span<const std::byte> bytes, std::string file)
+        : bytes_(bytes), size_(bytes.size()), file_(std::move(file)) {}
+    /// size: how many the source has, or where that is not known the most it may have.
+    Cursor(Source source, std::uint64_t size, std::string file)
+        : source_(std::move(source)), size_(size), file_(std::move(file)) {}
+    Cursor(Cursor&&) = default;
+    Cursor(const Cursor&) = delete;
+
+    std::uint64_t offset() const { return before_ + at_; }
+    std::uint64_t remaining() const { return size_ - offset(); }
     const std::string& file() const { return file_; }
 
-    /// The next count bytes, which it steps over.
+    /// The next count bytes, which it steps over. They stay until more is asked for.
     const std::byte* take(std::size_t count, const char* what) {
         requireRows(1, count, what);
-        const std::byte* here = bytes_.data() + offset_;
-        offset_ += count;
+        if (count > bytes_.size() - at_) {
+            fetch(count);
+            requireRows(1, count, what);
+        }
+        const std::byte* here = bytes_.data() + at_;
+        at_ += count;
         return here;
     }
 
@@ -77,27 +92,46 @@ public:
         return loadBig<T>(take(sizeof(T), what));
     }
 
+    /// Steps over bytes of any number.
+    void skip(std::uint64_t count, const char* what) {
+        requireRows(1, count, what);
+        constexpr std::uint64_t kPiece = std::uint64_t{1} << 18;
+        for (; count > 0; count -= std::min(count, kPiece))
+            take(static_cast<std::size_t>(std::min(count, kPiece)), what);
+    }
+
     /// Fails unless rows of bytes_per_row each still fit in the file.
     void requireRows(std::uint64_t rows, std::uint64_t bytes_per_row, const char* what) const {
         if (bytes_per_row != 0 && rows > remaining() / bytes_per_row) failTruncated(rows, bytes_per_row, what);
     }
 
-    std::string_view rest() const { return {reinterpret_cast<const char*>(bytes_.data()) + offset_, remaining()}; }
+    /// At least so many of the bytes that follow, or all that are left; it does not step over them.
+    std::string_view peek(std::size_t count) {
+        if (count > bytes_.size() - at_) fetch(count);
+        return {reinterpret_cast<const char*>(bytes_.data()) + at_, bytes_.size() - at_};
+    }
 
     [[noreturn]] void fail(const std::string& text) const {
-        throw Error(file_ + ": byte " + std::to_string(offset_) + ": " + text);
+        throw Error(file_ + ": byte " + std::to_string(offset()) + ": " + text);
     }
 
 private:
+    /// Makes count bytes stand in memory, if there are as many.
+    void fetch(std::size_t count);
+
     [[noreturn]] void failTruncated(std::uint64_t rows, std::uint64_t bytes_per_row, const char* what) const {
         fail(std::string(what) + " needs " + (rows == 1 ? "" : std::to_string(rows) + " times ") +
              std::to_string(bytes_per_row) + " bytes, the file ends after " + std::to_string(remaining()) +
              " (truncated, or a damaged count)");
     }
 
-    std::span<const std::byte> bytes_;
+    Source source_;
+    Bytes buffer_;                      // of a source: what stands in memory
+    std::span<const std::byte> bytes_;  // what stands in memory
+    std::uint64_t before_ = 0;          // bytes before these
+    std::size_t at_ = 0;                // in these
+    std::uint64_t size_;
     std::string file_;
-    std::size_t offset_ = 0;
 };
 
 /// Collects bytes and hands them on in large pieces.
@@ -159,7 +193,10 @@ private:
     std::size_t used_ = 0;
 };
 
-/// The whole file. Throws Error with its name and the system's reason.
+/// A file, read as it goes. Throws Error with its name and the system's reason.
+Cursor openFile(const std::filesystem::path& path);
+
+/// The whole file.
 Bytes readWholeFile(const std::filesystem::path& path);
 
 }  // namespace betamesh

@@ -13,15 +13,14 @@ Curves readCurves(const std::filesystem::path& path) {
     const Extension extension = meshExtension(path);
     ReadOptions options;
     options.id.clear();  // of curves, an id is an attribute like any other
-    const Bytes bytes = readWholeFile(path);
     const std::string file = path.string();
     switch (extension) {
         case Extension::ply:
-            return curvesFrom(parsePly(bytes, file, options), file);
+            return curvesFrom(parsePly(openFile(path), options), file);
         case Extension::obj:
-            return curvesFrom(parseObj(bytes, file), file);
+            return curvesFrom(parseObj(readWholeFile(path), file), file);
         default:
-            return curvesFrom(parseBgeo(bytes, file, options), file);
+            return curvesFrom(parseBgeo(openFile(path), options), file);
     }
 }
 

@@ -66,11 +66,10 @@ void writeEncoded(const std::filesystem::path& path, const std::function<void(By
     if (name.ends_with(".sc")) throw Error(path.string() + ": .bgeo.sc cannot be written, expected .bgeo or .bgeo.gz");
     OutputFile file(path);
     if (name.ends_with(".gz")) {
-        Bytes plain;
-        ByteWriter out(
-            [&](std::span<const std::byte> piece) { plain.insert(plain.end(), piece.begin(), piece.end()); });
+        GzipWriter packed([&](std::span<const std::byte> piece) { file.write(piece); });
+        ByteWriter out([&](std::span<const std::byte> piece) { packed.write(piece); });
         encode(out);
-        file.write(gzip(plain));
+        packed.finish();
     } else {
         ByteWriter out([&](std::span<const std::byte> piece) { file.write(piece); });
         encode(out);

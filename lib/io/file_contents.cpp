@@ -6,6 +6,7 @@
 #include <cmath>
 #include <iterator>
 #include <limits>
+#include <utility>
 
 namespace betamesh {
 
@@ -25,28 +26,33 @@ std::string namesOf(const FileContents& contents) {
     return names.empty() ? "none" : names;
 }
 
-/// Takes the velocity out of the attributes; asked_for empty: whichever usual name exists.
-std::vector<Vec3f> takeVelocity(FileContents& contents, const std::string& asked_for, const std::string& file) {
+/// asked_for empty: whichever usual name exists. None where there are no points.
+const Attribute* velocityAmong(const FileContents& contents, const std::string& asked_for, const std::string& file) {
     const std::size_t n = contents.position.size();
-    if (n == 0) return {};
+    if (n == 0) return nullptr;
     std::vector<std::string> wanted{"v", "velocity", "vel"};
     if (!asked_for.empty()) wanted = {asked_for};
     for (const std::string& name : wanted) {
         const auto found = std::find_if(contents.attributes.begin(), contents.attributes.end(),
                                         [&](const Attribute& a) { return a.name == name; });
         if (found == contents.attributes.end()) continue;
-        if (isVelocity(*found, n)) {
-            std::vector<Vec3f> velocity = rowsOf(found->real);
-            contents.attributes.erase(found);
-            return velocity;
-        }
+        if (isVelocity(*found, n)) return &*found;
         if (!asked_for.empty())
             throw Error(file + ": velocity attribute '" + name + "' has " + std::to_string(found->components) +
                         (found->real.empty() ? " integers" : " floats") + " per point, expected 3 floats");
     }
     if (!asked_for.empty())
         throw Error(file + ": has no velocity attribute '" + asked_for + "', found " + namesOf(contents));
-    return {};
+    return nullptr;
+}
+
+/// Takes it out of the attributes.
+std::vector<Vec3f> takeVelocity(FileContents& contents, const std::string& asked_for, const std::string& file) {
+    const Attribute* found = velocityAmong(contents, asked_for, file);
+    if (found == nullptr) return {};
+    std::vector<Vec3f> velocity = rowsOf(found->real);
+    contents.attributes.erase(contents.attributes.begin() + (found - contents.attributes.data()));
+    return velocity;
 }
 
 template <typename Vector>
@@ -55,7 +61,7 @@ bool finite(const Vector& v) {
 }
 
 template <typename Vector>
-void requireFinite(const std::vector<Vector>& rows, const char* what, const std::string& file) {
+void requireFiniteVertices(const std::vector<Vector>& rows, const char* what, const std::string& file) {
     for (std::size_t i = 0; i < rows.size(); ++i)
         if (!finite(rows[i]))
             throw Error(file + ": vertex " + std::to_string(i) + ": " + what + " is (" + std::to_string(rows[i].x) +
@@ -78,8 +84,8 @@ void requireWritableVertices(const Surface& surface, const std::string& file) {
     if (!surface.velocity.empty() && surface.velocity.size() != n)
         throw Error(file + ": velocity has " + std::to_string(surface.velocity.size()) + " rows, expected none or " +
                     std::to_string(n));
-    requireFinite(surface.position, "position", file);
-    requireFinite(surface.velocity, "velocity", file);
+    requireFiniteVertices(surface.position, "position", file);
+    requireFiniteVertices(surface.velocity, "velocity", file);
 }
 
 template <typename Corners>
@@ -92,6 +98,89 @@ void requireCorners(const std::vector<Corners>& rows, const char* what, std::siz
 }
 
 }  // namespace
+
+namespace {
+
+/// all: how many there will be; a count that may be damaged, so it is believed only by and by.
+template <typename T>
+void appendNumbers(std::vector<T>&& more, std::uint64_t all, std::vector<T>& numbers) {
+    if (numbers.capacity() == 0 && more.size() >= all) {
+        numbers = std::move(more);
+        return;
+    }
+    const std::size_t wanted = numbers.size() + more.size();
+    if (numbers.capacity() < wanted)
+        numbers.reserve(std::max<std::size_t>(
+            wanted, static_cast<std::size_t>(std::min<std::uint64_t>(all, 2 * std::uint64_t{wanted}))));
+    numbers.insert(numbers.end(), more.begin(), more.end());
+}
+
+/// Whole numbers become real ones where some did not fit in 32 bits.
+void makeReal(Attribute& a) {
+    a.real.insert(a.real.end(), a.integer.begin(), a.integer.end());
+    a.integer.clear();
+}
+
+void appendAttribute(Attribute&& more, std::uint64_t all, Attribute& attribute) {
+    if (!attribute.real.empty() && !more.integer.empty()) makeReal(more);
+    if (!attribute.integer.empty() && !more.real.empty()) makeReal(attribute);
+    appendNumbers(std::move(more.real), all * attribute.components, attribute.real);
+    appendNumbers(std::move(more.integer), all * attribute.components, attribute.integer);
+}
+
+template <typename T>
+void keepRowsOf(const std::vector<std::uint32_t>& rows, std::size_t components, std::vector<T>& numbers) {
+    if (numbers.empty()) return;
+    for (std::size_t i = 0; i < rows.size(); ++i)
+        for (std::size_t c = 0; c < components; ++c) numbers[i * components + c] = numbers[rows[i] * components + c];
+    numbers.resize(rows.size() * components);
+}
+
+}  // namespace
+
+void append(FileContents&& points, std::uint64_t all, FileContents& contents) {
+    if (!std::exchange(contents.begun, true)) {
+        for (const Attribute& a : points.attributes) contents.attributes.push_back({a.name, a.components, {}, {}});
+    }
+    const auto moreOf = [&](const Attribute& a) {
+        return std::find_if(points.attributes.begin(), points.attributes.end(),
+                            [&](const Attribute& b) { return a.name == b.name && a.components == b.components; });
+    };
+    std::erase_if(contents.attributes, [&](const Attribute& a) { return moreOf(a) == points.attributes.end(); });
+    for (Attribute& a : contents.attributes) appendAttribute(std::move(*moreOf(a)), all, a);
+    if (contents.id.size() == contents.position.size() && points.id.size() == points.position.size())
+        appendNumbers(std::move(points.id), all, contents.id);
+    else
+        contents.id = {};
+    appendNumbers(std::move(points.position), all, contents.position);
+}
+
+void deliver(FileContents&& points, std::uint64_t all, const ReadOptions& options, FileContents& contents) {
+    if (options.points)
+        options.points(std::move(points), all);
+    else
+        append(std::move(points), all, contents);
+}
+
+void requireFinite(const FileContents& points, const AttributeNames& names, std::size_t first_row,
+                   const std::string& file) {
+    const Attribute* velocity = velocityAmong(points, names.velocity, file);
+    try {
+        requireFinite(points.position, "position", first_row);
+        if (velocity != nullptr) requireFinite(rowsOf(velocity->real), "velocity", first_row);
+    } catch (const Error& error) {
+        throw Error(file + ": " + error.what());
+    }
+}
+
+void keepRows(const std::vector<std::uint32_t>& rows, FileContents& points) {
+    keepRowsOf(rows, 1, points.position);
+    keepRowsOf(rows, 1, points.id);
+    for (Attribute& a : points.attributes) {
+        keepRowsOf(rows, a.components, a.real);
+        keepRowsOf(rows, a.components, a.integer);
+    }
+}
 
 Attribute integerAttribute(std::string name, std::uint32_t components, std::vector<std::int64_t> values) {
     using Limits = std::numeric_limits<std::int32_t>;

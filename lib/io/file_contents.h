@@ -8,6 +8,9 @@
 #include "io/file_info.h"
 #include "io/particle_file.h"
 
+#include <functional>
+#include <optional>
+
 namespace betamesh {
 
 /// Rows are points, in the order of the file. Attributes hold everything but position and the id that was
@@ -23,6 +26,7 @@ struct FileContents {
     std::vector<Edge> edges;                             ///< of curves: corners within the points, line after line
     bool declares_faces = false;                         ///< also when there are none
     bool declares_edges = false;                         ///< also when there are none
+    bool begun = false;                                  ///< points, perhaps none, were appended
 };
 
 /// The name of Mesh::component in files.
@@ -30,10 +34,26 @@ inline constexpr const char* kComponent = "component";
 
 /// What a reader is to look for.
 struct ReadOptions {
-    std::string id = "id";            ///< attribute that becomes FileContents::id; empty: none
-    bool faces = true;                ///< false: the points are enough
+    std::string id = "id";   ///< attribute that becomes FileContents::id; empty: none
+    bool attributes = true;  ///< false: the positions are enough
+    /// Takes the points, some thousands at a time: position, id and attributes. What is read has none then.
+    std::function<void(FileContents&& points, std::uint64_t all)> points{};  ///< all: how many the file says it has
+    bool faces = true;                                                       ///< false: the points are enough
     bool skip_unknown_faces = false;  ///< stop at primitives that are no polygons, rather than fail
 };
+
+/// Gives points that a reader found to whoever is to have them. all: how many the file says it has.
+void deliver(FileContents&& points, std::uint64_t all, const ReadOptions& options, FileContents& contents);
+
+/// Adds points to those of the same file that came before; an attribute that either lacks is left out.
+void append(FileContents&& points, std::uint64_t all, FileContents& contents);
+
+/// Leaves only some rows of the points, ascending.
+void keepRows(const std::vector<std::uint32_t>& rows, FileContents& points);
+
+/// Throws Error for a position or velocity that is not finite; first_row: the number of the first, for the text.
+void requireFinite(const FileContents& points, const AttributeNames& names, std::size_t first_row,
+                   const std::string& file);
 
 /// Integers as an attribute: float where some do not fit in 32 bits.
 Attribute integerAttribute(std::string name, std::uint32_t components, std::vector<std::int64_t> values);

@@ -20,15 +20,13 @@ FileContents contentsOf(const std::filesystem::path& path) {
     ReadOptions options;
     options.skip_unknown_faces = true;
     if (extension == Extension::vdb) return readVdb(path, options);
-    const Bytes bytes = readWholeFile(path);
-    const std::string file = path.string();
     switch (extension) {
         case Extension::ply:
-            return parsePly(bytes, file, options);
+            return parsePly(openFile(path), options);
         case Extension::obj:
-            return parseObj(bytes, file);
+            return parseObj(readWholeFile(path), path.string());
         default:
-            return parseBgeo(bytes, file, options);
+            return parseBgeo(openFile(path), options);
     }
 }
 

@@ -1,100 +1,175 @@
 #include "io/gzip.h"
 
+#include "core/parallel.h"
+
 #include <zlib.h>
 
 #include <algorithm>
+#include <memory>
 #include <new>
+#include <utility>
 
 namespace betamesh {
 
 namespace {
 
-constexpr std::size_t kPiece = std::size_t{1} << 20;
-constexpr int kGzipWindow = 15 + 16;  // the largest window; + 16: gzip, not zlib
-constexpr std::size_t kAlwaysAllowed = std::size_t{256} << 20;
-constexpr std::size_t kMaxGrowth = 100;
+constexpr std::size_t kPiece = std::size_t{1} << 18;
+constexpr int kWindowBits = 15;                // the largest
+constexpr int kGzipWindow = kWindowBits + 16;  // + 16: gzip, not zlib
+constexpr std::uint64_t kAlwaysAllowed = std::uint64_t{256} << 20;
+constexpr std::uint64_t kMaxGrowth = 100;
 
-// zlib counts in 32 bits; larger input is fed piece by piece.
-void feed(z_stream& stream, std::span<const std::byte> bytes, std::size_t& fed) {
-    if (stream.avail_in > 0 || fed == bytes.size()) return;
-    const std::size_t count = std::min(kPiece, bytes.size() - fed);
-    stream.next_in = const_cast<Bytef*>(reinterpret_cast<const Bytef*>(bytes.data() + fed));
-    stream.avail_in = static_cast<uInt>(count);
-    fed += count;
+constexpr std::size_t kWindow = std::size_t{1} << kWindowBits;
+constexpr std::size_t kBlock = std::size_t{1} << 20, kBlocksAtOnce = 16;
+
+class Inflater {
+public:
+    explicit Inflater(Cursor packed) : in_(std::move(packed)), packed_bytes_(in_.remaining()), limit_(limitOf(in_)) {
+        if (inflateInit2(&stream_, kGzipWindow) != Z_OK) throw std::bad_alloc();
+    }
+    ~Inflater() { inflateEnd(&stream_); }
+    Inflater(const Inflater&) = delete;
+    Inflater& operator=(const Inflater&) = delete;
+
+    static std::uint64_t limitOf(const Cursor& packed) {
+        return std::max(kAlwaysAllowed, packed.remaining() * kMaxGrowth);
+    }
+
+    std::size_t read(std::byte* to, std::size_t count) {
+        std::size_t made = 0;
+        while (made == 0 && !ended_) {
+            feed();
+            stream_.next_out = reinterpret_cast<Bytef*>(to);
+            stream_.avail_out = static_cast<uInt>(std::min(count, kPiece));
+            const uInt room = stream_.avail_out;
+            const int status = inflate(&stream_, Z_NO_FLUSH);
+            made = room - stream_.avail_out;
+            if (status == Z_STREAM_END)
+                endMember();
+            else if (status != Z_OK)
+                fail(status == Z_BUF_ERROR
+                         ? "truncated"
+                         : std::string("damaged (") + (stream_.msg != nullptr ? stream_.msg : "?") + ")");
+        }
+        made_ += made;
+        if (made_ > limit_)
+            throw Error(in_.file() + ": " + std::to_string(packed_bytes_) + " gzip bytes unpack to more than " +
+                        std::to_string(limit_) + ", expected particles; unpack it with gunzip if it is meant so");
+        return made;
+    }
+
+private:
+    void feed() {
+        if (stream_.avail_in > 0) return;
+        const auto count = static_cast<std::size_t>(std::min<std::uint64_t>(kPiece, in_.remaining()));
+        stream_.next_in = const_cast<Bytef*>(reinterpret_cast<const Bytef*>(in_.take(count, "gzip")));
+        stream_.avail_in = static_cast<uInt>(count);
+    }
+    void endMember() {
+        feed();
+        ended_ = true;
+        if (stream_.avail_in == 0 || *stream_.next_in != 0x1f) return;
+        if (stream_.avail_in == 1) {  // the other byte of its magic comes with the next piece
+            last_ = *std::exchange(stream_.next_in, &last_);
+            ended_ = !in_.peek(1).starts_with('\x8b');
+        } else {
+            ended_ = stream_.next_in[1] != 0x8b;
+        }
+        if (!ended_) inflateReset(&stream_);
+    }
+    [[noreturn]] void fail(const std::string& what) const {
+        throw Error(in_.file() + ": gzip stream is " + what + " near byte " +
+                    std::to_string(in_.offset() - stream_.avail_in));
+    }
+
+    Cursor in_;
+    z_stream stream_ = {};
+    std::uint64_t packed_bytes_, limit_, made_ = 0;
+    bool ended_ = false;
+    Bytef last_ = 0;
+};
+
+Bytef* mutableBytes(std::span<const std::byte> bytes) {
+    return const_cast<Bytef*>(reinterpret_cast<const Bytef*>(bytes.data()));
 }
 
-struct Inflater {
+// Deflated, and filled up to whole bytes.
+Bytes packedBlock(std::span<const std::byte> block, std::span<const std::byte> dictionary) {
     z_stream stream = {};
-    Inflater() {
-        if (inflateInit2(&stream, kGzipWindow) != Z_OK) throw std::bad_alloc();
-    }
-    ~Inflater() { inflateEnd(&stream); }
-};
+    if (deflateInit2(&stream, Z_DEFAULT_COMPRESSION, Z_DEFLATED, -kWindowBits, 8, Z_DEFAULT_STRATEGY) != Z_OK)
+        throw std::bad_alloc();
+    if (!dictionary.empty())
+        deflateSetDictionary(&stream, mutableBytes(dictionary), static_cast<uInt>(dictionary.size()));
+    constexpr std::size_t kFlush = 16;
+    Bytes packed(deflateBound(&stream, static_cast<uLong>(block.size())) + kFlush);
+    stream.next_in = mutableBytes(block);
+    stream.avail_in = static_cast<uInt>(block.size());
+    stream.next_out = reinterpret_cast<Bytef*>(packed.data());
+    stream.avail_out = static_cast<uInt>(packed.size());
+    deflate(&stream, Z_SYNC_FLUSH);
+    packed.resize(packed.size() - stream.avail_out);
+    deflateEnd(&stream);
+    return packed;
+}
 
-struct Deflater {
-    z_stream stream = {};
-    Deflater() {
-        if (deflateInit2(&stream, Z_DEFAULT_COMPRESSION, Z_DEFLATED, kGzipWindow, 8, Z_DEFAULT_STRATEGY) != Z_OK)
-            throw std::bad_alloc();
-    }
-    ~Deflater() { deflateEnd(&stream); }
-};
+std::uint32_t checkOf(std::span<const std::byte> bytes) {
+    return static_cast<std::uint32_t>(crc32(0, mutableBytes(bytes), static_cast<uInt>(bytes.size())));
+}
 
 }  // namespace
 
-bool isGzip(std::span<const std::byte> bytes) {
-    return bytes.size() >= 2 && bytes[0] == std::byte{0x1f} && bytes[1] == std::byte{0x8b};
+bool isGzip(Cursor& in) { return in.peek(2).starts_with("\x1f\x8b"); }
+
+Cursor gunzipped(Cursor packed) {
+    const std::string file = packed.file();
+    const std::uint64_t limit = Inflater::limitOf(packed);
+    const auto inflater = std::make_shared<Inflater>(std::move(packed));
+    return {[inflater](std::byte* to, std::size_t count) { return inflater->read(to, count); }, limit, file};
 }
 
-Bytes gunzip(std::span<const std::byte> bytes, const std::string& file) {
-    const std::size_t limit = std::max(kAlwaysAllowed, bytes.size() * kMaxGrowth);
-    Inflater inflater;
-    z_stream& stream = inflater.stream;
-    Bytes out;
-    out.reserve(bytes.size() * 4);
-    Bytes piece(kPiece);
-    std::size_t fed = 0;
-    for (;;) {
-        feed(stream, bytes, fed);
-        stream.next_out = reinterpret_cast<Bytef*>(piece.data());
-        stream.avail_out = static_cast<uInt>(piece.size());
-        const int status = inflate(&stream, Z_NO_FLUSH);
-        const std::size_t made = piece.size() - stream.avail_out;
-        if (made > limit - out.size())
-            throw Error(file + ": " + std::to_string(bytes.size()) + " gzip bytes unpack to more than " +
-                        std::to_string(limit) + ", expected particles; unpack it with gunzip if it is meant so");
-        out.insert(out.end(), piece.begin(), piece.begin() + static_cast<std::ptrdiff_t>(made));
-        if (status == Z_STREAM_END) {
-            feed(stream, bytes, fed);
-            const bool more = stream.avail_in > 1 && stream.next_in[0] == 0x1f && stream.next_in[1] == 0x8b;
-            if (!more) return out;
-            inflateReset(&stream);
-        } else if (status != Z_OK) {
-            const bool ended = status == Z_BUF_ERROR;
-            throw Error(file + ": gzip stream is " +
-                        (ended ? std::string("truncated")
-                               : std::string("damaged (") + (stream.msg != nullptr ? stream.msg : "?") + ")") +
-                        " near byte " + std::to_string(fed - stream.avail_in));
-        }
+GzipWriter::GzipWriter(Drain drain) : drain_(std::move(drain)), check_(checkOf({})) {
+    constexpr std::array<std::uint8_t, 10> kHeader{0x1f, 0x8b, 8, 0, 0, 0, 0, 0, 0, 3};  // deflate; Unix
+    drain_(std::as_bytes(std::span(kHeader)));
+}
+
+void GzipWriter::write(std::span<const std::byte> bytes) {
+    while (!bytes.empty()) {
+        const std::size_t count = std::min(bytes.size(), kBlock * kBlocksAtOnce - waiting_.size());
+        waiting_.insert(waiting_.end(), bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(count));
+        bytes = bytes.subspan(count);
+        if (waiting_.size() == kBlock * kBlocksAtOnce) pack();
     }
 }
 
-Bytes gzip(std::span<const std::byte> bytes) {
-    Deflater deflater;
-    z_stream& stream = deflater.stream;
-    Bytes out;
-    Bytes piece(kPiece);
-    std::size_t fed = 0;
-    int status = Z_OK;
-    while (status != Z_STREAM_END) {
-        feed(stream, bytes, fed);
-        stream.next_out = reinterpret_cast<Bytef*>(piece.data());
-        stream.avail_out = static_cast<uInt>(piece.size());
-        status = deflate(&stream, fed == bytes.size() ? Z_FINISH : Z_NO_FLUSH);
-        const std::size_t made = piece.size() - stream.avail_out;
-        out.insert(out.end(), piece.begin(), piece.begin() + static_cast<std::ptrdiff_t>(made));
+void GzipWriter::pack() {
+    const std::span<const std::byte> all(waiting_);
+    std::vector<Bytes> packed((all.size() + kBlock - 1) / kBlock);
+    std::vector<std::uint32_t> check(packed.size());
+    const auto block = [&](std::size_t b) {
+        return all.subspan(b * kBlock, std::min(kBlock, all.size() - b * kBlock));
+    };
+    parallelFor(packed.size(), 1, [&](std::size_t b) {
+        packed[b] = packedBlock(block(b), b > 0 ? block(b - 1).last(kWindow) : std::span(std::as_const(dictionary_)));
+        check[b] = checkOf(block(b));
+    });
+    for (std::size_t b = 0; b < packed.size(); ++b) {
+        drain_(packed[b]);
+        const auto length = static_cast<z_off_t>(block(b).size());
+        check_ = static_cast<std::uint32_t>(crc32_combine(check_, check[b], length));
     }
-    return out;
+    size_ += static_cast<std::uint32_t>(all.size());
+    const auto end = all.last(std::min(kWindow, all.size()));
+    dictionary_.assign(end.begin(), end.end());
+    waiting_.clear();
+}
+
+void GzipWriter::finish() {
+    pack();
+    ByteWriter end(drain_);
+    end.little(std::uint16_t{3});  // an empty last block
+    end.little(check_);
+    end.little(size_);
+    end.flush();
 }
 
 }  // namespace betamesh

@@ -13,15 +13,14 @@ Mesh readMesh(const std::filesystem::path& path) {
     const Extension extension = meshExtension(path);
     ReadOptions options;
     options.id.clear();  // of a mesh, an id is an attribute like any other
-    const Bytes bytes = readWholeFile(path);
     const std::string file = path.string();
     switch (extension) {
         case Extension::ply:
-            return meshFrom(parsePly(bytes, file, options), file);
+            return meshFrom(parsePly(openFile(path), options), file);
         case Extension::obj:
-            return meshFrom(parseObj(bytes, file), file);
+            return meshFrom(parseObj(readWholeFile(path), file), file);
         default:
-            return meshFrom(parseBgeo(bytes, file, options), file);
+            return meshFrom(parseBgeo(openFile(path), options), file);
     }
 }
 

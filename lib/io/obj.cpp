@@ -155,10 +155,10 @@ FileContents parseObj(std::span<const std::byte> bytes, const std::string& file)
     FileContents contents;
     contents.format = "obj";
     contents.declared.push_back({"v", "float", 3, {}});
-    const Cursor in(bytes, file);
-    if (in.rest().find('\0') != std::string_view::npos)
+    const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+    if (text.find('\0') != std::string_view::npos)
         throw Error(file + ": holds zero bytes, expected the text of an .obj file");
-    ObjReader(in.rest(), file, contents).readAll();
+    ObjReader(text, file, contents).readAll();
     contents.declares_faces = !contents.declares_edges || !contents.triangles.empty();
     return contents;
 }

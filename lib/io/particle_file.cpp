@@ -3,23 +3,75 @@
 #include "io/bgeo.h"
 #include "io/bytes.h"
 #include "io/extension.h"
+#include "io/file_contents.h"
 #include "io/output_file.h"
 #include "io/ply.h"
 #include "io/vdb.h"
 
+#include <utility>
+
 namespace betamesh {
 
-Particles readParticles(const std::filesystem::path& path, const AttributeNames& names) {
-    const Extension extension = particleExtension(path);
+namespace {
+
+/// All but the points, which the options' function takes.
+FileContents readPoints(const std::filesystem::path& path, ReadOptions& options) {
+    options.faces = false;
+    switch (particleExtension(path)) {
+        case Extension::vdb:
+            return readVdb(path, options);
+        case Extension::ply:
+            return parsePly(openFile(path), options);
+        default:
+            return parseBgeo(openFile(path), options);
+    }
+}
+
+/// rows: those to be kept; none: all.
+Particles readRows(const std::filesystem::path& path, const AttributeNames& names,
+                   const std::vector<std::uint32_t>* rows) {
+    const std::string file = path.string();
     ReadOptions options;
     if (!names.id.empty()) options.id = names.id;
-    options.faces = false;
-    const std::string file = path.string();
-    if (extension == Extension::vdb) return particlesFrom(readVdb(path, options), names, file);
-    const Bytes bytes = readWholeFile(path);
-    FileContents contents =
-        extension == Extension::ply ? parsePly(bytes, file, options) : parseBgeo(bytes, file, options);
-    return particlesFrom(std::move(contents), names, file);
+    FileContents kept;
+    std::size_t row = 0, next = 0;  // of the file, and among those to be kept
+    options.points = [&](FileContents&& points, std::uint64_t all) {
+        requireFinite(points, names, row, file);
+        const std::size_t first = std::exchange(row, row + points.position.size());
+        if (rows) {
+            std::vector<std::uint32_t> among;
+            for (; next < rows->size() && (*rows)[next] < row; ++next)
+                among.push_back((*rows)[next] - static_cast<std::uint32_t>(first));
+            keepRows(among, points);
+            all = rows->size();
+        }
+        append(std::move(points), all, kept);
+    };
+    kept.declared = readPoints(path, options).declared;
+    return particlesFrom(std::move(kept), names, file);
+}
+
+}  // namespace
+
+Particles readParticles(const std::filesystem::path& path, const AttributeNames& names) {
+    return readRows(path, names, nullptr);
+}
+
+Particles readParticles(const std::filesystem::path& path, const AttributeNames& names,
+                        const std::vector<std::uint32_t>& rows) {
+    return readRows(path, names, &rows);
+}
+
+void forPositions(const std::filesystem::path& path, const std::function<void(std::span<const Vec3f>)>& visit) {
+    ReadOptions options;
+    options.attributes = false;
+    std::size_t row = 0;
+    options.points = [&](FileContents&& points, std::uint64_t) {
+        requireFinite(points, {}, row, path.string());
+        row += points.position.size();
+        visit(points.position);
+    };
+    readPoints(path, options);
 }
 
 void prepareToReadParticles(const std::filesystem::path& path) {

@@ -5,6 +5,8 @@
 #include "core/particles.h"
 
 #include <filesystem>
+#include <functional>
+#include <span>
 #include <string>
 
 namespace betamesh {
@@ -23,6 +25,13 @@ struct AttributeNames {
 /// errors  an unknown extension (lists the known ones); a file that is missing, damaged or of another
 ///         kind: the text begins with the file's name
 Particles readParticles(const std::filesystem::path& path, const AttributeNames& names = {});
+
+/// The same of some rows, ascending; the others are looked at, too, but never all in memory.
+Particles readParticles(const std::filesystem::path& path, const AttributeNames& names,
+                        const std::vector<std::uint32_t>& rows);
+
+/// Calls visit(positions) for all particles, some thousands at a time in the order of their rows; finite ones.
+void forPositions(const std::filesystem::path& path, const std::function<void(std::span<const Vec3f>)>& visit);
 
 /// Loads what reading such a file takes: done before memory is limited, it does not count.
 void prepareToReadParticles(const std::filesystem::path& path);

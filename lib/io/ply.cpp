@@ -4,6 +4,7 @@
 #include <charconv>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 namespace betamesh {
 
@@ -140,12 +141,13 @@ private:
 
     std::string_view nextLine() {
         ++line_;
-        const std::string_view rest = in_.rest();
+        std::string_view rest = in_.peek(1);
+        if (rest.find('\n') == std::string_view::npos) rest = in_.peek(kMaxHeaderBytes);
         const std::size_t length = rest.substr(0, kMaxHeaderBytes).find('\n');
         if (length == std::string_view::npos || in_.offset() + length > kMaxHeaderBytes)
             fail("no end_header, expected one within a MiB");
-        in_.take(length + 1, "header");
         std::string_view line = rest.substr(0, length);
+        in_.take(length + 1, "header");
         if (line.ends_with('\r')) line.remove_suffix(1);
         return line;
     }
@@ -234,7 +236,7 @@ public:
     }
     void skip(Number type, std::uint64_t count) {
         in_.requireRows(count, sizeOf(type), "a list");
-        in_.take(count * sizeOf(type), "a list");
+        in_.skip(count * sizeOf(type), "a list");
     }
     void requireItems(std::uint64_t count, Number type) const { in_.requireRows(count, sizeOf(type), "a list"); }
 
@@ -245,8 +247,8 @@ public:
     }
     [[noreturn]] void fail(const std::string& text) const { in_.fail(text); }
 
-    /// All rows of an element without lists at once.
-    const std::byte* takeRows(std::uint64_t rows, std::size_t row_bytes) { return in_.take(rows * row_bytes, "rows"); }
+    /// Rows of an element without lists at once.
+    const std::byte* takeRows(std::size_t rows, std::size_t row_bytes) { return in_.take(rows * row_bytes, "rows"); }
     bool otherOrder() const { return other_order_; }
 
 private:
@@ -260,7 +262,7 @@ private:
 
 class AsciiSource {
 public:
-    explicit AsciiSource(Cursor& in) : in_(in), begin_(in.rest().data()), at_(begin_), end_(begin_ + in.remaining()) {}
+    explicit AsciiSource(Cursor& in) : in_(in) {}
 
     float real(Number type) {
         if (!isReal(type)) return static_cast<float>(whole(type));
@@ -293,29 +295,40 @@ public:
     }
     /// A number and the space before the next take two characters.
     void requireItems(std::uint64_t count, Number) const {
-        if (count > static_cast<std::uint64_t>(end_ - at_) / 2 + 1)
+        if (count > in_.remaining() / 2 + 1)
             fail("a list of " + std::to_string(count) + " numbers does not fit in the rest of the file");
     }
     void requireRows(const Element& element) const {
-        const std::uint64_t numbers = static_cast<std::uint64_t>(end_ - at_) / 2 + 1;
+        const std::uint64_t numbers = in_.remaining() / 2 + 1;
         if (element.rows > numbers / element.properties.size())
             fail(std::to_string(element.rows) + " rows of '" + element.name +
                  "' do not fit in the rest of the file (truncated, or a damaged count)");
     }
-    [[noreturn]] void fail(const std::string& text) const {
-        throw Error(in_.file() + ": byte " + std::to_string(in_.offset() + static_cast<std::size_t>(at_ - begin_)) +
-                    ": " + text);
-    }
+    [[noreturn]] void fail(const std::string& text) const { in_.fail(text); }
 
 private:
     static bool isSpace(char c) { return c == ' ' || (c >= '\t' && c <= '\r'); }
 
+    /// Stays until the next.
     std::string_view next() {
-        while (at_ != end_ && isSpace(*at_)) ++at_;
-        const char* word = at_;
-        while (at_ != end_ && !isSpace(*at_)) ++at_;
-        if (word == at_) fail("the file ends, expected more numbers (truncated, or a damaged count)");
-        return {word, static_cast<std::size_t>(at_ - word)};
+        constexpr std::size_t kLongest = 4096;  // of any number
+        std::size_t begin = 0;
+        std::string_view text = in_.peek(kLongest);
+        for (;;) {
+            while (begin < text.size() && isSpace(text[begin])) ++begin;
+            if (begin < text.size()) break;
+            if (text.empty()) fail("the file ends, expected more numbers (truncated, or a damaged count)");
+            in_.take(std::exchange(begin, 0), "white space");
+            text = in_.peek(kLongest);
+        }
+        if (text.size() - begin < kLongest) {
+            in_.take(std::exchange(begin, 0), "white space");
+            text = in_.peek(kLongest);
+        }
+        std::size_t end = begin;
+        while (end < text.size() && !isSpace(text[end])) ++end;
+        in_.take(end, "a number");
+        return text.substr(begin, end - begin);
     }
     template <typename T>
     static bool parse(std::string_view word, T& value) {
@@ -325,48 +338,41 @@ private:
     }
 
     Cursor& in_;
-    const char* begin_;
-    const char* at_;
-    const char* end_;
 };
 
 /// One scalar property of all vertices; exactly one of the two is filled.
 struct Column {
     bool is_real = true;
+    bool wanted = true;
     std::vector<float> real;
     std::vector<std::int64_t> whole;
 };
 
 class VertexReader {
 public:
-    VertexReader(const Element& element, const ReadOptions& options) : element_(element), columns_(listOf(element)) {
+    VertexReader(const Element& element, const ReadOptions& options, const std::string& file)
+        : element_(element), options_(options), columns_(listOf(element)) {
         for (std::size_t c = 0; c < columns_.size(); ++c) {
             const Property& p = element.properties[c];
             columns_[c].is_real = isReal(p.type) && p.name != options.id;
+            columns_[c].wanted = !p.is_list && (options.attributes || isCoordinate(p));
         }
+        for (const char* name : {"x", "y", "z"}) coordinate(name, file);
     }
 
+    /// Some thousands of rows at a time, which stay in the processor's cache.
     template <typename Source>
-    void read(Source& source) {
-        for (std::size_t c = 0; c < columns_.size(); ++c) {
-            if (element_.properties[c].is_list) continue;
-            if (columns_[c].is_real)
-                columns_[c].real.resize(element_.rows);
-            else
-                columns_[c].whole.resize(element_.rows);
-        }
-        if constexpr (std::is_same_v<Source, BinarySource>)
-            if (readAtOnce(source)) return;
-        for (std::uint64_t row = 0; row < element_.rows; ++row)
-            for (std::size_t c = 0; c < columns_.size(); ++c) {
-                const Property& p = element_.properties[c];
-                if (p.is_list)
-                    skipList(source, p);
-                else if (columns_[c].is_real)
-                    columns_[c].real[row] = source.real(p.type);
-                else
-                    columns_[c].whole[row] = source.whole(p.type);
-            }
+    void read(Source& source, FileContents& contents) {
+        constexpr std::uint64_t kRowsAtOnce = 1 << 14;
+        std::uint64_t row = 0;
+        do {  // once where there are none, too: names of attributes are told
+            rows_ = static_cast<std::size_t>(std::min(kRowsAtOnce, element_.rows - row));
+            for (Column& column : columns_)
+                if (column.wanted) (column.is_real ? column.real.resize(rows_) : column.whole.resize(rows_));
+            readRows(source);
+            deliver(assembled(), element_.rows, options_, contents);
+            row += rows_;
+        } while (row < element_.rows);
     }
 
     template <typename Source>
@@ -376,24 +382,33 @@ public:
         source.skip(p.type, static_cast<std::uint64_t>(count));
     }
 
-    void moveInto(FileContents& contents, const ReadOptions& options, const std::string& file) {
-        Column& x = coordinate("x", file);
-        Column& y = coordinate("y", file);
-        Column& z = coordinate("z", file);
-        contents.position.resize(element_.rows);
-        for (std::size_t i = 0; i < contents.position.size(); ++i)
-            contents.position[i] = {numberAt(x, i), numberAt(y, i), numberAt(z, i)};
-        for (std::size_t c = 0; c < columns_.size();) c += moveOne(c, contents, options);
-    }
-
 private:
     static std::vector<Column> listOf(const Element& element) { return std::vector<Column>(element.properties.size()); }
+    static bool isCoordinate(const Property& p) { return p.name == "x" || p.name == "y" || p.name == "z"; }
     static float numberAt(const Column& column, std::size_t i) {
         return column.is_real ? column.real[i] : static_cast<float>(column.whole[i]);
     }
 
-    /// Column by column, which is several times faster than number by number.
-    bool readAtOnce(BinarySource& source) {
+    template <typename Source>
+    void readRows(Source& source) {
+        if constexpr (std::is_same_v<Source, BinarySource>)
+            if (readByColumns(source)) return;
+        for (std::size_t row = 0; row < rows_; ++row)
+            for (std::size_t c = 0; c < columns_.size(); ++c) {
+                const Property& p = element_.properties[c];
+                if (p.is_list)
+                    skipList(source, p);
+                else if (!columns_[c].wanted)
+                    source.skip(p.type, 1);
+                else if (columns_[c].is_real)
+                    columns_[c].real[row] = source.real(p.type);
+                else
+                    columns_[c].whole[row] = source.whole(p.type);
+            }
+    }
+
+    /// Several times faster than number by number.
+    bool readByColumns(BinarySource& source) {
         std::size_t row_bytes = 0;
         for (const Property& p : element_.properties) {
             if (p.is_list) return false;
@@ -401,12 +416,12 @@ private:
                 return false;  // an id as a real number: every one is checked
             row_bytes += sizeOf(p.type);
         }
-        const std::byte* at = source.takeRows(element_.rows, row_bytes);
+        const std::byte* at = source.takeRows(rows_, row_bytes);
         for (std::size_t c = 0; c < columns_.size(); ++c) {
             const Number type = element_.properties[c].type;
             withType(type, [&](auto zero) {
                 using T = decltype(zero);
-                for (std::size_t row = 0; row < element_.rows; ++row) {
+                for (std::size_t row = 0; row < (columns_[c].wanted ? rows_ : 0); ++row) {
                     const T value = loadNumber<T>(at + row * row_bytes, source.otherOrder());
                     if constexpr (std::is_floating_point_v<T>)
                         columns_[c].real[row] = static_cast<float>(value);
@@ -419,7 +434,16 @@ private:
         return true;
     }
 
-    Column& coordinate(const char* name, const std::string& file) {
+    FileContents assembled() {
+        FileContents rows;
+        const Column &x = coordinate("x", ""), &y = coordinate("y", ""), &z = coordinate("z", "");
+        rows.position.resize(rows_);
+        for (std::size_t i = 0; i < rows_; ++i) rows.position[i] = {numberAt(x, i), numberAt(y, i), numberAt(z, i)};
+        for (std::size_t c = 0; c < columns_.size();) c += columns_[c].wanted ? moveOne(c, rows) : 1;
+        return rows;
+    }
+
+    const Column& coordinate(const char* name, const std::string& file) const {
         for (std::size_t c = 0; c < columns_.size(); ++c)
             if (element_.properties[c].name == name && !element_.properties[c].is_list) return columns_[c];
         throw Error(file + ": element 'vertex' has no property '" + name + "', expected x, y and z");
@@ -447,10 +471,10 @@ private:
     }
 
     /// Returns how many columns it took.
-    std::size_t moveOne(std::size_t c, FileContents& contents, const ReadOptions& options) {
+    std::size_t moveOne(std::size_t c, FileContents& contents) const {
         const Property& p = element_.properties[c];
-        if (p.is_list || p.name == "x" || p.name == "y" || p.name == "z") return 1;
-        if (p.name == options.id) {
+        if (isCoordinate(p)) return 1;
+        if (p.name == options_.id) {
             for (const std::int64_t id : columns_[c].whole) contents.id.push_back(idFrom(id));
             return 1;
         }
@@ -480,7 +504,9 @@ private:
     }
 
     const Element& element_;
+    const ReadOptions& options_;
     std::vector<Column> columns_;
+    std::size_t rows_ = 0;  // in them
 };
 
 bool isFaceList(const Property& p) { return p.is_list && (p.name == "vertex_indices" || p.name == "vertex_index"); }
@@ -491,9 +517,8 @@ bool isComponent(const Property& p) {
 }
 
 template <typename Source>
-void readFaces(Source& source, const Element& element, FileContents& contents) {
+void readFaces(Source& source, const Element& element, std::uint64_t points, FileContents& contents) {
     std::vector<std::uint32_t> corners;
-    const std::size_t points = contents.position.size();
     const auto& properties = element.properties;
     if (std::any_of(properties.begin(), properties.end(), isComponent)) contents.component.emplace();
     for (std::uint64_t row = 0; row < element.rows; ++row) {
@@ -538,8 +563,7 @@ bool isEdges(const Element& element) {
 }
 
 template <typename Source>
-void readEdges(Source& source, const Element& element, FileContents& contents) {
-    const std::size_t points = contents.position.size();
+void readEdges(Source& source, const Element& element, std::uint64_t points, FileContents& contents) {
     for (std::uint64_t row = 0; row < element.rows; ++row) {
         Edge edge{};
         for (const Property& p : element.properties) {
@@ -565,23 +589,23 @@ template <typename Source>
 void readElements(Source& source, const Header& header, const ReadOptions& options, const std::string& file,
                   FileContents& contents) {
     bool has_vertices = false;
+    std::uint64_t points = 0;
     for (const Element& element : header.elements) {
         if (has_vertices && !options.faces) return;
         if (element.properties.empty()) continue;
         source.requireRows(element);
         if (element.name == "vertex") {
-            VertexReader reader(element, options);
-            reader.read(source);
-            reader.moveInto(contents, options, file);
+            VertexReader(element, options, file).read(source, contents);
+            points = element.rows;
             has_vertices = true;
         } else if (element.name == "face") {
             if (!has_vertices) throw Error(file + ": faces stand before the vertices, expected after");
             contents.declares_faces = true;
-            readFaces(source, element, contents);
+            readFaces(source, element, points, contents);
         } else if (isEdges(element)) {
             if (!has_vertices) throw Error(file + ": edges stand before the vertices, expected after");
             contents.declares_edges = true;
-            readEdges(source, element, contents);
+            readEdges(source, element, points, contents);
         } else {
             for (std::uint64_t row = 0; row < element.rows; ++row)
                 for (const Property& p : element.properties) {
@@ -660,8 +684,8 @@ void requireAttributes(const std::vector<Attribute>& attributes, std::size_t n, 
 
 }  // namespace
 
-FileContents parsePly(std::span<const std::byte> bytes, const std::string& file, const ReadOptions& options) {
-    Cursor in(bytes, file);
+FileContents parsePly(Cursor in, const ReadOptions& options) {
+    const std::string& file = in.file();
     const Header header = HeaderReader(in).read();
     FileContents contents;
     for (const Element& element : header.elements)

@@ -14,7 +14,7 @@ namespace betamesh {
 /// a_0 a_1 … of one kind become one attribute a; vx vy vz becomes v. Faces are the list vertex_indices or
 /// vertex_index of the element `face`, the whole number `component` beside it; edges are vertex1 vertex2 of
 /// the element `edge`. Other elements and lists are passed over.
-FileContents parsePly(std::span<const std::byte> bytes, const std::string& file, const ReadOptions& options = {});
+FileContents parsePly(Cursor in, const ReadOptions& options = {});
 
 void encodePly(ByteWriter& out, const Particles& particles, const std::string& file);
 void encodePly(ByteWriter& out, const Mesh& mesh, const std::string& file);

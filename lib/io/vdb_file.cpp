@@ -10,20 +10,24 @@
 #include <openvdb/io/File.h>
 #include <openvdb/openvdb.h>
 #include <openvdb/points/PointAttribute.h>
+#include <openvdb/points/PointCount.h>
 #include <openvdb/points/PointDataGrid.h>
 
 #include <algorithm>
 #include <array>
 #include <cerrno>
 #include <cmath>
+#include <exception>
 #include <fstream>
 #include <limits>
+#include <map>
 #include <mutex>
 #include <new>
 #include <span>
 #include <sstream>
 #include <system_error>
 #include <tuple>
+#include <utility>
 
 namespace betamesh {
 
@@ -125,15 +129,14 @@ ColumnKind kindOf(const std::string& value_type) {
     return {};
 }
 
-/// One attribute of all grids. Exactly one of the two is filled.
+/// One attribute. Exactly one of the two is filled.
 struct Column {
     std::string name;
     std::string value_type;
     std::uint32_t components = 0;
     bool whole = false;
-    std::vector<float> reals;
-    std::vector<std::int64_t> wholes;
-    std::size_t grids = 0;  ///< how many have it
+    std::vector<float> reals{};
+    std::vector<std::int64_t> wholes{};
 };
 
 template <typename Value>
@@ -182,36 +185,51 @@ void appendPositions(const points::PointDataTree::LeafNodeType& leaf, const poin
     }
 }
 
+/// What went wrong with whoever takes the points.
+struct NotOfReading {
+    std::exception_ptr what;
+};
+
+using Leaf = points::PointDataTree::LeafNodeType;
+
 class GridReader {
 public:
-    GridReader(FileContents& contents, std::vector<Column>& columns) : contents_(contents), columns_(columns) {}
+    GridReader(FileContents& contents, const ReadOptions& options) : contents_(contents), options_(options) {}
 
-    void read(const points::PointDataGrid& grid) {
-        const auto first = grid.tree().cbeginLeaf();
-        if (!first) return;
-        declare(first->attributeSet());
-        for (auto leaf = grid.tree().cbeginLeaf(); leaf; ++leaf) readLeaf(*leaf, grid.transform());
+    /// Leaf by leaf; each goes as it has been read.
+    void read(points::PointDataGrid& grid) {
+        const vdb::Index64 points = vdb::points::pointCount(grid.tree());
+        std::vector<Leaf*> leaves;
+        for (auto leaf = grid.tree().beginLeaf(); leaf; ++leaf) leaves.push_back(leaf.getLeaf());
+        if (leaves.empty()) return;
+        declare(leaves.front()->attributeSet());
+        for (Leaf* leaf : leaves) {
+            readLeaf(*leaf, grid.transform());
+            leaf->clearAttributes();
+            if (positions_.size() >= kRowsAtOnce || leaf == leaves.back()) handOver(points);
+        }
     }
 
 private:
-    /// Columns of this grid, in the order of its attributes.
+    static constexpr std::size_t kRowsAtOnce = 1 << 14;
+
+    /// Columns of this grid, in the order of its attributes. One that an earlier grid has as something else is left
+    /// out.
     void declare(const points::AttributeSet& attributes) {
-        names_.assign(attributes.size(), {});
-        for (const auto& [name, position] : attributes.descriptor().map()) names_.at(position) = name;
-        for (std::size_t i = 0; i < names_.size(); ++i) {
+        std::vector<std::string> names(attributes.size());
+        for (const auto& [name, position] : attributes.descriptor().map()) names.at(position) = name;
+        columns_.clear();
+        for (std::size_t i = 0; i < names.size(); ++i) {
             const points::AttributeArray& array = *attributes.getConst(i);
-            declareInfo(names_[i], array);
+            declareInfo(names[i], array);
             const ColumnKind kind = kindOf(array.valueType());
-            if (names_[i] == "P" || kind.components == 0 || points::isGroup(array) || !array.hasConstantStride())
+            if (names[i] == "P" || kind.components == 0 || points::isGroup(array) || !array.hasConstantStride() ||
+                !options_.attributes)
                 continue;
             const std::uint32_t components = kind.components * array.stride();
-            auto found =
-                std::find_if(columns_.begin(), columns_.end(), [&](const Column& c) { return c.name == names_[i]; });
-            if (found == columns_.end())
-                found =
-                    columns_.insert(columns_.end(), {names_[i], array.valueType(), components, kind.whole, {}, {}, 0});
-            if (found->whole == kind.whole && found->components == components) ++found->grids;
-            found->value_type = array.valueType();
+            const auto first = kinds_.try_emplace(names[i], components, kind.whole).first->second;
+            if (first == std::pair(components, kind.whole))
+                columns_.push_back({names[i], array.valueType(), components, kind.whole});
         }
     }
 
@@ -224,18 +242,18 @@ private:
             {name, points::isGroup(array) ? "group" : array.valueType(), components * array.stride(), codec});
     }
 
-    void readLeaf(const points::PointDataTree::LeafNodeType& leaf, const vdb::math::Transform& transform) {
+    void readLeaf(const Leaf& leaf, const vdb::math::Transform& transform) {
         leaf.validateOffsets();
         const points::AttributeSet& attributes = leaf.attributeSet();
         const points::AttributeArray* position = attributes.getConst("P");
         if (position == nullptr) throw Error("a leaf has no attribute 'P'");
         if (position->valueType() == "vec3d")
-            appendPositions<vdb::Vec3d>(leaf, *position, transform, contents_.position);
+            appendPositions<vdb::Vec3d>(leaf, *position, transform, positions_);
         else
-            appendPositions<vdb::Vec3f>(leaf, *position, transform, contents_.position);
+            appendPositions<vdb::Vec3f>(leaf, *position, transform, positions_);
         for (Column& column : columns_) {
             const points::AttributeArray* array = attributes.getConst(column.name);
-            if (array == nullptr || std::find(names_.begin(), names_.end(), column.name) == names_.end()) continue;
+            if (array == nullptr) continue;
             if (array->size() != position->size())
                 throw Error("attribute '" + column.name + "' has " + std::to_string(array->size()) + " rows, 'P' " +
                             std::to_string(position->size()));
@@ -243,29 +261,39 @@ private:
         }
     }
 
-    FileContents& contents_;
-    std::vector<Column>& columns_;
-    std::vector<std::string> names_;
-};
-
-/// A column that some grid lacks, or has as something else, has no row for every point: it is left out.
-void moveInto(FileContents& contents, std::vector<Column>& columns, std::size_t grids, const ReadOptions& options) {
-    const std::size_t n = contents.position.size();
-    for (Column& column : columns) {
-        const std::size_t numbers = column.whole ? column.wholes.size() : column.reals.size();
-        if (column.grids != grids || numbers != n * column.components) continue;
-        if (column.whole && column.components == 1 && column.name == options.id) {
-            const bool short_id = column.value_type != "int64";
-            for (const std::int64_t id : column.wholes)
-                contents.id.push_back(short_id ? static_cast<std::uint32_t>(static_cast<std::int32_t>(id))
+    /// A column that some leaf lacks has no row for every point: it is left out.
+    void handOver(std::uint64_t all) {
+        FileContents rows;
+        rows.position = std::exchange(positions_, {});
+        for (Column& column : columns_) {
+            const std::vector<float> reals = std::exchange(column.reals, {});
+            std::vector<std::int64_t> wholes = std::exchange(column.wholes, {});
+            const std::size_t numbers = column.whole ? wholes.size() : reals.size();
+            if (numbers != rows.position.size() * column.components) continue;
+            if (column.whole && column.components == 1 && column.name == options_.id) {
+                const bool short_id = column.value_type != "int64";
+                for (const std::int64_t id : wholes)
+                    rows.id.push_back(short_id ? static_cast<std::uint32_t>(static_cast<std::int32_t>(id))
                                                : static_cast<std::uint64_t>(id));
-        } else if (column.whole) {
-            contents.attributes.push_back(integerAttribute(column.name, column.components, std::move(column.wholes)));
-        } else {
-            contents.attributes.push_back({column.name, column.components, std::move(column.reals), {}});
+            } else if (column.whole) {
+                rows.attributes.push_back(integerAttribute(column.name, column.components, std::move(wholes)));
+            } else {
+                rows.attributes.push_back({column.name, column.components, reals, {}});
+            }
+        }
+        try {
+            deliver(std::move(rows), all, options_, contents_);
+        } catch (...) {
+            throw NotOfReading{std::current_exception()};
         }
     }
-}
+
+    FileContents& contents_;
+    const ReadOptions& options_;
+    std::map<std::string, std::pair<std::uint32_t, bool>> kinds_;  // of columns: components, whether whole
+    std::vector<Vec3f> positions_;
+    std::vector<Column> columns_;
+};
 
 FileContents readGrids(const std::string& path, const ReadOptions& options) {
     requireComplete(path);
@@ -273,10 +301,8 @@ FileContents readGrids(const std::string& path, const ReadOptions& options) {
     file.setCopyMaxBytes(0);
     file.open(/*delayLoad=*/false);
     FileContents contents;
-    std::vector<Column> columns;
-    GridReader reader(contents, columns);
+    GridReader reader(contents, options);
     std::size_t point_grids = 0;
-    std::size_t filled_grids = 0;
     std::string others;
     for (auto name = file.beginName(); name != file.endName(); ++name) {
         const vdb::GridBase::Ptr metadata = file.readGridMetadata(name.gridName());
@@ -288,14 +314,12 @@ FileContents readGrids(const std::string& path, const ReadOptions& options) {
         const auto compression = metadata->getMetadata<vdb::StringMetadata>(vdb::GridBase::META_FILE_COMPRESSION);
         if (compression && contents.format.empty()) contents.format = "vdb points, " + compression->value();
         const auto grid = vdb::gridPtrCast<points::PointDataGrid>(file.readGrid(name.gridName()));
-        if (grid->tree().leafCount() > 0) ++filled_grids;
         reader.read(*grid);
     }
     if (point_grids == 0)
         throw Error("has no grid of points, expected one; found " + (others.empty() ? "no grid" : others));
     if (contents.format.empty()) contents.format = "vdb points";
     if (point_grids > 1) contents.format += ", " + std::to_string(point_grids) + " grids";
-    moveInto(contents, columns, filled_grids, options);
     return contents;
 }
 
@@ -485,6 +509,8 @@ FileContents readFile(const std::filesystem::path& path, const ReadOptions& opti
     if (!memoryFor(path, kLeast)) throw std::bad_alloc();  // Blosc would end the process
     try {
         return readGrids(path.string(), options);
+    } catch (const NotOfReading& error) {
+        std::rethrow_exception(error.what);
     } catch (const std::bad_alloc&) {
         if (!memoryFor(path, kMost)) throw;
         throw Error(path.string() + ": the file is damaged and asks for too much memory");

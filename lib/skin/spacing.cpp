@@ -92,8 +92,7 @@ private:
 
 }  // namespace
 
-std::optional<double> spacing(const Particles& particles) {
-    std::vector<Vec3f> points = particles.position;
+std::optional<double> spacing(std::vector<Vec3f> points) {
     const auto before = [](const Vec3f& a, const Vec3f& b) {
         return a.x != b.x ? a.x < b.x : a.y != b.y ? a.y < b.y : a.z < b.z;
     };

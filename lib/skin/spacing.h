@@ -2,9 +2,10 @@
 
 #pragma once
 
-#include "core/particles.h"
+#include "core/vec3.h"
 
 #include <optional>
+#include <vector>
 
 namespace betamesh {
 
@@ -12,10 +13,10 @@ namespace betamesh {
 /// 1.01 of the nominal spacing on SPH, FLIP and jittered lattices. The plain nearest neighbour is 0.50 to
 /// 0.78 of it and would ruin the radius.
 ///
-/// in      n >= 0 valid particles
+/// in      the positions of n >= 0 particles
 /// out     nothing when fewer than seven distinct particles exist
 /// same    value for any thread count and particle order
 /// cost    O(n log n)
-std::optional<double> spacing(const Particles& particles);
+std::optional<double> spacing(std::vector<Vec3f> positions);
 
 }  // namespace betamesh

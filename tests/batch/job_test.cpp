@@ -478,6 +478,35 @@ TEST_F(Job, AMemoryLimitThatIsTooSmallEndsWith33) {
     }
 }
 
+TEST_F(Job, AFrameLargerThanTheMemoryGivesTheSameBytes) {
+    if (!memoryLimitsWork()) GTEST_SKIP() << "memory cannot be limited here";
+    writeFrames(1, 1, 1000000);
+    const Particles particles = readParticles(folder_ / "in/a.0001.ply");
+    const auto run = [&](const std::string& input, std::vector<std::string> further) {
+        std::vector<std::string> words{"mesh",     input,       "out/a.0001.ply", "-v", "--overwrite", "--spacing",
+                                       "0.015625", "--surface", "alpha",          "-j", "2",           "--droplets",
+                                       "drop"};
+        words.insert(words.end(), further.begin(), further.end());
+        const Outcome outcome = runProgram(words, folder_.path());
+        EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+        return outcome.err.find(" are left on disk") != std::string::npos;
+    };
+    EXPECT_FALSE(run("in/a.0001.ply", {}));
+    const auto meshes = meshesIn("out");
+    const Json whole = report(1);
+    for (const char* format : {".ply", ".bgeo", ".bgeo.gz", ".vdb"}) {
+        SCOPED_TRACE(format);
+        const std::string input = "in/a.0001" + std::string(format);
+        if (input != "in/a.0001.ply") writeParticles(folder_ / input, particles);
+        EXPECT_TRUE(run(input, {"--memory-limit", "300MiB"}));  // thought to take more than a GiB
+        EXPECT_EQ(meshesIn("out"), meshes);
+        for (const char* key : {"particles", "distinct_particles", "alpha_triangles", "triangles", "volume"})
+            EXPECT_EQ(report(1)[key], whole[key]) << key;
+    }
+    EXPECT_TRUE(run("in/a.0001.ply", {"--memory-limit", "300MiB"}));
+    EXPECT_LT(report(1)["peak_bytes"], whole["peak_bytes"]);
+}
+
 TEST_F(Job, AMemoryLimitThrottlesRatherThanFails) {
     if (!memoryLimitsWork()) GTEST_SKIP() << "memory cannot be limited here";
     writeFrames(1, 1, 60000);  // takes about 50 MB, six of them more than the limit

@@ -2,11 +2,11 @@
 // the file's size warrants. Mutations come from a seed that is printed; trial i of a seed file is always the same.
 
 #include "io/bgeo.h"
-#include "io/gzip.h"
 #include "io/obj.h"
 #include "io/output_file.h"
 #include "io/ply.h"
 #include "io/vdb.h"
+#include "support/file_checks.h"
 #include "support/file_samples.h"
 #include "support/sanitized.h"
 #include "support/temporary_folder.h"
@@ -117,14 +117,14 @@ Particles readAsParticles(const FileContents& contents) { return particlesFrom(c
 
 const Reader kPly{"ply", [](const Bytes& bytes) {
                       ReadOptions options;
-                      const FileContents contents = parsePly(bytes, "fuzz", options);
+                      const FileContents contents = parsePly({bytes, "fuzz"}, options);
                       for (const Triangle& t : contents.triangles)
                           for (const std::uint32_t corner : t) ASSERT_LT(corner, contents.position.size());
                       validate(readAsParticles(contents));
                       meshFrom(contents, "fuzz");
                   }};
 const Reader kBgeo{"bgeo", [](const Bytes& bytes) {
-                       const FileContents contents = parseBgeo(bytes, "fuzz");
+                       const FileContents contents = parseBgeo({bytes, "fuzz"});
                        for (const Triangle& t : contents.triangles)
                            for (const std::uint32_t corner : t) ASSERT_LT(corner, contents.position.size());
                        validate(readAsParticles(contents));

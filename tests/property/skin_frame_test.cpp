@@ -294,17 +294,17 @@ TEST(SkinFrame, ARadiusThatHoldsEverythingIsAnError) {
 }
 
 TEST(Spacing, IsThatOfTheLattice) {
-    EXPECT_FALSE(spacing(Particles{}));
+    EXPECT_FALSE(spacing({}));
     Particles lattice;
     for (int z = 0; z < 9; ++z)
         for (int y = 0; y < 9; ++y)
             for (int x = 0; x < 9; ++x)
                 lattice.position.emplace_back(0.5f * static_cast<float>(x), 0.5f * static_cast<float>(y),
                                               0.5f * static_cast<float>(z));
-    ASSERT_TRUE(spacing(lattice));
-    EXPECT_NEAR(*spacing(lattice), 0.5, 0.05);
+    ASSERT_TRUE(spacing(lattice.position));
+    EXPECT_NEAR(*spacing(lattice.position), 0.5, 0.05);
     lattice.position.resize(6);
-    EXPECT_FALSE(spacing(lattice));
+    EXPECT_FALSE(spacing(lattice.position));
 }
 
 }  // namespace betamesh

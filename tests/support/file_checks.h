@@ -5,6 +5,7 @@
 #include "core/error.h"
 #include "core/mesh.h"
 #include "core/particles.h"
+#include "io/gzip.h"
 #include "io/particle_file.h"
 #include "support/file_samples.h"
 #include "support/temporary_folder.h"
@@ -15,6 +16,26 @@
 #include <string>
 
 namespace betamesh {
+
+inline Bytes gzip(std::span<const std::byte> plain) {
+    Bytes packed;
+    GzipWriter writer(
+        [&](std::span<const std::byte> piece) { packed.insert(packed.end(), piece.begin(), piece.end()); });
+    writer.write(plain);
+    writer.finish();
+    return packed;
+}
+
+inline Bytes gunzip(std::span<const std::byte> packed, const std::string& file) {
+    Cursor in = gunzipped({packed, file});
+    Bytes plain;
+    while (!in.peek(1).empty()) {
+        const auto piece = std::as_bytes(std::span(in.peek(1)));
+        plain.insert(plain.end(), piece.begin(), piece.end());
+        in.take(piece.size(), "gzip");
+    }
+    return plain;
+}
 
 inline void expectSame(const std::vector<Attribute>& a, const std::vector<Attribute>& b) {
     ASSERT_EQ(a.size(), b.size());

@@ -8,6 +8,9 @@
 #include "support/file_samples.h"
 #include "support/temporary_folder.h"
 
+#include <random>
+#include <set>
+
 namespace betamesh {
 
 namespace {
@@ -28,7 +31,7 @@ std::string header(std::uint32_t points, std::uint32_t prims, std::uint32_t poin
            int32(vertex_attributes) + int32(prim_attributes) + int32(0);
 }
 
-FileContents parse(const std::string& bytes) { return parseBgeo(bytesOf(bytes), "t.bgeo"); }
+FileContents parse(const std::string& bytes) { return parseBgeo({bytesOf(bytes), "t.bgeo"}); }
 
 const std::filesystem::path kData = std::filesystem::path(BETAMESH_SHARED) / "data";
 
@@ -196,17 +199,52 @@ TEST(BgeoFile, GzipIsToldByItsMagicAndItsDamageIsReported) {
     const Bytes packed = gzip(plain);
     EXPECT_EQ(packed, gzip(plain));
     EXPECT_EQ(gunzip(packed, "a"), plain);
-    EXPECT_EQ(parseBgeo(packed, "t.bgeo").format, "bgeo V5, gzip");
+    EXPECT_EQ(parseBgeo({packed, "t.bgeo"}).format, "bgeo V5, gzip");
     Bytes two = packed;
     two.insert(two.end(), packed.begin(), packed.end());
     EXPECT_EQ(gunzip(two, "a").size(), 2 * plain.size());
 
     const std::span<const std::byte> span(packed);
-    expectError([&] { parseBgeo(span.first(packed.size() / 2), "t.bgeo"); }, {"t.bgeo", "gzip", "truncated"});
+    expectError([&] { parseBgeo({span.first(packed.size() / 2), "t.bgeo"}); }, {"t.bgeo", "gzip", "truncated"});
     Bytes damaged = packed;
     damaged[packed.size() - 6] ^= std::byte{1};  // in the checksum
-    expectError([&] { parseBgeo(damaged, "t.bgeo"); }, {"t.bgeo", "gzip", "damaged"});
-    expectError([&] { parseBgeo(gzip(packed), "t.bgeo"); }, {"t.bgeo", "twice"});
+    expectError([&] { parseBgeo({damaged, "t.bgeo"}); }, {"t.bgeo", "gzip", "damaged"});
+    expectError([&] { parseBgeo({gzip(packed), "t.bgeo"}); }, {"t.bgeo", "twice"});
+}
+
+TEST(BgeoFile, GzipIsTheSameWhateverThePiecesItIsMadeOf) {
+    Bytes plain(std::size_t{37} << 20);  // more than is packed at once
+    for (std::size_t i = 0; i < plain.size(); ++i) plain[i] = static_cast<std::byte>(i * i / 977 % 251);
+    const Bytes packed = gzip(plain);
+    EXPECT_LT(packed.size(), plain.size());
+    EXPECT_TRUE(gunzip(packed, "a") == plain);
+    Bytes again;
+    GzipWriter writer([&](std::span<const std::byte> piece) { again.insert(again.end(), piece.begin(), piece.end()); });
+    for (std::span<const std::byte> left(plain); !left.empty();) {
+        const std::size_t count = std::min(left.size(), left.size() % 3000017 + 1);
+        writer.write(left.first(count));
+        left = left.subspan(count);
+    }
+    writer.finish();
+    EXPECT_TRUE(again == packed);
+    EXPECT_EQ(gunzip(gzip({}), "a").size(), 0U);
+}
+
+TEST(BgeoFile, AMemberOfGzipMayBeginWhereAPieceThatIsReadEnds) {
+    constexpr std::size_t kPiece = std::size_t{1} << 18;
+    std::minstd_rand random;
+    Bytes noise(kPiece);  // cannot be packed
+    for (std::byte& b : noise) b = static_cast<std::byte>(random() >> 8);
+    const std::size_t overhead = gzip(noise).size() - noise.size();
+    std::set<std::size_t> ends;
+    for (std::size_t size = kPiece - overhead - 2; size <= kPiece - overhead + 2; ++size) {
+        Bytes two = gzip(std::span(noise).first(size));
+        ends.insert(two.size());
+        const Bytes second = gzip(std::span(noise).first(5));
+        two.insert(two.end(), second.begin(), second.end());
+        EXPECT_EQ(gunzip(two, "a").size(), size + 5);
+    }
+    EXPECT_TRUE(ends.contains(kPiece - 1) && ends.contains(kPiece));
 }
 
 TEST(BgeoFile, AGzipBombIsRefused) {

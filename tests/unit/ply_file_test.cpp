@@ -15,13 +15,13 @@ Particles particlesOfPly(std::string_view text, const AttributeNames& names = {}
     ReadOptions options;
     options.faces = false;
     if (!names.id.empty()) options.id = names.id;
-    return particlesFrom(parsePly(bytesOf(text), "t.ply", options), names, "t.ply");
+    return particlesFrom(parsePly({bytesOf(text), "t.ply"}, options), names, "t.ply");
 }
 
 Mesh meshOfPly(std::string_view text) {
     ReadOptions options;
     options.id.clear();
-    return meshFrom(parsePly(bytesOf(text), "t.ply", options), "t.ply");
+    return meshFrom(parsePly({bytesOf(text), "t.ply"}, options), "t.ply");
 }
 
 const std::string kTriangle =

@@ -149,7 +149,7 @@ TEST(Sample, SpacingIsSensible) {
         SCOPED_TRACE(info.name);
         Sample sample({.name = info.name, .particles = 8000});
         for (const int number : {1, 8, 16}) {
-            const double measured = spacing(sample.frame(number)).value();
+            const double measured = spacing(sample.frame(number).position).value();
             EXPECT_GT(measured, 0.7 * sample.spacing()) << "frame " << number;
             EXPECT_LT(measured, 1.2 * sample.spacing()) << "frame " << number;
         }

@@ -1,0 +1,91 @@
+// Particles some rows at a time: what readers of all formats have in common.
+
+#include "io/particle_file.h"
+
+#include "io/output_file.h"
+#include "support/file_checks.h"
+
+#include <limits>
+
+namespace betamesh {
+namespace {
+
+constexpr const char* kFormats[] = {".ply", ".bgeo", ".bgeo.gz", ".vdb"};
+
+Particles rowsOf(const Particles& particles, const std::vector<std::uint32_t>& rows) {
+    Particles some;
+    for (const Attribute& a : particles.attributes) some.attributes.push_back({a.name, a.components, {}, {}});
+    for (const std::uint32_t row : rows) {
+        some.position.push_back(particles.position[row]);
+        some.velocity.push_back(particles.velocity[row]);
+        some.id.push_back(particles.id[row]);
+        for (std::size_t a = 0; a < some.attributes.size(); ++a) {
+            const Attribute& from = particles.attributes[a];
+            for (std::size_t i = row * from.components; i < (row + 1) * from.components; ++i) {
+                if (!from.real.empty()) some.attributes[a].real.push_back(from.real[i]);
+                if (!from.integer.empty()) some.attributes[a].integer.push_back(from.integer[i]);
+            }
+        }
+    }
+    return some;
+}
+
+// More than any reader hands over at once.
+TEST(ParticleFile, SomeRowsAreThoseOfTheWholeFile) {
+    const TemporaryFolder folder;
+    Particles particles = sampleParticles(50000, true, true, true);
+    for (Attribute& a : particles.attributes)
+        if (a.name == "state") a.integer.back() = std::numeric_limits<std::int32_t>::min();
+    for (const char* format : kFormats) {
+        SCOPED_TRACE(format);
+        const auto file = folder / ("a" + std::string(format));
+        writeParticles(file, particles);
+        const Particles all = readParticles(file);
+        ASSERT_EQ(all.size(), particles.size());
+        std::vector<Vec3f> positions;
+        forPositions(file,
+                     [&](std::span<const Vec3f> some) { positions.insert(positions.end(), some.begin(), some.end()); });
+        EXPECT_EQ(positions, all.position);
+        std::vector<std::uint32_t> every, few, late{49998, 49999};
+        for (std::uint32_t row = 0; row < 50000; ++row) {
+            every.push_back(row);
+            if (row % 1001 == 7) few.push_back(row);
+        }
+        for (const auto& rows : {every, few, late}) expectSame(readParticles(file, {}, rows), rowsOf(all, rows));
+    }
+}
+
+TEST(ParticleFile, WhatIsNotFiniteIsFoundInRowsThatAreLeftOut) {
+    const TemporaryFolder folder;
+    Particles particles = sampleParticles(40000, true, true, false);
+    writeParticles(folder / "a.ply", particles);
+    const Bytes good = readWholeFile(folder / "a.ply");
+    constexpr std::size_t kRow = 28, kBad = 20001;  // x y z vx vy vz id
+    const std::size_t first = good.size() - particles.size() * kRow;
+    for (const std::size_t number : {1, 4}) {
+        Bytes bad = good;
+        const float nan = std::numeric_limits<float>::quiet_NaN();
+        std::memcpy(&bad[first + kBad * kRow + number * sizeof nan], &nan, sizeof nan);
+        writeFile(folder / "b.ply", {reinterpret_cast<const char*>(bad.data()), bad.size()});
+        const std::string what = number == 1 ? "position" : "velocity";
+        expectError([&] { readParticles(folder / "b.ply"); }, {"b.ply: particle 20001: " + what});
+        expectError([&] { readParticles(folder / "b.ply", {}, {1, 2}); }, {"b.ply: particle 20001: " + what});
+        if (number == 1)
+            expectError([&] { forPositions(folder / "b.ply", [](std::span<const Vec3f>) {}); },
+                        {"b.ply: particle 20001: position"});
+    }
+}
+
+TEST(ParticleFile, TroubleOfWhoeverTakesThePositionsIsPassedOn) {
+    const TemporaryFolder folder;
+    for (const char* format : kFormats) {
+        SCOPED_TRACE(format);
+        const auto file = folder / ("a" + std::string(format));
+        writeParticles(file, sampleParticles(10, true, true, false));
+        EXPECT_THROW(forPositions(file, [](std::span<const Vec3f>) { throw std::bad_alloc(); }), std::bad_alloc);
+        EXPECT_THROW(forPositions(file, [](std::span<const Vec3f>) { throw 7; }), int);
+    }
+}
+
+}  // namespace
+}  // namespace betamesh
