@@ -122,8 +122,10 @@ void addRunKeys(std::vector<ConfigKey>& keys) {
     keys.push_back(bytesKey(
         {"run.memory_limit", "--memory-limit", "bytes",
          "For all frames at once. Frames wait until there is room for them, by the sizes of their files and by "
-         "what earlier ones took. auto: what the machine, its container or Slurm grants. A size is also "
-         "enforced: a frame that needs more even alone fails, and the job ends with exit code 33."},
+         "what earlier ones took; of one that is too large only the particles near its surface are kept. auto: what "
+         "the "
+         "machine, its container or Slurm grants. A size is also enforced: a frame that needs more even so fails, and "
+         "the job ends with exit code 33."},
         [](Config& c) -> std::uint64_t& { return c.run.memory_limit; }));
 }
 

@@ -17,6 +17,7 @@
 #include <chrono>
 #include <filesystem>
 #include <functional>
+#include <map>
 #include <memory>
 #include <mutex>
 #include <new>
@@ -55,6 +56,8 @@ struct JobState {
     SignalWatch& signals;
     std::atomic<bool> warned_of_velocity = false;
     std::atomic<bool> hinted_at_plane = false;
+    std::mutex mutex{};                         // guards what follows
+    std::map<int, std::string> near_surface{};  ///< what there is of frames of which only that was read
 };
 
 /// Calls what() again after an Error, each time a little later; the last Error is let through.
@@ -106,26 +109,40 @@ struct Liquid {
     std::optional<NearSurface> near;  ///< or, where they are not all to be in memory, those that this names
 };
 
-/// Reads twice: which particles matter to the surface is known only when all have been seen.
-Liquid readNearSurface(const std::string& file, const AttributeNames& names, const SkinParams& skin) {
+void noteNearSurface(const NearSurface& near, const FrameTask& task, JobState& job) {
+    const std::size_t kept = near.particles - near.leftOut();
+    const std::string found = std::to_string(kept) + " of " + std::to_string(near.particles) +
+                              " particles lie near the surface and take about " +
+                              std::to_string((memoryOf(static_cast<double>(kept)) >> 20) + 1) + " MiB with it";
+    logDetail(task.input + ": " + found);
+    const std::scoped_lock lock(job.mutex);
+    job.near_surface[task.frame] = found;
+}
+
+NearSurface nearSurfaceOf(const std::string& file, const SkinParams& skin) {
     constexpr std::size_t kRowsAtOnce = std::size_t{1} << 20;
     NearSurfaceFinder finder(skin);
     std::vector<Vec3f> waiting;
-    const auto hand_over = [&] {
+    const auto handOver = [&] {
         finder.add(waiting);
         waiting.clear();
         leaveIfInterrupted();
     };
     forPositions(file, [&](std::span<const Vec3f> positions) {
         waiting.insert(waiting.end(), positions.begin(), positions.end());
-        if (waiting.size() >= kRowsAtOnce) hand_over();
+        if (waiting.size() >= kRowsAtOnce) handOver();
     });
-    hand_over();
+    handOver();
+    return finder.find();
+}
+
+/// Reads twice: which particles matter to the surface is known only when all have been seen.
+Liquid readNearSurface(const FrameTask& task, const AttributeNames& names, const SkinParams& skin, JobState& job) {
     Liquid liquid;
-    liquid.near = finder.find();
-    logDetail(file + ": of " + std::to_string(liquid.near->particles) + " particles " +
-              std::to_string(liquid.near->leftOut()) + " lie far inside and are left on disk");
-    liquid.particles = liquid.near->all ? readParticles(file, names) : readParticles(file, names, liquid.near->row);
+    liquid.near = nearSurfaceOf(task.input, skin);
+    noteNearSurface(*liquid.near, task, job);
+    liquid.particles =
+        liquid.near->all ? readParticles(task.input, names) : readParticles(task.input, names, liquid.near->row);
     return liquid;
 }
 
@@ -136,13 +153,13 @@ bool needsOnlySurface(const Plan& plan) {
 }
 
 /// A file that changes while it is read is one that a simulation has not finished.
-Liquid readInput(const FrameTask& task, const Plan& plan, bool near_surface, Origin& origin) {
+Liquid readInput(const FrameTask& task, const Plan& plan, bool near_surface, Origin& origin, JobState& job) {
     const AttributeNames names{plan.config.input.velocity, plan.config.input.id};
     const FileStamp before = stampOf(task.input);
     origin.input = identityOf(task.input);
     Liquid liquid;
     if (near_surface && needsOnlySurface(plan))
-        liquid = readNearSurface(task.input, names, plan.skin);
+        liquid = readNearSurface(task, names, plan.skin, job);
     else
         liquid.particles = readParticles(task.input, names);
     if (stampOf(task.input) != before)
@@ -240,7 +257,7 @@ void meshFrame(const FrameTask& task, const Plan& plan, bool near_surface, Frame
     Liquid liquid;
     Particles& particles = liquid.particles;
     if (task.action == FrameAction::mesh) {
-        retrying(config.run.retries, [&] { liquid = readInput(task, plan, near_surface, *report.origin); });
+        retrying(config.run.retries, [&] { liquid = readInput(task, plan, near_surface, *report.origin, job); });
         if (plan.skin.radius == 0)
             throw Error(task.input + ": could not be read when the spacing was measured, but can be now");
         declareVelocity(particles, report, job.warned_of_velocity);
@@ -427,8 +444,10 @@ JobResult runJob(const Plan& plan, SignalWatch& signals, const FrameNotes& notes
     const auto outOfMemory = [&](std::size_t i) {
         result.out_of_memory = true;
         FrameReport report = reportFor(plan.tasks[i], plan);
+        const std::string& near = job.near_surface[plan.tasks[i].frame];
         fail(report, "out of memory, with no other frame at work; expected " +
-                         std::to_string((plan.memory_budget >> 20) + 1) + " MiB (run.memory_limit) to be enough");
+                         std::to_string((plan.memory_budget >> 20) + 1) + " MiB (run.memory_limit) to be enough" +
+                         (near.empty() ? "" : "; " + near));
         tell(report);
     };
     withThreads(plan.threads, [&] { runInRounds(plan, doFrame, outOfMemory); });

@@ -30,8 +30,10 @@ std::uint64_t workingMemory(const std::string& input) {
     double of_particle = kFileBytesOfParticle.front().second;
     for (const auto& [extension, file_bytes] : kFileBytesOfParticle)
         if (input.ends_with(extension)) of_particle = file_bytes;
-    return static_cast<std::uint64_t>(bytes / of_particle * kBytesOfParticle);
+    return memoryOf(bytes / of_particle);
 }
+
+std::uint64_t memoryOf(double particles) { return static_cast<std::uint64_t>(particles * kBytesOfParticle); }
 
 MemoryWatch::MemoryWatch(std::uint64_t budget)
     : budget_(static_cast<double>(budget)), before_(currentMemory() + kProgram) {}

@@ -11,6 +11,9 @@ namespace betamesh {
 /// What a frame is likely to take at its peak, by the size and the format of its file; bytes. 0 where there is no file.
 std::uint64_t workingMemory(const std::string& input);
 
+/// What particles with their share of the surface are likely to take; bytes.
+std::uint64_t memoryOf(double particles);
+
 /// Decides how many frames may be at work at once. Estimates are those of workingMemory(); they are trusted until
 /// frames have ended, then scaled by what the process has held while so and so much was at work.
 class MemoryWatch {

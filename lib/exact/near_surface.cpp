@@ -1,5 +1,6 @@
 #include "exact/near_surface.h"
 
+#include "core/error.h"
 #include "core/parallel.h"
 #include "exact/buried.h"
 
@@ -56,7 +57,7 @@ struct Piece {
     std::vector<CellPlace> place;     // in it
 };
 
-// Does any two particles of a cell share a place? Sorts them.
+// Do any two particles of a cell share a place? Sorts them.
 bool anyShared(std::span<CellPlace> places) {
     std::sort(places.begin(), places.end());
     return std::adjacent_find(places.begin(), places.end()) != places.end();
@@ -141,6 +142,8 @@ void NearSurfaceFinder::add(std::span<const Vec3f> positions) {
     State& state = *state_;
     state.grid.requireWithin(positions, state.particles);
     const std::size_t first_row = std::exchange(state.particles, state.particles + positions.size());
+    if (state.particles >= kNone)
+        throw Error(std::to_string(state.particles) + " particles and more, expected less than 2^32 - 1");
     if (state.all) return;
     const std::size_t before = state.pieces.size(), more = (positions.size() + kRowsPerPiece - 1) / kRowsPerPiece;
     state.pieces.resize(before + more);

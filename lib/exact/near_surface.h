@@ -13,15 +13,15 @@ namespace betamesh {
 /// Goes through the positions of all particles, some rows after others, and keeps six bytes of each.
 ///
 /// What matters: cells with a ball that may be exposed, and those round them, as all that is asked of an exposed ball
-/// lies within 2R of it. Where droplets are to be told apart so many cells more that nothing small reaches as far as
-/// the cells that were left out: without an exposed ball within m cells of a particle, the ball of (2m - 1) R round it
-/// is full, which takes (2m - 1)³ balls at least. Particles anywhere that might be duplicates stay, too, so that those
-/// left out are all distinct. Floating-point predicates move particles, and tendrils that leave uncover others: there
-/// all particles matter.
+/// lies within 2R of it. Where droplets are to be told apart so many cells m more that none of them reaches a cell
+/// beside one that was left out: no exposed ball is within m - 1 cells of a particle there, so the ball of (2m - 3) R
+/// round it is full, which takes (2m - 3)³ particles at least, all of its component. Particles anywhere that might be
+/// duplicates stay, too, so that those left out are all distinct. Floating-point predicates move particles, and
+/// tendrils that leave uncover others: there all particles matter.
 ///
 /// same    result for any thread count and any division into rows
 /// cost    O(n), some 150 ns a particle; 64 bytes a cell
-/// errors  as snapParticles
+/// errors  as snapParticles; 2^32 particles
 class NearSurfaceFinder {
 public:
     explicit NearSurfaceFinder(const SkinParams& params);

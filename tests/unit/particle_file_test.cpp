@@ -5,6 +5,7 @@
 #include "io/output_file.h"
 #include "support/file_checks.h"
 
+#include <cstdio>
 #include <limits>
 
 namespace betamesh {
@@ -53,6 +54,25 @@ TEST(ParticleFile, SomeRowsAreThoseOfTheWholeFile) {
         }
         for (const auto& rows : {every, few, late}) expectSame(readParticles(file, {}, rows), rowsOf(all, rows));
     }
+}
+
+TEST(ParticleFile, NumbersOfTextMayLieAcrossThePiecesThatAreRead) {
+    const TemporaryFolder folder;
+    const Particles particles = sampleParticles(40000, false, false, false);
+    std::string text =
+        "ply\nformat ascii 1.0\nelement vertex 40000\nproperty float x\nproperty list uchar int some\n"
+        "property float y\nproperty float z\nend_header\n";
+    for (std::size_t i = 0; i < particles.size(); ++i) {
+        const Vec3f& p = particles.position[i];
+        const std::string space(i % 5000 == 0 ? 10000 : 1, ' ');
+        char row[200];
+        std::snprintf(row, sizeof row, "%.9g 2 7 %zu %.9g %.9g\n", double{p.x}, i, double{p.y}, double{p.z});
+        text += space + row;
+    }
+    writeFile(folder / "a.ply", text);
+    EXPECT_EQ(readParticles(folder / "a.ply").position, particles.position);
+    writeFile(folder / "b.ply", text.substr(0, text.size() - 20));
+    expectError([&] { readParticles(folder / "b.ply"); }, {"b.ply: byte", "ends"});
 }
 
 TEST(ParticleFile, WhatIsNotFiniteIsFoundInRowsThatAreLeftOut) {
