@@ -59,6 +59,16 @@ std::array<int, 3> sidesOf(const std::array<Vec3, 3>& plane, const std::array<Ve
     return sides;
 }
 
+// Does an edge lie in the plane that is not one that the triangles have in common?
+bool edgeLiesIn(const std::array<int, 3>& side, const std::array<bool, 3>& common) {
+    int corners = 0, own = 0;
+    for (std::size_t m = 0; m < 3; ++m) {
+        corners += side[m] == 0;
+        own += side[m] == 0 && !common[m];
+    }
+    return corners >= 2 && own >= 1;
+}
+
 // Does an edge go from one side of the triangle to the other, through its inside or its edges?
 bool pierces(const std::array<Vec3, 3>& corner, const std::array<int, 3>& side, const std::array<Vec3, 3>& t) {
     for (std::size_t m = 0; m < 3; ++m) {
@@ -78,17 +88,14 @@ bool pierces(const std::array<Vec3, 3>& corner, const std::array<int, 3>& side, 
 Meeting meetingOf(const std::array<Vec3, 3>& s, const std::array<Vec3, 3>& t, const std::array<bool, 3>& s_common,
                   const std::array<bool, 3>& t_common) {
     const std::array<int, 3> t_side = sidesOf(s, t, t_common);
-    bool above = false, below = false, on_plane = false;
-    for (std::size_t m = 0; m < 3; ++m) {
-        above |= t_side[m] > 0;
-        below |= t_side[m] < 0;
-        on_plane |= t_side[m] == 0 && !t_common[m];
-    }
-    if (!on_plane && (!above || !below)) return Meeting::none;
+    const bool above = std::count(t_side.begin(), t_side.end(), 1) > 0,
+               below = std::count(t_side.begin(), t_side.end(), -1) > 0;
+    bool touching = edgeLiesIn(t_side, t_common);
+    if (!touching && (!above || !below)) return Meeting::none;
     const std::array<int, 3> s_side = sidesOf(t, s, s_common);
     if (pierces(t, t_side, s) || pierces(s, s_side, t)) return Meeting::crossing;
-    for (std::size_t m = 0; m < 3; ++m) on_plane |= s_side[m] == 0 && !s_common[m];
-    return on_plane ? Meeting::doubtful : Meeting::none;
+    touching = touching || edgeLiesIn(s_side, s_common);
+    return touching ? Meeting::doubtful : Meeting::none;
 }
 
 PatchTree::PatchTree(const BetaMesh& mesh, const std::vector<Moving>& before, double radius)

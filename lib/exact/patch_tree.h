@@ -15,7 +15,7 @@ using TrianglePair = std::array<std::uint32_t, 2>;
 /// How two triangles meet, as far as they alone show it.
 enum class Meeting {
     none,      ///< or in what they share
-    doubtful,  ///< a corner of one lies in the plane of the other: they may touch, which can be part of a crossing
+    doubtful,  ///< an edge of one lies in the plane of the other: they may touch, which can be part of a crossing
     crossing,  ///< an edge of one passes through the other, whichever way
 };
 

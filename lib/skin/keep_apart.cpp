@@ -64,43 +64,77 @@ std::optional<Rate> freeShare(const Triangle& s, const Triangle& t, const WayOf&
     return Rate(share, std::clamp(rate, -largest, largest)) * kShortOf;
 }
 
-// Where triangles touch, those beyond the touching edges tell whether the surface passes through itself.
-class TouchJudge {
+// Some triangles, and those within two edges of them: as much of a surface as it takes to judge how they meet.
+class Surroundings {
 public:
-    explicit TouchJudge(const BetaMesh& mesh) : mesh_(mesh) {}
-
-    std::vector<TrianglePair> crossingsAmong(Meetings meetings) {
-        std::vector<TrianglePair>& pairs = meetings.crossing;
-        if (meetings.doubtful.empty()) return std::move(pairs);
-        if (across_.empty()) findAcross();
-        std::vector<Vec3> position(mesh_.vertex.size());
-        for (std::size_t v = 0; v < position.size(); ++v) position[v] = mesh_.vertex[v].position;
-        const std::vector<std::uint32_t> place = placesOfVertices(position);
-        const JudgedSurface surface{position, mesh_.triangles, place, across_};
-        const auto isFlat = [&](std::uint32_t t) {
-            const auto& [a, b, c] = mesh_.triangles[t];
-            return onOneLine(position[a], position[b], position[c]);
+    Surroundings(const BetaMesh& mesh, const std::vector<TrianglePair>& pairs) {
+        constexpr int kRings = 2;
+        constexpr std::uint32_t kNone = ~std::uint32_t{0};
+        std::vector<std::uint8_t> is_near(mesh.vertex.size(), 0);
+        const auto mark = [&](const Triangle& t) {
+            for (const std::uint32_t v : t) is_near[v] = 1;
         };
-        for (const auto& [s, t] : meetings.doubtful)
-            if (!isFlat(s) && !isFlat(t) && contactOf(surface, s, t).kind == ContactKind::crossing)
-                pairs.push_back({s, t});
-        std::sort(pairs.begin(), pairs.end());
-        return std::move(pairs);
-    }
-
-private:
-    void findAcross() {
-        across_.assign(3 * mesh_.triangles.size(), kNoTriangle);
-        forEveryEdge(sortedSides(mesh_.triangles), [&](std::span<const TriangleSide> sides) {
+        for (const TrianglePair& pair : pairs)
+            for (const std::uint32_t t : pair) mark(mesh.triangles[t]);
+        for (int ring = 0; ring < kRings; ++ring) {
+            row_.clear();
+            for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
+                const auto& [a, b, c] = mesh.triangles[t];
+                if (is_near[a] | is_near[b] | is_near[c]) row_.push_back(t);
+            }
+            for (const std::uint32_t t : row_) mark(mesh.triangles[t]);
+        }
+        std::vector<std::uint32_t> number(mesh.vertex.size(), kNone);
+        for (const std::uint32_t row : row_) {
+            Triangle& t = triangles_.emplace_back(mesh.triangles[row]);
+            for (std::uint32_t& v : t) {
+                if (number[v] == kNone) {
+                    number[v] = static_cast<std::uint32_t>(position_.size());
+                    position_.push_back(mesh.vertex[v].position);
+                }
+                v = number[v];
+            }
+        }
+        place_ = placesOfVertices(position_);
+        across_.assign(3 * triangles_.size(), kNoTriangle);
+        forEveryEdge(sortedSides(triangles_), [&](std::span<const TriangleSide> sides) {
             if (sides.size() != 2) return;
             across_[sides[0].side] = sides[1].side / 3;
             across_[sides[1].side] = sides[0].side / 3;
         });
     }
 
-    const BetaMesh& mesh_;
-    std::vector<std::uint32_t> across_;  // once something touches
+    bool cross(const TrianglePair& pair) const {
+        const std::uint32_t s = numberOf(pair[0]), t = numberOf(pair[1]);
+        return !isFlat(s) && !isFlat(t) &&
+               contactOf({position_, triangles_, place_, across_}, s, t).kind == ContactKind::crossing;
+    }
+
+private:
+    std::uint32_t numberOf(std::uint32_t triangle) const {
+        return static_cast<std::uint32_t>(std::lower_bound(row_.begin(), row_.end(), triangle) - row_.begin());
+    }
+    bool isFlat(std::uint32_t t) const {
+        const auto& [a, b, c] = triangles_[t];
+        return onOneLine(position_[a], position_[b], position_[c]);
+    }
+
+    std::vector<std::uint32_t> row_;  // of the triangles in the mesh, ascending
+    std::vector<Triangle> triangles_;
+    std::vector<Vec3> position_;
+    std::vector<std::uint32_t> place_, across_;
 };
+
+// Where triangles touch, those beyond the touching edges tell whether the surface passes through itself.
+std::vector<TrianglePair> crossingsAmong(Meetings meetings, const BetaMesh& mesh) {
+    std::vector<TrianglePair>& pairs = meetings.crossing;
+    if (meetings.doubtful.empty()) return std::move(pairs);
+    const Surroundings surroundings(mesh, meetings.doubtful);
+    for (const TrianglePair& pair : meetings.doubtful)
+        if (surroundings.cross(pair)) pairs.push_back(pair);
+    std::sort(pairs.begin(), pairs.end());
+    return std::move(pairs);
+}
 
 // How vertices near crossings go: past the mean way of all that is near them, which parts nobody, a share of what
 // remains.
@@ -277,8 +311,7 @@ private:
 void keepApart(const std::vector<Moving>& from, double radius, BetaMesh& mesh) {
     if (mesh.triangles.empty()) return;
     PatchTree tree(mesh, from, radius);
-    TouchJudge judge(mesh);
-    std::vector<TrianglePair> pairs = judge.crossingsAmong(tree.meetings());
+    std::vector<TrianglePair> pairs = crossingsAmong(tree.meetings(), mesh);
     if (pairs.empty()) return;
     Ways ways(from, radius, mesh);
     const auto wakeNear = [&](double distance) {
@@ -302,7 +335,7 @@ void keepApart(const std::vector<Moving>& from, double radius, BetaMesh& mesh) {
             for (const std::uint32_t v : t) mesh.vertex[v] = ways.placeOf(v);
         });
         tree.refit();
-        pairs = judge.crossingsAmong(tree.meetings());
+        pairs = crossingsAmong(tree.meetings(), mesh);
     }
 }
 
