@@ -32,6 +32,16 @@ std::vector<TriangleSide> sortedSides(std::span<const Triangle> triangles) {
     return sides;
 }
 
+std::vector<std::uint32_t> trianglesAcross(const std::vector<TriangleSide>& sides) {
+    std::vector<std::uint32_t> across(sides.size(), kNoTriangle);
+    forEveryEdge(sides, [&](std::span<const TriangleSide> edge) {
+        if (edge.size() != 2) return;
+        across[edge[0].side] = edge[1].side / 3;
+        across[edge[1].side] = edge[0].side / 3;
+    });
+    return across;
+}
+
 std::vector<std::uint32_t> placesOfVertices(const std::vector<Vec3>& position) {
     std::vector<std::uint32_t> order(position.size()), place(position.size());
     parallelFor(order.size(), 4096, [&](std::size_t v) { order[v] = static_cast<std::uint32_t>(v); });

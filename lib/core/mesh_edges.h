@@ -4,9 +4,14 @@
 
 #include "core/mesh.h"
 
+#include <cstdint>
+#include <limits>
 #include <span>
+#include <vector>
 
 namespace betamesh {
+
+inline constexpr std::uint32_t kNoTriangle = std::numeric_limits<std::uint32_t>::max();
 
 /// One side of a triangle: side 3t + m runs from corner m of triangle t to the next one.
 struct TriangleSide {
@@ -20,6 +25,9 @@ struct TriangleSide {
 /// same    result for any thread count
 /// cost    O(triangles) where few triangles share a vertex
 std::vector<TriangleSide> sortedSides(std::span<const Triangle> triangles);
+
+/// Of each side 3t + m, the triangle beyond it, or kNoTriangle where not exactly two meet at the edge. sides: sorted.
+std::vector<std::uint32_t> trianglesAcross(const std::vector<TriangleSide>& sides);
 
 /// Of each vertex, the first vertex at the same position; itself where the position is not finite.
 ///

@@ -2,15 +2,12 @@
 
 #pragma once
 
-#include "core/mesh.h"
+#include "core/mesh_edges.h"
 
 #include <cstdint>
-#include <limits>
 #include <span>
 
 namespace betamesh {
-
-inline constexpr std::uint32_t kNoTriangle = std::numeric_limits<std::uint32_t>::max();
 
 /// A surface to be judged. Triangles have three distinct vertices each, which exist, with finite positions.
 struct JudgedSurface {

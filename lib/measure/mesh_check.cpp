@@ -66,8 +66,7 @@ void countDuplicates(const Selection& sound, MeshCheck& check) {
 class Topology {
 public:
     Topology(std::size_t vertices, std::span<const Triangle> triangles, MeshCheck& check)
-        : across(3 * triangles.size(), kNoTriangle),
-          pieces(piecesOf(vertices, triangles)),
+        : pieces(piecesOf(vertices, triangles)),
           triangles_(triangles),
           fans_(3 * triangles.size()),
           is_manifold_(pieces.count, true) {
@@ -80,7 +79,9 @@ public:
             }
         }
         for (const Triangle& t : triangles) ++check.components[pieces.of_vertex[t[0]]].triangles;
-        forEveryEdge(sortedSides(triangles), [&](std::span<const TriangleSide> sides) { visit(sides, check); });
+        const std::vector<TriangleSide> sides = sortedSides(triangles);
+        across = trianglesAcross(sides);
+        forEveryEdge(sides, [&](std::span<const TriangleSide> edge) { visit(edge, check); });
         countFans(vertices, check);
         for (std::uint32_t piece = 0; piece < pieces.count; ++piece) conclude(piece, check);
     }
@@ -99,10 +100,6 @@ private:
             const auto corners = cornersAt(side), first = cornersAt(sides[0]);
             fans_.join(corners[0], first[0]);
             fans_.join(corners[1], first[1]);
-        }
-        if (sides.size() == 2) {
-            across[sides[0].side] = sides[1].side / 3;
-            across[sides[1].side] = sides[0].side / 3;
         }
         const bool open = sides.size() % 2 != 0, misoriented = std::abs(surplus) > 1, manifold = sides.size() <= 2;
         if (open) count(check.open_edges, low);

@@ -96,12 +96,7 @@ public:
             }
         }
         place_ = placesOfVertices(position_);
-        across_.assign(3 * triangles_.size(), kNoTriangle);
-        forEveryEdge(sortedSides(triangles_), [&](std::span<const TriangleSide> sides) {
-            if (sides.size() != 2) return;
-            across_[sides[0].side] = sides[1].side / 3;
-            across_[sides[1].side] = sides[0].side / 3;
-        });
+        across_ = trianglesAcross(sortedSides(triangles_));
     }
 
     bool cross(const TrianglePair& pair) const {
