@@ -20,7 +20,7 @@ enum class Appearance {
 struct RisingVertex {
     std::uint32_t vertex;
     std::array<std::uint32_t, 3> from;  ///< the vertices of the facet; of an edge the last two are the same
-    std::array<double, 3> weight;       ///< where on it; they sum to 1
+    std::array<Rate, 3> weight;         ///< where on it; they sum to 1
     Rate share;
     Moving whole;  ///< where the vertex would be with a share of 1
 };

@@ -135,10 +135,12 @@ public:
     }
 
     // How free a sinking point is at this height over what is beneath it, in radii: 0 on it, 1 as it stops to sink.
-    Rate shareOf(std::uint32_t p, double height) const {
-        const double sunk = std::max(nearRim(p).value, unborn(p).value);
-        const double held = std::min(1.0, sunk / kSunkInEarnest);
-        const double t = std::clamp(height / (kFreeHeight * angle_ * angle_), 0.0, 1.0);
+    Rate shareOf(std::uint32_t p, Rate height) const {
+        const Rate near = nearRim(p), apart = unborn(p), sunk = near.value < apart.value ? apart : near;
+        const Rate held = sunk.value < kSunkInEarnest ? sunk / kSunkInEarnest : Rate(1);
+        const Rate t = height / (kFreeHeight * angle_ * angle_);
+        if (t.value <= 0) return 1 - held;
+        if (t.value >= 1) return 1;
         return 1 - held * (1 - t * t * (3 - 2 * t));
     }
 
@@ -194,14 +196,8 @@ struct Part {
 constexpr std::uint32_t kNew = std::uint32_t{1} << 31;
 
 // The facet of the points in `ring` that a ray from the origin through p leaves last, where p is above it.
-// height: of p over the facet, as a share of its distance from the origin.
-struct Beneath {
-    std::array<std::uint32_t, 3> corner;
-    std::array<double, 3> weight;
-    double height = 1;
-};
-std::optional<Beneath> facetBeneath(const Vec3& p, const std::vector<std::uint32_t>& ring,
-                                    const std::vector<Vec3i>& point) {
+std::optional<Triangle> facetBeneath(const Vec3& p, const std::vector<std::uint32_t>& ring,
+                                     const std::vector<Vec3i>& point) {
     std::array<Vec3, kLongestRing> at;
     std::array<std::array<double, kLongestRing>, kLongestRing> across;  // p · (i × j)
     for (std::size_t i = 0; i < ring.size(); ++i) {
@@ -211,7 +207,8 @@ std::optional<Beneath> facetBeneath(const Vec3& p, const std::vector<std::uint32
             across[i][j] = -across[j][i];
         }
     }
-    std::optional<Beneath> highest;
+    std::optional<Triangle> highest;
+    double least = 1;  // height of p over it, as a share of its distance from the origin
     for (std::size_t i = 0; i < ring.size(); ++i)
         for (std::size_t j = i + 1; j < ring.size(); ++j)
             for (std::size_t k = j + 1; k < ring.size(); ++k) {
@@ -220,15 +217,33 @@ std::optional<Beneath> facetBeneath(const Vec3& p, const std::vector<std::uint32
                 const double whole = dot(at[i], cross(at[j], at[k]));
                 if (!(whole / sum > 0)) continue;
                 const double height = 1 - whole / sum;
-                if (highest && highest->height <= height) continue;
-                highest = Beneath{{ring[i], ring[j], ring[k]}, {u / sum, v / sum, w / sum}, height};
+                if (highest && least <= height) continue;
+                highest = Triangle{ring[i], ring[j], ring[k]};
+                least = height;
             }
     return highest;
 }
 
-void addFilling(const BallLoops& ball_loops, const LoopFilling& filling, const Moving& ball, const Vec3& spin,
-                double world_radius, const std::vector<std::uint32_t>& face_point, const Placement& placement,
-                Part& part) {
+// Where the ray from the origin through p leaves a facet: the weights of its corners, and how high p is over it, as a
+// share of its distance from the origin.
+struct Beneath {
+    std::array<Rate, 3> weight;
+    Rate height;
+
+    Beneath(const Moving& p, const std::array<Moving, 3>& corner) {
+        Rate sum;
+        for (std::size_t k = 0; k < 3; ++k) {
+            weight[k] = dot(p, cross(corner[(k + 1) % 3], corner[(k + 2) % 3]));
+            sum = sum + weight[k];
+        }
+        for (Rate& w : weight) w = w / sum;
+        height = 1 - dot(corner[0], cross(corner[1], corner[2])) / sum;
+    }
+};
+
+void addFilling(const BallLoops& ball_loops, const ArcNetwork& network, const LoopFilling& filling, const Moving& ball,
+                const Vec3& spin, double world_radius, const std::vector<std::uint32_t>& face_point,
+                const Placement& placement, Part& part) {
     constexpr std::uint32_t kUnplaced = ~std::uint32_t{0};
     const std::size_t in_loops = ball_loops.network_point.size(), given = ball_loops.loops.point.size();
     std::vector<std::uint32_t> place(given + filling.new_point.size() - in_loops, kUnplaced);
@@ -274,17 +289,20 @@ void addFilling(const BallLoops& ball_loops, const LoopFilling& filling, const M
         const std::vector<std::uint32_t>& ring = rings[i - first];
         if (place[i] == kUnplaced) continue;
         if (ring.size() > kLongestRing) continue;
-        const auto beneath = facetBeneath(toDouble(ball_loops.loops.point[v]), ring, ball_loops.loops.point);
-        if (!beneath) continue;
-        RisingVertex rising{place[i],
-                            {},
-                            beneath->weight,
-                            placement.shareOf(face_point[i], beneath->height),
-                            part.vertex[place[i] - kNew]};
+        const auto facet = facetBeneath(toDouble(ball_loops.loops.point[v]), ring, ball_loops.loops.point);
+        if (!facet) continue;
+        std::array<Moving, 3> corner;  // seen from the ball, in radii
+        std::array<std::uint32_t, 3> from;
         for (std::size_t k = 0; k < 3; ++k) {
-            const std::uint32_t corner = beneath->corner[k];
-            rising.from[k] = corner < in_loops ? ball_loops.network_point[corner] : place[corner - in_loops];
+            const std::uint32_t c = (*facet)[k];
+            const bool in_loop = c < in_loops;
+            from[k] = in_loop ? ball_loops.network_point[c] : place[c - in_loops];
+            corner[k] =
+                in_loop ? (network.point[from[k]] - ball) / world_radius : placement.at(face_point[c - in_loops], spin);
         }
+        const Beneath beneath(placement.at(face_point[i], spin), corner);
+        const RisingVertex rising{place[i], from, beneath.weight, placement.shareOf(face_point[i], beneath.height),
+                                  part.vertex[place[i] - kNew]};
         if (rising.share.value < 1) part.rising.push_back(rising);
     }
 }
@@ -322,7 +340,7 @@ BetaMesh completeTessellation(const BallBoundary& boundary, const std::vector<Mo
                     loops.point.push_back(onGrid(placement.at(p, spins[b]).position));
                 }
             const auto add = [&](const LoopFilling& made) {
-                addFilling(ball_loops, made, balls[b], spins[b], boundary.worldRadius(), face_point, placement,
+                addFilling(ball_loops, network, made, balls[b], spins[b], boundary.worldRadius(), face_point, placement,
                            parts[task]);
             };
             if (in_loops == 0 && loops.perhaps_above.empty()) {  // a bare sphere
