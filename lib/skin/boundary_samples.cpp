@@ -1,5 +1,6 @@
 #include "skin/boundary_samples.h"
 
+#include "core/angles.h"
 #include "core/moving_circle.h"
 #include "core/parallel.h"
 
@@ -14,10 +15,11 @@ namespace {
 constexpr double kTurn = 2 * std::numbers::pi;
 constexpr double kLongestPiece = 0.8;  // radians
 constexpr std::uint32_t kPiecesOfCircle = 8;
-constexpr double kLift = 0.5;              // of the way from the arc to the sphere round its centre
-constexpr double kAreaWeight = 3;          // length that stands for an area, times the radius
-constexpr std::uint32_t kDirections = 42;  // that are enough for a whole sphere
-constexpr double kRimWidth = 0.3;          // faces count in full from twice this clearance on, not below once
+constexpr double kLift = 0.5;                // of the way from the arc to the sphere round its centre
+constexpr double kAreaWeight = 3;            // length that stands for an area, times the radius
+constexpr double kRim = 0.2, kInside = 0.7;  // faces count in full from this clearance on, not below the first
+constexpr double kTight = 0.35;  // squared radii: up to this spread all that is exposed of a ball counts as one sample
+constexpr double kLoose = 0.5;   // and from this on as six, towards six sides
 
 Rate smoothStep(Rate t) {
     if (t.value <= 0) return 0;
@@ -25,63 +27,163 @@ Rate smoothStep(Rate t) {
     return t * t * (3 - t * 2);
 }
 
-// A piece of a circle that covers an angle, seen from its middle.
-BoundarySample pieceAt(const MovingCircle& circle, Rate angle, Rate covered) {
-    const Moving outwards = circle.outwards(angle);
-    const Rate lifted = circle.radius() * (1 - kLift) + kLift * circle.sphereRadius();
-    return {circle.centre() + outwards * lifted, outwards * (circle.radius() / circle.sphereRadius()),
-            circle.radius() * covered};
+// sin(x) / x, of small x >= 0.
+Rate sinc(Rate x) {
+    const auto [sine, cosine] = sineCosine(x.value);
+    if (x.value < 1e-4) return {1 - x.value * x.value / 6, -x.value * x.rate / 3};
+    return {sine / x.value, (cosine - sine / x.value) / x.value * x.rate};
 }
+
+// A piece of a circle that covers an angle, round its middle.
+BoundarySample pieceAt(const MovingCircle& circle, Rate angle, Rate covered) {
+    const Rate lifted = circle.radius() * (1 - kLift) + kLift * circle.sphereRadius();
+    const Rate level = circle.radius() / circle.sphereRadius(), flat = sinc(covered / 2), curved = 1 - flat * flat;
+    const Moving outwards = circle.outwards(angle) * flat;
+    return {circle.centre() + outwards * lifted, outwards * level, circle.radius() * covered, lifted * lifted * curved,
+            lifted * level * curved};
+}
+
+// Samples as one: their mean, and how they lie about it. Sums are taken from an origin near them.
+class Together {
+public:
+    explicit Together(const Moving& origin) : origin_(origin) {}
+    void add(const BoundarySample& sample, Rate share) {
+        const Rate weight = sample.weight * share;
+        const Moving offset = sample.position - origin_;
+        weight_ = weight_ + weight;
+        offset_ = offset_ + offset * weight;
+        direction_ = direction_ + sample.direction * weight;
+        square_ = square_ + (dot(offset, offset) + sample.spread) * weight;
+        along_ = along_ + (dot(offset, sample.direction) + sample.bulge) * weight;
+    }
+    BoundarySample sample() const {
+        if (!(weight_.value > 0)) return {};
+        const Moving offset = offset_ / weight_, direction = direction_ / weight_;
+        return {origin_ + offset, direction, weight_, square_ / weight_ - dot(offset, offset),
+                along_ / weight_ - dot(offset, direction)};
+    }
+
+private:
+    Moving origin_, offset_, direction_;
+    Rate weight_, square_, along_;
+};
+
+// Arcs and full circles in pieces, and which of these surround each ball.
+struct Lines {
+    BoundarySamples piece;
+    Rows at_ball;  // pieces
+
+    Lines(const BallBoundary& boundary, const std::vector<Moving>& balls, const std::vector<Vec3>& spins,
+          const ArcNetwork& network) {
+        const std::size_t arcs = network.arc_start.size(), circles = boundary.circle.size();
+        const auto from = [&](std::uint32_t h) { return boundary.triangle[h / 3][h % 3]; };
+        std::vector<std::uint32_t> count(arcs + circles, kPiecesOfCircle);
+        std::vector<std::array<std::uint32_t, 2>> ends(arcs);  // the two balls
+        parallelFor(arcs, 4096, [&](std::size_t a) {
+            const std::uint32_t start = network.arc_start[a];
+            ends[a] = {from(start), from(boundary.twin[start])};
+            count[a] = std::max(1U, static_cast<std::uint32_t>(std::ceil(network.arc_angle[a].value / kLongestPiece)));
+        });
+        ends.insert(ends.end(), boundary.circle.begin(), boundary.circle.end());
+        const std::vector<std::uint32_t> place = placesOf(count);
+        piece.resize(place.back());
+        parallelFor(arcs + circles, 512, [&](std::size_t line) {
+            const auto [low, high] = ends[line];
+            MovingCircle circle(balls[low], balls[high], boundary.worldRadius());
+            Rate angle = kTurn;
+            if (line < arcs) {
+                circle.beginTowards(network.point[network.arc_start[line] / 3]);
+                angle = network.arc_angle[line];
+            } else {
+                circle.beginAnywhere((spins[low] + spins[high]) / 2);
+            }
+            const std::uint32_t n = count[line];
+            for (std::uint32_t k = 0; k < n; ++k)
+                piece[place[line] + k] = pieceAt(circle, angle * ((k + 0.5) / n), angle / n);
+        });
+
+        std::vector<std::uint32_t> pieces(balls.size(), 0);
+        for (std::size_t line = 0; line < ends.size(); ++line)
+            for (const std::uint32_t b : ends[line]) pieces[b] += count[line];
+        at_ball.begin = placesOf(pieces);
+        at_ball.item.resize(at_ball.begin.back());
+        std::vector<std::uint32_t> next(at_ball.begin.begin(), at_ball.begin.end() - 1);
+        for (std::size_t line = 0; line < ends.size(); ++line)
+            for (const std::uint32_t b : ends[line])
+                for (std::uint32_t p = place[line]; p < place[line + 1]; ++p) at_ball.item[next[b]++] = p;
+    }
+};
+
+// What is exposed of one ball, as one sample or as six towards the sides of a cube that turns with the liquid.
+struct ExposedBall {
+    BoundarySample whole;
+    std::array<BoundarySample, 6> side;
+
+    // forAll(visit): calls visit(sample, share of it that is this ball's) for all of them
+    template <typename ForAll>
+    ExposedBall(const Moving& ball, const Vec3& spin, double radius, const ForAll& forAll) {
+        Together together(ball);
+        forAll([&](const BoundarySample& sample, double share) { together.add(sample, share); });
+        whole = together.sample();
+        const Rate apart = smoothStep((whole.spread / (radius * radius) - kTight) / (kLoose - kTight));
+        whole.weight = whole.weight * (1 - apart);
+        if (apart.value == 0) return;
+
+        std::array<Moving, 3> axis;
+        for (int k = 0; k < 3; ++k) {
+            axis[static_cast<std::size_t>(k)].position[k] = 1;
+            axis[static_cast<std::size_t>(k)].velocity = cross(spin, axis[static_cast<std::size_t>(k)].position);
+        }
+        std::vector<Together> towards(side.size(), Together(ball));
+        forAll([&](const BoundarySample& sample, double share) {
+            const Moving direction = normalized(sample.position - ball);
+            for (std::size_t k = 0; k < axis.size(); ++k) {  // squares of a direction's components sum to one
+                const Rate along = dot(direction, axis[k]);
+                towards[2 * k + (along.value > 0)].add(sample, along * along * share);
+            }
+        });
+        for (std::size_t k = 0; k < side.size(); ++k) {
+            side[k] = towards[k].sample();
+            side[k].weight = side[k].weight * apart;
+        }
+    }
+    // Calls visit(sample) for those that weigh anything.
+    template <typename Visit>
+    void forSamples(const Visit& visit) const {
+        if (whole.weight.value > 0) visit(whole);
+        for (const BoundarySample& sample : side)
+            if (sample.weight.value > 0) visit(sample);
+    }
+};
 
 }  // namespace
 
 BoundarySamples boundarySamples(const BallBoundary& boundary, const std::vector<Moving>& balls,
                                 const std::vector<Vec3>& spins, const ArcNetwork& network, const FacePoints& points) {
     const double radius = boundary.worldRadius();
-    const std::size_t arcs = network.arc_start.size(), circles = boundary.circle.size();
-    const auto from = [&](std::uint32_t h) { return boundary.triangle[h / 3][h % 3]; };
+    const Lines lines(boundary, balls, spins, network);
+    const std::size_t directions = points.directions.position.size();
+    const double area = kAreaWeight * 2 * kTurn * radius / static_cast<double>(directions);
 
-    const auto all = static_cast<std::uint32_t>(points.directions.position.size());
-    const std::uint32_t used = points.directions.coarse >= kDirections ? points.directions.coarse : all;
-    const auto counts = [&](std::uint32_t p) {
-        return points.direction[p] < used && points.clearance[p].value > kRimWidth;
-    };
-    std::vector<std::uint32_t> pieces(arcs + balls.size());
-    parallelFor(arcs, 4096, [&](std::size_t a) {
-        pieces[a] = std::max(1U, static_cast<std::uint32_t>(std::ceil(network.arc_angle[a].value / kLongestPiece)));
-    });
-    parallelFor(balls.size(), 4096, [&](std::size_t b) {
-        for (std::uint32_t p = points.begin[b]; p < points.begin[b + 1]; ++p) pieces[arcs + b] += counts(p);
-    });
-    const std::vector<std::uint32_t> place = placesOf(pieces);
-    const std::size_t first_circle = place.back();
-    BoundarySamples samples(first_circle + circles * kPiecesOfCircle);
-
-    parallelFor(arcs, 512, [&](std::size_t a) {
-        const std::uint32_t start = network.arc_start[a];
-        MovingCircle circle(balls[from(start)], balls[from(boundary.twin[start])], radius);
-        circle.beginTowards(network.point[start / 3]);
-        const Rate angle = network.arc_angle[a];
-        for (std::uint32_t k = 0; k < pieces[a]; ++k)
-            samples[place[a] + k] = pieceAt(circle, angle * ((k + 0.5) / pieces[a]), angle / pieces[a]);
-    });
-    parallelFor(circles, 64, [&](std::size_t c) {
-        MovingCircle circle(balls[boundary.circle[c][0]], balls[boundary.circle[c][1]], radius);
-        circle.beginAnywhere((spins[boundary.circle[c][0]] + spins[boundary.circle[c][1]]) / 2);
-        for (std::uint32_t k = 0; k < kPiecesOfCircle; ++k)
-            samples[first_circle + c * kPiecesOfCircle + k] =
-                pieceAt(circle, kTurn * k / kPiecesOfCircle, kTurn / kPiecesOfCircle);
-    });
-    const double whole = kAreaWeight * 2 * kTurn * radius / used;
-    parallelFor(balls.size(), 512, [&](std::size_t b) {
-        std::uint32_t next = place[arcs + b];
-        for (std::uint32_t p = points.begin[b]; p < points.begin[b + 1]; ++p) {
-            if (!counts(p)) continue;
-            const Moving direction = points.outwards(p, spins[b]);
-            const Rate inside = smoothStep(points.clearance[p] / kRimWidth - 1);
-            samples[next++] = {balls[b] + direction * radius, direction, inside * whole};
+    constexpr std::size_t kBallsPerTask = 256;
+    const std::size_t tasks = (balls.size() + kBallsPerTask - 1) / kBallsPerTask;
+    std::vector<BoundarySamples> parts(tasks);
+    parallelFor(tasks, 1, [&](std::size_t task) {
+        for (std::size_t b = task * kBallsPerTask; b < std::min(balls.size(), (task + 1) * kBallsPerTask); ++b) {
+            const ExposedBall exposed(balls[b], spins[b], radius, [&](const auto& visit) {
+                for (const std::uint32_t p : lines.at_ball[b]) visit(lines.piece[p], 0.5);
+                for (std::uint32_t p = points.begin[b]; p < points.begin[b + 1]; ++p) {
+                    if (points.contactOf(p) || points.clearance[p].value <= kRim) continue;
+                    const Moving direction = points.outwards(p, spins[b]);
+                    const Rate inside = smoothStep((points.clearance[p] - kRim) / (kInside - kRim));
+                    visit({balls[b] + direction * radius, direction, inside * area}, 1);
+                }
+            });
+            exposed.forSamples([&](const BoundarySample& sample) { parts[task].push_back(sample); });
         }
     });
+    BoundarySamples samples;
+    for (const BoundarySamples& part : parts) samples.insert(samples.end(), part.begin(), part.end());
     return samples;
 }
 

@@ -9,14 +9,15 @@
 
 namespace betamesh {
 
-/// Samples of arcs, full circles and wide faces.
+/// One sample for what is exposed of a ball, where that is a small patch, as in the surface of a liquid; where it is
+/// spread out, as on drops, sheets and edges, six, one towards each side of a cube. In between there are both, by
+/// shares, so that nothing jumps.
 ///
-/// Arcs come in pieces of at most 0.8 radians, full circles in eight; each stands for its length. Their lengths
-/// change continuously when arcs appear, vanish or change neighbours, and they are a calmer picture of the
-/// surface than the bulging faces are: its bumps' own normals cancel. A sample lies half-way between its
-/// arc and the sphere of radius r round the arc's centre, for arcs are the valleys between the balls; its direction is
-/// the mean of the two spheres' normals. Where arcs are far away, on drops, tips and edges, a face counts by its
-/// area; near arcs it fades out.
+/// They stand for half of the length of the arcs and full circles round the ball: these change continuously when arcs
+/// appear, vanish or change neighbours, and they are a calmer picture of the surface than the bulging faces are, whose
+/// bumps' own normals cancel. Arcs are the valleys between the balls, so each counts half-way between itself and
+/// the sphere of radius r round its centre; its direction is the mean of the two spheres' normals. Where arcs are
+/// far away a face counts by its area; near arcs it fades out.
 ///
 /// in      a boundary, its balls, its network of arcs and its face points, all with their motion
 /// same    result for any thread count

@@ -25,8 +25,9 @@ constexpr float kSoft = 0.04F;          // added to squared distances between op
 constexpr double kSheet = 4;            // thickness² · what sumOpposite finds on a plane sheet
 constexpr double kShareOfThickness = 0.45;  // that an inset takes at most
 
-// Of a sample: position, velocity, direction, its rate, weight, its rate; lengths in radii.
-enum Field { kX, kY, kZ, kVx, kVy, kVz, kDx, kDy, kDz, kEx, kEy, kEz, kW, kU, kFields };
+// Of a sample: position, velocity, direction, its rate, weight, its rate, spread, half its rate, bulge, its rate;
+// lengths in radii.
+enum Field { kX, kY, kZ, kVx, kVy, kVz, kDx, kDy, kDz, kEx, kEy, kEz, kW, kU, kQ, kS, kB, kC, kFields };
 using Block = SampleBlock<kFields>;
 
 // The sums over samples, each with its rate: Σk, Σk y, Σk d, Σk y·d, Σk |y|².
@@ -55,11 +56,11 @@ void sumUp(const Block* blocks, std::size_t n, float inverse_square_width, const
     for (std::size_t i = 0; i < n; ++i) {
         const auto& f = blocks[i].field;
         const Lanes px = f[kX] - x[0], py = f[kY] - x[1], pz = f[kZ] - x[2];
-        Lanes t = one - (px * px + py * py + pz * pz) * inverse_square_width;
+        Lanes t = one - (px * px + py * py + pz * pz + f[kQ]) * inverse_square_width;
         const Lanes vx = f[kVx] - v[0], vy = f[kVy] - v[1], vz = f[kVz] - v[2];
         t = t > 0 ? t : zero;
         const Lanes k = f[kW] * t * t;
-        const Lanes kr = f[kU] * t * t - f[kW] * t * (px * vx + py * vy + pz * vz) * narrow;
+        const Lanes kr = f[kU] * t * t - f[kW] * t * (px * vx + py * vy + pz * vz + f[kS]) * narrow;
         mean[0] += k * f[kDx];
         mean[1] += k * f[kDy];
         mean[2] += k * f[kDz];
@@ -91,7 +92,7 @@ void sumUp(const Block* blocks, std::size_t n, float inverse_square_width, const
         const Lanes px = f[kX] - x[0], py = f[kY] - x[1], pz = f[kZ] - x[2];
         const Lanes vx = f[kVx] - v[0], vy = f[kVy] - v[1], vz = f[kVz] - v[2];
         const Lanes dx = f[kDx], dy = f[kDy], dz = f[kDz], ex = f[kEx], ey = f[kEy], ez = f[kEz];
-        const Lanes square = px * px + py * py + pz * pz, approach = px * vx + py * vy + pz * vz;
+        const Lanes square = px * px + py * py + pz * pz + f[kQ], approach = px * vx + py * vy + pz * vz + f[kS];
         Lanes t = one - square * inverse_square_width;
         t = t > 0 ? t : zero;
         Lanes facing = dx * m[0] + dy * m[1] + dz * m[2];
@@ -111,7 +112,7 @@ void sumUp(const Block* blocks, std::size_t n, float inverse_square_width, const
                 inverse_mean -
             gate * growth;
         const Lanes kr = f[kU] * gate + f[kW] * pull;
-        const Lanes along = px * dx + py * dy + pz * dz;
+        const Lanes along = px * dx + py * dy + pz * dz + f[kB];
         value[kWeight] += k;
         rate[kWeight] += kr;
         value[kOffset] += k * px;
@@ -127,7 +128,7 @@ void sumUp(const Block* blocks, std::size_t n, float inverse_square_width, const
         rate[kDirection + 1] += kr * dy + k * ey;
         rate[kDirection + 2] += kr * dz + k * ez;
         value[kAlong] += k * along;
-        rate[kAlong] += kr * along + k * (vx * dx + vy * dy + vz * dz + px * ex + py * ey + pz * ez);
+        rate[kAlong] += kr * along + k * (vx * dx + vy * dy + vz * dz + px * ex + py * ey + pz * ez + f[kC]);
         value[kSquare] += k * square;
         rate[kSquare] += kr * square + k * (approach + approach);
     }
@@ -149,7 +150,7 @@ void sumOpposite(const Block* blocks, std::size_t n, float inverse_square_width,
         const Lanes px = f[kX] - x[0], py = f[kY] - x[1], pz = f[kZ] - x[2];
         const Lanes vx = f[kVx] - v[0], vy = f[kVy] - v[1], vz = f[kVz] - v[2];
         const Lanes dx = f[kDx], dy = f[kDy], dz = f[kDz], ex = f[kEx], ey = f[kEy], ez = f[kEz];
-        const Lanes square = px * px + py * py + pz * pz, approach = px * vx + py * vy + pz * vz;
+        const Lanes square = px * px + py * py + pz * pz + f[kQ], approach = px * vx + py * vy + pz * vz + f[kS];
         Lanes t = one - square * inverse_square_width;
         t = t > 0 ? t : zero;
         Lanes facing = dx * m[0] + dy * m[1] + dz * m[2];
@@ -219,6 +220,10 @@ std::array<float, kFields - 3> fieldsOf(const BoundarySample& sample, double rad
     set(kEx, sample.direction.velocity);
     fields[kW - 3] = static_cast<float>(sample.weight.value / radius);
     fields[kU - 3] = static_cast<float>(sample.weight.rate / radius);
+    fields[kQ - 3] = static_cast<float>(sample.spread.value / (radius * radius));
+    fields[kS - 3] = static_cast<float>(sample.spread.rate / (2 * radius * radius));
+    fields[kB - 3] = static_cast<float>(sample.bulge.value / radius);
+    fields[kC - 3] = static_cast<float>(sample.bulge.rate / radius);
     return fields;
 }
 

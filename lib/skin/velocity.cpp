@@ -12,7 +12,7 @@ namespace betamesh {
 
 namespace {
 
-constexpr double kWellConditioned = 0.05;  // of |q1·(q2 × q3)| / r³; 99.9% of vertices lie above
+constexpr double kWellConditioned = 0.01;  // of |q1·(q2 × q3)| / r³; 99.9% of vertices lie above
 constexpr double kDamping = 0.25;          // weight of the field against the three equations at condition zero
 
 // The ċ that minimises Σ (q_m·ċ - q_m·v_m)² + damping² |ċ|², q_m of unit length.
