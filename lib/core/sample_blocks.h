@@ -34,7 +34,7 @@ void forPointsAmongSamples(std::size_t samples, const SampleAt& sampleAt, const 
     using Fields = std::array<float, kFields - 3>;
     using Block = SampleBlock<kFields>;
     const double scale = 1 / unit;
-    const CellOrder far(samples, reach / 2, sampleAt), near(points, reach / 3, pointAt);
+    const CellOrder far(samples, reach / 1.5, sampleAt), near(points, reach / 2.5, pointAt);
     std::array<std::vector<float>, 3> position;  // in the order of cells, from the lowest corner of each
     for (auto& axis : position) axis.resize(samples);
     std::vector<Fields> fields(samples);
