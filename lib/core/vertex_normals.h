@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <array>
+#include <numbers>
 #include <span>
 
 namespace betamesh {
@@ -27,14 +28,13 @@ std::vector<Vec3> vertexNormals(std::size_t vertices, std::span<const Triangle> 
     std::vector<Corners> corners(triangles.size());
     parallelFor(corners.size(), 1024, [&](std::size_t i) {
         const Triangle& t = triangles[i];
-        for (std::size_t m = 0; m < 3; ++m) {
-            const Vec3& at = positionOf(t[m]);
-            const Vec3 u = positionOf(t[(m + 1) % 3]) - at, v = positionOf(t[(m + 2) % 3]) - at;
-            const Vec3 across = cross(u, v);
-            const double doubled_area = across.length();
-            corners[i].angle[m] = static_cast<float>(angleOf(doubled_area, dot(u, v)));
-            corners[i].normal = doubled_area > 0 ? Vec3f(across / doubled_area) : Vec3f(0, 0, 0);
-        }
+        const Vec3 &a = positionOf(t[0]), &b = positionOf(t[1]), &c = positionOf(t[2]);
+        const Vec3 ab = b - a, bc = c - b, ca = a - c, across = cross(ab, bc);
+        const double doubled_area = across.length();
+        const double at_a = angleOf(doubled_area, -dot(ca, ab)), at_b = angleOf(doubled_area, -dot(ab, bc));
+        corners[i].angle = {static_cast<float>(at_a), static_cast<float>(at_b),
+                            static_cast<float>(std::numbers::pi - at_a - at_b)};
+        corners[i].normal = doubled_area > 0 ? Vec3f(across / doubled_area) : Vec3f(0, 0, 0);
     });
     // Every task goes through all triangles and adds up what is at its vertices: always in the same order.
     constexpr std::size_t kTasks = 8;
