@@ -329,7 +329,7 @@ double largestJump(double farthest, int steps) {
 }
 
 TEST(Events, AMovingBallDoesNotJump) {
-    EXPECT_LE(largestJump(0.0003, 60), 0.005);  // where a diagonal of the hull changes
+    EXPECT_LE(largestJump(0.0003, 60), 0.003);  // where a diagonal of the hull changes
     EXPECT_LE(largestJump(0.003, 20), 0.03);
 }
 
