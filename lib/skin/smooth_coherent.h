@@ -18,10 +18,11 @@ struct CoherentSmoothing {
 ///
 /// Nothing here knows which vertices or faces are neighbours. Every term is a sum over a measure that changes
 /// continuously in time, weighted by smooth functions of position and direction, so the surface moves continuously
-/// through every change of the boundary's connectivity. In relative positions y, directions d, weights w:
+/// through every change of the boundary's connectivity. In relative positions y, directions d, weights w, where |y|²
+/// and y·d are means over the piece that a sample stands for:
 ///
 ///     m = Σ w K d / Σ w K,  K = (1 - |y|²/width²)₊²               the mean direction
-///     k = w K (m·d)₊² / (|m|² + 0.01) · (1 - (m·y)² / (0.4 (|m|² + 0.01) (|y|² + r²)))₊²
+///     k = w K (m·d)₊² / (|m|² + 0.01) · (1 - (m·y)² / (0.5 (|m|² + 0.01) (|y|² + r²)))₊²
 ///
 /// keeps the two sides of a sheet, and surfaces far below or above, apart; then the algebraic sphere
 /// u_c + u_l·y + u_q |y|² whose gradient fits the directions best passes near x at x + τ u_l. That counts by
