@@ -100,8 +100,20 @@ Meeting meetingOf(const std::array<Vec3, 3>& s, const std::array<Vec3, 3>& t, co
 
 PatchTree::PatchTree(const BetaMesh& mesh, const std::vector<Moving>& before, double radius)
     : mesh_(mesh), direction_(icosphere(2).position) {
-    std::vector<Patch> patches = makePatches(before);
-    const std::vector<Box> folded = foldedStars(patches);
+    const std::vector<Patch> patches = makePatches(before);
+    std::vector<Box> folded;
+    parallelFor(2, 1, [&](std::size_t part) {  // each is serial in part
+        if (part == 0)
+            folded = foldedStars(patches);
+        else
+            makeTree(patches);
+    });
+    for (const Patch& patch : patches)
+        if (patch.turned) wake({Vec3(patch.node.box.min), Vec3(patch.node.box.max)}, kNearTurned * radius);
+    for (const Box& star : folded) wake(star, 0);
+}
+
+void PatchTree::makeTree(std::vector<Patch> patches) {
     Boxf whole;
     for (const Patch& patch : patches) whole.extendBy(patch.node.box);
     parallelFor(patches.size(), 1024,
@@ -120,9 +132,6 @@ PatchTree::PatchTree(const BetaMesh& mesh, const std::vector<Moving>& before, do
     for (std::size_t i = first_leaf_ - 1; i > 0; --i) node_[i].facing = node_[2 * i].facing & node_[2 * i + 1].facing;
     gatherBoxes();
     gatherAwake();
-    for (const Patch& patch : patches)
-        if (patch.turned) wake({Vec3(patch.node.box.min), Vec3(patch.node.box.max)}, kNearTurned * radius);
-    for (const Box& star : folded) wake(star, 0);
 }
 
 // Of vertices whose triangles face no common way: where two of these cross that do, which no others might tell.

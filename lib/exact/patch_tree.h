@@ -98,6 +98,7 @@ private:
     }
     Boxf boxOf(std::uint32_t triangle) const;
     std::vector<Patch> makePatches(const std::vector<Moving>& before);
+    void makeTree(std::vector<Patch> patches);
     std::vector<Box> foldedStars(const std::vector<Patch>& patches) const;
     void gatherBoxes();
     void gatherAwake();
