@@ -1,14 +1,17 @@
 #include "core/rigid_motion.h"
 
+#include <algorithm>
+
 namespace betamesh {
 
 void RigidMotionFit::add(const Vec3& position, const Vec3& velocity, double weight) {
-    if (weight_ == 0) origin_ = position;
-    const Vec3 x = position - origin_, &v = velocity;
+    if (weight_ == 0) origin_ = position, drift_ = velocity;
+    const Vec3 x = position - origin_, v = velocity - drift_;
     weight_ += weight;
     position_ += x * weight;
     velocity_ += v * weight;
     moment_ += cross(x, v) * weight;
+    energy_ += dot(v, v) * weight;
     const double squares[6] = {x.x * x.x, x.y * x.y, x.z * x.z, x.x * x.y, x.y * x.z, x.z * x.x};
     for (int k = 0; k < 6; ++k) squares_[k] += weight * squares[k];
 }
@@ -28,7 +31,13 @@ Vec3 RigidMotionFit::spin() const {
 
 Vec3 RigidMotionFit::velocityAt(const Vec3& position) const {
     if (!(weight_ > 0)) return Vec3(0);
-    return velocity_ / weight_ + cross(spin(), position - origin_ - position_ / weight_);
+    return drift_ + velocity_ / weight_ + cross(spin(), position - origin_ - position_ / weight_);
+}
+
+double RigidMotionFit::rigidity() const {
+    const double all = weight_ > 0 ? energy_ - dot(velocity_, velocity_) / weight_ : 0;
+    if (!(all > 0)) return 1;
+    return std::clamp(dot(spin(), moment_ - cross(position_ / weight_, velocity_)) / all, 0.0, 1.0);
 }
 
 }  // namespace betamesh

@@ -17,11 +17,14 @@ public:
     Vec3 velocityAt(const Vec3& position) const;
     /// Its angular velocity, radians per second.
     Vec3 spin() const;
+    /// How much of the motion relative to their centre it explains: from 0 to 1, where the points move as a rigid body.
+    double rigidity() const;
 
 private:
     double weight_ = 0;
-    Vec3 origin_{0, 0, 0};                                          // the first position
+    Vec3 origin_{0, 0, 0}, drift_{0, 0, 0};                         // the first position and velocity
     Vec3 position_{0, 0, 0}, velocity_{0, 0, 0}, moment_{0, 0, 0};  // Σw x, Σw v, Σw x × v
+    double energy_ = 0;                                             // Σw v·v
     double squares_[6] = {};                                        // Σw of xx, yy, zz, xy, yz, zx
 };
 

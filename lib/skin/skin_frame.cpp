@@ -120,22 +120,22 @@ BetaMesh completeSurface(const Particles& particles, const Structure& structure,
     const double angle = params.arc_subdivisions > 0
                              ? std::clamp(kArcAngle / params.arc_subdivisions, kLeastAngle, kLargestAngle)
                              : subdivision.max_angle;
-    const std::vector<Vec3> spins = spinsOfBalls(boundary, balls, particles);
+    const Spins spins = spinsOfBalls(boundary, balls, particles);
     std::vector<Moving> vertices = movingVertices(particles, structure.snapped, boundary, balls);
     watch("velocity");
-    const ArcNetwork network = arcPoints(boundary, balls, spins, std::move(vertices), subdivision);
-    const FacePoints points = facePoints(structure.snapped, boundary, balls, spins, angle);
-    BetaMesh beta = completeTessellation(boundary, balls, spins, network, points, subdivision.appearance);
+    const ArcNetwork network = arcPoints(boundary, balls, spins.of_points, std::move(vertices), subdivision);
+    const FacePoints points = facePoints(structure.snapped, boundary, balls, spins.of_points, angle);
+    BetaMesh beta = completeTessellation(boundary, balls, spins.of_points, network, points, subdivision.appearance);
     if (params.features.bubbles == Bubbles::fill)  // before smoothing: small bubbles may be turned inside out by it
         report.bubbles_filled = fillBubbles(beta, params.radius, params.features.bubble_volume);
     watch("tessellate");
     if (smoothed) {
         const std::vector<Moving> from = beta.vertex;
-        smooth(structure, balls, spins, network, points, params, beta);
+        smooth(structure, balls, spins.of_points, network, points, params, beta);
         keepApart(from, params.radius, beta);
     }
     watch("smooth");
-    if (!particles.velocity.empty()) slideWithParticles(boundary, balls, spins, beta);
+    if (!particles.velocity.empty()) slideWithParticles(boundary, balls, spins.of_liquid, beta);
     watch("velocity");
     return beta;
 }
@@ -148,7 +148,7 @@ PaperMesh paperSurface(const Particles& particles, const Structure& structure, c
     watch("tessellate");
     if (params.smoothing == SmoothingMethod::paper) smoothAsInPaper(beta, params.passes);
     if (params.smoothing != SmoothingMethod::paper && (passesOf(params) > 0 || params.inset > 0)) {
-        const std::vector<Vec3> spins = spinsOfBalls(structure.boundary, balls, particles);
+        const std::vector<Vec3> spins = spinsOfBalls(structure.boundary, balls, particles).of_points;
         smooth(structure, balls, spins, arcPoints(structure.boundary, balls, spins, vertices, {}),
                facePoints(structure.snapped, structure.boundary, balls, spins, kSampleAngle), params, beta);
     }

@@ -134,12 +134,17 @@ private:
 
 }  // namespace
 
-std::vector<Vec3> spinsOfBalls(const BallBoundary& boundary, const std::vector<Moving>& balls,
-                               const Particles& particles) {
-    std::vector<Vec3> spins(balls.size(), Vec3(0, 0, 0));
+Spins spinsOfBalls(const BallBoundary& boundary, const std::vector<Moving>& balls, const Particles& particles) {
+    const std::vector<Vec3> none(balls.size(), Vec3(0, 0, 0));
+    Spins spins{none, none};
     if (particles.velocity.empty()) return spins;
     const LocalMotion motion(boundary, balls);
-    parallelFor(balls.size(), 512, [&](std::size_t b) { spins[b] = motion.at(balls[b].position).spin(); });
+    parallelFor(balls.size(), 512, [&](std::size_t b) {
+        const RigidMotionFit fit = motion.at(balls[b].position);
+        const double rigidity = fit.rigidity(), square = rigidity * rigidity;
+        spins.of_liquid[b] = fit.spin();
+        spins.of_points[b] = spins.of_liquid[b] * (square * square);
+    });
     return spins;
 }
 

@@ -23,13 +23,21 @@ std::vector<Moving> movingBalls(const BallBoundary& boundary, const Particles& p
 std::vector<Moving> movingVertices(const Particles& particles, const SnappedParticles& snapped,
                                    const BallBoundary& boundary, const std::vector<Moving>& balls);
 
-/// The angular velocity of each ball: that of the rigid motion which explains it and the balls within 2r best,
-/// (1 - d²/4r²)² their weight. Zero for all where the particles have no velocity.
+/// Angular velocities at each ball, radians per second.
+struct Spins {
+    std::vector<Vec3> of_liquid;
+    /// Of what the tessellation puts in fixed directions from a ball. The next frame puts it there again, whatever the
+    /// liquid does: this is zero for most motions, so that velocities tell how the surface gets from one frame to the
+    /// next, and that of the liquid where it moves as a rigid body, so that its surface moves with it exactly.
+    std::vector<Vec3> of_points;
+};
+
+/// That of the rigid motion which explains a ball and those within 2r best, (1 - d²/4r²)² their weight; points turn by
+/// the fourth power of how much it explains. Zero for all where the particles have no velocity.
 ///
 /// same    result for any thread count and particle order
 /// cost    O(balls)
-std::vector<Vec3> spinsOfBalls(const BallBoundary& boundary, const std::vector<Moving>& balls,
-                               const Particles& particles);
+Spins spinsOfBalls(const BallBoundary& boundary, const std::vector<Moving>& balls, const Particles& particles);
 
 /// Turns the velocities of vertices, which so far follow points of the tessellation, into the surface's: along the
 /// mesh's normal they stay; across it they become those of the liquid, the mean of the rigid motions round the balls

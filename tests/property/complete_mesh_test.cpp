@@ -50,7 +50,7 @@ Tessellated tessellated(const Particles& particles, double radius, Appearance ap
     BallBoundary boundary = ballBoundary(snapped, survivors(snapped));
     groupFaces(snapped, boundary);
     const std::vector<Moving> balls = movingBalls(boundary, particles);
-    const std::vector<Vec3> spins = spinsOfBalls(boundary, balls, particles);
+    const std::vector<Vec3> spins = spinsOfBalls(boundary, balls, particles).of_points;
     const ArcNetwork network = arcPoints(boundary, balls, spins, movingVertices(particles, snapped, boundary, balls),
                                          {angle, segments, appearance});
     Mesh mesh = meshOf(completeTessellation(boundary, balls, spins, network,

@@ -1,0 +1,38 @@
+#include "core/rigid_motion.h"
+
+#include "core/random.h"
+
+#include <gtest/gtest.h>
+
+namespace betamesh {
+
+TEST(RigidMotionFit, FindsTheMotionOfARigidBodyWhateverItsDrift) {
+    Random random(1);
+    for (const double drift : {0.0, 1.0, 1e6}) {
+        const Vec3 spin = random.cube(), velocity = random.cube() * drift;
+        RigidMotionFit fit;
+        for (int i = 0; i < 20; ++i) {
+            const Vec3 x = random.cube();
+            fit.add(x, velocity + cross(spin, x), random.unit());
+        }
+        EXPECT_LE((fit.spin() - spin).length(), 1e-8 * (1 + drift));
+        EXPECT_LE((fit.velocityAt(Vec3(1, 2, 3)) - velocity - cross(spin, Vec3(1, 2, 3))).length(), 1e-8 * (1 + drift));
+        EXPECT_NEAR(fit.rigidity(), 1, 1e-9 * (1 + drift));
+    }
+}
+
+TEST(RigidMotionFit, RigidityIsTheShareOfTheMotionThatIsRigid) {
+    RigidMotionFit turning, growing, both;
+    for (const Vec3& x : {Vec3(1, 0, 0), Vec3(-1, 0, 0), Vec3(0, 1, 0), Vec3(0, -1, 0)}) {
+        const Vec3 turn = cross(Vec3(0, 0, 2), x);
+        turning.add(x, turn, 1);
+        growing.add(x, x * 2, 1);
+        both.add(x, turn + x * 2, 1);
+    }
+    EXPECT_NEAR(turning.rigidity(), 1, 1e-8);
+    EXPECT_NEAR(growing.rigidity(), 0, 1e-8);
+    EXPECT_NEAR(both.rigidity(), 0.5, 1e-8);
+    EXPECT_EQ(RigidMotionFit().rigidity(), 1);
+}
+
+}  // namespace betamesh
