@@ -86,6 +86,16 @@ std::string ratio(const CoherenceReport& report, double way) {
     return in_ways ? text(*in_ways) : "-";
 }
 
+/// Where nothing opens, closes, meets or parts. Far from the other surface is only what is left behind or only what has
+/// come, where a dent or a tip does one of these.
+std::string shapeAt(const Place& place) {
+    const std::string words = "no change of topology";
+    if (place.liquid == LiquidChange::both || (place.vanished > 0 && place.appeared > 0)) return words;
+    const bool gained = place.liquid == LiquidChange::gained, left = place.vanished > 0;
+    if (gained == left) return words + (gained ? ": dent filled" : ": dent opened");
+    return words + (gained ? ": tip rose" : ": tip sank");
+}
+
 std::string eventsAt(const Place& place) {
     std::string words;
     for (const auto& [event, times] : place.events) {
@@ -93,19 +103,19 @@ std::string eventsAt(const Place& place) {
         words += nameOf(event);
         if (times > 1) words += " (" + std::to_string(times) + " times)";
     }
-    return words.empty() ? "no change of topology" : words;
+    return words.empty() ? shapeAt(place) : words;
 }
 
 void printPlaces(const CoherenceReport& report, std::size_t listed) {
     if (report.places.empty()) return;
     std::cout << "    " << filled("jump", 12) << filled("ratio", 10) << filled("points", 8) << filled("vanished", 11)
-              << filled("appeared", 11) << filled("liquid", 8) << filled("what happened", 34) << "at\n";
+              << filled("appeared", 11) << filled("liquid", 8) << filled("what happened", 36) << "at\n";
     for (std::size_t i = 0; i < std::min(listed, report.places.size()); ++i) {
         const Place& place = report.places[i];
         std::cout << "    " << filled(text(place.jump), 12) << filled(ratio(report, place.jump), 10)
                   << filled(std::to_string(place.points), 8) << filled(text(place.vanished), 11)
                   << filled(text(place.appeared), 11) << filled(std::string(nameOf(place.liquid)), 8)
-                  << filled(eventsAt(place), 34) << text(place.position) << '\n';
+                  << filled(eventsAt(place), 36) << text(place.position) << '\n';
     }
     if (report.places.size() <= listed) return;
     const std::size_t more = report.places.size() - listed;
