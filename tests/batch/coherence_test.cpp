@@ -133,6 +133,26 @@ TEST(Coherence, NamesWhatHappensAtAPlace) {
     EXPECT_NE(outcome.out.find("pieces joined"), std::string::npos) << outcome.out;
 }
 
+// One vertex of a sphere goes out and back, in and back.
+TEST(Coherence, TellsDentsFromTips) {
+    const TemporaryFolder folder;
+    const std::vector<double> length = {1, 1.3, 1, 0.7, 1};
+    for (std::size_t frame = 0; frame < length.size(); ++frame) {
+        Mesh mesh = sphere(Vec3(0, 0, 0));
+        mesh.position[0] *= length[frame];
+        Particles particles;
+        particles.position = {Vec3f(0, 0, 0.1f * static_cast<float>(frame))};
+        writeMesh(folder / ("m.000" + std::to_string(frame) + ".ply"), mesh);
+        writeParticles(folder / ("p.000" + std::to_string(frame) + ".bgeo"), particles);
+    }
+    const std::string table = runProgram({"coherence", "m.####.ply", "--particles", "p.####.bgeo"}, folder.path()).out;
+    std::size_t at = 0;
+    for (const char* words : {": tip rose", ": tip sank", ": dent opened", ": dent filled"}) {
+        at = table.find(words, at);
+        EXPECT_NE(at, std::string::npos) << words << '\n' << table;
+    }
+}
+
 TEST(Coherence, PlotsOverTime) {
     const TemporaryFolder folder;
     writeSequence(folder);
