@@ -30,11 +30,6 @@ Icosphere icosphere(std::uint32_t cuts) {
         }
         return place->second;
     };
-    if (cuts % 2 == 0)
-        for (const auto& corners : face)
-            for (std::uint32_t i = 0; i <= cuts; i += 2)
-                for (std::uint32_t j = 0; i + j <= cuts; j += 2) pointAt(corners, i, j);
-    sphere.coarse = static_cast<std::uint32_t>(sphere.position.size());
     for (const auto& corners : face) {
         const auto point = [&](std::uint32_t i, std::uint32_t j) { return pointAt(corners, i, j); };
         for (std::uint32_t i = 0; i < cuts; ++i)
@@ -44,7 +39,6 @@ Icosphere icosphere(std::uint32_t cuts) {
                     sphere.triangles.push_back({point(i + 1, j), point(i + 1, j + 1), point(i, j + 1)});
             }
     }
-    if (sphere.coarse == 0) sphere.coarse = static_cast<std::uint32_t>(sphere.position.size());
     return sphere;
 }
 

@@ -9,11 +9,9 @@ namespace betamesh {
 struct Icosphere {
     std::vector<Vec3> position;
     std::vector<Triangle> triangles;  ///< counter-clockwise seen from outside
-    std::uint32_t coarse = 0;         ///< so many positions, the first ones, are those with half as many cuts
 };
 
 /// Every edge of the icosahedron is cut into `cuts` >= 1 pieces: 20 cuts² triangles, 10 cuts² + 2 vertices.
-/// An odd number of cuts cannot be halved: coarse counts all.
 Icosphere icosphere(std::uint32_t cuts);
 
 }  // namespace betamesh
