@@ -27,14 +27,15 @@ void markNearBox(const float* x, const float* y, const float* z, std::size_t n, 
 /// of `unit`, which keeps them exact enough as floats.
 ///
 /// fieldsOf    sample's row -> its fields after the position, kFields - 3 floats
+/// cell        edge of the cells of points that share their blocks: small ones make visit's work less, large ones ours
 /// cost        O(points + samples), and what visit does
 template <std::size_t kFields, typename SampleAt, typename FieldsOf, typename PointAt, typename Visit>
 void forPointsAmongSamples(std::size_t samples, const SampleAt& sampleAt, const FieldsOf& fieldsOf, std::size_t points,
-                           const PointAt& pointAt, double reach, double unit, const Visit& visit) {
+                           const PointAt& pointAt, double reach, double cell, double unit, const Visit& visit) {
     using Fields = std::array<float, kFields - 3>;
     using Block = SampleBlock<kFields>;
     const double scale = 1 / unit;
-    const CellOrder far(samples, reach / 1.5, sampleAt), near(points, reach / 2.5, pointAt);
+    const CellOrder far(samples, reach / 1.5, sampleAt), near(points, cell, pointAt);
     std::array<std::vector<float>, 3> position;  // in the order of cells, from the lowest corner of each
     for (auto& axis : position) axis.resize(samples);
     std::vector<Fields> fields(samples);
@@ -52,8 +53,8 @@ void forPointsAmongSamples(std::size_t samples, const SampleAt& sampleAt, const 
         std::array<std::vector<float>, 3> place;  // of candidates
         std::vector<std::uint32_t> candidate, near_enough;
         for (std::size_t g = first; g < last; ++g) {
-            const auto cell = std::span(near.entries()).subspan(near.cells()[g], near.cells()[g + 1] - near.cells()[g]);
-            const Vec3 low = near.lowestCorner(cell[0]), high = low + Vec3(near.edge()), middle = (low + high) / 2;
+            const auto here = std::span(near.entries()).subspan(near.cells()[g], near.cells()[g + 1] - near.cells()[g]);
+            const Vec3 low = near.lowestCorner(here[0]), high = low + Vec3(near.edge()), middle = (low + high) / 2;
             std::size_t n = 0;
             far.forCellsIn(low - Vec3(reach), high + Vec3(reach), [&](std::uint32_t begin, std::uint32_t end) {
                 const std::size_t more = n + end - begin;
@@ -81,7 +82,7 @@ void forPointsAmongSamples(std::size_t samples, const SampleAt& sampleAt, const 
                 for (std::size_t k = 0; k < 3; ++k) field[k][u % kLanes] = place[k][i];
                 for (std::size_t k = 3; k < kFields; ++k) field[k][u % kLanes] = fields[candidate[i]][k - 3];
             }
-            for (const CellOrder::Entry& entry : cell)
+            for (const CellOrder::Entry& entry : here)
                 visit(entry.row, Vec3f((pointAt(entry.row) - middle) * scale), std::span<const Block>(blocks));
         }
     });

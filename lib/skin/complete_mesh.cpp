@@ -359,23 +359,41 @@ BetaMesh completeTessellation(const BallBoundary& boundary, const std::vector<Mo
         }
     });
 
+    const auto placesIn = [&](const auto& listOf) {
+        std::vector<std::uint32_t> sizes;
+        for (const Part& part : parts) sizes.push_back(static_cast<std::uint32_t>(listOf(part).size()));
+        return placesOf(sizes);
+    };
+    const std::vector<std::uint32_t> vertices = placesIn([](const Part&part) -> auto& { return part.vertex; }),
+                                     triangles = placesIn([](const Part&part) -> auto& { return part.triangles; }),
+                                     rising = placesIn([](const Part&part) -> auto& { return part.rising; });
     BetaMesh mesh;
+    mesh.vertex.reserve(network.point.size() + vertices.back());
     mesh.vertex = network.point;
-    mesh.clearance.assign(network.point.size(), {0, 0});
+    mesh.vertex.resize(network.point.size() + vertices.back());
+    mesh.clearance.resize(mesh.vertex.size(), {0, 0});
+    mesh.triangles.resize(triangles.back());
+    mesh.rising.reserve(network.rising.size() + rising.back());
     mesh.rising = network.rising;
-    for (const Part& part : parts) {
-        const auto first = static_cast<std::uint32_t>(mesh.vertex.size());
-        mesh.vertex.insert(mesh.vertex.end(), part.vertex.begin(), part.vertex.end());
-        mesh.clearance.insert(mesh.clearance.end(), part.clearance.begin(), part.clearance.end());
+    mesh.rising.resize(network.rising.size() + rising.back());
+    parallelFor(tasks, 4, [&](std::size_t task) {
+        const Part& part = parts[task];
+        const auto first = static_cast<std::uint32_t>(network.point.size() + vertices[task]);
         const auto numbered = [&](std::uint32_t v) { return v >= kNew ? first + (v - kNew) : v; };
-        for (const Triangle& t : part.triangles)
-            mesh.triangles.push_back({numbered(t[0]), numbered(t[1]), numbered(t[2])});
-        for (RisingVertex rising : part.rising) {
-            rising.vertex = numbered(rising.vertex);
-            for (std::uint32_t& v : rising.from) v = numbered(v);
-            mesh.rising.push_back(rising);
-        }
-    }
+        std::copy(part.vertex.begin(), part.vertex.end(), mesh.vertex.begin() + first);
+        std::copy(part.clearance.begin(), part.clearance.end(), mesh.clearance.begin() + first);
+        std::transform(part.triangles.begin(), part.triangles.end(), mesh.triangles.begin() + triangles[task],
+                       [&](const Triangle& t) {
+                           return Triangle{numbered(t[0]), numbered(t[1]), numbered(t[2])};
+                       });
+        std::transform(part.rising.begin(), part.rising.end(),
+                       mesh.rising.begin() + static_cast<std::ptrdiff_t>(network.rising.size()) + rising[task],
+                       [&](RisingVertex r) {
+                           r.vertex = numbered(r.vertex);
+                           for (std::uint32_t& v : r.from) v = numbered(v);
+                           return r;
+                       });
+    });
     return mesh;
 }
 

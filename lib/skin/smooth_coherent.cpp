@@ -236,7 +236,7 @@ void fitAll(const std::vector<std::uint32_t>& rows, const PointAt& pointAt, cons
     forPointsAmongSamples<kFields>(
         samples.size(), [&](std::size_t i) { return samples[i].position.position; },
         [&](std::size_t i) { return fieldsOf(samples[i], params.radius); }, rows.size(),
-        [&](std::size_t i) { return pointAt(rows[i]).position; }, params.width, params.radius,
+        [&](std::size_t i) { return pointAt(rows[i]).position; }, params.width, params.width / 2.5, params.radius,
         [&](std::uint32_t i, const Vec3f& x, std::span<const Block> blocks) {
             const std::uint32_t row = rows[i];
             const Vec3f v(pointAt(row).velocity * scale);

@@ -185,7 +185,7 @@ void slideWithParticles(const BallBoundary& boundary, const std::vector<Moving>&
     };
     forPointsAmongSamples<kFields>(
         balls.size(), [&](std::size_t b) { return balls[b].position; }, fieldsOf, mesh.vertex.size(),
-        [&](std::size_t v) { return mesh.vertex[v].position; }, 2 * radius, radius,
+        [&](std::size_t v) { return mesh.vertex[v].position; }, 2 * radius, 1.3 * radius, radius,
         [&](std::uint32_t v, const Vec3f& x, std::span<const Block> blocks) {
             double sums[4];
             sumMotion(blocks.data(), blocks.size(), x, sums);
