@@ -359,14 +359,13 @@ BetaMesh completeTessellation(const BallBoundary& boundary, const std::vector<Mo
         }
     });
 
-    const auto placesIn = [&](const auto& listOf) {
+    const auto placesIn = [&](auto list) {
         std::vector<std::uint32_t> sizes;
-        for (const Part& part : parts) sizes.push_back(static_cast<std::uint32_t>(listOf(part).size()));
+        for (const Part& part : parts) sizes.push_back(static_cast<std::uint32_t>((part.*list).size()));
         return placesOf(sizes);
     };
-    const std::vector<std::uint32_t> vertices = placesIn([](const Part&part) -> auto& { return part.vertex; }),
-                                     triangles = placesIn([](const Part&part) -> auto& { return part.triangles; }),
-                                     rising = placesIn([](const Part&part) -> auto& { return part.rising; });
+    const std::vector<std::uint32_t> vertices = placesIn(&Part::vertex), triangles = placesIn(&Part::triangles),
+                                     rising = placesIn(&Part::rising);
     BetaMesh mesh;
     mesh.vertex.reserve(network.point.size() + vertices.back());
     mesh.vertex = network.point;
