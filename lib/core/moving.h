@@ -32,6 +32,13 @@ inline Rate squareRoot(Rate a) {
     return {value, value > 0 ? a.rate / (2 * value) : 0};
 }
 
+/// From 0, at t <= 0, to 1, at t >= 1, with no slope at either end.
+inline Rate smoothStep(Rate t) {
+    if (t.value <= 0) return 0;
+    if (t.value >= 1) return 1;
+    return t * t * (3 - t * 2);
+}
+
 /// A point or vector and its velocity per second.
 struct Moving {
     Vec3 position{0, 0, 0}, velocity{0, 0, 0};

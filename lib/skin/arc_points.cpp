@@ -87,9 +87,7 @@ Cut cutFor(Rate angle, std::uint32_t least, const ArcSubdivision& subdivision) {
     if (least > 2 && wanted.value <= kFadesFrom * count) return {count};
     while (wanted.value > kFadesFrom * count && count < kMostSegments) count *= 2;
     const Rate t = (wanted * 2 / count - kFadesFrom) / (kFadesTo - kFadesFrom);
-    if (count == 1 || t.value >= 1) return {count};
-    if (t.value <= 0) return {count, 0};
-    return {count, t * t * (3 - t * 2)};
+    return {count, count == 1 ? Rate(1) : smoothStep(t)};
 }
 
 // Point m of a circle, of so many parts of an angle.

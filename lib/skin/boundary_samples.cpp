@@ -21,12 +21,6 @@ constexpr double kRim = 0.2, kInside = 0.7;  // faces count in full from this cl
 constexpr double kTight = 0.35;  // squared radii: up to this spread all that is exposed of a ball counts as one sample
 constexpr double kLoose = 0.5;   // and from this on as six, towards six sides
 
-Rate smoothStep(Rate t) {
-    if (t.value <= 0) return 0;
-    if (t.value >= 1) return 1;
-    return t * t * (3 - t * 2);
-}
-
 // sin(x) / x, of small x >= 0.
 Rate sinc(Rate x) {
     const auto [sine, cosine] = sineCosine(x.value);
@@ -129,17 +123,13 @@ struct ExposedBall {
         whole.weight = whole.weight * (1 - apart);
         if (apart.value == 0) return;
 
-        std::array<Moving, 3> axis;
-        for (int k = 0; k < 3; ++k) {
-            axis[static_cast<std::size_t>(k)].position[k] = 1;
-            axis[static_cast<std::size_t>(k)].velocity = cross(spin, axis[static_cast<std::size_t>(k)].position);
-        }
         std::vector<Together> towards(side.size(), Together(ball));
         forAll([&](const BoundarySample& sample, double share) {
             const Moving direction = normalized(sample.position - ball);
-            for (std::size_t k = 0; k < axis.size(); ++k) {  // squares of a direction's components sum to one
-                const Rate along = dot(direction, axis[k]);
-                towards[2 * k + (along.value > 0)].add(sample, along * along * share);
+            const Vec3 turning = direction.velocity - cross(spin, direction.position);  // as the cube sees it
+            for (int k = 0; k < 3; ++k) {  // squares of a direction's components sum to one
+                const Rate along(direction.position[k], turning[k]);
+                towards[static_cast<std::size_t>(2 * k + (along.value > 0))].add(sample, along * along * share);
             }
         });
         for (std::size_t k = 0; k < side.size(); ++k) {

@@ -138,10 +138,7 @@ public:
     Rate shareOf(std::uint32_t p, Rate height) const {
         const Rate near = nearRim(p), apart = unborn(p), sunk = near.value < apart.value ? apart : near;
         const Rate held = sunk.value < kSunkInEarnest ? sunk / kSunkInEarnest : Rate(1);
-        const Rate t = height / (kFreeHeight * angle_ * angle_);
-        if (t.value <= 0) return 1 - held;
-        if (t.value >= 1) return 1;
-        return 1 - held * (1 - t * t * (3 - 2 * t));
+        return 1 - held * (1 - smoothStep(height / (kFreeHeight * angle_ * angle_)));
     }
 
 private:

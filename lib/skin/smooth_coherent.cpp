@@ -255,10 +255,7 @@ void fitAll(const std::vector<std::uint32_t>& rows, const PointAt& pointAt, cons
 
 // 1 up to kStayingBegins, 0 from kStaysWhole on.
 Rate shareOfTheWay(Rate clearance) {
-    const Rate t = (clearance - kStayingBegins) / (kStaysWhole - kStayingBegins);
-    if (t.value <= 0) return 1;
-    if (t.value >= 1) return 0;
-    return 1 - t * t * (3 - t * 2);
+    return 1 - smoothStep((clearance - kStayingBegins) / (kStaysWhole - kStayingBegins));
 }
 
 // Shorter than `farthest`, whatever the step; steps that are not nearly as long stay what they are.
@@ -302,8 +299,7 @@ void smoothCoherently(BetaMesh& mesh, BoundarySamples samples, const CoherentSmo
         fitAll(moving, vertexAt, samples, params, [&](std::uint32_t v, const Fit& fit) {
             // Between surfaces that nearly touch, the mean direction may be that of the other one.
             const double length = fit.inset.position.length(), inwards = -dot(normals[v], fit.inset.position);
-            const double t = std::clamp(2 * inwards / length, 0.0, 1.0);
-            if (length > 0) inset[v] = fit.inset * (t * t * (3 - 2 * t));
+            if (length > 0) inset[v] = fit.inset * smoothStep(2 * inwards / length).value;
             if (params.passes > 0) move(v, fit);
         });
     }
