@@ -1,8 +1,5 @@
 #include "exact/exposed_region.h"
 
-#include "core/icosphere.h"
-#include "core/simd.h"
-
 #include <algorithm>
 #include <cmath>
 
@@ -10,138 +7,225 @@ namespace betamesh {
 
 namespace {
 
-constexpr float kSlack = 1e-5f;  // far above the rounding of the dot products it guards
-constexpr std::uint32_t kCuts = 4;
-constexpr int kFinestLevel = 6;
-constexpr std::size_t kFewNeighbours = 16;
-constexpr std::size_t kPackEvery = 16;  // caps
+constexpr double kSlack = 1e-5;  // radii: far above the rounding of anything here
+constexpr float kOutOfReach = 1e30F;
+constexpr std::uint32_t kNone = ~std::uint32_t{0};
 
-// Marks the midpoints m with offset·m >= least; true when none is left without a mark.
-BETAMESH_EVERY_CPU
-bool markAlong(const float* x, const float* y, const float* z, std::size_t n, float dx, float dy, float dz, float least,
-               std::int32_t* marked) {
-    std::int32_t all = -1;
-    for (std::size_t p = 0; p < n; ++p) {
-        const float along = dx * x[p] + dy * y[p] + dz * z[p];
-        marked[p] |= along >= least ? -1 : 0;
-        all &= marked[p];
+using Order = std::int32_t __attribute__((vector_size(kLanes * sizeof(std::int32_t))));
+
+// Of the planes in each lane, how far a point lies beyond the one that it lies farthest beyond, and its block.
+struct alignas(kLanes * sizeof(float)) Farthest {
+    Lanes beyond;
+    Order block;
+
+    // The first plane beyond which it lies that far.
+    std::uint32_t planeAt(float distance) const {
+        std::uint32_t first = kNone;
+        for (std::uint32_t l = 0; l < kLanes; ++l)
+            if (beyond[l] == distance)
+                first = std::min(first, static_cast<std::uint32_t>(block[l]) * static_cast<std::uint32_t>(kLanes) + l);
+        return first;
     }
-    return all == -1;
-}
+};
 
-// Is there a midpoint m with offset·m >= least?
-BETAMESH_EVERY_CPU
-bool anyAlong(const float* x, const float* y, const float* z, std::size_t n, float dx, float dy, float dz,
-              float least) {
-    std::int32_t any = 0;
-    for (std::size_t p = 0; p < n; ++p) any |= dx * x[p] + dy * y[p] + dz * z[p] >= least ? -1 : 0;
-    return any != 0;
+// The largest of these distances.
+template <typename Planes>
+BETAMESH_EVERY_CPU float farthestBeyond(const Planes* planes, std::size_t blocks, float x, float y, float z,
+                                        Farthest& farthest) {
+    Lanes most = Lanes{} - kOutOfReach;
+    Order block{};
+    for (std::size_t i = 0; i < blocks; ++i) {
+        const Lanes beyond = planes[i].x * x + planes[i].y * y + planes[i].z * z - planes[i].distance;
+        const Order more = beyond > most;
+        most = more ? beyond : most;
+        block = more ? Order{} + static_cast<std::int32_t>(i) : block;
+    }
+    farthest.beyond = most;
+    farthest.block = block;
+    const Lanes halves = __builtin_shufflevector(most, most, 8, 9, 10, 11, 12, 13, 14, 15, 0, 1, 2, 3, 4, 5, 6, 7);
+    most = halves > most ? halves : most;
+    const Lanes quarters = __builtin_shufflevector(most, most, 4, 5, 6, 7, 0, 1, 2, 3, 12, 13, 14, 15, 8, 9, 10, 11);
+    most = quarters > most ? quarters : most;
+    return std::max(std::max(most[0], most[1]), std::max(most[2], most[3]));
 }
 
 }  // namespace
 
-ExposedRegion::Patches::Patches(const std::vector<Corners>& triangles) {
-    for (const Corners& corners : triangles) {
-        const Vec3 middle = (corners[0] + corners[1] + corners[2]).normalized();
-        for (const Vec3& corner : corners) cos_angle = std::min(cos_angle, static_cast<float>(dot(middle, corner)));
-        x.push_back(static_cast<float>(middle.x));
-        y.push_back(static_cast<float>(middle.y));
-        z.push_back(static_cast<float>(middle.z));
-        triangle.push_back(static_cast<std::uint32_t>(triangle.size()));
+void ExposedRegion::setPlanes(const std::vector<Neighbour>& neighbours) {
+    const std::size_t n = neighbours.size();
+    planes_.resize((n + kLanes - 1) / kLanes);
+    const auto half = static_cast<float>(0.5 / radius_);
+    for (std::size_t i = 0; i < planes_.size(); ++i) {
+        Planes& planes = planes_[i];
+        Lanes length = Lanes{} + kOutOfReach;
+        planes.x = planes.y = planes.z = Lanes{};
+        for (std::size_t l = 0; l < std::min(kLanes, n - i * kLanes); ++l) {
+            const Neighbour& neighbour = neighbours[i * kLanes + l];
+            planes.x[l] = static_cast<float>(neighbour.offset.x);
+            planes.y[l] = static_cast<float>(neighbour.offset.y);
+            planes.z[l] = static_cast<float>(neighbour.offset.z);
+            length[l] = std::sqrt(static_cast<float>(neighbour.squared));
+        }
+        const Lanes inverse = 1 / length;
+        planes.x *= inverse, planes.y *= inverse, planes.z *= inverse;
+        planes.distance = length * half;
     }
-    covered.resize(size());
-    sin_angle = std::sqrt(1 - cos_angle * cos_angle);
 }
 
-void ExposedRegion::Patches::leaveCoveredOut() {
-    std::size_t left = 0;
-    for (std::size_t p = 0; p < size(); ++p) {
-        x[left] = x[p], y[left] = y[p], z[left] = z[p], triangle[left] = triangle[p];
-        left += covered[p] == 0;
+void ExposedRegion::put(const Corner& corner, std::size_t place) {
+    if (place == corner_.size())
+        corner_.push_back(corner);
+    else
+        corner_[place] = corner;
+    const auto& [a, b, c] = corner.wall;
+    corner_at_[a][b] = corner_at_[b][c] = corner_at_[c][a] = static_cast<std::uint16_t>(place);
+}
+
+void ExposedRegion::beginWithCube() {
+    constexpr double kHalf = 1 + 4 * kSlack;
+    for (Wall& wall : wall_) wall.corners = 0;
+    for (std::size_t k = 0; k < 6; ++k) {
+        Vec3 normal(0);
+        normal[static_cast<int>(k / 2)] = k % 2 ? -1 : 1;
+        wall_[k] = {normal, kHalf, kNone, 0};
     }
-    x.resize(left), y.resize(left), z.resize(left), triangle.resize(left);
-    covered.assign(left, 0);
+    corner_.clear();
+    for (std::uint8_t c = 0; c < 8; ++c) {
+        const auto x = static_cast<std::uint8_t>(c & 1), y = static_cast<std::uint8_t>(c >> 1 & 1),
+                   z = static_cast<std::uint8_t>(c >> 2);
+        const Vec3 place(x ? -kHalf : kHalf, y ? -kHalf : kHalf, z ? -kHalf : kHalf);
+        std::array<std::uint8_t, 3> walls{x, static_cast<std::uint8_t>(2 + y), static_cast<std::uint8_t>(4 + z)};
+        if ((x + y + z) % 2) std::swap(walls[1], walls[2]);
+        put({place, walls, true, false, {}}, c);
+    }
+    for (std::size_t k = 0; k < 6; ++k) wall_[k].corners = 4;
+    outer_ = 8;
 }
 
-const ExposedRegion::WholeSphere& ExposedRegion::wholeSphere() {
-    static const WholeSphere whole = [] {
-        const Icosphere sphere = icosphere(kCuts);
-        std::vector<Corners> triangles;
-        for (const Triangle& t : sphere.triangles)
-            triangles.push_back({sphere.position[t[0]], sphere.position[t[1]], sphere.position[t[2]]});
-        return WholeSphere{triangles, Patches(triangles)};
-    }();
-    return whole;
+// Lists the corners that a wall makes where it cuts others off: on every edge from one of these to one that stays.
+// False where rounding leaves them without order.
+bool ExposedRegion::listNewCorners(std::uint8_t wall) {
+    constexpr double kInside = 1 - 2 * kSlack;
+    new_corner_.clear();
+    std::uint64_t begun = 0;
+    std::array<std::uint8_t, kMostWalls> next;
+    for (std::size_t i = 0; i < cut_count_; ++i) {
+        const Corner& cut = corner_[cut_[i]];
+        for (std::size_t k = 0; k < 3; ++k) {
+            const std::uint8_t a = cut.wall[k], b = cut.wall[(k + 1) % 3];
+            const std::uint16_t beyond = corner_at_[b][a];
+            if (beyond_[beyond] > 0) continue;
+            if (begun >> a & 1) return false;
+            begun |= std::uint64_t{1} << a;
+            next[a] = b;
+            const double share = beyond_[cut_[i]] / (beyond_[cut_[i]] - beyond_[beyond]);
+            const Vec3 place = cut.place + (corner_[beyond].place - cut.place) * share;
+            new_corner_.push_back({place, {a, b, wall}, place.length2() >= kInside * kInside, false, {}});
+        }
+    }
+    if (new_corner_.empty()) return false;
+    const std::uint8_t first = new_corner_[0].wall[0];  // are they one ring?
+    std::size_t round = 1;
+    for (std::uint8_t a = next[first]; a != first; a = next[a], ++round)
+        if (!(begun >> a & 1) || round > new_corner_.size()) return false;
+    return round == new_corner_.size();
 }
 
-ExposedRegion::ExposedRegion(std::int64_t radius)
-    : diameter_(static_cast<float>(2 * radius)), patches_(wholeSphere().patches) {}
+// Cuts off what lies beyond a neighbour's plane. False where that is nothing, or in doubt.
+bool ExposedRegion::clip(std::uint32_t neighbour) {
+    std::size_t free = 0;
+    while (free < kMostWalls && wall_[free].corners > 0) ++free;
+    if (free == kMostWalls) return false;
+    const Neighbour& n = (*all_)[neighbour];
+    const double length = std::sqrt(n.squared);
+    wall_[free] = {n.offset / length, length / (2 * radius_) + kSlack, neighbour, 0};
 
-// With room for rounding, as everywhere here: what is neither covered nor met lies surely outside the cap.
-bool ExposedRegion::cover(const Cap& cap) {
-    if (cap.cos_angle >= patches_.cos_angle - kSlack) return false;
-    const float least =
-        cap.distance * (cap.cos_angle * patches_.cos_angle + cap.sin_angle * patches_.sin_angle + kSlack);
-    return markAlong(patches_.x.data(), patches_.y.data(), patches_.z.data(), patches_.size(), cap.x, cap.y, cap.z,
-                     least, patches_.covered.data());
+    cut_count_ = 0;
+    for (std::size_t c = 0; c < corner_.size(); ++c) {
+        beyond_[c] = dot(corner_[c].place, wall_[free].normal) - wall_[free].distance;
+        cut_[cut_count_] = static_cast<std::uint16_t>(c);
+        cut_count_ += beyond_[c] > 0;
+    }
+    if (cut_count_ == 0 || !listNewCorners(static_cast<std::uint8_t>(free))) return false;
+    for (std::size_t i = 0; i < cut_count_; ++i) {
+        outer_ -= corner_[cut_[i]].outer;
+        for (const std::uint8_t w : corner_[cut_[i]].wall) --wall_[w].corners;
+    }
+    for (const Corner& corner : new_corner_) {
+        outer_ += corner.outer;
+        for (const std::uint8_t w : corner.wall) ++wall_[w].corners;
+    }
+    std::size_t placed = 0;
+    for (; placed < new_corner_.size(); ++placed)
+        put(new_corner_[placed], placed < cut_count_ ? cut_[placed] : corner_.size());
+    for (std::size_t hole = cut_count_; hole-- > placed; corner_.pop_back())  // the last ones move there
+        if (cut_[hole] + 1U < corner_.size()) put(Corner(corner_.back()), cut_[hole]);
+    return true;
 }
 
-bool ExposedRegion::meets(const Cap& cap) const {
-    const float least =
-        cap.distance * (cap.cos_angle * patches_.cos_angle - cap.sin_angle * patches_.sin_angle - kSlack);
-    return anyAlong(patches_.x.data(), patches_.y.data(), patches_.z.data(), patches_.size(), cap.x, cap.y, cap.z,
-                    least);
+// Takes the neighbour nearest to a place into account, if it may be nearer than this ball; true where none may.
+bool ExposedRegion::settle(const Vec3& place) {
+    const Vec3f at(place);
+    Farthest farthest;
+    const float beyond = farthestBeyond(planes_.data(), planes_.size(), at.x, at.y, at.z, farthest);
+    if (!(beyond > -static_cast<float>(kSlack))) return true;
+    const std::uint32_t n = farthest.planeAt(beyond);
+    planes_[n / kLanes].distance[n % kLanes] = kOutOfReach;
+    bounds_[n] = !clip(n);
+    return false;
 }
 
-bool ExposedRegion::mayHold(const Vec3& direction) const {
-    const Vec3f d(direction.normalized());
-    return anyAlong(patches_.x.data(), patches_.y.data(), patches_.z.data(), patches_.size(), d.x, d.y, d.z,
-                    patches_.cos_angle - kSlack);
+Vec3 ExposedRegion::leavesBallAt(const Corner& inner, const Corner& outer) const {
+    const Vec3 way = outer.place - inner.place;
+    const double a = dot(way, way), b = dot(inner.place, way), c = inner.place.length2() - 1;
+    return inner.place + way * std::min(1.0, (std::sqrt(std::max(0.0, b * b - a * c)) - b) / a);
+}
+
+void ExposedRegion::settleCorners() {
+    for (std::size_t c = 0; c < corner_.size() && !empty();)
+        if (!corner_[c].outer || corner_[c].seen)
+            ++c;
+        else if (settle(corner_[c].place))
+            corner_[c].seen = true;
+        else
+            c = 0;  // there may be others now
+}
+
+// False as soon as something may have changed.
+bool ExposedRegion::settleEdges() {
+    for (Corner& corner : corner_)
+        for (std::size_t k = 0; k < 3 && !corner.outer; ++k) {
+            const Corner& beyond = corner_[corner_at_[corner.wall[(k + 1) % 3]][corner.wall[k]]];
+            if (corner.edge_seen[k] || !beyond.outer) continue;
+            if (!settle(leavesBallAt(corner, beyond))) return false;
+            corner.edge_seen[k] = true;
+        }
+    return true;
 }
 
 void ExposedRegion::enclose(const std::vector<Neighbour>& neighbours) {
-    caps_.clear();
-    neighbours_.clear();
-    for (std::uint32_t n = 0; n < neighbours.size(); ++n) {
-        const Vec3f offset(neighbours[n].offset);
-        const float distance = std::sqrt(static_cast<float>(neighbours[n].squared));
-        const float cosine = std::min(1.0F, distance / diameter_);
-        caps_.push_back({offset.x, offset.y, offset.z, distance, cosine, std::sqrt(1 - cosine * cosine), n});
+    all_ = &neighbours;
+    bounds_.assign(neighbours.size(), 0);
+    setPlanes(neighbours);
+    beginWithCube();
+    do settleCorners();
+    while (!empty() && !settleEdges());
+
+    for (const Corner& corner : corner_) {
+        if (!corner.outer) continue;
+        for (const std::uint8_t w : corner.wall)
+            if (wall_[w].neighbour != kNone) bounds_[wall_[w].neighbour] = 1;
     }
-    patches_ = wholeSphere().patches;
-    finer_.clear();
-    const auto coverBy = [&](bool near) {
-        std::size_t used = 0;
-        for (const Cap& cap : caps_) {
-            if ((cap.cos_angle < 0.5F) != near) continue;
-            if (cover(cap)) break;
-            if (++used % kPackEvery == 0) patches_.leaveCoveredOut();
-        }
-        patches_.leaveCoveredOut();
-    };
-    coverBy(true);
-    if (!empty()) coverBy(false);
-    std::erase_if(caps_, [&](const Cap& cap) { return !meets(cap); });
-    // Finer patches, until few neighbours are left or no fewer become.
-    for (int level = 0; level < kFinestLevel && caps_.size() > kFewNeighbours && !empty(); ++level)
-        if (!refine()) break;
-    for (const Cap& cap : caps_) neighbours_.push_back(neighbours[cap.neighbour]);
+    bounding_.clear();
+    for (std::size_t n = 0; n < neighbours.size(); ++n)
+        if (bounds_[n]) bounding_.push_back(neighbours[n]);
 }
 
-bool ExposedRegion::refine() {
-    const std::vector<Corners>& level = finer_.empty() ? wholeSphere().triangles : finer_;
-    std::vector<Corners> next;
-    for (const std::uint32_t number : patches_.triangle) {
-        const auto& [a, b, c] = level[number];
-        const Vec3 ab = (a + b).normalized(), bc = (b + c).normalized(), ca = (c + a).normalized();
-        next.insert(next.end(), {{a, ab, ca}, {ab, b, bc}, {ca, bc, c}, {ab, bc, ca}});
-    }
-    finer_ = std::move(next);
-    patches_ = Patches(finer_);
-    for (const Cap& cap : caps_)
-        if (cover(cap)) break;
-    patches_.leaveCoveredOut();
-    return std::erase_if(caps_, [&](const Cap& cap) { return !meets(cap); }) > 0;
+bool ExposedRegion::mayHold(const Vec3& point) const {
+    const Vec3 place = point / radius_;
+    return std::all_of(wall_.begin(), wall_.end(), [&](const Wall& wall) {
+        return wall.corners == 0 || dot(place, wall.normal) <= wall.distance + kSlack;
+    });
 }
 
 }  // namespace betamesh

@@ -226,6 +226,7 @@ void NeighbourFinder::gather(std::size_t cell) {
         }
     });
     squared_.resize(candidate_.size());
+    found_.resize(candidate_.size() + 1);
 }
 
 void NeighbourFinder::find(std::uint32_t particle, std::vector<Neighbour>& neighbours) {
@@ -237,10 +238,16 @@ void NeighbourFinder::find(std::uint32_t particle, std::vector<Neighbour>& neigh
     const Vec3 from = toDouble(particles_.position[particle] - particles_.cell[cell_] * (2 * particles_.radius));
     squaredDistances(x_.data(), y_.data(), z_.data(), squared_.size(), from, squared_.data());
     const auto reach = static_cast<double>(4 * particles_.radius * particles_.radius);
-    neighbours.clear();
-    for (std::size_t k = 0; k < squared_.size(); ++k)
-        if (squared_[k] <= reach && candidate_[k] != particle)
-            neighbours.push_back({Vec3(x_[k], y_[k], z_[k]) - from, squared_[k], candidate_[k]});
+    std::size_t found = 0;
+    for (std::uint32_t k = 0; k < squared_.size(); ++k) {
+        found_[found] = k;
+        found += (squared_[k] <= reach) & (candidate_[k] != particle);
+    }
+    neighbours.resize(found);
+    for (std::size_t n = 0; n < found; ++n) {
+        const std::uint32_t k = found_[n];
+        neighbours[n] = {Vec3(x_[k], y_[k], z_[k]) - from, squared_[k], candidate_[k]};
+    }
 }
 
 }  // namespace betamesh

@@ -145,6 +145,7 @@ private:
     CellsAround around_;
     std::size_t cell_ = ~std::size_t{0};
     std::vector<std::uint32_t> candidate_;     // all that may be near a particle of the cell
+    std::vector<std::uint32_t> found_;         // of these, those that are near the one asked for
     std::vector<double> x_, y_, z_, squared_;  // where they are, from the cell's corner; distances to the one asked for
 };
 

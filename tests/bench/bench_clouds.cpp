@@ -32,4 +32,47 @@ Particles splash(std::size_t n) {
     return particles;
 }
 
+Particles clumped(std::size_t n) {
+    constexpr float kCell = 2, kClump = 0.01F;
+    constexpr int kInside = 8, kFewest = 32, kMost = 64;
+    int side = 1;
+    const auto particlesIn = [](double cells) {
+        const double inside = std::pow(std::max(0.0, cells - 2), 3);
+        return kInside * inside + (kFewest + kMost) / 2.0 * (cells * cells * cells - inside);
+    };
+    while (particlesIn(side + 0.5) < static_cast<double>(n)) ++side;
+
+    std::mt19937 random(1);
+    std::uniform_real_distribution<float> part(0, 1);
+    std::normal_distribution<float> speed(0, 1);
+    Particles particles;
+    const auto add = [&](const Vec3f& position) {
+        particles.position.push_back(position);
+        particles.velocity.emplace_back(speed(random), speed(random), speed(random));
+    };
+    const auto somewhere = [&] { return Vec3f(part(random), part(random), part(random)); };
+    const auto isOutside = [&](int c) { return c == 0 || c == side - 1; };
+    for (int z = 0; z < side; ++z)
+        for (int y = 0; y < side; ++y)
+            for (int x = 0; x < side; ++x) {
+                const Vec3f corner = Vec3f(static_cast<float>(x), static_cast<float>(y), static_cast<float>(z)) * kCell;
+                if (!isOutside(x) && !isOutside(y) && !isOutside(z)) {
+                    for (int k = 0; k < kInside; ++k) {
+                        const Vec3f octant(static_cast<float>(k & 1), static_cast<float>(k >> 1 & 1),
+                                           static_cast<float>(k >> 2));
+                        add(corner + (octant + somewhere()) * (kCell / 2));
+                    }
+                    continue;
+                }
+                const int count = std::uniform_int_distribution(kFewest, kMost)(random);
+                Vec3f clump(0);
+                for (int k = 0; k < count; ++k) {
+                    const Vec3f place = corner + somewhere() * kCell;
+                    if (k % 8 == 0) clump = place;
+                    add(k % 2 == 0 ? clump + (somewhere() - Vec3f(0.5F)) * kClump : place);
+                }
+            }
+    return particles;
+}
+
 }  // namespace betamesh

@@ -1,4 +1,4 @@
-// What the benches skin: a block of liquid with what a splash adds to it.
+// What the benches skin.
 
 #pragma once
 
@@ -9,5 +9,9 @@ namespace betamesh {
 /// About n particles at spacing 1: nine in ten in a block jittered by a quarter of the spacing, the others
 /// in a one-particle sheet above it and in drops of one to eight.
 Particles splash(std::size_t n);
+
+/// About n particles as FLIP leaves them: a block of cells of two spacings, with eight particles each inside and 32 to
+/// 64 in those along its surface, half of these in clumps a hundredth of a spacing wide.
+Particles clumped(std::size_t n);
 
 }  // namespace betamesh

@@ -1,6 +1,6 @@
 // Whole processes side by side: ours and others on the same file of particles, in turn, several times over.
 //
-//     betamesh_peers [rounds] [particles]…        prints tables in Markdown
+//     betamesh_peers [rounds] [particles | cloud=particles]…        prints tables in Markdown
 
 #include "peers.h"
 #include "bench_clouds.h"
@@ -42,6 +42,11 @@ struct Run {
     long kib = 0;  // at its peak
 };
 
+const std::map<std::string, Particles (*)(std::size_t)>& clouds() {
+    static const std::map<std::string, Particles (*)(std::size_t)> all{{"splash", splash}, {"clumped", clumped}};
+    return all;
+}
+
 Run timed(const std::vector<std::string>& words) {
     std::vector<char*> arguments;
     for (const std::string& word : words) arguments.push_back(const_cast<char*>(word.c_str()));
@@ -67,12 +72,12 @@ double median(std::vector<double> values) {
     return values[values.size() / 2];
 }
 
-void compare(std::size_t particles, int rounds) {
+void compare(const std::string& kind, std::size_t particles, int rounds) {
     const std::filesystem::path folder =
         std::filesystem::temp_directory_path() / ("betamesh_peers_" + std::to_string(getpid()));
     std::filesystem::create_directories(folder);
     const std::string in = (folder / "in.ply").string();
-    const Particles cloud = splash(particles);
+    const Particles cloud = clouds().at(kind)(particles);
     writeParticles(in, cloud);
 
     struct Tool {
@@ -106,7 +111,7 @@ void compare(std::size_t particles, int rounds) {
             tools[t].kib = std::max(tools[t].kib, run.kib);
             tools[t].triangles = inspectFile(out).triangles;
         }
-    std::printf("\n%zu particles, median of %d rounds\n\n", cloud.size(), rounds);
+    std::printf("\n%s: %zu particles, median of %d rounds\n\n", kind.c_str(), cloud.size(), rounds);
     std::printf(
         "| | seconds | ns a particle | MiB | triangles | betamesh's time to this |\n|---|---|---|---|---|---|\n");
     for (const Tool& tool : tools) {
@@ -130,8 +135,12 @@ int main(int count, char** words) {
         return 0;
     }
     const int rounds = arguments.empty() ? 5 : std::stoi(arguments[0]);
-    std::vector<std::size_t> sizes;
-    for (std::size_t a = 1; a < arguments.size(); ++a) sizes.push_back(std::stoul(arguments[a]));
-    if (sizes.empty()) sizes = {10000, 110000, 1000000};
-    for (const std::size_t size : sizes) compare(size, rounds);
+    std::vector<std::string> chosen(arguments.begin() + (arguments.empty() ? 0 : 1), arguments.end());
+    if (chosen.empty()) chosen = {"10000", "110000", "1000000", "clumped=170000"};
+    for (const std::string& cloud : chosen) {
+        const std::size_t equals = cloud.find('=');
+        const bool named = equals != std::string::npos;
+        compare(named ? cloud.substr(0, equals) : "splash", std::stoul(named ? cloud.substr(equals + 1) : cloud),
+                rounds);
+    }
 }

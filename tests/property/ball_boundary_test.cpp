@@ -1,7 +1,9 @@
 // What is true of the ball boundary of every cloud.
 
 #include "skin/ball_boundary.h"
+#include "core/icosphere.h"
 #include "core/union_find.h"
+#include "exact/exposed_region.h"
 #include "measure/mesh_measure.h"
 #include "skin/alpha_mesh.h"
 #include "skin/ball_faces.h"
@@ -163,6 +165,38 @@ TEST(BallBoundary, DoesNotDependOnParticleOrder) {
         EXPECT_EQ(one.circle, other.circle);
         EXPECT_EQ(one.bare, other.bare);
         EXPECT_EQ(one.face.item, other.face.item);
+    });
+}
+
+TEST(ExposedRegion, HoldsWhatIsExposedAndNamesWhoeverBoundsIt) {
+    const Icosphere sphere = icosphere(5);
+    forEveryCloud(1000, [&](const Cloud& cloud) {
+        if (cloud.particles.size() > 400) return;
+        const SnappedParticles snapped = snapParticles(cloud.particles, cloud.radius);
+        const auto radius = static_cast<double>(snapped.radius);
+        NeighbourFinder finder(snapped);
+        ExposedRegion region(snapped.radius);
+        std::vector<Neighbour> neighbours;
+        for (std::uint32_t i = 0; i < snapped.size(); ++i) {
+            finder.find(i, neighbours);
+            region.enclose(neighbours);
+            for (const Vec3& direction : sphere.position) {
+                const Vec3 point = direction * radius;
+                const auto hides = [&](const Neighbour& n) {
+                    return (point - n.offset).length() < radius * (1 - 1e-9);
+                };
+                const auto hidesFromAny = [&](const std::vector<Neighbour>& some) {
+                    return std::any_of(some.begin(), some.end(), hides);
+                };
+                const bool exposed = !hidesFromAny(neighbours), held = !region.empty() && region.mayHold(point);
+                if (exposed) {
+                    ASSERT_TRUE(held) << "particle " << i;
+                }
+                if (held) {
+                    ASSERT_EQ(exposed, !hidesFromAny(region.neighbours())) << "particle " << i;
+                }
+            }
+        }
     });
 }
 
