@@ -19,7 +19,7 @@ constexpr double kSinkingBegins = 0.75;  // clearance below which points sink, i
 constexpr double kSunkInEarnest = 0.3;   // share of the depth's root from which on a point is held back in full
 constexpr double kFreeHeight = 0.05;     // over what is beneath, radii per square of the same: free from here on
 constexpr std::size_t kLongestRing = 10;
-constexpr double kSinkingDepth = 0.19;  // radii at the rim, in squares of the same
+constexpr double kSinkingDepth = 0.12;  // radii at the rim, in squares of the same
 constexpr double kContactDepth = 0.25;  // where balls are too far apart, likewise: deeper than any facet
 
 Vec3i onGrid(const Vec3& direction) {

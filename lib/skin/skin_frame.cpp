@@ -31,8 +31,6 @@ constexpr double kSampleAngle = 0.56;    // radians between samples of wide face
 constexpr double kSmoothingWidth = 2.8;  // radii
 constexpr double kArcAngle = 0.75;  // of a common arc, radians: a segment of it is as long as face points are apart
 constexpr double kSmoothedAngle = 0.28;  // radians per segment of what is smoothed, and need not show its balls
-constexpr double kSmoothedFaceAngle =
-    0.24;  // and inside its faces, where it jumps when a diagonal turns: by the square
 constexpr double kLeastAngle = 0.05, kLargestAngle = 0.7;
 
 struct Structure {
@@ -119,9 +117,9 @@ BetaMesh completeSurface(const Particles& particles, const Structure& structure,
         subdivision.appearance = Appearance::gradual;
         subdivision.max_angle = kSmoothedAngle;
     }
-    double angle = smoothed ? kSmoothedFaceAngle : subdivision.max_angle;
-    if (params.arc_subdivisions > 0)
-        angle = std::clamp(kArcAngle / params.arc_subdivisions, kLeastAngle, kLargestAngle);
+    const double angle = params.arc_subdivisions > 0
+                             ? std::clamp(kArcAngle / params.arc_subdivisions, kLeastAngle, kLargestAngle)
+                             : subdivision.max_angle;
     const Spins spins = spinsOfBalls(boundary, balls, particles);
     std::vector<Moving> vertices = movingVertices(particles, structure.snapped, boundary, balls);
     watch("velocity");

@@ -257,7 +257,7 @@ TEST(CoherentSmoothing, VelocitiesAreTheRatesAtWhichVerticesMove) {
             const ArcNetwork network =
                 arcPoints(boundary, balls, spins, movingVertices(later, snapped, boundary, balls),
                           {0.28, 0, Appearance::gradual});
-            const FacePoints points = facePoints(snapped, boundary, balls, spins, 0.24);
+            const FacePoints points = facePoints(snapped, boundary, balls, spins, 0.28);
             BetaMesh mesh = completeTessellation(boundary, balls, spins, network, points, Appearance::gradual);
             smoothCoherently(mesh, boundarySamples(boundary, balls, spins, network, points), {1.5, 4.2, 1, 0.5});
             return std::pair(std::pair(boundary.triangle, network.arc_begin), mesh);
