@@ -123,7 +123,7 @@ bool ExposedRegion::listNewCorners(std::uint8_t wall) {
             new_corner_.push_back({place, {a, b, wall}, place.length2() >= kInside * kInside, false, {}});
         }
     }
-    if (new_corner_.empty()) return false;
+    if (new_corner_.size() < 3) return false;
     const std::uint8_t first = new_corner_[0].wall[0];  // are they one ring?
     std::size_t round = 1;
     for (std::uint8_t a = next[first]; a != first; a = next[a], ++round)
