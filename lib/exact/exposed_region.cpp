@@ -49,6 +49,13 @@ BETAMESH_EVERY_CPU float farthestBeyond(const Planes* planes, std::size_t blocks
     return std::max(std::max(most[0], most[1]), std::max(most[2], most[3]));
 }
 
+// Where the way from a place inside the ball to one that is not leaves it, in radii.
+Vec3 leavesBallAt(const Vec3& inner, const Vec3& outer) {
+    const Vec3 way = outer - inner;
+    const double a = dot(way, way), b = dot(inner, way), c = inner.length2() - 1;
+    return inner + way * std::min(1.0, (std::sqrt(std::max(0.0, b * b - a * c)) - b) / a);
+}
+
 }  // namespace
 
 void ExposedRegion::setPlanes(const std::vector<Neighbour>& neighbours) {
@@ -175,12 +182,6 @@ bool ExposedRegion::settle(const Vec3& place) {
     return false;
 }
 
-Vec3 ExposedRegion::leavesBallAt(const Corner& inner, const Corner& outer) const {
-    const Vec3 way = outer.place - inner.place;
-    const double a = dot(way, way), b = dot(inner.place, way), c = inner.place.length2() - 1;
-    return inner.place + way * std::min(1.0, (std::sqrt(std::max(0.0, b * b - a * c)) - b) / a);
-}
-
 void ExposedRegion::settleCorners() {
     for (std::size_t c = 0; c < corner_.size() && !empty();)
         if (!corner_[c].outer || corner_[c].seen)
@@ -197,7 +198,7 @@ bool ExposedRegion::settleEdges() {
         for (std::size_t k = 0; k < 3 && !corner.outer; ++k) {
             const Corner& beyond = corner_[corner_at_[corner.wall[(k + 1) % 3]][corner.wall[k]]];
             if (corner.edge_seen[k] || !beyond.outer) continue;
-            if (!settle(leavesBallAt(corner, beyond))) return false;
+            if (!settle(leavesBallAt(corner.place, beyond.place))) return false;
             corner.edge_seen[k] = true;
         }
     return true;

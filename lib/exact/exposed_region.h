@@ -14,9 +14,9 @@ namespace betamesh {
 /// only conservative, by 1e-5 radii. One object serves for many balls in turn.
 ///
 /// A neighbour covers what lies beyond the plane half way to it, so the exposed part is that of the sphere in the
-/// ball's Voronoi cell. Of that cell only what reaches the sphere is made: a cube round the ball is clipped at the
-/// farthest of its corners, or where an edge leaves the ball, by the neighbour nearest to there, until each of these
-/// places is nearer to this ball than to any other.
+/// ball's Voronoi cell. Of that cell only what reaches the sphere is made: a cube round the ball is clipped at each of
+/// its corners outside the ball, and where its edges leave the ball, by the neighbour nearest to there, until all these
+/// places are nearer to this ball than to any other.
 ///
 /// cost    2 µs for eighty neighbours: one pass over them for each plane, corner and edge that reaches the sphere, some
 ///         eight planes in all
@@ -62,7 +62,6 @@ private:
     void put(const Corner& corner, std::size_t place);
     void settleCorners();
     bool settleEdges();
-    Vec3 leavesBallAt(const Corner& inner, const Corner& outer) const;
 
     double radius_;
     const std::vector<Neighbour>* all_ = nullptr;
