@@ -16,11 +16,12 @@ enum class Appearance {
 
 /// A vertex that appeared not long ago, or is about to vanish, on an edge or a facet of others. `share` grows from 0
 /// there to 1. Its position holds it so far from them before smoothing; what smoothing makes of it has to be held back
-/// again, by the same share, towards what it makes of them.
+/// again, by the same share, towards what it makes of them. One where an edge is about to give way to the other
+/// diagonal of a quad goes from the one to the other as its four corners say: its share stays 0.
 struct RisingVertex {
     std::uint32_t vertex;
-    std::array<std::uint32_t, 3> from;  ///< the vertices of the facet; of an edge the last two are the same
-    std::array<Rate, 3> weight;         ///< where on it; they sum to 1
+    std::array<std::uint32_t, 4> from;  ///< the vertices of the edge, facet or quad; where fewer the last again
+    std::array<Rate, 4> weight;         ///< where among them; they sum to 1
     Rate share;
     Moving whole;  ///< where the vertex would be with a share of 1
 };
@@ -30,7 +31,7 @@ struct BetaMesh {
     std::vector<Moving> vertex;
     std::vector<Triangle> triangles;
     std::vector<Rate> clearance;       ///< of each vertex from the rim of its face, as in FacePoints; none: all 0
-    std::vector<RisingVertex> rising;  ///< those that rise from edges come before those that rise from facets
+    std::vector<RisingVertex> rising;  ///< from edges first, then from facets, then those in quads
 };
 
 /// As in core/vertex_normals.h.

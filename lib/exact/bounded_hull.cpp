@@ -157,9 +157,23 @@ public:
         if (!makePasses(out) || (with_likely_facets && !takeLikelyFacets())) return false;
         listCandidates();
         if (!wrapAll() || !nameCorners()) return false;
+        first_facet_ = static_cast<std::uint32_t>(out.triangles.size());
         for (const Facet& f : facets_) out.triangles.push_back(f.id);
         fillGaps(out);
         return true;
+    }
+
+    std::uint32_t across(const LoopFilling& filling, std::uint32_t triangle, std::size_t k) const {
+        if (triangle < first_facet_ || triangle - first_facet_ >= facets_.size()) return kNoTriangle;
+        const Triangle& at = facets_[triangle - first_facet_].location;
+        const std::uint32_t facet = facet_of_.at(at[(k + 1) % 3], at[k]);
+        if (facet == kNone) return kNoTriangle;
+        const std::uint32_t other = first_facet_ + facet;
+        if (!contracted_) return other;
+        const Triangle &t = filling.triangles[triangle], &o = filling.triangles[other];
+        for (std::size_t m = 0; m < 3; ++m)
+            if (o[m] == t[(k + 1) % 3] && o[(m + 1) % 3] == t[k]) return other;
+        return kNoTriangle;
     }
 
 private:
@@ -517,6 +531,7 @@ private:
     std::vector<std::uint32_t*> fan_;
     std::vector<std::array<std::uint32_t, 2>> open_;  // edges that lack the facet on their left
     std::vector<Facet> facets_;
+    std::uint32_t first_facet_ = 0;  // among the triangles of the filling
     std::vector<Gap> gaps_;
     std::vector<std::uint32_t> arriving_for_;  // of each pass: that whose fan ends where it leaves
     std::vector<std::vector<std::uint32_t>> passages_;
@@ -530,6 +545,10 @@ bool HullFiller::fill(const LoopsOnSphere& loops, LoopFilling& filling) {
     for (std::int64_t contraction = kContraction; contraction <= kLargestContraction; contraction *= 4)
         if (work_->run(loops, false, contraction, filling)) return true;
     return false;
+}
+
+std::uint32_t HullFiller::across(const LoopFilling& filling, std::uint32_t triangle, std::size_t k) const {
+    return work_->across(filling, triangle, k);
 }
 
 LoopFilling fillWithFan(const LoopsOnSphere& loops, const std::vector<std::uint32_t>& loops_of_face) {

@@ -52,6 +52,11 @@ public:
     /// source  gift wrapping: Chand & Kapur 1970; exact orientation, ties by lexicographic lifting
     bool fill(const LoopsOnSphere& loops, LoopFilling& filling);
 
+    /// Of the last filling: which of its triangles lies beyond the side from corner k of this one to the next corner;
+    /// kNoTriangle beyond a loop, and where slivers tell points apart that coincide.
+    std::uint32_t across(const LoopFilling& filling, std::uint32_t triangle, std::size_t k) const;
+    static constexpr std::uint32_t kNoTriangle = ~std::uint32_t{0};
+
 private:
     class Work;
     std::unique_ptr<Work> work_;

@@ -108,7 +108,7 @@ void placePoints(const MovingCircle& circle, Rate angle, const Cut& cut, std::ui
         const std::uint32_t before = pointOf(m - 1), after = pointOf(m + 1);
         const Moving middle =
             (pointAt(circle, angle, m - 1, cut.count) + pointAt(circle, angle, m + 1, cut.count)) * 0.5;
-        *rising++ = {pointOf(m), {before, after, after}, {0.5, 0.5, 0}, cut.fading, point};
+        *rising++ = {pointOf(m), {before, after, after, after}, {0.5, 0.5, 0, 0}, cut.fading, point};
         const Rate held = kLeastFading + cut.fading * (1 - kLeastFading);  // never on one line
         point = point * held + middle * (1 - held);
     }

@@ -1,6 +1,7 @@
 #include "skin/complete_mesh.h"
 
 #include "core/parallel.h"
+#include "core/turning_edges.h"
 #include "exact/bounded_hull.h"
 
 #include <algorithm>
@@ -20,6 +21,7 @@ constexpr double kSunkInEarnest = 0.3;   // share of the depth's root from which
 constexpr double kFreeHeight = 0.05;     // over what is beneath, radii per square of the same: free from here on
 constexpr std::size_t kLongestRing = 10;
 constexpr double kSinkingDepth = 0.12;  // radii at the rim, in squares of the same
+constexpr double kTurning = 0.004;      // how far diagonals are apart when they begin to turn, likewise
 constexpr double kContactDepth = 0.25;  // where balls are too far apart, likewise: deeper than any facet
 
 Vec3i onGrid(const Vec3& direction) {
@@ -121,6 +123,7 @@ public:
     bool used(std::uint32_t p) const {
         return sinking_ || (points_.clearance[p].value >= kLeastClearance * angle_ && !points_.contactOf(p));
     }
+    double turningDistance() const { return kTurning * angle_ * angle_; }
     // In radii of the ball.
     Moving at(std::uint32_t p, const Vec3& spin) const {
         const Moving direction = points_.outwards(p, spin);
@@ -188,7 +191,7 @@ struct Part {
     std::vector<Triangle> triangles;
     std::vector<Moving> vertex;
     std::vector<Rate> clearance;
-    std::vector<RisingVertex> rising;
+    std::vector<RisingVertex> rising, turning;
 };
 constexpr std::uint32_t kNew = std::uint32_t{1} << 31;
 
@@ -238,71 +241,140 @@ struct Beneath {
     }
 };
 
-void addFilling(const BallLoops& ball_loops, const ArcNetwork& network, const LoopFilling& filling, const Moving& ball,
-                const Vec3& spin, double world_radius, const std::vector<std::uint32_t>& face_point,
-                const Placement& placement, Part& part) {
-    constexpr std::uint32_t kUnplaced = ~std::uint32_t{0};
-    const std::size_t in_loops = ball_loops.network_point.size(), given = ball_loops.loops.point.size();
-    std::vector<std::uint32_t> place(given + filling.new_point.size() - in_loops, kUnplaced);
-    for (Triangle t : filling.triangles) {
-        for (std::uint32_t& v : t) {
-            if (v < in_loops) {
-                v = ball_loops.network_point[v];
-                continue;
-            }
-            std::uint32_t& where = place[v - in_loops];
-            if (where == kUnplaced) {
-                where = kNew + static_cast<std::uint32_t>(part.vertex.size());
-                if (v < given) {
-                    const std::uint32_t p = face_point[v - in_loops];
-                    part.vertex.push_back(ball + placement.at(p, spin) * world_radius);
-                    part.clearance.push_back(placement.clearance(p));
-                } else {
-                    const Vec3 direction = toDouble(filling.new_point[v - given]).normalized();
-                    part.vertex.push_back({ball.position + direction * world_radius, ball.velocity});
-                    part.clearance.push_back({0, 0});
-                }
-            }
-            v = where;
-        }
-        part.triangles.push_back(t);
+// What the mesh of one ball is made from. Points of a filling: those of the loops, then face points, then new ones.
+struct Ball {
+    const BallLoops& loops;
+    const ArcNetwork& network;
+    const std::vector<std::uint32_t>& face_point;  // those that sink come last
+    const Placement& placement;
+    Moving centre;
+    Vec3 spin;
+    double radius;
+
+    std::size_t inLoops() const { return loops.network_point.size(); }
+    std::size_t given() const { return loops.loops.point.size(); }
+    std::size_t firstSinking() const {
+        std::size_t first = face_point.size();
+        while (first > 0 && placement.sinks(face_point[first - 1])) --first;
+        return first;
+    }
+    // Seen from the centre, in radii.
+    Moving at(std::uint32_t v) const {
+        return v < inLoops() ? (network.point[loops.network_point[v]] - centre) / radius
+                             : placement.at(face_point[v - inLoops()], spin);
+    }
+};
+
+// Adds the filling of a ball's loops to a part.
+class FillingAdder {
+public:
+    FillingAdder(const Ball& ball, const LoopFilling& filling, Part& part)
+        : ball_(ball),
+          filling_(filling),
+          part_(part),
+          first_triangle_(part.triangles.size()),
+          place_(ball.given() + filling.new_point.size() - ball.inLoops(), kUnplaced) {
+        for (const auto& [a, b, c] : filling.triangles) part.triangles.push_back({number(a), number(b), number(c)});
     }
 
-    // Sinking points, which come last, are held to what is beneath them.
-    std::size_t first = face_point.size();
-    while (first > 0 && placement.sinks(face_point[first - 1])) --first;
-    if (given == in_loops || first == face_point.size()) return;
-    std::vector<std::vector<std::uint32_t>> rings(face_point.size() - first);  // what is next to each
-    for (const Triangle& t : filling.triangles)
-        for (const std::uint32_t v : t) {
-            if (v < in_loops + first || v >= given) continue;
-            std::vector<std::uint32_t>& ring = rings[v - in_loops - first];
-            for (const std::uint32_t other : t)
-                if (other != v && other < given && std::find(ring.begin(), ring.end(), other) == ring.end())
-                    ring.push_back(other);
+    // Sinking points are held to what is beneath them.
+    void holdSinking() {
+        const std::size_t in_loops = ball_.inLoops(), first = ball_.firstSinking(), count = ball_.face_point.size();
+        if (ball_.given() == in_loops || first == count) return;
+        std::vector<std::vector<std::uint32_t>> rings(count - first);  // what is next to each
+        for (const Triangle& t : filling_.triangles)
+            for (const std::uint32_t v : t) {
+                if (v < in_loops + first || v >= ball_.given()) continue;
+                std::vector<std::uint32_t>& ring = rings[v - in_loops - first];
+                for (const std::uint32_t other : t)
+                    if (other != v && other < ball_.given() && std::find(ring.begin(), ring.end(), other) == ring.end())
+                        ring.push_back(other);
+            }
+        for (std::size_t i = first; i < count; ++i) {
+            const auto v = static_cast<std::uint32_t>(in_loops + i);
+            if (place_[i] == kUnplaced || rings[i - first].size() > kLongestRing) continue;
+            const std::vector<Vec3i>& point = ball_.loops.loops.point;
+            const auto facet = facetBeneath(toDouble(point[v]), rings[i - first], point);
+            if (!facet) continue;
+            const auto& [a, b, c] = *facet;
+            const Beneath beneath(ball_.at(v), {ball_.at(a), ball_.at(b), ball_.at(c)});
+            const Rate share = ball_.placement.shareOf(ball_.face_point[i], beneath.height);
+            if (share.value >= 1) continue;
+            part_.rising.push_back({place_[i],
+                                    {number(a), number(b), number(c), number(c)},
+                                    {beneath.weight[0], beneath.weight[1], beneath.weight[2], 0},
+                                    share,
+                                    part_.vertex[place_[i] - kNew]});
         }
-    for (std::size_t i = first; i < face_point.size(); ++i) {
-        const auto v = static_cast<std::uint32_t>(in_loops + i);
-        const std::vector<std::uint32_t>& ring = rings[i - first];
-        if (place[i] == kUnplaced) continue;
-        if (ring.size() > kLongestRing) continue;
-        const auto facet = facetBeneath(toDouble(ball_loops.loops.point[v]), ring, ball_loops.loops.point);
-        if (!facet) continue;
-        std::array<Moving, 3> corner;  // seen from the ball, in radii
-        std::array<std::uint32_t, 3> from;
-        for (std::size_t k = 0; k < 3; ++k) {
-            const std::uint32_t c = (*facet)[k];
-            const bool in_loop = c < in_loops;
-            from[k] = in_loop ? ball_loops.network_point[c] : place[c - in_loops];
-            corner[k] =
-                in_loop ? (network.point[from[k]] - ball) / world_radius : placement.at(face_point[c - in_loops], spin);
-        }
-        const Beneath beneath(placement.at(face_point[i], spin), corner);
-        const RisingVertex rising{place[i], from, beneath.weight, placement.shareOf(face_point[i], beneath.height),
-                                  part.vertex[place[i] - kNew]};
-        if (rising.share.value < 1) part.rising.push_back(rising);
     }
-}
+
+    // Gives the edges of a hull that are about to turn a vertex each.
+    void splitTurning(const HullFiller& hull) {
+        const std::size_t fixed_from = ball_.inLoops(), fixed_to = fixed_from + ball_.firstSinking();
+        const std::size_t given = ball_.given();
+        const double farthest = ball_.placement.turningDistance();
+        // Points that do not sink are in directions that stay, and their edges never turn.
+        const auto isFixed = [&](std::uint32_t v) { return v >= fixed_from && v < fixed_to; };
+        const auto at = [&](std::uint32_t v) { return toDouble(ball_.loops.loops.point[v]) / kGrid; };
+        std::vector<TurningEdge> edges;
+        for (std::uint32_t f = 0; f < filling_.triangles.size(); ++f) {
+            const Triangle& t = filling_.triangles[f];
+            if (isFixed(t[0]) && isFixed(t[1]) && isFixed(t[2])) continue;
+            for (std::size_t k = 0; k < 3; ++k) {
+                const std::uint32_t a = t[k], b = t[(k + 1) % 3], c = t[(k + 2) % 3];
+                const std::uint32_t beyond = hull.across(filling_, f, k);
+                if (beyond == HullFiller::kNoTriangle) continue;
+                const Triangle& u = filling_.triangles[beyond];
+                if (beyond < f && !(isFixed(u[0]) && isFixed(u[1]) && isFixed(u[2]))) continue;  // seen from there
+                const std::uint32_t d = u[0] != a && u[0] != b ? u[0] : u[1] != a && u[1] != b ? u[1] : u[2];
+                if (std::max({a, b, c, d}) >= given || !passNear(at(a), at(b), at(c), at(d), farthest)) continue;
+                auto edge = turningEdge({ball_.at(a), ball_.at(b), ball_.at(c), ball_.at(d)}, farthest);
+                if (!edge) continue;
+                edge->corner = {number(a), number(b), number(c), number(d)};
+                edge->triangle = {f, beyond};
+                edges.push_back(*edge);
+            }
+        }
+        const auto first_vertex = kNew + static_cast<std::uint32_t>(part_.vertex.size());
+        splitTurningEdges(edges, first_triangle_, first_vertex, part_.triangles);
+        for (const TurningEdge& edge : edges) {
+            const Moving vertex = ball_.centre + edge.on_edge * ball_.radius;
+            const auto row = kNew + static_cast<std::uint32_t>(part_.vertex.size());
+            part_.turning.push_back({row, edge.corner, edge.weight, 0, vertex});
+            part_.vertex.push_back(vertex);
+            part_.clearance.push_back(kFullClearance);  // it goes where its corners go
+        }
+    }
+
+private:
+    static constexpr std::uint32_t kUnplaced = ~std::uint32_t{0};
+
+    // In the network, or from kNew on; of a point used for the first time a new one.
+    std::uint32_t number(std::uint32_t v) {
+        const std::size_t in_loops = ball_.inLoops();
+        if (v < in_loops) return ball_.loops.network_point[v];
+        std::uint32_t& place = place_[v - in_loops];
+        if (place == kUnplaced) {
+            place = kNew + static_cast<std::uint32_t>(part_.vertex.size());
+            if (v < ball_.given()) {
+                const std::uint32_t p = ball_.face_point[v - in_loops];
+                part_.vertex.push_back(ball_.centre + ball_.placement.at(p, ball_.spin) * ball_.radius);
+                part_.clearance.push_back(ball_.placement.clearance(p));
+            } else {
+                const Vec3 direction = toDouble(filling_.new_point[v - ball_.given()]).normalized();
+                part_.vertex.push_back({ball_.centre.position + direction * ball_.radius, ball_.centre.velocity});
+                part_.clearance.push_back({0, 0});
+            }
+        }
+        return place;
+    }
+
+    const Ball& ball_;
+    const LoopFilling& filling_;
+    Part& part_;
+    std::size_t first_triangle_;
+    std::vector<std::uint32_t> place_;  // of face points and new ones
+};
 
 }  // namespace
 
@@ -336,22 +408,22 @@ BetaMesh completeTessellation(const BallBoundary& boundary, const std::vector<Mo
                         loops.perhaps_above.push_back(static_cast<std::uint32_t>(loops.point.size()));
                     loops.point.push_back(onGrid(placement.at(p, spins[b]).position));
                 }
-            const auto add = [&](const LoopFilling& made) {
-                addFilling(ball_loops, network, made, balls[b], spins[b], boundary.worldRadius(), face_point, placement,
-                           parts[task]);
-            };
+            const Ball ball{ball_loops, network, face_point, placement, balls[b], spins[b], boundary.worldRadius()};
             if (in_loops == 0 && loops.perhaps_above.empty()) {  // a bare sphere
-                add({points.directions.triangles, {}});
+                FillingAdder(ball, {points.directions.triangles, {}}, parts[task]);
                 continue;
             }
             direction_triangles.among(direction, place, [&](const Triangle& t) {
                 loops.likely_facet.push_back({in_loops + t[0], in_loops + t[1], in_loops + t[2]});
             });
             if (hull.fill(loops, filling)) {
-                add(filling);
+                FillingAdder adder(ball, filling, parts[task]);
+                if (appearance != Appearance::gradual) continue;
+                adder.holdSinking();
+                adder.splitTurning(hull);
             } else {
                 loops.point.resize(in_loops);
-                for (const auto& face : ball_loops.face) add(fillWithFan(loops, face));
+                for (const auto& face : ball_loops.face) FillingAdder(ball, fillWithFan(loops, face), parts[task]);
             }
         }
     });
@@ -362,16 +434,17 @@ BetaMesh completeTessellation(const BallBoundary& boundary, const std::vector<Mo
         return placesOf(sizes);
     };
     const std::vector<std::uint32_t> vertices = placesIn(&Part::vertex), triangles = placesIn(&Part::triangles),
-                                     rising = placesIn(&Part::rising);
+                                     rising = placesIn(&Part::rising), turning = placesIn(&Part::turning);
     BetaMesh mesh;
     mesh.vertex.reserve(network.point.size() + vertices.back());
     mesh.vertex = network.point;
     mesh.vertex.resize(network.point.size() + vertices.back());
     mesh.clearance.resize(mesh.vertex.size(), {0, 0});
     mesh.triangles.resize(triangles.back());
-    mesh.rising.reserve(network.rising.size() + rising.back());
+    const std::size_t first_rising = network.rising.size(), first_turning = first_rising + rising.back();
+    mesh.rising.reserve(first_turning + turning.back());
     mesh.rising = network.rising;
-    mesh.rising.resize(network.rising.size() + rising.back());
+    mesh.rising.resize(first_turning + turning.back());
     parallelFor(tasks, 4, [&](std::size_t task) {
         const Part& part = parts[task];
         const auto first = static_cast<std::uint32_t>(network.point.size() + vertices[task]);
@@ -382,13 +455,15 @@ BetaMesh completeTessellation(const BallBoundary& boundary, const std::vector<Mo
                        [&](const Triangle& t) {
                            return Triangle{numbered(t[0]), numbered(t[1]), numbered(t[2])};
                        });
-        std::transform(part.rising.begin(), part.rising.end(),
-                       mesh.rising.begin() + static_cast<std::ptrdiff_t>(network.rising.size()) + rising[task],
-                       [&](RisingVertex r) {
-                           r.vertex = numbered(r.vertex);
-                           for (std::uint32_t& v : r.from) v = numbered(v);
-                           return r;
-                       });
+        const auto copy = [&](const std::vector<RisingVertex>& from, std::size_t row) {
+            for (RisingVertex r : from) {
+                r.vertex = numbered(r.vertex);
+                for (std::uint32_t& v : r.from) v = numbered(v);
+                mesh.rising[row++] = r;
+            }
+        };
+        copy(part.rising, first_rising + rising[task]);
+        copy(part.turning, first_turning + turning[task]);
     });
     return mesh;
 }

@@ -197,7 +197,7 @@ public:
         if (rising_of_[v] != kNone) {
             const RisingVertex& rising = mesh_.rising[rising_of_[v]];
             Rate below = 0;
-            for (std::size_t k = 0; k < 3; ++k) below = below + shareOf(rising.from[k]) * rising.weight[k];
+            for (std::size_t k = 0; k < 4; ++k) below = below + shareOf(rising.from[k]) * rising.weight[k];
             share = share * rising.share + below * (1 - rising.share);
         }
         return share.value < 1 ? state.base + (state.to - state.base) * share : state.to;

@@ -269,16 +269,21 @@ Moving limited(const Moving& step, double farthest) {
 void holdBack(BetaMesh& mesh) {
     const auto heldBack = [&](const RisingVertex& rising) {
         Moving from;
-        for (std::size_t k = 0; k < 3; ++k) from = from + mesh.vertex[rising.from[k]] * rising.weight[k];
+        for (std::size_t k = 0; k < 4; ++k) from = from + mesh.vertex[rising.from[k]] * rising.weight[k];
         return mesh.vertex[rising.vertex] * rising.share + from * (1 - rising.share);
     };
-    const auto first_of_facets = std::find_if(mesh.rising.begin(), mesh.rising.end(),
-                                              [](const RisingVertex& r) { return r.from[1] != r.from[2]; });
-    const std::span edges(mesh.rising.begin(), first_of_facets), facets(first_of_facets, mesh.rising.end());
-    parallelFor(edges.size(), 1024, [&](std::size_t i) { mesh.vertex[edges[i].vertex] = heldBack(edges[i]); });
-    std::vector<Moving> held(facets.size());
-    parallelFor(facets.size(), 1024, [&](std::size_t i) { held[i] = heldBack(facets[i]); });
-    for (std::size_t i = 0; i < facets.size(); ++i) mesh.vertex[facets[i].vertex] = held[i];
+    const auto hold = [&](std::span<const RisingVertex> group) {
+        std::vector<Moving> held(group.size());
+        parallelFor(group.size(), 1024, [&](std::size_t i) { held[i] = heldBack(group[i]); });
+        for (std::size_t i = 0; i < group.size(); ++i) mesh.vertex[group[i].vertex] = held[i];
+    };
+    const auto from_edge = [](const RisingVertex& r) { return r.from[1] == r.from[2]; };
+    const auto from_facet = [](const RisingVertex& r) { return r.from[2] == r.from[3]; };
+    const auto facets = std::partition_point(mesh.rising.begin(), mesh.rising.end(), from_edge);
+    const auto quads = std::partition_point(facets, mesh.rising.end(), from_facet);
+    hold({mesh.rising.begin(), facets});
+    hold({facets, quads});
+    hold({quads, mesh.rising.end()});
 }
 
 }  // namespace

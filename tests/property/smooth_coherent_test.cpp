@@ -237,7 +237,7 @@ TEST(Inset, NeverTurnsThinLiquidInsideOut) {
 TEST(CoherentSmoothing, VelocitiesAreTheRatesAtWhichVerticesMove) {
     int compared = 0;
     std::vector<double> errors, of_rising;
-    for (unsigned seed = 0; seed < 60; ++seed) {
+    for (unsigned seed = 0; seed < 120; ++seed) {
         Particles particles = seed < 40 ? box(4, 4, 4, seed) : box(2, 1, 2, seed);
         std::mt19937 random(seed + 100);
         std::normal_distribution<float> speed(0, 1);

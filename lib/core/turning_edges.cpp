@@ -1,0 +1,70 @@
+#include "core/turning_edges.h"
+
+#include <algorithm>
+
+namespace betamesh {
+
+namespace {
+
+constexpr double kFromEnds =
+    0.1;  // where on both diagonals they have to pass for the vertex to count in full, as a share
+
+// Splits the triangle where it has an edge between a and b, whichever way; the piece that it gains goes to the end.
+bool split(std::size_t row, std::uint32_t a, std::uint32_t b, std::uint32_t vertex, std::vector<Triangle>& triangles) {
+    const Triangle t = triangles[row];
+    for (std::size_t k = 0; k < 3; ++k) {
+        const std::uint32_t from = t[k], to = t[(k + 1) % 3], apex = t[(k + 2) % 3];
+        if (std::minmax(from, to) != std::minmax(a, b)) continue;
+        triangles[row] = {from, vertex, apex};
+        triangles.push_back({vertex, to, apex});
+        return true;
+    }
+    return false;
+}
+
+}  // namespace
+
+bool passNear(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d, double farthest) {
+    const Vec3 normal = cross(b - a, d - c);
+    const double volume = dot(c - a, normal);
+    return volume * volume < farthest * farthest * normal.length2();
+}
+
+std::optional<TurningEdge> turningEdge(const std::array<Moving, 4>& at, double farthest) {
+    const Moving edge = at[1] - at[0], other = at[3] - at[2], apart = at[2] - at[0];
+    const Moving normal = cross(edge, other);
+    const Rate square = dot(normal, normal);
+    if (!(square.value > 0)) return std::nullopt;
+    const Rate volume = dot(apart, normal), distance = squareRoot(volume * volume / square);
+    const Rate u = dot(cross(apart, other), normal) / square, t = dot(cross(apart, edge), normal) / square;
+    Rate share = 0.5 * smoothStep(1 - distance / farthest);
+    for (const Rate& from_end : {u, 1 - u, t, 1 - t}) share = share * smoothStep(from_end / kFromEnds);
+    if (!(share.value > 0)) return std::nullopt;
+    TurningEdge turning;
+    turning.weight = {(1 - share) * (1 - u), (1 - share) * u, share * (1 - t), share * t};
+    turning.on_edge = at[0] + edge * u;
+    return turning;
+}
+
+void splitTurningEdges(std::vector<TurningEdge>& edges, std::size_t first, std::uint32_t first_vertex,
+                       std::vector<Triangle>& triangles) {
+    std::stable_sort(edges.begin(), edges.end(),
+                     [](const TurningEdge& a, const TurningEdge& b) { return a.shareOfOther() > b.shareOfOther(); });
+    struct Piece {
+        std::uint32_t of;  // triangle
+        std::size_t row;
+    };
+    std::vector<Piece> pieces;
+    for (std::uint32_t e = 0; e < edges.size(); ++e) {
+        const auto& [a, b, c, d] = edges[e].corner;
+        for (const std::uint32_t t : edges[e].triangle) {
+            const std::size_t whole = first + t, gained = triangles.size();
+            bool done = split(whole, a, b, first_vertex + e, triangles);
+            for (std::size_t p = 0; p < pieces.size() && !done; ++p)
+                done = pieces[p].of == t && split(pieces[p].row, a, b, first_vertex + e, triangles);
+            pieces.push_back({t, gained});
+        }
+    }
+}
+
+}  // namespace betamesh

@@ -1,0 +1,131 @@
+// What is true of edges that are about to turn.
+
+#include "core/turning_edges.h"
+
+#include "core/icosphere.h"
+#include "core/random.h"
+#include "measure/mesh_check.h"
+
+#include <gtest/gtest.h>
+
+#include <map>
+
+namespace betamesh {
+
+namespace {
+
+// A quad whose diagonals pass each other inside, its corners on their way.
+std::array<Moving, 4> randomQuad(Random& random, double apart) {
+    std::array<Moving, 4> at{Moving{{-1, 0, 0}, {}}, Moving{{1, 0, 0}, {}}, Moving{{0, -1, apart}, {}},
+                             Moving{{0, 1, apart}, {}}};
+    for (Moving& p : at) p = {p.position + Vec3(random.unit(), random.unit(), 0) * 0.5, random.cube()};
+    return at;
+}
+
+Vec3 vertexOf(const std::array<Vec3, 4>& corner, const TurningEdge& edge) {
+    Vec3 sum(0, 0, 0);
+    for (std::size_t k = 0; k < 4; ++k) sum += corner[k] * edge.weight[k].value;
+    return sum;
+}
+
+TEST(TurningEdge, WeightsSumToOneAndKnowTheirRates) {
+    Random random(1);
+    constexpr double kStep = 1e-6;
+    int found = 0;
+    for (int trial = 0; trial < 1000; ++trial) {
+        const auto at = randomQuad(random, 0.1 * random.unit());
+        const auto edge = turningEdge(at, 0.1);
+        auto before = at, after = at;
+        for (std::size_t k = 0; k < 4; ++k) {
+            before[k].position += at[k].velocity * -kStep;
+            after[k].position += at[k].velocity * kStep;
+        }
+        const auto edge_before = turningEdge(before, 0.1), edge_after = turningEdge(after, 0.1);
+        if (!edge || !edge_before || !edge_after) continue;
+        ++found;
+        Rate sum = 0;
+        for (std::size_t k = 0; k < 4; ++k) {
+            sum = sum + edge->weight[k];
+            EXPECT_GE(edge->weight[k].value, 0);
+            EXPECT_NEAR(edge->weight[k].rate,
+                        (edge_after->weight[k].value - edge_before->weight[k].value) / (2 * kStep), 1e-3);
+        }
+        EXPECT_NEAR(sum.value, 1, 1e-12);
+        EXPECT_NEAR(sum.rate, 0, 1e-9);
+    }
+    EXPECT_GE(found, 500);
+}
+
+TEST(TurningEdge, IsTheSameSeenFromEitherSideAsItTurnsWhereverItsCornersGo) {
+    Random random(2);
+    for (int trial = 0; trial < 1000; ++trial) {
+        const auto at = randomQuad(random, 1e-9);
+        const auto edge = turningEdge(at, 0.1), other = turningEdge({at[2], at[3], at[0], at[1]}, 0.1);
+        ASSERT_TRUE(edge && other);
+        std::array<Vec3, 4> to;
+        for (Vec3& p : to) p = random.cube();
+        EXPECT_LE((vertexOf(to, *edge) - vertexOf({to[2], to[3], to[0], to[1]}, *other)).length(), 1e-6);
+    }
+}
+
+TEST(TurningEdge, BeginsOnTheEdge) {
+    Random random(3);
+    int found = 0;
+    for (int trial = 0; trial < 1000; ++trial) {
+        const auto at = randomQuad(random, 0.1 - 1e-6);
+        const auto edge = turningEdge(at, 0.1);
+        EXPECT_FALSE(turningEdge(randomQuad(random, 0.1 + 1e-6), 0.1));
+        if (!edge) continue;
+        ++found;
+        EXPECT_LE(edge->shareOfOther(), 1e-8);
+        EXPECT_LE(cross(edge->on_edge.position - at[0].position, at[1].position - at[0].position).length(), 1e-12);
+    }
+    EXPECT_GE(found, 500);
+}
+
+TEST(TurningEdge, IsNoneWhereDiagonalsPassOutsideTheQuadOrNever) {
+    const auto at = [](const Vec3& p) { return Moving{p, {}}; };
+    EXPECT_FALSE(turningEdge({at({0, 0, 0}), at({1, 0, 0}), at({2, -1, 0}), at({2, 1, 0})}, 0.1));
+    EXPECT_FALSE(turningEdge({at({0, 0, 0}), at({1, 0, 0}), at({0, 1, 0}), at({1, 1, 0})}, 0.1));
+    EXPECT_FALSE(turningEdge({at({0, 0, 0}), at({0, 0, 0}), at({0, 1, 0}), at({1, 1, 0})}, 0.1));
+}
+
+TEST(TurningEdges, LeaveAMeshClosedWhicheverTurn) {
+    const Icosphere ball = icosphere(3);
+    std::map<std::array<std::uint32_t, 2>, std::uint32_t> left_of;
+    for (std::uint32_t t = 0; t < ball.triangles.size(); ++t)
+        for (std::size_t k = 0; k < 3; ++k) left_of[{ball.triangles[t][k], ball.triangles[t][(k + 1) % 3]}] = t;
+    Random random(4);
+    for (const double share_turning : {0.05, 0.3, 0.7, 1.0}) {
+        std::vector<TurningEdge> edges;
+        for (const auto& [e, t] : left_of) {
+            if (e[0] > e[1] || random.unit() > share_turning) continue;
+            const double half = random.unit() / 4;
+            edges.push_back({{e[0], e[1], 0, 0},
+                             {t, left_of.at({e[1], e[0]})},
+                             {0.5 - half, 0.5 - half, half, half},
+                             {(ball.position[e[0]] + ball.position[e[1]]) / 2, {}}});
+        }
+        Mesh mesh;
+        mesh.position = ball.position;
+        mesh.triangles = {{0, 0, 0}};  // of another ball
+        mesh.triangles.insert(mesh.triangles.end(), ball.triangles.begin(), ball.triangles.end());
+        const auto first_vertex = static_cast<std::uint32_t>(mesh.position.size());
+        splitTurningEdges(edges, 1, first_vertex, mesh.triangles);
+        for (std::size_t e = 0; e < edges.size(); ++e) {
+            mesh.position.push_back(edges[e].on_edge.position);
+            EXPECT_LE(edges[e].shareOfOther(), edges[e == 0 ? 0 : e - 1].shareOfOther());
+        }
+        EXPECT_EQ(mesh.triangles[0], (Triangle{0, 0, 0}));
+        mesh.triangles.erase(mesh.triangles.begin());
+        EXPECT_EQ(mesh.triangles.size(), ball.triangles.size() + 2 * edges.size());
+        EXPECT_TRUE(faultsOf(checkMesh(mesh)).empty()) << share_turning;
+        for (const auto& [a, b, c] : mesh.triangles)  // flat pieces of a ball, all seen from outside
+            EXPECT_GT(
+                dot(cross(mesh.position[b] - mesh.position[a], mesh.position[c] - mesh.position[a]), mesh.position[a]),
+                0);
+    }
+}
+
+}  // namespace
+}  // namespace betamesh
