@@ -1,5 +1,6 @@
 #include "batch/job.h"
 #include "batch/log.h"
+#include "batch/machine.h"
 #include "batch/version.h"
 #include "command.h"
 
@@ -43,6 +44,7 @@ public:
 
 int main(int argc, char** argv) {
     using namespace betamesh;
+    keepFreedMemory();
     CLI::App program("Turns frames of simulated particles into closed triangle meshes: the beta mesh method.",
                      "betamesh");
     program.formatter(std::make_shared<LineBreakingFormatter>());  // commands take it over

@@ -16,6 +16,7 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <limits>
 #include <optional>
 #include <sstream>
 #include <string>
@@ -160,11 +161,17 @@ std::uint64_t peakMemory() {
     return static_cast<std::uint64_t>(usage.ru_maxrss) * 1024;  // Linux counts in KiB
 }
 
+void keepFreedMemory() {
+    mallopt(M_MMAP_THRESHOLD, std::numeric_limits<int>::max());
+    mallopt(M_TRIM_THRESHOLD, std::numeric_limits<int>::max());
+}
+
 void releaseFreeMemory() { malloc_trim(0); }
 
 void limitMemory(std::uint64_t bytes) {
     // What is freed no longer counts: large blocks go back at once, small ones are not scattered over many heaps.
     mallopt(M_MMAP_THRESHOLD, kLargeBlock);
+    mallopt(M_TRIM_THRESHOLD, kLargeBlock);
     mallopt(M_ARENA_MAX, kHeaps);
     std::uint64_t data = pagesOf(5);  // what RLIMIT_DATA counts: the heap, and the stacks of threads in full
     data += stackOfAThread();         // a job makes one that waits for signals

@@ -21,6 +21,10 @@ std::uint64_t freeMemory();
 std::uint64_t currentMemory();
 std::uint64_t peakMemory();
 
+/// Keeps what is freed for later allocations: of a frame's time a tenth and more would go into pages that the system
+/// takes back and hands out again, cleared.
+void keepFreedMemory();
+
 /// Gives the system back what this process holds for later allocations.
 void releaseFreeMemory();
 

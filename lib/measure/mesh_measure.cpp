@@ -1,6 +1,6 @@
 #include "measure/mesh_measure.h"
 
-#include "core/mesh_edges.h"
+#include "core/parallel.h"
 #include "exact/orientation.h"
 
 #include <algorithm>
@@ -9,25 +9,71 @@
 
 namespace betamesh {
 
+namespace {
+
+constexpr std::size_t kBlock = 1 << 16;  // rows whose sums are taken one after the other
+
+struct EdgeCount {
+    std::size_t edges = 0, unpaired = 0;
+};
+
+// Each side is kept by its lower vertex: the higher one, and in the last bit which way it runs.
+EdgeCount countEdges(const std::vector<Triangle>& triangles, std::size_t vertices) {
+    std::vector<std::uint32_t> count(vertices, 0);
+    for (const auto& [a, b, c] : triangles) ++count[std::min(a, b)], ++count[std::min(b, c)], ++count[std::min(c, a)];
+    const std::vector<std::uint32_t> begin = placesOf(count);
+    std::vector<std::uint32_t> next(begin.begin(), begin.end() - 1);
+    std::vector<std::uint64_t> other(begin.back());
+    const auto add = [&](std::uint32_t from, std::uint32_t to) {
+        other[next[std::min(from, to)]++] = std::uint64_t{std::max(from, to)} << 1 | (from < to ? 1 : 0);
+    };
+    for (const auto& [a, b, c] : triangles) add(a, b), add(b, c), add(c, a);
+
+    std::vector<EdgeCount> part((vertices + kBlock - 1) / kBlock);
+    parallelFor(part.size(), 1, [&](std::size_t p) {
+        for (std::size_t v = p * kBlock; v < std::min(vertices, (p + 1) * kBlock); ++v) {
+            const auto last = other.begin() + begin[v + 1];
+            auto side = other.begin() + begin[v];
+            std::sort(side, last);
+            while (side != last) {
+                std::int64_t surplus = 0;
+                for (const std::uint64_t high = *side >> 1; side != last && *side >> 1 == high; ++side)
+                    surplus += *side & 1 ? 1 : -1;
+                part[p].unpaired += static_cast<std::size_t>(std::abs(surplus));
+                ++part[p].edges;
+            }
+        }
+    });
+    EdgeCount sum;
+    for (const EdgeCount& p : part) sum.edges += p.edges, sum.unpaired += p.unpaired;
+    return sum;
+}
+
+}  // namespace
+
 MeshMeasure measureMesh(const Mesh& mesh) {
     MeshMeasure measure;
     const Pieces pieces = piecesOf(mesh.position.size(), mesh.triangles);
+    const EdgeCount edges = countEdges(mesh.triangles, mesh.position.size());
     measure.components = pieces.count;
+    measure.unpaired_edges = edges.unpaired;
     for (const std::uint32_t piece : pieces.of_vertex) measure.euler += piece != kNoPiece;
-    measure.euler += static_cast<std::int64_t>(mesh.triangles.size());
+    measure.euler += static_cast<std::int64_t>(mesh.triangles.size()) - static_cast<std::int64_t>(edges.edges);
 
     const Vec3 origin = mesh.position.empty() ? Vec3(0) : mesh.position[0];
-    for (const Triangle& t : mesh.triangles) {
-        const Vec3 a = mesh.position[t[0]] - origin, b = mesh.position[t[1]] - origin, c = mesh.position[t[2]] - origin;
-        measure.volume += volumeBelow(a, b, c);
-        measure.area += areaOf(a, b, c);
-    }
-    forEveryEdge(sortedSides(mesh.triangles), [&](std::span<const TriangleSide> sides) {
-        std::int64_t surplus = 0;
-        for (const TriangleSide& side : sides) surplus += side.direction;
-        measure.unpaired_edges += static_cast<std::size_t>(std::abs(surplus));
-        --measure.euler;
+    struct Size {
+        double volume = 0, area = 0;
+    };
+    std::vector<Size> part((mesh.triangles.size() + kBlock - 1) / kBlock);
+    parallelFor(part.size(), 1, [&](std::size_t p) {
+        for (std::size_t t = p * kBlock; t < std::min(mesh.triangles.size(), (p + 1) * kBlock); ++t) {
+            const auto at = [&](std::size_t k) { return mesh.position[mesh.triangles[t][k]] - origin; };
+            const Vec3 a = at(0), b = at(1), c = at(2);
+            part[p].volume += volumeBelow(a, b, c);
+            part[p].area += areaOf(a, b, c);
+        }
     });
+    for (const Size& p : part) measure.volume += p.volume, measure.area += p.area;
     return measure;
 }
 
