@@ -26,12 +26,20 @@ struct RisingVertex {
     Moving whole;  ///< where the vertex would be with a share of 1
 };
 
+/// A vertex far from any rim, which smoothing leaves where it is but for this step outwards: facets miss what their
+/// ball bulges out between vertices, and drops would be the smaller for it.
+struct SwellingVertex {
+    std::uint32_t vertex;
+    Moving step;
+};
+
 /// Vertices with their motion. Ones that no triangle uses are allowed.
 struct BetaMesh {
     std::vector<Moving> vertex;
     std::vector<Triangle> triangles;
     std::vector<Rate> clearance;       ///< of each vertex from the rim of its face, as in FacePoints; none: all 0
     std::vector<RisingVertex> rising;  ///< from edges first, then from facets, then those in quads
+    std::vector<SwellingVertex> swelling;
 };
 
 /// As in core/vertex_normals.h.

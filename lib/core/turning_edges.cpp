@@ -8,6 +8,7 @@ namespace {
 
 constexpr double kFromEnds =
     0.1;  // where on both diagonals they have to pass for the vertex to count in full, as a share
+constexpr double kLeastShare = 1e-4;  // of the other diagonal: with less nothing moves, and vertices may coincide
 
 // Splits the triangle where it has an edge between a and b, whichever way; the piece that it gains goes to the end.
 bool split(std::size_t row, std::uint32_t a, std::uint32_t b, std::uint32_t vertex, std::vector<Triangle>& triangles) {
@@ -39,7 +40,7 @@ std::optional<TurningEdge> turningEdge(const std::array<Moving, 4>& at, double f
     const Rate u = dot(cross(apart, other), normal) / square, t = dot(cross(apart, edge), normal) / square;
     Rate share = 0.5 * smoothStep(1 - distance / farthest);
     for (const Rate& from_end : {u, 1 - u, t, 1 - t}) share = share * smoothStep(from_end / kFromEnds);
-    if (!(share.value > 0)) return std::nullopt;
+    if (!(share.value > kLeastShare)) return std::nullopt;
     TurningEdge turning;
     turning.weight = {(1 - share) * (1 - u), (1 - share) * u, share * (1 - t), share * t};
     turning.on_edge = at[0] + edge * u;

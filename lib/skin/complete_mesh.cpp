@@ -19,9 +19,10 @@ constexpr double kLeastClearance = 0.2;  // of points on the boundary, in angles
 constexpr double kSinkingBegins = 0.75;  // clearance below which points sink, in the same
 constexpr double kSunkInEarnest = 0.3;   // share of the depth's root from which on a point is held back in full
 constexpr double kFreeHeight = 0.05;     // over what is beneath, radii per square of the same: free from here on
+constexpr double kSwellingBegins = 0.7, kSwollen = 1.4;  // clearance of points far from any rim
 constexpr std::size_t kLongestRing = 10;
 constexpr double kSinkingDepth = 0.12;  // radii at the rim, in squares of the same
-constexpr double kTurning = 0.004;      // how far diagonals are apart when they begin to turn, likewise
+constexpr double kTurning = 0.0025;     // how far diagonals are apart when they begin to turn, likewise
 constexpr double kContactDepth = 0.25;  // where balls are too far apart, likewise: deeper than any facet
 
 Vec3i onGrid(const Vec3& direction) {
@@ -116,6 +117,12 @@ public:
         // Each of n points has a cell of area 4π / n: two triangles of side `angle`.
         const double n = static_cast<double>(points.directions.position.size());
         angle_ = std::sqrt(8 * std::numbers::pi / (std::sqrt(3.0) * n));
+        double volume = 0;
+        for (const auto& [a, b, c] : points.directions.triangles) {
+            const std::vector<Vec3>& p = points.directions.position;
+            volume += dot(p[a], cross(p[b], p[c])) / 6;
+        }
+        swelling_ = std::cbrt(4 * std::numbers::pi / 3 / volume) - 1;
     }
     bool sinks(std::uint32_t p) const {
         return sinking_ && (points_.clearance[p].value < kSinkingBegins * angle_ || points_.contactOf(p));
@@ -130,6 +137,14 @@ public:
         if (!sinks(p)) return direction;
         const Rate below = nearRim(p), apart = unborn(p);
         return direction * (1 - (below * below * kSinkingDepth + apart * apart * kContactDepth) * (angle_ * angle_));
+    }
+
+    // How far outwards a point goes that is far from any rim, in radii: a lone drop has the volume of its ball then.
+    Moving swelling(std::uint32_t p, const Vec3& spin) const {
+        if (!sinking_ || points_.contactOf(p)) return {};
+        const Rate c = points_.clearance[p];
+        return points_.outwards(p, spin) *
+               (smoothStep((c - kSwellingBegins) / (kSwollen - kSwellingBegins)) * swelling_);
     }
 
     // Points in which two balls touch are where the rim of their common circle will be.
@@ -159,7 +174,7 @@ private:
 
     const FacePoints& points_;
     bool sinking_;
-    double angle_;
+    double angle_, swelling_;
 };
 
 // The triangles of all directions, each listed at its first corner.
@@ -192,6 +207,7 @@ struct Part {
     std::vector<Moving> vertex;
     std::vector<Rate> clearance;
     std::vector<RisingVertex> rising, turning;
+    std::vector<SwellingVertex> swelling;
 };
 constexpr std::uint32_t kNew = std::uint32_t{1} << 31;
 
@@ -360,6 +376,8 @@ private:
                 const std::uint32_t p = ball_.face_point[v - in_loops];
                 part_.vertex.push_back(ball_.centre + ball_.placement.at(p, ball_.spin) * ball_.radius);
                 part_.clearance.push_back(ball_.placement.clearance(p));
+                const Moving swelling = ball_.placement.swelling(p, ball_.spin);
+                if (swelling.position.length2() > 0) part_.swelling.push_back({place, swelling * ball_.radius});
             } else {
                 const Vec3 direction = toDouble(filling_.new_point[v - ball_.given()]).normalized();
                 part_.vertex.push_back({ball_.centre.position + direction * ball_.radius, ball_.centre.velocity});
@@ -434,7 +452,8 @@ BetaMesh completeTessellation(const BallBoundary& boundary, const std::vector<Mo
         return placesOf(sizes);
     };
     const std::vector<std::uint32_t> vertices = placesIn(&Part::vertex), triangles = placesIn(&Part::triangles),
-                                     rising = placesIn(&Part::rising), turning = placesIn(&Part::turning);
+                                     rising = placesIn(&Part::rising), turning = placesIn(&Part::turning),
+                                     swelling = placesIn(&Part::swelling);
     BetaMesh mesh;
     mesh.vertex.reserve(network.point.size() + vertices.back());
     mesh.vertex = network.point;
@@ -445,6 +464,7 @@ BetaMesh completeTessellation(const BallBoundary& boundary, const std::vector<Mo
     mesh.rising.reserve(first_turning + turning.back());
     mesh.rising = network.rising;
     mesh.rising.resize(first_turning + turning.back());
+    mesh.swelling.resize(swelling.back());
     parallelFor(tasks, 4, [&](std::size_t task) {
         const Part& part = parts[task];
         const auto first = static_cast<std::uint32_t>(network.point.size() + vertices[task]);
@@ -464,6 +484,10 @@ BetaMesh completeTessellation(const BallBoundary& boundary, const std::vector<Mo
         };
         copy(part.rising, first_rising + rising[task]);
         copy(part.turning, first_turning + turning[task]);
+        std::transform(part.swelling.begin(), part.swelling.end(), mesh.swelling.begin() + swelling[task],
+                       [&](const SwellingVertex& s) {
+                           return SwellingVertex{numbered(s.vertex), s.step};
+                       });
     });
     return mesh;
 }

@@ -124,14 +124,17 @@ void removePieces(BetaMesh& mesh, const Pieces& pieces, const std::vector<bool>&
     if (!mesh.clearance.empty()) mesh.clearance.resize(left);
     for (Triangle& t : mesh.triangles)
         for (std::uint32_t& v : t) v = place[v];
-    std::erase_if(mesh.rising, [&](const RisingVertex& rising) {
-        const std::uint32_t piece = pieces.of_vertex[rising.vertex];
+    const auto has_left = [&](const auto& listed) {
+        const std::uint32_t piece = pieces.of_vertex[listed.vertex];
         return piece == kNoPiece || leaves[piece];
-    });
+    };
+    std::erase_if(mesh.rising, has_left);
+    std::erase_if(mesh.swelling, has_left);
     for (RisingVertex& rising : mesh.rising) {
         rising.vertex = place[rising.vertex];
         for (std::uint32_t& v : rising.from) v = place[v];
     }
+    for (SwellingVertex& swelling : mesh.swelling) swelling.vertex = place[swelling.vertex];
 }
 
 }  // namespace

@@ -30,7 +30,8 @@ namespace {
 constexpr double kSampleAngle = 0.56;    // radians between samples of wide faces of the paper's tessellation
 constexpr double kSmoothingWidth = 2.8;  // radii
 constexpr double kArcAngle = 0.75;  // of a common arc, radians: a segment of it is as long as face points are apart
-constexpr double kSmoothedAngle = 0.28;  // radians per segment of what is smoothed, and need not show its balls
+constexpr double kSmoothedAngle = 0.265;     // radians per segment of what is smoothed, and need not show its balls
+constexpr double kSmoothedFaceAngle = 0.37;  // between points inside faces of the same
 constexpr double kLeastAngle = 0.05, kLargestAngle = 0.7;
 
 struct Structure {
@@ -119,7 +120,8 @@ BetaMesh completeSurface(const Particles& particles, const Structure& structure,
     }
     const double angle = params.arc_subdivisions > 0
                              ? std::clamp(kArcAngle / params.arc_subdivisions, kLeastAngle, kLargestAngle)
-                             : subdivision.max_angle;
+                         : smoothed ? kSmoothedFaceAngle
+                                    : subdivision.max_angle;
     const Spins spins = spinsOfBalls(boundary, balls, particles);
     std::vector<Moving> vertices = movingVertices(particles, structure.snapped, boundary, balls);
     watch("velocity");

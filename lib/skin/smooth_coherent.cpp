@@ -331,6 +331,7 @@ void smoothCoherently(BetaMesh& mesh, BoundarySamples samples, const CoherentSmo
         vertex = vertex + limited((smooth[v] - vertex) * share, kFarthest * params.radius);
         if (params.inset > 0) vertex = vertex + inset[v] * params.radius;
     });
+    for (const auto& [v, step] : mesh.swelling) mesh.vertex[v] = mesh.vertex[v] + step;
     holdBack(mesh);
 }
 

@@ -140,8 +140,8 @@ TEST(CoherentSmoothing, KeepsTheVolumeOfDropsAndBlocks) {
         return measureMesh(skinFrame(particles, withRadius(1.5)).mesh).volume /
                measureMesh(skinFrame(particles, fine).mesh).volume;
     };
-    EXPECT_NEAR(ratio(drop), 0.97, 0.01);
-    EXPECT_GE(ratio(tetrahedron), 0.98);
+    EXPECT_NEAR(ratio(drop), 1, 0.005);
+    EXPECT_NEAR(ratio(tetrahedron), 1, 0.03);
     EXPECT_NEAR(ratio(box(6, 6, 4, 1)), 1, 0.05);
     EXPECT_NEAR(ratio(box(16, 16, 1, 1)), 1, 0.05);
     EXPECT_NEAR(ratio(box(24, 1, 1, 1)), 1, 0.1);
@@ -256,8 +256,8 @@ TEST(CoherentSmoothing, VelocitiesAreTheRatesAtWhichVerticesMove) {
             const std::vector<Vec3> spins(balls.size(), Vec3(0, 0, 0));
             const ArcNetwork network =
                 arcPoints(boundary, balls, spins, movingVertices(later, snapped, boundary, balls),
-                          {0.28, 0, Appearance::gradual});
-            const FacePoints points = facePoints(snapped, boundary, balls, spins, 0.28);
+                          {0.265, 0, Appearance::gradual});
+            const FacePoints points = facePoints(snapped, boundary, balls, spins, 0.37);
             BetaMesh mesh = completeTessellation(boundary, balls, spins, network, points, Appearance::gradual);
             smoothCoherently(mesh, boundarySamples(boundary, balls, spins, network, points), {1.5, 4.2, 1, 0.5});
             return std::pair(std::pair(boundary.triangle, network.arc_begin), mesh);
