@@ -212,14 +212,15 @@ Surface surfaceOf(const Liquid& liquid, const FrameTask& task, const Plan& plan,
     else if (plan.skin.components)
         skinned.mesh.component.emplace();
     report.skin = skinned.report;
-    report.measure = measureMesh(skinned.mesh);
     report.vertices = skinned.mesh.position.size();
     report.triangles = skinned.mesh.triangles.size();
-    watch("measure");
     std::string picture = pictureOf(task, plan, skinned, particles);
     watch("picture");
     const auto mesh = std::make_shared<Mesh>(std::move(skinned.mesh));
-    return {std::move(skinned.spheres), std::move(picture), [=, &task] { writeMesh(task.output, *mesh); }};
+    const auto write = [mesh, &task, &report] {
+        parallelBoth([&] { writeMesh(task.output, *mesh); }, [&] { report.measure = measureMesh(*mesh); });
+    };
+    return {std::move(skinned.spheres), std::move(picture), write};
 }
 
 /// The same in two dimensions.

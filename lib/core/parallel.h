@@ -45,6 +45,17 @@ void parallelFor(std::size_t n, std::size_t grain, const Body& body) {
     });
 }
 
+/// Calls both, at the same time where there are threads for it.
+template <typename First, typename Second>
+void parallelBoth(const First& first, const Second& second) {
+    parallelFor(2, 1, [&](std::size_t i) {
+        if (i == 0)
+            first();
+        else
+            second();
+    });
+}
+
 /// Sorts by a strict total order, so the result is the same for any number of threads.
 template <typename T, typename Less>
 void parallelSort(std::vector<T>& rows, const Less& less) {

@@ -15,8 +15,9 @@ namespace betamesh {
 ///
 /// A neighbour covers what lies beyond the plane half way to it, so the exposed part is that of the sphere in the
 /// ball's Voronoi cell. Of that cell only what reaches the sphere is made: a cube round the ball is clipped at each of
-/// its corners outside the ball, and where its edges leave the ball, by the neighbour nearest to there, until all these
-/// places are nearer to this ball than to any other.
+/// its corners outside the ball, and where its edges leave the ball, by the plane that these lie farthest beyond, until
+/// all these places are nearer to this ball than to any other. (The nearest neighbour's plane instead takes half as
+/// long again, that farthest beyond in shares of its distance a tenth.)
 ///
 /// cost    2 µs for eighty neighbours: one pass over them for each plane, corner and edge that reaches the sphere, some
 ///         eight planes in all

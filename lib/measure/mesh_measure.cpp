@@ -53,8 +53,10 @@ EdgeCount countEdges(const std::vector<Triangle>& triangles, std::size_t vertice
 
 MeshMeasure measureMesh(const Mesh& mesh) {
     MeshMeasure measure;
-    const Pieces pieces = piecesOf(mesh.position.size(), mesh.triangles);
-    const EdgeCount edges = countEdges(mesh.triangles, mesh.position.size());
+    Pieces pieces;
+    EdgeCount edges;
+    parallelBoth([&] { pieces = piecesOf(mesh.position.size(), mesh.triangles); },
+                 [&] { edges = countEdges(mesh.triangles, mesh.position.size()); });
     measure.components = pieces.count;
     measure.unpaired_edges = edges.unpaired;
     for (const std::uint32_t piece : pieces.of_vertex) measure.euler += piece != kNoPiece;
