@@ -75,7 +75,9 @@ void forPointsAmongSamples(std::size_t samples, const SampleAt& sampleAt, const 
                 near_enough[used] = i;
                 used += is_near;
             }
-            blocks.assign((used + kLanes - 1) / kLanes, Block{});
+            const std::size_t count = (used + kLanes - 1) / kLanes;
+            if (count > blocks.size()) blocks.resize(2 * count);
+            if (count > 0) blocks[count - 1] = {};
             for (std::size_t u = 0; u < used; ++u) {
                 auto& field = blocks[u / kLanes].field;
                 const std::uint32_t i = near_enough[u];
@@ -83,7 +85,8 @@ void forPointsAmongSamples(std::size_t samples, const SampleAt& sampleAt, const 
                 for (std::size_t k = 3; k < kFields; ++k) field[k][u % kLanes] = fields[candidate[i]][k - 3];
             }
             for (const CellOrder::Entry& entry : here)
-                visit(entry.row, Vec3f((pointAt(entry.row) - middle) * scale), std::span<const Block>(blocks));
+                visit(entry.row, Vec3f((pointAt(entry.row) - middle) * scale),
+                      std::span<const Block>(blocks.data(), count));
         }
     });
 }
