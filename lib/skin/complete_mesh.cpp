@@ -8,6 +8,7 @@
 #include <cmath>
 #include <numbers>
 #include <optional>
+#include <span>
 
 namespace betamesh {
 
@@ -212,7 +213,7 @@ struct Part {
 constexpr std::uint32_t kNew = std::uint32_t{1} << 31;
 
 // The facet of the points in `ring` that a ray from the origin through p leaves last, where p is above it.
-std::optional<Triangle> facetBeneath(const Vec3& p, const std::vector<std::uint32_t>& ring,
+std::optional<Triangle> facetBeneath(const Vec3& p, std::span<const std::uint32_t> ring,
                                      const std::vector<Vec3i>& point) {
     std::array<Vec3, kLongestRing> at;
     std::array<std::array<double, kLongestRing>, kLongestRing> across;  // p · (i × j)
@@ -229,9 +230,9 @@ std::optional<Triangle> facetBeneath(const Vec3& p, const std::vector<std::uint3
         for (std::size_t j = i + 1; j < ring.size(); ++j)
             for (std::size_t k = j + 1; k < ring.size(); ++k) {
                 const double u = across[j][k], v = across[k][i], w = across[i][j], sum = u + v + w;
-                if (sum == 0 || u / sum < 0 || v / sum < 0 || w / sum < 0) continue;
+                if (sum == 0 || u * sum < 0 || v * sum < 0 || w * sum < 0) continue;
                 const double whole = dot(at[i], cross(at[j], at[k]));
-                if (!(whole / sum > 0)) continue;
+                if (!(whole * sum > 0)) continue;
                 const double height = 1 - whole / sum;
                 if (highest && least <= height) continue;
                 highest = Triangle{ring[i], ring[j], ring[k]};
@@ -297,20 +298,29 @@ public:
     void holdSinking() {
         const std::size_t in_loops = ball_.inLoops(), first = ball_.firstSinking(), count = ball_.face_point.size();
         if (ball_.given() == in_loops || first == count) return;
-        std::vector<std::vector<std::uint32_t>> rings(count - first);  // what is next to each
+        struct Ring {  // what is next to a point, the first of it
+            std::size_t size = 0;
+            std::array<std::uint32_t, kLongestRing> point;
+        };
+        std::vector<Ring> rings(count - first);
         for (const Triangle& t : filling_.triangles)
             for (const std::uint32_t v : t) {
                 if (v < in_loops + first || v >= ball_.given()) continue;
-                std::vector<std::uint32_t>& ring = rings[v - in_loops - first];
+                Ring& ring = rings[v - in_loops - first];
                 for (const std::uint32_t other : t)
-                    if (other != v && other < ball_.given() && std::find(ring.begin(), ring.end(), other) == ring.end())
-                        ring.push_back(other);
+                    if (other != v && other < ball_.given()) {
+                        const auto last = ring.point.begin() + std::min(ring.size, kLongestRing);
+                        if (std::find(ring.point.begin(), last, other) != last) continue;
+                        if (ring.size < kLongestRing) *last = other;
+                        ++ring.size;
+                    }
             }
         for (std::size_t i = first; i < count; ++i) {
             const auto v = static_cast<std::uint32_t>(in_loops + i);
-            if (place_[i] == kUnplaced || rings[i - first].size() > kLongestRing) continue;
+            const Ring& ring = rings[i - first];
+            if (place_[i] == kUnplaced || ring.size > kLongestRing) continue;
             const std::vector<Vec3i>& point = ball_.loops.loops.point;
-            const auto facet = facetBeneath(toDouble(point[v]), rings[i - first], point);
+            const auto facet = facetBeneath(toDouble(point[v]), std::span(ring.point).first(ring.size), point);
             if (!facet) continue;
             const auto& [a, b, c] = *facet;
             const Beneath beneath(ball_.at(v), {ball_.at(a), ball_.at(b), ball_.at(c)});

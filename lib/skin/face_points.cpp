@@ -107,18 +107,26 @@ Rate movingClearance(const Moving& direction, const Moving& offset) {
 // Of each ball, the others that are about to touch it.
 std::vector<std::vector<std::uint32_t>> nearlyTouching(const BallBoundary& boundary) {
     const double diameter = 2 * static_cast<double>(boundary.radius), reach = diameter * (1 + kNearlyTouching / 2);
-    const auto positionOf = [&](std::size_t b) { return toDouble(boundary.position[b]); };
+    std::vector<Vec3> position(boundary.position.size());
+    parallelFor(position.size(), 4096, [&](std::size_t b) { position[b] = toDouble(boundary.position[b]); });
+    const auto positionOf = [&](std::size_t b) -> const Vec3& { return position[b]; };
     const CellOrder order(boundary.position.size(), reach, positionOf);
     std::vector<std::vector<std::uint32_t>> near(boundary.position.size());
     forCellsWithin(reach, order, order, positionOf,
                    [&](std::span<const CellOrder::Entry> cell, std::span<const std::uint32_t> around) {
+                       std::vector<Vec3> place;
+                       for (const std::uint32_t b : around) place.push_back(position[b]);
+                       std::vector<std::uint32_t> found(around.size() + 1);
                        for (const CellOrder::Entry& entry : cell) {
-                           std::vector<std::uint32_t>& others = near[entry.row];
-                           for (const std::uint32_t b : around) {
-                               const double squared = (positionOf(b) - positionOf(entry.row)).length2();
-                               if (squared > diameter * diameter && squared < reach * reach) others.push_back(b);
+                           const Vec3 here = position[entry.row];
+                           std::size_t n = 0;
+                           for (std::size_t k = 0; k < place.size(); ++k) {
+                               const double squared = (place[k] - here).length2();
+                               found[n] = around[k];
+                               n += (squared > diameter * diameter) & (squared < reach * reach);
                            }
-                           std::sort(others.begin(), others.end());
+                           std::sort(found.begin(), found.begin() + static_cast<std::ptrdiff_t>(n));
+                           near[entry.row].assign(found.begin(), found.begin() + static_cast<std::ptrdiff_t>(n));
                        }
                    });
     return near;
