@@ -6,8 +6,7 @@ namespace betamesh {
 
 namespace {
 
-constexpr double kFromEnds =
-    0.1;  // where on both diagonals they have to pass for the vertex to count in full, as a share
+constexpr double kFromEnds = 0.1;     // shares of both diagonals between which they have to pass to count in full
 constexpr double kLeastShare = 1e-4;  // of the other diagonal: with less nothing moves, and vertices may coincide
 
 // Splits the triangle where it has an edge between a and b, whichever way; the piece that it gains goes to the end.
