@@ -40,10 +40,7 @@ std::optional<TurningEdge> turningEdge(const std::array<Moving, 4>& at, double f
     Rate share = 0.5 * smoothStep(1 - distance / farthest);
     for (const Rate& from_end : {u, 1 - u, t, 1 - t}) share = share * smoothStep(from_end / kFromEnds);
     if (!(share.value > kLeastShare)) return std::nullopt;
-    TurningEdge turning;
-    turning.weight = {(1 - share) * (1 - u), (1 - share) * u, share * (1 - t), share * t};
-    turning.on_edge = at[0] + edge * u;
-    return turning;
+    return TurningEdge{{}, {}, {(1 - share) * (1 - u), (1 - share) * u, share * (1 - t), share * t}, at[0] + edge * u};
 }
 
 void splitTurningEdges(std::vector<TurningEdge>& edges, std::size_t first, std::uint32_t first_vertex,
