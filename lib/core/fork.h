@@ -8,12 +8,15 @@
 
 namespace betamesh {
 
-/// What came before the fork comes before each branch, and each branch before what follows join(). Branches stay
-/// unordered among themselves, so races between them are found. Nothing at all without the sanitizer.
+/// What came before the fork comes before each branch, and each branch before what follows the fork's end, be that an
+/// exception. Branches stay unordered among themselves, so races between them are found. Nothing at all without the
+/// sanitizer.
 class Fork {
 public:
     Fork() { release(&begun_); }
-    void join() { acquire(&ended_); }
+    ~Fork() { acquire(&ended_); }
+    Fork(const Fork&) = delete;
+    Fork& operator=(const Fork&) = delete;
 
     /// Lives as long as one branch.
     class Branch {

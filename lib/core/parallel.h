@@ -34,7 +34,6 @@ void parallelRanges(std::size_t n, std::size_t grain, const Body& body) {
         const Fork::Branch branch(fork);
         body(range.begin(), range.end());
     });
-    fork.join();
 }
 
 /// Calls body(i) for every i in [0, n).
@@ -105,7 +104,6 @@ void parallelInFlight(std::size_t n, std::size_t in_flight, const GoOn& goOn, co
     };
     tbb::parallel_pipeline(in_flight, tbb::make_filter<void, std::size_t>(tbb::filter_mode::serial_in_order, take) &
                                           tbb::make_filter<std::size_t, void>(tbb::filter_mode::parallel, work));
-    fork.join();
 }
 
 /// Turns counts into places: returns n + 1 entries, the sums of all counts before each, then of all.
