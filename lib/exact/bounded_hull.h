@@ -2,7 +2,7 @@
 
 #pragma once
 
-#include "core/mesh.h"
+#include "core/mesh_edges.h"
 
 #include <memory>
 
@@ -55,7 +55,6 @@ public:
     /// Of the last filling: which of its triangles lies beyond the side from corner k of this one to the next corner;
     /// kNoTriangle beyond a loop, and where slivers tell points apart that coincide.
     std::uint32_t across(const LoopFilling& filling, std::uint32_t triangle, std::size_t k) const;
-    static constexpr std::uint32_t kNoTriangle = ~std::uint32_t{0};
 
 private:
     class Work;

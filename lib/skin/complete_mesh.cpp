@@ -339,19 +339,21 @@ public:
         const std::size_t fixed_from = ball_.inLoops(), fixed_to = fixed_from + ball_.firstSinking();
         const std::size_t given = ball_.given();
         const double farthest = ball_.placement.turningDistance();
-        // Points that do not sink are in directions that stay, and their edges never turn.
-        const auto isFixed = [&](std::uint32_t v) { return v >= fixed_from && v < fixed_to; };
+        // Points that do not sink are in directions that stay, and edges among them never turn.
+        const auto stays = [&](const Triangle& t) {
+            return std::all_of(t.begin(), t.end(), [&](std::uint32_t v) { return v >= fixed_from && v < fixed_to; });
+        };
         const auto at = [&](std::uint32_t v) { return toDouble(ball_.loops.loops.point[v]) / kGrid; };
         std::vector<TurningEdge> edges;
         for (std::uint32_t f = 0; f < filling_.triangles.size(); ++f) {
             const Triangle& t = filling_.triangles[f];
-            if (isFixed(t[0]) && isFixed(t[1]) && isFixed(t[2])) continue;
+            if (stays(t)) continue;
             for (std::size_t k = 0; k < 3; ++k) {
                 const std::uint32_t a = t[k], b = t[(k + 1) % 3], c = t[(k + 2) % 3];
                 const std::uint32_t beyond = hull.across(filling_, f, k);
-                if (beyond == HullFiller::kNoTriangle) continue;
+                if (beyond == kNoTriangle) continue;
                 const Triangle& u = filling_.triangles[beyond];
-                if (beyond < f && !(isFixed(u[0]) && isFixed(u[1]) && isFixed(u[2]))) continue;  // seen from there
+                if (beyond < f && !stays(u)) continue;  // seen from there
                 const std::uint32_t d = u[0] != a && u[0] != b ? u[0] : u[1] != a && u[1] != b ? u[1] : u[2];
                 if (std::max({a, b, c, d}) >= given || !passNear(at(a), at(b), at(c), at(d), farthest)) continue;
                 auto edge = turningEdge({ball_.at(a), ball_.at(b), ball_.at(c), ball_.at(d)}, farthest);

@@ -15,13 +15,13 @@ namespace betamesh {
 /// of which stays in its own Voronoi cell.
 ///
 /// Points inside faces appear and vanish with their clearance from the rim. Appearance::on_boundary: as far from the
-/// rim as good triangles need. Appearance::gradual: they sink below the sphere, by at most a quarter of the square of the
-/// angle between them, until the hull passes over them. Edges of a hull that are about to turn have a vertex each (see
-/// core/turning_edges.h), and points far from any rim swell when smoothed.
+/// rim as good triangles need. Appearance::gradual: they sink below the sphere, by at most a quarter of the square of
+/// the angle between them, until the hull passes over them. Edges of a hull that are about to turn have a vertex each
+/// (see core/turning_edges.h), and points far from any rim swell when smoothed.
 ///
 /// in      a boundary with its faces; its balls' motion and angular velocity; points on its arcs, and inside its faces
-/// out     vertices: the network's points, then those inside faces; every one lies on the union's boundary, or, where
-///         they are sinking, inside the union
+/// out     vertices: the network's points, then those inside faces, then those on edges that turn; every one lies on
+///         the union's boundary or, where it sinks or turns, inside
 /// same    bytes for any thread count and particle order
 /// cost    O(boundary); smoothed, about 32 triangles per exposed ball of a dam break, 180 on a lone drop
 /// source  beta mesh paper, section 3.4, completed
