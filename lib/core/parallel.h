@@ -21,6 +21,9 @@
 
 namespace betamesh {
 
+/// How many threads loops may run on here, about.
+inline std::size_t threadsHere() { return static_cast<std::size_t>(tbb::this_task_arena::max_concurrency()); }
+
 /// Calls body(begin, end) over pieces that cover [0, n) once. A body writes only its own rows, so the
 /// result is the same for any number of threads. grain: the smallest piece worth a task.
 template <typename Body>

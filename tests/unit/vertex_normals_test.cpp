@@ -1,0 +1,59 @@
+// What is true of normals of vertices.
+
+#include "core/vertex_normals.h"
+
+#include "core/icosphere.h"
+#include "core/random.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace betamesh {
+
+namespace {
+
+std::vector<Vec3> normalsOf(const std::vector<Vec3>& position, const std::vector<Triangle>& triangles) {
+    return vertexNormals(position.size(), triangles, [&](std::uint32_t v) -> const Vec3& { return position[v]; });
+}
+
+TEST(VertexNormals, AreMeansByTheAnglesOfTriangles) {
+    Random random(1);
+    for (const double size : {1e-30, 1e-3, 1.0, 1e12}) {
+        std::vector<Vec3> position(300);
+        for (Vec3& p : position) p = random.cube() * size;
+        std::vector<Triangle> triangles;
+        for (std::uint32_t v = 0; v + 7 < position.size(); ++v) triangles.push_back({v, v + 3, v + 7});
+        std::vector<Vec3> expected(position.size(), Vec3(0, 0, 0));
+        for (const Triangle& t : triangles)
+            for (std::size_t m = 0; m < 3; ++m) {
+                const Vec3 u = (position[t[(m + 1) % 3]] - position[t[m]]) / size,
+                           v = (position[t[(m + 2) % 3]] - position[t[m]]) / size, across = cross(u, v);
+                expected[t[m]] += across.normalized() * std::atan2(across.length(), dot(u, v));
+            }
+        const std::vector<Vec3> normals = normalsOf(position, triangles);
+        for (std::size_t v = 0; v < position.size(); ++v)
+            EXPECT_LT((normals[v] - expected[v].normalized()).length(), 1e-5);
+    }
+}
+
+TEST(VertexNormals, AreTheSameForAnyThreadCount) {
+    const Icosphere sphere = icosphere(20);
+    std::vector<Vec3> on_one, on_many;
+    withThreads(1, [&] { on_one = normalsOf(sphere.position, sphere.triangles); });
+    for (const int threads : {2, 3, 8}) {
+        withThreads(threads, [&] { on_many = normalsOf(sphere.position, sphere.triangles); });
+        EXPECT_EQ(on_many, on_one);
+    }
+}
+
+TEST(VertexNormals, OfTrianglesWithoutAreaAreZeroOrThoseOfTheOthers) {
+    const std::vector<Vec3> position{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {2, 0, 0}, {5, 5, 5}};
+    const std::vector<Vec3> normals = normalsOf(position, {{0, 1, 2}, {0, 1, 3}, {0, 0, 3}, {3, 3, 3}});
+    for (const std::size_t v : {0, 1, 2}) EXPECT_EQ(normals[v], Vec3(0, 0, 1));
+    for (const std::size_t v : {3, 4}) EXPECT_EQ(normals[v], Vec3(0, 0, 0));
+}
+
+}  // namespace
+
+}  // namespace betamesh
