@@ -54,17 +54,17 @@ std::vector<Attribute> carriedAttributes(const Particles& particles, const std::
     const CellOrder near(position.size(), reach / 2, [&](std::size_t v) { return position[v]; });
     forCellsWithin(
         reach, near, far, [&](std::uint32_t b) { return balls[b].position; },
-        [&](std::span<const CellOrder::Entry> cell, std::span<const std::uint32_t> around) {
+        [&](std::uint32_t cell, std::span<const std::uint32_t> around) {
             struct Share {
                 std::uint32_t row;
                 double weight;
             };
             std::vector<Share> shares;
-            for (const CellOrder::Entry& entry : cell) {
+            for (const std::uint32_t row : near.rowsOf(cell)) {
                 shares.clear();
                 double sum = 0;
                 for (const std::uint32_t b : around) {
-                    const double t = 1 - (position[entry.row] - balls[b].position).length2() / (reach * reach);
+                    const double t = 1 - (position[row] - balls[b].position).length2() / (reach * reach);
                     if (!(t > 0)) continue;
                     shares.push_back({rows[b], t * t});
                     sum += t * t;
@@ -73,7 +73,7 @@ std::vector<Attribute> carriedAttributes(const Particles& particles, const std::
                 const auto nearest = std::max_element(
                     shares.begin(), shares.end(), [](const Share& a, const Share& b) { return a.weight < b.weight; });
                 for (std::size_t a = 0; a < carried.size(); ++a) {
-                    const std::size_t components = carried[a].components, place = entry.row * components;
+                    const std::size_t components = carried[a].components, place = row * components;
                     for (std::size_t c = 0; c < components; ++c) {
                         if (!from[a]->integer.empty()) {
                             carried[a].integer[place + c] = from[a]->integer[nearest->row * components + c];

@@ -15,6 +15,19 @@ namespace betamesh {
 template <std::size_t kFields>
 struct alignas(kLanes * sizeof(float)) SampleBlock {
     Lanes field[kFields];
+
+    /// Sets fields first to first + 3, as far as there are so many, of four samples from `lane` on.
+    void set(std::size_t first, std::size_t lane, const Quad (&samples)[4]) {
+        const Quad low01 = __builtin_shufflevector(samples[0], samples[1], 0, 4, 1, 5),
+                   low23 = __builtin_shufflevector(samples[2], samples[3], 0, 4, 1, 5),
+                   high01 = __builtin_shufflevector(samples[0], samples[1], 2, 6, 3, 7),
+                   high23 = __builtin_shufflevector(samples[2], samples[3], 2, 6, 3, 7);
+        const Quad fields[4] = {
+            __builtin_shufflevector(low01, low23, 0, 1, 4, 5), __builtin_shufflevector(low01, low23, 2, 3, 6, 7),
+            __builtin_shufflevector(high01, high23, 0, 1, 4, 5), __builtin_shufflevector(high01, high23, 2, 3, 6, 7)};
+        for (std::size_t k = 0; k < 4 && first + k < kFields; ++k)
+            std::memcpy(reinterpret_cast<float*>(&field[first + k]) + lane, &fields[k], sizeof(Quad));
+    }
 };
 
 /// 1 where a place is less than sqrt(square) away from the box of that half edge round the origin, else 0.
@@ -27,38 +40,42 @@ void markNearBox(const float* x, const float* y, const float* z, std::size_t n, 
 /// of `unit`, which keeps them exact enough as floats.
 ///
 /// fieldsOf    sample's row -> its fields after the position, kFields - 3 floats
-/// cell        edge of the cells of points that share their blocks: small ones make visit's work less, large ones ours
+/// edge        of the cells of points that share their blocks: small ones make visit's work less, large ones ours
 /// cost        O(points + samples), and what visit does
 template <std::size_t kFields, typename SampleAt, typename FieldsOf, typename PointAt, typename Visit>
 void forPointsAmongSamples(std::size_t samples, const SampleAt& sampleAt, const FieldsOf& fieldsOf, std::size_t points,
-                           const PointAt& pointAt, double reach, double cell, double unit, const Visit& visit) {
-    using Fields = std::array<float, kFields - 3>;
+                           const PointAt& pointAt, double reach, double edge, double unit, const Visit& visit) {
+    constexpr std::size_t kQuads = (kFields - 3 + 3) / 4;  // of fields after the position
     using Block = SampleBlock<kFields>;
     const double scale = 1 / unit;
-    const CellOrder far(samples, reach / 1.5, sampleAt), near(points, cell, pointAt);
+    const CellOrder far(samples, reach / 1.5, sampleAt), near(points, edge, pointAt);
     std::array<std::vector<float>, 3> position;  // in the order of cells, from the lowest corner of each
     for (auto& axis : position) axis.resize(samples);
-    std::vector<Fields> fields(samples);
-    parallelFor(samples, 4096, [&](std::size_t i) {
-        const CellOrder::Entry& entry = far.entries()[i];
-        const Vec3 place = (sampleAt(entry.row) - far.lowestCorner(entry)) * scale;
-        for (std::size_t k = 0; k < 3; ++k) position[k][i] = static_cast<float>(place[static_cast<int>(k)]);
-        fields[i] = fieldsOf(entry.row);
+    std::vector<std::array<Quad, kQuads>> fields(samples + 1);  // the last is zero
+    parallelFor(far.cells(), 256, [&](std::size_t c) {
+        const auto cell = static_cast<std::uint32_t>(c);
+        for (std::uint32_t i = far.begin(cell); i < far.begin(cell + 1); ++i) {
+            const std::uint32_t row = far.rows()[i];
+            const Vec3 place = (sampleAt(row) - far.lowestCorner(cell)) * scale;
+            for (std::size_t k = 0; k < 3; ++k) position[k][i] = static_cast<float>(place[static_cast<int>(k)]);
+            const std::array<float, kFields - 3> given = fieldsOf(row);
+            std::memcpy(&fields[i], given.data(), sizeof given);
+        }
     });
 
     const auto half = static_cast<float>(near.edge() * scale / 2);
     const auto square = static_cast<float>(reach * scale * reach * scale);
-    parallelRanges(near.cells().size() - 1, 16, [&](std::size_t first, std::size_t last) {
+    parallelRanges(near.cells(), 16, [&](std::size_t first, std::size_t last) {
         std::vector<Block> blocks;
         std::array<std::vector<float>, 3> place;  // of candidates
         std::vector<std::uint32_t> candidate, near_enough;
-        for (std::size_t g = first; g < last; ++g) {
-            const auto here = std::span(near.entries()).subspan(near.cells()[g], near.cells()[g + 1] - near.cells()[g]);
-            const Vec3 low = near.lowestCorner(here[0]), high = low + Vec3(near.edge()), middle = (low + high) / 2;
+        for (auto cell = static_cast<std::uint32_t>(first); cell < last; ++cell) {
+            const Vec3 low = near.lowestCorner(cell), high = low + Vec3(near.edge()), middle = (low + high) / 2;
             std::size_t n = 0;
-            far.forCellsIn(low - Vec3(reach), high + Vec3(reach), [&](std::uint32_t begin, std::uint32_t end) {
+            far.forCellsIn(low - Vec3(reach), high + Vec3(reach), [&](std::uint32_t other) {
+                const std::uint32_t begin = far.begin(other), end = far.begin(other + 1);
                 const std::size_t more = n + end - begin;
-                const Vec3f corner((far.lowestCorner(far.entries()[begin]) - middle) * scale);
+                const Vec3f corner((far.lowestCorner(other) - middle) * scale);
                 for (std::size_t k = 0; k < 3; ++k) {
                     if (more > place[k].size()) place[k].resize(2 * more);
                     for (std::uint32_t i = begin; i < end; ++i)
@@ -77,16 +94,21 @@ void forPointsAmongSamples(std::size_t samples, const SampleAt& sampleAt, const 
             }
             const std::size_t count = (used + kLanes - 1) / kLanes;
             if (count > blocks.size()) blocks.resize(2 * count);
-            if (count > 0) blocks[count - 1] = {};
-            for (std::size_t u = 0; u < used; ++u) {
-                auto& field = blocks[u / kLanes].field;
-                const std::uint32_t i = near_enough[u];
-                for (std::size_t k = 0; k < 3; ++k) field[k][u % kLanes] = place[k][i];
-                for (std::size_t k = 3; k < kFields; ++k) field[k][u % kLanes] = fields[candidate[i]][k - 3];
+            for (std::size_t u = 0; u < count * kLanes; u += 4) {
+                Block& block = blocks[u / kLanes];
+                const std::array<Quad, kQuads>* sample[4];
+                for (std::size_t s = 0; s < 4; ++s) {
+                    const bool exists = u + s < used;
+                    const std::uint32_t i = exists ? near_enough[u + s] : 0;
+                    for (std::size_t k = 0; k < 3; ++k) block.field[k][u % kLanes + s] = exists ? place[k][i] : 0;
+                    sample[s] = &fields[exists ? candidate[i] : samples];
+                }
+                for (std::size_t m = 0; m < kQuads; ++m)
+                    block.set(3 + 4 * m, u % kLanes,
+                              {(*sample[0])[m], (*sample[1])[m], (*sample[2])[m], (*sample[3])[m]});
             }
-            for (const CellOrder::Entry& entry : here)
-                visit(entry.row, Vec3f((pointAt(entry.row) - middle) * scale),
-                      std::span<const Block>(blocks.data(), count));
+            for (const std::uint32_t row : near.rowsOf(cell))
+                visit(row, Vec3f((pointAt(row) - middle) * scale), std::span<const Block>(blocks.data(), count));
         }
     });
 }

@@ -17,5 +17,7 @@ namespace betamesh {
 /// As many floats as the widest registers hold. Narrower ones take a few for it; all of them work lane by lane.
 inline constexpr std::size_t kLanes = 16;
 using Lanes = float __attribute__((vector_size(kLanes * sizeof(float))));
+/// As many as every processor has registers for.
+using Quad = float __attribute__((vector_size(4 * sizeof(float))));
 
 }  // namespace betamesh

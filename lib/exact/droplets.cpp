@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <tuple>
 
 namespace betamesh {
 
@@ -22,15 +21,12 @@ public:
           order_(particles.size(), std::floor(2 * static_cast<double>(particles.radius) / std::numbers::sqrt3),
                  [&](std::size_t i) { return toDouble(particles.position[i]); }) {}
 
-    std::uint32_t size() const { return static_cast<std::uint32_t>(order_.cells().size() - 1); }
-    std::span<const CellOrder::Entry> operator[](std::uint32_t cell) const {
-        const std::uint32_t begin = order_.cells()[cell];
-        return {order_.entries().data() + begin, order_.cells()[cell + 1] - begin};
-    }
+    std::uint32_t size() const { return order_.cells(); }
+    std::span<const std::uint32_t> operator[](std::uint32_t cell) const { return order_.rowsOf(cell); }
     bool meet(std::uint32_t a, std::uint32_t b) const {
-        for (const CellOrder::Entry& p : (*this)[a])
-            for (const CellOrder::Entry& q : (*this)[b])
-                if ((particles_.position[p.row] - particles_.position[q.row]).length2() <= reach_) return true;
+        for (const std::uint32_t p : (*this)[a])
+            for (const std::uint32_t q : (*this)[b])
+                if ((particles_.position[p] - particles_.position[q]).length2() <= reach_) return true;
         return false;
     }
 
@@ -38,14 +34,12 @@ public:
     // first to last: one sweep, both cells only ever advance.
     template <typename Visit>
     void forPairs(std::int32_t dz, std::int32_t dy, std::int32_t first, std::int32_t last, const Visit& visit) const {
-        const auto place = [](const CellOrder::Entry& e) { return std::tuple(e.z, e.y, e.x); };
         std::uint32_t begin = 0;
         for (std::uint32_t cell = 0; cell < size(); ++cell) {
-            const auto [z, y, x] = place((*this)[cell][0]);
-            const auto from = std::tuple(z + dz, y + dy, x + first), to = std::tuple(z + dz, y + dy, x + last);
-            while (begin < size() && place((*this)[begin][0]) < from) ++begin;
-            for (std::uint32_t other = begin; other < size() && place((*this)[other][0]) <= to; ++other)
-                visit(cell, other);
+            const auto [z, y, x] = order_.place(cell);
+            const CellPlace from{z + dz, y + dy, x + first}, to{z + dz, y + dy, x + last};
+            while (begin < size() && order_.place(begin) < from) ++begin;
+            for (std::uint32_t other = begin; other < size() && order_.place(other) <= to; ++other) visit(cell, other);
         }
     }
 
@@ -81,13 +75,13 @@ SmallComponents smallComponents(const SnappedParticles& particles, std::size_t l
     std::vector<std::size_t> particles_of(cells.size(), 0);
     for (std::uint32_t cell = 0; cell < cells.size(); ++cell) {
         std::size_t& count = particles_of[components.find(cell)];
-        for (const CellOrder::Entry& entry : cells[cell]) count += on_rim[entry.row] ? least : 1;
+        for (const std::uint32_t row : cells[cell]) count += on_rim[row] ? least : 1;
     }
     for (std::uint32_t cell = 0; cell < cells.size(); ++cell) {
         const std::uint32_t component = components.find(cell);
         if (particles_of[component] >= least) continue;
         small.count += component == cell;
-        for (const CellOrder::Entry& entry : cells[cell]) small.particle.push_back(entry.row);
+        small.particle.insert(small.particle.end(), cells[cell].begin(), cells[cell].end());
     }
     parallelSort(small.particle, std::less<>());
     return small;

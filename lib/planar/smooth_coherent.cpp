@@ -147,29 +147,28 @@ std::vector<Fit> fitAll(std::size_t n, const PointAt& pointAt, const BoundarySam
     const CellOrder far(samples.size(), std::max(reach, edge), sampleAt);
     const CellOrder near(n, edge, [&](std::size_t i) { return pointAt(i).position; });
     std::vector<Fit> fits(n);
-    forCellsWithin(reach, near, far, sampleAt,
-                   [&](std::span<const CellOrder::Entry> cell, std::span<const std::uint32_t> around) {
-                       const Moving middle{near.lowestCorner(cell[0]) + Vec3(edge / 2), Vec3(0)};
-                       std::vector<Block> blocks((around.size() + kLanes - 1) / kLanes);
-                       for (std::size_t i = 0; i < around.size(); ++i) {
-                           const BoundarySample& sample = samples[around[i]];
-                           const Moving offset = (sample.position - middle) * scale;
-                           const Moving& d = sample.direction;
-                           Block& block = blocks[i / kLanes];
-                           const std::size_t lane = i % kLanes;
-                           setLane(block.x, lane, {offset.position.x, offset.velocity.x});
-                           setLane(block.y, lane, {offset.position.y, offset.velocity.y});
-                           setLane(block.dx, lane, {d.position.x, d.velocity.x});
-                           setLane(block.dy, lane, {d.position.y, d.velocity.y});
-                           setLane(block.weight, lane, sample.weight * scale);
-                       }
-                       for (const CellOrder::Entry& entry : cell) {
-                           Sums sums;
-                           sumUp(blocks.data(), blocks.size(), 1 / (reach * scale * reach * scale),
-                                 (pointAt(entry.row) - middle) * scale, sums);
-                           fits[entry.row] = fitCircle(sums);
-                       }
-                   });
+    forCellsWithin(reach, near, far, sampleAt, [&](std::uint32_t cell, std::span<const std::uint32_t> around) {
+        const Moving middle{near.lowestCorner(cell) + Vec3(edge / 2), Vec3(0)};
+        std::vector<Block> blocks((around.size() + kLanes - 1) / kLanes);
+        for (std::size_t i = 0; i < around.size(); ++i) {
+            const BoundarySample& sample = samples[around[i]];
+            const Moving offset = (sample.position - middle) * scale;
+            const Moving& d = sample.direction;
+            Block& block = blocks[i / kLanes];
+            const std::size_t lane = i % kLanes;
+            setLane(block.x, lane, {offset.position.x, offset.velocity.x});
+            setLane(block.y, lane, {offset.position.y, offset.velocity.y});
+            setLane(block.dx, lane, {d.position.x, d.velocity.x});
+            setLane(block.dy, lane, {d.position.y, d.velocity.y});
+            setLane(block.weight, lane, sample.weight * scale);
+        }
+        for (const std::uint32_t row : near.rowsOf(cell)) {
+            Sums sums;
+            sumUp(blocks.data(), blocks.size(), 1 / (reach * scale * reach * scale), (pointAt(row) - middle) * scale,
+                  sums);
+            fits[row] = fitCircle(sums);
+        }
+    });
     return fits;
 }
 

@@ -112,23 +112,22 @@ std::vector<std::vector<std::uint32_t>> nearlyTouching(const BallBoundary& bound
     const auto positionOf = [&](std::size_t b) -> const Vec3& { return position[b]; };
     const CellOrder order(boundary.position.size(), reach, positionOf);
     std::vector<std::vector<std::uint32_t>> near(boundary.position.size());
-    forCellsWithin(reach, order, order, positionOf,
-                   [&](std::span<const CellOrder::Entry> cell, std::span<const std::uint32_t> around) {
-                       std::vector<Vec3> place;
-                       for (const std::uint32_t b : around) place.push_back(position[b]);
-                       std::vector<std::uint32_t> found(around.size() + 1);
-                       for (const CellOrder::Entry& entry : cell) {
-                           const Vec3 here = position[entry.row];
-                           std::size_t n = 0;
-                           for (std::size_t k = 0; k < place.size(); ++k) {
-                               const double squared = (place[k] - here).length2();
-                               found[n] = around[k];
-                               n += (squared > diameter * diameter) & (squared < reach * reach);
-                           }
-                           std::sort(found.begin(), found.begin() + static_cast<std::ptrdiff_t>(n));
-                           near[entry.row].assign(found.begin(), found.begin() + static_cast<std::ptrdiff_t>(n));
-                       }
-                   });
+    forCellsWithin(reach, order, order, positionOf, [&](std::uint32_t cell, std::span<const std::uint32_t> around) {
+        std::vector<Vec3> place;
+        for (const std::uint32_t b : around) place.push_back(position[b]);
+        std::vector<std::uint32_t> found(around.size() + 1);
+        for (const std::uint32_t row : order.rowsOf(cell)) {
+            const Vec3 here = position[row];
+            std::size_t n = 0;
+            for (std::size_t k = 0; k < place.size(); ++k) {
+                const double squared = (place[k] - here).length2();
+                found[n] = around[k];
+                n += (squared > diameter * diameter) & (squared < reach * reach);
+            }
+            std::sort(found.begin(), found.begin() + static_cast<std::ptrdiff_t>(n));
+            near[row].assign(found.begin(), found.begin() + static_cast<std::ptrdiff_t>(n));
+        }
+    });
     return near;
 }
 

@@ -1,0 +1,134 @@
+// What is true of points in cells, and of samples near them.
+
+#include "core/cell_order.h"
+
+#include "core/random.h"
+#include "core/sample_blocks.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <numeric>
+
+namespace betamesh {
+
+namespace {
+
+// Near the origin and far from it, on corners of cells, and several at one place.
+std::vector<Vec3> awkwardPoints(std::size_t n) {
+    Random random(1);
+    std::vector<Vec3> points;
+    while (points.size() < n) {
+        const Vec3 p = random.cube() * 8;
+        points.push_back(p);
+        points.emplace_back(std::floor(p.x), std::floor(p.y), -std::floor(p.z));
+        if (points.size() % 7 == 0) points.push_back(p + Vec3(1e6, -1e6, 0));
+        if (points.size() % 5 == 0) points.push_back(points[points.size() / 2]);
+    }
+    return points;
+}
+
+std::vector<std::uint32_t> rowsIn(const CellOrder& order, const Vec3& low, const Vec3& high) {
+    std::vector<std::uint32_t> rows;
+    order.forRowsIn(low, high, [&](std::uint32_t row) { rows.push_back(row); });
+    return rows;
+}
+
+TEST(CellOrder, HasEveryPointOnceInCellsThatAscend) {
+    for (const std::size_t n : {0, 1, 2, 100, 30000}) {
+        const std::vector<Vec3> points = awkwardPoints(n);
+        const CellOrder order(points.size(), 0.7, [&](std::size_t i) { return points[i]; });
+        std::vector<bool> seen(points.size(), false);
+        for (std::uint32_t cell = 0; cell < order.cells(); ++cell) {
+            ASSERT_FALSE(order.rowsOf(cell).empty());
+            EXPECT_TRUE(std::is_sorted(order.rowsOf(cell).begin(), order.rowsOf(cell).end()));
+            EXPECT_TRUE(cell == 0 || order.place(cell - 1) < order.place(cell));
+            for (const std::uint32_t row : order.rowsOf(cell)) {
+                EXPECT_FALSE(seen[row]);
+                seen[row] = true;
+                const Vec3 inside = points[row] - order.lowestCorner(cell);
+                for (int k = 0; k < 3; ++k) {
+                    EXPECT_GE(inside[k], -1e-9);
+                    EXPECT_LE(inside[k], order.edge() + 1e-9);
+                }
+            }
+        }
+        EXPECT_EQ(std::count(seen.begin(), seen.end(), true), static_cast<std::ptrdiff_t>(points.size()));
+    }
+}
+
+TEST(CellOrder, FindsWhateverIsInABoxAndNothingFarFromIt) {
+    const std::vector<Vec3> points = awkwardPoints(4000);
+    const double edge = 0.9;
+    const CellOrder order(points.size(), edge, [&](std::size_t i) { return points[i]; });
+    Random random(2);
+    for (int trial = 0; trial < 300; ++trial) {
+        const Vec3 low = random.cube() * 9, high = low + Vec3(random.unit(), random.unit(), random.unit()) * 4;
+        std::vector<bool> found(points.size(), false);
+        for (const std::uint32_t row : rowsIn(order, low, high)) found[row] = true;
+        for (std::size_t i = 0; i < points.size(); ++i) {
+            bool inside = true, near = true;
+            for (int k = 0; k < 3; ++k) {
+                inside = inside && points[i][k] >= low[k] && points[i][k] <= high[k];
+                near = near && points[i][k] >= low[k] - edge && points[i][k] <= high[k] + edge;
+            }
+            EXPECT_TRUE(found[i] || !inside);
+            EXPECT_TRUE(near || !found[i]);
+        }
+    }
+}
+
+TEST(CellOrder, IsTheSameForAnyThreadCount) {
+    const std::vector<Vec3> points = awkwardPoints(50000);
+    const auto orderOn = [&](int threads) {
+        std::vector<std::uint32_t> rows;
+        withThreads(threads,
+                    [&] { rows = CellOrder(points.size(), 0.8, [&](std::size_t i) { return points[i]; }).rows(); });
+        return rows;
+    };
+    const std::vector<std::uint32_t> on_one = orderOn(1);
+    for (const int threads : {2, 3, 8}) EXPECT_EQ(orderOn(threads), on_one);
+}
+
+TEST(SampleBlocks, HoldWhateverIsWithinReachAndZeroesElse) {
+    const std::vector<Vec3> samples = awkwardPoints(3000);
+    Random random(3);
+    std::vector<Vec3> points(200);
+    for (Vec3& p : points) p = random.cube() * 9;
+    constexpr double kReach = 1.1, kUnit = 0.5;
+    constexpr std::size_t kFields = 9;
+    std::vector<int> visits(points.size(), 0);
+    const auto fieldsOf = [](std::size_t i) {  // numbers that tell which sample they are of
+        std::array<float, kFields - 3> fields;
+        std::iota(fields.begin(), fields.end(), static_cast<float>(10 * i + 1));
+        return fields;
+    };
+    forPointsAmongSamples<kFields>(
+        samples.size(), [&](std::size_t i) { return samples[i]; }, fieldsOf, points.size(),
+        [&](std::size_t i) { return points[i]; }, kReach, 0.6, kUnit,
+        [&](std::uint32_t row, const Vec3f& x, std::span<const SampleBlock<kFields>> blocks) {
+            ++visits[row];
+            std::vector<bool> seen(samples.size(), false);
+            for (const auto& block : blocks)
+                for (std::size_t lane = 0; lane < kLanes; ++lane) {
+                    if (block.field[3][lane] == 0) {
+                        for (const Lanes& field : block.field) EXPECT_EQ(field[lane], 0);
+                        continue;
+                    }
+                    const auto i = static_cast<std::size_t>(block.field[3][lane]) / 10;
+                    EXPECT_FALSE(seen[i]);
+                    seen[i] = true;
+                    const auto fields = fieldsOf(i);
+                    for (std::size_t k = 0; k < fields.size(); ++k) EXPECT_EQ(block.field[3 + k][lane], fields[k]);
+                    const Vec3 apart(Vec3f(block.field[0][lane], block.field[1][lane], block.field[2][lane]) - x);
+                    EXPECT_LT((apart * kUnit - (samples[i] - points[row])).length(), 1e-5);
+                }
+            for (std::size_t i = 0; i < samples.size(); ++i)
+                EXPECT_TRUE(seen[i] || (samples[i] - points[row]).length() >= kReach);
+        });
+    EXPECT_EQ(visits, std::vector<int>(points.size(), 1));
+}
+
+}  // namespace
+
+}  // namespace betamesh
