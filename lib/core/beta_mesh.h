@@ -26,6 +26,9 @@ struct RisingVertex {
     Moving whole;  ///< where the vertex would be with a share of 1
 };
 
+/// Those on edges, on facets, and in quads; facets may have one another's vertices for corners, quads any.
+using RisingVertices = std::array<std::vector<RisingVertex>, 3>;
+
 /// A vertex far from any rim, which smoothing leaves where it is but for this step outwards: facets miss what their
 /// ball bulges out between vertices, and drops would be the smaller for it.
 struct SwellingVertex {
@@ -37,8 +40,8 @@ struct SwellingVertex {
 struct BetaMesh {
     std::vector<Moving> vertex;
     std::vector<Triangle> triangles;
-    std::vector<Rate> clearance;       ///< of each vertex from the rim of its face, as in FacePoints; none: all 0
-    std::vector<RisingVertex> rising;  ///< from edges first, then from facets, then those in quads
+    std::vector<Rate> clearance;  ///< of each vertex from the rim of its face, as in FacePoints; none: all 0
+    RisingVertices rising;
     std::vector<SwellingVertex> swelling;
 };
 

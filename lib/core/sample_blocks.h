@@ -7,6 +7,7 @@
 
 #include <array>
 #include <cstring>
+#include <memory>
 
 namespace betamesh {
 
@@ -49,9 +50,11 @@ void forPointsAmongSamples(std::size_t samples, const SampleAt& sampleAt, const 
     using Block = SampleBlock<kFields>;
     const double scale = 1 / unit;
     const CellOrder far(samples, reach / 1.5, sampleAt), near(points, edge, pointAt);
-    std::array<std::vector<float>, 3> position;  // in the order of cells, from the lowest corner of each
-    for (auto& axis : position) axis.resize(samples);
-    std::vector<std::array<Quad, kQuads>> fields(samples + 1);  // the last is zero
+    std::array<std::unique_ptr<float[]>, 3> position;  // in the order of cells, from the lowest corner of each
+    for (auto& axis : position) axis = std::make_unique_for_overwrite<float[]>(samples);
+    using Fields = std::array<Quad, kQuads>;
+    const auto fields = std::make_unique_for_overwrite<Fields[]>(samples + 1);
+    fields[samples] = {};
     parallelFor(far.cells(), 256, [&](std::size_t c) {
         const auto cell = static_cast<std::uint32_t>(c);
         for (std::uint32_t i = far.begin(cell); i < far.begin(cell + 1); ++i) {
@@ -59,6 +62,7 @@ void forPointsAmongSamples(std::size_t samples, const SampleAt& sampleAt, const 
             const Vec3 place = (sampleAt(row) - far.lowestCorner(cell)) * scale;
             for (std::size_t k = 0; k < 3; ++k) position[k][i] = static_cast<float>(place[static_cast<int>(k)]);
             const std::array<float, kFields - 3> given = fieldsOf(row);
+            fields[i] = {};
             std::memcpy(&fields[i], given.data(), sizeof given);
         }
     });
@@ -96,7 +100,7 @@ void forPointsAmongSamples(std::size_t samples, const SampleAt& sampleAt, const 
             if (count > blocks.size()) blocks.resize(2 * count);
             for (std::size_t u = 0; u < count * kLanes; u += 4) {
                 Block& block = blocks[u / kLanes];
-                const std::array<Quad, kQuads>* sample[4];
+                const Fields* sample[4];
                 for (std::size_t s = 0; s < 4; ++s) {
                     const bool exists = u + s < used;
                     const std::uint32_t i = exists ? near_enough[u + s] : 0;

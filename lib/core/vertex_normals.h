@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <array>
+#include <memory>
 #include <span>
 
 namespace betamesh {
@@ -32,7 +33,7 @@ void cornerNormals(const TriangleCorners& at, std::size_t count, CornerNormals* 
 template <typename PositionOf>
 std::vector<Vec3> vertexNormals(std::size_t vertices, std::span<const Triangle> triangles,
                                 const PositionOf& positionOf) {
-    std::vector<CornerNormals> corners(triangles.size());
+    const auto corners = std::make_unique_for_overwrite<CornerNormals[]>(triangles.size());
     parallelRanges((triangles.size() + kTrianglesAtOnce - 1) / kTrianglesAtOnce, 16,
                    [&](std::size_t first, std::size_t last) {
                        TriangleCorners at{};
@@ -52,7 +53,7 @@ std::vector<Vec3> vertexNormals(std::size_t vertices, std::span<const Triangle> 
     const std::size_t tasks = std::clamp<std::size_t>(threadsHere(), 1, 8);
     parallelFor(tasks, 1, [&](std::size_t task) {
         const std::size_t begin = vertices * task / tasks, end = vertices * (task + 1) / tasks;
-        for (std::size_t i = 0; i < corners.size(); ++i)
+        for (std::size_t i = 0; i < triangles.size(); ++i)
             for (std::size_t m = 0; m < 3; ++m)
                 if (const std::uint32_t v = triangles[i][m]; v >= begin && v < end)
                     normals[v] += Vec3(corners[i].normal * corners[i].angle[m]);

@@ -2,11 +2,13 @@
 
 #include "core/icosphere.h"
 #include "core/parallel.h"
+#include "core/simd.h"
 #include "exact/orientation.h"
 
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <limits>
 
 namespace betamesh {
 
@@ -26,6 +28,50 @@ void extend(Boxf& box, const Vec3& point) {
         const float rounding = std::abs(x) * 0x1p-23F;
         box.min[k] = std::min(box.min[k], x - rounding);
         box.max[k] = std::max(box.max[k], x + rounding);
+    }
+}
+
+// Consecutive triangles: where their corners were before and are now, [corner][axis].
+using Corners = std::array<std::array<std::array<double, kRun>, 3>, 3>;
+struct Run {
+    Corners before{}, now{};
+};
+struct RunShape {
+    std::array<std::array<double, kRun>, 3> normal;  // by axis; of unit length, zero without area
+    std::array<double, kRun> way;                    // of the corners, 0 where none moves
+    std::array<double, kRun> turned;                 // <= 0 where the normal is a right angle or more from what it was
+    std::array<std::array<float, kRun>, 3> low, high;  // boxes that hold the triangles, however they are rounded
+};
+
+BETAMESH_EVERY_CPU
+void shapeOf(const Run& run, RunShape& shape) {
+    const auto& [a, b, c] = run.now;
+    const auto& [d, e, f] = run.before;
+    for (std::size_t i = 0; i < kRun; ++i) {
+        const double ux = b[0][i] - a[0][i], uy = b[1][i] - a[1][i], uz = b[2][i] - a[2][i];
+        const double vx = c[0][i] - a[0][i], vy = c[1][i] - a[1][i], vz = c[2][i] - a[2][i];
+        const double x = uy * vz - uz * vy, y = uz * vx - ux * vz, z = ux * vy - uy * vx;
+        const double qx = e[0][i] - d[0][i], qy = e[1][i] - d[1][i], qz = e[2][i] - d[2][i];
+        const double rx = f[0][i] - d[0][i], ry = f[1][i] - d[1][i], rz = f[2][i] - d[2][i];
+        shape.turned[i] = x * (qy * rz - qz * ry) + y * (qz * rx - qx * rz) + z * (qx * ry - qy * rx);
+        const double length = std::sqrt(x * x + y * y + z * z);
+        const double scale = length > 0 ? 1 / (length + std::numeric_limits<double>::min()) : 0;
+        shape.normal[0][i] = x * scale;
+        shape.normal[1][i] = y * scale;
+        shape.normal[2][i] = z * scale;
+    }
+    shape.way = {};
+    for (std::size_t k = 0; k < 3; ++k) {
+        for (std::size_t m = 0; m < 3; ++m)
+            for (std::size_t i = 0; i < kRun; ++i) shape.way[i] += std::abs(run.now[m][k][i] - run.before[m][k][i]);
+        for (std::size_t i = 0; i < kRun; ++i) {
+            const double p = a[k][i], q = b[k][i], r = c[k][i];
+            const double lower = p < q ? p : q, higher = p < q ? q : p;
+            const auto least = static_cast<float>(lower < r ? lower : r),
+                       most = static_cast<float>(higher > r ? higher : r);
+            shape.low[k][i] = least - std::abs(least) * 0x1p-23F;
+            shape.high[k][i] = most + std::abs(most) * 0x1p-23F;
+        }
     }
 }
 
@@ -177,26 +223,28 @@ std::vector<Box> PatchTree::foldedStars(const std::vector<Patch>& patches) const
 // Runs of triangles are near each other, as the mesh is made ball by ball.
 std::vector<PatchTree::Patch> PatchTree::makePatches(const std::vector<Moving>& before) {
     const std::size_t n = mesh_.triangles.size(), tasks = (n + kTrianglesPerTask - 1) / kTrianglesPerTask;
-    entry_.resize(n);
+    entry_ = std::make_unique_for_overwrite<Entry[]>(n);
     std::vector<std::vector<Patch>> of_task(tasks);
     const auto addPatches = [&](std::uint32_t begin, std::uint32_t size, std::vector<Patch>& into) {
+        Run run;
+        for (std::uint32_t i = 0; i < size; ++i)
+            for (std::size_t m = 0; m < 3; ++m) {
+                const std::uint32_t v = mesh_.triangles[begin + i][m];
+                const Vec3 &from = before[v].position, &to = mesh_.vertex[v].position;
+                for (std::size_t k = 0; k < 3; ++k) {
+                    run.before[m][k][i] = from[static_cast<int>(k)];
+                    run.now[m][k][i] = to[static_cast<int>(k)];
+                }
+            }
+        RunShape shape;
+        shapeOf(run, shape);
         std::array<Vec3, kRun> normal, part;
-        std::array<std::uint8_t, kRun> octant, moved, turned;
+        std::array<std::uint8_t, kRun> octant;
         Vec3 sum(0);
-        for (std::uint32_t k = 0; k < size; ++k) {
-            const auto& [a, b, c] = mesh_.triangles[begin + k];
-            const auto normalAmong = [&](const std::vector<Moving>& vertex) {
-                const Vec3& corner = vertex[a].position;
-                return betamesh::cross(vertex[b].position - corner, vertex[c].position - corner);
-            };
-            const Vec3 now = normalAmong(mesh_.vertex);
-            const auto moves = [&](std::uint32_t v) { return mesh_.vertex[v].position != before[v].position; };
-            moved[k] = moves(a) || moves(b) || moves(c);
-            turned[k] = moved[k] && dot(now, normalAmong(before)) <= 0;
-            const double length = now.length();
-            normal[k] = length > 0 ? now * (1 / length) : Vec3(0);
-            octant[k] = static_cast<std::uint8_t>((now.x > 0) + 2 * (now.y > 0) + 4 * (now.z > 0));
-            sum += normal[k];
+        for (std::uint32_t i = 0; i < size; ++i) {
+            const Vec3 facing(shape.normal[0][i], shape.normal[1][i], shape.normal[2][i]);
+            octant[i] = static_cast<std::uint8_t>((facing.x > 0) + 2 * (facing.y > 0) + 4 * (facing.z > 0));
+            sum += normal[i] = facing;
         }
         if (leastCosine(std::span(normal).first(size), sum.normalized()) >= kRunCosine)
             std::fill_n(octant.begin(), size, std::uint8_t{0});
@@ -206,10 +254,14 @@ std::vector<PatchTree::Patch> PatchTree::makePatches(const std::vector<Moving>& 
             std::size_t parts = 0;
             for (std::uint32_t k = 0; k < size; ++k) {
                 if (octant[k] != wanted) continue;
-                Entry& entry = entry_[begin + placed++] = {begin + k, boxOf(begin + k)};
-                patch.node.box.extendBy(entry.box);
-                patch.node.awake |= moved[k];
-                patch.turned |= turned[k] != 0;
+                Entry& entry = entry_[begin + placed++];
+                entry = {begin + k,
+                         {shape.low[0][k], shape.low[1][k], shape.low[2][k]},
+                         {shape.high[0][k], shape.high[1][k], shape.high[2][k]}};
+                patch.node.box.extendBy(entry.box());
+                const bool moved = shape.way[k] > 0;
+                patch.node.awake |= moved;
+                patch.turned |= moved && shape.turned[k] <= 0;
                 part[parts++] = normal[k];
             }
             patch.range.end = begin + placed;
@@ -271,8 +323,10 @@ void PatchTree::refit() {
         if (!node.awake) return;
         node.box.makeEmpty();
         for (std::uint32_t i = range_[p].begin; i < range_[p].end; ++i) {
-            entry_[i].box = boxOf(entry_[i].triangle);
-            node.box.extendBy(entry_[i].box);
+            const Boxf box = boxOf(entry_[i].triangle);
+            entry_[i].low = box.min;
+            entry_[i].high = box.max;
+            node.box.extendBy(box);
         }
     });
     gatherBoxes();
@@ -344,7 +398,7 @@ void PatchTree::addMeetings(const TrianglePair& leaves, Meetings& out) const {
     const auto nearOnes = [](std::span<const Entry> entries, const Boxf& box, std::span<const Entry*> near) {
         std::size_t n = 0;
         for (const Entry& entry : entries)
-            if (entry.box.intersects(box)) near[n++] = &entry;
+            if (entry.box().intersects(box)) near[n++] = &entry;
         return near.first(n);
     };
     std::array<const Entry*, kRun> one_near, other_near;
@@ -354,7 +408,7 @@ void PatchTree::addMeetings(const TrianglePair& leaves, Meetings& out) const {
     for (std::size_t m = 0; m < ones.size(); ++m)
         for (std::size_t k = i == j ? m + 1 : 0; k < others.size(); ++k) {
             const std::uint32_t s = ones[m]->triangle, t = others[k]->triangle;
-            if (!ones[m]->box.intersects(others[k]->box)) continue;
+            if (!ones[m]->box().intersects(others[k]->box())) continue;
             const Meeting meeting = meetingOf(mesh_.triangles[s], mesh_.triangles[t], positionOf);
             if (meeting == Meeting::none) continue;
             (meeting == Meeting::crossing ? out.crossing : out.doubtful).push_back({std::min(s, t), std::max(s, t)});

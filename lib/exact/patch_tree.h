@@ -5,6 +5,7 @@
 #include "core/beta_mesh.h"
 #include "core/box.h"
 
+#include <memory>
 #include <span>
 
 namespace betamesh {
@@ -75,7 +76,8 @@ public:
 private:
     struct Entry {
         std::uint32_t triangle;
-        Boxf box;
+        Vec3f low, high;
+        Boxf box() const { return {low, high}; }
     };
     struct Node {
         Boxf box;
@@ -94,7 +96,7 @@ private:
 
     std::size_t patches() const { return range_.size(); }
     std::span<const Entry> entriesOf(std::size_t patch) const {
-        return std::span(entry_).subspan(range_[patch].begin, range_[patch].end - range_[patch].begin);
+        return {&entry_[range_[patch].begin], range_[patch].end - range_[patch].begin};
     }
     Boxf boxOf(std::uint32_t triangle) const;
     std::vector<Patch> makePatches(const std::vector<Moving>& before);
@@ -107,10 +109,10 @@ private:
     void addMeetings(const TrianglePair& leaves, Meetings& out) const;
 
     const BetaMesh& mesh_;
-    std::vector<Vec3> direction_;  // at most 64
-    std::vector<Entry> entry_;     // those of a patch are neighbours
-    std::vector<Range> range_;     // of patches, in the order of leaves
-    std::size_t first_leaf_ = 1;   // a power of two; node 1 is the root, those below i are 2i and 2i + 1
+    std::vector<Vec3> direction_;     // at most 64
+    std::unique_ptr<Entry[]> entry_;  // those of a patch are neighbours
+    std::vector<Range> range_;        // of patches, in the order of leaves
+    std::size_t first_leaf_ = 1;      // a power of two; node 1 is the root, those below i are 2i and 2i + 1
     std::vector<Node> node_;
 };
 

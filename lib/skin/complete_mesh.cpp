@@ -409,7 +409,7 @@ private:
 }  // namespace
 
 BetaMesh completeTessellation(const BallBoundary& boundary, const std::vector<Moving>& balls,
-                              const std::vector<Vec3>& spins, const ArcNetwork& network, const FacePoints& points,
+                              const std::vector<Vec3>& spins, ArcNetwork network, const FacePoints& points,
                               Appearance appearance) {
     const std::vector<std::uint32_t> first_face = firstFaces(boundary);
     const LoopMaker maker(boundary, network);
@@ -467,19 +467,19 @@ BetaMesh completeTessellation(const BallBoundary& boundary, const std::vector<Mo
                                      rising = placesIn(&Part::rising), turning = placesIn(&Part::turning),
                                      swelling = placesIn(&Part::swelling);
     BetaMesh mesh;
-    mesh.vertex.reserve(network.point.size() + vertices.back());
-    mesh.vertex = network.point;
-    mesh.vertex.resize(network.point.size() + vertices.back());
+    const std::size_t in_network = network.point.size();
+    mesh.vertex = std::move(network.point);
+    mesh.vertex.resize(in_network + vertices.back());
     mesh.clearance.resize(mesh.vertex.size(), {0, 0});
     mesh.triangles.resize(triangles.back());
-    const std::size_t first_rising = network.rising.size(), first_turning = first_rising + rising.back();
-    mesh.rising.reserve(first_turning + turning.back());
-    mesh.rising = network.rising;
-    mesh.rising.resize(first_turning + turning.back());
+    auto& [on_edges, on_facets, in_quads] = mesh.rising;
+    on_edges = std::move(network.rising);
+    on_facets.resize(rising.back());
+    in_quads.resize(turning.back());
     mesh.swelling.resize(swelling.back());
     parallelFor(tasks, 4, [&](std::size_t task) {
         const Part& part = parts[task];
-        const auto first = static_cast<std::uint32_t>(network.point.size() + vertices[task]);
+        const auto first = static_cast<std::uint32_t>(in_network + vertices[task]);
         const auto numbered = [&](std::uint32_t v) { return v >= kNew ? first + (v - kNew) : v; };
         std::copy(part.vertex.begin(), part.vertex.end(), mesh.vertex.begin() + first);
         std::copy(part.clearance.begin(), part.clearance.end(), mesh.clearance.begin() + first);
@@ -487,15 +487,16 @@ BetaMesh completeTessellation(const BallBoundary& boundary, const std::vector<Mo
                        [&](const Triangle& t) {
                            return Triangle{numbered(t[0]), numbered(t[1]), numbered(t[2])};
                        });
-        const auto copy = [&](const std::vector<RisingVertex>& from, std::size_t row) {
-            for (RisingVertex r : from) {
-                r.vertex = numbered(r.vertex);
-                for (std::uint32_t& v : r.from) v = numbered(v);
-                mesh.rising[row++] = r;
+        const auto copy = [&](const std::vector<RisingVertex>& from, RisingVertex* to) {
+            for (const RisingVertex& r : from) {
+                *to = r;
+                to->vertex = numbered(r.vertex);
+                for (std::uint32_t& v : to->from) v = numbered(v);
+                ++to;
             }
         };
-        copy(part.rising, first_rising + rising[task]);
-        copy(part.turning, first_turning + turning[task]);
+        copy(part.rising, on_facets.data() + rising[task]);
+        copy(part.turning, in_quads.data() + turning[task]);
         std::transform(part.swelling.begin(), part.swelling.end(), mesh.swelling.begin() + swelling[task],
                        [&](const SwellingVertex& s) {
                            return SwellingVertex{numbered(s.vertex), s.step};

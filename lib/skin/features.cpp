@@ -128,12 +128,14 @@ void removePieces(BetaMesh& mesh, const Pieces& pieces, const std::vector<bool>&
         const std::uint32_t piece = pieces.of_vertex[listed.vertex];
         return piece == kNoPiece || leaves[piece];
     };
-    std::erase_if(mesh.rising, has_left);
-    std::erase_if(mesh.swelling, has_left);
-    for (RisingVertex& rising : mesh.rising) {
-        rising.vertex = place[rising.vertex];
-        for (std::uint32_t& v : rising.from) v = place[v];
+    for (auto& group : mesh.rising) {
+        std::erase_if(group, has_left);
+        for (RisingVertex& rising : group) {
+            rising.vertex = place[rising.vertex];
+            for (std::uint32_t& v : rising.from) v = place[v];
+        }
     }
+    std::erase_if(mesh.swelling, has_left);
     for (SwellingVertex& swelling : mesh.swelling) swelling.vertex = place[swelling.vertex];
 }
 

@@ -136,8 +136,9 @@ std::vector<TrianglePair> crossingsAmong(Meetings meetings, const BetaMesh& mesh
 class Ways {
 public:
     Ways(const std::vector<Moving>& from, double radius, BetaMesh& mesh)
-        : from_(from), radius_(radius), mesh_(mesh), row_(from.size(), kNone), rising_of_(from.size(), kNone) {
-        for (std::uint32_t i = 0; i < mesh.rising.size(); ++i) rising_of_[mesh.rising[i].vertex] = i;
+        : from_(from), radius_(radius), mesh_(mesh), row_(from.size(), kNone), rising_of_(from.size(), nullptr) {
+        for (const auto& group : mesh.rising)
+            for (const RisingVertex& rising : group) rising_of_[rising.vertex] = &rising;
     }
 
     // Takes vertices of crossing triangles back, and those that they rise from, to where they do not cross; where the
@@ -194,8 +195,8 @@ public:
         if (row_[v] == kNone) return mesh_.vertex[v];
         const State& state = state_[row_[v]];
         Rate share = state.share;
-        if (rising_of_[v] != kNone) {
-            const RisingVertex& rising = mesh_.rising[rising_of_[v]];
+        if (rising_of_[v]) {
+            const RisingVertex& rising = *rising_of_[v];
             Rate below = 0;
             for (std::size_t k = 0; k < 4; ++k) below = below + shareOf(rising.from[k]) * rising.weight[k];
             share = share * rising.share + below * (1 - rising.share);
@@ -227,8 +228,8 @@ private:
     template <typename Visit>
     void forSupports(std::uint32_t v, const Visit& visit) {
         visit(v);
-        if (rising_of_[v] == kNone) return;
-        for (const std::uint32_t u : mesh_.rising[rising_of_[v]].from) visit(u);
+        if (!rising_of_[v]) return;
+        for (const std::uint32_t u : rising_of_[v]->from) visit(u);
     }
     State& stateOf(std::uint32_t v) {
         if (row_[v] == kNone) {
@@ -294,7 +295,8 @@ private:
     const std::vector<Moving>& from_;
     double radius_;
     const BetaMesh& mesh_;
-    std::vector<std::uint32_t> row_, rising_of_;  // of each vertex: of state_, of mesh_.rising
+    std::vector<std::uint32_t> row_;              // of each vertex: of state_
+    std::vector<const RisingVertex*> rising_of_;  // or none
     std::vector<State> state_;
     std::vector<std::uint32_t> fresh_;
     std::vector<Piece> piece_;  // of the triangles awake

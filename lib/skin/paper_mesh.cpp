@@ -3,6 +3,7 @@
 #include "core/parallel.h"
 
 #include <algorithm>
+#include <numeric>
 
 namespace betamesh {
 
@@ -153,19 +154,23 @@ Spheres externalSpheres(const BallBoundary& boundary, const Particles& particles
 }
 
 Mesh asMesh(const BetaMesh& beta) {
-    std::vector<std::uint32_t> used(beta.vertex.size(), 0);
+    std::vector<std::uint32_t> place(beta.vertex.size() + 1, 0);  // at first of the next: 1 where it is used
     for (const Triangle& t : beta.triangles)
-        for (const std::uint32_t v : t) used[v] = 1;
+        for (const std::uint32_t v : t) place[v + 1] = 1;
+    std::partial_sum(place.begin(), place.end(), place.begin());
     Mesh mesh;
-    std::vector<std::uint32_t> place(used.size());
-    for (std::size_t v = 0; v < used.size(); ++v) {
-        place[v] = static_cast<std::uint32_t>(mesh.position.size());
-        if (!used[v]) continue;
-        mesh.position.push_back(beta.vertex[v].position);
-        mesh.velocity.push_back(beta.vertex[v].velocity);
-    }
-    mesh.triangles.reserve(beta.triangles.size());
-    for (const Triangle& t : beta.triangles) mesh.triangles.push_back({place[t[0]], place[t[1]], place[t[2]]});
+    mesh.position.resize(place.back());
+    mesh.velocity.resize(place.back());
+    mesh.triangles.resize(beta.triangles.size());
+    parallelFor(beta.vertex.size(), 4096, [&](std::size_t v) {
+        if (place[v] == place[v + 1]) return;
+        mesh.position[place[v]] = beta.vertex[v].position;
+        mesh.velocity[place[v]] = beta.vertex[v].velocity;
+    });
+    parallelFor(mesh.triangles.size(), 4096, [&](std::size_t i) {
+        const Triangle& t = beta.triangles[i];
+        mesh.triangles[i] = {place[t[0]], place[t[1]], place[t[2]]};
+    });
     return mesh;
 }
 

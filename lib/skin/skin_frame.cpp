@@ -100,12 +100,10 @@ Structure floatStructure(const Particles& particles, const SkinParams& params) {
 // Of coherent smoothing.
 int passesOf(const SkinParams& params) { return params.smoothing == SmoothingMethod::coherent ? params.passes : 0; }
 
-// Coherent smoothing and inset of either tessellation; the network is that of the samples.
-void smooth(const Structure& structure, const std::vector<Moving>& balls, const std::vector<Vec3>& spins,
-            const ArcNetwork& network, const FacePoints& points, const SkinParams& params, BetaMesh& mesh) {
+// Coherent smoothing and inset of either tessellation.
+void smooth(BoundarySamples&& samples, const SkinParams& params, BetaMesh& mesh) {
     const double width = params.smoothing_width > 0 ? params.smoothing_width : kSmoothingWidth * params.radius;
-    smoothCoherently(mesh, boundarySamples(structure.boundary, balls, spins, network, points),
-                     {params.radius, width, passesOf(params), params.inset});
+    smoothCoherently(mesh, std::move(samples), {params.radius, width, passesOf(params), params.inset});
 }
 
 BetaMesh completeSurface(const Particles& particles, const Structure& structure, const std::vector<Moving>& balls,
@@ -125,15 +123,20 @@ BetaMesh completeSurface(const Particles& particles, const Structure& structure,
     const Spins spins = spinsOfBalls(boundary, balls, particles);
     std::vector<Moving> vertices = movingVertices(particles, structure.snapped, boundary, balls);
     watch("velocity");
-    const ArcNetwork network = arcPoints(boundary, balls, spins.of_points, std::move(vertices), subdivision);
+    ArcNetwork network = arcPoints(boundary, balls, spins.of_points, std::move(vertices), subdivision);
     const FacePoints points = facePoints(structure.snapped, boundary, balls, spins.of_points, angle);
-    BetaMesh beta = completeTessellation(boundary, balls, spins.of_points, network, points, subdivision.appearance);
+    watch("tessellate");
+    BoundarySamples samples;
+    if (smoothed) samples = boundarySamples(boundary, balls, spins.of_points, network, points);
+    watch("smooth");
+    BetaMesh beta =
+        completeTessellation(boundary, balls, spins.of_points, std::move(network), points, subdivision.appearance);
     if (params.features.bubbles == Bubbles::fill)  // before smoothing: small bubbles may be turned inside out by it
         report.bubbles_filled = fillBubbles(beta, params.radius, params.features.bubble_volume);
     watch("tessellate");
     if (smoothed) {
         const std::vector<Moving> from = beta.vertex;
-        smooth(structure, balls, spins.of_points, network, points, params, beta);
+        smooth(std::move(samples), params, beta);
         keepApart(from, params.radius, beta);
     }
     watch("smooth");
@@ -151,8 +154,10 @@ PaperMesh paperSurface(const Particles& particles, const Structure& structure, c
     if (params.smoothing == SmoothingMethod::paper) smoothAsInPaper(beta, params.passes);
     if (params.smoothing != SmoothingMethod::paper && (passesOf(params) > 0 || params.inset > 0)) {
         const std::vector<Vec3> spins = spinsOfBalls(structure.boundary, balls, particles).of_points;
-        smooth(structure, balls, spins, arcPoints(structure.boundary, balls, spins, vertices, {}),
-               facePoints(structure.snapped, structure.boundary, balls, spins, kSampleAngle), params, beta);
+        smooth(
+            boundarySamples(structure.boundary, balls, spins, arcPoints(structure.boundary, balls, spins, vertices, {}),
+                            facePoints(structure.snapped, structure.boundary, balls, spins, kSampleAngle)),
+            params, beta);
     }
     if (params.resolve_intersections) resolveIntersections(structure.boundary, balls, beta);
     watch("smooth");

@@ -272,18 +272,12 @@ void holdBack(BetaMesh& mesh) {
         for (std::size_t k = 0; k < 4; ++k) from = from + mesh.vertex[rising.from[k]] * rising.weight[k];
         return mesh.vertex[rising.vertex] * rising.share + from * (1 - rising.share);
     };
-    const auto hold = [&](std::span<const RisingVertex> group) {
+    const auto hold = [&](const std::vector<RisingVertex>& group) {
         std::vector<Moving> held(group.size());
         parallelFor(group.size(), 1024, [&](std::size_t i) { held[i] = heldBack(group[i]); });
         for (std::size_t i = 0; i < group.size(); ++i) mesh.vertex[group[i].vertex] = held[i];
     };
-    const auto from_edge = [](const RisingVertex& r) { return r.from[1] == r.from[2]; };
-    const auto from_facet = [](const RisingVertex& r) { return r.from[2] == r.from[3]; };
-    const auto facets = std::partition_point(mesh.rising.begin(), mesh.rising.end(), from_edge);
-    const auto quads = std::partition_point(facets, mesh.rising.end(), from_facet);
-    hold({mesh.rising.begin(), facets});
-    hold({facets, quads});
-    hold({quads, mesh.rising.end()});
+    for (const auto& group : mesh.rising) hold(group);
 }
 
 }  // namespace
@@ -292,45 +286,43 @@ void smoothCoherently(BetaMesh& mesh, BoundarySamples samples, const CoherentSmo
     std::vector<std::uint32_t> moving;  // vertices that do not stay where they are
     for (std::uint32_t v = 0; v < mesh.vertex.size(); ++v)
         if (params.inset > 0 || mesh.clearance.empty() || mesh.clearance[v].value < kStaysWhole) moving.push_back(v);
-    for (const RisingVertex& rising : mesh.rising) mesh.vertex[rising.vertex] = rising.whole;
-    std::vector<Moving> smooth = mesh.vertex;
-    const auto vertexAt = [&](std::uint32_t v) -> const Moving& { return smooth[v]; };
-    const auto move = [&](std::uint32_t v, const Fit& fit) {
-        smooth[v] = smooth[v] + fit.step * fit.trust * params.radius;
-    };
-    std::vector<Moving> inset(params.inset > 0 ? smooth.size() : 0);
-    if (params.inset > 0) {
-        const std::vector<Vec3> normals = vertexNormals(mesh);
-        fitAll(moving, vertexAt, samples, params, [&](std::uint32_t v, const Fit& fit) {
-            // Between surfaces that nearly touch, the mean direction may be that of the other one.
-            const double length = fit.inset.position.length(), inwards = -dot(normals[v], fit.inset.position);
-            if (length > 0) inset[v] = fit.inset * smoothStep(2 * inwards / length).value;
-            if (params.passes > 0) move(v, fit);
-        });
-    }
+    for (const auto& group : mesh.rising)
+        parallelFor(group.size(), 4096, [&](std::size_t i) { mesh.vertex[group[i].vertex] = group[i].whole; });
 
-    CoherentSmoothing further = params;
-    further.inset = 0;
-    for (int pass = 0; pass < params.passes; ++pass) {
-        if (pass > 0 || params.inset == 0) fitAll(moving, vertexAt, samples, further, move);
-        if (pass + 1 == params.passes) break;
+    const bool inwards = params.inset > 0;
+    const std::vector<Moving> begin = params.passes > 1 ? mesh.vertex : std::vector<Moving>();
+    const std::vector<Vec3> normals = inwards ? vertexNormals(mesh) : std::vector<Vec3>();
+    std::vector<Moving> inset(inwards ? mesh.vertex.size() : 0);
+    CoherentSmoothing now = params;
+    for (int pass = 0; pass < std::max(params.passes, inwards ? 1 : 0); ++pass) {
+        fitAll(
+            moving, [&](std::uint32_t v) -> const Moving& { return mesh.vertex[v]; }, samples, now,
+            [&](std::uint32_t v, const Fit& fit) {
+                Moving& vertex = mesh.vertex[v];
+                const Moving from = pass == 0 ? vertex : begin[v];
+                if (now.inset > 0) {
+                    // Between surfaces that nearly touch, the mean direction may be that of the other one.
+                    const double length = fit.inset.position.length(), towards = -dot(normals[v], fit.inset.position);
+                    if (length > 0) inset[v] = fit.inset * (smoothStep(2 * towards / length).value * params.radius);
+                }
+                if (params.passes > 0) vertex = vertex + fit.step * fit.trust * params.radius;
+                if (pass + 1 < params.passes) return;
+                const Rate share = mesh.clearance.empty() ? Rate(1) : shareOfTheWay(mesh.clearance[v]);
+                vertex = from + limited((vertex - from) * share, kFarthest * params.radius);
+                if (inwards) vertex = vertex + inset[v];
+            });
+        if (pass + 1 >= params.passes) break;
+        now.inset = 0;
         BoundarySamples calmer = samples;
         fitAll(
             allRows(samples.size()), [&](std::uint32_t i) -> const Moving& { return samples[i].position; }, samples,
-            further,
+            now,
             [&](std::uint32_t i, const Fit& fit) {
                 calmer[i].position = calmer[i].position + fit.step * fit.trust * params.radius;
                 calmer[i].direction = calmer[i].direction + (fit.direction - calmer[i].direction) * fit.trust;
             });
         samples = std::move(calmer);
     }
-    parallelFor(moving.size(), 4096, [&](std::size_t i) {
-        const std::uint32_t v = moving[i];
-        Moving& vertex = mesh.vertex[v];
-        const Rate share = mesh.clearance.empty() ? Rate(1) : shareOfTheWay(mesh.clearance[v]);
-        vertex = vertex + limited((smooth[v] - vertex) * share, kFarthest * params.radius);
-        if (params.inset > 0) vertex = vertex + inset[v] * params.radius;
-    });
     for (const auto& [v, step] : mesh.swelling) mesh.vertex[v] = mesh.vertex[v] + step;
     holdBack(mesh);
 }

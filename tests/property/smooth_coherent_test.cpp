@@ -274,9 +274,10 @@ TEST(CoherentSmoothing, VelocitiesAreTheRatesAtWhichVerticesMove) {
         const bool same_faces = now.triangles == before.triangles && now.triangles == after.triangles;
         const std::size_t followed = same_faces ? now.vertex.size() : names.second.back();  // others come and go
         for (std::size_t v = 0; v < followed; ++v) errors.push_back(errorOf(v));
-        for (const RisingVertex& rising : now.rising)
-            if (rising.vertex >= names.second.back() && rising.vertex < followed)
-                of_rising.push_back(errorOf(rising.vertex));
+        for (const auto& group : now.rising)
+            for (const RisingVertex& rising : group)
+                if (rising.vertex >= names.second.back() && rising.vertex < followed)
+                    of_rising.push_back(errorOf(rising.vertex));
     }
     EXPECT_GE(compared, 3);
     EXPECT_GE(of_rising.size(), 20u);
