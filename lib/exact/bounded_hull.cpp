@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <optional>
 #include <span>
 
 namespace betamesh {
@@ -68,8 +69,10 @@ struct Pass {
 };
 
 struct Facet {
-    Triangle location;
-    Triangle id;
+    Triangle location, id;
+    Triangle twin{kNone, kNone,
+                  kNone};  // of the side from corner m to the next: 3 · facet + m' of that which runs back
+    Triangle pass{kNone, kNone, kNone};  // at its tail, where it is a loop's
 };
 
 // Where a location's points part the two facets on an edge: the chain of points that fills the gap, from the
@@ -79,33 +82,36 @@ struct Gap {
     std::vector<std::uint32_t> chain;
 };
 
-// Numbers that belong to directed edges. Each location has a short list.
+// Directed edges. Each location has a short list.
 class EdgeMap {
 public:
+    struct Edge {
+        std::uint32_t to, next;
+        std::uint32_t side = kNone;  // 3 · facet + m on its left
+        std::uint32_t pass = kNone;  // at its tail, where it is a loop's
+    };
+
     void clear(std::size_t locations) {
         head_.assign(locations, kNone);
-        entry_.clear();
+        edge_.clear();
     }
-    std::uint32_t at(std::uint32_t from, std::uint32_t to) const {
-        for (std::uint32_t e = head_[from]; e != kNone; e = entry_[e].next)
-            if (entry_[e].to == to) return entry_[e].number;
-        return kNone;
+    /// Null where there is none.
+    Edge* find(std::uint32_t from, std::uint32_t to) {
+        for (std::uint32_t e = head_[from]; e != kNone; e = edge_[e].next)
+            if (edge_[e].to == to) return &edge_[e];
+        return nullptr;
     }
-    bool contains(std::uint32_t from, std::uint32_t to) const { return at(from, to) != kNone; }
-    // False where the edge has a number already.
-    bool add(std::uint32_t from, std::uint32_t to, std::uint32_t number) {
-        if (contains(from, to)) return false;
-        entry_.push_back({to, number, head_[from]});
-        head_[from] = static_cast<std::uint32_t>(entry_.size() - 1);
-        return true;
+    /// The one there is, or a new one.
+    Edge& at(std::uint32_t from, std::uint32_t to) {
+        if (Edge* edge = find(from, to)) return *edge;
+        edge_.push_back({to, head_[from]});
+        head_[from] = static_cast<std::uint32_t>(edge_.size() - 1);
+        return edge_.back();
     }
 
 private:
-    struct Entry {
-        std::uint32_t to, number, next;
-    };
     std::vector<std::uint32_t> head_;
-    std::vector<Entry> entry_;
+    std::vector<Edge> edge_;
 };
 
 // A plane through three points, and on which side of it a fourth is: quick where rounding cannot matter.
@@ -152,8 +158,7 @@ public:
         gaps_.clear();
         open_.clear();
         contract();
-        boundary_.clear(location_.size());
-        facet_of_.clear(location_.size());
+        edges_.clear(location_.size());
         if (!makePasses(out) || (with_likely_facets && !takeLikelyFacets())) return false;
         listCandidates();
         if (!wrapAll() || !nameCorners()) return false;
@@ -165,10 +170,9 @@ public:
 
     std::uint32_t across(const LoopFilling& filling, std::uint32_t triangle, std::size_t k) const {
         if (triangle < first_facet_ || triangle - first_facet_ >= facets_.size()) return kNoTriangle;
-        const Triangle& at = facets_[triangle - first_facet_].location;
-        const std::uint32_t facet = facet_of_.at(at[(k + 1) % 3], at[k]);
-        if (facet == kNone) return kNoTriangle;
-        const std::uint32_t other = first_facet_ + facet;
+        const std::uint32_t twin = facets_[triangle - first_facet_].twin[k];
+        if (twin == kNone) return kNoTriangle;
+        const std::uint32_t other = first_facet_ + twin / 3;
         if (!contracted_) return other;
         const Triangle &t = filling.triangles[triangle], &o = filling.triangles[other];
         for (std::size_t m = 0; m < 3; ++m)
@@ -266,7 +270,10 @@ private:
         for (std::uint32_t p = 0; p < passes_.size(); ++p) {
             if (passes_[p].next == kNone) continue;
             const std::uint32_t a = passes_[p].location, b = passes_[passes_[p].next].location;
-            if (boundary_.contains(b, a) || !boundary_.add(a, b, p)) return false;
+            if (edges_.find(b, a)) return false;
+            EdgeMap::Edge& edge = edges_.at(a, b);
+            if (edge.pass != kNone) return false;
+            edge.pass = p;
         }
         return true;
     }
@@ -294,11 +301,9 @@ private:
             for (std::size_t p = 0; p < in_loops && below; ++p) below = isBelow(p);
             if (below && !addFacet(at[0], at[1], at[2])) return false;
         }
-        for (const Facet& f : facets_)
-            for (std::size_t m = 0; m < 3; ++m)
-                if (const std::uint32_t from = f.location[m], to = f.location[(m + 1) % 3];
-                    !facet_of_.contains(to, from))
-                    open_.push_back({to, from});
+        for (std::uint32_t f = 0; f < facets_.size(); ++f)
+            for (std::uint32_t m = 0; m < 3; ++m)
+                if (facets_[f].twin[m] == kNone) open_.push_back(3 * f + m);
         return true;
     }
 
@@ -308,7 +313,7 @@ private:
         closed_.assign(location_.size(), 0);
         for (const Facet& f : facets_)
             for (const std::uint32_t v : f.location) closed_[v] = 1;
-        for (const auto& [from, to] : open_) closed_[from] = closed_[to] = 0;
+        for (const std::uint32_t side : open_) closed_[tailOf(side)] = closed_[headOf(side)] = 0;
         for (std::uint32_t p = 0; p < location_.size(); ++p)
             if (!closed_[p]) candidates_.push_back(p);
         candidate_place_.clear();
@@ -338,28 +343,40 @@ private:
         return best;
     }
 
+    std::uint32_t tailOf(std::uint32_t side) const { return facets_[side / 3].location[side % 3]; }
+    std::uint32_t headOf(std::uint32_t side) const { return facets_[side / 3].location[(side % 3 + 1) % 3]; }
     bool addFacet(std::uint32_t a, std::uint32_t b, std::uint32_t c) {
         const auto f = static_cast<std::uint32_t>(facets_.size());
-        facets_.push_back({{a, b, c}, {kNone, kNone, kNone}});
-        const Triangle corner{a, b, c};
-        for (std::size_t m = 0; m < 3; ++m) {
-            const std::uint32_t from = corner[m], to = corner[(m + 1) % 3];
-            if (!facet_of_.add(from, to, f) || boundary_.contains(to, from)) return false;
+        Facet& facet = facets_.emplace_back();
+        facet.location = {a, b, c};
+        facet.id = {kNone, kNone, kNone};
+        for (std::uint32_t m = 0; m < 3; ++m) {
+            const std::uint32_t from = facet.location[m], to = facet.location[(m + 1) % 3];
+            EdgeMap::Edge& edge = edges_.at(from, to);
+            if (edge.side != kNone) return false;
+            edge.side = 3 * f + m;
+            facet.pass[m] = edge.pass;
+            const EdgeMap::Edge* back = edges_.find(to, from);
+            if (!back) continue;
+            if (back->pass != kNone) return false;
+            facet.twin[m] = back->side;
+            facets_[back->side / 3].twin[back->side % 3] = 3 * f + m;
         }
         return true;
     }
     bool wrapAt(std::uint32_t from, std::uint32_t to, std::uint32_t circle) {
         const std::uint32_t apex = wrap(from, to, circle);
         if (apex == kNone || !addFacet(from, to, apex) || facets_.size() > 2 * location_.size() + 4) return false;
-        for (const auto& [a, b] : {std::array{to, apex}, std::array{apex, from}})
-            if (!boundary_.contains(a, b) && !facet_of_.contains(b, a)) open_.push_back({b, a});
+        for (const std::size_t m : {1, 2})
+            if (facets_.back().twin[m] == kNone && facets_.back().pass[m] == kNone)
+                open_.push_back(static_cast<std::uint32_t>(3 * (facets_.size() - 1) + m));
         return true;
     }
     bool closeAll() {
         while (!open_.empty()) {
-            const auto [from, to] = open_.back();
+            const std::uint32_t side = open_.back();
             open_.pop_back();
-            if (!facet_of_.contains(from, to) && !wrapAt(from, to, kNone)) return false;
+            if (facets_[side / 3].twin[side % 3] == kNone && !wrapAt(headOf(side), tailOf(side), kNone)) return false;
         }
         return true;
     }
@@ -371,7 +388,7 @@ private:
             if (pass.next == kNone) continue;
             any_edge = true;
             const std::uint32_t a = pass.location, b = passes_[pass.next].location;
-            if (facet_of_.contains(a, b)) continue;
+            if (edges_.find(a, b)->side != kNone) continue;
             if (!wrapAt(a, b, loops_->circles[idsOf(pass).back()][1]) || !closeAll()) return false;
         }
         if (any_edge || passes_.empty()) return true;
@@ -385,34 +402,26 @@ private:
                 (other == kNone || orient(location_[lowest], beside, location_[other], location_[p]) > 0))
                 other = p;
         if (other == kNone || !wrapAt(lowest, other, kNone)) return false;
-        open_.push_back({other, lowest});
+        open_.push_back(0);
         return closeAll();
     }
 
-    // The corner of the facet on the left of from -> to, at `to`; nullptr where there is no facet.
-    std::uint32_t* cornerAt(std::uint32_t from, std::uint32_t to, std::uint32_t& apex) {
-        const std::uint32_t facet = facet_of_.at(from, to);
-        if (facet == kNone) return nullptr;
-        Facet& f = facets_[facet];
-        const std::size_t m = f.location[0] == to ? 0 : f.location[1] == to ? 1 : 2;
-        apex = f.location[(m + 1) % 3];
-        return &f.id[m];
-    }
-
-    // Walks the facets round `at`, from the one on the left of from -> at: rim_ is the rim of the fan, from `from`
-    // on, fan_ are the facets' corners at its middle. Ends behind a loop edge, or where it began.
-    bool walkRim(std::uint32_t from, std::uint32_t at) {
-        rim_.assign(1, from);
+    // Walks the facets round the head of a side, from the one that it belongs to: rim_ is the rim of the fan, from the
+    // side's tail on, fan_ are the facets' corners at its middle. Ends behind a loop edge, whose pass this is, or with
+    // kNone where it began.
+    std::optional<std::uint32_t> walkRim(std::uint32_t side) {
+        if (side == kNone) return std::nullopt;
+        rim_.assign(1, tailOf(side));
         fan_.clear();
-        while (rim_.size() <= facets_.size() + 1) {
-            std::uint32_t next = kNone;
-            std::uint32_t* const corner = cornerAt(rim_.back(), at, next);
-            if (corner == nullptr) return false;
-            fan_.push_back(corner);
-            rim_.push_back(next);
-            if (boundary_.contains(at, next) || next == from) return true;
+        while (side != kNone && rim_.size() <= facets_.size() + 1) {
+            Facet& facet = facets_[side / 3];
+            const std::size_t m = (side % 3 + 1) % 3;
+            fan_.push_back(&facet.id[m]);
+            rim_.push_back(facet.location[(m + 1) % 3]);
+            if (facet.pass[m] != kNone || rim_.back() == rim_.front()) return facet.pass[m];
+            side = facet.twin[m];
         }
-        return false;
+        return std::nullopt;
     }
 
     // Gives each corner of each facet the point it stands for, one fan at a time.
@@ -424,9 +433,8 @@ private:
         std::size_t named = 0;
         for (std::uint32_t p = 0; p < passes_.size(); ++p) {
             if (passes_[p].next == kNone) continue;
-            const std::uint32_t at = passes_[p].location;
-            if (!walkRim(passes_[before_pass_[p]].location, at)) return false;
-            const std::uint32_t leaving = boundary_.at(at, rim_.back());
+            const EdgeMap::Edge* arriving = edges_.find(passes_[before_pass_[p]].location, passes_[p].location);
+            const std::uint32_t leaving = walkRim(arriving->side).value_or(kNone);
             if (leaving == kNone || arriving_for_[leaving] != kNone) return false;
             arriving_for_[leaving] = p;
             named += fan_.size();
@@ -434,12 +442,12 @@ private:
         }
         joinPasses();
         done_.assign(location_.size(), 0);
-        for (const Facet& f : facets_)
-            for (std::size_t m = 0; m < 3; ++m) {
-                if (f.id[m] != kNone) continue;
-                const std::uint32_t at = f.location[m], from = f.location[(m + 2) % 3], pass = pass_at_[at];
+        for (std::uint32_t f = 0; f < facets_.size(); ++f)
+            for (std::uint32_t m = 0; m < 3; ++m) {
+                if (facets_[f].id[m] != kNone) continue;
+                const std::uint32_t at = facets_[f].location[m], pass = pass_at_[at];
                 if (pass != kNone && passes_[pass].next != kNone) return false;  // a loop's point has one fan only
-                if (done_[at] || !walkRim(from, at) || rim_.back() != from) return false;
+                if (done_[at] || walkRim(3 * f + (m + 2) % 3) != kNone) return false;
                 done_[at] = 1;
                 named += fan_.size();
                 nameClosedFan(at);
@@ -494,19 +502,22 @@ private:
         for (const std::vector<std::uint32_t>& ring : passages_)
             for (std::size_t k = 1; k + 1 < ring.size(); ++k) out.triangles.push_back({ring[0], ring[k], ring[k + 1]});
         if (gaps_.empty()) return;
-        EdgeMap gap_at;
+        EdgeMap gap_at;  // by number instead of pass
         gap_at.clear(location_.size());
-        for (std::uint32_t g = 0; g < gaps_.size(); ++g) gap_at.add(gaps_[g].location, gaps_[g].other, g);
+        for (std::uint32_t g = 0; g < gaps_.size(); ++g)
+            if (EdgeMap::Edge& edge = gap_at.at(gaps_[g].location, gaps_[g].other); edge.pass == kNone) edge.pass = g;
         for (std::uint32_t g = 0; g < gaps_.size(); ++g) {
             const Gap& gap = gaps_[g];
-            const std::uint32_t opposite = gap_at.at(gap.other, gap.location);
+            const EdgeMap::Edge* back = gap_at.find(gap.other, gap.location);
+            const std::uint32_t opposite = back ? back->pass : kNone;
             if (opposite != kNone && opposite < g) continue;
             std::vector<std::uint32_t> other;
-            std::uint32_t apex = kNone;
-            if (opposite != kNone)
+            if (opposite != kNone) {
                 other = gaps_[opposite].chain;
-            else
-                other = {*cornerAt(gap.location, gap.other, apex)};
+            } else {
+                const std::uint32_t side = edges_.find(gap.location, gap.other)->side;
+                other = {facets_[side / 3].id[(side % 3 + 1) % 3]};
+            }
             for (std::size_t s = 0; s + 1 < gap.chain.size(); ++s)
                 out.triangles.push_back({gap.chain[s], gap.chain[s + 1], other.back()});
             for (std::size_t s = 0; s + 1 < other.size(); ++s)
@@ -523,13 +534,12 @@ private:
     std::vector<std::vector<std::uint32_t>> circles_at_;
     std::vector<std::uint32_t> pass_at_, before_pass_, pass_id_;
     std::vector<Pass> passes_;
-    EdgeMap boundary_;  // loop edge -> pass at its tail
-    EdgeMap facet_of_;  // directed edge -> facet on its left
+    EdgeMap edges_;
     std::vector<std::uint8_t> closed_, done_;
     std::vector<std::uint32_t> candidates_, rim_;
     std::vector<Vec3> candidate_place_;  // where these are
     std::vector<std::uint32_t*> fan_;
-    std::vector<std::array<std::uint32_t, 2>> open_;  // edges that lack the facet on their left
+    std::vector<std::uint32_t> open_;  // sides without a twin, which need one
     std::vector<Facet> facets_;
     std::uint32_t first_facet_ = 0;  // among the triangles of the filling
     std::vector<Gap> gaps_;
