@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace betamesh {
 
@@ -29,35 +30,63 @@ struct alignas(kLanes * sizeof(float)) Nearest {
     Places cap;
 };
 
-// What another ball hides of a sphere: clearance is (cosine - direction · axis) · scale.
-struct Cap {
-    float x, y, z, cosine, scale;
-    std::uint32_t particle;
+// What other balls hide of a sphere, each a cap of it: clearance is (cosine - direction · axis) · scale.
+struct Caps {
+    std::vector<std::uint32_t> particle;
+    std::vector<double> offset_x, offset_y, offset_z, squared;
+    std::vector<float> x, y, z, cosine, scale;
+
+    void of(const std::vector<Neighbour>& neighbours, double radius);
+    std::size_t size() const { return particle.size(); }
 };
 
-void capsOf(const std::vector<Neighbour>& neighbours, double radius, std::vector<Cap>& caps) {
-    caps.clear();
-    for (const Neighbour& n : neighbours) {
-        const double distance = std::sqrt(n.squared), cosine = distance / (2 * radius);
-        const double sine = std::sqrt(std::max(0.0, 1 - cosine * cosine));
-        if (sine < kNegligible) continue;
-        const Vec3 axis = n.offset / distance;
-        caps.push_back({static_cast<float>(axis.x), static_cast<float>(axis.y), static_cast<float>(axis.z),
-                        static_cast<float>(cosine), static_cast<float>(1 / (sine * std::min(1.0, sine / kWide))),
-                        n.particle});
+BETAMESH_EVERY_CPU
+void makeCaps(Caps& caps, double radius) {
+    const std::size_t n = caps.size();
+    const double *const offset_x = caps.offset_x.data(), *const offset_y = caps.offset_y.data(),
+                        *const offset_z = caps.offset_z.data(), *const squared = caps.squared.data();
+    float *const x = caps.x.data(), *const y = caps.y.data(), *const z = caps.z.data(),
+                 *const cosine = caps.cosine.data(), *const scale = caps.scale.data();
+#pragma GCC ivdep
+    for (std::size_t i = 0; i < n; ++i) {
+        const double distance = std::sqrt(squared[i]), middle = distance / (2 * radius), rest = 1 - middle * middle;
+        const double sine = std::sqrt(rest > 0 ? rest : 0), wide = sine / kWide;
+        const double inverse = 1 / (sine * (wide < 1 ? wide : 1) + std::numeric_limits<double>::min());
+        x[i] = static_cast<float>(offset_x[i] / distance);
+        y[i] = static_cast<float>(offset_y[i] / distance);
+        z[i] = static_cast<float>(offset_z[i] / distance);
+        cosine[i] = static_cast<float>(sine < kNegligible ? 2 * kFullClearance : middle);
+        scale[i] = static_cast<float>(sine < kNegligible ? 1 : inverse);
     }
+}
+
+void Caps::of(const std::vector<Neighbour>& neighbours, double radius) {
+    const std::size_t n = neighbours.size();
+    particle.resize(n);
+    for (auto* numbers : {&offset_x, &offset_y, &offset_z, &squared}) numbers->resize(n);
+    for (auto* numbers : {&x, &y, &z, &cosine, &scale}) numbers->resize(n);
+    for (std::size_t i = 0; i < n; ++i) {
+        const Neighbour& other = neighbours[i];
+        particle[i] = other.particle;
+        offset_x[i] = other.offset.x;
+        offset_y[i] = other.offset.y;
+        offset_z[i] = other.offset.z;
+        squared[i] = other.squared;
+    }
+    makeCaps(*this, radius);
 }
 
 // The least clearance of every direction, and whose cap it is from.
 BETAMESH_EVERY_CPU
-void findNearest(const Directions* directions, std::size_t blocks, const Cap* caps, std::size_t n, Nearest* nearest) {
+void findNearest(const Directions* directions, std::size_t blocks, const Caps& caps, Nearest* nearest) {
+    const float *const x = caps.x.data(), *const y = caps.y.data(), *const z = caps.z.data(),
+                       *const cosine = caps.cosine.data(), *const scale = caps.scale.data();
     for (std::size_t i = 0; i < blocks; ++i) {
         const Directions d = directions[i];
         Lanes least = Lanes{} + static_cast<float>(kFullClearance);
         Places whose = Places{} - 1;
-        for (std::size_t k = 0; k < n; ++k) {
-            const Lanes clearance =
-                (caps[k].cosine - d.x * caps[k].x - d.y * caps[k].y - d.z * caps[k].z) * caps[k].scale;
+        for (std::size_t k = 0; k < caps.size(); ++k) {
+            const Lanes clearance = (cosine[k] - d.x * x[k] - d.y * y[k] - d.z * z[k]) * scale[k];
             const Places nearer = clearance < least;
             least = nearer ? clearance : least;
             whose = nearer ? Places{} + static_cast<std::int32_t>(k) : whose;
@@ -68,11 +97,11 @@ void findNearest(const Directions* directions, std::size_t blocks, const Cap* ca
 }
 
 // The same for one direction.
-std::pair<double, std::int32_t> nearestCap(const std::vector<Cap>& caps, const Vec3& direction) {
+std::pair<double, std::int32_t> nearestCap(const Caps& caps, const Vec3& direction) {
     std::pair<double, std::int32_t> nearest{kFullClearance, -1};
     for (std::size_t k = 0; k < caps.size(); ++k) {
-        const Vec3 axis(caps[k].x, caps[k].y, caps[k].z);
-        const double clearance = (caps[k].cosine - dot(direction, axis)) * caps[k].scale;
+        const Vec3 axis(caps.x[k], caps.y[k], caps.z[k]);
+        const double clearance = (caps.cosine[k] - dot(direction, axis)) * caps.scale[k];
         if (clearance < nearest.first) nearest = {clearance, static_cast<std::int32_t>(k)};
     }
     return nearest;
@@ -158,17 +187,17 @@ FacePoints facePoints(const SnappedParticles& particles, const BallBoundary& bou
         Part& part = parts[task];
         NeighbourFinder finder(particles);
         std::vector<Neighbour> neighbours;
-        std::vector<Cap> caps;
+        Caps caps;
         std::vector<Nearest> nearest(blocks);
         for (std::size_t b = task * kBallsPerTask; b < std::min(balls.size(), (task + 1) * kBallsPerTask); ++b) {
             finder.find(boundary.snapped_row[b], neighbours);
-            capsOf(neighbours, radius, caps);
-            findNearest(direction.data(), blocks, caps.data(), caps.size(), nearest.data());
+            caps.of(neighbours, radius);
+            findNearest(direction.data(), blocks, caps, nearest.data());
             const std::size_t before = part.direction.size();
             // least: of the clearances from all caps; cap: the one whose that is, or -1
             const auto add = [&](std::uint32_t d, const Moving& outwards, double least, std::int32_t cap) {
                 part.direction.push_back(d);
-                const std::uint32_t other = cap < 0 ? kBuried : ball_of[caps[static_cast<std::size_t>(cap)].particle];
+                const std::uint32_t other = cap < 0 ? kBuried : ball_of[caps.particle[static_cast<std::size_t>(cap)]];
                 part.clearance.push_back(
                     other == kBuried ? Rate(least)
                                      : movingClearance(outwards, (balls[other] - balls[b]) / boundary.worldRadius()));
