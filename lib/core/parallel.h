@@ -47,6 +47,14 @@ void parallelFor(std::size_t n, std::size_t grain, const Body& body) {
     });
 }
 
+/// Calls body(begin, end) for as many parts of [0, n) as there are threads, eight at most: for bodies that all go
+/// through something else and take from it what is theirs, each time in the same order.
+template <typename Body>
+void parallelShares(std::size_t n, const Body& body) {
+    const std::size_t shares = std::clamp<std::size_t>(threadsHere(), 1, 8);
+    parallelFor(shares, 1, [&](std::size_t share) { body(n * share / shares, n * (share + 1) / shares); });
+}
+
 /// Calls both, at the same time where there are threads for it.
 template <typename First, typename Second>
 void parallelBoth(const First& first, const Second& second) {

@@ -48,11 +48,8 @@ std::vector<Vec3> vertexNormals(std::size_t vertices, std::span<const Triangle> 
                            cornerNormals(at, count, &corners[begin]);
                        }
                    });
-    // Every task goes through all triangles and adds up what is at its vertices: always in the same order.
     std::vector<Vec3> normals(vertices, Vec3(0, 0, 0));
-    const std::size_t tasks = std::clamp<std::size_t>(threadsHere(), 1, 8);
-    parallelFor(tasks, 1, [&](std::size_t task) {
-        const std::size_t begin = vertices * task / tasks, end = vertices * (task + 1) / tasks;
+    parallelShares(vertices, [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = 0; i < triangles.size(); ++i)
             for (std::size_t m = 0; m < 3; ++m)
                 if (const std::uint32_t v = triangles[i][m]; v >= begin && v < end)

@@ -1,6 +1,7 @@
 #include "skin/ball_boundary.h"
 
 #include "core/icosphere.h"
+#include "core/mesh_edges.h"
 #include "core/parallel.h"
 #include "exact/exposed_region.h"
 #include "exact/predicates.h"
@@ -144,13 +145,10 @@ BallBoundary assemble(const SnappedParticles& particles, const std::vector<Parts
     return boundary;
 }
 
-// One end of an arc on the circle of balls low < high: where, going counter-clockwise round the axis from
-// low to high, an arc begins (the triangle has the edge low -> high) or ends.
-struct ArcEnd {
-    std::uint32_t low, high;
-    std::uint32_t half_edge;
-    bool begins;
-};
+// On the circle of balls low < high a side of a triangle is an end of an arc: where, going counter-clockwise round the
+// axis from low to high, one begins (it runs from low to high) or ends.
+using ArcEnd = TriangleSide;
+bool begins(const ArcEnd& end) { return end.direction > 0; }
 
 // Sorts the ends on one circle counter-clockwise by the direction of their apex particles, an end before a
 // beginning where these agree. source: §2 of the paper's Algorithm 3, with exact signs.
@@ -158,7 +156,7 @@ void sortRoundAxis(std::span<ArcEnd> ends, const BallBoundary& boundary) {
     const Vec3i origin = boundary.position[ends[0].low];
     const Vec3i axis = boundary.position[ends[0].high] - origin;
     const auto apex = [&](const ArcEnd& end) {
-        const std::uint32_t opposite = previousInTriangle(end.half_edge);
+        const std::uint32_t opposite = previousInTriangle(end.side);
         return boundary.position[boundary.triangle[opposite / 3][opposite % 3]] - origin;
     };
     const Vec3i start = apex(ends[0]);
@@ -171,30 +169,20 @@ void sortRoundAxis(std::span<ArcEnd> ends, const BallBoundary& boundary) {
         const int quarter_a = quarter(a), quarter_b = quarter(b);
         if (quarter_a != quarter_b) return quarter_a < quarter_b;
         if (const int t = turn(axis, a, b)) return t > 0;
-        if (p.begins != q.begins) return q.begins;
-        return p.half_edge < q.half_edge;
+        if (begins(p) != begins(q)) return begins(q);
+        return p.side < q.side;
     });
 }
 
 // Pairs the two ends of every arc. Returns an edge that cannot be paired, if there is one.
 std::optional<UnpairedEdge> pairArcEnds(BallBoundary& boundary) {
-    std::vector<ArcEnd> ends(3 * boundary.triangle.size());
-    parallelFor(ends.size(), 4096, [&](std::size_t h) {
-        const Triangle& t = boundary.triangle[h / 3];
-        const std::uint32_t from = t[h % 3], to = t[(h + 1) % 3];
-        ends[h] = {std::min(from, to), std::max(from, to), static_cast<std::uint32_t>(h), from < to};
-    });
-    parallelSort(ends, [](const ArcEnd& a, const ArcEnd& b) {
-        if (a.low != b.low) return a.low < b.low;
-        if (a.high != b.high) return a.high < b.high;
-        return a.half_edge < b.half_edge;
-    });
+    std::vector<ArcEnd> ends = sortedSides(boundary.triangle);
     boundary.twin.assign(ends.size(), kNone);
     for (std::size_t begin = 0, end = 0; begin < ends.size(); begin = end) {
         std::ptrdiff_t surplus = 0;
         for (end = begin; end < ends.size() && ends[end].low == ends[begin].low && ends[end].high == ends[begin].high;
              ++end)
-            surplus += ends[end].begins ? 1 : -1;
+            surplus += ends[end].direction;
         const std::span<ArcEnd> group(&ends[begin], end - begin);
         const std::uint32_t low = boundary.row[group[0].low], high = boundary.row[group[0].high];
         if (surplus != 0) {
@@ -203,11 +191,11 @@ std::optional<UnpairedEdge> pairArcEnds(BallBoundary& boundary) {
         }
         if (group.size() > 2) sortRoundAxis(group, boundary);
         for (std::size_t a = 0; a < group.size(); ++a) {
-            if (!group[a].begins) continue;
+            if (!begins(group[a])) continue;
             const ArcEnd& other = group[(a + 1) % group.size()];
-            if (other.begins) return UnpairedEdge{low, high, "has triangles that overlap instead of pairing up"};
-            boundary.twin[group[a].half_edge] = other.half_edge;
-            boundary.twin[other.half_edge] = group[a].half_edge;
+            if (begins(other)) return UnpairedEdge{low, high, "has triangles that overlap instead of pairing up"};
+            boundary.twin[group[a].side] = other.side;
+            boundary.twin[other.side] = group[a].side;
         }
     }
     return std::nullopt;

@@ -96,15 +96,23 @@ struct Lines {
                 piece[place[line] + k] = pieceAt(circle, angle * ((k + 0.5) / n), angle / n);
         });
 
+        const auto forEnds = [&](std::size_t first, std::size_t last, const auto& visit) {  // of balls first to last
+            for (std::size_t line = 0; line < ends.size(); ++line)
+                for (const std::uint32_t b : ends[line])
+                    if (b >= first && b < last) visit(b, line);
+        };
         std::vector<std::uint32_t> pieces(balls.size(), 0);
-        for (std::size_t line = 0; line < ends.size(); ++line)
-            for (const std::uint32_t b : ends[line]) pieces[b] += count[line];
+        parallelShares(balls.size(), [&](std::size_t first, std::size_t last) {
+            forEnds(first, last, [&](std::uint32_t b, std::size_t line) { pieces[b] += count[line]; });
+        });
         at_ball.begin = placesOf(pieces);
         at_ball.item.resize(at_ball.begin.back());
         std::vector<std::uint32_t> next(at_ball.begin.begin(), at_ball.begin.end() - 1);
-        for (std::size_t line = 0; line < ends.size(); ++line)
-            for (const std::uint32_t b : ends[line])
+        parallelShares(balls.size(), [&](std::size_t first, std::size_t last) {
+            forEnds(first, last, [&](std::uint32_t b, std::size_t line) {
                 for (std::uint32_t p = place[line]; p < place[line + 1]; ++p) at_ball.item[next[b]++] = p;
+            });
+        });
     }
 };
 
@@ -172,8 +180,13 @@ BoundarySamples boundarySamples(const BallBoundary& boundary, const std::vector<
             exposed.forSamples([&](const BoundarySample& sample) { parts[task].push_back(sample); });
         }
     });
-    BoundarySamples samples;
-    for (const BoundarySamples& part : parts) samples.insert(samples.end(), part.begin(), part.end());
+    std::vector<std::size_t> sizes;
+    for (const BoundarySamples& part : parts) sizes.push_back(part.size());
+    const std::vector<std::size_t> first = placesOf(sizes);
+    BoundarySamples samples(first.back());
+    parallelFor(tasks, 1, [&](std::size_t task) {
+        std::copy(parts[task].begin(), parts[task].end(), samples.begin() + static_cast<std::ptrdiff_t>(first[task]));
+    });
     return samples;
 }
 
