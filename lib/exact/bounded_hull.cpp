@@ -68,11 +68,11 @@ struct Pass {
     std::uint32_t next = kNone;   // pass; kNone where the whole loop is this one location
 };
 
+// A triangle of locations, and of the points that its corners stand for. A side, 3 · facet + m, runs from corner m to
+// the next; its twin runs back.
 struct Facet {
-    Triangle location, id;
-    Triangle twin{kNone, kNone,
-                  kNone};  // of the side from corner m to the next: 3 · facet + m' of that which runs back
-    Triangle pass{kNone, kNone, kNone};  // at its tail, where it is a loop's
+    Triangle location, id, twin{kNone, kNone, kNone};
+    Triangle pass{kNone, kNone, kNone};  // at the tails of sides that are a loop's
 };
 
 // Where a location's points part the two facets on an edge: the chain of points that fills the gap, from the
@@ -87,8 +87,9 @@ class EdgeMap {
 public:
     struct Edge {
         std::uint32_t to, next;
-        std::uint32_t side = kNone;  // 3 · facet + m on its left
+        std::uint32_t side = kNone;  // of the facet on its left
         std::uint32_t pass = kNone;  // at its tail, where it is a loop's
+        std::uint32_t gap = kNone;   // at its tail
     };
 
     void clear(std::size_t locations) {
@@ -502,14 +503,12 @@ private:
         for (const std::vector<std::uint32_t>& ring : passages_)
             for (std::size_t k = 1; k + 1 < ring.size(); ++k) out.triangles.push_back({ring[0], ring[k], ring[k + 1]});
         if (gaps_.empty()) return;
-        EdgeMap gap_at;  // by number instead of pass
-        gap_at.clear(location_.size());
         for (std::uint32_t g = 0; g < gaps_.size(); ++g)
-            if (EdgeMap::Edge& edge = gap_at.at(gaps_[g].location, gaps_[g].other); edge.pass == kNone) edge.pass = g;
+            if (EdgeMap::Edge& edge = edges_.at(gaps_[g].location, gaps_[g].other); edge.gap == kNone) edge.gap = g;
         for (std::uint32_t g = 0; g < gaps_.size(); ++g) {
             const Gap& gap = gaps_[g];
-            const EdgeMap::Edge* back = gap_at.find(gap.other, gap.location);
-            const std::uint32_t opposite = back ? back->pass : kNone;
+            const EdgeMap::Edge* back = edges_.find(gap.other, gap.location);
+            const std::uint32_t opposite = back ? back->gap : kNone;
             if (opposite != kNone && opposite < g) continue;
             std::vector<std::uint32_t> other;
             if (opposite != kNone) {
