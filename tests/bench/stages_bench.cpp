@@ -1,10 +1,18 @@
-// Each stage over decades of particles. items_per_second is particles per second.
+// Each stage over decades of particles. items_per_second is particles per second, where nothing else is said.
 
 #include "bench_clouds.h"
+#include "core/parallel.h"
+#include "skin/arc_points.h"
 #include "skin/ball_boundary.h"
+#include "skin/ball_faces.h"
+#include "skin/boundary_samples.h"
+#include "skin/complete_mesh.h"
+#include "skin/face_points.h"
 #include "skin/skin_frame.h"
+#include "skin/smooth_coherent.h"
 #include "skin/spacing.h"
 #include "skin/survivors.h"
+#include "skin/velocity.h"
 
 #include <benchmark/benchmark.h>
 
@@ -39,6 +47,35 @@ void boundary(benchmark::State& state) {
     count(state, particles);
 }
 
+// On one core: what smoothing takes beside a tessellation, velocities included. items_per_second: vertices.
+void smoothing(benchmark::State& state) {
+    const Particles particles = splash(static_cast<std::size_t>(state.range(0)));
+    const SnappedParticles snapped = snapParticles(particles, kRadius);
+    BallBoundary boundary = ballBoundary(snapped, survivors(snapped));
+    groupFaces(snapped, boundary);
+    const std::vector<Moving> balls = movingBalls(boundary, particles);
+    const Spins spun = spinsOfBalls(boundary, balls, particles);
+    ArcSubdivision subdivision;
+    subdivision.appearance = Appearance::gradual;
+    const ArcNetwork network =
+        arcPoints(boundary, balls, spun.of_points, movingVertices(particles, snapped, boundary, balls), subdivision);
+    const FacePoints points = facePoints(snapped, boundary, balls, spun.of_points, 0.37);
+    const BetaMesh mesh =
+        completeTessellation(boundary, balls, spun.of_points, network, points, subdivision.appearance);
+    withThreads(1, [&] {
+        for (auto _ : state) {
+            state.PauseTiming();
+            BetaMesh smooth = mesh;
+            state.ResumeTiming();
+            const Spins spins = spinsOfBalls(boundary, balls, particles);
+            smoothCoherently(smooth, boundarySamples(boundary, balls, spins.of_points, network, points),
+                             {kRadius, 2.8 * kRadius, 1, 0});
+            slideWithParticles(boundary, balls, spins.of_liquid, smooth);
+        }
+    });
+    state.SetItemsProcessed(state.iterations() * static_cast<std::int64_t>(mesh.vertex.size()));
+}
+
 void wholeFrame(benchmark::State& state) {
     const Particles particles = splash(static_cast<std::size_t>(state.range(0)));
     SkinParams params;
@@ -62,6 +99,7 @@ void decades(benchmark::internal::Benchmark* bench) {
 BENCHMARK(snapping)->Apply(decades);
 BENCHMARK(culling)->Apply(decades);
 BENCHMARK(boundary)->Apply(decades);
+BENCHMARK(smoothing)->Apply(decades);
 BENCHMARK(wholeFrame)->Apply(decades);
 BENCHMARK(estimatingSpacing)->Apply(decades);
 
