@@ -21,7 +21,6 @@
 #include <memory>
 #include <mutex>
 #include <new>
-#include <set>
 #include <string_view>
 #include <system_error>
 #include <thread>
@@ -336,22 +335,25 @@ FrameReport frameReport(const FrameTask& task, const Plan& plan, bool near_surfa
     return report;
 }
 
-/// Makes the folders of all outputs and clears what dead jobs left there.
+/// May it write something? What ended the process that worked on it may have written before.
+bool writes(FrameAction action) {
+    return action == FrameAction::mesh || action == FrameAction::write_empty || action == FrameAction::fail_lost;
+}
+
+/// Makes the folders of what is to be written and clears what dead jobs left in any; one that died after the last seal
+/// leaves a lock beside frames that are all there.
 void prepareFolders(const std::vector<FrameTask>& tasks) {
-    std::set<fs::path> folders;
+    std::map<fs::path, bool> folders;  // is it written to?
     for (const FrameTask& task : tasks) {
-        if (task.action != FrameAction::mesh && task.action != FrameAction::write_empty &&
-            task.action != FrameAction::fail_lost)
-            continue;
         for (const std::string& output : {task.output, task.picture}) {
             if (output.empty()) continue;
             const fs::path folder = fs::path(output).parent_path();
-            folders.insert(folder.empty() ? "." : folder);
+            folders[folder.empty() ? "." : folder] |= writes(task.action);
         }
     }
-    for (const fs::path& folder : folders) {
+    for (const auto& [folder, is_written_to] : folders) {
         std::error_code error;
-        fs::create_directories(folder, error);
+        if (is_written_to) fs::create_directories(folder, error);
         if (error) throw Error("'" + folder.string() + "': cannot make the folder: " + error.message());
         sweepTemporaries(folder);
         sweepLocks(folder);

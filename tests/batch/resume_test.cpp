@@ -93,6 +93,15 @@ TEST_F(Resume, AnEmptyMeshForAMissingFrameIsMadeAgainWhenTheFrameCame) {
     EXPECT_EQ(statusOf(2), "skipped");
 }
 
+/// A process may die when its last manifest is written but its lock not yet gone.
+TEST_F(Resume, NothingHiddenStaysBesideFramesThatAreAllThere) {
+    writeFrames(1, 2);
+    ASSERT_EQ(mesh().exit_code, 0);
+    write(folder_ / "out/.a.0002.ply.betamesh-lock", "");
+    for (const auto& [frame, status] : actions()) EXPECT_EQ(status, "skipped") << frame;
+    EXPECT_EQ(hiddenFiles("out"), 0U);
+}
+
 TEST_F(Resume, AfterBeingKilledAtAnyMomentEverythingIsAsIfUndisturbed) {
     constexpr int kFrames = 12, kKillsARound = 5, kRounds = kSanitized ? 2 : 10, kMostAttempts = 50;
     Sample sample({"drop", 1500, 1, 24});
