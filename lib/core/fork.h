@@ -4,6 +4,8 @@
 
 #if defined(__SANITIZE_THREAD__)
 #include <sanitizer/tsan_interface.h>
+
+#include <cstddef>
 #endif
 
 namespace betamesh {
@@ -14,7 +16,10 @@ namespace betamesh {
 class Fork {
 public:
     Fork() { release(&begun_); }
-    ~Fork() { acquire(&ended_); }
+    ~Fork() {
+        acquire(&ended_);
+        acquireBelow(static_cast<char*>(__builtin_frame_address(0)));
+    }
     Fork(const Fork&) = delete;
     Fork& operator=(const Fork&) = delete;
 
@@ -47,9 +52,16 @@ private:
 #if defined(__SANITIZE_THREAD__)
     static void release(char* what) { __tsan_release(what); }
     static void acquire(char* what) { __tsan_acquire(what); }
+    // TBB's own node of the loop lay on the stack beneath. Other threads counted it down after their last branch, and
+    // whoever uses that place next comes after them.
+    static void acquireBelow(char* frame) {
+        constexpr std::ptrdiff_t kBytes = 4096;
+        for (std::ptrdiff_t i = -kBytes; i < 0; i += 4) acquire(frame + i);
+    }
 #else
     static void release(char*) {}
     static void acquire(char*) {}
+    static void acquireBelow(char*) {}
 #endif
 
     char begun_ = 0, ended_ = 0, turn_ = 0;

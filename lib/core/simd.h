@@ -4,9 +4,11 @@
 #pragma once
 
 #include <cstddef>
+#include <cstring>
 
 #if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && !defined(__SANITIZE_ADDRESS__) && \
     !defined(__SANITIZE_THREAD__)
+#define BETAMESH_SEVERAL_CPUS
 #define BETAMESH_EVERY_CPU __attribute__((target_clones("arch=x86-64-v4", "arch=x86-64-v3", "default")))
 #else
 #define BETAMESH_EVERY_CPU
@@ -14,10 +16,55 @@
 
 namespace betamesh {
 
+template <std::size_t kWidth>
+struct FloatsOfWidth {
+    typedef float Type __attribute__((vector_size(kWidth * sizeof(float))));
+};
+/// Floats that one register holds, or few.
+template <std::size_t kWidth>
+using Floats = typename FloatsOfWidth<kWidth>::Type;
+
 /// As many floats as the widest registers hold. Narrower ones take a few for it; all of them work lane by lane.
 inline constexpr std::size_t kLanes = 16;
-using Lanes = float __attribute__((vector_size(kLanes * sizeof(float))));
+using Lanes = Floats<kLanes>;
 /// As many as every processor has registers for.
-using Quad = float __attribute__((vector_size(4 * sizeof(float))));
+using Quad = Floats<4>;
+
+/// Lanes first to first + kWidth of several.
+template <std::size_t kWidth, std::size_t n>
+__attribute__((always_inline)) inline void getLanes(const Lanes (&lanes)[n], std::size_t first,
+                                                    Floats<kWidth> (&part)[n]) {
+    for (std::size_t i = 0; i < n; ++i)
+        std::memcpy(&part[i], reinterpret_cast<const float*>(&lanes[i]) + first, sizeof part[i]);
+}
+template <std::size_t kWidth, std::size_t n>
+__attribute__((always_inline)) inline void setLanes(Lanes (&lanes)[n], std::size_t first,
+                                                    const Floats<kWidth> (&part)[n]) {
+    for (std::size_t i = 0; i < n; ++i)
+        std::memcpy(reinterpret_cast<float*>(&lanes[i]) + first, &part[i], sizeof part[i]);
+}
+
+#if defined(BETAMESH_SEVERAL_CPUS)
+template <typename Kernel>
+__attribute__((target("arch=x86-64-v4"))) void forLanesOfV4(const Kernel& kernel) {
+    kernel.template operator()<16>(0);
+}
+template <typename Kernel>
+__attribute__((target("arch=x86-64-v3"))) void forLanesOfV3(const Kernel& kernel) {
+    for (std::size_t first = 0; first < kLanes; first += 8) kernel.template operator()<8>(first);
+}
+#endif
+
+/// Calls kernel<kWidth>(first) for all lanes, as many at once as this processor has in a register. A kernel that goes
+/// through much for few lanes each time keeps all it needs in registers. It has to be inlined always.
+template <typename Kernel>
+void forLanes(const Kernel& kernel) {
+#if defined(BETAMESH_SEVERAL_CPUS)
+    static const int level = __builtin_cpu_supports("x86-64-v4") ? 4 : __builtin_cpu_supports("x86-64-v3") ? 3 : 2;
+    if (level == 4) return forLanesOfV4(kernel);
+    if (level == 3) return forLanesOfV3(kernel);
+#endif
+    for (std::size_t first = 0; first < kLanes; first += 4) kernel.template operator()<4>(first);
+}
 
 }  // namespace betamesh

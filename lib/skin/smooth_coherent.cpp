@@ -1,7 +1,7 @@
 #include "skin/smooth_coherent.h"
 
 #include "core/parallel.h"
-#include "core/sample_blocks.h"
+#include "core/sample_groups.h"
 
 #include <algorithm>
 #include <cmath>
@@ -28,150 +28,202 @@ constexpr double kShareOfThickness = 0.45;  // that an inset takes at most
 // Of a sample: position, velocity, direction, its rate, weight, its rate, spread, half its rate, bulge, its rate;
 // lengths in radii.
 enum Field { kX, kY, kZ, kVx, kVy, kVz, kDx, kDy, kDz, kEx, kEy, kEz, kW, kU, kQ, kS, kB, kC, kFields };
-using Block = SampleBlock<kFields>;
+using Sample = SampleFields<kFields>;
 
-// The sums over samples, each with its rate: Σk, Σk y, Σk d, Σk y·d, Σk |y|².
+// The sums over samples, each with its rate: Σk, Σk y, Σk d, Σk y·d, Σk |y|². A lane is a point.
 enum Sum { kWeight, kOffset, kDirection = kOffset + 3, kAlong = kDirection + 3, kSquare, kSums };
 struct Sums {
-    double value[kSums], rate[kSums];
-    float mean[3], mean_rate[3];         // Σ w K d / Σ w K
-    float inverse_mean = 0, growth = 0;  // 1 / (|mean|² + kLeastMean), and minus its rate by itself
+    Lanes value[kSums], rate[kSums];
+    Lanes mean[3], mean_rate[3];  // Σ w K d / Σ w K
 
-    Rate number(int s) const { return {value[s], rate[s]}; }
-    Rate squareOfMean() const {
-        const Moving m{{mean[0], mean[1], mean[2]}, {mean_rate[0], mean_rate[1], mean_rate[2]}};
+    Rate number(int s, std::size_t lane) const { return {value[s][lane], rate[s][lane]}; }
+    Moving vector(int s, std::size_t lane) const { return vectorOf(value + s, rate + s, lane); }
+    Rate squareOfMean(std::size_t lane) const {
+        const Moving m = vectorOf(mean, mean_rate, lane);
         return dot(m, m);
     }
-    Moving vector(int s) const { return {{value[s], value[s + 1], value[s + 2]}, {rate[s], rate[s + 1], rate[s + 2]}}; }
+
+private:
+    static Moving vectorOf(const Lanes* value, const Lanes* rate, std::size_t lane) {
+        return {Vec3(value[0][lane], value[1][lane], value[2][lane]),
+                Vec3(rate[0][lane], rate[1][lane], rate[2][lane])};
+    }
 };
 
-// All lengths here are in radii. x, v: the point and its velocity. Both loops and all sums run over the blocks in
-// order, lane by lane, so every instruction set gives the same bytes.
-BETAMESH_EVERY_CPU
-void sumUp(const Block* blocks, std::size_t n, float inverse_square_width, const float* x, const float* v, Sums& sums) {
-    const Lanes zero{}, one = zero + 1.0F;
-    const float narrow = 4 * inverse_square_width;
+// Directions near each other, one in each lane.
+template <std::size_t kWidth>
+class DirectionCone {
+public:
+    __attribute__((always_inline)) explicit DirectionCone(const Floats<kWidth> (&m)[3]) {
+        Floats<kWidth> square{};
+        for (int k = 0; k < 3; ++k) {
+            for (std::size_t lane = 0; lane < kWidth; ++lane) middle_[k] += m[k][lane] / kWidth;
+            square += (m[k] - middle_[k]) * (m[k] - middle_[k]);
+        }
+        float widest = 0;
+        for (std::size_t lane = 0; lane < kWidth; ++lane) widest = std::max(widest, square[lane]);
+        spread_ = std::sqrt(widest) + 1e-5F;  // a hair more, however sums round
+    }
+    // False only where the sample faces away from all of them.
+    __attribute__((always_inline)) bool mayFace(const Sample& f) const {
+        return f[kDx] * middle_[0] + f[kDy] * middle_[1] + f[kDz] * middle_[2] > -spread_;
+    }
 
-    Lanes mean[4] = {}, mean_rate[4] = {};
-    for (std::size_t i = 0; i < n; ++i) {
-        const auto& f = blocks[i].field;
-        const Lanes px = f[kX] - x[0], py = f[kY] - x[1], pz = f[kZ] - x[2];
-        Lanes t = one - (px * px + py * py + pz * pz + f[kQ]) * inverse_square_width;
-        const Lanes vx = f[kVx] - v[0], vy = f[kVy] - v[1], vz = f[kVz] - v[2];
-        t = t > 0 ? t : zero;
-        const Lanes k = f[kW] * t * t;
-        const Lanes kr = f[kU] * t * t - f[kW] * t * (px * vx + py * vy + pz * vz + f[kS]) * narrow;
-        mean[0] += k * f[kDx];
-        mean[1] += k * f[kDy];
-        mean[2] += k * f[kDz];
-        mean[3] += k;
-        mean_rate[0] += kr * f[kDx] + k * f[kEx];
-        mean_rate[1] += kr * f[kDy] + k * f[kEy];
-        mean_rate[2] += kr * f[kDz] + k * f[kEz];
-        mean_rate[3] += kr;
-    }
-    std::fill_n(sums.value, +kSums, 0.0);
-    std::fill_n(sums.rate, +kSums, 0.0);
-    double means[4], mean_rates[4];
-    addUpLanes(mean, means);
-    addUpLanes(mean_rate, mean_rates);
-    const Rate weight(means[3], mean_rates[3]);
-    if (!(weight.value > 0)) return;
-    float *m = sums.mean, *mr = sums.mean_rate;
-    for (int k = 0; k < 3; ++k) {
-        const Rate component = Rate(means[k], mean_rates[k]) / weight;
-        m[k] = static_cast<float>(component.value);
-        mr[k] = static_cast<float>(component.rate);
-    }
-    const float inverse_mean = sums.inverse_mean = 1 / (m[0] * m[0] + m[1] * m[1] + m[2] * m[2] + kLeastMean);
-    const float growth = sums.growth = 2 * (m[0] * mr[0] + m[1] * mr[1] + m[2] * mr[2]) * inverse_mean;
+private:
+    float middle_[3] = {}, spread_;
+};
 
-    Lanes value[kSums] = {}, rate[kSums] = {};
-    for (std::size_t i = 0; i < n; ++i) {
-        const auto& f = blocks[i].field;
-        const Lanes px = f[kX] - x[0], py = f[kY] - x[1], pz = f[kZ] - x[2];
-        const Lanes vx = f[kVx] - v[0], vy = f[kVy] - v[1], vz = f[kVz] - v[2];
-        const Lanes dx = f[kDx], dy = f[kDy], dz = f[kDz], ex = f[kEx], ey = f[kEy], ez = f[kEz];
-        const Lanes square = px * px + py * py + pz * pz + f[kQ], approach = px * vx + py * vy + pz * vz + f[kS];
-        Lanes t = one - square * inverse_square_width;
-        t = t > 0 ? t : zero;
-        Lanes facing = dx * m[0] + dy * m[1] + dz * m[2];
-        facing = facing > 0 ? facing : zero;
-        const Lanes turning = dx * mr[0] + dy * mr[1] + dz * mr[2] + ex * m[0] + ey * m[1] + ez * m[2];
-        const Lanes height = px * m[0] + py * m[1] + pz * m[2];
-        const Lanes rising = vx * m[0] + vy * m[1] + vz * m[2] + px * mr[0] + py * mr[1] + pz * mr[2];
-        const Lanes distance = one / (square + 1.0F);
-        const Lanes steepness = height * distance * (inverse_mean / kSteepest);
-        Lanes level = one - height * steepness;
-        level = level > 0 ? level : zero;
-        const Lanes levelling = steepness * (height * (growth + (approach + approach) * distance) - rising - rising);
-        // k = w · facing² · level² · t² · inverse_mean
-        const Lanes root = facing * level * t, gate = root * root * inverse_mean, k = f[kW] * gate;
-        const Lanes pull =
-            root * ((turning * level + facing * levelling) * t * 2.0F - facing * level * approach * narrow) *
-                inverse_mean -
-            gate * growth;
-        const Lanes kr = f[kU] * gate + f[kW] * pull;
-        const Lanes along = px * dx + py * dy + pz * dz + f[kB];
-        value[kWeight] += k;
-        rate[kWeight] += kr;
-        value[kOffset] += k * px;
-        value[kOffset + 1] += k * py;
-        value[kOffset + 2] += k * pz;
-        rate[kOffset] += kr * px + k * vx;
-        rate[kOffset + 1] += kr * py + k * vy;
-        rate[kOffset + 2] += kr * pz + k * vz;
-        value[kDirection] += k * dx;
-        value[kDirection + 1] += k * dy;
-        value[kDirection + 2] += k * dz;
-        rate[kDirection] += kr * dx + k * ex;
-        rate[kDirection + 1] += kr * dy + k * ey;
-        rate[kDirection + 2] += kr * dz + k * ez;
-        value[kAlong] += k * along;
-        rate[kAlong] += kr * along + k * (vx * dx + vy * dy + vz * dz + px * ex + py * ey + pz * ez + f[kC]);
-        value[kSquare] += k * square;
-        rate[kSquare] += kr * square + k * (approach + approach);
-    }
-    addUpLanes(value, sums.value);
-    addUpLanes(rate, sums.rate);
+// 1 / (|mean|² + kLeastMean), and minus its rate by itself.
+template <typename Some>
+__attribute__((always_inline)) inline void invert(const Some (&mean)[3], const Some (&rate)[3], Some& inverse,
+                                                  Some& growth) {
+    inverse = 1.0F / (mean[0] * mean[0] + mean[1] * mean[1] + mean[2] * mean[2] + kLeastMean);
+    growth = 2 * (mean[0] * rate[0] + mean[1] * rate[1] + mean[2] * rate[2]) * inverse;
 }
+
+// All lengths here are in radii. x, v: the points and their velocities. All sums go through the samples in order, and
+// what is out of reach or faces away adds zero, so every instruction set and every company of points gives the same
+// bytes.
+struct SumUp {
+    std::span<const Sample> samples;
+    float inverse_square_width;
+    const Lanes (&point)[3], (&velocity)[3];
+    Sums& sums;
+
+    template <std::size_t kWidth>
+    __attribute__((always_inline)) void operator()(std::size_t first) const {
+        using Some = Floats<kWidth>;
+        Some x[3], v[3];
+        getLanes<kWidth>(point, first, x);
+        getLanes<kWidth>(velocity, first, v);
+        const Some zero{}, one = zero + 1.0F;
+        const float narrow = 4 * inverse_square_width;
+
+        Some mean[4] = {}, mean_rate[4] = {};
+        for (const Sample& f : samples) {
+            const Some px = f[kX] - x[0], py = f[kY] - x[1], pz = f[kZ] - x[2];
+            Some t = one - (px * px + py * py + pz * pz + f[kQ]) * inverse_square_width;
+            const Some vx = f[kVx] - v[0], vy = f[kVy] - v[1], vz = f[kVz] - v[2];
+            t = t > 0 ? t : zero;
+            const Some k = f[kW] * t * t;
+            const Some kr = f[kU] * t * t - f[kW] * t * (px * vx + py * vy + pz * vz + f[kS]) * narrow;
+            mean[0] += k * f[kDx];
+            mean[1] += k * f[kDy];
+            mean[2] += k * f[kDz];
+            mean[3] += k;
+            mean_rate[0] += kr * f[kDx] + k * f[kEx];
+            mean_rate[1] += kr * f[kDy] + k * f[kEy];
+            mean_rate[2] += kr * f[kDz] + k * f[kEz];
+            mean_rate[3] += kr;
+        }
+        const Some weight = mean[3] > 0 ? mean[3] : one;  // without any all of them are zero
+        Some m[3], mr[3];
+        for (int k = 0; k < 3; ++k) {
+            m[k] = mean[k] / weight;
+            mr[k] = (mean_rate[k] - m[k] * mean_rate[3]) / weight;
+        }
+        Some inverse_mean, growth;
+        invert(m, mr, inverse_mean, growth);
+        const DirectionCone<kWidth> cone(m);
+
+        Some value[kSums] = {}, rate[kSums] = {};
+        for (const Sample& f : samples) {
+            if (!cone.mayFace(f)) continue;
+            const Some px = f[kX] - x[0], py = f[kY] - x[1], pz = f[kZ] - x[2];
+            const Some vx = f[kVx] - v[0], vy = f[kVy] - v[1], vz = f[kVz] - v[2];
+            const float dx = f[kDx], dy = f[kDy], dz = f[kDz], ex = f[kEx], ey = f[kEy], ez = f[kEz];
+            const Some square = px * px + py * py + pz * pz + f[kQ], approach = px * vx + py * vy + pz * vz + f[kS];
+            Some t = one - square * inverse_square_width;
+            t = t > 0 ? t : zero;
+            Some facing = dx * m[0] + dy * m[1] + dz * m[2];
+            facing = facing > 0 ? facing : zero;
+            const Some turning = dx * mr[0] + dy * mr[1] + dz * mr[2] + ex * m[0] + ey * m[1] + ez * m[2];
+            const Some height = px * m[0] + py * m[1] + pz * m[2];
+            const Some rising = vx * m[0] + vy * m[1] + vz * m[2] + px * mr[0] + py * mr[1] + pz * mr[2];
+            const Some distance = one / (square + 1.0F);
+            const Some steepness = height * distance * (inverse_mean / kSteepest);
+            Some level = one - height * steepness;
+            level = level > 0 ? level : zero;
+            const Some levelling = steepness * (height * (growth + (approach + approach) * distance) - rising - rising);
+            // k = w · facing² · level² · t² · inverse_mean
+            const Some root = facing * level * t, gate = root * root * inverse_mean, k = f[kW] * gate;
+            const Some pull =
+                root * ((turning * level + facing * levelling) * t * 2.0F - facing * level * approach * narrow) *
+                    inverse_mean -
+                gate * growth;
+            const Some kr = f[kU] * gate + f[kW] * pull;
+            const Some along = px * dx + py * dy + pz * dz + f[kB];
+            value[kWeight] += k;
+            rate[kWeight] += kr;
+            value[kOffset] += k * px;
+            value[kOffset + 1] += k * py;
+            value[kOffset + 2] += k * pz;
+            rate[kOffset] += kr * px + k * vx;
+            rate[kOffset + 1] += kr * py + k * vy;
+            rate[kOffset + 2] += kr * pz + k * vz;
+            value[kDirection] += k * dx;
+            value[kDirection + 1] += k * dy;
+            value[kDirection + 2] += k * dz;
+            rate[kDirection] += kr * dx + k * ex;
+            rate[kDirection + 1] += kr * dy + k * ey;
+            rate[kDirection + 2] += kr * dz + k * ez;
+            value[kAlong] += k * along;
+            rate[kAlong] += kr * along + k * (vx * dx + vy * dy + vz * dz + px * ex + py * ey + pz * ez + f[kC]);
+            value[kSquare] += k * square;
+            rate[kSquare] += kr * square + k * (approach + approach);
+        }
+        setLanes<kWidth>(sums.value, first, value);
+        setLanes<kWidth>(sums.rate, first, rate);
+        setLanes<kWidth>(sums.mean, first, m);
+        setLanes<kWidth>(sums.mean_rate, first, mr);
+    }
+};
 
 // How near the other side of the liquid is: Σ w (m·d)₋² (m·y)₋² / (|y|² + s)³ over samples that lie behind and face
-// away, m of unit length; sums has been filled at the same point.
-BETAMESH_EVERY_CPU
-void sumOpposite(const Block* blocks, std::size_t n, float inverse_square_width, const float* x, const float* v,
-                 const Sums& sums, double& value_out, double& rate_out) {
-    const Lanes zero{}, one = zero + 1.0F;
-    const float *m = sums.mean, *mr = sums.mean_rate;
-    const float inverse_mean = sums.inverse_mean, growth = sums.growth, soft = kSoft;
-    Lanes both[2] = {};
-    for (std::size_t i = 0; i < n; ++i) {
-        const auto& f = blocks[i].field;
-        const Lanes px = f[kX] - x[0], py = f[kY] - x[1], pz = f[kZ] - x[2];
-        const Lanes vx = f[kVx] - v[0], vy = f[kVy] - v[1], vz = f[kVz] - v[2];
-        const Lanes dx = f[kDx], dy = f[kDy], dz = f[kDz], ex = f[kEx], ey = f[kEy], ez = f[kEz];
-        const Lanes square = px * px + py * py + pz * pz + f[kQ], approach = px * vx + py * vy + pz * vz + f[kS];
-        Lanes t = one - square * inverse_square_width;
-        t = t > 0 ? t : zero;
-        Lanes facing = dx * m[0] + dy * m[1] + dz * m[2];
-        facing = facing < 0 ? facing : zero;
-        Lanes height = px * m[0] + py * m[1] + pz * m[2];
-        height = height < 0 ? height : zero;
-        const Lanes turning = dx * mr[0] + dy * mr[1] + dz * mr[2] + ex * m[0] + ey * m[1] + ez * m[2];
-        const Lanes rising = vx * m[0] + vy * m[1] + vz * m[2] + px * mr[0] + py * mr[1] + pz * mr[2];
-        const Lanes distance = one / (square + soft), cube = distance * distance * distance;
-        const Lanes root = facing * height * t * inverse_mean, term = root * root * cube;
-        both[0] += f[kW] * term;
-        both[1] += f[kU] * term + f[kW] * (root * cube * inverse_mean * 2.0F *
-                                               ((turning * height + facing * rising) * t -
-                                                facing * height * approach * (2 * inverse_square_width)) -
-                                           term * (2 * growth + approach * distance * 6.0F));
+// away, m of unit length; sums has been filled at the same points.
+struct SumOpposite {
+    std::span<const Sample> samples;
+    float inverse_square_width;
+    const Lanes (&point)[3], (&velocity)[3];
+    const Sums& sums;
+    Lanes (&opposite)[2];  // and its rate
+
+    template <std::size_t kWidth>
+    __attribute__((always_inline)) void operator()(std::size_t first) const {
+        using Some = Floats<kWidth>;
+        Some x[3], v[3], m[3], mr[3], inverse_mean, growth;
+        getLanes<kWidth>(point, first, x);
+        getLanes<kWidth>(velocity, first, v);
+        getLanes<kWidth>(sums.mean, first, m);
+        getLanes<kWidth>(sums.mean_rate, first, mr);
+        invert(m, mr, inverse_mean, growth);
+        const Some zero{}, one = zero + 1.0F;
+        const float soft = kSoft;
+        Some sum[2] = {};
+        for (const Sample& f : samples) {
+            const Some px = f[kX] - x[0], py = f[kY] - x[1], pz = f[kZ] - x[2];
+            const Some vx = f[kVx] - v[0], vy = f[kVy] - v[1], vz = f[kVz] - v[2];
+            const float dx = f[kDx], dy = f[kDy], dz = f[kDz], ex = f[kEx], ey = f[kEy], ez = f[kEz];
+            const Some square = px * px + py * py + pz * pz + f[kQ], approach = px * vx + py * vy + pz * vz + f[kS];
+            Some t = one - square * inverse_square_width;
+            t = t > 0 ? t : zero;
+            Some facing = dx * m[0] + dy * m[1] + dz * m[2];
+            facing = facing < 0 ? facing : zero;
+            Some height = px * m[0] + py * m[1] + pz * m[2];
+            height = height < 0 ? height : zero;
+            const Some turning = dx * mr[0] + dy * mr[1] + dz * mr[2] + ex * m[0] + ey * m[1] + ez * m[2];
+            const Some rising = vx * m[0] + vy * m[1] + vz * m[2] + px * mr[0] + py * mr[1] + pz * mr[2];
+            const Some distance = one / (square + soft), cube = distance * distance * distance;
+            const Some root = facing * height * t * inverse_mean, term = root * root * cube;
+            sum[0] += f[kW] * term;
+            sum[1] += f[kU] * term + f[kW] * (root * cube * inverse_mean * 2.0F *
+                                                  ((turning * height + facing * rising) * t -
+                                                   facing * height * approach * (2 * inverse_square_width)) -
+                                              term * (2 * growth + approach * distance * 6.0F));
+        }
+        setLanes<kWidth>(opposite, first, sum);
     }
-    double sum[2];
-    addUpLanes(both, sum);
-    value_out = sum[0];
-    rate_out = sum[1];
-}
+};
 
 // From a point onto the sphere fitted round it, and the direction of the sphere there.
 struct Fit {
@@ -188,17 +240,17 @@ Moving insetFrom(const Fit& fit, Rate opposite, double depth) {
     return outwards * fit.trust * (Rate(-depth) / squareRoot(squareRoot(1 + share * share)));
 }
 
-Fit fitSphere(const Sums& sums) {
-    const Rate weight = sums.number(kWeight);
+Fit fitSphere(const Sums& sums, std::size_t lane) {
+    const Rate weight = sums.number(kWeight, lane);
     if (!(weight.value > 0)) return {};
-    const Moving a = sums.vector(kOffset) / weight, b = sums.vector(kDirection) / weight;
-    const Rate c = sums.number(kAlong) / weight, e = sums.number(kSquare) / weight;
+    const Moving a = sums.vector(kOffset, lane) / weight, b = sums.vector(kDirection, lane) / weight;
+    const Rate c = sums.number(kAlong, lane) / weight, e = sums.number(kSquare, lane) / weight;
     const Rate variance = e - dot(a, a) + kRound;
     const Rate uq = (c - dot(a, b)) / (variance * 2);
     const Moving ul = b - a * (uq * 2);
     const Rate minus_uc = dot(ul, a) + uq * e, slope = dot(ul, ul) + 1e-6;
     const Rate root = squareRoot(slope * slope + uq * minus_uc * slope * 4);
-    const Rate squared = weight * weight, agreement = sums.squareOfMean() / kAgreement,
+    const Rate squared = weight * weight, agreement = sums.squareOfMean(lane) / kAgreement,
                cubed = agreement * agreement * agreement;
     const Rate trust = squared / (squared + kOwnWeight * kOwnWeight) * (cubed / (cubed + 1));
     return {ul * (minus_uc * 2 / (slope + root)), ul, trust, {}};
@@ -236,20 +288,23 @@ void fitAll(const std::vector<std::uint32_t>& rows, const PointAt& pointAt, cons
     forPointsAmongSamples<kFields>(
         samples.size(), [&](std::size_t i) { return samples[i].position.position; },
         [&](std::size_t i) { return fieldsOf(samples[i], params.radius); }, rows.size(),
-        [&](std::size_t i) { return pointAt(rows[i]).position; }, params.width, params.width / 2.5, params.radius,
-        [&](std::uint32_t i, const Vec3f& x, std::span<const Block> blocks) {
-            const std::uint32_t row = rows[i];
-            const Vec3f v(pointAt(row).velocity * scale);
-            Sums sums;
-            sumUp(blocks.data(), blocks.size(), inverse_square_width, &x.x, &v.x, sums);
-            Fit fit = fitSphere(sums);
-            if (params.inset > 0 && fit.trust.value > 0) {
-                Rate opposite;
-                sumOpposite(blocks.data(), blocks.size(), inverse_square_width, &x.x, &v.x, sums, opposite.value,
-                            opposite.rate);
-                fit.inset = insetFrom(fit, opposite, params.inset * scale);
+        [&](std::size_t i) { return pointAt(rows[i]).position; }, params.width, params.radius,
+        [&](const PointGroup& group, std::span<const Sample> near) {
+            Lanes v[3];
+            for (std::size_t lane = 0; lane < kLanes; ++lane) {
+                const Vec3f velocity(pointAt(rows[group.row[lane]]).velocity * scale);
+                for (int k = 0; k < 3; ++k) v[k][lane] = velocity[k];
             }
-            take(row, fit);
+            Sums sums;
+            forLanes(SumUp{near, inverse_square_width, group.place, v, sums});
+            Lanes opposite[2] = {};
+            if (params.inset > 0) forLanes(SumOpposite{near, inverse_square_width, group.place, v, sums, opposite});
+            for (std::size_t lane = 0; lane < group.size; ++lane) {
+                Fit fit = fitSphere(sums, lane);
+                if (params.inset > 0 && fit.trust.value > 0)
+                    fit.inset = insetFrom(fit, {opposite[0][lane], opposite[1][lane]}, params.inset * scale);
+                take(rows[group.row[lane]], fit);
+            }
         });
 }
 

@@ -3,7 +3,7 @@
 #include "core/cell_order.h"
 #include "core/parallel.h"
 #include "core/rigid_motion.h"
-#include "core/sample_blocks.h"
+#include "core/sample_groups.h"
 
 #include <algorithm>
 #include <span>
@@ -150,28 +150,36 @@ Spins spinsOfBalls(const BallBoundary& boundary, const std::vector<Moving>& ball
 
 namespace {
 
-// A ball as sums take it: position in radii, velocity, angular velocity times the radius, and 1.
-enum Field { kX, kY, kZ, kVx, kVy, kVz, kSx, kSy, kSz, kUsed, kFields };
-using Block = SampleBlock<kFields>;
+// A ball as sums take it: position in radii, velocity, angular velocity times the radius.
+enum Field { kX, kY, kZ, kVx, kVy, kVz, kSx, kSy, kSz, kFields };
+using Sample = SampleFields<kFields>;
 
-// Σ w (v + spin × y), y from each ball to the point, w = (1 - |y|²/4)² within two radii; then Σ w.
-BETAMESH_EVERY_CPU
-void sumMotion(const Block* blocks, std::size_t n, const Vec3f& x, double sums[4]) {
-    const Lanes zero{}, one = zero + 1.0F;
-    Lanes sum[4] = {};
-    for (std::size_t i = 0; i < n; ++i) {
-        const auto& f = blocks[i].field;
-        const Lanes px = x.x - f[kX], py = x.y - f[kY], pz = x.z - f[kZ];
-        Lanes t = one - (px * px + py * py + pz * pz) * 0.25F;
-        t = t > 0 ? t : zero;
-        const Lanes w = t * t * f[kUsed];
-        sum[0] += w * (f[kVx] + f[kSy] * pz - f[kSz] * py);
-        sum[1] += w * (f[kVy] + f[kSz] * px - f[kSx] * pz);
-        sum[2] += w * (f[kVz] + f[kSx] * py - f[kSy] * px);
-        sum[3] += w;
+// Σ w (v + spin × y), y from each ball to the points, w = (1 - |y|²/4)² within two radii; then Σ w.
+struct SumMotion {
+    std::span<const Sample> samples;
+    const Lanes (&point)[3];
+    Lanes (&sums)[4];
+
+    template <std::size_t kWidth>
+    __attribute__((always_inline)) void operator()(std::size_t first) const {
+        using Some = Floats<kWidth>;
+        Some x[3];
+        getLanes<kWidth>(point, first, x);
+        const Some zero{}, one = zero + 1.0F;
+        Some sum[4] = {};
+        for (const Sample& f : samples) {
+            const Some px = x[0] - f[kX], py = x[1] - f[kY], pz = x[2] - f[kZ];
+            Some t = one - (px * px + py * py + pz * pz) * 0.25F;
+            t = t > 0 ? t : zero;
+            const Some w = t * t;
+            sum[0] += w * (f[kVx] + f[kSy] * pz - f[kSz] * py);
+            sum[1] += w * (f[kVy] + f[kSz] * px - f[kSx] * pz);
+            sum[2] += w * (f[kVz] + f[kSx] * py - f[kSy] * px);
+            sum[3] += w;
+        }
+        setLanes<kWidth>(sums, first, sum);
     }
-    addUpLanes(sum, sums);
-}
+};
 
 }  // namespace
 
@@ -181,18 +189,21 @@ void slideWithParticles(const BallBoundary& boundary, const std::vector<Moving>&
     const std::vector<Vec3> normals = vertexNormals(mesh);
     const auto fieldsOf = [&](std::size_t b) {
         const Vec3f v(balls[b].velocity), spin(spins[b] * radius);
-        return std::array{v.x, v.y, v.z, spin.x, spin.y, spin.z, 1.0F};
+        return std::array{v.x, v.y, v.z, spin.x, spin.y, spin.z};
     };
     forPointsAmongSamples<kFields>(
         balls.size(), [&](std::size_t b) { return balls[b].position; }, fieldsOf, mesh.vertex.size(),
-        [&](std::size_t v) { return mesh.vertex[v].position; }, 2 * radius, 1.3 * radius, radius,
-        [&](std::uint32_t v, const Vec3f& x, std::span<const Block> blocks) {
-            double sums[4];
-            sumMotion(blocks.data(), blocks.size(), x, sums);
-            if (!(sums[3] > 0)) return;
-            const Vec3 liquid = Vec3(sums[0], sums[1], sums[2]) / sums[3];
-            Vec3& velocity = mesh.vertex[v].velocity;
-            velocity = liquid + normals[v] * dot(normals[v], velocity - liquid);
+        [&](std::size_t v) { return mesh.vertex[v].position; }, 2 * radius, radius,
+        [&](const PointGroup& group, std::span<const Sample> near) {
+            Lanes sums[4];
+            forLanes(SumMotion{near, group.place, sums});
+            for (std::size_t lane = 0; lane < group.size; ++lane) {
+                if (!(sums[3][lane] > 0)) continue;
+                const std::uint32_t v = group.row[lane];
+                const Vec3 liquid = Vec3(sums[0][lane], sums[1][lane], sums[2][lane]) / sums[3][lane];
+                Vec3& velocity = mesh.vertex[v].velocity;
+                velocity = liquid + normals[v] * dot(normals[v], velocity - liquid);
+            }
         });
 }
 

@@ -3,7 +3,7 @@
 #include "core/cell_order.h"
 
 #include "core/random.h"
-#include "core/sample_blocks.h"
+#include "core/sample_groups.h"
 
 #include <gtest/gtest.h>
 
@@ -90,10 +90,10 @@ TEST(CellOrder, IsTheSameForAnyThreadCount) {
     for (const int threads : {2, 3, 8}) EXPECT_EQ(orderOn(threads), on_one);
 }
 
-TEST(SampleBlocks, HoldWhateverIsWithinReachAndZeroesElse) {
+TEST(SampleGroups, HaveEveryPointOnceAndWhateverIsWithinItsReach) {
     const std::vector<Vec3> samples = awkwardPoints(3000);
     Random random(3);
-    std::vector<Vec3> points(200);
+    std::vector<Vec3> points(2000);
     for (Vec3& p : points) p = random.cube() * 9;
     constexpr double kReach = 1.1, kUnit = 0.5;
     constexpr std::size_t kFields = 9;
@@ -105,28 +105,85 @@ TEST(SampleBlocks, HoldWhateverIsWithinReachAndZeroesElse) {
     };
     forPointsAmongSamples<kFields>(
         samples.size(), [&](std::size_t i) { return samples[i]; }, fieldsOf, points.size(),
-        [&](std::size_t i) { return points[i]; }, kReach, 0.6, kUnit,
-        [&](std::uint32_t row, const Vec3f& x, std::span<const SampleBlock<kFields>> blocks) {
-            ++visits[row];
-            std::vector<bool> seen(samples.size(), false);
-            for (const auto& block : blocks)
-                for (std::size_t lane = 0; lane < kLanes; ++lane) {
-                    if (block.field[3][lane] == 0) {
-                        for (const Lanes& field : block.field) EXPECT_EQ(field[lane], 0);
-                        continue;
-                    }
-                    const auto i = static_cast<std::size_t>(block.field[3][lane]) / 10;
-                    EXPECT_FALSE(seen[i]);
+        [&](std::size_t i) { return points[i]; }, kReach, kUnit,
+        [&](const PointGroup& group, std::span<const SampleFields<kFields>> near) {
+            ASSERT_GE(group.size, 1U);
+            for (std::size_t lane = 0; lane < kLanes; ++lane) {
+                const std::uint32_t row = group.row[lane];
+                if (lane < group.size)
+                    ++visits[row];
+                else
+                    EXPECT_EQ(row, group.row[0]);
+                const Vec3f x(group.place[0][lane], group.place[1][lane], group.place[2][lane]);
+                std::vector<bool> seen(samples.size(), false);
+                for (const SampleFields<kFields>& sample : near) {
+                    const auto i = static_cast<std::size_t>(sample[3]) / 10;
+                    ASSERT_FALSE(seen[i]);
                     seen[i] = true;
                     const auto fields = fieldsOf(i);
-                    for (std::size_t k = 0; k < fields.size(); ++k) EXPECT_EQ(block.field[3 + k][lane], fields[k]);
-                    const Vec3 apart(Vec3f(block.field[0][lane], block.field[1][lane], block.field[2][lane]) - x);
-                    EXPECT_LT((apart * kUnit - (samples[i] - points[row])).length(), 1e-5);
+                    ASSERT_TRUE(std::equal(fields.begin(), fields.end(), sample.begin() + 3));
+                    const Vec3 apart(Vec3f(sample[0], sample[1], sample[2]) - x);
+                    ASSERT_LT((apart * kUnit - (samples[i] - points[row])).length(), 1e-5);
                 }
-            for (std::size_t i = 0; i < samples.size(); ++i)
-                EXPECT_TRUE(seen[i] || (samples[i] - points[row]).length() >= kReach);
+                for (std::size_t i = 0; i < samples.size(); ++i)
+                    ASSERT_TRUE(seen[i] || (samples[i] - points[row]).length() >= kReach);
+            }
         });
     EXPECT_EQ(visits, std::vector<int>(points.size(), 1));
+}
+
+/// Σ (1 - |y|²)² over samples within one unit.
+struct SumNear {
+    std::span<const SampleFields<3>> samples;
+    const Lanes (&point)[3];
+    Lanes (&sum)[1];
+
+    template <std::size_t kWidth>
+    __attribute__((always_inline)) void operator()(std::size_t first) const {
+        Floats<kWidth> x[3], total[1] = {};
+        getLanes<kWidth>(point, first, x);
+        const Floats<kWidth> zero{};
+        for (const SampleFields<3>& f : samples) {
+            const Floats<kWidth> a = f[0] - x[0], b = f[1] - x[1], c = f[2] - x[2];
+            Floats<kWidth> t = 1.0F - (a * a + b * b + c * c);
+            t = t > 0 ? t : zero;
+            total[0] += t * t;
+        }
+        setLanes<kWidth>(sum, first, total);
+    }
+};
+
+TEST(SampleGroups, WhatBecomesOfAPointDependsOnNoOtherNorOnTheWidthOfRegisters) {
+    const std::vector<Vec3> samples = awkwardPoints(20000);
+    Random random(4);
+    std::vector<Vec3> points(3000);
+    for (Vec3& p : points) p = random.cube() * 8;
+    const auto sumsAt = [&](std::size_t stride, const auto& forAllLanes) {
+        std::vector<float> sums((points.size() + stride - 1) / stride);
+        forPointsAmongSamples<3>(
+            samples.size(), [&](std::size_t i) { return samples[i]; },
+            [](std::size_t) { return std::array<float, 0>(); }, sums.size(),
+            [&](std::size_t i) { return points[i * stride]; }, 0.9, 0.9,
+            [&](const PointGroup& group, std::span<const SampleFields<3>> near) {
+                Lanes sum[1];
+                forAllLanes(SumNear{near, group.place, sum});
+                for (std::size_t lane = 0; lane < group.size; ++lane) sums[group.row[lane]] = sum[0][lane];
+            });
+        return sums;
+    };
+    const auto inOneGo = [](const SumNear& kernel) { kernel.operator()<16>(0); };
+    const auto eightAtATime = [](const SumNear& kernel) {
+        for (std::size_t first = 0; first < kLanes; first += 8) kernel.operator()<8>(first);
+    };
+    const auto asThisProcessorDoes = [](const SumNear& kernel) { forLanes(kernel); };
+    const std::vector<float> all = sumsAt(1, asThisProcessorDoes);
+    EXPECT_GT(*std::max_element(all.begin(), all.end()), 1);
+    EXPECT_EQ(sumsAt(1, inOneGo), all);
+    EXPECT_EQ(sumsAt(1, eightAtATime), all);
+    for (const std::size_t stride : {3, 100}) {
+        const std::vector<float> some = sumsAt(stride, asThisProcessorDoes);
+        for (std::size_t i = 0; i < some.size(); ++i) ASSERT_EQ(some[i], all[i * stride]) << i << ' ' << stride;
+    }
 }
 
 }  // namespace

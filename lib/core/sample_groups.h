@@ -1,0 +1,113 @@
+// Points, sixteen at a time, and the samples near them: what sums over a neighbourhood go through.
+
+#pragma once
+
+#include "core/cell_order.h"
+#include "core/simd.h"
+
+#include <array>
+#include <cstring>
+#include <memory>
+#include <span>
+#include <vector>
+
+namespace betamesh {
+
+/// A sample as sums take it; the first three fields are its position.
+template <std::size_t kFields>
+using SampleFields = std::array<float, kFields>;
+
+/// A point of many: its row and where it is.
+struct PlacedRow {
+    Vec3f place;
+    std::uint32_t row;
+};
+
+/// Points that lie together, a lane each. Lanes without a point of their own repeat the first.
+struct PointGroup {
+    std::size_t size;
+    std::uint32_t row[kLanes];
+    Lanes place[3];
+
+    explicit PointGroup(std::span<const PlacedRow> points) : size(points.size()) {
+        for (std::size_t lane = 0; lane < kLanes; ++lane) {
+            const PlacedRow& point = points[lane < size ? lane : 0];
+            row[lane] = point.row;
+            for (int k = 0; k < 3; ++k) place[k][lane] = point.place[k];
+        }
+    }
+};
+
+/// The numbers of those places that are less than sqrt(square) away from the box of points, in order, at the front of
+/// `near`, which has room for all; returns how many.
+std::size_t findNear(std::span<const PlacedRow> points, const std::array<std::vector<float>, 3>& places, float square,
+                     std::vector<std::uint32_t>& near);
+
+/// Reorders points so that the first kLanes, the next, and so on lie together.
+void groupTogether(std::span<PlacedRow> points);
+
+/// Calls visit(group, samples) on several threads, each point in one group, where the samples are at least all those
+/// within reach of it, in an order that depends on nothing but their places and rows: what becomes of a point does not
+/// depend on other points, if samples out of its reach count for nothing. Places and positions of samples count from
+/// one place near both, in units of `unit`, which keeps them exact enough as floats.
+///
+/// fieldsOf    sample's row -> its fields after the position, kFields - 3 floats
+/// cost        O(points + samples), and what visit does
+template <std::size_t kFields, typename SampleAt, typename FieldsOf, typename PointAt, typename Visit>
+void forPointsAmongSamples(std::size_t samples, const SampleAt& sampleAt, const FieldsOf& fieldsOf, std::size_t points,
+                           const PointAt& pointAt, double reach, double unit, const Visit& visit) {
+    using Fields = SampleFields<kFields>;
+    const double scale = 1 / unit;
+    const CellOrder far(samples, reach / 1.5, sampleAt), near(points, reach, pointAt);
+    const auto field = std::make_unique_for_overwrite<Fields[]>(samples);  // positions from the cell's lowest corner
+    parallelFor(far.cells(), 256, [&](std::size_t c) {
+        const auto cell = static_cast<std::uint32_t>(c);
+        for (std::uint32_t i = far.begin(cell); i < far.begin(cell + 1); ++i) {
+            const std::uint32_t row = far.rows()[i];
+            const Vec3f place((sampleAt(row) - far.lowestCorner(cell)) * scale);
+            const std::array<float, kFields - 3> given = fieldsOf(row);
+            for (std::size_t k = 0; k < 3; ++k) field[i][k] = place[static_cast<int>(k)];
+            std::copy(given.begin(), given.end(), field[i].begin() + 3);
+        }
+    });
+
+    // A hair more than the reach: what is left out is beyond it however sums round.
+    const auto square = static_cast<float>(reach * scale * reach * scale * (1 + 1e-5));
+    parallelRanges(near.cells(), 4, [&](std::size_t first, std::size_t last) {
+        std::vector<Fields> candidate, near_enough;
+        std::array<std::vector<float>, 3> place;  // of candidates
+        std::vector<std::uint32_t> number;
+        std::vector<PlacedRow> point;
+        for (auto cell = static_cast<std::uint32_t>(first); cell < last; ++cell) {
+            const Vec3 low = near.lowestCorner(cell), high = low + Vec3(near.edge()), middle = (low + high) / 2;
+            candidate.clear();
+            far.forCellsIn(low - Vec3(reach), high + Vec3(reach), [&](std::uint32_t other) {
+                const Vec3f corner((far.lowestCorner(other) - middle) * scale);
+                for (std::uint32_t i = far.begin(other); i < far.begin(other + 1); ++i) {
+                    candidate.push_back(field[i]);
+                    for (std::size_t k = 0; k < 3; ++k) candidate.back()[k] += corner[static_cast<int>(k)];
+                }
+            });
+            const std::size_t n = candidate.size();
+            for (std::size_t k = 0; k < 3; ++k) {
+                place[k].resize(n);
+                for (std::size_t i = 0; i < n; ++i) place[k][i] = candidate[i][k];
+            }
+            number.resize(n), near_enough.resize(n);
+
+            point.clear();
+            for (const std::uint32_t row : near.rowsOf(cell))
+                point.push_back({Vec3f((pointAt(row) - middle) * scale), row});
+            groupTogether(point);
+            for (std::size_t begin = 0; begin < point.size(); begin += kLanes) {
+                const std::span together = std::span(point).subspan(begin, std::min(kLanes, point.size() - begin));
+                const PointGroup group(together);
+                const std::size_t used = findNear(together, place, square, number);
+                for (std::size_t u = 0; u < used; ++u) near_enough[u] = candidate[number[u]];
+                visit(group, std::span<const Fields>(near_enough.data(), used));
+            }
+        }
+    });
+}
+
+}  // namespace betamesh
