@@ -46,25 +46,41 @@ __attribute__((always_inline)) inline void setLanes(Lanes (&lanes)[n], std::size
 
 #if defined(BETAMESH_SEVERAL_CPUS)
 template <typename Kernel>
-__attribute__((target("arch=x86-64-v4"))) void forLanesOfV4(const Kernel& kernel) {
-    kernel.template operator()<16>(0);
+__attribute__((target("arch=x86-64-v4"))) void onV4(const Kernel& kernel) {
+    kernel.template operator()<16>();
 }
 template <typename Kernel>
-__attribute__((target("arch=x86-64-v3"))) void forLanesOfV3(const Kernel& kernel) {
-    for (std::size_t first = 0; first < kLanes; first += 8) kernel.template operator()<8>(first);
+__attribute__((target("arch=x86-64-v3"))) void onV3(const Kernel& kernel) {
+    kernel.template operator()<8>();
 }
 #endif
 
-/// Calls kernel<kWidth>(first) for all lanes, as many at once as this processor has in a register. A kernel that goes
-/// through much for few lanes each time keeps all it needs in registers. It has to be inlined always.
+/// Calls kernel<kWidth>() compiled for this processor, which has that many floats in a register. All of it has to be
+/// inlined always. For kernels that need the width: those that compare lanes and keep numbers by that, which g++ takes
+/// apart where they are wider, or keep much in registers.
 template <typename Kernel>
-void forLanes(const Kernel& kernel) {
+void onThisCpu(const Kernel& kernel) {
 #if defined(BETAMESH_SEVERAL_CPUS)
     static const int level = __builtin_cpu_supports("x86-64-v4") ? 4 : __builtin_cpu_supports("x86-64-v3") ? 3 : 2;
-    if (level == 4) return forLanesOfV4(kernel);
-    if (level == 3) return forLanesOfV3(kernel);
+    if (level == 4) return onV4(kernel);
+    if (level == 3) return onV3(kernel);
 #endif
-    for (std::size_t first = 0; first < kLanes; first += 4) kernel.template operator()<4>(first);
+    kernel.template operator()<4>();
+}
+
+template <typename Kernel>
+struct AllLanes {
+    const Kernel& kernel;
+
+    template <std::size_t kWidth>
+    __attribute__((always_inline)) void operator()() const {
+        for (std::size_t first = 0; first < kLanes; first += kWidth) kernel.template operator()<kWidth>(first);
+    }
+};
+/// Calls kernel<kWidth>(first) for all lanes, kWidth of them at once, likewise.
+template <typename Kernel>
+void forLanes(const Kernel& kernel) {
+    onThisCpu(AllLanes<Kernel>{kernel});
 }
 
 }  // namespace betamesh

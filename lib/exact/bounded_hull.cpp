@@ -1,5 +1,6 @@
 #include "exact/bounded_hull.h"
 
+#include "core/simd.h"
 #include "core/union_find.h"
 #include "exact/predicates.h"
 
@@ -120,8 +121,8 @@ struct Plane {
     Vec3 origin, normal;
     double bound;  // heights are this exact
 
-    Plane(const Vec3i& a, const Vec3i& b, const Vec3i& c) : origin(toDouble(a)) {
-        const Vec3 u = toDouble(b - a), v = toDouble(c - a);
+    Plane(const Vec3& a, const Vec3& b, const Vec3& c) : origin(a) {
+        const Vec3 u = b - a, v = c - a;
         normal = cross(u, v);
         // Products of the differences, below 2^40, carry a rounding each, and so do the sums.
         const double largest_u = std::max({std::abs(u.x), std::abs(u.y), std::abs(u.z)}),
@@ -134,6 +135,87 @@ struct Plane {
         return height > bound ? above : height < -bound ? below : unsure;
     }
 };
+
+// Places of points, all at once; what fills up the last register is the origin.
+struct Places {
+    std::array<std::vector<float>, 3> rough;   // by axis; in radii
+    std::array<std::vector<double>, 3> exact;  // as many as there are
+
+    Vec3 at(std::size_t k) const { return {exact[0][k], exact[1][k], exact[2][k]}; }
+    void reset(std::size_t n) {
+        for (std::vector<float>& axis : rough) axis.assign((n + kLanes - 1) / kLanes * kLanes, 0);
+        for (std::vector<double>& axis : exact) axis.resize(n);
+    }
+    void set(std::size_t k, const Vec3& place) {
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+            exact[axis][k] = place[static_cast<int>(axis)];
+            rough[axis][k] = static_cast<float>(exact[axis][k] / kRadius);
+        }
+    }
+};
+
+// The number that goes with the largest value.
+template <std::size_t kWidth>
+__attribute__((always_inline)) inline void takeLargest(const Floats<kWidth>& value, const Floats<kWidth>& number,
+                                                       float& taken) {
+    if constexpr (kWidth == 1) {
+        taken = number[0];
+    } else {
+        constexpr std::size_t kHalf = kWidth / 2;
+        Floats<kHalf> low, high, low_number, high_number;
+        std::memcpy(&low, &value, sizeof low);
+        std::memcpy(&high, reinterpret_cast<const float*>(&value) + kHalf, sizeof high);
+        std::memcpy(&low_number, &number, sizeof low);
+        std::memcpy(&high_number, reinterpret_cast<const float*>(&number) + kHalf, sizeof high);
+        const Floats<kHalf> larger = high > low ? high : low, its_number = high > low ? high_number : low_number;
+        takeLargest<kHalf>(larger, its_number, taken);
+    }
+}
+
+// The number of the place to which a plane turns first, about the line through `origin` along which two places lie that
+// are left out, from where it faces along `normal`; away: across the line in this plane, where no places are. By
+// floats, so perhaps another that is near it.
+struct FirstTurnedTo {
+    const Places& places;
+    Vec3f origin, normal, away;
+    std::array<float, 2> left_out;
+    float& found;
+
+    template <std::size_t kWidth>
+    __attribute__((always_inline)) void operator()() const {
+        using Some = Floats<kWidth>;
+        const Some zero{}, least = zero + 1e-12F, never = zero - 1e30F;
+        Some most = never, most_at{}, at;
+        for (std::size_t lane = 0; lane < kWidth; ++lane) at[lane] = static_cast<float>(lane);
+        for (std::size_t i = 0; i < places.rough[0].size(); i += kWidth, at += static_cast<float>(kWidth)) {
+            Some x, y, z;
+            std::memcpy(&x, &places.rough[0][i], sizeof x);
+            std::memcpy(&y, &places.rough[1][i], sizeof y);
+            std::memcpy(&z, &places.rough[2][i], sizeof z);
+            x -= origin.x, y -= origin.y, z -= origin.z;
+            Some depth = zero - (x * normal.x + y * normal.y + z * normal.z);
+            depth = depth > least ? depth : least;
+            const Some from_first = at - left_out[0], from_second = at - left_out[1];
+            Some is_first = 1.0F - from_first * from_first, is_second = 1.0F - from_second * from_second;
+            is_first = is_first > 0 ? is_first : zero;
+            is_second = is_second > 0 ? is_second : zero;
+            const Some cotangent = (x * away.x + y * away.y + z * away.z) / depth + (is_first + is_second) * never;
+            most_at = cotangent > most ? at : most_at;
+            most = cotangent > most ? cotangent : most;
+        }
+        takeLargest<kWidth>(most, most_at, found);
+    }
+};
+
+// How many places are not surely below a plane.
+BETAMESH_EVERY_CPU
+std::int64_t countNotBelow(const double* x, const double* y, const double* z, std::size_t n, const Plane& plane) {
+    const double ox = plane.origin.x, oy = plane.origin.y, oz = plane.origin.z;
+    const double nx = plane.normal.x, ny = plane.normal.y, nz = plane.normal.z, below = -plane.bound;
+    std::int64_t count = 0;
+    for (std::size_t i = 0; i < n; ++i) count += (x[i] - ox) * nx + (y[i] - oy) * ny + (z[i] - oz) * nz < below ? 0 : 1;
+    return count;
+}
 
 }  // namespace
 
@@ -294,7 +376,7 @@ private:
         const std::size_t in_loops = loops_->circles.size();
         for (const Triangle& t : loops_->likely_facet) {
             const Triangle at{location_of_[t[0]], location_of_[t[1]], location_of_[t[2]]};
-            const Plane plane(location_[at[0]], location_[at[1]], location_[at[2]]);
+            const Plane plane = planeThrough(at[0], at[1], at[2]);
             const auto isBelow = [&](std::size_t p) {
                 return plane.sideOf(toDouble(loops_->point[p])) == Plane::below;
             };
@@ -317,8 +399,16 @@ private:
         for (const std::uint32_t side : open_) closed_[tailOf(side)] = closed_[headOf(side)] = 0;
         for (std::uint32_t p = 0; p < location_.size(); ++p)
             if (!closed_[p]) candidates_.push_back(p);
-        candidate_place_.clear();
-        for (const std::uint32_t p : candidates_) candidate_place_.push_back(toDouble(location_[p]));
+        candidate_at_.resize(location_.size());
+        candidate_place_.reset(candidates_.size());
+        for (std::uint32_t k = 0; k < candidates_.size(); ++k) {
+            candidate_at_[candidates_[k]] = k;
+            candidate_place_.set(k, toDouble(location_[candidates_[k]]));
+        }
+    }
+
+    Plane planeThrough(std::uint32_t a, std::uint32_t b, std::uint32_t c) const {
+        return {toDouble(location_[a]), toDouble(location_[b]), toDouble(location_[c])};
     }
 
     // The location that sees all others below the plane through the edge a -> b and itself.
@@ -330,18 +420,40 @@ private:
         while (k < candidates_.size() && !allowed(candidates_[k])) ++k;
         if (k == candidates_.size()) return kNone;
         std::uint32_t best = candidates_[k];
-        Plane plane(location_[a], location_[b], location_[best]);
+        Plane plane = planeThrough(a, b, best);
         for (++k; k < candidates_.size(); ++k) {
-            const Plane::Side side = plane.sideOf(candidate_place_[k]);
+            const Plane::Side side = plane.sideOf(candidate_place_.at(k));
             if (side == Plane::below) continue;
             const std::uint32_t p = candidates_[k];
             if (!allowed(p)) continue;
             if (side == Plane::unsure && liftedOrient(location_[a], location_[b], location_[best], location_[p]) <= 0)
                 continue;
             best = p;
-            plane = Plane(location_[a], location_[b], location_[best]);
+            plane = planeThrough(a, b, best);
         }
         return best;
+    }
+    // The same beyond a facet's side, from its head a to its tail b, where floats find it and all others are surely
+    // below; else kNone.
+    std::uint32_t wrapQuickly(std::uint32_t side) const {
+        const std::uint32_t a = headOf(side), b = tailOf(side);
+        const auto& [u, v, w] = facets_[side / 3].location;
+        const Plane facet = planeThrough(u, v, w);
+        const Vec3 origin = toDouble(location_[a]), edge = toDouble(location_[b]) - origin;
+        const Vec3 normal = facet.normal / (kRadius * kRadius);
+        float found = 0;
+        onThisCpu(FirstTurnedTo{candidate_place_,
+                                Vec3f(origin / kRadius),
+                                Vec3f(normal),
+                                Vec3f(cross(normal, edge / kRadius)),
+                                {static_cast<float>(candidate_at_[a]), static_cast<float>(candidate_at_[b])},
+                                found});
+        const auto best = static_cast<std::size_t>(found);
+        if (best >= candidates_.size()) return kNone;
+        const Plane plane(origin, origin + edge, candidate_place_.at(best));
+        constexpr std::int64_t kOnIt = 3;  // a, b and this one
+        const auto& [x, y, z] = candidate_place_.exact;
+        return countNotBelow(x.data(), y.data(), z.data(), x.size(), plane) == kOnIt ? candidates_[best] : kNone;
     }
 
     std::uint32_t tailOf(std::uint32_t side) const { return facets_[side / 3].location[side % 3]; }
@@ -366,7 +478,13 @@ private:
         return true;
     }
     bool wrapAt(std::uint32_t from, std::uint32_t to, std::uint32_t circle) {
-        const std::uint32_t apex = wrap(from, to, circle);
+        return closeWith(from, to, wrap(from, to, circle));
+    }
+    bool wrapBeyond(std::uint32_t side) {
+        const std::uint32_t from = headOf(side), to = tailOf(side), apex = wrapQuickly(side);
+        return closeWith(from, to, apex != kNone ? apex : wrap(from, to, kNone));
+    }
+    bool closeWith(std::uint32_t from, std::uint32_t to, std::uint32_t apex) {
         if (apex == kNone || !addFacet(from, to, apex) || facets_.size() > 2 * location_.size() + 4) return false;
         for (const std::size_t m : {1, 2})
             if (facets_.back().twin[m] == kNone && facets_.back().pass[m] == kNone)
@@ -377,7 +495,7 @@ private:
         while (!open_.empty()) {
             const std::uint32_t side = open_.back();
             open_.pop_back();
-            if (facets_[side / 3].twin[side % 3] == kNone && !wrapAt(headOf(side), tailOf(side), kNone)) return false;
+            if (facets_[side / 3].twin[side % 3] == kNone && !wrapBeyond(side)) return false;
         }
         return true;
     }
@@ -535,8 +653,8 @@ private:
     std::vector<Pass> passes_;
     EdgeMap edges_;
     std::vector<std::uint8_t> closed_, done_;
-    std::vector<std::uint32_t> candidates_, rim_;
-    std::vector<Vec3> candidate_place_;  // where these are
+    std::vector<std::uint32_t> candidates_, candidate_at_, rim_;  // locations; of each of these, where it is among them
+    Places candidate_place_;
     std::vector<std::uint32_t*> fan_;
     std::vector<std::uint32_t> open_;  // sides without a twin, which need one
     std::vector<Facet> facets_;
