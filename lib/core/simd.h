@@ -44,6 +44,33 @@ __attribute__((always_inline)) inline void setLanes(Lanes (&lanes)[n], std::size
         std::memcpy(reinterpret_cast<float*>(&lanes[i]) + first, &part[i], sizeof part[i]);
 }
 
+/// 0, 1, 2 …
+template <std::size_t kWidth>
+__attribute__((always_inline)) inline void setNumbers(Floats<kWidth>& numbers) {
+    for (std::size_t lane = 0; lane < kWidth; ++lane) numbers[lane] = static_cast<float>(lane);
+}
+
+/// The largest of these.
+template <std::size_t kWidth>
+__attribute__((always_inline)) inline void takeLargest(const Floats<kWidth>& values, float& largest) {
+    if constexpr (kWidth == 1) {
+        largest = values[0];
+    } else {
+        Floats<kWidth / 2> low, high;
+        std::memcpy(&low, &values, sizeof low);
+        std::memcpy(&high, reinterpret_cast<const float*>(&values) + kWidth / 2, sizeof high);
+        takeLargest<kWidth / 2>(high > low ? high : low, largest);
+    }
+}
+/// The smallest number, of those of lanes with this value.
+template <std::size_t kWidth>
+__attribute__((always_inline)) inline void takeFirst(const Floats<kWidth>& values, float value,
+                                                     const Floats<kWidth>& numbers, float& first) {
+    const Floats<kWidth> never = Floats<kWidth>{} - 1e30F, minus = 0 - numbers;
+    takeLargest<kWidth>(values < value ? never : minus, first);
+    first = -first;
+}
+
 #if defined(BETAMESH_SEVERAL_CPUS)
 template <typename Kernel>
 __attribute__((target("arch=x86-64-v4"))) void onV4(const Kernel& kernel) {

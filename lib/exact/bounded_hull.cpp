@@ -154,10 +154,10 @@ struct Places {
     }
 };
 
-// The number that goes with the largest value.
+// The number that goes with the largest value, with any of these.
 template <std::size_t kWidth>
-__attribute__((always_inline)) inline void takeLargest(const Floats<kWidth>& value, const Floats<kWidth>& number,
-                                                       float& taken) {
+__attribute__((always_inline)) inline void takeNumberOfLargest(const Floats<kWidth>& value,
+                                                               const Floats<kWidth>& number, float& taken) {
     if constexpr (kWidth == 1) {
         taken = number[0];
     } else {
@@ -167,8 +167,7 @@ __attribute__((always_inline)) inline void takeLargest(const Floats<kWidth>& val
         std::memcpy(&high, reinterpret_cast<const float*>(&value) + kHalf, sizeof high);
         std::memcpy(&low_number, &number, sizeof low);
         std::memcpy(&high_number, reinterpret_cast<const float*>(&number) + kHalf, sizeof high);
-        const Floats<kHalf> larger = high > low ? high : low, its_number = high > low ? high_number : low_number;
-        takeLargest<kHalf>(larger, its_number, taken);
+        takeNumberOfLargest<kHalf>(high > low ? high : low, high > low ? high_number : low_number, taken);
     }
 }
 
@@ -186,7 +185,7 @@ struct FirstTurnedTo {
         using Some = Floats<kWidth>;
         const Some zero{}, least = zero + 1e-12F, never = zero - 1e30F;
         Some most = never, most_at{}, at;
-        for (std::size_t lane = 0; lane < kWidth; ++lane) at[lane] = static_cast<float>(lane);
+        setNumbers<kWidth>(at);
         for (std::size_t i = 0; i < places.rough[0].size(); i += kWidth, at += static_cast<float>(kWidth)) {
             Some x, y, z;
             std::memcpy(&x, &places.rough[0][i], sizeof x);
@@ -203,7 +202,7 @@ struct FirstTurnedTo {
             most_at = cotangent > most ? at : most_at;
             most = cotangent > most ? cotangent : most;
         }
-        takeLargest<kWidth>(most, most_at, found);
+        takeNumberOfLargest<kWidth>(most, most_at, found);
     }
 };
 

@@ -1,5 +1,7 @@
 #include "exact/exposed_region.h"
 
+#include "core/simd.h"
+
 #include <algorithm>
 #include <cmath>
 
@@ -11,43 +13,45 @@ constexpr double kSlack = 1e-5;  // radii: far above the rounding of anything he
 constexpr float kOutOfReach = 1e30F;
 constexpr std::uint32_t kNone = ~std::uint32_t{0};
 
-using Order = std::int32_t __attribute__((vector_size(kLanes * sizeof(std::int32_t))));
+// Offsets become unit normals, squares of their lengths distances of planes half way.
+BETAMESH_EVERY_CPU
+void normalise(std::size_t n, float half, float* x, float* y, float* z, float* squared) {
+#pragma GCC ivdep
+    for (std::size_t i = 0; i < n; ++i) {
+        const float length = std::sqrt(squared[i]), inverse = 1 / length;
+        x[i] *= inverse;
+        y[i] *= inverse;
+        z[i] *= inverse;
+        squared[i] = length * half;
+    }
+}
 
-// Of the planes in each lane, how far a point lies beyond the one that it lies farthest beyond, and its block.
-struct alignas(kLanes * sizeof(float)) Farthest {
-    Lanes beyond;
-    Order block;
+// The plane that a place lies farthest beyond, the first of these, and how far.
+template <typename Planes>
+struct FarthestBeyond {
+    const Planes& planes;
+    Vec3f place;
+    float &beyond, &plane;
 
-    // The first plane beyond which it lies that far.
-    std::uint32_t planeAt(float distance) const {
-        std::uint32_t first = kNone;
-        for (std::uint32_t l = 0; l < kLanes; ++l)
-            if (beyond[l] == distance)
-                first = std::min(first, static_cast<std::uint32_t>(block[l]) * static_cast<std::uint32_t>(kLanes) + l);
-        return first;
+    template <std::size_t kWidth>
+    __attribute__((always_inline)) void operator()() const {
+        using Some = Floats<kWidth>;
+        Some most = Some{} - kOutOfReach, most_at{}, at;
+        setNumbers<kWidth>(at);
+        for (std::size_t i = 0; i < planes.x.size(); i += kWidth, at += static_cast<float>(kWidth)) {
+            Some x, y, z, distance;
+            std::memcpy(&x, &planes.x[i], sizeof x);
+            std::memcpy(&y, &planes.y[i], sizeof y);
+            std::memcpy(&z, &planes.z[i], sizeof z);
+            std::memcpy(&distance, &planes.distance[i], sizeof distance);
+            const Some far = x * place.x + y * place.y + z * place.z - distance;
+            most_at = far > most ? at : most_at;
+            most = far > most ? far : most;
+        }
+        takeLargest<kWidth>(most, beyond);
+        if (beyond > -static_cast<float>(kSlack)) takeFirst<kWidth>(most, beyond, most_at, plane);
     }
 };
-
-// The largest of these distances.
-template <typename Planes>
-BETAMESH_EVERY_CPU float farthestBeyond(const Planes* planes, std::size_t blocks, float x, float y, float z,
-                                        Farthest& farthest) {
-    Lanes most = Lanes{} - kOutOfReach;
-    Order block{};
-    for (std::size_t i = 0; i < blocks; ++i) {
-        const Lanes beyond = planes[i].x * x + planes[i].y * y + planes[i].z * z - planes[i].distance;
-        const Order more = beyond > most;
-        most = more ? beyond : most;
-        block = more ? Order{} + static_cast<std::int32_t>(i) : block;
-    }
-    farthest.beyond = most;
-    farthest.block = block;
-    const Lanes halves = __builtin_shufflevector(most, most, 8, 9, 10, 11, 12, 13, 14, 15, 0, 1, 2, 3, 4, 5, 6, 7);
-    most = halves > most ? halves : most;
-    const Lanes quarters = __builtin_shufflevector(most, most, 4, 5, 6, 7, 0, 1, 2, 3, 12, 13, 14, 15, 8, 9, 10, 11);
-    most = quarters > most ? quarters : most;
-    return std::max(std::max(most[0], most[1]), std::max(most[2], most[3]));
-}
 
 // Where the way from a place inside the ball to one that is not leaves it, in radii.
 Vec3 leavesBallAt(const Vec3& inner, const Vec3& outer) {
@@ -59,23 +63,20 @@ Vec3 leavesBallAt(const Vec3& inner, const Vec3& outer) {
 }  // namespace
 
 void ExposedRegion::setPlanes(const std::vector<Neighbour>& neighbours) {
-    const std::size_t n = neighbours.size();
-    planes_.resize((n + kLanes - 1) / kLanes);
-    const auto half = static_cast<float>(0.5 / radius_);
-    for (std::size_t i = 0; i < planes_.size(); ++i) {
-        Planes& planes = planes_[i];
-        Lanes length = Lanes{} + kOutOfReach;
-        planes.x = planes.y = planes.z = Lanes{};
-        for (std::size_t l = 0; l < std::min(kLanes, n - i * kLanes); ++l) {
-            const Neighbour& neighbour = neighbours[i * kLanes + l];
-            planes.x[l] = static_cast<float>(neighbour.offset.x);
-            planes.y[l] = static_cast<float>(neighbour.offset.y);
-            planes.z[l] = static_cast<float>(neighbour.offset.z);
-            length[l] = std::sqrt(static_cast<float>(neighbour.squared));
-        }
-        const Lanes inverse = 1 / length;
-        planes.x *= inverse, planes.y *= inverse, planes.z *= inverse;
-        planes.distance = length * half;
+    const std::size_t n = neighbours.size(), whole = (n + kLanes - 1) / kLanes * kLanes;
+    auto& [x, y, z, distance] = planes_;
+    for (std::vector<float>* axis : {&x, &y, &z, &distance}) axis->resize(whole);
+    for (std::size_t i = 0; i < n; ++i) {
+        const Neighbour& neighbour = neighbours[i];
+        x[i] = static_cast<float>(neighbour.offset.x);
+        y[i] = static_cast<float>(neighbour.offset.y);
+        z[i] = static_cast<float>(neighbour.offset.z);
+        distance[i] = static_cast<float>(neighbour.squared);
+    }
+    normalise(n, static_cast<float>(0.5 / radius_), x.data(), y.data(), z.data(), distance.data());
+    for (std::size_t i = n; i < whole; ++i) {
+        x[i] = y[i] = z[i] = 0;
+        distance[i] = kOutOfReach;
     }
 }
 
@@ -173,11 +174,11 @@ bool ExposedRegion::clip(std::uint32_t neighbour) {
 // Takes the neighbour nearest to a place into account, if it may be nearer than this ball; true where none may.
 bool ExposedRegion::settle(const Vec3& place) {
     const Vec3f at(place);
-    Farthest farthest;
-    const float beyond = farthestBeyond(planes_.data(), planes_.size(), at.x, at.y, at.z, farthest);
+    float beyond, plane;
+    onThisCpu(FarthestBeyond<Planes>{planes_, at, beyond, plane});
     if (!(beyond > -static_cast<float>(kSlack))) return true;
-    const std::uint32_t n = farthest.planeAt(beyond);
-    planes_[n / kLanes].distance[n % kLanes] = kOutOfReach;
+    const auto n = static_cast<std::uint32_t>(plane);
+    planes_.distance[n] = kOutOfReach;
     bounds_[n] = !clip(n);
     return false;
 }

@@ -2,7 +2,6 @@
 
 #pragma once
 
-#include "core/simd.h"
 #include "exact/snapped_particles.h"
 
 #include <array>
@@ -38,8 +37,8 @@ public:
 private:
     static constexpr std::size_t kMostWalls = 64, kMostCorners = 2 * kMostWalls;
     // Planes half way to neighbours, in radii; those that are used already are out of reach.
-    struct alignas(kLanes * sizeof(float)) Planes {
-        Lanes x, y, z, distance;
+    struct Planes {
+        std::vector<float> x, y, z, distance;  // filled up to whole registers
     };
     struct Wall {
         Vec3 normal;
@@ -66,7 +65,7 @@ private:
 
     double radius_;
     const std::vector<Neighbour>* all_ = nullptr;
-    std::vector<Planes> planes_;
+    Planes planes_;
     std::array<Wall, kMostWalls> wall_;
     std::vector<Corner> corner_;
     std::array<std::array<std::uint16_t, kMostWalls>, kMostWalls> corner_at_;  // by two of its walls, in order

@@ -5,6 +5,7 @@
 #include "exact/bounded_hull.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <numbers>
 #include <optional>
@@ -217,20 +218,30 @@ std::optional<Triangle> facetBeneath(const Vec3& p, std::span<const std::uint32_
                                      const std::vector<Vec3i>& point) {
     std::array<Vec3, kLongestRing> at;
     std::array<std::array<double, kLongestRing>, kLongestRing> across;  // p · (i × j)
+    std::array<std::uint32_t, kLongestRing> on_left{}, on_right{};      // of i: the j where that is >= 0, <= 0
     for (std::size_t i = 0; i < ring.size(); ++i) {
         at[i] = toDouble(point[ring[i]]);
         for (std::size_t j = 0; j < i; ++j) {
-            across[j][i] = dot(p, cross(at[j], at[i]));
-            across[i][j] = -across[j][i];
+            const double sine = dot(p, cross(at[j], at[i]));
+            across[j][i] = sine;
+            across[i][j] = -sine;
+            on_left[j] |= std::uint32_t{sine >= 0} << i;
+            on_left[i] |= std::uint32_t{sine <= 0} << j;
+            on_right[j] |= std::uint32_t{sine <= 0} << i;
+            on_right[i] |= std::uint32_t{sine >= 0} << j;
         }
     }
     std::optional<Triangle> highest;
     double least = 1;  // height of p over it, as a share of its distance from the origin
     for (std::size_t i = 0; i < ring.size(); ++i)
-        for (std::size_t j = i + 1; j < ring.size(); ++j)
-            for (std::size_t k = j + 1; k < ring.size(); ++k) {
+        for (std::size_t j = i + 1; j < ring.size(); ++j) {
+            std::uint32_t third = 0;  // those k with which i and j surround p, one way or the other
+            if (across[i][j] >= 0) third |= on_left[j] & on_right[i];
+            if (across[i][j] <= 0) third |= on_right[j] & on_left[i];
+            for (third = third >> j >> 1 << j << 1; third != 0; third &= third - 1) {
+                const auto k = static_cast<std::size_t>(std::countr_zero(third));
                 const double u = across[j][k], v = across[k][i], w = across[i][j], sum = u + v + w;
-                if (sum == 0 || u * sum < 0 || v * sum < 0 || w * sum < 0) continue;
+                if (sum == 0) continue;
                 const double whole = dot(at[i], cross(at[j], at[k]));
                 if (!(whole * sum > 0)) continue;
                 const double height = 1 - whole / sum;
@@ -238,6 +249,7 @@ std::optional<Triangle> facetBeneath(const Vec3& p, std::span<const std::uint32_
                 highest = Triangle{ring[i], ring[j], ring[k]};
                 least = height;
             }
+        }
     return highest;
 }
 

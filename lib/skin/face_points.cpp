@@ -20,14 +20,20 @@ constexpr double kNearlyTouching = 0.1;  // between spheres, radii
 constexpr double kOnePoint = 1e-3;       // between directions, and from rims, for a contact to be a point of its own
 constexpr double kNegligible = 1e-6;     // sine of the half-angle of a cap that hides nothing
 
-// Numbers in blocks of as many as the widest registers hold.
-using Places = std::int32_t __attribute__((vector_size(kLanes * sizeof(std::int32_t))));
-struct alignas(kLanes * sizeof(float)) Directions {
-    Lanes x, y, z;
-};
-struct alignas(kLanes * sizeof(float)) Nearest {
-    Lanes clearance;
-    Places cap;
+// Some, filled up to whole registers.
+struct Directions {
+    std::vector<float> x, y, z;
+
+    explicit Directions(const std::vector<Vec3>& directions) {
+        const std::size_t whole = (directions.size() + kLanes - 1) / kLanes * kLanes;
+        for (std::vector<float>* axis : {&x, &y, &z}) axis->assign(whole, 0);
+        for (std::size_t d = 0; d < directions.size(); ++d) {
+            x[d] = static_cast<float>(directions[d].x);
+            y[d] = static_cast<float>(directions[d].y);
+            z[d] = static_cast<float>(directions[d].z);
+        }
+    }
+    std::size_t size() const { return x.size(); }
 };
 
 // What other balls hide of a sphere, each a cap of it: clearance is (cosine - direction · axis) · scale.
@@ -76,25 +82,31 @@ void Caps::of(const std::vector<Neighbour>& neighbours, double radius) {
     makeCaps(*this, radius);
 }
 
-// The least clearance of every direction, and whose cap it is from.
-BETAMESH_EVERY_CPU
-void findNearest(const Directions* directions, std::size_t blocks, const Caps& caps, Nearest* nearest) {
-    const float *const x = caps.x.data(), *const y = caps.y.data(), *const z = caps.z.data(),
-                       *const cosine = caps.cosine.data(), *const scale = caps.scale.data();
-    for (std::size_t i = 0; i < blocks; ++i) {
-        const Directions d = directions[i];
-        Lanes least = Lanes{} + static_cast<float>(kFullClearance);
-        Places whose = Places{} - 1;
-        for (std::size_t k = 0; k < caps.size(); ++k) {
-            const Lanes clearance = (cosine[k] - d.x * x[k] - d.y * y[k] - d.z * z[k]) * scale[k];
-            const Places nearer = clearance < least;
-            least = nearer ? clearance : least;
-            whose = nearer ? Places{} + static_cast<std::int32_t>(k) : whose;
+// The least clearance of every direction, and whose cap it is from; -1 without any.
+struct FindNearest {
+    const Directions& directions;
+    const Caps& caps;
+    std::vector<float>&clearance, &cap;
+
+    template <std::size_t kWidth>
+    __attribute__((always_inline)) void operator()() const {
+        using Some = Floats<kWidth>;
+        for (std::size_t i = 0; i < directions.size(); i += kWidth) {
+            Some dx, dy, dz;
+            std::memcpy(&dx, &directions.x[i], sizeof dx);
+            std::memcpy(&dy, &directions.y[i], sizeof dy);
+            std::memcpy(&dz, &directions.z[i], sizeof dz);
+            Some least = Some{} + static_cast<float>(kFullClearance), whose = Some{} - 1, number{};
+            for (std::size_t k = 0; k < caps.size(); ++k, number += 1) {
+                const Some from = (caps.cosine[k] - dx * caps.x[k] - dy * caps.y[k] - dz * caps.z[k]) * caps.scale[k];
+                whose = from < least ? number : whose;
+                least = from < least ? from : least;
+            }
+            std::memcpy(&clearance[i], &least, sizeof least);
+            std::memcpy(&cap[i], &whose, sizeof whose);
         }
-        nearest[i].clearance = least;
-        nearest[i].cap = whose;
     }
-}
+};
 
 // The same for one direction.
 std::pair<double, std::int32_t> nearestCap(const Caps& caps, const Vec3& direction) {
@@ -171,15 +183,8 @@ FacePoints facePoints(const SnappedParticles& particles, const BallBoundary& bou
     std::vector<std::uint32_t> ball_of(particles.size(), kBuried);  // exposed ones alone move
     for (std::uint32_t b = 0; b < balls.size(); ++b) ball_of[boundary.snapped_row[b]] = b;
 
-    const std::size_t directions = points.directions.position.size(), blocks = (directions + kLanes - 1) / kLanes;
-    std::vector<Directions> direction(blocks);
-    for (std::size_t d = 0; d < directions; ++d) {
-        const Vec3& p = points.directions.position[d];
-        direction[d / kLanes].x[d % kLanes] = static_cast<float>(p.x);
-        direction[d / kLanes].y[d % kLanes] = static_cast<float>(p.y);
-        direction[d / kLanes].z[d % kLanes] = static_cast<float>(p.z);
-    }
-
+    const Directions direction(points.directions.position);
+    const std::size_t directions = points.directions.position.size();
     const std::vector<std::vector<std::uint32_t>> near = nearlyTouching(boundary);
     const std::size_t tasks = (balls.size() + kBallsPerTask - 1) / kBallsPerTask;
     std::vector<Part> parts(tasks);
@@ -188,11 +193,11 @@ FacePoints facePoints(const SnappedParticles& particles, const BallBoundary& bou
         NeighbourFinder finder(particles);
         std::vector<Neighbour> neighbours;
         Caps caps;
-        std::vector<Nearest> nearest(blocks);
+        std::vector<float> clearance(direction.size()), nearest(direction.size());
         for (std::size_t b = task * kBallsPerTask; b < std::min(balls.size(), (task + 1) * kBallsPerTask); ++b) {
             finder.find(boundary.snapped_row[b], neighbours);
             caps.of(neighbours, radius);
-            findNearest(direction.data(), blocks, caps, nearest.data());
+            onThisCpu(FindNearest{direction, caps, clearance, nearest});
             const std::size_t before = part.direction.size();
             // least: of the clearances from all caps; cap: the one whose that is, or -1
             const auto add = [&](std::uint32_t d, const Moving& outwards, double least, std::int32_t cap) {
@@ -203,9 +208,9 @@ FacePoints facePoints(const SnappedParticles& particles, const BallBoundary& bou
                                      : movingClearance(outwards, (balls[other] - balls[b]) / boundary.worldRadius()));
             };
             for (std::uint32_t d = 0; d < directions; ++d) {
-                const double least = static_cast<double>(nearest[d / kLanes].clearance[d % kLanes]);
                 const Vec3& along = points.directions.position[d];
-                if (least > 0) add(d, {along, cross(spins[b], along)}, least, nearest[d / kLanes].cap[d % kLanes]);
+                if (clearance[d] > 0)
+                    add(d, {along, cross(spins[b], along)}, clearance[d], static_cast<std::int32_t>(nearest[d]));
             }
             for (const std::uint32_t other : near[b]) {
                 const Moving offset = (balls[other] - balls[b]) / boundary.worldRadius();
