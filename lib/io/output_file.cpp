@@ -29,6 +29,7 @@ namespace fs = std::filesystem;
 
 constexpr std::string_view kSuffix = ".betamesh-tmp";
 constexpr std::size_t kMaxNameBytes = 255;  // of a file name, on every file system in use
+constexpr std::size_t kStartFlushing = std::size_t{2} << 20;  // bytes after which the disk is set to work
 constexpr auto kForeignAge = std::chrono::hours(24);
 
 /// This host as a word without dots. Containers may share a name, hence the process number space too.
@@ -138,7 +139,11 @@ void OutputFile::write(std::span<const std::byte> bytes) {
         if (count < 0 && errno == EINTR) continue;
         if (count < 0) fail("written", errno);
         bytes = bytes.subspan(static_cast<std::size_t>(count));
+        waiting_ += static_cast<std::size_t>(count);
     }
+    if (waiting_ < kStartFlushing) return;
+    waiting_ = 0;
+    ::sync_file_range(file_, 0, 0, SYNC_FILE_RANGE_WRITE);  // only a hint: commit() waits, and tells of failures
 }
 
 void OutputFile::write(std::string_view text) { write(std::as_bytes(std::span(text.data(), text.size()))); }

@@ -37,6 +37,7 @@ private:
     std::filesystem::path final_path_;
     std::filesystem::path temporary_path_;
     int file_ = -1;
+    std::size_t waiting_ = 0;  // bytes that nobody has asked the disk to take
 };
 
 /// Writes a whole file at once, or nothing.
