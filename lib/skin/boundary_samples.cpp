@@ -62,16 +62,14 @@ private:
     Rate weight_, square_, along_;
 };
 
-// Arcs and full circles in pieces, and which of these surround each ball.
-struct Lines {
-    BoundarySamples piece;
-    Rows at_ball;  // pieces
-
+// Arcs and full circles in pieces, and which of them surround each ball.
+class Lines {
+public:
     Lines(const BallBoundary& boundary, const std::vector<Moving>& balls, const std::vector<Vec3>& spins,
           const ArcNetwork& network) {
-        const std::size_t arcs = network.arc_start.size(), circles = boundary.circle.size();
+        const std::size_t arcs = network.arc_start.size(), lines = arcs + boundary.circle.size();
         const auto from = [&](std::uint32_t h) { return boundary.triangle[h / 3][h % 3]; };
-        std::vector<std::uint32_t> count(arcs + circles, kPiecesOfCircle);
+        std::vector<std::uint32_t> count(lines, kPiecesOfCircle);
         std::vector<std::array<std::uint32_t, 2>> ends(arcs);  // the two balls
         parallelFor(arcs, 4096, [&](std::size_t a) {
             const std::uint32_t start = network.arc_start[a];
@@ -79,41 +77,60 @@ struct Lines {
             count[a] = std::max(1U, static_cast<std::uint32_t>(std::ceil(network.arc_angle[a].value / kLongestPiece)));
         });
         ends.insert(ends.end(), boundary.circle.begin(), boundary.circle.end());
-        const std::vector<std::uint32_t> place = placesOf(count);
-        piece.resize(place.back());
-        parallelFor(arcs + circles, 512, [&](std::size_t line) {
-            const auto [low, high] = ends[line];
-            MovingCircle circle(balls[low], balls[high], boundary.worldRadius());
-            Rate angle = kTurn;
-            if (line < arcs) {
-                circle.beginTowards(network.point[network.arc_start[line] / 3]);
-                angle = network.arc_angle[line];
-            } else {
-                circle.beginAnywhere((spins[low] + spins[high]) / 2);
+        first_piece_ = placesOf(count);
+        pieces_.resize((lines + kLinesPerTask - 1) / kLinesPerTask);
+        parallelFor(pieces_.size(), 1, [&](std::size_t task) {
+            const std::size_t begin = task * kLinesPerTask, end = std::min(lines, begin + kLinesPerTask);
+            pieces_[task].reserve(first_piece_[end] - first_piece_[begin]);
+            for (std::size_t line = begin; line < end; ++line) {
+                const auto [low, high] = ends[line];
+                MovingCircle circle(balls[low], balls[high], boundary.worldRadius());
+                Rate angle = kTurn;
+                if (line < arcs) {
+                    circle.beginTowards(network.point[network.arc_start[line] / 3]);
+                    angle = network.arc_angle[line];
+                } else {
+                    circle.beginAnywhere((spins[low] + spins[high]) / 2);
+                }
+                const std::uint32_t n = count[line];
+                for (std::uint32_t k = 0; k < n; ++k)
+                    pieces_[task].push_back(pieceAt(circle, angle * ((k + 0.5) / n), angle / n));
             }
-            const std::uint32_t n = count[line];
-            for (std::uint32_t k = 0; k < n; ++k)
-                piece[place[line] + k] = pieceAt(circle, angle * ((k + 0.5) / n), angle / n);
         });
 
         const auto forEnds = [&](std::size_t first, std::size_t last, const auto& visit) {  // of balls first to last
-            for (std::size_t line = 0; line < ends.size(); ++line)
+            for (std::uint32_t line = 0; line < lines; ++line)
                 for (const std::uint32_t b : ends[line])
                     if (b >= first && b < last) visit(b, line);
         };
-        std::vector<std::uint32_t> pieces(balls.size(), 0);
+        std::vector<std::uint32_t> lines_at(balls.size(), 0);
         parallelShares(balls.size(), [&](std::size_t first, std::size_t last) {
-            forEnds(first, last, [&](std::uint32_t b, std::size_t line) { pieces[b] += count[line]; });
+            forEnds(first, last, [&](std::uint32_t b, std::uint32_t) { ++lines_at[b]; });
         });
-        at_ball.begin = placesOf(pieces);
-        at_ball.item.resize(at_ball.begin.back());
-        std::vector<std::uint32_t> next(at_ball.begin.begin(), at_ball.begin.end() - 1);
+        at_ball_.begin = placesOf(lines_at);
+        at_ball_.item.resize(at_ball_.begin.back());
+        std::vector<std::uint32_t> next(at_ball_.begin.begin(), at_ball_.begin.end() - 1);
         parallelShares(balls.size(), [&](std::size_t first, std::size_t last) {
-            forEnds(first, last, [&](std::uint32_t b, std::size_t line) {
-                for (std::uint32_t p = place[line]; p < place[line + 1]; ++p) at_ball.item[next[b]++] = p;
-            });
+            forEnds(first, last, [&](std::uint32_t b, std::uint32_t line) { at_ball_.item[next[b]++] = line; });
         });
     }
+
+    /// Calls visit(piece) for all of the lines round a ball.
+    template <typename Visit>
+    void forPiecesAt(std::size_t ball, const Visit& visit) const {
+        for (const std::uint32_t line : at_ball_[ball]) {
+            const std::size_t task = line / kLinesPerTask;
+            const std::uint32_t first = first_piece_[task * kLinesPerTask];
+            for (std::uint32_t p = first_piece_[line]; p < first_piece_[line + 1]; ++p) visit(pieces_[task][p - first]);
+        }
+    }
+
+private:
+    static constexpr std::size_t kLinesPerTask = 512;
+
+    std::vector<BoundarySamples> pieces_;     // of so many lines each
+    std::vector<std::uint32_t> first_piece_;  // of each line, counted through all
+    Rows at_ball_;                            // lines
 };
 
 // What is exposed of one ball, as one sample or as six towards the sides of a cube that turns with the liquid.
@@ -169,7 +186,7 @@ BoundarySamples boundarySamples(const BallBoundary& boundary, const std::vector<
     parallelFor(tasks, 1, [&](std::size_t task) {
         for (std::size_t b = task * kBallsPerTask; b < std::min(balls.size(), (task + 1) * kBallsPerTask); ++b) {
             const ExposedBall exposed(balls[b], spins[b], radius, [&](const auto& visit) {
-                for (const std::uint32_t p : lines.at_ball[b]) visit(lines.piece[p], 0.5);
+                lines.forPiecesAt(b, [&](const BoundarySample& piece) { visit(piece, 0.5); });
                 for (std::uint32_t p = points.begin[b]; p < points.begin[b + 1]; ++p) {
                     if (points.contactOf(p) || points.clearance[p].value <= kRim) continue;
                     const Moving direction = points.outwards(p, spins[b]);
