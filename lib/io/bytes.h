@@ -154,6 +154,13 @@ public:
     void little(T number) {
         putOrdered(number, std::endian::native != std::endian::little);
     }
+    template <typename T, std::size_t n>
+    void little(const std::array<T, n>& numbers) {
+        if constexpr (std::endian::native == std::endian::little)
+            put(numbers.data(), sizeof numbers);
+        else
+            for (const T number : numbers) little(number);
+    }
     template <typename T>
     void big(T number) {
         putOrdered(number, std::endian::native == std::endian::little);

@@ -654,9 +654,7 @@ public:
 
     template <typename Vector>
     void vector(const Vector& v) {
-        out_.little(static_cast<float>(v.x));
-        out_.little(static_cast<float>(v.y));
-        out_.little(static_cast<float>(v.z));
+        out_.little(std::array{static_cast<float>(v.x), static_cast<float>(v.y), static_cast<float>(v.z)});
     }
     void attributeRow(const std::vector<Attribute>& attributes, std::size_t row) {
         for (const Attribute& a : attributes)
@@ -742,7 +740,7 @@ void encodePly(ByteWriter& out, const Mesh& mesh, const std::string& file) {
     }
     for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
         out.little(std::uint8_t{3});
-        for (const std::uint32_t corner : mesh.triangles[i]) out.little(corner);
+        out.little(mesh.triangles[i]);
         if (mesh.component) out.little((*mesh.component)[i]);
     }
     out.flush();
@@ -762,8 +760,7 @@ void encodePly(ByteWriter& out, const Curves& curves, const std::string& file) {
         ply.vector(curves.velocity.empty() ? Vec3(0, 0, 0) : curves.velocity[i]);
         ply.attributeRow(curves.attributes, i);
     }
-    for (const Edge& edge : curves.edges)
-        for (const std::uint32_t end : edge) out.little(end);
+    for (const Edge& edge : curves.edges) out.little(edge);
     out.flush();
 }
 

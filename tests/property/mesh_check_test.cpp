@@ -7,10 +7,10 @@
 #include "core/parallel.h"
 #include "core/random.h"
 #include "exact/orientation.h"
+#include "exact/triangle_contact.h"
 #include "io/mesh_file.h"
 #include "measure/enclosure.h"
 #include "measure/mesh_measure.h"
-#include "exact/triangle_contact.h"
 #include "support/oracles.h"
 #include "support/temporary_folder.h"
 
