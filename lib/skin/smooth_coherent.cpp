@@ -50,6 +50,39 @@ private:
     }
 };
 
+// A sample as points see it: offset, its rate, |y|² with the spread, half the rate of that, and 1 - that over width²,
+// zero out of reach.
+template <typename Some>
+struct Seen {
+    Some px, py, pz, vx, vy, vz, square, approach, t;
+
+    __attribute__((always_inline))
+    Seen(const Sample& f, const Some (&x)[3], const Some (&v)[3], float inverse_square_width)
+        : px(f[kX] - x[0]),
+          py(f[kY] - x[1]),
+          pz(f[kZ] - x[2]),
+          vx(f[kVx] - v[0]),
+          vy(f[kVy] - v[1]),
+          vz(f[kVz] - v[2]),
+          square(px * px + py * py + pz * pz + f[kQ]),
+          approach(px * vx + py * vy + pz * vz + f[kS]),
+          t(1.0F - square * inverse_square_width) {
+        t = t > 0 ? t : Some{};
+    }
+};
+
+// How a sample lies to the mean direction: d·m, y·m and their rates.
+template <typename Some>
+struct Facing {
+    Some facing, turning, height, rising;
+
+    __attribute__((always_inline)) Facing(const Sample& f, const Seen<Some>& y, const Some (&m)[3], const Some (&mr)[3])
+        : facing(f[kDx] * m[0] + f[kDy] * m[1] + f[kDz] * m[2]),
+          turning(f[kDx] * mr[0] + f[kDy] * mr[1] + f[kDz] * mr[2] + f[kEx] * m[0] + f[kEy] * m[1] + f[kEz] * m[2]),
+          height(y.px * m[0] + y.py * m[1] + y.pz * m[2]),
+          rising(y.vx * m[0] + y.vy * m[1] + y.vz * m[2] + y.px * mr[0] + y.py * mr[1] + y.pz * mr[2]) {}
+};
+
 // Directions near each other, one in each lane.
 template <std::size_t kWidth>
 class DirectionCone {
@@ -101,12 +134,9 @@ struct SumUp {
 
         Some mean[4] = {}, mean_rate[4] = {};
         for (const Sample& f : samples) {
-            const Some px = f[kX] - x[0], py = f[kY] - x[1], pz = f[kZ] - x[2];
-            Some t = one - (px * px + py * py + pz * pz + f[kQ]) * inverse_square_width;
-            const Some vx = f[kVx] - v[0], vy = f[kVy] - v[1], vz = f[kVz] - v[2];
-            t = t > 0 ? t : zero;
-            const Some k = f[kW] * t * t;
-            const Some kr = f[kU] * t * t - f[kW] * t * (px * vx + py * vy + pz * vz + f[kS]) * narrow;
+            const Seen<Some> y(f, x, v, inverse_square_width);
+            const Some k = f[kW] * y.t * y.t;
+            const Some kr = f[kU] * y.t * y.t - f[kW] * y.t * y.approach * narrow;
             mean[0] += k * f[kDx];
             mean[1] += k * f[kDy];
             mean[2] += k * f[kDz];
@@ -129,38 +159,32 @@ struct SumUp {
         Some value[kSums] = {}, rate[kSums] = {};
         for (const Sample& f : samples) {
             if (!cone.mayFace(f)) continue;
-            const Some px = f[kX] - x[0], py = f[kY] - x[1], pz = f[kZ] - x[2];
-            const Some vx = f[kVx] - v[0], vy = f[kVy] - v[1], vz = f[kVz] - v[2];
-            const float dx = f[kDx], dy = f[kDy], dz = f[kDz], ex = f[kEx], ey = f[kEy], ez = f[kEz];
-            const Some square = px * px + py * py + pz * pz + f[kQ], approach = px * vx + py * vy + pz * vz + f[kS];
-            Some t = one - square * inverse_square_width;
-            t = t > 0 ? t : zero;
-            Some facing = dx * m[0] + dy * m[1] + dz * m[2];
-            facing = facing > 0 ? facing : zero;
-            const Some turning = dx * mr[0] + dy * mr[1] + dz * mr[2] + ex * m[0] + ey * m[1] + ez * m[2];
-            const Some height = px * m[0] + py * m[1] + pz * m[2];
-            const Some rising = vx * m[0] + vy * m[1] + vz * m[2] + px * mr[0] + py * mr[1] + pz * mr[2];
-            const Some distance = one / (square + 1.0F);
-            const Some steepness = height * distance * (inverse_mean / kSteepest);
-            Some level = one - height * steepness;
+            const Seen<Some> y(f, x, v, inverse_square_width);
+            const Facing<Some> n(f, y, m, mr);
+            const Some facing = n.facing > 0 ? n.facing : zero;
+            const Some distance = one / (y.square + 1.0F);
+            const Some steepness = n.height * distance * (inverse_mean / kSteepest);
+            Some level = one - n.height * steepness;
             level = level > 0 ? level : zero;
-            const Some levelling = steepness * (height * (growth + (approach + approach) * distance) - rising - rising);
+            const Some levelling =
+                steepness * (n.height * (growth + (y.approach + y.approach) * distance) - n.rising - n.rising);
             // k = w · facing² · level² · t² · inverse_mean
-            const Some root = facing * level * t, gate = root * root * inverse_mean, k = f[kW] * gate;
+            const Some root = facing * level * y.t, gate = root * root * inverse_mean, k = f[kW] * gate;
             const Some pull =
-                root * ((turning * level + facing * levelling) * t * 2.0F - facing * level * approach * narrow) *
+                root * ((n.turning * level + facing * levelling) * y.t * 2.0F - facing * level * y.approach * narrow) *
                     inverse_mean -
                 gate * growth;
             const Some kr = f[kU] * gate + f[kW] * pull;
-            const Some along = px * dx + py * dy + pz * dz + f[kB];
+            const float dx = f[kDx], dy = f[kDy], dz = f[kDz], ex = f[kEx], ey = f[kEy], ez = f[kEz];
+            const Some along = y.px * dx + y.py * dy + y.pz * dz + f[kB];
             value[kWeight] += k;
             rate[kWeight] += kr;
-            value[kOffset] += k * px;
-            value[kOffset + 1] += k * py;
-            value[kOffset + 2] += k * pz;
-            rate[kOffset] += kr * px + k * vx;
-            rate[kOffset + 1] += kr * py + k * vy;
-            rate[kOffset + 2] += kr * pz + k * vz;
+            value[kOffset] += k * y.px;
+            value[kOffset + 1] += k * y.py;
+            value[kOffset + 2] += k * y.pz;
+            rate[kOffset] += kr * y.px + k * y.vx;
+            rate[kOffset + 1] += kr * y.py + k * y.vy;
+            rate[kOffset + 2] += kr * y.pz + k * y.vz;
             value[kDirection] += k * dx;
             value[kDirection + 1] += k * dy;
             value[kDirection + 2] += k * dz;
@@ -168,9 +192,10 @@ struct SumUp {
             rate[kDirection + 1] += kr * dy + k * ey;
             rate[kDirection + 2] += kr * dz + k * ez;
             value[kAlong] += k * along;
-            rate[kAlong] += kr * along + k * (vx * dx + vy * dy + vz * dz + px * ex + py * ey + pz * ez + f[kC]);
-            value[kSquare] += k * square;
-            rate[kSquare] += kr * square + k * (approach + approach);
+            rate[kAlong] +=
+                kr * along + k * (y.vx * dx + y.vy * dy + y.vz * dz + y.px * ex + y.py * ey + y.pz * ez + f[kC]);
+            value[kSquare] += k * y.square;
+            rate[kSquare] += kr * y.square + k * (y.approach + y.approach);
         }
         setLanes<kWidth>(sums.value, first, value);
         setLanes<kWidth>(sums.rate, first, rate);
@@ -201,25 +226,16 @@ struct SumOpposite {
         const float soft = kSoft;
         Some sum[2] = {};
         for (const Sample& f : samples) {
-            const Some px = f[kX] - x[0], py = f[kY] - x[1], pz = f[kZ] - x[2];
-            const Some vx = f[kVx] - v[0], vy = f[kVy] - v[1], vz = f[kVz] - v[2];
-            const float dx = f[kDx], dy = f[kDy], dz = f[kDz], ex = f[kEx], ey = f[kEy], ez = f[kEz];
-            const Some square = px * px + py * py + pz * pz + f[kQ], approach = px * vx + py * vy + pz * vz + f[kS];
-            Some t = one - square * inverse_square_width;
-            t = t > 0 ? t : zero;
-            Some facing = dx * m[0] + dy * m[1] + dz * m[2];
-            facing = facing < 0 ? facing : zero;
-            Some height = px * m[0] + py * m[1] + pz * m[2];
-            height = height < 0 ? height : zero;
-            const Some turning = dx * mr[0] + dy * mr[1] + dz * mr[2] + ex * m[0] + ey * m[1] + ez * m[2];
-            const Some rising = vx * m[0] + vy * m[1] + vz * m[2] + px * mr[0] + py * mr[1] + pz * mr[2];
-            const Some distance = one / (square + soft), cube = distance * distance * distance;
-            const Some root = facing * height * t * inverse_mean, term = root * root * cube;
+            const Seen<Some> y(f, x, v, inverse_square_width);
+            const Facing<Some> n(f, y, m, mr);
+            const Some facing = n.facing < 0 ? n.facing : zero, height = n.height < 0 ? n.height : zero;
+            const Some distance = one / (y.square + soft), cube = distance * distance * distance;
+            const Some root = facing * height * y.t * inverse_mean, term = root * root * cube;
             sum[0] += f[kW] * term;
             sum[1] += f[kU] * term + f[kW] * (root * cube * inverse_mean * 2.0F *
-                                                  ((turning * height + facing * rising) * t -
-                                                   facing * height * approach * (2 * inverse_square_width)) -
-                                              term * (2 * growth + approach * distance * 6.0F));
+                                                  ((n.turning * height + facing * n.rising) * y.t -
+                                                   facing * height * y.approach * (2 * inverse_square_width)) -
+                                              term * (2 * growth + y.approach * distance * 6.0F));
         }
         setLanes<kWidth>(opposite, first, sum);
     }
