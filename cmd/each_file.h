@@ -8,8 +8,9 @@
 
 namespace betamesh {
 
-/// Looks at files in a process of its own, which one of them may end, as OpenVDB does on some damaged files: that is an
-/// error of this file, and another process goes on with the next. To be called before the process has a second thread.
+/// Looks at files in a process of its own, which one of them may end, as a system does that runs out of memory: that is
+/// an error of this file, and another process goes on with the next. To be called before the process has a second
+/// thread.
 ///
 /// in      nameOf(i): what is looked at, for errors
 ///         good(i): says on stdout what it finds; false where that is a fault

@@ -108,9 +108,8 @@ void addRunKeys(std::vector<ConfigKey>& keys) {
                    0, 100, false, [](Config& c) -> int& { return c.run.retries; }));
     keys.push_back(realKey({"run.timeout", "--timeout", "seconds",
                             "How long a frame may take, from reading to writing; one that takes longer fails, the "
-                            "others are written. Servers that are gone never answer, and OpenVDB may read for minutes "
-                            "what is not in a damaged file. A farm's own limit ends a whole task. 0: as long as it "
-                            "takes."},
+                            "others are written. Servers that are gone never answer. A farm's own limit ends a "
+                            "whole task. 0: as long as it takes."},
                            0, 604800, [](Config& c) -> double& { return c.run.timeout; }));
     keys.push_back(
         choiceKey<OnMissing>({"run.on_missing", "--on-missing", "",

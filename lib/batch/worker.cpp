@@ -5,6 +5,7 @@
 #include "batch/log.h"
 #include "batch/report.h"
 #include "core/error.h"
+#include "io/vdb_process.h"
 
 #include <fcntl.h>
 #include <poll.h>
@@ -184,7 +185,10 @@ Watched watchOverWorkers(double timeout) {
     JobHistory history;
     for (;;) {
         const Worker worker = startWorker();
-        if (worker.process == 0) return {true, FrameNotes(worker.pipe), std::move(history), 0};
+        if (worker.process == 0) {
+            startVdbProcess();
+            return {true, FrameNotes(worker.pipe), std::move(history), 0};
+        }
         const Unfinished left = follow(worker, history, longest);
         const int status = statusOf(worker);
         if (WIFEXITED(status)) return {false, {}, {}, WEXITSTATUS(status)};

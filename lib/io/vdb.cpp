@@ -4,6 +4,7 @@
 
 #include "core/error.h"
 #include "io/vdb_module.h"
+#include "io/vdb_process.h"
 
 #include <dlfcn.h>
 
@@ -26,10 +27,15 @@ const VdbModule& vdbModule() {
 
 }  // namespace
 
-void loadVdb() { vdbModule(); }
+void loadVdb() {
+    if (hasVdbProcess())
+        loadVdbApart();
+    else
+        vdbModule();
+}
 
 FileContents readVdb(const std::filesystem::path& path, const ReadOptions& options) {
-    return vdbModule().read(path, options);
+    return hasVdbProcess() ? readVdbApart(path, options) : vdbModule().read(path, options);
 }
 
 std::string encodeVdb(const Particles& particles, const std::string& file) {

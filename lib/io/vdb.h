@@ -18,7 +18,8 @@ void loadVdb();
 /// of strings, groups, matrices and quaternions are passed over.
 ///
 /// errors  a file without a point grid, one that is cut short, whatever else OpenVDB finds wrong. It trusts
-///         what stands inside the grids: bytes altered there can end the process, so read no .vdb of strangers.
+///         what stands inside the grids: bytes altered there can end the process, unless files are read by another
+///         (io/vdb_process.h).
 FileContents readVdb(const std::filesystem::path& path, const ReadOptions& options = {});
 
 /// One grid `points`: P, v (both float, not quantised), id (int64), attributes. The voxel size is a power of

@@ -3,6 +3,7 @@
 #include "io/file_info.h"
 #include "io/gzip.h"
 #include "io/particle_file.h"
+#include "io/vdb_process.h"
 #include "support/file_checks.h"
 #include "support/file_samples.h"
 #include "support/temporary_folder.h"
@@ -39,6 +40,15 @@ Particles sortedById(const Particles& p) {
             }
     }
     return sorted;
+}
+
+void writeVdbOfManyCodecs(const std::string& file) {
+    Bytes packed;
+    for (std::string_view hex = kVdbOfManyCodecs; !hex.empty(); hex.remove_prefix(2))
+        packed.push_back(static_cast<std::byte>(std::stoi(std::string(hex.substr(0, 2)), nullptr, 16)));
+    const Bytes bytes = gunzip(packed, "fixture");
+    std::ofstream(file, std::ios::binary)
+        .write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
 }
 
 }  // namespace
@@ -108,13 +118,7 @@ TEST(VdbFile, IdsHave64Bits) {
 
 TEST(VdbFile, ReadsQuantisedPointsOfSeveralGrids) {
     const TemporaryFolder folder;
-    Bytes packed;
-    for (std::string_view hex = kVdbOfManyCodecs; !hex.empty(); hex.remove_prefix(2))
-        packed.push_back(static_cast<std::byte>(std::stoi(std::string(hex.substr(0, 2)), nullptr, 16)));
-    const Bytes bytes = gunzip(packed, "fixture");
-    std::ofstream(folder / "a.vdb", std::ios::binary)
-        .write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
-
+    writeVdbOfManyCodecs(folder / "a.vdb");
     const Particles p = sortedById(readParticles(folder / "a.vdb"));
     const std::vector<Vec3f> expected{{10, 0, 0},  {10.25F, 0.5F, -0.125F}, {14, 5, 6}, {-3, 2, 1}, {1, 1, 1},
                                       {-1, -2, -3}};
@@ -167,6 +171,69 @@ TEST(VdbFile, DamagedFilesAreErrorsThatNameTheFile) {
     for (const std::size_t tenths : {1U, 5U, 9U}) {
         std::ofstream(folder / "c.vdb", std::ios::binary) << bytes.substr(0, bytes.size() * tenths / 10);
         expectError([&] { readParticles(folder / "c.vdb"); }, {"c.vdb"});
+    }
+}
+
+// Last: from here on, files are read by other processes.
+TEST(VdbFile, AnotherProcessReadsTheSame) {
+    const TemporaryFolder folder;
+    const std::vector<std::string> files{folder / "few.vdb",    folder / "many.vdb", folder / "none.vdb",
+                                         folder / "codecs.vdb", folder / "cut.vdb",  folder / "absent.vdb"};
+    writeParticles(files[0], sampleParticles(3, true, true, true));
+    writeParticles(files[1], sampleParticles(100000, true, true, true));
+    writeParticles(files[2], {});
+    writeVdbOfManyCodecs(files[3]);
+    const std::string bytes = encodeVdb(sampleParticles(2000, true, true, true), "");
+    std::ofstream(files[4], std::ios::binary) << bytes.substr(0, bytes.size() / 2);
+    struct Reading {
+        FileContents contents;
+        std::string error;
+        std::vector<std::size_t> pieces;
+    };
+    const auto readings = [&] {
+        std::vector<Reading> all;
+        for (const std::string& file : files)
+            for (const bool attributes : {true, false})
+                for (const bool whole : {true, false}) {
+                    Reading reading;
+                    ReadOptions options;
+                    options.attributes = attributes;
+                    if (!whole)
+                        options.points = [&](FileContents&& points, std::uint64_t count) {
+                            reading.pieces.push_back(points.position.size());
+                            append(std::move(points), count, reading.contents);
+                        };
+                    try {
+                        FileContents contents = readVdb(file, options);
+                        if (whole) reading.contents = std::move(contents);
+                    } catch (const Error& error) {
+                        reading.error = error.what();
+                    }
+                    all.push_back(std::move(reading));
+                }
+        return all;
+    };
+    const std::vector<Reading> here = readings();
+    startVdbProcess();
+    loadVdb();
+    const std::vector<Reading> there = readings();
+    for (std::size_t i = 0; i < here.size(); ++i) {
+        SCOPED_TRACE(files[i / 4]);
+        EXPECT_EQ(here[i].error, there[i].error);
+        EXPECT_EQ(here[i].error.empty(), i / 4 < 4);
+        EXPECT_EQ(here[i].pieces, there[i].pieces);
+        const FileContents &a = here[i].contents, &b = there[i].contents;
+        EXPECT_EQ(a.format, b.format);
+        EXPECT_EQ(a.position, b.position);
+        EXPECT_EQ(a.id, b.id);
+        expectSame(a.attributes, b.attributes);
+        ASSERT_EQ(a.declared.size(), b.declared.size());
+        for (std::size_t k = 0; k < a.declared.size(); ++k) {
+            EXPECT_EQ(a.declared[k].name, b.declared[k].name);
+            EXPECT_EQ(a.declared[k].type, b.declared[k].type);
+            EXPECT_EQ(a.declared[k].components, b.declared[k].components);
+            EXPECT_EQ(a.declared[k].codec, b.declared[k].codec);
+        }
     }
 }
 
