@@ -295,10 +295,11 @@ std::array<float, kFields - 3> fieldsOf(const BoundarySample& sample, double rad
     return fields;
 }
 
-// Calls take(row, the fit at pointAt(row)) for every row, on several threads; lengths in radii.
-template <typename PointAt, typename Take>
+// Calls take(row, the fit at pointAt(row)) for every row, on several threads, and expect(row) some time before; lengths
+// in radii.
+template <typename PointAt, typename Expect, typename Take>
 void fitAll(const std::vector<std::uint32_t>& rows, const PointAt& pointAt, const BoundarySamples& samples,
-            const CoherentSmoothing& params, const Take& take) {
+            const CoherentSmoothing& params, const Expect& expect, const Take& take) {
     const double scale = 1 / params.radius, width = params.width * scale;
     const auto inverse_square_width = static_cast<float>(1 / (width * width));
     forPointsAmongSamples<kFields>(
@@ -308,7 +309,9 @@ void fitAll(const std::vector<std::uint32_t>& rows, const PointAt& pointAt, cons
         [&](const PointGroup& group, std::span<const Sample> near) {
             Lanes v[3];
             for (std::size_t lane = 0; lane < kLanes; ++lane) {
-                const Vec3f velocity(pointAt(rows[group.row[lane]]).velocity * scale);
+                const std::uint32_t row = rows[group.row[lane]];
+                expect(row);
+                const Vec3f velocity(pointAt(row).velocity * scale);
                 for (int k = 0; k < 3; ++k) v[k][lane] = velocity[k];
             }
             Sums sums;
@@ -368,6 +371,9 @@ void smoothCoherently(BetaMesh& mesh, BoundarySamples samples, const CoherentSmo
     for (int pass = 0; pass < std::max(params.passes, inwards ? 1 : 0); ++pass) {
         fitAll(
             moving, [&](std::uint32_t v) -> const Moving& { return mesh.vertex[v]; }, samples, now,
+            [&](std::uint32_t v) {
+                if (!mesh.clearance.empty()) __builtin_prefetch(&mesh.clearance[v]);
+            },
             [&](std::uint32_t v, const Fit& fit) {
                 Moving& vertex = mesh.vertex[v];
                 const Moving from = pass == 0 ? vertex : begin[v];
@@ -387,7 +393,7 @@ void smoothCoherently(BetaMesh& mesh, BoundarySamples samples, const CoherentSmo
         BoundarySamples calmer = samples;
         fitAll(
             allRows(samples.size()), [&](std::uint32_t i) -> const Moving& { return samples[i].position; }, samples,
-            now,
+            now, [](std::uint32_t) {},
             [&](std::uint32_t i, const Fit& fit) {
                 calmer[i].position = calmer[i].position + fit.step * fit.trust * params.radius;
                 calmer[i].direction = calmer[i].direction + (fit.direction - calmer[i].direction) * fit.trust;

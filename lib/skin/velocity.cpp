@@ -195,6 +195,7 @@ void slideWithParticles(const BallBoundary& boundary, const std::vector<Moving>&
         balls.size(), [&](std::size_t b) { return balls[b].position; }, fieldsOf, mesh.vertex.size(),
         [&](std::size_t v) { return mesh.vertex[v].position; }, 2 * radius, radius,
         [&](const PointGroup& group, std::span<const Sample> near) {
+            for (const std::uint32_t v : group.row) __builtin_prefetch(&normals[v]);
             Lanes sums[4];
             forLanes(SumMotion{near, group.place, sums});
             for (std::size_t lane = 0; lane < group.size; ++lane) {
