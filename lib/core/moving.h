@@ -34,9 +34,9 @@ inline Rate squareRoot(Rate a) {
 
 /// From 0, at t <= 0, to 1, at t >= 1, with no slope at either end.
 inline Rate smoothStep(Rate t) {
-    if (t.value <= 0) return 0;
-    if (t.value >= 1) return 1;
-    return t * t * (3 - t * 2);
+    const double rate = t.value > 0 ? t.rate : 0;
+    const Rate part(std::max(0.0, std::min(t.value, 1.0)), t.value < 1 ? rate : 0);
+    return part * part * (3 - part * 2);
 }
 
 /// A point or vector and its velocity per second.

@@ -1,5 +1,6 @@
 #include "skin/smooth_coherent.h"
 
+#include "core/moving_lanes.h"
 #include "core/parallel.h"
 #include "core/sample_groups.h"
 
@@ -241,35 +242,40 @@ struct SumOpposite {
     }
 };
 
-// From a point onto the sphere fitted round it, and the direction of the sphere there.
-struct Fit {
-    Moving step, direction;
-    Rate trust;  // towards 1 with many samples that agree, 0 without or where they face all ways
-    Moving inset;
+// From points onto the spheres fitted round them, and the directions of the spheres there.
+struct Fits {
+    MovingLanes step, direction;
+    RateLanes trust;  // towards 1 with many samples that agree, 0 without or where they face all ways
+    MovingLanes inset;
 };
 
 // Inwards, by `depth` at most, less where the liquid is thin, by nothing at a pinch.
-Moving insetFrom(const Fit& fit, Rate opposite, double depth) {
-    const Moving outwards = fit.direction / squareRoot(dot(fit.direction, fit.direction) + kLeastMean);
+Moving insetFrom(const Moving& direction, Rate trust, Rate opposite, double depth) {
+    const Moving outwards = direction / squareRoot(dot(direction, direction) + kLeastMean);
     const Rate inverse_square_thickness = opposite / kSheet;  // thickness^-2
     const Rate share = inverse_square_thickness * (depth * depth / (kShareOfThickness * kShareOfThickness));
-    return outwards * fit.trust * (Rate(-depth) / squareRoot(squareRoot(1 + share * share)));
+    return outwards * trust * (Rate(-depth) / squareRoot(squareRoot(1 + share * share)));
 }
 
-Fit fitSphere(const Sums& sums, std::size_t lane) {
-    const Rate weight = sums.number(kWeight, lane);
-    if (!(weight.value > 0)) return {};
-    const Moving a = sums.vector(kOffset, lane) / weight, b = sums.vector(kDirection, lane) / weight;
-    const Rate c = sums.number(kAlong, lane) / weight, e = sums.number(kSquare, lane) / weight;
-    const Rate variance = e - dot(a, a) + kRound;
-    const Rate uq = (c - dot(a, b)) / (variance * 2);
-    const Moving ul = b - a * (uq * 2);
-    const Rate minus_uc = dot(ul, a) + uq * e, slope = dot(ul, ul) + 1e-6;
-    const Rate root = squareRoot(slope * slope + uq * minus_uc * slope * 4);
-    const Rate squared = weight * weight, agreement = sums.squareOfMean(lane) / kAgreement,
-               cubed = agreement * agreement * agreement;
-    const Rate trust = squared / (squared + kOwnWeight * kOwnWeight) * (cubed / (cubed + 1));
-    return {ul * (minus_uc * 2 / (slope + root)), ul, trust, {}};
+BETAMESH_EVERY_CPU
+void fitSpheres(const Sums& sums, Fits& fits) {
+    for (std::size_t lane = 0; lane < kLanes; ++lane) {
+        const bool any = sums.value[kWeight][lane] > 0;  // without, all sums are zero
+        const Rate weight = any ? sums.number(kWeight, lane) : Rate(1);
+        const Moving a = sums.vector(kOffset, lane) / weight, b = sums.vector(kDirection, lane) / weight;
+        const Rate c = sums.number(kAlong, lane) / weight, e = sums.number(kSquare, lane) / weight;
+        const Rate variance = e - dot(a, a) + kRound;
+        const Rate uq = (c - dot(a, b)) / (variance * 2);
+        const Moving ul = b - a * (uq * 2);
+        const Rate minus_uc = dot(ul, a) + uq * e, slope = dot(ul, ul) + 1e-6;
+        const Rate root = squareRoot(slope * slope + uq * minus_uc * slope * 4);
+        const Rate squared = weight * weight, agreement = sums.squareOfMean(lane) / kAgreement,
+                   cubed = agreement * agreement * agreement;
+        const Rate trust = squared / (squared + kOwnWeight * kOwnWeight) * (cubed / (cubed + 1));
+        fits.step.set(lane, ul * (minus_uc * 2 / (slope + root)));
+        fits.direction.set(lane, ul);
+        fits.trust.set(lane, any ? trust : Rate(0));
+    }
 }
 
 std::vector<std::uint32_t> allRows(std::size_t n) {
@@ -295,8 +301,8 @@ std::array<float, kFields - 3> fieldsOf(const BoundarySample& sample, double rad
     return fields;
 }
 
-// Calls take(row, the fit at pointAt(row)) for every row, on several threads, and expect(row) some time before; lengths
-// in radii.
+// Calls take(their rows, the fits at their pointAt(row)) for sixteen rows or fewer at a time, on several threads, until
+// all were taken, and expect(row) some time before; lengths in radii.
 template <typename PointAt, typename Expect, typename Take>
 void fitAll(const std::vector<std::uint32_t>& rows, const PointAt& pointAt, const BoundarySamples& samples,
             const CoherentSmoothing& params, const Expect& expect, const Take& take) {
@@ -307,23 +313,27 @@ void fitAll(const std::vector<std::uint32_t>& rows, const PointAt& pointAt, cons
         [&](std::size_t i) { return fieldsOf(samples[i], params.radius); }, rows.size(),
         [&](std::size_t i) { return pointAt(rows[i]).position; }, params.width, params.radius,
         [&](const PointGroup& group, std::span<const Sample> near) {
+            std::uint32_t row[kLanes];
             Lanes v[3];
             for (std::size_t lane = 0; lane < kLanes; ++lane) {
-                const std::uint32_t row = rows[group.row[lane]];
-                expect(row);
-                const Vec3f velocity(pointAt(row).velocity * scale);
+                row[lane] = rows[group.row[lane]];
+                expect(row[lane]);
+                const Vec3f velocity(pointAt(row[lane]).velocity * scale);
                 for (int k = 0; k < 3; ++k) v[k][lane] = velocity[k];
             }
             Sums sums;
             forLanes(SumUp{near, inverse_square_width, group.place, v, sums});
-            Lanes opposite[2] = {};
-            if (params.inset > 0) forLanes(SumOpposite{near, inverse_square_width, group.place, v, sums, opposite});
-            for (std::size_t lane = 0; lane < group.size; ++lane) {
-                Fit fit = fitSphere(sums, lane);
-                if (params.inset > 0 && fit.trust.value > 0)
-                    fit.inset = insetFrom(fit, {opposite[0][lane], opposite[1][lane]}, params.inset * scale);
-                take(rows[group.row[lane]], fit);
+            Fits fits;
+            fitSpheres(sums, fits);
+            if (params.inset > 0) {
+                Lanes opposite[2];
+                forLanes(SumOpposite{near, inverse_square_width, group.place, v, sums, opposite});
+                for (std::size_t lane = 0; lane < group.size; ++lane)
+                    if (fits.trust.value[lane] > 0)
+                        fits.inset.set(lane, insetFrom(fits.direction[lane], fits.trust[lane],
+                                                       {opposite[0][lane], opposite[1][lane]}, params.inset * scale));
             }
+            take(std::span<const std::uint32_t>(row, group.size), fits);
         });
 }
 
@@ -332,10 +342,22 @@ Rate shareOfTheWay(Rate clearance) {
     return 1 - smoothStep((clearance - kStayingBegins) / (kStaysWhole - kStayingBegins));
 }
 
-// Shorter than `farthest`, whatever the step; steps that are not nearly as long stay what they are.
-Moving limited(const Moving& step, double farthest) {
-    const Rate s2 = dot(step, step) / (farthest * farthest), s4 = s2 * s2, s8 = s4 * s4;
-    return step / squareRoot(squareRoot(squareRoot(squareRoot(1 + s8 * s8))));
+// Vertices on their way.
+struct Way {
+    MovingLanes from, to;
+    RateLanes clearance;
+};
+
+// Takes them there as far as they go: shorter than `farthest`, whatever the step; steps that are not nearly as long
+// stay what they are.
+BETAMESH_EVERY_CPU
+void go(Way& way, double farthest) {
+    for (std::size_t lane = 0; lane < kLanes; ++lane) {
+        const Moving from = way.from[lane], step = (way.to[lane] - from) * shareOfTheWay(way.clearance[lane]);
+        const Rate s2 = dot(step, step) / (farthest * farthest), s4 = s2 * s2, s8 = s4 * s4, s = 1 + s8 * s8;
+        const double root = std::sqrt(std::sqrt(std::sqrt(std::sqrt(s.value))));
+        way.to.set(lane, from + step / Rate(root, root * s.rate / (16 * s.value)));
+    }
 }
 
 // Vertices that only begin to rise stay near the edges and facets that they rise from. Those that rise from facets
@@ -367,6 +389,11 @@ void smoothCoherently(BetaMesh& mesh, BoundarySamples samples, const CoherentSmo
     const std::vector<Moving> begin = params.passes > 1 ? mesh.vertex : std::vector<Moving>();
     const std::vector<Vec3> normals = inwards ? vertexNormals(mesh) : std::vector<Vec3>();
     std::vector<Moving> inset(inwards ? mesh.vertex.size() : 0);
+    // Between surfaces that nearly touch, the mean direction may be that of the other one.
+    const auto insetAt = [&](std::uint32_t v, const Moving& given) {
+        const double length = given.position.length(), towards = -dot(normals[v], given.position);
+        return length > 0 ? given * (smoothStep(2 * towards / length).value * params.radius) : Moving();
+    };
     CoherentSmoothing now = params;
     for (int pass = 0; pass < std::max(params.passes, inwards ? 1 : 0); ++pass) {
         fitAll(
@@ -374,19 +401,23 @@ void smoothCoherently(BetaMesh& mesh, BoundarySamples samples, const CoherentSmo
             [&](std::uint32_t v) {
                 if (!mesh.clearance.empty()) __builtin_prefetch(&mesh.clearance[v]);
             },
-            [&](std::uint32_t v, const Fit& fit) {
-                Moving& vertex = mesh.vertex[v];
-                const Moving from = pass == 0 ? vertex : begin[v];
-                if (now.inset > 0) {
-                    // Between surfaces that nearly touch, the mean direction may be that of the other one.
-                    const double length = fit.inset.position.length(), towards = -dot(normals[v], fit.inset.position);
-                    if (length > 0) inset[v] = fit.inset * (smoothStep(2 * towards / length).value * params.radius);
+            [&](std::span<const std::uint32_t> rows, const Fits& fits) {
+                Way way;
+                for (std::size_t lane = 0; lane < rows.size(); ++lane) {
+                    const std::uint32_t v = rows[lane];
+                    const Moving& vertex = mesh.vertex[v];
+                    way.from.set(lane, pass == 0 ? vertex : begin[v]);
+                    way.to.set(
+                        lane, params.passes > 0 ? vertex + fits.step[lane] * fits.trust[lane] * params.radius : vertex);
+                    if (!mesh.clearance.empty()) way.clearance.set(lane, mesh.clearance[v]);
+                    if (now.inset > 0) inset[v] = insetAt(v, fits.inset[lane]);
                 }
-                if (params.passes > 0) vertex = vertex + fit.step * fit.trust * params.radius;
-                if (pass + 1 < params.passes) return;
-                const Rate share = mesh.clearance.empty() ? Rate(1) : shareOfTheWay(mesh.clearance[v]);
-                vertex = from + limited((vertex - from) * share, kFarthest * params.radius);
-                if (inwards) vertex = vertex + inset[v];
+                if (pass + 1 >= params.passes) go(way, kFarthest * params.radius);
+                for (std::size_t lane = 0; lane < rows.size(); ++lane) {
+                    const std::uint32_t v = rows[lane];
+                    mesh.vertex[v] = way.to[lane];
+                    if (pass + 1 >= params.passes && inwards) mesh.vertex[v] = mesh.vertex[v] + inset[v];
+                }
             });
         if (pass + 1 >= params.passes) break;
         now.inset = 0;
@@ -394,9 +425,12 @@ void smoothCoherently(BetaMesh& mesh, BoundarySamples samples, const CoherentSmo
         fitAll(
             allRows(samples.size()), [&](std::uint32_t i) -> const Moving& { return samples[i].position; }, samples,
             now, [](std::uint32_t) {},
-            [&](std::uint32_t i, const Fit& fit) {
-                calmer[i].position = calmer[i].position + fit.step * fit.trust * params.radius;
-                calmer[i].direction = calmer[i].direction + (fit.direction - calmer[i].direction) * fit.trust;
+            [&](std::span<const std::uint32_t> rows, const Fits& fits) {
+                for (std::size_t lane = 0; lane < rows.size(); ++lane) {
+                    BoundarySample& sample = calmer[rows[lane]];
+                    sample.position = sample.position + fits.step[lane] * fits.trust[lane] * params.radius;
+                    sample.direction = sample.direction + (fits.direction[lane] - sample.direction) * fits.trust[lane];
+                }
             });
         samples = std::move(calmer);
     }
