@@ -46,6 +46,10 @@ std::size_t findNear(std::span<const PlacedRow> points, const std::array<std::ve
 /// Reorders points so that the first kLanes, the next, and so on lie together.
 void groupTogether(std::span<PlacedRow> points);
 
+/// How near each other the points of a group are: groups that lie closely have fewer samples near them, but it takes
+/// time to find them.
+enum class Grouping { close, coarse };
+
 /// Calls visit(group, samples) on several threads, each point in one group, where the samples are at least all those
 /// within reach of it, in an order that depends on nothing but their places and rows: what becomes of a point does not
 /// depend on other points, if samples out of its reach count for nothing. Places and positions of samples count from
@@ -55,10 +59,11 @@ void groupTogether(std::span<PlacedRow> points);
 /// cost        O(points + samples), and what visit does
 template <std::size_t kFields, typename SampleAt, typename FieldsOf, typename PointAt, typename Visit>
 void forPointsAmongSamples(std::size_t samples, const SampleAt& sampleAt, const FieldsOf& fieldsOf, std::size_t points,
-                           const PointAt& pointAt, double reach, double unit, const Visit& visit) {
+                           const PointAt& pointAt, double reach, double unit, Grouping grouping, const Visit& visit) {
     using Fields = SampleFields<kFields>;
     const double scale = 1 / unit;
-    const CellOrder far(samples, reach / 1.5, sampleAt), near(points, reach, pointAt);
+    const CellOrder far(samples, reach / 1.5, sampleAt),
+        near(points, grouping == Grouping::close ? reach : 1.5 * reach, pointAt);
     const auto field = std::make_unique_for_overwrite<Fields[]>(samples);  // positions from the cell's lowest corner
     parallelFor(far.cells(), 256, [&](std::size_t c) {
         const auto cell = static_cast<std::uint32_t>(c);
@@ -98,7 +103,7 @@ void forPointsAmongSamples(std::size_t samples, const SampleAt& sampleAt, const 
             point.clear();
             for (const std::uint32_t row : near.rowsOf(cell))
                 point.push_back({Vec3f((pointAt(row) - middle) * scale), row});
-            groupTogether(point);
+            if (grouping == Grouping::close) groupTogether(point);
             for (std::size_t begin = 0; begin < point.size(); begin += kLanes) {
                 const std::span together = std::span(point).subspan(begin, std::min(kLanes, point.size() - begin));
                 const PointGroup group(together);

@@ -311,7 +311,7 @@ void fitAll(const std::vector<std::uint32_t>& rows, const PointAt& pointAt, cons
     forPointsAmongSamples<kFields>(
         samples.size(), [&](std::size_t i) { return samples[i].position.position; },
         [&](std::size_t i) { return fieldsOf(samples[i], params.radius); }, rows.size(),
-        [&](std::size_t i) { return pointAt(rows[i]).position; }, params.width, params.radius,
+        [&](std::size_t i) { return pointAt(rows[i]).position; }, params.width, params.radius, Grouping::close,
         [&](const PointGroup& group, std::span<const Sample> near) {
             std::uint32_t row[kLanes];
             Lanes v[3];

@@ -193,7 +193,7 @@ void slideWithParticles(const BallBoundary& boundary, const std::vector<Moving>&
     };
     forPointsAmongSamples<kFields>(
         balls.size(), [&](std::size_t b) { return balls[b].position; }, fieldsOf, mesh.vertex.size(),
-        [&](std::size_t v) { return mesh.vertex[v].position; }, 2 * radius, radius,
+        [&](std::size_t v) { return mesh.vertex[v].position; }, 2 * radius, radius, Grouping::coarse,
         [&](const PointGroup& group, std::span<const Sample> near) {
             for (const std::uint32_t v : group.row) __builtin_prefetch(&normals[v]);
             Lanes sums[4];

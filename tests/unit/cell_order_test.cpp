@@ -97,39 +97,41 @@ TEST(SampleGroups, HaveEveryPointOnceAndWhateverIsWithinItsReach) {
     for (Vec3& p : points) p = random.cube() * 9;
     constexpr double kReach = 1.1, kUnit = 0.5;
     constexpr std::size_t kFields = 9;
-    std::vector<int> visits(points.size(), 0);
     const auto fieldsOf = [](std::size_t i) {  // numbers that tell which sample they are of
         std::array<float, kFields - 3> fields;
         std::iota(fields.begin(), fields.end(), static_cast<float>(10 * i + 1));
         return fields;
     };
-    forPointsAmongSamples<kFields>(
-        samples.size(), [&](std::size_t i) { return samples[i]; }, fieldsOf, points.size(),
-        [&](std::size_t i) { return points[i]; }, kReach, kUnit,
-        [&](const PointGroup& group, std::span<const SampleFields<kFields>> near) {
-            ASSERT_GE(group.size, 1U);
-            for (std::size_t lane = 0; lane < kLanes; ++lane) {
-                const std::uint32_t row = group.row[lane];
-                if (lane < group.size)
-                    ++visits[row];
-                else
-                    EXPECT_EQ(row, group.row[0]);
-                const Vec3f x(group.place[0][lane], group.place[1][lane], group.place[2][lane]);
-                std::vector<bool> seen(samples.size(), false);
-                for (const SampleFields<kFields>& sample : near) {
-                    const auto i = static_cast<std::size_t>(sample[3]) / 10;
-                    ASSERT_FALSE(seen[i]);
-                    seen[i] = true;
-                    const auto fields = fieldsOf(i);
-                    ASSERT_TRUE(std::equal(fields.begin(), fields.end(), sample.begin() + 3));
-                    const Vec3 apart(Vec3f(sample[0], sample[1], sample[2]) - x);
-                    ASSERT_LT((apart * kUnit - (samples[i] - points[row])).length(), 1e-5);
+    for (const Grouping grouping : {Grouping::close, Grouping::coarse}) {
+        std::vector<int> visits(points.size(), 0);
+        forPointsAmongSamples<kFields>(
+            samples.size(), [&](std::size_t i) { return samples[i]; }, fieldsOf, points.size(),
+            [&](std::size_t i) { return points[i]; }, kReach, kUnit, grouping,
+            [&](const PointGroup& group, std::span<const SampleFields<kFields>> near) {
+                ASSERT_GE(group.size, 1U);
+                for (std::size_t lane = 0; lane < kLanes; ++lane) {
+                    const std::uint32_t row = group.row[lane];
+                    if (lane < group.size)
+                        ++visits[row];
+                    else
+                        EXPECT_EQ(row, group.row[0]);
+                    const Vec3f x(group.place[0][lane], group.place[1][lane], group.place[2][lane]);
+                    std::vector<bool> seen(samples.size(), false);
+                    for (const SampleFields<kFields>& sample : near) {
+                        const auto i = static_cast<std::size_t>(sample[3]) / 10;
+                        ASSERT_FALSE(seen[i]);
+                        seen[i] = true;
+                        const auto fields = fieldsOf(i);
+                        ASSERT_TRUE(std::equal(fields.begin(), fields.end(), sample.begin() + 3));
+                        const Vec3 apart(Vec3f(sample[0], sample[1], sample[2]) - x);
+                        ASSERT_LT((apart * kUnit - (samples[i] - points[row])).length(), 1e-5);
+                    }
+                    for (std::size_t i = 0; i < samples.size(); ++i)
+                        ASSERT_TRUE(seen[i] || (samples[i] - points[row]).length() >= kReach);
                 }
-                for (std::size_t i = 0; i < samples.size(); ++i)
-                    ASSERT_TRUE(seen[i] || (samples[i] - points[row]).length() >= kReach);
-            }
-        });
-    EXPECT_EQ(visits, std::vector<int>(points.size(), 1));
+            });
+        EXPECT_EQ(visits, std::vector<int>(points.size(), 1));
+    }
 }
 
 /// Σ (1 - |y|²)² over samples within one unit.
@@ -158,12 +160,13 @@ TEST(SampleGroups, WhatBecomesOfAPointDependsOnNoOtherNorOnTheWidthOfRegisters) 
     Random random(4);
     std::vector<Vec3> points(3000);
     for (Vec3& p : points) p = random.cube() * 8;
+    Grouping grouping = Grouping::close;
     const auto sumsAt = [&](std::size_t stride, const auto& forAllLanes) {
         std::vector<float> sums((points.size() + stride - 1) / stride);
         forPointsAmongSamples<3>(
             samples.size(), [&](std::size_t i) { return samples[i]; },
             [](std::size_t) { return std::array<float, 0>(); }, sums.size(),
-            [&](std::size_t i) { return points[i * stride]; }, 0.9, 0.9,
+            [&](std::size_t i) { return points[i * stride]; }, 0.9, 0.9, grouping,
             [&](const PointGroup& group, std::span<const SampleFields<3>> near) {
                 Lanes sum[1];
                 forAllLanes(SumNear{near, group.place, sum});
@@ -176,13 +179,16 @@ TEST(SampleGroups, WhatBecomesOfAPointDependsOnNoOtherNorOnTheWidthOfRegisters) 
         for (std::size_t first = 0; first < kLanes; first += 8) kernel.operator()<8>(first);
     };
     const auto asThisProcessorDoes = [](const SumNear& kernel) { forLanes(kernel); };
-    const std::vector<float> all = sumsAt(1, asThisProcessorDoes);
-    EXPECT_GT(*std::max_element(all.begin(), all.end()), 1);
-    EXPECT_EQ(sumsAt(1, inOneGo), all);
-    EXPECT_EQ(sumsAt(1, eightAtATime), all);
-    for (const std::size_t stride : {3, 100}) {
-        const std::vector<float> some = sumsAt(stride, asThisProcessorDoes);
-        for (std::size_t i = 0; i < some.size(); ++i) ASSERT_EQ(some[i], all[i * stride]) << i << ' ' << stride;
+    for (const Grouping each : {Grouping::close, Grouping::coarse}) {
+        grouping = each;
+        const std::vector<float> all = sumsAt(1, asThisProcessorDoes);
+        EXPECT_GT(*std::max_element(all.begin(), all.end()), 1);
+        EXPECT_EQ(sumsAt(1, inOneGo), all);
+        EXPECT_EQ(sumsAt(1, eightAtATime), all);
+        for (const std::size_t stride : {3, 100}) {
+            const std::vector<float> some = sumsAt(stride, asThisProcessorDoes);
+            for (std::size_t i = 0; i < some.size(); ++i) ASSERT_EQ(some[i], all[i * stride]) << i << ' ' << stride;
+        }
     }
 }
 
