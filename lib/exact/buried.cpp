@@ -34,33 +34,34 @@ struct Stencils {
 };
 
 Stencils makeStencils() {
+    // Squares of the least and greatest distances along one axis between a voxel and a place.
+    struct Distances {
+        double least, greatest;
+    };
+    std::array<std::array<Distances, kSlices>, kQuarters> along{};
+    for (int quarter = 0; quarter < kQuarters; ++quarter)
+        for (int voxel = -kReach; voxel <= kReach; ++voxel) {
+            const double low = quarter / double{kQuarters}, high = low + 1.0 / kQuarters;
+            const double least = std::max({0.0, voxel - high, low - (voxel + 1)});
+            const double greatest = std::max(voxel + 1 - low, high - voxel);
+            along[static_cast<std::size_t>(quarter)][static_cast<std::size_t>(voxel + kReach)] = {least * least,
+                                                                                                  greatest * greatest};
+        }
+    constexpr double kInside = (kRadius - kSlack) * (kRadius - kSlack),
+                     kOutside = (kRadius + kSlack) * (kRadius + kSlack);
     Stencils stencils{};
-    for (int place = 0; place < kQuarters * kQuarters * kQuarters; ++place) {
-        const std::array<int, 3> quarter{place % kQuarters, place / kQuarters % kQuarters,
-                                         place / (kQuarters * kQuarters)};
-        // Least and greatest distances along one axis between a voxel and a place.
-        const auto least = [&](int axis, int voxel) {
-            const double low = quarter[static_cast<std::size_t>(axis)] / double{kQuarters},
-                         high = low + 1.0 / kQuarters;
-            return std::max({0.0, voxel - high, low - (voxel + 1)});
-        };
-        const auto greatest = [&](int axis, int voxel) {
-            const double low = quarter[static_cast<std::size_t>(axis)] / double{kQuarters},
-                         high = low + 1.0 / kQuarters;
-            return std::max(voxel + 1 - low, high - voxel);
-        };
-        for (int z = -kReach; z <= kReach; ++z)
-            for (int y = -kReach; y <= kReach; ++y)
-                for (int x = -kReach; x <= kReach; ++x) {
-                    const double near = std::hypot(least(0, x), least(1, y), least(2, z));
-                    const double far = std::hypot(greatest(0, x), greatest(1, y), greatest(2, z));
-                    const auto bit = static_cast<std::uint16_t>(1U << (x + kReach));
-                    const auto p = static_cast<std::size_t>(place), slice = static_cast<std::size_t>(z + kReach);
-                    const auto row = static_cast<std::size_t>(y + kReach);
-                    if (far < kRadius - kSlack)
-                        stencils.inside[p][slice][row] |= bit;
-                    else if (near < kRadius + kSlack)
-                        stencils.sphere[p][slice][row] |= bit;
+    for (std::size_t place = 0; place < stencils.inside.size(); ++place) {
+        const auto& along_x = along[place % kQuarters];
+        const auto& along_y = along[place / kQuarters % kQuarters];
+        const auto& along_z = along[place / (kQuarters * kQuarters)];
+        for (std::size_t z = 0; z < kSlices; ++z)
+            for (std::size_t y = 0; y < kSlices; ++y)
+                for (std::size_t x = 0; x < kSlices; ++x) {
+                    const auto bit = static_cast<std::uint16_t>(1U << x);
+                    if (along_x[x].greatest + along_y[y].greatest + along_z[z].greatest < kInside)
+                        stencils.inside[place][z][y] |= bit;
+                    else if (along_x[x].least + along_y[y].least + along_z[z].least < kOutside)
+                        stencils.sphere[place][z][y] |= bit;
                 }
     }
     return stencils;
