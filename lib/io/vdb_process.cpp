@@ -221,13 +221,23 @@ void serve(int socket) {
     }
 }
 
-/// Holds nothing of its parent but stderr. What Blosc says on stdout is for nobody.
-[[noreturn]] void beServer(int socket) {
+void closeFrom(int first) {
+    if (::close_range(static_cast<unsigned>(first), ~0U, 0) == 0) return;
+    std::vector<int> open;  // Linux before 5.9
+    for (const auto& entry : std::filesystem::directory_iterator("/proc/self/fd"))
+        open.push_back(std::stoi(entry.path().filename().string()));
+    for (const int file : open)
+        if (file >= first) ::close(file);
+}
+
+/// Holds nothing of its parent but stderr; an exception ends it, rather than pass for one of its parent. What Blosc
+/// says on stdout is for nobody.
+[[noreturn]] void beServer(int socket) noexcept {
     constexpr int kSocket = STDERR_FILENO + 1;
     ::prctl(PR_SET_PDEATHSIG, SIGKILL);
     ::prctl(PR_SET_NAME, "betamesh_vdb");
     ::dup2(socket, kSocket);
-    ::close_range(kSocket + 1, ~0U, 0);
+    closeFrom(kSocket + 1);
     for (const int standard : {STDIN_FILENO, STDOUT_FILENO}) ::dup2(::open("/dev/null", O_RDWR), standard);
     for (const int ignored : {SIGINT, SIGTERM, SIGHUP, SIGPIPE, SIGCHLD}) ::signal(ignored, SIG_IGN);
     serve(kSocket);
