@@ -4,18 +4,6 @@
 
 namespace betamesh {
 
-void RigidMotionFit::add(const Vec3& position, const Vec3& velocity, double weight) {
-    if (weight_ == 0) origin_ = position, drift_ = velocity;
-    const Vec3 x = position - origin_, v = velocity - drift_;
-    weight_ += weight;
-    position_ += x * weight;
-    velocity_ += v * weight;
-    moment_ += cross(x, v) * weight;
-    energy_ += dot(v, v) * weight;
-    const double squares[6] = {x.x * x.x, x.y * x.y, x.z * x.z, x.x * x.y, x.y * x.z, x.z * x.x};
-    for (int k = 0; k < 6; ++k) squares_[k] += weight * squares[k];
-}
-
 Vec3 RigidMotionFit::spin() const {
     if (!(weight_ > 0)) return Vec3(0);
     const Vec3 centre = position_ / weight_, moment = moment_ - cross(centre, velocity_);

@@ -12,7 +12,17 @@ namespace betamesh {
 class RigidMotionFit {
 public:
     /// weight >= 0.
-    void add(const Vec3& position, const Vec3& velocity, double weight);
+    void add(const Vec3& position, const Vec3& velocity, double weight) {
+        if (weight_ == 0) origin_ = position, drift_ = velocity;
+        const Vec3 x = position - origin_, v = velocity - drift_;
+        weight_ += weight;
+        position_ += x * weight;
+        velocity_ += v * weight;
+        moment_ += cross(x, v) * weight;
+        energy_ += dot(v, v) * weight;
+        const double squares[6] = {x.x * x.x, x.y * x.y, x.z * x.z, x.x * x.y, x.y * x.z, x.z * x.x};
+        for (int k = 0; k < 6; ++k) squares_[k] += weight * squares[k];
+    }
     /// The velocity of the fitted motion at a point; zero when nothing was added.
     Vec3 velocityAt(const Vec3& position) const;
     /// Its angular velocity, radians per second.

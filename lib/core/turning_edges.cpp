@@ -24,12 +24,6 @@ bool split(std::size_t row, std::uint32_t a, std::uint32_t b, std::uint32_t vert
 
 }  // namespace
 
-bool passNear(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d, double farthest) {
-    const Vec3 normal = cross(b - a, d - c);
-    const double volume = dot(c - a, normal);
-    return volume * volume < farthest * farthest * normal.length2();
-}
-
 std::optional<TurningEdge> turningEdge(const std::array<Moving, 4>& at, double farthest) {
     const Moving edge = at[1] - at[0], other = at[3] - at[2], apart = at[2] - at[0];
     const Moving normal = cross(edge, other);

@@ -24,7 +24,11 @@ struct TurningEdge {
 };
 
 /// Do the lines through a, b and through c, d pass each other within `farthest`?
-bool passNear(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d, double farthest);
+inline bool passNear(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d, double farthest) {
+    const Vec3 normal = cross(b - a, d - c);
+    const double volume = dot(c - a, normal);
+    return volume * volume < farthest * farthest * normal.length2();
+}
 
 /// at: the edge's ends and those of the other diagonal; farthest: from each other that these pass as the vertex
 /// appears. None where they pass further apart, or outside the quad. Corners and triangles are left to the caller.
