@@ -246,9 +246,9 @@ void closeFrom(int first) {
 
 // Who asks.
 
-/// pipe: -1 for none.
-void send(std::string text, int pipe) {
-    if (text.size() > kLongestRequest) throw Error("the name is too long");
+/// pipe: -1 for none. Returns the number of an error, or 0.
+int send(std::string text, int pipe) {
+    if (text.size() > kLongestRequest) return ENAMETOOLONG;
     alignas(cmsghdr) std::array<char, CMSG_SPACE(sizeof(int))> control{};
     iovec part{text.data(), text.size()};
     msghdr message{};
@@ -264,7 +264,8 @@ void send(std::string text, int pipe) {
         std::memcpy(CMSG_DATA(header), &pipe, sizeof pipe);
     }
     while (::sendmsg(requests, &message, MSG_NOSIGNAL) < 0)
-        if (errno != EINTR) throw Error("the process that reads .vdb cannot be asked: " + reasonOf(errno));
+        if (errno != EINTR) return errno;
+    return 0;
 }
 
 std::string textOf(const Request& request, const std::string& id, const std::string& path) {
@@ -273,8 +274,9 @@ std::string textOf(const Request& request, const std::string& id, const std::str
 
 class Pipe {
 public:
-    Pipe() {
-        if (::pipe2(ends_.data(), O_CLOEXEC) != 0) throw Error("cannot be read: " + reasonOf(errno));
+    /// file: for errors.
+    explicit Pipe(const std::string& file) : file_(file) {
+        if (::pipe2(ends_.data(), O_CLOEXEC) != 0) fail(errno);
         ::fcntl(ends_[1], F_SETPIPE_SZ, kPipeBytes);  // fewer turns; any size is well
     }
     ~Pipe() {
@@ -293,11 +295,15 @@ public:
         for (;;) {
             const ssize_t got = ::read(ends_[0], to, count);
             if (got >= 0) return static_cast<std::size_t>(got);
-            if (errno != EINTR) throw Error("cannot be read: " + reasonOf(errno));
+            if (errno != EINTR) fail(errno);
         }
+    }
+    [[noreturn]] void fail(int error_number) const {
+        throw Error(file_ + ": cannot be read: " + reasonOf(error_number));
     }
 
 private:
+    const std::string& file_;
     std::array<int, 2> ends_{-1, -1};
 };
 
@@ -326,7 +332,7 @@ void startVdbProcess() {
 
 bool hasVdbProcess() { return requests >= 0; }
 
-void loadVdbApart() { send(textOf({}, {}, {}), -1); }
+void loadVdbApart() { send(textOf({}, {}, {}), -1); }  // what goes wrong, reading will tell
 
 FileContents readVdbApart(const std::filesystem::path& path, const ReadOptions& options) {
     const std::string file = path.string();
@@ -334,11 +340,11 @@ FileContents readVdbApart(const std::filesystem::path& path, const ReadOptions& 
         return Error(file +
                      ": the process that read it was ended; expected a file that is not damaged, and enough memory");
     };
-    Pipe pipe;
+    Pipe pipe(file);
     rlimit memory{};
     ::getrlimit(RLIMIT_DATA, &memory);
-    send(textOf({memory.rlim_cur, static_cast<std::uint32_t>(options.id.size()), options.attributes}, options.id, file),
-         pipe.forWriting());
+    const Request request{memory.rlim_cur, static_cast<std::uint32_t>(options.id.size()), options.attributes};
+    if (const int error = send(textOf(request, options.id, file), pipe.forWriting())) pipe.fail(error);
     pipe.closeForWriting();
     const auto source = [&](std::byte* to, std::size_t count) {
         const std::size_t got = pipe.read(to, count);
