@@ -9,12 +9,14 @@
 #include <sys/prctl.h>
 #include <sys/resource.h>
 #include <sys/socket.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <array>
 #include <cerrno>
 #include <csignal>
+#include <cstdlib>
 #include <cstring>
 #include <fstream>
 #include <limits>
@@ -33,6 +35,7 @@ constexpr std::size_t kLongestRequest = 1 << 15;
 constexpr int kPipeBytes = 1 << 20;
 
 int requests = -1;  // to the process that was started
+pid_t server = -1;  // its number
 
 /// Followed by the name of the id and the path, which is empty where nothing is to be read but OpenVDB loaded.
 struct Request {
@@ -323,11 +326,16 @@ void startVdbProcess() {
     std::array<int, 2> sockets{};
     if (::socketpair(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0, sockets.data()) != 0)
         throw Error("a socket to a process cannot be made: " + reasonOf(errno));
-    const pid_t server = ::fork();
+    server = ::fork();
     if (server < 0) throw Error("a process cannot be made: " + reasonOf(errno));
     if (server == 0) beServer(sockets[1]);
     ::close(sockets[1]);
     requests = sockets[0];
+    std::atexit([] {
+        ::kill(server, SIGKILL);
+        while (::waitpid(server, nullptr, 0) < 0 && errno == EINTR) {
+        }
+    });
 }
 
 bool hasVdbProcess() { return requests >= 0; }

@@ -6,7 +6,9 @@
 #include "support/job_folder.h"
 
 #include <sys/mount.h>
+#include <sys/prctl.h>
 #include <sys/stat.h>
+#include <sys/wait.h>
 
 #include <cerrno>
 #include <csignal>
@@ -335,6 +337,14 @@ TEST_F(Faults, DamagedVdbFilesFailAlone) {
     std::printf("%zu frames ended the process that read them\n",
                 count(outcome.err, ".vdb: the process that read it was ended"));
     EXPECT_EQ(hiddenFiles("out"), 0U);
+}
+
+TEST_F(Faults, NoProcessStaysBehindAJob) {
+    prctl(PR_SET_CHILD_SUBREAPER, 1);  // orphans become children of this process
+    writeParticles(folder_ / "in/a.0001.vdb", Sample({"jitter", 300, 1, 24}).frame(1));
+    EXPECT_EQ(runProgram({"mesh", "in/a.0001.vdb", "out/a.0001.ply"}, folder_.path()).exit_code, 0);
+    EXPECT_EQ(waitpid(-1, nullptr, WNOHANG), -1);
+    EXPECT_EQ(errno, ECHILD);
 }
 
 TEST_F(Faults, AWorkerThatIsKilledIsReplacedAndOneThatIsAskedToEndIsNot) {
