@@ -15,6 +15,7 @@ namespace betamesh {
 namespace {
 
 constexpr double kLargestCoordinate = 0x1p50;  // in quanta: still exact in double precision
+constexpr std::uint32_t kCrowd = 64;           // particles in a cell
 
 std::int64_t floorDivide(std::int64_t a, std::int64_t b) { return a >= 0 ? a / b : -((-a + b - 1) / b); }
 
@@ -118,12 +119,17 @@ SnappedParticles sortedIntoCells(std::size_t n, const PositionAt& positionAt, co
     return snapped;
 }
 
-// From one place to all candidates; whole numbers below 2^53, so exact.
+// From a box to all candidates; whole numbers below 2^53, so exact.
 BETAMESH_EVERY_CPU
-void squaredDistances(const double* x, const double* y, const double* z, std::size_t n, const Vec3& from,
+void squaredDistances(const double* x, const double* y, const double* z, std::size_t n, const Box& box,
                       double* squared) {
+    const auto beyond = [](double at, double low, double high) {
+        const double below = low - at, above = at - high, outside = below > above ? below : above;
+        return outside > 0 ? outside : 0;
+    };
     for (std::size_t k = 0; k < n; ++k) {
-        const double dx = x[k] - from.x, dy = y[k] - from.y, dz = z[k] - from.z;
+        const double dx = beyond(x[k], box.min.x, box.max.x), dy = beyond(y[k], box.min.y, box.max.y),
+                     dz = beyond(z[k], box.min.z, box.max.z);
         squared[k] = dx * dx + dy * dy + dz * dz;
     }
 }
@@ -217,16 +223,51 @@ SnappedParticles snapParticles(const Particles& particles, double radius, const 
 
 void NeighbourFinder::gather(std::size_t cell) {
     cell_ = cell;
-    candidate_.clear(), x_.clear(), y_.clear(), z_.clear();
     const Vec3i corner = particles_.cell[cell] * (2 * particles_.radius);
+    auto& [number, x, y, z] = of_cell_;
+    number.clear(), x.clear(), y.clear(), z.clear();
     around_.forEach(cell, [&](const Vec3i&, std::size_t other) {
         for (std::uint32_t k = particles_.cell_begin[other]; k < particles_.cell_begin[other + 1]; ++k) {
             const Vec3 place = toDouble(particles_.position[k] - corner);
-            candidate_.push_back(k), x_.push_back(place.x), y_.push_back(place.y), z_.push_back(place.z);
+            number.push_back(k), x.push_back(place.x), y.push_back(place.y), z.push_back(place.z);
         }
     });
-    squared_.resize(candidate_.size());
-    found_.resize(candidate_.size() + 1);
+    squared_.resize(number.size());
+    found_.resize(number.size() + 1);
+    for (Candidates& candidates : of_eighth_) candidates.particle.clear();
+}
+
+// Which candidates are within 2R of a box.
+std::span<const std::uint32_t> NeighbourFinder::within(const Candidates& candidates, const Box& box) {
+    const auto& [number, x, y, z] = candidates;
+    squaredDistances(x.data(), y.data(), z.data(), number.size(), box, squared_.data());
+    const auto reach = static_cast<double>(4 * particles_.radius * particles_.radius);
+    std::size_t found = 0;
+    for (std::uint32_t k = 0; k < number.size(); ++k) {
+        found_[found] = k;
+        found += squared_[k] <= reach;
+    }
+    return std::span(found_).first(found);
+}
+
+// In a crowd those of an eighth of the cell, which are two in five: many particles share them.
+const NeighbourFinder::Candidates& NeighbourFinder::candidatesFor(const Vec3& place) {
+    if (particles_.cell_begin[cell_ + 1] - particles_.cell_begin[cell_] < kCrowd) return of_cell_;
+    const auto radius = static_cast<double>(particles_.radius);
+    const bool right = place.x >= radius, behind = place.y >= radius, above = place.z >= radius;
+    Candidates& here = of_eighth_[(right ? 1 : 0) + (behind ? 2 : 0) + (above ? 4 : 0)];
+    if (!here.particle.empty()) return here;
+    const Vec3 low(right ? radius : 0, behind ? radius : 0, above ? radius : 0);
+    const auto near = within(of_cell_, {low, low + Vec3(radius)});
+    const auto take = [&](const auto& from, auto& to) {
+        to.resize(near.size());
+        for (std::size_t k = 0; k < near.size(); ++k) to[k] = from[near[k]];
+    };
+    take(of_cell_.particle, here.particle);
+    take(of_cell_.x, here.x);
+    take(of_cell_.y, here.y);
+    take(of_cell_.z, here.z);
+    return here;
 }
 
 void NeighbourFinder::find(std::uint32_t particle, std::vector<Neighbour>& neighbours) {
@@ -236,18 +277,16 @@ void NeighbourFinder::find(std::uint32_t particle, std::vector<Neighbour>& neigh
         gather(static_cast<std::size_t>(above - particles_.cell_begin.begin()) - 1);
     }
     const Vec3 from = toDouble(particles_.position[particle] - particles_.cell[cell_] * (2 * particles_.radius));
-    squaredDistances(x_.data(), y_.data(), z_.data(), squared_.size(), from, squared_.data());
-    const auto reach = static_cast<double>(4 * particles_.radius * particles_.radius);
-    std::size_t found = 0;
-    for (std::uint32_t k = 0; k < squared_.size(); ++k) {
-        found_[found] = k;
-        found += (squared_[k] <= reach) & (candidate_[k] != particle);
+    const Candidates& candidates = candidatesFor(from);
+    const auto near = within(candidates, Box(from));
+    neighbours.resize(near.size());
+    std::size_t found = 0;  // all but itself, the only one at its place
+    for (const std::uint32_t k : near) {
+        neighbours[found] = {Vec3(candidates.x[k], candidates.y[k], candidates.z[k]) - from, squared_[k],
+                             candidates.particle[k]};
+        found += squared_[k] > 0;
     }
     neighbours.resize(found);
-    for (std::size_t n = 0; n < found; ++n) {
-        const std::uint32_t k = found_[n];
-        neighbours[n] = {Vec3(x_[k], y_[k], z_[k]) - from, squared_[k], candidate_[k]};
-    }
 }
 
 }  // namespace betamesh

@@ -2,6 +2,7 @@
 
 #pragma once
 
+#include "core/box.h"
 #include "core/particles.h"
 #include "exact/predicates.h"
 
@@ -139,14 +140,21 @@ public:
     void find(std::uint32_t particle, std::vector<Neighbour>& neighbours);
 
 private:
+    struct Candidates {
+        std::vector<std::uint32_t> particle;
+        std::vector<double> x, y, z;  // from the cell's corner
+    };
     void gather(std::size_t cell);
+    std::span<const std::uint32_t> within(const Candidates& candidates, const Box& box);
+    const Candidates& candidatesFor(const Vec3& place);
 
     const SnappedParticles& particles_;
     CellsAround around_;
     std::size_t cell_ = ~std::size_t{0};
-    std::vector<std::uint32_t> candidate_;     // all that may be near a particle of the cell
-    std::vector<std::uint32_t> found_;         // of these, those that are near the one asked for
-    std::vector<double> x_, y_, z_, squared_;  // where they are, from the cell's corner; distances to the one asked for
+    Candidates of_cell_;                   // all that may be near a particle of the cell
+    std::array<Candidates, 8> of_eighth_;  // the same of a part of it; empty: not made yet
+    std::vector<std::uint32_t> found_;     // of candidates, those that are near
+    std::vector<double> squared_;          // distances of all of them
 };
 
 }  // namespace betamesh

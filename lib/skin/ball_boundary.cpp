@@ -15,7 +15,7 @@ namespace betamesh {
 
 namespace {
 
-constexpr std::size_t kBallsPerTask = 64;
+constexpr std::size_t kBallsPerTask = 256;
 constexpr std::uint32_t kNone = ~std::uint32_t{0};
 
 // What one task finds; balls are rows of SnappedParticles until everything is known.
