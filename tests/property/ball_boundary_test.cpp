@@ -168,6 +168,33 @@ TEST(BallBoundary, DoesNotDependOnParticleOrder) {
     });
 }
 
+TEST(NeighbourFinder, FindsAllWithinTwoRadii) {
+    std::size_t largest_cell = 0;
+    forEveryCloud(300, [&](const Cloud& cloud) {
+        const SnappedParticles snapped = snapParticles(cloud.particles, cloud.radius);
+        for (std::size_t c = 0; c < snapped.cell.size(); ++c)
+            largest_cell = std::max<std::size_t>(largest_cell, snapped.cell_begin[c + 1] - snapped.cell_begin[c]);
+        NeighbourFinder finder(snapped);
+        std::vector<Neighbour> found;
+        for (std::uint32_t i = 0; i < snapped.size(); ++i) {
+            finder.find(i, found);
+            std::size_t next = 0;
+            for (std::uint32_t k = 0; k < snapped.size(); ++k) {
+                const Vec3i offset = snapped.position[k] - snapped.position[i];
+                if (k == i || toDouble(offset).length2() > 4 * static_cast<double>(snapped.radius * snapped.radius))
+                    continue;
+                ASSERT_LT(next, found.size()) << "of particle " << i;
+                ASSERT_EQ(found[next].particle, k) << "of particle " << i;
+                ASSERT_EQ(found[next].offset, toDouble(offset));
+                ASSERT_EQ(found[next].squared, toDouble(offset).length2());
+                ++next;
+            }
+            ASSERT_EQ(next, found.size()) << "of particle " << i;
+        }
+    });
+    EXPECT_GT(largest_cell, 100U);  // crowds, which are looked at in parts, are among them
+}
+
 TEST(ExposedRegion, HoldsWhatIsExposedAndNamesWhoeverBoundsIt) {
     const Icosphere sphere = icosphere(5);
     forEveryCloud(1000, [&](const Cloud& cloud) {
