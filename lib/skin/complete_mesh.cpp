@@ -21,6 +21,7 @@ constexpr double kLeastClearance = 0.2;  // of points on the boundary, in angles
 constexpr double kSinkingBegins = 0.75;  // clearance below which points sink, in the same
 constexpr double kSunkInEarnest = 0.3;   // share of the depth's root from which on a point is held back in full
 constexpr double kFreeHeight = 0.05;     // over what is beneath, radii per square of the same: free from here on
+constexpr double kMargin = 1e-6;         // of that height, far above the rounding of places
 constexpr double kSwellingBegins = 0.7, kSwollen = 1.4;  // clearance of points far from any rim
 constexpr std::size_t kLongestRing = 10;
 constexpr double kSinkingDepth = 0.12;  // radii at the rim, in squares of the same
@@ -154,11 +155,13 @@ public:
         return points_.contactOf(p) ? points_.clearance[p] * unborn(p) : points_.clearance[p];
     }
 
+    // In radii, over what is beneath.
+    double freeHeight() const { return kFreeHeight * angle_ * angle_; }
     // How free a sinking point is at this height over what is beneath it, in radii: 0 on it, 1 as it stops to sink.
     Rate shareOf(std::uint32_t p, Rate height) const {
         const Rate near = nearRim(p), apart = unborn(p), sunk = near.value < apart.value ? apart : near;
         const Rate held = sunk.value < kSunkInEarnest ? sunk / kSunkInEarnest : Rate(1);
-        return 1 - held * (1 - smoothStep(height / (kFreeHeight * angle_ * angle_)));
+        return 1 - held * (1 - smoothStep(height / freeHeight()));
     }
 
 private:
@@ -212,6 +215,28 @@ struct Part {
     std::vector<SwellingVertex> swelling;
 };
 constexpr std::uint32_t kNew = std::uint32_t{1} << 31;
+
+// Is p surely so high, as a share of its distance from the origin, over all facets of the points in `ring` beneath it?
+// Looks for a plane that parts them by as much: turns it out of the way of whichever point is highest.
+bool isFarAbove(const Vec3& p, double height, std::span<const std::uint32_t> ring, const std::vector<Vec3i>& point) {
+    constexpr int kTurns = 6;
+    const double square = p.length2(), level = 1 - height * (1 + kMargin);
+    Vec3 normal = p / square;  // p itself stays at level 1
+    for (int turn = 0;; ++turn) {
+        Vec3 highest(0);
+        double most = level;
+        for (const std::uint32_t r : ring) {
+            const Vec3 at = toDouble(point[r]);
+            const double here = dot(at, normal);
+            if (here > most) most = here, highest = at;
+        }
+        if (most == level) return true;
+        const Vec3 aside = highest - p * (dot(highest, p) / square);
+        const double way = aside.length2();
+        if (turn == kTurns || !(way > 0)) return false;
+        normal -= aside * ((most - level) / way);
+    }
+}
 
 // The facet of the points in `ring` that a ray from the origin through p leaves last, where p is above it.
 std::optional<Triangle> facetBeneath(const Vec3& p, std::span<const std::uint32_t> ring,
@@ -332,7 +357,10 @@ public:
             const Ring& ring = rings[i - first];
             if (place_[i] == kUnplaced || ring.size > kLongestRing) continue;
             const std::vector<Vec3i>& point = ball_.loops.loops.point;
-            const auto facet = facetBeneath(toDouble(point[v]), std::span(ring.point).first(ring.size), point);
+            const Vec3 here = toDouble(point[v]);
+            const auto around = std::span(ring.point).first(ring.size);
+            if (isFarAbove(here, ball_.placement.freeHeight(), around, point)) continue;
+            const auto facet = facetBeneath(here, around, point);
             if (!facet) continue;
             const auto& [a, b, c] = *facet;
             const Beneath beneath(ball_.at(v), {ball_.at(a), ball_.at(b), ball_.at(c)});
