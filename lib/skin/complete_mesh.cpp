@@ -218,7 +218,7 @@ constexpr std::uint32_t kNew = std::uint32_t{1} << 31;
 
 // Is p surely so high, as a share of its distance from the origin, over all facets of the points in `ring` beneath it?
 // Looks for a plane that parts them by as much: turns it out of the way of whichever point is highest.
-bool isFarAbove(const Vec3& p, double height, std::span<const std::uint32_t> ring, const std::vector<Vec3i>& point) {
+bool isFarAbove(const Vec3& p, double height, std::span<const std::uint32_t> ring, const std::vector<Vec3>& point) {
     constexpr int kTurns = 6;
     const double square = p.length2(), level = 1 - height * (1 + kMargin);
     Vec3 normal = p / square;  // p itself stays at level 1
@@ -226,9 +226,8 @@ bool isFarAbove(const Vec3& p, double height, std::span<const std::uint32_t> rin
         Vec3 highest(0);
         double most = level;
         for (const std::uint32_t r : ring) {
-            const Vec3 at = toDouble(point[r]);
-            const double here = dot(at, normal);
-            if (here > most) most = here, highest = at;
+            const double here = dot(point[r], normal);
+            if (here > most) most = here, highest = point[r];
         }
         if (most == level) return true;
         const Vec3 aside = highest - p * (dot(highest, p) / square);
@@ -240,12 +239,12 @@ bool isFarAbove(const Vec3& p, double height, std::span<const std::uint32_t> rin
 
 // The facet of the points in `ring` that a ray from the origin through p leaves last, where p is above it.
 std::optional<Triangle> facetBeneath(const Vec3& p, std::span<const std::uint32_t> ring,
-                                     const std::vector<Vec3i>& point) {
+                                     const std::vector<Vec3>& point) {
     std::array<Vec3, kLongestRing> at;
     std::array<std::array<double, kLongestRing>, kLongestRing> across;  // p · (i × j)
     std::array<std::uint32_t, kLongestRing> on_left{}, on_right{};      // of i: the j where that is >= 0, <= 0
     for (std::size_t i = 0; i < ring.size(); ++i) {
-        at[i] = toDouble(point[ring[i]]);
+        at[i] = point[ring[i]];
         for (std::size_t j = 0; j < i; ++j) {
             const double sine = dot(p, cross(at[j], at[i]));
             across[j][i] = sine;
@@ -300,6 +299,7 @@ struct Ball {
     const BallLoops& loops;
     const ArcNetwork& network;
     const std::vector<std::uint32_t>& face_point;  // those that sink come last
+    const std::vector<Vec3>& on_grid;              // all of them, rounded, in the hull's units
     const Placement& placement;
     Moving centre;
     Vec3 spin;
@@ -356,11 +356,10 @@ public:
             const auto v = static_cast<std::uint32_t>(in_loops + i);
             const Ring& ring = rings[i - first];
             if (place_[i] == kUnplaced || ring.size > kLongestRing) continue;
-            const std::vector<Vec3i>& point = ball_.loops.loops.point;
-            const Vec3 here = toDouble(point[v]);
+            const Vec3& here = ball_.on_grid[v];
             const auto around = std::span(ring.point).first(ring.size);
-            if (isFarAbove(here, ball_.placement.freeHeight(), around, point)) continue;
-            const auto facet = facetBeneath(here, around, point);
+            if (isFarAbove(here, ball_.placement.freeHeight(), around, ball_.on_grid)) continue;
+            const auto facet = facetBeneath(here, around, ball_.on_grid);
             if (!facet) continue;
             const auto& [a, b, c] = *facet;
             const Beneath beneath(ball_.at(v), {ball_.at(a), ball_.at(b), ball_.at(c)});
@@ -383,7 +382,7 @@ public:
         const auto stays = [&](const Triangle& t) {
             return std::all_of(t.begin(), t.end(), [&](std::uint32_t v) { return v >= fixed_from && v < fixed_to; });
         };
-        const auto at = [&](std::uint32_t v) { return toDouble(ball_.loops.loops.point[v]) / kGrid; };
+        const std::vector<Vec3>& at = ball_.on_grid;
         std::vector<TurningEdge> edges;
         for (std::uint32_t f = 0; f < filling_.triangles.size(); ++f) {
             const Triangle& t = filling_.triangles[f];
@@ -395,7 +394,8 @@ public:
                 const Triangle& u = filling_.triangles[beyond];
                 if (beyond < f && !stays(u)) continue;  // seen from there
                 const std::uint32_t d = u[0] != a && u[0] != b ? u[0] : u[1] != a && u[1] != b ? u[1] : u[2];
-                if (std::max({a, b, c, d}) >= given || !passNear(at(a), at(b), at(c), at(d), farthest)) continue;
+                if (std::max({a, b, c, d}) >= given || !passNear(at[a], at[b], at[c], at[d], farthest * kGrid))
+                    continue;
                 auto edge = turningEdge({ball_.at(a), ball_.at(b), ball_.at(c), ball_.at(d)}, farthest);
                 if (!edge) continue;
                 edge->corner = {number(a), number(b), number(c), number(d)};
@@ -464,6 +464,7 @@ BetaMesh completeTessellation(const BallBoundary& boundary, const std::vector<Mo
         BallLoops ball_loops;
         LoopsOnSphere& loops = ball_loops.loops;
         std::vector<std::uint32_t> face_point, direction, place;
+        std::vector<Vec3> on_grid;
         for (std::size_t b = task * kBallsPerTask; b < std::min(balls.size(), (task + 1) * kBallsPerTask); ++b) {
             maker.makeLoops(static_cast<std::uint32_t>(b), first_face[b], first_face[b + 1], ball_loops);
             const auto in_loops = static_cast<std::uint32_t>(loops.point.size());
@@ -478,7 +479,10 @@ BetaMesh completeTessellation(const BallBoundary& boundary, const std::vector<Mo
                         loops.perhaps_above.push_back(static_cast<std::uint32_t>(loops.point.size()));
                     loops.point.push_back(onGrid(placement.at(p, spins[b]).position));
                 }
-            const Ball ball{ball_loops, network, face_point, placement, balls[b], spins[b], boundary.worldRadius()};
+            on_grid.resize(loops.point.size());
+            std::transform(loops.point.begin(), loops.point.end(), on_grid.begin(), toDouble);
+            const Ball ball{ball_loops, network,  face_point, on_grid,
+                            placement,  balls[b], spins[b],   boundary.worldRadius()};
             if (in_loops == 0 && loops.perhaps_above.empty()) {  // a bare sphere
                 FillingAdder(ball, {points.directions.triangles, {}}, parts[task]);
                 continue;
