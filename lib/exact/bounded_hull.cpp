@@ -136,21 +136,28 @@ struct Plane {
     }
 };
 
-// Places of points, all at once; what fills up the last register is the origin.
+// Places of points, all at once.
 struct Places {
-    std::array<std::vector<float>, 3> rough;   // by axis; in radii
-    std::array<std::vector<double>, 3> exact;  // as many as there are
+    std::vector<double> x, y, z;
 
-    Vec3 at(std::size_t k) const { return {exact[0][k], exact[1][k], exact[2][k]}; }
-    void reset(std::size_t n) {
-        for (std::vector<float>& axis : rough) axis.assign((n + kLanes - 1) / kLanes * kLanes, 0);
-        for (std::vector<double>& axis : exact) axis.resize(n);
-    }
-    void set(std::size_t k, const Vec3& place) {
-        for (std::size_t axis = 0; axis < 3; ++axis) {
-            exact[axis][k] = place[static_cast<int>(axis)];
-            rough[axis][k] = static_cast<float>(exact[axis][k] / kRadius);
-        }
+    std::size_t size() const { return x.size(); }
+    Vec3 at(std::size_t k) const { return {x[k], y[k], z[k]}; }
+    void clear() { x.clear(), y.clear(), z.clear(); }
+    void add(const Vec3& place) { x.push_back(place.x), y.push_back(place.y), z.push_back(place.z); }
+};
+
+// The same by floats, in radii; what fills up the last register is the origin.
+struct RoughPlaces {
+    std::vector<float> x, y, z;
+
+    void of(const Places& places) {
+        const auto round = [](const std::vector<double>& from, std::vector<float>& to) {
+            to.assign((from.size() + kLanes - 1) / kLanes * kLanes, 0);
+            for (std::size_t k = 0; k < from.size(); ++k) to[k] = static_cast<float>(from[k] / kRadius);
+        };
+        round(places.x, x);
+        round(places.y, y);
+        round(places.z, z);
     }
 };
 
@@ -175,7 +182,7 @@ __attribute__((always_inline)) inline void takeNumberOfLargest(const Floats<kWid
 // are left out, from where it faces along `normal`; away: across the line in this plane, where no places are. By
 // floats, so perhaps another that is near it.
 struct FirstTurnedTo {
-    const Places& places;
+    const RoughPlaces& places;
     Vec3f origin, normal, away;
     std::array<float, 2> left_out;
     float& found;
@@ -186,11 +193,11 @@ struct FirstTurnedTo {
         const Some zero{}, least = zero + 1e-12F, never = zero - 1e30F;
         Some most = never, most_at{}, at;
         setNumbers<kWidth>(at);
-        for (std::size_t i = 0; i < places.rough[0].size(); i += kWidth, at += static_cast<float>(kWidth)) {
+        for (std::size_t i = 0; i < places.x.size(); i += kWidth, at += static_cast<float>(kWidth)) {
             Some x, y, z;
-            std::memcpy(&x, &places.rough[0][i], sizeof x);
-            std::memcpy(&y, &places.rough[1][i], sizeof y);
-            std::memcpy(&z, &places.rough[2][i], sizeof z);
+            std::memcpy(&x, &places.x[i], sizeof x);
+            std::memcpy(&y, &places.y[i], sizeof y);
+            std::memcpy(&z, &places.z[i], sizeof z);
             x -= origin.x, y -= origin.y, z -= origin.z;
             Some depth = zero - (x * normal.x + y * normal.y + z * normal.z);
             depth = depth > least ? depth : least;
@@ -206,13 +213,29 @@ struct FirstTurnedTo {
     }
 };
 
-// How many places are not surely below a plane.
+// How many places are not surely below a plane, of the first n.
 BETAMESH_EVERY_CPU
-std::int64_t countNotBelow(const double* x, const double* y, const double* z, std::size_t n, const Plane& plane) {
+std::int64_t countNotBelow(const Places& places, std::size_t n, const Plane& plane) {
+    const double *const x = places.x.data(), *const y = places.y.data(), *const z = places.z.data();
     const double ox = plane.origin.x, oy = plane.origin.y, oz = plane.origin.z;
     const double nx = plane.normal.x, ny = plane.normal.y, nz = plane.normal.z, below = -plane.bound;
     std::int64_t count = 0;
     for (std::size_t i = 0; i < n; ++i) count += (x[i] - ox) * nx + (y[i] - oy) * ny + (z[i] - oz) * nz < below ? 0 : 1;
+    return count;
+}
+
+// How many places are so near this one along every axis, from the first on.
+BETAMESH_EVERY_CPU
+std::int64_t countNear(const Places& places, std::size_t first, const Vec3& here, double distance) {
+    const double *const x = places.x.data(), *const y = places.y.data(), *const z = places.z.data();
+    const std::size_t n = places.size();
+    const double hx = here.x, hy = here.y, hz = here.z;
+    std::int64_t count = 0;
+    for (std::size_t i = first; i < n; ++i) {
+        const double dx = std::abs(x[i] - hx), dy = std::abs(y[i] - hy), dz = std::abs(z[i] - hz);
+        const double farther = dx > dy ? dx : dy, farthest = farther > dz ? farther : dz;
+        count += farthest < distance ? 1 : 0;
+    }
     return count;
 }
 
@@ -266,6 +289,8 @@ private:
     // Joins points that coincide into locations. Free points never coincide with one another.
     void contract() {
         const std::size_t n = loops_->point.size(), in_loops = loops_->circles.size();
+        point_place_.clear();
+        for (const Vec3i& p : loops_->point) point_place_.add(toDouble(p));
         const auto near = [&](std::uint32_t a, std::uint32_t b) {
             const Vec3i d = loops_->point[a] - loops_->point[b];
             return std::abs(d.x) < contraction_ && std::abs(d.y) < contraction_ && std::abs(d.z) < contraction_;
@@ -275,8 +300,8 @@ private:
         location_ = loops_->point;
         point_at_ = location_of_;
         contracted_ = false;
-        for (std::uint32_t a = 0; a < in_loops && !contracted_; ++a)
-            for (std::uint32_t b = a + 1; b < n && !contracted_; ++b) contracted_ = near(a, b);
+        for (std::size_t a = 0; a < in_loops && !contracted_; ++a)
+            contracted_ = countNear(point_place_, a + 1, point_place_.at(a), static_cast<double>(contraction_)) > 0;
         if (!contracted_) return;
         UnionFind same(n);
         for (std::uint32_t a = 0; a < in_loops; ++a)
@@ -376,11 +401,9 @@ private:
         for (const Triangle& t : loops_->likely_facet) {
             const Triangle at{location_of_[t[0]], location_of_[t[1]], location_of_[t[2]]};
             const Plane plane = planeThrough(at[0], at[1], at[2]);
-            const auto isBelow = [&](std::size_t p) {
-                return plane.sideOf(toDouble(loops_->point[p])) == Plane::below;
-            };
-            bool below = std::all_of(loops_->perhaps_above.begin(), loops_->perhaps_above.end(), isBelow);
-            for (std::size_t p = 0; p < in_loops && below; ++p) below = isBelow(p);
+            const auto isBelow = [&](std::size_t p) { return plane.sideOf(point_place_.at(p)) == Plane::below; };
+            const bool below = std::all_of(loops_->perhaps_above.begin(), loops_->perhaps_above.end(), isBelow) &&
+                               countNotBelow(point_place_, in_loops, plane) == 0;
             if (below && !addFacet(at[0], at[1], at[2])) return false;
         }
         for (std::uint32_t f = 0; f < facets_.size(); ++f)
@@ -399,11 +422,12 @@ private:
         for (std::uint32_t p = 0; p < location_.size(); ++p)
             if (!closed_[p]) candidates_.push_back(p);
         candidate_at_.resize(location_.size());
-        candidate_place_.reset(candidates_.size());
+        candidate_place_.clear();
         for (std::uint32_t k = 0; k < candidates_.size(); ++k) {
             candidate_at_[candidates_[k]] = k;
-            candidate_place_.set(k, toDouble(location_[candidates_[k]]));
+            candidate_place_.add(toDouble(location_[candidates_[k]]));
         }
+        rough_place_.of(candidate_place_);
     }
 
     Plane planeThrough(std::uint32_t a, std::uint32_t b, std::uint32_t c) const {
@@ -441,7 +465,7 @@ private:
         const Vec3 origin = toDouble(location_[a]), edge = toDouble(location_[b]) - origin;
         const Vec3 normal = facet.normal / (kRadius * kRadius);
         float found = 0;
-        onThisCpu(FirstTurnedTo{candidate_place_,
+        onThisCpu(FirstTurnedTo{rough_place_,
                                 Vec3f(origin / kRadius),
                                 Vec3f(normal),
                                 Vec3f(cross(normal, edge / kRadius)),
@@ -451,8 +475,7 @@ private:
         if (best >= candidates_.size()) return kNone;
         const Plane plane(origin, origin + edge, candidate_place_.at(best));
         constexpr std::int64_t kOnIt = 3;  // a, b and this one
-        const auto& [x, y, z] = candidate_place_.exact;
-        return countNotBelow(x.data(), y.data(), z.data(), x.size(), plane) == kOnIt ? candidates_[best] : kNone;
+        return countNotBelow(candidate_place_, candidate_place_.size(), plane) == kOnIt ? candidates_[best] : kNone;
     }
 
     std::uint32_t tailOf(std::uint32_t side) const { return facets_[side / 3].location[side % 3]; }
@@ -653,7 +676,8 @@ private:
     EdgeMap edges_;
     std::vector<std::uint8_t> closed_, done_;
     std::vector<std::uint32_t> candidates_, candidate_at_, rim_;  // locations; of each of these, where it is among them
-    Places candidate_place_;
+    Places point_place_, candidate_place_;
+    RoughPlaces rough_place_;  // of candidates
     std::vector<std::uint32_t*> fan_;
     std::vector<std::uint32_t> open_;  // sides without a twin, which need one
     std::vector<Facet> facets_;
