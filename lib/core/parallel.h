@@ -66,6 +66,41 @@ void parallelBoth(const First& first, const Second& second) {
     });
 }
 
+/// Makes room for n rows. Memory is handed out page by page as it is touched for the first time, which takes longer
+/// than to fill it: all threads do the touching.
+template <typename T>
+void makeRoom(std::vector<T>& rows, std::size_t n) {
+    constexpr std::size_t kPage = 4096;
+    if (n <= rows.capacity()) return;
+    rows.reserve(n);
+    auto* const begin = reinterpret_cast<volatile unsigned char*>(rows.data() + rows.size());
+    const std::size_t bytes = (n - rows.size()) * sizeof(T);
+    parallelFor((bytes + kPage - 1) / kPage, 64, [&](std::size_t page) { begin[page * kPage] = 0; });
+}
+
+/// A copy, made so.
+template <typename T>
+std::vector<T> copyOf(const std::vector<T>& rows) {
+    std::vector<T> copy;
+    makeRoom(copy, rows.size());
+    copy.insert(copy.end(), rows.begin(), rows.end());
+    return copy;
+}
+
+/// The rows of some parts, one part after another.
+template <typename T>
+std::vector<T> joined(const std::vector<std::vector<T>>& parts) {
+    std::vector<std::size_t> first(parts.size() + 1, 0);
+    for (std::size_t p = 0; p < parts.size(); ++p) first[p + 1] = first[p] + parts[p].size();
+    std::vector<T> rows;
+    makeRoom(rows, first.back());
+    rows.resize(first.back());
+    parallelFor(parts.size(), 1, [&](std::size_t p) {
+        std::copy(parts[p].begin(), parts[p].end(), rows.begin() + static_cast<std::ptrdiff_t>(first[p]));
+    });
+    return rows;
+}
+
 /// Sorts by a strict total order, so the result is the same for any number of threads.
 template <typename T, typename Less>
 void parallelSort(std::vector<T>& rows, const Less& less) {

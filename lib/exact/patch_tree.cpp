@@ -276,9 +276,7 @@ std::vector<PatchTree::Patch> PatchTree::makePatches(const std::vector<Moving>& 
             addPatches(static_cast<std::uint32_t>(begin), static_cast<std::uint32_t>(std::min(kRun, end - begin)),
                        of_task[task]);
     });
-    std::vector<Patch> patches;
-    for (const std::vector<Patch>& some : of_task) patches.insert(patches.end(), some.begin(), some.end());
-    return patches;
+    return joined(of_task);
 }
 
 Boxf PatchTree::boxOf(std::uint32_t triangle) const {

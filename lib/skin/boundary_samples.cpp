@@ -197,14 +197,7 @@ BoundarySamples boundarySamples(const BallBoundary& boundary, const std::vector<
             exposed.forSamples([&](const BoundarySample& sample) { parts[task].push_back(sample); });
         }
     });
-    std::vector<std::size_t> sizes;
-    for (const BoundarySamples& part : parts) sizes.push_back(part.size());
-    const std::vector<std::size_t> first = placesOf(sizes);
-    BoundarySamples samples(first.back());
-    parallelFor(tasks, 1, [&](std::size_t task) {
-        std::copy(parts[task].begin(), parts[task].end(), samples.begin() + static_cast<std::ptrdiff_t>(first[task]));
-    });
-    return samples;
+    return joined(parts);
 }
 
 }  // namespace betamesh

@@ -153,7 +153,7 @@ Spheres externalSpheres(const BallBoundary& boundary, const Particles& particles
     return spheres;
 }
 
-Mesh asMesh(const BetaMesh& beta) {
+Mesh asMesh(BetaMesh beta) {
     std::vector<std::uint32_t> place(beta.vertex.size() + 1, 0);  // at first of the next: 1 where it is used
     for (const Triangle& t : beta.triangles)
         for (const std::uint32_t v : t) place[v + 1] = 1;
@@ -161,15 +161,14 @@ Mesh asMesh(const BetaMesh& beta) {
     Mesh mesh;
     mesh.position.resize(place.back());
     mesh.velocity.resize(place.back());
-    mesh.triangles.resize(beta.triangles.size());
+    mesh.triangles = std::move(beta.triangles);
     parallelFor(beta.vertex.size(), 4096, [&](std::size_t v) {
         if (place[v] == place[v + 1]) return;
         mesh.position[place[v]] = beta.vertex[v].position;
         mesh.velocity[place[v]] = beta.vertex[v].velocity;
     });
     parallelFor(mesh.triangles.size(), 4096, [&](std::size_t i) {
-        const Triangle& t = beta.triangles[i];
-        mesh.triangles[i] = {place[t[0]], place[t[1]], place[t[2]]};
+        for (std::uint32_t& v : mesh.triangles[i]) v = place[v];
     });
     return mesh;
 }

@@ -28,6 +28,6 @@ PaperMesh paperTessellation(const BallBoundary& boundary, const std::vector<Movi
 Spheres externalSpheres(const BallBoundary& boundary, const Particles& particles);
 
 /// Vertices that no triangle uses are left out.
-Mesh asMesh(const BetaMesh& beta);
+Mesh asMesh(BetaMesh beta);
 
 }  // namespace betamesh

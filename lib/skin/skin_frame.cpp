@@ -2,6 +2,7 @@
 
 #include "core/carried_attributes.h"
 #include "core/error.h"
+#include "core/parallel.h"
 #include "exact/droplets.h"
 #include "exact/near_surface.h"
 #include "skin/alpha_mesh.h"
@@ -135,7 +136,7 @@ BetaMesh completeSurface(const Particles& particles, const Structure& structure,
         report.bubbles_filled = fillBubbles(beta, params.radius, params.features.bubble_volume);
     watch("tessellate");
     if (smoothed) {
-        const std::vector<Moving> from = beta.vertex;
+        const std::vector<Moving> from = copyOf(beta.vertex);
         smooth(std::move(samples), params, beta);
         keepApart(from, params.radius, beta);
     }
