@@ -106,44 +106,23 @@ std::vector<Moving> movingVertices(const Particles& particles, const SnappedPart
     return vertices;
 }
 
-namespace {
-
-// How the liquid moves near a point.
-class LocalMotion {
-public:
-    LocalMotion(const BallBoundary& boundary, const std::vector<Moving>& balls)
-        : balls_(balls),
-          reach_(2 * boundary.worldRadius()),
-          cells_(balls.size(), reach_, [&](std::size_t b) { return balls[b].position; }) {}
-    /// Positions count from the point.
-    RigidMotionFit at(const Vec3& point) const {
-        RigidMotionFit fit;
-        cells_.forRowsIn(point - Vec3(reach_), point + Vec3(reach_), [&](std::uint32_t b) {
-            const Vec3 offset = balls_[b].position - point;
-            const double t = 1 - offset.length2() / (reach_ * reach_);
-            if (t > 0) fit.add(offset, balls_[b].velocity, t * t);
-        });
-        return fit;
-    }
-
-private:
-    const std::vector<Moving>& balls_;
-    double reach_;
-    CellOrder cells_;
-};
-
-}  // namespace
-
 Spins spinsOfBalls(const BallBoundary& boundary, const std::vector<Moving>& balls, const Particles& particles) {
     const std::vector<Vec3> none(balls.size(), Vec3(0, 0, 0));
     Spins spins{none, none};
     if (particles.velocity.empty()) return spins;
-    const LocalMotion motion(boundary, balls);
-    parallelFor(balls.size(), 512, [&](std::size_t b) {
-        const RigidMotionFit fit = motion.at(balls[b].position);
-        const double rigidity = fit.rigidity(), square = rigidity * rigidity;
-        spins.of_liquid[b] = fit.spin();
-        spins.of_points[b] = spins.of_liquid[b] * (square * square);
+    const double reach = 2 * boundary.worldRadius();
+    const auto positionOf = [&](std::size_t b) -> const Vec3& { return balls[b].position; };
+    const CellOrder cells(balls.size(), reach, positionOf);
+    forCellsWithin(reach, cells, cells, positionOf, [&](std::uint32_t cell, std::span<const std::uint32_t> around) {
+        MovingColumns near;
+        for (const std::uint32_t b : around) near.add(balls[b]);
+        near.fillUp(cells.lowestCorner(cell) - Vec3(2 * reach));
+        for (const std::uint32_t b : cells.rowsOf(cell)) {
+            const RigidMotionFit fit(near, balls[b], reach);
+            spins.of_liquid[b] = fit.spin();
+            const double rigidity = fit.rigidity(spins.of_liquid[b]), square = rigidity * rigidity;
+            spins.of_points[b] = spins.of_liquid[b] * (square * square);
+        }
     });
     return spins;
 }

@@ -17,7 +17,7 @@ TEST(RigidMotionFit, FindsTheMotionOfARigidBodyWhateverItsDrift) {
         }
         EXPECT_LE((fit.spin() - spin).length(), 1e-8 * (1 + drift));
         EXPECT_LE((fit.velocityAt(Vec3(1, 2, 3)) - velocity - cross(spin, Vec3(1, 2, 3))).length(), 1e-8 * (1 + drift));
-        EXPECT_NEAR(fit.rigidity(), 1, 1e-8 * (1 + drift));
+        EXPECT_NEAR(fit.rigidity(fit.spin()), 1, 1e-8 * (1 + drift));
     }
 }
 
@@ -29,10 +29,10 @@ TEST(RigidMotionFit, RigidityIsTheShareOfTheMotionThatIsRigid) {
         growing.add(x, x * 2, 1);
         both.add(x, turn + x * 2, 1);
     }
-    EXPECT_NEAR(turning.rigidity(), 1, 1e-8);
-    EXPECT_NEAR(growing.rigidity(), 0, 1e-8);
-    EXPECT_NEAR(both.rigidity(), 0.5, 1e-8);
-    EXPECT_EQ(RigidMotionFit().rigidity(), 1);
+    EXPECT_NEAR(turning.rigidity(turning.spin()), 1, 1e-8);
+    EXPECT_NEAR(growing.rigidity(growing.spin()), 0, 1e-8);
+    EXPECT_NEAR(both.rigidity(both.spin()), 0.5, 1e-8);
+    EXPECT_EQ(RigidMotionFit().rigidity(Vec3(0)), 1);
 }
 
 }  // namespace betamesh
