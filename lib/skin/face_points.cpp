@@ -108,10 +108,10 @@ struct FindNearest {
     }
 };
 
-// The same for one direction.
-std::pair<double, std::int32_t> nearestCap(const Caps& caps, const Vec3& direction) {
+// The same for one direction; or any clearance that is too little.
+std::pair<double, std::int32_t> nearestCap(const Caps& caps, const Vec3& direction, double too_little) {
     std::pair<double, std::int32_t> nearest{kFullClearance, -1};
-    for (std::size_t k = 0; k < caps.size(); ++k) {
+    for (std::size_t k = 0; k < caps.size() && nearest.first > too_little; ++k) {
         const Vec3 axis(caps.x[k], caps.y[k], caps.z[k]);
         const double clearance = (caps.cosine[k] - dot(direction, axis)) * caps.scale[k];
         if (clearance < nearest.first) nearest = {clearance, static_cast<std::int32_t>(k)};
@@ -216,7 +216,7 @@ FacePoints facePoints(const SnappedParticles& particles, const BallBoundary& bou
                 const Moving offset = (balls[other] - balls[b]) / boundary.worldRadius();
                 const Rate distance = length(offset);
                 const Moving towards = offset / distance;
-                const auto [least, cap] = nearestCap(caps, towards.position);
+                const auto [least, cap] = nearestCap(caps, towards.position, kOnePoint);
                 if (!(least > kOnePoint) || isThere(towards.position, points.directions.position, part, before))
                     continue;
                 add(static_cast<std::uint32_t>(directions + part.contact.size()), towards, least, cap);
