@@ -89,25 +89,17 @@ void ExposedRegion::put(const Corner& corner, std::size_t place) {
     corner_at_[a][b] = corner_at_[b][c] = corner_at_[c][a] = static_cast<std::uint16_t>(place);
 }
 
-void ExposedRegion::beginWithCube() {
-    constexpr double kHalf = 1 + 4 * kSlack;
+void ExposedRegion::beginWithTetrahedron() {
+    constexpr double kInner = 1 + 4 * kSlack;
+    const double third = 1 / std::sqrt(3.0);
+    const std::array<Vec3, 4> normal{Vec3(third, third, third), Vec3(third, -third, -third),
+                                     Vec3(-third, third, -third), Vec3(-third, -third, third)};
+    constexpr std::array<std::array<std::uint8_t, 3>, 4> kWalls{{{1, 3, 2}, {0, 2, 3}, {0, 3, 1}, {0, 1, 2}}};
     for (Wall& wall : wall_) wall.corners = 0;
-    for (std::size_t k = 0; k < 6; ++k) {
-        Vec3 normal(0);
-        normal[static_cast<int>(k / 2)] = k % 2 ? -1 : 1;
-        wall_[k] = {normal, kHalf, kNone, 0};
-    }
+    for (std::size_t k = 0; k < 4; ++k) wall_[k] = {normal[k], kInner, kNone, 3};
     corner_.clear();
-    for (std::uint8_t c = 0; c < 8; ++c) {
-        const auto x = static_cast<std::uint8_t>(c & 1), y = static_cast<std::uint8_t>(c >> 1 & 1),
-                   z = static_cast<std::uint8_t>(c >> 2);
-        const Vec3 place(x ? -kHalf : kHalf, y ? -kHalf : kHalf, z ? -kHalf : kHalf);
-        std::array<std::uint8_t, 3> walls{x, static_cast<std::uint8_t>(2 + y), static_cast<std::uint8_t>(4 + z)};
-        if ((x + y + z) % 2) std::swap(walls[1], walls[2]);
-        put({place, walls, true, false, {}}, c);
-    }
-    for (std::size_t k = 0; k < 6; ++k) wall_[k].corners = 4;
-    outer_ = 8;
+    for (std::size_t c = 0; c < 4; ++c) put({normal[c] * (-3 * kInner), kWalls[c], true, false, {}}, c);
+    outer_ = 4;
 }
 
 // Lists the corners that a wall makes where it cuts others off: on every edge from one of these to one that stays.
@@ -209,7 +201,7 @@ void ExposedRegion::enclose(const std::vector<Neighbour>& neighbours) {
     all_ = &neighbours;
     bounds_.assign(neighbours.size(), 0);
     setPlanes(neighbours);
-    beginWithCube();
+    beginWithTetrahedron();
     do settleCorners();
     while (!empty() && !settleEdges());
 

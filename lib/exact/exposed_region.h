@@ -13,10 +13,11 @@ namespace betamesh {
 /// only conservative, by 1e-5 radii. One object serves for many balls in turn.
 ///
 /// A neighbour covers what lies beyond the plane half way to it, so the exposed part is that of the sphere in the
-/// ball's Voronoi cell. Of that cell only what reaches the sphere is made: a cube round the ball is clipped at each of
-/// its corners outside the ball, and where its edges leave the ball, by the plane that these lie farthest beyond, until
-/// all these places are nearer to this ball than to any other. (The nearest neighbour's plane instead takes half as
-/// long again, that farthest beyond in shares of its distance a tenth.)
+/// ball's Voronoi cell. Of that cell only what reaches the sphere is made: a tetrahedron round the ball is clipped at
+/// each of its corners outside the ball, and where its edges leave the ball, by the plane that these lie farthest
+/// beyond, until all these places are nearer to this ball than to any other. (The nearest neighbour's plane instead
+/// takes half as long again, that farthest beyond in shares of its distance a tenth, to begin with a cube in crowds
+/// a tenth.)
 ///
 /// cost    2 µs for eighty neighbours: one pass over them for each plane, corner and edge that reaches the sphere, some
 ///         eight planes in all
@@ -55,7 +56,7 @@ private:
     };
 
     void setPlanes(const std::vector<Neighbour>& neighbours);
-    void beginWithCube();
+    void beginWithTetrahedron();
     bool settle(const Vec3& place);
     bool clip(std::uint32_t neighbour);
     bool listNewCorners(std::uint8_t wall);
