@@ -225,11 +225,14 @@ void NeighbourFinder::gather(std::size_t cell) {
     cell_ = cell;
     const Vec3i corner = particles_.cell[cell] * (2 * particles_.radius);
     auto& [number, x, y, z] = of_cell_;
-    number.clear(), x.clear(), y.clear(), z.clear();
+    std::size_t n = 0;
     around_.forEach(cell, [&](const Vec3i&, std::size_t other) {
-        for (std::uint32_t k = particles_.cell_begin[other]; k < particles_.cell_begin[other + 1]; ++k) {
+        const std::uint32_t begin = particles_.cell_begin[other], end = particles_.cell_begin[other + 1];
+        const std::size_t all = n + (end - begin);
+        number.resize(all), x.resize(all), y.resize(all), z.resize(all);
+        for (std::uint32_t k = begin; k < end; ++k, ++n) {
             const Vec3 place = toDouble(particles_.position[k] - corner);
-            number.push_back(k), x.push_back(place.x), y.push_back(place.y), z.push_back(place.z);
+            number[n] = k, x[n] = place.x, y[n] = place.y, z[n] = place.z;
         }
     });
     squared_.resize(number.size());
