@@ -12,7 +12,7 @@ namespace betamesh {
 
 namespace {
 
-constexpr std::size_t kBallsPerTask = 64;
+constexpr std::size_t kBallsPerTask = 256;
 constexpr double kIcosahedronAngle = 1.1071487177940904;
 constexpr double kWide = 0.28;  // sine of the half-angle from which on a cap is wide
 constexpr std::uint32_t kBuried = ~std::uint32_t{0};
