@@ -15,7 +15,7 @@ namespace betamesh {
 
 namespace {
 
-constexpr std::size_t kBallsPerTask = 32;
+constexpr std::size_t kBallsPerTask = 128;
 constexpr double kGrid = 0x1p38;         // of the hull's points, per radius
 constexpr double kLeastClearance = 0.2;  // of points on the boundary, in angles between neighbouring points
 constexpr double kSinkingBegins = 0.75;  // clearance below which points sink, in the same
