@@ -1,6 +1,7 @@
 #include "skin/ball_faces.h"
 
 #include "core/angles.h"
+#include "core/parallel.h"
 #include "core/union_find.h"
 
 #include <algorithm>
@@ -14,7 +15,8 @@ namespace betamesh {
 namespace {
 
 constexpr double kMargin = 1e-9;  // radians: what is closer than this is left undecided, never guessed
-constexpr int kDirections = 16;   // great circles tried from each place
+constexpr std::size_t kBallsPerTask = 256;
+constexpr int kDirections = 16;  // great circles tried from each place
 
 // How many connected groups the neighbours' caps on one sphere form: exact signs.
 std::size_t capGroups(const std::vector<Neighbour>& neighbours, std::int64_t radius) {
@@ -166,32 +168,41 @@ void groupFaces(const SnappedParticles& particles, BallBoundary& boundary) {
     cycles_of.item.resize(count.back());
     forEveryCycle([&](std::uint32_t ball, std::uint32_t c) { cycles_of.item[count[ball]++] = c; });
 
-    boundary.face = {};
-    boundary.face_ball.clear();
-    NeighbourFinder finder(particles);
-    std::vector<Neighbour> neighbours;
-    for (std::uint32_t ball = 0; ball < balls; ++ball) {
-        const auto cycles = cycles_of[ball];
-        UnionFind groups(cycles.size());
-        if (cycles.size() > 1) {
+    std::vector<std::uint32_t> group(
+        cycles_of.item.size());  // of each: the first of its ball's that it shares a face with
+    parallelRanges(balls, kBallsPerTask, [&](std::size_t first_ball, std::size_t last_ball) {
+        NeighbourFinder finder(particles);
+        std::vector<Neighbour> neighbours;
+        for (auto ball = static_cast<std::uint32_t>(first_ball); ball < last_ball; ++ball) {
+            const auto cycles = cycles_of[ball];
+            if (cycles.size() < 2) continue;
+            UnionFind groups(cycles.size());
             finder.find(boundary.snapped_row[ball], neighbours);
             const std::size_t faces = cycles.size() + 1 - capGroups(neighbours, particles.radius);
             if (faces == 1)
                 for (std::uint32_t c = 1; c < cycles.size(); ++c) groups.join(0, c);
             else if (faces < cycles.size())
                 joinAlongGreatCircles(arcsOf(boundary, ball, cycles), faces, groups);
+            for (std::uint32_t c = 0; c < cycles.size(); ++c) group[cycles_of.begin[ball] + c] = groups.find(c);
         }
+    });
+
+    boundary.face = {};
+    boundary.face_ball.clear();
+    const auto endFace = [&](std::uint32_t ball) {
+        boundary.face.begin.push_back(static_cast<std::uint32_t>(boundary.face.item.size()));
+        boundary.face_ball.push_back(ball);
+    };
+    for (std::uint32_t ball = 0; ball < balls; ++ball) {
+        const auto cycles = cycles_of[ball];
+        const auto groups = std::span(group).subspan(cycles_of.begin[ball], cycles.size());
         for (std::uint32_t first = 0; first < cycles.size(); ++first) {
-            if (groups.find(first) != first) continue;
+            if (groups[first] != first) continue;
             for (std::uint32_t c = first; c < cycles.size(); ++c)
-                if (groups.find(c) == first) boundary.face.item.push_back(cycles[c]);
-            boundary.face.begin.push_back(static_cast<std::uint32_t>(boundary.face.item.size()));
-            boundary.face_ball.push_back(ball);
+                if (groups[c] == first) boundary.face.item.push_back(cycles[c]);
+            endFace(ball);
         }
-        if (cycles.empty()) {
-            boundary.face.begin.push_back(static_cast<std::uint32_t>(boundary.face.item.size()));
-            boundary.face_ball.push_back(ball);
-        }
+        if (cycles.empty()) endFace(ball);
     }
 }
 
