@@ -15,6 +15,7 @@
 #include <atomic>
 #include <chrono>
 #include <cstdint>
+#include <functional>
 #include <numeric>
 #include <thread>
 #include <vector>
@@ -87,16 +88,17 @@ std::vector<T> copyOf(const std::vector<T>& rows) {
     return copy;
 }
 
-/// The rows of some parts, one part after another.
-template <typename T>
-std::vector<T> joined(const std::vector<std::vector<T>>& parts) {
+/// The rows of some parts, one part after another; rowsOf(part): a member, where the part is not itself a list of them.
+template <typename Part, typename RowsOf = std::identity>
+auto joined(const std::vector<Part>& parts, const RowsOf& rowsOf = {}) {
     std::vector<std::size_t> first(parts.size() + 1, 0);
-    for (std::size_t p = 0; p < parts.size(); ++p) first[p + 1] = first[p] + parts[p].size();
-    std::vector<T> rows;
+    for (std::size_t p = 0; p < parts.size(); ++p) first[p + 1] = first[p] + std::invoke(rowsOf, parts[p]).size();
+    std::remove_cvref_t<std::invoke_result_t<RowsOf, const Part&>> rows;
     makeRoom(rows, first.back());
     rows.resize(first.back());
     parallelFor(parts.size(), 1, [&](std::size_t p) {
-        std::copy(parts[p].begin(), parts[p].end(), rows.begin() + static_cast<std::ptrdiff_t>(first[p]));
+        const auto& some = std::invoke(rowsOf, parts[p]);
+        std::copy(some.begin(), some.end(), rows.begin() + static_cast<std::ptrdiff_t>(first[p]));
     });
     return rows;
 }

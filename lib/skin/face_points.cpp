@@ -226,13 +226,16 @@ FacePoints facePoints(const SnappedParticles& particles, const BallBoundary& bou
         }
     });
 
-    for (const Part& part : parts) {
-        for (const std::uint32_t n : part.count) points.begin.push_back(points.begin.back() + n);
-        const auto contacts = static_cast<std::uint32_t>(points.contact.size());
-        for (const std::uint32_t d : part.direction) points.direction.push_back(d < directions ? d : d + contacts);
-        points.contact.insert(points.contact.end(), part.contact.begin(), part.contact.end());
-        points.clearance.insert(points.clearance.end(), part.clearance.begin(), part.clearance.end());
-    }
+    std::vector<std::uint32_t> contacts;  // of each task; those of earlier ones come first
+    for (const Part& part : parts) contacts.push_back(static_cast<std::uint32_t>(part.contact.size()));
+    contacts = placesOf(contacts);
+    parallelFor(tasks, 4, [&](std::size_t task) {
+        for (std::uint32_t& d : parts[task].direction) d += d < directions ? 0 : contacts[task];
+    });
+    points.begin = placesOf(joined(parts, &Part::count));
+    points.direction = joined(parts, &Part::direction);
+    points.clearance = joined(parts, &Part::clearance);
+    points.contact = joined(parts, &Part::contact);
     return points;
 }
 
