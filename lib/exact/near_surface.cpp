@@ -238,8 +238,7 @@ NearSurface NearSurfaceFinder::find() {
                 rows[p].push_back(static_cast<std::uint32_t>(piece.first_row + i));
         }
     });
-    for (const std::vector<std::uint32_t>& of_piece : rows)
-        near.row.insert(near.row.end(), of_piece.begin(), of_piece.end());
+    near.row = joined(rows);
     return near;
 }
 

@@ -357,14 +357,7 @@ Meetings PatchTree::meetings() const {
                 descend(task, waiting);
         }
     });
-    Meetings all;
-    const auto append = [](const std::vector<TrianglePair>& some, std::vector<TrianglePair>& to) {
-        to.insert(to.end(), some.begin(), some.end());
-    };
-    for (const Meetings& some : found) {
-        append(some.crossing, all.crossing);
-        append(some.doubtful, all.doubtful);
-    }
+    Meetings all{joined(found, &Meetings::crossing), joined(found, &Meetings::doubtful)};
     std::sort(all.crossing.begin(), all.crossing.end());
     std::sort(all.doubtful.begin(), all.doubtful.end());
     return all;

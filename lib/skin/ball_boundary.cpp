@@ -109,22 +109,15 @@ std::vector<Parts> exposedParts(const SnappedParticles& particles, const std::ve
     return parts;
 }
 
-template <typename T>
-void append(std::vector<T>& to, const std::vector<T>& from) {
-    to.insert(to.end(), from.begin(), from.end());
-}
-
 // Joins the parts and numbers the exposed balls.
 BallBoundary assemble(const SnappedParticles& particles, const std::vector<Parts>& parts) {
     BallBoundary boundary;
     boundary.quantum = particles.quantum;
     boundary.radius = particles.radius;
-    for (const Parts& part : parts) {
-        append(boundary.triangle, part.triangle);
-        append(boundary.vertex, part.vertex);
-        append(boundary.circle, part.circle);
-        append(boundary.bare, part.bare);
-    }
+    boundary.triangle = joined(parts, &Parts::triangle);
+    boundary.vertex = joined(parts, &Parts::vertex);
+    boundary.circle = joined(parts, &Parts::circle);
+    boundary.bare = joined(parts, &Parts::bare);
     std::vector<std::uint32_t> ball(particles.size(), kNone);
     const auto forEveryUse = [&](const auto& visit) {
         for (Triangle& t : boundary.triangle)
