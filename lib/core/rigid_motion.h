@@ -9,11 +9,10 @@
 namespace betamesh {
 
 /// Points that move, by column, filled up to whole registers.
-class MovingColumns {
-public:
-    void clear() {
-        for (std::vector<double>* column : {&x, &y, &z, &vx, &vy, &vz}) column->clear();
-    }
+struct MovingColumns {
+    static constexpr std::size_t kAtOnce = 8;
+    std::vector<double> x, y, z, vx, vy, vz;
+
     void add(const Moving& point) {
         x.push_back(point.position.x), y.push_back(point.position.y), z.push_back(point.position.z);
         vx.push_back(point.velocity.x), vy.push_back(point.velocity.y), vz.push_back(point.velocity.z);
@@ -22,9 +21,6 @@ public:
     void fillUp(const Vec3& far) {
         while (x.size() % kAtOnce != 0) add({far, Vec3(0)});
     }
-
-    static constexpr std::size_t kAtOnce = 8;
-    std::vector<double> x, y, z, vx, vy, vz;
 };
 
 /// Weighted least squares over points added one by one; their order does not matter but for rounding. Everything is

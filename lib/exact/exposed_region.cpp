@@ -91,14 +91,15 @@ void ExposedRegion::put(const Corner& corner, std::size_t place) {
 
 void ExposedRegion::beginWithTetrahedron() {
     constexpr double kInner = 1 + 4 * kSlack;
-    const double third = 1 / std::sqrt(3.0);
-    const std::array<Vec3, 4> normal{Vec3(third, third, third), Vec3(third, -third, -third),
-                                     Vec3(-third, third, -third), Vec3(-third, -third, third)};
+    const std::array<Vec3, 4> towards{Vec3(1, 1, 1), Vec3(1, -1, -1), Vec3(-1, 1, -1), Vec3(-1, -1, 1)};
     constexpr std::array<std::array<std::uint8_t, 3>, 4> kWalls{{{1, 3, 2}, {0, 2, 3}, {0, 3, 1}, {0, 1, 2}}};
     for (Wall& wall : wall_) wall.corners = 0;
-    for (std::size_t k = 0; k < 4; ++k) wall_[k] = {normal[k], kInner, kNone, 3};
     corner_.clear();
-    for (std::size_t c = 0; c < 4; ++c) put({normal[c] * (-3 * kInner), kWalls[c], true, false, {}}, c);
+    for (std::size_t k = 0; k < 4; ++k) {  // each corner is opposite the wall of the same number
+        const Vec3 normal = towards[k].normalized();
+        wall_[k] = {normal, kInner, kNone, 3};
+        put({normal * (-3 * kInner), kWalls[k], true, false, {}}, k);
+    }
     outer_ = 4;
 }
 

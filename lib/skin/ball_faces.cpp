@@ -168,8 +168,8 @@ void groupFaces(const SnappedParticles& particles, BallBoundary& boundary) {
     cycles_of.item.resize(count.back());
     forEveryCycle([&](std::uint32_t ball, std::uint32_t c) { cycles_of.item[count[ball]++] = c; });
 
-    std::vector<std::uint32_t> group(
-        cycles_of.item.size());  // of each: the first of its ball's that it shares a face with
+    // Of each the first of its ball's that it shares a face with.
+    std::vector<std::uint32_t> group(cycles_of.item.size());
     parallelRanges(balls, kBallsPerTask, [&](std::size_t first_ball, std::size_t last_ball) {
         NeighbourFinder finder(particles);
         std::vector<Neighbour> neighbours;

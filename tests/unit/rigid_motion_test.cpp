@@ -35,4 +35,29 @@ TEST(RigidMotionFit, RigidityIsTheShareOfTheMotionThatIsRigid) {
     EXPECT_EQ(RigidMotionFit().rigidity(Vec3(0)), 1);
 }
 
+TEST(RigidMotionFit, ManyPointsAtOnceGiveWhatOneByOneDoes) {
+    Random random(2);
+    constexpr double kReach = 0.7;
+    for (int count = 1; count < 40; ++count) {
+        const Moving centre{random.cube(), random.cube()};
+        MovingColumns columns;
+        RigidMotionFit one_by_one;
+        one_by_one.add(Vec3(0), centre.velocity, 1);
+        columns.add(centre);
+        for (int i = 0; i < count; ++i) {
+            const Moving point{random.cube(), random.cube()};
+            columns.add(point);
+            const Vec3 offset = point.position - centre.position;
+            const double near = 1 - offset.length2() / (kReach * kReach);
+            if (near > 0) one_by_one.add(offset, point.velocity, near * near);
+        }
+        columns.fillUp(Vec3(100));
+        const RigidMotionFit at_once(columns, centre, kReach);
+        const Vec3 spin = one_by_one.spin();
+        EXPECT_LE((at_once.spin() - spin).length(), 1e-6 * (1 + spin.length())) << count;
+        EXPECT_LE((at_once.velocityAt(Vec3(1)) - one_by_one.velocityAt(Vec3(1))).length(), 1e-6 * (1 + spin.length()));
+        EXPECT_NEAR(at_once.rigidity(spin), one_by_one.rigidity(spin), 1e-6);
+    }
+}
+
 }  // namespace betamesh
