@@ -4,6 +4,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 namespace betamesh {
 
 TEST(RigidMotionFit, FindsTheMotionOfARigidBodyWhateverItsDrift) {
@@ -57,6 +59,20 @@ TEST(RigidMotionFit, ManyPointsAtOnceGiveWhatOneByOneDoes) {
         EXPECT_LE((at_once.spin() - spin).length(), 1e-6 * (1 + spin.length())) << count;
         EXPECT_LE((at_once.velocityAt(Vec3(1)) - one_by_one.velocityAt(Vec3(1))).length(), 1e-6 * (1 + spin.length()));
         EXPECT_NEAR(at_once.rigidity(spin), one_by_one.rigidity(spin), 1e-6);
+    }
+}
+
+TEST(RigidMotionFit, APairDoesNotTurnAboutItsLineHoweverLittleOneWeighs) {
+    Random random(3);
+    for (const double short_of : {0.5, 1e-2, 1e-3, 1e-5}) {
+        const Moving centre{random.cube(), random.cube()};
+        const Vec3 along = random.cube().normalized();
+        MovingColumns columns;
+        columns.add(centre);
+        columns.add({centre.position + along * (1 - short_of), random.cube()});
+        columns.fillUp(Vec3(100));
+        const Vec3 spin = RigidMotionFit(columns, centre, 1).spin();
+        EXPECT_LE(std::abs(dot(spin, along)), 1e-5 * spin.length()) << short_of;
     }
 }
 
