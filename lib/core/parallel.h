@@ -79,7 +79,14 @@ void makeRoom(std::vector<T>& rows, std::size_t n) {
     parallelFor((bytes + kPage - 1) / kPage, 64, [&](std::size_t page) { begin[page * kPage] = 0; });
 }
 
-/// A copy, made so.
+/// As rows.resize(n), in such room.
+template <typename T>
+void resizeOnAll(std::vector<T>& rows, std::size_t n) {
+    makeRoom(rows, n);
+    rows.resize(n);
+}
+
+/// A copy, in such room.
 template <typename T>
 std::vector<T> copyOf(const std::vector<T>& rows) {
     std::vector<T> copy;
@@ -94,8 +101,7 @@ auto joined(const std::vector<Part>& parts, const RowsOf& rowsOf = {}) {
     std::vector<std::size_t> first(parts.size() + 1, 0);
     for (std::size_t p = 0; p < parts.size(); ++p) first[p + 1] = first[p] + std::invoke(rowsOf, parts[p]).size();
     std::remove_cvref_t<std::invoke_result_t<RowsOf, const Part&>> rows;
-    makeRoom(rows, first.back());
-    rows.resize(first.back());
+    resizeOnAll(rows, first.back());
     parallelFor(parts.size(), 1, [&](std::size_t p) {
         const auto& some = std::invoke(rowsOf, parts[p]);
         std::copy(some.begin(), some.end(), rows.begin() + static_cast<std::ptrdiff_t>(first[p]));

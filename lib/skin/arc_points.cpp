@@ -163,14 +163,12 @@ ArcNetwork arcPoints(const BallBoundary& boundary, const std::vector<Moving>& ba
     for (std::uint32_t& b : begin) b += static_cast<std::uint32_t>(network.vertices);
     network.arc_begin.assign(begin.begin(), begin.begin() + static_cast<std::ptrdiff_t>(arcs + 1));
     network.circle_begin.assign(begin.begin() + static_cast<std::ptrdiff_t>(arcs), begin.end());
-    makeRoom(network.point, begin.back());
-    network.point.resize(begin.back());
+    resizeOnAll(network.point, begin.back());
 
     std::vector<std::uint32_t> fading(arcs + circles);
     for (std::size_t a = 0; a < fading.size(); ++a) fading[a] = cuts[a].fading.value < 1 ? cuts[a].count / 2 : 0;
     const std::vector<std::uint32_t> rising = placesOf(fading);
-    makeRoom(network.rising, rising.back());
-    network.rising.resize(rising.back());
+    resizeOnAll(network.rising, rising.back());
     parallelFor(arcs, 512, [&](std::size_t a) {
         if (inside[a] == 0) return;
         const std::uint32_t start = network.arc_start[a], end = boundary.twin[start];

@@ -513,18 +513,14 @@ BetaMesh completeTessellation(const BallBoundary& boundary, const std::vector<Mo
     BetaMesh mesh;
     const std::size_t in_network = network.point.size();
     mesh.vertex = std::move(network.point);
-    const auto resize = [](auto& rows, std::size_t n) {
-        makeRoom(rows, n);
-        rows.resize(n);
-    };
-    resize(mesh.vertex, in_network + vertices.back());
-    resize(mesh.clearance, mesh.vertex.size());
-    resize(mesh.triangles, triangles.back());
+    resizeOnAll(mesh.vertex, in_network + vertices.back());
+    resizeOnAll(mesh.clearance, mesh.vertex.size());
+    resizeOnAll(mesh.triangles, triangles.back());
     auto& [on_edges, on_facets, in_quads] = mesh.rising;
     on_edges = std::move(network.rising);
-    resize(on_facets, rising.back());
-    resize(in_quads, turning.back());
-    resize(mesh.swelling, swelling.back());
+    resizeOnAll(on_facets, rising.back());
+    resizeOnAll(in_quads, turning.back());
+    resizeOnAll(mesh.swelling, swelling.back());
     parallelFor(tasks, 4, [&](std::size_t task) {
         const Part& part = parts[task];
         const auto first = static_cast<std::uint32_t>(in_network + vertices[task]);
