@@ -5,6 +5,7 @@
 #include "batch/machine.h"
 #include "batch/memory.h"
 #include "batch/plane.h"
+#include "batch/scratch_memory.h"
 #include "batch/version.h"
 #include "core/error.h"
 #include "core/parallel.h"
@@ -50,6 +51,11 @@ private:
     Clock::time_point begin_ = Clock::now();
 };
 
+fs::path folderOf(const fs::path& file) {
+    const fs::path folder = file.parent_path();
+    return folder.empty() ? "." : folder;
+}
+
 /// What the frames of a running job share.
 struct JobState {
     SignalWatch& signals;
@@ -57,6 +63,13 @@ struct JobState {
     std::atomic<bool> hinted_at_plane = false;
     std::mutex mutex{};                         // guards what follows
     std::map<int, std::string> near_surface{};  ///< what there is of frames of which only that was read
+    std::optional<ScratchMemory> scratch{};     ///< from the first frame on that is too large
+
+    void useScratch(const Plan& plan, const FrameTask& task) {
+        const std::string& folder = plan.config.run.scratch;
+        const std::scoped_lock lock(mutex);
+        if (!scratch) scratch.emplace(plan.memory_budget, folder.empty() ? folderOf(task.output).string() : folder);
+    }
 };
 
 /// Calls what() again after an Error, each time a little later; the last Error is let through.
@@ -248,6 +261,11 @@ void writeFrame(const FrameTask& task, const Surface& surface) {
     if (!surface.picture.empty()) writeFile(task.picture, surface.picture);
 }
 
+void noteMemory(FrameReport& report) {
+    report.peak_bytes = peakMemory();
+    report.scratch_bytes = peakScratch();
+}
+
 void meshFrame(const FrameTask& task, const Plan& plan, bool near_surface, FrameReport& report, JobState& job) {
     const Config& config = plan.config;
     const bool planar = config.surface.dimension == 2;
@@ -278,7 +296,7 @@ void meshFrame(const FrameTask& task, const Plan& plan, bool near_surface, Frame
     if (!surface.picture.empty()) rememberFile(task.picture, task, *report.origin);
     watch("write");
     report.seconds.total = total.lap();
-    report.peak_bytes = peakMemory();
+    noteMemory(report);
     retrying(config.run.retries, [&] { writeFile(reportPath(task.output), reportJson(report) + '\n'); });
 }
 
@@ -331,7 +349,7 @@ FrameReport frameReport(const FrameTask& task, const Plan& plan, bool near_surfa
                 fail(report, error.what());
             }
     }
-    report.peak_bytes = peakMemory();
+    noteMemory(report);
     return report;
 }
 
@@ -347,8 +365,7 @@ void prepareFolders(const std::vector<FrameTask>& tasks) {
     for (const FrameTask& task : tasks) {
         for (const std::string& output : {task.output, task.picture}) {
             if (output.empty()) continue;
-            const fs::path folder = fs::path(output).parent_path();
-            folders[folder.empty() ? "." : folder] |= writes(task.action);
+            folders[folderOf(output)] |= writes(task.action);
         }
     }
     for (const auto& [folder, is_written_to] : folders) {
@@ -437,6 +454,7 @@ JobResult runJob(const Plan& plan, SignalWatch& signals, const FrameNotes& notes
         const FrameTask& task = plan.tasks[i];
         const FrameNotes::AtWork note(notes, task.frame);
         try {
+            if (alone || task.near_surface) job.useScratch(plan, task);
             tell(frameReport(task, plan, alone || task.near_surface, job));
         } catch (const Interrupted&) {
         } catch (const std::bad_alloc&) {
@@ -447,10 +465,12 @@ JobResult runJob(const Plan& plan, SignalWatch& signals, const FrameNotes& notes
     const auto outOfMemory = [&](std::size_t i) {
         result.out_of_memory = true;
         FrameReport report = reportFor(plan.tasks[i], plan);
+        const std::uint64_t on_disk = peakScratch();
         const std::string& near = job.near_surface[plan.tasks[i].frame];
         fail(report, "out of memory, with no other frame at work; expected " +
                          std::to_string((plan.memory_budget >> 20) + 1) + " MiB (run.memory_limit) to be enough" +
-                         (near.empty() ? "" : "; " + near));
+                         (near.empty() ? "" : "; " + near) +
+                         (on_disk > 0 ? "; " + std::to_string((on_disk >> 20) + 1) + " MiB lay on disk" : ""));
         tell(report);
     };
     withThreads(plan.threads, [&] { runInRounds(plan, doFrame, outOfMemory); });

@@ -6,6 +6,8 @@
 #include <pthread.h>
 #include <sched.h>
 #include <sys/resource.h>
+#include <sys/stat.h>
+#include <sys/sysmacros.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -161,6 +163,18 @@ std::uint64_t peakMemory() {
     return static_cast<std::uint64_t>(usage.ru_maxrss) * 1024;  // Linux counts in KiB
 }
 
+std::uint64_t readAhead(int file) {
+    struct stat status = {};
+    if (::fstat(file, &status) != 0) return 0;
+    const std::string device = std::to_string(major(status.st_dev)) + ':' + std::to_string(minor(status.st_dev));
+    for (const fs::path& place :
+         {fs::path("/sys/dev/block") / device / "queue", fs::path("/sys/dev/block") / device / "../queue",
+          fs::path("/sys/class/bdi") / device})
+        if (const auto kibibytes = numberIn(place / "read_ahead_kb"))
+            return static_cast<std::uint64_t>(*kibibytes) * 1024;
+    return 0;
+}
+
 void keepFreedMemory() {
     mallopt(M_MMAP_THRESHOLD, std::numeric_limits<int>::max());
     mallopt(M_TRIM_THRESHOLD, std::numeric_limits<int>::max());
@@ -168,13 +182,18 @@ void keepFreedMemory() {
 
 void releaseFreeMemory() { malloc_trim(0); }
 
-void limitMemory(std::uint64_t bytes) {
-    // What is freed no longer counts: large blocks go back at once, small ones are not scattered over many heaps.
+void returnFreedMemory() {
+    // Large blocks go back at once, small ones are not scattered over many heaps.
     mallopt(M_MMAP_THRESHOLD, kLargeBlock);
     mallopt(M_TRIM_THRESHOLD, kLargeBlock);
     mallopt(M_ARENA_MAX, kHeaps);
+    malloc_trim(0);
+}
+
+void limitMemory(std::uint64_t bytes) {
+    returnFreedMemory();
     std::uint64_t data = pagesOf(5);  // what RLIMIT_DATA counts: the heap, and the stacks of threads in full
-    data += stackOfAThread();         // a job makes one that waits for signals
+    data += 2 * stackOfAThread();     // a job makes one that waits for signals, and one that trims scratch memory
     rlimit limit{};
     getrlimit(RLIMIT_DATA, &limit);
     limit.rlim_cur = std::min<rlim_t>(bytes + data, limit.rlim_max);

@@ -21,6 +21,9 @@ std::uint64_t freeMemory();
 std::uint64_t currentMemory();
 std::uint64_t peakMemory();
 
+/// How much the system reads at once of a file that is mapped, bytes; 0 where it does not tell.
+std::uint64_t readAhead(int file);
+
 /// Keeps what is freed for later allocations: of a frame's time a tenth and more would go into pages that the system
 /// takes back and hands out again, cleared.
 void keepFreedMemory();
@@ -28,8 +31,11 @@ void keepFreedMemory();
 /// Gives the system back what this process holds for later allocations.
 void releaseFreeMemory();
 
+/// Gives it back as soon as it is freed, from here on.
+void returnFreedMemory();
+
 /// From here on allocations that together would take this many bytes more than the process has now throw
-/// std::bad_alloc. The stack of one more thread does not count.
+/// std::bad_alloc. The stacks of two more threads do not count.
 void limitMemory(std::uint64_t bytes);
 
 }  // namespace betamesh

@@ -294,11 +294,18 @@ TEST_F(Faults, WhereTheKernelEndsAProcessForItsMemoryTheOtherFramesAreWritten) {
     if (kSanitized) GTEST_SKIP() << "sanitizers hold memory of their own";
     writeFrames(1, kFrames, 1000);
     writeFrames(3, 3, 400000);
-    const Outcome outcome = [&] {
+    const auto meshInGroup = [&](const std::string& scratch) {
         const MemoryGroup group(std::uint64_t{100} << 20);
-        return group.works() ? mesh({"--radius", "0.02", "-j", "2"}) : Outcome{-1, "", ""};
-    }();
-    if (outcome.exit_code == -1) GTEST_SKIP() << "no control group can be made here";
+        return group.works() ? mesh({"--radius", "0.02", "-j", "2", "--overwrite", "--scratch", scratch})
+                             : Outcome{-1, "", ""};
+    };
+    const Outcome on_disk = meshInGroup("");
+    if (on_disk.exit_code == -1) GTEST_SKIP() << "no control group can be made here";
+    EXPECT_EQ(on_disk.exit_code, 0) << on_disk.err;
+    for (int frame = 1; frame <= kFrames; ++frame) EXPECT_TRUE(written(frame)) << frame;
+
+    fs::remove_all(folder_ / "out");
+    const Outcome outcome = meshInGroup("absent");
     EXPECT_EQ(outcome.exit_code, 33) << outcome.err;
     EXPECT_NE(outcome.err.find("frame 3: "), std::string::npos) << outcome.err;
     EXPECT_NE(outcome.err.find("error: out of memory: 5 of 6"), std::string::npos) << outcome.err;

@@ -507,6 +507,29 @@ TEST_F(Job, AFrameLargerThanTheMemoryGivesTheSameBytes) {
     EXPECT_LT(report(1)["peak_bytes"], whole["peak_bytes"]);
 }
 
+TEST_F(Job, ASurfaceLargerThanTheMemoryGivesTheSameBytes) {
+    if (!memoryLimitsWork()) GTEST_SKIP() << "memory cannot be limited here";
+    writeFrames(1, 2, 100000);
+    fs::create_directory(folder_ / "disk");
+    const auto run = [&](std::vector<std::string> further) {
+        std::vector<std::string> words{"--radius", "0.02", "--overwrite", "-j", "2"};
+        words.insert(words.end(), further.begin(), further.end());
+        const Outcome outcome = mesh(words);
+        EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+        return meshesIn("out");
+    };
+    const auto meshes = run({});
+    EXPECT_EQ(report(1)["scratch_bytes"], 0);
+    for (const char* limit : {"48MiB", "32MiB"})
+        for (const char* scratch : {"", "disk"}) {
+            SCOPED_TRACE(limit);
+            EXPECT_TRUE(run({"--memory-limit", limit, "--scratch", scratch}) == meshes);
+            for (const int frame : {1, 2}) EXPECT_GT(report(frame)["scratch_bytes"], 10'000'000);
+            EXPECT_TRUE(fs::is_empty(folder_ / "disk"));
+            EXPECT_EQ(hiddenFiles("out"), 0U);
+        }
+}
+
 TEST_F(Job, AMemoryLimitThrottlesRatherThanFails) {
     if (!memoryLimitsWork()) GTEST_SKIP() << "memory cannot be limited here";
     writeFrames(1, 1, 60000);  // takes about 50 MB, six of them more than the limit
@@ -523,9 +546,10 @@ TEST_F(Job, AFrameTooLargeForTheMemoryDoesNotLoseTheOthers) {
     if (!memoryLimitsWork()) GTEST_SKIP() << "memory cannot be limited here";
     writeFrames(1, 5, 1000);
     writeFrames(3, 3, 300000);
-    const Outcome outcome = mesh({"--memory-limit", "60MiB", "-j", "2", "--radius", "0.02"});
+    const Outcome outcome = mesh({"--memory-limit", "60MiB", "-j", "2", "--radius", "0.02", "--scratch", "absent"});
     EXPECT_EQ(outcome.exit_code, 33) << outcome.err;
-    for (const char* words : {"frame 3: out of memory", "particles lie near the surface and take about", "MiB"})
+    for (const char* words : {"'absent': No such file", "run.scratch", "frame 3: out of memory",
+                              "particles lie near the surface and take about", "MiB"})
         EXPECT_NE(outcome.err.find(words), std::string::npos) << outcome.err;
     for (int frame = 1; frame <= 5; ++frame) EXPECT_TRUE(frame == 3 ? absent(frame) : written(frame)) << frame;
 }

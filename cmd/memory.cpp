@@ -1,0 +1,18 @@
+// Where the memory of the program comes from: frames that have no room in it go on in a file. All other forms of these
+// operators call them.
+
+#include "batch/scratch_memory.h"
+
+#include <new>
+
+using betamesh::allocateMemory;
+using betamesh::releaseMemory;
+
+void* operator new(std::size_t bytes) { return allocateMemory(bytes, alignof(std::max_align_t)); }
+void* operator new(std::size_t bytes, std::align_val_t alignment) {
+    return allocateMemory(bytes, static_cast<std::size_t>(alignment));
+}
+void operator delete(void* block) noexcept { releaseMemory(block); }
+void operator delete(void* block, std::size_t) noexcept { releaseMemory(block); }
+void operator delete(void* block, std::align_val_t) noexcept { releaseMemory(block); }
+void operator delete(void* block, std::size_t, std::align_val_t) noexcept { releaseMemory(block); }
