@@ -70,6 +70,7 @@ public:
     /// Begins with a page. Null where there is no room.
     void* allocate(std::size_t bytes) {
         bytes = (bytes + page_ - 1) / page_ * page_;
+        std::call_once(memory_is_short_, returnFreedMemory);
         const std::size_t place = take(bytes);
         if (place == size_) return nullptr;
         void* const block = begin_ + place;
@@ -138,6 +139,7 @@ private:
     int file_;
     std::size_t page_, size_ = 0;
     std::byte* begin_ = nullptr;
+    std::once_flag memory_is_short_;
     std::mutex mutex_;                                // guards what follows
     std::map<std::size_t, std::size_t> free_, used_;  // places -> bytes
     std::uint64_t in_use_ = 0, most_in_use_ = 0;
@@ -168,7 +170,6 @@ std::size_t countedBytes(void* block) {
 
 ScratchMemory::ScratchMemory(std::uint64_t budget, const std::string& folder) {
     const std::uint64_t most = currentMemory() + budget;
-    returnFreedMemory();
     try {
         if (scratch_file.load() == nullptr) scratch_file = new ScratchFile(folder, budget);
         trimming_ = std::jthread([most](const std::stop_token& stop) { trimAbove(most, stop); });
