@@ -237,14 +237,16 @@ void NeighbourFinder::gather(std::size_t cell) {
     });
     squared_.resize(number.size());
     found_.resize(number.size() + 1);
-    for (Candidates& candidates : of_eighth_) candidates.particle.clear();
+    for (auto& of_eighth : of_eighth_)
+        for (Candidates& candidates : of_eighth) candidates.particle.clear();
 }
 
-// Which candidates are within 2R of a box.
-std::span<const std::uint32_t> NeighbourFinder::within(const Candidates& candidates, const Box& box) {
+// Which candidates are within so many radii of a box.
+std::span<const std::uint32_t> NeighbourFinder::within(std::int64_t radii, const Candidates& candidates,
+                                                       const Box& box) {
     const auto& [number, x, y, z] = candidates;
     squaredDistances(x.data(), y.data(), z.data(), number.size(), box, squared_.data());
-    const auto reach = static_cast<double>(4 * particles_.radius * particles_.radius);
+    const auto reach = static_cast<double>(radii * radii * particles_.radius * particles_.radius);
     std::size_t found = 0;
     for (std::uint32_t k = 0; k < number.size(); ++k) {
         found_[found] = k;
@@ -253,15 +255,16 @@ std::span<const std::uint32_t> NeighbourFinder::within(const Candidates& candida
     return std::span(found_).first(found);
 }
 
-// In a crowd those of an eighth of the cell, which are two in five: many particles share them.
-const NeighbourFinder::Candidates& NeighbourFinder::candidatesFor(const Vec3& place) {
-    if (particles_.cell_begin[cell_ + 1] - particles_.cell_begin[cell_] < kCrowd) return of_cell_;
+// In a crowd those of an eighth of the cell, which are two in five, or one in eight: many particles share them.
+const NeighbourFinder::Candidates& NeighbourFinder::candidatesFor(const Vec3& place, std::int64_t radii) {
+    if (inCell() < kCrowd) return of_cell_;
     const auto radius = static_cast<double>(particles_.radius);
     const bool right = place.x >= radius, behind = place.y >= radius, above = place.z >= radius;
-    Candidates& here = of_eighth_[(right ? 1 : 0) + (behind ? 2 : 0) + (above ? 4 : 0)];
+    auto& of_eighth = of_eighth_[static_cast<std::size_t>(radii - 1)];
+    Candidates& here = of_eighth[(right ? 1 : 0) + (behind ? 2 : 0) + (above ? 4 : 0)];
     if (!here.particle.empty()) return here;
     const Vec3 low(right ? radius : 0, behind ? radius : 0, above ? radius : 0);
-    const auto near = within(of_cell_, {low, low + Vec3(radius)});
+    const auto near = within(radii, of_cell_, {low, low + Vec3(radius)});
     const auto take = [&](const auto& from, auto& to) {
         to.resize(near.size());
         for (std::size_t k = 0; k < near.size(); ++k) to[k] = from[near[k]];
@@ -273,15 +276,16 @@ const NeighbourFinder::Candidates& NeighbourFinder::candidatesFor(const Vec3& pl
     return here;
 }
 
-void NeighbourFinder::find(std::uint32_t particle, std::vector<Neighbour>& neighbours) {
-    if (cell_ == ~std::size_t{0} || particle < particles_.cell_begin[cell_] ||
-        particle >= particles_.cell_begin[cell_ + 1]) {
-        const auto above = std::upper_bound(particles_.cell_begin.begin(), particles_.cell_begin.end(), particle);
-        gather(static_cast<std::size_t>(above - particles_.cell_begin.begin()) - 1);
-    }
+void NeighbourFinder::goTo(std::uint32_t particle) {
+    const std::vector<std::uint32_t>& begin = particles_.cell_begin;
+    if (cell_ != ~std::size_t{0} && particle >= begin[cell_] && particle < begin[cell_ + 1]) return;
+    gather(static_cast<std::size_t>(std::upper_bound(begin.begin(), begin.end(), particle) - begin.begin()) - 1);
+}
+
+void NeighbourFinder::find(std::uint32_t particle, std::int64_t radii, std::vector<Neighbour>& neighbours) {
     const Vec3 from = toDouble(particles_.position[particle] - particles_.cell[cell_] * (2 * particles_.radius));
-    const Candidates& candidates = candidatesFor(from);
-    const auto near = within(candidates, Box(from));
+    const Candidates& candidates = candidatesFor(from, radii);
+    const auto near = within(radii, candidates, Box(from));
     neighbours.resize(near.size());
     std::size_t found = 0;  // all but itself, the only one at its place
     for (const std::uint32_t k : near) {
@@ -290,6 +294,18 @@ void NeighbourFinder::find(std::uint32_t particle, std::vector<Neighbour>& neigh
         found += squared_[k] > 0;
     }
     neighbours.resize(found);
+}
+
+void NeighbourFinder::find(std::uint32_t particle, std::vector<Neighbour>& neighbours) {
+    goTo(particle);
+    find(particle, 2, neighbours);
+}
+
+bool NeighbourFinder::findInCrowd(std::uint32_t particle, std::vector<Neighbour>& neighbours) {
+    goTo(particle);
+    if (inCell() < kCrowd) return false;
+    find(particle, 1, neighbours);
+    return true;
 }
 
 }  // namespace betamesh

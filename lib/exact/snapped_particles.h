@@ -132,29 +132,35 @@ struct Neighbour {
     std::uint32_t particle;
 };
 
-/// Finds all particles within 2R of one, itself left out, in the order of SnappedParticles. Quickest when
-/// asked for one particle of a cell after another.
+/// Finds particles near one, itself left out, in the order of SnappedParticles. Quickest when asked for one particle of
+/// a cell after another.
 class NeighbourFinder {
 public:
     explicit NeighbourFinder(const SnappedParticles& particles) : particles_(particles), around_(particles.cell) {}
+    /// All within 2R.
     void find(std::uint32_t particle, std::vector<Neighbour>& neighbours);
+    /// All within R, a fifth of them in a crowd; true where it is in one.
+    bool findInCrowd(std::uint32_t particle, std::vector<Neighbour>& neighbours);
 
 private:
     struct Candidates {
         std::vector<std::uint32_t> particle;
         std::vector<double> x, y, z;  // from the cell's corner
     };
+    void goTo(std::uint32_t particle);
     void gather(std::size_t cell);
-    std::span<const std::uint32_t> within(const Candidates& candidates, const Box& box);
-    const Candidates& candidatesFor(const Vec3& place);
+    std::uint32_t inCell() const { return particles_.cell_begin[cell_ + 1] - particles_.cell_begin[cell_]; }
+    void find(std::uint32_t particle, std::int64_t radii, std::vector<Neighbour>& neighbours);
+    std::span<const std::uint32_t> within(std::int64_t radii, const Candidates& candidates, const Box& box);
+    const Candidates& candidatesFor(const Vec3& place, std::int64_t radii);
 
     const SnappedParticles& particles_;
     CellsAround around_;
     std::size_t cell_ = ~std::size_t{0};
-    Candidates of_cell_;                   // all that may be near a particle of the cell
-    std::array<Candidates, 8> of_eighth_;  // the same of a part of it; empty: not made yet
-    std::vector<std::uint32_t> found_;     // of candidates, those that are near
-    std::vector<double> squared_;          // distances of all of them
+    Candidates of_cell_;                                  // all that may be near a particle of the cell
+    std::array<std::array<Candidates, 8>, 2> of_eighth_;  // those within R and 2R of a part of it; empty: not made yet
+    std::vector<std::uint32_t> found_;                    // of candidates, those that are near
+    std::vector<double> squared_;                         // distances of all of them
 };
 
 }  // namespace betamesh

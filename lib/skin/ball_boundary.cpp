@@ -91,6 +91,14 @@ void skinBall(const SnappedParticles& particles, const std::vector<bool>& surviv
     }
 }
 
+// What is hidden in a crowd is so by those nearest to it, nearly always.
+bool isHiddenInCrowd(std::uint32_t i, NeighbourFinder& finder, std::vector<Neighbour>& neighbours,
+                     ExposedRegion& region) {
+    if (!finder.findInCrowd(i, neighbours)) return false;
+    region.enclose(neighbours);
+    return region.empty();
+}
+
 template <typename Balls>
 std::vector<Parts> exposedParts(const SnappedParticles& particles, const std::vector<std::uint32_t>& exposed) {
     std::vector<bool> survives(particles.size(), false);
@@ -102,6 +110,7 @@ std::vector<Parts> exposedParts(const SnappedParticles& particles, const std::ve
         ExposedRegion region(particles.radius);
         std::vector<Neighbour> neighbours, partners;
         for (std::size_t s = task * kBallsPerTask; s < std::min(n, (task + 1) * kBallsPerTask); ++s) {
+            if (isHiddenInCrowd(exposed[s], finder, neighbours, region)) continue;
             finder.find(exposed[s], neighbours);
             skinBall<Balls>(particles, survives, exposed[s], neighbours, region, partners, parts[task]);
         }
