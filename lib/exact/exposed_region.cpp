@@ -1,5 +1,6 @@
 #include "exact/exposed_region.h"
 
+#include "core/icosphere.h"
 #include "core/simd.h"
 
 #include <algorithm>
@@ -50,6 +51,74 @@ struct FarthestBeyond {
         }
         takeLargest<kWidth>(most, beyond);
         if (beyond > -static_cast<float>(kSlack)) takeFirst<kWidth>(most, beyond, most_at, plane);
+    }
+};
+
+// Directions of which one is near every other: no farther than the angle given here.
+struct Directions {
+    static constexpr std::size_t kCount = 48;  // whole registers; some are there twice
+
+    std::array<float, kCount> x, y, z;
+    double cosine = 1, sine;
+
+    Directions() {
+        Icosphere sphere = icosphere(2);
+        std::vector<Vec3>& at = sphere.position;
+        for (const auto& [a, b, c] : sphere.triangles) {
+            const Vec3 normal = cross(at[b] - at[a], at[c] - at[a]).normalized();
+            cosine = std::min(cosine, dot(normal, at[a]) - kSlack);
+        }
+        sine = std::sqrt(1 - cosine * cosine);
+        std::sort(at.begin(), at.end(), [](const Vec3& a, const Vec3& b) { return a.z < b.z; });
+        at.resize(kCount, at.back());
+        for (std::size_t i = 0; i < kCount; ++i) {
+            x[i] = static_cast<float>(at[i].x);
+            y[i] = static_cast<float>(at[i].y);
+            z[i] = static_cast<float>(at[i].z);
+        }
+    }
+};
+
+// Where planes are as seen from a direction that is to be beyond them with all that is near it.
+BETAMESH_EVERY_CPU
+void setRims(std::size_t n, const float* distance, float cosine, float sine, float* rim) {
+    for (std::size_t i = 0; i < n; ++i) {
+        const float h = distance[i], apart = 1 - h * h;
+        const float seen = h * cosine + std::sqrt(apart > 0 ? apart : 0) * sine + static_cast<float>(kSlack);
+        rim[i] = h < cosine ? seen : kOutOfReach;
+    }
+}
+
+// Is every direction beyond a plane, with all that is near it?
+template <typename Planes>
+struct CoverAll {
+    const Directions& directions;
+    const Planes& planes;
+    const std::vector<float>& rim;
+    bool& all;
+
+    template <std::size_t kWidth>
+    __attribute__((always_inline)) void operator()() const {
+        using Some = Floats<kWidth>;
+        constexpr std::size_t kAtOnce = 8;
+        const std::size_t n = rim.size();
+        all = false;
+        for (std::size_t d = 0; d < Directions::kCount; d += kWidth) {
+            Some x, y, z, short_of = Some{} + kOutOfReach;
+            std::memcpy(&x, &directions.x[d], sizeof x);
+            std::memcpy(&y, &directions.y[d], sizeof y);
+            std::memcpy(&z, &directions.z[d], sizeof z);
+            float farthest = kOutOfReach;
+            for (std::size_t i = 0; i < n && farthest > 0;) {
+                for (const std::size_t end = std::min(n, i + kAtOnce); i < end; ++i) {
+                    const Some left = rim[i] - (x * planes.x[i] + y * planes.y[i] + z * planes.z[i]);
+                    short_of = left < short_of ? left : short_of;
+                }
+                takeLargest<kWidth>(short_of, farthest);
+            }
+            if (farthest > 0) return;
+        }
+        all = true;
     }
 };
 
@@ -198,10 +267,29 @@ bool ExposedRegion::settleEdges() {
     return true;
 }
 
-void ExposedRegion::enclose(const std::vector<Neighbour>& neighbours) {
-    all_ = &neighbours;
-    bounds_.assign(neighbours.size(), 0);
+bool ExposedRegion::isHiddenBy(const std::vector<Neighbour>& neighbours) {
+    static const Directions directions;
     setPlanes(neighbours);
+    rim_.resize(neighbours.size());
+    setRims(rim_.size(), planes_.distance.data(), static_cast<float>(directions.cosine),
+            static_cast<float>(directions.sine), rim_.data());
+    bool all;
+    onThisCpu(CoverAll<Planes>{directions, planes_, rim_, all});
+    if (all) return true;
+    all_ = &neighbours;
+    enclose();
+    return empty();
+}
+
+void ExposedRegion::enclose(const std::vector<Neighbour>& neighbours) {
+    setPlanes(neighbours);
+    all_ = &neighbours;
+    enclose();
+}
+
+void ExposedRegion::enclose() {
+    const std::vector<Neighbour>& neighbours = *all_;
+    bounds_.assign(neighbours.size(), 0);
     beginWithTetrahedron();
     do settleCorners();
     while (!empty() && !settleEdges());

@@ -30,6 +30,9 @@ public:
     /// Of the ball with these others within 2R, none of them at the same place.
     void enclose(const std::vector<Neighbour>& neighbours);
 
+    /// Whether that is empty; quicker where these are many and near.
+    bool isHiddenBy(const std::vector<Neighbour>& neighbours);
+
     bool empty() const { return outer_ == 0; }
     const std::vector<Neighbour>& neighbours() const { return bounding_; }
     /// point: on the sphere, from its centre.
@@ -56,6 +59,7 @@ private:
     };
 
     void setPlanes(const std::vector<Neighbour>& neighbours);
+    void enclose();
     void beginWithTetrahedron();
     bool settle(const Vec3& place);
     bool clip(std::uint32_t neighbour);
@@ -67,6 +71,7 @@ private:
     double radius_;
     const std::vector<Neighbour>* all_ = nullptr;
     Planes planes_;
+    std::vector<float> rim_;
     std::array<Wall, kMostWalls> wall_;
     std::vector<Corner> corner_;
     std::array<std::array<std::uint16_t, kMostWalls>, kMostWalls> corner_at_;  // by two of its walls, in order

@@ -94,9 +94,7 @@ void skinBall(const SnappedParticles& particles, const std::vector<bool>& surviv
 // What is hidden in a crowd is so by those nearest to it, nearly always.
 bool isHiddenInCrowd(std::uint32_t i, NeighbourFinder& finder, std::vector<Neighbour>& neighbours,
                      ExposedRegion& region) {
-    if (!finder.findInCrowd(i, neighbours)) return false;
-    region.enclose(neighbours);
-    return region.empty();
+    return finder.findInCrowd(i, neighbours) && region.isHiddenBy(neighbours);
 }
 
 template <typename Balls>
