@@ -30,7 +30,8 @@ public:
     /// Of the ball with these others within 2R, none of them at the same place.
     void enclose(const std::vector<Neighbour>& neighbours);
 
-    /// Whether that is empty; quicker where these are many and near.
+    /// Whether they surely cover all of it; quicker where they are many and near, as they are asked first whether
+    /// each covers some of 42 directions with all that is near these.
     bool isHiddenBy(const std::vector<Neighbour>& neighbours);
 
     bool empty() const { return outer_ == 0; }

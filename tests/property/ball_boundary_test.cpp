@@ -168,31 +168,36 @@ TEST(BallBoundary, DoesNotDependOnParticleOrder) {
     });
 }
 
-TEST(NeighbourFinder, FindsAllWithinTwoRadii) {
-    std::size_t largest_cell = 0;
+TEST(NeighbourFinder, FindsAllWithinItsReach) {
+    std::size_t in_crowds = 0;
     forEveryCloud(300, [&](const Cloud& cloud) {
         const SnappedParticles snapped = snapParticles(cloud.particles, cloud.radius);
-        for (std::size_t c = 0; c < snapped.cell.size(); ++c)
-            largest_cell = std::max<std::size_t>(largest_cell, snapped.cell_begin[c + 1] - snapped.cell_begin[c]);
         NeighbourFinder finder(snapped);
         std::vector<Neighbour> found;
-        for (std::uint32_t i = 0; i < snapped.size(); ++i) {
-            finder.find(i, found);
+        const auto expectAllWithin = [&](std::int64_t radii, std::uint32_t i) {
+            const auto reach = static_cast<double>(radii * snapped.radius);
             std::size_t next = 0;
             for (std::uint32_t k = 0; k < snapped.size(); ++k) {
-                const Vec3i offset = snapped.position[k] - snapped.position[i];
-                if (k == i || toDouble(offset).length2() > 4 * static_cast<double>(snapped.radius * snapped.radius))
-                    continue;
+                const Vec3 offset = toDouble(snapped.position[k] - snapped.position[i]);
+                if (k == i || offset.length2() > reach * reach) continue;
                 ASSERT_LT(next, found.size()) << "of particle " << i;
                 ASSERT_EQ(found[next].particle, k) << "of particle " << i;
-                ASSERT_EQ(found[next].offset, toDouble(offset));
-                ASSERT_EQ(found[next].squared, toDouble(offset).length2());
+                ASSERT_EQ(found[next].offset, offset);
+                ASSERT_EQ(found[next].squared, offset.length2());
                 ++next;
             }
             ASSERT_EQ(next, found.size()) << "of particle " << i;
+        };
+        for (std::uint32_t i = 0; i < snapped.size(); ++i) {
+            if (finder.findInCrowd(i, found)) {
+                ++in_crowds;
+                expectAllWithin(1, i);
+            }
+            finder.find(i, found);
+            expectAllWithin(2, i);
         }
     });
-    EXPECT_GT(largest_cell, 100U);  // crowds, which are looked at in parts, are among them
+    EXPECT_GT(in_crowds, 100U);  // which are looked at in parts
 }
 
 TEST(ExposedRegion, HoldsWhatIsExposedAndNamesWhoeverBoundsIt) {
@@ -206,6 +211,7 @@ TEST(ExposedRegion, HoldsWhatIsExposedAndNamesWhoeverBoundsIt) {
         std::vector<Neighbour> neighbours;
         for (std::uint32_t i = 0; i < snapped.size(); ++i) {
             finder.find(i, neighbours);
+            const bool hidden = region.isHiddenBy(neighbours);
             region.enclose(neighbours);
             for (const Vec3& direction : sphere.position) {
                 const Vec3 point = direction * radius;
@@ -217,7 +223,7 @@ TEST(ExposedRegion, HoldsWhatIsExposedAndNamesWhoeverBoundsIt) {
                 };
                 const bool exposed = !hidesFromAny(neighbours), held = !region.empty() && region.mayHold(point);
                 if (exposed) {
-                    ASSERT_TRUE(held) << "particle " << i;
+                    ASSERT_TRUE(held && !hidden) << "particle " << i;
                 }
                 if (held) {
                     ASSERT_EQ(exposed, !hidesFromAny(region.neighbours())) << "particle " << i;
