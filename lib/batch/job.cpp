@@ -454,7 +454,7 @@ JobResult runJob(const Plan& plan, SignalWatch& signals, const FrameNotes& notes
         const FrameTask& task = plan.tasks[i];
         const FrameNotes::AtWork note(notes, task.frame);
         try {
-            if (alone || task.near_surface) job.useScratch(plan, task);
+            if ((alone || task.near_surface) && task.action == FrameAction::mesh) job.useScratch(plan, task);
             tell(frameReport(task, plan, alone || task.near_surface, job));
         } catch (const Interrupted&) {
         } catch (const std::bad_alloc&) {

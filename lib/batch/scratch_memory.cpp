@@ -2,11 +2,16 @@
 
 #include "batch/log.h"
 #include "batch/machine.h"
+#include "core/error.h"
+#include "io/output_file.h"
 
 #include <fcntl.h>
+#include <linux/fs.h>
 #include <malloc.h>
+#include <sys/ioctl.h>
 #include <sys/mman.h>
 #include <sys/resource.h>
+#include <sys/statvfs.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -17,6 +22,7 @@
 #include <cstddef>
 #include <cstdlib>
 #include <cstring>
+#include <limits>
 #include <map>
 #include <mutex>
 #include <new>
@@ -28,18 +34,28 @@ namespace {
 constexpr std::size_t kLargeBlock = std::size_t{1} << 15;   // bytes
 constexpr std::size_t kLargestFile = std::size_t{1} << 43;  // in addresses; the disk is asked for what is used
 constexpr std::size_t kSmallestFile = std::size_t{1} << 28;
-constexpr std::uint64_t kShareInMemory = 4;   // of the budget: one in so many
+constexpr std::uint64_t kLeftOnDisk = std::uint64_t{64} << 20;  // for what the file system notes down, and for meshes
+constexpr std::uint64_t kShareInMemory = 4;                     // of the budget: one in so many
 constexpr std::uint64_t kMostReadAhead = 32;  // the same of what may be read at once, where it replaces as much
 constexpr auto kTrimEvery = std::chrono::milliseconds(2);
 
-/// The first that goes, from the folder's point of view; -1 and errno where it takes none.
+/// errors  a folder that takes none
 int fileWithoutName(const std::string& folder) {
-    const int file = ::open(folder.c_str(), O_TMPFILE | O_RDWR | O_EXCL | O_CLOEXEC, 0600);
+    int file = ::open(folder.c_str(), O_TMPFILE | O_RDWR | O_EXCL | O_CLOEXEC, 0600);
     if (file >= 0) return file;
-    std::string name = folder + "/.betamesh-scratch-XXXXXX";  // not every file system can without
-    const int named = ::mkostemp(name.data(), O_CLOEXEC);
-    if (named >= 0) ::unlink(name.c_str());
-    return named;
+    sweepTemporaries(folder);
+    const OutputFile named(folder + "/scratch");  // not every file system can without; its name goes right away
+    file = ::open(named.temporaryPath().c_str(), O_RDWR | O_CLOEXEC);
+    if (file < 0) throw Error("'" + folder + "': " + std::strerror(errno));
+    return file;
+}
+
+/// Makes what is written again need no other place, where the file system goes by that.
+void writeInPlace(int file) {
+    int flags = 0;
+    if (::ioctl(file, FS_IOC_GETFLAGS, &flags) != 0) return;
+    flags |= FS_NOCOW_FL;
+    ::ioctl(file, FS_IOC_SETFLAGS, &flags);
 }
 
 /// Blocks in a file that is mapped whole: where a block is in the mapping it is in the file. Stays while the process
@@ -49,35 +65,43 @@ public:
     /// budget: as much of it as is to be at hand, bytes.
     ScratchFile(const std::string& folder, std::uint64_t budget)
         : file_(fileWithoutName(folder)), page_(static_cast<std::size_t>(::sysconf(_SC_PAGESIZE))) {
-        rlimit largest{};
-        ::getrlimit(RLIMIT_FSIZE, &largest);  // a longer file would be a signal
-        for (size_ = kLargestFile; file_ >= 0 && size_ >= kSmallestFile; size_ /= 2) {
-            if (size_ > largest.rlim_cur || ::ftruncate(file_, static_cast<off_t>(size_)) != 0) continue;
+        rlimit longest{};
+        ::getrlimit(RLIMIT_FSIZE, &longest);  // a longer file would be a signal
+        int error = EFBIG;
+        for (size_ = kLargestFile; size_ >= kSmallestFile; size_ /= 2) {
+            if (size_ > longest.rlim_cur) continue;
             void* const begin = ::mmap(nullptr, size_, PROT_READ | PROT_WRITE, MAP_SHARED, file_, 0);
+            error = errno;
             if (begin == MAP_FAILED) continue;
+            writeInPlace(file_);
+            ::madvise(begin, size_, MADV_DONTDUMP);
             if (readAhead(file_) > budget / kMostReadAhead) ::madvise(begin, size_, MADV_RANDOM);
             begin_ = static_cast<std::byte*>(begin);
             free_[0] = size_;
             return;
         }
-        const int error = file_ < 0 ? errno : EFBIG;
-        if (file_ >= 0) ::close(file_);
-        throw std::system_error(error, std::generic_category());
+        ::close(file_);
+        throw Error("'" + folder + "': a file of " + std::to_string(kSmallestFile >> 20) +
+                    " MiB: " + std::strerror(error));
     }
 
     bool owns(const void* block) const { return block >= begin_ && block < begin_ + size_; }
 
-    /// Begins with a page. Null where there is no room.
-    void* allocate(std::size_t bytes) {
-        bytes = (bytes + page_ - 1) / page_ * page_;
+    /// Null where there is no room. bytes > 0.
+    void* allocate(std::size_t bytes, std::size_t alignment) {
+        if (alignment > page_) return nullptr;
         std::call_once(memory_is_short_, returnFreedMemory);
+        bytes = (bytes + page_ - 1) / page_ * page_;
         const std::size_t place = take(bytes);
         if (place == size_) return nullptr;
         void* const block = begin_ + place;
-        // The disk's promise; without it, to touch the block would end the process where the disk is full.
-        if (::posix_fallocate(file_, static_cast<off_t>(place), static_cast<off_t>(bytes)) == 0) return block;
-        release(block);
-        return nullptr;
+        if (!reserve(place, bytes)) {
+            release(block);
+            return nullptr;
+        }
+        const std::scoped_lock lock(mutex_);
+        most_in_use_ = std::max(most_in_use_, in_use_);
+        return block;
     }
 
     void release(void* block) noexcept {
@@ -132,8 +156,16 @@ private:
             free_.insert(std::move(gap));
         }
         in_use_ += bytes;
-        most_in_use_ = std::max(most_in_use_, in_use_);
         return place;
+    }
+    /// Whether the disk has room for a block: to touch it would end the process where it has not, or not for what the
+    /// file system notes down of it.
+    bool reserve(std::size_t place, std::size_t bytes) const {
+        int error = 0;
+        do error = ::posix_fallocate(file_, static_cast<off_t>(place), static_cast<off_t>(bytes));
+        while (error == EINTR);
+        struct statvfs disk = {};
+        return error == 0 && (::fstatvfs(file_, &disk) != 0 || disk.f_bavail * disk.f_frsize >= kLeftOnDisk);
     }
 
     int file_;
@@ -174,26 +206,27 @@ ScratchMemory::ScratchMemory(std::uint64_t budget, const std::string& folder) {
         if (scratch_file.load() == nullptr) scratch_file = new ScratchFile(folder, budget);
         trimming_ = std::jthread([most](const std::stop_token& stop) { trimAbove(most, stop); });
         most_in_memory = std::max<std::uint64_t>(1, budget / kShareInMemory);
-    } catch (const std::system_error& error) {
-        logWarning("'" + folder + "': " + error.code().message() +
-                   ": what has no room in memory cannot lie in a file there (run.scratch)");
+    } catch (const std::exception& error) {
+        logWarning(std::string(error.what()) + ": what has no room in memory cannot lie in a file there (run.scratch)");
     }
 }
 
 ScratchMemory::~ScratchMemory() { most_in_memory = 0; }
 
 void* allocateMemory(std::size_t bytes, std::size_t alignment) {
-    if (bytes >= kLargeBlock / 2) {
-        const std::uint64_t most = most_in_memory.load(std::memory_order_relaxed);
-        if (most > 0 && in_memory.load(std::memory_order_relaxed) + bytes > most)
-            if (void* const block = scratch_file.load()->allocate(bytes)) return block;
-    }
+    if (bytes > std::numeric_limits<std::ptrdiff_t>::max() - alignment) throw std::bad_alloc();
     bytes = std::max<std::size_t>(bytes, 1);
+    const bool may_be_large = bytes + alignment >= kLargeBlock / 2;
+    if (may_be_large) {
+        const std::uint64_t most = most_in_memory;
+        if (most > 0 && in_memory + bytes > most)
+            if (void* const block = scratch_file.load()->allocate(bytes, alignment)) return block;
+    }
     void* const block = alignment <= alignof(std::max_align_t)
                             ? std::malloc(bytes)
                             : std::aligned_alloc(alignment, (bytes + alignment - 1) / alignment * alignment);
     if (block == nullptr) throw std::bad_alloc();
-    if (bytes >= kLargeBlock / 2) in_memory += countedBytes(block);
+    if (may_be_large) in_memory += countedBytes(block);
     return block;
 }
 

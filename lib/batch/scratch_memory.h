@@ -19,7 +19,7 @@ class ScratchMemory {
 public:
     /// A quarter of the budget is for large blocks in memory; of those in the file so much is at hand that the process
     /// takes little more than the budget above what it has now; bytes. Where the folder takes no file a warning is
-    /// logged; there, and where its disk is full, blocks without room throw std::bad_alloc as ever.
+    /// logged; there, and where its disk has less than 64 MiB left, blocks without room throw std::bad_alloc as ever.
     ScratchMemory(std::uint64_t budget, const std::string& folder);
     ~ScratchMemory();
     ScratchMemory(const ScratchMemory&) = delete;

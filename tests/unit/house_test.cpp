@@ -40,8 +40,8 @@ const std::vector<std::pair<std::string, std::vector<std::string>>> kDoors{
     {"yaml-cpp/", {"batch/config.cpp"}},
     {"zlib.h", {"io/gzip.cpp"}},
 };
-const std::vector<std::string> kSystem{"fcntl.h", "malloc.h", "poll.h", "pthread.h", "sanitizer/",
-                                       "sched.h", "signal.h", "sys/",   "unistd.h"};
+const std::vector<std::string> kSystem{"fcntl.h",    "linux/",  "malloc.h", "poll.h", "pthread.h",
+                                       "sanitizer/", "sched.h", "signal.h", "sys/",   "unistd.h"};
 
 template <typename T>
 bool contains(const std::vector<T>& all, const T& one) {

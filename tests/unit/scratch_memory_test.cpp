@@ -11,6 +11,9 @@
 
 #include <chrono>
 #include <csignal>
+#include <limits>
+#include <new>
+#include <optional>
 #include <random>
 #include <thread>
 #include <vector>
@@ -53,7 +56,7 @@ void checkBlocks(std::size_t largest_words, std::size_t at_once) {
         std::mt19937_64 random(seed);
         std::vector<Block> blocks;
         for (int i = 0; i < 300; ++i) {
-            Block block(random() % largest_words, random() % 2 == 0 ? 16 : 64, random());
+            Block block(random() % largest_words, std::size_t{16} << 4 * (random() % 4), random());
             if (blocks.size() < at_once) {
                 blocks.push_back(std::move(block));
                 continue;
@@ -106,12 +109,32 @@ TEST(ScratchMemory, BlocksOutliveIt) {
     for (const Block& block : blocks) EXPECT_TRUE(block.isWhole());
 }
 
+TEST(ScratchMemory, BlocksAreCountedAsTheyAreFreed) {
+    const TemporaryFolder folder;
+    const ScratchMemory scratch(16 * kMiB, folder.path());
+    const std::uint64_t before = peakScratch();
+    for (const std::size_t alignment : {16, 64, 4096, 65536})
+        for (const std::size_t bytes : {1, 64, 16'000, 16'384, 32'700, 32'768, 65'536})
+            releaseMemory(allocateMemory(bytes, alignment));
+    const Block block(5'000, 16, 1);
+    EXPECT_EQ(peakScratch(), before);  // there is room in memory
+}
+
+TEST(ScratchMemory, NoMemoryHasRoomForAllOfIt) {
+    const TemporaryFolder folder;
+    const ScratchMemory scratch(kMiB, folder.path());
+    constexpr std::size_t kMost = std::numeric_limits<std::size_t>::max();
+    for (const std::size_t alignment : {16, 64, 65536})
+        for (const std::size_t bytes : {kMost, kMost - 10, kMost - 100'000, kMost / 2, kMost / 2 - 100'000})
+            EXPECT_THROW(releaseMemory(allocateMemory(bytes, alignment)), std::bad_alloc);
+}
+
 TEST(ScratchMemory, TheProcessHoldsLittleMoreThanTheBudget) {
     const TemporaryFolder folder;
     const std::uint64_t most = currentMemory() + 128 * kMiB;
     const ScratchMemory scratch(64 * kMiB, folder.path());
     std::vector<Block> blocks;
-    for (std::uint64_t i = 0; i < 100; ++i) blocks.emplace_back(4 * kMiB / 8, 16, i);
+    for (std::uint64_t i = 0; i < 50; ++i) blocks.emplace_back(4 * kMiB / 8, 16, i);
     const auto latest = std::chrono::steady_clock::now() + std::chrono::seconds(30);
     while (currentMemory() > most && std::chrono::steady_clock::now() < latest)
         std::this_thread::sleep_for(std::chrono::milliseconds(10));
