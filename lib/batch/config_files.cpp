@@ -123,8 +123,8 @@ void addRunKeys(std::vector<ConfigKey>& keys) {
          "For all frames at once. Frames wait until there is room for them, by the sizes of their files and by "
          "what earlier ones took; of one that is too large only the particles near its surface are kept, and what "
          "has no room even so, beyond a quarter of this, lies in a file in run.scratch. auto: what the machine, its "
-         "container or Slurm grants. A "
-         "size is also enforced: a frame that needs more even so fails, and the job ends with exit code 33."},
+         "container or Slurm grants. A size is also enforced: a frame that needs more even so fails, and the job ends "
+         "with exit code 33."},
         [](Config& c) -> std::uint64_t& { return c.run.memory_limit; }));
     keys.push_back(textKey(
         {"run.scratch", "--scratch", "",
