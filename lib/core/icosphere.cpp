@@ -1,5 +1,7 @@
 #include "core/icosphere.h"
 
+#include "core/simd.h"
+
 #include <cmath>
 #include <map>
 
@@ -40,6 +42,16 @@ Icosphere icosphere(std::uint32_t cuts) {
             }
     }
     return sphere;
+}
+
+DirectionColumns::DirectionColumns(const std::vector<Vec3>& directions) {
+    for (const Vec3& direction : directions) {
+        x.push_back(static_cast<float>(direction.x));
+        y.push_back(static_cast<float>(direction.y));
+        z.push_back(static_cast<float>(direction.z));
+    }
+    for (std::vector<float>* axis : {&x, &y, &z})
+        while (axis->size() % kLanes != 0) axis->push_back(axis->back());
 }
 
 }  // namespace betamesh

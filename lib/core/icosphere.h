@@ -14,4 +14,12 @@ struct Icosphere {
 /// Every edge of the icosahedron is cut into `cuts` >= 1 pieces: 20 cuts² triangles, 10 cuts² + 2 vertices.
 Icosphere icosphere(std::uint32_t cuts);
 
+/// Directions by column, filled up to whole registers with the last one.
+struct DirectionColumns {
+    std::vector<float> x, y, z;
+
+    explicit DirectionColumns(const std::vector<Vec3>& directions);
+    std::size_t size() const { return x.size(); }
+};
+
 }  // namespace betamesh

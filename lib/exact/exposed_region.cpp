@@ -56,26 +56,22 @@ struct FarthestBeyond {
 
 // Directions of which one is near every other: no farther than the angle given here.
 struct Directions {
-    static constexpr std::size_t kCount = 48;  // whole registers; some are there twice
-
-    std::array<float, kCount> x, y, z;
+    DirectionColumns column;
     double cosine = 1, sine;
 
-    Directions() {
-        Icosphere sphere = icosphere(2);
-        std::vector<Vec3>& at = sphere.position;
+    Directions() : Directions(icosphere(2)) {}
+    explicit Directions(const Icosphere& sphere) : column(inOrder(sphere.position)) {
         for (const auto& [a, b, c] : sphere.triangles) {
-            const Vec3 normal = cross(at[b] - at[a], at[c] - at[a]).normalized();
-            cosine = std::min(cosine, dot(normal, at[a]) - kSlack);
+            const Vec3 &at = sphere.position[a], &left = sphere.position[b], &right = sphere.position[c];
+            cosine = std::min(cosine, dot(cross(left - at, right - at).normalized(), at) - kSlack);
         }
         sine = std::sqrt(1 - cosine * cosine);
-        std::sort(at.begin(), at.end(), [](const Vec3& a, const Vec3& b) { return a.z < b.z; });
-        at.resize(kCount, at.back());
-        for (std::size_t i = 0; i < kCount; ++i) {
-            x[i] = static_cast<float>(at[i].x);
-            y[i] = static_cast<float>(at[i].y);
-            z[i] = static_cast<float>(at[i].z);
-        }
+    }
+
+private:
+    static std::vector<Vec3> inOrder(std::vector<Vec3> directions) {  // those of a register near each other
+        std::sort(directions.begin(), directions.end(), [](const Vec3& a, const Vec3& b) { return a.z < b.z; });
+        return directions;
     }
 };
 
@@ -92,7 +88,7 @@ void setRims(std::size_t n, const float* distance, float cosine, float sine, flo
 // Is every direction beyond a plane, with all that is near it?
 template <typename Planes>
 struct CoverAll {
-    const Directions& directions;
+    const DirectionColumns& directions;
     const Planes& planes;
     const std::vector<float>& rim;
     bool& all;
@@ -103,7 +99,7 @@ struct CoverAll {
         constexpr std::size_t kAtOnce = 8;
         const std::size_t n = rim.size();
         all = false;
-        for (std::size_t d = 0; d < Directions::kCount; d += kWidth) {
+        for (std::size_t d = 0; d < directions.size(); d += kWidth) {
             Some x, y, z, short_of = Some{} + kOutOfReach;
             std::memcpy(&x, &directions.x[d], sizeof x);
             std::memcpy(&y, &directions.y[d], sizeof y);
@@ -274,7 +270,7 @@ bool ExposedRegion::isHiddenBy(const std::vector<Neighbour>& neighbours) {
     setRims(rim_.size(), planes_.distance.data(), static_cast<float>(directions.cosine),
             static_cast<float>(directions.sine), rim_.data());
     bool all;
-    onThisCpu(CoverAll<Planes>{directions, planes_, rim_, all});
+    onThisCpu(CoverAll<Planes>{directions.column, planes_, rim_, all});
     if (all) return true;
     all_ = &neighbours;
     enclose();

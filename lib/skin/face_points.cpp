@@ -20,22 +20,6 @@ constexpr double kNearlyTouching = 0.1;  // between spheres, radii
 constexpr double kOnePoint = 1e-3;       // between directions, and from rims, for a contact to be a point of its own
 constexpr double kNegligible = 1e-6;     // sine of the half-angle of a cap that hides nothing
 
-// Some, filled up to whole registers.
-struct Directions {
-    std::vector<float> x, y, z;
-
-    explicit Directions(const std::vector<Vec3>& directions) {
-        const std::size_t whole = (directions.size() + kLanes - 1) / kLanes * kLanes;
-        for (std::vector<float>* axis : {&x, &y, &z}) axis->assign(whole, 0);
-        for (std::size_t d = 0; d < directions.size(); ++d) {
-            x[d] = static_cast<float>(directions[d].x);
-            y[d] = static_cast<float>(directions[d].y);
-            z[d] = static_cast<float>(directions[d].z);
-        }
-    }
-    std::size_t size() const { return x.size(); }
-};
-
 // What other balls hide of a sphere, each a cap of it: clearance is (cosine - direction · axis) · scale.
 struct Caps {
     std::vector<std::uint32_t> particle;
@@ -84,7 +68,7 @@ void Caps::of(const std::vector<Neighbour>& neighbours, double radius) {
 
 // The least clearance of every direction, and whose cap it is from; -1 without any.
 struct FindNearest {
-    const Directions& directions;
+    const DirectionColumns& directions;
     const Caps& caps;
     std::vector<float>&clearance, &cap;
 
@@ -183,7 +167,7 @@ FacePoints facePoints(const SnappedParticles& particles, const BallBoundary& bou
     std::vector<std::uint32_t> ball_of(particles.size(), kBuried);  // exposed ones alone move
     for (std::uint32_t b = 0; b < balls.size(); ++b) ball_of[boundary.snapped_row[b]] = b;
 
-    const Directions direction(points.directions.position);
+    const DirectionColumns direction(points.directions.position);
     const std::size_t directions = points.directions.position.size();
     const std::vector<std::vector<std::uint32_t>> near = nearlyTouching(boundary);
     const std::size_t tasks = (balls.size() + kBallsPerTask - 1) / kBallsPerTask;
