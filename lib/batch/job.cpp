@@ -168,12 +168,14 @@ bool needsOnlySurface(const Plan& plan) {
 Liquid readInput(const FrameTask& task, const Plan& plan, bool near_surface, Origin& origin, JobState& job) {
     const AttributeNames names{plan.config.input.velocity, plan.config.input.id};
     const FileStamp before = stampOf(task.input);
-    origin.input = identityOf(task.input);
     Liquid liquid;
-    if (near_surface && needsOnlySurface(plan))
-        liquid = readNearSurface(task, names, plan.skin, job);
-    else
-        liquid.particles = readParticles(task.input, names);
+    const auto read = [&] {
+        if (near_surface && needsOnlySurface(plan))
+            liquid = readNearSurface(task, names, plan.skin, job);
+        else
+            liquid.particles = readParticles(task.input, names);
+    };
+    parallelBoth(read, [&] { origin.input = identityOf(task.input); });
     if (stampOf(task.input) != before)
         throw Error(task.input + ": changed while it was read; expected a finished file");
     return liquid;

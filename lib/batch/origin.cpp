@@ -22,7 +22,7 @@
 namespace betamesh {
 namespace {
 
-constexpr std::size_t kPiece = std::size_t{1} << 20;            // bytes read at once
+constexpr std::size_t kPiece = std::size_t{1} << 17;            // bytes read at once
 constexpr std::int64_t kCoarsestClock = 2LL * 1'000'000'000LL;  // nanoseconds: FAT's; others are finer
 
 [[noreturn]] void failReading(const std::string& file) {

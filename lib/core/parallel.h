@@ -15,9 +15,13 @@
 #include <atomic>
 #include <chrono>
 #include <cstdint>
+#include <exception>
 #include <functional>
 #include <numeric>
+#include <optional>
 #include <thread>
+#include <utility>
+#include <variant>
 #include <vector>
 
 namespace betamesh {
@@ -158,6 +162,49 @@ void parallelInFlight(std::size_t n, std::size_t in_flight, const GoOn& goOn, co
     };
     tbb::parallel_pipeline(in_flight, tbb::make_filter<void, std::size_t>(tbb::filter_mode::serial_in_order, take) &
                                           tbb::make_filter<std::size_t, void>(tbb::filter_mode::parallel, work));
+}
+
+/// Goes through what take() gives, an optional that is empty at the end: make(item) is called for several items at
+/// once, while the next are taken; give(made) for one after the other, in the order in which they were taken. Ends with
+/// the first exception of any of them in this order.
+template <typename Take, typename Make, typename Give>
+void parallelInOrder(const Take& take, const Make& make, const Give& give) {
+    using Item = typename std::invoke_result_t<Take>::value_type;
+    using Made = std::invoke_result_t<Make, Item&&>;
+    using Taken = std::variant<std::exception_ptr, Item>;
+    using Done = std::variant<std::exception_ptr, Made>;
+    bool ended = false;
+    Fork fork;
+    const auto taking = [&](tbb::flow_control& control) -> Taken {
+        const Fork::Turn turn(fork);
+        try {
+            if (!ended)
+                if (std::optional<Item> item = take()) return *std::move(item);
+        } catch (...) {
+            ended = true;
+            return std::current_exception();
+        }
+        control.stop();
+        return {};
+    };
+    const auto making = [&](Taken&& taken) -> Done {
+        const Fork::Turn turn(fork);
+        if (const auto* failure = std::get_if<std::exception_ptr>(&taken)) return *failure;
+        try {
+            return make(std::get<Item>(std::move(taken)));
+        } catch (...) {
+            return std::current_exception();
+        }
+    };
+    const auto giving = [&](Done&& done) {
+        const Fork::Turn turn(fork);
+        if (const auto* failure = std::get_if<std::exception_ptr>(&done)) std::rethrow_exception(*failure);
+        tbb::this_task_arena::isolate([&] { give(std::get<Made>(std::move(done))); });
+    };
+    tbb::parallel_pipeline(2 * threadsHere(),
+                           tbb::make_filter<void, Taken>(tbb::filter_mode::serial_in_order, taking) &
+                               tbb::make_filter<Taken, Done>(tbb::filter_mode::parallel, making) &
+                               tbb::make_filter<Done, void>(tbb::filter_mode::serial_in_order, giving));
 }
 
 /// Turns counts into places: returns n + 1 entries, the sums of all counts before each, then of all.

@@ -8,7 +8,7 @@ namespace betamesh {
 
 namespace {
 
-bool finite(const Vec3f& v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); }
+bool finite(const Vec3f& v) { return std::isfinite(v.x) & std::isfinite(v.y) & std::isfinite(v.z); }
 
 void requireRows(std::size_t rows, std::size_t expected, const std::string& name) {
     if (rows != expected)
@@ -19,7 +19,9 @@ void requireRows(std::size_t rows, std::size_t expected, const std::string& name
 }  // namespace
 
 void requireFinite(std::span<const Vec3f> rows, const char* what, std::size_t first_row) {
-    for (std::size_t i = 0; i < rows.size(); ++i)
+    bool all_finite = true;  // seen without a branch, eight and more at a time
+    for (const Vec3f& row : rows) all_finite &= finite(row);
+    for (std::size_t i = 0; !all_finite && i < rows.size(); ++i)
         if (!finite(rows[i]))
             throw Error("particle " + std::to_string(first_row + i) + ": " + what + " is (" +
                         std::to_string(rows[i].x) + ", " + std::to_string(rows[i].y) + ", " +

@@ -159,21 +159,6 @@ FileContents pointsFrom(const std::byte* first, std::size_t n, std::size_t row,
     return points;
 }
 
-/// Some thousands at a time, which stay in the processor's cache.
-void readPoints(Cursor& in, std::uint32_t n, const std::vector<Declaration>& declarations, const ReadOptions& options,
-                FileContents& contents) {
-    constexpr std::uint32_t kRowsAtOnce = 1 << 14;
-    const std::size_t row = 16 + rowBytes(declarations);
-    in.requireRows(n, row, "points");
-    std::uint32_t done = 0;
-    do {  // once where there are none, too: names of attributes are told
-        const std::uint32_t rows = std::min(kRowsAtOnce, n - done);
-        const std::byte* first = in.take(rows * row, "points");
-        deliver(pointsFrom(first, rows, row, declarations, options), n, options, contents);
-        done += rows;
-    } while (done < n);
-}
-
 class PrimitiveReader {
 public:
     PrimitiveReader(Cursor& in, const Header& header, const ReadOptions& options, FileContents& contents)
@@ -385,7 +370,11 @@ FileContents parsePlain(Cursor& in, const ReadOptions& options) {
     contents.declared.push_back({"P", "float", 4, {}});
     const auto declarations = readDeclarations(in, header.point_attributes);
     for (const Declaration& d : declarations) contents.declared.push_back({d.name, wordOf(d.type), d.size, {}});
-    readPoints(in, header.points, declarations, options, contents);
+    const std::size_t row_bytes = 16 + rowBytes(declarations);
+    const auto decode = [&](const std::byte* first, std::size_t rows) {
+        return pointsFrom(first, rows, row_bytes, declarations, options);
+    };
+    deliverRows(in, header.points, row_bytes, decode, options, contents);
     if (options.faces) PrimitiveReader(in, header, options, contents).readAll();
     return contents;
 }

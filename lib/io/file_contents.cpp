@@ -1,6 +1,7 @@
 #include "io/file_contents.h"
 
 #include "core/error.h"
+#include "core/parallel.h"
 
 #include <algorithm>
 #include <cmath>
@@ -12,11 +13,16 @@ namespace betamesh {
 
 namespace {
 
+constexpr std::size_t kRowsAtOnce = std::size_t{1} << 12;
+
 bool isVelocity(const Attribute& a, std::size_t n) { return a.components == 3 && a.real.size() == 3 * n; }
 
 std::vector<Vec3f> rowsOf(const std::vector<float>& numbers) {
-    std::vector<Vec3f> rows(numbers.size() / 3);
-    for (std::size_t i = 0; i < rows.size(); ++i) rows[i] = {numbers[3 * i], numbers[3 * i + 1], numbers[3 * i + 2]};
+    std::vector<Vec3f> rows;
+    resizeOnAll(rows, numbers.size() / 3);
+    parallelFor(rows.size(), kRowsAtOnce, [&](std::size_t i) {
+        rows[i] = {numbers[3 * i], numbers[3 * i + 1], numbers[3 * i + 2]};
+    });
     return rows;
 }
 
@@ -110,8 +116,8 @@ void appendNumbers(std::vector<T>&& more, std::uint64_t all, std::vector<T>& num
     }
     const std::size_t wanted = numbers.size() + more.size();
     if (numbers.capacity() < wanted)
-        numbers.reserve(std::max<std::size_t>(
-            wanted, static_cast<std::size_t>(std::min<std::uint64_t>(all, 2 * std::uint64_t{wanted}))));
+        makeRoom(numbers, std::max<std::size_t>(wanted, static_cast<std::size_t>(
+                                                            std::min<std::uint64_t>(all, 2 * std::uint64_t{wanted}))));
     numbers.insert(numbers.end(), more.begin(), more.end());
 }
 
@@ -160,6 +166,24 @@ void deliver(FileContents&& points, std::uint64_t all, const ReadOptions& option
         options.points(std::move(points), all);
     else
         append(std::move(points), all, contents);
+}
+
+void deliverRows(Cursor& in, std::uint64_t all, std::size_t row_bytes,
+                 const std::function<FileContents(const std::byte* rows, std::size_t count)>& decode,
+                 const ReadOptions& options, FileContents& contents) {
+    in.requireRows(all, row_bytes, "points");
+    std::uint64_t taken = 0;
+    const auto take = [&]() -> std::optional<Bytes> {
+        const std::uint64_t rows = std::min<std::uint64_t>(kRowsAtOnce, all - taken);
+        if (rows == 0) return std::nullopt;
+        taken += rows;
+        const std::byte* first = in.take(static_cast<std::size_t>(rows) * row_bytes, "points");
+        return Bytes(first, first + rows * row_bytes);
+    };
+    if (all == 0) return deliver(decode(nullptr, 0), all, options, contents);  // names of attributes are told
+    parallelInOrder(
+        take, [&](Bytes&& rows) { return decode(rows.data(), rows.size() / row_bytes); },
+        [&](FileContents&& points) { deliver(std::move(points), all, options, contents); });
 }
 
 void requireFinite(const FileContents& points, const AttributeNames& names, std::size_t first_row,

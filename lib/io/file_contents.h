@@ -5,6 +5,7 @@
 #include "core/curves.h"
 #include "core/mesh.h"
 #include "core/particles.h"
+#include "io/bytes.h"
 #include "io/file_info.h"
 #include "io/particle_file.h"
 
@@ -44,6 +45,12 @@ struct ReadOptions {
 
 /// Gives points that a reader found to whoever is to have them. all: how many the file says it has.
 void deliver(FileContents&& points, std::uint64_t all, const ReadOptions& options, FileContents& contents);
+
+/// The same for all of them, where each is a row of so many bytes (one or more): several threads decode some thousands
+/// at a time, which stay in the processor's cache, while the next are read.
+void deliverRows(Cursor& in, std::uint64_t all, std::size_t row_bytes,
+                 const std::function<FileContents(const std::byte* rows, std::size_t count)>& decode,
+                 const ReadOptions& options, FileContents& contents);
 
 /// Adds points to those of the same file that came before; an attribute that either lacks is left out.
 void append(FileContents&& points, std::uint64_t all, FileContents& contents);

@@ -247,8 +247,7 @@ public:
     }
     [[noreturn]] void fail(const std::string& text) const { in_.fail(text); }
 
-    /// Rows of an element without lists at once.
-    const std::byte* takeRows(std::size_t rows, std::size_t row_bytes) { return in_.take(rows * row_bytes, "rows"); }
+    Cursor& cursor() { return in_; }
     bool otherOrder() const { return other_order_; }
 
 private:
@@ -340,10 +339,8 @@ private:
     Cursor& in_;
 };
 
-/// One scalar property of all vertices; exactly one of the two is filled.
+/// One scalar property of some vertices; exactly one of the two is filled.
 struct Column {
-    bool is_real = true;
-    bool wanted = true;
     std::vector<float> real;
     std::vector<std::int64_t> whole;
 };
@@ -351,27 +348,30 @@ struct Column {
 class VertexReader {
 public:
     VertexReader(const Element& element, const ReadOptions& options, const std::string& file)
-        : element_(element), options_(options), columns_(listOf(element)) {
-        for (std::size_t c = 0; c < columns_.size(); ++c) {
-            const Property& p = element.properties[c];
-            columns_[c].is_real = isReal(p.type) && p.name != options.id;
-            columns_[c].wanted = !p.is_list && (options.attributes || isCoordinate(p));
+        : element_(element), options_(options) {
+        for (const Property& p : element.properties) {
+            is_real_.push_back(isReal(p.type) && p.name != options.id);
+            is_wanted_.push_back(!p.is_list && (options.attributes || isCoordinate(p)));
         }
         for (const char* name : {"x", "y", "z"}) coordinate(name, file);
     }
 
-    /// Some thousands of rows at a time, which stay in the processor's cache.
     template <typename Source>
-    void read(Source& source, FileContents& contents) {
+    void read(Source& source, FileContents& contents) const {
+        if constexpr (std::is_same_v<Source, BinarySource>) {
+            if (const std::size_t row_bytes = bytesOfRow()) {
+                const auto decode = [&](const std::byte* first, std::size_t rows) {
+                    return assembled(columnsFrom(first, rows, row_bytes, source.otherOrder()), rows);
+                };
+                return deliverRows(source.cursor(), element_.rows, row_bytes, decode, options_, contents);
+            }
+        }
         constexpr std::uint64_t kRowsAtOnce = 1 << 14;
         std::uint64_t row = 0;
         do {  // once where there are none, too: names of attributes are told
-            rows_ = static_cast<std::size_t>(std::min(kRowsAtOnce, element_.rows - row));
-            for (Column& column : columns_)
-                if (column.wanted) (column.is_real ? column.real.resize(rows_) : column.whole.resize(rows_));
-            readRows(source);
-            deliver(assembled(), element_.rows, options_, contents);
-            row += rows_;
+            const auto rows = static_cast<std::size_t>(std::min(kRowsAtOnce, element_.rows - row));
+            deliver(assembled(columnsFrom(source, rows), rows), element_.rows, options_, contents);
+            row += rows;
         } while (row < element_.rows);
     }
 
@@ -383,69 +383,81 @@ public:
     }
 
 private:
-    static std::vector<Column> listOf(const Element& element) { return std::vector<Column>(element.properties.size()); }
+    using Columns = std::vector<Column>;
+
     static bool isCoordinate(const Property& p) { return p.name == "x" || p.name == "y" || p.name == "z"; }
-    static float numberAt(const Column& column, std::size_t i) {
-        return column.is_real ? column.real[i] : static_cast<float>(column.whole[i]);
+
+    Columns emptyColumns(std::size_t rows) const {
+        Columns columns(element_.properties.size());
+        for (std::size_t c = 0; c < columns.size(); ++c)
+            if (is_wanted_[c]) is_real_[c] ? columns[c].real.resize(rows) : columns[c].whole.resize(rows);
+        return columns;
     }
 
+    /// Number by number.
     template <typename Source>
-    void readRows(Source& source) {
-        if constexpr (std::is_same_v<Source, BinarySource>)
-            if (readByColumns(source)) return;
-        for (std::size_t row = 0; row < rows_; ++row)
-            for (std::size_t c = 0; c < columns_.size(); ++c) {
+    Columns columnsFrom(Source& source, std::size_t rows) const {
+        Columns columns = emptyColumns(rows);
+        for (std::size_t row = 0; row < rows; ++row)
+            for (std::size_t c = 0; c < columns.size(); ++c) {
                 const Property& p = element_.properties[c];
                 if (p.is_list)
                     skipList(source, p);
-                else if (!columns_[c].wanted)
+                else if (!is_wanted_[c])
                     source.skip(p.type, 1);
-                else if (columns_[c].is_real)
-                    columns_[c].real[row] = source.real(p.type);
+                else if (is_real_[c])
+                    columns[c].real[row] = source.real(p.type);
                 else
-                    columns_[c].whole[row] = source.whole(p.type);
+                    columns[c].whole[row] = source.whole(p.type);
             }
+        return columns;
     }
 
-    /// Several times faster than number by number.
-    bool readByColumns(BinarySource& source) {
-        std::size_t row_bytes = 0;
-        for (const Property& p : element_.properties) {
-            if (p.is_list) return false;
-            if (isReal(p.type) && !columns_[static_cast<std::size_t>(&p - element_.properties.data())].is_real)
-                return false;  // an id as a real number: every one is checked
-            row_bytes += sizeOf(p.type);
+    /// Where all rows are alike and no number needs a check of its own, as those of lists and real ids do; else 0.
+    std::size_t bytesOfRow() const {
+        std::size_t bytes = 0;
+        for (std::size_t c = 0; c < is_real_.size(); ++c) {
+            const Property& p = element_.properties[c];
+            if (p.is_list || (isReal(p.type) && !is_real_[c])) return 0;
+            bytes += sizeOf(p.type);
         }
-        const std::byte* at = source.takeRows(rows_, row_bytes);
-        for (std::size_t c = 0; c < columns_.size(); ++c) {
+        return bytes;
+    }
+
+    Columns columnsFrom(const std::byte* at, std::size_t rows, std::size_t row_bytes, bool other_order) const {
+        Columns columns = emptyColumns(rows);
+        for (std::size_t c = 0; c < columns.size(); ++c) {
             const Number type = element_.properties[c].type;
             withType(type, [&](auto zero) {
                 using T = decltype(zero);
-                for (std::size_t row = 0; row < (columns_[c].wanted ? rows_ : 0); ++row) {
-                    const T value = loadNumber<T>(at + row * row_bytes, source.otherOrder());
+                for (std::size_t row = 0; row < (is_wanted_[c] ? rows : 0); ++row) {
+                    const T value = loadNumber<T>(at + row * row_bytes, other_order);
                     if constexpr (std::is_floating_point_v<T>)
-                        columns_[c].real[row] = static_cast<float>(value);
+                        columns[c].real[row] = static_cast<float>(value);
                     else
-                        columns_[c].whole[row] = value;
+                        columns[c].whole[row] = value;
                 }
             });
             at += sizeOf(type);
         }
-        return true;
+        return columns;
     }
 
-    FileContents assembled() {
-        FileContents rows;
-        const Column &x = coordinate("x", ""), &y = coordinate("y", ""), &z = coordinate("z", "");
-        rows.position.resize(rows_);
-        for (std::size_t i = 0; i < rows_; ++i) rows.position[i] = {numberAt(x, i), numberAt(y, i), numberAt(z, i)};
-        for (std::size_t c = 0; c < columns_.size();) c += columns_[c].wanted ? moveOne(c, rows) : 1;
-        return rows;
+    FileContents assembled(const Columns& columns, std::size_t rows) const {
+        FileContents points;
+        points.position.resize(rows);
+        for (int axis = 0; axis < 3; ++axis) {
+            const std::size_t c = coordinate(std::array{"x", "y", "z"}[static_cast<std::size_t>(axis)], "");
+            for (std::size_t i = 0; i < rows; ++i)
+                points.position[i][axis] = is_real_[c] ? columns[c].real[i] : static_cast<float>(columns[c].whole[i]);
+        }
+        for (std::size_t c = 0; c < columns.size();) c += is_wanted_[c] ? moveOne(columns, c, points) : 1;
+        return points;
     }
 
-    const Column& coordinate(const char* name, const std::string& file) const {
-        for (std::size_t c = 0; c < columns_.size(); ++c)
-            if (element_.properties[c].name == name && !element_.properties[c].is_list) return columns_[c];
+    std::size_t coordinate(const char* name, const std::string& file) const {
+        for (std::size_t c = 0; c < element_.properties.size(); ++c)
+            if (element_.properties[c].name == name && !element_.properties[c].is_list) return c;
         throw Error(file + ": element 'vertex' has no property '" + name + "', expected x, y and z");
     }
 
@@ -453,8 +465,7 @@ private:
     std::size_t groupSize(std::size_t c, std::string& name) const {
         const auto& all = element_.properties;
         const auto same = [&](std::size_t i, const std::string& expected) {
-            return i < all.size() && all[i].name == expected && !all[i].is_list &&
-                   columns_[i].is_real == columns_[c].is_real;
+            return i < all.size() && all[i].name == expected && !all[i].is_list && is_real_[i] == is_real_[c];
         };
         name = all[c].name;
         if (name == "vx" && same(c + 1, "vy") && same(c + 2, "vz")) {
@@ -471,26 +482,26 @@ private:
     }
 
     /// Returns how many columns it took.
-    std::size_t moveOne(std::size_t c, FileContents& contents) const {
+    std::size_t moveOne(const Columns& columns, std::size_t c, FileContents& contents) const {
         const Property& p = element_.properties[c];
         if (isCoordinate(p)) return 1;
         if (p.name == options_.id) {
-            for (const std::int64_t id : columns_[c].whole) contents.id.push_back(idFrom(id));
+            for (const std::int64_t id : columns[c].whole) contents.id.push_back(idFrom(id));
             return 1;
         }
         std::string name;
         const std::size_t size = groupSize(c, name);
         const auto components = static_cast<std::uint32_t>(size);
         const std::size_t rows = contents.position.size();
-        if (columns_[c].is_real) {
+        if (is_real_[c]) {
             Attribute a{name, components, std::vector<float>(rows * size), {}};
             for (std::size_t k = 0; k < size; ++k)
-                for (std::size_t i = 0; i < rows; ++i) a.real[i * size + k] = columns_[c + k].real[i];
+                for (std::size_t i = 0; i < rows; ++i) a.real[i * size + k] = columns[c + k].real[i];
             contents.attributes.push_back(std::move(a));
         } else {
             std::vector<std::int64_t> values(rows * size);
             for (std::size_t k = 0; k < size; ++k)
-                for (std::size_t i = 0; i < rows; ++i) values[i * size + k] = columns_[c + k].whole[i];
+                for (std::size_t i = 0; i < rows; ++i) values[i * size + k] = columns[c + k].whole[i];
             contents.attributes.push_back(integerAttribute(name, components, std::move(values)));
         }
         return size;
@@ -505,8 +516,7 @@ private:
 
     const Element& element_;
     const ReadOptions& options_;
-    std::vector<Column> columns_;
-    std::size_t rows_ = 0;  // in them
+    std::vector<bool> is_real_, is_wanted_;  // of each property
 };
 
 bool isFaceList(const Property& p) { return p.is_list && (p.name == "vertex_indices" || p.name == "vertex_index"); }
