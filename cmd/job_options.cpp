@@ -165,8 +165,9 @@ int runWithOptions(Config config, const JobOptions& options) {
     const Watched watched = watchOverWorkers(config.run.timeout);
     if (!watched.working) return watched.exit_code;
     if (!options.log_file.empty()) setLogFile(options.log_file);
+    const int threads = threadsOf(config);
+    withThreads(threads, [&] { startThreads(threads); });
     if (config.run.memory_limit > 0) {
-        withThreads(threadsOf(config), [&] { startThreads(threadsOf(config)); });
         if (!config.input.path.empty()) prepareToReadParticles(config.input.path);
         limitMemory(config.run.memory_limit);
     }

@@ -1,9 +1,11 @@
 #include "core/mesh_edges.h"
 
+#include "core/graph.h"
 #include "core/parallel.h"
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace betamesh {
 
@@ -11,25 +13,20 @@ std::vector<TriangleSide> sortedSides(std::span<const Triangle> triangles) {
     // Into buckets by the lower vertex, then each bucket, some three sides, by the rest.
     std::uint32_t vertices = 0;
     for (const Triangle& t : triangles) vertices = std::max({vertices, t[0] + 1, t[1] + 1, t[2] + 1});
-    std::vector<std::uint32_t> count(vertices, 0);
-    for (const Triangle& t : triangles)
-        for (std::size_t m = 0; m < 3; ++m) ++count[std::min(t[m], t[(m + 1) % 3])];
-    const std::vector<std::uint32_t> begin = placesOf(count);
-    std::vector<std::uint32_t> next(begin.begin(), begin.end() - 1);
-    std::vector<TriangleSide> sides(3 * triangles.size());
-    for (std::size_t t = 0; t < triangles.size(); ++t)
-        for (std::size_t m = 0; m < 3; ++m) {
-            const std::uint32_t a = triangles[t][m], b = triangles[t][(m + 1) % 3];
-            sides[next[std::min(a, b)]++] = {std::min(a, b), std::max(a, b), static_cast<std::uint32_t>(3 * t + m),
-                                             a < b ? 1 : -1};
-        }
+    RowsOf<TriangleSide> sides =
+        sortedIntoRows<TriangleSide>(vertices, triangles.size(), [&](std::size_t t, const auto& visit) {
+            for (std::size_t m = 0; m < 3; ++m) {
+                const std::uint32_t a = triangles[t][m], b = triangles[t][(m + 1) % 3];
+                const auto [low, high] = std::minmax(a, b);
+                visit(low, {low, high, static_cast<std::uint32_t>(3 * t + m), a < b ? 1 : -1});
+            }
+        });
     parallelFor(vertices, 4096, [&](std::size_t v) {
-        std::sort(sides.begin() + begin[v], sides.begin() + begin[v + 1],
-                  [](const TriangleSide& a, const TriangleSide& b) {
-                      return a.high != b.high ? a.high < b.high : a.side < b.side;
-                  });
+        std::sort(sides[v].begin(), sides[v].end(), [](const TriangleSide& a, const TriangleSide& b) {
+            return a.high != b.high ? a.high < b.high : a.side < b.side;
+        });
     });
-    return sides;
+    return std::move(sides.item);
 }
 
 std::vector<std::uint32_t> trianglesAcross(const std::vector<TriangleSide>& sides) {

@@ -52,12 +52,17 @@ void parallelFor(std::size_t n, std::size_t grain, const Body& body) {
     });
 }
 
-/// Calls body(begin, end) for as many parts of [0, n) as there are threads, eight at most: for bodies that all go
-/// through something else and take from it what is theirs, each time in the same order.
+/// How many shares of n rows are worth a task of their own: as many as there are threads, eight at most.
+inline std::size_t sharesOf(std::size_t n) {
+    constexpr std::size_t kLeast = 1024, kMost = 8;
+    return std::clamp<std::size_t>(std::min(threadsHere(), n / kLeast), 1, kMost);
+}
+
+/// Calls body(share, begin, end) for so many parts of [0, n), in any order.
 template <typename Body>
 void parallelShares(std::size_t n, const Body& body) {
-    const std::size_t shares = std::clamp<std::size_t>(threadsHere(), 1, 8);
-    parallelFor(shares, 1, [&](std::size_t share) { body(n * share / shares, n * (share + 1) / shares); });
+    const std::size_t shares = sharesOf(n);
+    parallelFor(shares, 1, [&](std::size_t share) { body(share, n * share / shares, n * (share + 1) / shares); });
 }
 
 /// Calls both, at the same time where there are threads for it.
@@ -113,6 +118,18 @@ auto joined(const std::vector<Part>& parts, const RowsOf& rowsOf = {}) {
     return rows;
 }
 
+/// The rows i of [0, n) for which is(i), ascending.
+template <typename Is>
+std::vector<std::uint32_t> rowsWhere(std::size_t n, const Is& is) {
+    constexpr std::size_t kRowsPerTask = 16384;
+    std::vector<std::vector<std::uint32_t>> rows((n + kRowsPerTask - 1) / kRowsPerTask);
+    parallelFor(rows.size(), 1, [&](std::size_t task) {
+        for (std::size_t i = task * kRowsPerTask; i < std::min(n, (task + 1) * kRowsPerTask); ++i)
+            if (is(static_cast<std::uint32_t>(i))) rows[task].push_back(static_cast<std::uint32_t>(i));
+    });
+    return joined(rows);
+}
+
 /// Sorts by a strict total order, so the result is the same for any number of threads.
 template <typename T, typename Less>
 void parallelSort(std::vector<T>& rows, const Less& less) {
@@ -130,8 +147,8 @@ void withThreads(int threads, const Body& body) {
     tbb::task_arena(threads).execute(body);
 }
 
-/// Makes sure that the threads of withThreads(threads) are there, so that none need be made when memory is
-/// short. Gives up waiting for them after half a second.
+/// Makes sure that the threads of withThreads(threads) are there, so that none need be made when work waits for them or
+/// memory is short. Gives up waiting for them after half a second.
 inline void startThreads(int threads) {
     std::atomic<int> arrived = 0;
     const auto latest = std::chrono::steady_clock::now() + std::chrono::milliseconds(500);

@@ -53,7 +53,7 @@ std::vector<Vec3> vertexNormals(std::size_t vertices, std::span<const Triangle> 
                                cornerNormals(at, count, &corners[begin]);
                            }
                        });
-        parallelShares(vertices, [&](std::size_t begin, std::size_t end) {
+        parallelShares(vertices, [&](std::size_t, std::size_t begin, std::size_t end) {
             for (std::size_t i = 0; i < part.size(); ++i)
                 for (std::size_t m = 0; m < 3; ++m)
                     if (const std::uint32_t v = part[i][m]; v >= begin && v < end)

@@ -13,7 +13,7 @@ namespace betamesh {
 
 namespace {
 
-constexpr std::size_t kRowsPerPiece = std::size_t{1} << 15;
+constexpr std::size_t kRowsPerPiece = std::size_t{1} << 14;
 constexpr std::size_t kCellsPerTask = 64;
 constexpr std::uint32_t kNone = ~std::uint32_t{0};
 

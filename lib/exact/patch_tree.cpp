@@ -1,5 +1,6 @@
 #include "exact/patch_tree.h"
 
+#include "core/graph.h"
 #include "core/icosphere.h"
 #include "core/parallel.h"
 #include "core/simd.h"
@@ -183,32 +184,32 @@ void PatchTree::makeTree(std::vector<Patch> patches) {
 // Of vertices whose triangles face no common way: where two of these cross that do, which no others might tell.
 std::vector<Box> PatchTree::foldedStars(const std::vector<Patch>& patches) const {
     std::vector<std::uint64_t> facing(mesh_.vertex.size(), ~std::uint64_t{0});
-    const auto forCorners = [&](const auto& visit) {
-        for (const Patch& patch : patches)
-            for (std::uint32_t i = patch.range.begin; i < patch.range.end; ++i)
-                for (const std::uint32_t v : mesh_.triangles[entry_[i].triangle]) visit(v, patch, i);
+    const auto forCorners = [&](const Patch& patch, const auto& visit) {
+        for (std::uint32_t i = patch.range.begin; i < patch.range.end; ++i)
+            for (const std::uint32_t v : mesh_.triangles[entry_[i].triangle]) visit(v, i);
     };
-    forCorners([&](std::uint32_t v, const Patch& patch, std::uint32_t) { facing[v] &= patch.node.facing; });
+    for (const Patch& patch : patches)
+        forCorners(patch, [&](std::uint32_t v, std::uint32_t) { facing[v] &= patch.node.facing; });
 
     struct Corner {
         std::uint32_t entry;
         std::uint64_t facing;
     };
-    std::vector<std::uint32_t> count(mesh_.vertex.size(), 0);
-    forCorners(
-        [&](std::uint32_t v, const Patch& patch, std::uint32_t) { count[v] += facing[v] == 0 && patch.node.awake; });
-    const std::vector<std::uint32_t> begin = placesOf(count);
-    std::vector<std::uint32_t> next(begin.begin(), begin.end() - 1);
-    std::vector<Corner> corner(begin.back());
-    forCorners([&](std::uint32_t v, const Patch& patch, std::uint32_t i) {
-        if (facing[v] == 0 && patch.node.awake) corner[next[v]++] = {i, patch.node.facing};
-    });
+    const RowsOf<Corner> corners =
+        sortedIntoRows<Corner>(mesh_.vertex.size(), patches.size(), [&](std::size_t p, const auto& visit) {
+            const Patch& patch = patches[p];
+            if (patch.node.awake)
+                forCorners(patch, [&](std::uint32_t v, std::uint32_t i) {
+                    if (facing[v] == 0) visit(v, {i, patch.node.facing});
+                });
+        });
 
     const auto positionOf = [&](std::uint32_t v) { return mesh_.vertex[v].position; };
     std::vector<std::uint8_t> folded(mesh_.vertex.size(), 0);
     parallelFor(mesh_.vertex.size(), 4096, [&](std::size_t v) {
-        for (std::uint32_t i = begin[v]; i < begin[v + 1]; ++i)
-            for (std::uint32_t j = i + 1; j < begin[v + 1]; ++j)
+        const std::span<const Corner> corner = corners[v];
+        for (std::size_t i = 0; i < corner.size(); ++i)
+            for (std::size_t j = i + 1; j < corner.size(); ++j)
                 if ((corner[i].facing & corner[j].facing) != 0 &&
                     meetingOf(mesh_.triangles[entry_[corner[i].entry].triangle],
                               mesh_.triangles[entry_[corner[j].entry].triangle], positionOf) == Meeting::crossing)

@@ -1,5 +1,6 @@
 #include "measure/mesh_measure.h"
 
+#include "core/graph.h"
 #include "core/parallel.h"
 #include "exact/orientation.h"
 
@@ -19,21 +20,20 @@ struct EdgeCount {
 
 // Each side is kept by its lower vertex: the higher one, and in the last bit which way it runs.
 EdgeCount countEdges(const std::vector<Triangle>& triangles, std::size_t vertices) {
-    std::vector<std::uint32_t> count(vertices, 0);
-    for (const auto& [a, b, c] : triangles) ++count[std::min(a, b)], ++count[std::min(b, c)], ++count[std::min(c, a)];
-    const std::vector<std::uint32_t> begin = placesOf(count);
-    std::vector<std::uint32_t> next(begin.begin(), begin.end() - 1);
-    std::vector<std::uint64_t> other(begin.back());
-    const auto add = [&](std::uint32_t from, std::uint32_t to) {
-        other[next[std::min(from, to)]++] = std::uint64_t{std::max(from, to)} << 1 | (from < to ? 1 : 0);
-    };
-    for (const auto& [a, b, c] : triangles) add(a, b), add(b, c), add(c, a);
-
-    std::vector<EdgeCount> part((vertices + kBlock - 1) / kBlock);
+    RowsOf<std::uint64_t> others =
+        sortedIntoRows<std::uint64_t>(vertices, triangles.size(), [&](std::size_t t, const auto& visit) {
+            const auto add = [&](std::uint32_t from, std::uint32_t to) {
+                visit(std::min(from, to), std::uint64_t{std::max(from, to)} << 1 | (from < to ? 1 : 0));
+            };
+            const auto& [a, b, c] = triangles[t];
+            add(a, b), add(b, c), add(c, a);
+        });
+    constexpr std::size_t kVerticesPerTask = 4096;
+    std::vector<EdgeCount> part((vertices + kVerticesPerTask - 1) / kVerticesPerTask);
     parallelFor(part.size(), 1, [&](std::size_t p) {
-        for (std::size_t v = p * kBlock; v < std::min(vertices, (p + 1) * kBlock); ++v) {
-            const auto last = other.begin() + begin[v + 1];
-            auto side = other.begin() + begin[v];
+        for (std::size_t v = p * kVerticesPerTask; v < std::min(vertices, (p + 1) * kVerticesPerTask); ++v) {
+            auto side = others[v].begin();
+            const auto last = others[v].end();
             std::sort(side, last);
             while (side != last) {
                 std::int64_t surplus = 0;

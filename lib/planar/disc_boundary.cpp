@@ -1,5 +1,6 @@
 #include "planar/disc_boundary.h"
 
+#include "core/graph.h"
 #include "core/parallel.h"
 #include "exact/plane_predicates.h"
 
@@ -94,23 +95,15 @@ struct Mark {
 // begins with one disc and ends with another or the same, whose directions follow each other in that order.
 void linkVertices(DiscBoundary& boundary) {
     const std::size_t discs = boundary.position.size();
-    std::vector<std::uint32_t> count(discs, 0);
-    for (const auto& segment : boundary.segment) {
-        ++count[segment[0]];
-        ++count[segment[1]];
-    }
-    const std::vector<std::uint32_t> place = placesOf(count);
-    std::vector<Mark> marks(place.back());
-    std::vector<std::uint32_t> free(place.begin(), place.end() - 1);
-    for (std::uint32_t v = 0; v < boundary.segment.size(); ++v) {
+    RowsOf<Mark> marks = sortedIntoRows<Mark>(discs, boundary.segment.size(), [&](std::size_t v, const auto& visit) {
         const auto [from, to] = boundary.segment[v];
         const Vec3 way = toDouble(boundary.position[to] - boundary.position[from]);
-        marks[free[from]++] = {way, v, true};
-        marks[free[to]++] = {-way, v, false};
-    }
+        visit(from, {way, static_cast<std::uint32_t>(v), true});
+        visit(to, {-way, static_cast<std::uint32_t>(v), false});
+    });
     boundary.next.resize(boundary.segment.size());
     parallelFor(discs, 256, [&](std::size_t d) {
-        const auto first = marks.begin() + place[d], last = marks.begin() + place[d + 1];
+        const auto first = marks[d].begin(), last = marks[d].end();
         std::sort(first, last, [](const Mark& a, const Mark& b) {
             if (directionBefore(a.direction, b.direction)) return true;
             return !directionBefore(b.direction, a.direction) && a.leaves && !b.leaves;

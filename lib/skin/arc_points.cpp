@@ -124,11 +124,12 @@ ArcNetwork arcPoints(const BallBoundary& boundary, const std::vector<Moving>& ba
     network.point = std::move(vertices);
     network.arc_of.resize(boundary.twin.size());
     const auto from = [&](std::uint32_t h) { return boundary.triangle[h / 3][h % 3]; };
-    for (std::uint32_t h = 0; h < boundary.twin.size(); ++h) {
-        if (from(h) > from(boundary.twin[h])) continue;
-        network.arc_of[h] = network.arc_of[boundary.twin[h]] = static_cast<std::uint32_t>(network.arc_start.size());
-        network.arc_start.push_back(h);
-    }
+    network.arc_start =
+        rowsWhere(boundary.twin.size(), [&](std::uint32_t h) { return from(h) < from(boundary.twin[h]); });
+    parallelFor(network.arc_start.size(), 4096, [&](std::size_t a) {
+        const std::uint32_t start = network.arc_start[a];
+        network.arc_of[start] = network.arc_of[boundary.twin[start]] = static_cast<std::uint32_t>(a);
+    });
 
     const std::size_t arcs = network.arc_start.size(), circles = boundary.circle.size();
     const auto circleOfArc = [&](std::size_t a) {

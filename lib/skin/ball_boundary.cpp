@@ -7,6 +7,7 @@
 #include "exact/predicates.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cassert>
 #include <cmath>
 #include <optional>
@@ -116,8 +117,9 @@ std::vector<Parts> exposedParts(const SnappedParticles& particles, const std::ve
     return parts;
 }
 
-// Joins the parts and numbers the exposed balls.
-BallBoundary assemble(const SnappedParticles& particles, const std::vector<Parts>& parts) {
+// Joins the parts and numbers the exposed balls. exposed: ascending.
+BallBoundary assemble(const SnappedParticles& particles, const std::vector<std::uint32_t>& exposed,
+                      const std::vector<Parts>& parts) {
     BallBoundary boundary;
     boundary.quantum = particles.quantum;
     boundary.radius = particles.radius;
@@ -127,14 +129,17 @@ BallBoundary assemble(const SnappedParticles& particles, const std::vector<Parts
     boundary.bare = joined(parts, &Parts::bare);
     std::vector<std::uint32_t> ball(particles.size(), kNone);
     const auto forEveryUse = [&](const auto& visit) {
-        for (Triangle& t : boundary.triangle)
-            for (std::uint32_t& p : t) visit(p);
-        for (auto& c : boundary.circle)
-            for (std::uint32_t& p : c) visit(p);
-        for (std::uint32_t& p : boundary.bare) visit(p);
+        constexpr std::size_t kGrain = 4096;
+        parallelFor(boundary.triangle.size(), kGrain, [&](std::size_t t) {
+            for (std::uint32_t& p : boundary.triangle[t]) visit(p);
+        });
+        parallelFor(boundary.circle.size(), kGrain, [&](std::size_t c) {
+            for (std::uint32_t& p : boundary.circle[c]) visit(p);
+        });
+        parallelFor(boundary.bare.size(), kGrain, [&](std::size_t b) { visit(boundary.bare[b]); });
     };
-    forEveryUse([&](std::uint32_t p) { ball[p] = 0; });
-    for (std::uint32_t p = 0; p < particles.size(); ++p) {
+    forEveryUse([&](std::uint32_t p) { std::atomic_ref(ball[p]).store(0, std::memory_order_relaxed); });
+    for (const std::uint32_t p : exposed) {
         if (ball[p] == kNone) continue;
         ball[p] = static_cast<std::uint32_t>(boundary.position.size());
         boundary.position.push_back(particles.position[p]);
@@ -218,7 +223,7 @@ void traceCycles(BallBoundary& boundary) {
 template <typename Balls>
 std::variant<BallBoundary, UnpairedEdge> build(const SnappedParticles& particles,
                                                const std::vector<std::uint32_t>& exposed) {
-    BallBoundary boundary = assemble(particles, exposedParts<Balls>(particles, exposed));
+    BallBoundary boundary = assemble(particles, exposed, exposedParts<Balls>(particles, exposed));
     if (const auto unpaired = pairArcEnds(boundary)) return *unpaired;
     traceCycles(boundary);
     return boundary;

@@ -1,6 +1,7 @@
 #include "skin/boundary_samples.h"
 
 #include "core/angles.h"
+#include "core/graph.h"
 #include "core/moving_circle.h"
 #include "core/parallel.h"
 
@@ -98,20 +99,8 @@ public:
             }
         });
 
-        const auto forEnds = [&](std::size_t first, std::size_t last, const auto& visit) {  // of balls first to last
-            for (std::uint32_t line = 0; line < lines; ++line)
-                for (const std::uint32_t b : ends[line])
-                    if (b >= first && b < last) visit(b, line);
-        };
-        std::vector<std::uint32_t> lines_at(balls.size(), 0);
-        parallelShares(balls.size(), [&](std::size_t first, std::size_t last) {
-            forEnds(first, last, [&](std::uint32_t b, std::uint32_t) { ++lines_at[b]; });
-        });
-        at_ball_.begin = placesOf(lines_at);
-        at_ball_.item.resize(at_ball_.begin.back());
-        std::vector<std::uint32_t> next(at_ball_.begin.begin(), at_ball_.begin.end() - 1);
-        parallelShares(balls.size(), [&](std::size_t first, std::size_t last) {
-            forEnds(first, last, [&](std::uint32_t b, std::uint32_t line) { at_ball_.item[next[b]++] = line; });
+        at_ball_ = sortedIntoRows<std::uint32_t>(balls.size(), lines, [&](std::size_t line, const auto& visit) {
+            for (const std::uint32_t b : ends[line]) visit(b, static_cast<std::uint32_t>(line));
         });
     }
 

@@ -1,6 +1,7 @@
 #include "skin/features.h"
 
 #include "core/angles.h"
+#include "core/graph.h"
 #include "core/parallel.h"
 #include "core/pieces.h"
 
@@ -50,15 +51,10 @@ double windingNumber(const BetaMesh& mesh, std::span<const std::uint32_t> triang
 // Numbers 0 … n - 1 sorted into so many rows.
 template <typename RowOf>
 Rows sortedInto(std::size_t rows, std::size_t n, const RowOf& rowOf) {
-    std::vector<std::uint32_t> count(rows, 0);
-    for (std::uint32_t i = 0; i < n; ++i)
-        if (rowOf(i) != kNoPiece) ++count[rowOf(i)];
-    Rows sorted{placesOf(count), {}};
-    sorted.item.resize(sorted.begin.back());
-    std::vector<std::uint32_t> next = sorted.begin;
-    for (std::uint32_t i = 0; i < n; ++i)
-        if (rowOf(i) != kNoPiece) sorted.item[next[rowOf(i)]++] = i;
-    return sorted;
+    return sortedIntoRows<std::uint32_t>(rows, n, [&](std::size_t i, const auto& visit) {
+        const auto number = static_cast<std::uint32_t>(i);
+        if (rowOf(number) != kNoPiece) visit(rowOf(number), number);
+    });
 }
 
 // What is inside closed pieces.

@@ -1,5 +1,6 @@
 #include "skin/smooth_paper.h"
 
+#include "core/graph.h"
 #include "core/parallel.h"
 
 namespace betamesh {
@@ -32,15 +33,9 @@ WeightedSum sumOverFan(const PaperMesh& mesh, std::size_t f) {
 
 // The fans round each pure beta vertex: the other way round than mesh.fan.
 Rows fansOfVertices(const PaperMesh& mesh) {
-    std::vector<std::uint32_t> count(mesh.pure, 0);
-    for (const std::uint32_t v : mesh.fan.item) ++count[v];
-    Rows fans;
-    fans.begin = placesOf(count);
-    fans.item.resize(mesh.fan.item.size());
-    std::vector<std::uint32_t> next(fans.begin.begin(), fans.begin.end() - 1);
-    for (std::uint32_t f = 0; f < mesh.fan.size(); ++f)
-        for (const std::uint32_t v : mesh.fan[f]) fans.item[next[v]++] = f;
-    return fans;
+    return sortedIntoRows<std::uint32_t>(mesh.pure, mesh.fan.size(), [&](std::size_t f, const auto& visit) {
+        for (const std::uint32_t v : mesh.fan[f]) visit(v, static_cast<std::uint32_t>(f));
+    });
 }
 
 }  // namespace

@@ -15,10 +15,7 @@ std::vector<std::uint32_t> survivors(const SnappedParticles& particles) {
         open[c] = particles.cell_role.empty() || particles.cell_role[c] == CellRole::open;
     });
     const std::vector<std::uint8_t> is_buried = buried(particles.cell, particles.cell_begin, place, open);
-    std::vector<std::uint32_t> left;
-    for (std::uint32_t i = 0; i < is_buried.size(); ++i)
-        if (!is_buried[i]) left.push_back(i);
-    return left;
+    return rowsWhere(is_buried.size(), [&](std::uint32_t i) { return !is_buried[i]; });
 }
 
 }  // namespace betamesh

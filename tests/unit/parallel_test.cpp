@@ -1,0 +1,92 @@
+#include "core/parallel.h"
+#include "core/graph.h"
+
+#include <gtest/gtest.h>
+
+#include <stdexcept>
+#include <string>
+
+namespace betamesh {
+namespace {
+
+TEST(Parallel, RowsHoldTheirItemsInTheOrderOfTheCallsForAnyThreadCount) {
+    for (const int threads : {1, 2, 3, 8}) {
+        for (const std::size_t n : {0, 1, 1023, 20'000}) {
+            const std::size_t rows = 1 + n / 3;
+            const auto rowOf = [&](std::size_t i, std::size_t k) { return (i * 7919 + k * i * i) % rows; };
+            std::vector<std::vector<std::uint32_t>> expected(rows);
+            for (std::size_t i = 0; i < n; ++i)
+                for (std::size_t k = 0; k < i % 3; ++k)
+                    expected[rowOf(i, k)].push_back(static_cast<std::uint32_t>(3 * i + k));
+            Rows sorted;
+            withThreads(threads, [&] {
+                sorted = sortedIntoRows<std::uint32_t>(rows, n, [&](std::size_t i, const auto& visit) {
+                    for (std::size_t k = 0; k < i % 3; ++k) visit(rowOf(i, k), static_cast<std::uint32_t>(3 * i + k));
+                });
+            });
+            ASSERT_EQ(sorted.size(), rows);
+            for (std::size_t row = 0; row < rows; ++row)
+                ASSERT_EQ(std::vector<std::uint32_t>(sorted[row].begin(), sorted[row].end()), expected[row]);
+        }
+    }
+}
+
+TEST(Parallel, RowsWhereAreAscendingAndAll) {
+    std::vector<std::uint32_t> expected;
+    for (std::uint32_t i = 0; i < 100'000; ++i)
+        if (i % 7 < 3) expected.push_back(i);
+    withThreads(3, [&] { EXPECT_EQ(rowsWhere(100'000, [](std::uint32_t i) { return i % 7 < 3; }), expected); });
+}
+
+// Goes through 0 … 999; what fails with i throws its name.
+template <typename Fails>
+std::pair<std::vector<int>, std::string> givenInOrder(int threads, const Fails& fails) {
+    std::vector<int> given;
+    std::string what;
+    const auto check = [&](const char* stage, int i) {
+        if (fails(stage, i)) throw std::runtime_error(stage + std::to_string(i));
+    };
+    int next = 0;
+    const auto take = [&]() -> std::optional<int> {
+        check("take", next);
+        if (next == 1000) return std::nullopt;
+        return next++;
+    };
+    const auto make = [&](int&& i) {
+        check("make", i);
+        return 2 * i;
+    };
+    const auto give = [&](int&& twice) {
+        check("give", twice / 2);
+        given.push_back(twice);
+    };
+    withThreads(threads, [&] {
+        try {
+            parallelInOrder(take, make, give);
+        } catch (const std::exception& error) {
+            what = error.what();
+        }
+    });
+    return {given, what};
+}
+
+TEST(Parallel, WhatIsTakenIsGivenInOrderUntilTheFirstFailure) {
+    const auto firstOnes = [](int n) {
+        std::vector<int> twice(static_cast<std::size_t>(n));
+        for (int i = 0; i < n; ++i) twice[static_cast<std::size_t>(i)] = 2 * i;
+        return twice;
+    };
+    for (const int threads : {1, 2, 4}) {
+        const auto none = [](const std::string&, int) { return false; };
+        EXPECT_EQ(givenInOrder(threads, none), std::pair(firstOnes(1000), std::string()));
+        for (const std::string stage : {"take", "make", "give"}) {
+            const auto from = [&](const std::string& s, int i) { return s == stage && i >= 500; };
+            EXPECT_EQ(givenInOrder(threads, from), std::pair(firstOnes(500), stage + "500"));
+        }
+        const auto takenLater = [](const std::string& s, int i) { return i == (s == "make" ? 500 : 501); };
+        EXPECT_EQ(givenInOrder(threads, takenLater).second, "make500");
+    }
+}
+
+}  // namespace
+}  // namespace betamesh
