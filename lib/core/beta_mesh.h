@@ -43,6 +43,7 @@ struct BetaMesh {
     std::vector<Rate> clearance;  ///< of each vertex from the rim of its face, as in FacePoints; none: all 0
     RisingVertices rising;
     std::vector<SwellingVertex> swelling;
+    std::vector<std::uint32_t> ball_begin;  ///< the first triangle made for each ball, then all; none: not known
 };
 
 /// As in core/vertex_normals.h.

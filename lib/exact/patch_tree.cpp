@@ -15,12 +15,12 @@ namespace betamesh {
 
 namespace {
 
-constexpr std::size_t kRun = 16;     // consecutive triangles that make a patch, if they face the same way
-constexpr double kRunCosine = 0.8;   // to their mean normal: else they are parted by octants
-constexpr double kSameSide = 0.35;   // cosine of the angle within which normals face the same way
-constexpr double kNearTurned = 0.3;  // of a patch that has turned over, radii
-constexpr std::size_t kTrianglesPerTask = 256 * kRun;
-constexpr std::size_t kTasks = 512;  // at least, where there is that much to do
+constexpr std::size_t kRun = 16;                   // consecutive triangles that make a patch, if they face the same way
+constexpr double kRunCosine = 0.8;                 // to their mean normal: else they are parted by octants
+constexpr double kSameSide = 0.35;                 // cosine of the angle within which normals face the same way
+constexpr double kNearTurned = 0.3;                // of a patch that has turned over, radii
+constexpr std::uint32_t kMostInPart = 256 * kRun;  // triangles
+constexpr std::size_t kTasks = 512;                // at least, where there is that much to do
 
 // Holds the point, however it is rounded.
 void extend(Boxf& box, const Vec3& point) {
@@ -145,9 +145,10 @@ Meeting meetingOf(const std::array<Vec3, 3>& s, const std::array<Vec3, 3>& t, co
     return touching ? Meeting::doubtful : Meeting::none;
 }
 
-PatchTree::PatchTree(const BetaMesh& mesh, const std::vector<Moving>& before, double radius)
+PatchTree::PatchTree(const BetaMesh& mesh, const std::vector<Moving>& before, double radius,
+                     std::span<const BodyPart> bodies)
     : mesh_(mesh), direction_(icosphere(2).position) {
-    const std::vector<Patch> patches = makePatches(before);
+    const std::vector<Patch> patches = makePatches(before, bodies);
     std::vector<Box> folded;
     parallelFor(2, 1, [&](std::size_t part) {  // each is serial in part
         if (part == 0)
@@ -175,8 +176,13 @@ void PatchTree::makeTree(std::vector<Patch> patches) {
     for (std::size_t p = 0; p < patches.size(); ++p) {
         range_[p] = patches[p].range;
         node_[first_leaf_ + p] = patches[p].node;
+        if (patches[p].node.body) node_[first_leaf_ + p].facing = 0;  // all ways
     }
-    for (std::size_t i = first_leaf_ - 1; i > 0; --i) node_[i].facing = node_[2 * i].facing & node_[2 * i + 1].facing;
+    for (std::size_t i = first_leaf_ - 1; i > 0; --i) {
+        const Node &a = node_[2 * i], &b = node_[2 * i + 1];
+        node_[i].facing = a.facing & b.facing;
+        node_[i].body = a.body == b.body ? a.body : 0;
+    }
     gatherBoxes();
     gatherAwake();
 }
@@ -221,61 +227,101 @@ std::vector<Box> PatchTree::foldedStars(const std::vector<Patch>& patches) const
     return stars;
 }
 
-// Runs of triangles are near each other, as the mesh is made ball by ball.
-std::vector<PatchTree::Patch> PatchTree::makePatches(const std::vector<Moving>& before) {
-    const std::size_t n = mesh_.triangles.size(), tasks = (n + kTrianglesPerTask - 1) / kTrianglesPerTask;
+// A run of triangles, which are near each other, as the mesh is made ball by ball.
+void PatchTree::addPatches(const std::vector<Moving>& before, std::uint32_t begin, std::uint32_t size,
+                           std::vector<Patch>& into) {
+    Run run;
+    for (std::uint32_t i = 0; i < size; ++i)
+        for (std::size_t m = 0; m < 3; ++m) {
+            const std::uint32_t v = mesh_.triangles[begin + i][m];
+            const Vec3 &from = before[v].position, &to = mesh_.vertex[v].position;
+            for (std::size_t k = 0; k < 3; ++k) {
+                run.before[m][k][i] = from[static_cast<int>(k)];
+                run.now[m][k][i] = to[static_cast<int>(k)];
+            }
+        }
+    RunShape shape;
+    shapeOf(run, shape);
+    std::array<Vec3, kRun> normal, part;
+    std::array<std::uint8_t, kRun> octant;
+    Vec3 sum(0);
+    for (std::uint32_t i = 0; i < size; ++i) {
+        const Vec3 facing(shape.normal[0][i], shape.normal[1][i], shape.normal[2][i]);
+        octant[i] = static_cast<std::uint8_t>((facing.x > 0) + 2 * (facing.y > 0) + 4 * (facing.z > 0));
+        sum += normal[i] = facing;
+    }
+    if (leastCosine(std::span(normal).first(size), sum.normalized()) >= kRunCosine)
+        std::fill_n(octant.begin(), size, std::uint8_t{0});
+    std::uint32_t placed = 0;
+    for (std::uint8_t wanted = 0; placed < size; ++wanted) {
+        Patch patch{{begin + placed, 0}, {}, false};
+        std::size_t parts = 0;
+        for (std::uint32_t k = 0; k < size; ++k) {
+            if (octant[k] != wanted) continue;
+            Entry& entry = entry_[begin + placed++];
+            entry = {begin + k,
+                     {shape.low[0][k], shape.low[1][k], shape.low[2][k]},
+                     {shape.high[0][k], shape.high[1][k], shape.high[2][k]}};
+            patch.node.box.extendBy(entry.box());
+            const bool moved = shape.way[k] > 0;
+            patch.node.awake |= moved;
+            patch.turned |= moved && shape.turned[k] <= 0;
+            part[parts++] = normal[k];
+        }
+        patch.range.end = begin + placed;
+        if (parts == 0) continue;
+        patch.node.facing = facingOf(std::span(part).first(parts), direction_);
+        into.push_back(patch);
+    }
+}
+
+void PatchTree::addBodyPart(const std::vector<Moving>& before, const BodyPart& part, std::vector<Patch>& into) {
+    Patch patch{{part.begin, part.end}, {}, false};
+    patch.node.body = part.body;
+    for (std::uint32_t t = part.begin; t < part.end; ++t) {
+        const Boxf box = boxOf(t);
+        entry_[t] = {t, box.min, box.max};
+        patch.node.box.extendBy(box);
+        for (const std::uint32_t v : mesh_.triangles[t])
+            patch.node.awake |= before[v].position != mesh_.vertex[v].position;
+    }
+    into.push_back(patch);
+}
+
+std::vector<PatchTree::Patch> PatchTree::makePatches(const std::vector<Moving>& before,
+                                                     std::span<const BodyPart> bodies) {
+    const auto n = static_cast<std::uint32_t>(mesh_.triangles.size());
     entry_ = std::make_unique_for_overwrite<Entry[]>(n);
-    std::vector<std::vector<Patch>> of_task(tasks);
-    const auto addPatches = [&](std::uint32_t begin, std::uint32_t size, std::vector<Patch>& into) {
-        Run run;
-        for (std::uint32_t i = 0; i < size; ++i)
-            for (std::size_t m = 0; m < 3; ++m) {
-                const std::uint32_t v = mesh_.triangles[begin + i][m];
-                const Vec3 &from = before[v].position, &to = mesh_.vertex[v].position;
-                for (std::size_t k = 0; k < 3; ++k) {
-                    run.before[m][k][i] = from[static_cast<int>(k)];
-                    run.now[m][k][i] = to[static_cast<int>(k)];
-                }
-            }
-        RunShape shape;
-        shapeOf(run, shape);
-        std::array<Vec3, kRun> normal, part;
-        std::array<std::uint8_t, kRun> octant;
-        Vec3 sum(0);
-        for (std::uint32_t i = 0; i < size; ++i) {
-            const Vec3 facing(shape.normal[0][i], shape.normal[1][i], shape.normal[2][i]);
-            octant[i] = static_cast<std::uint8_t>((facing.x > 0) + 2 * (facing.y > 0) + 4 * (facing.z > 0));
-            sum += normal[i] = facing;
-        }
-        if (leastCosine(std::span(normal).first(size), sum.normalized()) >= kRunCosine)
-            std::fill_n(octant.begin(), size, std::uint8_t{0});
-        std::uint32_t placed = 0;
-        for (std::uint8_t wanted = 0; placed < size; ++wanted) {
-            Patch patch{{begin + placed, 0}, {}, false};
-            std::size_t parts = 0;
-            for (std::uint32_t k = 0; k < size; ++k) {
-                if (octant[k] != wanted) continue;
-                Entry& entry = entry_[begin + placed++];
-                entry = {begin + k,
-                         {shape.low[0][k], shape.low[1][k], shape.low[2][k]},
-                         {shape.high[0][k], shape.high[1][k], shape.high[2][k]}};
-                patch.node.box.extendBy(entry.box());
-                const bool moved = shape.way[k] > 0;
-                patch.node.awake |= moved;
-                patch.turned |= moved && shape.turned[k] <= 0;
-                part[parts++] = normal[k];
-            }
-            patch.range.end = begin + placed;
-            if (parts == 0) continue;
-            patch.node.facing = facingOf(std::span(part).first(parts), direction_);
-            into.push_back(patch);
-        }
+    std::vector<BodyPart> parts;  // those of no body as well
+    std::uint32_t done = 0;
+    const auto addOthers = [&](std::uint32_t end) {
+        for (; done < end; done = parts.back().end) parts.push_back({done, std::min(end, done + kMostInPart), 0});
     };
-    parallelFor(tasks, 1, [&](std::size_t task) {
-        const std::size_t end = std::min(n, (task + 1) * kTrianglesPerTask);
-        for (std::size_t begin = task * kTrianglesPerTask; begin < end; begin += kRun)
-            addPatches(static_cast<std::uint32_t>(begin), static_cast<std::uint32_t>(std::min(kRun, end - begin)),
-                       of_task[task]);
+    for (const BodyPart& part : bodies) {
+        addOthers(part.begin);
+        parts.push_back(part);
+        done = part.end;
+    }
+    addOthers(n);
+    std::vector<std::size_t> first_part = {0};  // of each task
+    std::uint32_t first = 0;
+    for (std::size_t p = 0; p < parts.size(); ++p)
+        if (parts[p].end - first >= kMostInPart) {
+            first_part.push_back(p + 1);
+            first = parts[p].end;
+        }
+    if (first_part.back() < parts.size()) first_part.push_back(parts.size());
+
+    std::vector<std::vector<Patch>> of_task(first_part.size() - 1);
+    parallelFor(of_task.size(), 1, [&](std::size_t task) {
+        for (std::size_t p = first_part[task]; p < first_part[task + 1]; ++p) {
+            const auto& [begin, end, body] = parts[p];
+            if (body)
+                addBodyPart(before, parts[p], of_task[task]);
+            else
+                for (std::uint32_t run = begin; run < end; run += kRun)
+                    addPatches(before, run, std::min<std::uint32_t>(kRun, end - run), of_task[task]);
+        }
     });
     return joined(of_task);
 }
@@ -312,6 +358,7 @@ void PatchTree::wake(const Box& box, double distance) {
         if (!node_[i].box.intersects(around)) continue;
         node_[i].awake = 1;
         node_[i].facing = 0;
+        node_[i].body = 0;
         if (i < first_leaf_) waiting.insert(waiting.end(), {2 * i, 2 * i + 1});
     }
 }
@@ -369,7 +416,8 @@ void PatchTree::descend(const TrianglePair& nodes, std::vector<TrianglePair>& in
     const auto [i, j] = nodes;
     const auto add = [&](std::uint32_t first, std::uint32_t second) {
         const Node &a = node_[first], &b = node_[second];
-        if ((a.facing & b.facing) == 0 && (a.awake || b.awake) && a.box.intersects(b.box))
+        const bool of_one_body = a.body != 0 && a.body == b.body;
+        if ((a.facing & b.facing) == 0 && !of_one_body && (a.awake || b.awake) && a.box.intersects(b.box))
             into.push_back({first, second});
     };
     if (i == j) {
@@ -393,18 +441,27 @@ void PatchTree::addMeetings(const TrianglePair& leaves, Meetings& out) const {
             if (entry.box().intersects(box)) near[n++] = &entry;
         return near.first(n);
     };
-    std::array<const Entry*, kRun> one_near, other_near;
-    const std::span<const Entry*const> ones = nearOnes(entriesOf(i - first_leaf_), node_[j].box, one_near),
-                                       others = nearOnes(entriesOf(j - first_leaf_), node_[i].box, other_near);
+    const auto someOf = [](std::span<const Entry> entries, std::size_t first) {
+        return entries.subspan(first, std::min(kRun, entries.size() - first));
+    };
     const auto positionOf = [&](std::uint32_t v) { return mesh_.vertex[v].position; };
-    for (std::size_t m = 0; m < ones.size(); ++m)
-        for (std::size_t k = i == j ? m + 1 : 0; k < others.size(); ++k) {
-            const std::uint32_t s = ones[m]->triangle, t = others[k]->triangle;
-            if (!ones[m]->box().intersects(others[k]->box())) continue;
-            const Meeting meeting = meetingOf(mesh_.triangles[s], mesh_.triangles[t], positionOf);
-            if (meeting == Meeting::none) continue;
-            (meeting == Meeting::crossing ? out.crossing : out.doubtful).push_back({std::min(s, t), std::max(s, t)});
+    std::array<const Entry*, kRun> one_near, other_near;
+    const std::span<const Entry> first = entriesOf(i - first_leaf_), second = entriesOf(j - first_leaf_);
+    for (std::size_t f = 0; f < first.size(); f += kRun) {
+        const std::span<const Entry* const> ones = nearOnes(someOf(first, f), node_[j].box, one_near);
+        for (std::size_t g = i == j ? f : 0; g < second.size() && !ones.empty(); g += kRun) {
+            const std::span<const Entry* const> others = nearOnes(someOf(second, g), node_[i].box, other_near);
+            for (std::size_t m = 0; m < ones.size(); ++m)
+                for (std::size_t k = i == j && f == g ? m + 1 : 0; k < others.size(); ++k) {
+                    const std::uint32_t s = ones[m]->triangle, t = others[k]->triangle;
+                    if (!ones[m]->box().intersects(others[k]->box())) continue;
+                    const Meeting meeting = meetingOf(mesh_.triangles[s], mesh_.triangles[t], positionOf);
+                    if (meeting == Meeting::none) continue;
+                    (meeting == Meeting::crossing ? out.crossing : out.doubtful)
+                        .push_back({std::min(s, t), std::max(s, t)});
+                }
         }
+    }
 }
 
 }  // namespace betamesh

@@ -34,6 +34,9 @@ struct Meetings {
 /// between them, which would cross first, or meet in a vertex whose triangles face all ways: there, and where triangles
 /// have turned over, no such thing is relied on.
 ///
+/// A body is a piece of surface that does not cross itself, which is known from elsewhere until it is woken. It is cut
+/// into few patches, and these are not compared with each other.
+///
 /// Patches are awake or asleep. A meeting is found if one of its triangles is in a patch that is awake.
 ///
 /// in      a mesh, which has to stay where it is; where its vertices were before, when nothing crossed; the radius of
@@ -43,7 +46,13 @@ struct Meetings {
 /// source  a surface over a plane does not cross itself: Volino & Magnenat-Thalmann 1994
 class PatchTree {
 public:
-    PatchTree(const BetaMesh& mesh, const std::vector<Moving>& before, double radius);
+    struct BodyPart {
+        std::uint32_t begin, end;  ///< of its triangles
+        std::uint32_t body;        ///< from 1
+    };
+    /// bodies: ascending.
+    PatchTree(const BetaMesh& mesh, const std::vector<Moving>& before, double radius,
+              std::span<const BodyPart> bodies = {});
 
     Meetings meetings() const;
 
@@ -82,6 +91,7 @@ private:
     struct Node {
         Boxf box;
         std::uint64_t facing = ~std::uint64_t{0};  // one bit for each direction
+        std::uint32_t body = 0;                    // that all is part of; 0: of none, or of several
         std::uint8_t awake = 0;
     };
     struct Range {
@@ -99,7 +109,10 @@ private:
         return {&entry_[range_[patch].begin], range_[patch].end - range_[patch].begin};
     }
     Boxf boxOf(std::uint32_t triangle) const;
-    std::vector<Patch> makePatches(const std::vector<Moving>& before);
+    std::vector<Patch> makePatches(const std::vector<Moving>& before, std::span<const BodyPart> bodies);
+    void addPatches(const std::vector<Moving>& before, std::uint32_t begin, std::uint32_t size,
+                    std::vector<Patch>& into);
+    void addBodyPart(const std::vector<Moving>& before, const BodyPart& part, std::vector<Patch>& into);
     void makeTree(std::vector<Patch> patches);
     std::vector<Box> foldedStars(const std::vector<Patch>& patches) const;
     void gatherBoxes();

@@ -209,6 +209,7 @@ private:
 // What one task makes: triangles by network point, or by place among the new points from kNew on.
 struct Part {
     std::vector<Triangle> triangles;
+    std::vector<std::uint32_t> ball_begin;  // among these
     std::vector<Moving> vertex;
     std::vector<Rate> clearance;
     std::vector<RisingVertex> rising, turning;
@@ -466,6 +467,7 @@ BetaMesh completeTessellation(const BallBoundary& boundary, const std::vector<Mo
         std::vector<std::uint32_t> face_point, direction, place;
         std::vector<Vec3> on_grid;
         for (std::size_t b = task * kBallsPerTask; b < std::min(balls.size(), (task + 1) * kBallsPerTask); ++b) {
+            parts[task].ball_begin.push_back(static_cast<std::uint32_t>(parts[task].triangles.size()));
             maker.makeLoops(static_cast<std::uint32_t>(b), first_face[b], first_face[b + 1], ball_loops);
             const auto in_loops = static_cast<std::uint32_t>(loops.point.size());
             face_point.clear();
@@ -521,6 +523,7 @@ BetaMesh completeTessellation(const BallBoundary& boundary, const std::vector<Mo
     resizeOnAll(on_facets, rising.back());
     resizeOnAll(in_quads, turning.back());
     resizeOnAll(mesh.swelling, swelling.back());
+    mesh.ball_begin.assign(balls.size() + 1, triangles.back());
     parallelFor(tasks, 4, [&](std::size_t task) {
         const Part& part = parts[task];
         const auto first = static_cast<std::uint32_t>(in_network + vertices[task]);
@@ -531,6 +534,8 @@ BetaMesh completeTessellation(const BallBoundary& boundary, const std::vector<Mo
                        [&](const Triangle& t) {
                            return Triangle{numbered(t[0]), numbered(t[1]), numbered(t[2])};
                        });
+        std::transform(part.ball_begin.begin(), part.ball_begin.end(), mesh.ball_begin.begin() + task * kBallsPerTask,
+                       [&](std::uint32_t begin) { return triangles[task] + begin; });
         const auto copy = [&](const std::vector<RisingVertex>& from, RisingVertex* to) {
             for (const RisingVertex& r : from) {
                 *to = r;

@@ -108,6 +108,7 @@ private:
 
 void removePieces(BetaMesh& mesh, const Pieces& pieces, const std::vector<bool>& leaves) {
     std::erase_if(mesh.triangles, [&](const Triangle& t) { return leaves[pieces.of_vertex[t[0]]]; });
+    mesh.ball_begin.clear();
     std::vector<std::uint32_t> place(mesh.vertex.size());
     std::uint32_t left = 0;
     for (std::size_t v = 0; v < place.size(); ++v) {

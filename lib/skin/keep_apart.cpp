@@ -1,10 +1,13 @@
 #include "skin/keep_apart.h"
 
 #include "core/cell_order.h"
+#include "core/graph.h"
 #include "core/mesh_edges.h"
 #include "core/parallel.h"
+#include "core/union_find.h"
 #include "exact/orientation.h"
 #include "exact/patch_tree.h"
+#include "exact/star_shaped.h"
 #include "exact/triangle_contact.h"
 
 #include <algorithm>
@@ -16,13 +19,14 @@ namespace betamesh {
 
 namespace {
 
-constexpr int kRounds = 24;            // after which what still crosses goes back all the way
-constexpr int kHalvings = 32;          // of the way, to find where two triangles meet
-constexpr double kShortOf = 0.999;     // of the way to there
-constexpr double kMeanWidth = 0.5;     // of the kernel of mean ways, radii
-constexpr double kStepOfTime = 1e-4;   // in which nothing moves further, in radii: to see how the place changes
-constexpr double kFarthestOff = 0.05;  // that it may change in this step, as a share of the way
-constexpr double kFastest = 2;         // that this may move vertices, in largest speeds of the two triangles
+constexpr std::size_t kMostBalls = 64;  // of what may be a drop
+constexpr int kRounds = 24;             // after which what still crosses goes back all the way
+constexpr int kHalvings = 32;           // of the way, to find where two triangles meet
+constexpr double kShortOf = 0.999;      // of the way to there
+constexpr double kMeanWidth = 0.5;      // of the kernel of mean ways, radii
+constexpr double kStepOfTime = 1e-4;    // in which nothing moves further, in radii: to see how the place changes
+constexpr double kFarthestOff = 0.05;   // that it may change in this step, as a share of the way
+constexpr double kFastest = 2;          // that this may move vertices, in largest speeds of the two triangles
 
 // Where a vertex is, for a start and in the end.
 struct Way {
@@ -303,11 +307,51 @@ private:
     std::optional<CellOrder> near_;
 };
 
+// Drops, mostly: what hangs together of the surface and is seen whole from the middle of its balls.
+std::vector<PatchTree::BodyPart> bodiesOf(const BallBoundary& boundary, const BetaMesh& mesh) {
+    if (mesh.ball_begin.empty()) return {};
+    const auto balls = static_cast<std::uint32_t>(boundary.position.size());
+    UnionFind together(balls);
+    for (const auto& [a, b, c] : boundary.triangle) {
+        together.join(a, b);
+        together.join(a, c);
+    }
+    for (const auto& [a, b] : boundary.circle) together.join(a, b);
+    std::vector<std::uint32_t> first(balls);  // of what each hangs together with
+    for (std::uint32_t b = 0; b < balls; ++b) first[b] = together.find(b);
+    const Rows others = sortedIntoRows<std::uint32_t>(
+        balls, balls, [&](std::size_t b, const auto& visit) { visit(first[b], static_cast<std::uint32_t>(b)); });
+
+    std::vector<std::uint8_t> is_body(balls, 0);
+    parallelRanges(balls, 256, [&](std::size_t begin, std::size_t end) {
+        std::vector<std::array<Vec3, 3>> triangles;
+        for (std::size_t b = begin; b < end; ++b) {
+            const std::span<const std::uint32_t> drop = others[b];
+            if (drop.empty() || drop.size() > kMostBalls) continue;
+            Vec3 middle(0);
+            triangles.clear();
+            for (const std::uint32_t ball : drop) {
+                middle += boundary.centre(ball) / static_cast<double>(drop.size());
+                for (std::uint32_t t = mesh.ball_begin[ball]; t < mesh.ball_begin[ball + 1]; ++t) {
+                    const auto at = [&](std::size_t k) { return mesh.vertex[mesh.triangles[t][k]].position; };
+                    triangles.push_back({at(0), at(1), at(2)});
+                }
+            }
+            is_body[b] = isStarShaped(middle, triangles);
+        }
+    });
+    std::vector<PatchTree::BodyPart> bodies;
+    for (std::uint32_t b = 0; b < balls; ++b)
+        if (is_body[first[b]]) bodies.push_back({mesh.ball_begin[b], mesh.ball_begin[b + 1], first[b] + 1});
+    return bodies;
+}
+
 }  // namespace
 
-void keepApart(const std::vector<Moving>& from, double radius, BetaMesh& mesh) {
+void keepApart(const BallBoundary& boundary, const std::vector<Moving>& from, BetaMesh& mesh) {
     if (mesh.triangles.empty()) return;
-    PatchTree tree(mesh, from, radius);
+    const double radius = boundary.worldRadius();
+    PatchTree tree(mesh, from, radius, bodiesOf(boundary, mesh));
     std::vector<TrianglePair> pairs = crossingsAmong(tree.meetings(), mesh);
     if (pairs.empty()) return;
     Ways ways(from, radius, mesh);

@@ -2,6 +2,7 @@
 
 #pragma once
 
+#include "core/ball_boundary.h"
 #include "core/beta_mesh.h"
 
 namespace betamesh {
@@ -13,10 +14,9 @@ namespace betamesh {
 /// velocities follow them.
 ///
 /// in      from: where each vertex of the mesh came from; no two triangles cross there (those that do stay there)
-///         radius of the balls, world units
 /// same    bytes for any thread count
 /// cost    a look at every triangle, and at those pairs that are near each other and face different ways
 /// source  a surface over a plane does not cross itself: Volino & Magnenat-Thalmann 1994
-void keepApart(const std::vector<Moving>& from, double radius, BetaMesh& mesh);
+void keepApart(const BallBoundary& boundary, const std::vector<Moving>& from, BetaMesh& mesh);
 
 }  // namespace betamesh

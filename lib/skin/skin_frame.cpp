@@ -138,7 +138,7 @@ BetaMesh completeSurface(const Particles& particles, const Structure& structure,
     if (smoothed) {
         const std::vector<Moving> from = copyOf(beta.vertex);
         smooth(std::move(samples), params, beta);
-        keepApart(from, params.radius, beta);
+        keepApart(boundary, from, beta);
     }
     watch("smooth");
     if (!particles.velocity.empty()) slideWithParticles(boundary, balls, spins.of_liquid, beta);
