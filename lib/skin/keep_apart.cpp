@@ -342,7 +342,8 @@ std::vector<PatchTree::BodyPart> bodiesOf(const BallBoundary& boundary, const Be
     });
     std::vector<PatchTree::BodyPart> bodies;
     for (std::uint32_t b = 0; b < balls; ++b)
-        if (is_body[first[b]]) bodies.push_back({mesh.ball_begin[b], mesh.ball_begin[b + 1], first[b] + 1});
+        if (is_body[first[b]] && mesh.ball_begin[b] < mesh.ball_begin[b + 1])
+            bodies.push_back({mesh.ball_begin[b], mesh.ball_begin[b + 1], first[b] + 1});
     return bodies;
 }
 
