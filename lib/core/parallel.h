@@ -152,9 +152,11 @@ void withThreads(int threads, const Body& body) {
 inline void startThreads(int threads) {
     std::atomic<int> arrived = 0;
     const auto latest = std::chrono::steady_clock::now() + std::chrono::milliseconds(500);
+    Fork fork;
     tbb::parallel_for(
         0, threads,
         [&](int) {
+            const Fork::Branch branch(fork);
             ++arrived;
             while (arrived < threads && std::chrono::steady_clock::now() < latest) std::this_thread::yield();
         },

@@ -75,4 +75,31 @@ Particles clumped(std::size_t n) {
     return particles;
 }
 
+Particles spray(std::size_t n) {
+    std::mt19937 random(1);
+    std::uniform_real_distribution<float> along(0, 7.5F * std::cbrt(static_cast<float>(n)));
+    Particles particles;
+    for (std::size_t i = 0; i < n; ++i) particles.position.emplace_back(along(random), along(random), along(random));
+    return particles;
+}
+
+Particles denseSheet(std::size_t n) {
+    constexpr double kNeighbours = 560, kReach = 3;
+    const double radius = kReach / 2 * std::sqrt(static_cast<double>(n) / kNeighbours);
+    std::mt19937 random(1);
+    std::normal_distribution<double> axis(0, 1);
+    Particles particles;
+    while (particles.size() < n) {
+        const Vec3 direction(axis(random), axis(random), axis(random));
+        particles.position.emplace_back(direction.normalized() * radius);
+    }
+    return particles;
+}
+
+Particles denseThread(std::size_t n) {
+    Particles particles;
+    for (std::size_t i = 0; i < n; ++i) particles.position.emplace_back(0.01F * static_cast<float>(i), 0.0F, 0.0F);
+    return particles;
+}
+
 }  // namespace betamesh

@@ -14,4 +14,13 @@ Particles splash(std::size_t n);
 /// 64 in those along its surface, half of these in clumps a hundredth of a spacing wide.
 Particles clumped(std::size_t n);
 
+/// At a radius of 1.5: n particles apart, three in four of which meet no other.
+Particles spray(std::size_t n);
+
+/// n particles on a sphere, each with 560 others within 3: a closed sheet without thickness.
+Particles denseSheet(std::size_t n);
+
+/// n particles on a line, each with 600 others within 3.
+Particles denseThread(std::size_t n);
+
 }  // namespace betamesh

@@ -76,8 +76,8 @@ void smoothing(benchmark::State& state) {
     state.SetItemsProcessed(state.iterations() * static_cast<std::int64_t>(mesh.vertex.size()));
 }
 
-void wholeFrame(benchmark::State& state) {
-    const Particles particles = splash(static_cast<std::size_t>(state.range(0)));
+void wholeFrame(benchmark::State& state, Particles (*cloud)(std::size_t n)) {
+    const Particles particles = cloud(static_cast<std::size_t>(state.range(0)));
     SkinParams params;
     params.radius = kRadius;
     for (auto _ : state) benchmark::DoNotOptimize(skinFrame(particles, params));
@@ -94,13 +94,20 @@ void decades(benchmark::internal::Benchmark* bench) {
     bench->RangeMultiplier(10)->Range(1000, 1000000)->Unit(benchmark::kMillisecond)->UseRealTime();
 }
 
+void tensOfThousands(benchmark::internal::Benchmark* bench) {
+    bench->RangeMultiplier(10)->Range(1000, 100000)->Unit(benchmark::kMillisecond)->UseRealTime();
+}
+
 }  // namespace
 
 BENCHMARK(snapping)->Apply(decades);
 BENCHMARK(culling)->Apply(decades);
 BENCHMARK(boundary)->Apply(decades);
 BENCHMARK(smoothing)->Apply(decades);
-BENCHMARK(wholeFrame)->Apply(decades);
+BENCHMARK_CAPTURE(wholeFrame, splash, splash)->Apply(decades);
+BENCHMARK_CAPTURE(wholeFrame, spray, spray)->Apply(decades);
+BENCHMARK_CAPTURE(wholeFrame, dense_sheet, denseSheet)->Apply(tensOfThousands);
+BENCHMARK_CAPTURE(wholeFrame, dense_thread, denseThread)->Apply(tensOfThousands);
 BENCHMARK(estimatingSpacing)->Apply(decades);
 
 }  // namespace betamesh
