@@ -21,7 +21,6 @@
 #include <optional>
 #include <thread>
 #include <utility>
-#include <variant>
 #include <vector>
 
 namespace betamesh {
@@ -188,42 +187,44 @@ void parallelInFlight(std::size_t n, std::size_t in_flight, const GoOn& goOn, co
 /// the first exception of any of them in this order.
 template <typename Take, typename Make, typename Give>
 void parallelInOrder(const Take& take, const Make& make, const Give& give) {
-    using Item = typename std::invoke_result_t<Take>::value_type;
-    using Made = std::invoke_result_t<Make, Item&&>;
-    using Taken = std::variant<std::exception_ptr, Item>;
-    using Done = std::variant<std::exception_ptr, Made>;
+    struct Step {
+        std::invoke_result_t<Take> item;
+        std::optional<std::invoke_result_t<Make, typename decltype(item)::value_type&&>> made;
+        std::exception_ptr failure;
+    };
+    std::vector<Step> steps(2 * threadsHere());  // as many as are under way; the next begins where the first has ended
+    std::size_t next = 0;
     bool ended = false;
     Fork fork;
-    const auto taking = [&](tbb::flow_control& control) -> Taken {
+    const auto taking = [&](tbb::flow_control& control) {
+        const Fork::Turn turn(fork);
+        Step& step = steps[next++ % steps.size()] = {};
+        try {
+            if (!ended) step.item = take();
+        } catch (...) {
+            step.failure = std::current_exception();
+        }
+        if (!step.item && !step.failure) control.stop();
+        ended = !step.item;
+        return &step;
+    };
+    const auto making = [&](Step* step) {
         const Fork::Turn turn(fork);
         try {
-            if (!ended)
-                if (std::optional<Item> item = take()) return *std::move(item);
+            if (step->item) step->made = make(*std::move(step->item));
         } catch (...) {
-            ended = true;
-            return std::current_exception();
+            step->failure = std::current_exception();
         }
-        control.stop();
-        return {};
+        return step;
     };
-    const auto making = [&](Taken&& taken) -> Done {
+    const auto giving = [&](Step* step) {
         const Fork::Turn turn(fork);
-        if (const auto* failure = std::get_if<std::exception_ptr>(&taken)) return *failure;
-        try {
-            return make(std::get<Item>(std::move(taken)));
-        } catch (...) {
-            return std::current_exception();
-        }
+        if (step->failure) std::rethrow_exception(step->failure);
+        tbb::this_task_arena::isolate([&] { give(*std::move(step->made)); });
     };
-    const auto giving = [&](Done&& done) {
-        const Fork::Turn turn(fork);
-        if (const auto* failure = std::get_if<std::exception_ptr>(&done)) std::rethrow_exception(*failure);
-        tbb::this_task_arena::isolate([&] { give(std::get<Made>(std::move(done))); });
-    };
-    tbb::parallel_pipeline(2 * threadsHere(),
-                           tbb::make_filter<void, Taken>(tbb::filter_mode::serial_in_order, taking) &
-                               tbb::make_filter<Taken, Done>(tbb::filter_mode::parallel, making) &
-                               tbb::make_filter<Done, void>(tbb::filter_mode::serial_in_order, giving));
+    tbb::parallel_pipeline(steps.size(), tbb::make_filter<void, Step*>(tbb::filter_mode::serial_in_order, taking) &
+                                             tbb::make_filter<Step*, Step*>(tbb::filter_mode::parallel, making) &
+                                             tbb::make_filter<Step*, void>(tbb::filter_mode::serial_in_order, giving));
 }
 
 /// Turns counts into places: returns n + 1 entries, the sums of all counts before each, then of all.
