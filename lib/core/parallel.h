@@ -10,6 +10,7 @@
 #include <tbb/parallel_pipeline.h>
 #include <tbb/parallel_sort.h>
 #include <tbb/task_arena.h>
+#include <tbb/task_group.h>
 
 #include <algorithm>
 #include <atomic>
@@ -28,6 +29,13 @@ namespace betamesh {
 /// How many threads loops may run on here, about.
 inline std::size_t threadsHere() { return static_cast<std::size_t>(tbb::this_task_arena::max_concurrency()); }
 
+/// What a loop throws that was left undone because one round it has failed: nothing may go on with what it did not
+/// make. The loop round it ends with its own exception.
+struct LoopLeft {};
+inline void throwIfLeft() {
+    if (tbb::is_current_task_group_canceling()) throw LoopLeft();
+}
+
 /// Calls body(begin, end) over pieces that cover [0, n) once. A body writes only its own rows, so the
 /// result is the same for any number of threads. grain: the smallest piece worth a task.
 template <typename Body>
@@ -41,6 +49,7 @@ void parallelRanges(std::size_t n, std::size_t grain, const Body& body) {
         const Fork::Branch branch(fork);
         body(range.begin(), range.end());
     });
+    throwIfLeft();
 }
 
 /// Calls body(i) for every i in [0, n).
@@ -136,6 +145,7 @@ void parallelSort(std::vector<T>& rows, const Less& less) {
     std::sort(rows.begin(), rows.end(), less);  // pieces go from thread to thread, and nobody tells what that orders
 #else
     tbb::parallel_sort(rows.begin(), rows.end(), less);
+    throwIfLeft();
 #endif
 }
 
@@ -225,6 +235,7 @@ void parallelInOrder(const Take& take, const Make& make, const Give& give) {
     tbb::parallel_pipeline(steps.size(), tbb::make_filter<void, Step*>(tbb::filter_mode::serial_in_order, taking) &
                                              tbb::make_filter<Step*, Step*>(tbb::filter_mode::parallel, making) &
                                              tbb::make_filter<Step*, void>(tbb::filter_mode::serial_in_order, giving));
+    throwIfLeft();
 }
 
 /// Turns counts into places: returns n + 1 entries, the sums of all counts before each, then of all.

@@ -70,6 +70,29 @@ std::pair<std::vector<int>, std::string> givenInOrder(int threads, const Fails& 
     return {given, what};
 }
 
+// Of two branches one fails, while the other goes through loops whose results it relies on.
+TEST(Parallel, ALoopInsideOneThatFailedIsNotTakenForDone) {
+    withThreads(3, [] {
+        for (int trial = 0; trial < 200; ++trial) {
+            std::atomic<bool> relied_on_nothing = false, begun = false;
+            const auto fail = [&] {
+                while (!begun) std::this_thread::yield();
+                throw std::runtime_error("failed");
+            };
+            const auto goOn = [&] {
+                for (int loop = 0; loop < 50; ++loop) {
+                    begun = true;
+                    std::vector<std::uint8_t> done(5000, 0);
+                    parallelFor(done.size(), 16, [&](std::size_t i) { done[i] = 1; });
+                    if (std::count(done.begin(), done.end(), 0) > 0) relied_on_nothing = true;
+                }
+            };
+            EXPECT_THROW(parallelBoth(goOn, fail), std::runtime_error);
+            ASSERT_FALSE(relied_on_nothing) << "trial " << trial;
+        }
+    });
+}
+
 TEST(Parallel, WhatIsTakenIsGivenInOrderUntilTheFirstFailure) {
     const auto firstOnes = [](int n) {
         std::vector<int> twice(static_cast<std::size_t>(n));
