@@ -326,7 +326,7 @@ int run(const Arguments& arguments) {
         throw Error("expected either meshes, or --pipeline with --frame and --step");
     if (arguments.places_above && arguments.particles.empty() && arguments.pipeline.empty())
         throw Error("--places-above counts in ways of the fastest particle; expected --particles or --pipeline");
-    const Watched watched = watchOverWorkers();
+    const Watched watched = watchOverWorkers(true);
     if (!watched.working) return watched.exit_code;
     const Sequence sequence = arguments.pipeline.empty() ? meshFiles(arguments) : fineSteps(arguments, watched);
     if (!watched.history.lost.empty() && arguments.pipeline.empty()) {

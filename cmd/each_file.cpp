@@ -13,7 +13,7 @@ namespace betamesh {
 int forEachFile(std::size_t files, const std::function<std::string(std::size_t)>& nameOf,
                 const std::function<bool(std::size_t)>& good,
                 const std::function<void(std::size_t, const std::string& error)>& failed) {
-    const Watched watched = watchOverWorkers();
+    const Watched watched = watchOverWorkers(true);
     if (!watched.working) return watched.exit_code;
     const JobHistory& history = watched.history;
     bool any_failed = history.failed > 0;

@@ -8,6 +8,7 @@
 #include "batch/progress.h"
 #include "batch/worker.h"
 #include "core/parallel.h"
+#include "io/extension.h"
 #include "io/particle_file.h"
 
 #include <algorithm>
@@ -81,10 +82,12 @@ int showPlan(const Plan& plan, bool json) {
 
 void addKeyOptions(CLI::App& command, std::map<std::string, std::string>& values,
                    const std::function<bool(const ConfigKey&)>& wanted) {
+    const Config defaults;
     for (const ConfigKey& key : configKeys()) {
         if (key.option.empty() || !wanted(key)) continue;
-        const std::string help = key.reason + " [" + key.path + ", default " +
-                                 (key.get(Config{}).empty() ? "empty" : key.get(Config{})) + "]";
+        const std::string standard = key.get(defaults);
+        const std::string help =
+            key.reason + " [" + key.path + ", default " + (standard.empty() ? "empty" : standard) + "]";
         CLI::Option* option = nullptr;
         const auto remember = [&values, path = key.path](const std::string& value) { values[path] = value; };
         if (key.kind == ConfigKey::Kind::boolean) {
@@ -162,7 +165,7 @@ int runWithOptions(Config config, const JobOptions& options) {
     const ProgressKind progress_kind = silent ? ProgressKind::none : progressKind(options.progress);
     rememberSignals();
     const auto begin = std::chrono::steady_clock::now();
-    const Watched watched = watchOverWorkers(config.run.timeout);
+    const Watched watched = watchOverWorkers(isVdb(config.input.path), config.run.timeout);
     if (!watched.working) return watched.exit_code;
     if (!options.log_file.empty()) setLogFile(options.log_file);
     const int threads = threadsOf(config);

@@ -4,12 +4,15 @@
 #include "batch/version.h"
 #include "command.h"
 
+#include <algorithm>
+#include <array>
 #include <exception>
 #include <iostream>
 #include <memory>
 #include <new>
 #include <sstream>
 #include <string>
+#include <string_view>
 
 namespace {
 
@@ -40,6 +43,35 @@ public:
     }
 };
 
+struct NamedCommand {
+    std::string_view name;
+    void (*add)(CLI::App& program, int& exit_code);
+};
+
+constexpr std::array kCommands = std::to_array<NamedCommand>({
+    {"mesh", betamesh::addMeshCommand},
+    {"run", betamesh::addRunCommand},
+    {"sample", betamesh::addSampleCommand},
+    {"info", betamesh::addInfoCommand},
+    {"check", betamesh::addCheckCommand},
+    {"coherence", betamesh::addCoherenceCommand},
+    {"render", betamesh::addRenderCommand},
+    {"compare", betamesh::addCompareCommand},
+    {"config", betamesh::addConfigCommand},
+    {"submit", betamesh::addSubmitCommand},
+    {"report", betamesh::addReportCommand},
+    {"manual", betamesh::addManualCommand},
+});
+
+/// The one that is asked for: what the options of all others are takes a tenth of the start. All of them for help, and
+/// for the manual.
+void addCommands(CLI::App& program, int& exit_code, std::string_view asked) {
+    const auto isAsked = [&](const NamedCommand& command) { return command.name == asked; };
+    const bool all = asked == "manual" || std::none_of(kCommands.begin(), kCommands.end(), isAsked);
+    for (const NamedCommand& command : kCommands)
+        if (all || isAsked(command)) command.add(program, exit_code);
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -52,18 +84,7 @@ int main(int argc, char** argv) {
     program.require_subcommand(1);
     program.footer(kExitCodes);
     int exit_code = kAllWritten;
-    addMeshCommand(program, exit_code);
-    addRunCommand(program, exit_code);
-    addSampleCommand(program, exit_code);
-    addInfoCommand(program, exit_code);
-    addCheckCommand(program, exit_code);
-    addCoherenceCommand(program, exit_code);
-    addRenderCommand(program, exit_code);
-    addCompareCommand(program, exit_code);
-    addConfigCommand(program, exit_code);
-    addSubmitCommand(program, exit_code);
-    addReportCommand(program, exit_code);
-    addManualCommand(program, exit_code);
+    addCommands(program, exit_code, argc > 1 ? argv[1] : "");
     try {
         program.parse(argc, argv);
         std::cout.flush();

@@ -7,6 +7,7 @@
 #include "core/error.h"
 #include "core/parallel.h"
 #include "io/bytes.h"
+#include "io/extension.h"
 #include "io/output_file.h"
 #include "job_options.h"
 #include "preview/contact_sheet.h"
@@ -174,7 +175,7 @@ PictureJob planPictures(const PictureOptions& options, const Config& usual) {
 
 int inPictureWorker(const PictureJob& job, const std::function<int(const PictureWorker&)>& work) {
     rememberSignals();
-    const Watched watched = watchOverWorkers(job.config.run.timeout);
+    const Watched watched = watchOverWorkers(isVdb(job.config.input.path), job.config.run.timeout);
     if (!watched.working) return watched.exit_code;
     SignalWatch signals;
     int exit_code = kAllWritten;

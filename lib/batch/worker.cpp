@@ -180,13 +180,13 @@ void FrameNotes::ended(int frame, FrameStatus status) const {
                                                               : Note::written});
 }
 
-Watched watchOverWorkers(double timeout) {
+Watched watchOverWorkers(bool reads_vdb, double timeout) {
     const std::chrono::duration<double> longest(timeout);
     JobHistory history;
     for (;;) {
         const Worker worker = startWorker();
         if (worker.process == 0) {
-            startVdbProcess();
+            if (reads_vdb) startVdbProcess();
             return {true, FrameNotes(worker.pipe), std::move(history), 0};
         }
         const Unfinished left = follow(worker, history, longest);

@@ -34,6 +34,8 @@ std::optional<Extension> find(const std::string& name) {
 
 }  // namespace
 
+bool isVdb(const std::filesystem::path& path) { return find(lowerName(path)) == Extension::vdb; }
+
 Extension particleExtension(const std::filesystem::path& path) {
     const auto extension = find(lowerName(path));
     if (!extension || *extension == Extension::obj || *extension == Extension::svg)

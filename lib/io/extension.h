@@ -11,6 +11,9 @@ namespace betamesh {
 
 enum class Extension { bgeo, ply, vdb, obj, svg };
 
+/// By the name alone, as below; false for names of no format.
+bool isVdb(const std::filesystem::path& path);
+
 /// By the name alone, in upper or lower case; .bgeo.gz is .bgeo. Throws Error that lists the known ones.
 Extension particleExtension(const std::filesystem::path& path);  ///< .bgeo .ply .vdb
 Extension meshExtension(const std::filesystem::path& path);      ///< .bgeo .obj .ply

@@ -75,7 +75,7 @@ void forPositions(const std::filesystem::path& path, const std::function<void(st
 }
 
 void prepareToReadParticles(const std::filesystem::path& path) {
-    if (particleExtension(path) == Extension::vdb) loadVdb();
+    if (isVdb(path)) loadVdb();
 }
 
 void writeParticles(const std::filesystem::path& path, const Particles& particles) {
