@@ -11,13 +11,10 @@
 namespace betamesh {
 
 /// Linking OpenVDB costs every start of the program some 30 ms of symbols, whether a .vdb is touched or not: so it
-/// stands in a module of its own, betamesh_vdb.so, which io/vdb.h loads when it is needed.
+/// stands in a module of its own, betamesh_vdb, which io/vdb.h loads when it is needed.
 struct VdbModule {
     FileContents (*read)(const std::filesystem::path& path, const ReadOptions& options);
     std::string (*encode)(const Particles& particles, const std::string& file);
 };
-
-inline constexpr const char* kVdbModuleFile = "betamesh_vdb.so";
-inline constexpr const char* kVdbModuleSymbol = "betamesh_vdb";  ///< a VdbModule
 
 }  // namespace betamesh
