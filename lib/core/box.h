@@ -8,6 +8,8 @@
 
 namespace betamesh {
 
+/// Rounding is monotone: what is computed of the distance to a box is never more than what is computed of that to a
+/// point or a box in it.
 inline double squaredDistance(const Box& box, const Vec3& p) {
     double sum = 0;
     for (int k = 0; k < 3; ++k) {
@@ -16,6 +18,19 @@ inline double squaredDistance(const Box& box, const Vec3& p) {
     }
     return sum;
 }
+
+inline double squaredDistance(const Box& a, const Box& b) {
+    double sum = 0;
+    for (int k = 0; k < 3; ++k) {
+        const double apart = std::max({a.min[k] - b.max[k], b.min[k] - a.max[k], 0.0});
+        sum += apart * apart;
+    }
+    return sum;
+}
+
+/// Of n points from a box, many at once.
+void squaredDistances(const Box& box, const double* x, const double* y, const double* z, std::size_t n,
+                      double* squared);
 
 /// The place of a box's middle on Morton's curve through the whole, to 21 bits an axis.
 template <typename T>

@@ -1,5 +1,6 @@
 #include "exact/snapped_particles.h"
 
+#include "core/box.h"
 #include "core/error.h"
 #include "core/parallel.h"
 #include "core/simd.h"
@@ -119,21 +120,6 @@ SnappedParticles sortedIntoCells(std::size_t n, const PositionAt& positionAt, co
     return snapped;
 }
 
-// From a box to all candidates; whole numbers below 2^53, so exact.
-BETAMESH_EVERY_CPU
-void squaredDistances(const double* x, const double* y, const double* z, std::size_t n, const Box& box,
-                      double* squared) {
-    const auto beyond = [](double at, double low, double high) {
-        const double below = low - at, above = at - high, outside = below > above ? below : above;
-        return outside > 0 ? outside : 0;
-    };
-    for (std::size_t k = 0; k < n; ++k) {
-        const double dx = beyond(x[k], box.min.x, box.max.x), dy = beyond(y[k], box.min.y, box.max.y),
-                     dz = beyond(z[k], box.min.z, box.max.z);
-        squared[k] = dx * dx + dy * dy + dz * dz;
-    }
-}
-
 }  // namespace
 
 // On average. Liquids have some thirty, clumped ones some thousands; work grows with the square of it.
@@ -245,7 +231,7 @@ void NeighbourFinder::gather(std::size_t cell) {
 std::span<const std::uint32_t> NeighbourFinder::within(std::int64_t radii, const Candidates& candidates,
                                                        const Box& box) {
     const auto& [number, x, y, z] = candidates;
-    squaredDistances(x.data(), y.data(), z.data(), number.size(), box, squared_.data());
+    squaredDistances(box, x.data(), y.data(), z.data(), number.size(), squared_.data());  // whole numbers: exact
     const auto reach = static_cast<double>(radii * radii * particles_.radius * particles_.radius);
     std::size_t found = 0;
     for (std::uint32_t k = 0; k < number.size(); ++k) {
