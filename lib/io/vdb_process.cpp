@@ -15,12 +15,16 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
+#include <chrono>
 #include <csignal>
 #include <cstdlib>
 #include <cstring>
+#include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <limits>
 #include <new>
+#include <thread>
 #include <utility>
 
 namespace betamesh {
@@ -201,8 +205,30 @@ std::string receive(int socket, int& pipe) {
     return request;
 }
 
+/// State of a thread, as the system names it: S asleep.
+char stateOf(const std::filesystem::path& thread) {
+    std::ifstream file(thread / "stat");
+    const std::string line{std::istreambuf_iterator<char>(file), {}};
+    const std::size_t name_end = line.rfind(')');
+    return name_end + 2 < line.size() ? line[name_end + 2] : 'S';
+}
+
+/// A library's log begins threads of its own when it is loaded. A fork must not find one at work: what it holds then,
+/// nobody gives back in the child, which may wait for it for ever. Gives up after a second.
+void awaitOtherThreads() {
+    const std::string self = std::to_string(::getpid());
+    const auto latest = std::chrono::steady_clock::now() + std::chrono::seconds(1);
+    for (bool working = true; working && std::chrono::steady_clock::now() < latest;) {
+        working = false;
+        for (const auto& thread : std::filesystem::directory_iterator("/proc/self/task"))
+            working |= thread.path().filename() != self && stateOf(thread) != 'S';
+        if (working) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+}
+
 /// Until nobody asks any more.
 void serve(int socket) {
+    bool loaded = false;
     for (;;) {
         int pipe = -1;
         const std::string text = receive(socket, pipe);
@@ -210,8 +236,11 @@ void serve(int socket) {
         if (text.size() < sizeof request) return;
         std::memcpy(&request, text.data(), sizeof request);
         try {
-            loadVdb();
-        } catch (const std::exception&) {  // told when it is tried again
+            if (!std::exchange(loaded, true)) {
+                loadVdb();
+                awaitOtherThreads();
+            }
+        } catch (const std::exception&) {  // told by who reads, who tries again
         }
         if (pipe < 0) continue;
         const pid_t reader = ::fork();
