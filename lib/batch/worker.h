@@ -61,11 +61,11 @@ private:
 /// is over, with the exit code.
 ///
 /// To be called once, before the process has a second thread. reads_vdb: .vdb files may be read, which another process
-/// does for a worker (io/vdb_process.h). Frames that were at work when a worker was lost are begun
-/// again, one after the other; one that ends a worker alone is lost. So is one that takes longer than `timeout`, in
-/// seconds (0: any time is well), for which its worker is ended. Where that happens while the job is being planned, or
-/// memory runs out then, all is over: another frame would give another spacing. Signals reach the worker by
-/// rememberSignals(), which comes before.
+/// does for a worker (io/vdb_process.h). Frames that were at work when a worker was lost are begun again, one after the
+/// other; one that ends a worker alone is lost. So is one that takes longer than `timeout`, in seconds (0: any time is
+/// well), for which its worker is ended. Where that happens while the job is being planned, or memory runs out then,
+/// all is over: another frame would give another spacing. Signals reach the worker by rememberSignals(), which comes
+/// before.
 struct Watched {
     bool working = false;
     FrameNotes notes;

@@ -240,7 +240,7 @@ void serve(int socket) {
                 loadVdb();
                 awaitOtherThreads();
             }
-        } catch (const std::exception&) {  // told by who reads, who tries again
+        } catch (const std::exception&) {  // told when it is tried again, by the reader
         }
         if (pipe < 0) continue;
         const pid_t reader = ::fork();
