@@ -16,6 +16,7 @@ namespace {
 constexpr std::size_t kNearest = 6;
 constexpr std::size_t kLeaf = 32;       // points, at most
 constexpr double kReach = 1.15;         // squared; in the farthest of the six nearest that the leaf before has
+constexpr std::size_t kMostNear = 512;  // points that are gathered; a leaf in spray may reach far into a dense liquid
 constexpr std::size_t kBranch = 16384;  // points from which on both halves are sorted at the same time
 
 struct Leaf {
@@ -43,6 +44,7 @@ public:
     double farthest = kFarOff;  // of the six nearest of the leaf before, squared
 
     void clear() { size_ = 0; }
+    std::size_t size() const { return size_; }
     void add(const Columns& points, const Leaf& leaf, const Box& box, double squared_reach) {
         for (std::vector<double>& column : near_)
             if (column.size() < size_ + kLeaf) column.resize(2 * size_ + kLeaf);
@@ -103,13 +105,14 @@ public:
     void addMeanDistances(std::size_t leaf, Search& search, std::vector<double>& means) const {
         const auto [begin, end] = leaf_[leaf];
         const Box& box = box_[first_leaf_ + leaf];
-        const double squared_reach = std::min(kReach * search.farthest, (box.max - box.min).length2());
+        double squared_reach = std::min(kReach * search.farthest, (box.max - box.min).length2());
         search.clear();
         gather(1, box, squared_reach, search);
+        if (search.size() > kMostNear) squared_reach = 0;
         double farthest = 0;
         for (std::uint32_t i = begin; i < end; ++i) {
             const Vec3 place(points_[0][i], points_[1][i], points_[2][i]);
-            Nearest nearest = search.nearest(place, squared_reach);
+            Nearest nearest = squared_reach > 0 ? search.nearest(place, squared_reach) : kNowhere;
             if (!(nearest.back() < squared_reach)) {
                 nearest = kNowhere;
                 visit(1, place, nearest);
@@ -167,9 +170,9 @@ private:
         return static_cast<std::uint32_t>(cut - points.begin());
     }
 
-    // Points of all leaves less far from a box than this.
+    // Points of all leaves less far from a box than this, or more than there may be.
     void gather(std::size_t node, const Box& box, double squared_reach, Search& search) const {
-        if (!(squaredDistance(box_[node], box) < squared_reach)) return;
+        if (search.size() > kMostNear || !(squaredDistance(box_[node], box) < squared_reach)) return;
         if (node < first_leaf_) {
             gather(2 * node, box, squared_reach, search);
             gather(2 * node + 1, box, squared_reach, search);
