@@ -243,10 +243,11 @@ void PatchTree::addPatches(const std::vector<Moving>& before, std::uint32_t begi
     RunShape shape;
     shapeOf(run, shape);
     std::array<Vec3, kRun> normal, part;
-    std::array<std::uint8_t, kRun> octant;
+    std::array<std::uint8_t, kRun> octant, flat;
     Vec3 sum(0);
     for (std::uint32_t i = 0; i < size; ++i) {
-        const Vec3 facing(shape.normal[0][i], shape.normal[1][i], shape.normal[2][i]);
+        flat[i] = shape.turned[i] <= 0 && isFlat(begin + i);
+        const Vec3 facing = flat[i] ? Vec3(0) : Vec3(shape.normal[0][i], shape.normal[1][i], shape.normal[2][i]);
         octant[i] = static_cast<std::uint8_t>((facing.x > 0) + 2 * (facing.y > 0) + 4 * (facing.z > 0));
         sum += normal[i] = facing;
     }
@@ -258,14 +259,14 @@ void PatchTree::addPatches(const std::vector<Moving>& before, std::uint32_t begi
         std::size_t parts = 0;
         for (std::uint32_t k = 0; k < size; ++k) {
             if (octant[k] != wanted) continue;
-            Entry& entry = entry_[begin + placed++];
-            entry = {begin + k,
-                     {shape.low[0][k], shape.low[1][k], shape.low[2][k]},
-                     {shape.high[0][k], shape.high[1][k], shape.high[2][k]}};
-            patch.node.box.extendBy(entry.box());
+            const Boxf box = flat[k] ? Boxf()
+                                     : Boxf({shape.low[0][k], shape.low[1][k], shape.low[2][k]},
+                                            {shape.high[0][k], shape.high[1][k], shape.high[2][k]});
+            entry_[begin + placed++] = {begin + k, box.min, box.max};
+            patch.node.box.extendBy(box);
             const bool moved = shape.way[k] > 0;
             patch.node.awake |= moved;
-            patch.turned |= moved && shape.turned[k] <= 0;
+            patch.turned |= moved && shape.turned[k] <= 0 && !flat[k];
             part[parts++] = normal[k];
         }
         patch.range.end = begin + placed;
@@ -326,6 +327,11 @@ std::vector<PatchTree::Patch> PatchTree::makePatches(const std::vector<Moving>& 
     return joined(of_task);
 }
 
+bool PatchTree::isFlat(std::uint32_t triangle) const {
+    const auto& [a, b, c] = mesh_.triangles[triangle];
+    return onOneLine(mesh_.vertex[a].position, mesh_.vertex[b].position, mesh_.vertex[c].position);
+}
+
 Boxf PatchTree::boxOf(std::uint32_t triangle) const {
     Boxf box;
     for (const std::uint32_t v : mesh_.triangles[triangle]) extend(box, mesh_.vertex[v].position);
@@ -369,7 +375,8 @@ void PatchTree::refit() {
         if (!node.awake) return;
         node.box.makeEmpty();
         for (std::uint32_t i = range_[p].begin; i < range_[p].end; ++i) {
-            const Boxf box = boxOf(entry_[i].triangle);
+            const std::uint32_t t = entry_[i].triangle;
+            const Boxf box = isFlat(t) ? Boxf() : boxOf(t);
             entry_[i].low = box.min;
             entry_[i].high = box.max;
             node.box.extendBy(box);

@@ -5,7 +5,6 @@
 #include "core/mesh_edges.h"
 #include "core/parallel.h"
 #include "core/union_find.h"
-#include "exact/orientation.h"
 #include "exact/patch_tree.h"
 #include "exact/star_shaped.h"
 #include "exact/triangle_contact.h"
@@ -105,17 +104,12 @@ public:
 
     bool cross(const TrianglePair& pair) const {
         const std::uint32_t s = numberOf(pair[0]), t = numberOf(pair[1]);
-        return !isFlat(s) && !isFlat(t) &&
-               contactOf({position_, triangles_, place_, across_}, s, t).kind == ContactKind::crossing;
+        return contactOf({position_, triangles_, place_, across_}, s, t).kind == ContactKind::crossing;
     }
 
 private:
     std::uint32_t numberOf(std::uint32_t triangle) const {
         return static_cast<std::uint32_t>(std::lower_bound(row_.begin(), row_.end(), triangle) - row_.begin());
-    }
-    bool isFlat(std::uint32_t t) const {
-        const auto& [a, b, c] = triangles_[t];
-        return onOneLine(position_[a], position_[b], position_[c]);
     }
 
     std::vector<std::uint32_t> row_;  // of the triangles in the mesh, ascending
