@@ -161,23 +161,33 @@ PatchTree::PatchTree(const BetaMesh& mesh, const std::vector<Moving>& before, do
     for (const Box& star : folded) wake(star, 0);
 }
 
-void PatchTree::makeTree(std::vector<Patch> patches) {
+void PatchTree::makeTree(const std::vector<Patch>& patches) {
     Boxf whole;
     for (const Patch& patch : patches) whole.extendBy(patch.node.box);
-    parallelFor(patches.size(), 1024,
-                [&](std::size_t p) { patches[p].place = placeOnCurve(patches[p].node.box, whole); });
-    parallelSort(patches, [](const Patch& a, const Patch& b) {
-        return a.place != b.place ? a.place < b.place : a.range.begin < b.range.begin;
+    struct Place {
+        std::uint64_t on_curve;  // through all of them
+        std::uint32_t patch;
+    };
+    std::vector<Place> places;
+    resizeOnAll(places, patches.size());
+    parallelFor(patches.size(), 1024, [&](std::size_t p) {
+        places[p] = {placeOnCurve(patches[p].node.box, whole), static_cast<std::uint32_t>(p)};
+    });
+    parallelSort(places, [](const Place& a, const Place& b) {
+        return a.on_curve != b.on_curve ? a.on_curve < b.on_curve : a.patch < b.patch;
     });
 
-    first_leaf_ = std::bit_ceil(std::max<std::size_t>(patches.size(), 1));
-    node_.resize(2 * first_leaf_);
-    range_.resize(patches.size());
-    for (std::size_t p = 0; p < patches.size(); ++p) {
-        range_[p] = patches[p].range;
-        node_[first_leaf_ + p] = patches[p].node;
-        if (patches[p].node.body) node_[first_leaf_ + p].facing = 0;  // all ways
-    }
+    const std::size_t n = patches.size(), first_on_the_left = std::bit_ceil(std::max<std::size_t>(n, 1)) - n;
+    first_leaf_ = std::max<std::size_t>(n, 1);
+    resizeOnAll(node_, 2 * first_leaf_);
+    resizeOnAll(range_, n);
+    parallelFor(n, 1024, [&](std::size_t p) {
+        const Patch& patch = patches[places[p].patch];
+        const std::size_t leaf = (first_on_the_left + p) % n;
+        range_[leaf] = patch.range;
+        Node& node = node_[first_leaf_ + leaf] = patch.node;
+        if (node.body) node.facing = 0;  // all ways
+    });
     for (std::size_t i = first_leaf_ - 1; i > 0; --i) {
         const Node &a = node_[2 * i], &b = node_[2 * i + 1];
         node_[i].facing = a.facing & b.facing;

@@ -101,8 +101,7 @@ private:
     struct Patch {
         Range range;
         Node node;
-        bool turned;              // a triangle of it has turned over
-        std::uint64_t place = 0;  // on a curve through all
+        bool turned;  // a triangle of it has turned over
     };
 
     std::size_t patches() const { return range_.size(); }
@@ -115,7 +114,7 @@ private:
     void addPatches(const std::vector<Moving>& before, std::uint32_t begin, std::uint32_t size,
                     std::vector<Patch>& into);
     void addBodyPart(const std::vector<Moving>& before, const BodyPart& part, std::vector<Patch>& into);
-    void makeTree(std::vector<Patch> patches);
+    void makeTree(const std::vector<Patch>& patches);
     std::vector<Box> foldedStars(const std::vector<Patch>& patches) const;
     void gatherBoxes();
     void gatherAwake();
@@ -127,7 +126,7 @@ private:
     std::vector<Vec3> direction_;     // at most 64
     std::unique_ptr<Entry[]> entry_;  // those of a patch are neighbours
     std::vector<Range> range_;        // of patches, in the order of leaves
-    std::size_t first_leaf_ = 1;      // a power of two; node 1 is the root, those below i are 2i and 2i + 1
+    std::size_t first_leaf_ = 1;      // so many leaves; node 1 is the root, those below i are 2i and 2i + 1
     std::vector<Node> node_;
 };
 
