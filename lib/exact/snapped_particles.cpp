@@ -2,6 +2,7 @@
 
 #include "core/box.h"
 #include "core/error.h"
+#include "core/icosphere.h"
 #include "core/parallel.h"
 #include "core/simd.h"
 
@@ -9,6 +10,7 @@
 #include <cassert>
 #include <cmath>
 #include <cstring>
+#include <limits>
 #include <tuple>
 
 namespace betamesh {
@@ -17,6 +19,8 @@ namespace {
 
 constexpr double kLargestCoordinate = 0x1p50;  // in quanta: still exact in double precision
 constexpr std::uint32_t kCrowd = 64;           // particles in a cell
+constexpr std::size_t kHugeCrowd = 8192;       // in reach of an eighth of one
+constexpr std::size_t kSample = 512;           // of a huge crowd
 
 std::int64_t floorDivide(std::int64_t a, std::int64_t b) { return a >= 0 ? a / b : -((-a + b - 1) / b); }
 
@@ -227,38 +231,70 @@ void NeighbourFinder::gather(std::size_t cell) {
         for (Candidates& candidates : of_eighth) candidates.particle.clear();
 }
 
-// Which candidates are within so many radii of a box.
-std::span<const std::uint32_t> NeighbourFinder::within(std::int64_t radii, const Candidates& candidates,
-                                                       const Box& box) {
+// Which candidates are in reach of a box.
+std::span<const std::uint32_t> NeighbourFinder::within(Reach reach, const Candidates& candidates, const Box& box) {
     const auto& [number, x, y, z] = candidates;
     squaredDistances(box, x.data(), y.data(), z.data(), number.size(), squared_.data());  // whole numbers: exact
-    const auto reach = static_cast<double>(radii * radii * particles_.radius * particles_.radius);
+    const std::int64_t farthest = (reach == within_diameter ? 2 : 1) * particles_.radius;
+    const auto square = static_cast<double>(farthest * farthest);
     std::size_t found = 0;
     for (std::uint32_t k = 0; k < number.size(); ++k) {
         found_[found] = k;
-        found += squared_[k] <= reach;
+        found += squared_[k] <= square;
+    }
+    return std::span(found_).first(found);
+}
+
+Vec3 NeighbourFinder::placeInCell(std::uint32_t particle) const {
+    return toDouble(particles_.position[particle] - particles_.cell[cell_] * (2 * particles_.radius));
+}
+
+bool NeighbourFinder::isInCrowd() const {
+    return particles_.cell_begin[cell_ + 1] - particles_.cell_begin[cell_] >= kCrowd;
+}
+
+// One of so many, and the farthest each way, behind which most others are.
+std::span<const std::uint32_t> NeighbourFinder::someOf(const Candidates& candidates) {
+    static const std::vector<Vec3> directions = icosphere(1).position;
+    const std::size_t n = candidates.particle.size();
+    std::size_t found = 0;
+    while (found < kSample) {
+        found_[found] = static_cast<std::uint32_t>(found * n / kSample);
+        ++found;
+    }
+    for (const Vec3& direction : directions) {
+        double most = -std::numeric_limits<double>::infinity();
+        for (std::uint32_t k = 0; k < n; ++k)
+            if (const double here = dot(candidates.at(k), direction); here > most) most = here, found_[found] = k;
+        ++found;
     }
     return std::span(found_).first(found);
 }
 
 // In a crowd those of an eighth of the cell, which are two in five, or one in eight: many particles share them.
-const NeighbourFinder::Candidates& NeighbourFinder::candidatesFor(const Vec3& place, std::int64_t radii) {
-    if (inCell() < kCrowd) return of_cell_;
+const NeighbourFinder::Candidates& NeighbourFinder::candidatesFor(const Vec3& place, Reach reach) {
+    if (!isInCrowd()) return of_cell_;
     const auto radius = static_cast<double>(particles_.radius);
     const bool right = place.x >= radius, behind = place.y >= radius, above = place.z >= radius;
-    auto& of_eighth = of_eighth_[static_cast<std::size_t>(radii - 1)];
-    Candidates& here = of_eighth[(right ? 1 : 0) + (behind ? 2 : 0) + (above ? 4 : 0)];
+    Candidates& here = of_eighth_[reach][(right ? 1 : 0) + (behind ? 2 : 0) + (above ? 4 : 0)];
     if (!here.particle.empty()) return here;
-    const Vec3 low(right ? radius : 0, behind ? radius : 0, above ? radius : 0);
-    const auto near = within(radii, of_cell_, {low, low + Vec3(radius)});
-    const auto take = [&](const auto& from, auto& to) {
-        to.resize(near.size());
-        for (std::size_t k = 0; k < near.size(); ++k) to[k] = from[near[k]];
+    const auto take = [&](const Candidates& from, std::span<const std::uint32_t> rows) {
+        const auto some = [&](const auto& all, auto& to) {
+            to.resize(rows.size());
+            for (std::size_t k = 0; k < rows.size(); ++k) to[k] = all[rows[k]];
+        };
+        some(from.particle, here.particle);
+        some(from.x, here.x);
+        some(from.y, here.y);
+        some(from.z, here.z);
     };
-    take(of_cell_.particle, here.particle);
-    take(of_cell_.x, here.x);
-    take(of_cell_.y, here.y);
-    take(of_cell_.z, here.z);
+    if (reach == some_within_radius) {
+        const Candidates& all = candidatesFor(place, within_radius);
+        take(all, someOf(all));
+    } else {
+        const Vec3 low(right ? radius : 0, behind ? radius : 0, above ? radius : 0);
+        take(of_cell_, within(reach, of_cell_, {low, low + Vec3(radius)}));
+    }
     return here;
 }
 
@@ -268,15 +304,14 @@ void NeighbourFinder::goTo(std::uint32_t particle) {
     gather(static_cast<std::size_t>(std::upper_bound(begin.begin(), begin.end(), particle) - begin.begin()) - 1);
 }
 
-void NeighbourFinder::find(std::uint32_t particle, std::int64_t radii, std::vector<Neighbour>& neighbours) {
-    const Vec3 from = toDouble(particles_.position[particle] - particles_.cell[cell_] * (2 * particles_.radius));
-    const Candidates& candidates = candidatesFor(from, radii);
-    const auto near = within(radii, candidates, Box(from));
+void NeighbourFinder::find(std::uint32_t particle, Reach reach, std::vector<Neighbour>& neighbours) {
+    const Vec3 from = placeInCell(particle);
+    const Candidates& candidates = candidatesFor(from, reach);
+    const auto near = within(reach, candidates, Box(from));
     neighbours.resize(near.size());
     std::size_t found = 0;  // all but itself, the only one at its place
     for (const std::uint32_t k : near) {
-        neighbours[found] = {Vec3(candidates.x[k], candidates.y[k], candidates.z[k]) - from, squared_[k],
-                             candidates.particle[k]};
+        neighbours[found] = {candidates.at(k) - from, squared_[k], candidates.particle[k]};
         found += squared_[k] > 0;
     }
     neighbours.resize(found);
@@ -284,13 +319,20 @@ void NeighbourFinder::find(std::uint32_t particle, std::int64_t radii, std::vect
 
 void NeighbourFinder::find(std::uint32_t particle, std::vector<Neighbour>& neighbours) {
     goTo(particle);
-    find(particle, 2, neighbours);
+    find(particle, within_diameter, neighbours);
 }
 
 bool NeighbourFinder::findInCrowd(std::uint32_t particle, std::vector<Neighbour>& neighbours) {
     goTo(particle);
-    if (inCell() < kCrowd) return false;
-    find(particle, 1, neighbours);
+    if (!isInCrowd()) return false;
+    find(particle, within_radius, neighbours);
+    return true;
+}
+
+bool NeighbourFinder::findSomeInCrowd(std::uint32_t particle, std::vector<Neighbour>& neighbours) {
+    goTo(particle);
+    if (!isInCrowd() || candidatesFor(placeInCell(particle), within_radius).particle.size() < kHugeCrowd) return false;
+    find(particle, some_within_radius, neighbours);
     return true;
 }
 

@@ -139,26 +139,33 @@ public:
     explicit NeighbourFinder(const SnappedParticles& particles) : particles_(particles), around_(particles.cell) {}
     /// All within 2R.
     void find(std::uint32_t particle, std::vector<Neighbour>& neighbours);
-    /// All within R, a fifth of them in a crowd; true where it is in one.
+    /// Of a particle in a crowd all within R, a fifth of them; false where it is in none.
     bool findInCrowd(std::uint32_t particle, std::vector<Neighbour>& neighbours);
+    /// Likewise some hundreds of those, from all over, where there are thousands; false where there are not.
+    bool findSomeInCrowd(std::uint32_t particle, std::vector<Neighbour>& neighbours);
 
 private:
     struct Candidates {
         std::vector<std::uint32_t> particle;
         std::vector<double> x, y, z;  // from the cell's corner
+        Vec3 at(std::size_t k) const { return {x[k], y[k], z[k]}; }
     };
+    enum Reach { some_within_radius, within_radius, within_diameter };
+
     void goTo(std::uint32_t particle);
     void gather(std::size_t cell);
-    std::uint32_t inCell() const { return particles_.cell_begin[cell_ + 1] - particles_.cell_begin[cell_]; }
-    void find(std::uint32_t particle, std::int64_t radii, std::vector<Neighbour>& neighbours);
-    std::span<const std::uint32_t> within(std::int64_t radii, const Candidates& candidates, const Box& box);
-    const Candidates& candidatesFor(const Vec3& place, std::int64_t radii);
+    Vec3 placeInCell(std::uint32_t particle) const;
+    bool isInCrowd() const;
+    void find(std::uint32_t particle, Reach reach, std::vector<Neighbour>& neighbours);
+    std::span<const std::uint32_t> within(Reach reach, const Candidates& candidates, const Box& box);
+    std::span<const std::uint32_t> someOf(const Candidates& candidates);
+    const Candidates& candidatesFor(const Vec3& place, Reach reach);
 
     const SnappedParticles& particles_;
     CellsAround around_;
     std::size_t cell_ = ~std::size_t{0};
     Candidates of_cell_;                                  // all that may be near a particle of the cell
-    std::array<std::array<Candidates, 8>, 2> of_eighth_;  // those within R and 2R of a part of it; empty: not made yet
+    std::array<std::array<Candidates, 8>, 3> of_eighth_;  // those in reach of a part of it; empty: not made yet
     std::vector<std::uint32_t> found_;                    // of candidates, those that are near
     std::vector<double> squared_;                         // distances of all of them
 };

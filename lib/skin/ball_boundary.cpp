@@ -95,7 +95,8 @@ void skinBall(const SnappedParticles& particles, const std::vector<bool>& surviv
 // What is hidden in a crowd is so by those nearest to it, nearly always.
 bool isHiddenInCrowd(std::uint32_t i, NeighbourFinder& finder, std::vector<Neighbour>& neighbours,
                      ExposedRegion& region) {
-    return finder.findInCrowd(i, neighbours) && region.isHiddenBy(neighbours);
+    return (finder.findSomeInCrowd(i, neighbours) && region.isHiddenBy(neighbours)) ||
+           (finder.findInCrowd(i, neighbours) && region.isHiddenBy(neighbours));
 }
 
 template <typename Balls>
