@@ -10,9 +10,43 @@ namespace betamesh {
 
 namespace {
 
-constexpr double kSlack = 1e-5;  // radii: far above the rounding of anything here
+constexpr double kSlack = 1e-5;      // radii: far above the rounding of anything here
+constexpr double kRounding = 1e-13;  // likewise of how far a corner is beyond a plane, where both are rounded once
+constexpr std::size_t kMostInDoubt = 24;
 constexpr float kOutOfReach = 1e30F;
 constexpr std::uint32_t kNone = ~std::uint32_t{0};
+
+// The place where three walls meet, exactly: twice the place, times a scale. Offsets are at most 2^21 long and levels
+// at most 2^42, so that whatever is asked of it is within 2^112.
+class Meeting {
+public:
+    template <typename Wall>
+    Meeting(const Wall& a, const Wall& b, const Wall& c) {
+        const Vec3i u(a.offset), v(b.offset), w(c.offset), vw = cross(v, w), wu = cross(w, u), uv = cross(u, v);
+        const auto along = [&](int k) {
+            return static_cast<Int>(a.level) * vw[k] + static_cast<Int>(b.level) * wu[k] +
+                   static_cast<Int>(c.level) * uv[k];
+        };
+        for (int k = 0; k < 3; ++k) twice_[static_cast<std::size_t>(k)] = along(k);
+        scale_ = Int{u.x} * vw.x + Int{u.y} * vw.y + Int{u.z} * vw.z;
+    }
+    Vec3 rounded() const {
+        const auto along = [&](Int x) { return static_cast<double>(x) / (2 * static_cast<double>(scale_)); };
+        return {along(twice_[0]), along(twice_[1]), along(twice_[2])};
+    }
+    // +1 where it is beyond the plane half way to another place.
+    int sideOf(const Neighbour& other) const {
+        const Vec3i u(other.offset);
+        const Int beyond =
+            u.x * twice_[0] + u.y * twice_[1] + u.z * twice_[2] - static_cast<Int>(other.squared) * scale_;
+        return ((beyond > 0) - (beyond < 0)) * (scale_ > 0 ? 1 : -1);
+    }
+
+private:
+    using Int = __int128;
+    std::array<Int, 3> twice_;
+    Int scale_;
+};
 
 // Offsets become unit normals, squares of their lengths distances of planes half way.
 BETAMESH_EVERY_CPU
@@ -162,8 +196,9 @@ void ExposedRegion::beginWithTetrahedron() {
     corner_.clear();
     for (std::size_t k = 0; k < 4; ++k) {  // each corner is opposite the wall of the same number
         const Vec3 normal = towards[k].normalized();
-        wall_[k] = {normal, kInner, kNone, 3};
-        put({normal * (-3 * kInner), kWalls[k], true, false, {}}, k);
+        const double level = std::ceil(2 * std::sqrt(3.0) * kInner * radius_);
+        wall_[k] = {normal, level / (2 * std::sqrt(3.0) * radius_), towards[k], level, kNone, 3};
+        put({normal * (-3 * wall_[k].distance), kWalls[k], true, false, {}}, k);
     }
     outer_ = 4;
 }
@@ -185,7 +220,8 @@ bool ExposedRegion::listNewCorners(std::uint8_t wall) {
             begun |= std::uint64_t{1} << a;
             next[a] = b;
             const double share = beyond_[cut_[i]] / (beyond_[cut_[i]] - beyond_[beyond]);
-            const Vec3 place = cut.place + (corner_[beyond].place - cut.place) * share;
+            const Vec3 place = exactly_ ? Meeting(wall_[a], wall_[b], wall_[wall]).rounded() / radius_
+                                        : cut.place + (corner_[beyond].place - cut.place) * share;
             new_corner_.push_back({place, {a, b, wall}, place.length2() >= kInside * kInside, false, {}});
         }
     }
@@ -204,11 +240,13 @@ bool ExposedRegion::clip(std::uint32_t neighbour) {
     if (free == kMostWalls) return false;
     const Neighbour& n = (*all_)[neighbour];
     const double length = std::sqrt(n.squared);
-    wall_[free] = {n.offset / length, length / (2 * radius_) + kSlack, neighbour, 0};
+    const double distance = length / (2 * radius_);
+    wall_[free] = {n.offset / length, exactly_ ? distance : distance + kSlack, n.offset, n.squared, neighbour, 0};
 
     cut_count_ = 0;
     for (std::size_t c = 0; c < corner_.size(); ++c) {
         beyond_[c] = dot(corner_[c].place, wall_[free].normal) - wall_[free].distance;
+        if (exactly_ && std::abs(beyond_[c]) < kRounding) beyond_[c] = sideOf(corner_[c], n);
         cut_[cut_count_] = static_cast<std::uint16_t>(c);
         cut_count_ += beyond_[c] > 0;
     }
@@ -229,23 +267,63 @@ bool ExposedRegion::clip(std::uint32_t neighbour) {
     return true;
 }
 
+void ExposedRegion::take(std::uint32_t neighbour) {
+    planes_.distance[neighbour] = kOutOfReach;
+    if (clip(neighbour)) return;
+    part_[neighbour] = Part::bounds;
+    ++in_doubt_;
+}
+
 // Takes the neighbour nearest to a place into account, if it may be nearer than this ball; true where none may.
 bool ExposedRegion::settle(const Vec3& place) {
     const Vec3f at(place);
     float beyond, plane;
     onThisCpu(FarthestBeyond<Planes>{planes_, at, beyond, plane});
     if (!(beyond > -static_cast<float>(kSlack))) return true;
-    const auto n = static_cast<std::uint32_t>(plane);
-    planes_.distance[n] = kOutOfReach;
-    bounds_[n] = !clip(n);
+    take(static_cast<std::uint32_t>(plane));
+    return false;
+}
+
+// +1 where a corner is beyond the plane of a neighbour.
+int ExposedRegion::sideOf(const Corner& corner, const Neighbour& neighbour) const {
+    const auto& [a, b, c] = corner.wall;
+    return Meeting(wall_[a], wall_[b], wall_[c]).sideOf(neighbour);
+}
+
+// The same of a corner, where the cell is exact. Whoever touches it there bounds it, too.
+bool ExposedRegion::settleExactly(const Corner& corner) {
+    const Vec3f at(corner.place);
+    float beyond, plane;
+    onThisCpu(FarthestBeyond<Planes>{planes_, at, beyond, plane});
+    if (!(beyond > -static_cast<float>(kSlack))) return true;
+    const auto& [x, y, z, distance] = planes_;
+    const float least = beyond - 2 * static_cast<float>(kSlack);
+    std::uint32_t farthest = kNone;
+    double most = 0;
+    for (std::uint32_t n = 0; n < all_->size(); ++n) {
+        if (x[n] * at.x + y[n] * at.y + z[n] * at.z - distance[n] < least) continue;
+        const Neighbour& neighbour = (*all_)[n];
+        const double length = std::sqrt(neighbour.squared);
+        double far = dot(corner.place, neighbour.offset / length) - length / (2 * radius_);
+        if (far < -kRounding) continue;
+        if (far < kRounding) {
+            const int side = sideOf(corner, neighbour);
+            if (side == 0) part_[n] = Part::bounds;
+            if (side <= 0) continue;
+            far = std::abs(far);
+        }
+        if (farthest == kNone || far > most) farthest = n, most = far;
+    }
+    if (farthest == kNone) return true;
+    take(farthest);
     return false;
 }
 
 void ExposedRegion::settleCorners() {
-    for (std::size_t c = 0; c < corner_.size() && !empty();)
-        if (!corner_[c].outer || corner_[c].seen)
+    for (std::size_t c = 0; c < corner_.size() && !empty() && (exactly_ || in_doubt_ <= kMostInDoubt);)
+        if (corner_[c].seen || !(corner_[c].outer || exactly_))
             ++c;
-        else if (settle(corner_[c].place))
+        else if (exactly_ ? settleExactly(corner_[c]) : settle(corner_[c].place))
             corner_[c].seen = true;
         else
             c = 0;  // there may be others now
@@ -284,27 +362,34 @@ void ExposedRegion::enclose(const std::vector<Neighbour>& neighbours) {
 }
 
 void ExposedRegion::enclose() {
-    const std::vector<Neighbour>& neighbours = *all_;
-    bounds_.assign(neighbours.size(), 0);
-    beginWithTetrahedron();
-    do settleCorners();
-    while (!empty() && !settleEdges());
-
-    for (const Corner& corner : corner_) {
-        if (!corner.outer) continue;
-        for (const std::uint8_t w : corner.wall)
-            if (wall_[w].neighbour != kNone) bounds_[wall_[w].neighbour] = 1;
+    exactly_ = false;
+    makeCell();
+    if (in_doubt_ > kMostInDoubt) {
+        exactly_ = true;
+        setPlanes(*all_);
+        makeCell();
     }
+    // What is beyond no true plane of a wall is beyond none that walls made superfluous, as all are the same way off;
+    // and on the sphere it is beyond no other, as corners would be. A wall without corners outside the ball bounds
+    // nothing on the sphere, but may cover what lies between its true plane and its own.
+    for (const Corner& corner : corner_)
+        for (const std::uint8_t w : corner.wall)
+            if (const std::uint32_t n = wall_[w].neighbour; n != kNone)
+                part_[n] = std::max(part_[n], corner.outer ? Part::bounds : Part::covers);
+    neighbours_.clear();
     bounding_.clear();
-    for (std::size_t n = 0; n < neighbours.size(); ++n)
-        if (bounds_[n]) bounding_.push_back(neighbours[n]);
+    for (std::size_t n = 0; n < all_->size(); ++n) {
+        if (part_[n] != Part::none) neighbours_.push_back((*all_)[n]);
+        if (part_[n] == Part::bounds) bounding_.push_back((*all_)[n]);
+    }
 }
 
-bool ExposedRegion::mayHold(const Vec3& point) const {
-    const Vec3 place = point / radius_;
-    return std::all_of(wall_.begin(), wall_.end(), [&](const Wall& wall) {
-        return wall.corners == 0 || dot(place, wall.normal) <= wall.distance + kSlack;
-    });
+void ExposedRegion::makeCell() {
+    part_.assign(all_->size(), Part::none);
+    in_doubt_ = 0;
+    beginWithTetrahedron();
+    do settleCorners();
+    while (!exactly_ && in_doubt_ <= kMostInDoubt && !empty() && !settleEdges());
 }
 
 }  // namespace betamesh

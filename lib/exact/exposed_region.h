@@ -8,9 +8,8 @@
 
 namespace betamesh {
 
-/// The part of a ball's sphere that no neighbour's ball surely covers, and the neighbours whose spheres bound it. Every
-/// other neighbour's ball covers none of it: nothing else need be asked whether a point in it is exposed. Never wrong,
-/// only conservative, by 1e-5 radii. One object serves for many balls in turn.
+/// Which neighbours matter to the exposed part of a ball's sphere. Never wrong, only conservative, by 1e-5 radii. One
+/// object serves for many balls in turn.
 ///
 /// A neighbour covers what lies beyond the plane half way to it, so the exposed part is that of the sphere in the
 /// ball's Voronoi cell. Of that cell only what reaches the sphere is made: a tetrahedron round the ball is clipped at
@@ -18,6 +17,9 @@ namespace betamesh {
 /// beyond, until all these places are nearer to this ball than to any other. (The nearest neighbour's plane instead
 /// takes half as long again, that farthest beyond in shares of its distance a tenth, to begin with a cube in crowds
 /// a tenth.)
+///
+/// Where too many planes pass too closely by its corners, as where many particles lie on a sphere of the radius, the
+/// whole cell is made instead, with exact signs.
 ///
 /// cost    2 µs for eighty neighbours: one pass over them for each plane, corner and edge that reaches the sphere, some
 ///         eight planes in all
@@ -35,9 +37,10 @@ public:
     bool isHiddenBy(const std::vector<Neighbour>& neighbours);
 
     bool empty() const { return outer_ == 0; }
-    const std::vector<Neighbour>& neighbours() const { return bounding_; }
-    /// point: on the sphere, from its centre.
-    bool mayHold(const Vec3& point) const;
+    /// What of the sphere is in none of their balls is exposed.
+    const std::vector<Neighbour>& neighbours() const { return neighbours_; }
+    /// Those of them whose spheres may bound the exposed part.
+    const std::vector<Neighbour>& bounding() const { return bounding_; }
 
 private:
     static constexpr std::size_t kMostWalls = 64, kMostCorners = 2 * kMostWalls;
@@ -45,9 +48,12 @@ private:
     struct Planes {
         std::vector<float> x, y, z, distance;  // filled up to whole registers
     };
+    enum class Part : std::uint8_t { none, covers, bounds };
     struct Wall {
         Vec3 normal;
         double distance;
+        Vec3 offset;  // the plane is where 2 offset · x = level: whole numbers
+        double level;
         std::uint32_t neighbour;
         std::uint32_t corners;  // 0: not in use
     };
@@ -62,7 +68,11 @@ private:
     void setPlanes(const std::vector<Neighbour>& neighbours);
     void enclose();
     void beginWithTetrahedron();
+    void makeCell();
+    int sideOf(const Corner& corner, const Neighbour& neighbour) const;
     bool settle(const Vec3& place);
+    bool settleExactly(const Corner& corner);
+    void take(std::uint32_t neighbour);
     bool clip(std::uint32_t neighbour);
     bool listNewCorners(std::uint8_t wall);
     void put(const Corner& corner, std::size_t place);
@@ -80,9 +90,11 @@ private:
     std::array<std::uint16_t, kMostCorners> cut_;  // those that do
     std::size_t cut_count_ = 0;
     std::vector<Corner> new_corner_;
-    std::size_t outer_ = 0;  // corners that are not inside the ball
-    std::vector<std::uint8_t> bounds_;
-    std::vector<Neighbour> bounding_;
+    std::size_t outer_ = 0;     // corners that are not inside the ball
+    std::size_t in_doubt_ = 0;  // planes that were not used
+    bool exactly_ = false;
+    std::vector<Part> part_;  // of each neighbour
+    std::vector<Neighbour> neighbours_, bounding_;
 };
 
 }  // namespace betamesh

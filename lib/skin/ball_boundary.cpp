@@ -43,7 +43,7 @@ bool isEmpty(const Balls& balls, int side, const ExposedRegion& region, std::uin
             last = n;
             return false;
         }
-    return region.mayHold(centre);
+    return true;
 }
 
 // Is the whole circle in which the sphere at `offset` meets the one at the origin exposed?
@@ -70,7 +70,7 @@ void skinBall(const SnappedParticles& particles, const std::vector<bool>& surviv
     region.enclose(neighbours);
     if (region.empty()) return;
     partners.clear();
-    for (const Neighbour& n : region.neighbours())
+    for (const Neighbour& n : region.bounding())
         if (n.particle > i && survives[n.particle]) partners.push_back(n);
 
     std::size_t last = 0;

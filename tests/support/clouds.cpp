@@ -198,6 +198,9 @@ void addDense(std::vector<Cloud>& clouds) {
             return flat;
         }(),
         1));
+    Points sphere;
+    for (std::size_t i = 0; i < 300; ++i) sphere.push_back(Random(18, i).ball().normalized() * 1.5);
+    clouds.push_back(cloud("three hundred on one sphere of radius r, but for rounding", sphere, 1.5));
     const Points ball = jittered(latticeBall(3), 0.25, 7);
     clouds.push_back(cloud("every particle twice", joined(ball, ball), 1.5));
     clouds.push_back(cloud("every particle nearly twice", joined(ball, jittered(ball, 1e-6, 8)), 1.5));
