@@ -21,14 +21,16 @@ constexpr int kDirections = 16;  // great circles tried from each place
 // How many connected groups the neighbours' caps on one sphere form: exact signs.
 std::size_t capGroups(std::vector<Neighbour> neighbours, std::int64_t radius) {
     // The widest caps first. One that lies within another meets nobody whom that one does not meet: in crowds nearly
-    // all do.
+    // all do. Where those before are one group, it is enough to meet one.
     std::sort(neighbours.begin(), neighbours.end(), [](const auto& a, const auto& b) { return a.squared < b.squared; });
     std::vector<Vec3i> caps;
     std::vector<std::uint32_t> met;
     UnionFind joined(neighbours.size());
+    const auto groups = [&] { return joined.groups() - (neighbours.size() - caps.size()); };
     const auto liesWithin = [&](const Vec3i& cap) {
         met.clear();
-        for (std::uint32_t b = 0; b < caps.size(); ++b) {
+        const bool one_group = groups() == 1;
+        for (std::uint32_t b = 0; b < caps.size() && !(one_group && !met.empty()); ++b) {
             if (ballExists(caps[b], cap, radius))
                 met.push_back(b);
             else if (coversCircle(cap, caps[b]))
@@ -43,7 +45,7 @@ std::size_t capGroups(std::vector<Neighbour> neighbours, std::int64_t radius) {
         for (const std::uint32_t b : met) joined.join(b, number);
         caps.push_back(cap);
     }
-    return joined.groups() - (neighbours.size() - caps.size());
+    return groups();
 }
 
 // An exposed arc as its ball sees it, on the unit sphere: counter-clockwise round `axis` from angle `begin`,
