@@ -32,6 +32,11 @@ void extend(Boxf& box, const Vec3& point) {
     }
 }
 
+bool isFlat(const std::vector<Moving>& vertex, const Triangle& triangle) {
+    const auto& [a, b, c] = triangle;
+    return onOneLine(vertex[a].position, vertex[b].position, vertex[c].position);
+}
+
 // Consecutive triangles: where their corners were before and are now, [corner][axis].
 using Corners = std::array<std::array<std::array<double, kRun>, 3>, 3>;
 struct Run {
@@ -256,7 +261,8 @@ void PatchTree::addPatches(const std::vector<Moving>& before, std::uint32_t begi
     std::array<std::uint8_t, kRun> octant, flat;
     Vec3 sum(0);
     for (std::uint32_t i = 0; i < size; ++i) {
-        flat[i] = shape.turned[i] <= 0 && isFlat(begin + i);
+        flat[i] = shape.turned[i] <= 0 && isFlat(mesh_.vertex, mesh_.triangles[begin + i]) &&
+                  isFlat(before, mesh_.triangles[begin + i]);
         const Vec3 facing = flat[i] ? Vec3(0) : Vec3(shape.normal[0][i], shape.normal[1][i], shape.normal[2][i]);
         octant[i] = static_cast<std::uint8_t>((facing.x > 0) + 2 * (facing.y > 0) + 4 * (facing.z > 0));
         sum += normal[i] = facing;
@@ -269,10 +275,10 @@ void PatchTree::addPatches(const std::vector<Moving>& before, std::uint32_t begi
         std::size_t parts = 0;
         for (std::uint32_t k = 0; k < size; ++k) {
             if (octant[k] != wanted) continue;
-            const Boxf box = flat[k] ? Boxf()
-                                     : Boxf({shape.low[0][k], shape.low[1][k], shape.low[2][k]},
-                                            {shape.high[0][k], shape.high[1][k], shape.high[2][k]});
-            entry_[begin + placed++] = {begin + k, box.min, box.max};
+            const Boxf box({shape.low[0][k], shape.low[1][k], shape.low[2][k]},
+                           {shape.high[0][k], shape.high[1][k], shape.high[2][k]});
+            const Boxf judged = flat[k] ? Boxf() : box;
+            entry_[begin + placed++] = {begin + k, judged.min, judged.max};
             patch.node.box.extendBy(box);
             const bool moved = shape.way[k] > 0;
             patch.node.awake |= moved;
@@ -337,11 +343,6 @@ std::vector<PatchTree::Patch> PatchTree::makePatches(const std::vector<Moving>& 
     return joined(of_task);
 }
 
-bool PatchTree::isFlat(std::uint32_t triangle) const {
-    const auto& [a, b, c] = mesh_.triangles[triangle];
-    return onOneLine(mesh_.vertex[a].position, mesh_.vertex[b].position, mesh_.vertex[c].position);
-}
-
 Boxf PatchTree::boxOf(std::uint32_t triangle) const {
     Boxf box;
     for (const std::uint32_t v : mesh_.triangles[triangle]) extend(box, mesh_.vertex[v].position);
@@ -385,8 +386,7 @@ void PatchTree::refit() {
         if (!node.awake) return;
         node.box.makeEmpty();
         for (std::uint32_t i = range_[p].begin; i < range_[p].end; ++i) {
-            const std::uint32_t t = entry_[i].triangle;
-            const Boxf box = isFlat(t) ? Boxf() : boxOf(t);
+            const Boxf box = boxOf(entry_[i].triangle);
             entry_[i].low = box.min;
             entry_[i].high = box.max;
             node.box.extendBy(box);

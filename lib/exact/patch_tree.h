@@ -32,8 +32,8 @@ struct Meetings {
 /// Patches of triangles in a binary tree. Each node knows which directions all of its triangles face: two nodes with
 /// a common one are parts of a surface over a plane, which cannot cross. Layers that face the same way have others
 /// between them, which would cross first, or meet in a vertex whose triangles face all ways: there, and where triangles
-/// have turned over, no such thing is relied on. Triangles without area cross nothing and have not turned over:
-/// lattices are full of them.
+/// have turned over, no such thing is relied on. Triangles that had no area and have none cross nothing, nor
+/// have they turned over: lattices are full of them.
 ///
 /// A body is a piece of surface that does not cross itself, which is known from elsewhere until it is woken. It is cut
 /// into few patches, and these are not compared with each other.
@@ -86,7 +86,7 @@ public:
 private:
     struct Entry {
         std::uint32_t triangle;
-        Vec3f low, high;  // empty where it has no area
+        Vec3f low, high;  // empty where it never had an area
         Boxf box() const { return {low, high}; }
     };
     struct Node {
@@ -108,7 +108,6 @@ private:
     std::span<const Entry> entriesOf(std::size_t patch) const {
         return {&entry_[range_[patch].begin], range_[patch].end - range_[patch].begin};
     }
-    bool isFlat(std::uint32_t triangle) const;
     Boxf boxOf(std::uint32_t triangle) const;
     std::vector<Patch> makePatches(const std::vector<Moving>& before, std::span<const BodyPart> bodies);
     void addPatches(const std::vector<Moving>& before, std::uint32_t begin, std::uint32_t size,
