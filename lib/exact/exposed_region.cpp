@@ -274,14 +274,20 @@ void ExposedRegion::take(std::uint32_t neighbour) {
     ++in_doubt_;
 }
 
+// The neighbour whose plane a place lies farthest beyond, but for rounding, and how far; none where it is beyond
+// nobody's.
+std::optional<ExposedRegion::Farthest> ExposedRegion::farthestBeyond(const Vec3f& place) const {
+    float beyond, plane;
+    onThisCpu(FarthestBeyond<Planes>{planes_, place, beyond, plane});
+    if (!(beyond > -static_cast<float>(kSlack))) return std::nullopt;
+    return Farthest{static_cast<std::uint32_t>(plane), beyond};
+}
+
 // Takes the neighbour nearest to a place into account, if it may be nearer than this ball; true where none may.
 bool ExposedRegion::settle(const Vec3& place) {
-    const Vec3f at(place);
-    float beyond, plane;
-    onThisCpu(FarthestBeyond<Planes>{planes_, at, beyond, plane});
-    if (!(beyond > -static_cast<float>(kSlack))) return true;
-    take(static_cast<std::uint32_t>(plane));
-    return false;
+    const auto farthest = farthestBeyond(Vec3f(place));
+    if (farthest) take(farthest->neighbour);
+    return !farthest;
 }
 
 // +1 where a corner is beyond the plane of a neighbour.
@@ -293,11 +299,10 @@ int ExposedRegion::sideOf(const Corner& corner, const Neighbour& neighbour) cons
 // The same of a corner, where the cell is exact. Whoever touches it there bounds it, too.
 bool ExposedRegion::settleExactly(const Corner& corner) {
     const Vec3f at(corner.place);
-    float beyond, plane;
-    onThisCpu(FarthestBeyond<Planes>{planes_, at, beyond, plane});
-    if (!(beyond > -static_cast<float>(kSlack))) return true;
+    const auto about = farthestBeyond(at);
+    if (!about) return true;
     const auto& [x, y, z, distance] = planes_;
-    const float least = beyond - 2 * static_cast<float>(kSlack);
+    const float least = about->beyond - 2 * static_cast<float>(kSlack);
     std::uint32_t farthest = kNone;
     double most = 0;
     for (std::uint32_t n = 0; n < all_->size(); ++n) {

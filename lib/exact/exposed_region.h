@@ -5,6 +5,7 @@
 #include "exact/snapped_particles.h"
 
 #include <array>
+#include <optional>
 
 namespace betamesh {
 
@@ -65,11 +66,17 @@ private:
         std::array<bool, 3> edge_seen;  // towards the corner beyond walls k and k + 1
     };
 
+    struct Farthest {
+        std::uint32_t neighbour;
+        float beyond;
+    };
+
     void setPlanes(const std::vector<Neighbour>& neighbours);
     void enclose();
     void beginWithTetrahedron();
     void makeCell();
     int sideOf(const Corner& corner, const Neighbour& neighbour) const;
+    std::optional<Farthest> farthestBeyond(const Vec3f& place) const;
     bool settle(const Vec3& place);
     bool settleExactly(const Corner& corner);
     void take(std::uint32_t neighbour);

@@ -182,6 +182,7 @@ void PatchTree::makeTree(const std::vector<Patch>& patches) {
         return a.on_curve != b.on_curve ? a.on_curve < b.on_curve : a.patch < b.patch;
     });
 
+    // The leaves of a heap that are one level deeper than the others come first from the left.
     const std::size_t n = patches.size(), first_on_the_left = std::bit_ceil(std::max<std::size_t>(n, 1)) - n;
     first_leaf_ = std::max<std::size_t>(n, 1);
     resizeOnAll(node_, 2 * first_leaf_);
