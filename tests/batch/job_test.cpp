@@ -1,6 +1,7 @@
 // Batch jobs as a farm sees them: what is on disk afterwards, and the exit code.
 
 #include "io/mesh_file.h"
+#include "support/clouds.h"
 #include "support/job_folder.h"
 
 #include <csignal>
@@ -422,9 +423,9 @@ TEST_F(Job, SignalsEndItWithTheirCodeAndNothingHalfWritten) {
 }
 
 TEST_F(Job, AStageThatTakesLongIsCutOffByASignal) {
-    writeFrames(1, 1, 30000);
-    // Every ball reaches every other: hours of work.
-    RunningProgram program({"mesh", "in/a.####.ply", "out/a.####.ply", "--radius", "100"}, folder_.path());
+    // Every ball reaches every other, and all are exposed: many minutes of work.
+    writeFrame(1, spiralOnSphere(100000, 1));
+    RunningProgram program({"mesh", "in/a.####.ply", "out/a.####.ply", "--radius", "1"}, folder_.path());
     ASSERT_TRUE(within(kSecondsToStart, [&] { return exists("out"); }));  // made when the job begins
     std::this_thread::sleep_for(std::chrono::seconds(1));
     program.send(SIGTERM);

@@ -190,15 +190,8 @@ TEST(BallBoundary, IsTheSameWithoutThoseHiddenInAHugeCrowd) {
 }
 
 TEST(BallBoundary, ClosesWhereThousandsOfSpheresPassByAPoint) {
-    constexpr std::size_t kParticles = 8000;  // on a spiral round a sphere of the radius, but for rounding
-    constexpr double kRadius = 1.5;
-    Particles particles;
-    for (std::size_t i = 0; i < kParticles; ++i) {
-        const double z = 1 - (2 * static_cast<double>(i) + 1) / kParticles, angle = 2.4 * static_cast<double>(i);
-        const double across = std::sqrt(1 - z * z);
-        particles.position.push_back(Vec3f(Vec3(across * std::cos(angle), across * std::sin(angle), z) * kRadius));
-    }
-    const BallBoundary boundary = boundaryOf(particles, kRadius);
+    constexpr std::size_t kParticles = 8000;
+    const BallBoundary boundary = boundaryOf(spiralOnSphere(kParticles, 1.5), 1.5);
     expectEveryEdgePaired(boundary.triangle);
     EXPECT_EQ(boundary.position.size(), kParticles);
 }

@@ -305,4 +305,14 @@ Particles shuffled(const Particles& particles, std::uint64_t seed) {
     return result;
 }
 
+Particles spiralOnSphere(std::size_t n, double radius) {
+    Particles particles;
+    for (std::size_t i = 0; i < n; ++i) {
+        const double turn = 2.4 * static_cast<double>(i);
+        const double z = 1 - (2 * static_cast<double>(i) + 1) / static_cast<double>(n), across = std::sqrt(1 - z * z);
+        particles.position.emplace_back(Vec3(across * std::cos(turn), across * std::sin(turn), z) * radius);
+    }
+    return particles;
+}
+
 }  // namespace betamesh

@@ -35,4 +35,7 @@ void forEveryCloud(std::uint64_t random_clouds, const std::function<void(const C
 /// The same particles in another order: all arrays permuted alike.
 Particles shuffled(const Particles& particles, std::uint64_t seed);
 
+/// n particles all over a sphere round the origin, but for rounding: balls of its radius all pass by one point.
+Particles spiralOnSphere(std::size_t n, double radius);
+
 }  // namespace betamesh
