@@ -296,7 +296,7 @@ int ExposedRegion::sideOf(const Corner& corner, const Neighbour& neighbour) cons
     return Meeting(wall_[a], wall_[b], wall_[c]).sideOf(neighbour);
 }
 
-// The same of a corner, where the cell is exact. Whoever touches it there bounds it, too.
+// As settle() of a corner, where the cell is exact. Whoever touches it there bounds it, too.
 bool ExposedRegion::settleExactly(const Corner& corner) {
     const Vec3f at(corner.place);
     const auto about = farthestBeyond(at);

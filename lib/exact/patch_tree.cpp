@@ -463,6 +463,7 @@ void PatchTree::addMeetings(const TrianglePair& leaves, Meetings& out) const {
         return entries.subspan(first, std::min(kRun, entries.size() - first));
     };
     const auto positionOf = [&](std::uint32_t v) { return mesh_.vertex[v].position; };
+    const auto flat = [&](std::uint32_t t) { return isFlat(mesh_.vertex, mesh_.triangles[t]); };
     std::array<const Entry*, kRun> one_near, other_near;
     const std::span<const Entry> first = entriesOf(i - first_leaf_), second = entriesOf(j - first_leaf_);
     for (std::size_t f = 0; f < first.size(); f += kRun) {
@@ -475,6 +476,7 @@ void PatchTree::addMeetings(const TrianglePair& leaves, Meetings& out) const {
                     if (!ones[m]->box().intersects(others[k]->box())) continue;
                     const Meeting meeting = meetingOf(mesh_.triangles[s], mesh_.triangles[t], positionOf);
                     if (meeting == Meeting::none) continue;
+                    if (meeting == Meeting::doubtful && (flat(s) || flat(t))) continue;
                     (meeting == Meeting::crossing ? out.crossing : out.doubtful)
                         .push_back({std::min(s, t), std::max(s, t)});
                 }

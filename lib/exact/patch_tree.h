@@ -24,7 +24,7 @@ enum class Meeting {
 template <typename PositionOf>
 Meeting meetingOf(const Triangle& s, const Triangle& t, const PositionOf& positionOf);
 
-/// Ascending.
+/// Ascending. Of what is doubtful, no triangle is without area.
 struct Meetings {
     std::vector<TrianglePair> crossing, doubtful;
 };
