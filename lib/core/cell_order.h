@@ -25,7 +25,7 @@ class CellNumbers {
 public:
     static constexpr std::uint32_t kNone = ~std::uint32_t{0};
 
-    CellNumbers() : slot_(64, kNone) {}
+    CellNumbers() : slot_(std::size_t{1} << kFirstBits, kNone) {}
     std::uint32_t add(const CellPlace& place) {
         const std::size_t slot = slotOf(place);
         if (slot_[slot] != kNone) return slot_[slot];
@@ -46,17 +46,21 @@ private:
         const std::uint64_t hash = static_cast<std::uint64_t>(z) * 0x9E3779B97F4A7C15 +
                                    static_cast<std::uint64_t>(y) * 0xC2B2AE3D27D4EB4F +
                                    static_cast<std::uint64_t>(x) * 0x165667B19E3779F9;
-        std::size_t slot = (hash >> 32) & (slot_.size() - 1);
+        std::size_t slot = hash >> shift_;  // the highest bits: all of a cell's place has a say in them
         while (slot_[slot] != kNone && place_[slot_[slot]] != place) slot = (slot + 1) & (slot_.size() - 1);
         return slot;
     }
     void grow() {
         slot_.assign(2 * slot_.size(), kNone);
+        --shift_;
         for (std::uint32_t number = 0; number < place_.size(); ++number) slot_[slotOf(place_[number])] = number;
     }
 
+    static constexpr int kFirstBits = 6;
+
     std::vector<CellPlace> place_;
     std::vector<std::uint32_t> slot_;  // 2^k of them, at most half in use
+    int shift_ = 64 - kFirstBits;      // 64 - k
 };
 
 /// Row numbers of n points, in an order that depends on nothing but where the points are and on their numbers: cell

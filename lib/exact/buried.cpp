@@ -83,7 +83,7 @@ struct Place {
     std::size_t quarter;
 };
 
-Place placeOf(CellPlace in_cell) {
+Place placeOf(PlaceInCell in_cell) {
     constexpr std::uint32_t kFirst = kVoxels - kReach;
     const std::uint32_t x = in_cell % kPlacesAlongCell, y = in_cell / kPlacesAlongCell % kPlacesAlongCell,
                         z = in_cell / (kPlacesAlongCell * kPlacesAlongCell);
@@ -110,9 +110,19 @@ bool allSet(const Window& window, const Place& place, const Stencil& sphere) {
     return any == 0;
 }
 
-// The voxels of one cell: a slice is a word, a row a byte.
+// The voxels of one cell: a slice is a word, a row a byte. Several threads set voxels of it at once.
 struct alignas(64) Brick {
     std::uint64_t slice[kVoxels];
+
+    void set(std::size_t s, std::uint64_t voxels) {
+        const std::atomic_ref word(slice[s]);
+        if (voxels & ~word.load(std::memory_order_relaxed)) word.fetch_or(voxels, std::memory_order_relaxed);
+    }
+    bool isFull() {
+        std::uint64_t common = ~std::uint64_t{0};
+        for (std::uint64_t& word : slice) common &= std::atomic_ref(word).load(std::memory_order_relaxed);
+        return common == ~std::uint64_t{0};
+    }
 };
 
 std::array<std::size_t, 3> indicesOf(const Vec3i& v) {
@@ -125,8 +135,7 @@ void addTo(Brick& brick, const Window& window, const Vec3i& where) {
     for (std::size_t s = 0; s < kVoxels; ++s) {
         const auto& rows = reinterpret_cast<const Words&>(window.row[z * kVoxels + s][y * kVoxels]);
         const Bytes bytes = __builtin_convertvector(rows >> static_cast<std::uint32_t>(x * kVoxels), Bytes);
-        const auto word = reinterpret_cast<const std::uint64_t&>(bytes);
-        if (word) std::atomic_ref(brick.slice[s]).fetch_or(word, std::memory_order_relaxed);
+        brick.set(s, reinterpret_cast<const std::uint64_t&>(bytes));
     }
 }
 
@@ -142,17 +151,8 @@ void readFrom(const Brick& brick, Window& window, const Vec3i& where) {
 
 }  // namespace
 
-CellPlace placeInCell(const Vec3i& from_corner, std::int64_t radius) {
-    const float per_quantum = static_cast<float>(kPlacesAlongCell / 2) / static_cast<float>(radius);
-    const auto along = [&](std::int64_t x) {
-        return std::min(static_cast<std::uint32_t>(static_cast<float>(x) * per_quantum), kPlacesAlongCell - 1);
-    };
-    return static_cast<CellPlace>(along(from_corner.x) +
-                                  kPlacesAlongCell * (along(from_corner.y) + kPlacesAlongCell * along(from_corner.z)));
-}
-
 std::vector<std::uint8_t> buried(const std::vector<Vec3i>& cell, const std::vector<std::uint32_t>& cell_begin,
-                                 const std::vector<CellPlace>& place, const std::vector<std::uint8_t>& asked) {
+                                 const std::vector<PlaceInCell>& place, const std::vector<std::uint8_t>& asked) {
     constexpr std::size_t kCellsPerTask = 16;
     std::vector<Brick> bricks(cell.size(), Brick{});
     parallelRanges(bricks.size(), kCellsPerTask, [&](std::size_t first, std::size_t last) {
@@ -163,15 +163,22 @@ std::vector<std::uint8_t> buried(const std::vector<Vec3i>& cell, const std::vect
                 const Place p = placeOf(place[i]);
                 setInside(window, p, stencils().inside[p.quarter]);
             }
-            around.forEach(c, [&](const Vec3i& where, std::size_t other) { addTo(bricks[other], window, where); });
+            around.forEach(c, [&](const Vec3i& where, std::size_t other) {
+                if (!bricks[other].isFull()) addTo(bricks[other], window, where);
+            });
         }
     });
 
-    std::vector<std::uint8_t> is_buried(place.size(), 1);
+    constexpr std::size_t kCellsAround = 27;
+    std::vector<std::uint8_t> is_full(bricks.size()), is_buried(place.size(), 1);
+    parallelFor(bricks.size(), 1024, [&](std::size_t c) { is_full[c] = bricks[c].isFull(); });
     parallelRanges(bricks.size(), kCellsPerTask, [&](std::size_t first, std::size_t last) {
         CellsAround around(cell);
         for (std::size_t c = first; c < last; ++c) {
             if (!asked.empty() && !asked[c]) continue;
+            std::size_t full = 0;
+            around.forEach(c, [&](const Vec3i&, std::size_t other) { full += is_full[other]; });
+            if (full == kCellsAround) continue;  // deep inside all are buried
             Window window{};
             around.forEach(c, [&](const Vec3i& where, std::size_t other) { readFrom(bricks[other], window, where); });
             for (std::uint32_t i = cell_begin[c]; i < cell_begin[c + 1]; ++i) {

@@ -4,14 +4,24 @@
 
 #include "exact/snapped_particles.h"
 
+#include <algorithm>
+
 namespace betamesh {
 
 /// Where a particle lies in its cell, along each axis in 32nds of the cell's edge: all that is asked of it here.
-using CellPlace = std::uint16_t;
+using PlaceInCell = std::uint16_t;
 inline constexpr std::uint32_t kPlacesAlongCell = 32;
+inline constexpr std::size_t kPlacesInCell = std::size_t{kPlacesAlongCell} * kPlacesAlongCell * kPlacesAlongCell;
 
 /// from_corner: from the cell's lowest corner, in quanta.
-CellPlace placeInCell(const Vec3i& from_corner, std::int64_t radius);
+inline PlaceInCell placeInCell(const Vec3i& from_corner, std::int64_t radius) {
+    const float per_quantum = static_cast<float>(kPlacesAlongCell / 2) / static_cast<float>(radius);
+    const auto along = [&](std::int64_t x) {
+        return std::min(static_cast<std::uint32_t>(static_cast<float>(x) * per_quantum), kPlacesAlongCell - 1);
+    };
+    return static_cast<PlaceInCell>(
+        along(from_corner.x) + kPlacesAlongCell * (along(from_corner.y) + kPlacesAlongCell * along(from_corner.z)));
+}
 
 /// Finds particles whose whole sphere surely lies inside other balls, without looking at neighbours: in a grid of bits
 /// every ball sets the voxels (edge R/4) that lie wholly inside it, and a particle is buried where its sphere passes
@@ -25,6 +35,6 @@ CellPlace placeInCell(const Vec3i& from_corner, std::int64_t radius);
 /// same    result for any thread count, instruction set and order of particles in a cell
 /// cost    O(n), some 50 ns a particle; 64 bytes a cell
 std::vector<std::uint8_t> buried(const std::vector<Vec3i>& cell, const std::vector<std::uint32_t>& cell_begin,
-                                 const std::vector<CellPlace>& place, const std::vector<std::uint8_t>& asked);
+                                 const std::vector<PlaceInCell>& place, const std::vector<std::uint8_t>& asked);
 
 }  // namespace betamesh

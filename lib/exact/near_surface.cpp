@@ -1,11 +1,13 @@
 #include "exact/near_surface.h"
 
+#include "core/cell_order.h"
 #include "core/error.h"
 #include "core/parallel.h"
 #include "exact/buried.h"
 
 #include <algorithm>
 #include <atomic>
+#include <bitset>
 #include <mutex>
 #include <utility>
 
@@ -15,62 +17,40 @@ namespace {
 
 constexpr std::size_t kRowsPerPiece = std::size_t{1} << 14;
 constexpr std::size_t kCellsPerTask = 64;
-constexpr std::uint32_t kNone = ~std::uint32_t{0};
-
-// Numbers cells as they come.
-class CellNumbers {
-public:
-    std::uint32_t of(const Vec3i& cell) {
-        if (2 * (cell_.size() + 1) > slot_.size()) grow();
-        const std::size_t slot = slotOf(cell);
-        if (slot_[slot] == kNone) {
-            slot_[slot] = static_cast<std::uint32_t>(cell_.size());
-            cell_.push_back(cell);
-        }
-        return slot_[slot];
-    }
-    const std::vector<Vec3i>& cells() const { return cell_; }
-
-private:
-    std::size_t slotOf(const Vec3i& cell) const {
-        const auto mixed = [](std::uint64_t h, std::int64_t x) {
-            h = (h ^ static_cast<std::uint64_t>(x)) * 0x9e3779b97f4a7c15u;
-            return h ^ (h >> 32);
-        };
-        std::size_t slot = mixed(mixed(mixed(0, cell.x), cell.y), cell.z) & (slot_.size() - 1);
-        while (slot_[slot] != kNone && cell_[slot_[slot]] != cell) slot = (slot + 1) & (slot_.size() - 1);
-        return slot;
-    }
-    void grow() {
-        slot_.assign(std::max<std::size_t>(64, 2 * slot_.size()), kNone);
-        for (std::uint32_t i = 0; i < cell_.size(); ++i) slot_[slotOf(cell_[i])] = i;
-    }
-
-    std::vector<Vec3i> cell_;
-    std::vector<std::uint32_t> slot_;  // numbers, or kNone; a power of two of them
-};
+constexpr std::size_t kMostParticles = 0xFFFFFFFE;
 
 // So many rows, one after another.
 struct Piece {
     std::size_t first_row = 0;
     std::vector<std::uint32_t> cell;  // its number
-    std::vector<CellPlace> place;     // in it
+    std::vector<PlaceInCell> place;   // in it
 };
 
-// Do any two particles of a cell share a place? Sorts them.
-bool anyShared(std::span<CellPlace> places) {
-    std::sort(places.begin(), places.end());
-    return std::adjacent_find(places.begin(), places.end()) != places.end();
-}
+// Tells whether any two particles of a cell share a place.
+class SharedPlaces {
+public:
+    bool any(std::span<const PlaceInCell> places) {
+        bool shared = false;
+        for (const PlaceInCell place : places) {
+            shared |= taken_[place];
+            taken_.set(place);
+        }
+        for (const PlaceInCell place : places) taken_.reset(place);
+        return shared;
+    }
 
-bool isShared(std::span<const CellPlace> sorted, CellPlace place) {
+private:
+    std::bitset<kPlacesInCell> taken_;
+};
+
+bool isShared(std::span<const PlaceInCell> sorted, PlaceInCell place) {
     const auto [first, last] = std::equal_range(sorted.begin(), sorted.end(), place);
     return last - first > 1;
 }
 
 // For each cell how many cells it is to the nearest one with balls that may be exposed, at most `far`.
 std::vector<int> distancesToExposed(const std::vector<Vec3i>& cells, const std::vector<std::uint32_t>& cell_begin,
-                                    const std::vector<CellPlace>& places, int far) {
+                                    const std::vector<PlaceInCell>& places, int far) {
     std::vector<int> distance(cells.size(), far);
     const std::vector<std::uint8_t> is_buried = buried(cells, cell_begin, places, {});
     parallelFor(cells.size(), kCellsPerTask, [&](std::size_t c) {
@@ -112,7 +92,7 @@ struct NearSurfaceFinder::State {
 
     void place(std::span<const Vec3f> positions, Piece& piece);
     std::vector<Vec3i> sortCells();
-    std::vector<CellPlace> sortPlaces(std::vector<std::uint32_t>& cell_begin) const;
+    std::vector<PlaceInCell> sortPlaces(std::vector<std::uint32_t>& cell_begin) const;
 };
 
 NearSurfaceFinder::NearSurfaceFinder(const SkinParams& params)
@@ -127,13 +107,14 @@ void NearSurfaceFinder::State::place(std::span<const Vec3f> positions, Piece& pi
     CellNumbers own;
     for (std::size_t i = 0; i < positions.size(); ++i) {
         const Vec3i position = grid.at(positions[i]), cell = grid.cellOf(position);
-        piece.cell[i] = own.of(cell);
-        piece.place[i] = placeInCell(position - cell * (2 * grid.radius), grid.radius);
+        piece.cell[i] = own.add({static_cast<std::int32_t>(cell.z), static_cast<std::int32_t>(cell.y),
+                                 static_cast<std::int32_t>(cell.x)});  // far below 2^31: coordinates are below 2^50
+        piece.place[i] = placeInCell(position - cell * (2 * grid.radius()), grid.radius());
     }
-    std::vector<std::uint32_t> shared(own.cells().size());
+    std::vector<std::uint32_t> shared(own.places().size());
     {
         const std::scoped_lock lock(mutex);
-        for (std::size_t c = 0; c < shared.size(); ++c) shared[c] = numbers.of(own.cells()[c]);
+        for (std::size_t c = 0; c < shared.size(); ++c) shared[c] = numbers.add(own.places()[c]);
     }
     for (std::uint32_t& cell : piece.cell) cell = shared[cell];
 }
@@ -142,7 +123,7 @@ void NearSurfaceFinder::add(std::span<const Vec3f> positions) {
     State& state = *state_;
     state.grid.requireWithin(positions, state.particles);
     const std::size_t first_row = std::exchange(state.particles, state.particles + positions.size());
-    if (state.particles >= kNone)
+    if (state.particles > kMostParticles)
         throw Error(std::to_string(state.particles) + " particles and more, expected less than 2^32 - 1");
     if (state.all) return;
     const std::size_t before = state.pieces.size(), more = (positions.size() + kRowsPerPiece - 1) / kRowsPerPiece;
@@ -158,17 +139,18 @@ void NearSurfaceFinder::add(std::span<const Vec3f> positions) {
 // Their numbers become places in this order.
 std::vector<Vec3i> NearSurfaceFinder::State::sortCells() {
     struct Numbered {
-        Vec3i cell;
+        CellPlace cell;
         std::uint32_t number;
     };
-    std::vector<Vec3i> cells = std::exchange(numbers, {}).cells();
-    std::vector<Numbered> sorted(cells.size());
-    for (std::uint32_t c = 0; c < cells.size(); ++c) sorted[c] = {cells[c], c};
-    parallelSort(sorted, [](const Numbered& a, const Numbered& b) { return cellBefore(a.cell, b.cell); });
-    std::vector<std::uint32_t> place(cells.size());
-    for (std::uint32_t c = 0; c < cells.size(); ++c) {
-        cells[c] = sorted[c].cell;
-        place[sorted[c].number] = c;
+    std::vector<Numbered> sorted;
+    for (const CellPlace& cell : numbers.places()) sorted.push_back({cell, static_cast<std::uint32_t>(sorted.size())});
+    numbers = {};
+    parallelSort(sorted, [](const Numbered& a, const Numbered& b) { return a.cell < b.cell; });
+    std::vector<Vec3i> cells;
+    std::vector<std::uint32_t> place(sorted.size());
+    for (const auto& [cell, number] : sorted) {
+        place[number] = static_cast<std::uint32_t>(cells.size());
+        cells.emplace_back(cell.x, cell.y, cell.z);
     }
     parallelFor(pieces.size(), 1, [&](std::size_t p) {
         for (std::uint32_t& cell : pieces[p].cell) cell = place[cell];
@@ -177,7 +159,7 @@ std::vector<Vec3i> NearSurfaceFinder::State::sortCells() {
 }
 
 // Of all particles, cell by cell.
-std::vector<CellPlace> NearSurfaceFinder::State::sortPlaces(std::vector<std::uint32_t>& cell_begin) const {
+std::vector<PlaceInCell> NearSurfaceFinder::State::sortPlaces(std::vector<std::uint32_t>& cell_begin) const {
     std::vector<std::uint32_t> next(cell_begin.size() - 1, 0);
     const auto forAll = [&](const auto& visit) {
         parallelFor(pieces.size(), 1, [&](std::size_t p) {
@@ -187,11 +169,11 @@ std::vector<CellPlace> NearSurfaceFinder::State::sortPlaces(std::vector<std::uin
             }
         });
     };
-    forAll([](std::uint32_t, CellPlace) {});
+    forAll([](std::uint32_t, PlaceInCell) {});
     cell_begin = placesOf(next);
     std::copy(cell_begin.begin(), cell_begin.end() - 1, next.begin());
-    std::vector<CellPlace> places(particles);
-    forAll([&](std::uint32_t at, CellPlace place) { places[at] = place; });
+    std::vector<PlaceInCell> places(particles);
+    forAll([&](std::uint32_t at, PlaceInCell place) { places[at] = place; });
     return places;
 }
 
@@ -204,10 +186,10 @@ NearSurface NearSurfaceFinder::find() {
 
     const std::vector<Vec3i> cells = state.sortCells();
     std::vector<std::uint32_t> cell_begin(cells.size() + 1);
-    std::vector<CellPlace> places = state.sortPlaces(cell_begin);
+    std::vector<PlaceInCell> places = state.sortPlaces(cell_begin);
     const int far = state.margin + 1;
     const std::vector<int> distance = distancesToExposed(cells, cell_begin, places, far);
-    const auto placesOfCell = [&](std::size_t c) {
+    const auto placesIn = [&](std::size_t c) {
         return std::span(places).subspan(cell_begin[c], cell_begin[c + 1] - cell_begin[c]);
     };
 
@@ -216,29 +198,40 @@ NearSurface NearSurfaceFinder::find() {
     std::vector<CellRole> role(cells.size());
     parallelRanges(cells.size(), kCellsPerTask, [&](std::size_t first, std::size_t last) {
         CellsAround around(cells);
+        SharedPlaces shared;
         for (std::size_t c = first; c < last; ++c) {
             int farthest = 0;
             around.forEach(c, [&](const Vec3i&, std::size_t other) { farthest = std::max(farthest, distance[other]); });
             role[c] = distance[c] == 0 ? CellRole::open : farthest == far ? CellRole::rim : CellRole::buried;
-            if (distance[c] == far) stays[c] = anyShared(placesOfCell(c)) ? duplicates : none;
+            if (distance[c] < far) continue;
+            const std::span<PlaceInCell> here = placesIn(c);
+            stays[c] = shared.any(here) ? duplicates : none;
+            if (stays[c] == duplicates) std::sort(here.begin(), here.end());
         }
     });
+    std::vector<std::uint32_t> number(cells.size());  // among those that stay
     for (std::size_t c = 0; c < cells.size(); ++c) {
         if (stays[c] == none) continue;
+        number[c] = static_cast<std::uint32_t>(near.cell.size());
         near.cell.push_back(cells[c]);
         near.cell_role.push_back(role[c]);
     }
 
-    std::vector<std::vector<std::uint32_t>> rows(state.pieces.size());
+    struct Rows {
+        std::vector<std::uint32_t> row, cell;
+    };
+    std::vector<Rows> rows(state.pieces.size());
     parallelFor(rows.size(), 1, [&](std::size_t p) {
         const Piece& piece = state.pieces[p];
         for (std::size_t i = 0; i < piece.cell.size(); ++i) {
             const std::uint32_t c = piece.cell[i];
-            if (stays[c] == whole || (stays[c] == duplicates && isShared(placesOfCell(c), piece.place[i])))
-                rows[p].push_back(static_cast<std::uint32_t>(piece.first_row + i));
+            if (stays[c] == none || (stays[c] == duplicates && !isShared(placesIn(c), piece.place[i]))) continue;
+            rows[p].row.push_back(static_cast<std::uint32_t>(piece.first_row + i));
+            rows[p].cell.push_back(number[c]);
         }
     });
-    near.row = joined(rows);
+    near.row = joined(rows, &Rows::row);
+    near.cell_of = joined(rows, &Rows::cell);
     return near;
 }
 

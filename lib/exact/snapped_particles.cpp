@@ -1,13 +1,14 @@
 #include "exact/snapped_particles.h"
 
 #include "core/box.h"
+#include "core/cell_order.h"
 #include "core/error.h"
+#include "core/graph.h"
 #include "core/icosphere.h"
 #include "core/parallel.h"
 #include "core/simd.h"
 
 #include <algorithm>
-#include <cassert>
 #include <cmath>
 #include <cstring>
 #include <limits>
@@ -21,8 +22,7 @@ constexpr double kLargestCoordinate = 0x1p50;  // in quanta: still exact in doub
 constexpr std::uint32_t kCrowd = 64;           // particles in a cell
 constexpr std::size_t kHugeCrowd = 8192;       // in reach of an eighth of one
 constexpr std::size_t kSample = 512;           // of a huge crowd
-
-std::int64_t floorDivide(std::int64_t a, std::int64_t b) { return a >= 0 ? a / b : -((-a + b - 1) / b); }
+constexpr std::size_t kMostInCell = 50000;     // on average; liquids have some thirty, clumped ones some thousands
 
 std::uint64_t mix(std::uint64_t x) {  // finaliser of splitmix64
     x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9u;
@@ -62,32 +62,33 @@ bool preferred(const Particles& particles, std::uint32_t a, std::uint32_t b) {
     return a < b;
 }
 
-struct Placed {
-    std::int32_t z, y, x;  // of the cell
-    std::uint32_t row;
-    friend auto operator<=>(const Placed&, const Placed&) = default;
+// Some particles, cell by cell; cells in order.
+struct InCells {
+    std::vector<Vec3i> cell;
+    Rows particles;
 };
 
-// Sorts n particles into cells, and keeps one of all that coincide.
-template <typename PositionAt, typename RowAt>
-SnappedParticles sortedIntoCells(std::size_t n, const PositionAt& positionAt, const RowAt& rowAt, std::int64_t radius,
-                                 const Particles& particles) {
-    std::vector<Placed> placed(n);
-    parallelFor(n, 4096, [&](std::size_t i) {
-        const auto cellOf = [&](std::int64_t x) { return static_cast<std::int32_t>(floorDivide(x, 2 * radius)); };
-        const Vec3i position = positionAt(i);
-        placed[i] = {cellOf(position.z), cellOf(position.y), cellOf(position.x), static_cast<std::uint32_t>(i)};
-    });
-    parallelSort(placed, std::less<>());
-
-    SnappedParticles snapped;
-    for (std::uint32_t i = 0; i < n; ++i) {
-        const Vec3i cell(placed[i].x, placed[i].y, placed[i].z);
-        if (i > 0 && cell == snapped.cell.back()) continue;
-        snapped.cell.push_back(cell);
-        snapped.cell_begin.push_back(i);
+template <typename PositionAt>
+InCells sortedIntoCells(std::size_t n, const PositionAt& positionAt, std::int64_t radius) {
+    const CellOrder order(n, static_cast<double>(2 * radius), [&](std::size_t i) { return toDouble(positionAt(i)); });
+    InCells sorted;
+    for (std::uint32_t c = 0; c < order.cells(); ++c) {
+        const auto [z, y, x] = order.place(c);
+        sorted.cell.emplace_back(x, y, z);
+        sorted.particles.begin.push_back(order.begin(c + 1));
     }
-    snapped.cell_begin.push_back(static_cast<std::uint32_t>(n));
+    sorted.particles.item = order.rows();
+    return sorted;
+}
+
+// Puts those of each cell in order, and keeps one of all that coincide.
+template <typename PositionAt, typename RowAt>
+SnappedParticles sortedInside(InCells&& cells, const PositionAt& positionAt, const RowAt& rowAt,
+                              const Particles& particles) {
+    const std::size_t n = cells.particles.item.size();
+    SnappedParticles snapped;
+    snapped.cell = std::move(cells.cell);
+    snapped.cell_begin = std::move(cells.particles.begin);
 
     // Inside a cell by position; the preferred one of coincident ones first, the others are left out.
     snapped.position.resize(n);
@@ -99,7 +100,7 @@ SnappedParticles sortedIntoCells(std::size_t n, const PositionAt& positionAt, co
             cell.clear();
             const std::uint32_t begin = snapped.cell_begin[c];
             for (std::uint32_t i = begin; i < snapped.cell_begin[c + 1]; ++i)
-                cell.emplace_back(positionAt(placed[i].row), rowAt(placed[i].row));
+                cell.emplace_back(positionAt(cells.particles.item[i]), rowAt(cells.particles.item[i]));
             std::sort(cell.begin(), cell.end(), [&](const auto& a, const auto& b) {
                 return a.first != b.first ? before(a.first, b.first) : preferred(particles, a.second, b.second);
             });
@@ -124,23 +125,18 @@ SnappedParticles sortedIntoCells(std::size_t n, const PositionAt& positionAt, co
     return snapped;
 }
 
-}  // namespace
-
-// On average. Liquids have some thirty, clumped ones some thousands; work grows with the square of it.
-constexpr std::size_t kMostInCell = 50000;
-
-namespace {
-
-template <typename RowOf>
-SnappedParticles snapRows(const Particles& particles, std::size_t n, const RowOf& rowOf, const SnapGrid& grid) {
-    SnappedParticles snapped = sortedIntoCells(
-        n, [&](std::size_t i) { return grid.at(particles.position[rowOf(i)]); }, rowOf, grid.radius, particles);
-    snapped.quantum = 1 / grid.per_unit;
-    snapped.radius = grid.radius;
+// A row of the particles for each of those in cells; none: the same.
+SnappedParticles snapIn(InCells&& cells, std::span<const std::uint32_t> row, const Particles& particles,
+                        const SnapGrid& grid) {
+    const auto rowAt = [&](std::uint32_t i) { return row.empty() ? i : row[i]; };
+    SnappedParticles snapped = sortedInside(
+        std::move(cells), [&](std::uint32_t i) { return grid.at(particles.position[rowAt(i)]); }, rowAt, particles);
+    snapped.quantum = 1 / grid.perUnit();
+    snapped.radius = grid.radius();
     if (snapped.size() > kMostInCell * snapped.cell.size())
         throw Error(std::to_string(snapped.size()) + " particles lie in " + std::to_string(snapped.cell.size()) +
                     " cubes as wide as a ball, whose radius is " +
-                    std::to_string(static_cast<double>(grid.radius) / grid.per_unit) + "; expected at most " +
+                    std::to_string(static_cast<double>(grid.radius()) / grid.perUnit()) + "; expected at most " +
                     std::to_string(kMostInCell) + " in each: is the radius in the particles' unit?");
     return snapped;
 }
@@ -154,29 +150,20 @@ SnapGrid::SnapGrid(double world_radius) {
     int exponent = 0;
     const double mantissa = std::frexp(world_radius, &exponent);  // of 2^exponent, in [1/2, 1)
     exponent -= mantissa > 0.5 ? 20 : 21;
-    per_unit = std::ldexp(1.0, -exponent);
-    radius = std::llround(world_radius * per_unit);
-}
-
-Vec3i SnapGrid::at(const Vec3f& position) const {
-    const Vec3 scaled = Vec3(position) * per_unit;
-    return {std::llround(scaled.x), std::llround(scaled.y), std::llround(scaled.z)};
-}
-
-Vec3i SnapGrid::cellOf(const Vec3i& position) const {
-    const auto along = [&](std::int64_t x) { return floorDivide(x, 2 * radius); };
-    return {along(position.x), along(position.y), along(position.z)};
+    per_unit_ = std::ldexp(1.0, -exponent);
+    radius_ = std::llround(world_radius * per_unit_);
+    per_quantum_ = 0.5 / static_cast<double>(radius_);
 }
 
 void SnapGrid::requireWithin(std::span<const Vec3f> positions, std::size_t first_row) const {
-    const double reach = kLargestCoordinate / per_unit;
+    const double reach = kLargestCoordinate / per_unit_;
     for (std::size_t i = 0; i < positions.size(); ++i) {
         const Vec3f& p = positions[i];
         if (!(std::max({std::abs(p.x), std::abs(p.y), std::abs(p.z)}) <= reach))
             throw Error("particle " + std::to_string(first_row + i) + " at (" + std::to_string(p.x) + ", " +
                         std::to_string(p.y) + ", " + std::to_string(p.z) +
                         ") is too far from the origin for a radius of " +
-                        std::to_string(static_cast<double>(radius) / per_unit) + ", expected coordinates within " +
+                        std::to_string(static_cast<double>(radius_) / per_unit_) + ", expected coordinates within " +
                         std::to_string(reach));
     }
 }
@@ -184,17 +171,18 @@ void SnapGrid::requireWithin(std::span<const Vec3f> positions, std::size_t first
 SnappedParticles snapParticles(const Particles& particles, double radius, const Jitter& jitter) {
     const SnapGrid grid(radius);
     grid.requireWithin(particles.position, 0);
-    SnappedParticles snapped = snapRows(
-        particles, particles.size(), [](std::size_t i) { return static_cast<std::uint32_t>(i); }, grid);
+    const auto snappedAt = [&](std::size_t i) { return grid.at(particles.position[i]); };
+    SnappedParticles snapped = snapIn(sortedIntoCells(particles.size(), snappedAt, grid.radius()), {}, particles, grid);
     if (jitter.attempt == 0) return snapped;
     const SnappedParticles still = std::move(snapped);
     const auto jitteredAt = [&](std::size_t i) {
         const Vec3i& p = still.position[i];
         const std::uint64_t key = particles.id.empty() ? positionKey(p) : mix(particles.id[still.row[i]]);
-        return jittered(p, key, jitter, grid.radius);
+        return jittered(p, key, jitter, grid.radius());
     };
-    snapped = sortedIntoCells(
-        still.size(), jitteredAt, [&](std::size_t i) { return still.row[i]; }, grid.radius, particles);
+    snapped = sortedInside(
+        sortedIntoCells(still.size(), jitteredAt, grid.radius()), jitteredAt,
+        [&](std::size_t i) { return still.row[i]; }, particles);
     snapped.quantum = still.quantum;
     snapped.radius = still.radius;
     return snapped;
@@ -202,11 +190,13 @@ SnappedParticles snapParticles(const Particles& particles, double radius, const 
 
 SnappedParticles snapParticles(const Particles& particles, double radius, const NearSurface& near) {
     if (near.all) return snapParticles(particles, radius);
+    InCells cells{near.cell, sortedIntoRows<std::uint32_t>(near.cell.size(), near.row.size(),
+                                                           [&](std::size_t i, const auto& visit) {
+                                                               visit(near.cell_of[i], static_cast<std::uint32_t>(i));
+                                                           })};
     const bool selected = particles.size() == near.row.size();
-    SnappedParticles snapped = snapRows(
-        particles, near.row.size(),
-        [&](std::size_t i) { return selected ? static_cast<std::uint32_t>(i) : near.row[i]; }, SnapGrid(radius));
-    assert(snapped.cell == near.cell);
+    const std::span<const std::uint32_t> row(near.row);
+    SnappedParticles snapped = snapIn(std::move(cells), selected ? row.first(0) : row, particles, SnapGrid(radius));
     snapped.cell_role = near.cell_role;
     return snapped;
 }

@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <span>
 #include <tuple>
 
@@ -21,18 +22,36 @@ struct Jitter {
 };
 
 /// The integer grid for balls of one radius.
-struct SnapGrid {
-    double per_unit = 1;      ///< quanta in a world unit, a power of two
-    std::int64_t radius = 0;  ///< R, in quanta, in (2^19, 2^20]
-
+class SnapGrid {
+public:
     /// errors  a radius that is not a normal number
-    explicit SnapGrid(double radius);
-    Vec3i at(const Vec3f& position) const;
+    explicit SnapGrid(double world_radius);
+
+    /// Quanta in a world unit, a power of two.
+    double perUnit() const { return per_unit_; }
+    /// R, in quanta, in (2^19, 2^20].
+    std::int64_t radius() const { return radius_; }
+    /// The nearest place, halves away from zero: coordinates have 24 bits, so that half a quantum more is exact.
+    Vec3i at(const Vec3f& position) const {
+        const auto nearest = [&](double x) { return static_cast<std::int64_t>(x + std::copysign(0.5, x)); };
+        return {nearest(position.x * per_unit_), nearest(position.y * per_unit_), nearest(position.z * per_unit_)};
+    }
     /// Of edge 2R.
-    Vec3i cellOf(const Vec3i& position) const;
+    Vec3i cellOf(const Vec3i& position) const { return {cell(position.x), cell(position.y), cell(position.z)}; }
     /// Throws Error for the first position farther from the origin than 2^50 quanta; first_row: its number, for
     /// messages.
     void requireWithin(std::span<const Vec3f> positions, std::size_t first_row) const;
+
+private:
+    // The quotient is one off at most, which the rest tells.
+    std::int64_t cell(std::int64_t x) const {
+        const std::int64_t edge = 2 * radius_, near = static_cast<std::int64_t>(static_cast<double>(x) * per_quantum_);
+        const std::int64_t rest = x - near * edge;
+        return near - (rest < 0) + (rest >= edge);
+    }
+
+    double per_unit_ = 1, per_quantum_ = 1;  // quanta in a world unit, cells in a quantum
+    std::int64_t radius_ = 0;
 };
 
 /// What is known of a cell from elsewhere.
@@ -44,10 +63,11 @@ enum class CellRole : std::uint8_t {
 
 /// Which of n particles matter to the surface: see exact/near_surface.h.
 struct NearSurface {
-    std::size_t particles = 0;       ///< n
-    bool all = true;                 ///< they all do, and nothing is known of their cells; the arrays are empty
-    std::vector<std::uint32_t> row;  ///< theirs, ascending
-    std::vector<Vec3i> cell;         ///< theirs, in order
+    std::size_t particles = 0;           ///< n
+    bool all = true;                     ///< they all do, and nothing is known of their cells; the arrays are empty
+    std::vector<std::uint32_t> row;      ///< theirs, ascending
+    std::vector<std::uint32_t> cell_of;  ///< for each row which of the cells it lies in
+    std::vector<Vec3i> cell;             ///< theirs, in order
     std::vector<CellRole> cell_role;
 
     std::size_t leftOut() const { return all ? 0 : particles - row.size(); }

@@ -6,7 +6,7 @@
 namespace betamesh {
 
 std::vector<std::uint32_t> survivors(const SnappedParticles& particles) {
-    std::vector<CellPlace> place(particles.size());
+    std::vector<PlaceInCell> place(particles.size());
     std::vector<std::uint8_t> open(particles.cell.size());
     parallelFor(open.size(), 64, [&](std::size_t c) {
         const Vec3i corner = particles.cell[c] * (2 * particles.radius);
