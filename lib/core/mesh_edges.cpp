@@ -4,7 +4,6 @@
 #include "core/parallel.h"
 
 #include <algorithm>
-#include <cmath>
 #include <utility>
 
 namespace betamesh {
@@ -44,7 +43,7 @@ std::vector<std::uint32_t> placesOfVertices(const std::vector<Vec3>& position) {
     parallelFor(order.size(), 4096, [&](std::size_t v) { order[v] = static_cast<std::uint32_t>(v); });
     std::erase_if(order, [&](std::uint32_t v) {
         place[v] = v;
-        return !std::isfinite(position[v].x + position[v].y + position[v].z);
+        return !isFinite(position[v]);
     });
     parallelSort(order, [&](std::uint32_t v, std::uint32_t w) {
         const Vec3 &p = position[v], &q = position[w];

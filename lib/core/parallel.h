@@ -138,6 +138,23 @@ std::vector<std::uint32_t> rowsWhere(std::size_t n, const Is& is) {
     return joined(rows);
 }
 
+/// The first row i of [0, n) for which is(i), n where there is none. is: asked of all rows of a range without a branch,
+/// so several at a time where it has none itself.
+template <typename Is>
+std::size_t firstRowWhere(std::size_t n, const Is& is) {
+    constexpr std::size_t kRowsPerTask = 16384;
+    std::atomic<std::size_t> first = n;
+    parallelRanges(n, kRowsPerTask, [&](std::size_t begin, std::size_t end) {
+        bool any = false;
+        for (std::size_t i = begin; i < end; ++i) any |= is(i);
+        if (!any) return;
+        while (!is(begin)) ++begin;
+        for (std::size_t least = first; begin < least && !first.compare_exchange_weak(least, begin);) {
+        }
+    });
+    return first;
+}
+
 /// Sorts by a strict total order, so the result is the same for any number of threads.
 template <typename T, typename Less>
 void parallelSort(std::vector<T>& rows, const Less& less) {

@@ -1,14 +1,11 @@
 #include "core/particles.h"
 
 #include "core/error.h"
-
-#include <cmath>
+#include "core/parallel.h"
 
 namespace betamesh {
 
 namespace {
-
-bool finite(const Vec3f& v) { return std::isfinite(v.x) & std::isfinite(v.y) & std::isfinite(v.z); }
 
 void requireRows(std::size_t rows, std::size_t expected, const std::string& name) {
     if (rows != expected)
@@ -19,13 +16,10 @@ void requireRows(std::size_t rows, std::size_t expected, const std::string& name
 }  // namespace
 
 void requireFinite(std::span<const Vec3f> rows, const char* what, std::size_t first_row) {
-    bool all_finite = true;  // seen without a branch, eight and more at a time
-    for (const Vec3f& row : rows) all_finite &= finite(row);
-    for (std::size_t i = 0; !all_finite && i < rows.size(); ++i)
-        if (!finite(rows[i]))
-            throw Error("particle " + std::to_string(first_row + i) + ": " + what + " is (" +
-                        std::to_string(rows[i].x) + ", " + std::to_string(rows[i].y) + ", " +
-                        std::to_string(rows[i].z) + "), expected finite numbers");
+    const std::size_t i = firstRowWhere(rows.size(), [&](std::size_t row) { return !isFinite(rows[row]); });
+    if (i == rows.size()) return;
+    throw Error("particle " + std::to_string(first_row + i) + ": " + what + " is (" + std::to_string(rows[i].x) + ", " +
+                std::to_string(rows[i].y) + ", " + std::to_string(rows[i].z) + "), expected finite numbers");
 }
 
 void validate(const Particles& particles) {

@@ -6,6 +6,7 @@
 #include <Imath/ImathMatrix.h>
 #include <Imath/ImathVec.h>
 
+#include <cmath>
 #include <cstdint>
 
 namespace betamesh {
@@ -32,6 +33,11 @@ inline Vec3i cross(const Vec3i& a, const Vec3i& b) {
 template <typename T>
 T crossZ(const Imath::Vec3<T>& a, const Imath::Vec3<T>& b) {
     return a.x * b.y - a.y * b.x;
+}
+
+template <typename T>
+bool isFinite(const Imath::Vec3<T>& v) {
+    return std::isfinite(v.x) & std::isfinite(v.y) & std::isfinite(v.z);
 }
 
 inline Vec3 toDouble(const Vec3i& v) {

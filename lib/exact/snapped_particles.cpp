@@ -157,15 +157,16 @@ SnapGrid::SnapGrid(double world_radius) {
 
 void SnapGrid::requireWithin(std::span<const Vec3f> positions, std::size_t first_row) const {
     const double reach = kLargestCoordinate / per_unit_;
-    for (std::size_t i = 0; i < positions.size(); ++i) {
-        const Vec3f& p = positions[i];
-        if (!(std::max({std::abs(p.x), std::abs(p.y), std::abs(p.z)}) <= reach))
-            throw Error("particle " + std::to_string(first_row + i) + " at (" + std::to_string(p.x) + ", " +
-                        std::to_string(p.y) + ", " + std::to_string(p.z) +
-                        ") is too far from the origin for a radius of " +
-                        std::to_string(static_cast<double>(radius_) / per_unit_) + ", expected coordinates within " +
-                        std::to_string(reach));
-    }
+    const std::size_t i = firstRowWhere(positions.size(), [&](std::size_t row) {
+        const Vec3f& p = positions[row];
+        return !((std::abs(p.x) <= reach) & (std::abs(p.y) <= reach) & (std::abs(p.z) <= reach));
+    });
+    if (i == positions.size()) return;
+    const Vec3f& p = positions[i];
+    throw Error("particle " + std::to_string(first_row + i) + " at (" + std::to_string(p.x) + ", " +
+                std::to_string(p.y) + ", " + std::to_string(p.z) + ") is too far from the origin for a radius of " +
+                std::to_string(static_cast<double>(radius_) / per_unit_) + ", expected coordinates within " +
+                std::to_string(reach));
 }
 
 SnappedParticles snapParticles(const Particles& particles, double radius, const Jitter& jitter) {

@@ -4,7 +4,6 @@
 #include "core/parallel.h"
 
 #include <algorithm>
-#include <cmath>
 #include <iterator>
 #include <limits>
 #include <utility>
@@ -62,17 +61,11 @@ std::vector<Vec3f> takeVelocity(FileContents& contents, const std::string& asked
 }
 
 template <typename Vector>
-bool finite(const Vector& v) {
-    return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
-}
-
-template <typename Vector>
 void requireFiniteVertices(const std::vector<Vector>& rows, const char* what, const std::string& file) {
-    for (std::size_t i = 0; i < rows.size(); ++i)
-        if (!finite(rows[i]))
-            throw Error(file + ": vertex " + std::to_string(i) + ": " + what + " is (" + std::to_string(rows[i].x) +
-                        ", " + std::to_string(rows[i].y) + ", " + std::to_string(rows[i].z) +
-                        "), expected finite numbers");
+    const std::size_t i = firstRowWhere(rows.size(), [&](std::size_t row) { return !isFinite(rows[row]); });
+    if (i < rows.size())
+        throw Error(file + ": vertex " + std::to_string(i) + ": " + what + " is (" + std::to_string(rows[i].x) + ", " +
+                    std::to_string(rows[i].y) + ", " + std::to_string(rows[i].z) + "), expected finite numbers");
 }
 
 /// Of a mesh or of curves.
@@ -96,11 +89,11 @@ void requireWritableVertices(const Surface& surface, const std::string& file) {
 
 template <typename Corners>
 void requireCorners(const std::vector<Corners>& rows, const char* what, std::size_t n, const std::string& file) {
-    for (std::size_t i = 0; i < rows.size(); ++i)
-        for (const std::uint32_t corner : rows[i])
-            if (corner >= n)
-                throw Error(file + ": " + what + " " + std::to_string(i) + " has vertex " + std::to_string(corner) +
-                            ", expected less than " + std::to_string(n));
+    const auto lastCorner = [&](std::size_t i) { return *std::max_element(rows[i].begin(), rows[i].end()); };
+    const std::size_t i = firstRowWhere(rows.size(), [&](std::size_t row) { return lastCorner(row) >= n; });
+    if (i < rows.size())
+        throw Error(file + ": " + what + " " + std::to_string(i) + " has vertex " + std::to_string(lastCorner(i)) +
+                    ", expected less than " + std::to_string(n));
 }
 
 }  // namespace

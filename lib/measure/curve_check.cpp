@@ -88,7 +88,7 @@ CurveCheck checkCurves(const Curves& curves, const CheckParams& params) {
         if (curves.position[v].z != curves.position[0].z) note(check.off_plane, v);
         if (curves.velocity.empty()) continue;
         const Vec3& velocity = curves.velocity[v];
-        if (!std::isfinite(velocity.x + velocity.y + velocity.z)) note(check.velocity_not_finite, v);
+        if (!isFinite(velocity)) note(check.velocity_not_finite, v);
     }
     Curves sound;
     std::vector<std::uint32_t> rows, leaving(n, 0), coming(n, 0);

@@ -230,7 +230,7 @@ MeshCheck checkMesh(const Mesh& mesh, const CheckParams& params) {
         if (!isInRange(mesh.position[v])) count(check.not_finite, v);
     for (std::size_t v = 0; v < mesh.velocity.size(); ++v) {
         const Vec3& u = mesh.velocity[v];
-        if (!std::isfinite(u.x) || !std::isfinite(u.y) || !std::isfinite(u.z)) count(check.velocity_not_finite, v);
+        if (!isFinite(u)) count(check.velocity_not_finite, v);
     }
 
     const Selection sound = select(mesh.triangles, [&](std::uint32_t row) {

@@ -18,16 +18,15 @@ struct EdgeCount {
     std::size_t edges = 0, unpaired = 0;
 };
 
-// Each side is kept by its lower vertex: the higher one, and in the last bit which way it runs.
+// Each side is kept by its lower vertex: the higher one, below 2^31, and in the last bit which way it runs.
 EdgeCount countEdges(const std::vector<Triangle>& triangles, std::size_t vertices) {
-    RowsOf<std::uint64_t> others =
-        sortedIntoRows<std::uint64_t>(vertices, triangles.size(), [&](std::size_t t, const auto& visit) {
-            const auto add = [&](std::uint32_t from, std::uint32_t to) {
-                visit(std::min(from, to), std::uint64_t{std::max(from, to)} << 1 | (from < to ? 1 : 0));
-            };
-            const auto& [a, b, c] = triangles[t];
-            add(a, b), add(b, c), add(c, a);
-        });
+    Rows others = sortedIntoRows<std::uint32_t>(vertices, triangles.size(), [&](std::size_t t, const auto& visit) {
+        const auto add = [&](std::uint32_t from, std::uint32_t to) {
+            visit(std::min(from, to), std::max(from, to) << 1 | (from < to ? 1 : 0));
+        };
+        const auto& [a, b, c] = triangles[t];
+        add(a, b), add(b, c), add(c, a);
+    });
     constexpr std::size_t kVerticesPerTask = 4096;
     std::vector<EdgeCount> part((vertices + kVerticesPerTask - 1) / kVerticesPerTask);
     parallelFor(part.size(), 1, [&](std::size_t p) {
@@ -37,7 +36,7 @@ EdgeCount countEdges(const std::vector<Triangle>& triangles, std::size_t vertice
             std::sort(side, last);
             while (side != last) {
                 std::int64_t surplus = 0;
-                for (const std::uint64_t high = *side >> 1; side != last && *side >> 1 == high; ++side)
+                for (const std::uint32_t high = *side >> 1; side != last && *side >> 1 == high; ++side)
                     surplus += *side & 1 ? 1 : -1;
                 part[p].unpaired += static_cast<std::size_t>(std::abs(surplus));
                 ++part[p].edges;

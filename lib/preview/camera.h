@@ -5,7 +5,6 @@
 #include "core/mesh.h"
 
 #include <array>
-#include <cmath>
 #include <limits>
 
 namespace betamesh {
@@ -26,7 +25,7 @@ struct Bounds {
 template <typename Visit>
 void forPoints(const Mesh& mesh, const Spheres& spheres, const Visit& visit) {
     const auto ifFinite = [&](const Vec3& p, double radius) {
-        if (std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z)) visit(p, radius);
+        if (isFinite(p)) visit(p, radius);
     };
     for (const Triangle& t : mesh.triangles)
         for (const std::uint32_t corner : t) ifFinite(mesh.position[corner], 0.0);
