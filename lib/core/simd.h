@@ -16,13 +16,15 @@
 
 namespace betamesh {
 
-template <std::size_t kWidth>
-struct FloatsOfWidth {
-    typedef float Type __attribute__((vector_size(kWidth * sizeof(float))));
+template <typename T, std::size_t kWidth>
+struct VectorOf {
+    typedef T Type __attribute__((vector_size(kWidth * sizeof(T))));
 };
-/// Floats that one register holds, or few.
+/// Numbers that one register holds, or few.
 template <std::size_t kWidth>
-using Floats = typename FloatsOfWidth<kWidth>::Type;
+using Floats = typename VectorOf<float, kWidth>::Type;
+template <std::size_t kWidth>
+using Doubles = typename VectorOf<double, kWidth>::Type;
 
 /// As many floats as the widest registers hold. Narrower ones take a few for it; all of them work lane by lane.
 inline constexpr std::size_t kLanes = 16;

@@ -2,11 +2,12 @@
 
 #include "core/box.h"
 #include "core/parallel.h"
+#include "core/simd.h"
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cmath>
+#include <cstring>
 #include <limits>
 
 namespace betamesh {
@@ -14,10 +15,14 @@ namespace betamesh {
 namespace {
 
 constexpr std::size_t kNearest = 6;
-constexpr std::size_t kLeaf = 32;       // points, at most
-constexpr double kReach = 1.15;         // squared; in the farthest of the six nearest that the leaf before has
+constexpr std::size_t kLeaf = 64;       // points, at most
+constexpr double kReach = 1.4;          // squared; in the farthest of the six nearest that the leaf before has
 constexpr std::size_t kMostNear = 512;  // points that are gathered; a leaf in spray may reach far into a dense liquid
+constexpr std::size_t kSample = 63;     // points whose median parts the others, if that leaves
+constexpr std::size_t kLeastShare = 8;  // one of so many on either side
 constexpr std::size_t kBranch = 16384;  // points from which on both halves are sorted at the same time
+
+using Points = std::vector<Vec3f>;
 
 struct Leaf {
     std::uint32_t begin, end;  // of points
@@ -38,6 +43,43 @@ void offer(double squared, Nearest& nearest) {
     }
 }
 
+// The squared distances from each point of a leaf to its six nearest of some, ascending: [which][point].
+using NearestOfLeaf = std::array<std::array<double, kLeaf>, kNearest>;
+
+struct FindNearest {
+    const Columns& some;
+    std::size_t size;                     // of these
+    std::array<const double*, 3> points;  // of the leaf; there is room to read kLeaf
+    std::size_t count;                    // of them
+    NearestOfLeaf& nearest;
+
+    // A point in each lane.
+    template <std::size_t kWidth>
+    __attribute__((always_inline)) void operator()() const {
+        constexpr std::size_t kPoints = kWidth / 2;
+        using Some = Doubles<kPoints>;
+        const Some far_off = Some{} + kFarOff;
+        for (std::size_t first = 0; first < count; first += kPoints) {
+            Some x, y, z, kept[kNearest];
+            std::memcpy(&x, points[0] + first, sizeof x);
+            std::memcpy(&y, points[1] + first, sizeof y);
+            std::memcpy(&z, points[2] + first, sizeof z);
+            for (Some& k : kept) k = far_off;
+            for (std::size_t i = 0; i < size; ++i) {
+                const Some dx = x - some[0][i], dy = y - some[1][i], dz = z - some[2][i];
+                Some squared = dx * dx + dy * dy + dz * dz;
+                squared = squared == 0 ? far_off : squared;  // distinct points are never as near as nothing
+                for (Some& k : kept) {
+                    const Some less = squared < k ? squared : k;
+                    squared = squared < k ? k : squared;
+                    k = less;
+                }
+            }
+            for (std::size_t k = 0; k < kNearest; ++k) std::memcpy(&nearest[k][first], &kept[k], sizeof kept[k]);
+        }
+    }
+};
+
 // The points near those of a leaf.
 class Search {
 public:
@@ -57,66 +99,50 @@ public:
             size_ += squared[i] < squared_reach;
         }
     }
-    // Of those that are nearer than the reach.
-    Nearest nearest(const Vec3& place, double squared_reach) {
-        squared_.resize(size_);
-        within_.resize(size_ + 1);
-        squaredDistances(Box(place), near_[0].data(), near_[1].data(), near_[2].data(), size_, squared_.data());
-        std::size_t found = 0;
-        for (std::size_t k = 0; k < size_; ++k) {
-            within_[found] = squared_[k];
-            found += squared_[k] < squared_reach;
-        }
-        Nearest nearest = kNowhere;
-        for (std::size_t k = 0; k < found; ++k) offer(within_[k], nearest);
-        return nearest;
+    void findNearest(const Columns& points, const Leaf& leaf, NearestOfLeaf& nearest) const {
+        const std::array<const double*, 3> first{&points[0][leaf.begin], &points[1][leaf.begin],
+                                                 &points[2][leaf.begin]};
+        onThisCpu(FindNearest{near_, size_, first, leaf.end - leaf.begin, nearest});
     }
 
 private:
     std::size_t size_ = 0;
     Columns near_;
-    std::vector<double> squared_, within_;
 };
 
-// Distinct points in the leaves of a k-d tree, with a binary tree of boxes over these.
+// Distinct points in the leaves of a k-d tree.
 class NearestFinder {
 public:
-    explicit NearestFinder(std::vector<Vec3f> points) {
-        split(points, 0, static_cast<std::uint32_t>(points.size()), leaf_);
-        first_leaf_ = std::bit_ceil(std::max<std::size_t>(leaf_.size(), 1));
-        box_.resize(2 * first_leaf_);
-        for (std::vector<double>& column : points_) column.resize(points.size());
+    explicit NearestFinder(Points points) {
+        if (!points.empty()) split(points, 0, static_cast<std::uint32_t>(points.size()), node_);
+        leaf_ = rowsWhere(node_.size(), [&](std::uint32_t i) { return node_[i].isLeaf(); });
+        for (std::vector<double>& column : points_) column.resize(points.size() + kLeaf);
         parallelFor(leaf_.size(), 64, [&](std::size_t l) {
-            Box& box = box_[first_leaf_ + l];
-            for (std::uint32_t i = leaf_[l].begin; i < leaf_[l].end; ++i) {
-                box.extendBy(Vec3(points[i]));
+            const Leaf& leaf = node_[leaf_[l]].leaf;
+            for (std::uint32_t i = leaf.begin; i < leaf.end; ++i)
                 for (int k = 0; k < 3; ++k) points_[static_cast<std::size_t>(k)][i] = points[i][k];
-            }
         });
-        for (std::size_t i = first_leaf_ - 1; i > 0; --i) {
-            box_[i] = box_[2 * i];
-            box_[i].extendBy(box_[2 * i + 1]);
-        }
     }
 
     std::size_t leaves() const { return leaf_.size(); }
 
     /// Mean distances of the points of a leaf to their six nearest others.
-    void addMeanDistances(std::size_t leaf, Search& search, std::vector<double>& means) const {
-        const auto [begin, end] = leaf_[leaf];
-        const Box& box = box_[first_leaf_ + leaf];
+    void addMeanDistances(std::size_t number, Search& search, std::vector<double>& means) const {
+        const auto& [box, leaf, size] = node_[leaf_[number]];
+        const auto [begin, end] = leaf;
         double squared_reach = std::min(kReach * search.farthest, (box.max - box.min).length2());
         search.clear();
-        gather(1, box, squared_reach, search);
+        gather(0, box, squared_reach, search);
         if (search.size() > kMostNear) squared_reach = 0;
+        NearestOfLeaf found;
+        if (squared_reach > 0) search.findNearest(points_, leaf, found);
         double farthest = 0;
         for (std::uint32_t i = begin; i < end; ++i) {
-            const Vec3 place(points_[0][i], points_[1][i], points_[2][i]);
-            Nearest nearest = squared_reach > 0 ? search.nearest(place, squared_reach) : kNowhere;
-            if (!(nearest.back() < squared_reach)) {
-                nearest = kNowhere;
-                visit(1, place, nearest);
-            }
+            Nearest nearest = kNowhere;
+            if (squared_reach > 0 && found.back()[i - begin] < squared_reach)
+                for (std::size_t k = 0; k < kNearest; ++k) nearest[k] = found[k][i - begin];
+            else
+                visit(0, {points_[0][i], points_[1][i], points_[2][i]}, nearest);
             farthest = std::max(farthest, nearest.back());
             double sum = 0;
             for (const double squared : nearest) sum += std::sqrt(squared);
@@ -126,81 +152,102 @@ public:
     }
 
 private:
+    struct Node {
+        Box box;
+        Leaf leaf{};
+        std::size_t size = 1;  // nodes, itself included; those below follow it, the lower side first
+
+        bool isLeaf() const { return size == 1; }
+    };
+
     // The same points never come apart.
-    static void split(std::vector<Vec3f>& points, std::uint32_t begin, std::uint32_t end, std::vector<Leaf>& leaves) {
+    static void split(Points& points, std::uint32_t begin, std::uint32_t end, std::vector<Node>& nodes) {
+        const auto first = points.begin() + begin, last = points.begin() + end;
+        const std::size_t here = nodes.size();
+        nodes.emplace_back();
+        for (auto p = first; p != last; ++p) nodes[here].box.extendBy(Vec3(*p));
         if (end - begin <= kLeaf) {
             const auto before = [](const Vec3f& a, const Vec3f& b) {
                 return a.x != b.x ? a.x < b.x : a.y != b.y ? a.y < b.y : a.z < b.z;
             };
-            const auto first = points.begin() + begin, last = points.begin() + end;
             std::sort(first, last, before);
-            const auto distinct = static_cast<std::uint32_t>(std::unique(first, last) - first);
-            if (distinct > 0) leaves.push_back({begin, begin + distinct});
+            nodes[here].leaf = {begin, begin + static_cast<std::uint32_t>(std::unique(first, last) - first)};
             return;
         }
-        const std::uint32_t cut = cutOf(points, begin, end);
-        if (cut == end) {
-            leaves.push_back({begin, begin + 1});
-        } else if (end - begin < kBranch) {
-            split(points, begin, cut, leaves);
-            split(points, cut, end, leaves);
-        } else {
-            std::vector<Leaf> high;
-            parallelBoth([&] { split(points, begin, cut, leaves); }, [&] { split(points, cut, end, high); });
-            leaves.insert(leaves.end(), high.begin(), high.end());
+        const Vec3 size = nodes[here].box.size();
+        if (size == Vec3(0)) {
+            nodes[here].leaf = {begin, begin + 1};
+            return;
         }
-    }
-    // Sorts points to both sides of the middle along the axis in which they are widest apart. Returns where the higher
-    // ones begin; end where all are the same.
-    static std::uint32_t cutOf(std::vector<Vec3f>& points, std::uint32_t begin, std::uint32_t end) {
-        const auto first = points.begin() + begin, last = points.begin() + end, middle = first + (end - begin) / 2;
-        Vec3f low = *first, high = low;
-        for (auto p = first; p != last; ++p)
-            for (int k = 0; k < 3; ++k) {
-                low[k] = std::min(low[k], (*p)[k]);
-                high[k] = std::max(high[k], (*p)[k]);
-            }
-        if (low == high) return end;
-        const Vec3 size = Vec3(high) - Vec3(low);
         const int axis = size.x >= size.y && size.x >= size.z ? 0 : size.y >= size.z ? 1 : 2;
+        const auto cut = static_cast<std::uint32_t>(cutAcross(axis, first, last) - points.begin());
+        if (end - begin < kBranch) {
+            split(points, begin, cut, nodes);
+            split(points, cut, end, nodes);
+        } else {
+            std::vector<Node> high;
+            parallelBoth([&] { split(points, begin, cut, nodes); }, [&] { split(points, cut, end, high); });
+            nodes.insert(nodes.end(), high.begin(), high.end());
+        }
+        nodes[here].size = nodes.size() - here;
+    }
+    // Sorts points to both sides along an axis, about as many to each. Returns where the higher ones begin.
+    static Points::iterator cutAcross(int axis, Points::iterator first, Points::iterator last) {
+        const auto n = static_cast<std::size_t>(last - first);
+        std::array<float, kSample> sample;
+        for (std::size_t i = 0; i < kSample; ++i) sample[i] = first[static_cast<std::ptrdiff_t>(i * n / kSample)][axis];
+        std::nth_element(sample.begin(), sample.begin() + kSample / 2, sample.end());
+        const auto cut = partition(first, last, axis, sample[kSample / 2]);
+        const auto below = static_cast<std::size_t>(cut - first);
+        if (std::min(below, n - below) >= n / kLeastShare) return cut;
+
+        const auto middle = first + static_cast<std::ptrdiff_t>(n / 2);
         std::nth_element(first, middle, last, [axis](const Vec3f& a, const Vec3f& b) { return a[axis] < b[axis]; });
         const float at = (*middle)[axis];
-        auto cut = std::partition(first, middle, [&](const Vec3f& p) { return p[axis] < at; });
-        if (cut == first) cut = std::partition(middle, last, [&](const Vec3f& p) { return p[axis] == at; });
-        return static_cast<std::uint32_t>(cut - points.begin());
+        const auto lower = partition(first, middle, axis, at);
+        if (lower != first) return lower;
+        return partition(middle, last, axis, std::nextafter(at, std::numeric_limits<float>::infinity()));
     }
+    // Those below come first. Without branches, as it takes turns.
+    static Points::iterator partition(Points::iterator first, Points::iterator last, int axis, float at) {
+        for (auto low = first;; ++first) {
+            if (first == last) return low;
+            const Vec3f point = *first;
+            *first = *low;
+            *low = point;
+            low += point[axis] < at;
+        }
+    }
+
+    // Those below a node.
+    std::array<std::size_t, 2> below(std::size_t node) const { return {node + 1, node + 1 + node_[node + 1].size}; }
 
     // Points of all leaves less far from a box than this, or more than there may be.
     void gather(std::size_t node, const Box& box, double squared_reach, Search& search) const {
-        if (search.size() > kMostNear || !(squaredDistance(box_[node], box) < squared_reach)) return;
-        if (node < first_leaf_) {
-            gather(2 * node, box, squared_reach, search);
-            gather(2 * node + 1, box, squared_reach, search);
-        } else if (node - first_leaf_ < leaf_.size()) {
-            search.add(points_, leaf_[node - first_leaf_], box, squared_reach);
-        }
+        if (search.size() > kMostNear || !(squaredDistance(node_[node].box, box) < squared_reach)) return;
+        if (node_[node].isLeaf()) return search.add(points_, node_[node].leaf, box, squared_reach);
+        for (const std::size_t side : below(node)) gather(side, box, squared_reach, search);
     }
 
     // Branch and bound.
     void visit(std::size_t node, const Vec3& place, Nearest& nearest) const {
-        if (node >= first_leaf_) {
-            if (node - first_leaf_ >= leaf_.size()) return;
-            const auto [begin, end] = leaf_[node - first_leaf_];
+        if (node_[node].isLeaf()) {
+            const auto [begin, end] = node_[node].leaf;
             for (std::uint32_t i = begin; i < end; ++i)
                 offer((Vec3(points_[0][i], points_[1][i], points_[2][i]) - place).length2(), nearest);
             return;
         }
-        const std::array<double, 2> apart{squaredDistance(box_[2 * node], place),
-                                          squaredDistance(box_[2 * node + 1], place)};
+        const std::array<std::size_t, 2> side = below(node);
+        const std::array<double, 2> apart{squaredDistance(node_[side[0]].box, place),
+                                          squaredDistance(node_[side[1]].box, place)};
         const std::size_t nearer = apart[1] < apart[0];
         for (const std::size_t k : {nearer, 1 - nearer})
-            if (apart[k] < nearest.back()) visit(2 * node + k, place, nearest);
+            if (apart[k] < nearest.back()) visit(side[k], place, nearest);
     }
 
-    std::vector<Leaf> leaf_;
-    std::size_t first_leaf_;  // a power of two; node 1 is the root, those below i are 2i and 2i + 1
-    std::vector<Box> box_;    // of nodes
-    Columns points_;
+    std::vector<Node> node_;
+    std::vector<std::uint32_t> leaf_;  // nodes
+    Columns points_;                   // and room for a leaf
 };
 
 }  // namespace
