@@ -152,7 +152,7 @@ void readFrom(const Brick& brick, Window& window, const Vec3i& where) {
 }  // namespace
 
 std::vector<std::uint8_t> buried(const std::vector<Vec3i>& cell, const std::vector<std::uint32_t>& cell_begin,
-                                 const std::vector<PlaceInCell>& place, const std::vector<std::uint8_t>& asked) {
+                                 const std::vector<PlaceInCell>& place) {
     constexpr std::size_t kCellsPerTask = 16;
     std::vector<Brick> bricks(cell.size(), Brick{});
     parallelRanges(bricks.size(), kCellsPerTask, [&](std::size_t first, std::size_t last) {
@@ -175,7 +175,6 @@ std::vector<std::uint8_t> buried(const std::vector<Vec3i>& cell, const std::vect
     parallelRanges(bricks.size(), kCellsPerTask, [&](std::size_t first, std::size_t last) {
         CellsAround around(cell);
         for (std::size_t c = first; c < last; ++c) {
-            if (!asked.empty() && !asked[c]) continue;
             std::size_t full = 0;
             around.forEach(c, [&](const Vec3i&, std::size_t other) { full += is_full[other]; });
             if (full == kCellsAround) continue;  // deep inside all are buried

@@ -29,12 +29,11 @@ inline PlaceInCell placeInCell(const Vec3i& from_corner, std::int64_t radius) {
 /// voxel, so the answer is never wrong, only conservative; cells without particles count as not covered. What decides
 /// about a particle lies in its cell and the 26 round it.
 ///
-/// in      cells in order and the first of the particles of each, as in SnappedParticles, and where these lie; asked:
-///         which cells are to be looked at (0: not); empty: all
-/// out     for every particle whether it is buried; 1 in cells that were not asked for
+/// in      cells in order and the first of the particles of each, as in SnappedParticles, and where these lie
+/// out     for every particle whether it is buried, the same for those at the same place in a cell
 /// same    result for any thread count, instruction set and order of particles in a cell
 /// cost    O(n), some 50 ns a particle; 64 bytes a cell
 std::vector<std::uint8_t> buried(const std::vector<Vec3i>& cell, const std::vector<std::uint32_t>& cell_begin,
-                                 const std::vector<PlaceInCell>& place, const std::vector<std::uint8_t>& asked);
+                                 const std::vector<PlaceInCell>& place);
 
 }  // namespace betamesh

@@ -52,8 +52,8 @@ private:
 // What they belong to goes on where particles were left out, and is not small.
 std::vector<bool> particlesOnRim(const SnappedParticles& particles) {
     std::vector<bool> on_rim(particles.size(), false);
-    for (std::size_t c = 0; c < particles.cell_role.size(); ++c)
-        if (particles.cell_role[c] == CellRole::rim)
+    for (std::size_t c = 0; c < particles.is_rim.size(); ++c)
+        if (particles.is_rim[c])
             std::fill(on_rim.begin() + particles.cell_begin[c], on_rim.begin() + particles.cell_begin[c + 1], true);
     return on_rim;
 }
@@ -101,10 +101,11 @@ SnappedParticles without(const SnappedParticles& particles, const std::vector<st
             }
             rest.position.push_back(particles.position[i]);
             rest.row.push_back(particles.row[i]);
+            if (!particles.is_buried.empty()) rest.is_buried.push_back(particles.is_buried[i]);
         }
         if (rest.position.size() == first) continue;
         rest.cell.push_back(particles.cell[cell]);
-        if (!particles.cell_role.empty()) rest.cell_role.push_back(particles.cell_role[cell]);
+        if (!particles.is_rim.empty()) rest.is_rim.push_back(particles.is_rim[cell]);
         rest.cell_begin.push_back(first);
     }
     rest.cell_begin.push_back(static_cast<std::uint32_t>(rest.position.size()));

@@ -23,36 +23,40 @@ constexpr std::size_t kMostParticles = 0xFFFFFFFE;
 struct Piece {
     std::size_t first_row = 0;
     std::vector<std::uint32_t> cell;  // its number
-    std::vector<PlaceInCell> place;   // in it
+    std::vector<PlaceInCell> place;   // in it, and then
+    std::vector<std::uint32_t> slot;  // among all particles, cell by cell
 };
 
-// Tells whether any two particles of a cell share a place.
+// Tells which particles of a cell share a place with others.
 class SharedPlaces {
 public:
-    bool any(std::span<const PlaceInCell> places) {
-        bool shared = false;
+    // Returns whether any does.
+    bool find(std::span<const PlaceInCell> places, std::span<std::uint8_t> is_shared) {
+        bool any = false;
         for (const PlaceInCell place : places) {
-            shared |= taken_[place];
+            any |= taken_[place];
             taken_.set(place);
         }
         for (const PlaceInCell place : places) taken_.reset(place);
-        return shared;
+        if (!any) return false;
+        sorted_.assign(places.begin(), places.end());
+        std::sort(sorted_.begin(), sorted_.end());
+        for (std::size_t i = 0; i < places.size(); ++i) {
+            const auto [first, last] = std::equal_range(sorted_.begin(), sorted_.end(), places[i]);
+            is_shared[i] = last - first > 1;
+        }
+        return true;
     }
 
 private:
     std::bitset<kPlacesInCell> taken_;
+    std::vector<PlaceInCell> sorted_;
 };
-
-bool isShared(std::span<const PlaceInCell> sorted, PlaceInCell place) {
-    const auto [first, last] = std::equal_range(sorted.begin(), sorted.end(), place);
-    return last - first > 1;
-}
 
 // For each cell how many cells it is to the nearest one with balls that may be exposed, at most `far`.
 std::vector<int> distancesToExposed(const std::vector<Vec3i>& cells, const std::vector<std::uint32_t>& cell_begin,
-                                    const std::vector<PlaceInCell>& places, int far) {
+                                    const std::vector<std::uint8_t>& is_buried, int far) {
     std::vector<int> distance(cells.size(), far);
-    const std::vector<std::uint8_t> is_buried = buried(cells, cell_begin, places, {});
     parallelFor(cells.size(), kCellsPerTask, [&](std::size_t c) {
         const auto begin = is_buried.begin() + cell_begin[c], end = is_buried.begin() + cell_begin[c + 1];
         if (std::find(begin, end, 0) != end) distance[c] = 0;
@@ -92,7 +96,7 @@ struct NearSurfaceFinder::State {
 
     void place(std::span<const Vec3f> positions, Piece& piece);
     std::vector<Vec3i> sortCells();
-    std::vector<PlaceInCell> sortPlaces(std::vector<std::uint32_t>& cell_begin) const;
+    std::vector<PlaceInCell> sortPlaces(std::vector<std::uint32_t>& cell_begin);
 };
 
 NearSurfaceFinder::NearSurfaceFinder(const SkinParams& params)
@@ -159,21 +163,26 @@ std::vector<Vec3i> NearSurfaceFinder::State::sortCells() {
 }
 
 // Of all particles, cell by cell.
-std::vector<PlaceInCell> NearSurfaceFinder::State::sortPlaces(std::vector<std::uint32_t>& cell_begin) const {
+std::vector<PlaceInCell> NearSurfaceFinder::State::sortPlaces(std::vector<std::uint32_t>& cell_begin) {
     std::vector<std::uint32_t> next(cell_begin.size() - 1, 0);
-    const auto forAll = [&](const auto& visit) {
-        parallelFor(pieces.size(), 1, [&](std::size_t p) {
-            for (std::size_t i = 0; i < pieces[p].cell.size(); ++i) {
-                std::atomic_ref counter(next[pieces[p].cell[i]]);
-                visit(counter.fetch_add(1, std::memory_order_relaxed), pieces[p].place[i]);
-            }
-        });
+    const auto take = [&](std::uint32_t cell) {
+        return std::atomic_ref(next[cell]).fetch_add(1, std::memory_order_relaxed);
     };
-    forAll([](std::uint32_t, PlaceInCell) {});
+    parallelFor(pieces.size(), 1, [&](std::size_t p) {
+        for (const std::uint32_t cell : pieces[p].cell) take(cell);
+    });
     cell_begin = placesOf(next);
     std::copy(cell_begin.begin(), cell_begin.end() - 1, next.begin());
     std::vector<PlaceInCell> places(particles);
-    forAll([&](std::uint32_t at, PlaceInCell place) { places[at] = place; });
+    parallelFor(pieces.size(), 1, [&](std::size_t p) {
+        Piece& piece = pieces[p];
+        piece.slot.resize(piece.cell.size());
+        for (std::size_t i = 0; i < piece.cell.size(); ++i) {
+            piece.slot[i] = take(piece.cell[i]);
+            places[piece.slot[i]] = piece.place[i];
+        }
+        piece.place = {};
+    });
     return places;
 }
 
@@ -186,27 +195,26 @@ NearSurface NearSurfaceFinder::find() {
 
     const std::vector<Vec3i> cells = state.sortCells();
     std::vector<std::uint32_t> cell_begin(cells.size() + 1);
-    std::vector<PlaceInCell> places = state.sortPlaces(cell_begin);
+    const std::vector<PlaceInCell> places = state.sortPlaces(cell_begin);
+    const std::vector<std::uint8_t> is_buried = buried(cells, cell_begin, places);
     const int far = state.margin + 1;
-    const std::vector<int> distance = distancesToExposed(cells, cell_begin, places, far);
-    const auto placesIn = [&](std::size_t c) {
-        return std::span(places).subspan(cell_begin[c], cell_begin[c + 1] - cell_begin[c]);
-    };
+    const std::vector<int> distance = distancesToExposed(cells, cell_begin, is_buried, far);
 
     enum Stays : std::uint8_t { none, duplicates, whole };
     std::vector<Stays> stays(cells.size(), whole);
-    std::vector<CellRole> role(cells.size());
+    std::vector<std::uint8_t> is_rim(cells.size()), is_shared(places.size());
     parallelRanges(cells.size(), kCellsPerTask, [&](std::size_t first, std::size_t last) {
         CellsAround around(cells);
         SharedPlaces shared;
         for (std::size_t c = first; c < last; ++c) {
             int farthest = 0;
             around.forEach(c, [&](const Vec3i&, std::size_t other) { farthest = std::max(farthest, distance[other]); });
-            role[c] = distance[c] == 0 ? CellRole::open : farthest == far ? CellRole::rim : CellRole::buried;
+            is_rim[c] = distance[c] > 0 && farthest == far;
             if (distance[c] < far) continue;
-            const std::span<PlaceInCell> here = placesIn(c);
-            stays[c] = shared.any(here) ? duplicates : none;
-            if (stays[c] == duplicates) std::sort(here.begin(), here.end());
+            const std::size_t begin = cell_begin[c], count = cell_begin[c + 1] - begin;
+            const bool any =
+                shared.find(std::span(places).subspan(begin, count), std::span(is_shared).subspan(begin, count));
+            stays[c] = any ? duplicates : none;
         }
     });
     std::vector<std::uint32_t> number(cells.size());  // among those that stay
@@ -214,24 +222,27 @@ NearSurface NearSurfaceFinder::find() {
         if (stays[c] == none) continue;
         number[c] = static_cast<std::uint32_t>(near.cell.size());
         near.cell.push_back(cells[c]);
-        near.cell_role.push_back(role[c]);
+        near.is_rim.push_back(is_rim[c]);
     }
 
     struct Rows {
         std::vector<std::uint32_t> row, cell;
+        std::vector<std::uint8_t> buried;
     };
     std::vector<Rows> rows(state.pieces.size());
     parallelFor(rows.size(), 1, [&](std::size_t p) {
         const Piece& piece = state.pieces[p];
         for (std::size_t i = 0; i < piece.cell.size(); ++i) {
-            const std::uint32_t c = piece.cell[i];
-            if (stays[c] == none || (stays[c] == duplicates && !isShared(placesIn(c), piece.place[i]))) continue;
+            const std::uint32_t c = piece.cell[i], slot = piece.slot[i];
+            if (stays[c] == none || (stays[c] == duplicates && !is_shared[slot])) continue;
             rows[p].row.push_back(static_cast<std::uint32_t>(piece.first_row + i));
             rows[p].cell.push_back(number[c]);
+            rows[p].buried.push_back(is_buried[slot]);
         }
     });
     near.row = joined(rows, &Rows::row);
     near.cell_of = joined(rows, &Rows::cell);
+    near.is_buried = joined(rows, &Rows::buried);
     return near;
 }
 

@@ -10,7 +10,7 @@
 
 namespace betamesh {
 
-/// Goes through the positions of all particles, some rows after others, and keeps six bytes of each.
+/// Goes through the positions of all particles, some rows after others, and keeps six bytes of each; twelve at the end.
 ///
 /// What matters: cells with a ball that may be exposed, and those round them, as all that is asked of an exposed ball
 /// lies within 2R of it. Where droplets are to be told apart so many cells m more that none of them reaches a cell

@@ -12,7 +12,6 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
-#include <tuple>
 
 namespace betamesh {
 
@@ -81,11 +80,12 @@ InCells sortedIntoCells(std::size_t n, const PositionAt& positionAt, std::int64_
     return sorted;
 }
 
-// Puts those of each cell in order, and keeps one of all that coincide.
+// Puts those of each cell in order, and keeps one of all that coincide. is_buried: of each; empty: not known.
 template <typename PositionAt, typename RowAt>
 SnappedParticles sortedInside(InCells&& cells, const PositionAt& positionAt, const RowAt& rowAt,
-                              const Particles& particles) {
-    const std::size_t n = cells.particles.item.size();
+                              const Particles& particles, std::span<const std::uint8_t> is_buried = {}) {
+    const std::vector<std::uint32_t>& item = cells.particles.item;
+    const std::size_t n = item.size();
     SnappedParticles snapped;
     snapped.cell = std::move(cells.cell);
     snapped.cell_begin = std::move(cells.particles.begin);
@@ -93,6 +93,7 @@ SnappedParticles sortedInside(InCells&& cells, const PositionAt& positionAt, con
     // Inside a cell by position; the preferred one of coincident ones first, the others are left out.
     snapped.position.resize(n);
     snapped.row.resize(n);
+    snapped.is_buried.resize(is_buried.size());
     std::vector<std::uint32_t> left(snapped.cell.size());
     parallelRanges(left.size(), 64, [&](std::size_t first, std::size_t last) {
         std::vector<std::pair<Vec3i, std::uint32_t>> cell;
@@ -100,16 +101,21 @@ SnappedParticles sortedInside(InCells&& cells, const PositionAt& positionAt, con
             cell.clear();
             const std::uint32_t begin = snapped.cell_begin[c];
             for (std::uint32_t i = begin; i < snapped.cell_begin[c + 1]; ++i)
-                cell.emplace_back(positionAt(cells.particles.item[i]), rowAt(cells.particles.item[i]));
+                cell.emplace_back(positionAt(item[i]), item[i]);
             std::sort(cell.begin(), cell.end(), [&](const auto& a, const auto& b) {
-                return a.first != b.first ? before(a.first, b.first) : preferred(particles, a.second, b.second);
+                return a.first != b.first ? before(a.first, b.first)
+                                          : preferred(particles, rowAt(a.second), rowAt(b.second));
             });
             cell.erase(
                 std::unique(cell.begin(), cell.end(), [](const auto& a, const auto& b) { return a.first == b.first; }),
                 cell.end());
             left[c] = static_cast<std::uint32_t>(cell.size());
-            for (std::uint32_t k = 0; k < left[c]; ++k)
-                std::tie(snapped.position[begin + k], snapped.row[begin + k]) = cell[k];
+            for (std::uint32_t k = 0; k < left[c]; ++k) {
+                const auto& [position, number] = cell[k];
+                snapped.position[begin + k] = position;
+                snapped.row[begin + k] = rowAt(number);
+                if (!is_buried.empty()) snapped.is_buried[begin + k] = is_buried[number];
+            }
         }
     });
     const std::vector<std::uint32_t> place = placesOf(left);
@@ -118,19 +124,22 @@ SnappedParticles sortedInside(InCells&& cells, const PositionAt& positionAt, con
         for (std::uint32_t k = 0; k < left[c]; ++k) {
             snapped.position[place[c] + k] = snapped.position[snapped.cell_begin[c] + k];
             snapped.row[place[c] + k] = snapped.row[snapped.cell_begin[c] + k];
+            if (!is_buried.empty()) snapped.is_buried[place[c] + k] = snapped.is_buried[snapped.cell_begin[c] + k];
         }
     snapped.cell_begin = place;
     snapped.position.resize(place.back());
     snapped.row.resize(place.back());
+    if (!is_buried.empty()) snapped.is_buried.resize(place.back());
     return snapped;
 }
 
 // A row of the particles for each of those in cells; none: the same.
 SnappedParticles snapIn(InCells&& cells, std::span<const std::uint32_t> row, const Particles& particles,
-                        const SnapGrid& grid) {
+                        const SnapGrid& grid, std::span<const std::uint8_t> is_buried = {}) {
     const auto rowAt = [&](std::uint32_t i) { return row.empty() ? i : row[i]; };
     SnappedParticles snapped = sortedInside(
-        std::move(cells), [&](std::uint32_t i) { return grid.at(particles.position[rowAt(i)]); }, rowAt, particles);
+        std::move(cells), [&](std::uint32_t i) { return grid.at(particles.position[rowAt(i)]); }, rowAt, particles,
+        is_buried);
     snapped.quantum = 1 / grid.perUnit();
     snapped.radius = grid.radius();
     if (snapped.size() > kMostInCell * snapped.cell.size())
@@ -197,8 +206,9 @@ SnappedParticles snapParticles(const Particles& particles, double radius, const 
                                                            })};
     const bool selected = particles.size() == near.row.size();
     const std::span<const std::uint32_t> row(near.row);
-    SnappedParticles snapped = snapIn(std::move(cells), selected ? row.first(0) : row, particles, SnapGrid(radius));
-    snapped.cell_role = near.cell_role;
+    SnappedParticles snapped =
+        snapIn(std::move(cells), selected ? row.first(0) : row, particles, SnapGrid(radius), near.is_buried);
+    snapped.is_rim = near.is_rim;
     return snapped;
 }
 

@@ -54,21 +54,15 @@ private:
     std::int64_t radius_ = 0;
 };
 
-/// What is known of a cell from elsewhere.
-enum class CellRole : std::uint8_t {
-    open,    ///< its balls may be exposed
-    buried,  ///< none of its balls is
-    rim      ///< as buried, and particles of it or of a cell beside it were left out
-};
-
 /// Which of n particles matter to the surface: see exact/near_surface.h.
 struct NearSurface {
-    std::size_t particles = 0;           ///< n
-    bool all = true;                     ///< they all do, and nothing is known of their cells; the arrays are empty
-    std::vector<std::uint32_t> row;      ///< theirs, ascending
-    std::vector<std::uint32_t> cell_of;  ///< for each row which of the cells it lies in
-    std::vector<Vec3i> cell;             ///< theirs, in order
-    std::vector<CellRole> cell_role;
+    std::size_t particles = 0;            ///< n
+    bool all = true;                      ///< they all do, and nothing is known of them; the arrays are empty
+    std::vector<std::uint32_t> row;       ///< theirs, ascending
+    std::vector<std::uint32_t> cell_of;   ///< for each row which of the cells it lies in
+    std::vector<std::uint8_t> is_buried;  ///< for each row whether the ball surely is
+    std::vector<Vec3i> cell;              ///< theirs, in order
+    std::vector<std::uint8_t> is_rim;     ///< of each cell: particles of it or of a cell beside it were left out
 
     std::size_t leftOut() const { return all ? 0 : particles - row.size(); }
 };
@@ -79,11 +73,12 @@ struct SnappedParticles {
     double quantum = 1;       ///< a power of two, world units
     std::int64_t radius = 0;  ///< R, in quanta, in (2^19, 2^20]
     std::vector<Vec3i> position;
-    std::vector<std::uint32_t> row;  ///< of the particle as it was given
+    std::vector<std::uint32_t> row;       ///< of the particle as it was given
+    std::vector<std::uint8_t> is_buried;  ///< whether the ball surely is; empty: not known
 
     std::vector<Vec3i> cell;                ///< occupied cells, in order
     std::vector<std::uint32_t> cell_begin;  ///< first particle of each cell, and one entry past the last
-    std::vector<CellRole> cell_role;        ///< of each cell; empty: all are open
+    std::vector<std::uint8_t> is_rim;       ///< of each cell, as NearSurface::is_rim; empty: none is
 
     std::size_t size() const { return position.size(); }
 };

@@ -6,7 +6,7 @@
 
 namespace betamesh {
 
-/// Culls particles that are surely buried (exact/buried.h), and those of cells of which that is known already.
+/// Culls particles that are surely buried (exact/buried.h), where that is not known already.
 ///
 /// out     rows of every particle with an exposed point, and of a few without, ascending
 /// same    result for any thread count and instruction set
