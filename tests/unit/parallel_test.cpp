@@ -38,6 +38,19 @@ TEST(Parallel, RowsWhereAreAscendingAndAll) {
     withThreads(3, [&] { EXPECT_EQ(rowsWhere(100'000, [](std::uint32_t i) { return i % 7 < 3; }), expected); });
 }
 
+TEST(Parallel, TheFirstRowIsTheLowestOnAnyNumberOfThreads) {
+    const std::size_t n = 200'000;
+    for (const int threads : {1, 2, 3, 8})
+        withThreads(threads, [&] {
+            for (const std::size_t first : {std::size_t{0}, std::size_t{1}, std::size_t{16'384}, n / 3, n - 1, n}) {
+                EXPECT_EQ(firstRowWhere(n, [&](std::size_t i) { return i >= first; }), first);
+                EXPECT_EQ(firstRowWhere(n, [&](std::size_t i) { return i == first || i + 1 == n; }),
+                          std::min(first, n - 1));
+            }
+            EXPECT_EQ(firstRowWhere(0, [](std::size_t) { return true; }), 0U);
+        });
+}
+
 // Goes through 0 … 999; what fails with i throws its name.
 template <typename Fails>
 std::pair<std::vector<int>, std::string> givenInOrder(int threads, const Fails& fails) {
