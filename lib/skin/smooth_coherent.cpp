@@ -379,9 +379,9 @@ void holdBack(BetaMesh& mesh) {
 }  // namespace
 
 void smoothCoherently(BetaMesh& mesh, BoundarySamples samples, const CoherentSmoothing& params) {
-    std::vector<std::uint32_t> moving;  // vertices that do not stay where they are
-    for (std::uint32_t v = 0; v < mesh.vertex.size(); ++v)
-        if (params.inset > 0 || mesh.clearance.empty() || mesh.clearance[v].value < kStaysWhole) moving.push_back(v);
+    const std::vector<std::uint32_t> moving = rowsWhere(mesh.vertex.size(), [&](std::uint32_t v) {  // the others stay
+        return params.inset > 0 || mesh.clearance.empty() || mesh.clearance[v].value < kStaysWhole;
+    });
     for (const auto& group : mesh.rising)
         parallelFor(group.size(), 4096, [&](std::size_t i) { mesh.vertex[group[i].vertex] = group[i].whole; });
 

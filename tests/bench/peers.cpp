@@ -13,6 +13,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cstdio>
 #include <functional>
@@ -67,6 +68,25 @@ Run timed(const std::vector<std::string>& words) {
     return {std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count(), usage.ru_maxrss};
 }
 
+// What make() returns, in a process of its own: what a process has taken before it becomes another counts for that one.
+std::size_t inChild(const std::function<std::size_t()>& make) {
+    std::array<int, 2> ends{};
+    std::size_t made = 0;
+    if (pipe(ends.data()) != 0) std::exit(1);
+    const pid_t process = fork();
+    if (process == 0) {
+        made = make();
+        _exit(write(ends[1], &made, sizeof made) == sizeof made ? 0 : 1);
+    }
+    close(ends[1]);
+    const bool read_all = read(ends[0], &made, sizeof made) == sizeof made;
+    int status = 0;
+    waitpid(process, &status, 0);
+    close(ends[0]);
+    if (!read_all || status != 0) std::exit(1);
+    return made;
+}
+
 double median(std::vector<double> values) {
     std::sort(values.begin(), values.end());
     return values[values.size() / 2];
@@ -77,8 +97,11 @@ void compare(const std::string& kind, std::size_t particles, int rounds) {
         std::filesystem::temp_directory_path() / ("betamesh_peers_" + std::to_string(getpid()));
     std::filesystem::create_directories(folder);
     const std::string in = (folder / "in.ply").string();
-    const Particles cloud = clouds().at(kind)(particles);
-    writeParticles(in, cloud);
+    const std::size_t made = inChild([&] {
+        const Particles cloud = clouds().at(kind)(particles);
+        writeParticles(in, cloud);
+        return cloud.size();
+    });
 
     struct Tool {
         std::string name;
@@ -109,15 +132,15 @@ void compare(const std::string& kind, std::size_t particles, int rounds) {
             const Run run = timed(tools[t].words);
             tools[t].seconds.push_back(run.seconds);
             tools[t].kib = std::max(tools[t].kib, run.kib);
-            tools[t].triangles = inspectFile(out).triangles;
+            tools[t].triangles = inChild([&] { return inspectFile(out).triangles; });
         }
-    std::printf("\n%s: %zu particles, median of %d rounds\n\n", kind.c_str(), cloud.size(), rounds);
+    std::printf("\n%s: %zu particles, median of %d rounds\n\n", kind.c_str(), made, rounds);
     std::printf(
         "| | seconds | ns a particle | MiB | triangles | betamesh's time to this |\n|---|---|---|---|---|---|\n");
     for (const Tool& tool : tools) {
         const double seconds = median(tool.seconds), ours = median(tools[tool.alpha_mesh ? 0 : 1].seconds);
         std::printf("| %s | %.3f | %.0f | %ld | %zu | %.2f |\n", tool.name.c_str(), seconds,
-                    seconds / static_cast<double>(cloud.size()) * 1e9, tool.kib / 1024, tool.triangles, ours / seconds);
+                    seconds / static_cast<double>(made) * 1e9, tool.kib / 1024, tool.triangles, ours / seconds);
         std::fflush(stdout);
     }
     std::filesystem::remove_all(folder);
