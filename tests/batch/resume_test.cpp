@@ -121,7 +121,7 @@ TEST_F(Resume, AfterBeingKilledAtAnyMomentEverythingIsAsIfUndisturbed) {
         Random random(static_cast<std::uint64_t>(round));
         for (int kills = 0, attempts = 0; kills < kKillsARound && attempts < kMostAttempts; ++attempts) {
             RunningProgram program(words, folder_.path());
-            std::this_thread::sleep_for(whole_run * random.between(0, 0.5));
+            if (attempts > 0) std::this_thread::sleep_for(whole_run * random.between(0, 0.5));  // the first at once
             program.send(SIGKILL);
             if (program.wait().exit_code != -SIGKILL) {  // had ended: all over again
                 fs::remove_all(folder_ / "out");

@@ -39,8 +39,8 @@ RunningProgram::RunningProgram(const std::vector<std::string>& words, const std:
     for (std::string& word : all) arguments.push_back(word.data());
     arguments.push_back(nullptr);
     std::vector<std::string> settings = environment;
-    const std::string out = talk_ / "out";
-    const std::string err = talk_ / "err";
+    const std::string out = talk_ / "out", err = talk_ / "err";
+    for (const std::string& file : {out, err}) write(file, "");  // there, however soon the process is killed
     process_ = fork();
     if (process_ != 0) return;
     if (chdir(folder.c_str()) != 0) _exit(127);
