@@ -200,9 +200,8 @@ NearSurface NearSurfaceFinder::find() {
     const int far = state.margin + 1;
     const std::vector<int> distance = distancesToExposed(cells, cell_begin, is_buried, far);
 
-    enum Stays : std::uint8_t { none, duplicates, whole };
-    std::vector<Stays> stays(cells.size(), whole);
-    std::vector<std::uint8_t> is_rim(cells.size()), is_shared(places.size());
+    std::vector<std::uint8_t> stays(cells.size(), 1), is_rim(cells.size());  // stays: with all of it, or what is shared
+    std::vector<std::uint8_t> is_shared(places.size());
     parallelRanges(cells.size(), kCellsPerTask, [&](std::size_t first, std::size_t last) {
         CellsAround around(cells);
         SharedPlaces shared;
@@ -212,14 +211,12 @@ NearSurface NearSurfaceFinder::find() {
             is_rim[c] = distance[c] > 0 && farthest == far;
             if (distance[c] < far) continue;
             const std::size_t begin = cell_begin[c], count = cell_begin[c + 1] - begin;
-            const bool any =
-                shared.find(std::span(places).subspan(begin, count), std::span(is_shared).subspan(begin, count));
-            stays[c] = any ? duplicates : none;
+            stays[c] = shared.find(std::span(places).subspan(begin, count), std::span(is_shared).subspan(begin, count));
         }
     });
     std::vector<std::uint32_t> number(cells.size());  // among those that stay
     for (std::size_t c = 0; c < cells.size(); ++c) {
-        if (stays[c] == none) continue;
+        if (!stays[c]) continue;
         number[c] = static_cast<std::uint32_t>(near.cell.size());
         near.cell.push_back(cells[c]);
         near.is_rim.push_back(is_rim[c]);
@@ -234,7 +231,7 @@ NearSurface NearSurfaceFinder::find() {
         const Piece& piece = state.pieces[p];
         for (std::size_t i = 0; i < piece.cell.size(); ++i) {
             const std::uint32_t c = piece.cell[i], slot = piece.slot[i];
-            if (stays[c] == none || (stays[c] == duplicates && !is_shared[slot])) continue;
+            if (distance[c] == far && !is_shared[slot]) continue;
             rows[p].row.push_back(static_cast<std::uint32_t>(piece.first_row + i));
             rows[p].cell.push_back(number[c]);
             rows[p].buried.push_back(is_buried[slot]);

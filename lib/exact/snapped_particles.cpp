@@ -12,6 +12,7 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <tuple>
 
 namespace betamesh {
 
@@ -80,10 +81,10 @@ InCells sortedIntoCells(std::size_t n, const PositionAt& positionAt, std::int64_
     return sorted;
 }
 
-// Puts those of each cell in order, and keeps one of all that coincide. is_buried: of each; empty: not known.
+// Puts those of each cell in order, and keeps one of all that coincide. Their rows are still what they were in cells.
 template <typename PositionAt, typename RowAt>
 SnappedParticles sortedInside(InCells&& cells, const PositionAt& positionAt, const RowAt& rowAt,
-                              const Particles& particles, std::span<const std::uint8_t> is_buried = {}) {
+                              const Particles& particles) {
     const std::vector<std::uint32_t>& item = cells.particles.item;
     const std::size_t n = item.size();
     SnappedParticles snapped;
@@ -93,7 +94,6 @@ SnappedParticles sortedInside(InCells&& cells, const PositionAt& positionAt, con
     // Inside a cell by position; the preferred one of coincident ones first, the others are left out.
     snapped.position.resize(n);
     snapped.row.resize(n);
-    snapped.is_buried.resize(is_buried.size());
     std::vector<std::uint32_t> left(snapped.cell.size());
     parallelRanges(left.size(), 64, [&](std::size_t first, std::size_t last) {
         std::vector<std::pair<Vec3i, std::uint32_t>> cell;
@@ -110,12 +110,8 @@ SnappedParticles sortedInside(InCells&& cells, const PositionAt& positionAt, con
                 std::unique(cell.begin(), cell.end(), [](const auto& a, const auto& b) { return a.first == b.first; }),
                 cell.end());
             left[c] = static_cast<std::uint32_t>(cell.size());
-            for (std::uint32_t k = 0; k < left[c]; ++k) {
-                const auto& [position, number] = cell[k];
-                snapped.position[begin + k] = position;
-                snapped.row[begin + k] = rowAt(number);
-                if (!is_buried.empty()) snapped.is_buried[begin + k] = is_buried[number];
-            }
+            for (std::uint32_t k = 0; k < left[c]; ++k)
+                std::tie(snapped.position[begin + k], snapped.row[begin + k]) = cell[k];
         }
     });
     const std::vector<std::uint32_t> place = placesOf(left);
@@ -124,12 +120,10 @@ SnappedParticles sortedInside(InCells&& cells, const PositionAt& positionAt, con
         for (std::uint32_t k = 0; k < left[c]; ++k) {
             snapped.position[place[c] + k] = snapped.position[snapped.cell_begin[c] + k];
             snapped.row[place[c] + k] = snapped.row[snapped.cell_begin[c] + k];
-            if (!is_buried.empty()) snapped.is_buried[place[c] + k] = snapped.is_buried[snapped.cell_begin[c] + k];
         }
     snapped.cell_begin = place;
     snapped.position.resize(place.back());
     snapped.row.resize(place.back());
-    if (!is_buried.empty()) snapped.is_buried.resize(place.back());
     return snapped;
 }
 
@@ -138,8 +132,12 @@ SnappedParticles snapIn(InCells&& cells, std::span<const std::uint32_t> row, con
                         const SnapGrid& grid, std::span<const std::uint8_t> is_buried = {}) {
     const auto rowAt = [&](std::uint32_t i) { return row.empty() ? i : row[i]; };
     SnappedParticles snapped = sortedInside(
-        std::move(cells), [&](std::uint32_t i) { return grid.at(particles.position[rowAt(i)]); }, rowAt, particles,
-        is_buried);
+        std::move(cells), [&](std::uint32_t i) { return grid.at(particles.position[rowAt(i)]); }, rowAt, particles);
+    snapped.is_buried.resize(is_buried.empty() ? 0 : snapped.size());
+    parallelFor(snapped.size(), 4096, [&](std::size_t i) {
+        if (!is_buried.empty()) snapped.is_buried[i] = is_buried[snapped.row[i]];
+        snapped.row[i] = rowAt(snapped.row[i]);
+    });
     snapped.quantum = 1 / grid.perUnit();
     snapped.radius = grid.radius();
     if (snapped.size() > kMostInCell * snapped.cell.size())
@@ -193,6 +191,7 @@ SnappedParticles snapParticles(const Particles& particles, double radius, const 
     snapped = sortedInside(
         sortedIntoCells(still.size(), jitteredAt, grid.radius()), jitteredAt,
         [&](std::size_t i) { return still.row[i]; }, particles);
+    for (std::uint32_t& row : snapped.row) row = still.row[row];
     snapped.quantum = still.quantum;
     snapped.radius = still.radius;
     return snapped;

@@ -33,14 +33,19 @@ using Nearest = std::array<double, kNearest>;  // squared distances, ascending
 constexpr double kFarOff = std::numeric_limits<double>::infinity();
 constexpr Nearest kNowhere{kFarOff, kFarOff, kFarOff, kFarOff, kFarOff, kFarOff};
 
-// Distinct points are never as near as nothing.
-void offer(double squared, Nearest& nearest) {
-    if (!(squared < nearest.back()) || squared == 0) return;
-    for (double& kept : nearest) {  // without branches
-        const double less = squared < kept ? squared : kept;
+// Keeps the least, ascending; without branches.
+template <typename Number, typename Numbers>
+__attribute__((always_inline)) inline void insert(Number squared, Numbers& nearest) {
+    for (Number& kept : nearest) {
+        const Number less = squared < kept ? squared : kept;
         squared = squared < kept ? kept : squared;
         kept = less;
     }
+}
+
+// Distinct points are never as near as nothing.
+void offer(double squared, Nearest& nearest) {
+    if (squared < nearest.back() && squared != 0) insert(squared, nearest);
 }
 
 // The squared distances from each point of a leaf to its six nearest of some, ascending: [which][point].
@@ -69,11 +74,7 @@ struct FindNearest {
                 const Some dx = x - some[0][i], dy = y - some[1][i], dz = z - some[2][i];
                 Some squared = dx * dx + dy * dy + dz * dz;
                 squared = squared == 0 ? far_off : squared;  // distinct points are never as near as nothing
-                for (Some& k : kept) {
-                    const Some less = squared < k ? squared : k;
-                    squared = squared < k ? k : squared;
-                    k = less;
-                }
+                insert(squared, kept);
             }
             for (std::size_t k = 0; k < kNearest; ++k) std::memcpy(&nearest[k][first], &kept[k], sizeof kept[k]);
         }
