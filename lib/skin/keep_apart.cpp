@@ -23,6 +23,7 @@ constexpr int kRounds = 24;             // after which what still crosses goes b
 constexpr int kHalvings = 32;           // of the way, to find where two triangles meet
 constexpr double kShortOf = 0.999;      // of the way to there
 constexpr double kMeanWidth = 0.5;      // of the kernel of mean ways, radii
+constexpr double kPieceWidth = 0.0625;  // of what counts as one piece in it
 constexpr double kStepOfTime = 1e-4;    // in which nothing moves further, in radii: to see how the place changes
 constexpr double kFarthestOff = 0.05;   // that it may change in this step, as a share of the way
 constexpr double kFastest = 2;          // that this may move vertices, in largest speeds of the two triangles
@@ -213,7 +214,7 @@ private:
     };
     struct Piece {  // of the surface
         Moving middle, way;
-        double area;
+        double area = 0;
     };
 
     Rate shareOf(std::uint32_t v) const { return row_[v] == kNone ? Rate(1) : state_[row_[v]].share; }
@@ -242,8 +243,9 @@ private:
         state.used = true;
         fresh_.push_back(v);
     }
+    // Triangles in one small cell are one piece: there may be thousands where spheres pass by a point.
     void takeIn(const PatchTree& tree) {
-        piece_.clear();
+        std::vector<Piece> triangle;
         tree.forTrianglesAwake([&](const Triangle& t) {
             Moving middle, end;
             for (const std::uint32_t v : t) {
@@ -252,8 +254,21 @@ private:
             }
             const Vec3& corner = from_[t[0]].position;
             const double area = betamesh::cross(from_[t[1]].position - corner, from_[t[2]].position - corner).length();
-            piece_.push_back({middle, end - middle, area});
+            triangle.push_back({middle, end - middle, area});
         });
+        const CellOrder cells(triangle.size(), kPieceWidth * radius_,
+                              [&](std::size_t i) { return triangle[i].middle.position; });
+        piece_.clear();
+        for (std::uint32_t cell = 0; cell < cells.cells(); ++cell) {
+            Piece sum;
+            for (const std::uint32_t row : cells.rowsOf(cell)) {
+                const Piece& part = triangle[row];
+                sum.middle = sum.middle + part.middle * part.area;
+                sum.way = sum.way + part.way * part.area;
+                sum.area += part.area;
+            }
+            if (sum.area > 0) piece_.push_back({sum.middle / sum.area, sum.way / sum.area, sum.area});
+        }
         near_.emplace(piece_.size(), kMeanWidth * radius_, [&](std::size_t i) { return piece_[i].middle.position; });
     }
     void takeMeanWays() {
@@ -297,7 +312,7 @@ private:
     std::vector<const RisingVertex*> rising_of_;  // or none
     std::vector<State> state_;
     std::vector<std::uint32_t> fresh_;
-    std::vector<Piece> piece_;  // of the triangles awake
+    std::vector<Piece> piece_;  // of what is awake
     std::optional<CellOrder> near_;
 };
 
@@ -361,10 +376,12 @@ void keepApart(const BallBoundary& boundary, const std::vector<Moving>& from, Be
                 tree.wake(box, distance);
             }
     };
-    for (int round = 0; !pairs.empty(); ++round) {
+    for (int round = 0; !pairs.empty();) {
         tree.sleep();
         wakeNear(radius);
-        if (!ways.shorten(pairs, round >= kRounds, tree) && round >= kRounds) return;
+        const bool all_the_way = round >= kRounds, any = ways.shorten(pairs, all_the_way, tree);
+        if (!any && all_the_way) return;
+        round = any ? round + 1 : kRounds;
         tree.sleepUnless([&](std::uint32_t v) { return mesh.vertex[v].position != ways.placeOf(v).position; });
         wakeNear(0);
         tree.forTrianglesAwake([&](const Triangle& t) {
