@@ -366,15 +366,18 @@ void keepApart(const BallBoundary& boundary, const std::vector<Moving>& from, Be
     if (pairs.empty()) return;
     Ways ways(from, radius, mesh);
     const auto wakeNear = [&](double distance) {
-        for (const TrianglePair& pair : pairs)
-            for (const std::uint32_t t : pair) {
-                Box box;
-                for (const std::uint32_t v : mesh.triangles[t]) {
-                    box.extendBy(from[v].position);
-                    box.extendBy(mesh.vertex[v].position);
-                }
-                tree.wake(box, distance);
+        std::vector<std::uint32_t> triangles;
+        for (const TrianglePair& pair : pairs) triangles.insert(triangles.end(), pair.begin(), pair.end());
+        std::sort(triangles.begin(), triangles.end());
+        triangles.erase(std::unique(triangles.begin(), triangles.end()), triangles.end());
+        for (const std::uint32_t t : triangles) {
+            Box box;
+            for (const std::uint32_t v : mesh.triangles[t]) {
+                box.extendBy(from[v].position);
+                box.extendBy(mesh.vertex[v].position);
             }
+            tree.wake(box, distance);
+        }
     };
     for (int round = 0; !pairs.empty();) {
         tree.sleep();
