@@ -281,7 +281,8 @@ private:
     }
 
     // Of convex hulls: the corners of each triangle, and of its neighbour where the crossing is at an edge.
-    // Any direction gives an upper bound; for two triangles the smallest of these eleven is exact.
+    // Any direction gives an upper bound; for two triangles the smallest across their planes and pairs of edges is
+    // exact. Those along edges part what has a short stretch of one in common.
     double depth(const std::vector<std::uint32_t>& more_of_a, const std::vector<std::uint32_t>& more_of_b) const {
         std::vector<std::uint32_t> a(a_.begin(), a_.end()), b(b_.begin(), b_.end());
         a.insert(a.end(), more_of_a.begin(), more_of_a.end());
@@ -312,6 +313,8 @@ private:
         tryDirection(cross(edges_of_b[0], edges_of_b[1]));
         for (const Vec3& u : edges_of_a)
             for (const Vec3& v : edges_of_b) tryDirection(cross(u, v));
+        for (const auto& edges : {edges_of_a, edges_of_b})
+            for (const Vec3& edge : edges) tryDirection(edge);
         return std::max(0.0, smallest);
     }
 

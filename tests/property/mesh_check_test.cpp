@@ -485,6 +485,20 @@ TEST(SelfIntersection, DepthIsWhatItTakesToPartTwoTriangles) {
     }
 }
 
+// They run along one line, and end a little way into each other.
+TEST(SelfIntersection, DepthOfTwoRidgesIsAtMostHowFarOneIsPastTheOther) {
+    for (const double overlap : {0.25, 1e-3, 1e-9}) {
+        Mesh mesh;
+        mesh.position = {{0, 0, -1}, {0, 0, overlap}, {1, 0.25, -0.5}, {-1, 0.25, -0.5},
+                         {0, 0, 0},  {0, 0, 1},       {0.25, 1, 0.5},  {0.25, -1, 0.5}};
+        mesh.triangles = {{0, 1, 2}, {1, 0, 3}, {4, 5, 6}, {5, 4, 7}};
+        const MeshCheck check = checkMesh(mesh);
+        EXPECT_GT(check.crossings.count, 0u);
+        EXPECT_GT(check.deepest, 0.5 * overlap);
+        EXPECT_LE(check.deepest, overlap);
+    }
+}
+
 TEST(MeshCheck, FindsNothingWrongWithGoodMeshes) {
     for (const Mesh& mesh : {Mesh{}, box(), sphere(1), sphere(7), both(sphere(5, 3), insideOut(sphere(4))),
                              both(sphere(3), moved(sphere(4), Vec3(3))), torus(12, 8)}) {
