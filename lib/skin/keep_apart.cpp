@@ -246,6 +246,7 @@ private:
     // Triangles in one small cell are one piece: there may be thousands where spheres pass by a point.
     void takeIn(const PatchTree& tree) {
         std::vector<Piece> triangle;
+        double farthest = 0;  // from the origin, along an axis
         tree.forTrianglesAwake([&](const Triangle& t) {
             Moving middle, end;
             for (const std::uint32_t v : t) {
@@ -255,8 +256,10 @@ private:
             const Vec3& corner = from_[t[0]].position;
             const double area = betamesh::cross(from_[t[1]].position - corner, from_[t[2]].position - corner).length();
             triangle.push_back({middle, end - middle, area});
+            for (int k = 0; k < 3; ++k) farthest = std::max(farthest, std::abs(middle.position[k]));
         });
-        const CellOrder cells(triangle.size(), kPieceWidth * radius_,
+        const double least_width = farthest * 0x1p-30;  // of cells, which have numbers of 32 bits
+        const CellOrder cells(triangle.size(), std::max(kPieceWidth * radius_, least_width),
                               [&](std::size_t i) { return triangle[i].middle.position; });
         piece_.clear();
         for (std::uint32_t cell = 0; cell < cells.cells(); ++cell) {
@@ -269,7 +272,8 @@ private:
             }
             if (sum.area > 0) piece_.push_back({sum.middle / sum.area, sum.way / sum.area, sum.area});
         }
-        near_.emplace(piece_.size(), kMeanWidth * radius_, [&](std::size_t i) { return piece_[i].middle.position; });
+        near_.emplace(piece_.size(), std::max(kMeanWidth * radius_, least_width),
+                      [&](std::size_t i) { return piece_[i].middle.position; });
     }
     void takeMeanWays() {
         const double width = kMeanWidth * radius_, inverse_square = 1 / (width * width);
