@@ -281,6 +281,21 @@ TEST(SkinFrame, NoParticleOfAClosedVolumeIsOutsideAfterResolvingIntersections) {
     check(tetrahedron, 1.5);
 }
 
+// Spheres of a small circle all pass by two points, where smoothing pushes their tips through each other.
+TEST(SkinFrame, ASmallCircleIsClosedHoweverFarOut) {
+    for (const float far : {0.0F, 4e8F}) {
+        Particles circle;
+        for (int i = 0; i < 200; ++i) {
+            const double angle = 2 * std::numbers::pi * i / 200;
+            circle.position.emplace_back(far, std::cos(angle) * 0.2, std::sin(angle) * 0.2);
+        }
+        const MeshMeasure measure = measureMesh(skinFrame(circle, withRadius(1)).mesh);
+        EXPECT_EQ(measure.unpaired_edges, 0u) << "at " << far;
+        EXPECT_EQ(measure.components, 1u) << "at " << far;
+        EXPECT_EQ(measure.euler, 2) << "at " << far;
+    }
+}
+
 TEST(SkinFrame, PositionsBeyondTheIntegerRangeAreAnError) {
     Particles far;
     far.position = {{0, 0, 0}, {1e30f, 0, 0}};
