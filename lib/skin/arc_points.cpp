@@ -14,10 +14,9 @@ namespace betamesh {
 namespace {
 
 constexpr double kTurn = 2 * std::numbers::pi;
-constexpr std::uint32_t kMostSegments = 4096;
-constexpr double kFadesFrom = 0.8, kFadesTo = 1;         // lengths of a segment, in the longest allowed
+constexpr double kRisesOver = 0.2, kGrowsOver = 0.25;    // lengths of the longest segment
 constexpr double kLongestSegment = 2, kShortest = 1e-4;  // radians; shorter arcs are straight
-constexpr double kLeastFading = 0.02;                    // points are never on one line
+constexpr double kLeastShare = 0.02;                     // of points that rise, so that they are never on one line
 
 // The circle in which the spheres of two balls meet.
 struct Circle {
@@ -68,50 +67,89 @@ double arcAngle(const BallBoundary& boundary, const Circle& circle, std::uint32_
     return std::max(0.0, between - covered_before - covered_after);
 }
 
-// How an arc is cut. Fading: the odd ones of its points have only come this far from the chord between the even
-// ones; less than 1 only where `count` is even.
-struct Cut {
-    std::uint32_t count;
-    Rate fading = 1;
+// Where the points of an arc are, as shares of its angle; the same from either end, as balls may change their order.
+class Cut {
+public:
+    explicit Cut(std::uint32_t segments) : count_(segments), share_(1.0 / segments) {}
+
+    // Into equal segments no longer than 1, one or an even number, at places that change continuously with the length
+    // of all. Before more are needed, points rise inside the one, or inside the two in the middle, whose halves then
+    // grow until they are as long as the rest. At least one or two, and as many between points that have risen.
+    Cut(Rate length, std::uint32_t least, std::uint32_t least_risen)
+        : Cut(length.value <= 1 ? least_risen : 2 * static_cast<std::uint32_t>(std::ceil(length.value / 2))) {
+        const Rate grown = (length - (count_ - 2)) / kGrowsOver;
+        if (count_ > 2 && grown.value < 1) {
+            share_ = 1 / (count_ - 2 + grown * 2);
+            growing_ = count_ / 2 - 2;
+        }
+        const Rate rise = (length - (count_ - kRisesOver)) / kRisesOver;
+        if (rise.value <= 0 && count_ >= least) return;
+        rising_ = std::min(count_, 2U);
+        share_of_rising_ = smoothStep(rise);
+    }
+
+    std::uint32_t segments() const { return count_ + rising_; }
+    // Points that have come only so far from the chords between those beside them: how many, and the first; the second
+    // is next but one.
+    std::uint32_t rising() const { return rising_; }
+    std::uint32_t firstRising() const { return (count_ + 1) / 2; }
+    Rate shareOfRising() const { return share_of_rising_; }
+
+    // Of point m, 0 to segments().
+    Rate at(std::uint32_t m) const {
+        const std::uint32_t passed = m < firstRising() ? 0 : std::min((m - firstRising()) / 2 + 1, rising_);
+        const bool rises = passed > 0 && m == firstRising() + 2 * (passed - 1);
+        return rises ? (risen(m - passed) + risen(m - passed + 1)) * 0.5 : risen(m - passed);
+    }
+
+private:
+    // Without those that rise.
+    Rate risen(std::uint32_t m) const {
+        if (m <= growing_) return share_ * m;
+        if (m >= growing_ + 4) return 1 - share_ * (count_ - m);
+        return 0.5 + (0.5 - share_ * growing_) * (0.5 * (static_cast<double>(m) - growing_ - 2));
+    }
+
+    std::uint32_t count_;                        // of segments
+    Rate share_;                                 // of each but the four that grow
+    std::uint32_t growing_ = ~std::uint32_t{0};  // the first of these
+    std::uint32_t rising_ = 0;
+    Rate share_of_rising_;
+};
+
+// How many segments an arc or half a circle has at least, and how many between points that do not rise.
+struct Least {
+    std::uint32_t segments = 1, risen = 1;
 };
 
 // angle: that of the arc on a great circle with the same sagitta.
-Cut cutFor(Rate angle, std::uint32_t least, const ArcSubdivision& subdivision) {
-    if (subdivision.segments > 0 && angle.value > kShortest)
-        return {std::max(least, static_cast<std::uint32_t>(subdivision.segments))};
+Cut cutFor(Rate angle, Least least, int segments, const ArcSubdivision& subdivision) {
+    if (segments > 0 && angle.value > kShortest)
+        return Cut(std::max(least.segments, static_cast<std::uint32_t>(segments)));
     const Rate wanted = angle / subdivision.max_angle;
-    if (subdivision.appearance == Appearance::on_boundary)
-        return {std::clamp(static_cast<std::uint32_t>(std::ceil(wanted.value)), least, kMostSegments)};
-    std::uint32_t count = 1;
-    while (count < least) count *= 2;
-    if (least > 2 && wanted.value <= kFadesFrom * count) return {count};
-    while (wanted.value > kFadesFrom * count && count < kMostSegments) count *= 2;
-    const Rate t = (wanted * 2 / count - kFadesFrom) / (kFadesTo - kFadesFrom);
-    return {count, count == 1 ? Rate(1) : smoothStep(t)};
+    if (subdivision.appearance == Appearance::gradual) return {wanted, least.segments, least.risen};
+    return Cut(std::max(least.segments, static_cast<std::uint32_t>(std::ceil(wanted.value))));
 }
 
-// Point m of a circle, of so many parts of an angle.
-Moving pointAt(const MovingCircle& circle, Rate angle, std::uint32_t m, std::uint32_t count) {
-    return circle.centre() + circle.outwards(angle * (static_cast<double>(m) / count)) * circle.radius();
+Moving pointAt(const MovingCircle& circle, Rate angle) {
+    return circle.centre() + circle.outwards(angle) * circle.radius();
 }
 
-// Places the points of one arc or circle, whose numbers are pointOf(0) … pointOf(count), from m = first to last; of
-// these the odd ones may be rising.
+// Places points m = first to last of an arc or circle, whose numbers are pointOf(m), where its cut says from an angle
+// on; pointOf(first - 1) and pointOf(last + 1) are its ends. Returns one past the last that rises.
 template <typename PointOf>
-void placePoints(const MovingCircle& circle, Rate angle, const Cut& cut, std::uint32_t first, std::uint32_t last,
-                 const PointOf& pointOf, ArcNetwork& network, RisingVertex* rising) {
-    const bool fades = cut.fading.value < 1;
-    for (std::uint32_t m = first; m <= last; ++m) {
+RisingVertex* placePoints(const MovingCircle& circle, Rate from, Rate angle, const Cut& cut, std::uint32_t first,
+                          std::uint32_t last, const PointOf& pointOf, ArcNetwork& network, RisingVertex* rising) {
+    const auto at = [&](std::uint32_t m) { return pointAt(circle, from + angle * cut.at(m)); };
+    for (std::uint32_t m = first; m <= last; ++m) network.point[pointOf(m)] = at(m);
+    for (std::uint32_t k = 0; k < cut.rising(); ++k) {
+        const std::uint32_t m = cut.firstRising() + 2 * k, before = pointOf(m - 1), after = pointOf(m + 1);
         Moving& point = network.point[pointOf(m)];
-        point = pointAt(circle, angle, m, cut.count);
-        if (!fades || m % 2 == 0) continue;
-        const std::uint32_t before = pointOf(m - 1), after = pointOf(m + 1);
-        const Moving middle =
-            (pointAt(circle, angle, m - 1, cut.count) + pointAt(circle, angle, m + 1, cut.count)) * 0.5;
-        *rising++ = {pointOf(m), {before, after, after, after}, {0.5, 0.5, 0, 0}, cut.fading, point};
-        const Rate held = kLeastFading + cut.fading * (1 - kLeastFading);  // never on one line
-        point = point * held + middle * (1 - held);
+        *rising++ = {pointOf(m), {before, after, after, after}, {0.5, 0.5, 0, 0}, cut.shareOfRising(), point};
+        const Rate held = kLeastShare + cut.shareOfRising() * (1 - kLeastShare);
+        point = point * held + (at(m - 1) + at(m + 1)) * (0.5 * (1 - held));
     }
+    return rising;
 }
 
 }  // namespace
@@ -141,7 +179,7 @@ ArcNetwork arcPoints(const BallBoundary& boundary, const std::vector<Moving>& ba
     const auto sameSagitta = [&](const MovingCircle& circle, Rate angle) {
         return angle * squareRoot(circle.radius() / radius);
     };
-    std::vector<Cut> cuts(arcs + circles);
+    std::vector<Cut> cuts(arcs + circles, Cut(1));
     std::vector<std::uint32_t> inside(arcs + circles);
     network.arc_angle.resize(arcs);
     parallelFor(arcs, 512, [&](std::size_t a) {
@@ -151,14 +189,14 @@ ArcNetwork arcPoints(const BallBoundary& boundary, const std::vector<Moving>& ba
                                                   arcAngle(boundary, Circle(boundary, from(start), from(end)), start));
         const bool one_triplet = start / 3 == reverseSide(boundary, end / 3);
         const auto least = static_cast<std::uint32_t>(std::ceil(network.arc_angle[a].value / kLongestSegment));
-        cuts[a] =
-            cutFor(sameSagitta(circle, network.arc_angle[a]), std::max(least, one_triplet ? 2U : 1U), subdivision);
-        inside[a] = cuts[a].count - 1;
+        cuts[a] = cutFor(sameSagitta(circle, network.arc_angle[a]), {std::max(least, one_triplet ? 2U : 1U)},
+                         subdivision.segments, subdivision);
+        inside[a] = cuts[a].segments() - 1;
     });
     for (std::size_t k = 0; k < circles; ++k) {
         const MovingCircle circle(balls[boundary.circle[k][0]], balls[boundary.circle[k][1]], radius);
-        cuts[arcs + k] = cutFor(sameSagitta(circle, kTurn), 4, subdivision);
-        inside[arcs + k] = cuts[arcs + k].count;
+        cuts[arcs + k] = cutFor(sameSagitta(circle, kTurn / 2), {2, 2}, (subdivision.segments + 1) / 2, subdivision);
+        inside[arcs + k] = 2 * cuts[arcs + k].segments();
     }
     std::vector<std::uint32_t> begin = placesOf(inside);
     for (std::uint32_t& b : begin) b += static_cast<std::uint32_t>(network.vertices);
@@ -167,7 +205,7 @@ ArcNetwork arcPoints(const BallBoundary& boundary, const std::vector<Moving>& ba
     resizeOnAll(network.point, begin.back());
 
     std::vector<std::uint32_t> fading(arcs + circles);
-    for (std::size_t a = 0; a < fading.size(); ++a) fading[a] = cuts[a].fading.value < 1 ? cuts[a].count / 2 : 0;
+    for (std::size_t a = 0; a < fading.size(); ++a) fading[a] = cuts[a].rising() * (a < arcs ? 1 : 2);
     const std::vector<std::uint32_t> rising = placesOf(fading);
     resizeOnAll(network.rising, rising.back());
     parallelFor(arcs, 512, [&](std::size_t a) {
@@ -176,15 +214,20 @@ ArcNetwork arcPoints(const BallBoundary& boundary, const std::vector<Moving>& ba
         const auto pointOf = [&](std::uint32_t m) {
             return m == 0 ? start / 3 : m > inside[a] ? end / 3 : network.arc_begin[a] + m - 1;
         };
-        placePoints(circleOfArc(a), network.arc_angle[a], cuts[a], 1, inside[a], pointOf, network,
+        placePoints(circleOfArc(a), 0, network.arc_angle[a], cuts[a], 1, inside[a], pointOf, network,
                     network.rising.data() + rising[a]);
     });
     parallelFor(circles, 64, [&](std::size_t k) {
         MovingCircle circle(balls[boundary.circle[k][0]], balls[boundary.circle[k][1]], radius);
         circle.beginAnywhere((spins[boundary.circle[k][0]] + spins[boundary.circle[k][1]]) / 2);
-        const auto pointOf = [&](std::uint32_t m) { return network.circle_begin[k] + m % cuts[arcs + k].count; };
-        placePoints(circle, kTurn, cuts[arcs + k], 0, inside[arcs + k] - 1, pointOf, network,
-                    network.rising.data() + rising[arcs + k]);
+        const Cut& cut = cuts[arcs + k];
+        RisingVertex* next = network.rising.data() + rising[arcs + k];
+        for (const std::uint32_t half : {0U, 1U}) {
+            const auto pointOf = [&](std::uint32_t m) {
+                return network.circle_begin[k] + (half * cut.segments() + m) % inside[arcs + k];
+            };
+            next = placePoints(circle, half * kTurn / 2, kTurn / 2, cut, 0, cut.segments() - 1, pointOf, network, next);
+        }
     });
     return network;
 }

@@ -15,13 +15,13 @@ struct ArcSubdivision {
     Appearance appearance = Appearance::on_boundary;
 };
 
-/// Cuts every arc into equal segments. The sagitta r·δ²/8 is the same on circles of any size: an arc of angle
-/// θ on a circle of radius ρ wants θ sqrt(ρ/r) / δ segments. Appearance::on_boundary gives it the next whole number;
-/// Appearance::gradual the next power of two, and every other point rises from the chord as the arc grows. An arc
-/// between the two sides of one triplet gets at least two, a full circle at least three, so that no two segments
-/// share both ends.
+/// Cuts every arc into segments. The sagitta r·δ²/8 is the same on circles of any size: an arc of angle θ on a circle
+/// of radius ρ wants θ sqrt(ρ/r) / δ segments. Appearance::on_boundary gives it the next whole number, all equal;
+/// Appearance::gradual one or the next even number, whose points rise from chords in the middle as the arc grows, then
+/// part until all segments are equal again: the same from either end, wherever it grows. An arc between the two sides
+/// of one triplet gets at least two, half a circle likewise, so that no two segments share both ends.
 ///
-/// Points keep their share of the arc: they move as its ends and its circle do.
+/// Points move as the ends of their arc and its circle do.
 ///
 /// in      a boundary; its balls with their motion and angular velocity; its vertices with theirs
 /// same    result for any thread count

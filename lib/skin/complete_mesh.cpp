@@ -278,6 +278,20 @@ std::optional<Triangle> facetBeneath(const Vec3& p, std::span<const std::uint32_
     return highest;
 }
 
+// The third corner of the facet beyond the edge a, b of a facet a, b, c of the points in `ring`; c where there is none.
+std::uint32_t facetBeyond(std::uint32_t a, std::uint32_t b, std::uint32_t c, std::span<const std::uint32_t> ring,
+                          const std::vector<Vec3>& point) {
+    const Vec3 edge = dot(point[a], cross(point[b], point[c])) > 0 ? point[a] - point[b] : point[b] - point[a];
+    std::uint32_t beyond = c;
+    Vec3 normal(0);
+    for (const std::uint32_t d : ring) {
+        if (d == a || d == b || d == c || (beyond != c && dot(point[d] - point[a], normal) <= 0)) continue;
+        beyond = d;
+        normal = cross(edge, point[d] - point[a]);
+    }
+    return beyond;
+}
+
 // Where the ray from the origin through p leaves a facet: the weights of its corners, and how high p is over it, as a
 // share of its distance from the origin.
 struct Beneath {
@@ -366,11 +380,14 @@ public:
             const Beneath beneath(ball_.at(v), {ball_.at(a), ball_.at(b), ball_.at(c)});
             const Rate share = ball_.placement.shareOf(ball_.face_point[i], beneath.height);
             if (share.value >= 1) continue;
-            part_.rising.push_back({place_[i],
-                                    {number(a), number(b), number(c), number(c)},
-                                    {beneath.weight[0], beneath.weight[1], beneath.weight[2], 0},
-                                    share,
-                                    part_.vertex[place_[i] - kNew]});
+            RisingVertex rising{place_[i],
+                                {a, b, c, c},
+                                {beneath.weight[0], beneath.weight[1], beneath.weight[2], 0},
+                                share,
+                                part_.vertex[place_[i] - kNew]};
+            splitTurningBeneath(around, rising);
+            for (std::uint32_t& corner : rising.from) corner = number(corner);
+            part_.rising.push_back(rising);
         }
     }
 
@@ -417,6 +434,31 @@ public:
 
 private:
     static constexpr std::uint32_t kUnplaced = ~std::uint32_t{0};
+
+    // Where an edge of the facet beneath a point is about to turn, the point is held to the vertex there, too: to the
+    // facet's three corners and the one beyond the edge.
+    void splitTurningBeneath(std::span<const std::uint32_t> ring, RisingVertex& rising) const {
+        const std::vector<Vec3>& at = ball_.on_grid;
+        const double farthest = ball_.placement.turningDistance();
+        const auto [corner, weight] = std::pair(rising.from, rising.weight);
+        double closest = 0;
+        for (std::size_t k = 0; k < 3; ++k) {
+            const std::size_t l = (k + 1) % 3, m = (k + 2) % 3;
+            const std::uint32_t a = corner[k], b = corner[l], c = corner[m], d = facetBeyond(a, b, c, ring, at);
+            if (d == c || !passNear(at[a], at[b], at[c], at[d], farthest * kGrid)) continue;
+            const auto edge = turningEdge({ball_.at(a), ball_.at(b), ball_.at(c), ball_.at(d)}, farthest);
+            if (!edge || edge->shareOfOther() <= closest) continue;
+            closest = edge->shareOfOther();
+            const Rate in_edge = edge->weight[0] + edge->weight[1];
+            const std::array<Rate, 2> on_edge{edge->weight[0] / in_edge, edge->weight[1] / in_edge};
+            const Rate of_first = weight[k] / on_edge[0], of_second = weight[l] / on_edge[1];
+            const Rate of_vertex = of_first.value < of_second.value ? of_first : of_second;
+            rising.from = {a, b, c, d};
+            rising.weight = {weight[k] + of_vertex * (edge->weight[0] - on_edge[0]),
+                             weight[l] + of_vertex * (edge->weight[1] - on_edge[1]),
+                             weight[m] + of_vertex * edge->weight[2], of_vertex * edge->weight[3]};
+        }
+    }
 
     // In the network, or from kNew on; of a point used for the first time a new one.
     std::uint32_t number(std::uint32_t v) {
