@@ -66,22 +66,25 @@ void Caps::of(const std::vector<Neighbour>& neighbours, double radius) {
     makeCaps(*this, radius);
 }
 
-// The least clearance of every direction, and whose cap it is from; -1 without any.
+// The least clearance of some directions from every so many of the caps, and whose cap it is from; -1 without any.
 struct FindNearest {
     const DirectionColumns& directions;
+    std::size_t count;
     const Caps& caps;
+    std::size_t every;
     std::vector<float>&clearance, &cap;
 
     template <std::size_t kWidth>
     __attribute__((always_inline)) void operator()() const {
         using Some = Floats<kWidth>;
-        for (std::size_t i = 0; i < directions.size(); i += kWidth) {
+        for (std::size_t i = 0; i < count; i += kWidth) {
             Some dx, dy, dz;
             std::memcpy(&dx, &directions.x[i], sizeof dx);
             std::memcpy(&dy, &directions.y[i], sizeof dy);
             std::memcpy(&dz, &directions.z[i], sizeof dz);
             Some least = Some{} + static_cast<float>(kFullClearance), whose = Some{} - 1, number{};
-            for (std::size_t k = 0; k < caps.size(); ++k, number += 1) {
+            const auto step = static_cast<float>(every);
+            for (std::size_t k = 0; k < caps.size(); k += every, number += step) {
                 const Some from = (caps.cosine[k] - dx * caps.x[k] - dy * caps.y[k] - dz * caps.z[k]) * caps.scale[k];
                 whose = from < least ? number : whose;
                 least = from < least ? from : least;
@@ -90,6 +93,42 @@ struct FindNearest {
             std::memcpy(&cap[i], &whose, sizeof whose);
         }
     }
+};
+
+// Which directions are exposed, with their least clearance: a few caps hide most of the others.
+class ExposedDirections {
+public:
+    explicit ExposedDirections(const std::vector<Vec3>& directions)
+        : all_(directions),
+          left_(all_),
+          clearance_(all_.size()),
+          cap_(all_.size()),
+          number_(directions.size()),
+          directions_(directions.size()) {}
+
+    // Calls visit(direction, clearance, cap).
+    template <typename Visit>
+    void forAll(const Caps& caps, const Visit& visit) {
+        const std::size_t every = std::max<std::size_t>(1, caps.size() / kFewCaps);
+        onThisCpu(FindNearest{all_, directions_, caps, every, clearance_, cap_});
+        std::size_t left = 0;
+        for (std::uint32_t d = 0; d < directions_; ++d) {
+            number_[left] = d;
+            left_.x[left] = all_.x[d], left_.y[left] = all_.y[d], left_.z[left] = all_.z[d];
+            left += clearance_[d] > 0;
+        }
+        onThisCpu(FindNearest{left_, left, caps, 1, clearance_, cap_});
+        for (std::size_t i = 0; i < left; ++i)
+            if (clearance_[i] > 0) visit(number_[i], clearance_[i], static_cast<std::int32_t>(cap_[i]));
+    }
+
+private:
+    static constexpr std::size_t kFewCaps = 16;
+
+    DirectionColumns all_, left_;
+    std::vector<float> clearance_, cap_;
+    std::vector<std::uint32_t> number_;
+    std::size_t directions_;
 };
 
 // The same for one direction; or any clearance that is too little.
@@ -167,7 +206,6 @@ FacePoints facePoints(const SnappedParticles& particles, const BallBoundary& bou
     std::vector<std::uint32_t> ball_of(particles.size(), kBuried);  // exposed ones alone move
     for (std::uint32_t b = 0; b < balls.size(); ++b) ball_of[boundary.snapped_row[b]] = b;
 
-    const DirectionColumns direction(points.directions.position);
     const std::size_t directions = points.directions.position.size();
     const std::vector<std::vector<std::uint32_t>> near = nearlyTouching(boundary);
     const std::size_t tasks = (balls.size() + kBallsPerTask - 1) / kBallsPerTask;
@@ -177,11 +215,10 @@ FacePoints facePoints(const SnappedParticles& particles, const BallBoundary& bou
         NeighbourFinder finder(particles);
         std::vector<Neighbour> neighbours;
         Caps caps;
-        std::vector<float> clearance(direction.size()), nearest(direction.size());
+        ExposedDirections exposed(points.directions.position);
         for (std::size_t b = task * kBallsPerTask; b < std::min(balls.size(), (task + 1) * kBallsPerTask); ++b) {
             finder.find(boundary.snapped_row[b], neighbours);
             caps.of(neighbours, radius);
-            onThisCpu(FindNearest{direction, caps, clearance, nearest});
             const std::size_t before = part.direction.size();
             // least: of the clearances from all caps; cap: the one whose that is, or -1
             const auto add = [&](std::uint32_t d, const Moving& outwards, double least, std::int32_t cap) {
@@ -191,11 +228,10 @@ FacePoints facePoints(const SnappedParticles& particles, const BallBoundary& bou
                     other == kBuried ? Rate(least)
                                      : movingClearance(outwards, (balls[other] - balls[b]) / boundary.worldRadius()));
             };
-            for (std::uint32_t d = 0; d < directions; ++d) {
+            exposed.forAll(caps, [&](std::uint32_t d, double least, std::int32_t cap) {
                 const Vec3& along = points.directions.position[d];
-                if (clearance[d] > 0)
-                    add(d, {along, cross(spins[b], along)}, clearance[d], static_cast<std::int32_t>(nearest[d]));
-            }
+                add(d, {along, cross(spins[b], along)}, least, cap);
+            });
             for (const std::uint32_t other : near[b]) {
                 const Moving offset = (balls[other] - balls[b]) / boundary.worldRadius();
                 const Rate distance = length(offset);
