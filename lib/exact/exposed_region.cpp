@@ -4,6 +4,7 @@
 #include "core/simd.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 
 namespace betamesh {
@@ -192,7 +193,7 @@ void ExposedRegion::beginWithTetrahedron() {
     constexpr double kInner = 1 + 4 * kSlack;
     const std::array<Vec3, 4> towards{Vec3(1, 1, 1), Vec3(1, -1, -1), Vec3(-1, 1, -1), Vec3(-1, -1, 1)};
     constexpr std::array<std::array<std::uint8_t, 3>, 4> kWalls{{{1, 3, 2}, {0, 2, 3}, {0, 3, 1}, {0, 1, 2}}};
-    for (Wall& wall : wall_) wall.corners = 0;
+    walls_ = 0b1111;
     corner_.clear();
     for (std::size_t k = 0; k < 4; ++k) {  // each corner is opposite the wall of the same number
         const Vec3 normal = towards[k].normalized();
@@ -207,36 +208,44 @@ void ExposedRegion::beginWithTetrahedron() {
 // False where rounding leaves them without order.
 bool ExposedRegion::listNewCorners(std::uint8_t wall) {
     constexpr double kInside = 1 - 2 * kSlack;
-    new_corner_.clear();
+    struct Edge {  // between walls a and b
+        std::uint16_t cut, stays;
+        std::uint8_t a, b;
+    };
+    std::array<Edge, 3 * kMostCorners> edge;
+    std::size_t edges = 0;
+    for (std::size_t i = 0; i < cut_count_; ++i) {
+        const auto& [a, b, c] = corner_[cut_[i]].wall;
+        const auto list = [&](std::uint8_t from, std::uint8_t to) {
+            const std::uint16_t other = corner_at_[to][from];
+            edge[edges] = {cut_[i], other, from, to};
+            edges += !(beyond_[other] > 0);
+        };
+        list(a, b), list(b, c), list(c, a);
+    }
+    if (edges < 3) return false;
+    new_corner_.resize(edges);
     std::uint64_t begun = 0;
     std::array<std::uint8_t, kMostWalls> next;
-    for (std::size_t i = 0; i < cut_count_; ++i) {
-        const Corner& cut = corner_[cut_[i]];
-        for (std::size_t k = 0; k < 3; ++k) {
-            const std::uint8_t a = cut.wall[k], b = cut.wall[(k + 1) % 3];
-            const std::uint16_t beyond = corner_at_[b][a];
-            if (beyond_[beyond] > 0) continue;
-            if (begun >> a & 1) return false;
-            begun |= std::uint64_t{1} << a;
-            next[a] = b;
-            const double share = beyond_[cut_[i]] / (beyond_[cut_[i]] - beyond_[beyond]);
-            const Vec3 place = exactly_ ? Meeting(wall_[a], wall_[b], wall_[wall]).rounded() / radius_
-                                        : cut.place + (corner_[beyond].place - cut.place) * share;
-            new_corner_.push_back({place, {a, b, wall}, place.length2() >= kInside * kInside, false, {}});
-        }
+    for (std::size_t i = 0; i < edges; ++i) {
+        const auto& [cut, stays, a, b] = edge[i];
+        begun |= std::uint64_t{1} << a;
+        next[a] = b;
+        const double share = beyond_[cut] / (beyond_[cut] - beyond_[stays]);
+        const Vec3 place = exactly_ ? Meeting(wall_[a], wall_[b], wall_[wall]).rounded() / radius_
+                                    : corner_[cut].place + (corner_[stays].place - corner_[cut].place) * share;
+        new_corner_[i] = {place, {a, b, wall}, place.length2() >= kInside * kInside, false, {}};
     }
-    if (new_corner_.size() < 3) return false;
-    const std::uint8_t first = new_corner_[0].wall[0];  // are they one ring?
+    const std::uint8_t first = edge[0].a;  // are they one ring?
     std::size_t round = 1;
     for (std::uint8_t a = next[first]; a != first; a = next[a], ++round)
-        if (!(begun >> a & 1) || round > new_corner_.size()) return false;
-    return round == new_corner_.size();
+        if (!(begun >> a & 1) || round > edges) return false;
+    return round == edges;
 }
 
 // Cuts off what lies beyond a neighbour's plane. False where that is nothing, or in doubt.
 bool ExposedRegion::clip(std::uint32_t neighbour) {
-    std::size_t free = 0;
-    while (free < kMostWalls && wall_[free].corners > 0) ++free;
+    const auto free = static_cast<std::size_t>(std::countr_one(walls_));
     if (free == kMostWalls) return false;
     const Neighbour& n = (*all_)[neighbour];
     const double length = std::sqrt(n.squared);
@@ -253,11 +262,14 @@ bool ExposedRegion::clip(std::uint32_t neighbour) {
     if (cut_count_ == 0 || !listNewCorners(static_cast<std::uint8_t>(free))) return false;
     for (std::size_t i = 0; i < cut_count_; ++i) {
         outer_ -= corner_[cut_[i]].outer;
-        for (const std::uint8_t w : corner_[cut_[i]].wall) --wall_[w].corners;
+        for (const std::uint8_t w : corner_[cut_[i]].wall) walls_ &= ~(std::uint64_t{--wall_[w].corners == 0} << w);
     }
     for (const Corner& corner : new_corner_) {
         outer_ += corner.outer;
-        for (const std::uint8_t w : corner.wall) ++wall_[w].corners;
+        for (const std::uint8_t w : corner.wall) {
+            ++wall_[w].corners;
+            walls_ |= std::uint64_t{1} << w;
+        }
     }
     std::size_t placed = 0;
     for (; placed < new_corner_.size(); ++placed)

@@ -56,7 +56,7 @@ private:
         Vec3 offset;  // the plane is where 2 offset · x = level: whole numbers
         double level;
         std::uint32_t neighbour;
-        std::uint32_t corners;  // 0: not in use
+        std::uint32_t corners;
     };
     // Where three walls meet, in this order counter-clockwise seen from outside.
     struct Corner {
@@ -91,6 +91,7 @@ private:
     Planes planes_;
     std::vector<float> rim_;
     std::array<Wall, kMostWalls> wall_;
+    std::uint64_t walls_ = 0;  // a bit for each that has corners
     std::vector<Corner> corner_;
     std::array<std::array<std::uint16_t, kMostWalls>, kMostWalls> corner_at_;  // by two of its walls, in order
     std::array<double, kMostCorners> beyond_;      // how far corners lie beyond the plane that clips
