@@ -256,7 +256,7 @@ TEST(CoherentSmoothing, VelocitiesAreTheRatesAtWhichVerticesMove) {
             const std::vector<Vec3> spins(balls.size(), Vec3(0, 0, 0));
             const ArcNetwork network =
                 arcPoints(boundary, balls, spins, movingVertices(later, snapped, boundary, balls),
-                          {0.265, 0, Appearance::gradual});
+                          {0.235, 0, Appearance::gradual});
             const FacePoints points = facePoints(snapped, boundary, balls, spins, 0.37);
             BetaMesh mesh = completeTessellation(boundary, balls, spins, network, points, Appearance::gradual);
             smoothCoherently(mesh, boundarySamples(boundary, balls, spins, network, points), {1.5, 4.2, 1, 0.5});
