@@ -74,9 +74,9 @@ public:
 
     // Into equal segments no longer than 1, one or an even number, at places that change continuously with the length
     // of all. Before more are needed, points rise inside the one, or inside the two in the middle, whose halves then
-    // grow until they are as long as the rest. At least one or two, and as many between points that have risen.
-    Cut(Rate length, std::uint32_t least, std::uint32_t least_risen)
-        : Cut(length.value <= 1 ? least_risen : 2 * static_cast<std::uint32_t>(std::ceil(length.value / 2))) {
+    // grow until they are as long as the rest. least: one or two, though the point between two may not have begun to.
+    Cut(Rate length, std::uint32_t least)
+        : Cut(length.value <= 1 ? 1 : 2 * static_cast<std::uint32_t>(std::ceil(length.value / 2))) {
         const Rate grown = (length - (count_ - 2)) / kGrowsOver;
         if (count_ > 2 && grown.value < 1) {
             share_ = 1 / (count_ - 2 + grown * 2);
@@ -117,18 +117,18 @@ private:
     Rate share_of_rising_;
 };
 
-// How many segments an arc or half a circle has at least, and how many between points that do not rise.
-struct Least {
-    std::uint32_t segments = 1, risen = 1;
-};
-
-// angle: that of the arc on a great circle with the same sagitta.
-Cut cutFor(Rate angle, Least least, int segments, const ArcSubdivision& subdivision) {
-    if (segments > 0 && angle.value > kShortest)
-        return Cut(std::max(least.segments, static_cast<std::uint32_t>(segments)));
-    const Rate wanted = angle / subdivision.max_angle;
-    if (subdivision.appearance == Appearance::gradual) return {wanted, least.segments, least.risen};
-    return Cut(std::max(least.segments, static_cast<std::uint32_t>(std::ceil(wanted.value))));
+// Of an angle of a circle, an arc or half of all.
+Cut cutFor(const MovingCircle& circle, Rate angle, std::uint32_t least, int segments,
+           const ArcSubdivision& subdivision) {
+    const Rate same_sagitta = angle * squareRoot(circle.radius() / circle.sphereRadius());  // on a great circle
+    const Rate wanted = same_sagitta / subdivision.max_angle, fewest = angle / kLongestSegment;
+    const Rate length = wanted.value > fewest.value ? wanted : fewest;
+    const auto whole = [&](Rate number) {
+        return std::max(least, static_cast<std::uint32_t>(std::ceil(number.value)));
+    };
+    if (segments > 0 && same_sagitta.value > kShortest)
+        return Cut(std::max(whole(fewest), static_cast<std::uint32_t>(segments)));
+    return subdivision.appearance == Appearance::gradual ? Cut(length, least) : Cut(whole(length));
 }
 
 Moving pointAt(const MovingCircle& circle, Rate angle) {
@@ -176,9 +176,6 @@ ArcNetwork arcPoints(const BallBoundary& boundary, const std::vector<Moving>& ba
         circle.beginTowards(network.point[start / 3]);
         return circle;
     };
-    const auto sameSagitta = [&](const MovingCircle& circle, Rate angle) {
-        return angle * squareRoot(circle.radius() / radius);
-    };
     std::vector<Cut> cuts(arcs + circles, Cut(1));
     std::vector<std::uint32_t> inside(arcs + circles);
     network.arc_angle.resize(arcs);
@@ -188,14 +185,12 @@ ArcNetwork arcPoints(const BallBoundary& boundary, const std::vector<Moving>& ba
         network.arc_angle[a] = circle.movingAngle(network.point[end / 3],
                                                   arcAngle(boundary, Circle(boundary, from(start), from(end)), start));
         const bool one_triplet = start / 3 == reverseSide(boundary, end / 3);
-        const auto least = static_cast<std::uint32_t>(std::ceil(network.arc_angle[a].value / kLongestSegment));
-        cuts[a] = cutFor(sameSagitta(circle, network.arc_angle[a]), {std::max(least, one_triplet ? 2U : 1U)},
-                         subdivision.segments, subdivision);
+        cuts[a] = cutFor(circle, network.arc_angle[a], one_triplet ? 2 : 1, subdivision.segments, subdivision);
         inside[a] = cuts[a].segments() - 1;
     });
     for (std::size_t k = 0; k < circles; ++k) {
         const MovingCircle circle(balls[boundary.circle[k][0]], balls[boundary.circle[k][1]], radius);
-        cuts[arcs + k] = cutFor(sameSagitta(circle, kTurn / 2), {2, 2}, (subdivision.segments + 1) / 2, subdivision);
+        cuts[arcs + k] = cutFor(circle, kTurn / 2, 2, (subdivision.segments + 1) / 2, subdivision);
         inside[arcs + k] = 2 * cuts[arcs + k].segments();
     }
     std::vector<std::uint32_t> begin = placesOf(inside);
@@ -204,9 +199,9 @@ ArcNetwork arcPoints(const BallBoundary& boundary, const std::vector<Moving>& ba
     network.circle_begin.assign(begin.begin() + static_cast<std::ptrdiff_t>(arcs), begin.end());
     resizeOnAll(network.point, begin.back());
 
-    std::vector<std::uint32_t> fading(arcs + circles);
-    for (std::size_t a = 0; a < fading.size(); ++a) fading[a] = cuts[a].rising() * (a < arcs ? 1 : 2);
-    const std::vector<std::uint32_t> rising = placesOf(fading);
+    std::vector<std::uint32_t> rise(arcs + circles);
+    for (std::size_t a = 0; a < rise.size(); ++a) rise[a] = cuts[a].rising() * (a < arcs ? 1 : 2);
+    const std::vector<std::uint32_t> rising = placesOf(rise);
     resizeOnAll(network.rising, rising.back());
     parallelFor(arcs, 512, [&](std::size_t a) {
         if (inside[a] == 0) return;

@@ -23,7 +23,7 @@ namespace betamesh {
 /// out     vertices: the network's points, then those inside faces, then those on edges that turn; every one lies on
 ///         the union's boundary or, where it sinks or turns, inside
 /// same    bytes for any thread count and particle order
-/// cost    O(boundary); smoothed, about 32 triangles per exposed ball of a dam break, 180 on a lone drop
+/// cost    O(boundary); smoothed, about 31 triangles per exposed ball of a dam break, 180 on a lone drop
 /// source  beta mesh paper, section 3.4, completed
 BetaMesh completeTessellation(const BallBoundary& boundary, const std::vector<Moving>& balls,
                               const std::vector<Vec3>& spins, ArcNetwork network, const FacePoints& points,

@@ -67,13 +67,13 @@ double distance(const Line& a, const Line& b) {
     return most;
 }
 
-constexpr double kHalf = 0.4;  // of the way between the two balls
+constexpr double kWide = 1.4, kNarrow = 0.01;  // radii of circles
 
 // Two balls, and others round them that hide all of their circle but some radians.
-std::vector<Vec3> withAnArcOf(double angle) {
-    const double along = std::sqrt(kRadius * kRadius - kHalf * kHalf) * std::cos(1.0),
-                 out = along + std::sqrt(along * along + kHalf * kHalf);  // hides one radian to either side
-    std::vector<Vec3> centres{{0, 0, -kHalf}, {0, 0, kHalf}};
+std::vector<Vec3> withAnArcOf(double angle, double rim = kWide) {
+    const double half = std::sqrt(kRadius * kRadius - rim * rim), along = rim * std::cos(1.0);
+    const double out = along + std::sqrt(along * along + half * half);  // hides one radian to either side
+    std::vector<Vec3> centres{{0, 0, -half}, {0, 0, half}};
     const auto hide = [&](double turn) { centres.emplace_back(out * std::cos(turn), out * std::sin(turn), 0); };
     const double first = angle / 2 + 1, last = 2 * std::numbers::pi - first;
     for (double turn = first; turn < last; turn += 0.5) hide(turn);
@@ -93,6 +93,15 @@ TEST(ArcPoints, AreNowhereFartherApartThanAskedForAndNotManyMore) {
             longest = std::max(longest, (lines[0][k + 1] - lines[0][k]).length());
         EXPECT_LE(longest, kLongest * kRadius * 1.0001) << angle;
         EXPECT_LE(lines[0].size(), angle / kLongest + 5) << angle;
+    }
+}
+
+TEST(ArcPoints, GoRoundNarrowCirclesInStepsOfAtMostTwoRadians) {
+    for (double angle = 0.2; angle < 4; angle += 0.01) {
+        const std::vector<Line> lines = linesOf(withAnArcOf(angle, kNarrow));
+        ASSERT_EQ(lines.size(), 1u) << angle;
+        for (std::size_t k = 0; k + 1 < lines[0].size(); ++k)
+            EXPECT_LE((lines[0][k + 1] - lines[0][k]).length(), 1.03 * 2 * std::sin(1.0) * kNarrow) << angle;
     }
 }
 
