@@ -107,30 +107,24 @@ TEST(ArcPoints, GoRoundNarrowCirclesInStepsOfAtMostTwoRadians) {
     }
 }
 
-TEST(ArcPoints, MoveOnAsAnArcGrows) {
-    constexpr double kStep = 2e-3;
+// centresAt: an angle -> balls with one arc or circle. farthest: that it moves, in steps.
+template <typename CentresAt>
+void expectToMoveOn(const CentresAt& centresAt, double first, double last, double step, double farthest) {
     Line before;
-    for (double angle = 0.01; angle < 4; angle += kStep) {
-        const std::vector<Line> lines = linesOf(withAnArcOf(angle));
+    for (double angle = first; angle < last; angle += step) {
+        const std::vector<Line> lines = linesOf(centresAt(angle));
         ASSERT_EQ(lines.size(), 1u) << angle;
         if (before.empty()) before = lines[0];
-        EXPECT_LE(distance(before, lines[0]), 1.2 * kStep) << angle;
+        EXPECT_LE(distance(before, lines[0]), farthest * step) << angle;
         before = lines[0];
     }
 }
 
-TEST(ArcPoints, MoveOnAsACircleGrows) {
-    constexpr double kStep = 5e-4;
-    Line before;
-    for (double half_angle = 0.02; half_angle < 1.5; half_angle += kStep) {
-        const std::vector<Line> lines = linesOf(withACircleOf(half_angle));
-        ASSERT_EQ(lines.size(), 1u) << half_angle;
-        EXPECT_GE(lines[0].size(), 5u);
-        if (before.empty()) before = lines[0];
-        EXPECT_LE(distance(before, lines[0]), 3 * kRadius * kStep) << half_angle;
-        before = lines[0];
-    }
+TEST(ArcPoints, MoveOnAsAnArcGrows) {
+    expectToMoveOn([](double angle) { return withAnArcOf(angle); }, 0.01, 4, 2e-3, 1.2);
 }
+
+TEST(ArcPoints, MoveOnAsACircleGrows) { expectToMoveOn(withACircleOf, 0.02, 1.5, 5e-4, 3 * kRadius); }
 
 // Which ball comes first depends on where they are: it may change as they move.
 TEST(ArcPoints, AreTheSameWhicheverBallComesFirst) {
