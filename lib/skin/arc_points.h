@@ -11,7 +11,7 @@ namespace betamesh {
 /// How finely arcs are cut.
 struct ArcSubdivision {
     double max_angle = 0.25;  ///< radians per segment of a great circle: a sagitta of 0.008 r; larger on small circles
-    int segments = 0;  ///< > 0: so many segments on every arc instead, or as many more as keep them below 2 radians
+    int segments = 0;         ///< > 0: so many on every arc, half on half a circle; more above 2 radians
     Appearance appearance = Appearance::on_boundary;
 };
 
