@@ -11,6 +11,15 @@
 
 namespace betamesh {
 
+/// A direction from a ball, one of a fixed set, in which its sphere is exposed.
+struct ExposedDirection {
+    std::uint32_t direction;
+    std::uint32_t
+        nearest;      ///< the ball whose cap it is nearest to; kHidden where that is not exposed, or there is none
+    float clearance;  ///< from that cap, as of FacePoints
+};
+inline constexpr std::uint32_t kHidden = ~std::uint32_t{0};
+
 /// Balls are the exposed ones, in the order of SnappedParticles. Vertex v is the centre of an empty r-ball,
 /// the dual of one oriented alpha triangle; both sides of a triplet, where both are exposed, are neighbours
 /// in the list. Half-edge 3v + m runs from triangle[v][m] to triangle[v][(m + 1) % 3]; it stands for one end
@@ -28,6 +37,8 @@ struct BallBoundary {
     std::vector<std::uint32_t> twin;                   ///< of each half-edge
     std::vector<std::array<std::uint32_t, 2>> circle;  ///< the two balls of each full circle, ascending
     std::vector<std::uint32_t> bare;                   ///< balls that meet no other
+
+    RowsOf<ExposedDirection> exposed;  ///< of each ball, where directions were given
 
     /// Cycles of arcs round faces, as half-edges that leave the face's ball, exposed side on the left:
     /// the triangles 3v + m / 3 of one row are the ordered triangles of the paper's alpha graph.

@@ -13,9 +13,10 @@ namespace betamesh {
 /// Points begin[b] … begin[b + 1] - 1 lie on ball b, in directions that no other ball covers.
 ///
 /// Clearance tells how far a point is from the rim of its face, continuously in time: the least over all caps,
-/// each cut out of the sphere by another ball, of (cos α - cos β) / (sin α · min(1, sin α / 0.28)), α the half-angle
-/// of the cap, β the angle between its axis and the point. On wide caps about the angle to the rim in radians;
-/// round narrow ones it rises quicker, so that a ball which only begins to touch changes nothing at a distance.
+/// each cut out of the sphere by another ball, of (cos α - cos β) / (sin α · min(1, sin α / kWideCap)), α the
+/// half-angle of the cap, β the angle between its axis and the point. On wide caps about the angle to the rim in
+/// radians; round narrow ones it rises quicker, so that a ball which only begins to touch changes nothing at a
+/// distance.
 struct FacePoints {
     struct Contact {
         Moving direction;  ///< unit vector
@@ -40,5 +41,6 @@ struct FacePoints {
     }
 };
 inline constexpr double kFullClearance = 10;
+inline constexpr double kWideCap = 0.28;
 
 }  // namespace betamesh

@@ -44,6 +44,11 @@ Icosphere icosphere(std::uint32_t cuts) {
     return sphere;
 }
 
+Icosphere icosphereOf(double angle) {
+    constexpr double kEdgeOfIcosahedron = 1.1071487177940904;
+    return icosphere(static_cast<std::uint32_t>(std::ceil(kEdgeOfIcosahedron / angle)));
+}
+
 DirectionColumns::DirectionColumns(const std::vector<Vec3>& directions) {
     for (const Vec3& direction : directions) {
         x.push_back(static_cast<float>(direction.x));

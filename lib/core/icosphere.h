@@ -13,6 +13,8 @@ struct Icosphere {
 
 /// Every edge of the icosahedron is cut into `cuts` >= 1 pieces: 20 cuts² triangles, 10 cuts² + 2 vertices.
 Icosphere icosphere(std::uint32_t cuts);
+/// Whose edges are at most this many radians long, about.
+Icosphere icosphereOf(double angle);
 
 /// Directions by column, filled up to whole registers with the last one.
 struct DirectionColumns {

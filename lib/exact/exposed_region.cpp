@@ -181,10 +181,7 @@ void ExposedRegion::setPlanes(const std::vector<Neighbour>& neighbours) {
 }
 
 void ExposedRegion::put(const Corner& corner, std::size_t place) {
-    if (place == corner_.size())
-        corner_.push_back(corner);
-    else
-        corner_[place] = corner;
+    corner_[place] = corner;
     const auto& [a, b, c] = corner.wall;
     corner_at_[a][b] = corner_at_[b][c] = corner_at_[c][a] = static_cast<std::uint16_t>(place);
 }
@@ -194,11 +191,11 @@ void ExposedRegion::beginWithTetrahedron() {
     const std::array<Vec3, 4> towards{Vec3(1, 1, 1), Vec3(1, -1, -1), Vec3(-1, 1, -1), Vec3(-1, -1, 1)};
     constexpr std::array<std::array<std::uint8_t, 3>, 4> kWalls{{{1, 3, 2}, {0, 2, 3}, {0, 3, 1}, {0, 1, 2}}};
     walls_ = 0b1111;
-    corner_.clear();
+    corners_ = 4;
     for (std::size_t k = 0; k < 4; ++k) {  // each corner is opposite the wall of the same number
         const Vec3 normal = towards[k].normalized();
         const double level = std::ceil(2 * std::sqrt(3.0) * kInner * radius_);
-        wall_[k] = {normal, level / (2 * std::sqrt(3.0) * radius_), towards[k], level, kNone, 3};
+        wall_[k] = {normal, level / (2 * std::sqrt(3.0) * radius_), towards[k], level, kNone};
         put({normal * (-3 * wall_[k].distance), kWalls[k], true, false, {}}, k);
     }
     outer_ = 4;
@@ -223,8 +220,7 @@ bool ExposedRegion::listNewCorners(std::uint8_t wall) {
         };
         list(a, b), list(b, c), list(c, a);
     }
-    if (edges < 3) return false;
-    new_corner_.resize(edges);
+    if (edges < 3 || edges > kMostWalls) return false;
     std::uint64_t begun = 0;
     std::array<std::uint8_t, kMostWalls> next;
     for (std::size_t i = 0; i < edges; ++i) {
@@ -240,6 +236,7 @@ bool ExposedRegion::listNewCorners(std::uint8_t wall) {
     std::size_t round = 1;
     for (std::uint8_t a = next[first]; a != first; a = next[a], ++round)
         if (!(begun >> a & 1) || round > edges) return false;
+    new_corners_ = edges;
     return round == edges;
 }
 
@@ -250,39 +247,36 @@ bool ExposedRegion::clip(std::uint32_t neighbour) {
     const Neighbour& n = (*all_)[neighbour];
     const double length = std::sqrt(n.squared);
     const double distance = length / (2 * radius_);
-    wall_[free] = {n.offset / length, exactly_ ? distance : distance + kSlack, n.offset, n.squared, neighbour, 0};
+    wall_[free] = {n.offset / length, exactly_ ? distance : distance + kSlack, n.offset, n.squared, neighbour};
 
     cut_count_ = 0;
-    for (std::size_t c = 0; c < corner_.size(); ++c) {
+    for (std::size_t c = 0; c < corners_; ++c) {
         beyond_[c] = dot(corner_[c].place, wall_[free].normal) - wall_[free].distance;
         if (exactly_ && std::abs(beyond_[c]) < kRounding) beyond_[c] = sideOf(corner_[c], n);
         cut_[cut_count_] = static_cast<std::uint16_t>(c);
         cut_count_ += beyond_[c] > 0;
     }
     if (cut_count_ == 0 || !listNewCorners(static_cast<std::uint8_t>(free))) return false;
-    for (std::size_t i = 0; i < cut_count_; ++i) {
-        outer_ -= corner_[cut_[i]].outer;
-        for (const std::uint8_t w : corner_[cut_[i]].wall) walls_ &= ~(std::uint64_t{--wall_[w].corners == 0} << w);
-    }
-    for (const Corner& corner : new_corner_) {
+    const std::size_t all = corners_ - cut_count_ + new_corners_;
+    for (std::size_t i = 0; i < new_corners_; ++i)
+        put(new_corner_[i], i < cut_count_ ? cut_[i] : corners_ + i - cut_count_);
+    for (std::size_t hole = cut_count_; hole-- > new_corners_;)  // the last ones move there
+        if (const std::size_t last = --corners_; cut_[hole] < last) put(corner_[last], cut_[hole]);
+    corners_ = all;
+    std::uint64_t walls = 0;
+    outer_ = 0;
+    for (const Corner& corner : corners()) {
         outer_ += corner.outer;
-        for (const std::uint8_t w : corner.wall) {
-            ++wall_[w].corners;
-            walls_ |= std::uint64_t{1} << w;
-        }
+        for (const std::uint8_t w : corner.wall) walls |= std::uint64_t{1} << w;
     }
-    std::size_t placed = 0;
-    for (; placed < new_corner_.size(); ++placed)
-        put(new_corner_[placed], placed < cut_count_ ? cut_[placed] : corner_.size());
-    for (std::size_t hole = cut_count_; hole-- > placed; corner_.pop_back())  // the last ones move there
-        if (cut_[hole] + 1U < corner_.size()) put(Corner(corner_.back()), cut_[hole]);
+    walls_ = walls;
     return true;
 }
 
 void ExposedRegion::take(std::uint32_t neighbour) {
     planes_.distance[neighbour] = kOutOfReach;
     if (clip(neighbour)) return;
-    part_[neighbour] = Part::bounds;
+    part_.push_back({neighbour, false});
     ++in_doubt_;
 }
 
@@ -325,7 +319,7 @@ bool ExposedRegion::settleExactly(const Corner& corner) {
         if (far < -kRounding) continue;
         if (far < kRounding) {
             const int side = sideOf(corner, neighbour);
-            if (side == 0) part_[n] = Part::bounds;
+            if (side == 0) part_.push_back({n, false});
             if (side <= 0) continue;
             far = std::abs(far);
         }
@@ -337,18 +331,18 @@ bool ExposedRegion::settleExactly(const Corner& corner) {
 }
 
 void ExposedRegion::settleCorners() {
-    for (std::size_t c = 0; c < corner_.size() && !empty() && (exactly_ || in_doubt_ <= kMostInDoubt);)
+    for (std::size_t c = 0; c < corners_ && !empty() && (exactly_ || in_doubt_ <= kMostInDoubt);)
         if (corner_[c].seen || !(corner_[c].outer || exactly_))
             ++c;
         else if (exactly_ ? settleExactly(corner_[c]) : settle(corner_[c].place))
             corner_[c].seen = true;
         else
-            c = 0;  // there may be others now
+            c = std::min<std::size_t>(c, cut_[0]);  // from there on they may be others now
 }
 
 // False as soon as something may have changed.
 bool ExposedRegion::settleEdges() {
-    for (Corner& corner : corner_)
+    for (Corner& corner : corners())
         for (std::size_t k = 0; k < 3 && !corner.outer; ++k) {
             const Corner& beyond = corner_[corner_at_[corner.wall[(k + 1) % 3]][corner.wall[k]]];
             if (corner.edge_seen[k] || !beyond.outer) continue;
@@ -389,20 +383,28 @@ void ExposedRegion::enclose() {
     // What is beyond no true plane of a wall is beyond none that walls made superfluous, as all are the same way off;
     // and on the sphere it is beyond no other, as corners would be. A wall without corners outside the ball bounds
     // nothing on the sphere, but may cover what lies between its true plane and its own.
-    for (const Corner& corner : corner_)
-        for (const std::uint8_t w : corner.wall)
-            if (const std::uint32_t n = wall_[w].neighbour; n != kNone)
-                part_[n] = std::max(part_[n], corner.outer ? Part::bounds : Part::covers);
+    std::uint64_t outer = 0;
+    for (const Corner& corner : corners())
+        for (const std::uint8_t w : corner.wall) outer |= std::uint64_t{corner.outer} << w;
+    for (std::uint64_t walls = walls_; walls != 0; walls &= walls - 1) {
+        const int w = std::countr_zero(walls);
+        const std::uint32_t n = wall_[static_cast<std::size_t>(w)].neighbour;
+        if (n != kNone) part_.push_back({n, (outer >> w & 1) == 0});
+    }
+    std::sort(part_.begin(), part_.end());
     neighbours_.clear();
     bounding_.clear();
-    for (std::size_t n = 0; n < all_->size(); ++n) {
-        if (part_[n] != Part::none) neighbours_.push_back((*all_)[n]);
-        if (part_[n] == Part::bounds) bounding_.push_back((*all_)[n]);
+    std::uint32_t last = kNone;
+    for (const auto& [n, covers_only] : part_) {
+        if (n == last) continue;
+        last = n;
+        neighbours_.push_back((*all_)[n]);
+        if (!covers_only) bounding_.push_back(n);
     }
 }
 
 void ExposedRegion::makeCell() {
-    part_.assign(all_->size(), Part::none);
+    part_.clear();
     in_doubt_ = 0;
     beginWithTetrahedron();
     do settleCorners();

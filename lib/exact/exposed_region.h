@@ -6,6 +6,7 @@
 
 #include <array>
 #include <optional>
+#include <span>
 
 namespace betamesh {
 
@@ -40,8 +41,8 @@ public:
     bool empty() const { return outer_ == 0; }
     /// What of the sphere is in none of their balls is exposed.
     const std::vector<Neighbour>& neighbours() const { return neighbours_; }
-    /// Those of them whose spheres may bound the exposed part.
-    const std::vector<Neighbour>& bounding() const { return bounding_; }
+    /// Where those whose spheres may bound the exposed part are among the neighbours that were given.
+    const std::vector<std::uint32_t>& bounding() const { return bounding_; }
 
 private:
     static constexpr std::size_t kMostWalls = 64, kMostCorners = 2 * kMostWalls;
@@ -49,14 +50,18 @@ private:
     struct Planes {
         std::vector<float> x, y, z, distance;  // filled up to whole registers
     };
-    enum class Part : std::uint8_t { none, covers, bounds };
     struct Wall {
         Vec3 normal;
         double distance;
         Vec3 offset;  // the plane is where 2 offset · x = level: whole numbers
         double level;
         std::uint32_t neighbour;
-        std::uint32_t corners;
+    };
+    // A neighbour that matters, those first that may bound more than the cell.
+    struct Part {
+        std::uint32_t neighbour;
+        bool covers_only;
+        auto operator<=>(const Part&) const = default;
     };
     // Where three walls meet, in this order counter-clockwise seen from outside.
     struct Corner {
@@ -71,6 +76,7 @@ private:
         float beyond;
     };
 
+    std::span<Corner> corners() { return std::span(corner_).first(corners_); }
     void setPlanes(const std::vector<Neighbour>& neighbours);
     void enclose();
     void beginWithTetrahedron();
@@ -92,17 +98,20 @@ private:
     std::vector<float> rim_;
     std::array<Wall, kMostWalls> wall_;
     std::uint64_t walls_ = 0;  // a bit for each that has corners
-    std::vector<Corner> corner_;
+    std::array<Corner, kMostCorners> corner_;
+    std::size_t corners_ = 0;
     std::array<std::array<std::uint16_t, kMostWalls>, kMostWalls> corner_at_;  // by two of its walls, in order
     std::array<double, kMostCorners> beyond_;      // how far corners lie beyond the plane that clips
     std::array<std::uint16_t, kMostCorners> cut_;  // those that do
     std::size_t cut_count_ = 0;
-    std::vector<Corner> new_corner_;
+    std::array<Corner, kMostWalls> new_corner_;
+    std::size_t new_corners_ = 0;
     std::size_t outer_ = 0;     // corners that are not inside the ball
     std::size_t in_doubt_ = 0;  // planes that were not used
     bool exactly_ = false;
-    std::vector<Part> part_;  // of each neighbour
-    std::vector<Neighbour> neighbours_, bounding_;
+    std::vector<Part> part_;
+    std::vector<Neighbour> neighbours_;
+    std::vector<std::uint32_t> bounding_;
 };
 
 }  // namespace betamesh

@@ -3,6 +3,7 @@
 #include "core/icosphere.h"
 #include "core/mesh_edges.h"
 #include "core/parallel.h"
+#include "exact/exposed_directions.h"
 #include "exact/exposed_region.h"
 #include "exact/predicates.h"
 
@@ -17,7 +18,6 @@ namespace betamesh {
 namespace {
 
 constexpr std::size_t kBallsPerTask = 256;
-constexpr std::uint32_t kNone = ~std::uint32_t{0};
 
 // What one task finds; balls are rows of SnappedParticles until everything is known.
 struct Parts {
@@ -25,6 +25,8 @@ struct Parts {
     std::vector<Vec3> vertex;
     std::vector<std::array<std::uint32_t, 2>> circle;
     std::vector<std::uint32_t> bare;
+    std::vector<std::uint32_t> seen, directions;  // balls that may be exposed, and in how many directions
+    std::vector<ExposedDirection> exposed;
 };
 
 // Is the ball round this centre empty of all but the three particles it rests on? `last` remembers which
@@ -57,21 +59,19 @@ bool isFullCircle(const Vec3& origin, const Neighbour& other, const std::vector<
     return true;
 }
 
-// Everything whose smallest ball is i.
+// Everything whose smallest ball is i. region: what of it is exposed.
 template <typename Balls>
 void skinBall(const SnappedParticles& particles, const std::vector<bool>& survives, std::uint32_t i,
-              const std::vector<Neighbour>& neighbours, ExposedRegion& region, std::vector<Neighbour>& partners,
+              const std::vector<Neighbour>& neighbours, const ExposedRegion& region, std::vector<Neighbour>& partners,
               Parts& out) {
     if (neighbours.empty()) {
         out.bare.push_back(i);
         return;
     }
     const auto radius = static_cast<double>(particles.radius);
-    region.enclose(neighbours);
-    if (region.empty()) return;
     partners.clear();
-    for (const Neighbour& n : region.bounding())
-        if (n.particle > i && survives[n.particle]) partners.push_back(n);
+    for (const std::uint32_t row : region.bounding())
+        if (const Neighbour& n = neighbours[row]; n.particle > i && survives[n.particle]) partners.push_back(n);
 
     std::size_t last = 0;
     const Vec3 origin = toDouble(particles.position[i]);
@@ -100,7 +100,8 @@ bool isHiddenInCrowd(std::uint32_t i, NeighbourFinder& finder, std::vector<Neigh
 }
 
 template <typename Balls>
-std::vector<Parts> exposedParts(const SnappedParticles& particles, const std::vector<std::uint32_t>& exposed) {
+std::vector<Parts> exposedParts(const SnappedParticles& particles, const std::vector<std::uint32_t>& exposed,
+                                const std::vector<Vec3>& directions) {
     std::vector<bool> survives(particles.size(), false);
     for (const std::uint32_t i : exposed) survives[i] = true;
     const std::size_t n = exposed.size(), tasks = (n + kBallsPerTask - 1) / kBallsPerTask;
@@ -108,14 +109,46 @@ std::vector<Parts> exposedParts(const SnappedParticles& particles, const std::ve
     parallelFor(tasks, 1, [&](std::size_t task) {
         NeighbourFinder finder(particles);
         ExposedRegion region(particles.radius);
+        ExposedDirections exposed_directions(directions);
         std::vector<Neighbour> neighbours, partners;
+        Parts& part = parts[task];
         for (std::size_t s = task * kBallsPerTask; s < std::min(n, (task + 1) * kBallsPerTask); ++s) {
             if (isHiddenInCrowd(exposed[s], finder, neighbours, region)) continue;
             finder.find(exposed[s], neighbours);
-            skinBall<Balls>(particles, survives, exposed[s], neighbours, region, partners, parts[task]);
+            region.enclose(neighbours);
+            if (region.empty()) continue;
+            skinBall<Balls>(particles, survives, exposed[s], neighbours, region, partners, part);
+            if (directions.empty()) continue;
+            const std::size_t before = part.exposed.size();
+            exposed_directions.find(neighbours, particles.radius, region.bounding(), part.exposed);
+            part.seen.push_back(exposed[s]);
+            part.directions.push_back(static_cast<std::uint32_t>(part.exposed.size() - before));
         }
     });
     return parts;
+}
+
+// ball: of each row of SnappedParticles, or kHidden.
+RowsOf<ExposedDirection> directionsOf(const std::vector<Parts>& parts, const std::vector<std::uint32_t>& ball,
+                                      std::size_t balls) {
+    std::vector<std::uint32_t> count(balls, 0);
+    for (const Parts& part : parts)
+        for (std::size_t k = 0; k < part.seen.size(); ++k)
+            if (const std::uint32_t b = ball[part.seen[k]]; b != kHidden) count[b] = part.directions[k];
+    RowsOf<ExposedDirection> exposed;
+    exposed.begin = placesOf(count);
+    resizeOnAll(exposed.item, exposed.begin.back());
+    parallelFor(parts.size(), 4, [&](std::size_t p) {
+        const ExposedDirection* from = parts[p].exposed.data();
+        for (std::size_t k = 0; k < parts[p].seen.size(); from += parts[p].directions[k++]) {
+            const std::uint32_t b = ball[parts[p].seen[k]];
+            if (b == kHidden) continue;
+            std::copy_n(from, parts[p].directions[k], exposed[b].begin());
+            for (ExposedDirection& direction : exposed[b])
+                if (direction.nearest != kHidden) direction.nearest = ball[direction.nearest];
+        }
+    });
+    return exposed;
 }
 
 // Joins the parts and numbers the exposed balls. exposed: ascending.
@@ -128,7 +161,7 @@ BallBoundary assemble(const SnappedParticles& particles, const std::vector<std::
     boundary.vertex = joined(parts, &Parts::vertex);
     boundary.circle = joined(parts, &Parts::circle);
     boundary.bare = joined(parts, &Parts::bare);
-    std::vector<std::uint32_t> ball(particles.size(), kNone);
+    std::vector<std::uint32_t> ball(particles.size(), kHidden);
     const auto forEveryUse = [&](const auto& visit) {
         constexpr std::size_t kGrain = 4096;
         parallelFor(boundary.triangle.size(), kGrain, [&](std::size_t t) {
@@ -141,13 +174,14 @@ BallBoundary assemble(const SnappedParticles& particles, const std::vector<std::
     };
     forEveryUse([&](std::uint32_t p) { std::atomic_ref(ball[p]).store(0, std::memory_order_relaxed); });
     for (const std::uint32_t p : exposed) {
-        if (ball[p] == kNone) continue;
+        if (ball[p] == kHidden) continue;
         ball[p] = static_cast<std::uint32_t>(boundary.position.size());
         boundary.position.push_back(particles.position[p]);
         boundary.row.push_back(particles.row[p]);
         boundary.snapped_row.push_back(p);
     }
     forEveryUse([&](std::uint32_t& p) { p = ball[p]; });
+    boundary.exposed = directionsOf(parts, ball, boundary.position.size());
     return boundary;
 }
 
@@ -183,7 +217,7 @@ void sortRoundAxis(std::span<ArcEnd> ends, const BallBoundary& boundary) {
 // Pairs the two ends of every arc. Returns an edge that cannot be paired, if there is one.
 std::optional<UnpairedEdge> pairArcEnds(BallBoundary& boundary) {
     std::vector<ArcEnd> ends = sortedSides(boundary.triangle);
-    boundary.twin.assign(ends.size(), kNone);
+    boundary.twin.assign(ends.size(), 0);
     for (std::size_t begin = 0, end = 0; begin < ends.size(); begin = end) {
         std::ptrdiff_t surplus = 0;
         for (end = begin; end < ends.size() && ends[end].low == ends[begin].low && ends[end].high == ends[begin].high;
@@ -223,8 +257,9 @@ void traceCycles(BallBoundary& boundary) {
 
 template <typename Balls>
 std::variant<BallBoundary, UnpairedEdge> build(const SnappedParticles& particles,
-                                               const std::vector<std::uint32_t>& exposed) {
-    BallBoundary boundary = assemble(particles, exposed, exposedParts<Balls>(particles, exposed));
+                                               const std::vector<std::uint32_t>& exposed,
+                                               const std::vector<Vec3>& directions) {
+    BallBoundary boundary = assemble(particles, exposed, exposedParts<Balls>(particles, exposed, directions));
     if (const auto unpaired = pairArcEnds(boundary)) return *unpaired;
     traceCycles(boundary);
     return boundary;
@@ -257,15 +292,17 @@ std::optional<UnpairedEdge> forgottenBall(const SnappedParticles& particles, con
 
 }  // namespace
 
-BallBoundary ballBoundary(const SnappedParticles& particles, const std::vector<std::uint32_t>& exposed) {
-    auto built = build<ExactBalls>(particles, exposed);
+BallBoundary ballBoundary(const SnappedParticles& particles, const std::vector<std::uint32_t>& exposed,
+                          const std::vector<Vec3>& directions) {
+    auto built = build<ExactBalls>(particles, exposed, directions);
     assert(std::holds_alternative<BallBoundary>(built));
     return std::get<BallBoundary>(std::move(built));
 }
 
 std::variant<BallBoundary, UnpairedEdge> ballBoundaryInFloats(const SnappedParticles& particles,
-                                                              const std::vector<std::uint32_t>& exposed) {
-    auto built = build<FloatBalls>(particles, exposed);
+                                                              const std::vector<std::uint32_t>& exposed,
+                                                              const std::vector<Vec3>& directions) {
+    auto built = build<FloatBalls>(particles, exposed, directions);
     if (const auto* boundary = std::get_if<BallBoundary>(&built))
         if (const auto forgotten = forgottenBall(particles, exposed, *boundary)) return *forgotten;
     return built;

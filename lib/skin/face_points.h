@@ -8,13 +8,13 @@
 
 namespace betamesh {
 
-/// Those of fixed directions, about `angle` radians apart, that are exposed on each ball, and those towards other balls
-/// less than 0.1 radii away. Their clearance changes as that of points which move with the liquid.
+/// In those of fixed directions that are exposed on each ball, and towards other balls less than 0.1 radii away. Their
+/// clearance changes as that of points which move with the liquid.
 ///
-/// in      a boundary; its balls with their motion and angular velocity; angle in (0, 1]
+/// in      a boundary that was asked for these directions; its balls with their motion and angular velocity
 /// same    result for any thread count and particle order
-/// cost    O(balls · directions + points · neighbours)
+/// cost    O(points + balls that nearly touch others · neighbours)
 FacePoints facePoints(const SnappedParticles& particles, const BallBoundary& boundary, const std::vector<Moving>& balls,
-                      const std::vector<Vec3>& spins, double angle);
+                      const std::vector<Vec3>& spins, Icosphere directions);
 
 }  // namespace betamesh

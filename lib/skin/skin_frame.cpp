@@ -55,13 +55,14 @@ std::string describe(const Particles& particles, std::uint32_t row) {
 template <typename BoundaryOf>
 std::optional<UnpairedEdge> buildStructure(const Particles& particles, const SkinParams& params,
                                            SnappedParticles&& snapped, const BoundaryOf& boundaryOf,
-                                           Structure& structure) {
+                                           const std::vector<Vec3>& directions, Structure& structure) {
     structure = {};
     structure.snapped = std::move(snapped);
     structure.distinct_particles = structure.snapped.size();
     structure.left_out = leaveOutDroplets(particles, params.features, structure.snapped, structure.apart);
     for (;;) {
-        std::variant<BallBoundary, UnpairedEdge> built = boundaryOf(structure.snapped, survivors(structure.snapped));
+        std::variant<BallBoundary, UnpairedEdge> built =
+            boundaryOf(structure.snapped, survivors(structure.snapped), directions);
         if (const auto* unpaired = std::get_if<UnpairedEdge>(&built)) return *unpaired;
         structure.boundary = std::move(std::get<BallBoundary>(built));
         if (params.features.tendrils == Tendrils::mesh) return std::nullopt;
@@ -74,19 +75,21 @@ std::optional<UnpairedEdge> buildStructure(const Particles& particles, const Ski
     }
 }
 
-Structure exactStructure(const Particles& particles, const NearSurface& near, const SkinParams& params) {
+Structure exactStructure(const Particles& particles, const NearSurface& near, const SkinParams& params,
+                         const std::vector<Vec3>& directions) {
     Structure structure;
-    buildStructure(particles, params, snapParticles(particles, params.radius, near), ballBoundary, structure);
+    buildStructure(particles, params, snapParticles(particles, params.radius, near), ballBoundary, directions,
+                   structure);
     return structure;
 }
 
 // The paper's way: test in floats, validate by counting edges, perturb and run again.
-Structure floatStructure(const Particles& particles, const SkinParams& params) {
+Structure floatStructure(const Particles& particles, const SkinParams& params, const std::vector<Vec3>& directions) {
     for (int attempt = 0;; ++attempt) {
         Structure structure;
         const auto edge = buildStructure(particles, params,
                                          snapParticles(particles, params.radius, Jitter{params.tolerance, attempt}),
-                                         ballBoundaryInFloats, structure);
+                                         ballBoundaryInFloats, directions, structure);
         structure.retries = attempt;
         if (!edge) return structure;
         if (attempt >= params.retries)
@@ -107,25 +110,33 @@ void smooth(BoundarySamples&& samples, const SkinParams& params, BetaMesh& mesh)
     smoothCoherently(mesh, std::move(samples), {params.radius, width, passesOf(params), params.inset});
 }
 
+bool isSmoothed(const SkinParams& params) { return passesOf(params) > 0 || params.inset > 0; }
+
+// In which there are points inside faces, or samples of them; none where these are not asked for.
+Icosphere directionsOf(const SkinParams& params) {
+    if (params.surface != SurfaceKind::beta) return {};
+    if (params.tessellation == Tessellation::paper) return isSmoothed(params) ? icosphereOf(kSampleAngle) : Icosphere();
+    return icosphereOf(params.arc_subdivisions > 0
+                           ? std::clamp(kArcAngle / params.arc_subdivisions, kLeastAngle, kLargestAngle)
+                       : isSmoothed(params) ? kSmoothedFaceAngle
+                                            : ArcSubdivision().max_angle);
+}
+
 BetaMesh completeSurface(const Particles& particles, const Structure& structure, const std::vector<Moving>& balls,
-                         const SkinParams& params, const Watch& watch, SkinReport& report) {
+                         Icosphere&& directions, const SkinParams& params, const Watch& watch, SkinReport& report) {
     const BallBoundary& boundary = structure.boundary;
-    const bool smoothed = passesOf(params) > 0 || params.inset > 0;
+    const bool smoothed = isSmoothed(params);
     ArcSubdivision subdivision;
     subdivision.segments = params.arc_subdivisions;
     if (smoothed) {
         subdivision.appearance = Appearance::gradual;
         subdivision.max_angle = kSmoothedAngle;
     }
-    const double angle = params.arc_subdivisions > 0
-                             ? std::clamp(kArcAngle / params.arc_subdivisions, kLeastAngle, kLargestAngle)
-                         : smoothed ? kSmoothedFaceAngle
-                                    : subdivision.max_angle;
     const Spins spins = spinsOfBalls(boundary, balls, particles);
     std::vector<Moving> vertices = movingVertices(particles, structure.snapped, boundary, balls);
     watch("velocity");
     ArcNetwork network = arcPoints(boundary, balls, spins.of_points, std::move(vertices), subdivision);
-    const FacePoints points = facePoints(structure.snapped, boundary, balls, spins.of_points, angle);
+    const FacePoints points = facePoints(structure.snapped, boundary, balls, spins.of_points, std::move(directions));
     watch("tessellate");
     BoundarySamples samples;
     if (smoothed) samples = boundarySamples(boundary, balls, spins.of_points, network, points);
@@ -147,17 +158,17 @@ BetaMesh completeSurface(const Particles& particles, const Structure& structure,
 }
 
 PaperMesh paperSurface(const Particles& particles, const Structure& structure, const std::vector<Moving>& balls,
-                       const SkinParams& params, const Watch& watch) {
+                       Icosphere&& directions, const SkinParams& params, const Watch& watch) {
     const std::vector<Moving> vertices = movingVertices(particles, structure.snapped, structure.boundary, balls);
     watch("velocity");
     PaperMesh beta = paperTessellation(structure.boundary, balls, vertices);
     watch("tessellate");
     if (params.smoothing == SmoothingMethod::paper) smoothAsInPaper(beta, params.passes);
-    if (params.smoothing != SmoothingMethod::paper && (passesOf(params) > 0 || params.inset > 0)) {
+    if (params.smoothing != SmoothingMethod::paper && isSmoothed(params)) {
         const std::vector<Vec3> spins = spinsOfBalls(structure.boundary, balls, particles).of_points;
         smooth(
             boundarySamples(structure.boundary, balls, spins, arcPoints(structure.boundary, balls, spins, vertices, {}),
-                            facePoints(structure.snapped, structure.boundary, balls, spins, kSampleAngle)),
+                            facePoints(structure.snapped, structure.boundary, balls, spins, std::move(directions))),
             params, beta);
     }
     if (params.resolve_intersections) resolveIntersections(structure.boundary, balls, beta);
@@ -212,8 +223,10 @@ SkinnedFrame skinFrame(const Particles& particles, const NearSurface& near, cons
         throw Error("only the complete tessellation has bubbles that can be filled, expected that one");
     SkinnedFrame frame;
 
-    Structure structure = params.predicates == PredicateKind::exact ? exactStructure(particles, near, params)
-                                                                    : floatStructure(particles, params);
+    Icosphere directions = directionsOf(params);
+    Structure structure = params.predicates == PredicateKind::exact
+                              ? exactStructure(particles, near, params, directions.position)
+                              : floatStructure(particles, params, directions.position);
     if (complete) groupFaces(structure.snapped, structure.boundary);
     count(near, structure, frame.report);
     watch("structure");
@@ -229,9 +242,10 @@ SkinnedFrame skinFrame(const Particles& particles, const NearSurface& near, cons
             break;
         case SurfaceKind::beta:
             if (complete) {
-                frame.mesh = asMesh(completeSurface(particles, structure, balls, params, watch, frame.report));
+                frame.mesh = asMesh(
+                    completeSurface(particles, structure, balls, std::move(directions), params, watch, frame.report));
             } else {
-                frame.mesh = asMesh(paperSurface(particles, structure, balls, params, watch));
+                frame.mesh = asMesh(paperSurface(particles, structure, balls, std::move(directions), params, watch));
                 append(externalSpheres(structure.boundary, particles), frame.spheres);
             }
             break;

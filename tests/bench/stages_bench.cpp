@@ -60,7 +60,8 @@ void boundary(benchmark::State& state) {
 void smoothing(benchmark::State& state) {
     const Particles particles = splash(static_cast<std::size_t>(state.range(0)));
     const SnappedParticles snapped = snapParticles(particles, kRadius);
-    BallBoundary boundary = ballBoundary(snapped, survivors(snapped));
+    const Icosphere directions = icosphereOf(0.37);
+    BallBoundary boundary = ballBoundary(snapped, survivors(snapped), directions.position);
     groupFaces(snapped, boundary);
     const std::vector<Moving> balls = movingBalls(boundary, particles);
     const Spins spun = spinsOfBalls(boundary, balls, particles);
@@ -68,7 +69,7 @@ void smoothing(benchmark::State& state) {
     subdivision.appearance = Appearance::gradual;
     const ArcNetwork network =
         arcPoints(boundary, balls, spun.of_points, movingVertices(particles, snapped, boundary, balls), subdivision);
-    const FacePoints points = facePoints(snapped, boundary, balls, spun.of_points, 0.37);
+    const FacePoints points = facePoints(snapped, boundary, balls, spun.of_points, directions);
     const BetaMesh mesh =
         completeTessellation(boundary, balls, spun.of_points, network, points, subdivision.appearance);
     withThreads(1, [&] {

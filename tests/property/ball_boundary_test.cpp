@@ -1,6 +1,7 @@
 // What is true of the ball boundary of every cloud.
 
 #include "skin/ball_boundary.h"
+#include "core/face_points.h"
 #include "core/icosphere.h"
 #include "core/random.h"
 #include "core/union_find.h"
@@ -70,6 +71,48 @@ TEST(BallBoundary, AgreesWithBruteForceTriangleForTriangle) {
         EXPECT_EQ(canonical(trianglesOfRows(boundaryOf(cloud.particles, cloud.radius))),
                   bruteForceAlphaTriangles(cloud.particles, cloud.radius));
     });
+}
+
+TEST(BallBoundary, DirectionsAreExposedWhereNoOtherBallCoversThem) {
+    constexpr double kInDoubt = 1e-5;  // of cosines in single precision
+    const std::vector<Vec3> directions = icosphere(3).position;
+    std::size_t exposed = 0, hidden = 0;
+    forEveryCloud(kRandomClouds / 3, [&](const Cloud& cloud) {
+        if (cloud.particles.size() > 200) return;
+        const SnappedParticles snapped = snapParticles(cloud.particles, cloud.radius);
+        const BallBoundary boundary = ballBoundary(snapped, survivors(snapped), directions);
+        const auto diameter = 2 * static_cast<double>(snapped.radius);
+        ASSERT_EQ(boundary.exposed.size(), boundary.position.size());
+        for (std::size_t b = 0; b < boundary.position.size(); ++b) {
+            std::span<const ExposedDirection> listed = boundary.exposed[b];
+            for (std::uint32_t d = 0; d < directions.size(); ++d) {
+                double least = kFullClearance;  // clearance, by its definition
+                double least_of_cosines = 1;    // cos α - cos β
+                for (const Vec3i& position : snapped.position) {
+                    const Vec3 offset = toDouble(position - boundary.position[b]);
+                    const double distance = offset.length(), cosine = distance / diameter;
+                    if (distance == 0 || distance > diameter) continue;
+                    const double sine = std::sqrt(1 - cosine * cosine);
+                    if (sine < 1e-4) continue;  // hides next to nothing
+                    const double apart = cosine - dot(offset, directions[d]) / distance;
+                    least_of_cosines = std::min(least_of_cosines, apart);
+                    least = std::min(least, apart / (sine * std::min(1.0, sine / kWideCap)));
+                }
+                const bool is_listed = !listed.empty() && listed.front().direction == d;
+                if (std::abs(least_of_cosines) > kInDoubt) {
+                    ASSERT_EQ(is_listed, least_of_cosines > 0) << cloud.name << ", ball " << b;
+                }
+                is_listed ? ++exposed : ++hidden;
+                if (!is_listed) continue;
+                const double rounding = least * kInDoubt / std::max(least_of_cosines, kInDoubt);
+                EXPECT_NEAR(listed.front().clearance, least, 1e-3 + rounding) << cloud.name << ", ball " << b;
+                listed = listed.subspan(1);
+            }
+            ASSERT_TRUE(listed.empty()) << cloud.name << ", ball " << b;
+        }
+    });
+    EXPECT_GT(exposed, 10000u);
+    EXPECT_GT(hidden, 10000u);
 }
 
 TEST(BallBoundary, TiesAreThoseOfBallsOfSlightlyDifferentRadius) {

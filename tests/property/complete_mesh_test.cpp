@@ -47,14 +47,15 @@ Mesh meshOf(const BetaMesh& beta) {
 Tessellated tessellated(const Particles& particles, double radius, Appearance appearance = Appearance::on_boundary,
                         double angle = 0.25, int segments = 0) {
     const SnappedParticles snapped = snapParticles(particles, radius);
-    BallBoundary boundary = ballBoundary(snapped, survivors(snapped));
+    const Icosphere directions = icosphereOf(angle);
+    BallBoundary boundary = ballBoundary(snapped, survivors(snapped), directions.position);
     groupFaces(snapped, boundary);
     const std::vector<Moving> balls = movingBalls(boundary, particles);
     const std::vector<Vec3> spins = spinsOfBalls(boundary, balls, particles).of_points;
     const ArcNetwork network = arcPoints(boundary, balls, spins, movingVertices(particles, snapped, boundary, balls),
                                          {angle, segments, appearance});
     Mesh mesh = meshOf(completeTessellation(boundary, balls, spins, network,
-                                            facePoints(snapped, boundary, balls, spins, angle), appearance));
+                                            facePoints(snapped, boundary, balls, spins, directions), appearance));
     return {std::move(boundary), std::move(mesh)};
 }
 

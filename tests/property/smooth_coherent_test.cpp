@@ -250,14 +250,15 @@ TEST(CoherentSmoothing, VelocitiesAreTheRatesAtWhichVerticesMove) {
             for (std::size_t i = 0; i < particles.size(); ++i)
                 later.position[i] += particles.velocity[i] * static_cast<float>(time);
             const SnappedParticles snapped = snapParticles(later, 1.5);
-            BallBoundary boundary = ballBoundary(snapped, survivors(snapped));
+            const Icosphere directions = icosphereOf(0.37);
+            BallBoundary boundary = ballBoundary(snapped, survivors(snapped), directions.position);
             groupFaces(snapped, boundary);
             const std::vector<Moving> balls = movingBalls(boundary, later);
             const std::vector<Vec3> spins(balls.size(), Vec3(0, 0, 0));
             const ArcNetwork network =
                 arcPoints(boundary, balls, spins, movingVertices(later, snapped, boundary, balls),
                           {0.235, 0, Appearance::gradual});
-            const FacePoints points = facePoints(snapped, boundary, balls, spins, 0.37);
+            const FacePoints points = facePoints(snapped, boundary, balls, spins, directions);
             BetaMesh mesh = completeTessellation(boundary, balls, spins, network, points, Appearance::gradual);
             smoothCoherently(mesh, boundarySamples(boundary, balls, spins, network, points), {1.5, 4.2, 1, 0.5});
             return std::pair(std::pair(boundary.triangle, network.arc_begin), mesh);
