@@ -39,6 +39,7 @@ std::optional<TurningEdge> turningEdge(const std::array<Moving, 4>& at, double f
 
 void splitTurningEdges(std::vector<TurningEdge>& edges, std::size_t first, std::uint32_t first_vertex,
                        std::vector<Triangle>& triangles) {
+    if (edges.empty()) return;
     std::stable_sort(edges.begin(), edges.end(),
                      [](const TurningEdge& a, const TurningEdge& b) { return a.shareOfOther() > b.shareOfOther(); });
     struct Piece {
@@ -46,6 +47,7 @@ void splitTurningEdges(std::vector<TurningEdge>& edges, std::size_t first, std::
         std::size_t row;
     };
     std::vector<Piece> pieces;
+    pieces.reserve(2 * edges.size());
     for (std::uint32_t e = 0; e < edges.size(); ++e) {
         const auto& [a, b, c, d] = edges[e].corner;
         for (const std::uint32_t t : edges[e].triangle) {

@@ -701,10 +701,10 @@ std::uint32_t HullFiller::across(const LoopFilling& filling, std::uint32_t trian
     return work_->across(filling, triangle, k);
 }
 
-LoopFilling fillWithFan(const LoopsOnSphere& loops, const std::vector<std::uint32_t>& loops_of_face) {
+LoopFilling fillWithFan(const LoopsOnSphere& loops, std::uint32_t first_loop, std::uint32_t last_loop) {
     LoopFilling filling;
     std::vector<std::uint32_t> ring;  // all loops joined so far
-    for (const std::uint32_t l : loops_of_face) {
+    for (std::uint32_t l = first_loop; l < last_loop; ++l) {
         std::vector<std::uint32_t> next(loops.loop_begin[l + 1] - loops.loop_begin[l]);
         std::iota(next.begin(), next.end(), loops.loop_begin[l]);
         if (!ring.empty()) {

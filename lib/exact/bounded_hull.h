@@ -63,7 +63,7 @@ private:
 
 /// Fills the loops of one face whatever their shape: joins them into one by quads and closes that with a fan
 /// round a new point. Combinatorially right always, geometrically good for small or convex faces.
-/// `loops_of_face`: their numbers; at least three points in each.
-LoopFilling fillWithFan(const LoopsOnSphere& loops, const std::vector<std::uint32_t>& loops_of_face);
+/// Of loops `first_loop` … `last_loop` - 1, with at least three points in each.
+LoopFilling fillWithFan(const LoopsOnSphere& loops, std::uint32_t first_loop, std::uint32_t last_loop);
 
 }  // namespace betamesh

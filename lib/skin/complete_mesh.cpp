@@ -43,12 +43,12 @@ std::vector<std::uint32_t> firstFaces(const BallBoundary& boundary) {
 struct BallLoops {
     LoopsOnSphere loops;
     std::vector<std::uint32_t> network_point;
-    std::vector<std::vector<std::uint32_t>> face;  // loops of each face
+    std::vector<std::uint32_t> face_begin;  // the first loop of each face, and how many there are
 
     void clear() {
         loops.clear();
         network_point.clear();
-        face.clear();
+        face_begin.assign(1, 0);
     }
 };
 
@@ -59,15 +59,14 @@ public:
     void makeLoops(std::uint32_t ball, std::uint32_t first_face, std::uint32_t last_face, BallLoops& out) const {
         out.clear();
         for (std::uint32_t f = first_face; f < last_face; ++f) {
-            out.face.emplace_back();
             for (const std::uint32_t c : boundary_.face[f]) {
-                out.face.back().push_back(static_cast<std::uint32_t>(out.loops.is_hole.size()));
                 if (c < boundary_.cycle.size())
                     addCycle(ball, boundary_.cycle[c], out);
                 else
                     addCircle(ball, c - static_cast<std::uint32_t>(boundary_.cycle.size()), out);
                 out.loops.loop_begin.push_back(static_cast<std::uint32_t>(out.loops.point.size()));
             }
+            out.face_begin.push_back(static_cast<std::uint32_t>(out.loops.is_hole.size()));
         }
     }
 
@@ -337,12 +336,26 @@ struct Ball {
 // Adds the filling of a ball's loops to a part.
 class FillingAdder {
 public:
-    FillingAdder(const Ball& ball, const LoopFilling& filling, Part& part)
+    struct Ring {  // what is next to a point, the first of it
+        std::size_t size = 0;
+        std::array<std::uint32_t, kLongestRing> point;
+    };
+    // Room for what one ball needs after another.
+    struct Room {
+        std::vector<std::uint32_t> place;
+        std::vector<Ring> rings;
+        std::vector<TurningEdge> edges;
+    };
+
+    FillingAdder(const Ball& ball, const LoopFilling& filling, Part& part, Room& room)
         : ball_(ball),
           filling_(filling),
           part_(part),
           first_triangle_(part.triangles.size()),
-          place_(ball.given() + filling.new_point.size() - ball.inLoops(), kUnplaced) {
+          place_(room.place),
+          rings_(room.rings),
+          edges_(room.edges) {
+        place_.assign(ball.given() + filling.new_point.size() - ball.inLoops(), kUnplaced);
         for (const auto& [a, b, c] : filling.triangles) part.triangles.push_back({number(a), number(b), number(c)});
     }
 
@@ -350,15 +363,11 @@ public:
     void holdSinking() {
         const std::size_t in_loops = ball_.inLoops(), first = ball_.firstSinking(), count = ball_.face_point.size();
         if (ball_.given() == in_loops || first == count) return;
-        struct Ring {  // what is next to a point, the first of it
-            std::size_t size = 0;
-            std::array<std::uint32_t, kLongestRing> point;
-        };
-        std::vector<Ring> rings(count - first);
+        rings_.assign(count - first, {});
         for (const Triangle& t : filling_.triangles)
             for (const std::uint32_t v : t) {
                 if (v < in_loops + first || v >= ball_.given()) continue;
-                Ring& ring = rings[v - in_loops - first];
+                Ring& ring = rings_[v - in_loops - first];
                 for (const std::uint32_t other : t)
                     if (other != v && other < ball_.given()) {
                         const auto last = ring.point.begin() + std::min(ring.size, kLongestRing);
@@ -369,7 +378,7 @@ public:
             }
         for (std::size_t i = first; i < count; ++i) {
             const auto v = static_cast<std::uint32_t>(in_loops + i);
-            const Ring& ring = rings[i - first];
+            const Ring& ring = rings_[i - first];
             if (place_[i] == kUnplaced || ring.size > kLongestRing) continue;
             const Vec3& here = ball_.on_grid[v];
             const auto around = std::span(ring.point).first(ring.size);
@@ -401,7 +410,7 @@ public:
             return std::all_of(t.begin(), t.end(), [&](std::uint32_t v) { return v >= fixed_from && v < fixed_to; });
         };
         const std::vector<Vec3>& at = ball_.on_grid;
-        std::vector<TurningEdge> edges;
+        edges_.clear();
         for (std::uint32_t f = 0; f < filling_.triangles.size(); ++f) {
             const Triangle& t = filling_.triangles[f];
             if (stays(t)) continue;
@@ -418,12 +427,12 @@ public:
                 if (!edge) continue;
                 edge->corner = {number(a), number(b), number(c), number(d)};
                 edge->triangle = {f, beyond};
-                edges.push_back(*edge);
+                edges_.push_back(*edge);
             }
         }
         const auto first_vertex = kNew + static_cast<std::uint32_t>(part_.vertex.size());
-        splitTurningEdges(edges, first_triangle_, first_vertex, part_.triangles);
-        for (const TurningEdge& edge : edges) {
+        splitTurningEdges(edges_, first_triangle_, first_vertex, part_.triangles);
+        for (const TurningEdge& edge : edges_) {
             const Moving vertex = ball_.centre + edge.on_edge * ball_.radius;
             const auto row = kNew + static_cast<std::uint32_t>(part_.vertex.size());
             part_.turning.push_back({row, edge.corner, edge.weight, 0, vertex});
@@ -486,7 +495,9 @@ private:
     const LoopFilling& filling_;
     Part& part_;
     std::size_t first_triangle_;
-    std::vector<std::uint32_t> place_;  // of face points and new ones
+    std::vector<std::uint32_t>& place_;  // of face points and new ones
+    std::vector<Ring>& rings_;
+    std::vector<TurningEdge>& edges_;
 };
 
 }  // namespace
@@ -506,6 +517,7 @@ BetaMesh completeTessellation(const BallBoundary& boundary, const std::vector<Mo
         LoopFilling filling;
         BallLoops ball_loops;
         LoopsOnSphere& loops = ball_loops.loops;
+        FillingAdder::Room room;
         std::vector<std::uint32_t> face_point, direction, place;
         std::vector<Vec3> on_grid;
         for (std::size_t b = task * kBallsPerTask; b < std::min(balls.size(), (task + 1) * kBallsPerTask); ++b) {
@@ -528,20 +540,22 @@ BetaMesh completeTessellation(const BallBoundary& boundary, const std::vector<Mo
             const Ball ball{ball_loops, network,  face_point, on_grid,
                             placement,  balls[b], spins[b],   boundary.worldRadius()};
             if (in_loops == 0 && loops.perhaps_above.empty()) {  // a bare sphere
-                FillingAdder(ball, {points.directions.triangles, {}}, parts[task]);
+                FillingAdder(ball, {points.directions.triangles, {}}, parts[task], room);
                 continue;
             }
             direction_triangles.among(direction, place, [&](const Triangle& t) {
                 loops.likely_facet.push_back({in_loops + t[0], in_loops + t[1], in_loops + t[2]});
             });
             if (hull.fill(loops, filling)) {
-                FillingAdder adder(ball, filling, parts[task]);
+                FillingAdder adder(ball, filling, parts[task], room);
                 if (appearance != Appearance::gradual) continue;
                 adder.holdSinking();
                 adder.splitTurning(hull);
             } else {
                 loops.point.resize(in_loops);
-                for (const auto& face : ball_loops.face) FillingAdder(ball, fillWithFan(loops, face), parts[task]);
+                const std::vector<std::uint32_t>& begin = ball_loops.face_begin;
+                for (std::size_t f = 0; f + 1 < begin.size(); ++f)
+                    FillingAdder(ball, fillWithFan(loops, begin[f], begin[f + 1]), parts[task], room);
             }
         }
     });

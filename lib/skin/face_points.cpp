@@ -60,6 +60,7 @@ std::vector<std::vector<std::uint32_t>> nearlyTouching(const BallBoundary& bound
     std::vector<std::vector<std::uint32_t>> near(boundary.position.size());
     forCellsWithin(reach, order, order, positionOf, [&](std::uint32_t cell, std::span<const std::uint32_t> around) {
         std::vector<Vec3> place;
+        place.reserve(around.size());
         for (const std::uint32_t b : around) place.push_back(position[b]);
         std::vector<std::uint32_t> found(around.size() + 1);
         for (const std::uint32_t row : order.rowsOf(cell)) {

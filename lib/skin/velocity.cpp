@@ -114,7 +114,7 @@ Spins spinsOfBalls(const BallBoundary& boundary, const std::vector<Moving>& ball
     const auto positionOf = [&](std::size_t b) -> const Vec3& { return balls[b].position; };
     const CellOrder cells(balls.size(), reach, positionOf);
     forCellsWithin(reach, cells, cells, positionOf, [&](std::uint32_t cell, std::span<const std::uint32_t> around) {
-        MovingColumns near;
+        MovingColumns near(around.size());
         for (const std::uint32_t b : around) near.add(balls[b]);
         near.fillUp(cells.lowestCorner(cell) - Vec3(2 * reach));
         for (const std::uint32_t b : cells.rowsOf(cell)) {
