@@ -154,11 +154,12 @@ private:
 };
 
 /// Goes through points cell by cell: calls visit(cell, rows of `around` within reach of its box) for each, on several
-/// threads.
+/// threads. Copies of `visit` are called one after another, each by one thread, and may keep room from cell to cell.
 template <typename PositionOf, typename Visit>
 void forCellsWithin(double reach, const CellOrder& points, const CellOrder& around, const PositionOf& positionAround,
                     const Visit& visit) {
     parallelRanges(points.cells(), 16, [&](std::size_t first, std::size_t last) {
+        Visit own(visit);
         std::vector<std::uint32_t> rows;
         for (auto cell = static_cast<std::uint32_t>(first); cell < last; ++cell) {
             const Vec3 low = points.lowestCorner(cell), high = low + Vec3(points.edge());
@@ -172,7 +173,7 @@ void forCellsWithin(double reach, const CellOrder& points, const CellOrder& arou
                 }
                 if (beyond < reach * reach) rows.push_back(row);
             });
-            visit(cell, std::span<const std::uint32_t>(rows));
+            own(cell, std::span<const std::uint32_t>(rows));
         }
     });
 }

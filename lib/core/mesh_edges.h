@@ -35,11 +35,18 @@ std::vector<std::uint32_t> trianglesAcross(const std::vector<TriangleSide>& side
 /// cost    O(n log n)
 std::vector<std::uint32_t> placesOfVertices(const std::vector<Vec3>& position);
 
+/// Where, from one of sorted sides on, those of the same edge end.
+inline std::size_t endOfEdge(std::span<const TriangleSide> sides, std::size_t at) {
+    const std::size_t first = at;
+    while (at < sides.size() && sides[at].low == sides[first].low && sides[at].high == sides[first].high) ++at;
+    return at;
+}
+
 /// Calls visit(sides) for each edge.
 template <typename Visit>
 void forEveryEdge(const std::vector<TriangleSide>& sides, const Visit& visit) {
-    for (std::size_t begin = 0, end = 0; begin < sides.size(); begin = end) {
-        while (end < sides.size() && sides[end].low == sides[begin].low && sides[end].high == sides[begin].high) ++end;
+    for (std::size_t begin = 0, end; begin < sides.size(); begin = end) {
+        end = endOfEdge(sides, begin);
         visit(std::span(sides).subspan(begin, end - begin));
     }
 }

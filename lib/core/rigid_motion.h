@@ -13,8 +13,8 @@ struct MovingColumns {
     static constexpr std::size_t kAtOnce = 8;
     std::vector<double> x, y, z, vx, vy, vz;
 
-    explicit MovingColumns(std::size_t room = 0) {
-        for (std::vector<double>* column : {&x, &y, &z, &vx, &vy, &vz}) column->reserve(room + kAtOnce);
+    void clear() {
+        for (std::vector<double>* column : {&x, &y, &z, &vx, &vy, &vz}) column->clear();
     }
     void add(const Moving& point) {
         x.push_back(point.position.x), y.push_back(point.position.y), z.push_back(point.position.z);

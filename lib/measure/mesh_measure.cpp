@@ -48,23 +48,12 @@ EdgeCount countEdges(const std::vector<Triangle>& triangles, std::size_t vertice
     return sum;
 }
 
-}  // namespace
+struct Size {
+    double volume = 0, area = 0;
+};
 
-MeshMeasure measureMesh(const Mesh& mesh) {
-    MeshMeasure measure;
-    Pieces pieces;
-    EdgeCount edges;
-    parallelBoth([&] { pieces = piecesOf(mesh.position.size(), mesh.triangles); },
-                 [&] { edges = countEdges(mesh.triangles, mesh.position.size()); });
-    measure.components = pieces.count;
-    measure.unpaired_edges = edges.unpaired;
-    for (const std::uint32_t piece : pieces.of_vertex) measure.euler += piece != kNoPiece;
-    measure.euler += static_cast<std::int64_t>(mesh.triangles.size()) - static_cast<std::int64_t>(edges.edges);
-
+Size sizeOf(const Mesh& mesh) {
     const Vec3 origin = mesh.position.empty() ? Vec3(0) : mesh.position[0];
-    struct Size {
-        double volume = 0, area = 0;
-    };
     std::vector<Size> part((mesh.triangles.size() + kBlock - 1) / kBlock);
     parallelFor(part.size(), 1, [&](std::size_t p) {
         for (std::size_t t = p * kBlock; t < std::min(mesh.triangles.size(), (p + 1) * kBlock); ++t) {
@@ -74,7 +63,30 @@ MeshMeasure measureMesh(const Mesh& mesh) {
             part[p].area += areaOf(a, b, c);
         }
     });
-    for (const Size& p : part) measure.volume += p.volume, measure.area += p.area;
+    Size sum;
+    for (const Size& p : part) sum.volume += p.volume, sum.area += p.area;
+    return sum;
+}
+
+}  // namespace
+
+MeshMeasure measureMesh(const Mesh& mesh) {
+    MeshMeasure measure;
+    Pieces pieces;
+    EdgeCount edges;
+    Size size;
+    parallelBoth([&] { pieces = piecesOf(mesh.position.size(), mesh.triangles); },  // on one thread, for as long
+                 [&] {
+                     edges = countEdges(mesh.triangles, mesh.position.size());
+                     size = sizeOf(mesh);
+                 });
+    measure.components = pieces.count;
+    measure.unpaired_edges = edges.unpaired;
+    measure.volume = size.volume;
+    measure.area = size.area;
+    measure.euler = std::count_if(pieces.of_vertex.begin(), pieces.of_vertex.end(),
+                                  [](std::uint32_t piece) { return piece != kNoPiece; });
+    measure.euler += static_cast<std::int64_t>(mesh.triangles.size()) - static_cast<std::int64_t>(edges.edges);
     return measure;
 }
 

@@ -176,22 +176,32 @@ ArcNetwork arcPoints(const BallBoundary& boundary, const std::vector<Moving>& ba
         circle.beginTowards(network.point[start / 3]);
         return circle;
     };
-    std::vector<Cut> cuts(arcs + circles, Cut(1));
-    std::vector<std::uint32_t> inside(arcs + circles);
-    network.arc_angle.resize(arcs);
+    const auto cutOfArc = [&](std::size_t a, const MovingCircle& circle) {
+        const std::uint32_t start = network.arc_start[a], end = boundary.twin[start];
+        const bool one_triplet = start / 3 == reverseSide(boundary, end / 3);
+        return cutFor(circle, network.arc_angle[a], one_triplet ? 2 : 1, subdivision.segments, subdivision);
+    };
+    const auto circleAt = [&](std::size_t k) {
+        return MovingCircle(balls[boundary.circle[k][0]], balls[boundary.circle[k][1]], radius);
+    };
+    const auto cutOfHalf = [&](const MovingCircle& circle) {
+        return cutFor(circle, kTurn / 2, 2, (subdivision.segments + 1) / 2, subdivision);
+    };
+    std::vector<std::uint32_t> inside(arcs + circles), rise(arcs + circles);
+    resizeOnAll(network.arc_angle, arcs);
     parallelFor(arcs, 512, [&](std::size_t a) {
         const std::uint32_t start = network.arc_start[a], end = boundary.twin[start];
         const MovingCircle circle = circleOfArc(a);
         network.arc_angle[a] = circle.movingAngle(network.point[end / 3],
                                                   arcAngle(boundary, Circle(boundary, from(start), from(end)), start));
-        const bool one_triplet = start / 3 == reverseSide(boundary, end / 3);
-        cuts[a] = cutFor(circle, network.arc_angle[a], one_triplet ? 2 : 1, subdivision.segments, subdivision);
-        inside[a] = cuts[a].segments() - 1;
+        const Cut cut = cutOfArc(a, circle);
+        inside[a] = cut.segments() - 1;
+        rise[a] = cut.rising();
     });
     for (std::size_t k = 0; k < circles; ++k) {
-        const MovingCircle circle(balls[boundary.circle[k][0]], balls[boundary.circle[k][1]], radius);
-        cuts[arcs + k] = cutFor(circle, kTurn / 2, 2, (subdivision.segments + 1) / 2, subdivision);
-        inside[arcs + k] = 2 * cuts[arcs + k].segments();
+        const Cut cut = cutOfHalf(circleAt(k));
+        inside[arcs + k] = 2 * cut.segments();
+        rise[arcs + k] = 2 * cut.rising();
     }
     std::vector<std::uint32_t> begin = placesOf(inside);
     for (std::uint32_t& b : begin) b += static_cast<std::uint32_t>(network.vertices);
@@ -199,8 +209,6 @@ ArcNetwork arcPoints(const BallBoundary& boundary, const std::vector<Moving>& ba
     network.circle_begin.assign(begin.begin() + static_cast<std::ptrdiff_t>(arcs), begin.end());
     resizeOnAll(network.point, begin.back());
 
-    std::vector<std::uint32_t> rise(arcs + circles);
-    for (std::size_t a = 0; a < rise.size(); ++a) rise[a] = cuts[a].rising() * (a < arcs ? 1 : 2);
     const std::vector<std::uint32_t> rising = placesOf(rise);
     resizeOnAll(network.rising, rising.back());
     parallelFor(arcs, 512, [&](std::size_t a) {
@@ -209,13 +217,14 @@ ArcNetwork arcPoints(const BallBoundary& boundary, const std::vector<Moving>& ba
         const auto pointOf = [&](std::uint32_t m) {
             return m == 0 ? start / 3 : m > inside[a] ? end / 3 : network.arc_begin[a] + m - 1;
         };
-        placePoints(circleOfArc(a), 0, network.arc_angle[a], cuts[a], 1, inside[a], pointOf, network,
+        const MovingCircle circle = circleOfArc(a);
+        placePoints(circle, 0, network.arc_angle[a], cutOfArc(a, circle), 1, inside[a], pointOf, network,
                     network.rising.data() + rising[a]);
     });
     parallelFor(circles, 64, [&](std::size_t k) {
-        MovingCircle circle(balls[boundary.circle[k][0]], balls[boundary.circle[k][1]], radius);
+        MovingCircle circle = circleAt(k);
         circle.beginAnywhere((spins[boundary.circle[k][0]] + spins[boundary.circle[k][1]]) / 2);
-        const Cut& cut = cuts[arcs + k];
+        const Cut cut = cutOfHalf(circle);
         RisingVertex* next = network.rising.data() + rising[arcs + k];
         for (const std::uint32_t half : {0U, 1U}) {
             const auto pointOf = [&](std::uint32_t m) {

@@ -214,31 +214,46 @@ void sortRoundAxis(std::span<ArcEnd> ends, const BallBoundary& boundary) {
     });
 }
 
-// Pairs the two ends of every arc. Returns an edge that cannot be paired, if there is one.
-std::optional<UnpairedEdge> pairArcEnds(BallBoundary& boundary) {
-    std::vector<ArcEnd> ends = sortedSides(boundary.triangle);
-    boundary.twin.assign(ends.size(), 0);
-    for (std::size_t begin = 0, end = 0; begin < ends.size(); begin = end) {
-        std::ptrdiff_t surplus = 0;
-        for (end = begin; end < ends.size() && ends[end].low == ends[begin].low && ends[end].high == ends[begin].high;
-             ++end)
-            surplus += ends[end].direction;
-        const std::span<ArcEnd> group(&ends[begin], end - begin);
-        const std::uint32_t low = boundary.row[group[0].low], high = boundary.row[group[0].high];
-        if (surplus != 0) {
-            constexpr std::string_view kFault = "is used more often than its opposite";
-            return surplus > 0 ? UnpairedEdge{low, high, kFault} : UnpairedEdge{high, low, kFault};
-        }
-        if (group.size() > 2) sortRoundAxis(group, boundary);
-        for (std::size_t a = 0; a < group.size(); ++a) {
-            if (!begins(group[a])) continue;
-            const ArcEnd& other = group[(a + 1) % group.size()];
-            if (begins(other)) return UnpairedEdge{low, high, "has triangles that overlap instead of pairing up"};
-            boundary.twin[group[a].side] = other.side;
-            boundary.twin[other.side] = group[a].side;
-        }
+// Pairs the two ends of every arc on one circle. Returns what forbids it, if so.
+std::optional<UnpairedEdge> pairEndsOnCircle(std::span<ArcEnd> ends, BallBoundary& boundary) {
+    const std::uint32_t low = boundary.row[ends[0].low], high = boundary.row[ends[0].high];
+    std::ptrdiff_t surplus = 0;
+    for (const ArcEnd& end : ends) surplus += end.direction;
+    if (surplus != 0) {
+        constexpr std::string_view kFault = "is used more often than its opposite";
+        return surplus > 0 ? UnpairedEdge{low, high, kFault} : UnpairedEdge{high, low, kFault};
+    }
+    if (ends.size() > 2) sortRoundAxis(ends, boundary);
+    for (std::size_t a = 0; a < ends.size(); ++a) {
+        if (!begins(ends[a])) continue;
+        const ArcEnd& other = ends[(a + 1) % ends.size()];
+        if (begins(other)) return UnpairedEdge{low, high, "has triangles that overlap instead of pairing up"};
+        boundary.twin[ends[a].side] = other.side;
+        boundary.twin[other.side] = ends[a].side;
     }
     return std::nullopt;
+}
+
+// On all circles. Returns the first edge that cannot be paired, if there is one.
+std::optional<UnpairedEdge> pairArcEnds(BallBoundary& boundary) {
+    constexpr std::size_t kEndsPerTask = 4096;  // at least
+    std::vector<ArcEnd> ends = sortedSides(boundary.triangle);
+    resizeOnAll(boundary.twin, ends.size());
+    std::vector<std::size_t> task_begin{0};
+    while (task_begin.back() + kEndsPerTask < ends.size())
+        task_begin.push_back(endOfEdge(ends, task_begin.back() + kEndsPerTask));
+    task_begin.push_back(ends.size());
+    std::vector<std::optional<UnpairedEdge>> unpaired(task_begin.size() - 1);
+    parallelFor(unpaired.size(), 1, [&](std::size_t task) {
+        const auto own = std::span(ends).first(task_begin[task + 1]);
+        for (std::size_t begin = task_begin[task], end; begin < own.size() && !unpaired[task]; begin = end) {
+            end = endOfEdge(own, begin);
+            unpaired[task] = pairEndsOnCircle(own.subspan(begin, end - begin), boundary);
+        }
+    });
+    const auto first =
+        std::find_if(unpaired.begin(), unpaired.end(), [](const auto& edge) { return edge.has_value(); });
+    return first == unpaired.end() ? std::nullopt : *first;
 }
 
 // Walks round every face's cycles: at ball i, from half-edge i -> j to the far end of the arc that leaves

@@ -58,24 +58,28 @@ std::vector<std::vector<std::uint32_t>> nearlyTouching(const BallBoundary& bound
     const auto positionOf = [&](std::size_t b) -> const Vec3& { return position[b]; };
     const CellOrder order(boundary.position.size(), reach, positionOf);
     std::vector<std::vector<std::uint32_t>> near(boundary.position.size());
-    forCellsWithin(reach, order, order, positionOf, [&](std::uint32_t cell, std::span<const std::uint32_t> around) {
+    struct Room {
         std::vector<Vec3> place;
-        place.reserve(around.size());
+        std::vector<std::uint32_t> found;
+    };
+    forCellsWithin(reach, order, order, positionOf, [&, room = Room()](auto cell, auto around) mutable {
+        auto& [place, found] = room;
+        place.clear();
         for (const std::uint32_t b : around) place.push_back(position[b]);
-        std::vector<std::uint32_t> found(around.size() + 1);
+        found.resize(around.size() + 1);
         for (const std::uint32_t row : order.rowsOf(cell)) {
             const Vec3 here = position[row];
-            std::size_t n = 0;
-            for (std::size_t k = 0; k < place.size(); ++k) {
+            std::size_t pairs = 0;
+            for (std::uint32_t k = 0; k < place.size(); ++k) {
                 const double squared = (place[k] - here).length2();
-                found[n] = static_cast<std::uint32_t>(k);
-                n += (squared > diameter * diameter) & (squared < reach * reach);
+                found[pairs] = k;
+                pairs += (squared > diameter * diameter) & (squared < reach * reach);
             }
-            for (std::size_t k = 0; k < n; ++k) {
-                const Vec3 offset = place[found[k]] - here, touching = here + offset * (radius / offset.length());
+            for (std::size_t p = 0; p < pairs; ++p) {
+                const Vec3 offset = place[found[p]] - here, touching = here + offset * (radius / offset.length());
                 if (std::none_of(place.begin(), place.end(),
                                  [&](const Vec3& other) { return (other - touching).length2() < covered; }))
-                    near[row].push_back(around[found[k]]);
+                    near[row].push_back(around[found[p]]);
             }
             std::sort(near[row].begin(), near[row].end());
         }

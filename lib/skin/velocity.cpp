@@ -85,7 +85,8 @@ std::vector<Moving> movingBalls(const BallBoundary& boundary, const Particles& p
 
 std::vector<Moving> movingVertices(const Particles& particles, const SnappedParticles& snapped,
                                    const BallBoundary& boundary, const std::vector<Moving>& balls) {
-    std::vector<Moving> vertices(boundary.vertex.size());
+    std::vector<Moving> vertices;
+    resizeOnAll(vertices, boundary.vertex.size());
     parallelRanges(vertices.size(), 1024, [&](std::size_t begin, std::size_t end) {
         NeighbourFinder finder(snapped);
         std::vector<Neighbour> neighbours;
@@ -113,8 +114,8 @@ Spins spinsOfBalls(const BallBoundary& boundary, const std::vector<Moving>& ball
     const double reach = 2 * boundary.worldRadius();
     const auto positionOf = [&](std::size_t b) -> const Vec3& { return balls[b].position; };
     const CellOrder cells(balls.size(), reach, positionOf);
-    forCellsWithin(reach, cells, cells, positionOf, [&](std::uint32_t cell, std::span<const std::uint32_t> around) {
-        MovingColumns near(around.size());
+    forCellsWithin(reach, cells, cells, positionOf, [&, near = MovingColumns()](auto cell, auto around) mutable {
+        near.clear();
         for (const std::uint32_t b : around) near.add(balls[b]);
         near.fillUp(cells.lowestCorner(cell) - Vec3(2 * reach));
         for (const std::uint32_t b : cells.rowsOf(cell)) {
