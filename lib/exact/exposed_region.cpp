@@ -63,9 +63,9 @@ void normalise(std::size_t n, float half, float* x, float* y, float* z, float* s
 }
 
 // The plane that a place lies farthest beyond, the first of these, and how far.
-template <typename Planes>
 struct FarthestBeyond {
-    const Planes& planes;
+    const ExposedRegion::Planes& planes;
+    const std::vector<float>& distances;
     Vec3f place;
     float &beyond, &plane;
 
@@ -79,7 +79,7 @@ struct FarthestBeyond {
             std::memcpy(&x, &planes.x[i], sizeof x);
             std::memcpy(&y, &planes.y[i], sizeof y);
             std::memcpy(&z, &planes.z[i], sizeof z);
-            std::memcpy(&distance, &planes.distance[i], sizeof distance);
+            std::memcpy(&distance, &distances[i], sizeof distance);
             const Some far = x * place.x + y * place.y + z * place.z - distance;
             most_at = far > most ? at : most_at;
             most = far > most ? far : most;
@@ -121,10 +121,9 @@ void setRims(std::size_t n, const float* distance, float cosine, float sine, flo
 }
 
 // Is every direction beyond a plane, with all that is near it?
-template <typename Planes>
 struct CoverAll {
     const DirectionColumns& directions;
-    const Planes& planes;
+    const ExposedRegion::Planes& planes;
     const std::vector<float>& rim;
     bool& all;
 
@@ -274,7 +273,7 @@ bool ExposedRegion::clip(std::uint32_t neighbour) {
 }
 
 void ExposedRegion::take(std::uint32_t neighbour) {
-    planes_.distance[neighbour] = kOutOfReach;
+    left_[neighbour] = kOutOfReach;
     if (clip(neighbour)) return;
     part_.push_back({neighbour, false});
     ++in_doubt_;
@@ -284,7 +283,7 @@ void ExposedRegion::take(std::uint32_t neighbour) {
 // nobody's.
 std::optional<ExposedRegion::Farthest> ExposedRegion::farthestBeyond(const Vec3f& place) const {
     float beyond, plane;
-    onThisCpu(FarthestBeyond<Planes>{planes_, place, beyond, plane});
+    onThisCpu(FarthestBeyond{planes_, left_, place, beyond, plane});
     if (!(beyond > -static_cast<float>(kSlack))) return std::nullopt;
     return Farthest{static_cast<std::uint32_t>(plane), beyond};
 }
@@ -307,12 +306,12 @@ bool ExposedRegion::settleExactly(const Corner& corner) {
     const Vec3f at(corner.place);
     const auto about = farthestBeyond(at);
     if (!about) return true;
-    const auto& [x, y, z, distance] = planes_;
+    const std::vector<float>&x = planes_.x, &y = planes_.y, &z = planes_.z;
     const float least = about->beyond - 2 * static_cast<float>(kSlack);
     std::uint32_t farthest = kNone;
     double most = 0;
     for (std::uint32_t n = 0; n < all_->size(); ++n) {
-        if (x[n] * at.x + y[n] * at.y + z[n] * at.z - distance[n] < least) continue;
+        if (x[n] * at.x + y[n] * at.y + z[n] * at.z - left_[n] < least) continue;
         const Neighbour& neighbour = (*all_)[n];
         const double length = std::sqrt(neighbour.squared);
         double far = dot(corner.place, neighbour.offset / length) - length / (2 * radius_);
@@ -359,7 +358,7 @@ bool ExposedRegion::isHiddenBy(const std::vector<Neighbour>& neighbours) {
     setRims(rim_.size(), planes_.distance.data(), static_cast<float>(directions.cosine),
             static_cast<float>(directions.sine), rim_.data());
     bool all;
-    onThisCpu(CoverAll<Planes>{directions.column, planes_, rim_, all});
+    onThisCpu(CoverAll{directions.column, planes_, rim_, all});
     if (all) return true;
     all_ = &neighbours;
     enclose();
@@ -377,7 +376,6 @@ void ExposedRegion::enclose() {
     makeCell();
     if (in_doubt_ > kMostInDoubt) {
         exactly_ = true;
-        setPlanes(*all_);
         makeCell();
     }
     // What is beyond no true plane of a wall is beyond none that walls made superfluous, as all are the same way off;
@@ -405,6 +403,7 @@ void ExposedRegion::enclose() {
 
 void ExposedRegion::makeCell() {
     part_.clear();
+    left_ = planes_.distance;
     in_doubt_ = 0;
     beginWithTetrahedron();
     do settleCorners();

@@ -29,6 +29,12 @@ namespace betamesh {
 ///         GPU
 class ExposedRegion {
 public:
+    /// Planes half way to neighbours, in radii: unit normals and distances, filled up to whole registers. On the sphere
+    /// they are the rims of the caps that the neighbours hide.
+    struct Planes {
+        std::vector<float> x, y, z, distance;
+    };
+
     explicit ExposedRegion(std::int64_t radius) : radius_(static_cast<double>(radius)) {}
 
     /// Of the ball with these others within 2R, none of them at the same place.
@@ -43,13 +49,11 @@ public:
     const std::vector<Neighbour>& neighbours() const { return neighbours_; }
     /// Where those whose spheres may bound the exposed part are among the neighbours that were given.
     const std::vector<std::uint32_t>& bounding() const { return bounding_; }
+    /// Of all neighbours that were given.
+    const Planes& planes() const { return planes_; }
 
 private:
     static constexpr std::size_t kMostWalls = 64, kMostCorners = 2 * kMostWalls;
-    // Planes half way to neighbours, in radii; those that are used already are out of reach.
-    struct Planes {
-        std::vector<float> x, y, z, distance;  // filled up to whole registers
-    };
     struct Wall {
         Vec3 normal;
         double distance;
@@ -95,6 +99,7 @@ private:
     double radius_;
     const std::vector<Neighbour>* all_ = nullptr;
     Planes planes_;
+    std::vector<float> left_;  // their distances, out of reach where they are used already
     std::vector<float> rim_;
     std::array<Wall, kMostWalls> wall_;
     std::uint64_t walls_ = 0;  // a bit for each that has corners

@@ -109,7 +109,7 @@ std::vector<Parts> exposedParts(const SnappedParticles& particles, const std::ve
     parallelFor(tasks, 1, [&](std::size_t task) {
         NeighbourFinder finder(particles);
         ExposedRegion region(particles.radius);
-        ExposedDirections exposed_directions(directions);
+        ExposedDirections exposed_directions(directions, particles.radius);
         std::vector<Neighbour> neighbours, partners;
         Parts& part = parts[task];
         for (std::size_t s = task * kBallsPerTask; s < std::min(n, (task + 1) * kBallsPerTask); ++s) {
@@ -120,7 +120,7 @@ std::vector<Parts> exposedParts(const SnappedParticles& particles, const std::ve
             skinBall<Balls>(particles, survives, exposed[s], neighbours, region, partners, part);
             if (directions.empty()) continue;
             const std::size_t before = part.exposed.size();
-            exposed_directions.find(neighbours, particles.radius, region.bounding(), part.exposed);
+            exposed_directions.find(region, neighbours, part.exposed);
             part.seen.push_back(exposed[s]);
             part.directions.push_back(static_cast<std::uint32_t>(part.exposed.size() - before));
         }

@@ -2,7 +2,6 @@
 
 #include "core/cell_order.h"
 #include "core/parallel.h"
-#include "exact/exposed_directions.h"
 
 #include <algorithm>
 #include <cmath>
@@ -12,9 +11,10 @@ namespace betamesh {
 namespace {
 
 constexpr std::size_t kBallsPerTask = 256;
-constexpr double kNearlyTouching = 0.1;  // between spheres, radii
-constexpr double kOnePoint = 1e-3;       // between directions, and from rims, for a contact to be a point of its own
-constexpr double kSurely = 1 - 1e-6;     // of a radius: what is so near to a ball's centre is hidden by it
+constexpr double kNearlyTouching = 0.1;    // between spheres, radii
+constexpr double kOnePoint = 1e-3;         // between directions, and from rims, for a contact to be a point of its own
+constexpr double kBarelyMeet = 1 - 1e-12;  // of two radii, squared: from there on a ball hides nothing of another
+constexpr double kSurely = 1 - 1e-6;       // of a radius: what is so near to a ball's centre is hidden by it
 
 struct Part {
     std::vector<std::uint32_t> count, direction;
@@ -47,6 +47,19 @@ Rate movingClearance(const Moving& direction, const Moving& offset) {
     const Rate along = dot(direction, offset) / distance;
     const Rate width = sine.value < kWideCap ? sine * sine / kWideCap : sine;
     return (cosine - along) / width;
+}
+
+// The least clearance of a direction from the caps of all neighbours, and whose; or any that is too little.
+std::pair<double, std::uint32_t> nearestCap(const Vec3& direction, const std::vector<Neighbour>& neighbours,
+                                            double radius, double too_little) {
+    std::pair<double, std::uint32_t> nearest{kFullClearance, kHidden};
+    for (const Neighbour& n : neighbours) {
+        if (nearest.first <= too_little) break;
+        if (n.squared > 4 * radius * radius * kBarelyMeet) continue;
+        const double clearance = movingClearance({direction, Vec3(0)}, {n.offset / radius, Vec3(0)}).value;
+        if (clearance < nearest.first) nearest = {clearance, n.particle};
+    }
+    return nearest;
 }
 
 // Of each ball, the others that are about to touch it, and would where no third one covers it.
@@ -105,7 +118,6 @@ FacePoints facePoints(const SnappedParticles& particles, const BallBoundary& bou
         Part& part = parts[task];
         NeighbourFinder finder(particles);
         std::vector<Neighbour> neighbours;
-        Caps caps;
         for (std::size_t b = task * kBallsPerTask; b < std::min(balls.size(), (task + 1) * kBallsPerTask); ++b) {
             const std::size_t before = part.direction.size();
             const auto add = [&](std::uint32_t d, const Moving& outwards, double clearance, std::uint32_t nearest) {
@@ -115,18 +127,16 @@ FacePoints facePoints(const SnappedParticles& particles, const BallBoundary& bou
             };
             for (const auto& [d, nearest, clearance] : boundary.exposed[b])
                 add(d, {fixed[d], cross(spins[b], fixed[d])}, clearance, nearest);
-            if (!near[b].empty()) {
-                finder.find(boundary.snapped_row[b], neighbours);
-                caps.set(neighbours, boundary.radius);
-            }
+            if (!near[b].empty()) finder.find(boundary.snapped_row[b], neighbours);
             for (const std::uint32_t other : near[b]) {
                 const Moving offset = offsetTo(b, other);
                 const Rate distance = length(offset);
                 const Moving towards = offset / distance;
-                const auto [clearance, cap] = caps.nearest(towards.position, kOnePoint);
+                const auto [clearance, nearest] =
+                    nearestCap(towards.position, neighbours, static_cast<double>(boundary.radius), kOnePoint);
                 if (!(clearance > kOnePoint) || isThere(towards.position, fixed, part, before)) continue;
                 add(static_cast<std::uint32_t>(fixed.size() + part.contact.size()), towards, clearance,
-                    cap < neighbours.size() ? ballOf(boundary, neighbours[cap].particle) : kHidden);
+                    ballOf(boundary, nearest));
                 part.contact.push_back({towards, 1 - (distance - 2) / kNearlyTouching});
             }
             part.count.push_back(static_cast<std::uint32_t>(part.direction.size() - before));
