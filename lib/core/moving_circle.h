@@ -21,6 +21,11 @@ public:
     Rate radius() const { return radius_; }
     double sphereRadius() const { return sphere_; }
     const Moving& centre() const { return centre_; }
+    /// From the axis to a point, across it.
+    Vec3 fromAxis(const Vec3& point) const {
+        const Vec3 offset = point - centre_.position;
+        return offset - axis_.position * dot(offset, axis_.position);
+    }
     /// The rate of change of a point's angle, whose value is known.
     Rate movingAngle(const Moving& point, double angle) const;
     /// Unit vector from the centre.

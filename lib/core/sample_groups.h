@@ -17,6 +17,28 @@ namespace betamesh {
 template <std::size_t kFields>
 using SampleFields = std::array<float, kFields>;
 
+/// Some of many samples.
+template <std::size_t kFields>
+class SomeSamples {
+public:
+    struct Iterator {
+        const SampleFields<kFields>* all;
+        const std::uint32_t* number;
+        const SampleFields<kFields>& operator*() const { return all[*number]; }
+        Iterator& operator++() { return ++number, *this; }
+        bool operator!=(const Iterator& other) const { return number != other.number; }
+    };
+
+    SomeSamples(const SampleFields<kFields>* all, std::span<const std::uint32_t> numbers)
+        : all_(all), numbers_(numbers) {}
+    Iterator begin() const { return {all_, numbers_.data()}; }
+    Iterator end() const { return {all_, numbers_.data() + numbers_.size()}; }
+
+private:
+    const SampleFields<kFields>* all_;
+    std::span<const std::uint32_t> numbers_;
+};
+
 /// A point of many: its row and where it is.
 struct PlacedRow {
     Vec3f place;
@@ -79,7 +101,7 @@ void forPointsAmongSamples(std::size_t samples, const SampleAt& sampleAt, const 
     // A hair more than the reach: what is left out is beyond it however sums round.
     const auto square = static_cast<float>(reach * scale * reach * scale * (1 + 1e-5));
     parallelRanges(near.cells(), 4, [&](std::size_t first, std::size_t last) {
-        std::vector<Fields> candidate, near_enough;
+        std::vector<Fields> candidate;
         std::array<std::vector<float>, 3> place;  // of candidates
         std::vector<std::uint32_t> number;
         std::vector<PlacedRow> point;
@@ -98,7 +120,7 @@ void forPointsAmongSamples(std::size_t samples, const SampleAt& sampleAt, const 
                 place[k].resize(n);
                 for (std::size_t i = 0; i < n; ++i) place[k][i] = candidate[i][k];
             }
-            number.resize(n), near_enough.resize(n);
+            number.resize(n);
 
             point.clear();
             for (const std::uint32_t row : near.rowsOf(cell))
@@ -108,8 +130,7 @@ void forPointsAmongSamples(std::size_t samples, const SampleAt& sampleAt, const 
                 const std::span together = std::span(point).subspan(begin, std::min(kLanes, point.size() - begin));
                 const PointGroup group(together);
                 const std::size_t used = findNear(together, place, square, number);
-                for (std::size_t u = 0; u < used; ++u) near_enough[u] = candidate[number[u]];
-                visit(group, std::span<const Fields>(near_enough.data(), used));
+                visit(group, SomeSamples<kFields>(candidate.data(), std::span(number).first(used)));
             }
         }
     });

@@ -18,30 +18,11 @@ constexpr double kRisesOver = 0.2, kGrowsOver = 0.25;    // lengths of the longe
 constexpr double kLongestSegment = 2, kShortest = 1e-4;  // radians; shorter arcs are straight
 constexpr double kLeastShare = 0.02;                     // of points that rise, so that they are never on one line
 
-// The circle in which the spheres of two balls meet.
-struct Circle {
-    Vec3 centre, axis;
-    double radius;
-
-    Circle(const BallBoundary& boundary, std::uint32_t low, std::uint32_t high) {
-        const Vec3 a = boundary.centre(low), b = boundary.centre(high);
-        const double r = boundary.worldRadius(), half = (b - a).length() / 2;
-        centre = (a + b) / 2;
-        axis = (b - a).normalized();
-        radius = std::sqrt(std::max(0.0, (r - half) * (r + half)));
-    }
-    // Towards a point, across the axis.
-    Vec3 towards(const Vec3& point) const {
-        const Vec3 offset = point - centre;
-        return offset - axis * dot(offset, axis);
-    }
-};
-
 double angleBetween(const Vec3& a, const Vec3& b) { return angleOf(cross(a, b).length(), dot(a, b)); }
 
 // The angle of an arc. From the angles of the two apex particles, whose order is exact, so that an arc of
 // length nearly zero is never taken for a full turn.
-double arcAngle(const BallBoundary& boundary, const Circle& circle, std::uint32_t start) {
+double arcAngle(const BallBoundary& boundary, const MovingCircle& circle, std::uint32_t start) {
     const std::uint32_t end = boundary.twin[start];
     const std::uint32_t low = boundary.triangle[start / 3][start % 3];
     const std::uint32_t high = boundary.triangle[end / 3][end % 3];
@@ -49,9 +30,9 @@ double arcAngle(const BallBoundary& boundary, const Circle& circle, std::uint32_
         return boundary.triangle[previousInTriangle(h) / 3][previousInTriangle(h) % 3];
     };
     const std::uint32_t first = apexOf(start), last = apexOf(end);
-    const Vec3 first_apex = circle.towards(boundary.centre(first)), last_apex = circle.towards(boundary.centre(last));
-    const double covered_before = angleBetween(first_apex, circle.towards(boundary.vertex[start / 3]));
-    const double covered_after = angleBetween(last_apex, circle.towards(boundary.vertex[end / 3]));
+    const Vec3 first_apex = circle.fromAxis(boundary.centre(first)), last_apex = circle.fromAxis(boundary.centre(last));
+    const double covered_before = angleBetween(first_apex, circle.fromAxis(boundary.vertex[start / 3]));
+    const double covered_after = angleBetween(last_apex, circle.fromAxis(boundary.vertex[end / 3]));
 
     double between = kTurn;  // from apex to apex, counter-clockwise
     if (first != last) {
@@ -192,8 +173,7 @@ ArcNetwork arcPoints(const BallBoundary& boundary, const std::vector<Moving>& ba
     parallelFor(arcs, 512, [&](std::size_t a) {
         const std::uint32_t start = network.arc_start[a], end = boundary.twin[start];
         const MovingCircle circle = circleOfArc(a);
-        network.arc_angle[a] = circle.movingAngle(network.point[end / 3],
-                                                  arcAngle(boundary, Circle(boundary, from(start), from(end)), start));
+        network.arc_angle[a] = circle.movingAngle(network.point[end / 3], arcAngle(boundary, circle, start));
         const Cut cut = cutOfArc(a, circle);
         inside[a] = cut.segments() - 1;
         rise[a] = cut.rising();

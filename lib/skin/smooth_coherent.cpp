@@ -119,7 +119,7 @@ __attribute__((always_inline)) inline void invert(const Some (&mean)[3], const S
 // what is out of reach or faces away adds zero, so every instruction set and every company of points gives the same
 // bytes.
 struct SumUp {
-    std::span<const Sample> samples;
+    SomeSamples<kFields> samples;
     float inverse_square_width;
     const Lanes (&point)[3], (&velocity)[3];
     Sums& sums;
@@ -208,7 +208,7 @@ struct SumUp {
 // How near the other side of the liquid is: Σ w (m·d)₋² (m·y)₋² / (|y|² + s)³ over samples that lie behind and face
 // away, m of unit length; sums has been filled at the same points.
 struct SumOpposite {
-    std::span<const Sample> samples;
+    SomeSamples<kFields> samples;
     float inverse_square_width;
     const Lanes (&point)[3], (&velocity)[3];
     const Sums& sums;
@@ -312,7 +312,7 @@ void fitAll(const std::vector<std::uint32_t>& rows, const PointAt& pointAt, cons
         samples.size(), [&](std::size_t i) { return samples[i].position.position; },
         [&](std::size_t i) { return fieldsOf(samples[i], params.radius); }, rows.size(),
         [&](std::size_t i) { return pointAt(rows[i]).position; }, params.width, params.radius, Grouping::close,
-        [&](const PointGroup& group, std::span<const Sample> near) {
+        [&](const PointGroup& group, SomeSamples<kFields> near) {
             std::uint32_t row[kLanes];
             Lanes v[3];
             for (std::size_t lane = 0; lane < kLanes; ++lane) {

@@ -136,7 +136,7 @@ using Sample = SampleFields<kFields>;
 
 // Σ w (v + spin × y), y from each ball to the points, w = (1 - |y|²/4)² within two radii; then Σ w.
 struct SumMotion {
-    std::span<const Sample> samples;
+    SomeSamples<kFields> samples;
     const Lanes (&point)[3];
     Lanes (&sums)[4];
 
@@ -174,7 +174,7 @@ void slideWithParticles(const BallBoundary& boundary, const std::vector<Moving>&
     forPointsAmongSamples<kFields>(
         balls.size(), [&](std::size_t b) { return balls[b].position; }, fieldsOf, mesh.vertex.size(),
         [&](std::size_t v) { return mesh.vertex[v].position; }, 2 * radius, radius, Grouping::coarse,
-        [&](const PointGroup& group, std::span<const Sample> near) {
+        [&](const PointGroup& group, SomeSamples<kFields> near) {
             for (const std::uint32_t v : group.row) __builtin_prefetch(&normals[v]);
             Lanes sums[4];
             forLanes(SumMotion{near, group.place, sums});

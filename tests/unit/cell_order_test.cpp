@@ -107,7 +107,7 @@ TEST(SampleGroups, HaveEveryPointOnceAndWhateverIsWithinItsReach) {
         forPointsAmongSamples<kFields>(
             samples.size(), [&](std::size_t i) { return samples[i]; }, fieldsOf, points.size(),
             [&](std::size_t i) { return points[i]; }, kReach, kUnit, grouping,
-            [&](const PointGroup& group, std::span<const SampleFields<kFields>> near) {
+            [&](const PointGroup& group, SomeSamples<kFields> near) {
                 ASSERT_GE(group.size, 1U);
                 for (std::size_t lane = 0; lane < kLanes; ++lane) {
                     const std::uint32_t row = group.row[lane];
@@ -136,7 +136,7 @@ TEST(SampleGroups, HaveEveryPointOnceAndWhateverIsWithinItsReach) {
 
 /// Σ (1 - |y|²)² over samples within one unit.
 struct SumNear {
-    std::span<const SampleFields<3>> samples;
+    SomeSamples<3> samples;
     const Lanes (&point)[3];
     Lanes (&sum)[1];
 
@@ -167,7 +167,7 @@ TEST(SampleGroups, WhatBecomesOfAPointDependsOnNoOtherNorOnTheWidthOfRegisters) 
             samples.size(), [&](std::size_t i) { return samples[i]; },
             [](std::size_t) { return std::array<float, 0>(); }, sums.size(),
             [&](std::size_t i) { return points[i * stride]; }, 0.9, 0.9, grouping,
-            [&](const PointGroup& group, std::span<const SampleFields<3>> near) {
+            [&](const PointGroup& group, SomeSamples<3> near) {
                 Lanes sum[1];
                 forAllLanes(SumNear{near, group.place, sum});
                 for (std::size_t lane = 0; lane < group.size; ++lane) sums[group.row[lane]] = sum[0][lane];
