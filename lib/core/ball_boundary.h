@@ -11,14 +11,14 @@
 
 namespace betamesh {
 
-/// A direction from a ball, one of a fixed set, in which its sphere is exposed.
+inline constexpr std::uint32_t kHidden = ~std::uint32_t{0};
+
+/// A direction from a ball, one of a fixed set, in which its sphere is exposed. Clearance is as of FacePoints.
 struct ExposedDirection {
     std::uint32_t direction;
-    std::uint32_t
-        nearest;      ///< the ball whose cap it is nearest to; kHidden where that is not exposed, or there is none
-    float clearance;  ///< from that cap, as of FacePoints
+    std::uint32_t nearest;  ///< whose cap it has least clearance from; kHidden where that ball is not exposed
+    float clearance;
 };
-inline constexpr std::uint32_t kHidden = ~std::uint32_t{0};
 
 /// Balls are the exposed ones, in the order of SnappedParticles. Vertex v is the centre of an empty r-ball,
 /// the dual of one oriented alpha triangle; both sides of a triplet, where both are exposed, are neighbours

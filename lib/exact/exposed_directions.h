@@ -16,9 +16,10 @@ class ExposedDirections {
 public:
     ExposedDirections(const std::vector<Vec3>& directions, std::int64_t radius);
 
-    /// Appends those of a ball with these neighbours, of which the region was made, ascending. Its `nearest` is a row
-    /// of SnappedParticles. cost    O(directions · bounding neighbours + exposed ones · neighbours), in single
-    /// precision
+    /// Appends those of a ball with these neighbours, of which the region was made, ascending. Until balls have numbers
+    /// of their own `nearest` is a row of SnappedParticles; kHidden where there is no cap.
+    ///
+    /// cost    O(directions · bounding neighbours + exposed ones · neighbours), in single precision
     void find(const ExposedRegion& region, const std::vector<Neighbour>& neighbours,
               std::vector<ExposedDirection>& exposed);
 
