@@ -173,6 +173,7 @@ BoundarySamples boundarySamples(const BallBoundary& boundary, const std::vector<
     const std::size_t tasks = (balls.size() + kBallsPerTask - 1) / kBallsPerTask;
     std::vector<BoundarySamples> parts(tasks);
     parallelFor(tasks, 1, [&](std::size_t task) {
+        parts[task].reserve(kBallsPerTask);  // one each, nearly always
         for (std::size_t b = task * kBallsPerTask; b < std::min(balls.size(), (task + 1) * kBallsPerTask); ++b) {
             const ExposedBall exposed(balls[b], spins[b], radius, [&](const auto& visit) {
                 lines.forPiecesAt(b, [&](const BoundarySample& piece) { visit(piece, 0.5); });
