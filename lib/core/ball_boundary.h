@@ -11,6 +11,7 @@
 
 namespace betamesh {
 
+/// Stands for a ball that is not exposed, or for none.
 inline constexpr std::uint32_t kHidden = ~std::uint32_t{0};
 
 /// A direction from a ball, one of a fixed set, in which its sphere is exposed. Clearance is as of FacePoints.
