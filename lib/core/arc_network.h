@@ -24,6 +24,11 @@ struct ArcNetwork {
     std::vector<std::uint32_t> arc_begin;     ///< first point inside each arc, and one entry past the last
     std::vector<std::uint32_t> circle_begin;  ///< first point on each circle, and one entry past the last
 
+    Rows at_ball;  ///< arcs round each ball, ascending, then circles, numbered from the last arc on
+    /// Of each ball, from 0 to 1, where only a small patch of it is exposed: in the surface of a liquid, as a rule,
+    /// which smoothing lays flat, so that it need not be cut finely. None: all 0.
+    std::vector<Rate> calm;
+
     std::vector<RisingVertex> rising;  ///< points that are still on their way from the chord to the arc
 
     std::uint32_t arcSize(std::size_t a) const { return arc_begin[a + 1] - arc_begin[a]; }

@@ -21,6 +21,7 @@ public:
     Rate radius() const { return radius_; }
     double sphereRadius() const { return sphere_; }
     const Moving& centre() const { return centre_; }
+    const Moving& axis() const { return axis_; }
     /// From the axis to a point, across it.
     Vec3 fromAxis(const Vec3& point) const {
         const Vec3 offset = point - centre_.position;

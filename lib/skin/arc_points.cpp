@@ -16,7 +16,12 @@ namespace {
 constexpr double kTurn = 2 * std::numbers::pi;
 constexpr double kRisesOver = 0.2, kGrowsOver = 0.25;    // lengths of the longest segment
 constexpr double kLongestSegment = 2, kShortest = 1e-4;  // radians; shorter arcs are straight
-constexpr double kLeastShare = 0.02;                     // of points that rise, so that they are never on one line
+// Of what is round a ball, the square of the mean direction: up to the first it lies several ways, from the second on
+// one way, as round a small patch. Of that mean, the share that is towards the balls beyond: up to the first the patch
+// is what is exposed, from the second on it is what is hidden.
+constexpr double kSeveralWays = 0.5, kOneWay = 0.7;
+constexpr double kExposed = 0.35, kHiddenPatch = 0.6;
+constexpr double kLeastShare = 0.02;  // of points that rise, so that they are never on one line
 
 double angleBetween(const Vec3& a, const Vec3& b) { return angleOf(cross(a, b).length(), dot(a, b)); }
 
@@ -98,11 +103,11 @@ private:
     Rate share_of_rising_;
 };
 
-// Of an angle of a circle, an arc or half of all.
-Cut cutFor(const MovingCircle& circle, Rate angle, std::uint32_t least, int segments,
+// Of an angle of a circle, an arc or half of all. per_radian: segments wanted of a great circle.
+Cut cutFor(const MovingCircle& circle, Rate angle, std::uint32_t least, int segments, Rate per_radian,
            const ArcSubdivision& subdivision) {
     const Rate same_sagitta = angle * squareRoot(circle.radius() / circle.sphereRadius());  // on a great circle
-    const Rate wanted = same_sagitta / subdivision.max_angle, fewest = angle / kLongestSegment;
+    const Rate wanted = same_sagitta * per_radian, fewest = angle / kLongestSegment;
     const Rate length = wanted.value > fewest.value ? wanted : fewest;
     const auto whole = [&](Rate number) {
         return std::max(least, static_cast<std::uint32_t>(std::ceil(number.value)));
@@ -110,6 +115,40 @@ Cut cutFor(const MovingCircle& circle, Rate angle, std::uint32_t least, int segm
     if (segments > 0 && same_sagitta.value > kShortest)
         return Cut(std::max(whole(fewest), static_cast<std::uint32_t>(segments)));
     return subdivision.appearance == Appearance::gradual ? Cut(length, least) : Cut(whole(length));
+}
+
+// An arc or circle: its length, and the sum of all ways along it from the centre of its circle.
+struct Line {
+    Rate length;
+    Moving outwards;
+};
+
+Line lineOf(const MovingCircle& circle, Rate angle, const Moving& start, const Moving& end) {
+    return {circle.radius() * angle, cross(circle.axis(), start - end) * circle.radius()};
+}
+
+// Of each ball, as in ArcNetwork: the lines round it change continuously, and so does this.
+std::vector<Rate> calmness(const std::vector<Moving>& balls, double radius,
+                           const std::vector<std::array<std::uint32_t, 2>>& ends, const Rows& at_ball,
+                           const std::vector<Line>& lines) {
+    std::vector<Rate> calm(balls.size());
+    parallelFor(balls.size(), 1024, [&](std::size_t b) {
+        Moving along, across;  // sums of ways to the lines, and to the centres of their circles
+        Rate length;
+        for (const std::uint32_t line : at_ball[b]) {
+            const std::uint32_t other = ends[line][ends[line][0] == b];
+            across = across + (balls[other] - balls[b]) * (lines[line].length * 0.5);
+            along = along + lines[line].outwards;
+            length = length + lines[line].length;
+        }
+        along = along + across;
+        const Rate square = dot(along, along), full = length * radius;
+        if (!(square.value > 0)) return;
+        const Rate one_way = (square / (full * full) - kSeveralWays) / (kOneWay - kSeveralWays);
+        const Rate hidden = (dot(along, across) / square - kExposed) / (kHiddenPatch - kExposed);
+        calm[b] = smoothStep(one_way) * (1 - smoothStep(hidden));
+    });
+    return calm;
 }
 
 Moving pointAt(const MovingCircle& circle, Rate angle) {
@@ -151,6 +190,8 @@ ArcNetwork arcPoints(const BallBoundary& boundary, const std::vector<Moving>& ba
     });
 
     const std::size_t arcs = network.arc_start.size(), circles = boundary.circle.size();
+    std::vector<std::array<std::uint32_t, 2>> ends(arcs + circles);  // the two balls
+    std::copy(boundary.circle.begin(), boundary.circle.end(), ends.begin() + static_cast<std::ptrdiff_t>(arcs));
     const auto circleOfArc = [&](std::size_t a) {
         const std::uint32_t start = network.arc_start[a];
         MovingCircle circle(balls[from(start)], balls[from(boundary.twin[start])], radius);
@@ -160,21 +201,41 @@ ArcNetwork arcPoints(const BallBoundary& boundary, const std::vector<Moving>& ba
     const auto cutOfArc = [&](std::size_t a, const MovingCircle& circle) {
         const std::uint32_t start = network.arc_start[a], end = boundary.twin[start];
         const bool one_triplet = start / 3 == reverseSide(boundary, end / 3);
-        return cutFor(circle, network.arc_angle[a], one_triplet ? 2 : 1, subdivision.segments, subdivision);
+        Rate per_radian = 1 / subdivision.max_angle;
+        if (!network.calm.empty()) {
+            const Rate one = network.calm[ends[a][0]], other = network.calm[ends[a][1]];
+            per_radian = per_radian + (one.value < other.value ? one : other) *
+                                          (1 / subdivision.calm_angle - 1 / subdivision.max_angle);
+        }
+        return cutFor(circle, network.arc_angle[a], one_triplet ? 2 : 1, subdivision.segments, per_radian, subdivision);
     };
     const auto circleAt = [&](std::size_t k) {
         return MovingCircle(balls[boundary.circle[k][0]], balls[boundary.circle[k][1]], radius);
     };
     const auto cutOfHalf = [&](const MovingCircle& circle) {
-        return cutFor(circle, kTurn / 2, 2, (subdivision.segments + 1) / 2, subdivision);
+        return cutFor(circle, kTurn / 2, 2, (subdivision.segments + 1) / 2, 1 / subdivision.max_angle, subdivision);
     };
-    std::vector<std::uint32_t> inside(arcs + circles), rise(arcs + circles);
+    std::vector<Line> lines(arcs + circles);
     resizeOnAll(network.arc_angle, arcs);
     parallelFor(arcs, 512, [&](std::size_t a) {
         const std::uint32_t start = network.arc_start[a], end = boundary.twin[start];
+        ends[a] = {from(start), from(end)};
         const MovingCircle circle = circleOfArc(a);
         network.arc_angle[a] = circle.movingAngle(network.point[end / 3], arcAngle(boundary, circle, start));
-        const Cut cut = cutOfArc(a, circle);
+        lines[a] = lineOf(circle, network.arc_angle[a], network.point[start / 3], network.point[end / 3]);
+    });
+    for (std::size_t k = 0; k < circles; ++k) lines[arcs + k].length = circleAt(k).radius() * kTurn;
+    network.at_ball =
+        sortedIntoRows<std::uint32_t>(balls.size(), ends.size(), [&](std::size_t line, const auto& visit) {
+            for (const std::uint32_t b : ends[line]) visit(b, static_cast<std::uint32_t>(line));
+        });
+    if (subdivision.calm_angle > subdivision.max_angle)
+        network.calm = calmness(balls, radius, ends, network.at_ball, lines);
+
+    std::vector<std::uint32_t> inside(arcs + circles), rise(arcs + circles);
+    parallelFor(arcs, 512, [&](std::size_t a) {
+        const std::uint32_t start = network.arc_start[a];
+        const Cut cut = cutOfArc(a, {balls[from(start)], balls[from(boundary.twin[start])], radius});
         inside[a] = cut.segments() - 1;
         rise[a] = cut.rising();
     });

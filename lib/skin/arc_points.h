@@ -13,6 +13,8 @@ struct ArcSubdivision {
     double max_angle = 0.25;  ///< radians per segment of a great circle: a sagitta of 0.008 r; larger on small circles
     int segments = 0;         ///< > 0: so many on every arc, half on half a circle; more above 2 radians
     Appearance appearance = Appearance::on_boundary;
+    double calm_angle =
+        0;  ///< > max_angle: the same round balls whose arcs all face one way, which smoothing lays flat
 };
 
 /// Cuts every arc into segments. The sagitta r·δ²/8 is the same on circles of any size: an arc of angle θ on a circle
@@ -20,6 +22,10 @@ struct ArcSubdivision {
 /// Appearance::gradual one or the next even number, whose points rise from chords in the middle as the arc grows, then
 /// part until all segments are equal again: the same from either end, wherever it grows. An arc between the two sides
 /// of one triplet gets at least two, half a circle likewise, so that no two segments share both ends.
+///
+/// Balls of which only a small patch is exposed are in the surface of a liquid, as a rule. Smoothing lays that flat,
+/// chords and all, so that arcs between two of them can have longer segments, and the surface still jumps less where
+/// balls begin to meet there than round drops and edges. In between segments are shorter by degrees.
 ///
 /// Points move as the ends of their arc and its circle do.
 ///

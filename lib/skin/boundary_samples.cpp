@@ -67,7 +67,8 @@ private:
 class Lines {
 public:
     Lines(const BallBoundary& boundary, const std::vector<Moving>& balls, const std::vector<Vec3>& spins,
-          const ArcNetwork& network) {
+          const ArcNetwork& network)
+        : at_ball_(network.at_ball) {
         const std::size_t arcs = network.arc_start.size(), lines = arcs + boundary.circle.size();
         const auto from = [&](std::uint32_t h) { return boundary.triangle[h / 3][h % 3]; };
         std::vector<std::uint32_t> count(lines, kPiecesOfCircle);
@@ -98,10 +99,6 @@ public:
                     pieces_[task].push_back(pieceAt(circle, angle * ((k + 0.5) / n), angle / n));
             }
         });
-
-        at_ball_ = sortedIntoRows<std::uint32_t>(balls.size(), lines, [&](std::size_t line, const auto& visit) {
-            for (const std::uint32_t b : ends[line]) visit(b, static_cast<std::uint32_t>(line));
-        });
     }
 
     /// Calls visit(piece) for all of the lines round a ball.
@@ -119,7 +116,7 @@ private:
 
     std::vector<BoundarySamples> pieces_;     // of so many lines each
     std::vector<std::uint32_t> first_piece_;  // of each line, counted through all
-    Rows at_ball_;                            // lines
+    const Rows& at_ball_;
 };
 
 // What is exposed of one ball, as one sample or as six towards the sides of a cube that turns with the liquid.

@@ -32,6 +32,7 @@ constexpr double kSampleAngle = 0.56;    // radians between samples of wide face
 constexpr double kSmoothingWidth = 2.8;  // radii
 constexpr double kArcAngle = 0.75;  // of a common arc, radians: a segment of it is as long as face points are apart
 constexpr double kSmoothedAngle = 0.235;     // radians per segment of what is smoothed: small jumps where balls meet
+constexpr double kCalmAngle = 0.4;           // where only a small patch of a ball is exposed: jumps are smaller there
 constexpr double kSmoothedFaceAngle = 0.37;  // between points inside faces of the same
 constexpr double kLeastAngle = 0.05, kLargestAngle = 0.7;
 
@@ -104,10 +105,13 @@ Structure floatStructure(const Particles& particles, const SkinParams& params, c
 // Of coherent smoothing.
 int passesOf(const SkinParams& params) { return params.smoothing == SmoothingMethod::coherent ? params.passes : 0; }
 
+double widthOf(const SkinParams& params) {
+    return params.smoothing_width > 0 ? params.smoothing_width : kSmoothingWidth * params.radius;
+}
+
 // Coherent smoothing and inset of either tessellation.
 void smooth(BoundarySamples&& samples, const SkinParams& params, BetaMesh& mesh) {
-    const double width = params.smoothing_width > 0 ? params.smoothing_width : kSmoothingWidth * params.radius;
-    smoothCoherently(mesh, std::move(samples), {params.radius, width, passesOf(params), params.inset});
+    smoothCoherently(mesh, std::move(samples), {params.radius, widthOf(params), passesOf(params), params.inset});
 }
 
 bool isSmoothed(const SkinParams& params) { return passesOf(params) > 0 || params.inset > 0; }
@@ -131,6 +135,8 @@ BetaMesh completeSurface(const Particles& particles, const Structure& structure,
     if (smoothed) {
         subdivision.appearance = Appearance::gradual;
         subdivision.max_angle = kSmoothedAngle;
+        if (passesOf(params) > 0 && widthOf(params) >= kSmoothingWidth * params.radius)
+            subdivision.calm_angle = kCalmAngle;
     }
     const Spins spins = spinsOfBalls(boundary, balls, particles);
     std::vector<Moving> vertices = movingVertices(particles, structure.snapped, boundary, balls);
