@@ -39,11 +39,13 @@ void addSurfaceKeys(std::vector<ConfigKey>& keys) {
          "particles become spheres beside the mesh."},
         {{"complete", Tessellation::complete}, {"paper", Tessellation::paper}},
         [](Config& c) -> Tessellation& { return c.surface.tessellation; }));
-    keys.push_back(integerKey({"surface.arc_subdivisions", "--arc-subdivisions", "segments",
-                               "Complete tessellation: how finely the arcs between neighbouring balls are cut, and the "
-                               "faces with them; in two dimensions an eighth of how often a circle is cut. auto: so "
-                               "that no arc is missed by more than 0.01 radii. 1 makes meshes small."},
-                              1, 64, true, [](Config& c) -> int& { return c.surface.arc_subdivisions; }));
+    keys.push_back(
+        integerKey({"surface.arc_subdivisions", "--arc-subdivisions", "segments",
+                    "Complete tessellation: how finely the arcs between neighbouring balls are cut, and the "
+                    "faces with them; in two dimensions an eighth of how often a circle is cut. auto: so "
+                    "that no arc is missed by more than 0.01 radii, 0.02 where smoothing lays the surface flat. "
+                    "1 makes meshes small."},
+                   1, 64, true, [](Config& c) -> int& { return c.surface.arc_subdivisions; }));
     keys.push_back(choiceKey<PredicateKind>({"surface.predicates", "--predicates", "",
                                              "exact: signs are computed exactly and ties broken by rule, which never "
                                              "fails. float: the paper's test in double "

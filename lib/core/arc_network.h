@@ -5,6 +5,7 @@
 #include "core/beta_mesh.h"
 #include "core/moving.h"
 
+#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -24,6 +25,7 @@ struct ArcNetwork {
     std::vector<std::uint32_t> arc_begin;     ///< first point inside each arc, and one entry past the last
     std::vector<std::uint32_t> circle_begin;  ///< first point on each circle, and one entry past the last
 
+    std::vector<std::array<std::uint32_t, 2>> balls;  ///< of each arc, then of each circle: the two
     Rows at_ball;  ///< arcs round each ball, ascending, then circles, numbered from the last arc on
     /// Of each ball, from 0 to 1, where only a small patch of it is exposed: in the surface of a liquid, as a rule,
     /// which smoothing lays flat, so that it need not be cut finely. None: all 0.

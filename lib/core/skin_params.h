@@ -55,7 +55,7 @@ struct SkinParams {
     double radius = 0;  ///< of the balls, world units, > 0; the paper uses 1.5 particle spacings
     SurfaceKind surface = SurfaceKind::beta;
     Tessellation tessellation = Tessellation::complete;
-    int arc_subdivisions = 0;  ///< segments of every arc, >= 0; 0: as many as keep the sagitta below 0.01 radii
+    int arc_subdivisions = 0;  ///< segments of every arc, >= 0; 0: sagitta below 0.01 radii; 0.02 where smoothed flat
     PredicateKind predicates = PredicateKind::exact;
     int retries = 3;          ///< floating predicates: how often particles are jittered before giving up, >= 0
     double tolerance = 1e-5;  ///< floating predicates: size of the jitter in radii, (0, 0.1]

@@ -128,15 +128,14 @@ Line lineOf(const MovingCircle& circle, Rate angle, const Moving& start, const M
 }
 
 // Of each ball, as in ArcNetwork: the lines round it change continuously, and so does this.
-std::vector<Rate> calmness(const std::vector<Moving>& balls, double radius,
-                           const std::vector<std::array<std::uint32_t, 2>>& ends, const Rows& at_ball,
+std::vector<Rate> calmness(const std::vector<Moving>& balls, double radius, const ArcNetwork& network,
                            const std::vector<Line>& lines) {
     std::vector<Rate> calm(balls.size());
     parallelFor(balls.size(), 1024, [&](std::size_t b) {
         Moving along, across;  // sums of ways to the lines, and to the centres of their circles
         Rate length;
-        for (const std::uint32_t line : at_ball[b]) {
-            const std::uint32_t other = ends[line][ends[line][0] == b];
+        for (const std::uint32_t line : network.at_ball[b]) {
+            const std::uint32_t other = network.balls[line][network.balls[line][0] == b];
             across = across + (balls[other] - balls[b]) * (lines[line].length * 0.5);
             along = along + lines[line].outwards;
             length = length + lines[line].length;
@@ -190,8 +189,9 @@ ArcNetwork arcPoints(const BallBoundary& boundary, const std::vector<Moving>& ba
     });
 
     const std::size_t arcs = network.arc_start.size(), circles = boundary.circle.size();
-    std::vector<std::array<std::uint32_t, 2>> ends(arcs + circles);  // the two balls
-    std::copy(boundary.circle.begin(), boundary.circle.end(), ends.begin() + static_cast<std::ptrdiff_t>(arcs));
+    network.balls.resize(arcs + circles);
+    std::copy(boundary.circle.begin(), boundary.circle.end(),
+              network.balls.begin() + static_cast<std::ptrdiff_t>(arcs));
     const auto circleOfArc = [&](std::size_t a) {
         const std::uint32_t start = network.arc_start[a];
         MovingCircle circle(balls[from(start)], balls[from(boundary.twin[start])], radius);
@@ -203,7 +203,7 @@ ArcNetwork arcPoints(const BallBoundary& boundary, const std::vector<Moving>& ba
         const bool one_triplet = start / 3 == reverseSide(boundary, end / 3);
         Rate per_radian = 1 / subdivision.max_angle;
         if (!network.calm.empty()) {
-            const Rate one = network.calm[ends[a][0]], other = network.calm[ends[a][1]];
+            const Rate one = network.calm[network.balls[a][0]], other = network.calm[network.balls[a][1]];
             per_radian = per_radian + (one.value < other.value ? one : other) *
                                           (1 / subdivision.calm_angle - 1 / subdivision.max_angle);
         }
@@ -215,22 +215,24 @@ ArcNetwork arcPoints(const BallBoundary& boundary, const std::vector<Moving>& ba
     const auto cutOfHalf = [&](const MovingCircle& circle) {
         return cutFor(circle, kTurn / 2, 2, (subdivision.segments + 1) / 2, 1 / subdivision.max_angle, subdivision);
     };
-    std::vector<Line> lines(arcs + circles);
+    const bool by_calm = subdivision.segments == 0 && subdivision.calm_angle > subdivision.max_angle;
+    std::vector<Line> lines(by_calm ? arcs + circles : 0);
     resizeOnAll(network.arc_angle, arcs);
     parallelFor(arcs, 512, [&](std::size_t a) {
         const std::uint32_t start = network.arc_start[a], end = boundary.twin[start];
-        ends[a] = {from(start), from(end)};
+        network.balls[a] = {from(start), from(end)};
         const MovingCircle circle = circleOfArc(a);
         network.arc_angle[a] = circle.movingAngle(network.point[end / 3], arcAngle(boundary, circle, start));
-        lines[a] = lineOf(circle, network.arc_angle[a], network.point[start / 3], network.point[end / 3]);
+        if (by_calm) lines[a] = lineOf(circle, network.arc_angle[a], network.point[start / 3], network.point[end / 3]);
     });
-    for (std::size_t k = 0; k < circles; ++k) lines[arcs + k].length = circleAt(k).radius() * kTurn;
     network.at_ball =
-        sortedIntoRows<std::uint32_t>(balls.size(), ends.size(), [&](std::size_t line, const auto& visit) {
-            for (const std::uint32_t b : ends[line]) visit(b, static_cast<std::uint32_t>(line));
+        sortedIntoRows<std::uint32_t>(balls.size(), network.balls.size(), [&](std::size_t line, const auto& visit) {
+            for (const std::uint32_t b : network.balls[line]) visit(b, static_cast<std::uint32_t>(line));
         });
-    if (subdivision.calm_angle > subdivision.max_angle)
-        network.calm = calmness(balls, radius, ends, network.at_ball, lines);
+    if (by_calm) {
+        for (std::size_t k = 0; k < circles; ++k) lines[arcs + k].length = circleAt(k).radius() * kTurn;
+        network.calm = calmness(balls, radius, network, lines);
+    }
 
     std::vector<std::uint32_t> inside(arcs + circles), rise(arcs + circles);
     parallelFor(arcs, 512, [&](std::size_t a) {

@@ -13,8 +13,7 @@ struct ArcSubdivision {
     double max_angle = 0.25;  ///< radians per segment of a great circle: a sagitta of 0.008 r; larger on small circles
     int segments = 0;         ///< > 0: so many on every arc, half on half a circle; more above 2 radians
     Appearance appearance = Appearance::on_boundary;
-    double calm_angle =
-        0;  ///< > max_angle: the same round balls whose arcs all face one way, which smoothing lays flat
+    double calm_angle = 0;  ///< > max_angle: the same between balls of which only a small patch is exposed
 };
 
 /// Cuts every arc into segments. The sagitta r·δ²/8 is the same on circles of any size: an arc of angle θ on a circle

@@ -69,23 +69,18 @@ public:
     Lines(const BallBoundary& boundary, const std::vector<Moving>& balls, const std::vector<Vec3>& spins,
           const ArcNetwork& network)
         : at_ball_(network.at_ball) {
-        const std::size_t arcs = network.arc_start.size(), lines = arcs + boundary.circle.size();
-        const auto from = [&](std::uint32_t h) { return boundary.triangle[h / 3][h % 3]; };
+        const std::size_t arcs = network.arc_start.size(), lines = network.balls.size();
         std::vector<std::uint32_t> count(lines, kPiecesOfCircle);
-        std::vector<std::array<std::uint32_t, 2>> ends(arcs);  // the two balls
         parallelFor(arcs, 4096, [&](std::size_t a) {
-            const std::uint32_t start = network.arc_start[a];
-            ends[a] = {from(start), from(boundary.twin[start])};
             count[a] = std::max(1U, static_cast<std::uint32_t>(std::ceil(network.arc_angle[a].value / kLongestPiece)));
         });
-        ends.insert(ends.end(), boundary.circle.begin(), boundary.circle.end());
         first_piece_ = placesOf(count);
         pieces_.resize((lines + kLinesPerTask - 1) / kLinesPerTask);
         parallelFor(pieces_.size(), 1, [&](std::size_t task) {
             const std::size_t begin = task * kLinesPerTask, end = std::min(lines, begin + kLinesPerTask);
             pieces_[task].reserve(first_piece_[end] - first_piece_[begin]);
             for (std::size_t line = begin; line < end; ++line) {
-                const auto [low, high] = ends[line];
+                const auto [low, high] = network.balls[line];
                 MovingCircle circle(balls[low], balls[high], boundary.worldRadius());
                 Rate angle = kTurn;
                 if (line < arcs) {
