@@ -16,8 +16,8 @@ namespace betamesh {
 namespace {
 
 constexpr std::size_t kRun = 16;                   // consecutive triangles that make a patch, if they face the same way
-constexpr double kRunCosine = 0.8;                 // to their mean normal: else they are parted by octants
-constexpr double kSameSide = 0.35;                 // cosine of the angle within which normals face the same way
+constexpr int kFacing = 6;                         // so many directions in common: else they are parted by octants
+constexpr double kSameSide = 0.35;                 // cosine of the angle to a normal within which a direction is faced
 constexpr double kNearTurned = 0.3;                // of a patch that has turned over, radii
 constexpr std::uint32_t kMostInPart = 256 * kRun;  // triangles
 constexpr std::size_t kTasks = 512;                // at least, where there is that much to do
@@ -81,26 +81,22 @@ void shapeOf(const Run& run, RunShape& shape) {
     }
 }
 
-double leastCosine(std::span<const Vec3> normals, const Vec3& axis) {
-    double least = 1;
-    for (const Vec3& n : normals)
-        if (n != Vec3(0)) least = std::min(least, dot(n, axis));
-    return least;
-}
-
-// The directions that all normals are on the same side with, one bit for each.
-std::uint64_t facingOf(std::span<const Vec3> normals, const std::vector<Vec3>& directions) {
-    Vec3 sum(0);
-    for (const Vec3& n : normals) sum += n;
-    const Vec3 axis = sum.normalized();
-    const double cosine = leastCosine(normals, axis);
-    if (cosine <= kSameSide) return 0;
-    // the cosine of what is left of the angle between an axis and a direction
-    const double left =
-        kSameSide * cosine + std::sqrt((1 - kSameSide * kSameSide) * std::max(0.0, 1 - cosine * cosine));
-    std::uint64_t facing = 0;
-    for (std::size_t d = 0; d < directions.size(); ++d) facing |= std::uint64_t{dot(axis, directions[d]) >= left} << d;
-    return facing;
+// The directions that each triangle faces, one bit for each; all of them without area.
+BETAMESH_EVERY_CPU
+void facingOf(const RunShape& shape, const std::vector<Vec3>& directions, std::array<std::uint64_t, kRun>& facing) {
+    const auto& [x, y, z] = shape.normal;
+    for (std::size_t i = 0; i < kRun; ++i) {
+        const bool any = (x[i] != 0) | (y[i] != 0) | (z[i] != 0);
+        facing[i] = any ? std::uint64_t{0} : ~std::uint64_t{0};
+    }
+    for (std::size_t d = 0; d < directions.size(); ++d) {
+        const Vec3 direction = directions[d];
+        const std::uint64_t bit = std::uint64_t{1} << d;
+        for (std::size_t i = 0; i < kRun; ++i) {
+            const double cosine = x[i] * direction.x + y[i] * direction.y + z[i] * direction.z;
+            facing[i] |= cosine >= kSameSide ? bit : 0;
+        }
+    }
 }
 
 // Of the plane of a triangle on which the corners of another are; on it, those in common.
@@ -191,8 +187,7 @@ void PatchTree::makeTree(const std::vector<Patch>& patches) {
         const Patch& patch = patches[places[p].patch];
         const std::size_t leaf = (first_on_the_left + p) % n;
         range_[leaf] = patch.range;
-        Node& node = node_[first_leaf_ + leaf] = patch.node;
-        if (node.body) node.facing = 0;  // all ways
+        node_[first_leaf_ + leaf] = patch.node;
     });
     for (std::size_t i = first_leaf_ - 1; i > 0; --i) {
         const Node &a = node_[2 * i], &b = node_[2 * i + 1];
@@ -206,36 +201,31 @@ void PatchTree::makeTree(const std::vector<Patch>& patches) {
 // Of vertices whose triangles face no common way: where two of these cross that do, which no others might tell.
 std::vector<Box> PatchTree::foldedStars(const std::vector<Patch>& patches) const {
     std::vector<std::uint64_t> facing(mesh_.vertex.size(), ~std::uint64_t{0});
-    const auto forCorners = [&](const Patch& patch, const auto& visit) {
-        for (std::uint32_t i = patch.range.begin; i < patch.range.end; ++i)
-            for (const std::uint32_t v : mesh_.triangles[entry_[i].triangle]) visit(v, i);
-    };
     for (const Patch& patch : patches)
-        forCorners(patch, [&](std::uint32_t v, std::uint32_t) { facing[v] &= patch.node.facing; });
+        for (std::uint32_t i = patch.range.begin; i < patch.range.end; ++i)
+            for (const std::uint32_t v : mesh_.triangles[entry_[i].triangle]) facing[v] &= entry_[i].facing;
 
-    struct Corner {
-        std::uint32_t entry;
-        std::uint64_t facing;
-    };
-    const RowsOf<Corner> corners =
-        sortedIntoRows<Corner>(mesh_.vertex.size(), patches.size(), [&](std::size_t p, const auto& visit) {
+    const Rows entries =
+        sortedIntoRows<std::uint32_t>(mesh_.vertex.size(), patches.size(), [&](std::size_t p, const auto& visit) {
             const Patch& patch = patches[p];
-            if (patch.node.awake)
-                forCorners(patch, [&](std::uint32_t v, std::uint32_t i) {
-                    if (facing[v] == 0) visit(v, {i, patch.node.facing});
-                });
+            if (!patch.node.awake || patch.node.body) return;
+            for (std::uint32_t i = patch.range.begin; i < patch.range.end; ++i)
+                for (const std::uint32_t v : mesh_.triangles[entry_[i].triangle])
+                    if (facing[v] == 0) visit(v, i);
         });
 
     const auto positionOf = [&](std::uint32_t v) { return mesh_.vertex[v].position; };
     std::vector<std::uint8_t> folded(mesh_.vertex.size(), 0);
     parallelFor(mesh_.vertex.size(), 4096, [&](std::size_t v) {
-        const std::span<const Corner> corner = corners[v];
-        for (std::size_t i = 0; i < corner.size(); ++i)
-            for (std::size_t j = i + 1; j < corner.size(); ++j)
-                if ((corner[i].facing & corner[j].facing) != 0 &&
-                    meetingOf(mesh_.triangles[entry_[corner[i].entry].triangle],
-                              mesh_.triangles[entry_[corner[j].entry].triangle], positionOf) == Meeting::crossing)
+        const std::span<const std::uint32_t> star = entries[v];
+        for (std::size_t i = 0; i < star.size(); ++i)
+            for (std::size_t j = i + 1; j < star.size(); ++j) {
+                const Entry &one = entry_[star[i]], &other = entry_[star[j]];
+                if ((one.facing & other.facing) != 0 &&
+                    meetingOf(mesh_.triangles[one.triangle], mesh_.triangles[other.triangle], positionOf) ==
+                        Meeting::crossing)
                     folded[v] = 1;
+            }
     });
     std::vector<Box> stars;
     for (std::size_t v = 0; v < folded.size(); ++v)
@@ -258,47 +248,46 @@ void PatchTree::addPatches(const std::vector<Moving>& before, std::uint32_t begi
         }
     RunShape shape;
     shapeOf(run, shape);
-    std::array<Vec3, kRun> normal, part;
+    std::array<std::uint64_t, kRun> facing;
+    facingOf(shape, direction_, facing);
+    std::uint64_t in_common = ~std::uint64_t{0};
     std::array<std::uint8_t, kRun> octant, flat;
-    Vec3 sum(0);
     for (std::uint32_t i = 0; i < size; ++i) {
         flat[i] = shape.turned[i] <= 0 && isFlat(mesh_.vertex, mesh_.triangles[begin + i]) &&
                   isFlat(before, mesh_.triangles[begin + i]);
-        const Vec3 facing = flat[i] ? Vec3(0) : Vec3(shape.normal[0][i], shape.normal[1][i], shape.normal[2][i]);
-        octant[i] = static_cast<std::uint8_t>((facing.x > 0) + 2 * (facing.y > 0) + 4 * (facing.z > 0));
-        sum += normal[i] = facing;
+        if (flat[i]) facing[i] = ~std::uint64_t{0};
+        in_common &= facing[i];
+        octant[i] = static_cast<std::uint8_t>((shape.normal[0][i] > 0) + 2 * (shape.normal[1][i] > 0) +
+                                              4 * (shape.normal[2][i] > 0));
     }
-    if (leastCosine(std::span(normal).first(size), sum.normalized()) >= kRunCosine)
-        std::fill_n(octant.begin(), size, std::uint8_t{0});
+    if (std::popcount(in_common) >= kFacing) std::fill_n(octant.begin(), size, std::uint8_t{0});
     std::uint32_t placed = 0;
     for (std::uint8_t wanted = 0; placed < size; ++wanted) {
         Patch patch{{begin + placed, 0}, {}, false};
-        std::size_t parts = 0;
         for (std::uint32_t k = 0; k < size; ++k) {
             if (octant[k] != wanted) continue;
             const Boxf box({shape.low[0][k], shape.low[1][k], shape.low[2][k]},
                            {shape.high[0][k], shape.high[1][k], shape.high[2][k]});
             const Boxf judged = flat[k] ? Boxf() : box;
-            entry_[begin + placed++] = {begin + k, judged.min, judged.max};
+            entry_[begin + placed++] = {begin + k, judged.min, judged.max, facing[k]};
             patch.node.box.extendBy(box);
             const bool moved = shape.way[k] > 0;
             patch.node.awake |= moved;
             patch.turned |= moved && shape.turned[k] <= 0 && !flat[k];
-            part[parts++] = normal[k];
+            patch.node.facing &= facing[k];
         }
         patch.range.end = begin + placed;
-        if (parts == 0) continue;
-        patch.node.facing = facingOf(std::span(part).first(parts), direction_);
-        into.push_back(patch);
+        if (patch.range.begin < patch.range.end) into.push_back(patch);
     }
 }
 
 void PatchTree::addBodyPart(const std::vector<Moving>& before, const BodyPart& part, std::vector<Patch>& into) {
     Patch patch{{part.begin, part.end}, {}, false};
     patch.node.body = part.body;
+    patch.node.facing = 0;  // all ways
     for (std::uint32_t t = part.begin; t < part.end; ++t) {
         const Boxf box = boxOf(t);
-        entry_[t] = {t, box.min, box.max};
+        entry_[t] = {t, box.min, box.max, 0};
         patch.node.box.extendBy(box);
         for (const std::uint32_t v : mesh_.triangles[t])
             patch.node.awake |= before[v].position != mesh_.vertex[v].position;
@@ -377,7 +366,11 @@ void PatchTree::wake(const Box& box, double distance) {
         node_[i].awake = 1;
         node_[i].facing = 0;
         node_[i].body = 0;
-        if (i < first_leaf_) waiting.insert(waiting.end(), {2 * i, 2 * i + 1});
+        if (i < first_leaf_)
+            waiting.insert(waiting.end(), {2 * i, 2 * i + 1});
+        else
+            for (std::uint32_t e = range_[i - first_leaf_].begin; e < range_[i - first_leaf_].end; ++e)
+                entry_[e].facing = 0;
     }
 }
 
@@ -473,6 +466,7 @@ void PatchTree::addMeetings(const TrianglePair& leaves, Meetings& out) const {
             for (std::size_t m = 0; m < ones.size(); ++m)
                 for (std::size_t k = i == j && f == g ? m + 1 : 0; k < others.size(); ++k) {
                     const std::uint32_t s = ones[m]->triangle, t = others[k]->triangle;
+                    if ((ones[m]->facing & others[k]->facing) != 0) continue;
                     if (!ones[m]->box().intersects(others[k]->box())) continue;
                     const Meeting meeting = meetingOf(mesh_.triangles[s], mesh_.triangles[t], positionOf);
                     if (meeting == Meeting::none) continue;

@@ -29,11 +29,11 @@ struct Meetings {
     std::vector<TrianglePair> crossing, doubtful;
 };
 
-/// Patches of triangles in a binary tree. Each node knows which directions all of its triangles face: two nodes with
-/// a common one are parts of a surface over a plane, which cannot cross. Layers that face the same way have others
-/// between them, which would cross first, or meet in a vertex whose triangles face all ways: there, and where triangles
-/// have turned over, no such thing is relied on. Triangles that had no area and have none cross nothing, nor
-/// have they turned over: lattices are full of them.
+/// Patches of triangles in a binary tree. Each triangle knows which directions it faces, each node which ones all of
+/// its triangles face: two with a common one are parts of a surface over a plane, which cannot cross. Layers that face
+/// the same way have others between them, which would cross first, or meet in a vertex whose triangles face all ways:
+/// there, and where triangles have turned over, no such thing is relied on. Triangles that had no area and have none
+/// cross nothing, nor have they turned over: lattices are full of them.
 ///
 /// A body is a piece of surface that does not cross itself, which is known from elsewhere until it is woken. It is cut
 /// into few patches, and these are not compared with each other.
@@ -86,12 +86,13 @@ public:
 private:
     struct Entry {
         std::uint32_t triangle;
-        Vec3f low, high;  // empty where it never had an area
+        Vec3f low, high;       // empty where it never had an area
+        std::uint64_t facing;  // one bit for each direction
         Boxf box() const { return {low, high}; }
     };
     struct Node {
         Boxf box;
-        std::uint64_t facing = ~std::uint64_t{0};  // one bit for each direction
+        std::uint64_t facing = ~std::uint64_t{0};  // directions that all of it faces
         std::uint32_t body = 0;                    // that all is part of; 0: of none, or of several
         std::uint8_t awake = 0;
     };
