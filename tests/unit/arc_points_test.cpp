@@ -8,26 +8,39 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <map>
 #include <numbers>
+#include <random>
 
 namespace betamesh {
 namespace {
 
-constexpr double kRadius = 1.5, kLongest = 0.25;
+constexpr double kRadius = 1.5, kLongest = 0.25, kLongestInCalm = 0.4;
 using Line = std::vector<Vec3>;
+
+struct Arcs {
+    BallBoundary boundary;
+    ArcNetwork network;
+};
+
+Arcs arcsOf(const Particles& particles, double calm_angle) {
+    const SnappedParticles snapped = snapParticles(particles, kRadius);
+    BallBoundary boundary = ballBoundary(snapped, survivors(snapped));
+    const std::vector<Moving> balls = movingBalls(boundary, particles);
+    ArcNetwork network =
+        arcPoints(boundary, balls, std::vector<Vec3>(balls.size(), Vec3(0)),
+                  movingVertices(particles, snapped, boundary, balls), {kLongest, 0, Appearance::gradual, calm_angle});
+    return {std::move(boundary), std::move(network)};
+}
 
 // The arcs and circles between the first two particles, in any order.
 std::vector<Line> linesOf(const std::vector<Vec3>& centres) {
     Particles particles;
     for (const Vec3& centre : centres) particles.position.emplace_back(centre);
     particles.velocity.assign(particles.size(), Vec3f(0));
-    const SnappedParticles snapped = snapParticles(particles, kRadius);
-    const BallBoundary boundary = ballBoundary(snapped, survivors(snapped));
-    const std::vector<Moving> balls = movingBalls(boundary, particles);
-    const ArcNetwork network =
-        arcPoints(boundary, balls, std::vector<Vec3>(balls.size(), Vec3(0)),
-                  movingVertices(particles, snapped, boundary, balls), {kLongest, 0, Appearance::gradual});
+    const auto [boundary, network] = arcsOf(particles, 0);
     std::vector<Line> lines;
     for (std::size_t a = 0; a < network.arc_start.size(); ++a) {
         const std::uint32_t start = network.arc_start[a], end = boundary.twin[start];
@@ -146,6 +159,68 @@ TEST(ArcPoints, AreTheSameWhicheverBallComesFirst) {
         for (Vec3& point : turned.at(0)) point.z *= -1;
         EXPECT_LE(distance(lines.at(0), turned[0]), 1e-5) << half_angle;
     }
+}
+
+// So many a side, a spacing of 1 apart, but for a quarter of that.
+Particles jitteredBlock(int nx, int ny, int nz) {
+    std::mt19937 random(1);
+    std::uniform_real_distribution<float> jitter(-0.25F, 0.25F);
+    std::normal_distribution<float> speed(0, 1);
+    Particles particles;
+    for (int x = 0; x < nx; ++x)
+        for (int y = 0; y < ny; ++y)
+            for (int z = 0; z < nz; ++z) {
+                particles.position.emplace_back(static_cast<float>(x) + jitter(random),
+                                                static_cast<float>(y) + jitter(random),
+                                                static_cast<float>(z) + jitter(random));
+                particles.velocity.emplace_back(speed(random), speed(random), speed(random));
+            }
+    return particles;
+}
+
+std::size_t pointsWith(const Particles& particles, double calm_angle) {
+    return arcsOf(particles, calm_angle).network.point.size();
+}
+
+TEST(ArcPoints, InTheSurfaceOfALiquidAreFewer) {
+    const Particles block = jitteredBlock(16, 16, 8);
+    EXPECT_LT(pointsWith(block, kLongestInCalm), 0.9 * static_cast<double>(pointsWith(block, 0)));
+}
+
+TEST(ArcPoints, OfDropsAndThreadsAndSheetsAreHardlyFewer) {
+    for (const auto& [nx, ny, nz] : {std::array{1, 1, 1}, {2, 1, 1}, {2, 2, 1}, {24, 1, 1}, {16, 16, 1}}) {
+        const Particles particles = jitteredBlock(nx, ny, nz);
+        EXPECT_GE(pointsWith(particles, kLongestInCalm), 0.99 * static_cast<double>(pointsWith(particles, 0)))
+            << nx << ' ' << ny << ' ' << nz;
+    }
+}
+
+TEST(ArcPoints, AreFewerByDegreesThatChangeAsTheySay) {
+    constexpr float kStep = 1e-3F;
+    const Particles now = jitteredBlock(12, 12, 6);
+    const auto at = [&](float time) {
+        Particles moved = now;
+        for (std::size_t i = 0; i < moved.size(); ++i) moved.position[i] += moved.velocity[i] * time;
+        return arcsOf(moved, kLongestInCalm);
+    };
+    const Arcs before = at(-kStep), middle = at(0), after = at(kStep);
+    const auto calmOf = [](const Arcs& arcs) {  // by row of the particle
+        std::map<std::uint32_t, Rate> calm;
+        for (std::size_t b = 0; b < arcs.boundary.row.size(); ++b) calm[arcs.boundary.row[b]] = arcs.network.calm[b];
+        return calm;
+    };
+    const auto first = calmOf(before), last = calmOf(after);
+    int between = 0, as_said = 0;
+    for (const auto& [row, calm] : calmOf(middle)) {
+        EXPECT_GE(calm.value, 0);
+        EXPECT_LE(calm.value, 1);
+        if (calm.value == 0 || calm.value == 1 || !first.count(row) || !last.count(row)) continue;
+        const double rate = (last.at(row).value - first.at(row).value) / (2 * kStep);
+        ++between;
+        as_said += std::abs(rate - calm.rate) < 0.05 * (1 + std::abs(calm.rate));
+    }
+    EXPECT_GT(between, 20);
+    EXPECT_GT(as_said, 0.9 * between);  // the others meet new neighbours just then
 }
 
 }  // namespace
