@@ -103,16 +103,23 @@ private:
     Rate share_of_rising_;
 };
 
-// Of an angle of a circle, an arc or half of all. per_radian: segments wanted of a great circle.
-Cut cutFor(const MovingCircle& circle, Rate angle, std::uint32_t least, int segments, Rate per_radian,
-           const ArcSubdivision& subdivision) {
-    const Rate same_sagitta = angle * squareRoot(circle.radius() / circle.sphereRadius());  // on a great circle
-    const Rate wanted = same_sagitta * per_radian, fewest = angle / kLongestSegment;
+// An angle of a circle, and that of a great circle whose segments have the same sagitta.
+struct Span {
+    Rate angle, of_great;
+
+    Span() = default;
+    Span(const MovingCircle& circle, Rate along)
+        : angle(along), of_great(along * squareRoot(circle.radius() / circle.sphereRadius())) {}
+};
+
+// Of an arc or half a circle. per_radian: segments wanted of a great circle.
+Cut cutFor(const Span& span, std::uint32_t least, int segments, Rate per_radian, const ArcSubdivision& subdivision) {
+    const Rate wanted = span.of_great * per_radian, fewest = span.angle / kLongestSegment;
     const Rate length = wanted.value > fewest.value ? wanted : fewest;
     const auto whole = [&](Rate number) {
         return std::max(least, static_cast<std::uint32_t>(std::ceil(number.value)));
     };
-    if (segments > 0 && same_sagitta.value > kShortest)
+    if (segments > 0 && span.of_great.value > kShortest)
         return Cut(std::max(whole(fewest), static_cast<std::uint32_t>(segments)));
     return subdivision.appearance == Appearance::gradual ? Cut(length, least) : Cut(whole(length));
 }
@@ -198,7 +205,8 @@ ArcNetwork arcPoints(const BallBoundary& boundary, const std::vector<Moving>& ba
         circle.beginTowards(network.point[start / 3]);
         return circle;
     };
-    const auto cutOfArc = [&](std::size_t a, const MovingCircle& circle) {
+    std::vector<Span> spans(arcs + circles);  // halves of circles
+    const auto cutOfArc = [&](std::size_t a) {
         const std::uint32_t start = network.arc_start[a], end = boundary.twin[start];
         const bool one_triplet = start / 3 == reverseSide(boundary, end / 3);
         Rate per_radian = 1 / subdivision.max_angle;
@@ -207,13 +215,13 @@ ArcNetwork arcPoints(const BallBoundary& boundary, const std::vector<Moving>& ba
             per_radian = per_radian + (one.value < other.value ? one : other) *
                                           (1 / subdivision.calm_angle - 1 / subdivision.max_angle);
         }
-        return cutFor(circle, network.arc_angle[a], one_triplet ? 2 : 1, subdivision.segments, per_radian, subdivision);
+        return cutFor(spans[a], one_triplet ? 2 : 1, subdivision.segments, per_radian, subdivision);
+    };
+    const auto cutOfHalf = [&](std::size_t k) {
+        return cutFor(spans[arcs + k], 2, (subdivision.segments + 1) / 2, 1 / subdivision.max_angle, subdivision);
     };
     const auto circleAt = [&](std::size_t k) {
         return MovingCircle(balls[boundary.circle[k][0]], balls[boundary.circle[k][1]], radius);
-    };
-    const auto cutOfHalf = [&](const MovingCircle& circle) {
-        return cutFor(circle, kTurn / 2, 2, (subdivision.segments + 1) / 2, 1 / subdivision.max_angle, subdivision);
     };
     const bool by_calm = subdivision.segments == 0 && subdivision.calm_angle > subdivision.max_angle;
     std::vector<Line> lines(by_calm ? arcs + circles : 0);
@@ -223,26 +231,28 @@ ArcNetwork arcPoints(const BallBoundary& boundary, const std::vector<Moving>& ba
         network.balls[a] = {from(start), from(end)};
         const MovingCircle circle = circleOfArc(a);
         network.arc_angle[a] = circle.movingAngle(network.point[end / 3], arcAngle(boundary, circle, start));
+        spans[a] = {circle, network.arc_angle[a]};
         if (by_calm) lines[a] = lineOf(circle, network.arc_angle[a], network.point[start / 3], network.point[end / 3]);
     });
     network.at_ball =
         sortedIntoRows<std::uint32_t>(balls.size(), network.balls.size(), [&](std::size_t line, const auto& visit) {
             for (const std::uint32_t b : network.balls[line]) visit(b, static_cast<std::uint32_t>(line));
         });
-    if (by_calm) {
-        for (std::size_t k = 0; k < circles; ++k) lines[arcs + k].length = circleAt(k).radius() * kTurn;
-        network.calm = calmness(balls, radius, network, lines);
+    for (std::size_t k = 0; k < circles; ++k) {
+        const MovingCircle circle = circleAt(k);
+        spans[arcs + k] = {circle, kTurn / 2};
+        if (by_calm) lines[arcs + k].length = circle.radius() * kTurn;
     }
+    if (by_calm) network.calm = calmness(balls, radius, network, lines);
 
     std::vector<std::uint32_t> inside(arcs + circles), rise(arcs + circles);
     parallelFor(arcs, 512, [&](std::size_t a) {
-        const std::uint32_t start = network.arc_start[a];
-        const Cut cut = cutOfArc(a, {balls[from(start)], balls[from(boundary.twin[start])], radius});
+        const Cut cut = cutOfArc(a);
         inside[a] = cut.segments() - 1;
         rise[a] = cut.rising();
     });
     for (std::size_t k = 0; k < circles; ++k) {
-        const Cut cut = cutOfHalf(circleAt(k));
+        const Cut cut = cutOfHalf(k);
         inside[arcs + k] = 2 * cut.segments();
         rise[arcs + k] = 2 * cut.rising();
     }
@@ -261,13 +271,13 @@ ArcNetwork arcPoints(const BallBoundary& boundary, const std::vector<Moving>& ba
             return m == 0 ? start / 3 : m > inside[a] ? end / 3 : network.arc_begin[a] + m - 1;
         };
         const MovingCircle circle = circleOfArc(a);
-        placePoints(circle, 0, network.arc_angle[a], cutOfArc(a, circle), 1, inside[a], pointOf, network,
+        placePoints(circle, 0, network.arc_angle[a], cutOfArc(a), 1, inside[a], pointOf, network,
                     network.rising.data() + rising[a]);
     });
     parallelFor(circles, 64, [&](std::size_t k) {
         MovingCircle circle = circleAt(k);
         circle.beginAnywhere((spins[boundary.circle[k][0]] + spins[boundary.circle[k][1]]) / 2);
-        const Cut cut = cutOfHalf(circle);
+        const Cut cut = cutOfHalf(k);
         RisingVertex* next = network.rising.data() + rising[arcs + k];
         for (const std::uint32_t half : {0U, 1U}) {
             const auto pointOf = [&](std::uint32_t m) {
