@@ -27,8 +27,8 @@ struct ArcNetwork {
 
     std::vector<std::array<std::uint32_t, 2>> balls;  ///< of each arc, then of each circle: the two
     Rows at_ball;  ///< arcs round each ball, ascending, then circles, numbered from the last arc on
-    /// Of each ball, from 0 to 1, where only a small patch of it is exposed: in the surface of a liquid, as a rule,
-    /// which smoothing lays flat, so that it need not be cut finely. None: all 0.
+    /// Of the face that each half-edge goes round, from 0 to 1, where it is only a small patch of its ball: in the
+    /// surface of a liquid, as a rule, which smoothing lays flat, so that it need not be cut finely. None: all 0.
     std::vector<Rate> calm;
 
     std::vector<RisingVertex> rising;  ///< points that are still on their way from the chord to the arc

@@ -16,7 +16,7 @@ namespace {
 constexpr double kTurn = 2 * std::numbers::pi;
 constexpr double kRisesOver = 0.2, kGrowsOver = 0.25;    // lengths of the longest segment
 constexpr double kLongestSegment = 2, kShortest = 1e-4;  // radians; shorter arcs are straight
-// Of what is round a ball, the square of the mean direction: up to the first it lies several ways, from the second on
+// Of what is round a face, the square of the mean direction: up to the first it lies several ways, from the second on
 // one way, as round a small patch. Of that mean, the share that is towards the balls beyond: up to the first the patch
 // is what is exposed, from the second on it is what is hidden.
 constexpr double kSeveralWays = 0.5, kOneWay = 0.7;
@@ -134,25 +134,39 @@ Line lineOf(const MovingCircle& circle, Rate angle, const Moving& start, const M
     return {circle.radius() * angle, cross(circle.axis(), start - end) * circle.radius()};
 }
 
-// Of each ball, as in ArcNetwork: the lines round it change continuously, and so does this.
-std::vector<Rate> calmness(const std::vector<Moving>& balls, double radius, const ArcNetwork& network,
+// As in ArcNetwork: the lines round a face change continuously, and so does this.
+std::vector<Rate> calmness(const BallBoundary& boundary, const std::vector<Moving>& balls, const ArcNetwork& network,
                            const std::vector<Line>& lines) {
-    std::vector<Rate> calm(balls.size());
-    parallelFor(balls.size(), 1024, [&](std::size_t b) {
+    const double radius = boundary.worldRadius();
+    const std::size_t cycles = boundary.cycle.size(), arcs = network.arc_start.size();
+    std::vector<Rate> calm;
+    resizeOnAll(calm, boundary.twin.size());
+    parallelFor(boundary.face.size(), 1024, [&](std::size_t f) {
+        const std::uint32_t b = boundary.face_ball[f];
         Moving along, across;  // sums of ways to the lines, and to the centres of their circles
         Rate length;
-        for (const std::uint32_t line : network.at_ball[b]) {
+        const auto add = [&](std::size_t line) {
             const std::uint32_t other = network.balls[line][network.balls[line][0] == b];
             across = across + (balls[other] - balls[b]) * (lines[line].length * 0.5);
             along = along + lines[line].outwards;
             length = length + lines[line].length;
-        }
+        };
+        for (const std::uint32_t c : boundary.face[f])
+            if (c >= cycles)
+                add(arcs + (c - cycles) / 2);
+            else
+                for (const std::uint32_t h : boundary.cycle[c]) add(network.arc_of[h]);
         along = along + across;
         const Rate square = dot(along, along), full = length * radius;
-        if (!(square.value > 0)) return;
-        const Rate one_way = (square / (full * full) - kSeveralWays) / (kOneWay - kSeveralWays);
-        const Rate hidden = (dot(along, across) / square - kExposed) / (kHiddenPatch - kExposed);
-        calm[b] = smoothStep(one_way) * (1 - smoothStep(hidden));
+        Rate of_face = 0;
+        if (square.value > 0) {
+            const Rate one_way = (square / (full * full) - kSeveralWays) / (kOneWay - kSeveralWays);
+            const Rate hidden = (dot(along, across) / square - kExposed) / (kHiddenPatch - kExposed);
+            of_face = smoothStep(one_way) * (1 - smoothStep(hidden));
+        }
+        for (const std::uint32_t c : boundary.face[f])
+            if (c < cycles)
+                for (const std::uint32_t h : boundary.cycle[c]) calm[h] = of_face;
     });
     return calm;
 }
@@ -205,13 +219,14 @@ ArcNetwork arcPoints(const BallBoundary& boundary, const std::vector<Moving>& ba
         circle.beginTowards(network.point[start / 3]);
         return circle;
     };
+    const bool by_calm = subdivision.segments == 0 && subdivision.calm_angle > subdivision.max_angle;
     std::vector<Span> spans(arcs + circles);  // halves of circles
     const auto cutOfArc = [&](std::size_t a) {
         const std::uint32_t start = network.arc_start[a], end = boundary.twin[start];
         const bool one_triplet = start / 3 == reverseSide(boundary, end / 3);
         Rate per_radian = 1 / subdivision.max_angle;
         if (!network.calm.empty()) {
-            const Rate one = network.calm[network.balls[a][0]], other = network.calm[network.balls[a][1]];
+            const Rate one = network.calm[start], other = network.calm[end];
             per_radian = per_radian + (one.value < other.value ? one : other) *
                                           (1 / subdivision.calm_angle - 1 / subdivision.max_angle);
         }
@@ -223,7 +238,6 @@ ArcNetwork arcPoints(const BallBoundary& boundary, const std::vector<Moving>& ba
     const auto circleAt = [&](std::size_t k) {
         return MovingCircle(balls[boundary.circle[k][0]], balls[boundary.circle[k][1]], radius);
     };
-    const bool by_calm = subdivision.segments == 0 && subdivision.calm_angle > subdivision.max_angle;
     std::vector<Line> lines(by_calm ? arcs + circles : 0);
     resizeOnAll(network.arc_angle, arcs);
     parallelFor(arcs, 512, [&](std::size_t a) {
@@ -243,7 +257,7 @@ ArcNetwork arcPoints(const BallBoundary& boundary, const std::vector<Moving>& ba
         spans[arcs + k] = {circle, kTurn / 2};
         if (by_calm) lines[arcs + k].length = circle.radius() * kTurn;
     }
-    if (by_calm) network.calm = calmness(balls, radius, network, lines);
+    if (by_calm) network.calm = calmness(boundary, balls, network, lines);
 
     std::vector<std::uint32_t> inside(arcs + circles), rise(arcs + circles);
     parallelFor(arcs, 512, [&](std::size_t a) {

@@ -13,7 +13,7 @@ struct ArcSubdivision {
     double max_angle = 0.25;  ///< radians per segment of a great circle: a sagitta of 0.008 r; larger on small circles
     int segments = 0;         ///< > 0: so many on every arc, half on half a circle; more above 2 radians
     Appearance appearance = Appearance::on_boundary;
-    double calm_angle = 0;  ///< > max_angle: the same between balls of which only a small patch is exposed
+    double calm_angle = 0;  ///< > max_angle: the same between faces that are only small patches of their balls
 };
 
 /// Cuts every arc into segments. The sagitta r·δ²/8 is the same on circles of any size: an arc of angle θ on a circle
@@ -22,15 +22,15 @@ struct ArcSubdivision {
 /// part until all segments are equal again: the same from either end, wherever it grows. An arc between the two sides
 /// of one triplet gets at least two, half a circle likewise, so that no two segments share both ends.
 ///
-/// Balls of which only a small patch is exposed are in the surface of a liquid, as a rule. Smoothing lays that flat,
-/// chords and all, so that arcs between two of them can have longer segments, and the surface still jumps less where
-/// balls begin to meet there than round drops and edges. In between segments are shorter by degrees.
+/// Faces that are only small patches of their balls are in the surface of a liquid or on a side of a sheet, as a rule.
+/// Smoothing lays that flat, chords and all, so that arcs between two of them can have longer segments, and the surface
+/// still jumps less where balls begin to meet there than round drops and edges. In between segments are shorter by
+/// degrees, which change continuously but where faces of one ball become one.
 ///
 /// Points move as the ends of their arc and its circle do.
 ///
-/// in      a boundary; its balls with their motion and angular velocity; its vertices with theirs
-/// same    result for any thread count
-/// cost    O(points)
+/// in      a boundary, with its faces where there is a calm angle; its balls with their motion and angular velocity;
+/// its vertices with theirs same    result for any thread count cost    O(points)
 ArcNetwork arcPoints(const BallBoundary& boundary, const std::vector<Moving>& balls, const std::vector<Vec3>& spins,
                      std::vector<Moving> vertices, const ArcSubdivision& subdivision);
 
