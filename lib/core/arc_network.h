@@ -12,6 +12,13 @@
 
 namespace betamesh {
 
+/// An arc or full circle.
+struct ArcLine {
+    std::array<std::uint32_t, 2> balls;
+    Rate radius, length;  ///< world units
+    Moving outwards;      ///< unit vectors from the centre of the circle, summed along it: times a length
+};
+
 /// Point v < vertices is vertex v of the ball boundary; then come the points inside arcs, then those on full
 /// circles. Arc a runs counter-clockwise round the axis from its lower to its higher ball, from one vertex
 /// to another; circle k likewise, and has no end.
@@ -25,8 +32,8 @@ struct ArcNetwork {
     std::vector<std::uint32_t> arc_begin;     ///< first point inside each arc, and one entry past the last
     std::vector<std::uint32_t> circle_begin;  ///< first point on each circle, and one entry past the last
 
-    std::vector<std::array<std::uint32_t, 2>> balls;  ///< of each arc, then of each circle: the two
-    Rows at_ball;  ///< arcs round each ball, ascending, then circles, numbered from the last arc on
+    std::vector<ArcLine> line;  ///< each arc, then each circle
+    Rows at_ball;               ///< lines round each ball, ascending
     /// Of the face that each half-edge goes round, from 0 to 1, where it is only a small patch of its ball: in the
     /// surface of a liquid, as a rule, which smoothing lays flat, so that it need not be cut finely. None: all 0.
     std::vector<Rate> calm;

@@ -124,19 +124,8 @@ Cut cutFor(const Span& span, std::uint32_t least, int segments, Rate per_radian,
     return subdivision.appearance == Appearance::gradual ? Cut(length, least) : Cut(whole(length));
 }
 
-// An arc or circle: its length, and the sum of all ways along it from the centre of its circle.
-struct Line {
-    Rate length;
-    Moving outwards;
-};
-
-Line lineOf(const MovingCircle& circle, Rate angle, const Moving& start, const Moving& end) {
-    return {circle.radius() * angle, cross(circle.axis(), start - end) * circle.radius()};
-}
-
 // As in ArcNetwork: the lines round a face change continuously, and so does this.
-std::vector<Rate> calmness(const BallBoundary& boundary, const std::vector<Moving>& balls, const ArcNetwork& network,
-                           const std::vector<Line>& lines) {
+std::vector<Rate> calmness(const BallBoundary& boundary, const std::vector<Moving>& balls, const ArcNetwork& network) {
     const double radius = boundary.worldRadius();
     const std::size_t cycles = boundary.cycle.size(), arcs = network.arc_start.size();
     std::vector<Rate> calm;
@@ -145,11 +134,12 @@ std::vector<Rate> calmness(const BallBoundary& boundary, const std::vector<Movin
         const std::uint32_t b = boundary.face_ball[f];
         Moving along, across;  // sums of ways to the lines, and to the centres of their circles
         Rate length;
-        const auto add = [&](std::size_t line) {
-            const std::uint32_t other = network.balls[line][network.balls[line][0] == b];
-            across = across + (balls[other] - balls[b]) * (lines[line].length * 0.5);
-            along = along + lines[line].outwards;
-            length = length + lines[line].length;
+        const auto add = [&](std::size_t l) {
+            const ArcLine& line = network.line[l];
+            const std::uint32_t other = line.balls[line.balls[0] == b];
+            across = across + (balls[other] - balls[b]) * (line.length * 0.5);
+            along = along + line.outwards * line.radius;
+            length = length + line.length;
         };
         for (const std::uint32_t c : boundary.face[f])
             if (c >= cycles)
@@ -210,9 +200,6 @@ ArcNetwork arcPoints(const BallBoundary& boundary, const std::vector<Moving>& ba
     });
 
     const std::size_t arcs = network.arc_start.size(), circles = boundary.circle.size();
-    network.balls.resize(arcs + circles);
-    std::copy(boundary.circle.begin(), boundary.circle.end(),
-              network.balls.begin() + static_cast<std::ptrdiff_t>(arcs));
     const auto circleOfArc = [&](std::size_t a) {
         const std::uint32_t start = network.arc_start[a];
         MovingCircle circle(balls[from(start)], balls[from(boundary.twin[start])], radius);
@@ -238,26 +225,28 @@ ArcNetwork arcPoints(const BallBoundary& boundary, const std::vector<Moving>& ba
     const auto circleAt = [&](std::size_t k) {
         return MovingCircle(balls[boundary.circle[k][0]], balls[boundary.circle[k][1]], radius);
     };
-    std::vector<Line> lines(by_calm ? arcs + circles : 0);
+    resizeOnAll(network.line, arcs + circles);
     resizeOnAll(network.arc_angle, arcs);
     parallelFor(arcs, 512, [&](std::size_t a) {
         const std::uint32_t start = network.arc_start[a], end = boundary.twin[start];
-        network.balls[a] = {from(start), from(end)};
         const MovingCircle circle = circleOfArc(a);
         network.arc_angle[a] = circle.movingAngle(network.point[end / 3], arcAngle(boundary, circle, start));
         spans[a] = {circle, network.arc_angle[a]};
-        if (by_calm) lines[a] = lineOf(circle, network.arc_angle[a], network.point[start / 3], network.point[end / 3]);
+        network.line[a] = {{from(start), from(end)},
+                           circle.radius(),
+                           circle.radius() * network.arc_angle[a],
+                           cross(circle.axis(), network.point[start / 3] - network.point[end / 3])};
     });
-    network.at_ball =
-        sortedIntoRows<std::uint32_t>(balls.size(), network.balls.size(), [&](std::size_t line, const auto& visit) {
-            for (const std::uint32_t b : network.balls[line]) visit(b, static_cast<std::uint32_t>(line));
-        });
     for (std::size_t k = 0; k < circles; ++k) {
         const MovingCircle circle = circleAt(k);
         spans[arcs + k] = {circle, kTurn / 2};
-        if (by_calm) lines[arcs + k].length = circle.radius() * kTurn;
+        network.line[arcs + k] = {boundary.circle[k], circle.radius(), circle.radius() * kTurn, {}};
     }
-    if (by_calm) network.calm = calmness(boundary, balls, network, lines);
+    network.at_ball =
+        sortedIntoRows<std::uint32_t>(balls.size(), network.line.size(), [&](std::size_t l, const auto& visit) {
+            for (const std::uint32_t b : network.line[l].balls) visit(b, static_cast<std::uint32_t>(l));
+        });
+    if (by_calm) network.calm = calmness(boundary, balls, network);
 
     std::vector<std::uint32_t> inside(arcs + circles), rise(arcs + circles);
     parallelFor(arcs, 512, [&](std::size_t a) {

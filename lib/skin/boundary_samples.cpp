@@ -1,11 +1,11 @@
 #include "skin/boundary_samples.h"
 
 #include "core/angles.h"
-#include "core/graph.h"
 #include "core/moving_circle.h"
 #include "core/parallel.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 
@@ -14,8 +14,7 @@ namespace betamesh {
 namespace {
 
 constexpr double kTurn = 2 * std::numbers::pi;
-constexpr double kLongestPiece = 0.8;  // radians
-constexpr std::uint32_t kPiecesOfCircle = 8;
+constexpr double kLongestPiece = 0.8;        // radians
 constexpr double kLift = 0.5;                // of the way from the arc to the sphere round its centre
 constexpr double kAreaWeight = 3;            // length that stands for an area, times the radius
 constexpr double kRim = 0.2, kInside = 0.7;  // faces count in full from this clearance on, not below the first
@@ -29,9 +28,12 @@ Rate sinc(Rate x) {
     return {sine / x.value, (cosine - sine / x.value) / x.value * x.rate};
 }
 
+// How far from its middle a line counts.
+Rate liftedOf(Rate radius, double sphere_radius) { return radius * (1 - kLift) + kLift * sphere_radius; }
+
 // A piece of a circle that covers an angle, round its middle.
 BoundarySample pieceAt(const MovingCircle& circle, Rate angle, Rate covered) {
-    const Rate lifted = circle.radius() * (1 - kLift) + kLift * circle.sphereRadius();
+    const Rate lifted = liftedOf(circle.radius(), circle.sphereRadius());
     const Rate level = circle.radius() / circle.sphereRadius(), flat = sinc(covered / 2), curved = 1 - flat * flat;
     const Moving outwards = circle.outwards(angle) * flat;
     return {circle.centre() + outwards * lifted, outwards * level, circle.radius() * covered, lifted * lifted * curved,
@@ -41,7 +43,16 @@ BoundarySample pieceAt(const MovingCircle& circle, Rate angle, Rate covered) {
 // Samples as one: their mean, and how they lie about it. Sums are taken from an origin near them.
 class Together {
 public:
-    explicit Together(const Moving& origin) : origin_(origin) {}
+    explicit Together(const Moving& origin = {}) : origin_(origin) {}
+    // Half of a line round the ball that is the origin: all of its pieces, the smallest ones.
+    void addHalf(const ArcLine& line, const Moving& middle, double radius) {
+        const Rate weight = line.length * 0.5, lifted = liftedOf(line.radius, radius), level = line.radius / radius;
+        weight_ = weight_ + weight;
+        offset_ = offset_ + (middle - origin_) * weight + line.outwards * (lifted * 0.5);
+        direction_ = direction_ + line.outwards * (level * 0.5);
+        square_ = square_ + (radius * radius - line.radius * line.radius + lifted * lifted) * weight;
+        along_ = along_ + level * lifted * weight;
+    }
     void add(const BoundarySample& sample, Rate share) {
         const Rate weight = sample.weight * share;
         const Moving offset = sample.position - origin_;
@@ -63,73 +74,21 @@ private:
     Rate weight_, square_, along_;
 };
 
-// Arcs and full circles in pieces, and which of them surround each ball.
-class Lines {
-public:
-    Lines(const BallBoundary& boundary, const std::vector<Moving>& balls, const std::vector<Vec3>& spins,
-          const ArcNetwork& network)
-        : at_ball_(network.at_ball) {
-        const std::size_t arcs = network.arc_start.size(), lines = network.balls.size();
-        std::vector<std::uint32_t> count(lines, kPiecesOfCircle);
-        parallelFor(arcs, 4096, [&](std::size_t a) {
-            count[a] = std::max(1U, static_cast<std::uint32_t>(std::ceil(network.arc_angle[a].value / kLongestPiece)));
-        });
-        first_piece_ = placesOf(count);
-        pieces_.resize((lines + kLinesPerTask - 1) / kLinesPerTask);
-        parallelFor(pieces_.size(), 1, [&](std::size_t task) {
-            const std::size_t begin = task * kLinesPerTask, end = std::min(lines, begin + kLinesPerTask);
-            pieces_[task].reserve(first_piece_[end] - first_piece_[begin]);
-            for (std::size_t line = begin; line < end; ++line) {
-                const auto [low, high] = network.balls[line];
-                MovingCircle circle(balls[low], balls[high], boundary.worldRadius());
-                Rate angle = kTurn;
-                if (line < arcs) {
-                    circle.beginTowards(network.point[network.arc_start[line] / 3]);
-                    angle = network.arc_angle[line];
-                } else {
-                    circle.beginAnywhere((spins[low] + spins[high]) / 2);
-                }
-                const std::uint32_t n = count[line];
-                for (std::uint32_t k = 0; k < n; ++k)
-                    pieces_[task].push_back(pieceAt(circle, angle * ((k + 0.5) / n), angle / n));
-            }
-        });
-    }
-
-    /// Calls visit(piece) for all of the lines round a ball.
-    template <typename Visit>
-    void forPiecesAt(std::size_t ball, const Visit& visit) const {
-        for (const std::uint32_t line : at_ball_[ball]) {
-            const std::size_t task = line / kLinesPerTask;
-            const std::uint32_t first = first_piece_[task * kLinesPerTask];
-            for (std::uint32_t p = first_piece_[line]; p < first_piece_[line + 1]; ++p) visit(pieces_[task][p - first]);
-        }
-    }
-
-private:
-    static constexpr std::size_t kLinesPerTask = 512;
-
-    std::vector<BoundarySamples> pieces_;     // of so many lines each
-    std::vector<std::uint32_t> first_piece_;  // of each line, counted through all
-    const Rows& at_ball_;
-};
-
 // What is exposed of one ball, as one sample or as six towards the sides of a cube that turns with the liquid.
 struct ExposedBall {
     BoundarySample whole;
     std::array<BoundarySample, 6> side;
 
-    // forAll(visit): calls visit(sample, share of it that is this ball's) for all of them
+    // together: all of it; forAll(visit): calls visit(sample, share of it that is this ball's) for all of it in pieces
     template <typename ForAll>
-    ExposedBall(const Moving& ball, const Vec3& spin, double radius, const ForAll& forAll) {
-        Together together(ball);
-        forAll([&](const BoundarySample& sample, double share) { together.add(sample, share); });
-        whole = together.sample();
+    ExposedBall(const Moving& ball, const Vec3& spin, double radius, const Together& together, const ForAll& forAll)
+        : whole(together.sample()) {
         const Rate apart = smoothStep((whole.spread / (radius * radius) - kTight) / (kLoose - kTight));
         whole.weight = whole.weight * (1 - apart);
         if (apart.value == 0) return;
 
-        std::vector<Together> towards(side.size(), Together(ball));
+        std::array<Together, 6> towards;
+        towards.fill(Together(ball));
         forAll([&](const BoundarySample& sample, double share) {
             const Moving direction = normalized(sample.position - ball);
             const Vec3 turning = direction.velocity - cross(spin, direction.position);  // as the cube sees it
@@ -157,9 +116,21 @@ struct ExposedBall {
 BoundarySamples boundarySamples(const BallBoundary& boundary, const std::vector<Moving>& balls,
                                 const std::vector<Vec3>& spins, const ArcNetwork& network, const FacePoints& points) {
     const double radius = boundary.worldRadius();
-    const Lines lines(boundary, balls, spins, network);
-    const std::size_t directions = points.directions.position.size();
+    const std::size_t arcs = network.arc_start.size(), directions = points.directions.position.size();
     const double area = kAreaWeight * 2 * kTurn * radius / static_cast<double>(directions);
+    const auto forPieces = [&](std::size_t l, const auto& visit) {
+        const auto [low, high] = network.line[l].balls;
+        MovingCircle circle(balls[low], balls[high], radius);
+        Rate angle = kTurn;
+        if (l < arcs) {
+            circle.beginTowards(network.point[network.arc_start[l] / 3]);
+            angle = network.arc_angle[l];
+        } else {
+            circle.beginAnywhere((spins[low] + spins[high]) / 2);
+        }
+        const int n = std::max(1, static_cast<int>(std::ceil(angle.value / kLongestPiece)));
+        for (int k = 0; k < n; ++k) visit(pieceAt(circle, angle * ((k + 0.5) / n), angle / n), 0.5);
+    };
 
     constexpr std::size_t kBallsPerTask = 256;
     const std::size_t tasks = (balls.size() + kBallsPerTask - 1) / kBallsPerTask;
@@ -167,14 +138,23 @@ BoundarySamples boundarySamples(const BallBoundary& boundary, const std::vector<
     parallelFor(tasks, 1, [&](std::size_t task) {
         parts[task].reserve(kBallsPerTask);  // one each, nearly always
         for (std::size_t b = task * kBallsPerTask; b < std::min(balls.size(), (task + 1) * kBallsPerTask); ++b) {
-            const ExposedBall exposed(balls[b], spins[b], radius, [&](const auto& visit) {
-                lines.forPiecesAt(b, [&](const BoundarySample& piece) { visit(piece, 0.5); });
+            const auto forFacePoints = [&](const auto& visit) {
                 for (std::uint32_t p = points.begin[b]; p < points.begin[b + 1]; ++p) {
                     if (points.contactOf(p) || points.clearance[p].value <= kRim) continue;
                     const Moving direction = points.outwards(p, spins[b]);
                     const Rate inside = smoothStep((points.clearance[p] - kRim) / (kInside - kRim));
                     visit({balls[b] + direction * radius, direction, inside * area}, 1);
                 }
+            };
+            Together together(balls[b]);
+            for (const std::uint32_t l : network.at_ball[b]) {
+                const ArcLine& line = network.line[l];
+                together.addHalf(line, (balls[line.balls[0]] + balls[line.balls[1]]) * 0.5, radius);
+            }
+            forFacePoints([&](const BoundarySample& sample, double share) { together.add(sample, share); });
+            const ExposedBall exposed(balls[b], spins[b], radius, together, [&](const auto& visit) {
+                for (const std::uint32_t l : network.at_ball[b]) forPieces(l, visit);
+                forFacePoints(visit);
             });
             exposed.forSamples([&](const BoundarySample& sample) { parts[task].push_back(sample); });
         }
