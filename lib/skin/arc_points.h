@@ -29,8 +29,10 @@ struct ArcSubdivision {
 ///
 /// Points move as the ends of their arc and its circle do.
 ///
-/// in      a boundary, with its faces where there is a calm angle; its balls with their motion and angular velocity;
-/// its vertices with theirs same    result for any thread count cost    O(points)
+/// in      a boundary, where there is a calm angle with its faces; its balls with their motion and angular velocity;
+///         its vertices with theirs
+/// same    result for any thread count
+/// cost    O(points)
 ArcNetwork arcPoints(const BallBoundary& boundary, const std::vector<Moving>& balls, const std::vector<Vec3>& spins,
                      std::vector<Moving> vertices, const ArcSubdivision& subdivision);
 
