@@ -103,23 +103,17 @@ private:
     Rate share_of_rising_;
 };
 
-// An angle of a circle, and that of a great circle whose segments have the same sagitta.
-struct Span {
-    Rate angle, of_great;
-
-    Span() = default;
-    Span(const MovingCircle& circle, Rate along)
-        : angle(along), of_great(along * squareRoot(circle.radius() / circle.sphereRadius())) {}
-};
-
-// Of an arc or half a circle. per_radian: segments wanted of a great circle.
-Cut cutFor(const Span& span, std::uint32_t least, int segments, Rate per_radian, const ArcSubdivision& subdivision) {
-    const Rate wanted = span.of_great * per_radian, fewest = span.angle / kLongestSegment;
+// Of an angle of a circle, an arc or half of all. share: its radius in those of the sphere; per_radian: segments wanted
+// of a great circle.
+Cut cutFor(Rate angle, Rate share, std::uint32_t least, int segments, Rate per_radian,
+           const ArcSubdivision& subdivision) {
+    const Rate same_sagitta = angle * squareRoot(share);  // on a great circle
+    const Rate wanted = same_sagitta * per_radian, fewest = angle / kLongestSegment;
     const Rate length = wanted.value > fewest.value ? wanted : fewest;
     const auto whole = [&](Rate number) {
         return std::max(least, static_cast<std::uint32_t>(std::ceil(number.value)));
     };
-    if (segments > 0 && span.of_great.value > kShortest)
+    if (segments > 0 && same_sagitta.value > kShortest)
         return Cut(std::max(whole(fewest), static_cast<std::uint32_t>(segments)));
     return subdivision.appearance == Appearance::gradual ? Cut(length, least) : Cut(whole(length));
 }
@@ -207,7 +201,6 @@ ArcNetwork arcPoints(const BallBoundary& boundary, const std::vector<Moving>& ba
         return circle;
     };
     const bool by_calm = subdivision.segments == 0 && subdivision.calm_angle > subdivision.max_angle;
-    std::vector<Span> spans(arcs + circles);  // halves of circles
     const auto cutOfArc = [&](std::size_t a) {
         const std::uint32_t start = network.arc_start[a], end = boundary.twin[start];
         const bool one_triplet = start / 3 == reverseSide(boundary, end / 3);
@@ -217,10 +210,12 @@ ArcNetwork arcPoints(const BallBoundary& boundary, const std::vector<Moving>& ba
             per_radian = per_radian + (one.value < other.value ? one : other) *
                                           (1 / subdivision.calm_angle - 1 / subdivision.max_angle);
         }
-        return cutFor(spans[a], one_triplet ? 2 : 1, subdivision.segments, per_radian, subdivision);
+        return cutFor(network.arc_angle[a], network.line[a].radius / radius, one_triplet ? 2 : 1, subdivision.segments,
+                      per_radian, subdivision);
     };
     const auto cutOfHalf = [&](std::size_t k) {
-        return cutFor(spans[arcs + k], 2, (subdivision.segments + 1) / 2, 1 / subdivision.max_angle, subdivision);
+        return cutFor(kTurn / 2, network.line[arcs + k].radius / radius, 2, (subdivision.segments + 1) / 2,
+                      1 / subdivision.max_angle, subdivision);
     };
     const auto circleAt = [&](std::size_t k) {
         return MovingCircle(balls[boundary.circle[k][0]], balls[boundary.circle[k][1]], radius);
@@ -231,16 +226,14 @@ ArcNetwork arcPoints(const BallBoundary& boundary, const std::vector<Moving>& ba
         const std::uint32_t start = network.arc_start[a], end = boundary.twin[start];
         const MovingCircle circle = circleOfArc(a);
         network.arc_angle[a] = circle.movingAngle(network.point[end / 3], arcAngle(boundary, circle, start));
-        spans[a] = {circle, network.arc_angle[a]};
         network.line[a] = {{from(start), from(end)},
                            circle.radius(),
                            circle.radius() * network.arc_angle[a],
                            cross(circle.axis(), network.point[start / 3] - network.point[end / 3])};
     });
     for (std::size_t k = 0; k < circles; ++k) {
-        const MovingCircle circle = circleAt(k);
-        spans[arcs + k] = {circle, kTurn / 2};
-        network.line[arcs + k] = {boundary.circle[k], circle.radius(), circle.radius() * kTurn, {}};
+        const Rate of_circle = circleAt(k).radius();
+        network.line[arcs + k] = {boundary.circle[k], of_circle, of_circle * kTurn, {}};
     }
     network.at_ball =
         sortedIntoRows<std::uint32_t>(balls.size(), network.line.size(), [&](std::size_t l, const auto& visit) {

@@ -32,7 +32,7 @@ constexpr double kSampleAngle = 0.56;    // radians between samples of wide face
 constexpr double kSmoothingWidth = 2.8;  // radii
 constexpr double kArcAngle = 0.75;  // of a common arc, radians: a segment of it is as long as face points are apart
 constexpr double kSmoothedAngle = 0.235;     // radians per segment of what is smoothed: small jumps where balls meet
-constexpr double kCalmAngle = 0.4;           // where only a small patch of a ball is exposed: jumps are smaller there
+constexpr double kCalmAngle = 0.4;           // round small patches of balls, where jumps are smaller
 constexpr double kSmoothedFaceAngle = 0.37;  // between points inside faces of the same
 constexpr double kLeastAngle = 0.05, kLargestAngle = 0.7;
 
