@@ -3,6 +3,8 @@
 #include "bench_clouds.h"
 #include "core/parallel.h"
 #include "exact/near_surface.h"
+#include "io/mesh_file.h"
+#include "io/particle_file.h"
 #include "skin/arc_points.h"
 #include "skin/ball_boundary.h"
 #include "skin/ball_faces.h"
@@ -16,6 +18,11 @@
 #include "skin/velocity.h"
 
 #include <benchmark/benchmark.h>
+
+#include <unistd.h>
+
+#include <filesystem>
+#include <string>
 
 namespace betamesh {
 
@@ -94,6 +101,44 @@ void wholeFrame(benchmark::State& state, Particles (*cloud)(std::size_t n)) {
     count(state, particles);
 }
 
+// A file that goes when the benchmark does.
+class BenchFile {
+public:
+    explicit BenchFile(const std::string& extension)
+        : path_(std::filesystem::temp_directory_path() / ("betamesh_benches_" + std::to_string(getpid()) + extension)) {
+    }
+    ~BenchFile() {
+        std::error_code ignored;
+        std::filesystem::remove(path_, ignored);
+    }
+    BenchFile(const BenchFile&) = delete;
+    BenchFile& operator=(const BenchFile&) = delete;
+
+    const std::filesystem::path& path() const { return path_; }
+
+private:
+    std::filesystem::path path_;
+};
+
+// From the system's cache.
+void reading(benchmark::State& state, const std::string& extension) {
+    const Particles particles = splash(static_cast<std::size_t>(state.range(0)));
+    const BenchFile file(extension);
+    writeParticles(file.path(), particles);
+    for (auto _ : state) benchmark::DoNotOptimize(readParticles(file.path()));
+    count(state, particles);
+}
+
+// Triangles per second; the disk may still be writing.
+void writing(benchmark::State& state, const std::string& extension) {
+    SkinParams params;
+    params.radius = kRadius;
+    const Mesh mesh = skinFrame(splash(static_cast<std::size_t>(state.range(0))), params).mesh;
+    const BenchFile file(extension);
+    for (auto _ : state) writeMesh(file.path(), mesh);
+    state.SetItemsProcessed(state.iterations() * static_cast<std::int64_t>(mesh.triangles.size()));
+}
+
 void estimatingSpacing(benchmark::State& state) {
     const Particles particles = splash(static_cast<std::size_t>(state.range(0)));
     for (auto _ : state) benchmark::DoNotOptimize(spacing(particles.position));
@@ -118,6 +163,12 @@ BENCHMARK_CAPTURE(wholeFrame, splash, splash)->Apply(decades);
 BENCHMARK_CAPTURE(wholeFrame, spray, spray)->Apply(decades);
 BENCHMARK_CAPTURE(wholeFrame, dense_sheet, denseSheet)->Apply(tensOfThousands);
 BENCHMARK_CAPTURE(wholeFrame, dense_thread, denseThread)->Apply(tensOfThousands);
+BENCHMARK_CAPTURE(reading, ply, ".ply")->Apply(decades);
+BENCHMARK_CAPTURE(reading, bgeo_gz, ".bgeo.gz")->Apply(decades);
+BENCHMARK_CAPTURE(reading, vdb, ".vdb")->Apply(decades);
+BENCHMARK_CAPTURE(writing, ply, ".ply")->Apply(tensOfThousands);
+BENCHMARK_CAPTURE(writing, bgeo_gz, ".bgeo.gz")->Apply(tensOfThousands);
+BENCHMARK_CAPTURE(writing, obj, ".obj")->Apply(tensOfThousands);
 BENCHMARK(estimatingSpacing)->Apply(decades);
 
 }  // namespace betamesh
