@@ -7,6 +7,7 @@
 #include "io/file_info.h"
 #include "io/mesh_file.h"
 #include "io/particle_file.h"
+#include "support/temporary_folder.h"
 
 #include <sys/resource.h>
 #include <sys/wait.h>
@@ -76,7 +77,7 @@ std::size_t inChild(const std::function<std::size_t()>& make) {
     const pid_t process = fork();
     if (process == 0) {
         made = make();
-        _exit(write(ends[1], &made, sizeof made) == sizeof made ? 0 : 1);
+        _exit(::write(ends[1], &made, sizeof made) == sizeof made ? 0 : 1);
     }
     close(ends[1]);
     const bool read_all = read(ends[0], &made, sizeof made) == sizeof made;
@@ -93,10 +94,8 @@ double median(std::vector<double> values) {
 }
 
 void compare(const std::string& kind, std::size_t particles, int rounds) {
-    const std::filesystem::path folder =
-        std::filesystem::temp_directory_path() / ("betamesh_peers_" + std::to_string(getpid()));
-    std::filesystem::create_directories(folder);
-    const std::string in = (folder / "in.ply").string();
+    const TemporaryFolder folder;
+    const std::string in = folder / "in.ply";
     const std::size_t made = inChild([&] {
         const Particles cloud = clouds().at(kind)(particles);
         writeParticles(in, cloud);
@@ -126,7 +125,7 @@ void compare(const std::string& kind, std::size_t particles, int rounds) {
 
     for (int round = 0; round < rounds; ++round)
         for (std::size_t t = 0; t < tools.size(); ++t) {
-            const std::string out = (folder / (std::to_string(t) + ".ply")).string();
+            const std::string out = folder / (std::to_string(t) + ".ply");
             for (std::string& word : tools[t].words)
                 if (word.empty() || word == out) word = out;
             const Run run = timed(tools[t].words);
@@ -143,7 +142,6 @@ void compare(const std::string& kind, std::size_t particles, int rounds) {
                     seconds / static_cast<double>(made) * 1e9, tool.kib / 1024, tool.triangles, ours / seconds);
         std::fflush(stdout);
     }
-    std::filesystem::remove_all(folder);
 }
 
 }  // namespace

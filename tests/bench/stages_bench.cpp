@@ -16,12 +16,10 @@
 #include "skin/spacing.h"
 #include "skin/survivors.h"
 #include "skin/velocity.h"
+#include "support/temporary_folder.h"
 
 #include <benchmark/benchmark.h>
 
-#include <unistd.h>
-
-#include <filesystem>
 #include <string>
 
 namespace betamesh {
@@ -101,31 +99,13 @@ void wholeFrame(benchmark::State& state, Particles (*cloud)(std::size_t n)) {
     count(state, particles);
 }
 
-// A file that goes when the benchmark does.
-class BenchFile {
-public:
-    explicit BenchFile(const std::string& extension)
-        : path_(std::filesystem::temp_directory_path() / ("betamesh_benches_" + std::to_string(getpid()) + extension)) {
-    }
-    ~BenchFile() {
-        std::error_code ignored;
-        std::filesystem::remove(path_, ignored);
-    }
-    BenchFile(const BenchFile&) = delete;
-    BenchFile& operator=(const BenchFile&) = delete;
-
-    const std::filesystem::path& path() const { return path_; }
-
-private:
-    std::filesystem::path path_;
-};
-
 // From the system's cache.
 void reading(benchmark::State& state, const std::string& extension) {
     const Particles particles = splash(static_cast<std::size_t>(state.range(0)));
-    const BenchFile file(extension);
-    writeParticles(file.path(), particles);
-    for (auto _ : state) benchmark::DoNotOptimize(readParticles(file.path()));
+    const TemporaryFolder folder;
+    const std::string file = folder / ("particles" + extension);
+    writeParticles(file, particles);
+    for (auto _ : state) benchmark::DoNotOptimize(readParticles(file));
     count(state, particles);
 }
 
@@ -134,8 +114,8 @@ void writing(benchmark::State& state, const std::string& extension) {
     SkinParams params;
     params.radius = kRadius;
     const Mesh mesh = skinFrame(splash(static_cast<std::size_t>(state.range(0))), params).mesh;
-    const BenchFile file(extension);
-    for (auto _ : state) writeMesh(file.path(), mesh);
+    const TemporaryFolder folder;
+    for (auto _ : state) writeMesh(folder / ("mesh" + extension), mesh);
     state.SetItemsProcessed(state.iterations() * static_cast<std::int64_t>(mesh.triangles.size()));
 }
 
