@@ -1,5 +1,6 @@
 #include "batch/machine.h"
 
+#include "batch/huge_pages.h"
 #include "core/error.h"
 
 #include <malloc.h>
@@ -178,9 +179,13 @@ std::uint64_t readAhead(int file) {
 void keepFreedMemory() {
     mallopt(M_MMAP_THRESHOLD, std::numeric_limits<int>::max());
     mallopt(M_TRIM_THRESHOLD, std::numeric_limits<int>::max());
+    useHugePages();
 }
 
-void releaseFreeMemory() { malloc_trim(0); }
+void releaseFreeMemory() {
+    malloc_trim(0);
+    releaseFreeHugePages();
+}
 
 void returnFreedMemory() {
     // Large blocks go back at once, small ones are not scattered over many heaps.
@@ -188,6 +193,7 @@ void returnFreedMemory() {
     mallopt(M_TRIM_THRESHOLD, kLargeBlock);
     mallopt(M_ARENA_MAX, kHeaps);
     malloc_trim(0);
+    leaveHugePages();
 }
 
 void limitMemory(std::uint64_t bytes) {

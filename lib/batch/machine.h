@@ -25,7 +25,7 @@ std::uint64_t peakMemory();
 std::uint64_t readAhead(int file);
 
 /// Keeps what is freed for later allocations: of a frame's time a tenth and more would go into pages that the system
-/// takes back and hands out again, cleared.
+/// takes back and hands out again, cleared. Large blocks lie in huge pages.
 void keepFreedMemory();
 
 /// Gives the system back what this process holds for later allocations.

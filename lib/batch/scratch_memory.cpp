@@ -1,7 +1,9 @@
 #include "batch/scratch_memory.h"
 
+#include "batch/huge_pages.h"
 #include "batch/log.h"
 #include "batch/machine.h"
+#include "batch/places.h"
 #include "core/error.h"
 #include "io/output_file.h"
 
@@ -23,9 +25,9 @@
 #include <cstdlib>
 #include <cstring>
 #include <limits>
-#include <map>
 #include <mutex>
 #include <new>
+#include <optional>
 #include <system_error>
 
 namespace betamesh {
@@ -77,7 +79,7 @@ public:
             ::madvise(begin, size_, MADV_DONTDUMP);
             if (readAhead(file_) > budget / kMostReadAhead) ::madvise(begin, size_, MADV_RANDOM);
             begin_ = static_cast<std::byte*>(begin);
-            free_[0] = size_;
+            places_ = Places(size_);
             return;
         }
         ::close(file_);
@@ -92,14 +94,17 @@ public:
         if (alignment > page_) return nullptr;
         std::call_once(memory_is_short_, returnFreedMemory);
         bytes = (bytes + page_ - 1) / page_ * page_;
-        const std::size_t place = take(bytes);
-        if (place == size_) return nullptr;
-        void* const block = begin_ + place;
-        if (!reserve(place, bytes)) {
+        std::unique_lock lock(mutex_);
+        const std::optional<std::size_t> place = places_.take(bytes);
+        if (!place) return nullptr;
+        in_use_ += bytes;
+        lock.unlock();
+        void* const block = begin_ + *place;
+        if (!reserve(*place, bytes)) {
             release(block);
             return nullptr;
         }
-        const std::scoped_lock lock(mutex_);
+        lock.lock();
         most_in_use_ = std::max(most_in_use_, in_use_);
         return block;
     }
@@ -107,32 +112,21 @@ public:
     void release(void* block) noexcept {
         const auto place = static_cast<std::size_t>(static_cast<std::byte*>(block) - begin_);
         std::unique_lock lock(mutex_);
-        auto gap = used_.extract(place);
-        const std::size_t bytes = gap.mapped();
+        const std::size_t bytes = places_.bytesAt(place);
         lock.unlock();
         // What nobody will read need not be written.
         ::fallocate(file_, FALLOC_FL_PUNCH_HOLE | FALLOC_FL_KEEP_SIZE, static_cast<off_t>(place),
                     static_cast<off_t>(bytes));
         lock.lock();
         in_use_ -= bytes;
-        const auto at = free_.insert(std::move(gap)).position;
-        if (const auto next = std::next(at); next != free_.end() && next->first == place + bytes) {
-            at->second += next->second;
-            free_.erase(next);
-        }
-        if (at == free_.begin()) return;
-        if (const auto before = std::prev(at); before->first + before->second == place) {
-            before->second += at->second;
-            free_.erase(at);
-        }
+        places_.giveBack(place);
     }
 
     /// Lets go of all that is at hand; as it is touched it comes back, from the system's cache where it is there still.
     void trim() {
         const std::scoped_lock lock(mutex_);
-        if (used_.empty()) return;
-        const std::size_t begin = used_.begin()->first, end = used_.rbegin()->first + used_.rbegin()->second;
-        ::madvise(begin_ + begin, end - begin, MADV_DONTNEED);
+        const auto [begin, end] = places_.used();
+        if (begin < end) ::madvise(begin_ + begin, end - begin, MADV_DONTNEED);
     }
 
     std::uint64_t peak() {
@@ -141,23 +135,6 @@ public:
     }
 
 private:
-    /// The place of a block; size_ where there is no gap for it.
-    std::size_t take(std::size_t bytes) {
-        const std::scoped_lock lock(mutex_);
-        const auto fits =
-            std::find_if(free_.begin(), free_.end(), [&](const auto& gap) { return gap.second >= bytes; });
-        if (fits == free_.end()) return size_;
-        const auto [place, room] = *fits;
-        used_.emplace(place, bytes);
-        auto gap = free_.extract(fits);
-        if (room > bytes) {
-            gap.key() = place + bytes;
-            gap.mapped() = room - bytes;
-            free_.insert(std::move(gap));
-        }
-        in_use_ += bytes;
-        return place;
-    }
     /// Whether the disk has room for a block: to touch it would end the process where it has not, or not for what the
     /// file system notes down of it.
     bool reserve(std::size_t place, std::size_t bytes) const {
@@ -172,8 +149,8 @@ private:
     std::size_t page_, size_ = 0;
     std::byte* begin_ = nullptr;
     std::once_flag memory_is_short_;
-    std::mutex mutex_;                                // guards what follows
-    std::map<std::size_t, std::size_t> free_, used_;  // places -> bytes
+    std::mutex mutex_;  // guards what follows
+    Places places_;
     std::uint64_t in_use_ = 0, most_in_use_ = 0;
 };
 
@@ -194,7 +171,7 @@ void trimAbove(std::uint64_t most, const std::stop_token& stop) {
 }
 
 std::size_t countedBytes(void* block) {
-    const std::size_t bytes = ::malloc_usable_size(block);
+    const std::size_t bytes = isHuge(block) ? bytesOfHuge(block) : ::malloc_usable_size(block);
     return bytes >= kLargeBlock ? bytes : 0;
 }
 
@@ -222,9 +199,11 @@ void* allocateMemory(std::size_t bytes, std::size_t alignment) {
         if (most > 0 && in_memory + bytes > most)
             if (void* const block = scratch_file.load()->allocate(bytes, alignment)) return block;
     }
-    void* const block = alignment <= alignof(std::max_align_t)
-                            ? std::malloc(bytes)
-                            : std::aligned_alloc(alignment, (bytes + alignment - 1) / alignment * alignment);
+    void* block = alignment <= kHugeAlignment ? takeHuge(bytes) : nullptr;
+    if (block == nullptr)
+        block = alignment <= alignof(std::max_align_t)
+                    ? std::malloc(bytes)
+                    : std::aligned_alloc(alignment, (bytes + alignment - 1) / alignment * alignment);
     if (block == nullptr) throw std::bad_alloc();
     if (may_be_large) in_memory += countedBytes(block);
     return block;
@@ -235,6 +214,7 @@ void releaseMemory(void* block) noexcept {
     ScratchFile* const file = scratch_file.load();
     if (file != nullptr && file->owns(block)) return file->release(block);
     if (const std::size_t bytes = countedBytes(block); bytes > 0) in_memory -= bytes;
+    if (isHuge(block)) return giveBackHuge(block);
     std::free(block);
 }
 

@@ -1,7 +1,8 @@
-// Blocks of memory that lie in a file.
+// Blocks of memory: in huge pages, in a file.
 
 #include "batch/scratch_memory.h"
 
+#include "batch/huge_pages.h"
 #include "batch/machine.h"
 #include "core/parallel.h"
 #include "support/sanitized.h"
@@ -68,6 +69,68 @@ void checkBlocks(std::size_t largest_words, std::size_t at_once) {
         }
         for (const Block& block : blocks) EXPECT_TRUE(block.isWhole()) << "seed " << seed;
     });
+}
+
+/// Huge pages are used while there is one.
+struct HugePages {
+    HugePages() { useHugePages(); }
+    ~HugePages() { leaveHugePages(); }
+};
+
+TEST(HugePages, HoldLargeBlocksAsLongAsTheyAreUsed) {
+    const auto isThere = [](std::size_t bytes) {
+        void* const block = takeHuge(bytes);
+        const bool there = block != nullptr;
+        if (there) {
+            EXPECT_TRUE(isHuge(block));
+            EXPECT_GE(bytesOfHuge(block), bytes);
+            giveBackHuge(block);
+        }
+        return there;
+    };
+    EXPECT_FALSE(isThere(kMiB));
+    {
+        const HugePages pages;
+        if (!isThere(kMiB)) GTEST_SKIP() << "no huge pages on this machine, or addresses are limited";
+        EXPECT_FALSE(isThere(64));
+        EXPECT_FALSE(isThere(std::numeric_limits<std::size_t>::max() / 4));
+    }
+    EXPECT_FALSE(isThere(kMiB));
+}
+
+TEST(HugePages, BlocksOutliveThem) {
+    std::vector<Block> blocks;
+    for (int round = 0; round < 2; ++round) {
+        const HugePages pages;
+        checkBlocks(200'000, 20);
+        for (std::uint64_t i = 0; i < 10; ++i) blocks.emplace_back(kMiB / 8 * i, 16, i);
+        std::swap(blocks.front(), blocks.back());
+        blocks.pop_back();
+        releaseFreeHugePages();
+        for (const Block& block : blocks) EXPECT_TRUE(block.isWhole());
+    }
+    for (const Block& block : blocks) EXPECT_TRUE(block.isWhole());
+}
+
+TEST(HugePages, WhatIsGivenBackIsKeptWhileTheyAreUsed) {
+    constexpr std::size_t kBytes = 100 * kMiB;
+    const auto held = [before = currentMemory()] { return currentMemory() - std::min(before, currentMemory()); };
+    std::optional<HugePages> pages(std::in_place);
+    Block block(kBytes / 8, 16, 1);
+    if (void* const other = takeHuge(kMiB))
+        giveBackHuge(other);
+    else
+        GTEST_SKIP() << "no huge pages on this machine, or addresses are limited";
+    block = Block(1, 16, 1);
+    EXPECT_GE(held(), kBytes * 9 / 10);
+    releaseFreeHugePages();
+    EXPECT_LE(held(), kBytes / 2);
+    block = Block(kBytes / 8, 16, 1);
+    EXPECT_GE(held(), kBytes * 9 / 10);
+    pages.reset();
+    EXPECT_GE(held(), kBytes * 9 / 10);
+    block = Block(1, 16, 1);
+    EXPECT_LE(held(), kBytes / 2);
 }
 
 TEST(ScratchMemory, WithoutAFolderBlocksAreInMemory) {

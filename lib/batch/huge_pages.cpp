@@ -1,0 +1,131 @@
+#include "batch/huge_pages.h"
+
+#include "batch/places.h"
+
+#include <sys/mman.h>
+#include <sys/resource.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cstdint>
+#include <mutex>
+
+namespace betamesh {
+namespace {
+
+constexpr std::size_t kSmallestBlock = std::size_t{1} << 13;
+constexpr std::size_t kHugePage = std::size_t{1} << 21;  // on x86-64, and where pages are of 4 KiB on aarch64
+constexpr std::size_t kStep = std::size_t{1} << 24;      // by which what may be used grows
+constexpr std::size_t kMost = std::size_t{1} << 40;      // in addresses
+constexpr std::size_t kLeast = std::size_t{1} << 32;
+
+std::size_t roundedUp(std::size_t bytes, std::size_t unit) { return (bytes + unit - 1) / unit * unit; }
+
+/// Blocks in a range of addresses that was asked for at once, and is opened as far as it is used: what is open counts
+/// as the process's data. Stays while the process does, as blocks may.
+class HugePages {
+public:
+    HugePages() {
+        rlimit addresses{};
+        if (::getrlimit(RLIMIT_AS, &addresses) != 0 || addresses.rlim_cur != RLIM_INFINITY) return;
+        for (std::size_t size = kMost; size >= kLeast; size /= 2) {
+            void* const begin = ::mmap(nullptr, size, PROT_NONE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
+            if (begin == MAP_FAILED) continue;
+            const auto address = reinterpret_cast<std::uintptr_t>(begin);
+            const std::size_t before = roundedUp(address, kHugePage) - address;
+            begin_ = static_cast<std::byte*>(begin) + before;
+            size_ = size - roundedUp(before, kHugePage);
+            if (::madvise(begin_, size_, MADV_HUGEPAGE) == 0)
+                places_ = Places(size_);
+            else
+                ::munmap(begin, size);
+            return;
+        }
+    }
+
+    bool owns(const void* block) const { return block >= begin_ && block < begin_ + size_; }
+
+    void* take(std::size_t bytes) {
+        const std::scoped_lock lock(mutex_);
+        const auto place = places_.take(roundedUp(bytes, kHugeAlignment));
+        if (!place) return nullptr;
+        if (open(*place + roundedUp(bytes, kHugeAlignment))) return begin_ + *place;
+        places_.giveBack(*place);
+        return nullptr;
+    }
+
+    std::size_t bytesOf(const void* block) {
+        const std::scoped_lock lock(mutex_);
+        return places_.bytesAt(placeOf(block));
+    }
+
+    void giveBack(void* block, bool keep) {
+        const std::scoped_lock lock(mutex_);
+        const Places::Span gap = places_.giveBack(placeOf(block));
+        if (!keep) release(gap);
+    }
+
+    void releaseGaps() {
+        const std::scoped_lock lock(mutex_);
+        for (const auto& [begin, bytes] : places_.gaps()) release({begin, begin + bytes});
+    }
+
+private:
+    std::size_t placeOf(const void* block) const {
+        return static_cast<std::size_t>(static_cast<const std::byte*>(block) - begin_);
+    }
+    bool open(std::size_t end) {
+        if (end <= open_) return true;
+        end = std::min(roundedUp(end, kStep), size_);
+        if (::mprotect(begin_ + open_, end - open_, PROT_READ | PROT_WRITE) != 0) return false;
+        open_ = end;
+        return true;
+    }
+    /// Whole pages alone: of others the system would keep the rest as it is.
+    void release(const Places::Span& gap) {
+        const std::size_t begin = roundedUp(gap.begin, kHugePage),
+                          end = std::min(gap.end, open_) / kHugePage * kHugePage;
+        if (begin < end) ::madvise(begin_ + begin, end - begin, MADV_DONTNEED);
+    }
+
+    std::byte* begin_ = nullptr;
+    std::size_t size_ = 0;
+    std::mutex mutex_;  // guards what follows
+    Places places_;
+    std::size_t open_ = 0;
+};
+
+std::atomic<HugePages*> huge_pages = nullptr;  // is never destroyed, as blocks may be given back last of all
+std::atomic<bool> in_use = false;
+
+}  // namespace
+
+void useHugePages() {
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)  // which look after what they give themselves
+    if (huge_pages.load() == nullptr) huge_pages = new HugePages;
+    in_use = true;
+#endif
+}
+
+void releaseFreeHugePages() {
+    if (HugePages* const pages = huge_pages.load()) pages->releaseGaps();
+}
+
+void leaveHugePages() {
+    if (in_use.exchange(false)) releaseFreeHugePages();
+}
+
+void* takeHuge(std::size_t bytes) {
+    return bytes >= kSmallestBlock && in_use ? huge_pages.load()->take(bytes) : nullptr;
+}
+
+bool isHuge(const void* block) {
+    const HugePages* const pages = huge_pages.load();
+    return pages != nullptr && pages->owns(block);
+}
+
+std::size_t bytesOfHuge(const void* block) { return huge_pages.load()->bytesOf(block); }
+
+void giveBackHuge(void* block) noexcept { huge_pages.load()->giveBack(block, in_use); }
+
+}  // namespace betamesh
