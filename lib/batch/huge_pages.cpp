@@ -14,6 +14,7 @@ namespace betamesh {
 namespace {
 
 constexpr std::size_t kSmallestBlock = std::size_t{1} << 13;
+constexpr std::size_t kWorthIt = std::size_t{1} << 21;   // of such blocks in all, before there are huge pages for them
 constexpr std::size_t kHugePage = std::size_t{1} << 21;  // on x86-64, and where pages are of 4 KiB on aarch64
 constexpr std::size_t kStep = std::size_t{1} << 24;      // by which what may be used grows
 constexpr std::size_t kMost = std::size_t{1} << 40;      // in addresses
@@ -97,6 +98,7 @@ private:
 
 std::atomic<HugePages*> huge_pages = nullptr;  // is never destroyed, as blocks may be given back last of all
 std::atomic<bool> in_use = false;
+std::atomic<std::size_t> asked_before = 0;  // bytes
 
 }  // namespace
 
@@ -116,7 +118,9 @@ void leaveHugePages() {
 }
 
 void* takeHuge(std::size_t bytes) {
-    return bytes >= kSmallestBlock && in_use ? huge_pages.load()->take(bytes) : nullptr;
+    if (bytes < kSmallestBlock || !in_use) return nullptr;
+    if (asked_before < kWorthIt && asked_before.fetch_add(bytes) + bytes < kWorthIt) return nullptr;
+    return huge_pages.load()->take(bytes);
 }
 
 bool isHuge(const void* block) {

@@ -22,7 +22,7 @@
 namespace betamesh {
 namespace {
 
-constexpr std::size_t kPiece = std::size_t{1} << 17;            // bytes read at once
+constexpr std::streamsize kPiece = std::streamsize{1} << 17;    // bytes read at once
 constexpr std::int64_t kCoarsestClock = 2LL * 1'000'000'000LL;  // nanoseconds: FAT's; others are finer
 
 [[noreturn]] void failReading(const std::string& file) {
@@ -46,9 +46,9 @@ std::string fingerprintOfFile(const std::string& file) {
     if (!state) throw std::bad_alloc();
     XXH3_128bits_reset(state.get());
     std::ifstream in(file, std::ios::binary);
-    std::vector<char> piece(kPiece);
-    while (in.read(piece.data(), static_cast<std::streamsize>(piece.size())) || in.gcount() > 0)
-        XXH3_128bits_update(state.get(), piece.data(), static_cast<std::size_t>(in.gcount()));
+    const auto piece = std::make_unique_for_overwrite<char[]>(kPiece);
+    while (in.read(piece.get(), kPiece) || in.gcount() > 0)
+        XXH3_128bits_update(state.get(), piece.get(), static_cast<std::size_t>(in.gcount()));
     if (!in.eof()) failReading(file);
     return digits(XXH3_128bits_digest(state.get()));
 }

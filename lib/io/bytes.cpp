@@ -53,12 +53,13 @@ private:
 }  // namespace
 
 void Cursor::fetch(std::size_t count) {
-    constexpr std::size_t kLeast = std::size_t{1} << 18;
+    constexpr std::uint64_t kUsual = std::uint64_t{1} << 18;
     if (!source_) return;
     std::size_t kept = bytes_.size() - at_;
     if (kept > 0) std::memmove(buffer_.data(), bytes_.data() + at_, kept);
     before_ += std::exchange(at_, 0);
-    buffer_.resize(std::max({count, kLeast, buffer_.size()}));
+    const auto usual = static_cast<std::size_t>(std::min(kUsual, size_ - before_));
+    buffer_.resize(std::max({count, usual, buffer_.size()}));
     while (kept < count) {
         const std::size_t got = source_(buffer_.data() + kept, buffer_.size() - kept);
         kept += got;

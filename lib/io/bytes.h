@@ -12,6 +12,7 @@
 #include <cstring>
 #include <filesystem>
 #include <functional>
+#include <memory>
 #include <span>
 #include <string>
 #include <string_view>
@@ -139,7 +140,7 @@ class ByteWriter {
 public:
     using Drain = std::function<void(std::span<const std::byte>)>;
 
-    explicit ByteWriter(Drain drain) : drain_(std::move(drain)) { buffer_.resize(kCapacity); }
+    explicit ByteWriter(Drain drain) : drain_(std::move(drain)) {}
 
     void text(std::string_view characters) {
         if (characters.size() > kCapacity) {
@@ -168,7 +169,7 @@ public:
 
     /// Must be called at the end.
     void flush() {
-        if (used_ > 0) drain_({buffer_.data(), used_});
+        if (used_ > 0) drain_({buffer_.get(), used_});
         used_ = 0;
     }
 
@@ -176,7 +177,7 @@ private:
     /// count: at most kCapacity.
     void put(const void* from, std::size_t count) {
         if (count > kCapacity - used_) flush();
-        if (count > 0) std::memcpy(buffer_.data() + used_, from, count);
+        if (count > 0) std::memcpy(buffer_.get() + used_, from, count);
         used_ += count;
     }
 
@@ -196,7 +197,7 @@ private:
     }
 
     Drain drain_;
-    Bytes buffer_;
+    std::unique_ptr<std::byte[]> buffer_ = std::make_unique_for_overwrite<std::byte[]>(kCapacity);
     std::size_t used_ = 0;
 };
 

@@ -349,6 +349,12 @@ bool rowsMatch(const FileContents& points) {
            std::all_of(points.attributes.begin(), points.attributes.end(), matches);
 }
 
+void endServer() {
+    ::kill(server, SIGKILL);
+    while (::waitpid(server, nullptr, 0) < 0 && errno == EINTR) {
+    }
+}
+
 }  // namespace
 
 void startVdbProcess() {
@@ -360,11 +366,8 @@ void startVdbProcess() {
     if (server == 0) beServer(sockets[1]);
     ::close(sockets[1]);
     requests = sockets[0];
-    std::atexit([] {
-        ::kill(server, SIGKILL);
-        while (::waitpid(server, nullptr, 0) < 0 && errno == EINTR) {
-        }
-    });
+    std::atexit(endServer);
+    std::at_quick_exit(endServer);
 }
 
 bool hasVdbProcess() { return requests >= 0; }
