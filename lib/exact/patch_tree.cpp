@@ -21,6 +21,7 @@ constexpr double kSameSide = 0.35;                 // cosine of the angle to a n
 constexpr double kNearTurned = 0.3;                // of a patch that has turned over, radii
 constexpr std::uint32_t kMostInPart = 256 * kRun;  // triangles
 constexpr std::size_t kTasks = 512;                // at least, where there is that much to do
+constexpr std::uint64_t kFlat = std::uint64_t{1} << 63;  // with all directions: never had an area, as far as is known
 
 // Holds the point, however it is rounded.
 void extend(Boxf& box, const Vec3& point) {
@@ -203,14 +204,14 @@ std::vector<Box> PatchTree::foldedStars(const std::vector<Patch>& patches) const
     std::vector<std::uint64_t> facing(mesh_.vertex.size(), ~std::uint64_t{0});
     for (const Patch& patch : patches)
         for (std::uint32_t i = patch.range.begin; i < patch.range.end; ++i)
-            for (const std::uint32_t v : mesh_.triangles[entry_[i].triangle]) facing[v] &= entry_[i].facing;
+            for (const std::uint32_t v : mesh_.triangles[triangle_[i]]) facing[v] &= facing_[i];
 
     const Rows entries =
         sortedIntoRows<std::uint32_t>(mesh_.vertex.size(), patches.size(), [&](std::size_t p, const auto& visit) {
             const Patch& patch = patches[p];
             if (!patch.node.awake || patch.node.body) return;
             for (std::uint32_t i = patch.range.begin; i < patch.range.end; ++i)
-                for (const std::uint32_t v : mesh_.triangles[entry_[i].triangle])
+                for (const std::uint32_t v : mesh_.triangles[triangle_[i]])
                     if (facing[v] == 0) visit(v, i);
         });
 
@@ -220,10 +221,9 @@ std::vector<Box> PatchTree::foldedStars(const std::vector<Patch>& patches) const
         const std::span<const std::uint32_t> star = entries[v];
         for (std::size_t i = 0; i < star.size(); ++i)
             for (std::size_t j = i + 1; j < star.size(); ++j) {
-                const Entry &one = entry_[star[i]], &other = entry_[star[j]];
-                if ((one.facing & other.facing) != 0 &&
-                    meetingOf(mesh_.triangles[one.triangle], mesh_.triangles[other.triangle], positionOf) ==
-                        Meeting::crossing)
+                if ((facing_[star[i]] & facing_[star[j]]) == 0) continue;
+                const std::uint32_t one = triangle_[star[i]], other = triangle_[star[j]];
+                if (meetingOf(mesh_.triangles[one], mesh_.triangles[other], positionOf) == Meeting::crossing)
                     folded[v] = 1;
             }
     });
@@ -268,8 +268,8 @@ void PatchTree::addPatches(const std::vector<Moving>& before, std::uint32_t begi
             if (octant[k] != wanted) continue;
             const Boxf box({shape.low[0][k], shape.low[1][k], shape.low[2][k]},
                            {shape.high[0][k], shape.high[1][k], shape.high[2][k]});
-            const Boxf judged = flat[k] ? Boxf() : box;
-            entry_[begin + placed++] = {begin + k, judged.min, judged.max, facing[k]};
+            triangle_[begin + placed] = begin + k;
+            facing_[begin + placed++] = facing[k];
             patch.node.box.extendBy(box);
             const bool moved = shape.way[k] > 0;
             patch.node.awake |= moved;
@@ -286,9 +286,9 @@ void PatchTree::addBodyPart(const std::vector<Moving>& before, const BodyPart& p
     patch.node.body = part.body;
     patch.node.facing = 0;  // all ways
     for (std::uint32_t t = part.begin; t < part.end; ++t) {
-        const Boxf box = boxOf(t);
-        entry_[t] = {t, box.min, box.max, 0};
-        patch.node.box.extendBy(box);
+        triangle_[t] = t;
+        facing_[t] = 0;
+        patch.node.box.extendBy(boxOf(t));
         for (const std::uint32_t v : mesh_.triangles[t])
             patch.node.awake |= before[v].position != mesh_.vertex[v].position;
     }
@@ -298,7 +298,8 @@ void PatchTree::addBodyPart(const std::vector<Moving>& before, const BodyPart& p
 std::vector<PatchTree::Patch> PatchTree::makePatches(const std::vector<Moving>& before,
                                                      std::span<const BodyPart> bodies) {
     const auto n = static_cast<std::uint32_t>(mesh_.triangles.size());
-    entry_ = std::make_unique_for_overwrite<Entry[]>(n);
+    triangle_ = std::make_unique_for_overwrite<std::uint32_t[]>(n);
+    facing_ = std::make_unique_for_overwrite<std::uint64_t[]>(n);
     std::vector<BodyPart> parts;  // those of no body as well
     std::uint32_t done = 0;
     const auto addOthers = [&](std::uint32_t end) {
@@ -334,8 +335,15 @@ std::vector<PatchTree::Patch> PatchTree::makePatches(const std::vector<Moving>& 
 }
 
 Boxf PatchTree::boxOf(std::uint32_t triangle) const {
+    const auto& [a, b, c] = mesh_.triangles[triangle];
+    const Vec3 &p = mesh_.vertex[a].position, &q = mesh_.vertex[b].position, &r = mesh_.vertex[c].position;
     Boxf box;
-    for (const std::uint32_t v : mesh_.triangles[triangle]) extend(box, mesh_.vertex[v].position);
+    for (int k = 0; k < 3; ++k) {
+        const auto least = static_cast<float>(std::min({p[k], q[k], r[k]})),
+                   most = static_cast<float>(std::max({p[k], q[k], r[k]}));
+        box.min[k] = least - std::abs(least) * 0x1p-23F;
+        box.max[k] = most + std::abs(most) * 0x1p-23F;
+    }
     return box;
 }
 
@@ -369,8 +377,8 @@ void PatchTree::wake(const Box& box, double distance) {
         if (i < first_leaf_)
             waiting.insert(waiting.end(), {2 * i, 2 * i + 1});
         else
-            for (std::uint32_t e = range_[i - first_leaf_].begin; e < range_[i - first_leaf_].end; ++e)
-                entry_[e].facing = 0;
+            for (std::uint32_t k = range_[i - first_leaf_].begin; k < range_[i - first_leaf_].end; ++k)
+                facing_[k] &= kFlat;
     }
 }
 
@@ -380,10 +388,8 @@ void PatchTree::refit() {
         if (!node.awake) return;
         node.box.makeEmpty();
         for (std::uint32_t i = range_[p].begin; i < range_[p].end; ++i) {
-            const Boxf box = boxOf(entry_[i].triangle);
-            entry_[i].low = box.min;
-            entry_[i].high = box.max;
-            node.box.extendBy(box);
+            facing_[i] &= ~kFlat;
+            node.box.extendBy(boxOf(triangle_[i]));
         }
     });
     gatherBoxes();
@@ -444,30 +450,36 @@ void PatchTree::descend(const TrianglePair& nodes, std::vector<TrianglePair>& in
     }
 }
 
+// Those of a range that may meet one of a node, put into `near`.
+std::span<const PatchTree::Boxed> PatchTree::boxesNear(const Range& range, const Node& node,
+                                                       std::span<Boxed> near) const {
+    std::size_t n = 0;
+    for (std::uint32_t i = range.begin; i < range.end; ++i) {
+        if ((facing_[i] & (node.facing | kFlat)) != 0) continue;
+        near[n] = {triangle_[i], facing_[i], boxOf(triangle_[i])};
+        n += near[n].box.intersects(node.box);
+    }
+    return near.first(n);
+}
+
 void PatchTree::addMeetings(const TrianglePair& leaves, Meetings& out) const {
     const auto [i, j] = leaves;
-    const auto nearOnes = [](std::span<const Entry> entries, const Boxf& box, std::span<const Entry*> near) {
-        std::size_t n = 0;
-        for (const Entry& entry : entries)
-            if (entry.box().intersects(box)) near[n++] = &entry;
-        return near.first(n);
-    };
-    const auto someOf = [](std::span<const Entry> entries, std::size_t first) {
-        return entries.subspan(first, std::min(kRun, entries.size() - first));
-    };
     const auto positionOf = [&](std::uint32_t v) { return mesh_.vertex[v].position; };
     const auto flat = [&](std::uint32_t t) { return isFlat(mesh_.vertex, mesh_.triangles[t]); };
-    std::array<const Entry*, kRun> one_near, other_near;
-    const std::span<const Entry> first = entriesOf(i - first_leaf_), second = entriesOf(j - first_leaf_);
-    for (std::size_t f = 0; f < first.size(); f += kRun) {
-        const std::span<const Entry* const> ones = nearOnes(someOf(first, f), node_[j].box, one_near);
-        for (std::size_t g = i == j ? f : 0; g < second.size() && !ones.empty(); g += kRun) {
-            const std::span<const Entry* const> others = nearOnes(someOf(second, g), node_[i].box, other_near);
+    std::array<Boxed, kRun> one_near, other_near;
+    const Range first = range_[i - first_leaf_], second = range_[j - first_leaf_];
+    const auto runAt = [](const Range& range, std::uint32_t begin) {
+        return Range{begin, std::min<std::uint32_t>(begin + kRun, range.end)};
+    };
+    for (std::uint32_t f = first.begin; f < first.end; f += kRun) {
+        const std::span<const Boxed> ones = boxesNear(runAt(first, f), node_[j], one_near);
+        for (std::uint32_t g = i == j ? f : second.begin; g < second.end && !ones.empty(); g += kRun) {
+            const std::span<const Boxed> others = boxesNear(runAt(second, g), node_[i], other_near);
             for (std::size_t m = 0; m < ones.size(); ++m)
                 for (std::size_t k = i == j && f == g ? m + 1 : 0; k < others.size(); ++k) {
-                    const std::uint32_t s = ones[m]->triangle, t = others[k]->triangle;
-                    if ((ones[m]->facing & others[k]->facing) != 0) continue;
-                    if (!ones[m]->box().intersects(others[k]->box())) continue;
+                    const Boxed &one = ones[m], &other = others[k];
+                    if ((one.facing & other.facing) != 0 || !one.box.intersects(other.box)) continue;
+                    const std::uint32_t s = one.triangle, t = other.triangle;
                     const Meeting meeting = meetingOf(mesh_.triangles[s], mesh_.triangles[t], positionOf);
                     if (meeting == Meeting::none) continue;
                     if (meeting == Meeting::doubtful && (flat(s) || flat(t))) continue;

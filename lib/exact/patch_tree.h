@@ -67,8 +67,8 @@ public:
         for (std::size_t p = 0; p < patches(); ++p)
             if (std::uint8_t& awake = node_[first_leaf_ + p].awake; awake) {
                 awake = 0;
-                for (const Entry& entry : entriesOf(p))
-                    for (const std::uint32_t v : mesh_.triangles[entry.triangle]) awake |= moves(v);
+                for (const std::uint32_t t : trianglesOf(range_[p]))
+                    for (const std::uint32_t v : mesh_.triangles[t]) awake |= moves(v);
             }
         gatherAwake();
     }
@@ -80,16 +80,10 @@ public:
     void forTrianglesAwake(const Visit& visit) const {
         for (std::size_t p = 0; p < patches(); ++p)
             if (node_[first_leaf_ + p].awake)
-                for (const Entry& entry : entriesOf(p)) visit(mesh_.triangles[entry.triangle]);
+                for (const std::uint32_t t : trianglesOf(range_[p])) visit(mesh_.triangles[t]);
     }
 
 private:
-    struct Entry {
-        std::uint32_t triangle;
-        Vec3f low, high;       // empty where it never had an area
-        std::uint64_t facing;  // one bit for each direction
-        Boxf box() const { return {low, high}; }
-    };
     struct Node {
         Boxf box;
         std::uint64_t facing = ~std::uint64_t{0};  // directions that all of it faces
@@ -97,7 +91,12 @@ private:
         std::uint8_t awake = 0;
     };
     struct Range {
-        std::uint32_t begin, end;  // of entries
+        std::uint32_t begin, end;  // of triangle_ and facing_
+    };
+    struct Boxed {
+        std::uint32_t triangle;
+        std::uint64_t facing;
+        Boxf box;
     };
     struct Patch {
         Range range;
@@ -106,10 +105,11 @@ private:
     };
 
     std::size_t patches() const { return range_.size(); }
-    std::span<const Entry> entriesOf(std::size_t patch) const {
-        return {&entry_[range_[patch].begin], range_[patch].end - range_[patch].begin};
+    std::span<const std::uint32_t> trianglesOf(const Range& range) const {
+        return {&triangle_[range.begin], range.end - range.begin};
     }
     Boxf boxOf(std::uint32_t triangle) const;
+    std::span<const Boxed> boxesNear(const Range& range, const Node& node, std::span<Boxed> near) const;
     std::vector<Patch> makePatches(const std::vector<Moving>& before, std::span<const BodyPart> bodies);
     void addPatches(const std::vector<Moving>& before, std::uint32_t begin, std::uint32_t size,
                     std::vector<Patch>& into);
@@ -123,10 +123,11 @@ private:
     void addMeetings(const TrianglePair& leaves, Meetings& out) const;
 
     const BetaMesh& mesh_;
-    std::vector<Vec3> direction_;     // at most 64
-    std::unique_ptr<Entry[]> entry_;  // those of a patch are neighbours
-    std::vector<Range> range_;        // of patches, in the order of leaves
-    std::size_t first_leaf_ = 1;      // so many leaves; node 1 is the root, those below i are 2i and 2i + 1
+    std::vector<Vec3> direction_;                // less than 64
+    std::unique_ptr<std::uint32_t[]> triangle_;  // those of a patch are neighbours
+    std::unique_ptr<std::uint64_t[]> facing_;    // of these: a bit for each direction, and kFlat
+    std::vector<Range> range_;                   // of patches, in the order of leaves
+    std::size_t first_leaf_ = 1;                 // so many leaves; node 1 is the root, those below i are 2i and 2i + 1
     std::vector<Node> node_;
 };
 

@@ -503,8 +503,9 @@ private:
 }  // namespace
 
 BetaMesh completeTessellation(const BallBoundary& boundary, const std::vector<Moving>& balls,
-                              const std::vector<Vec3>& spins, ArcNetwork network, const FacePoints& points,
+                              const std::vector<Vec3>& spins, ArcNetwork network, FacePoints points,
                               Appearance appearance) {
+    network.line = {}, network.at_ball = {};  // large, and of no more use
     const std::vector<std::uint32_t> first_face = firstFaces(boundary);
     const LoopMaker maker(boundary, network);
     const Placement placement(points, appearance);

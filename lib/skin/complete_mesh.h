@@ -26,7 +26,7 @@ namespace betamesh {
 /// cost    O(boundary); smoothed, about 31 triangles per exposed ball of a dam break, 180 on a lone drop
 /// source  beta mesh paper, section 3.4, completed
 BetaMesh completeTessellation(const BallBoundary& boundary, const std::vector<Moving>& balls,
-                              const std::vector<Vec3>& spins, ArcNetwork network, const FacePoints& points,
+                              const std::vector<Vec3>& spins, ArcNetwork network, FacePoints points,
                               Appearance appearance);
 
 }  // namespace betamesh

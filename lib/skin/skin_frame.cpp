@@ -142,13 +142,13 @@ BetaMesh completeSurface(const Particles& particles, const Structure& structure,
     std::vector<Moving> vertices = movingVertices(particles, structure.snapped, boundary, balls);
     watch("velocity");
     ArcNetwork network = arcPoints(boundary, balls, spins.of_points, std::move(vertices), subdivision);
-    const FacePoints points = facePoints(structure.snapped, boundary, balls, spins.of_points, std::move(directions));
+    FacePoints points = facePoints(structure.snapped, boundary, balls, spins.of_points, std::move(directions));
     watch("tessellate");
     BoundarySamples samples;
     if (smoothed) samples = boundarySamples(boundary, balls, spins.of_points, network, points);
     watch("smooth");
-    BetaMesh beta =
-        completeTessellation(boundary, balls, spins.of_points, std::move(network), points, subdivision.appearance);
+    BetaMesh beta = completeTessellation(boundary, balls, spins.of_points, std::move(network), std::move(points),
+                                         subdivision.appearance);
     if (params.features.bubbles == Bubbles::fill)  // before smoothing: small bubbles may be turned inside out by it
         report.bubbles_filled = fillBubbles(beta, params.radius, params.features.bubble_volume);
     watch("tessellate");
