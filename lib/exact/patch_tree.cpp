@@ -15,8 +15,8 @@ namespace betamesh {
 
 namespace {
 
-constexpr std::size_t kRun = 16;                   // consecutive triangles that make a patch, if they face the same way
-constexpr int kFacing = 6;                         // so many directions in common: else they are parted by octants
+constexpr std::size_t kRun = 16;  // at most so many consecutive triangles that make a patch, if they face the same way
+constexpr int kFacing = 6;        // so many directions in common: else they are parted by octants
 constexpr double kSameSide = 0.35;                 // cosine of the angle to a normal within which a direction is faced
 constexpr double kNearTurned = 0.3;                // of a patch that has turned over, radii
 constexpr std::uint32_t kMostInPart = 256 * kRun;  // triangles
@@ -295,6 +295,15 @@ void PatchTree::addBodyPart(const std::vector<Moving>& before, const BodyPart& p
     into.push_back(patch);
 }
 
+// Where a run from one triangle on ends: those of a ball with many face other ways than the next one's.
+std::uint32_t PatchTree::endOfRun(std::uint32_t begin, std::uint32_t end) const {
+    end = std::min(end, begin + static_cast<std::uint32_t>(kRun));
+    const std::vector<std::uint32_t>& balls = mesh_.ball_begin;
+    const auto next = std::upper_bound(balls.begin(), balls.end(), begin);
+    const bool many = next != balls.begin() && next != balls.end() && *next - *std::prev(next) >= kRun;
+    return many ? std::min(end, *next) : end;
+}
+
 std::vector<PatchTree::Patch> PatchTree::makePatches(const std::vector<Moving>& before,
                                                      std::span<const BodyPart> bodies) {
     const auto n = static_cast<std::uint32_t>(mesh_.triangles.size());
@@ -327,8 +336,10 @@ std::vector<PatchTree::Patch> PatchTree::makePatches(const std::vector<Moving>& 
             if (body)
                 addBodyPart(before, parts[p], of_task[task]);
             else
-                for (std::uint32_t run = begin; run < end; run += kRun)
-                    addPatches(before, run, std::min<std::uint32_t>(kRun, end - run), of_task[task]);
+                for (std::uint32_t run = begin, next; run < end; run = next) {
+                    next = endOfRun(run, end);
+                    addPatches(before, run, next - run, of_task[task]);
+                }
         }
     });
     return joined(of_task);

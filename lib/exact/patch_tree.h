@@ -113,6 +113,7 @@ private:
     std::vector<Patch> makePatches(const std::vector<Moving>& before, std::span<const BodyPart> bodies);
     void addPatches(const std::vector<Moving>& before, std::uint32_t begin, std::uint32_t size,
                     std::vector<Patch>& into);
+    std::uint32_t endOfRun(std::uint32_t begin, std::uint32_t end) const;
     void addBodyPart(const std::vector<Moving>& before, const BodyPart& part, std::vector<Patch>& into);
     void makeTree(const std::vector<Patch>& patches);
     std::vector<Box> foldedStars(const std::vector<Patch>& patches) const;
