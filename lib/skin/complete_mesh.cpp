@@ -10,6 +10,7 @@
 #include <numbers>
 #include <optional>
 #include <span>
+#include <utility>
 
 namespace betamesh {
 
@@ -141,9 +142,12 @@ public:
         return direction * (1 - (below * below * kSinkingDepth + apart * apart * kContactDepth) * (angle_ * angle_));
     }
 
-    // How far outwards a point goes that is far from any rim, in radii: a lone drop has the volume of its ball then.
+    // Is a point far from any rim?
+    bool swells(std::uint32_t p) const {
+        return sinking_ && points_.clearance[p].value > kSwellingBegins && !points_.contactOf(p);
+    }
+    // How far outwards it goes then, in radii: a lone drop has the volume of its ball.
     Moving swelling(std::uint32_t p, const Vec3& spin) const {
-        if (!sinking_ || points_.contactOf(p)) return {};
         const Rate c = points_.clearance[p];
         return points_.outwards(p, spin) *
                (smoothStep((c - kSwellingBegins) / (kSwollen - kSwellingBegins)) * swelling_);
@@ -205,16 +209,29 @@ private:
     std::vector<std::vector<Triangle>> at_;
 };
 
+constexpr std::uint32_t kNew = std::uint32_t{1} << 31;
+
 // What one task makes: triangles by network point, or by place among the new points from kNew on.
 struct Part {
+    struct Ball {
+        std::uint32_t triangles, points;  // before it
+    };
+    struct OtherPoint {  // than those inside faces
+        Moving vertex;
+        Rate clearance;
+    };
+    std::vector<Ball> ball;
     std::vector<Triangle> triangles;
-    std::vector<std::uint32_t> ball_begin;  // among these
-    std::vector<Moving> vertex;
-    std::vector<Rate> clearance;
+    std::vector<std::uint32_t> point;  // of FacePoints, or from kNew on among the others
+    std::vector<OtherPoint> other;
     std::vector<RisingVertex> rising, turning;
-    std::vector<SwellingVertex> swelling;
+    std::uint32_t swelling = 0;  // so many points
+
+    void add(const OtherPoint& o) {
+        point.push_back(kNew + static_cast<std::uint32_t>(other.size()));
+        other.push_back(o);
+    }
 };
-constexpr std::uint32_t kNew = std::uint32_t{1} << 31;
 
 // Is p surely so high, as a share of its distance from the origin, over all facets of the points in `ring` beneath it?
 // Looks for a plane that parts them by as much: turns it out of the way of whichever point is highest.
@@ -327,6 +344,8 @@ struct Ball {
         return first;
     }
     // Seen from the centre, in radii.
+    Moving vertexAt(std::uint32_t face_point_row) const { return centre + placement.at(face_point_row, spin) * radius; }
+    // In radii, seen from the centre.
     Moving at(std::uint32_t v) const {
         return v < inLoops() ? (network.point[loops.network_point[v]] - centre) / radius
                              : placement.at(face_point[v - inLoops()], spin);
@@ -393,7 +412,7 @@ public:
                                 {a, b, c, c},
                                 {beneath.weight[0], beneath.weight[1], beneath.weight[2], 0},
                                 share,
-                                part_.vertex[place_[i] - kNew]};
+                                ball_.vertexAt(ball_.face_point[i])};
             splitTurningBeneath(around, rising);
             for (std::uint32_t& corner : rising.from) corner = number(corner);
             part_.rising.push_back(rising);
@@ -430,14 +449,13 @@ public:
                 edges_.push_back(*edge);
             }
         }
-        const auto first_vertex = kNew + static_cast<std::uint32_t>(part_.vertex.size());
+        const auto first_vertex = kNew + static_cast<std::uint32_t>(part_.point.size());
         splitTurningEdges(edges_, first_triangle_, first_vertex, part_.triangles);
         for (const TurningEdge& edge : edges_) {
             const Moving vertex = ball_.centre + edge.on_edge * ball_.radius;
-            const auto row = kNew + static_cast<std::uint32_t>(part_.vertex.size());
+            const auto row = kNew + static_cast<std::uint32_t>(part_.point.size());
             part_.turning.push_back({row, edge.corner, edge.weight, 0, vertex});
-            part_.vertex.push_back(vertex);
-            part_.clearance.push_back(kFullClearance);  // it goes where its corners go
+            part_.add({vertex, kFullClearance});  // it goes where its corners go
         }
     }
 
@@ -475,17 +493,14 @@ private:
         if (v < in_loops) return ball_.loops.network_point[v];
         std::uint32_t& place = place_[v - in_loops];
         if (place == kUnplaced) {
-            place = kNew + static_cast<std::uint32_t>(part_.vertex.size());
+            place = kNew + static_cast<std::uint32_t>(part_.point.size());
             if (v < ball_.given()) {
                 const std::uint32_t p = ball_.face_point[v - in_loops];
-                part_.vertex.push_back(ball_.centre + ball_.placement.at(p, ball_.spin) * ball_.radius);
-                part_.clearance.push_back(ball_.placement.clearance(p));
-                const Moving swelling = ball_.placement.swelling(p, ball_.spin);
-                if (swelling.position.length2() > 0) part_.swelling.push_back({place, swelling * ball_.radius});
+                part_.point.push_back(p);
+                part_.swelling += ball_.placement.swells(p);
             } else {
                 const Vec3 direction = toDouble(filling_.new_point[v - ball_.given()]).normalized();
-                part_.vertex.push_back({ball_.centre.position + direction * ball_.radius, ball_.centre.velocity});
-                part_.clearance.push_back({0, 0});
+                part_.add({{ball_.centre.position + direction * ball_.radius, ball_.centre.velocity}, Rate(0)});
             }
         }
         return place;
@@ -505,7 +520,7 @@ private:
 BetaMesh completeTessellation(const BallBoundary& boundary, const std::vector<Moving>& balls,
                               const std::vector<Vec3>& spins, ArcNetwork network, FacePoints points,
                               Appearance appearance) {
-    network.line = {}, network.at_ball = {};  // large, and of no more use
+    std::exchange(network.line, {}), std::exchange(network.at_ball, {});  // large, and of no more use
     const std::vector<std::uint32_t> first_face = firstFaces(boundary);
     const LoopMaker maker(boundary, network);
     const Placement placement(points, appearance);
@@ -522,7 +537,9 @@ BetaMesh completeTessellation(const BallBoundary& boundary, const std::vector<Mo
         std::vector<std::uint32_t> face_point, direction, place;
         std::vector<Vec3> on_grid;
         for (std::size_t b = task * kBallsPerTask; b < std::min(balls.size(), (task + 1) * kBallsPerTask); ++b) {
-            parts[task].ball_begin.push_back(static_cast<std::uint32_t>(parts[task].triangles.size()));
+            Part& part = parts[task];
+            part.ball.push_back(
+                {static_cast<std::uint32_t>(part.triangles.size()), static_cast<std::uint32_t>(part.point.size())});
             maker.makeLoops(static_cast<std::uint32_t>(b), first_face[b], first_face[b + 1], ball_loops);
             const auto in_loops = static_cast<std::uint32_t>(loops.point.size());
             face_point.clear();
@@ -561,14 +578,16 @@ BetaMesh completeTessellation(const BallBoundary& boundary, const std::vector<Mo
         }
     });
 
-    const auto placesIn = [&](auto list) {
+    const auto placesIn = [&](const auto& sizeOf) {
         std::vector<std::uint32_t> sizes;
-        for (const Part& part : parts) sizes.push_back(static_cast<std::uint32_t>((part.*list).size()));
+        for (const Part& part : parts) sizes.push_back(static_cast<std::uint32_t>(sizeOf(part)));
         return placesOf(sizes);
     };
-    const std::vector<std::uint32_t> vertices = placesIn(&Part::vertex), triangles = placesIn(&Part::triangles),
-                                     rising = placesIn(&Part::rising), turning = placesIn(&Part::turning),
-                                     swelling = placesIn(&Part::swelling);
+    const std::vector<std::uint32_t> vertices = placesIn([](const Part&p) { return p.point.size(); }),
+                                     triangles = placesIn([](const Part&p) { return p.triangles.size(); }),
+                                     rising = placesIn([](const Part&p) { return p.rising.size(); }),
+                                     turning = placesIn([](const Part&p) { return p.turning.size(); }),
+                                     swelling = placesIn([](const Part&p) { return p.swelling; });
     BetaMesh mesh;
     const std::size_t in_network = network.point.size();
     mesh.vertex = std::move(network.point);
@@ -585,14 +604,27 @@ BetaMesh completeTessellation(const BallBoundary& boundary, const std::vector<Mo
         const Part& part = parts[task];
         const auto first = static_cast<std::uint32_t>(in_network + vertices[task]);
         const auto numbered = [&](std::uint32_t v) { return v >= kNew ? first + (v - kNew) : v; };
-        std::copy(part.vertex.begin(), part.vertex.end(), mesh.vertex.begin() + first);
-        std::copy(part.clearance.begin(), part.clearance.end(), mesh.clearance.begin() + first);
+        SwellingVertex* swells = mesh.swelling.data() + swelling[task];
+        for (std::size_t k = 0; k < part.ball.size(); ++k) {
+            const std::size_t b = task * kBallsPerTask + k;
+            mesh.ball_begin[b] = triangles[task] + part.ball[k].triangles;
+            const std::size_t end = k + 1 < part.ball.size() ? part.ball[k + 1].points : part.point.size();
+            for (std::size_t i = part.ball[k].points; i < end; ++i) {
+                const std::uint32_t p = part.point[i], v = first + static_cast<std::uint32_t>(i);
+                if (p >= kNew) {
+                    mesh.vertex[v] = part.other[p - kNew].vertex;
+                    mesh.clearance[v] = part.other[p - kNew].clearance;
+                    continue;
+                }
+                mesh.vertex[v] = balls[b] + placement.at(p, spins[b]) * boundary.worldRadius();
+                mesh.clearance[v] = placement.clearance(p);
+                if (placement.swells(p)) *swells++ = {v, placement.swelling(p, spins[b]) * boundary.worldRadius()};
+            }
+        }
         std::transform(part.triangles.begin(), part.triangles.end(), mesh.triangles.begin() + triangles[task],
                        [&](const Triangle& t) {
                            return Triangle{numbered(t[0]), numbered(t[1]), numbered(t[2])};
                        });
-        std::transform(part.ball_begin.begin(), part.ball_begin.end(), mesh.ball_begin.begin() + task * kBallsPerTask,
-                       [&](std::uint32_t begin) { return triangles[task] + begin; });
         const auto copy = [&](const std::vector<RisingVertex>& from, RisingVertex* to) {
             for (const RisingVertex& r : from) {
                 *to = r;
@@ -603,10 +635,6 @@ BetaMesh completeTessellation(const BallBoundary& boundary, const std::vector<Mo
         };
         copy(part.rising, on_facets.data() + rising[task]);
         copy(part.turning, in_quads.data() + turning[task]);
-        std::transform(part.swelling.begin(), part.swelling.end(), mesh.swelling.begin() + swelling[task],
-                       [&](const SwellingVertex& s) {
-                           return SwellingVertex{numbered(s.vertex), s.step};
-                       });
     });
     return mesh;
 }
