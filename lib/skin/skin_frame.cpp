@@ -23,6 +23,7 @@
 
 #include <algorithm>
 #include <optional>
+#include <utility>
 
 namespace betamesh {
 
@@ -155,6 +156,7 @@ BetaMesh completeSurface(const Particles& particles, const Structure& structure,
     if (smoothed) {
         const std::vector<Moving> from = copyOf(beta.vertex);
         smooth(std::move(samples), params, beta);
+        std::exchange(beta.clearance, {});  // large, and of no more use
         keepApart(boundary, from, beta);
     }
     watch("smooth");
