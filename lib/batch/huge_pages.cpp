@@ -34,12 +34,15 @@ public:
             if (begin == MAP_FAILED) continue;
             const auto address = reinterpret_cast<std::uintptr_t>(begin);
             const std::size_t before = roundedUp(address, kHugePage) - address;
-            begin_ = static_cast<std::byte*>(begin) + before;
-            size_ = size - roundedUp(before, kHugePage);
-            if (::madvise(begin_, size_, MADV_HUGEPAGE) == 0)
+            auto* const first = static_cast<std::byte*>(begin) + before;
+            const std::size_t rest = size - roundedUp(before, kHugePage);
+            if (::madvise(first, rest, MADV_HUGEPAGE) == 0) {
+                begin_ = first;
+                size_ = rest;
                 places_ = Places(size_);
-            else
+            } else {
                 ::munmap(begin, size);
+            }
             return;
         }
     }
