@@ -6,9 +6,9 @@ namespace betamesh {
 
 Pieces piecesOf(std::size_t vertices, std::span<const Triangle> triangles) {
     UnionFind groups(vertices);
-    std::vector<bool> used(vertices, false);
+    std::vector<std::uint8_t> used(vertices, 0);
     for (const Triangle& t : triangles) {
-        for (const std::uint32_t v : t) used[v] = true;
+        for (const std::uint32_t v : t) used[v] = 1;
         groups.join(t[0], t[1]);
         groups.join(t[1], t[2]);
     }
