@@ -46,6 +46,15 @@ struct BetaMesh {
     std::vector<std::uint32_t> ball_begin;  ///< the first triangle made for each ball, then all; none: not known
 };
 
+/// Many points that move, in two arrays, for which there is room sooner than for one twice as large.
+struct MovingPoints {
+    std::vector<Vec3> position, velocity;
+
+    Moving operator[](std::size_t row) const { return {position[row], velocity[row]}; }
+    std::size_t size() const { return position.size(); }
+};
+MovingPoints copyOf(const std::vector<Moving>& points);
+
 /// As in core/vertex_normals.h.
 std::vector<Vec3> vertexNormals(const BetaMesh& mesh);
 

@@ -103,15 +103,6 @@ void resizeOnAll(std::vector<T>& rows, std::size_t n) {
     rows.resize(n);
 }
 
-/// A copy, in such room.
-template <typename T>
-std::vector<T> copyOf(const std::vector<T>& rows) {
-    std::vector<T> copy;
-    makeRoom(copy, rows.size());
-    copy.insert(copy.end(), rows.begin(), rows.end());
-    return copy;
-}
-
 /// The rows of some parts, one part after another; rowsOf(part): a member, where the part is not itself a list of them.
 template <typename Part, typename RowsOf = std::identity>
 auto joined(const std::vector<Part>& parts, const RowsOf& rowsOf = {}) {

@@ -37,6 +37,10 @@ bool isFlat(const std::vector<Moving>& vertex, const Triangle& triangle) {
     const auto& [a, b, c] = triangle;
     return onOneLine(vertex[a].position, vertex[b].position, vertex[c].position);
 }
+bool isFlat(const std::vector<Vec3>& position, const Triangle& triangle) {
+    const auto& [a, b, c] = triangle;
+    return onOneLine(position[a], position[b], position[c]);
+}
 
 // Consecutive triangles: where their corners were before and are now, [corner][axis].
 using Corners = std::array<std::array<std::array<double, kRun>, 3>, 3>;
@@ -147,7 +151,7 @@ Meeting meetingOf(const std::array<Vec3, 3>& s, const std::array<Vec3, 3>& t, co
     return touching ? Meeting::doubtful : Meeting::none;
 }
 
-PatchTree::PatchTree(const BetaMesh& mesh, const std::vector<Moving>& before, double radius,
+PatchTree::PatchTree(const BetaMesh& mesh, const std::vector<Vec3>& before, double radius,
                      std::span<const BodyPart> bodies)
     : mesh_(mesh), direction_(icosphere(2).position) {
     const std::vector<Patch> patches = makePatches(before, bodies);
@@ -234,13 +238,13 @@ std::vector<Box> PatchTree::foldedStars(const std::vector<Patch>& patches) const
 }
 
 // A run of triangles, which are near each other, as the mesh is made ball by ball.
-void PatchTree::addPatches(const std::vector<Moving>& before, std::uint32_t begin, std::uint32_t size,
+void PatchTree::addPatches(const std::vector<Vec3>& before, std::uint32_t begin, std::uint32_t size,
                            std::vector<Patch>& into) {
     Run run;
     for (std::uint32_t i = 0; i < size; ++i)
         for (std::size_t m = 0; m < 3; ++m) {
             const std::uint32_t v = mesh_.triangles[begin + i][m];
-            const Vec3 &from = before[v].position, &to = mesh_.vertex[v].position;
+            const Vec3 &from = before[v], &to = mesh_.vertex[v].position;
             for (std::size_t k = 0; k < 3; ++k) {
                 run.before[m][k][i] = from[static_cast<int>(k)];
                 run.now[m][k][i] = to[static_cast<int>(k)];
@@ -281,7 +285,7 @@ void PatchTree::addPatches(const std::vector<Moving>& before, std::uint32_t begi
     }
 }
 
-void PatchTree::addBodyPart(const std::vector<Moving>& before, const BodyPart& part, std::vector<Patch>& into) {
+void PatchTree::addBodyPart(const std::vector<Vec3>& before, const BodyPart& part, std::vector<Patch>& into) {
     Patch patch{{part.begin, part.end}, {}, false};
     patch.node.body = part.body;
     patch.node.facing = 0;  // all ways
@@ -289,8 +293,7 @@ void PatchTree::addBodyPart(const std::vector<Moving>& before, const BodyPart& p
         triangle_[t] = t;
         facing_[t] = 0;
         patch.node.box.extendBy(boxOf(t));
-        for (const std::uint32_t v : mesh_.triangles[t])
-            patch.node.awake |= before[v].position != mesh_.vertex[v].position;
+        for (const std::uint32_t v : mesh_.triangles[t]) patch.node.awake |= before[v] != mesh_.vertex[v].position;
     }
     into.push_back(patch);
 }
@@ -304,7 +307,7 @@ std::uint32_t PatchTree::endOfRun(std::uint32_t begin, std::uint32_t end) const 
     return many ? std::min(end, *next) : end;
 }
 
-std::vector<PatchTree::Patch> PatchTree::makePatches(const std::vector<Moving>& before,
+std::vector<PatchTree::Patch> PatchTree::makePatches(const std::vector<Vec3>& before,
                                                      std::span<const BodyPart> bodies) {
     const auto n = static_cast<std::uint32_t>(mesh_.triangles.size());
     triangle_ = std::make_unique_for_overwrite<std::uint32_t[]>(n);

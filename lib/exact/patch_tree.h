@@ -52,7 +52,7 @@ public:
         std::uint32_t body;        ///< from 1
     };
     /// bodies: ascending.
-    PatchTree(const BetaMesh& mesh, const std::vector<Moving>& before, double radius,
+    PatchTree(const BetaMesh& mesh, const std::vector<Vec3>& before, double radius,
               std::span<const BodyPart> bodies = {});
 
     Meetings meetings() const;
@@ -110,11 +110,10 @@ private:
     }
     Boxf boxOf(std::uint32_t triangle) const;
     std::span<const Boxed> boxesNear(const Range& range, const Node& node, std::span<Boxed> near) const;
-    std::vector<Patch> makePatches(const std::vector<Moving>& before, std::span<const BodyPart> bodies);
-    void addPatches(const std::vector<Moving>& before, std::uint32_t begin, std::uint32_t size,
-                    std::vector<Patch>& into);
+    std::vector<Patch> makePatches(const std::vector<Vec3>& before, std::span<const BodyPart> bodies);
+    void addPatches(const std::vector<Vec3>& before, std::uint32_t begin, std::uint32_t size, std::vector<Patch>& into);
     std::uint32_t endOfRun(std::uint32_t begin, std::uint32_t end) const;
-    void addBodyPart(const std::vector<Moving>& before, const BodyPart& part, std::vector<Patch>& into);
+    void addBodyPart(const std::vector<Vec3>& before, const BodyPart& part, std::vector<Patch>& into);
     void makeTree(const std::vector<Patch>& patches);
     std::vector<Box> foldedStars(const std::vector<Patch>& patches) const;
     void gatherBoxes();

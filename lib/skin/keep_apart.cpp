@@ -134,7 +134,7 @@ std::vector<TrianglePair> crossingsAmong(Meetings meetings, const BetaMesh& mesh
 // remains.
 class Ways {
 public:
-    Ways(const std::vector<Moving>& from, double radius, BetaMesh& mesh)
+    Ways(const MovingPoints& from, double radius, BetaMesh& mesh)
         : from_(from), radius_(radius), mesh_(mesh), row_(from.size(), kNone), rising_of_(from.size(), nullptr) {
         for (const auto& group : mesh.rising)
             for (const RisingVertex& rising : group) rising_of_[rising.vertex] = &rising;
@@ -177,7 +177,7 @@ public:
                 for (const std::uint32_t v : mesh_.triangles[t])
                     forSupports(v, [&](std::uint32_t u) {
                         State& state = state_[row_[u]];
-                        const bool based_here = state.base.position == from_[u].position;
+                        const bool based_here = state.base.position == from_.position[u];
                         if (limits[i] || all_the_way || based_here)
                             any |= lower(state, limits[i] ? before[row_[u]] * *limits[i] : Rate(0));
                         if (limits[i] || based_here) return;
@@ -253,8 +253,8 @@ private:
                 middle = middle + from_[v] * (1.0 / 3);
                 end = end + stateOf(v).to * (1.0 / 3);
             }
-            const Vec3& corner = from_[t[0]].position;
-            const double area = betamesh::cross(from_[t[1]].position - corner, from_[t[2]].position - corner).length();
+            const std::vector<Vec3>& from = from_.position;
+            const double area = betamesh::cross(from[t[1]] - from[t[0]], from[t[2]] - from[t[0]]).length();
             triangle.push_back({middle, end - middle, area});
             for (int k = 0; k < 3; ++k) farthest = std::max(farthest, std::abs(middle.position[k]));
         });
@@ -278,7 +278,7 @@ private:
     void takeMeanWays() {
         const double width = kMeanWidth * radius_, inverse_square = 1 / (width * width);
         parallelFor(fresh_.size(), 64, [&](std::size_t i) {
-            const Moving& at = from_[fresh_[i]];
+            const Moving at = from_[fresh_[i]];
             Moving sum;
             Rate weight = 0;
             near_->forRowsIn(at.position - Vec3(width), at.position + Vec3(width), [&](std::uint32_t row) {
@@ -309,7 +309,7 @@ private:
         }
     }
 
-    const std::vector<Moving>& from_;
+    const MovingPoints& from_;
     double radius_;
     const BetaMesh& mesh_;
     std::vector<std::uint32_t> row_;              // of each vertex: of state_
@@ -362,10 +362,10 @@ std::vector<PatchTree::BodyPart> bodiesOf(const BallBoundary& boundary, const Be
 
 }  // namespace
 
-void keepApart(const BallBoundary& boundary, const std::vector<Moving>& from, BetaMesh& mesh) {
+void keepApart(const BallBoundary& boundary, const MovingPoints& from, BetaMesh& mesh) {
     if (mesh.triangles.empty()) return;
     const double radius = boundary.worldRadius();
-    PatchTree tree(mesh, from, radius, bodiesOf(boundary, mesh));
+    PatchTree tree(mesh, from.position, radius, bodiesOf(boundary, mesh));
     std::vector<TrianglePair> pairs = crossingsAmong(tree.meetings(), mesh);
     if (pairs.empty()) return;
     Ways ways(from, radius, mesh);
@@ -377,7 +377,7 @@ void keepApart(const BallBoundary& boundary, const std::vector<Moving>& from, Be
         for (const std::uint32_t t : triangles) {
             Box box;
             for (const std::uint32_t v : mesh.triangles[t]) {
-                box.extendBy(from[v].position);
+                box.extendBy(from.position[v]);
                 box.extendBy(mesh.vertex[v].position);
             }
             tree.wake(box, distance);

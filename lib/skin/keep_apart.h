@@ -17,6 +17,6 @@ namespace betamesh {
 /// same    bytes for any thread count
 /// cost    a look at every triangle, and at those pairs that are near each other and face different ways
 /// source  a surface over a plane does not cross itself: Volino & Magnenat-Thalmann 1994
-void keepApart(const BallBoundary& boundary, const std::vector<Moving>& from, BetaMesh& mesh);
+void keepApart(const BallBoundary& boundary, const MovingPoints& from, BetaMesh& mesh);
 
 }  // namespace betamesh

@@ -154,7 +154,7 @@ BetaMesh completeSurface(const Particles& particles, const Structure& structure,
         report.bubbles_filled = fillBubbles(beta, params.radius, params.features.bubble_volume);
     watch("tessellate");
     if (smoothed) {
-        const std::vector<Moving> from = copyOf(beta.vertex);
+        const MovingPoints from = copyOf(beta.vertex);
         smooth(std::move(samples), params, beta);
         std::exchange(beta.clearance, {});  // large, and of no more use
         keepApart(boundary, from, beta);
