@@ -2,11 +2,15 @@
 
 #include "batch/places.h"
 
+#include <fcntl.h>
 #include <sys/mman.h>
 #include <sys/resource.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <atomic>
+#include <charconv>
 #include <cstdint>
 #include <mutex>
 
@@ -15,12 +19,24 @@ namespace {
 
 constexpr std::size_t kSmallestBlock = std::size_t{1} << 13;
 constexpr std::size_t kWorthIt = std::size_t{1} << 21;   // of such blocks in all, before there are huge pages for them
-constexpr std::size_t kHugePage = std::size_t{1} << 21;  // on x86-64, and where pages are of 4 KiB on aarch64
+constexpr std::size_t kHugePage = std::size_t{1} << 21;  // where others are of 4 KiB
 constexpr std::size_t kStep = std::size_t{1} << 24;      // by which what may be used grows
 constexpr std::size_t kMost = std::size_t{1} << 40;      // in addresses
 constexpr std::size_t kLeast = std::size_t{1} << 32;
 
 std::size_t roundedUp(std::size_t bytes, std::size_t unit) { return (bytes + unit - 1) / unit * unit; }
+
+/// What the system calls a huge page, bytes; 0 where it has none.
+std::size_t hugePageHere() {
+    const int file = ::open("/sys/kernel/mm/transparent_hugepage/hpage_pmd_size", O_RDONLY | O_CLOEXEC);
+    if (file < 0) return 0;
+    std::array<char, 32> text{};  // no stream: that takes memory
+    const ssize_t length = ::read(file, text.data(), text.size());
+    ::close(file);
+    std::size_t bytes = 0;
+    if (length > 0) std::from_chars(text.data(), text.data() + length, bytes);
+    return bytes;
+}
 
 /// Blocks in a range of addresses that was asked for at once, and is opened as far as it is used: what is open counts
 /// as the process's data. Stays while the process does, as blocks may.
@@ -29,6 +45,7 @@ public:
     HugePages() {
         rlimit addresses{};
         if (::getrlimit(RLIMIT_AS, &addresses) != 0 || addresses.rlim_cur != RLIM_INFINITY) return;
+        if (hugePageHere() != kHugePage) return;  // half a gigabyte, where pages are large, is too much
         for (std::size_t size = kMost; size >= kLeast; size /= 2) {
             void* const begin = ::mmap(nullptr, size, PROT_NONE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
             if (begin == MAP_FAILED) continue;

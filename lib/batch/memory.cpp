@@ -12,7 +12,7 @@
 namespace betamesh {
 namespace {
 
-// A particle of a splash takes 800 to 1900 bytes with its share of the surface, and so many on disk:
+// A particle of a splash takes 800 to 1500 bytes with its share of the surface, and so many on disk:
 constexpr std::array<std::pair<std::string_view, double>, 4> kFileBytesOfParticle{
     {{".vdb", 12}, {".gz", 14}, {".ply", 28}, {".bgeo", 32}}};
 constexpr double kBytesOfParticle = 1400;

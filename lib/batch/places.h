@@ -23,22 +23,23 @@ public:
     explicit Places(std::size_t size = 0);
 
     /// Where so many bytes > 0 are from now on: in the smallest gap with room for them, the first of several.
+    /// errors  std::bad_alloc, and nothing is taken
     std::optional<std::size_t> take(std::size_t bytes);
     /// What was taken at this place.
     std::size_t bytesAt(std::size_t place) const { return used_.at(place); }
     /// Returns the gap that it is a part of now.
-    Span giveBack(std::size_t place);
+    Span giveBack(std::size_t place) noexcept;
 
     /// From the first that is in use to the end of the last.
     Span used() const;
     const std::map<std::size_t, std::size_t>& gaps() const { return gaps_; }  ///< where each begins -> bytes
 
 private:
-    void addGap(std::size_t begin, std::size_t bytes);
-    void removeGap(std::map<std::size_t, std::size_t>::iterator gap);
+    using Blocks = std::map<std::size_t, std::size_t>;            // place -> bytes
+    using Sizes = std::set<std::pair<std::size_t, std::size_t>>;  // bytes, place
 
-    std::map<std::size_t, std::size_t> used_, gaps_;         // place -> bytes
-    std::set<std::pair<std::size_t, std::size_t>> by_size_;  // gaps: bytes, place
+    Blocks used_, gaps_;
+    Sizes used_by_size_, gaps_by_size_;  // the first of these so that what is given back needs no memory
 };
 
 }  // namespace betamesh
