@@ -225,7 +225,7 @@ struct Part {
     std::vector<std::uint32_t> point;  // of FacePoints, or from kNew on among the others
     std::vector<OtherPoint> other;
     std::vector<RisingVertex> rising, turning;
-    std::uint32_t swelling = 0;  // so many points
+    std::uint32_t swelling = 0;  // so many points inside faces
 
     void add(const OtherPoint& o) {
         point.push_back(kNew + static_cast<std::uint32_t>(other.size()));
@@ -578,16 +578,16 @@ BetaMesh completeTessellation(const BallBoundary& boundary, const std::vector<Mo
         }
     });
 
-    const auto placesIn = [&](const auto& sizeOf) {
+    const auto placesIn = [&](auto list) {
         std::vector<std::uint32_t> sizes;
-        for (const Part& part : parts) sizes.push_back(static_cast<std::uint32_t>(sizeOf(part)));
+        for (const Part& part : parts) sizes.push_back(static_cast<std::uint32_t>((part.*list).size()));
         return placesOf(sizes);
     };
-    const std::vector<std::uint32_t> vertices = placesIn([](const Part&p) { return p.point.size(); }),
-                                     triangles = placesIn([](const Part&p) { return p.triangles.size(); }),
-                                     rising = placesIn([](const Part&p) { return p.rising.size(); }),
-                                     turning = placesIn([](const Part&p) { return p.turning.size(); }),
-                                     swelling = placesIn([](const Part&p) { return p.swelling; });
+    const std::vector<std::uint32_t> vertices = placesIn(&Part::point), triangles = placesIn(&Part::triangles),
+                                     rising = placesIn(&Part::rising), turning = placesIn(&Part::turning);
+    std::vector<std::uint32_t> swelling;
+    for (const Part& part : parts) swelling.push_back(part.swelling);
+    swelling = placesOf(swelling);
     BetaMesh mesh;
     const std::size_t in_network = network.point.size();
     mesh.vertex = std::move(network.point);
