@@ -23,13 +23,16 @@ constexpr std::uint32_t kMostInPart = 256 * kRun;  // triangles
 constexpr std::size_t kTasks = 512;                // at least, where there is that much to do
 constexpr std::uint64_t kFlat = std::uint64_t{1} << 63;  // with all directions: never had an area, as far as is known
 
+// Bounds of whatever was rounded to x.
+inline float justBelow(float x) { return x - std::abs(x) * 0x1p-23F; }
+inline float justAbove(float x) { return x + std::abs(x) * 0x1p-23F; }
+
 // Holds the point, however it is rounded.
 void extend(Boxf& box, const Vec3& point) {
     for (int k = 0; k < 3; ++k) {
         const auto x = static_cast<float>(point[k]);
-        const float rounding = std::abs(x) * 0x1p-23F;
-        box.min[k] = std::min(box.min[k], x - rounding);
-        box.max[k] = std::max(box.max[k], x + rounding);
+        box.min[k] = std::min(box.min[k], justBelow(x));
+        box.max[k] = std::max(box.max[k], justAbove(x));
     }
 }
 
@@ -80,8 +83,8 @@ void shapeOf(const Run& run, RunShape& shape) {
             const double lower = p < q ? p : q, higher = p < q ? q : p;
             const auto least = static_cast<float>(lower < r ? lower : r),
                        most = static_cast<float>(higher > r ? higher : r);
-            shape.low[k][i] = least - std::abs(least) * 0x1p-23F;
-            shape.high[k][i] = most + std::abs(most) * 0x1p-23F;
+            shape.low[k][i] = justBelow(least);
+            shape.high[k][i] = justAbove(most);
         }
     }
 }
@@ -353,10 +356,8 @@ Boxf PatchTree::boxOf(std::uint32_t triangle) const {
     const Vec3 &p = mesh_.vertex[a].position, &q = mesh_.vertex[b].position, &r = mesh_.vertex[c].position;
     Boxf box;
     for (int k = 0; k < 3; ++k) {
-        const auto least = static_cast<float>(std::min({p[k], q[k], r[k]})),
-                   most = static_cast<float>(std::max({p[k], q[k], r[k]}));
-        box.min[k] = least - std::abs(least) * 0x1p-23F;
-        box.max[k] = most + std::abs(most) * 0x1p-23F;
+        box.min[k] = justBelow(static_cast<float>(std::min({p[k], q[k], r[k]})));
+        box.max[k] = justAbove(static_cast<float>(std::max({p[k], q[k], r[k]})));
     }
     return box;
 }
