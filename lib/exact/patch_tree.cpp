@@ -1,31 +1,21 @@
 #include "exact/patch_tree.h"
 
 #include "core/graph.h"
-#include "core/icosphere.h"
 #include "core/parallel.h"
-#include "core/simd.h"
 #include "exact/orientation.h"
+#include "exact/triangle_run.h"
 
 #include <algorithm>
 #include <bit>
-#include <cmath>
-#include <limits>
 
 namespace betamesh {
 
 namespace {
 
-constexpr std::size_t kRun = 16;  // at most so many consecutive triangles that make a patch, if they face the same way
-constexpr int kFacing = 6;        // so many directions in common: else they are parted by octants
-constexpr double kSameSide = 0.35;                 // cosine of the angle to a normal within which a direction is faced
+constexpr int kFacing = 6;  // so many directions in common, and a run is one patch: else it is parted by octants
 constexpr double kNearTurned = 0.3;                // of a patch that has turned over, radii
 constexpr std::uint32_t kMostInPart = 256 * kRun;  // triangles
 constexpr std::size_t kTasks = 512;                // at least, where there is that much to do
-constexpr std::uint64_t kFlat = std::uint64_t{1} << 63;  // with all directions: never had an area, as far as is known
-
-// Bounds of whatever was rounded to x.
-inline float justBelow(float x) { return x - std::abs(x) * 0x1p-23F; }
-inline float justAbove(float x) { return x + std::abs(x) * 0x1p-23F; }
 
 // Holds the point, however it is rounded.
 void extend(Boxf& box, const Vec3& point) {
@@ -33,77 +23,6 @@ void extend(Boxf& box, const Vec3& point) {
         const auto x = static_cast<float>(point[k]);
         box.min[k] = std::min(box.min[k], justBelow(x));
         box.max[k] = std::max(box.max[k], justAbove(x));
-    }
-}
-
-bool isFlat(const std::vector<Moving>& vertex, const Triangle& triangle) {
-    const auto& [a, b, c] = triangle;
-    return onOneLine(vertex[a].position, vertex[b].position, vertex[c].position);
-}
-bool isFlat(const std::vector<Vec3>& position, const Triangle& triangle) {
-    const auto& [a, b, c] = triangle;
-    return onOneLine(position[a], position[b], position[c]);
-}
-
-// Consecutive triangles: where their corners were before and are now, [corner][axis].
-using Corners = std::array<std::array<std::array<double, kRun>, 3>, 3>;
-struct Run {
-    Corners before{}, now{};
-};
-struct RunShape {
-    std::array<std::array<double, kRun>, 3> normal;  // by axis; of unit length, zero without area
-    std::array<double, kRun> way;                    // of the corners, 0 where none moves
-    std::array<double, kRun> turned;                 // <= 0 where the normal is a right angle or more from what it was
-    std::array<std::array<float, kRun>, 3> low, high;  // boxes that hold the triangles, however they are rounded
-};
-
-BETAMESH_EVERY_CPU
-void shapeOf(const Run& run, RunShape& shape) {
-    const auto& [a, b, c] = run.now;
-    const auto& [d, e, f] = run.before;
-    for (std::size_t i = 0; i < kRun; ++i) {
-        const double ux = b[0][i] - a[0][i], uy = b[1][i] - a[1][i], uz = b[2][i] - a[2][i];
-        const double vx = c[0][i] - a[0][i], vy = c[1][i] - a[1][i], vz = c[2][i] - a[2][i];
-        const double x = uy * vz - uz * vy, y = uz * vx - ux * vz, z = ux * vy - uy * vx;
-        const double qx = e[0][i] - d[0][i], qy = e[1][i] - d[1][i], qz = e[2][i] - d[2][i];
-        const double rx = f[0][i] - d[0][i], ry = f[1][i] - d[1][i], rz = f[2][i] - d[2][i];
-        shape.turned[i] = x * (qy * rz - qz * ry) + y * (qz * rx - qx * rz) + z * (qx * ry - qy * rx);
-        const double length = std::sqrt(x * x + y * y + z * z);
-        const double scale = length > 0 ? 1 / (length + std::numeric_limits<double>::min()) : 0;
-        shape.normal[0][i] = x * scale;
-        shape.normal[1][i] = y * scale;
-        shape.normal[2][i] = z * scale;
-    }
-    shape.way = {};
-    for (std::size_t k = 0; k < 3; ++k) {
-        for (std::size_t m = 0; m < 3; ++m)
-            for (std::size_t i = 0; i < kRun; ++i) shape.way[i] += std::abs(run.now[m][k][i] - run.before[m][k][i]);
-        for (std::size_t i = 0; i < kRun; ++i) {
-            const double p = a[k][i], q = b[k][i], r = c[k][i];
-            const double lower = p < q ? p : q, higher = p < q ? q : p;
-            const auto least = static_cast<float>(lower < r ? lower : r),
-                       most = static_cast<float>(higher > r ? higher : r);
-            shape.low[k][i] = justBelow(least);
-            shape.high[k][i] = justAbove(most);
-        }
-    }
-}
-
-// The directions that each triangle faces, one bit for each; all of them without area.
-BETAMESH_EVERY_CPU
-void facingOf(const RunShape& shape, const std::vector<Vec3>& directions, std::array<std::uint64_t, kRun>& facing) {
-    const auto& [x, y, z] = shape.normal;
-    for (std::size_t i = 0; i < kRun; ++i) {
-        const bool any = (x[i] != 0) | (y[i] != 0) | (z[i] != 0);
-        facing[i] = any ? std::uint64_t{0} : ~std::uint64_t{0};
-    }
-    for (std::size_t d = 0; d < directions.size(); ++d) {
-        const Vec3 direction = directions[d];
-        const std::uint64_t bit = std::uint64_t{1} << d;
-        for (std::size_t i = 0; i < kRun; ++i) {
-            const double cosine = x[i] * direction.x + y[i] * direction.y + z[i] * direction.z;
-            facing[i] |= cosine >= kSameSide ? bit : 0;
-        }
     }
 }
 
@@ -156,7 +75,7 @@ Meeting meetingOf(const std::array<Vec3, 3>& s, const std::array<Vec3, 3>& t, co
 
 PatchTree::PatchTree(const BetaMesh& mesh, const std::vector<Vec3>& before, double radius,
                      std::span<const BodyPart> bodies)
-    : mesh_(mesh), direction_(icosphere(2).position) {
+    : mesh_(mesh) {
     const std::vector<Patch> patches = makePatches(before, bodies);
     std::vector<Box> folded;
     parallelFor(2, 1, [&](std::size_t part) {  // each is serial in part
@@ -209,9 +128,11 @@ void PatchTree::makeTree(const std::vector<Patch>& patches) {
 // Of vertices whose triangles face no common way: where two of these cross that do, which no others might tell.
 std::vector<Box> PatchTree::foldedStars(const std::vector<Patch>& patches) const {
     std::vector<std::uint64_t> facing(mesh_.vertex.size(), ~std::uint64_t{0});
-    for (const Patch& patch : patches)
+    for (const Patch& patch : patches) {
+        if (patch.node.body) continue;
         for (std::uint32_t i = patch.range.begin; i < patch.range.end; ++i)
             for (const std::uint32_t v : mesh_.triangles[triangle_[i]]) facing[v] &= facing_[i];
+    }
 
     const Rows entries =
         sortedIntoRows<std::uint32_t>(mesh_.vertex.size(), patches.size(), [&](std::size_t p, const auto& visit) {
@@ -243,45 +164,22 @@ std::vector<Box> PatchTree::foldedStars(const std::vector<Patch>& patches) const
 // A run of triangles, which are near each other, as the mesh is made ball by ball.
 void PatchTree::addPatches(const std::vector<Vec3>& before, std::uint32_t begin, std::uint32_t size,
                            std::vector<Patch>& into) {
-    Run run;
-    for (std::uint32_t i = 0; i < size; ++i)
-        for (std::size_t m = 0; m < 3; ++m) {
-            const std::uint32_t v = mesh_.triangles[begin + i][m];
-            const Vec3 &from = before[v], &to = mesh_.vertex[v].position;
-            for (std::size_t k = 0; k < 3; ++k) {
-                run.before[m][k][i] = from[static_cast<int>(k)];
-                run.now[m][k][i] = to[static_cast<int>(k)];
-            }
-        }
-    RunShape shape;
-    shapeOf(run, shape);
-    std::array<std::uint64_t, kRun> facing;
-    facingOf(shape, direction_, facing);
+    const TriangleRun run(mesh_, before, begin, size);
+    std::array<std::uint8_t, kRun> octant{};
     std::uint64_t in_common = ~std::uint64_t{0};
-    std::array<std::uint8_t, kRun> octant, flat;
-    for (std::uint32_t i = 0; i < size; ++i) {
-        flat[i] = shape.turned[i] <= 0 && isFlat(mesh_.vertex, mesh_.triangles[begin + i]) &&
-                  isFlat(before, mesh_.triangles[begin + i]);
-        if (flat[i]) facing[i] = ~std::uint64_t{0};
-        in_common &= facing[i];
-        octant[i] = static_cast<std::uint8_t>((shape.normal[0][i] > 0) + 2 * (shape.normal[1][i] > 0) +
-                                              4 * (shape.normal[2][i] > 0));
-    }
-    if (std::popcount(in_common) >= kFacing) std::fill_n(octant.begin(), size, std::uint8_t{0});
+    for (std::uint32_t i = 0; i < size; ++i) in_common &= run.facing[i];
+    if (std::popcount(in_common) < kFacing) octant = run.octant;
     std::uint32_t placed = 0;
     for (std::uint8_t wanted = 0; placed < size; ++wanted) {
         Patch patch{{begin + placed, 0}, {}, false};
         for (std::uint32_t k = 0; k < size; ++k) {
             if (octant[k] != wanted) continue;
-            const Boxf box({shape.low[0][k], shape.low[1][k], shape.low[2][k]},
-                           {shape.high[0][k], shape.high[1][k], shape.high[2][k]});
             triangle_[begin + placed] = begin + k;
-            facing_[begin + placed++] = facing[k];
-            patch.node.box.extendBy(box);
-            const bool moved = shape.way[k] > 0;
-            patch.node.awake |= moved;
-            patch.turned |= moved && shape.turned[k] <= 0 && !flat[k];
-            patch.node.facing &= facing[k];
+            facing_[begin + placed++] = run.facing[k];
+            patch.node.box.extendBy(run.box(k));
+            patch.node.awake |= run.moved[k];
+            patch.turned |= run.turned[k];
+            patch.node.facing &= run.facing[k];
         }
         patch.range.end = begin + placed;
         if (patch.range.begin < patch.range.end) into.push_back(patch);

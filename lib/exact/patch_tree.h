@@ -123,7 +123,6 @@ private:
     void addMeetings(const TrianglePair& leaves, Meetings& out) const;
 
     const BetaMesh& mesh_;
-    std::vector<Vec3> direction_;                // less than 64
     std::unique_ptr<std::uint32_t[]> triangle_;  // those of a patch are neighbours
     std::unique_ptr<std::uint64_t[]> facing_;    // of these: a bit for each direction, and kFlat
     std::vector<Range> range_;                   // of patches, in the order of leaves

@@ -14,8 +14,9 @@ namespace betamesh {
 /// edge.
 ///
 /// in      all triangles of a closed surface, counter-clockwise seen from outside; coordinates as in
-/// exact/orientation.h cost    O(triangles), some 40 ns each source  triangles that all turn the same way cover every
-/// direction equally often, as crossing an edge leaves one
+///         exact/orientation.h
+/// cost    O(triangles), some 40 ns each
+/// source  triangles that all turn the same way cover every direction equally often, as crossing an edge leaves one
 ///         and enters another
 bool isStarShaped(const Vec3& centre, std::span<const std::array<Vec3, 3>> triangles);
 

@@ -5,6 +5,7 @@
 #include "core/mesh_edges.h"
 #include "core/parallel.h"
 #include "core/union_find.h"
+#include "exact/body_check.h"
 #include "exact/patch_tree.h"
 #include "exact/star_shaped.h"
 #include "exact/triangle_contact.h"
@@ -12,6 +13,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <memory>
 #include <optional>
 
 namespace betamesh {
@@ -320,8 +322,9 @@ private:
     std::optional<CellOrder> near_;
 };
 
-// Drops, mostly: what hangs together of the surface and is seen whole from the middle of its balls.
-std::vector<PatchTree::BodyPart> bodiesOf(const BallBoundary& boundary, const BetaMesh& mesh) {
+// Drops: what hangs together of the surface, is small, and does not cross itself.
+std::vector<PatchTree::BodyPart> bodiesOf(const BallBoundary& boundary, const std::vector<Vec3>& before,
+                                          const BetaMesh& mesh) {
     if (mesh.ball_begin.empty()) return {};
     const auto balls = static_cast<std::uint32_t>(boundary.position.size());
     UnionFind together(balls);
@@ -336,21 +339,26 @@ std::vector<PatchTree::BodyPart> bodiesOf(const BallBoundary& boundary, const Be
         balls, balls, [&](std::size_t b, const auto& visit) { visit(first[b], static_cast<std::uint32_t>(b)); });
 
     std::vector<std::uint8_t> is_body(balls, 0);
+    const auto facing = std::make_unique_for_overwrite<std::uint64_t[]>(mesh.vertex.size());
     parallelRanges(balls, 256, [&](std::size_t begin, std::size_t end) {
         std::vector<std::array<Vec3, 3>> triangles;
+        std::vector<TriangleRange> ranges;
+        BodyCheck check(mesh, before, {facing.get(), mesh.vertex.size()});
         for (std::size_t b = begin; b < end; ++b) {
             const std::span<const std::uint32_t> drop = others[b];
             if (drop.empty() || drop.size() > kMostBalls) continue;
             Vec3 middle(0);
             triangles.clear();
+            ranges.clear();
             for (const std::uint32_t ball : drop) {
                 middle += boundary.centre(ball) / static_cast<double>(drop.size());
+                ranges.push_back({mesh.ball_begin[ball], mesh.ball_begin[ball + 1]});
                 for (std::uint32_t t = mesh.ball_begin[ball]; t < mesh.ball_begin[ball + 1]; ++t) {
                     const auto at = [&](std::size_t k) { return mesh.vertex[mesh.triangles[t][k]].position; };
                     triangles.push_back({at(0), at(1), at(2)});
                 }
             }
-            is_body[b] = isStarShaped(middle, triangles);
+            is_body[b] = isStarShaped(middle, triangles) || check.crossesNothing(ranges);
         }
     });
     std::vector<PatchTree::BodyPart> bodies;
@@ -365,7 +373,7 @@ std::vector<PatchTree::BodyPart> bodiesOf(const BallBoundary& boundary, const Be
 void keepApart(const BallBoundary& boundary, const MovingPoints& from, BetaMesh& mesh) {
     if (mesh.triangles.empty()) return;
     const double radius = boundary.worldRadius();
-    PatchTree tree(mesh, from.position, radius, bodiesOf(boundary, mesh));
+    PatchTree tree(mesh, from.position, radius, bodiesOf(boundary, from.position, mesh));
     std::vector<TrianglePair> pairs = crossingsAmong(tree.meetings(), mesh);
     if (pairs.empty()) return;
     Ways ways(from, radius, mesh);
