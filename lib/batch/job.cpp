@@ -18,6 +18,7 @@
 #include <chrono>
 #include <filesystem>
 #include <functional>
+#include <future>
 #include <map>
 #include <memory>
 #include <mutex>
@@ -232,7 +233,11 @@ Surface surfaceOf(const Liquid& liquid, const FrameTask& task, const Plan& plan,
     watch("picture");
     const auto mesh = std::make_shared<Mesh>(std::move(skinned.mesh));
     const auto write = [mesh, &task, &report] {
-        parallelBoth([&] { writeMesh(task.output, *mesh); }, [&] { report.measure = measureMesh(*mesh); });
+        std::future<void> on_disk;
+        const auto commit = [](OutputFile file) { file.commit(); };  // for which no core need wait
+        parallelBoth([&] { on_disk = std::async(commit, encodedMesh(task.output, *mesh)); },
+                     [&] { report.measure = measureMesh(*mesh); });
+        on_disk.get();
     };
     return {std::move(skinned.spheres), std::move(picture), write};
 }

@@ -63,7 +63,7 @@ Extension anyExtension(const std::filesystem::path& path) {
     return *extension;
 }
 
-void writeEncoded(const std::filesystem::path& path, const std::function<void(ByteWriter&)>& encode) {
+OutputFile encodedFile(const std::filesystem::path& path, const std::function<void(ByteWriter&)>& encode) {
     const std::string name = lowerName(path);
     if (name.ends_with(".sc")) throw Error(path.string() + ": .bgeo.sc cannot be written, expected .bgeo or .bgeo.gz");
     OutputFile file(path);
@@ -76,7 +76,11 @@ void writeEncoded(const std::filesystem::path& path, const std::function<void(By
         ByteWriter out([&](std::span<const std::byte> piece) { file.write(piece); });
         encode(out);
     }
-    file.commit();
+    return file;
+}
+
+void writeEncoded(const std::filesystem::path& path, const std::function<void(ByteWriter&)>& encode) {
+    encodedFile(path, encode).commit();
 }
 
 }  // namespace betamesh

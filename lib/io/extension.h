@@ -3,6 +3,7 @@
 #pragma once
 
 #include "io/bytes.h"
+#include "io/output_file.h"
 
 #include <filesystem>
 #include <functional>
@@ -20,7 +21,9 @@ Extension meshExtension(const std::filesystem::path& path);      ///< .bgeo .obj
 Extension curveExtension(const std::filesystem::path& path);     ///< .bgeo .obj .ply .svg
 Extension anyExtension(const std::filesystem::path& path);       ///< .bgeo .obj .ply .vdb
 
-/// Writes what encode writes, whole or not at all; through gzip when the name ends in .gz.
+/// Writes what encode writes, through gzip when the name ends in .gz. All that is left to do is to commit().
+OutputFile encodedFile(const std::filesystem::path& path, const std::function<void(ByteWriter&)>& encode);
+/// The same with commit(): whole or not at all.
 void writeEncoded(const std::filesystem::path& path, const std::function<void(ByteWriter&)>& encode);
 
 }  // namespace betamesh

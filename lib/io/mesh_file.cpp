@@ -24,17 +24,19 @@ Mesh readMesh(const std::filesystem::path& path) {
     }
 }
 
-void writeMesh(const std::filesystem::path& path, const Mesh& mesh) {
+OutputFile encodedMesh(const std::filesystem::path& path, const Mesh& mesh) {
     const std::string file = path.string();
     switch (meshExtension(path)) {
         case Extension::ply:
-            return writeEncoded(path, [&](ByteWriter& out) { encodePly(out, mesh, file); });
+            return encodedFile(path, [&](ByteWriter& out) { encodePly(out, mesh, file); });
         case Extension::obj:
-            return writeEncoded(path, [&](ByteWriter& out) { encodeObj(out, mesh, file); });
+            return encodedFile(path, [&](ByteWriter& out) { encodeObj(out, mesh, file); });
         default:
-            return writeEncoded(path, [&](ByteWriter& out) { encodeBgeo(out, mesh, file); });
+            return encodedFile(path, [&](ByteWriter& out) { encodeBgeo(out, mesh, file); });
     }
 }
+
+void writeMesh(const std::filesystem::path& path, const Mesh& mesh) { encodedMesh(path, mesh).commit(); }
 
 void writeSpheres(const std::filesystem::path& path, const Spheres& spheres) {
     const std::string file = path.string();

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "core/mesh.h"
+#include "io/output_file.h"
 
 #include <filesystem>
 
@@ -19,6 +20,8 @@ Mesh readMesh(const std::filesystem::path& path);
 /// all frames of a sequence declare the same attributes. Components are a property of faces, in .bgeo an attribute of
 /// primitives; .obj holds positions and faces only, and each component as an object `component_N`.
 void writeMesh(const std::filesystem::path& path, const Mesh& mesh);
+/// The same but for commit(), which waits for the disk and needs no processor.
+OutputFile encodedMesh(const std::filesystem::path& path, const Mesh& mesh);
 
 /// Writes points with a radius: .ply (property `radius`) or .bgeo, .bgeo.gz (`pscale`), velocity and id
 /// beside it. An .obj cannot hold a radius: Error.

@@ -19,6 +19,7 @@
 #include <sstream>
 #include <string>
 #include <system_error>
+#include <utility>
 #include <vector>
 
 namespace betamesh {
@@ -122,6 +123,12 @@ OutputFile::OutputFile(fs::path final_path)
     if (file_ < 0) fail("written", errno);
     ::flock(file_, LOCK_EX | LOCK_NB);  // where locks do not work, the process number must do
 }
+
+OutputFile::OutputFile(OutputFile&& other) noexcept
+    : final_path_(std::move(other.final_path_)),
+      temporary_path_(std::move(other.temporary_path_)),
+      file_(std::exchange(other.file_, -1)),
+      waiting_(other.waiting_) {}
 
 OutputFile::~OutputFile() {
     if (file_ < 0) return;

@@ -17,9 +17,9 @@ namespace betamesh {
 class OutputFile {
 public:
     explicit OutputFile(std::filesystem::path final_path);
-    ~OutputFile();  ///< removes the temporary unless committed
-    OutputFile(const OutputFile&) = delete;
-    OutputFile& operator=(const OutputFile&) = delete;
+    ~OutputFile();                            ///< removes the temporary unless committed
+    OutputFile(OutputFile&& other) noexcept;  ///< what is left of the other does nothing any more
+    OutputFile& operator=(OutputFile&&) = delete;
 
     void write(std::span<const std::byte> bytes);
     void write(std::string_view text);

@@ -134,6 +134,20 @@ TEST(OutputFile, LeftoversOfTheDeadAreSweptAndNoOthers) {
     EXPECT_EQ(contentsOf(folder / "live.ply"), "x");
 }
 
+TEST(OutputFile, GoesWhereItIsMovedAndOnlyThere) {
+    const TemporaryFolder folder;
+    {
+        OutputFile first(folder / "a.ply");
+        first.write("x");
+        OutputFile second = std::move(first);
+        second.write("y");
+        second.commit();
+    }
+    EXPECT_EQ(contentsOf(folder / "a.ply"), "xy");
+    { const OutputFile third = OutputFile(folder / "b.ply"); }
+    EXPECT_EQ(entriesOf(folder.path()), 1U);
+}
+
 TEST(OutputFile, SweepingAMissingFolderIsNoError) { EXPECT_NO_THROW(sweepTemporaries("/no/such/folder")); }
 
 TEST(OutputFile, ANumberThatAnotherProcessNowHasIsNotItsWriter) {
