@@ -12,6 +12,7 @@ namespace {
 
 constexpr float kSteps = 126;  // of a body's box: below 2^7
 constexpr std::uint8_t kTopBit = 0x80;
+constexpr float kOverAPlane = 0.05F;  // cosine of the angle to its normal, within which triangles lie over a plane
 
 template <std::size_t kWidth>
 using Bytes = typename VectorOf<std::uint8_t, kWidth>::Type;
@@ -63,6 +64,7 @@ bool BodyCheck::crossesNothing(std::span<const TriangleRange> parts) {
 bool BodyCheck::gather(std::span<const TriangleRange> parts) {
     triangle_.clear();
     facing_.clear();
+    normal_.clear();
     box_.clear();
     for (const auto& [begin, end] : parts)
         for (std::uint32_t first = begin; first < end; first += kRun) {
@@ -72,6 +74,7 @@ bool BodyCheck::gather(std::span<const TriangleRange> parts) {
                 if (run.turned[i]) return false;
                 triangle_.push_back(first + i);
                 facing_.push_back(run.facing[i]);
+                normal_.emplace_back(run.normal[0][i], run.normal[1][i], run.normal[2][i]);
                 box_.push_back(run.box(i));
             }
         }
@@ -135,6 +138,17 @@ bool BodyCheck::meetsItself() const {
     return false;
 }
 
+// All triangles of a vertex, by a way of their own: the fixed ones lie some 20 degrees from any that is asked for.
+bool BodyCheck::isOverAPlane(std::span<const Corner> star) const {
+    Vec3f sum(0);
+    for (const Corner& corner : star) sum += normal_[corner.row];
+    const float least = kOverAPlane * sum.length();
+    return std::all_of(star.begin(), star.end(), [&](const Corner& corner) {
+        const Vec3f& normal = normal_[corner.row];
+        return normal.dot(sum) > least || normal == Vec3f(0);
+    });
+}
+
 // Where the triangles at a vertex face no common way, two of them may cross that do, which no others might tell.
 bool BodyCheck::foldsAtAVertex() {
     std::uint64_t* const facing = facing_of_vertices_.data();
@@ -149,11 +163,24 @@ bool BodyCheck::foldsAtAVertex() {
     std::sort(loose_.begin(), loose_.end(), [](const Corner& a, const Corner& b) {
         return a.vertex != b.vertex ? a.vertex < b.vertex : a.row < b.row;
     });
-    for (std::size_t i = 0; i < loose_.size(); ++i)
-        for (std::size_t j = i + 1; j < loose_.size() && loose_[j].vertex == loose_[i].vertex; ++j) {
-            const std::size_t one = loose_[i].row, other = loose_[j].row;
-            if ((facing_[one] & facing_[other]) != 0 && mayCross(one, other)) return true;
-        }
+    const auto haveAnEdge = [&](std::size_t row, std::size_t other) {  // in common, so they cannot cross
+        int common = 0;
+        for (const std::uint32_t u : mesh_.triangles[triangle_[row]])
+            for (const std::uint32_t v : mesh_.triangles[triangle_[other]]) common += u == v;
+        return common > 1;
+    };
+    for (std::size_t begin = 0, end; begin < loose_.size(); begin = end) {
+        end = begin + 1;
+        while (end < loose_.size() && loose_[end].vertex == loose_[begin].vertex) ++end;
+        const std::span<const Corner> star(&loose_[begin], end - begin);
+        if (isOverAPlane(star)) continue;
+        for (std::size_t i = 0; i < star.size(); ++i)
+            for (std::size_t j = i + 1; j < star.size(); ++j) {
+                const std::size_t one = star[i].row, other = star[j].row;
+                if ((facing_[one] & facing_[other]) != 0 && !haveAnEdge(one, other) && mayCross(one, other))
+                    return true;
+            }
+    }
     return false;
 }
 

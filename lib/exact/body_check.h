@@ -63,6 +63,7 @@ private:
     void makeBlocks();
     bool mayCross(std::size_t row, std::size_t other) const;
     bool meetsItself() const;
+    bool isOverAPlane(std::span<const Corner> star) const;
     bool foldsAtAVertex();
 
     const BetaMesh& mesh_;
@@ -70,6 +71,7 @@ private:
     std::span<std::uint64_t> facing_of_vertices_;  // ways that all triangles at a vertex face
     std::vector<std::uint32_t> triangle_;          // of the body: rows of the mesh
     std::vector<std::uint64_t> facing_;
+    std::vector<Vec3f> normal_;
     std::vector<Boxf> box_;
     std::vector<StepBox> step_box_;
     std::vector<Block> block_;

@@ -102,6 +102,8 @@ TriangleRun::TriangleRun(const BetaMesh& mesh, const std::vector<Vec3>& before, 
     RunShape shape;
     shapeOf(run, shape);
     facingOf(shape, directions, facing);
+    for (std::size_t k = 0; k < 3; ++k)
+        for (std::size_t i = 0; i < kRun; ++i) normal[k][i] = static_cast<float>(shape.normal[k][i]);
     low = shape.low;
     high = shape.high;
     for (std::uint32_t i = 0; i < size; ++i) {

@@ -34,9 +34,10 @@ struct TriangleRun {
     /// A bit for each of less than 63 directions within some 70 degrees of the normal; all bits where kFlat is one.
     /// Triangles with a common one are parts of a surface over a plane, as far as they alone show it.
     std::array<std::uint64_t, kRun> facing;
-    std::array<std::uint8_t, kRun> octant;  ///< of the normal
-    std::array<std::uint8_t, kRun> moved;   ///< a corner of it has
-    std::array<std::uint8_t, kRun> turned;  ///< over: the normal is a right angle or more from what it was
+    std::array<std::uint8_t, kRun> octant;          ///< of the normal
+    std::array<std::uint8_t, kRun> moved;           ///< a corner of it has
+    std::array<std::uint8_t, kRun> turned;          ///< over: the normal is a right angle or more from what it was
+    std::array<std::array<float, kRun>, 3> normal;  ///< of unit length, zero without area; by axis, as what follows
     std::array<std::array<float, kRun>, 3> low, high;
 };
 
