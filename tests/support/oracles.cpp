@@ -1,5 +1,6 @@
 #include "support/oracles.h"
 
+#include "exact/patch_tree.h"
 #include "exact/predicates.h"
 #include "exact/snapped_particles.h"
 
@@ -133,6 +134,14 @@ double distanceTo(const Mesh& mesh, const Vec3& point) {
                                  : std::min({toSegment(a, b, point), toSegment(b, c, point), toSegment(c, a, point)}));
     }
     return nearest;
+}
+
+bool crossesItself(const std::vector<Vec3>& position, const std::vector<Triangle>& triangles) {
+    const auto positionOf = [&](std::uint32_t v) { return position[v]; };
+    for (std::size_t s = 0; s < triangles.size(); ++s)
+        for (std::size_t t = 0; t < s; ++t)
+            if (meetingOf(triangles[s], triangles[t], positionOf) == Meeting::crossing) return true;
+    return false;
 }
 
 }  // namespace betamesh

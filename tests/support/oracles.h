@@ -28,4 +28,7 @@ double windingNumber(const Mesh& mesh, const Vec3& point);
 /// From a point to the nearest point of any triangle, by looking at all of them.
 double distanceTo(const Mesh& mesh, const Vec3& point);
 
+/// Does a triangle cross another one? By all pairs of them.
+bool crossesItself(const std::vector<Vec3>& position, const std::vector<Triangle>& triangles);
+
 }  // namespace betamesh

@@ -1,7 +1,7 @@
 #include "exact/star_shaped.h"
 
 #include "core/icosphere.h"
-#include "exact/patch_tree.h"
+#include "support/oracles.h"
 
 #include <gtest/gtest.h>
 
@@ -15,14 +15,6 @@ std::vector<std::array<Vec3, 3>> cornersOf(const Icosphere& sphere) {
     for (const auto& [a, b, c] : sphere.triangles)
         corners.push_back({sphere.position[a], sphere.position[b], sphere.position[c]});
     return corners;
-}
-
-bool crossesItself(const Icosphere& sphere) {
-    const auto positionOf = [&](std::uint32_t v) { return sphere.position[v]; };
-    for (std::size_t s = 0; s < sphere.triangles.size(); ++s)
-        for (std::size_t t = 0; t < s; ++t)
-            if (meetingOf(sphere.triangles[s], sphere.triangles[t], positionOf) == Meeting::crossing) return true;
-    return false;
 }
 
 TEST(StarShaped, SpheresWithVerticesInAndOutAlongTheirDirections) {
@@ -47,7 +39,8 @@ TEST(StarShaped, NothingThatCrossesItself) {
         Icosphere sphere = icosphere(2);
         const double most = 0.02 * (trial % 50);
         for (Vec3& p : sphere.position) p += Vec3(step(random), step(random), step(random)) * most;
-        const bool crosses = crossesItself(sphere), star_shaped = isStarShaped(Vec3(0), cornersOf(sphere));
+        const bool crosses = crossesItself(sphere.position, sphere.triangles),
+                   star_shaped = isStarShaped(Vec3(0), cornersOf(sphere));
         EXPECT_FALSE(star_shaped && crosses) << "trial " << trial;
         shaped += star_shaped;
         crossing += crosses;
