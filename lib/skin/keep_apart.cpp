@@ -20,15 +20,16 @@ namespace betamesh {
 
 namespace {
 
-constexpr std::size_t kMostBalls = 64;  // of what may be a drop
-constexpr int kRounds = 24;             // after which what still crosses goes back all the way
-constexpr int kHalvings = 32;           // of the way, to find where two triangles meet
-constexpr double kShortOf = 0.999;      // of the way to there
-constexpr double kMeanWidth = 0.5;      // of the kernel of mean ways, radii
-constexpr double kPieceWidth = 0.0625;  // of what counts as one piece in it
-constexpr double kStepOfTime = 1e-4;    // in which nothing moves further, in radii: to see how the place changes
-constexpr double kFarthestOff = 0.05;   // that it may change in this step, as a share of the way
-constexpr double kFastest = 2;          // that this may move vertices, in largest speeds of the two triangles
+constexpr std::size_t kMostBalls = 64;       // of what may be a drop
+constexpr std::size_t kMostCompared = 4096;  // triangles, with one another
+constexpr int kRounds = 24;                  // after which what still crosses goes back all the way
+constexpr int kHalvings = 32;                // of the way, to find where two triangles meet
+constexpr double kShortOf = 0.999;           // of the way to there
+constexpr double kMeanWidth = 0.5;           // of the kernel of mean ways, radii
+constexpr double kPieceWidth = 0.0625;       // of what counts as one piece in it
+constexpr double kStepOfTime = 1e-4;         // in which nothing moves further, in radii: to see how the place changes
+constexpr double kFarthestOff = 0.05;        // that it may change in this step, as a share of the way
+constexpr double kFastest = 2;               // that this may move vertices, in largest speeds of the two triangles
 
 // Where a vertex is, for a start and in the end.
 struct Way {
@@ -358,7 +359,8 @@ std::vector<PatchTree::BodyPart> bodiesOf(const BallBoundary& boundary, const st
                     triangles.push_back({at(0), at(1), at(2)});
                 }
             }
-            is_body[b] = isStarShaped(middle, triangles) || check.crossesNothing(ranges);
+            is_body[b] =
+                isStarShaped(middle, triangles) || (triangles.size() <= kMostCompared && check.crossesNothing(ranges));
         }
     });
     std::vector<PatchTree::BodyPart> bodies;
