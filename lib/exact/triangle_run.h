@@ -31,7 +31,7 @@ struct TriangleRun {
         return {{low[0][lane], low[1][lane], low[2][lane]}, {high[0][lane], high[1][lane], high[2][lane]}};
     }
 
-    /// A bit for each of less than 63 directions within some 70 degrees of the normal; all bits where kFlat is one.
+    /// A bit for each of 42 directions within some 70 degrees of the normal; all bits where kFlat is one.
     /// Triangles with a common one are parts of a surface over a plane, as far as they alone show it.
     std::array<std::uint64_t, kRun> facing;
     std::array<std::uint8_t, kRun> octant;          ///< of the normal
