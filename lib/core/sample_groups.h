@@ -84,8 +84,8 @@ void forPointsAmongSamples(std::size_t samples, const SampleAt& sampleAt, const 
                            const PointAt& pointAt, double reach, double unit, Grouping grouping, const Visit& visit) {
     using Fields = SampleFields<kFields>;
     const double scale = 1 / unit;
-    const CellOrder far(samples, reach / 1.5, sampleAt),
-        near(points, grouping == Grouping::close ? reach : 1.5 * reach, pointAt);
+    // Of each cell's groups one is not full: few cells. And few samples beyond the box that is asked for: small ones.
+    const CellOrder far(samples, reach / 1.5, sampleAt), near(points, 1.5 * reach, pointAt);
     const auto field = std::make_unique_for_overwrite<Fields[]>(samples);  // positions from the cell's lowest corner
     parallelFor(far.cells(), 256, [&](std::size_t c) {
         const auto cell = static_cast<std::uint32_t>(c);
