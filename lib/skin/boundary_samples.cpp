@@ -53,14 +53,25 @@ public:
         square_ = square_ + (radius * radius - line.radius * line.radius + lifted * lifted) * weight;
         along_ = along_ + level * lifted * weight;
     }
-    void add(const BoundarySample& sample, Rate share) {
+    // A sample as it adds to sums, at an offset from their origin.
+    struct Summand {
+        Moving offset, direction;
+        Rate weight, square, along;
+
+        Summand(const BoundarySample& sample, const Moving& origin)
+            : offset(sample.position - origin),
+              direction(sample.direction),
+              weight(sample.weight),
+              square(dot(offset, offset) + sample.spread),
+              along(dot(offset, direction) + sample.bulge) {}
+    };
+    void add(const Summand& sample, Rate share) {
         const Rate weight = sample.weight * share;
-        const Moving offset = sample.position - origin_;
         weight_ = weight_ + weight;
-        offset_ = offset_ + offset * weight;
+        offset_ = offset_ + sample.offset * weight;
         direction_ = direction_ + sample.direction * weight;
-        square_ = square_ + (dot(offset, offset) + sample.spread) * weight;
-        along_ = along_ + (dot(offset, sample.direction) + sample.bulge) * weight;
+        square_ = square_ + sample.square * weight;
+        along_ = along_ + sample.along * weight;
     }
     BoundarySample sample() const {
         if (!(weight_.value > 0)) return {};
@@ -90,11 +101,12 @@ struct ExposedBall {
         std::array<Together, 6> towards;
         towards.fill(Together(ball));
         forAll([&](const BoundarySample& sample, double share) {
-            const Moving direction = normalized(sample.position - ball);
+            const Together::Summand summand(sample, ball);
+            const Moving direction = normalized(summand.offset);
             const Vec3 turning = direction.velocity - cross(spin, direction.position);  // as the cube sees it
             for (int k = 0; k < 3; ++k) {  // squares of a direction's components sum to one
                 const Rate along(direction.position[k], turning[k]);
-                towards[static_cast<std::size_t>(2 * k + (along.value > 0))].add(sample, along * along * share);
+                towards[static_cast<std::size_t>(2 * k + (along.value > 0))].add(summand, along * along * share);
             }
         });
         for (std::size_t k = 0; k < side.size(); ++k) {
@@ -151,7 +163,7 @@ BoundarySamples boundarySamples(const BallBoundary& boundary, const std::vector<
                 const ArcLine& line = network.line[l];
                 together.addHalf(line, (balls[line.balls[0]] + balls[line.balls[1]]) * 0.5, radius);
             }
-            forFacePoints([&](const BoundarySample& sample, double share) { together.add(sample, share); });
+            forFacePoints([&](const BoundarySample& sample, double share) { together.add({sample, balls[b]}, share); });
             const ExposedBall exposed(balls[b], spins[b], radius, together, [&](const auto& visit) {
                 for (const std::uint32_t l : network.at_ball[b]) forPieces(l, visit);
                 forFacePoints(visit);
