@@ -36,9 +36,9 @@ Particles readRows(const std::filesystem::path& path, const AttributeNames& name
     FileContents kept;
     std::size_t row = 0, next = 0;  // of the file, and among those to be kept
     options.points = [&](FileContents&& points, std::uint64_t all) {
-        requireFinite(points, names, row, file);
         const std::size_t first = std::exchange(row, row + points.position.size());
         if (rows) {
+            requireFinite(points, names, first, file);  // those that go, too; all that stay are looked at in the end
             std::vector<std::uint32_t> among;
             for (; next < rows->size() && (*rows)[next] < row; ++next)
                 among.push_back((*rows)[next] - static_cast<std::uint32_t>(first));
