@@ -168,9 +168,9 @@ int runWithOptions(Config config, const JobOptions& options) {
     const Watched watched = watchOverWorkers(isVdb(config.input.path), config.run.timeout);
     if (!watched.working) return watched.exit_code;
     if (!options.log_file.empty()) setLogFile(options.log_file);
-    const int threads = threadsOf(config);
-    withThreads(threads, [&] { startThreads(threads); });
     if (config.run.memory_limit > 0) {
+        const int threads = threadsOf(config);
+        withThreads(threads, [&] { startThreads(threads); });
         if (!config.input.path.empty()) prepareToReadParticles(config.input.path);
         limitMemory(config.run.memory_limit);
     }

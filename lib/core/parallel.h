@@ -164,8 +164,8 @@ void withThreads(int threads, const Body& body) {
     tbb::task_arena(threads).execute(body);
 }
 
-/// Makes sure that the threads of withThreads(threads) are there, so that none need be made when work waits for them or
-/// memory is short. Gives up waiting for them after half a second.
+/// Makes sure that the threads of withThreads(threads) are there, so that none need be made when memory is short. Gives up
+/// waiting for them after half a second.
 inline void startThreads(int threads) {
     std::atomic<int> arrived = 0;
     const auto latest = std::chrono::steady_clock::now() + std::chrono::milliseconds(500);
