@@ -11,7 +11,7 @@ MovingPoints copyOf(const std::vector<Moving>& points) {
     copy.velocity.resize(points.size());
     parallelFor(points.size(), 4096, [&](std::size_t i) {
         copy.position[i] = points[i].position;
-        copy.velocity[i] = points[i].velocity;
+        copy.velocity[i] = Vec3f(points[i].velocity);
     });
     return copy;
 }

@@ -48,9 +48,10 @@ struct BetaMesh {
 
 /// Many points that move, in two arrays, for which there is room sooner than for one twice as large.
 struct MovingPoints {
-    std::vector<Vec3> position, velocity;
+    std::vector<Vec3> position;
+    std::vector<Vec3f> velocity;
 
-    Moving operator[](std::size_t row) const { return {position[row], velocity[row]}; }
+    Moving operator[](std::size_t row) const { return {position[row], Vec3(velocity[row])}; }
     std::size_t size() const { return position.size(); }
 };
 MovingPoints copyOf(const std::vector<Moving>& points);

@@ -72,68 +72,84 @@ void groupTogether(std::span<PlacedRow> points);
 /// time to find them.
 enum class Grouping { close, coarse };
 
-/// Calls visit(group, samples) on several threads, each point in one group, where the samples are at least all those
-/// within reach of it, in an order that depends on nothing but their places and rows: what becomes of a point does not
-/// depend on other points, if samples out of its reach count for nothing. Places and positions of samples count from
-/// one place near both, in units of `unit`, which keeps them exact enough as floats.
-///
-/// fieldsOf    sample's row -> its fields after the position, kFields - 3 floats
-/// cost        O(points + samples), and what visit does
-template <std::size_t kFields, typename SampleAt, typename FieldsOf, typename PointAt, typename Visit>
-void forPointsAmongSamples(std::size_t samples, const SampleAt& sampleAt, const FieldsOf& fieldsOf, std::size_t points,
-                           const PointAt& pointAt, double reach, double unit, Grouping grouping, const Visit& visit) {
-    using Fields = SampleFields<kFields>;
-    const double scale = 1 / unit;
-    // Of each cell's groups one is not full: few cells. And few samples beyond the box that is asked for: small ones.
-    const CellOrder far(samples, reach / 1.5, sampleAt), near(points, 1.5 * reach, pointAt);
-    const auto field = std::make_unique_for_overwrite<Fields[]>(samples);  // positions from the cell's lowest corner
-    parallelFor(far.cells(), 256, [&](std::size_t c) {
-        const auto cell = static_cast<std::uint32_t>(c);
-        for (std::uint32_t i = far.begin(cell); i < far.begin(cell + 1); ++i) {
-            const std::uint32_t row = far.rows()[i];
-            const Vec3f place((sampleAt(row) - far.lowestCorner(cell)) * scale);
-            const std::array<float, kFields - 3> given = fieldsOf(row);
-            for (std::size_t k = 0; k < 3; ++k) field[i][k] = place[static_cast<int>(k)];
-            std::copy(given.begin(), given.end(), field[i].begin() + 3);
-        }
-    });
+/// Samples in an order that depends on nothing but their places and rows, to be gone through near points. Their
+/// positions, from a place near them and in units of `unit`, are exact enough as floats.
+template <std::size_t kFields>
+class SampleCloud {
+public:
+    /// fieldsOf    sample's row -> its fields after the position, kFields - 3 floats
+    /// cost        O(samples)
+    template <typename SampleAt, typename FieldsOf>
+    SampleCloud(std::size_t samples, const SampleAt& sampleAt, const FieldsOf& fieldsOf, double reach, double unit)
+        : reach_(reach),
+          scale_(1 / unit),
+          cells_(samples, reach / 1.5, sampleAt),
+          field_(std::make_unique_for_overwrite<Fields[]>(samples)) {
+        parallelFor(cells_.cells(), 256, [&](std::size_t c) {
+            const auto cell = static_cast<std::uint32_t>(c);
+            for (std::uint32_t i = cells_.begin(cell); i < cells_.begin(cell + 1); ++i) {
+                const std::uint32_t row = cells_.rows()[i];
+                const Vec3f place((sampleAt(row) - cells_.lowestCorner(cell)) * scale_);
+                const std::array<float, kFields - 3> given = fieldsOf(row);
+                for (std::size_t k = 0; k < 3; ++k) field_[i][k] = place[static_cast<int>(k)];
+                std::copy(given.begin(), given.end(), field_[i].begin() + 3);
+            }
+        });
+    }
 
-    // A hair more than the reach: what is left out is beyond it however sums round.
-    const auto square = static_cast<float>(reach * scale * reach * scale * (1 + 1e-5));
-    parallelRanges(near.cells(), 4, [&](std::size_t first, std::size_t last) {
-        std::vector<Fields> candidate;
-        std::array<std::vector<float>, 3> place;  // of candidates
-        std::vector<std::uint32_t> number;
-        std::vector<PlacedRow> point;
-        for (auto cell = static_cast<std::uint32_t>(first); cell < last; ++cell) {
-            const Vec3 low = near.lowestCorner(cell), high = low + Vec3(near.edge()), middle = (low + high) / 2;
-            candidate.clear();
-            far.forCellsIn(low - Vec3(reach), high + Vec3(reach), [&](std::uint32_t other) {
-                const Vec3f corner((far.lowestCorner(other) - middle) * scale);
-                for (std::uint32_t i = far.begin(other); i < far.begin(other + 1); ++i) {
-                    candidate.push_back(field[i]);
-                    for (std::size_t k = 0; k < 3; ++k) candidate.back()[k] += corner[static_cast<int>(k)];
+    /// Calls visit(group, samples) on several threads, each point in one group, where the samples are at least all
+    /// those within reach of it: what becomes of a point does not depend on other points, if samples out of its reach
+    /// count for nothing. Places and positions of samples count from one place near both.
+    ///
+    /// cost        O(points + samples near them), and what visit does
+    template <typename PointAt, typename Visit>
+    void forPoints(std::size_t points, const PointAt& pointAt, Grouping grouping, const Visit& visit) const {
+        // Of each cell's groups one is not full: few cells. Those of samples are smaller, for fewer beyond reach.
+        const CellOrder near(points, 1.5 * reach_, pointAt);
+        // A hair more than the reach: what is left out is beyond it however sums round.
+        const auto square = static_cast<float>(reach_ * scale_ * reach_ * scale_ * (1 + 1e-5));
+        parallelRanges(near.cells(), 4, [&](std::size_t first, std::size_t last) {
+            std::vector<Fields> candidate;
+            std::array<std::vector<float>, 3> place;  // of candidates
+            std::vector<std::uint32_t> number;
+            std::vector<PlacedRow> point;
+            for (auto cell = static_cast<std::uint32_t>(first); cell < last; ++cell) {
+                const Vec3 low = near.lowestCorner(cell), high = low + Vec3(near.edge()), middle = (low + high) / 2;
+                candidate.clear();
+                cells_.forCellsIn(low - Vec3(reach_), high + Vec3(reach_), [&](std::uint32_t other) {
+                    const Vec3f corner((cells_.lowestCorner(other) - middle) * scale_);
+                    for (std::uint32_t i = cells_.begin(other); i < cells_.begin(other + 1); ++i) {
+                        candidate.push_back(field_[i]);
+                        for (std::size_t k = 0; k < 3; ++k) candidate.back()[k] += corner[static_cast<int>(k)];
+                    }
+                });
+                const std::size_t n = candidate.size();
+                for (std::size_t k = 0; k < 3; ++k) {
+                    place[k].resize(n);
+                    for (std::size_t i = 0; i < n; ++i) place[k][i] = candidate[i][k];
                 }
-            });
-            const std::size_t n = candidate.size();
-            for (std::size_t k = 0; k < 3; ++k) {
-                place[k].resize(n);
-                for (std::size_t i = 0; i < n; ++i) place[k][i] = candidate[i][k];
-            }
-            number.resize(n);
+                number.resize(n);
 
-            point.clear();
-            for (const std::uint32_t row : near.rowsOf(cell))
-                point.push_back({Vec3f((pointAt(row) - middle) * scale), row});
-            if (grouping == Grouping::close) groupTogether(point);
-            for (std::size_t begin = 0; begin < point.size(); begin += kLanes) {
-                const std::span together = std::span(point).subspan(begin, std::min(kLanes, point.size() - begin));
-                const PointGroup group(together);
-                const std::size_t used = findNear(together, place, square, number);
-                visit(group, SomeSamples<kFields>(candidate.data(), std::span(number).first(used)));
+                point.clear();
+                for (const std::uint32_t row : near.rowsOf(cell))
+                    point.push_back({Vec3f((pointAt(row) - middle) * scale_), row});
+                if (grouping == Grouping::close) groupTogether(point);
+                for (std::size_t begin = 0; begin < point.size(); begin += kLanes) {
+                    const std::span together = std::span(point).subspan(begin, std::min(kLanes, point.size() - begin));
+                    const PointGroup group(together);
+                    const std::size_t used = findNear(together, place, square, number);
+                    visit(group, SomeSamples<kFields>(candidate.data(), std::span(number).first(used)));
+                }
             }
-        }
-    });
-}
+        });
+    }
+
+private:
+    using Fields = SampleFields<kFields>;
+
+    double reach_, scale_;
+    CellOrder cells_;
+    std::unique_ptr<Fields[]> field_;  // in the order of cells; positions from the cell's lowest corner
+};
 
 }  // namespace betamesh

@@ -110,9 +110,9 @@ double widthOf(const SkinParams& params) {
     return params.smoothing_width > 0 ? params.smoothing_width : kSmoothingWidth * params.radius;
 }
 
-// Coherent smoothing and inset of either tessellation.
-void smooth(BoundarySamples&& samples, const SkinParams& params, BetaMesh& mesh) {
-    smoothCoherently(mesh, std::move(samples), {params.radius, widthOf(params), passesOf(params), params.inset});
+// Of either tessellation.
+CoherentSmoothing smoothingOf(const SkinParams& params) {
+    return {params.radius, widthOf(params), passesOf(params), params.inset};
 }
 
 bool isSmoothed(const SkinParams& params) { return passesOf(params) > 0 || params.inset > 0; }
@@ -145,8 +145,9 @@ BetaMesh completeSurface(const Particles& particles, const Structure& structure,
     ArcNetwork network = arcPoints(boundary, balls, spins.of_points, std::move(vertices), subdivision);
     FacePoints points = facePoints(structure.snapped, boundary, balls, spins.of_points, std::move(directions));
     watch("tessellate");
-    BoundarySamples samples;
-    if (smoothed) samples = boundarySamples(boundary, balls, spins.of_points, network, points);
+    std::optional<CoherentSmoother> smoother;
+    if (smoothed)
+        smoother.emplace(boundarySamples(boundary, balls, spins.of_points, network, points), smoothingOf(params));
     watch("smooth");
     BetaMesh beta = completeTessellation(boundary, balls, spins.of_points, std::move(network), std::move(points),
                                          subdivision.appearance);
@@ -154,8 +155,8 @@ BetaMesh completeSurface(const Particles& particles, const Structure& structure,
         report.bubbles_filled = fillBubbles(beta, params.radius, params.features.bubble_volume);
     watch("tessellate");
     if (smoothed) {
-        const MovingPoints from = copyOf(beta.vertex);
-        smooth(std::move(samples), params, beta);
+        const MovingPoints from = smoother->smooth(beta);
+        smoother.reset();
         std::exchange(beta.clearance, {});  // large, and of no more use
         keepApart(boundary, from, beta);
     }
@@ -174,10 +175,11 @@ PaperMesh paperSurface(const Particles& particles, const Structure& structure, c
     if (params.smoothing == SmoothingMethod::paper) smoothAsInPaper(beta, params.passes);
     if (params.smoothing != SmoothingMethod::paper && isSmoothed(params)) {
         const std::vector<Vec3> spins = spinsOfBalls(structure.boundary, balls, particles).of_points;
-        smooth(
+        CoherentSmoother smoother(
             boundarySamples(structure.boundary, balls, spins, arcPoints(structure.boundary, balls, spins, vertices, {}),
                             facePoints(structure.snapped, structure.boundary, balls, spins, std::move(directions))),
-            params, beta);
+            smoothingOf(params));
+        smoother.smooth(beta);
     }
     if (params.resolve_intersections) resolveIntersections(structure.boundary, balls, beta);
     watch("smooth");

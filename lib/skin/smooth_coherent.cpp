@@ -9,6 +9,7 @@
 #include <cstring>
 #include <numeric>
 #include <span>
+#include <utility>
 
 namespace betamesh {
 
@@ -304,14 +305,12 @@ std::array<float, kFields - 3> fieldsOf(const BoundarySample& sample, double rad
 // Calls take(their rows, the fits at their pointAt(row)) for sixteen rows or fewer at a time, on several threads, until
 // all were taken, and expect(row) some time before; lengths in radii.
 template <typename PointAt, typename Expect, typename Take>
-void fitAll(const std::vector<std::uint32_t>& rows, const PointAt& pointAt, const BoundarySamples& samples,
+void fitAll(const std::vector<std::uint32_t>& rows, const PointAt& pointAt, const SampleCloud<kFields>& cloud,
             const CoherentSmoothing& params, const Expect& expect, const Take& take) {
     const double scale = 1 / params.radius, width = params.width * scale;
     const auto inverse_square_width = static_cast<float>(1 / (width * width));
-    forPointsAmongSamples<kFields>(
-        samples.size(), [&](std::size_t i) { return samples[i].position.position; },
-        [&](std::size_t i) { return fieldsOf(samples[i], params.radius); }, rows.size(),
-        [&](std::size_t i) { return pointAt(rows[i]).position; }, params.width, params.radius, Grouping::close,
+    cloud.forPoints(
+        rows.size(), [&](std::size_t i) { return pointAt(rows[i]).position; }, Grouping::close,
         [&](const PointGroup& group, SomeSamples<kFields> near) {
             std::uint32_t row[kLanes];
             Lanes v[3];
@@ -378,7 +377,29 @@ void holdBack(BetaMesh& mesh) {
 
 }  // namespace
 
-void smoothCoherently(BetaMesh& mesh, BoundarySamples samples, const CoherentSmoothing& params) {
+class CoherentSmoother::Cloud : public SampleCloud<kFields> {
+public:
+    using SampleCloud::SampleCloud;
+};
+
+CoherentSmoother::CoherentSmoother(BoundarySamples samples, const CoherentSmoothing& params)
+    : params_(params), samples_(std::move(samples)) {
+    takeSamples(0);
+}
+CoherentSmoother::~CoherentSmoother() = default;
+
+bool CoherentSmoother::isLast(int pass) const { return pass + 1 >= params_.passes; }
+
+void CoherentSmoother::takeSamples(int pass) {
+    cloud_ = std::make_unique<Cloud>(
+        samples_.size(), [&](std::size_t i) { return samples_[i].position.position; },
+        [&](std::size_t i) { return fieldsOf(samples_[i], params_.radius); }, params_.width, params_.radius);
+    if (isLast(pass)) std::exchange(samples_, {});  // large, and of no more use
+}
+
+MovingPoints CoherentSmoother::smooth(BetaMesh& mesh) {
+    const CoherentSmoothing& params = params_;
+    MovingPoints from = copyOf(mesh.vertex);
     const std::vector<std::uint32_t> moving = rowsWhere(mesh.vertex.size(), [&](std::uint32_t v) {  // the others stay
         return params.inset > 0 || mesh.clearance.empty() || mesh.clearance[v].value < kStaysWhole;
     });
@@ -397,7 +418,7 @@ void smoothCoherently(BetaMesh& mesh, BoundarySamples samples, const CoherentSmo
     CoherentSmoothing now = params;
     for (int pass = 0; pass < std::max(params.passes, inwards ? 1 : 0); ++pass) {
         fitAll(
-            moving, [&](std::uint32_t v) -> const Moving& { return mesh.vertex[v]; }, samples, now,
+            moving, [&](std::uint32_t v) -> const Moving& { return mesh.vertex[v]; }, *cloud_, now,
             [&](std::uint32_t v) {
                 if (!mesh.clearance.empty()) __builtin_prefetch(&mesh.clearance[v]);
             },
@@ -412,18 +433,18 @@ void smoothCoherently(BetaMesh& mesh, BoundarySamples samples, const CoherentSmo
                     if (!mesh.clearance.empty()) way.clearance.set(lane, mesh.clearance[v]);
                     if (now.inset > 0) inset[v] = insetAt(v, fits.inset[lane]);
                 }
-                if (pass + 1 >= params.passes) go(way, kFarthest * params.radius);
+                if (isLast(pass)) go(way, kFarthest * params.radius);
                 for (std::size_t lane = 0; lane < rows.size(); ++lane) {
                     const std::uint32_t v = rows[lane];
                     mesh.vertex[v] = way.to[lane];
-                    if (pass + 1 >= params.passes && inwards) mesh.vertex[v] = mesh.vertex[v] + inset[v];
+                    if (isLast(pass) && inwards) mesh.vertex[v] = mesh.vertex[v] + inset[v];
                 }
             });
-        if (pass + 1 >= params.passes) break;
+        if (isLast(pass)) break;
         now.inset = 0;
-        BoundarySamples calmer = samples;
+        BoundarySamples calmer = samples_;
         fitAll(
-            allRows(samples.size()), [&](std::uint32_t i) -> const Moving& { return samples[i].position; }, samples,
+            allRows(samples_.size()), [&](std::uint32_t i) -> const Moving& { return samples_[i].position; }, *cloud_,
             now, [](std::uint32_t) {},
             [&](std::span<const std::uint32_t> rows, const Fits& fits) {
                 for (std::size_t lane = 0; lane < rows.size(); ++lane) {
@@ -432,10 +453,12 @@ void smoothCoherently(BetaMesh& mesh, BoundarySamples samples, const CoherentSmo
                     sample.direction = sample.direction + (fits.direction[lane] - sample.direction) * fits.trust[lane];
                 }
             });
-        samples = std::move(calmer);
+        samples_ = std::move(calmer);
+        takeSamples(pass + 1);
     }
     for (const auto& [v, step] : mesh.swelling) mesh.vertex[v] = mesh.vertex[v] + step;
     holdBack(mesh);
+    return from;
 }
 
 }  // namespace betamesh

@@ -5,6 +5,8 @@
 #include "core/beta_mesh.h"
 #include "core/boundary_samples.h"
 
+#include <memory>
+
 namespace betamesh {
 
 struct CoherentSmoothing {
@@ -14,7 +16,7 @@ struct CoherentSmoothing {
     double inset = 0;   ///< how far the surface is taken inwards where the liquid is thick, world units, >= 0
 };
 
-/// Moves every vertex onto a sphere fitted to the boundary's samples round it.
+/// Moves vertices onto spheres fitted to the boundary's samples round them.
 ///
 /// Nothing here knows which vertices or faces are neighbours. Every term is a sum over a measure that changes
 /// continuously in time, weighted by smooth functions of position and direction, so the surface moves continuously
@@ -43,6 +45,23 @@ struct CoherentSmoothing {
 /// same    bytes for any thread count and instruction set
 /// cost    O(passes · vertices · samples within reach)
 /// source  Guennebaud & Gross 2007, Algebraic point set surfaces
-void smoothCoherently(BetaMesh& mesh, BoundarySamples samples, const CoherentSmoothing& params);
+class CoherentSmoother {
+public:
+    CoherentSmoother(BoundarySamples samples, const CoherentSmoothing& params);
+    ~CoherentSmoother();
+
+    /// All of a mesh, once; returns where its vertices were before.
+    MovingPoints smooth(BetaMesh& mesh);
+
+private:
+    class Cloud;
+
+    bool isLast(int pass) const;
+    void takeSamples(int pass);
+
+    CoherentSmoothing params_;
+    BoundarySamples samples_;       // none in the last pass
+    std::unique_ptr<Cloud> cloud_;  // of them, as sums take them
+};
 
 }  // namespace betamesh

@@ -171,9 +171,10 @@ void slideWithParticles(const BallBoundary& boundary, const std::vector<Moving>&
         const Vec3f v(balls[b].velocity), spin(spins[b] * radius);
         return std::array{v.x, v.y, v.z, spin.x, spin.y, spin.z};
     };
-    forPointsAmongSamples<kFields>(
-        balls.size(), [&](std::size_t b) { return balls[b].position; }, fieldsOf, mesh.vertex.size(),
-        [&](std::size_t v) { return mesh.vertex[v].position; }, 2 * radius, radius, Grouping::coarse,
+    const SampleCloud<kFields> cloud(
+        balls.size(), [&](std::size_t b) { return balls[b].position; }, fieldsOf, 2 * radius, radius);
+    cloud.forPoints(
+        mesh.vertex.size(), [&](std::size_t v) { return mesh.vertex[v].position; }, Grouping::coarse,
         [&](const PointGroup& group, SomeSamples<kFields> near) {
             for (const std::uint32_t v : group.row) __builtin_prefetch(&normals[v]);
             Lanes sums[4];

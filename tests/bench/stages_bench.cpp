@@ -83,8 +83,9 @@ void smoothing(benchmark::State& state) {
             BetaMesh smooth = mesh;
             state.ResumeTiming();
             const Spins spins = spinsOfBalls(boundary, balls, particles);
-            smoothCoherently(smooth, boundarySamples(boundary, balls, spins.of_points, network, points),
-                             {kRadius, 2.8 * kRadius, 1, 0});
+            CoherentSmoother(boundarySamples(boundary, balls, spins.of_points, network, points),
+                             {kRadius, 2.8 * kRadius, 1, 0})
+                .smooth(smooth);
             slideWithParticles(boundary, balls, spins.of_liquid, smooth);
         }
     });

@@ -260,7 +260,7 @@ TEST(CoherentSmoothing, VelocitiesAreTheRatesAtWhichVerticesMove) {
                           {0.235, 0, Appearance::gradual});
             const FacePoints points = facePoints(snapped, boundary, balls, spins, directions);
             BetaMesh mesh = completeTessellation(boundary, balls, spins, network, points, Appearance::gradual);
-            smoothCoherently(mesh, boundarySamples(boundary, balls, spins, network, points), {1.5, 4.2, 1, 0.5});
+            CoherentSmoother(boundarySamples(boundary, balls, spins, network, points), {1.5, 4.2, 1, 0.5}).smooth(mesh);
             return std::pair(std::pair(boundary.triangle, network.arc_begin), mesh);
         };
         const auto [names, now] = moved(0);

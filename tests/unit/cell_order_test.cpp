@@ -102,11 +102,12 @@ TEST(SampleGroups, HaveEveryPointOnceAndWhateverIsWithinItsReach) {
         std::iota(fields.begin(), fields.end(), static_cast<float>(10 * i + 1));
         return fields;
     };
+    const SampleCloud<kFields> cloud(
+        samples.size(), [&](std::size_t i) { return samples[i]; }, fieldsOf, kReach, kUnit);
     for (const Grouping grouping : {Grouping::close, Grouping::coarse}) {
         std::vector<int> visits(points.size(), 0);
-        forPointsAmongSamples<kFields>(
-            samples.size(), [&](std::size_t i) { return samples[i]; }, fieldsOf, points.size(),
-            [&](std::size_t i) { return points[i]; }, kReach, kUnit, grouping,
+        cloud.forPoints(
+            points.size(), [&](std::size_t i) { return points[i]; }, grouping,
             [&](const PointGroup& group, SomeSamples<kFields> near) {
                 ASSERT_GE(group.size, 1U);
                 for (std::size_t lane = 0; lane < kLanes; ++lane) {
@@ -160,13 +161,14 @@ TEST(SampleGroups, WhatBecomesOfAPointDependsOnNoOtherNorOnTheWidthOfRegisters) 
     Random random(4);
     std::vector<Vec3> points(3000);
     for (Vec3& p : points) p = random.cube() * 8;
+    const SampleCloud<3> cloud(
+        samples.size(), [&](std::size_t i) { return samples[i]; }, [](std::size_t) { return std::array<float, 0>(); },
+        0.9, 0.9);
     Grouping grouping = Grouping::close;
     const auto sumsAt = [&](std::size_t stride, const auto& forAllLanes) {
         std::vector<float> sums((points.size() + stride - 1) / stride);
-        forPointsAmongSamples<3>(
-            samples.size(), [&](std::size_t i) { return samples[i]; },
-            [](std::size_t) { return std::array<float, 0>(); }, sums.size(),
-            [&](std::size_t i) { return points[i * stride]; }, 0.9, 0.9, grouping,
+        cloud.forPoints(
+            sums.size(), [&](std::size_t i) { return points[i * stride]; }, grouping,
             [&](const PointGroup& group, SomeSamples<3> near) {
                 Lanes sum[1];
                 forAllLanes(SumNear{near, group.place, sum});
