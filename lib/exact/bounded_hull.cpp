@@ -9,6 +9,7 @@
 #include <numeric>
 #include <optional>
 #include <span>
+#include <utility>
 
 namespace betamesh {
 
@@ -83,35 +84,42 @@ struct Gap {
     std::vector<std::uint32_t> chain;
 };
 
-// Directed edges. Each location has a short list.
+// Edges between locations. Each has a short list, of those to larger ones.
 class EdgeMap {
 public:
-    struct Edge {
-        std::uint32_t to, next;
+    // What an edge is from one end to the other.
+    struct Way {
         std::uint32_t side = kNone;  // of the facet on its left
         std::uint32_t pass = kNone;  // at its tail, where it is a loop's
         std::uint32_t gap = kNone;   // at its tail
+    };
+    struct Ways {
+        Way &there, &back;
     };
 
     void clear(std::size_t locations) {
         head_.assign(locations, kNone);
         edge_.clear();
     }
-    /// Null where there is none.
-    Edge* find(std::uint32_t from, std::uint32_t to) {
-        for (std::uint32_t e = head_[from]; e != kNone; e = edge_[e].next)
-            if (edge_[e].to == to) return &edge_[e];
-        return nullptr;
-    }
-    /// The one there is, or a new one.
-    Edge& at(std::uint32_t from, std::uint32_t to) {
-        if (Edge* edge = find(from, to)) return *edge;
-        edge_.push_back({to, head_[from]});
-        head_[from] = static_cast<std::uint32_t>(edge_.size() - 1);
-        return edge_.back();
+    /// Of the edge there is, or a new one.
+    Ways at(std::uint32_t from, std::uint32_t to) {
+        const auto [least, other] = std::minmax(from, to);
+        std::uint32_t e = head_[least];
+        while (e != kNone && edge_[e].to != other) e = edge_[e].next;
+        if (e == kNone) {
+            e = static_cast<std::uint32_t>(edge_.size());
+            edge_.push_back({other, std::exchange(head_[least], e), {}, {}});
+        }
+        Edge& edge = edge_[e];
+        return from > to ? Ways{edge.down, edge.up} : from < to ? Ways{edge.up, edge.down} : Ways{edge.up, edge.up};
     }
 
 private:
+    struct Edge {
+        std::uint32_t to, next;
+        Way up, down;  // to the larger location, and back
+    };
+
     std::vector<std::uint32_t> head_;
     std::vector<Edge> edge_;
 };
@@ -377,10 +385,9 @@ private:
         for (std::uint32_t p = 0; p < passes_.size(); ++p) {
             if (passes_[p].next == kNone) continue;
             const std::uint32_t a = passes_[p].location, b = passes_[passes_[p].next].location;
-            if (edges_.find(b, a)) return false;
-            EdgeMap::Edge& edge = edges_.at(a, b);
-            if (edge.pass != kNone) return false;
-            edge.pass = p;
+            const auto [there, back] = edges_.at(a, b);
+            if (there.pass != kNone || back.pass != kNone) return false;
+            there.pass = p;
         }
         return true;
     }
@@ -487,15 +494,13 @@ private:
         facet.id = {kNone, kNone, kNone};
         for (std::uint32_t m = 0; m < 3; ++m) {
             const std::uint32_t from = facet.location[m], to = facet.location[(m + 1) % 3];
-            EdgeMap::Edge& edge = edges_.at(from, to);
-            if (edge.side != kNone) return false;
-            edge.side = 3 * f + m;
-            facet.pass[m] = edge.pass;
-            const EdgeMap::Edge* back = edges_.find(to, from);
-            if (!back) continue;
-            if (back->pass != kNone) return false;
-            facet.twin[m] = back->side;
-            facets_[back->side / 3].twin[back->side % 3] = 3 * f + m;
+            const auto [there, back] = edges_.at(from, to);
+            if (there.side != kNone || back.pass != kNone) return false;
+            there.side = 3 * f + m;
+            facet.pass[m] = there.pass;
+            if (back.side == kNone) continue;
+            facet.twin[m] = back.side;
+            facets_[back.side / 3].twin[back.side % 3] = 3 * f + m;
         }
         return true;
     }
@@ -529,7 +534,7 @@ private:
             if (pass.next == kNone) continue;
             any_edge = true;
             const std::uint32_t a = pass.location, b = passes_[pass.next].location;
-            if (edges_.find(a, b)->side != kNone) continue;
+            if (edges_.at(a, b).there.side != kNone) continue;
             if (!wrapAt(a, b, loops_->circles[idsOf(pass).back()][1]) || !closeAll()) return false;
         }
         if (any_edge || passes_.empty()) return true;
@@ -547,22 +552,39 @@ private:
         return closeAll();
     }
 
-    // Walks the facets round the head of a side, from the one that it belongs to: rim_ is the rim of the fan, from the
-    // side's tail on, fan_ are the facets' corners at its middle. Ends behind a loop edge, whose pass this is, or with
-    // kNone where it began.
-    std::optional<std::uint32_t> walkRim(std::uint32_t side) {
+    // The facets round the head of a side, from the one that it belongs to: how many, and the pass of the loop edge
+    // behind which they end, kNone where they go all round.
+    struct Fan {
+        std::uint32_t pass;
+        std::size_t facets;
+    };
+    // Calls visit(facet, its corner at the head) for each of them.
+    template <typename Visit>
+    std::optional<Fan> walkRound(std::uint32_t side, const Visit& visit) {
         if (side == kNone) return std::nullopt;
-        rim_.assign(1, tailOf(side));
-        fan_.clear();
-        while (side != kNone && rim_.size() <= facets_.size() + 1) {
+        const std::uint32_t first = tailOf(side);
+        for (std::size_t facets = 1; side != kNone && facets <= facets_.size() + 1; ++facets) {
             Facet& facet = facets_[side / 3];
             const std::size_t m = (side % 3 + 1) % 3;
-            fan_.push_back(&facet.id[m]);
-            rim_.push_back(facet.location[(m + 1) % 3]);
-            if (facet.pass[m] != kNone || rim_.back() == rim_.front()) return facet.pass[m];
+            visit(facet, m);
+            if (facet.pass[m] != kNone || facet.location[(m + 1) % 3] == first) return Fan{facet.pass[m], facets};
             side = facet.twin[m];
         }
         return std::nullopt;
+    }
+    // All of the corners there stand for one point.
+    std::optional<Fan> nameFan(std::uint32_t side, std::uint32_t id) {
+        return walkRound(side, [&](Facet& facet, std::size_t m) { facet.id[m] = id; });
+    }
+    // rim_ is the rim of the fan, from the side's tail on, fan_ are the facets' corners at its middle.
+    std::optional<Fan> listFan(std::uint32_t side) {
+        rim_.clear();
+        fan_.clear();
+        if (side != kNone) rim_.push_back(tailOf(side));
+        return walkRound(side, [&](Facet& facet, std::size_t m) {
+            fan_.push_back(&facet.id[m]);
+            rim_.push_back(facet.location[(m + 1) % 3]);
+        });
     }
 
     // Gives each corner of each facet the point it stands for, one fan at a time.
@@ -573,25 +595,30 @@ private:
         arriving_for_.assign(passes_.size(), kNone);
         std::size_t named = 0;
         for (std::uint32_t p = 0; p < passes_.size(); ++p) {
-            if (passes_[p].next == kNone) continue;
-            const EdgeMap::Edge* arriving = edges_.find(passes_[before_pass_[p]].location, passes_[p].location);
-            const std::uint32_t leaving = walkRim(arriving->side).value_or(kNone);
-            if (leaving == kNone || arriving_for_[leaving] != kNone) return false;
-            arriving_for_[leaving] = p;
-            named += fan_.size();
-            nameOpenFan(passes_[p], passes_[leaving]);
+            const Pass& pass = passes_[p];
+            if (pass.next == kNone) continue;
+            const std::uint32_t arriving = edges_.at(passes_[before_pass_[p]].location, pass.location).there.side;
+            const bool one_id = pass.ids == 1;
+            auto fan = one_id ? nameFan(arriving, idsOf(pass).front()) : listFan(arriving);
+            if (one_id && fan && fan->pass != p) fan = listFan(arriving);
+            if (!fan || fan->pass == kNone || arriving_for_[fan->pass] != kNone) return false;
+            arriving_for_[fan->pass] = p;
+            named += fan->facets;
+            if (!one_id || fan->pass != p) nameOpenFan(pass, passes_[fan->pass]);
         }
         joinPasses();
         done_.assign(location_.size(), 0);
         for (std::uint32_t f = 0; f < facets_.size(); ++f)
             for (std::uint32_t m = 0; m < 3; ++m) {
                 if (facets_[f].id[m] != kNone) continue;
-                const std::uint32_t at = facets_[f].location[m], pass = pass_at_[at];
+                const std::uint32_t at = facets_[f].location[m], pass = pass_at_[at], side = 3 * f + (m + 2) % 3;
                 if (pass != kNone && passes_[pass].next != kNone) return false;  // a loop's point has one fan only
-                if (done_[at] || walkRim(3 * f + (m + 2) % 3) != kNone) return false;
+                if (done_[at]) return false;
                 done_[at] = 1;
-                named += fan_.size();
-                nameClosedFan(at);
+                const auto fan = pass == kNone ? nameFan(side, point_at_[at]) : listFan(side);
+                if (!fan || fan->pass != kNone) return false;
+                named += fan->facets;
+                if (pass != kNone) nameClosedFan(at, idsOf(passes_[pass]));
             }
         for (const Pass& pass : passes_)
             if (pass.next == kNone && !done_[pass.location]) return false;
@@ -624,11 +651,8 @@ private:
         }
     }
 
-    void nameClosedFan(std::uint32_t at) {
-        const std::size_t part = fan_.size() / 2;
-        const std::span<const std::uint32_t> ids =
-            pass_at_[at] != kNone ? idsOf(passes_[pass_at_[at]]) : std::span(&point_at_[at], 1);
-        const std::size_t half = ids.size() / 2;
+    void nameClosedFan(std::uint32_t at, std::span<const std::uint32_t> ids) {
+        const std::size_t part = fan_.size() / 2, half = ids.size() / 2;
         for (std::size_t s = 0; s < fan_.size(); ++s) *fan_[s] = s < part ? ids.front() : ids[half];
         if (ids.size() == 1) return;
         const auto middle = ids.begin() + static_cast<std::ptrdiff_t>(half);
@@ -644,18 +668,18 @@ private:
             for (std::size_t k = 1; k + 1 < ring.size(); ++k) out.triangles.push_back({ring[0], ring[k], ring[k + 1]});
         if (gaps_.empty()) return;
         for (std::uint32_t g = 0; g < gaps_.size(); ++g)
-            if (EdgeMap::Edge& edge = edges_.at(gaps_[g].location, gaps_[g].other); edge.gap == kNone) edge.gap = g;
+            if (EdgeMap::Way& edge = edges_.at(gaps_[g].location, gaps_[g].other).there; edge.gap == kNone)
+                edge.gap = g;
         for (std::uint32_t g = 0; g < gaps_.size(); ++g) {
             const Gap& gap = gaps_[g];
-            const EdgeMap::Edge* back = edges_.find(gap.other, gap.location);
-            const std::uint32_t opposite = back ? back->gap : kNone;
+            const auto [there, back] = edges_.at(gap.location, gap.other);
+            const std::uint32_t opposite = back.gap;
             if (opposite != kNone && opposite < g) continue;
             std::vector<std::uint32_t> other;
             if (opposite != kNone) {
                 other = gaps_[opposite].chain;
             } else {
-                const std::uint32_t side = edges_.find(gap.location, gap.other)->side;
-                other = {facets_[side / 3].id[(side % 3 + 1) % 3]};
+                other = {facets_[there.side / 3].id[(there.side % 3 + 1) % 3]};
             }
             for (std::size_t s = 0; s + 1 < gap.chain.size(); ++s)
                 out.triangles.push_back({gap.chain[s], gap.chain[s + 1], other.back()});
