@@ -1,6 +1,5 @@
 #include "batch/job.h"
 #include "batch/log.h"
-#include "batch/machine.h"
 #include "batch/version.h"
 #include "command.h"
 
@@ -87,7 +86,6 @@ int leave(int exit_code) {
 
 int run(int argc, char** argv) {
     using namespace betamesh;
-    keepFreedMemory();
     CLI::App program("Turns frames of simulated particles into closed triangle meshes: the beta mesh method.",
                      "betamesh");
     program.formatter(std::make_shared<LineBreakingFormatter>());  // commands take it over

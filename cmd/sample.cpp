@@ -4,6 +4,7 @@
 #include "batch/interrupt.h"
 #include "batch/job.h"
 #include "batch/log.h"
+#include "batch/machine.h"
 #include "command.h"
 #include "core/error.h"
 #include "io/output_file.h"
@@ -49,6 +50,7 @@ std::vector<int> framesOf(const Arguments& arguments, const FramePattern& patter
 }
 
 int writeSample(const Arguments& arguments) {
+    keepFreedMemory();
     setLogLevel(arguments.quiet ? LogLevel::quiet : LogLevel::normal);
     requireParticleExtension(arguments.output);
     if (arguments.overwrite && arguments.skip_existing) {

@@ -18,7 +18,7 @@ namespace betamesh {
 namespace {
 
 constexpr std::size_t kSmallestBlock = std::size_t{1} << 13;
-constexpr std::size_t kWorthIt = std::size_t{1} << 21;   // of such blocks in all, before there are huge pages for them
+constexpr std::size_t kWorthIt = std::size_t{1} << 18;   // of such blocks in all, before there are huge pages for them
 constexpr std::size_t kHugePage = std::size_t{1} << 21;  // where others are of 4 KiB
 constexpr std::size_t kStep = std::size_t{1} << 24;      // by which what may be used grows
 constexpr std::size_t kMost = std::size_t{1} << 40;      // in addresses

@@ -22,7 +22,7 @@ void leaveHugePages();
 constexpr std::size_t kHugeAlignment = 64;
 
 /// So many bytes > 0 at a multiple of kHugeAlignment, or null: there are none to be had, or it would not be worth it,
-/// as they are few, or the first two megabytes of all.
+/// as they are few, or the first quarter of a megabyte of all.
 void* takeHuge(std::size_t bytes);
 
 bool isHuge(const void* block);  ///< is it one of takeHuge()?

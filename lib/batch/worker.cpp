@@ -3,6 +3,7 @@
 #include "batch/interrupt.h"
 #include "batch/job.h"
 #include "batch/log.h"
+#include "batch/machine.h"
 #include "batch/report.h"
 #include "core/error.h"
 #include "io/vdb_process.h"
@@ -186,6 +187,7 @@ Watched watchOverWorkers(bool reads_vdb, double timeout) {
     for (;;) {
         const Worker worker = startWorker();
         if (worker.process == 0) {
+            keepFreedMemory();  // here: huge pages that two processes have would be copied in small ones
             if (reads_vdb) startVdbProcess();
             return {true, FrameNotes(worker.pipe), std::move(history), 0};
         }

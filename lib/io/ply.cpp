@@ -339,10 +339,19 @@ private:
     Cursor& in_;
 };
 
-/// One scalar property of some vertices; exactly one of the two is filled.
+/// Where the numbers of a scalar property go: from `real` on, `step` apart, or into a list of whole ones, or nowhere.
 struct Column {
-    std::vector<float> real;
-    std::vector<std::int64_t> whole;
+    float* real = nullptr;
+    std::size_t step = 1;
+    std::vector<std::int64_t> whole{};
+
+    void put(std::size_t row, float number) const { real[row * step] = number; }
+};
+
+/// Some rows of vertices, and where their numbers go.
+struct VertexRows {
+    FileContents points;
+    std::vector<Column> columns;
 };
 
 class VertexReader {
@@ -353,7 +362,11 @@ public:
             is_real_.push_back(isReal(p.type) && p.name != options.id);
             is_wanted_.push_back(!p.is_list && (options.attributes || isCoordinate(p)));
         }
-        for (const char* name : {"x", "y", "z"}) coordinate(name, file);
+        for (const char* name : {"x", "y", "z"}) {
+            const std::size_t first = coordinate(name, file);
+            for (std::size_t c = first + 1; c < is_wanted_.size(); ++c)
+                if (element.properties[c].name == name) is_wanted_[c] = false;
+        }
     }
 
     template <typename Source>
@@ -361,7 +374,7 @@ public:
         if constexpr (std::is_same_v<Source, BinarySource>) {
             if (const std::size_t row_bytes = bytesOfRow()) {
                 const auto decode = [&](const std::byte* first, std::size_t rows) {
-                    return assembled(columnsFrom(first, rows, row_bytes, source.otherOrder()), rows);
+                    return assembled(rowsFrom(first, rows, row_bytes, source.otherOrder()));
                 };
                 return deliverRows(source.cursor(), element_.rows, row_bytes, decode, options_, contents);
             }
@@ -370,7 +383,7 @@ public:
         std::uint64_t row = 0;
         do {  // once where there are none, too: names of attributes are told
             const auto rows = static_cast<std::size_t>(std::min(kRowsAtOnce, element_.rows - row));
-            deliver(assembled(columnsFrom(source, rows), rows), element_.rows, options_, contents);
+            deliver(assembled(rowsFrom(source, rows)), element_.rows, options_, contents);
             row += rows;
         } while (row < element_.rows);
     }
@@ -383,34 +396,45 @@ public:
     }
 
 private:
-    using Columns = std::vector<Column>;
-
     static bool isCoordinate(const Property& p) { return p.name == "x" || p.name == "y" || p.name == "z"; }
 
-    Columns emptyColumns(std::size_t rows) const {
-        Columns columns(element_.properties.size());
+    /// With room for so many, and attributes in the order of their properties.
+    VertexRows emptyRows(std::size_t rows) const {
+        VertexRows vertices;
+        auto& [points, columns] = vertices;
+        points.position.resize(rows);
+        columns.resize(element_.properties.size());
         for (std::size_t c = 0; c < columns.size(); ++c)
-            if (is_wanted_[c]) is_real_[c] ? columns[c].real.resize(rows) : columns[c].whole.resize(rows);
-        return columns;
+            if (is_wanted_[c] && !is_real_[c]) columns[c].whole.resize(rows);
+        for (int axis = 0; axis < 3; ++axis)
+            if (const std::size_t c = coordinateAlong(axis); is_real_[c] && rows > 0)
+                columns[c].real = &points.position[0][axis], columns[c].step = 3;
+        forGroups([&](std::size_t c, std::size_t size, const std::string& name) {
+            Attribute& a = points.attributes.emplace_back(name, static_cast<std::uint32_t>(size));
+            if (is_real_[c]) a.real.resize(rows * size);
+            for (std::size_t k = 0; !a.real.empty() && k < size; ++k)
+                columns[c + k].real = a.real.data() + k, columns[c + k].step = size;
+        });
+        return vertices;
     }
 
     /// Number by number.
     template <typename Source>
-    Columns columnsFrom(Source& source, std::size_t rows) const {
-        Columns columns = emptyColumns(rows);
+    VertexRows rowsFrom(Source& source, std::size_t rows) const {
+        VertexRows vertices = emptyRows(rows);
         for (std::size_t row = 0; row < rows; ++row)
-            for (std::size_t c = 0; c < columns.size(); ++c) {
+            for (std::size_t c = 0; c < vertices.columns.size(); ++c) {
                 const Property& p = element_.properties[c];
                 if (p.is_list)
                     skipList(source, p);
                 else if (!is_wanted_[c])
                     source.skip(p.type, 1);
                 else if (is_real_[c])
-                    columns[c].real[row] = source.real(p.type);
+                    vertices.columns[c].put(row, source.real(p.type));
                 else
-                    columns[c].whole[row] = source.whole(p.type);
+                    vertices.columns[c].whole[row] = source.whole(p.type);
             }
-        return columns;
+        return vertices;
     }
 
     /// Where all rows are alike and no number needs a check of its own, as those of lists and real ids do; else 0.
@@ -424,41 +448,58 @@ private:
         return bytes;
     }
 
-    Columns columnsFrom(const std::byte* at, std::size_t rows, std::size_t row_bytes, bool other_order) const {
-        Columns columns = emptyColumns(rows);
-        for (std::size_t c = 0; c < columns.size(); ++c) {
+    VertexRows rowsFrom(const std::byte* at, std::size_t rows, std::size_t row_bytes, bool other_order) const {
+        VertexRows vertices = emptyRows(rows);
+        for (std::size_t c = 0; c < vertices.columns.size(); ++c) {
+            Column& column = vertices.columns[c];
             const Number type = element_.properties[c].type;
             withType(type, [&](auto zero) {
                 using T = decltype(zero);
                 for (std::size_t row = 0; row < (is_wanted_[c] ? rows : 0); ++row) {
                     const T value = loadNumber<T>(at + row * row_bytes, other_order);
                     if constexpr (std::is_floating_point_v<T>)
-                        columns[c].real[row] = static_cast<float>(value);
+                        column.put(row, static_cast<float>(value));
                     else
-                        columns[c].whole[row] = value;
+                        column.whole[row] = value;
                 }
             });
             at += sizeOf(type);
         }
-        return columns;
+        return vertices;
     }
 
-    FileContents assembled(const Columns& columns, std::size_t rows) const {
-        FileContents points;
-        points.position.resize(rows);
+    /// With what whole numbers there are in their places.
+    FileContents assembled(VertexRows&& vertices) const {
+        auto& [points, columns] = vertices;
+        const std::size_t rows = points.position.size();
         for (int axis = 0; axis < 3; ++axis) {
-            const std::size_t c = coordinate(std::array{"x", "y", "z"}[static_cast<std::size_t>(axis)], "");
-            for (std::size_t i = 0; i < rows; ++i)
-                points.position[i][axis] = is_real_[c] ? columns[c].real[i] : static_cast<float>(columns[c].whole[i]);
+            const std::size_t c = coordinateAlong(axis);
+            for (std::size_t i = 0; !is_real_[c] && i < rows; ++i)
+                points.position[i][axis] = static_cast<float>(columns[c].whole[i]);
         }
-        for (std::size_t c = 0; c < columns.size();) c += is_wanted_[c] ? moveOne(columns, c, points) : 1;
-        return points;
+        for (std::size_t c = 0; c < columns.size(); ++c)
+            if (is_wanted_[c] && isId(element_.properties[c]))
+                for (const std::int64_t id : columns[c].whole) points.id.push_back(idFrom(id));
+        std::size_t attribute = 0;
+        forGroups([&](std::size_t c, std::size_t size, const std::string& name) {
+            Attribute& a = points.attributes[attribute++];
+            if (is_real_[c]) return;
+            std::vector<std::int64_t> values(rows * size);
+            for (std::size_t k = 0; k < size; ++k)
+                for (std::size_t i = 0; i < rows; ++i) values[i * size + k] = columns[c + k].whole[i];
+            a = integerAttribute(name, a.components, std::move(values));
+        });
+        return std::move(points);
     }
 
     std::size_t coordinate(const char* name, const std::string& file) const {
         for (std::size_t c = 0; c < element_.properties.size(); ++c)
             if (element_.properties[c].name == name && !element_.properties[c].is_list) return c;
         throw Error(file + ": element 'vertex' has no property '" + name + "', expected x, y and z");
+    }
+
+    std::size_t coordinateAlong(int axis) const {
+        return coordinate(std::array{"x", "y", "z"}[static_cast<std::size_t>(axis)], "");
     }
 
     /// How many columns from c on belong to one attribute: a_x a_y …, a_0 a_1 …, or vx vy vz.
@@ -481,30 +522,18 @@ private:
         return size;
     }
 
-    /// Returns how many columns it took.
-    std::size_t moveOne(const Columns& columns, std::size_t c, FileContents& contents) const {
-        const Property& p = element_.properties[c];
-        if (isCoordinate(p)) return 1;
-        if (p.name == options_.id) {
-            for (const std::int64_t id : columns[c].whole) contents.id.push_back(idFrom(id));
-            return 1;
+    bool isId(const Property& p) const { return p.name == options_.id; }
+
+    /// Calls visit(first column, how many, name) for every attribute that is wanted.
+    template <typename Visit>
+    void forGroups(const Visit& visit) const {
+        for (std::size_t c = 0; c < element_.properties.size();) {
+            const Property& p = element_.properties[c];
+            std::string name;
+            const std::size_t size = !is_wanted_[c] || isCoordinate(p) || isId(p) ? 0 : groupSize(c, name);
+            if (size > 0) visit(c, size, name);
+            c += std::max<std::size_t>(size, 1);
         }
-        std::string name;
-        const std::size_t size = groupSize(c, name);
-        const auto components = static_cast<std::uint32_t>(size);
-        const std::size_t rows = contents.position.size();
-        if (is_real_[c]) {
-            Attribute a{name, components, std::vector<float>(rows * size), {}};
-            for (std::size_t k = 0; k < size; ++k)
-                for (std::size_t i = 0; i < rows; ++i) a.real[i * size + k] = columns[c + k].real[i];
-            contents.attributes.push_back(std::move(a));
-        } else {
-            std::vector<std::int64_t> values(rows * size);
-            for (std::size_t k = 0; k < size; ++k)
-                for (std::size_t i = 0; i < rows; ++i) values[i * size + k] = columns[c + k].whole[i];
-            contents.attributes.push_back(integerAttribute(name, components, std::move(values)));
-        }
-        return size;
     }
 
     /// Negative ids keep their 32 bits, as other formats have them.
