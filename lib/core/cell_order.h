@@ -10,6 +10,7 @@
 #include <compare>
 #include <cstdint>
 #include <span>
+#include <utility>
 #include <vector>
 
 namespace betamesh {
@@ -74,10 +75,12 @@ public:
         std::vector<Part> parts(std::clamp<std::size_t>(n / 4096, 1, threadsHere()));
         std::vector<std::uint32_t> number(n);  // of each point's cell, in its part
         parallelFor(parts.size(), 1, [&](std::size_t p) {
+            Part part;  // not beside others that are filled: cores would ask each other for it all the time
             for (std::size_t row = n * p / parts.size(); row < n * (p + 1) / parts.size(); ++row) {
                 const Vec3 at = positionOf(row);
-                number[row] = parts[p].add({indexOf(at.z), indexOf(at.y), indexOf(at.x)});
+                number[row] = part.add({indexOf(at.z), indexOf(at.y), indexOf(at.x)});
             }
+            parts[p] = std::move(part);
         });
         listCells(parts);
         parallelFor(parts.size(), 1, [&](std::size_t p) {

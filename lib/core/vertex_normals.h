@@ -8,7 +8,9 @@
 #include <algorithm>
 #include <array>
 #include <memory>
+#include <optional>
 #include <span>
+#include <utility>
 
 namespace betamesh {
 
@@ -33,33 +35,37 @@ void cornerNormals(const TriangleCorners& at, std::size_t count, CornerNormals* 
 template <typename PositionOf>
 std::vector<Vec3> vertexNormals(std::size_t vertices, std::span<const Triangle> triangles,
                                 const PositionOf& positionOf) {
-    constexpr std::size_t kBlock = 1024 * kTrianglesAtOnce;  // what is known of one stays in the cache
-    const std::size_t triangle_count = triangles.size();
-    const auto corners = std::make_unique_for_overwrite<CornerNormals[]>(std::min(kBlock, triangle_count));
+    constexpr std::size_t kBlock = 64 * kTrianglesAtOnce;
+    struct Block {
+        std::span<const Triangle> triangles;
+        std::unique_ptr<CornerNormals[]> corners;
+    };
+    std::size_t next = 0;
+    const auto take = [&]() -> std::optional<std::span<const Triangle>> {
+        if (next == triangles.size()) return std::nullopt;
+        const std::size_t begin = std::exchange(next, std::min(next + kBlock, triangles.size()));
+        return triangles.subspan(begin, next - begin);
+    };
+    const auto look = [&](std::span<const Triangle> some) {
+        Block block{some, std::make_unique_for_overwrite<CornerNormals[]>(some.size())};
+        TriangleCorners at{};
+        for (std::size_t begin = 0; begin < some.size(); begin += kTrianglesAtOnce) {
+            const std::size_t count = std::min(kTrianglesAtOnce, some.size() - begin);
+            for (std::size_t i = 0; i < count; ++i)
+                for (std::size_t m = 0; m < 3; ++m) {
+                    const Vec3& p = positionOf(some[begin + i][m]);
+                    for (int k = 0; k < 3; ++k) at[m][static_cast<std::size_t>(k)][i] = p[k];
+                }
+            cornerNormals(at, count, &block.corners[begin]);
+        }
+        return block;
+    };
     std::vector<Vec3> normals(vertices, Vec3(0, 0, 0));
-    for (std::size_t block = 0; block < triangle_count; block += kBlock) {
-        const std::span<const Triangle> part = triangles.subspan(block, std::min(kBlock, triangle_count - block));
-        parallelRanges((part.size() + kTrianglesAtOnce - 1) / kTrianglesAtOnce, 16,
-                       [&](std::size_t first, std::size_t last) {
-                           TriangleCorners at{};
-                           for (std::size_t begin = first * kTrianglesAtOnce; begin < last * kTrianglesAtOnce;
-                                begin += kTrianglesAtOnce) {
-                               const std::size_t count = std::min(kTrianglesAtOnce, part.size() - begin);
-                               for (std::size_t i = 0; i < count; ++i)
-                                   for (std::size_t m = 0; m < 3; ++m) {
-                                       const Vec3& p = positionOf(part[begin + i][m]);
-                                       for (int k = 0; k < 3; ++k) at[m][static_cast<std::size_t>(k)][i] = p[k];
-                                   }
-                               cornerNormals(at, count, &corners[begin]);
-                           }
-                       });
-        parallelShares(vertices, [&](std::size_t, std::size_t begin, std::size_t end) {
-            for (std::size_t i = 0; i < part.size(); ++i)
-                for (std::size_t m = 0; m < 3; ++m)
-                    if (const std::uint32_t v = part[i][m]; v >= begin && v < end)
-                        normals[v] += Vec3(corners[i].normal * corners[i].angle[m]);
-        });
-    }
+    parallelInOrder(take, look, [&](Block&& block) {
+        for (std::size_t i = 0; i < block.triangles.size(); ++i)
+            for (std::size_t m = 0; m < 3; ++m)
+                normals[block.triangles[i][m]] += Vec3(block.corners[i].normal * block.corners[i].angle[m]);
+    });
     parallelFor(vertices, 4096, [&](std::size_t v) { normals[v].normalize(); });
     return normals;
 }
