@@ -362,11 +362,7 @@ public:
             is_real_.push_back(isReal(p.type) && p.name != options.id);
             is_wanted_.push_back(!p.is_list && (options.attributes || isCoordinate(p)));
         }
-        for (const char* name : {"x", "y", "z"}) {
-            const std::size_t first = coordinate(name, file);
-            for (std::size_t c = first + 1; c < is_wanted_.size(); ++c)
-                if (element.properties[c].name == name) is_wanted_[c] = false;
-        }
+        for (const char* name : {"x", "y", "z"}) coordinate(name, file);
     }
 
     template <typename Source>
