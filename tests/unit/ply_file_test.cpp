@@ -195,6 +195,10 @@ TEST(PlyFile, ErrorsNameFilePlaceAndExpectation) {
     expectError([] { meshOfPly("ply\nformat ascii 1.0\nelement vertex -1\n"); }, {"line 3", "'-1'"});
     expectError([] { meshOfPly("ply\nformat ascii 1.0\nelement vertex 1\nproperty quad x\n"); }, {"line 4", "'quad'"});
     expectError([] { meshOfPly("ply\nformat ascii 1.0\nproperty float x\n"); }, {"line 3", "before any element"});
+    const std::string vertex = "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\n";
+    for (const char* again : {"float x", "int x", "list uchar float x"})
+        expectError([&] { meshOfPly(vertex + "property " + again + "\n"); }, {"line 5", "'x'", "twice"});
+    expectError([&] { meshOfPly(vertex + "element vertex 1\n"); }, {"line 5", "'vertex'", "twice"});
     expectError([] { meshOfPly("ply\nformat ascii 1.0\nend_header\n"); }, {"'vertex'"});
     expectError([] { meshOfPly("ply\nformat ascii 1.0\nelement vertex 0\nproperty float x\nend_header\n"); }, {"'y'"});
     expectError([] { meshOfPly(kTriangle + "0 0 0 1 0 0 1 1 0 3 0 1 3\n"); }, {"t.ply", "face 0", "corner 3"});
