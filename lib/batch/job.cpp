@@ -233,10 +233,14 @@ Surface surfaceOf(const Liquid& liquid, const FrameTask& task, const Plan& plan,
     watch("picture");
     const auto mesh = std::make_shared<Mesh>(std::move(skinned.mesh));
     const auto write = [mesh, &task, &report] {
-        std::future<void> on_disk;
-        const auto commit = [](OutputFile file) { file.commit(); };  // for which no core need wait
-        parallelBoth([&] { on_disk = std::async(commit, encodedMesh(task.output, *mesh)); },
-                     [&] { report.measure = measureMesh(*mesh); });
+        std::optional<OutputFile> file;
+        std::future<void> on_disk;  // for which no core need wait
+        parallelBoth(
+            [&] {
+                file.emplace(encodedMesh(task.output, *mesh));
+                on_disk = std::async([&file] { file->commit(); });  // on this thread where there can be no other
+            },
+            [&] { report.measure = measureMesh(*mesh); });
         on_disk.get();
     };
     return {std::move(skinned.spheres), std::move(picture), write};

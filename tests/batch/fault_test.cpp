@@ -107,6 +107,18 @@ TEST_F(Faults, CallsThatFailAreNamedTriedAgainAndHarmNoOtherFrame) {
     }
 }
 
+TEST_F(Faults, WhereNoThreadCanBeMadeToWaitForTheDiskTheFramesOwnWaits) {
+    if (kSanitized) GTEST_SKIP() << "sanitizers are to be loaded before any other library";
+    for (const int thread : {2, 3, 4}) {  // the first waits for signals
+        SCOPED_TRACE(thread);
+        fs::remove_all(folder_ / "out");
+        expectOnlyThese(
+            {}, runProgram({"mesh", "in/a.####.ply", "out/a.####.ply", "-j", "1"}, folder_.path(),
+                           {"LD_PRELOAD=" BETAMESH_FAULT_SHIM, "BETAMESH_FAULT=thread:" + std::to_string(EAGAIN) +
+                                                                   ":thread/" + std::to_string(thread) + '/'}));
+    }
+}
+
 /// Libraries give up, systems run out of memory.
 TEST_F(Faults, AFrameThatEndsItsProcessFailsAlone) {
     if (kSanitized) GTEST_SKIP() << "sanitizers are to be loaded before any other library";

@@ -2,9 +2,11 @@
 //
 // BETAMESH_FAULT=CALL:ERRNO:NAME[:TIMES] lets CALL (open, read, write, fsync, rename) fail with the number ERRNO for
 // files whose path contains NAME; with TIMES only so often. Where ERRNO is negative, signal -ERRNO ends the process.
+// CALL is thread for threads that are made; the path of a process's n-th is thread/n/.
 
 #include <dlfcn.h>
 #include <fcntl.h>
+#include <pthread.h>
 #include <sys/types.h>
 #include <unistd.h>
 
@@ -98,6 +100,15 @@ int fsync(int file) { return fails("fsync", file) ? -1 : next<int (*)(int)>("fsy
 
 int rename(const char* from, const char* to) {
     return fails("rename", to) ? -1 : next<int (*)(const char*, const char*)>("rename")(from, to);
+}
+
+int pthread_create(pthread_t* thread, const pthread_attr_t* how, void* (*body)(void*), void* argument) {
+    static std::atomic<int> made = 0;
+    char path[32];
+    std::snprintf(path, sizeof path, "thread/%d/", ++made);
+    if (fails("thread", path)) return errno;
+    return next<int (*)(pthread_t*, const pthread_attr_t*, void* (*)(void*), void*)>("pthread_create")(thread, how,
+                                                                                                       body, argument);
 }
 
 }  // extern "C"
