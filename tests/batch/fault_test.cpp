@@ -113,7 +113,7 @@ TEST_F(Faults, WhereNoThreadCanBeMadeToWaitForTheDiskTheFramesOwnWaits) {
         SCOPED_TRACE(thread);
         fs::remove_all(folder_ / "out");
         expectOnlyThese(
-            {}, runProgram({"mesh", "in/a.####.ply", "out/a.####.ply", "-j", "1"}, folder_.path(),
+            {}, runProgram({"mesh", "in/a.####.ply", "out/a.####.ply", "-j", "1", "--io-retries", "0"}, folder_.path(),
                            {"LD_PRELOAD=" BETAMESH_FAULT_SHIM, "BETAMESH_FAULT=thread:" + std::to_string(EAGAIN) +
                                                                    ":thread/" + std::to_string(thread) + '/'}));
     }
