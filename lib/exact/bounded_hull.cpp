@@ -598,13 +598,14 @@ private:
             const Pass& pass = passes_[p];
             if (pass.next == kNone) continue;
             const std::uint32_t arriving = edges_.at(passes_[before_pass_[p]].location, pass.location).there.side;
-            const bool one_id = pass.ids == 1;
-            auto fan = one_id ? nameFan(arriving, idsOf(pass).front()) : listFan(arriving);
-            if (one_id && fan && fan->pass != p) fan = listFan(arriving);
+            std::optional<Fan> fan;
+            if (pass.ids == 1) fan = nameFan(arriving, idsOf(pass).front());
+            const bool is_plain = fan && fan->pass == p;
+            if (!is_plain) fan = listFan(arriving);
             if (!fan || fan->pass == kNone || arriving_for_[fan->pass] != kNone) return false;
             arriving_for_[fan->pass] = p;
             named += fan->facets;
-            if (!one_id || fan->pass != p) nameOpenFan(pass, passes_[fan->pass]);
+            if (!is_plain) nameOpenFan(pass, passes_[fan->pass]);
         }
         joinPasses();
         done_.assign(location_.size(), 0);
