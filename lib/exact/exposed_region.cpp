@@ -179,8 +179,9 @@ void ExposedRegion::setPlanes(const std::vector<Neighbour>& neighbours) {
     }
 }
 
-void ExposedRegion::put(const Corner& corner, std::size_t place) {
+void ExposedRegion::put(const Corner& corner, const Vec3& at, std::size_t place) {
     corner_[place] = corner;
+    x_[place] = at.x, y_[place] = at.y, z_[place] = at.z;
     const auto& [a, b, c] = corner.wall;
     corner_at_[a][b] = corner_at_[b][c] = corner_at_[c][a] = static_cast<std::uint16_t>(place);
 }
@@ -195,7 +196,7 @@ void ExposedRegion::beginWithTetrahedron() {
         const Vec3 normal = towards[k].normalized();
         const double level = std::ceil(2 * std::sqrt(3.0) * kInner * radius_);
         wall_[k] = {normal, level / (2 * std::sqrt(3.0) * radius_), towards[k], level, kNone};
-        put({normal * (-3 * wall_[k].distance), kWalls[k], true, false, {}}, k);
+        put({kWalls[k], true, false, {}}, normal * (-3 * wall_[k].distance), k);
     }
     outer_ = 4;
 }
@@ -210,7 +211,9 @@ bool ExposedRegion::listNewCorners(std::uint8_t wall) {
     };
     std::array<Edge, 3 * kMostCorners> edge;
     std::size_t edges = 0;
+    std::size_t outer = outer_;
     for (std::size_t i = 0; i < cut_count_; ++i) {
+        outer -= corner_[cut_[i]].outer;
         const auto& [a, b, c] = corner_[cut_[i]].wall;
         const auto list = [&](std::uint8_t from, std::uint8_t to) {
             const std::uint16_t other = corner_at_[to][from];
@@ -227,48 +230,62 @@ bool ExposedRegion::listNewCorners(std::uint8_t wall) {
         begun |= std::uint64_t{1} << a;
         next[a] = b;
         const double share = beyond_[cut] / (beyond_[cut] - beyond_[stays]);
+        const Vec3 from = placeOf(cut);
         const Vec3 place = exactly_ ? Meeting(wall_[a], wall_[b], wall_[wall]).rounded() / radius_
-                                    : corner_[cut].place + (corner_[stays].place - corner_[cut].place) * share;
-        new_corner_[i] = {place, {a, b, wall}, place.length2() >= kInside * kInside, false, {}};
+                                    : from + (placeOf(stays) - from) * share;
+        const bool is_outer = place.length2() >= kInside * kInside;
+        outer += is_outer;
+        new_place_[i] = place;
+        new_corner_[i] = {{a, b, wall}, is_outer, false, {}};
     }
     const std::uint8_t first = edge[0].a;  // are they one ring?
     std::size_t round = 1;
     for (std::uint8_t a = next[first]; a != first; a = next[a], ++round)
         if (!(begun >> a & 1) || round > edges) return false;
     new_corners_ = edges;
-    return round == edges;
+    if (round != edges) return false;
+    outer_ = outer;
+    return true;
+}
+
+// A bit for each wall that has a corner, or one that is not inside the ball.
+std::uint64_t ExposedRegion::wallsOf(bool outer_only) const {
+    std::uint64_t walls = 0;
+    for (const Corner& corner : std::span(corner_).first(corners_))
+        for (const std::uint8_t w : corner.wall) walls |= std::uint64_t{!outer_only || corner.outer} << w;
+    return walls;
 }
 
 // Cuts off what lies beyond a neighbour's plane. False where that is nothing, or in doubt.
 bool ExposedRegion::clip(std::uint32_t neighbour) {
+    if (~walls_ == 0) walls_ = wallsOf(false);
     const auto free = static_cast<std::size_t>(std::countr_one(walls_));
     if (free == kMostWalls) return false;
     const Neighbour& n = (*all_)[neighbour];
     const double length = std::sqrt(n.squared);
     const double distance = length / (2 * radius_);
-    wall_[free] = {n.offset / length, exactly_ ? distance : distance + kSlack, n.offset, n.squared, neighbour};
+    const Wall& wall =
+        wall_[free] = {n.offset / length, exactly_ ? distance : distance + kSlack, n.offset, n.squared, neighbour};
 
+    for (std::size_t c = 0; c < corners_; c += 4)  // and some more, of which nothing is asked
+        for (std::size_t k = c; k < c + 4; ++k)
+            beyond_[k] = x_[k] * wall.normal.x + y_[k] * wall.normal.y + z_[k] * wall.normal.z - wall.distance;
+    if (exactly_)
+        for (std::size_t c = 0; c < corners_; ++c)
+            if (std::abs(beyond_[c]) < kRounding) beyond_[c] = sideOf(corner_[c], n);
     cut_count_ = 0;
     for (std::size_t c = 0; c < corners_; ++c) {
-        beyond_[c] = dot(corner_[c].place, wall_[free].normal) - wall_[free].distance;
-        if (exactly_ && std::abs(beyond_[c]) < kRounding) beyond_[c] = sideOf(corner_[c], n);
         cut_[cut_count_] = static_cast<std::uint16_t>(c);
         cut_count_ += beyond_[c] > 0;
     }
     if (cut_count_ == 0 || !listNewCorners(static_cast<std::uint8_t>(free))) return false;
-    const std::size_t all = corners_ - cut_count_ + new_corners_;
+    walls_ |= std::uint64_t{1} << free;
     for (std::size_t i = 0; i < new_corners_; ++i)
-        put(new_corner_[i], i < cut_count_ ? cut_[i] : corners_ + i - cut_count_);
+        put(new_corner_[i], new_place_[i], i < cut_count_ ? cut_[i] : corners_ + i - cut_count_);
+    const std::size_t all = corners_ - cut_count_ + new_corners_;
     for (std::size_t hole = cut_count_; hole-- > new_corners_;)  // the last ones move there
-        if (const std::size_t last = --corners_; cut_[hole] < last) put(corner_[last], cut_[hole]);
+        if (const std::size_t last = --corners_; cut_[hole] < last) put(corner_[last], placeOf(last), cut_[hole]);
     corners_ = all;
-    std::uint64_t walls = 0;
-    outer_ = 0;
-    for (const Corner& corner : corners()) {
-        outer_ += corner.outer;
-        for (const std::uint8_t w : corner.wall) walls |= std::uint64_t{1} << w;
-    }
-    walls_ = walls;
     return true;
 }
 
@@ -302,8 +319,9 @@ int ExposedRegion::sideOf(const Corner& corner, const Neighbour& neighbour) cons
 }
 
 // As settle() of a corner, where the cell is exact. Whoever touches it there bounds it, too.
-bool ExposedRegion::settleExactly(const Corner& corner) {
-    const Vec3f at(corner.place);
+bool ExposedRegion::settleExactly(std::size_t corner) {
+    const Vec3 place = placeOf(corner);
+    const Vec3f at(place);
     const auto about = farthestBeyond(at);
     if (!about) return true;
     const std::vector<float>&x = planes_.x, &y = planes_.y, &z = planes_.z;
@@ -314,10 +332,10 @@ bool ExposedRegion::settleExactly(const Corner& corner) {
         if (x[n] * at.x + y[n] * at.y + z[n] * at.z - left_[n] < least) continue;
         const Neighbour& neighbour = (*all_)[n];
         const double length = std::sqrt(neighbour.squared);
-        double far = dot(corner.place, neighbour.offset / length) - length / (2 * radius_);
+        double far = dot(place, neighbour.offset / length) - length / (2 * radius_);
         if (far < -kRounding) continue;
         if (far < kRounding) {
-            const int side = sideOf(corner, neighbour);
+            const int side = sideOf(corner_[corner], neighbour);
             if (side == 0) part_.push_back({n, false});
             if (side <= 0) continue;
             far = std::abs(far);
@@ -333,7 +351,7 @@ void ExposedRegion::settleCorners() {
     for (std::size_t c = 0; c < corners_ && !empty() && (exactly_ || in_doubt_ <= kMostInDoubt);)
         if (corner_[c].seen || !(corner_[c].outer || exactly_))
             ++c;
-        else if (exactly_ ? settleExactly(corner_[c]) : settle(corner_[c].place))
+        else if (exactly_ ? settleExactly(c) : settle(placeOf(c)))
             corner_[c].seen = true;
         else
             c = std::min<std::size_t>(c, cut_[0]);  // from there on they may be others now
@@ -341,13 +359,15 @@ void ExposedRegion::settleCorners() {
 
 // False as soon as something may have changed.
 bool ExposedRegion::settleEdges() {
-    for (Corner& corner : corners())
+    for (std::size_t c = 0; c < corners_; ++c) {
+        Corner& corner = corner_[c];
         for (std::size_t k = 0; k < 3 && !corner.outer; ++k) {
-            const Corner& beyond = corner_[corner_at_[corner.wall[(k + 1) % 3]][corner.wall[k]]];
-            if (corner.edge_seen[k] || !beyond.outer) continue;
-            if (!settle(leavesBallAt(corner.place, beyond.place))) return false;
+            const std::size_t beyond = corner_at_[corner.wall[(k + 1) % 3]][corner.wall[k]];
+            if (corner.edge_seen[k] || !corner_[beyond].outer) continue;
+            if (!settle(leavesBallAt(placeOf(c), placeOf(beyond)))) return false;
             corner.edge_seen[k] = true;
         }
+    }
     return true;
 }
 
@@ -381,10 +401,8 @@ void ExposedRegion::enclose() {
     // What is beyond no true plane of a wall is beyond none that walls made superfluous, as all are the same way off;
     // and on the sphere it is beyond no other, as corners would be. A wall without corners outside the ball bounds
     // nothing on the sphere, but may cover what lies between its true plane and its own.
-    std::uint64_t outer = 0;
-    for (const Corner& corner : corners())
-        for (const std::uint8_t w : corner.wall) outer |= std::uint64_t{corner.outer} << w;
-    for (std::uint64_t walls = walls_; walls != 0; walls &= walls - 1) {
+    const std::uint64_t outer = wallsOf(true);
+    for (std::uint64_t walls = wallsOf(false); walls != 0; walls &= walls - 1) {
         const int w = std::countr_zero(walls);
         const std::uint32_t n = wall_[static_cast<std::size_t>(w)].neighbour;
         if (n != kNone) part_.push_back({n, (outer >> w & 1) == 0});

@@ -69,7 +69,6 @@ private:
     };
     // Where three walls meet, in this order counter-clockwise seen from outside.
     struct Corner {
-        Vec3 place;
         std::array<std::uint8_t, 3> wall;
         bool outer, seen;
         std::array<bool, 3> edge_seen;  // towards the corner beyond walls k and k + 1
@@ -80,7 +79,7 @@ private:
         float beyond;
     };
 
-    std::span<Corner> corners() { return std::span(corner_).first(corners_); }
+    Vec3 placeOf(std::size_t corner) const { return {x_[corner], y_[corner], z_[corner]}; }
     void setPlanes(const std::vector<Neighbour>& neighbours);
     void enclose();
     void beginWithTetrahedron();
@@ -88,11 +87,12 @@ private:
     int sideOf(const Corner& corner, const Neighbour& neighbour) const;
     std::optional<Farthest> farthestBeyond(const Vec3f& place) const;
     bool settle(const Vec3& place);
-    bool settleExactly(const Corner& corner);
+    bool settleExactly(std::size_t corner);
     void take(std::uint32_t neighbour);
     bool clip(std::uint32_t neighbour);
     bool listNewCorners(std::uint8_t wall);
-    void put(const Corner& corner, std::size_t place);
+    void put(const Corner& corner, const Vec3& at, std::size_t place);
+    std::uint64_t wallsOf(bool outer_only) const;
     void settleCorners();
     bool settleEdges();
 
@@ -102,14 +102,16 @@ private:
     std::vector<float> left_;  // their distances, out of reach where they are used already
     std::vector<float> rim_;
     std::array<Wall, kMostWalls> wall_;
-    std::uint64_t walls_ = 0;  // a bit for each that has corners
+    std::uint64_t walls_ = 0;  // a bit for each that may have corners
     std::array<Corner, kMostCorners> corner_;
+    std::array<double, kMostCorners> x_{}, y_{}, z_{};  // where they are
     std::size_t corners_ = 0;
     std::array<std::array<std::uint16_t, kMostWalls>, kMostWalls> corner_at_;  // by two of its walls, in order
     std::array<double, kMostCorners> beyond_;      // how far corners lie beyond the plane that clips
     std::array<std::uint16_t, kMostCorners> cut_;  // those that do
     std::size_t cut_count_ = 0;
     std::array<Corner, kMostWalls> new_corner_;
+    std::array<Vec3, kMostWalls> new_place_;
     std::size_t new_corners_ = 0;
     std::size_t outer_ = 0;     // corners that are not inside the ball
     std::size_t in_doubt_ = 0;  // planes that were not used

@@ -105,21 +105,23 @@ int sameSide(const Vec3i& u, const Vec3i& a, const Vec3i& b) {
 
 namespace {
 
-struct Circumcentre {
+// Of the triangle 0, u, v.
+struct Sides {
+    double uu, vv;     // their squared lengths
     Vec3 normal;       // u × v
     double n_squared;  // its squared length
     double uvw;        // product of the squared sides
-    Vec3 centre;       // of the circle through 0, u, v
-    double terms;      // |u|²|v| + |v|²|u|, the size of what cancels in it
-};
 
-Circumcentre circumcentre(const Vec3& u, const Vec3& v) {
-    const double uu = dot(u, u), vv = dot(v, v);
-    const Vec3 edge = u - v, n = cross(u, v);
-    const double nn = dot(n, n);
-    return {n, nn, uu * vv * dot(edge, edge), cross(uu * v - vv * u, n) / (2 * nn),
-            uu * std::sqrt(vv) + vv * std::sqrt(uu)};
-}
+    Sides(const Vec3& u, const Vec3& v)
+        : uu(dot(u, u)), vv(dot(v, v)), normal(cross(u, v)), n_squared(dot(normal, normal)) {
+        const Vec3 edge = u - v;
+        uvw = uu * vv * dot(edge, edge);
+    }
+    // Of the circle through the three.
+    Vec3 centre(const Vec3& u, const Vec3& v) const { return cross(uu * v - vv * u, normal) / (2 * n_squared); }
+    // |u|²|v| + |v|²|u|, the size of what cancels in it.
+    double terms() const { return uu * std::sqrt(vv) + vv * std::sqrt(uu); }
+};
 
 }  // namespace
 
@@ -130,7 +132,7 @@ ExactBalls::ExactBalls(const Vec3&, const Vec3& u, const Vec3& v, double radius)
     constexpr double kRounding = 0x1p-53;
     const Vec3 edge = u - v;
     if (dot(edge, edge) > 4 * radius * radius) return;
-    const Circumcentre circle = circumcentre(u, v);
+    const Sides circle(u, v);
     if (circle.n_squared == 0) return;
 
     const double four_rr_n = 4 * radius * radius * circle.n_squared;
@@ -146,10 +148,10 @@ ExactBalls::ExactBalls(const Vec3&, const Vec3& u, const Vec3& v, double radius)
     }
     exist_ = true;
     const double root = std::sqrt(d), n_length = std::sqrt(circle.n_squared);
-    mid_ = circle.centre;
+    mid_ = circle.centre(u, v);
     rise_ = circle.normal * (root / (2 * circle.n_squared));
     const double centre_error =
-        32 * kRounding * (circle.terms / n_length + radius) + (root > 0 ? d_error / (root * n_length) : 0);
+        32 * kRounding * (circle.terms() / n_length + radius) + (root > 0 ? d_error / (root * n_length) : 0);
     tolerance_ = 4 * radius * centre_error + 64 * kRounding * radius * radius;
 }
 
@@ -159,11 +161,11 @@ bool ExactBalls::decide(int side, const Vec3& w) const {
 
 FloatBalls::FloatBalls(const Vec3& origin, const Vec3& u, const Vec3& v, double radius)
     : origin_(origin), radius_(radius) {
-    const Circumcentre circle = circumcentre(u, v);
+    const Sides circle(u, v);
     const double circumradius = std::sqrt(circle.uvw) / (2 * std::sqrt(circle.n_squared));
     if (!(circumradius <= radius)) return;  // collinear triplets give infinity or NaN
     exist_ = true;
-    foot_ = origin + circle.centre;
+    foot_ = origin + circle.centre(u, v);
     rise_ = circle.normal * std::sqrt((radius * radius - circumradius * circumradius) / circle.n_squared);
 }
 

@@ -59,10 +59,16 @@ bool isFullCircle(const Vec3& origin, const Neighbour& other, const std::vector<
     return true;
 }
 
+// Another ball with which one may share something exposed.
+struct Partner {
+    Neighbour ball;
+    bool is_crossed = false;  // the circle in which the two meet, by another sphere
+};
+
 // Everything whose smallest ball is i. region: what of it is exposed.
 template <typename Balls>
 void skinBall(const SnappedParticles& particles, const std::vector<bool>& survives, std::uint32_t i,
-              const std::vector<Neighbour>& neighbours, const ExposedRegion& region, std::vector<Neighbour>& partners,
+              const std::vector<Neighbour>& neighbours, const ExposedRegion& region, std::vector<Partner>& partners,
               Parts& out) {
     if (neighbours.empty()) {
         out.bare.push_back(i);
@@ -71,16 +77,17 @@ void skinBall(const SnappedParticles& particles, const std::vector<bool>& surviv
     const auto radius = static_cast<double>(particles.radius);
     partners.clear();
     for (const std::uint32_t row : region.bounding())
-        if (const Neighbour& n = neighbours[row]; n.particle > i && survives[n.particle]) partners.push_back(n);
+        if (const Neighbour& n = neighbours[row]; n.particle > i && survives[n.particle]) partners.push_back({n});
 
     std::size_t last = 0;
     const Vec3 origin = toDouble(particles.position[i]);
     for (std::size_t a = 0; a < partners.size(); ++a) {
-        const Neighbour& j = partners[a];
+        const Neighbour& j = partners[a].ball;
         for (std::size_t b = a + 1; b < partners.size(); ++b) {
-            const Neighbour& k = partners[b];
+            const Neighbour& k = partners[b].ball;
             const Balls balls(origin, j.offset, k.offset, radius);
             if (!balls.exist()) continue;
+            partners[a].is_crossed = partners[b].is_crossed = true;
             for (const int side : {1, -1}) {
                 if (!isEmpty(balls, side, region, j.particle, k.particle, last)) continue;
                 out.triangle.push_back(side > 0 ? Triangle{i, j.particle, k.particle}
@@ -88,7 +95,8 @@ void skinBall(const SnappedParticles& particles, const std::vector<bool>& surviv
                 out.vertex.push_back((origin + balls.centre(side)) * particles.quantum);
             }
         }
-        if (isFullCircle<Balls>(origin, j, neighbours, radius)) out.circle.push_back({i, j.particle});
+        if (!partners[a].is_crossed && isFullCircle<Balls>(origin, j, neighbours, radius))
+            out.circle.push_back({i, j.particle});
     }
 }
 
@@ -110,7 +118,8 @@ std::vector<Parts> exposedParts(const SnappedParticles& particles, const std::ve
         NeighbourFinder finder(particles);
         ExposedRegion region(particles.radius);
         ExposedDirections exposed_directions(directions, particles.radius);
-        std::vector<Neighbour> neighbours, partners;
+        std::vector<Neighbour> neighbours;
+        std::vector<Partner> partners;
         Parts& part = parts[task];
         for (std::size_t s = task * kBallsPerTask; s < std::min(n, (task + 1) * kBallsPerTask); ++s) {
             if (isHiddenInCrowd(exposed[s], finder, neighbours, region)) continue;
