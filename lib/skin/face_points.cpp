@@ -72,25 +72,27 @@ std::vector<std::vector<std::uint32_t>> nearlyTouching(const BallBoundary& bound
     const CellOrder order(boundary.position.size(), reach, positionOf);
     std::vector<std::vector<std::uint32_t>> near(boundary.position.size());
     struct Room {
-        std::vector<Vec3> place;
+        std::vector<Vec3> place, offset;
         std::vector<std::uint32_t> found;
     };
     forCellsWithin(reach, order, order, positionOf, [&, room = Room()](auto cell, auto around) mutable {
-        auto& [place, found] = room;
+        auto& [place, offset, found] = room;
         place.clear();
         for (const std::uint32_t b : around) place.push_back(position[b]);
+        offset.resize(around.size() + 1);  // of those that may hide something of the ball, itself among them
         found.resize(around.size() + 1);
         for (const std::uint32_t row : order.rowsOf(cell)) {
-            const Vec3 here = position[row];
-            std::size_t pairs = 0;
+            std::size_t pairs = 0, hiding = 0;
             for (std::uint32_t k = 0; k < place.size(); ++k) {
-                const double squared = (place[k] - here).length2();
+                offset[hiding] = place[k] - position[row];
                 found[pairs] = k;
+                const double squared = offset[hiding].length2();
+                hiding += squared <= diameter * diameter;
                 pairs += (squared > diameter * diameter) & (squared < reach * reach);
             }
             for (std::size_t p = 0; p < pairs; ++p) {
-                const Vec3 offset = place[found[p]] - here, touching = here + offset * (radius / offset.length());
-                if (std::none_of(place.begin(), place.end(),
+                const Vec3 way = place[found[p]] - position[row], touching = way * (radius / way.length());
+                if (std::none_of(offset.begin(), offset.begin() + static_cast<std::ptrdiff_t>(hiding),
                                  [&](const Vec3& other) { return (other - touching).length2() < covered; }))
                     near[row].push_back(around[found[p]]);
             }

@@ -6,6 +6,8 @@
 
 #include <gtest/gtest.h>
 
+#include <fstream>
+
 namespace betamesh {
 namespace {
 
@@ -38,6 +40,7 @@ TEST(Memory, FramesAtWorkStayWithinTheBudgetButOneMayAlwaysBegin) {
 }
 
 TEST(Memory, WhatFramesTookCorrectsTheEstimates) {
+    std::ofstream("/proc/self/clear_refs") << 5;  // what tests before took is no peak of this one
     MemoryWatch memory(1000 * kMiB);
     memory.begins(10 * kMiB);  // but takes 232, of which 32 are the program's
     std::string much(232 * kMiB, 'a');
