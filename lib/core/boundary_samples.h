@@ -21,4 +21,25 @@ struct BoundarySample {
 
 using BoundarySamples = std::vector<BoundarySample>;
 
+/// The same in radii but for where it is, in single precision: as sums take it, and little to keep.
+struct SampleInRadii {
+    Vec3 position;  ///< world units
+    Vec3f velocity, direction, turning;
+    float weight, weight_rate, spread, half_spread_rate, bulge, bulge_rate;
+
+    SampleInRadii() = default;
+    SampleInRadii(const BoundarySample& sample, double radius)
+        : position(sample.position.position),
+          velocity(sample.position.velocity / radius),
+          direction(sample.direction.position),
+          turning(sample.direction.velocity),
+          weight(static_cast<float>(sample.weight.value / radius)),
+          weight_rate(static_cast<float>(sample.weight.rate / radius)),
+          spread(static_cast<float>(sample.spread.value / (radius * radius))),
+          half_spread_rate(static_cast<float>(sample.spread.rate / (2 * radius * radius))),
+          bulge(static_cast<float>(sample.bulge.value / radius)),
+          bulge_rate(static_cast<float>(sample.bulge.rate / radius)) {}
+};
+using SamplesInRadii = std::vector<SampleInRadii>;
+
 }  // namespace betamesh

@@ -125,8 +125,8 @@ struct ExposedBall {
 
 }  // namespace
 
-BoundarySamples boundarySamples(const BallBoundary& boundary, const std::vector<Moving>& balls,
-                                const std::vector<Vec3>& spins, const ArcNetwork& network, const FacePoints& points) {
+SamplesInRadii boundarySamples(const BallBoundary& boundary, const std::vector<Moving>& balls,
+                               const std::vector<Vec3>& spins, const ArcNetwork& network, const FacePoints& points) {
     const double radius = boundary.worldRadius();
     const std::size_t arcs = network.arc_start.size(), directions = points.directions.position.size();
     const double area = kAreaWeight * 2 * kTurn * radius / static_cast<double>(directions);
@@ -146,7 +146,7 @@ BoundarySamples boundarySamples(const BallBoundary& boundary, const std::vector<
 
     constexpr std::size_t kBallsPerTask = 256;
     const std::size_t tasks = (balls.size() + kBallsPerTask - 1) / kBallsPerTask;
-    std::vector<BoundarySamples> parts(tasks);
+    std::vector<SamplesInRadii> parts(tasks);
     parallelFor(tasks, 1, [&](std::size_t task) {
         parts[task].reserve(kBallsPerTask);  // one each, nearly always
         for (std::size_t b = task * kBallsPerTask; b < std::min(balls.size(), (task + 1) * kBallsPerTask); ++b) {
@@ -168,7 +168,7 @@ BoundarySamples boundarySamples(const BallBoundary& boundary, const std::vector<
                 for (const std::uint32_t l : network.at_ball[b]) forPieces(l, visit);
                 forFacePoints(visit);
             });
-            exposed.forSamples([&](const BoundarySample& sample) { parts[task].push_back(sample); });
+            exposed.forSamples([&](const BoundarySample& sample) { parts[task].emplace_back(sample, radius); });
         }
     });
     return joined(parts);

@@ -22,7 +22,7 @@ namespace betamesh {
 /// in      a boundary, its balls, its network of arcs and its face points, all with their motion
 /// same    result for any thread count
 /// cost    O(arcs + points)
-BoundarySamples boundarySamples(const BallBoundary& boundary, const std::vector<Moving>& balls,
-                                const std::vector<Vec3>& spins, const ArcNetwork& network, const FacePoints& points);
+SamplesInRadii boundarySamples(const BallBoundary& boundary, const std::vector<Moving>& balls,
+                               const std::vector<Vec3>& spins, const ArcNetwork& network, const FacePoints& points);
 
 }  // namespace betamesh

@@ -127,7 +127,8 @@ Icosphere directionsOf(const SkinParams& params) {
                                             : ArcSubdivision().max_angle);
 }
 
-BetaMesh completeSurface(const Particles& particles, const Structure& structure, const std::vector<Moving>& balls,
+// Of the structure only the boundary is left, without exposed directions.
+BetaMesh completeSurface(const Particles& particles, Structure& structure, const std::vector<Moving>& balls,
                          Icosphere&& directions, const SkinParams& params, const Watch& watch, SkinReport& report) {
     const BallBoundary& boundary = structure.boundary;
     const bool smoothed = isSmoothed(params);
@@ -144,6 +145,8 @@ BetaMesh completeSurface(const Particles& particles, const Structure& structure,
     watch("velocity");
     ArcNetwork network = arcPoints(boundary, balls, spins.of_points, std::move(vertices), subdivision);
     FacePoints points = facePoints(structure.snapped, boundary, balls, spins.of_points, std::move(directions));
+    std::exchange(structure.snapped, {});  // large, and of no more use
+    std::exchange(structure.boundary.exposed, {});
     watch("tessellate");
     std::optional<CoherentSmoother> smoother;
     if (smoothed)

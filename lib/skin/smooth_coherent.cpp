@@ -285,21 +285,10 @@ std::vector<std::uint32_t> allRows(std::size_t n) {
     return rows;
 }
 
-std::array<float, kFields - 3> fieldsOf(const BoundarySample& sample, double radius) {
-    std::array<float, kFields - 3> fields;
-    const auto set = [&](Field field, const Vec3& value) {
-        for (int k = 0; k < 3; ++k) fields[static_cast<std::size_t>(field + k - 3)] = static_cast<float>(value[k]);
-    };
-    set(kVx, sample.position.velocity / radius);
-    set(kDx, sample.direction.position);
-    set(kEx, sample.direction.velocity);
-    fields[kW - 3] = static_cast<float>(sample.weight.value / radius);
-    fields[kU - 3] = static_cast<float>(sample.weight.rate / radius);
-    fields[kQ - 3] = static_cast<float>(sample.spread.value / (radius * radius));
-    fields[kS - 3] = static_cast<float>(sample.spread.rate / (2 * radius * radius));
-    fields[kB - 3] = static_cast<float>(sample.bulge.value / radius);
-    fields[kC - 3] = static_cast<float>(sample.bulge.rate / radius);
-    return fields;
+std::array<float, kFields - 3> fieldsOf(const SampleInRadii& s) {
+    return {s.velocity.x,  s.velocity.y, s.velocity.z,       s.direction.x, s.direction.y,
+            s.direction.z, s.turning.x,  s.turning.y,        s.turning.z,   s.weight,
+            s.weight_rate, s.spread,     s.half_spread_rate, s.bulge,       s.bulge_rate};
 }
 
 // Calls take(their rows, the fits at their pointAt(row)) for sixteen rows or fewer at a time, on several threads, until
@@ -382,7 +371,7 @@ public:
     using SampleCloud::SampleCloud;
 };
 
-CoherentSmoother::CoherentSmoother(BoundarySamples samples, const CoherentSmoothing& params)
+CoherentSmoother::CoherentSmoother(SamplesInRadii samples, const CoherentSmoothing& params)
     : params_(params), samples_(std::move(samples)) {
     takeSamples(0);
 }
@@ -392,8 +381,8 @@ bool CoherentSmoother::isLast(int pass) const { return pass + 1 >= params_.passe
 
 void CoherentSmoother::takeSamples(int pass) {
     cloud_ = std::make_unique<Cloud>(
-        samples_.size(), [&](std::size_t i) { return samples_[i].position.position; },
-        [&](std::size_t i) { return fieldsOf(samples_[i], params_.radius); }, params_.width, params_.radius);
+        samples_.size(), [&](std::size_t i) { return samples_[i].position; },
+        [&](std::size_t i) { return fieldsOf(samples_[i]); }, params_.width, params_.radius);
     if (isLast(pass)) std::exchange(samples_, {});  // large, and of no more use
 }
 
@@ -442,15 +431,22 @@ MovingPoints CoherentSmoother::smooth(BetaMesh& mesh) {
             });
         if (isLast(pass)) break;
         now.inset = 0;
-        BoundarySamples calmer = samples_;
+        SamplesInRadii calmer = samples_;
+        const auto pointAt = [&](std::uint32_t i) -> Moving {
+            return {samples_[i].position, Vec3(samples_[i].velocity) * params.radius};
+        };
         fitAll(
-            allRows(samples_.size()), [&](std::uint32_t i) -> const Moving& { return samples_[i].position; }, *cloud_,
-            now, [](std::uint32_t) {},
+            allRows(samples_.size()), pointAt, *cloud_, now, [](std::uint32_t) {},
             [&](std::span<const std::uint32_t> rows, const Fits& fits) {
                 for (std::size_t lane = 0; lane < rows.size(); ++lane) {
-                    BoundarySample& sample = calmer[rows[lane]];
-                    sample.position = sample.position + fits.step[lane] * fits.trust[lane] * params.radius;
-                    sample.direction = sample.direction + (fits.direction[lane] - sample.direction) * fits.trust[lane];
+                    SampleInRadii& sample = calmer[rows[lane]];
+                    const Moving step = fits.step[lane] * fits.trust[lane];
+                    sample.position += step.position * params.radius;
+                    sample.velocity += Vec3f(step.velocity);
+                    const Moving direction{Vec3(sample.direction), Vec3(sample.turning)};
+                    const Moving turned = direction + (fits.direction[lane] - direction) * fits.trust[lane];
+                    sample.direction = Vec3f(turned.position);
+                    sample.turning = Vec3f(turned.velocity);
                 }
             });
         samples_ = std::move(calmer);

@@ -47,7 +47,7 @@ struct CoherentSmoothing {
 /// source  Guennebaud & Gross 2007, Algebraic point set surfaces
 class CoherentSmoother {
 public:
-    CoherentSmoother(BoundarySamples samples, const CoherentSmoothing& params);
+    CoherentSmoother(SamplesInRadii samples, const CoherentSmoothing& params);
     ~CoherentSmoother();
 
     /// All of a mesh, once; returns where its vertices were before.
@@ -60,7 +60,7 @@ private:
     void takeSamples(int pass);
 
     CoherentSmoothing params_;
-    BoundarySamples samples_;       // none in the last pass
+    SamplesInRadii samples_;       // none in the last pass
     std::unique_ptr<Cloud> cloud_;  // of them, as sums take them
 };
 
