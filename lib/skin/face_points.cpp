@@ -1,10 +1,12 @@
 #include "skin/face_points.h"
 
+#include "core/box.h"
 #include "core/cell_order.h"
 #include "core/parallel.h"
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 
 namespace betamesh {
 
@@ -72,29 +74,35 @@ std::vector<std::vector<std::uint32_t>> nearlyTouching(const BallBoundary& bound
     const CellOrder order(boundary.position.size(), reach, positionOf);
     std::vector<std::vector<std::uint32_t>> near(boundary.position.size());
     struct Room {
-        std::vector<Vec3> place, offset;
-        std::vector<std::uint32_t> found;
+        std::vector<double> x, y, z, squared;
+        std::vector<std::uint32_t> found, hiding;
     };
     forCellsWithin(reach, order, order, positionOf, [&, room = Room()](auto cell, auto around) mutable {
-        auto& [place, offset, found] = room;
-        place.clear();
-        for (const std::uint32_t b : around) place.push_back(position[b]);
-        offset.resize(around.size() + 1);  // of those that may hide something of the ball, itself among them
-        found.resize(around.size() + 1);
+        auto& [x, y, z, squared, found, hiding] = room;
+        const std::size_t n = around.size();
+        for (std::vector<double>* column : {&x, &y, &z, &squared}) column->resize(n);
+        for (std::size_t k = 0; k < n; ++k) {
+            const Vec3& place = position[around[k]];
+            x[k] = place.x, y[k] = place.y, z[k] = place.z;
+        }
+        found.resize(n + 1);
+        hiding.resize(n + 1);  // those that may hide something of the ball, itself among them
         for (const std::uint32_t row : order.rowsOf(cell)) {
-            std::size_t pairs = 0, hiding = 0;
-            for (std::uint32_t k = 0; k < place.size(); ++k) {
-                offset[hiding] = place[k] - position[row];
-                found[pairs] = k;
-                const double squared = offset[hiding].length2();
-                hiding += squared <= diameter * diameter;
-                pairs += (squared > diameter * diameter) & (squared < reach * reach);
+            const Vec3 here = position[row];
+            squaredDistances(Box(here), x.data(), y.data(), z.data(), n, squared.data());
+            std::size_t pairs = 0, hide = 0;
+            for (std::uint32_t k = 0; k < n; ++k) {
+                found[pairs] = hiding[hide] = k;
+                hide += squared[k] <= diameter * diameter;
+                pairs += (squared[k] > diameter * diameter) & (squared[k] < reach * reach);
             }
-            for (std::size_t p = 0; p < pairs; ++p) {
-                const Vec3 way = place[found[p]] - position[row], touching = way * (radius / way.length());
-                if (std::none_of(offset.begin(), offset.begin() + static_cast<std::ptrdiff_t>(hiding),
-                                 [&](const Vec3& other) { return (other - touching).length2() < covered; }))
-                    near[row].push_back(around[found[p]]);
+            for (const std::uint32_t other : std::span(found).first(pairs)) {
+                const Vec3 way = position[around[other]] - here, touching = here + way * (radius / way.length());
+                const auto hides = [&](std::uint32_t k) {
+                    return (position[around[k]] - touching).length2() < covered;
+                };
+                if (std::none_of(hiding.begin(), hiding.begin() + static_cast<std::ptrdiff_t>(hide), hides))
+                    near[row].push_back(around[other]);
             }
             std::sort(near[row].begin(), near[row].end());
         }
