@@ -12,6 +12,7 @@
 #include <atomic>
 #include <charconv>
 #include <cstdint>
+#include <ctime>
 #include <mutex>
 
 namespace betamesh {
@@ -20,8 +21,9 @@ namespace {
 constexpr std::size_t kSmallestBlock = std::size_t{1} << 13;
 constexpr std::size_t kWorthIt = std::size_t{1} << 18;   // of such blocks in all, before there are huge pages for them
 constexpr std::size_t kHugePage = std::size_t{1} << 21;  // where others are of 4 KiB
-constexpr std::size_t kStep = std::size_t{1} << 24;      // by which what may be used grows
-constexpr std::size_t kMost = std::size_t{1} << 40;      // in addresses
+constexpr std::size_t kSmallPage = std::size_t{1} << 12;
+constexpr std::size_t kStep = std::size_t{1} << 24;  // by which what may be used grows
+constexpr std::size_t kMost = std::size_t{1} << 40;  // in addresses
 constexpr std::size_t kLeast = std::size_t{1} << 32;
 
 std::size_t roundedUp(std::size_t bytes, std::size_t unit) { return (bytes + unit - 1) / unit * unit; }
@@ -36,6 +38,29 @@ std::size_t hugePageHere() {
     std::size_t bytes = 0;
     if (length > 0) std::from_chars(text.data(), text.data() + length, bytes);
     return bytes;
+}
+
+/// Seconds that it takes to touch a page for the first time; other threads' time does not count.
+double timeOfTouching(std::byte* page) {
+    std::timespec before{}, after{};
+    ::clock_gettime(CLOCK_THREAD_CPUTIME_ID, &before);
+    *static_cast<volatile std::byte*>(page) = std::byte{0};
+    ::clock_gettime(CLOCK_THREAD_CPUTIME_ID, &after);
+    return static_cast<double>(after.tv_sec - before.tv_sec) +
+           1e-9 * static_cast<double>(after.tv_nsec - before.tv_nsec);
+}
+
+/// Of some small pages, a quarter of which take less; 0 where none can be had.
+double costOfSmallPage() {
+    constexpr std::size_t kPages = 16;
+    void* const pages =
+        ::mmap(nullptr, kPages * kSmallPage, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+    if (pages == MAP_FAILED) return 0;
+    std::array<double, kPages> cost;
+    for (std::size_t p = 0; p < kPages; ++p) cost[p] = timeOfTouching(static_cast<std::byte*>(pages) + p * kSmallPage);
+    ::munmap(pages, kPages * kSmallPage);
+    std::nth_element(cost.begin(), cost.begin() + kPages / 4, cost.end());
+    return cost[kPages / 4];
 }
 
 /// Blocks in a range of addresses that was asked for at once, and is opened as far as it is used: what is open counts
@@ -57,6 +82,7 @@ public:
                 begin_ = first;
                 size_ = rest;
                 places_ = Places(size_);
+                as_many_small_ = kHugePage / kSmallPage * costOfSmallPage();
             } else {
                 ::munmap(begin, size);
             }
@@ -70,7 +96,10 @@ public:
         const std::scoped_lock lock(mutex_);
         const auto place = places_.take(roundedUp(bytes, kHugeAlignment));
         if (!place) return nullptr;
-        if (open(*place + roundedUp(bytes, kHugeAlignment))) return begin_ + *place;
+        if (open(*place + roundedUp(bytes, kHugeAlignment))) {
+            touch(*place + roundedUp(bytes, kHugeAlignment));
+            return begin_ + *place;
+        }
         places_.giveBack(*place);
         return nullptr;
     }
@@ -102,6 +131,17 @@ private:
         open_ = end;
         return true;
     }
+    /// Huge pages are touched as they are taken, until one takes longer than as many small ones would: from there on
+    /// they are small.
+    void touch(std::size_t end) {
+        while (touched_ < end) {
+            const bool is_dear = timeOfTouching(begin_ + touched_) > as_many_small_;
+            touched_ += kHugePage;
+            if (!is_dear) continue;
+            ::madvise(begin_ + touched_, size_ - touched_, MADV_NOHUGEPAGE);
+            touched_ = size_;
+        }
+    }
     /// Whole pages alone: of others the system would keep the rest as it is.
     void release(const Places::Span& gap) {
         const std::size_t begin = roundedUp(gap.begin, kHugePage),
@@ -114,6 +154,8 @@ private:
     std::mutex mutex_;  // guards what follows
     Places places_;
     std::size_t open_ = 0;
+    std::size_t touched_ = 0;   // size_ where no more are
+    double as_many_small_ = 0;  // seconds
 };
 
 std::atomic<HugePages*> huge_pages = nullptr;  // is never destroyed, as blocks may be given back last of all
