@@ -5,7 +5,10 @@
 
 namespace betamesh {
 
-Particles splash(std::size_t n) {
+namespace {
+
+// loose: the share in the sheet and in drops
+Particles blockAndSpray(std::size_t n, double loose) {
     std::mt19937 random(1);
     std::uniform_real_distribution<float> jitter(-0.25f, 0.25f), part(0, 1);
     std::normal_distribution<float> speed(0, 1);
@@ -15,8 +18,8 @@ Particles splash(std::size_t n) {
         particles.velocity.emplace_back(speed(random), speed(random), speed(random));
     };
     const auto total = static_cast<double>(n);
-    const int side = std::max(1, static_cast<int>(std::lround(std::cbrt(0.9 * total))));
-    const int sheet = static_cast<int>(std::lround(std::sqrt(0.05 * total)));
+    const int side = std::max(1, static_cast<int>(std::lround(std::cbrt((1 - loose) * total))));
+    const int sheet = static_cast<int>(std::lround(std::sqrt(loose / 2 * total)));
     for (int z = 0; z < side; ++z)
         for (int y = 0; y < side; ++y)
             for (int x = 0; x < side; ++x) add(static_cast<float>(x), static_cast<float>(y), static_cast<float>(z));
@@ -31,6 +34,11 @@ Particles splash(std::size_t n) {
     }
     return particles;
 }
+
+}  // namespace
+
+Particles splash(std::size_t n) { return blockAndSpray(n, 0.1); }
+Particles calm(std::size_t n) { return blockAndSpray(n, 0.02); }
 
 Particles clumped(std::size_t n) {
     constexpr float kCell = 2, kClump = 0.01F;

@@ -10,6 +10,9 @@ namespace betamesh {
 /// in a one-particle sheet above it and in drops of one to eight.
 Particles splash(std::size_t n);
 
+/// Likewise, but 98 in a hundred in the block.
+Particles calm(std::size_t n);
+
 /// About n particles as FLIP leaves them: a block of cells of two spacings, with eight particles each inside and 32 to
 /// 64 in those along its surface, half of these in clumps a hundredth of a spacing wide.
 Particles clumped(std::size_t n);

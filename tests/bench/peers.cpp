@@ -45,7 +45,8 @@ struct Run {
 };
 
 const std::map<std::string, Particles (*)(std::size_t)>& clouds() {
-    static const std::map<std::string, Particles (*)(std::size_t)> all{{"splash", splash}, {"clumped", clumped}};
+    static const std::map<std::string, Particles (*)(std::size_t)> all{
+        {"splash", splash}, {"calm", calm}, {"clumped", clumped}};
     return all;
 }
 
