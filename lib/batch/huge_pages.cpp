@@ -94,10 +94,11 @@ public:
 
     void* take(std::size_t bytes) {
         const std::scoped_lock lock(mutex_);
-        const auto place = places_.take(roundedUp(bytes, kHugeAlignment));
+        const std::size_t whole = roundedUp(bytes, kHugeAlignment);
+        const auto place = places_.take(whole);
         if (!place) return nullptr;
-        if (open(*place + roundedUp(bytes, kHugeAlignment))) {
-            touch(*place + roundedUp(bytes, kHugeAlignment));
+        if (open(*place + whole)) {
+            touch(*place + whole);
             return begin_ + *place;
         }
         places_.giveBack(*place);

@@ -60,7 +60,7 @@ private:
     void takeSamples(int pass);
 
     CoherentSmoothing params_;
-    SamplesInRadii samples_;       // none in the last pass
+    SamplesInRadii samples_;        // none in the last pass
     std::unique_ptr<Cloud> cloud_;  // of them, as sums take them
 };
 
