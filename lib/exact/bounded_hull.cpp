@@ -70,12 +70,18 @@ struct Pass {
     std::uint32_t next = kNone;   // pass; kNone where the whole loop is this one location
 };
 
-// A triangle of locations, and of the points that its corners stand for. A side, 3 · facet + m, runs from corner m to
-// the next; its twin runs back.
+// A triangle of locations, and of the points that its corners stand for. A side runs from one corner to the next; its
+// twin runs back.
 struct Facet {
     Triangle location, id, twin{kNone, kNone, kNone};
     Triangle pass{kNone, kNone, kNone};  // at the tails of sides that are a loop's
 };
+
+// Sides by number.
+constexpr std::uint32_t sideOf(std::uint32_t facet, std::uint32_t corner) { return facet << 2 | corner; }
+constexpr std::uint32_t facetOf(std::uint32_t side) { return side >> 2; }
+constexpr std::uint32_t cornerOf(std::uint32_t side) { return side & 3; }
+constexpr std::uint32_t nextCorner(std::uint32_t corner) { return corner == 2 ? 0 : corner + 1; }
 
 // Where a location's points part the two facets on an edge: the chain of points that fills the gap, from the
 // facet that has the edge location -> other to the one that has it backwards.
@@ -285,7 +291,7 @@ public:
         if (triangle < first_facet_ || triangle - first_facet_ >= facets_.size()) return kNoTriangle;
         const std::uint32_t twin = facets_[triangle - first_facet_].twin[k];
         if (twin == kNone) return kNoTriangle;
-        const std::uint32_t other = first_facet_ + twin / 3;
+        const std::uint32_t other = first_facet_ + facetOf(twin);
         if (!contracted_) return other;
         const Triangle &t = filling.triangles[triangle], &o = filling.triangles[other];
         for (std::size_t m = 0; m < 3; ++m)
@@ -415,7 +421,7 @@ private:
         }
         for (std::uint32_t f = 0; f < facets_.size(); ++f)
             for (std::uint32_t m = 0; m < 3; ++m)
-                if (facets_[f].twin[m] == kNone) open_.push_back(3 * f + m);
+                if (facets_[f].twin[m] == kNone) open_.push_back(sideOf(f, m));
         return true;
     }
 
@@ -467,7 +473,7 @@ private:
     // below; else kNone.
     std::uint32_t wrapQuickly(std::uint32_t side) const {
         const std::uint32_t a = headOf(side), b = tailOf(side);
-        const auto& [u, v, w] = facets_[side / 3].location;
+        const auto& [u, v, w] = facets_[facetOf(side)].location;
         const Plane facet = planeThrough(u, v, w);
         const Vec3 origin = toDouble(location_[a]), edge = toDouble(location_[b]) - origin;
         const Vec3 normal = facet.normal / (kRadius * kRadius);
@@ -485,22 +491,24 @@ private:
         return countNotBelow(candidate_place_, candidate_place_.size(), plane) == kOnIt ? candidates_[best] : kNone;
     }
 
-    std::uint32_t tailOf(std::uint32_t side) const { return facets_[side / 3].location[side % 3]; }
-    std::uint32_t headOf(std::uint32_t side) const { return facets_[side / 3].location[(side % 3 + 1) % 3]; }
+    std::uint32_t tailOf(std::uint32_t side) const { return facets_[facetOf(side)].location[cornerOf(side)]; }
+    std::uint32_t headOf(std::uint32_t side) const {
+        return facets_[facetOf(side)].location[nextCorner(cornerOf(side))];
+    }
     bool addFacet(std::uint32_t a, std::uint32_t b, std::uint32_t c) {
         const auto f = static_cast<std::uint32_t>(facets_.size());
         Facet& facet = facets_.emplace_back();
         facet.location = {a, b, c};
         facet.id = {kNone, kNone, kNone};
         for (std::uint32_t m = 0; m < 3; ++m) {
-            const std::uint32_t from = facet.location[m], to = facet.location[(m + 1) % 3];
+            const std::uint32_t from = facet.location[m], to = facet.location[nextCorner(m)];
             const auto [there, back] = edges_.at(from, to);
             if (there.side != kNone || back.pass != kNone) return false;
-            there.side = 3 * f + m;
+            there.side = sideOf(f, m);
             facet.pass[m] = there.pass;
             if (back.side == kNone) continue;
             facet.twin[m] = back.side;
-            facets_[back.side / 3].twin[back.side % 3] = 3 * f + m;
+            facets_[facetOf(back.side)].twin[cornerOf(back.side)] = sideOf(f, m);
         }
         return true;
     }
@@ -513,16 +521,16 @@ private:
     }
     bool closeWith(std::uint32_t from, std::uint32_t to, std::uint32_t apex) {
         if (apex == kNone || !addFacet(from, to, apex) || facets_.size() > 2 * location_.size() + 4) return false;
-        for (const std::size_t m : {1, 2})
+        for (const std::uint32_t m : {1U, 2U})
             if (facets_.back().twin[m] == kNone && facets_.back().pass[m] == kNone)
-                open_.push_back(static_cast<std::uint32_t>(3 * (facets_.size() - 1) + m));
+                open_.push_back(sideOf(static_cast<std::uint32_t>(facets_.size() - 1), m));
         return true;
     }
     bool closeAll() {
         while (!open_.empty()) {
             const std::uint32_t side = open_.back();
             open_.pop_back();
-            if (facets_[side / 3].twin[side % 3] == kNone && !wrapBeyond(side)) return false;
+            if (facets_[facetOf(side)].twin[cornerOf(side)] == kNone && !wrapBeyond(side)) return false;
         }
         return true;
     }
@@ -564,26 +572,26 @@ private:
         if (side == kNone) return std::nullopt;
         const std::uint32_t first = tailOf(side);
         for (std::size_t facets = 1; side != kNone && facets <= facets_.size() + 1; ++facets) {
-            Facet& facet = facets_[side / 3];
-            const std::size_t m = (side % 3 + 1) % 3;
+            Facet& facet = facets_[facetOf(side)];
+            const std::uint32_t m = nextCorner(cornerOf(side));
             visit(facet, m);
-            if (facet.pass[m] != kNone || facet.location[(m + 1) % 3] == first) return Fan{facet.pass[m], facets};
+            if (facet.pass[m] != kNone || facet.location[nextCorner(m)] == first) return Fan{facet.pass[m], facets};
             side = facet.twin[m];
         }
         return std::nullopt;
     }
     // All of the corners there stand for one point.
     std::optional<Fan> nameFan(std::uint32_t side, std::uint32_t id) {
-        return walkRound(side, [&](Facet& facet, std::size_t m) { facet.id[m] = id; });
+        return walkRound(side, [&](Facet& facet, std::uint32_t m) { facet.id[m] = id; });
     }
     // rim_ is the rim of the fan, from the side's tail on, fan_ are the facets' corners at its middle.
     std::optional<Fan> listFan(std::uint32_t side) {
         rim_.clear();
         fan_.clear();
         if (side != kNone) rim_.push_back(tailOf(side));
-        return walkRound(side, [&](Facet& facet, std::size_t m) {
+        return walkRound(side, [&](Facet& facet, std::uint32_t m) {
             fan_.push_back(&facet.id[m]);
-            rim_.push_back(facet.location[(m + 1) % 3]);
+            rim_.push_back(facet.location[nextCorner(m)]);
         });
     }
 
@@ -612,7 +620,8 @@ private:
         for (std::uint32_t f = 0; f < facets_.size(); ++f)
             for (std::uint32_t m = 0; m < 3; ++m) {
                 if (facets_[f].id[m] != kNone) continue;
-                const std::uint32_t at = facets_[f].location[m], pass = pass_at_[at], side = 3 * f + (m + 2) % 3;
+                const std::uint32_t at = facets_[f].location[m], pass = pass_at_[at],
+                                    side = sideOf(f, m == 0 ? 2 : m - 1);
                 if (pass != kNone && passes_[pass].next != kNone) return false;  // a loop's point has one fan only
                 if (done_[at]) return false;
                 done_[at] = 1;
@@ -680,7 +689,7 @@ private:
             if (opposite != kNone) {
                 other = gaps_[opposite].chain;
             } else {
-                other = {facets_[there.side / 3].id[(there.side % 3 + 1) % 3]};
+                other = {facets_[facetOf(there.side)].id[nextCorner(cornerOf(there.side))]};
             }
             for (std::size_t s = 0; s + 1 < gap.chain.size(); ++s)
                 out.triangles.push_back({gap.chain[s], gap.chain[s + 1], other.back()});

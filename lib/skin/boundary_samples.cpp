@@ -40,6 +40,22 @@ BoundarySample pieceAt(const MovingCircle& circle, Rate angle, Rate covered) {
             lifted * level * curved};
 }
 
+// Points on a ball, of weights of their own, as one: all turn with the ball.
+class PointsOnBall {
+public:
+    void add(const Vec3& direction, Rate weight) {
+        weight_ = weight_ + weight;
+        towards_ = towards_ + Moving{direction, {0, 0, 0}} * weight;
+    }
+    Rate weight() const { return weight_; }
+    // Σ weight · direction
+    Moving direction(const Vec3& spin) const { return towards_ + Moving{{0, 0, 0}, cross(spin, towards_.position)}; }
+
+private:
+    Rate weight_;
+    Moving towards_;  // as the ball sees it
+};
+
 // Samples as one: their mean, and how they lie about it. Sums are taken from an origin near them.
 class Together {
 public:
@@ -52,6 +68,16 @@ public:
         direction_ = direction_ + line.outwards * (level * 0.5);
         square_ = square_ + (radius * radius - line.radius * line.radius + lifted * lifted) * weight;
         along_ = along_ + level * lifted * weight;
+    }
+    // Of the ball that is the origin.
+    void add(const PointsOnBall& points, const Vec3& spin, double radius) {
+        const Rate weight = points.weight();
+        const Moving direction = points.direction(spin);
+        weight_ = weight_ + weight;
+        offset_ = offset_ + direction * radius;
+        direction_ = direction_ + direction;
+        square_ = square_ + weight * (radius * radius);
+        along_ = along_ + weight * radius;
     }
     // A sample as it adds to sums, at an offset from their origin.
     struct Summand {
@@ -85,31 +111,48 @@ private:
     Rate weight_, square_, along_;
 };
 
+// A point on a ball, seen from there, and how much it counts.
+struct WeightedDirection {
+    Vec3 direction;
+    Rate weight;
+};
+
 // What is exposed of one ball, as one sample or as six towards the sides of a cube that turns with the liquid.
 struct ExposedBall {
     BoundarySample whole;
     std::array<BoundarySample, 6> side;
 
-    // together: all of it; forAll(visit): calls visit(sample, share of it that is this ball's) for all of it in pieces
-    template <typename ForAll>
-    ExposedBall(const Moving& ball, const Vec3& spin, double radius, const Together& together, const ForAll& forAll)
-        : whole(together.sample()) {
+    // together: half of each line round the ball, which is the origin; forPieces(visit): calls visit(sample) for the
+    // pieces of these lines, which are half this ball's; inside: points of its faces
+    template <typename ForPieces>
+    ExposedBall(const Moving& ball, const Vec3& spin, double radius, Together together, const ForPieces& forPieces,
+                const std::vector<WeightedDirection>& inside) {
+        PointsOnBall all;
+        for (const auto& [direction, weight] : inside) all.add(direction, weight);
+        together.add(all, spin, radius);
+        whole = together.sample();
         const Rate apart = smoothStep((whole.spread / (radius * radius) - kTight) / (kLoose - kTight));
         whole.weight = whole.weight * (1 - apart);
         if (apart.value == 0) return;
 
+        // Squares of a direction's components sum to one.
         std::array<Together, 6> towards;
         towards.fill(Together(ball));
-        forAll([&](const BoundarySample& sample, double share) {
-            const Together::Summand summand(sample, ball);
+        forPieces([&](const BoundarySample& piece) {
+            const Together::Summand summand(piece, ball);
             const Moving direction = normalized(summand.offset);
             const Vec3 turning = direction.velocity - cross(spin, direction.position);  // as the cube sees it
-            for (int k = 0; k < 3; ++k) {  // squares of a direction's components sum to one
+            for (int k = 0; k < 3; ++k) {
                 const Rate along(direction.position[k], turning[k]);
-                towards[static_cast<std::size_t>(2 * k + (along.value > 0))].add(summand, along * along * share);
+                towards[sideTowards(k, along.value)].add(summand, along * along * 0.5);
             }
         });
+        std::array<PointsOnBall, 6> points;
+        for (const auto& [direction, weight] : inside)
+            for (int k = 0; k < 3; ++k)
+                points[sideTowards(k, direction[k])].add(direction, weight * (direction[k] * direction[k]));
         for (std::size_t k = 0; k < side.size(); ++k) {
+            towards[k].add(points[k], spin, radius);
             side[k] = towards[k].sample();
             side[k].weight = side[k].weight * apart;
         }
@@ -121,6 +164,9 @@ struct ExposedBall {
         for (const BoundarySample& sample : side)
             if (sample.weight.value > 0) visit(sample);
     }
+
+private:
+    static std::size_t sideTowards(int axis, double along) { return static_cast<std::size_t>(2 * axis + (along > 0)); }
 };
 
 }  // namespace
@@ -141,7 +187,7 @@ SamplesInRadii boundarySamples(const BallBoundary& boundary, const std::vector<M
             circle.beginAnywhere((spins[low] + spins[high]) / 2);
         }
         const int n = std::max(1, static_cast<int>(std::ceil(angle.value / kLongestPiece)));
-        for (int k = 0; k < n; ++k) visit(pieceAt(circle, angle * ((k + 0.5) / n), angle / n), 0.5);
+        for (int k = 0; k < n; ++k) visit(pieceAt(circle, angle * ((k + 0.5) / n), angle / n));
     };
 
     constexpr std::size_t kBallsPerTask = 256;
@@ -149,25 +195,23 @@ SamplesInRadii boundarySamples(const BallBoundary& boundary, const std::vector<M
     std::vector<SamplesInRadii> parts(tasks);
     parallelFor(tasks, 1, [&](std::size_t task) {
         parts[task].reserve(kBallsPerTask);  // one each, nearly always
+        std::vector<WeightedDirection> inside;
         for (std::size_t b = task * kBallsPerTask; b < std::min(balls.size(), (task + 1) * kBallsPerTask); ++b) {
-            const auto forFacePoints = [&](const auto& visit) {
-                for (std::uint32_t p = points.begin[b]; p < points.begin[b + 1]; ++p) {
-                    if (points.contactOf(p) || points.clearance[p].value <= kRim) continue;
-                    const Moving direction = points.outwards(p, spins[b]);
-                    const Rate inside = smoothStep((points.clearance[p] - kRim) / (kInside - kRim));
-                    visit({balls[b] + direction * radius, direction, inside * area}, 1);
-                }
-            };
-            Together together(balls[b]);
+            Together lines(balls[b]);
             for (const std::uint32_t l : network.at_ball[b]) {
                 const ArcLine& line = network.line[l];
-                together.addHalf(line, (balls[line.balls[0]] + balls[line.balls[1]]) * 0.5, radius);
+                lines.addHalf(line, (balls[line.balls[0]] + balls[line.balls[1]]) * 0.5, radius);
             }
-            forFacePoints([&](const BoundarySample& sample, double share) { together.add({sample, balls[b]}, share); });
-            const ExposedBall exposed(balls[b], spins[b], radius, together, [&](const auto& visit) {
+            inside.clear();
+            for (std::uint32_t p = points.begin[b]; p < points.begin[b + 1]; ++p) {
+                if (points.contactOf(p) || points.clearance[p].value <= kRim) continue;
+                const Rate share = smoothStep((points.clearance[p] - kRim) / (kInside - kRim));
+                inside.push_back({points.directions.position[points.direction[p]], share * area});
+            }
+            const auto forPiecesHere = [&](const auto& visit) {
                 for (const std::uint32_t l : network.at_ball[b]) forPieces(l, visit);
-                forFacePoints(visit);
-            });
+            };
+            const ExposedBall exposed(balls[b], spins[b], radius, lines, forPiecesHere, inside);
             exposed.forSamples([&](const BoundarySample& sample) { parts[task].emplace_back(sample, radius); });
         }
     });

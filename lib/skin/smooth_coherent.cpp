@@ -85,28 +85,15 @@ struct Facing {
           rising(y.vx * m[0] + y.vy * m[1] + y.vz * m[2] + y.px * mr[0] + y.py * mr[1] + y.pz * mr[2]) {}
 };
 
-// Directions near each other, one in each lane.
+// Is any of these above zero? None is below it.
 template <std::size_t kWidth>
-class DirectionCone {
-public:
-    __attribute__((always_inline)) explicit DirectionCone(const Floats<kWidth> (&m)[3]) {
-        Floats<kWidth> square{};
-        for (int k = 0; k < 3; ++k) {
-            for (std::size_t lane = 0; lane < kWidth; ++lane) middle_[k] += m[k][lane] / kWidth;
-            square += (m[k] - middle_[k]) * (m[k] - middle_[k]);
-        }
-        float widest = 0;
-        for (std::size_t lane = 0; lane < kWidth; ++lane) widest = std::max(widest, square[lane]);
-        spread_ = std::sqrt(widest) + 1e-5F;  // a hair more, however sums round
-    }
-    // False only where the sample faces away from all of them.
-    __attribute__((always_inline)) bool mayFace(const Sample& f) const {
-        return f[kDx] * middle_[0] + f[kDy] * middle_[1] + f[kDz] * middle_[2] > -spread_;
-    }
-
-private:
-    float middle_[3] = {}, spread_;
-};
+__attribute__((always_inline)) inline bool anyAbove(const Floats<kWidth>& values) {
+    typename VectorOf<std::uint64_t, kWidth / 2>::Type bits;
+    std::memcpy(&bits, &values, sizeof bits);
+    std::uint64_t any = 0;
+    for (std::size_t i = 0; i < kWidth / 2; ++i) any |= bits[i];
+    return any != 0;
+}
 
 // 1 / (|mean|² + kLeastMean), and minus its rate by itself.
 template <typename Some>
@@ -156,14 +143,13 @@ struct SumUp {
         }
         Some inverse_mean, growth;
         invert(m, mr, inverse_mean, growth);
-        const DirectionCone<kWidth> cone(m);
 
         Some value[kSums] = {}, rate[kSums] = {};
         for (const Sample& f : samples) {
-            if (!cone.mayFace(f)) continue;
             const Seen<Some> y(f, x, v, inverse_square_width);
             const Facing<Some> n(f, y, m, mr);
             const Some facing = n.facing > 0 ? n.facing : zero;
+            if (!anyAbove<kWidth>(facing * y.t)) continue;  // would add zero
             const Some distance = one / (y.square + 1.0F);
             const Some steepness = n.height * distance * (inverse_mean / kSteepest);
             Some level = one - n.height * steepness;
