@@ -22,6 +22,7 @@ constexpr std::size_t kSmallestBlock = std::size_t{1} << 13;
 constexpr std::size_t kWorthIt = std::size_t{1} << 18;   // of such blocks in all, before there are huge pages for them
 constexpr std::size_t kHugePage = std::size_t{1} << 21;  // where others are of 4 KiB
 constexpr std::size_t kSmallPage = std::size_t{1} << 12;
+constexpr int kDearInARow = 2;                       // huge pages, before there are no more
 constexpr std::size_t kStep = std::size_t{1} << 24;  // by which what may be used grows
 constexpr std::size_t kMost = std::size_t{1} << 40;  // in addresses
 constexpr std::size_t kLeast = std::size_t{1} << 32;
@@ -93,16 +94,20 @@ public:
     bool owns(const void* block) const { return block >= begin_ && block < begin_ + size_; }
 
     void* take(std::size_t bytes) {
-        const std::scoped_lock lock(mutex_);
         const std::size_t whole = roundedUp(bytes, kHugeAlignment);
+        std::unique_lock lock(mutex_);
         const auto place = places_.take(whole);
         if (!place) return nullptr;
-        if (open(*place + whole)) {
-            touch(*place + whole);
-            return begin_ + *place;
+        if (!open(*place + whole)) {
+            places_.giveBack(*place);
+            return nullptr;
         }
-        places_.giveBack(*place);
-        return nullptr;
+        const std::size_t first = std::max(taken_, roundedUp(*place, kHugePage)),
+                          end = roundedUp(*place + whole, kHugePage);
+        taken_ = std::max(taken_, end);
+        lock.unlock();
+        touch(first, end);
+        return begin_ + *place;
     }
 
     std::size_t bytesOf(const void* block) {
@@ -132,15 +137,15 @@ private:
         open_ = end;
         return true;
     }
-    /// Huge pages are touched as they are taken, until one takes longer than as many small ones would: from there on
-    /// they are small.
-    void touch(std::size_t end) {
-        while (touched_ < end) {
-            const bool is_dear = timeOfTouching(begin_ + touched_) > as_many_small_;
-            touched_ += kHugePage;
-            if (!is_dear) continue;
-            ::madvise(begin_ + touched_, size_ - touched_, MADV_NOHUGEPAGE);
-            touched_ = size_;
+    /// Huge pages are touched as they are taken, each by the thread whose block its first byte is in, until some in a
+    /// row take longer than as many small ones would: from there on they are small.
+    void touch(std::size_t first, std::size_t end) {
+        for (std::size_t page = first; page < end && !are_small_; page += kHugePage) {
+            const bool is_dear = timeOfTouching(begin_ + page) > as_many_small_;
+            dear_in_a_row_ = is_dear ? dear_in_a_row_ + 1 : 0;
+            if (dear_in_a_row_ < kDearInARow || are_small_.exchange(true)) continue;
+            const std::size_t next = page + kHugePage;
+            ::madvise(begin_ + next, size_ - next, MADV_NOHUGEPAGE);
         }
     }
     /// Whole pages alone: of others the system would keep the rest as it is.
@@ -152,11 +157,14 @@ private:
 
     std::byte* begin_ = nullptr;
     std::size_t size_ = 0;
-    std::mutex mutex_;  // guards what follows
+    std::mutex mutex_;  // guards the next three
     Places places_;
     std::size_t open_ = 0;
-    std::size_t touched_ = 0;   // size_ where no more are
+    std::size_t taken_ = 0;  // pages up to here
+
     double as_many_small_ = 0;  // seconds
+    std::atomic<int> dear_in_a_row_ = 0;
+    std::atomic<bool> are_small_ = false;
 };
 
 std::atomic<HugePages*> huge_pages = nullptr;  // is never destroyed, as blocks may be given back last of all

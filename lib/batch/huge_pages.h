@@ -12,8 +12,9 @@ namespace betamesh {
 /// A page of 4 KiB that is touched for the first time costs 11 µs on some virtual machines, where a third of a frame's
 /// time went there, and one of 2 MiB, 512 times as much, 130 µs, or 4 ms where the machine's host has to find it, as it
 /// has a few seconds after a page was given back. On others a small one costs 1.5 µs and a huge one 0.2 ms, but 4.6 ms
-/// where it has to be found. So the pages are small from the first huge one on that takes longer than 512 small ones:
-/// after a pause frames took a fifth to a third longer in huge pages there, and right after one another a tenth less.
+/// where it has to be found: after a pause frames took a fifth to a third longer in huge pages there, and right after
+/// one another a tenth less. Which it is, stays so for many pages, but the first is often dear alone. So the pages are
+/// small from where two in a row have taken longer than 512 small ones.
 void useHugePages();
 
 /// Of memory that is not in use, all goes back to the system.
