@@ -15,7 +15,6 @@ constexpr double kSlack = 1e-5;      // radii: far above the rounding of anythin
 constexpr double kRounding = 1e-13;  // likewise of how far a corner is beyond a plane, where both are rounded once
 constexpr std::size_t kMostInDoubt = 24;
 constexpr float kOutOfReach = 1e30F;
-constexpr std::uint32_t kNone = ~std::uint32_t{0};
 
 // The place where three walls meet, exactly: twice the place, times a scale. Offsets are at most 2^21 long and levels
 // at most 2^42, so that whatever is asked of it is within 2^112.
@@ -62,17 +61,19 @@ void normalise(std::size_t n, float half, float* x, float* y, float* z, float* s
     }
 }
 
-// The plane that a place lies farthest beyond, the first of these, and how far.
+// The planes that places lie farthest beyond, the first of these, and how far.
+template <std::size_t kPlaces>
 struct FarthestBeyond {
     const ExposedRegion::Planes& planes;
     const std::vector<float>& distances;
-    Vec3f place;
-    float &beyond, &plane;
+    const std::array<Vec3f, kPlaces>& place;
+    std::array<float, kPlaces>&beyond, &plane;
 
     template <std::size_t kWidth>
     __attribute__((always_inline)) void operator()() const {
         using Some = Floats<kWidth>;
-        Some most = Some{} - kOutOfReach, most_at{}, at;
+        Some most[kPlaces], most_at[kPlaces] = {}, at;
+        for (Some& m : most) m = Some{} - kOutOfReach;
         setNumbers<kWidth>(at);
         for (std::size_t i = 0; i < planes.x.size(); i += kWidth, at += static_cast<float>(kWidth)) {
             Some x, y, z, distance;
@@ -80,12 +81,16 @@ struct FarthestBeyond {
             std::memcpy(&y, &planes.y[i], sizeof y);
             std::memcpy(&z, &planes.z[i], sizeof z);
             std::memcpy(&distance, &distances[i], sizeof distance);
-            const Some far = x * place.x + y * place.y + z * place.z - distance;
-            most_at = far > most ? at : most_at;
-            most = far > most ? far : most;
+            for (std::size_t p = 0; p < kPlaces; ++p) {
+                const Some far = x * place[p].x + y * place[p].y + z * place[p].z - distance;
+                most_at[p] = far > most[p] ? at : most_at[p];
+                most[p] = far > most[p] ? far : most[p];
+            }
         }
-        takeLargest<kWidth>(most, beyond);
-        if (beyond > -static_cast<float>(kSlack)) takeFirst<kWidth>(most, beyond, most_at, plane);
+        for (std::size_t p = 0; p < kPlaces; ++p) {
+            takeLargest<kWidth>(most[p], beyond[p]);
+            if (beyond[p] > -static_cast<float>(kSlack)) takeFirst<kWidth>(most[p], beyond[p], most_at[p], plane[p]);
+        }
     }
 };
 
@@ -196,7 +201,7 @@ void ExposedRegion::beginWithTetrahedron() {
         const Vec3 normal = towards[k].normalized();
         const double level = std::ceil(2 * std::sqrt(3.0) * kInner * radius_);
         wall_[k] = {normal, level / (2 * std::sqrt(3.0) * radius_), towards[k], level, kNone};
-        put({kWalls[k], true, false, {}}, normal * (-3 * wall_[k].distance), k);
+        put({kWalls[k], true, false, {}, kNone}, normal * (-3 * wall_[k].distance), k);
     }
     outer_ = 4;
 }
@@ -236,7 +241,7 @@ bool ExposedRegion::listNewCorners(std::uint8_t wall) {
         const bool is_outer = place.length2() >= kInside * kInside;
         outer += is_outer;
         new_place_[i] = place;
-        new_corner_[i] = {{a, b, wall}, is_outer, false, {}};
+        new_corner_[i] = {{a, b, wall}, is_outer, false, {}, kNone};
     }
     const std::uint8_t first = edge[0].a;  // are they one ring?
     std::size_t round = 1;
@@ -296,20 +301,49 @@ void ExposedRegion::take(std::uint32_t neighbour) {
     ++in_doubt_;
 }
 
-// The neighbour whose plane a place lies farthest beyond, but for rounding, and how far; none where it is beyond
+// The neighbours whose planes places lie farthest beyond, but for rounding, and how far; kNone where one is beyond
 // nobody's.
-std::optional<ExposedRegion::Farthest> ExposedRegion::farthestBeyond(const Vec3f& place) const {
-    float beyond, plane;
-    onThisCpu(FarthestBeyond{planes_, left_, place, beyond, plane});
-    if (!(beyond > -static_cast<float>(kSlack))) return std::nullopt;
-    return Farthest{static_cast<std::uint32_t>(plane), beyond};
+template <std::size_t kPlaces>
+std::array<ExposedRegion::Farthest, kPlaces> ExposedRegion::farthestBeyond(
+    const std::array<Vec3f, kPlaces>& place) const {
+    std::array<float, kPlaces> beyond, plane;
+    onThisCpu(FarthestBeyond<kPlaces>{planes_, left_, place, beyond, plane});
+    std::array<Farthest, kPlaces> farthest;
+    for (std::size_t p = 0; p < kPlaces; ++p) {
+        const bool any = beyond[p] > -static_cast<float>(kSlack);
+        farthest[p] = {any ? static_cast<std::uint32_t>(plane[p]) : kNone, beyond[p]};
+    }
+    return farthest;
 }
 
 // Takes the neighbour nearest to a place into account, if it may be nearer than this ball; true where none may.
 bool ExposedRegion::settle(const Vec3& place) {
-    const auto farthest = farthestBeyond(Vec3f(place));
-    if (farthest) take(farthest->neighbour);
-    return !farthest;
+    const auto [farthest] = farthestBeyond<1>({Vec3f(place)});
+    if (farthest.neighbour == kNone) return true;
+    take(farthest.neighbour);
+    return false;
+}
+
+// The first corner from there on that is to be settled, or how many there are.
+std::size_t ExposedRegion::nextToSettle(std::size_t corner) const {
+    while (corner < corners_ && (corner_[corner].seen || !(corner_[corner].outer || exactly_))) ++corner;
+    return corner;
+}
+
+// As settle() of a corner. Asks for the one after it, too, as two take little longer than one: its answer holds until
+// that plane is taken.
+bool ExposedRegion::settleCorner(std::size_t corner) {
+    std::uint32_t farthest = corner_[corner].farthest;
+    if (farthest == kNone || left_[farthest] == kOutOfReach) {
+        const std::size_t next = nextToSettle(corner + 1), other = next < corners_ ? next : corner;
+        const auto [here, there] = farthestBeyond<2>({Vec3f(placeOf(corner)), Vec3f(placeOf(other))});
+        corner_[other].farthest = there.neighbour;
+        corner_[other].seen = there.neighbour == kNone;
+        farthest = here.neighbour;
+    }
+    if (farthest == kNone) return true;
+    take(farthest);
+    return false;
 }
 
 // +1 where a corner is beyond the plane of a neighbour.
@@ -322,10 +356,10 @@ int ExposedRegion::sideOf(const Corner& corner, const Neighbour& neighbour) cons
 bool ExposedRegion::settleExactly(std::size_t corner) {
     const Vec3 place = placeOf(corner);
     const Vec3f at(place);
-    const auto about = farthestBeyond(at);
-    if (!about) return true;
+    const auto [about] = farthestBeyond<1>({at});
+    if (about.neighbour == kNone) return true;
     const std::vector<float>&x = planes_.x, &y = planes_.y, &z = planes_.z;
-    const float least = about->beyond - 2 * static_cast<float>(kSlack);
+    const float least = about.beyond - 2 * static_cast<float>(kSlack);
     std::uint32_t farthest = kNone;
     double most = 0;
     for (std::uint32_t n = 0; n < all_->size(); ++n) {
@@ -348,10 +382,9 @@ bool ExposedRegion::settleExactly(std::size_t corner) {
 }
 
 void ExposedRegion::settleCorners() {
-    for (std::size_t c = 0; c < corners_ && !empty() && (exactly_ || in_doubt_ <= kMostInDoubt);)
-        if (corner_[c].seen || !(corner_[c].outer || exactly_))
-            ++c;
-        else if (exactly_ ? settleExactly(c) : settle(placeOf(c)))
+    for (std::size_t c = nextToSettle(0); c < corners_ && !empty() && (exactly_ || in_doubt_ <= kMostInDoubt);
+         c = nextToSettle(c))
+        if (exactly_ ? settleExactly(c) : settleCorner(c))
             corner_[c].seen = true;
         else
             c = std::min<std::size_t>(c, cut_[0]);  // from there on they may be others now

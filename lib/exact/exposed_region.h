@@ -5,7 +5,6 @@
 #include "exact/snapped_particles.h"
 
 #include <array>
-#include <optional>
 #include <span>
 
 namespace betamesh {
@@ -72,12 +71,14 @@ private:
         std::array<std::uint8_t, 3> wall;
         bool outer, seen;
         std::array<bool, 3> edge_seen;  // towards the corner beyond walls k and k + 1
+        std::uint32_t farthest;         // whose plane it lies farthest beyond; kNone where that was not asked
     };
 
     struct Farthest {
         std::uint32_t neighbour;
         float beyond;
     };
+    static constexpr std::uint32_t kNone = ~std::uint32_t{0};
 
     Vec3 placeOf(std::size_t corner) const { return {x_[corner], y_[corner], z_[corner]}; }
     void setPlanes(const std::vector<Neighbour>& neighbours);
@@ -85,8 +86,11 @@ private:
     void beginWithTetrahedron();
     void makeCell();
     int sideOf(const Corner& corner, const Neighbour& neighbour) const;
-    std::optional<Farthest> farthestBeyond(const Vec3f& place) const;
+    template <std::size_t kPlaces>
+    std::array<Farthest, kPlaces> farthestBeyond(const std::array<Vec3f, kPlaces>& place) const;
     bool settle(const Vec3& place);
+    bool settleCorner(std::size_t corner);
+    std::size_t nextToSettle(std::size_t corner) const;
     bool settleExactly(std::size_t corner);
     void take(std::uint32_t neighbour);
     bool clip(std::uint32_t neighbour);
