@@ -129,6 +129,18 @@ std::vector<std::uint32_t> rowsWhere(std::size_t n, const Is& is) {
     return joined(rows);
 }
 
+/// How many rows i of [0, n) there are for which is(i).
+template <typename Is>
+std::size_t countWhere(std::size_t n, const Is& is) {
+    std::atomic<std::size_t> count = 0;
+    parallelRanges(n, 16384, [&](std::size_t begin, std::size_t end) {
+        std::size_t here = 0;
+        for (std::size_t i = begin; i < end; ++i) here += is(static_cast<std::uint32_t>(i));
+        count += here;
+    });
+    return count;
+}
+
 /// The first row i of [0, n) for which is(i), n where there is none. is: asked of all rows of a range without a branch,
 /// so several at a time where it has none itself.
 template <typename Is>
@@ -164,8 +176,8 @@ void withThreads(int threads, const Body& body) {
     tbb::task_arena(threads).execute(body);
 }
 
-/// Makes sure that the threads of withThreads(threads) are there, so that none need be made when memory is short. Gives up
-/// waiting for them after half a second.
+/// Makes sure that the threads of withThreads(threads) are there, so that none need be made when memory is short. Gives
+/// up waiting for them after half a second.
 inline void startThreads(int threads) {
     std::atomic<int> arrived = 0;
     const auto latest = std::chrono::steady_clock::now() + std::chrono::milliseconds(500);

@@ -11,11 +11,14 @@ namespace betamesh {
 /// boundary, counter-clockwise seen from the empty ball. A thin sheet has each of its triangles twice, once
 /// for either side. Particles that no triangle uses are left out.
 ///
-/// in      a boundary; its balls with their motion
+/// in      a boundary, with or without arcs; its balls with their motion
 /// same    bytes for any thread count and particle order
 /// cost    O(triangles)
 /// source  beta mesh paper, section 3.2; Edelsbrunner & Mücke 1994
 Mesh alphaMesh(const BallBoundary& boundary, const std::vector<Moving>& balls);
+
+/// The particles of these triangles, ascending.
+std::vector<std::uint32_t> ballsOfTriangles(const BallBoundary& boundary);
 
 /// How many triangles of the alpha mesh are exposed on both sides.
 std::size_t doubleSidedTriangles(const BallBoundary& boundary);

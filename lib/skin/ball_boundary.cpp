@@ -9,9 +9,9 @@
 
 #include <algorithm>
 #include <atomic>
-#include <cassert>
 #include <cmath>
 #include <optional>
+#include <stdexcept>
 
 namespace betamesh {
 
@@ -279,14 +279,11 @@ void traceCycles(BallBoundary& boundary) {
     }
 }
 
-template <typename Balls>
-std::variant<BallBoundary, UnpairedEdge> build(const SnappedParticles& particles,
-                                               const std::vector<std::uint32_t>& exposed,
-                                               const std::vector<Vec3>& directions) {
-    BallBoundary boundary = assemble(particles, exposed, exposedParts<Balls>(particles, exposed, directions));
-    if (const auto unpaired = pairArcEnds(boundary)) return *unpaired;
-    traceCycles(boundary);
-    return boundary;
+// Twins and cycles. Returns what forbids them, if so.
+std::optional<UnpairedEdge> traceArcs(BallBoundary& boundary) {
+    const auto unpaired = pairArcEnds(boundary);
+    if (!unpaired) traceCycles(boundary);
+    return unpaired;
 }
 
 // A ball with an exposed point but without triangle or circle: where all of a lattice's triangles were
@@ -317,19 +314,19 @@ std::optional<UnpairedEdge> forgottenBall(const SnappedParticles& particles, con
 }  // namespace
 
 BallBoundary ballBoundary(const SnappedParticles& particles, const std::vector<std::uint32_t>& exposed,
-                          const std::vector<Vec3>& directions) {
-    auto built = build<ExactBalls>(particles, exposed, directions);
-    assert(std::holds_alternative<BallBoundary>(built));
-    return std::get<BallBoundary>(std::move(built));
+                          const std::vector<Vec3>& directions, Arcs arcs) {
+    BallBoundary boundary = assemble(particles, exposed, exposedParts<ExactBalls>(particles, exposed, directions));
+    if (arcs == Arcs::traced && traceArcs(boundary)) throw std::logic_error("exact predicates left an edge unpaired");
+    return boundary;
 }
 
 std::variant<BallBoundary, UnpairedEdge> ballBoundaryInFloats(const SnappedParticles& particles,
                                                               const std::vector<std::uint32_t>& exposed,
                                                               const std::vector<Vec3>& directions) {
-    auto built = build<FloatBalls>(particles, exposed, directions);
-    if (const auto* boundary = std::get_if<BallBoundary>(&built))
-        if (const auto forgotten = forgottenBall(particles, exposed, *boundary)) return *forgotten;
-    return built;
+    BallBoundary boundary = assemble(particles, exposed, exposedParts<FloatBalls>(particles, exposed, directions));
+    if (const auto unpaired = traceArcs(boundary)) return *unpaired;
+    if (const auto forgotten = forgottenBall(particles, exposed, boundary)) return *forgotten;
+    return boundary;
 }
 
 }  // namespace betamesh

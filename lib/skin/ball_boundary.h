@@ -17,6 +17,9 @@ struct UnpairedEdge {
     std::string_view fault;
 };
 
+/// Twins and cycles; the alpha mesh has no use for them.
+enum class Arcs { left_out, traced };
+
 /// With exact predicates, for every input. All but the faces of cycles, which groupFaces finds. Of the given directions
 /// those that are exposed: while a ball's neighbours are at hand this takes a quarter of what it would later.
 ///
@@ -25,7 +28,7 @@ struct UnpairedEdge {
 /// cost    O(n) for a bounded number of neighbours; 1-4 µs per exposed ball
 /// source  beta mesh paper, sections 3.2 and 3.3; Edelsbrunner 1993
 BallBoundary ballBoundary(const SnappedParticles& particles, const std::vector<std::uint32_t>& exposed,
-                          const std::vector<Vec3>& directions = {});
+                          const std::vector<Vec3>& directions = {}, Arcs arcs = Arcs::traced);
 
 /// With the paper's floating-point test, validated by its edge count, and by what the edge count cannot see:
 /// that the triangles round an edge close in turn, and that no exposed ball was left without a triangle.

@@ -79,9 +79,13 @@ std::optional<UnpairedEdge> buildStructure(const Particles& particles, const Ski
 
 Structure exactStructure(const Particles& particles, const NearSurface& near, const SkinParams& params,
                          const std::vector<Vec3>& directions) {
+    const auto boundaryOf = [&](const SnappedParticles& snapped, const std::vector<std::uint32_t>& exposed,
+                                const std::vector<Vec3>& towards) {
+        return ballBoundary(snapped, exposed, towards,
+                            params.surface == SurfaceKind::alpha ? Arcs::left_out : Arcs::traced);
+    };
     Structure structure;
-    buildStructure(particles, params, snapParticles(particles, params.radius, near), ballBoundary, directions,
-                   structure);
+    buildStructure(particles, params, snapParticles(particles, params.radius, near), boundaryOf, directions, structure);
     return structure;
 }
 
@@ -208,12 +212,7 @@ void count(const NearSurface& near, const Structure& structure, SkinReport& repo
     report.double_sided_triangles = doubleSidedTriangles(boundary);
     report.degenerate_edges = boundary.circle.size();
     report.isolated_particles = boundary.bare.size();
-    std::vector<bool> used(boundary.position.size(), false);
-    for (const Triangle& t : boundary.triangle)
-        for (const std::uint32_t ball : t) {
-            report.alpha_vertices += !used[ball];
-            used[ball] = true;
-        }
+    report.alpha_vertices = ballsOfTriangles(boundary).size();
     report.perturbation_retries = structure.retries;
 }
 
