@@ -1,9 +1,29 @@
 #include "core/beta_mesh.h"
 
+#include "core/mesh_edges.h"
 #include "core/parallel.h"
 #include "core/vertex_normals.h"
 
 namespace betamesh {
+
+Mesh asMesh(BetaMesh beta) {
+    const std::vector<std::uint32_t> used = verticesOf(beta.triangles, beta.vertex.size());
+    std::vector<std::uint32_t> place(beta.vertex.size());
+    Mesh mesh;
+    resizeOnAll(mesh.position, used.size());
+    resizeOnAll(mesh.velocity, used.size());
+    parallelFor(used.size(), 4096, [&](std::size_t i) {
+        const std::uint32_t v = used[i];
+        place[v] = static_cast<std::uint32_t>(i);
+        mesh.position[i] = beta.vertex[v].position;
+        mesh.velocity[i] = beta.vertex[v].velocity;
+    });
+    mesh.triangles = std::move(beta.triangles);
+    parallelFor(mesh.triangles.size(), 4096, [&](std::size_t t) {
+        for (std::uint32_t& v : mesh.triangles[t]) v = place[v];
+    });
+    return mesh;
+}
 
 MovingPoints copyOf(const std::vector<Moving>& points) {
     MovingPoints copy;

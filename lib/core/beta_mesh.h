@@ -46,6 +46,9 @@ struct BetaMesh {
     std::vector<std::uint32_t> ball_begin;  ///< the first triangle made for each ball, then all; none: not known
 };
 
+/// Vertices that no triangle uses are left out.
+Mesh asMesh(BetaMesh beta);
+
 /// Many points that move, in two arrays, for which there is room sooner than for one twice as large.
 struct MovingPoints {
     std::vector<Vec3> position;

@@ -4,9 +4,18 @@
 #include "core/parallel.h"
 
 #include <algorithm>
+#include <atomic>
 #include <utility>
 
 namespace betamesh {
+
+std::vector<std::uint32_t> verticesOf(std::span<const Triangle> triangles, std::size_t vertices) {
+    std::vector<std::uint8_t> is_used(vertices, 0);
+    parallelFor(triangles.size(), 4096, [&](std::size_t t) {
+        for (const std::uint32_t v : triangles[t]) std::atomic_ref(is_used[v]).store(1, std::memory_order_relaxed);
+    });
+    return rowsWhere(vertices, [&](std::uint32_t v) { return is_used[v] != 0; });
+}
 
 std::vector<TriangleSide> sortedSides(std::span<const Triangle> triangles) {
     // Into buckets by the lower vertex, then each bucket, some three sides, by the rest.

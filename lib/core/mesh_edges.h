@@ -13,6 +13,9 @@ namespace betamesh {
 
 inline constexpr std::uint32_t kNoTriangle = std::numeric_limits<std::uint32_t>::max();
 
+/// Those of so many vertices that are corners of triangles, ascending.
+std::vector<std::uint32_t> verticesOf(std::span<const Triangle> triangles, std::size_t vertices);
+
 /// One side of a triangle: side 3t + m runs from corner m of triangle t to the next one.
 struct TriangleSide {
     std::uint32_t low, high;  ///< its two vertices

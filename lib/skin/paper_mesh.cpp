@@ -3,7 +3,6 @@
 #include "core/parallel.h"
 
 #include <algorithm>
-#include <numeric>
 
 namespace betamesh {
 
@@ -151,26 +150,6 @@ Spheres externalSpheres(const BallBoundary& boundary, const Particles& particles
         spheres.radius.push_back(static_cast<float>(boundary.worldRadius()));
     }
     return spheres;
-}
-
-Mesh asMesh(BetaMesh beta) {
-    std::vector<std::uint32_t> place(beta.vertex.size() + 1, 0);  // at first of the next: 1 where it is used
-    for (const Triangle& t : beta.triangles)
-        for (const std::uint32_t v : t) place[v + 1] = 1;
-    std::partial_sum(place.begin(), place.end(), place.begin());
-    Mesh mesh;
-    mesh.position.resize(place.back());
-    mesh.velocity.resize(place.back());
-    mesh.triangles = std::move(beta.triangles);
-    parallelFor(beta.vertex.size(), 4096, [&](std::size_t v) {
-        if (place[v] == place[v + 1]) return;
-        mesh.position[place[v]] = beta.vertex[v].position;
-        mesh.velocity[place[v]] = beta.vertex[v].velocity;
-    });
-    parallelFor(mesh.triangles.size(), 4096, [&](std::size_t i) {
-        for (std::uint32_t& v : mesh.triangles[i]) v = place[v];
-    });
-    return mesh;
 }
 
 }  // namespace betamesh

@@ -27,7 +27,4 @@ PaperMesh paperTessellation(const BallBoundary& boundary, const std::vector<Movi
 /// spheres of the particles' radius.
 Spheres externalSpheres(const BallBoundary& boundary, const Particles& particles);
 
-/// Vertices that no triangle uses are left out.
-Mesh asMesh(BetaMesh beta);
-
 }  // namespace betamesh

@@ -2,6 +2,7 @@
 
 #include "core/carried_attributes.h"
 #include "core/error.h"
+#include "core/mesh_edges.h"
 #include "core/parallel.h"
 #include "exact/droplets.h"
 #include "exact/near_surface.h"
@@ -212,7 +213,7 @@ void count(const NearSurface& near, const Structure& structure, SkinReport& repo
     report.double_sided_triangles = doubleSidedTriangles(boundary);
     report.degenerate_edges = boundary.circle.size();
     report.isolated_particles = boundary.bare.size();
-    report.alpha_vertices = ballsOfTriangles(boundary).size();
+    report.alpha_vertices = verticesOf(boundary.triangle, boundary.position.size()).size();
     report.perturbation_retries = structure.retries;
 }
 
