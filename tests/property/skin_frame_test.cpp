@@ -7,7 +7,9 @@
 #include "core/moving.h"
 #include "core/parallel.h"
 #include "measure/mesh_measure.h"
+#include "skin/ball_boundary.h"
 #include "skin/spacing.h"
+#include "skin/survivors.h"
 #include "support/clouds.h"
 #include "support/oracles.h"
 
@@ -18,6 +20,7 @@
 #include <numbers>
 #include <optional>
 #include <random>
+#include <set>
 
 namespace betamesh {
 
@@ -89,6 +92,25 @@ TEST(SkinFrame, TheAlphaMeshIsClosedForEveryCloud) {
         const SkinnedFrame frame = skinFrame(cloud.particles, params);
         EXPECT_EQ(measureMesh(frame.mesh).unpaired_edges, 0u);
         EXPECT_EQ(frame.mesh.triangles.size(), frame.report.alpha_triangles);
+    });
+}
+
+TEST(SkinFrame, TheAlphaMeshIsThatOfTheBoundaryWithAllItsArcs) {
+    forEveryCloud(500, [](const Cloud& cloud) {
+        SkinParams params = withRadius(cloud.radius);
+        params.surface = SurfaceKind::alpha;
+        const SkinnedFrame frame = skinFrame(cloud.particles, params);
+        const SnappedParticles snapped = snapParticles(cloud.particles, cloud.radius);
+        const BallBoundary boundary = ballBoundary(snapped, survivors(snapped));
+        ASSERT_EQ(frame.mesh.triangles.size(), boundary.triangle.size());
+        std::set<std::uint32_t> used;
+        for (std::size_t t = 0; t < boundary.triangle.size(); ++t)
+            for (std::size_t m = 0; m < 3; ++m) {
+                used.insert(boundary.triangle[t][m]);
+                EXPECT_EQ(frame.mesh.position[frame.mesh.triangles[t][m]], boundary.centre(boundary.triangle[t][m]));
+            }
+        EXPECT_EQ(frame.mesh.position.size(), used.size());
+        EXPECT_EQ(frame.report.alpha_vertices, used.size());
     });
 }
 
