@@ -142,8 +142,8 @@ private:
     void touch(std::size_t first, std::size_t end) {
         for (std::size_t page = first; page < end && !are_small_; page += kHugePage) {
             const bool is_dear = timeOfTouching(begin_ + page) > as_many_small_;
-            dear_in_a_row_ = is_dear ? dear_in_a_row_ + 1 : 0;
-            if (dear_in_a_row_ < kDearInARow || are_small_.exchange(true)) continue;
+            const int in_a_row = is_dear ? ++dear_in_a_row_ : (dear_in_a_row_ = 0);
+            if (in_a_row < kDearInARow || are_small_.exchange(true)) continue;
             const std::size_t next = page + kHugePage;
             ::madvise(begin_ + next, size_ - next, MADV_NOHUGEPAGE);
         }

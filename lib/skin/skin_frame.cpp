@@ -3,7 +3,6 @@
 #include "core/carried_attributes.h"
 #include "core/error.h"
 #include "core/mesh_edges.h"
-#include "core/parallel.h"
 #include "exact/droplets.h"
 #include "exact/near_surface.h"
 #include "skin/alpha_mesh.h"
