@@ -5,6 +5,7 @@
 #include "exact/predicates.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <numeric>
 #include <optional>
@@ -70,11 +71,10 @@ struct Pass {
     std::uint32_t next = kNone;   // pass; kNone where the whole loop is this one location
 };
 
-// A triangle of locations, and of the points that its corners stand for. A side runs from one corner to the next; its
-// twin runs back.
+// A triangle of locations, and of the points that its corners stand for. A side runs from one corner to the next; what
+// is beyond it is its twin, which runs back, or the pass at its tail, where it is a loop's.
 struct Facet {
-    Triangle location, id, twin{kNone, kNone, kNone};
-    Triangle pass{kNone, kNone, kNone};  // at the tails of sides that are a loop's
+    Triangle location, id{kNone, kNone, kNone}, beyond{kNone, kNone, kNone};
 };
 
 // Sides by number.
@@ -83,6 +83,13 @@ constexpr std::uint32_t facetOf(std::uint32_t side) { return side >> 2; }
 constexpr std::uint32_t cornerOf(std::uint32_t side) { return side & 3; }
 constexpr std::uint32_t nextCorner(std::uint32_t corner) { return corner == 2 ? 0 : corner + 1; }
 
+// What is beyond a side, in one number: kNone, a side, or from kLoop on a pass.
+constexpr std::uint32_t kLoop = std::uint32_t{1} << 31;
+constexpr bool isSide(std::uint32_t beyond) { return beyond < kLoop; }
+constexpr std::uint32_t passOf(std::uint32_t beyond) {
+    return beyond == kNone || isSide(beyond) ? kNone : beyond - kLoop;
+}
+
 // Where a location's points part the two facets on an edge: the chain of points that fills the gap, from the
 // facet that has the edge location -> other to the one that has it backwards.
 struct Gap {
@@ -90,44 +97,46 @@ struct Gap {
     std::vector<std::uint32_t> chain;
 };
 
-// Edges between locations. Each has a short list, of those to larger ones.
-class EdgeMap {
+// What lies on the left of the ways from one location to another: a side or, where that is outside a loop, a pass. A
+// hash table with open addressing.
+class LeftOfWays {
 public:
-    // What an edge is from one end to the other.
-    struct Way {
-        std::uint32_t side = kNone;  // of the facet on its left
-        std::uint32_t pass = kNone;  // at its tail, where it is a loop's
-        std::uint32_t gap = kNone;   // at its tail
-    };
-    struct Ways {
-        Way &there, &back;
-    };
-
-    void clear(std::size_t locations) {
-        head_.assign(locations, kNone);
-        edge_.clear();
+    // For at most so many ways.
+    void clear(std::size_t ways) {
+        const std::size_t slots = std::bit_ceil(2 * ways + 2);
+        shift_ = 64 - std::countr_zero(slots);
+        way_.assign(slots, kFree);
+        left_.resize(slots);
     }
-    /// Of the edge there is, or a new one.
-    Ways at(std::uint32_t from, std::uint32_t to) {
-        const auto [least, other] = std::minmax(from, to);
-        std::uint32_t e = head_[least];
-        while (e != kNone && edge_[e].to != other) e = edge_[e].next;
-        if (e == kNone) {
-            e = static_cast<std::uint32_t>(edge_.size());
-            edge_.push_back({other, std::exchange(head_[least], e), {}, {}});
-        }
-        Edge& edge = edge_[e];
-        return from > to ? Ways{edge.down, edge.up} : from < to ? Ways{edge.up, edge.down} : Ways{edge.up, edge.up};
+    // kNone where there is nothing yet.
+    std::uint32_t at(std::uint32_t from, std::uint32_t to) const {
+        const std::size_t slot = slotOf(from, to);
+        return way_[slot] == kFree ? kNone : left_[slot];
+    }
+    // False where there is something already.
+    bool put(std::uint32_t from, std::uint32_t to, std::uint32_t left) {
+        const std::size_t slot = slotOf(from, to);
+        if (way_[slot] != kFree) return false;
+        way_[slot] = wayOf(from, to);
+        left_[slot] = left;
+        return true;
     }
 
 private:
-    struct Edge {
-        std::uint32_t to, next;
-        Way up, down;  // to the larger location, and back
-    };
+    static constexpr std::uint64_t kFree = ~std::uint64_t{0};
+    static std::uint64_t wayOf(std::uint32_t from, std::uint32_t to) { return std::uint64_t{from} << 32 | to; }
+    // Its own, or where it would be.
+    std::size_t slotOf(std::uint32_t from, std::uint32_t to) const {
+        constexpr std::uint64_t kSpread = 0x9E3779B97F4A7C15;  // 2^64 in the golden ratio
+        const std::uint64_t way = wayOf(from, to);
+        std::size_t slot = (way ^ way >> 29) * kSpread >> shift_;
+        while (way_[slot] != kFree && way_[slot] != way) slot = slot + 1 < way_.size() ? slot + 1 : 0;
+        return slot;
+    }
 
-    std::vector<std::uint32_t> head_;
-    std::vector<Edge> edge_;
+    int shift_ = 63;
+    std::vector<std::uint64_t> way_;
+    std::vector<std::uint32_t> left_;
 };
 
 // A plane through three points, and on which side of it a fourth is: quick where rounding cannot matter.
@@ -271,32 +280,24 @@ public:
         contraction_ = contraction;
         out.triangles.clear();
         out.new_point.clear();
+        out.across.clear();
         passes_.clear();
         pass_id_.clear();
         facets_.clear();
         gaps_.clear();
+        passages_.clear();
         open_.clear();
         contract();
-        edges_.clear(location_.size());
+        left_.clear(3 * mostFacets() + loops.circles.size());
         if (!makePasses(out) || (with_likely_facets && !takeLikelyFacets())) return false;
         listCandidates();
-        if (!wrapAll() || !nameCorners()) return false;
-        first_facet_ = static_cast<std::uint32_t>(out.triangles.size());
-        for (const Facet& f : facets_) out.triangles.push_back(f.id);
+        if (!wrapAll()) return false;
+        const auto facet_begin = static_cast<std::uint32_t>(out.triangles.size());
+        if (contracted_ ? !nameCorners() : !haveOneFanEach()) return false;
+        for (const Facet& f : facets_) out.triangles.push_back(contracted_ ? f.id : f.location);
         fillGaps(out);
+        listAcross(facet_begin, out);
         return true;
-    }
-
-    std::uint32_t across(const LoopFilling& filling, std::uint32_t triangle, std::size_t k) const {
-        if (triangle < first_facet_ || triangle - first_facet_ >= facets_.size()) return kNoTriangle;
-        const std::uint32_t twin = facets_[triangle - first_facet_].twin[k];
-        if (twin == kNone) return kNoTriangle;
-        const std::uint32_t other = first_facet_ + facetOf(twin);
-        if (!contracted_) return other;
-        const Triangle &t = filling.triangles[triangle], &o = filling.triangles[other];
-        for (std::size_t m = 0; m < 3; ++m)
-            if (o[m] == t[(k + 1) % 3] && o[(m + 1) % 3] == t[k]) return other;
-        return kNoTriangle;
     }
 
 private:
@@ -312,7 +313,6 @@ private:
         location_of_.resize(n);
         std::iota(location_of_.begin(), location_of_.end(), 0U);
         location_ = loops_->point;
-        point_at_ = location_of_;
         contracted_ = false;
         for (std::size_t a = 0; a < in_loops && !contracted_; ++a)
             contracted_ = countNear(point_place_, a + 1, point_place_.at(a), static_cast<double>(contraction_)) > 0;
@@ -391,9 +391,7 @@ private:
         for (std::uint32_t p = 0; p < passes_.size(); ++p) {
             if (passes_[p].next == kNone) continue;
             const std::uint32_t a = passes_[p].location, b = passes_[passes_[p].next].location;
-            const auto [there, back] = edges_.at(a, b);
-            if (there.pass != kNone || back.pass != kNone) return false;
-            there.pass = p;
+            if (left_.at(a, b) != kNone || !left_.put(b, a, kLoop + p)) return false;
         }
         return true;
     }
@@ -421,7 +419,7 @@ private:
         }
         for (std::uint32_t f = 0; f < facets_.size(); ++f)
             for (std::uint32_t m = 0; m < 3; ++m)
-                if (facets_[f].twin[m] == kNone) open_.push_back(sideOf(f, m));
+                if (facets_[f].beyond[m] == kNone) open_.push_back(sideOf(f, m));
         return true;
     }
 
@@ -495,20 +493,17 @@ private:
     std::uint32_t headOf(std::uint32_t side) const {
         return facets_[facetOf(side)].location[nextCorner(cornerOf(side))];
     }
+    std::size_t mostFacets() const { return 2 * location_.size() + 4; }
     bool addFacet(std::uint32_t a, std::uint32_t b, std::uint32_t c) {
+        if (facets_.size() == mostFacets()) return false;
         const auto f = static_cast<std::uint32_t>(facets_.size());
         Facet& facet = facets_.emplace_back();
         facet.location = {a, b, c};
-        facet.id = {kNone, kNone, kNone};
         for (std::uint32_t m = 0; m < 3; ++m) {
             const std::uint32_t from = facet.location[m], to = facet.location[nextCorner(m)];
-            const auto [there, back] = edges_.at(from, to);
-            if (there.side != kNone || back.pass != kNone) return false;
-            there.side = sideOf(f, m);
-            facet.pass[m] = there.pass;
-            if (back.side == kNone) continue;
-            facet.twin[m] = back.side;
-            facets_[facetOf(back.side)].twin[cornerOf(back.side)] = sideOf(f, m);
+            if (from == to || !left_.put(from, to, sideOf(f, m))) return false;
+            const std::uint32_t beyond = facet.beyond[m] = left_.at(to, from);
+            if (isSide(beyond)) facets_[facetOf(beyond)].beyond[cornerOf(beyond)] = sideOf(f, m);
         }
         return true;
     }
@@ -520,9 +515,9 @@ private:
         return closeWith(from, to, apex != kNone ? apex : wrap(from, to, kNone));
     }
     bool closeWith(std::uint32_t from, std::uint32_t to, std::uint32_t apex) {
-        if (apex == kNone || !addFacet(from, to, apex) || facets_.size() > 2 * location_.size() + 4) return false;
+        if (apex == kNone || !addFacet(from, to, apex)) return false;
         for (const std::uint32_t m : {1U, 2U})
-            if (facets_.back().twin[m] == kNone && facets_.back().pass[m] == kNone)
+            if (facets_.back().beyond[m] == kNone)
                 open_.push_back(sideOf(static_cast<std::uint32_t>(facets_.size() - 1), m));
         return true;
     }
@@ -530,7 +525,7 @@ private:
         while (!open_.empty()) {
             const std::uint32_t side = open_.back();
             open_.pop_back();
-            if (facets_[facetOf(side)].twin[cornerOf(side)] == kNone && !wrapBeyond(side)) return false;
+            if (facets_[facetOf(side)].beyond[cornerOf(side)] == kNone && !wrapBeyond(side)) return false;
         }
         return true;
     }
@@ -542,7 +537,7 @@ private:
             if (pass.next == kNone) continue;
             any_edge = true;
             const std::uint32_t a = pass.location, b = passes_[pass.next].location;
-            if (edges_.at(a, b).there.side != kNone) continue;
+            if (left_.at(a, b) != kNone) continue;
             if (!wrapAt(a, b, loops_->circles[idsOf(pass).back()][1]) || !closeAll()) return false;
         }
         if (any_edge || passes_.empty()) return true;
@@ -560,39 +555,50 @@ private:
         return closeAll();
     }
 
+    // Do the facets round each location follow one another, from the loop edge that arrives there to the one that
+    // leaves, or all round?
+    bool haveOneFanEach() {
+        round_.assign(location_.size(), {});
+        for (std::uint32_t f = 0; f < facets_.size(); ++f)
+            for (std::uint32_t m = 0; m < 3; ++m) {
+                Round& round = round_[facets_[f].location[nextCorner(m)]];
+                ++round.facets;
+                if (round.first == kNone || passOf(facets_[f].beyond[m]) != kNone) round.first = sideOf(f, m);
+            }
+        for (std::uint32_t v = 0; v < location_.size(); ++v) {
+            const auto [facets, first] = round_[v];
+            std::uint32_t side = first, passed = 0;
+            for (bool again = isSide(side); again; again = isSide(side) && side != first) {
+                side = facets_[facetOf(side)].beyond[nextCorner(cornerOf(side))];
+                ++passed;
+            }
+            const std::uint32_t end = pass_at_[v] == kNone ? first : kLoop + pass_at_[v];
+            if (passed != facets || side != end) return false;
+        }
+        return true;
+    }
+
     // The facets round the head of a side, from the one that it belongs to: how many, and the pass of the loop edge
     // behind which they end, kNone where they go all round.
     struct Fan {
         std::uint32_t pass;
         std::size_t facets;
     };
-    // Calls visit(facet, its corner at the head) for each of them.
-    template <typename Visit>
-    std::optional<Fan> walkRound(std::uint32_t side, const Visit& visit) {
-        if (side == kNone) return std::nullopt;
-        const std::uint32_t first = tailOf(side);
-        for (std::size_t facets = 1; side != kNone && facets <= facets_.size() + 1; ++facets) {
-            Facet& facet = facets_[facetOf(side)];
-            const std::uint32_t m = nextCorner(cornerOf(side));
-            visit(facet, m);
-            if (facet.pass[m] != kNone || facet.location[nextCorner(m)] == first) return Fan{facet.pass[m], facets};
-            side = facet.twin[m];
-        }
-        return std::nullopt;
-    }
-    // All of the corners there stand for one point.
-    std::optional<Fan> nameFan(std::uint32_t side, std::uint32_t id) {
-        return walkRound(side, [&](Facet& facet, std::uint32_t m) { facet.id[m] = id; });
-    }
-    // rim_ is the rim of the fan, from the side's tail on, fan_ are the facets' corners at its middle.
+    // rim_ becomes the rim of the fan, from the side's tail on, fan_ the facets' corners at its middle.
     std::optional<Fan> listFan(std::uint32_t side) {
         rim_.clear();
         fan_.clear();
-        if (side != kNone) rim_.push_back(tailOf(side));
-        return walkRound(side, [&](Facet& facet, std::uint32_t m) {
+        if (side == kNone) return std::nullopt;
+        rim_.push_back(tailOf(side));
+        while (isSide(side) && fan_.size() <= facets_.size()) {
+            Facet& facet = facets_[facetOf(side)];
+            const std::uint32_t m = nextCorner(cornerOf(side));
             fan_.push_back(&facet.id[m]);
             rim_.push_back(facet.location[nextCorner(m)]);
-        });
+            side = facet.beyond[m];
+            if (passOf(side) != kNone || rim_.back() == rim_.front()) return Fan{passOf(side), fan_.size()};
+        }
+        return std::nullopt;
     }
 
     // Gives each corner of each facet the point it stands for, one fan at a time.
@@ -605,15 +611,12 @@ private:
         for (std::uint32_t p = 0; p < passes_.size(); ++p) {
             const Pass& pass = passes_[p];
             if (pass.next == kNone) continue;
-            const std::uint32_t arriving = edges_.at(passes_[before_pass_[p]].location, pass.location).there.side;
-            std::optional<Fan> fan;
-            if (pass.ids == 1) fan = nameFan(arriving, idsOf(pass).front());
-            const bool is_plain = fan && fan->pass == p;
-            if (!is_plain) fan = listFan(arriving);
+            const std::uint32_t arriving = left_.at(passes_[before_pass_[p]].location, pass.location);
+            const auto fan = listFan(arriving);
             if (!fan || fan->pass == kNone || arriving_for_[fan->pass] != kNone) return false;
             arriving_for_[fan->pass] = p;
             named += fan->facets;
-            if (!is_plain) nameOpenFan(pass, passes_[fan->pass]);
+            nameOpenFan(pass, passes_[fan->pass]);
         }
         joinPasses();
         done_.assign(location_.size(), 0);
@@ -625,10 +628,10 @@ private:
                 if (pass != kNone && passes_[pass].next != kNone) return false;  // a loop's point has one fan only
                 if (done_[at]) return false;
                 done_[at] = 1;
-                const auto fan = pass == kNone ? nameFan(side, point_at_[at]) : listFan(side);
+                const auto fan = listFan(side);
                 if (!fan || fan->pass != kNone) return false;
                 named += fan->facets;
-                if (pass != kNone) nameClosedFan(at, idsOf(passes_[pass]));
+                nameClosedFan(at, pass == kNone ? std::span(&point_at_[at], 1) : idsOf(passes_[pass]));
             }
         for (const Pass& pass : passes_)
             if (pass.next == kNone && !done_[pass.location]) return false;
@@ -648,7 +651,6 @@ private:
     // Where loops come so close that their points share a location, the surface between them runs through it. What is
     // in the middle of such a passage is a polygon of all the points there.
     void joinPasses() {
-        passages_.clear();
         done_.assign(passes_.size(), 0);
         for (std::uint32_t p = 0; p < passes_.size(); ++p) {
             if (done_[p] || arriving_for_[p] == kNone || arriving_for_[p] == p) continue;
@@ -672,24 +674,41 @@ private:
         gaps_.push_back({at, rim_[0], back});
     }
 
+    // facet_begin: where the facets begin among the triangles of the filling.
+    void listAcross(std::uint32_t facet_begin, LoopFilling& out) const {
+        out.across.assign(out.triangles.size(), {kNoTriangle, kNoTriangle, kNoTriangle});
+        for (std::uint32_t f = 0; f < facets_.size(); ++f)
+            for (std::uint32_t m = 0; m < 3; ++m) {
+                const std::uint32_t beyond = facets_[f].beyond[m];
+                const bool meet = isSide(beyond) && (!contracted_ || haveSameEnds(sideOf(f, m), beyond));
+                out.across[facet_begin + f][m] = meet ? facet_begin + facetOf(beyond) : kNoTriangle;
+            }
+    }
+    // Of points, not only of locations.
+    bool haveSameEnds(std::uint32_t side, std::uint32_t twin) const {
+        const Triangle &here = facets_[facetOf(side)].id, &there = facets_[facetOf(twin)].id;
+        return here[cornerOf(side)] == there[nextCorner(cornerOf(twin))] &&
+               here[nextCorner(cornerOf(side))] == there[cornerOf(twin)];
+    }
+
     // A gap's chain p1 … pm is joined to the chain y1 … yn at the other end of the edge, mostly one point.
     void fillGaps(LoopFilling& out) {
         for (const std::vector<std::uint32_t>& ring : passages_)
             for (std::size_t k = 1; k + 1 < ring.size(); ++k) out.triangles.push_back({ring[0], ring[k], ring[k + 1]});
-        if (gaps_.empty()) return;
-        for (std::uint32_t g = 0; g < gaps_.size(); ++g)
-            if (EdgeMap::Way& edge = edges_.at(gaps_[g].location, gaps_[g].other).there; edge.gap == kNone)
-                edge.gap = g;
-        for (std::uint32_t g = 0; g < gaps_.size(); ++g) {
+        const auto gapOf = [&](std::uint32_t location, std::uint32_t other) {
+            const auto is = [&](const Gap& gap) { return gap.location == location && gap.other == other; };
+            return static_cast<std::size_t>(std::find_if(gaps_.begin(), gaps_.end(), is) - gaps_.begin());
+        };
+        for (std::size_t g = 0; g < gaps_.size(); ++g) {
             const Gap& gap = gaps_[g];
-            const auto [there, back] = edges_.at(gap.location, gap.other);
-            const std::uint32_t opposite = back.gap;
-            if (opposite != kNone && opposite < g) continue;
+            const std::size_t opposite = gapOf(gap.other, gap.location);
+            if (opposite < g) continue;
             std::vector<std::uint32_t> other;
-            if (opposite != kNone) {
+            if (opposite < gaps_.size()) {
                 other = gaps_[opposite].chain;
             } else {
-                other = {facets_[facetOf(there.side)].id[nextCorner(cornerOf(there.side))]};
+                const std::uint32_t side = left_.at(gap.location, gap.other);
+                other = {facets_[facetOf(side)].id[nextCorner(cornerOf(side))]};
             }
             for (std::size_t s = 0; s + 1 < gap.chain.size(); ++s)
                 out.triangles.push_back({gap.chain[s], gap.chain[s + 1], other.back()});
@@ -703,19 +722,22 @@ private:
     bool contracted_ = false;
     std::vector<std::uint32_t> location_of_;  // of each point
     std::vector<Vec3i> location_;
-    std::vector<std::uint32_t> point_at_;  // the first point of each location
+    std::vector<std::uint32_t> point_at_;  // the first point of each location, where some have several
     std::vector<std::vector<std::uint32_t>> circles_at_;
     std::vector<std::uint32_t> pass_at_, before_pass_, pass_id_;
     std::vector<Pass> passes_;
-    EdgeMap edges_;
+    LeftOfWays left_;
     std::vector<std::uint8_t> closed_, done_;
     std::vector<std::uint32_t> candidates_, candidate_at_, rim_;  // locations; of each of these, where it is among them
     Places point_place_, candidate_place_;
     RoughPlaces rough_place_;  // of candidates
+    struct Round {
+        std::uint32_t facets = 0, first = kNone;  // the side that a fan begins with, at its head
+    };
+    std::vector<Round> round_;  // each location, where none has several points
     std::vector<std::uint32_t*> fan_;
     std::vector<std::uint32_t> open_;  // sides without a twin, which need one
     std::vector<Facet> facets_;
-    std::uint32_t first_facet_ = 0;  // among the triangles of the filling
     std::vector<Gap> gaps_;
     std::vector<std::uint32_t> arriving_for_;  // of each pass: that whose fan ends where it leaves
     std::vector<std::vector<std::uint32_t>> passages_;
@@ -729,10 +751,6 @@ bool HullFiller::fill(const LoopsOnSphere& loops, LoopFilling& filling) {
     for (std::int64_t contraction = kContraction; contraction <= kLargestContraction; contraction *= 4)
         if (work_->run(loops, false, contraction, filling)) return true;
     return false;
-}
-
-std::uint32_t HullFiller::across(const LoopFilling& filling, std::uint32_t triangle, std::size_t k) const {
-    return work_->across(filling, triangle, k);
 }
 
 LoopFilling fillWithFan(const LoopsOnSphere& loops, std::uint32_t first_loop, std::uint32_t last_loop) {

@@ -29,6 +29,9 @@ struct LoopsOnSphere {
 struct LoopFilling {
     std::vector<Triangle> triangles;
     std::vector<Vec3i> new_point;
+    /// Of a hull's triangles, the others beyond their sides, from each corner to the next one; kNoTriangle beyond a
+    /// loop, and where slivers tell points apart that coincide.
+    std::vector<Triangle> across;
 };
 
 /// Fills loops, one set after another, in memory that it keeps.
@@ -51,10 +54,6 @@ public:
     /// cost    O(n · triangles), without those of likely facets
     /// source  gift wrapping: Chand & Kapur 1970; exact orientation, ties by lexicographic lifting
     bool fill(const LoopsOnSphere& loops, LoopFilling& filling);
-
-    /// Of the last filling: which of its triangles lies beyond the side from corner k of this one to the next corner;
-    /// kNoTriangle beyond a loop, and where slivers tell points apart that coincide.
-    std::uint32_t across(const LoopFilling& filling, std::uint32_t triangle, std::size_t k) const;
 
 private:
     class Work;

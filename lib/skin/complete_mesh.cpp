@@ -330,6 +330,7 @@ struct Ball {
     const BallLoops& loops;
     const ArcNetwork& network;
     const std::vector<std::uint32_t>& face_point;  // those that sink come last
+    std::size_t first_sinking;                     // of them
     const std::vector<Vec3>& on_grid;              // all of them, rounded, in the hull's units
     const Placement& placement;
     Moving centre;
@@ -338,11 +339,6 @@ struct Ball {
 
     std::size_t inLoops() const { return loops.network_point.size(); }
     std::size_t given() const { return loops.loops.point.size(); }
-    std::size_t firstSinking() const {
-        std::size_t first = face_point.size();
-        while (first > 0 && placement.sinks(face_point[first - 1])) --first;
-        return first;
-    }
     // Seen from the centre, in radii.
     Moving vertexAt(std::uint32_t face_point_row) const { return centre + placement.at(face_point_row, spin) * radius; }
     // In radii, seen from the centre.
@@ -355,14 +351,9 @@ struct Ball {
 // Adds the filling of a ball's loops to a part.
 class FillingAdder {
 public:
-    struct Ring {  // what is next to a point, the first of it
-        std::size_t size = 0;
-        std::array<std::uint32_t, kLongestRing> point;
-    };
     // Room for what one ball needs after another.
     struct Room {
-        std::vector<std::uint32_t> place;
-        std::vector<Ring> rings;
+        std::vector<std::uint32_t> number, first, ring;
         std::vector<TurningEdge> edges;
     };
 
@@ -371,57 +362,49 @@ public:
           filling_(filling),
           part_(part),
           first_triangle_(part.triangles.size()),
-          place_(room.place),
-          rings_(room.rings),
+          number_(room.number),
+          first_(room.first),
+          ring_(room.ring),
           edges_(room.edges) {
-        place_.assign(ball.given() + filling.new_point.size() - ball.inLoops(), kUnplaced);
+        number_ = ball.loops.network_point;
+        number_.resize(ball.given() + filling.new_point.size(), kUnused);
         for (const auto& [a, b, c] : filling.triangles) part.triangles.push_back({number(a), number(b), number(c)});
     }
 
     // Sinking points are held to what is beneath them.
     void holdSinking() {
-        const std::size_t in_loops = ball_.inLoops(), first = ball_.firstSinking(), count = ball_.face_point.size();
-        if (ball_.given() == in_loops || first == count) return;
-        rings_.assign(count - first, {});
-        for (const Triangle& t : filling_.triangles)
-            for (const std::uint32_t v : t) {
-                if (v < in_loops + first || v >= ball_.given()) continue;
-                Ring& ring = rings_[v - in_loops - first];
-                for (const std::uint32_t other : t)
-                    if (other != v && other < ball_.given()) {
-                        const auto last = ring.point.begin() + std::min(ring.size, kLongestRing);
-                        if (std::find(ring.point.begin(), last, other) != last) continue;
-                        if (ring.size < kLongestRing) *last = other;
-                        ++ring.size;
-                    }
-            }
-        for (std::size_t i = first; i < count; ++i) {
-            const auto v = static_cast<std::uint32_t>(in_loops + i);
-            const Ring& ring = rings_[i - first];
-            if (place_[i] == kUnplaced || ring.size > kLongestRing) continue;
+        const std::size_t count = ball_.face_point.size();
+        if (ball_.given() == ball_.inLoops() || ball_.first_sinking == count) return;
+        first_.resize(ball_.given() + filling_.new_point.size());
+        for (std::uint32_t f = 0; f < filling_.triangles.size(); ++f)
+            for (const std::uint32_t v : filling_.triangles[f]) first_[v] = f;
+        for (std::size_t i = ball_.first_sinking; i < count; ++i) {
+            const auto v = static_cast<std::uint32_t>(ball_.inLoops() + i);
+            if (number_[v] == kUnused) continue;
+            listRing(v);
+            if (ring_.size() > kLongestRing) continue;
             const Vec3& here = ball_.on_grid[v];
-            const auto around = std::span(ring.point).first(ring.size);
-            if (isFarAbove(here, ball_.placement.freeHeight(), around, ball_.on_grid)) continue;
-            const auto facet = facetBeneath(here, around, ball_.on_grid);
+            if (isFarAbove(here, ball_.placement.freeHeight(), ring_, ball_.on_grid)) continue;
+            const auto facet = facetBeneath(here, ring_, ball_.on_grid);
             if (!facet) continue;
             const auto& [a, b, c] = *facet;
             const Beneath beneath(ball_.at(v), {ball_.at(a), ball_.at(b), ball_.at(c)});
             const Rate share = ball_.placement.shareOf(ball_.face_point[i], beneath.height);
             if (share.value >= 1) continue;
-            RisingVertex rising{place_[i],
+            RisingVertex rising{number_[v],
                                 {a, b, c, c},
                                 {beneath.weight[0], beneath.weight[1], beneath.weight[2], 0},
                                 share,
                                 ball_.vertexAt(ball_.face_point[i])};
-            splitTurningBeneath(around, rising);
-            for (std::uint32_t& corner : rising.from) corner = number(corner);
+            splitTurningBeneath(ring_, rising);
+            for (std::uint32_t& corner : rising.from) corner = number_[corner];
             part_.rising.push_back(rising);
         }
     }
 
     // Gives the edges of a hull that are about to turn a vertex each.
-    void splitTurning(const HullFiller& hull) {
-        const std::size_t fixed_from = ball_.inLoops(), fixed_to = fixed_from + ball_.firstSinking();
+    void splitTurning() {
+        const std::size_t fixed_from = ball_.inLoops(), fixed_to = fixed_from + ball_.first_sinking;
         const std::size_t given = ball_.given();
         const double farthest = ball_.placement.turningDistance();
         // Points that do not sink are in directions that stay, and edges among them never turn.
@@ -435,7 +418,7 @@ public:
             if (stays(t)) continue;
             for (std::size_t k = 0; k < 3; ++k) {
                 const std::uint32_t a = t[k], b = t[(k + 1) % 3], c = t[(k + 2) % 3];
-                const std::uint32_t beyond = hull.across(filling_, f, k);
+                const std::uint32_t beyond = filling_.across[f][k];
                 if (beyond == kNoTriangle) continue;
                 const Triangle& u = filling_.triangles[beyond];
                 if (beyond < f && !stays(u)) continue;  // seen from there
@@ -444,7 +427,7 @@ public:
                     continue;
                 auto edge = turningEdge({ball_.at(a), ball_.at(b), ball_.at(c), ball_.at(d)}, farthest);
                 if (!edge) continue;
-                edge->corner = {number(a), number(b), number(c), number(d)};
+                edge->corner = {number_[a], number_[b], number_[c], number_[d]};
                 edge->triangle = {f, beyond};
                 edges_.push_back(*edge);
             }
@@ -460,7 +443,31 @@ public:
     }
 
 private:
-    static constexpr std::uint32_t kUnplaced = ~std::uint32_t{0};
+    static constexpr std::uint32_t kUnused = ~std::uint32_t{0};
+
+    // What is next to a point inside, as triangles follow one another round it; where slivers interrupt these, both
+    // ways as far as there.
+    void listRing(std::uint32_t v) {
+        ring_.clear();
+        const auto add = [&](std::uint32_t other) {
+            if (other < ball_.given()) ring_.push_back(other);
+        };
+        const auto cornerAt = [&](const Triangle& t) { return t[0] == v ? 0U : t[1] == v ? 1U : 2U; };
+        std::uint32_t f = first_[v], last = f;
+        while (f != kNoTriangle) {
+            const Triangle& t = filling_.triangles[last = f];
+            const std::size_t k = cornerAt(t);
+            add(t[(k + 1) % 3]);
+            f = filling_.across[f][(k + 2) % 3];
+            if (f == first_[v]) return;
+        }
+        add(filling_.triangles[last][(cornerAt(filling_.triangles[last]) + 2) % 3]);
+        for (f = first_[v];;) {
+            f = filling_.across[f][cornerAt(filling_.triangles[f])];
+            if (f == kNoTriangle) return;
+            add(filling_.triangles[f][(cornerAt(filling_.triangles[f]) + 1) % 3]);
+        }
+    }
 
     // Where an edge of the facet beneath a point is about to turn, the point is held to the vertex there, too: to the
     // facet's three corners and the one beyond the edge.
@@ -489,29 +496,27 @@ private:
 
     // In the network, or from kNew on; of a point used for the first time a new one.
     std::uint32_t number(std::uint32_t v) {
-        const std::size_t in_loops = ball_.inLoops();
-        if (v < in_loops) return ball_.loops.network_point[v];
-        std::uint32_t& place = place_[v - in_loops];
-        if (place == kUnplaced) {
-            place = kNew + static_cast<std::uint32_t>(part_.point.size());
-            if (v < ball_.given()) {
-                const std::uint32_t p = ball_.face_point[v - in_loops];
-                part_.point.push_back(p);
-                part_.swelling += ball_.placement.swells(p);
-            } else {
-                const Vec3 direction = toDouble(filling_.new_point[v - ball_.given()]).normalized();
-                part_.add({{ball_.centre.position + direction * ball_.radius, ball_.centre.velocity}, Rate(0)});
-            }
+        std::uint32_t& number = number_[v];
+        if (number != kUnused) return number;
+        number = kNew + static_cast<std::uint32_t>(part_.point.size());
+        if (v < ball_.given()) {
+            const std::uint32_t p = ball_.face_point[v - ball_.inLoops()];
+            part_.point.push_back(p);
+            part_.swelling += ball_.placement.swells(p);
+        } else {
+            const Vec3 direction = toDouble(filling_.new_point[v - ball_.given()]).normalized();
+            part_.add({{ball_.centre.position + direction * ball_.radius, ball_.centre.velocity}, Rate(0)});
         }
-        return place;
+        return number;
     }
 
     const Ball& ball_;
     const LoopFilling& filling_;
     Part& part_;
     std::size_t first_triangle_;
-    std::vector<std::uint32_t>& place_;  // of face points and new ones
-    std::vector<Ring>& rings_;
+    std::vector<std::uint32_t>& number_;  // of points
+    std::vector<std::uint32_t>& first_;   // of points inside: a triangle
+    std::vector<std::uint32_t>& ring_;
     std::vector<TurningEdge>& edges_;
 };
 
@@ -555,10 +560,10 @@ BetaMesh completeTessellation(const BallBoundary& boundary, const std::vector<Mo
                 }
             on_grid.resize(loops.point.size());
             std::transform(loops.point.begin(), loops.point.end(), on_grid.begin(), toDouble);
-            const Ball ball{ball_loops, network,  face_point, on_grid,
+            const Ball ball{ball_loops, network,  face_point, direction.size(),      on_grid,
                             placement,  balls[b], spins[b],   boundary.worldRadius()};
             if (in_loops == 0 && loops.perhaps_above.empty()) {  // a bare sphere
-                FillingAdder(ball, {points.directions.triangles, {}}, parts[task], room);
+                FillingAdder(ball, {points.directions.triangles, {}, {}}, parts[task], room);
                 continue;
             }
             direction_triangles.among(direction, place, [&](const Triangle& t) {
@@ -568,7 +573,7 @@ BetaMesh completeTessellation(const BallBoundary& boundary, const std::vector<Mo
                 FillingAdder adder(ball, filling, parts[task], room);
                 if (appearance != Appearance::gradual) continue;
                 adder.holdSinking();
-                adder.splitTurning(hull);
+                adder.splitTurning();
             } else {
                 loops.point.resize(in_loops);
                 const std::vector<std::uint32_t>& begin = ball_loops.face_begin;
