@@ -4,6 +4,7 @@
 #include "core/graph.h"
 #include "core/parallel.h"
 #include "core/union_find.h"
+#include "exact/exposed_region.h"
 
 #include <algorithm>
 #include <cmath>
@@ -16,7 +17,8 @@ namespace {
 
 constexpr double kMargin = 1e-9;  // radians: what is closer than this is left undecided, never guessed
 constexpr std::size_t kBallsPerTask = 256;
-constexpr int kDirections = 16;  // great circles tried from each place
+constexpr int kDirections = 16;      // great circles tried from each place
+constexpr std::size_t kCrowd = 256;  // neighbours among which few bound what is exposed
 
 // How many connected groups the neighbours' caps on one sphere form: exact signs.
 std::size_t capGroups(std::vector<Neighbour> neighbours, std::int64_t radius) {
@@ -183,13 +185,17 @@ void groupFaces(const SnappedParticles& particles, BallBoundary& boundary) {
     std::vector<std::uint32_t> group(cycles_of.item.size());
     parallelRanges(balls, kBallsPerTask, [&](std::size_t first_ball, std::size_t last_ball) {
         NeighbourFinder finder(particles);
+        ExposedRegion region(particles.radius);
         std::vector<Neighbour> neighbours;
         for (auto ball = static_cast<std::uint32_t>(first_ball); ball < last_ball; ++ball) {
             const auto cycles = cycles_of[ball];
             if (cycles.size() < 2) continue;
             UnionFind groups(cycles.size());
             finder.find(boundary.snapped_row[ball], neighbours);
-            const std::size_t faces = cycles.size() + 1 - capGroups(neighbours, particles.radius);
+            const bool crowd = neighbours.size() >= kCrowd;  // the caps of some cover as much as all
+            if (crowd) region.enclose(neighbours);
+            const std::size_t groups_of_caps = capGroups(crowd ? region.neighbours() : neighbours, particles.radius);
+            const std::size_t faces = cycles.size() + 1 - groups_of_caps;
             if (faces == 1)
                 for (std::uint32_t c = 1; c < cycles.size(); ++c) groups.join(0, c);
             else if (faces < cycles.size())

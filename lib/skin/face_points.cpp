@@ -64,6 +64,16 @@ std::pair<double, std::uint32_t> nearestCap(const Vec3& direction, const std::ve
     return nearest;
 }
 
+// Is this true of any? Goes through them in strides, as those next to each other in the list lie next to each other.
+template <typename Is>
+bool anyFromAllOver(std::span<const std::uint32_t> items, const Is& is) {
+    const auto stride = static_cast<std::size_t>(std::ceil(std::sqrt(static_cast<double>(items.size()))));
+    for (std::size_t first = 0; first < stride; ++first)
+        for (std::size_t k = first; k < items.size(); k += stride)
+            if (is(items[k])) return true;
+    return false;
+}
+
 // Of each ball, the others that are about to touch it, and would where no third one covers it.
 std::vector<std::vector<std::uint32_t>> nearlyTouching(const BallBoundary& boundary) {
     const double radius = static_cast<double>(boundary.radius), diameter = 2 * radius;
@@ -101,8 +111,7 @@ std::vector<std::vector<std::uint32_t>> nearlyTouching(const BallBoundary& bound
                 const auto hides = [&](std::uint32_t k) {
                     return (position[around[k]] - touching).length2() < covered;
                 };
-                if (std::none_of(hiding.begin(), hiding.begin() + static_cast<std::ptrdiff_t>(hide), hides))
-                    near[row].push_back(around[other]);
+                if (!anyFromAllOver(std::span(hiding).first(hide), hides)) near[row].push_back(around[other]);
             }
             std::sort(near[row].begin(), near[row].end());
         }

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <span>
+#include <utility>
 
 namespace betamesh {
 
@@ -58,9 +59,9 @@ struct SphereEquations {
     }
 };
 
-// The rigid motion of the particles round one, at an offset from it (in quanta).
-Vec3 rigidField(const Particles& particles, const SnappedParticles& snapped, std::uint32_t around, const Vec3& offset,
-                NeighbourFinder& finder, std::vector<Neighbour>& neighbours) {
+// The rigid motion of the particles round one, by offsets from it (in quanta).
+RigidMotionFit rigidMotion(const Particles& particles, const SnappedParticles& snapped, std::uint32_t around,
+                           NeighbourFinder& finder, std::vector<Neighbour>& neighbours) {
     const auto reach = 4 * static_cast<double>(snapped.radius) * static_cast<double>(snapped.radius);
     finder.find(around, neighbours);
     neighbours.push_back({Vec3(0, 0, 0), 0, around});
@@ -69,7 +70,7 @@ Vec3 rigidField(const Particles& particles, const SnappedParticles& snapped, std
         const double w = 1 - n.squared / (1.0001 * reach);
         fit.add(n.offset, Vec3(particles.velocity[snapped.row[n.particle]]), w * w);
     }
-    return fit.velocityAt(offset);
+    return fit;
 }
 
 }  // namespace
@@ -90,6 +91,8 @@ std::vector<Moving> movingVertices(const Particles& particles, const SnappedPart
     parallelRanges(vertices.size(), 1024, [&](std::size_t begin, std::size_t end) {
         NeighbourFinder finder(snapped);
         std::vector<Neighbour> neighbours;
+        RigidMotionFit motion;
+        std::uint32_t fitted = kHidden;  // the ball round which that was
         for (std::size_t v = begin; v < end; ++v) {
             vertices[v].position = boundary.vertex[v];
             if (particles.velocity.empty()) continue;
@@ -99,9 +102,10 @@ std::vector<Moving> movingVertices(const Particles& particles, const SnappedPart
                 vertices[v].velocity = spheres.solved();
                 continue;
             }
+            if (const std::uint32_t ball = t[0]; ball != std::exchange(fitted, ball))
+                motion = rigidMotion(particles, snapped, boundary.snapped_row[ball], finder, neighbours);
             const Vec3 offset = (boundary.vertex[v] - balls[t[0]].position) / boundary.quantum;
-            vertices[v].velocity =
-                spheres.damped(rigidField(particles, snapped, boundary.snapped_row[t[0]], offset, finder, neighbours));
+            vertices[v].velocity = spheres.damped(motion.velocityAt(offset));
         }
     });
     return vertices;
