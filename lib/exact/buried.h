@@ -26,13 +26,13 @@ inline PlaceInCell placeInCell(const Vec3i& from_corner, std::int64_t radius) {
 /// Finds particles whose whole sphere surely lies inside other balls, without looking at neighbours: in a grid of bits
 /// every ball sets the voxels (edge R/4) that lie wholly inside it, and a particle is buried where its sphere passes
 /// through set voxels only. Which voxels these are is read from tables made for a particle anywhere in a quarter of a
-/// voxel, so the answer is never wrong, only conservative; cells without particles count as not covered. What decides
-/// about a particle lies in its cell and the 26 round it.
+/// voxel, so the answer is never wrong, only conservative; cells without particles count as not covered, but beside
+/// crowds. What covers a particle's ball lies in its cell and the 26 round it.
 ///
 /// in      cells in order and the first of the particles of each, as in SnappedParticles, and where these lie
 /// out     for every particle whether it is buried, the same for those at the same place in a cell
 /// same    result for any thread count, instruction set and order of particles in a cell
-/// cost    O(n), some 40 ns a particle; 64 bytes a cell
+/// cost    O(n), some 40 ns a particle; 64 bytes a cell, and an empty one beside a crowd
 std::vector<std::uint8_t> buried(const std::vector<Vec3i>& cell, const std::vector<std::uint32_t>& cell_begin,
                                  const std::vector<PlaceInCell>& place);
 

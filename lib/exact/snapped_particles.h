@@ -156,7 +156,7 @@ public:
     void find(std::uint32_t particle, std::vector<Neighbour>& neighbours);
     /// Of a particle in a crowd all within R, a fifth of them; false where it is in none.
     bool findInCrowd(std::uint32_t particle, std::vector<Neighbour>& neighbours);
-    /// Likewise some hundreds of those, from all over, where there are thousands; false where there are not.
+    /// Likewise some hundreds of those, from all over, where there are a thousand and more; false where there are not.
     bool findSomeInCrowd(std::uint32_t particle, std::vector<Neighbour>& neighbours);
 
 private:
