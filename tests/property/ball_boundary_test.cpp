@@ -17,6 +17,7 @@
 
 #include <map>
 #include <numeric>
+#include <random>
 
 namespace betamesh {
 
@@ -330,6 +331,36 @@ TEST(Survivors, NoExposedParticleIsCulled) {
         EXPECT_EQ(fast.circle, slow.circle);
         EXPECT_EQ(fast.bare, slow.bare);
     });
+}
+
+TEST(BallFaces, WhatTwoCrowdsLeaveOfTheBallBetweenThemIsOneRing) {
+    std::mt19937 random(17);
+    std::uniform_real_distribution<float> apart(0, 0.02F);
+    Particles particles;
+    particles.position.emplace_back(0, 0, 0);
+    for (int i = 0; i < 400; ++i)
+        particles.position.emplace_back((i % 2 == 0 ? 1.8F : -1.8F) + apart(random), apart(random), apart(random));
+    const SnappedParticles snapped = snapParticles(particles, 1.5);
+    BallBoundary boundary = ballBoundary(snapped, survivors(snapped));
+    groupFaces(snapped, boundary);
+    std::vector<std::size_t> cycles;  // of each face of the ball between them
+    for (std::size_t f = 0; f < boundary.face.size(); ++f)
+        if (boundary.row[boundary.face_ball[f]] == 0) cycles.push_back(boundary.face[f].size());
+    EXPECT_EQ(cycles, std::vector<std::size_t>{2});
+}
+
+// A slab thinner than a cell: every ball reaches into cells without particles, and a good half lie deep enough.
+TEST(Survivors, OfACrowdThatReachesIntoCellsWithoutParticlesManyAreCulled) {
+    std::mt19937 random(3);
+    std::uniform_real_distribution<float> along(0, 10), across(0, 2);
+    Particles slab;
+    for (int i = 0; i < 4000; ++i) slab.position.emplace_back(along(random), along(random), across(random));
+    const SnappedParticles snapped = snapParticles(slab, 1.5);
+    std::vector<std::uint32_t> all(snapped.size());
+    std::iota(all.begin(), all.end(), 0U);
+    const std::vector<std::uint32_t> stay = survivors(snapped);
+    EXPECT_LT(stay.size(), all.size() * 3 / 4);
+    EXPECT_EQ(ballBoundary(snapped, stay).triangle, ballBoundary(snapped, all).triangle);
 }
 
 }  // namespace betamesh

@@ -114,6 +114,24 @@ TEST(SkinFrame, TheAlphaMeshIsThatOfTheBoundaryWithAllItsArcs) {
     });
 }
 
+// All balls are exposed, and hundreds are near each.
+TEST(SkinFrame, CrowdsAreOneBodyWithAsManyHolesAsTheyHave) {
+    std::mt19937 random(13);
+    std::uniform_real_distribution<double> share(0, 1);
+    Particles plane, cylinder;
+    for (int i = 0; i < 800; ++i) plane.position.emplace_back(Vec3(share(random), share(random), 0) * 5);
+    for (int i = 0; i < 1500; ++i) {
+        const double angle = 2 * std::numbers::pi * share(random);
+        cylinder.position.emplace_back(Vec3(3 * std::cos(angle), 3 * std::sin(angle), 4 * share(random)));
+    }
+    for (const auto& [particles, euler] : {std::pair(&plane, 2), {&cylinder, 0}}) {
+        const MeshMeasure measure = measureMesh(skinFrame(*particles, withRadius(1.5)).mesh);
+        EXPECT_EQ(measure.unpaired_edges, 0u);
+        EXPECT_EQ(measure.components, 1u);
+        EXPECT_EQ(measure.euler, euler);
+    }
+}
+
 TEST(SkinFrame, IsTheSameForEveryParticleOrderAndThreadCount) {
     forEveryCloud(100, [](const Cloud& cloud) {
         std::vector<SkinParams> kinds(4, withRadius(cloud.radius));
