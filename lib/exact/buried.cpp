@@ -21,7 +21,6 @@ constexpr int kSlices = 2 * kReach + 1;
 constexpr std::size_t kRows = 16;  // of a slice, the last ones empty
 constexpr int kCellsAround = 27;
 constexpr std::size_t kCellsPerPart = 256;
-constexpr std::uint32_t kCrowd = 64;  // particles in a cell; beside fewer there may be more empty cells than particles
 
 using Rows16 = std::uint16_t __attribute__((vector_size(kRows * 2)));
 using Rows32 = std::uint32_t __attribute__((vector_size(kRows * 4), aligned(4)));
@@ -152,55 +151,32 @@ void readFrom(const Brick& brick, Window& window, const Vec3i& where) {
     }
 }
 
-// Cells and where their particles begin, in order, with those without any that are beside a crowd: balls reach into
-// these, and so does whoever hides them there.
-struct Cells {
-    std::vector<Vec3i> cell;
-    std::vector<std::uint32_t> begin;
-
-    Cells(const std::vector<Vec3i>& filled, const std::vector<std::uint32_t>& filled_begin) {
-        const std::vector<Vec3i> empty = emptyBesideCrowds(filled, filled_begin);
-        cell.resize(filled.size() + empty.size());
-        std::merge(filled.begin(), filled.end(), empty.begin(), empty.end(), cell.begin(), cellBefore);
-        begin.reserve(cell.size() + 1);
-        std::size_t passed = 0;  // of those filled
-        for (const Vec3i& here : cell) {
-            begin.push_back(filled_begin[passed]);
-            passed += passed < filled.size() && filled[passed] == here;
+// Cells without particles beside crowds, in order: balls reach into these, and so does whoever hides them there. Beside
+// cells with fewer there may be more of them than particles.
+std::vector<Vec3i> emptyBesideCrowds(const std::vector<Vec3i>& cell, const std::vector<std::uint32_t>& cell_begin) {
+    std::vector<std::vector<Vec3i>> parts((cell.size() + kCellsPerPart - 1) / kCellsPerPart);
+    parallelFor(parts.size(), 1, [&](std::size_t part) {
+        CellsAround around(cell);
+        for (std::size_t c = part * kCellsPerPart; c < std::min(cell.size(), (part + 1) * kCellsPerPart); ++c) {
+            if (cell_begin[c + 1] - cell_begin[c] < kCrowd) continue;
+            std::uint32_t there = 0;  // a bit for each of the 27
+            around.forEach(c, [&](const Vec3i& where, std::size_t) {
+                there |= std::uint32_t{1} << (where.x + 3 * where.y + 9 * where.z);
+            });
+            for (std::int64_t k = 0; k < kCellsAround; ++k)
+                if (!(there >> k & 1)) parts[part].push_back(cell[c] + Vec3i(k % 3 - 1, k / 3 % 3 - 1, k / 9 - 1));
         }
-        begin.push_back(filled_begin.back());
-    }
+    });
+    std::vector<Vec3i> empty = joined(parts);
+    std::sort(empty.begin(), empty.end(), cellBefore);
+    empty.erase(std::unique(empty.begin(), empty.end()), empty.end());
+    return empty;
+}
 
-private:
-    static std::vector<Vec3i> emptyBesideCrowds(const std::vector<Vec3i>& filled,
-                                                const std::vector<std::uint32_t>& filled_begin) {
-        std::vector<std::vector<Vec3i>> parts((filled.size() + kCellsPerPart - 1) / kCellsPerPart);
-        parallelFor(parts.size(), 1, [&](std::size_t part) {
-            CellsAround around(filled);
-            for (std::size_t c = part * kCellsPerPart; c < std::min(filled.size(), (part + 1) * kCellsPerPart); ++c) {
-                if (filled_begin[c + 1] - filled_begin[c] < kCrowd) continue;
-                std::uint32_t there = 0;  // a bit for each of the 27
-                around.forEach(c, [&](const Vec3i& where, std::size_t) {
-                    there |= std::uint32_t{1} << (where.x + 3 * where.y + 9 * where.z);
-                });
-                for (std::int64_t k = 0; k < kCellsAround; ++k)
-                    if (!(there >> k & 1))
-                        parts[part].push_back(filled[c] + Vec3i(k % 3 - 1, k / 3 % 3 - 1, k / 9 - 1));
-            }
-        });
-        std::vector<Vec3i> empty = joined(parts);
-        std::sort(empty.begin(), empty.end(), cellBefore);
-        empty.erase(std::unique(empty.begin(), empty.end()), empty.end());
-        return empty;
-    }
-};
-
-}  // namespace
-
-std::vector<std::uint8_t> buried(const std::vector<Vec3i>& filled, const std::vector<std::uint32_t>& filled_begin,
-                                 const std::vector<PlaceInCell>& place) {
+// As buried(), where cells without particles are cells as any other.
+std::vector<std::uint8_t> buriedAmong(const std::vector<Vec3i>& cell, const std::vector<std::uint32_t>& cell_begin,
+                                      const std::vector<PlaceInCell>& place) {
     constexpr std::size_t kCellsPerTask = 16;
-    const auto [cell, cell_begin] = Cells(filled, filled_begin);
     std::vector<Brick> bricks(cell.size(), Brick{});
     parallelRanges(bricks.size(), kCellsPerTask, [&](std::size_t first, std::size_t last) {
         CellsAround around(cell);
@@ -233,6 +209,24 @@ std::vector<std::uint8_t> buried(const std::vector<Vec3i>& filled, const std::ve
         }
     });
     return is_buried;
+}
+
+}  // namespace
+
+std::vector<std::uint8_t> buried(const std::vector<Vec3i>& cell, const std::vector<std::uint32_t>& cell_begin,
+                                 const std::vector<PlaceInCell>& place) {
+    const std::vector<Vec3i> empty = emptyBesideCrowds(cell, cell_begin);
+    if (empty.empty()) return buriedAmong(cell, cell_begin, place);  // as a rule: no copy of them all
+    std::vector<Vec3i> all(cell.size() + empty.size());
+    std::merge(cell.begin(), cell.end(), empty.begin(), empty.end(), all.begin(), cellBefore);
+    std::vector<std::uint32_t> begin;
+    std::size_t passed = 0;  // of those with particles
+    for (const Vec3i& here : all) {
+        begin.push_back(cell_begin[passed]);
+        passed += passed < cell.size() && cell[passed] == here;
+    }
+    begin.push_back(cell_begin.back());
+    return buriedAmong(all, begin, place);
 }
 
 }  // namespace betamesh

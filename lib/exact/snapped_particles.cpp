@@ -19,7 +19,6 @@ namespace betamesh {
 namespace {
 
 constexpr double kLargestCoordinate = 0x1p50;  // in quanta: still exact in double precision
-constexpr std::uint32_t kCrowd = 64;           // particles in a cell
 constexpr std::size_t kHugeCrowd = 1024;       // in reach of an eighth of one
 constexpr std::size_t kSample = 512;           // of a huge crowd
 constexpr std::size_t kMostInCell = 50000;     // on average; liquids have some thirty, clumped ones some thousands

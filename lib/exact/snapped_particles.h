@@ -147,6 +147,9 @@ struct Neighbour {
     std::uint32_t particle;
 };
 
+/// A cell with so many particles is a crowd; the radius of 1.5 spacings leaves some thirty in one.
+inline constexpr std::uint32_t kCrowd = 64;
+
 /// Finds particles near one, itself left out, in the order of SnappedParticles. Quickest when asked for one particle of
 /// a cell after another.
 class NeighbourFinder {

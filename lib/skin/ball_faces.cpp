@@ -17,8 +17,8 @@ namespace {
 
 constexpr double kMargin = 1e-9;  // radians: what is closer than this is left undecided, never guessed
 constexpr std::size_t kBallsPerTask = 256;
-constexpr int kDirections = 16;      // great circles tried from each place
-constexpr std::size_t kCrowd = 256;  // neighbours among which few bound what is exposed
+constexpr int kDirections = 16;               // great circles tried from each place
+constexpr std::size_t kManyNeighbours = 256;  // of which few bound what is exposed
 
 // How many connected groups the neighbours' caps on one sphere form: exact signs.
 std::size_t capGroups(std::vector<Neighbour> neighbours, std::int64_t radius) {
@@ -192,9 +192,9 @@ void groupFaces(const SnappedParticles& particles, BallBoundary& boundary) {
             if (cycles.size() < 2) continue;
             UnionFind groups(cycles.size());
             finder.find(boundary.snapped_row[ball], neighbours);
-            const bool crowd = neighbours.size() >= kCrowd;  // the caps of some cover as much as all
-            if (crowd) region.enclose(neighbours);
-            const std::size_t groups_of_caps = capGroups(crowd ? region.neighbours() : neighbours, particles.radius);
+            const bool many = neighbours.size() >= kManyNeighbours;  // the caps of some cover as much as all
+            if (many) region.enclose(neighbours);
+            const std::size_t groups_of_caps = capGroups(many ? region.neighbours() : neighbours, particles.radius);
             const std::size_t faces = cycles.size() + 1 - groups_of_caps;
             if (faces == 1)
                 for (std::uint32_t c = 1; c < cycles.size(); ++c) groups.join(0, c);

@@ -376,7 +376,7 @@ public:
         const std::size_t count = ball_.face_point.size();
         if (ball_.given() == ball_.inLoops() || ball_.first_sinking == count) return;
         first_.resize(ball_.given() + filling_.new_point.size());
-        for (std::uint32_t f = 0; f < filling_.triangles.size(); ++f)
+        for (auto f = static_cast<std::uint32_t>(filling_.triangles.size()); f-- > 0;)  // slivers come last
             for (const std::uint32_t v : filling_.triangles[f]) first_[v] = f;
         for (std::size_t i = ball_.first_sinking; i < count; ++i) {
             const auto v = static_cast<std::uint32_t>(ball_.inLoops() + i);
@@ -515,7 +515,7 @@ private:
     Part& part_;
     std::size_t first_triangle_;
     std::vector<std::uint32_t>& number_;  // of points
-    std::vector<std::uint32_t>& first_;   // of points inside: a triangle
+    std::vector<std::uint32_t>& first_;   // of points: the first triangle
     std::vector<std::uint32_t>& ring_;
     std::vector<TurningEdge>& edges_;
 };
