@@ -296,6 +296,23 @@ TEST(Events, AHoleBetweenThreeBallsCloses) {
     EXPECT_LE(jumpAt(threeBalls, 1e-5, surfaces()[kOurs].params), 0.01);
 }
 
+// Exactly on a lattice arcs' points coincide, and slivers tell them apart; shaken by a hair none do.
+TEST(Events, ALatticeLiesWhereItLiesShakenByAHair) {
+    for (const int side : {3, 5, 6}) {
+        Random random(5);
+        Particles lattice, shaken;
+        for (int i = 0; i < side * side * side; ++i) {
+            const Vec3 place = Vec3(i % side, i / side % side, i / (side * side)) * 0.2;
+            lattice.position.emplace_back(place);
+            shaken.position.emplace_back(place + random.cube() * 1e-5);
+        }
+        SkinParams params = surfaces()[kOurs].params;
+        params.arc_subdivisions = 1;
+        const Mesh exact = skinFrame(lattice, params).mesh, near = skinFrame(shaken, params).mesh;
+        EXPECT_LE(surfaceDistance(exact, near).max / kRadius, 0.001) << side;
+    }
+}
+
 // A ball of 2,109 jittered particles in fine steps, in which none goes farther than this many spacings: the largest
 // jump between two steps.
 double largestJump(unsigned seed, double farthest, int steps) {
