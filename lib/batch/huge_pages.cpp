@@ -1,6 +1,7 @@
 #include "batch/huge_pages.h"
 
 #include "batch/places.h"
+#include "core/parallel.h"
 
 #include <fcntl.h>
 #include <sys/mman.h>
@@ -121,9 +122,20 @@ public:
         if (!keep) release(gap);
     }
 
+    /// On all threads, as the system takes long for it.
     void releaseGaps() {
+        constexpr std::size_t kPiece = 4 * kHugePage;
         const std::scoped_lock lock(mutex_);
-        for (const auto& [begin, bytes] : places_.gaps()) release({begin, begin + bytes});
+        alone([&] {
+            parallelFor((taken_ + kPiece - 1) / kPiece, 1, [&](std::size_t piece) {
+                const std::size_t begin = piece * kPiece, end = begin + kPiece;
+                const auto& gaps = places_.gaps();
+                auto gap = gaps.upper_bound(begin);  // the first that begins later
+                if (gap != gaps.begin()) --gap;
+                for (; gap != gaps.end() && gap->first < end; ++gap)
+                    release({std::max(gap->first, begin), std::min(gap->first + gap->second, end)});
+            });
+        });
     }
 
 private:

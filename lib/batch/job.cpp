@@ -484,7 +484,10 @@ JobResult runJob(const Plan& plan, SignalWatch& signals, const FrameNotes& notes
                          (on_disk > 0 ? "; " + std::to_string((on_disk >> 20) + 1) + " MiB lay on disk" : ""));
         tell(report);
     };
-    withThreads(plan.threads, [&] { runInRounds(plan, doFrame, outOfMemory); });
+    withThreads(plan.threads, [&] {
+        runInRounds(plan, doFrame, outOfMemory);
+        releaseFreeMemory();  // at its end the system would take a process's pages back on one thread
+    });
 
     if (result.written + result.skipped + result.failed < plan.tasks.size()) result.signal = caughtSignal();
     return result;

@@ -73,6 +73,12 @@ void parallelShares(std::size_t n, const Body& body) {
     parallelFor(shares, 1, [&](std::size_t share) { body(share, n * share / shares, n * (share + 1) / shares); });
 }
 
+/// Calls body(). While it waits for loops in it, its thread begins nothing else: it may hold a lock.
+template <typename Body>
+void alone(const Body& body) {
+    tbb::this_task_arena::isolate(body);
+}
+
 /// Calls both, at the same time where there are threads for it.
 template <typename First, typename Second>
 void parallelBoth(const First& first, const Second& second) {
@@ -206,7 +212,7 @@ void parallelInFlight(std::size_t n, std::size_t in_flight, const GoOn& goOn, co
     };
     const auto work = [&](std::size_t i) {
         const Fork::Branch branch(fork);
-        tbb::this_task_arena::isolate([&] { body(i); });
+        alone([&] { body(i); });
     };
     tbb::parallel_pipeline(in_flight, tbb::make_filter<void, std::size_t>(tbb::filter_mode::serial_in_order, take) &
                                           tbb::make_filter<std::size_t, void>(tbb::filter_mode::parallel, work));
@@ -250,7 +256,7 @@ void parallelInOrder(const Take& take, const Make& make, const Give& give) {
     const auto giving = [&](Step* step) {
         const Fork::Turn turn(fork);
         if (step->failure) std::rethrow_exception(step->failure);
-        tbb::this_task_arena::isolate([&] { give(*std::move(step->made)); });
+        alone([&] { give(*std::move(step->made)); });
     };
     tbb::parallel_pipeline(steps.size(), tbb::make_filter<void, Step*>(tbb::filter_mode::serial_in_order, taking) &
                                              tbb::make_filter<Step*, Step*>(tbb::filter_mode::parallel, making) &
