@@ -30,7 +30,7 @@ namespace fs = std::filesystem;
 
 constexpr std::string_view kSuffix = ".betamesh-tmp";
 constexpr std::size_t kMaxNameBytes = 255;                    // of a file name, on every file system in use
-constexpr std::size_t kStartFlushing = std::size_t{2} << 20;  // bytes after which the disk is set to work
+constexpr std::size_t kStartFlushing = std::size_t{1} << 19;  // bytes after which the disk is set to work
 constexpr auto kForeignAge = std::chrono::hours(24);
 
 /// This host as a word without dots. Containers may share a name, hence the process number space too.
