@@ -18,8 +18,8 @@ constexpr double kLongestPiece = 0.8;        // radians
 constexpr double kLift = 0.5;                // of the way from the arc to the sphere round its centre
 constexpr double kAreaWeight = 3;            // length that stands for an area, times the radius
 constexpr double kRim = 0.2, kInside = 0.7;  // faces count in full from this clearance on, not below the first
-constexpr double kTight = 0.35;  // squared radii: up to this spread all that is exposed of a ball counts as one sample
-constexpr double kLoose = 0.5;   // and from this on as six, towards six sides
+constexpr double kTight = 0.4;   // squared radii: up to this spread all that is exposed of a ball counts as one sample
+constexpr double kLoose = 0.55;  // and from this on as four, towards the corners of a tetrahedron
 
 // sin(x) / x, of small x >= 0.
 Rate sinc(Rate x) {
@@ -111,16 +111,37 @@ private:
     Rate weight_, square_, along_;
 };
 
-// A point on a ball, seen from there, and how much it counts.
+constexpr std::size_t kCorners = 4;
+
+// How a unit vector is shared out among the corners of a tetrahedron: nearly all goes to the nearest one. (With powers
+// lower than the twelfth, sheets are less flat along some axes than along others; with higher ones, they move faster
+// where holes open.)
+template <typename Number>
+std::array<Number, kCorners> sharesOf(Number x, Number y, Number z) {
+    const auto twelfthPower = [](Number number) {
+        const Number square = number * number, fourth = square * square;
+        return fourth * fourth * fourth;
+    };
+    constexpr double kLength = std::numbers::sqrt3;  // of (1, 1, 1)
+    std::array<Number, kCorners> share{twelfthPower(kLength + x + y + z), twelfthPower(kLength + x - y - z),
+                                       twelfthPower(kLength + y - x - z), twelfthPower(kLength + z - x - y)};
+    const Number sum = share[0] + share[1] + share[2] + share[3];
+    for (Number& part : share) part = part / sum;
+    return share;
+}
+
+// A point on a ball, seen from there, how much it counts, and for which corners.
 struct WeightedDirection {
     Vec3 direction;
     Rate weight;
+    const std::array<double, kCorners>& share;
 };
 
-// What is exposed of one ball, as one sample or as six towards the sides of a cube that turns with the liquid.
+// What is exposed of one ball, as one sample or as four towards the corners of a tetrahedron that turns with the
+// liquid.
 struct ExposedBall {
     BoundarySample whole;
-    std::array<BoundarySample, 6> side;
+    std::array<BoundarySample, kCorners> part;
 
     // together: half of each line round the ball, which is the origin; forPieces(visit): calls visit(sample) for the
     // pieces of these lines, which are half this ball's; inside: points of its faces
@@ -128,45 +149,39 @@ struct ExposedBall {
     ExposedBall(const Moving& ball, const Vec3& spin, double radius, Together together, const ForPieces& forPieces,
                 const std::vector<WeightedDirection>& inside) {
         PointsOnBall all;
-        for (const auto& [direction, weight] : inside) all.add(direction, weight);
+        for (const auto& [direction, weight, share] : inside) all.add(direction, weight);
         together.add(all, spin, radius);
         whole = together.sample();
         const Rate apart = smoothStep((whole.spread / (radius * radius) - kTight) / (kLoose - kTight));
         whole.weight = whole.weight * (1 - apart);
         if (apart.value == 0) return;
 
-        // Squares of a direction's components sum to one.
-        std::array<Together, 6> towards;
+        std::array<Together, kCorners> towards;
         towards.fill(Together(ball));
         forPieces([&](const BoundarySample& piece) {
             const Together::Summand summand(piece, ball);
             const Moving direction = normalized(summand.offset);
-            const Vec3 turning = direction.velocity - cross(spin, direction.position);  // as the cube sees it
-            for (int k = 0; k < 3; ++k) {
-                const Rate along(direction.position[k], turning[k]);
-                towards[sideTowards(k, along.value)].add(summand, along * along * 0.5);
-            }
+            const Vec3 turning = direction.velocity - cross(spin, direction.position);  // as the tetrahedron sees it
+            const auto along = [&](int k) { return Rate(direction.position[k], turning[k]); };
+            const auto share = sharesOf(along(0), along(1), along(2));
+            for (std::size_t k = 0; k < kCorners; ++k) towards[k].add(summand, share[k] * 0.5);
         });
-        std::array<PointsOnBall, 6> points;
-        for (const auto& [direction, weight] : inside)
-            for (int k = 0; k < 3; ++k)
-                points[sideTowards(k, direction[k])].add(direction, weight * (direction[k] * direction[k]));
-        for (std::size_t k = 0; k < side.size(); ++k) {
+        std::array<PointsOnBall, kCorners> points;
+        for (const auto& [direction, weight, share] : inside)
+            for (std::size_t k = 0; k < kCorners; ++k) points[k].add(direction, weight * share[k]);
+        for (std::size_t k = 0; k < kCorners; ++k) {
             towards[k].add(points[k], spin, radius);
-            side[k] = towards[k].sample();
-            side[k].weight = side[k].weight * apart;
+            part[k] = towards[k].sample();
+            part[k].weight = part[k].weight * apart;
         }
     }
     // Calls visit(sample) for those that weigh anything.
     template <typename Visit>
     void forSamples(const Visit& visit) const {
         if (whole.weight.value > 0) visit(whole);
-        for (const BoundarySample& sample : side)
+        for (const BoundarySample& sample : part)
             if (sample.weight.value > 0) visit(sample);
     }
-
-private:
-    static std::size_t sideTowards(int axis, double along) { return static_cast<std::size_t>(2 * axis + (along > 0)); }
 };
 
 }  // namespace
@@ -190,6 +205,12 @@ SamplesInRadii boundarySamples(const BallBoundary& boundary, const std::vector<M
         for (int k = 0; k < n; ++k) visit(pieceAt(circle, angle * ((k + 0.5) / n), angle / n));
     };
 
+    std::vector<std::array<double, kCorners>> share(directions);
+    for (std::size_t d = 0; d < directions; ++d) {
+        const Vec3& at = points.directions.position[d];
+        share[d] = sharesOf(at.x, at.y, at.z);
+    }
+
     constexpr std::size_t kBallsPerTask = 256;
     const std::size_t tasks = (balls.size() + kBallsPerTask - 1) / kBallsPerTask;
     std::vector<SamplesInRadii> parts(tasks);
@@ -205,8 +226,9 @@ SamplesInRadii boundarySamples(const BallBoundary& boundary, const std::vector<M
             inside.clear();
             for (std::uint32_t p = points.begin[b]; p < points.begin[b + 1]; ++p) {
                 if (points.contactOf(p) || points.clearance[p].value <= kRim) continue;
-                const Rate share = smoothStep((points.clearance[p] - kRim) / (kInside - kRim));
-                inside.push_back({points.directions.position[points.direction[p]], share * area});
+                const Rate free = smoothStep((points.clearance[p] - kRim) / (kInside - kRim));
+                const std::uint32_t d = points.direction[p];
+                inside.push_back({points.directions.position[d], free * area, share[d]});
             }
             const auto forPiecesHere = [&](const auto& visit) {
                 for (const std::uint32_t l : network.at_ball[b]) forPieces(l, visit);

@@ -10,8 +10,8 @@
 namespace betamesh {
 
 /// One sample for what is exposed of a ball, where that is a small patch, as in the surface of a liquid; where it is
-/// spread out, as on drops, sheets and edges, six, one towards each side of a cube. In between there are both, by
-/// shares, so that nothing jumps.
+/// spread out, as on drops, sheets and edges, four, one towards each corner of a tetrahedron. In between there are
+/// both, by shares, so that nothing jumps.
 ///
 /// They stand for half of the length of the arcs and full circles round the ball: these change continuously when arcs
 /// appear, vanish or change neighbours, and they are a calmer picture of the surface than the bulging faces are, whose
