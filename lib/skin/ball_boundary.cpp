@@ -121,11 +121,17 @@ std::vector<Parts> exposedParts(const SnappedParticles& particles, const std::ve
         std::vector<Neighbour> neighbours;
         std::vector<Partner> partners;
         Parts& part = parts[task];
+        bool was_hidden = false;
         for (std::size_t s = task * kBallsPerTask; s < std::min(n, (task + 1) * kBallsPerTask); ++s) {
             if (isHiddenInCrowd(exposed[s], finder, neighbours, region)) continue;
             finder.find(exposed[s], neighbours);
-            region.enclose(neighbours);
-            if (region.empty()) continue;
+            if (was_hidden) {  // then this one is likely to be hidden, too
+                was_hidden = region.isHiddenBy(neighbours);
+            } else {
+                region.enclose(neighbours);
+                was_hidden = region.empty();
+            }
+            if (was_hidden) continue;
             skinBall<Balls>(particles, survives, exposed[s], neighbours, region, partners, part);
             if (directions.empty()) continue;
             const std::size_t before = part.exposed.size();
