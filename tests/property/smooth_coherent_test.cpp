@@ -130,6 +130,21 @@ TEST(CoherentSmoothing, IsFlatAndKeepsWaves) {
     }
 }
 
+// Samples lie in directions of their own.
+TEST(CoherentSmoothing, SheetsAreAsFlatAlongEveryAxis) {
+    const Particles sheet = box(56, 56, 1, 1);
+    for (const Vec3& towards : {Vec3(0, 0, 1), Vec3(1, 1, 1), Vec3(1, 1, 0), Vec3(1, 2, 3)}) {
+        const Vec3 n = towards.normalized(), u = cross(n, Vec3(0.8, -0.6, 0)).normalized(), v = cross(n, u);
+        Particles turned;
+        for (const Vec3f& p : sheet.position) turned.position.emplace_back(u * p.x + v * p.y + n * p.z);
+        Mesh mesh = skinFrame(turned, withRadius(1.5)).mesh;
+        for (Vec3& p : mesh.position) p = {dot(p, u), dot(p, v), dot(p, n) + 5};
+        const double angle = roughness(mesh);
+        EXPECT_LE(angle, 2.75) << towards;
+        EXPECT_GE(angle, 2.3) << towards;
+    }
+}
+
 TEST(CoherentSmoothing, KeepsTheVolumeOfDropsAndBlocks) {
     Particles drop, tetrahedron;
     drop.position = {{0, 0, 0}};
