@@ -112,6 +112,30 @@ private:
     const ArcNetwork& network_;
 };
 
+// Another ball that touches this one lightly, or is about to, as seen from it: how far the cosine of the angle to
+// `towards` has to be below `rim` for there to be room between the two.
+struct LightTouch {
+    Moving towards;  // unit vector
+    Rate rim;        // the cosine of the cap's half-angle; above one where they do not touch yet
+};
+
+// Of each ball. What is left out is farther from every point than the rim of its face.
+RowsOf<LightTouch> lightTouches(const std::vector<Moving>& balls, const ArcNetwork& network, const FacePoints& points,
+                                double radius) {
+    return sortedIntoRows<LightTouch>(balls.size(), balls.size(), [&](std::size_t b, const auto& visit) {
+        for (const std::uint32_t l : network.at_ball[b]) {
+            const ArcLine& line = network.line[l];
+            if (line.radius.value >= kWideCap * radius) continue;
+            const Moving way = balls[line.balls[line.balls[0] == b ? 1 : 0]] - balls[b];
+            const Rate distance = length(way);
+            visit(b, LightTouch{way / distance, distance / (2 * radius)});
+        }
+        for (std::uint32_t p = points.begin[b]; p < points.begin[b + 1]; ++p)
+            if (const FacePoints::Contact* contact = points.contactOf(p))
+                visit(b, LightTouch{contact->direction, 1 + (1 - contact->touching) * (kSwollen * kWideCap)});
+    });
+}
+
 // Where the points inside faces are, seen from their ball.
 class Placement {
 public:
@@ -146,11 +170,16 @@ public:
     bool swells(std::uint32_t p) const {
         return sinking_ && points_.clearance[p].value > kSwellingBegins && !points_.contactOf(p);
     }
-    // How far outwards it goes then, in radii: a lone drop has the volume of its ball.
-    Moving swelling(std::uint32_t p, const Vec3& spin) const {
-        const Rate c = points_.clearance[p];
-        return points_.outwards(p, spin) *
-               (smoothStep((c - kSwellingBegins) / (kSwollen - kSwellingBegins)) * swelling_);
+    // How far outwards it goes then, in radii: a lone drop has the volume of its ball. Two that touch do not swell into
+    // each other: narrow caps are as near here as wide ones.
+    Moving swelling(std::uint32_t p, const Vec3& spin, std::span<const LightTouch> touches) const {
+        const Moving outwards = points_.outwards(p, spin);
+        Rate room = points_.clearance[p];
+        for (const auto& [towards, rim] : touches) {
+            const Rate here = (rim - dot(outwards, towards)) / kWideCap;
+            if (here.value < room.value) room = here;
+        }
+        return outwards * (smoothStep((room - kSwellingBegins) / (kSwollen - kSwellingBegins)) * swelling_);
     }
 
     // Points in which two balls touch are where the rim of their common circle will be.
@@ -525,6 +554,7 @@ private:
 BetaMesh completeTessellation(const BallBoundary& boundary, const std::vector<Moving>& balls,
                               const std::vector<Vec3>& spins, ArcNetwork network, FacePoints points,
                               Appearance appearance) {
+    const RowsOf<LightTouch> touches = lightTouches(balls, network, points, boundary.worldRadius());
     std::exchange(network.line, {}), std::exchange(network.at_ball, {});  // large, and of no more use
     const std::vector<std::uint32_t> first_face = firstFaces(boundary);
     const LoopMaker maker(boundary, network);
@@ -623,7 +653,8 @@ BetaMesh completeTessellation(const BallBoundary& boundary, const std::vector<Mo
                 }
                 mesh.vertex[v] = balls[b] + placement.at(p, spins[b]) * boundary.worldRadius();
                 mesh.clearance[v] = placement.clearance(p);
-                if (placement.swells(p)) *swells++ = {v, placement.swelling(p, spins[b]) * boundary.worldRadius()};
+                if (placement.swells(p))
+                    *swells++ = {v, placement.swelling(p, spins[b], touches[b]) * boundary.worldRadius()};
             }
         }
         std::transform(part.triangles.begin(), part.triangles.end(), mesh.triangles.begin() + triangles[task],
