@@ -112,14 +112,14 @@ private:
     const ArcNetwork& network_;
 };
 
-// Another ball that touches this one lightly, or is about to, as seen from it: how far the cosine of the angle to
-// `towards` has to be below `rim` for there to be room between the two.
+// Another ball that touches this one lightly, or is about to, as seen from it. There is room beside it where the cosine
+// of the angle to `towards` is far below `rim`.
 struct LightTouch {
     Moving towards;  // unit vector
     Rate rim;        // the cosine of the cap's half-angle; above one where they do not touch yet
 };
 
-// Of each ball. What is left out is farther from every point than the rim of its face.
+// Of each ball, those that no wider cap hides: the rim of that one is nearer.
 RowsOf<LightTouch> lightTouches(const std::vector<Moving>& balls, const ArcNetwork& network, const FacePoints& points,
                                 double radius) {
     return sortedIntoRows<LightTouch>(balls.size(), balls.size(), [&](std::size_t b, const auto& visit) {
