@@ -125,7 +125,8 @@ void compare(const std::string& kind, std::size_t particles, int rounds) {
             tools.push_back({name, {"/proc/self/exe", "--as", name, in, ""}, !name.starts_with("openvdb")});
 
     for (int round = 0; round < rounds; ++round)
-        for (std::size_t t = 0; t < tools.size(); ++t) {
+        for (std::size_t i = 0; i < tools.size(); ++i) {
+            const std::size_t t = (i + static_cast<std::size_t>(round)) % tools.size();  // nobody always comes first
             const std::string out = folder / (std::to_string(t) + ".ply");
             for (std::string& word : tools[t].words)
                 if (word.empty() || word == out) word = out;
@@ -135,12 +136,14 @@ void compare(const std::string& kind, std::size_t particles, int rounds) {
             tools[t].triangles = inChild([&] { return inspectFile(out).triangles; });
         }
     std::printf("\n%s: %zu particles, median of %d rounds\n\n", kind.c_str(), made, rounds);
-    std::printf(
-        "| | seconds | ns a particle | MiB | triangles | betamesh's time to this |\n|---|---|---|---|---|---|\n");
+    std::printf("| | seconds | ns a particle | MiB | triangles | betamesh's time to this | with one segment |\n");
+    std::printf("|---|---|---|---|---|---|---|\n");
     for (const Tool& tool : tools) {
         const double seconds = median(tool.seconds), ours = median(tools[tool.alpha_mesh ? 0 : 1].seconds);
-        std::printf("| %s | %.3f | %.0f | %ld | %zu | %.2f |\n", tool.name.c_str(), seconds,
+        std::printf("| %s | %.3f | %.0f | %ld | %zu | %.2f | ", tool.name.c_str(), seconds,
                     seconds / static_cast<double>(made) * 1e9, tool.kib / 1024, tool.triangles, ours / seconds);
+        if (!tool.alpha_mesh) std::printf("%.2f ", median(tools[2].seconds) / seconds);
+        std::printf("|\n");
         std::fflush(stdout);
     }
 }
@@ -158,7 +161,7 @@ int main(int count, char** words) {
     }
     const int rounds = arguments.empty() ? 5 : std::stoi(arguments[0]);
     std::vector<std::string> chosen(arguments.begin() + (arguments.empty() ? 0 : 1), arguments.end());
-    if (chosen.empty()) chosen = {"10000", "110000", "1000000", "clumped=170000"};
+    if (chosen.empty()) chosen = {"10000", "110000", "1000000", "calm=110000", "calm=1000000", "clumped=170000"};
     for (const std::string& cloud : chosen) {
         const std::size_t equals = cloud.find('=');
         const bool named = equals != std::string::npos;

@@ -1,26 +1,31 @@
 // Each stage over decades of particles. items_per_second is particles per second, where nothing else is said.
 
 #include "bench_clouds.h"
+#include "core/moving.h"
 #include "core/parallel.h"
 #include "exact/near_surface.h"
 #include "io/mesh_file.h"
 #include "io/particle_file.h"
-#include "skin/arc_points.h"
 #include "skin/ball_boundary.h"
-#include "skin/ball_faces.h"
-#include "skin/boundary_samples.h"
-#include "skin/complete_mesh.h"
-#include "skin/face_points.h"
 #include "skin/skin_frame.h"
-#include "skin/smooth_coherent.h"
 #include "skin/spacing.h"
 #include "skin/survivors.h"
-#include "skin/velocity.h"
 #include "support/temporary_folder.h"
 
 #include <benchmark/benchmark.h>
 
+#include <algorithm>
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <map>
+#include <numeric>
+#include <random>
 #include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
 
 namespace betamesh {
 
@@ -61,43 +66,60 @@ void boundary(benchmark::State& state) {
     count(state, particles);
 }
 
-// On one core: what smoothing takes beside a tessellation, velocities included. items_per_second: vertices.
-void smoothing(benchmark::State& state) {
-    const Particles particles = splash(static_cast<std::size_t>(state.range(0)));
-    const SnappedParticles snapped = snapParticles(particles, kRadius);
-    const Icosphere directions = icosphereOf(0.37);
-    BallBoundary boundary = ballBoundary(snapped, survivors(snapped), directions.position);
-    groupFaces(snapped, boundary);
-    const std::vector<Moving> balls = movingBalls(boundary, particles);
-    const Spins spun = spinsOfBalls(boundary, balls, particles);
-    ArcSubdivision subdivision;
-    subdivision.appearance = Appearance::gradual;
-    const ArcNetwork network =
-        arcPoints(boundary, balls, spun.of_points, movingVertices(particles, snapped, boundary, balls), subdivision);
-    const FacePoints points = facePoints(snapped, boundary, balls, spun.of_points, directions);
-    const BetaMesh mesh =
-        completeTessellation(boundary, balls, spun.of_points, network, points, subdivision.appearance);
-    withThreads(1, [&] {
-        for (auto _ : state) {
-            state.PauseTiming();
-            BetaMesh smooth = mesh;
-            state.ResumeTiming();
-            const Spins spins = spinsOfBalls(boundary, balls, particles);
-            CoherentSmoother(boundarySamples(boundary, balls, spins.of_points, network, points),
-                             {kRadius, 2.8 * kRadius, 1, 0})
-                .smooth(smooth);
-            slideWithParticles(boundary, balls, spins.of_liquid, smooth);
-        }
-    });
-    state.SetItemsProcessed(state.iterations() * static_cast<std::int64_t>(mesh.vertex.size()));
-}
-
-void wholeFrame(benchmark::State& state, Particles (*cloud)(std::size_t n)) {
+// On so many threads, 0: on all. The stages of the frame by name: nanoseconds a particle.
+void wholeFrame(benchmark::State& state, Particles (*cloud)(std::size_t n), int threads) {
     const Particles particles = cloud(static_cast<std::size_t>(state.range(0)));
     SkinParams params;
     params.radius = kRadius;
-    for (auto _ : state) benchmark::DoNotOptimize(skinFrame(particles, params));
+    using Clock = std::chrono::steady_clock;
+    std::map<std::string, double, std::less<>> seconds;
+    const auto skin = [&] {
+        for (auto _ : state) {
+            Clock::time_point begin = Clock::now();
+            benchmark::DoNotOptimize(skinFrame(particles, params, [&](std::string_view stage) {
+                const Clock::time_point end = Clock::now();
+                seconds[std::string(stage)] += std::chrono::duration<double>(end - std::exchange(begin, end)).count();
+            }));
+        }
+    };
+    if (threads > 0)
+        withThreads(threads, skin);
+    else
+        skin();
+    for (const auto& [stage, sum] : seconds)
+        state.counters[stage] =
+            benchmark::Counter(sum * 1e9 / static_cast<double>(particles.size()), benchmark::Counter::kAvgIterations);
     count(state, particles);
+}
+
+// What the memory gives: bytes_per_second of copying, those read and those written, and of reading rows as large as
+// vertices with their motion from random places. So many bytes.
+void copying(benchmark::State& state) {
+    const auto bytes = static_cast<std::size_t>(state.range(0));
+    const std::vector<std::byte> from(bytes, std::byte{1});
+    std::vector<std::byte> to(bytes);
+    for (auto _ : state) {
+        parallelRanges(bytes, 4096, [&](std::size_t begin, std::size_t end) {
+            std::memcpy(to.data() + begin, from.data() + begin, end - begin);
+        });
+        benchmark::ClobberMemory();
+    }
+    state.SetBytesProcessed(2 * state.iterations() * state.range(0));
+}
+
+void gathering(benchmark::State& state) {
+    const std::size_t rows = static_cast<std::size_t>(state.range(0)) / sizeof(Moving);
+    const std::vector<Moving> from(rows);
+    std::vector<std::uint32_t> row(rows);
+    std::iota(row.begin(), row.end(), 0U);
+    std::shuffle(row.begin(), row.end(), std::mt19937(1));
+    for (auto _ : state)
+        parallelRanges(rows, 128, [&](std::size_t begin, std::size_t end) {
+            Moving sum;
+            for (std::size_t i = begin; i < end; ++i) sum = sum + from[row[i]];
+            benchmark::DoNotOptimize(sum);
+        });
+    state.SetBytesProcessed(state.iterations() * static_cast<std::int64_t>(rows * sizeof(Moving)));
 }
 
 // From the system's cache.
@@ -134,16 +156,21 @@ void tensOfThousands(benchmark::internal::Benchmark* bench) {
     bench->RangeMultiplier(10)->Range(1000, 100000)->Unit(benchmark::kMillisecond)->UseRealTime();
 }
 
+void sizesOfMemory(benchmark::internal::Benchmark* bench) {
+    bench->RangeMultiplier(16)->Range(1 << 16, 1 << 28)->Unit(benchmark::kMillisecond)->UseRealTime();
+}
+
 }  // namespace
 
 BENCHMARK(culling)->Apply(decades);
 BENCHMARK(snapping)->Apply(decades);
 BENCHMARK(boundary)->Apply(decades);
-BENCHMARK(smoothing)->Apply(decades);
-BENCHMARK_CAPTURE(wholeFrame, splash, splash)->Apply(decades);
-BENCHMARK_CAPTURE(wholeFrame, spray, spray)->Apply(decades);
-BENCHMARK_CAPTURE(wholeFrame, dense_sheet, denseSheet)->Apply(tensOfThousands);
-BENCHMARK_CAPTURE(wholeFrame, dense_thread, denseThread)->Apply(tensOfThousands);
+BENCHMARK_CAPTURE(wholeFrame, splash, splash, 0)->Apply(decades);
+BENCHMARK_CAPTURE(wholeFrame, splash_on_one_thread, splash, 1)->Apply(decades);
+BENCHMARK_CAPTURE(wholeFrame, calm, calm, 0)->Apply(decades);
+BENCHMARK_CAPTURE(wholeFrame, spray, spray, 0)->Apply(decades);
+BENCHMARK_CAPTURE(wholeFrame, dense_sheet, denseSheet, 0)->Apply(tensOfThousands);
+BENCHMARK_CAPTURE(wholeFrame, dense_thread, denseThread, 0)->Apply(tensOfThousands);
 BENCHMARK_CAPTURE(reading, ply, ".ply")->Apply(decades);
 BENCHMARK_CAPTURE(reading, bgeo_gz, ".bgeo.gz")->Apply(decades);
 BENCHMARK_CAPTURE(reading, vdb, ".vdb")->Apply(decades);
@@ -151,5 +178,7 @@ BENCHMARK_CAPTURE(writing, ply, ".ply")->Apply(tensOfThousands);
 BENCHMARK_CAPTURE(writing, bgeo_gz, ".bgeo.gz")->Apply(tensOfThousands);
 BENCHMARK_CAPTURE(writing, obj, ".obj")->Apply(tensOfThousands);
 BENCHMARK(estimatingSpacing)->Apply(decades);
+BENCHMARK(copying)->Apply(sizesOfMemory);
+BENCHMARK(gathering)->Apply(sizesOfMemory);
 
 }  // namespace betamesh
