@@ -17,14 +17,13 @@ Particles blockAndSpray(std::size_t n, double loose) {
         particles.position.emplace_back(x + jitter(random), y + jitter(random), z + jitter(random));
         particles.velocity.emplace_back(speed(random), speed(random), speed(random));
     };
-    const auto total = static_cast<double>(n), block = (1 - loose) * total;
+    const auto total = static_cast<double>(n);
+    const int block = static_cast<int>((1 - loose) * total);
     const int side = std::max(1, static_cast<int>(std::lround(std::cbrt(block))));
-    const int height = static_cast<int>(std::lround(block / (side * side)));
     const int sheet = static_cast<int>(std::lround(std::sqrt(loose / 2 * total)));
-    for (int z = 0; z < height; ++z)
-        for (int y = 0; y < side; ++y)
-            for (int x = 0; x < side; ++x) add(static_cast<float>(x), static_cast<float>(y), static_cast<float>(z));
-    const auto top = static_cast<float>(height) + 4;
+    for (int i = 0; i < block; ++i)  // the uppermost layer is not full
+        add(static_cast<float>(i % side), static_cast<float>(i / side % side), static_cast<float>(i / side / side));
+    const auto top = static_cast<float>(block / side / side) + 4;
     for (int y = 0; y < sheet; ++y)
         for (int x = 0; x < sheet; ++x) add(static_cast<float>(x), static_cast<float>(y), top);
     const float room = static_cast<float>(side) * 2;
