@@ -73,7 +73,7 @@ void wholeFrame(benchmark::State& state, Particles (*cloud)(std::size_t n), int 
     params.radius = kRadius;
     using Clock = std::chrono::steady_clock;
     std::map<std::string, double, std::less<>> seconds;
-    const auto skin = [&] {
+    withThreads(threads > 0 ? threads : static_cast<int>(threadsHere()), [&] {
         for (auto _ : state) {
             Clock::time_point begin = Clock::now();
             benchmark::DoNotOptimize(skinFrame(particles, params, [&](std::string_view stage) {
@@ -81,11 +81,7 @@ void wholeFrame(benchmark::State& state, Particles (*cloud)(std::size_t n), int 
                 seconds[std::string(stage)] += std::chrono::duration<double>(end - std::exchange(begin, end)).count();
             }));
         }
-    };
-    if (threads > 0)
-        withThreads(threads, skin);
-    else
-        skin();
+    });
     for (const auto& [stage, sum] : seconds)
         state.counters[stage] =
             benchmark::Counter(sum * 1e9 / static_cast<double>(particles.size()), benchmark::Counter::kAvgIterations);
