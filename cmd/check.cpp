@@ -1,6 +1,8 @@
 #include "batch/frames.h"
+#include "batch/machine.h"
 #include "batch/plan.h"
 #include "batch/report.h"
+#include "batch/scratch_memory.h"
 #include "command.h"
 #include "core/error.h"
 #include "each_file.h"
@@ -13,16 +15,19 @@
 #include <filesystem>
 #include <iostream>
 #include <map>
+#include <optional>
 
 namespace betamesh {
 namespace {
 
 constexpr std::size_t kMostGeneraPrinted = 8;
+constexpr std::uint64_t kBytesPerTriangle = 200;  // that judging takes, the mesh itself left out
 
 struct Arguments {
     std::vector<std::string> meshes;
     std::string particles;
     double radius = 0;
+    std::string scratch;  // empty: beside each mesh
     CheckParams params;
     bool weld = false;
     bool strict = false;
@@ -218,6 +223,14 @@ bool tell(const Surface& surface, const Check& check, CheckReport& report, const
     return report.faults.empty();
 }
 
+/// Lets what has no room in memory, while a mesh is judged, lie in a file.
+void useScratch(const Mesh& mesh, const std::string& file, const Arguments& arguments,
+                std::optional<ScratchMemory>& scratch) {
+    const std::uint64_t budget = memoryBudget(Config{}), left = budget - std::min(budget, currentMemory());
+    if (mesh.triangles.size() * kBytesPerTriangle > left)
+        scratch.emplace(left, arguments.scratch.empty() ? folderOf(file) : arguments.scratch);
+}
+
 /// Is the mesh good, or the curves, if it holds any?
 bool judge(const std::string& file, const Arguments& arguments) {
     CheckReport report;
@@ -228,6 +241,8 @@ bool judge(const std::string& file, const Arguments& arguments) {
         report.curves = checkCurves(curves, arguments.params);
         return tell(curves, *report.curves, report, arguments);
     }
+    std::optional<ScratchMemory> scratch;
+    useScratch(mesh, file, arguments, scratch);
     if (arguments.weld) mesh = weldVertices(mesh);
     report.check = checkMesh(mesh, arguments.params);
     return tell(mesh, report.check, report, arguments);
@@ -292,6 +307,11 @@ void addCheckCommand(CLI::App& program, int& exit_code) {
         ->type_name("R")
         ->check(CLI::PositiveNumber)
         ->needs(particles);
+    command
+        ->add_option("--scratch", arguments->scratch,
+                     "Where the file is in which lies what has no room in memory; it has no name, and goes when the "
+                     "mesh is judged (default: in the folder of the mesh).")
+        ->type_name("FOLDER");
 }
 
 }  // namespace betamesh

@@ -160,6 +160,11 @@ void requirePlaceFor(std::size_t frames, const FramePattern& pattern) {
                 " frames; expected a place for the frame number in its name, such as ####");
 }
 
+std::string folderOf(const std::string& file) {
+    const std::filesystem::path folder = std::filesystem::path(file).parent_path();
+    return folder.empty() ? "." : folder.string();
+}
+
 std::map<int, std::string> framesOnDisk(const FramePattern& pattern) {
     namespace fs = std::filesystem;
     std::map<int, std::string> files;
@@ -170,10 +175,10 @@ std::map<int, std::string> framesOnDisk(const FramePattern& pattern) {
         return files;
     }
     const std::string head_name = head.filename().string();
-    const fs::path folder = head.has_parent_path() ? head.parent_path() : fs::path(".");
+    const std::string folder = folderOf(pattern.head);
     fs::directory_iterator entries(folder, error);
     if (error == std::errc::no_such_file_or_directory || error == std::errc::not_a_directory) return files;
-    if (error) throw Error("'" + folder.string() + "': cannot list the folder: " + error.message());
+    if (error) throw Error("'" + folder + "': cannot list the folder: " + error.message());
     for (const fs::directory_entry& entry : entries) {
         const std::string name = entry.path().filename().string();
         if (name.size() <= head_name.size() + pattern.tail.size() || !name.starts_with(head_name) ||

@@ -36,6 +36,9 @@ std::string nameForFrameOf(const FramePattern& pattern, std::string_view other);
 /// errors  several frames for a name without a place
 void requirePlaceFor(std::size_t frames, const FramePattern& pattern);
 
+/// Where a file is: "." for a name without folders.
+std::string folderOf(const std::string& file);
+
 /// Every file on disk that frameName() could have named, by frame. A folder that does not exist has none.
 std::map<int, std::string> framesOnDisk(const FramePattern& pattern);
 

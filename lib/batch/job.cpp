@@ -52,11 +52,6 @@ private:
     Clock::time_point begin_ = Clock::now();
 };
 
-fs::path folderOf(const fs::path& file) {
-    const fs::path folder = file.parent_path();
-    return folder.empty() ? "." : folder;
-}
-
 /// What the frames of a running job share.
 struct JobState {
     SignalWatch& signals;
@@ -69,7 +64,7 @@ struct JobState {
     void useScratch(const Plan& plan, const FrameTask& task) {
         const std::string& folder = plan.config.run.scratch;
         const std::scoped_lock lock(mutex);
-        if (!scratch) scratch.emplace(plan.memory_budget, folder.empty() ? folderOf(task.output).string() : folder);
+        if (!scratch) scratch.emplace(plan.memory_budget, folder.empty() ? folderOf(task.output) : folder);
     }
 };
 

@@ -81,13 +81,6 @@ void refuseExisting(const std::vector<FrameTask>& tasks) {
                 "; expected none, or --overwrite or --skip-existing");
 }
 
-/// For all frames at work. What the machine has is not all for this process, and a limit that is enforced counts
-/// memory that is set aside but not held.
-std::uint64_t memoryBudget(const Config& config) {
-    const std::uint64_t memory = config.run.memory_limit > 0 ? config.run.memory_limit : availableMemory();
-    return memory / 5 * 4;
-}
-
 // Where the paper's smoothing is asked for, its tessellation is meant too.
 void agreeOnTessellation(Plan& plan) {
     if (plan.config.smoothing.method != SmoothingMethod::paper || plan.config.surface.kind != SurfaceKind::beta ||
@@ -195,6 +188,11 @@ const char* actionName(FrameAction action) {
             return "refuse (output exists)";
     }
     return "";
+}
+
+std::uint64_t memoryBudget(const Config& config) {
+    const std::uint64_t memory = config.run.memory_limit > 0 ? config.run.memory_limit : availableMemory();
+    return memory / 5 * 4;
 }
 
 int threadsOf(const Config& config) { return config.run.threads > 0 ? config.run.threads : availableThreads(); }

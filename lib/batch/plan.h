@@ -62,6 +62,10 @@ struct Plan {
 /// How many threads a job uses: as many as it says, or as the machine grants.
 int threadsOf(const Config& config);
 
+/// For all that is at work at once, bytes. What the machine has is not all for this process, and a limit that is
+/// enforced counts memory that is set aside but not held.
+std::uint64_t memoryBudget(const Config& config);
+
 /// errors  paths that are missing or do not fit together; no frame at all; an output that exists while
 ///         neither overwrite nor skip_existing is set; a spacing that cannot be measured
 Plan planJob(const Config& config, const PlanOptions& options);

@@ -47,6 +47,24 @@ TEST(Check, GoodMeshesPassAndBadOnesDoNot) {
     EXPECT_EQ(reports[1]["component"][0]["genus"], 0);
 }
 
+TEST(Check, MeshesLargerThanTheMemoryAreJudgedAlike) {
+    const TemporaryFolder folder;
+    std::filesystem::create_directory(folder / "disk");
+    const Icosphere ball = icosphere(128);  // 327,680 triangles
+    writeMesh(folder / "a.ply", {ball.position, {}, ball.triangles, {}});
+    const Outcome outcome = runProgram({"check", "--json", "a.ply"}, folder.path());
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+    const std::vector<std::string> little{"SLURM_MEM_PER_NODE=64"};  // MB
+    for (const char* scratch : {"", "disk", "absent"}) {
+        const Outcome within = runProgram({"check", "--json", "a.ply", "--scratch", scratch}, folder.path(), little);
+        EXPECT_EQ(within.exit_code, 0) << within.err;
+        EXPECT_EQ(within.out, outcome.out);
+        EXPECT_EQ(within.err.find("absent/scratch: cannot be written") != std::string::npos, *scratch == 'a')
+            << within.err;
+    }
+    EXPECT_TRUE(std::filesystem::is_empty(folder / "disk"));
+}
+
 TEST(Check, CrossingsAreListedAndATolerancePassesShallowOnes) {
     const TemporaryFolder folder;
     Mesh mesh;
