@@ -6,19 +6,19 @@
 
 namespace betamesh {
 
-Mesh asMesh(BetaMesh beta) {
-    const std::vector<std::uint32_t> used = verticesOf(beta.triangles, beta.vertex.size());
-    std::vector<std::uint32_t> place(beta.vertex.size());
+Mesh asMesh(const std::vector<Moving>& vertex, std::vector<Triangle> triangles) {
+    const std::vector<std::uint32_t> used = verticesOf(triangles, vertex.size());
+    std::vector<std::uint32_t> place(vertex.size());
     Mesh mesh;
     resizeOnAll(mesh.position, used.size());
     resizeOnAll(mesh.velocity, used.size());
     parallelFor(used.size(), 4096, [&](std::size_t i) {
         const std::uint32_t v = used[i];
         place[v] = static_cast<std::uint32_t>(i);
-        mesh.position[i] = beta.vertex[v].position;
-        mesh.velocity[i] = beta.vertex[v].velocity;
+        mesh.position[i] = vertex[v].position;
+        mesh.velocity[i] = vertex[v].velocity;
     });
-    mesh.triangles = std::move(beta.triangles);
+    mesh.triangles = std::move(triangles);
     parallelFor(mesh.triangles.size(), 4096, [&](std::size_t t) {
         for (std::uint32_t& v : mesh.triangles[t]) v = place[v];
     });

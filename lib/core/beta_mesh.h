@@ -6,6 +6,8 @@
 #include "core/mesh.h"
 #include "core/moving.h"
 
+#include <utility>
+
 namespace betamesh {
 
 /// How points that only make a curved surface finer come and go as the surface moves.
@@ -47,7 +49,8 @@ struct BetaMesh {
 };
 
 /// Vertices that no triangle uses are left out.
-Mesh asMesh(BetaMesh beta);
+Mesh asMesh(const std::vector<Moving>& vertex, std::vector<Triangle> triangles);
+inline Mesh asMesh(BetaMesh&& beta) { return asMesh(beta.vertex, std::move(beta.triangles)); }
 
 /// Many points that move, in two arrays, for which there is room sooner than for one twice as large.
 struct MovingPoints {

@@ -5,11 +5,8 @@
 
 namespace betamesh {
 
-Mesh alphaMesh(const BallBoundary& boundary, std::vector<Moving> balls) {
-    BetaMesh alpha;
-    alpha.vertex = std::move(balls);
-    alpha.triangles = boundary.triangle;
-    return asMesh(std::move(alpha));
+Mesh alphaMesh(const BallBoundary& boundary, const std::vector<Moving>& balls) {
+    return asMesh(balls, boundary.triangle);
 }
 
 std::size_t doubleSidedTriangles(const BallBoundary& boundary) {

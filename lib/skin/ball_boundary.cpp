@@ -167,8 +167,7 @@ RowsOf<ExposedDirection> directionsOf(const std::vector<Parts>& parts, const std
 }
 
 // Joins the parts and numbers the exposed balls. exposed: ascending.
-BallBoundary assemble(const SnappedParticles& particles, const std::vector<std::uint32_t>& exposed,
-                      const std::vector<Parts>& parts) {
+BallBoundary assemble(const SnappedParticles& particles, const std::vector<Parts>& parts) {
     BallBoundary boundary;
     boundary.quantum = particles.quantum;
     boundary.radius = particles.radius;
@@ -188,13 +187,15 @@ BallBoundary assemble(const SnappedParticles& particles, const std::vector<std::
         parallelFor(boundary.bare.size(), kGrain, [&](std::size_t b) { visit(boundary.bare[b]); });
     };
     forEveryUse([&](std::uint32_t p) { std::atomic_ref(ball[p]).store(0, std::memory_order_relaxed); });
-    for (const std::uint32_t p : exposed) {
-        if (ball[p] == kHidden) continue;
-        ball[p] = static_cast<std::uint32_t>(boundary.position.size());
-        boundary.position.push_back(particles.position[p]);
-        boundary.row.push_back(particles.row[p]);
-        boundary.snapped_row.push_back(p);
-    }
+    boundary.snapped_row = rowsWhere(ball.size(), [&](std::uint32_t p) { return ball[p] != kHidden; });
+    resizeOnAll(boundary.position, boundary.snapped_row.size());
+    resizeOnAll(boundary.row, boundary.snapped_row.size());
+    parallelFor(boundary.snapped_row.size(), 4096, [&](std::size_t b) {
+        const std::uint32_t p = boundary.snapped_row[b];
+        ball[p] = static_cast<std::uint32_t>(b);
+        boundary.position[b] = particles.position[p];
+        boundary.row[b] = particles.row[p];
+    });
     forEveryUse([&](std::uint32_t& p) { p = ball[p]; });
     boundary.exposed = directionsOf(parts, ball, boundary.position.size());
     return boundary;
@@ -321,7 +322,7 @@ std::optional<UnpairedEdge> forgottenBall(const SnappedParticles& particles, con
 
 BallBoundary ballBoundary(const SnappedParticles& particles, const std::vector<std::uint32_t>& exposed,
                           const std::vector<Vec3>& directions, Arcs arcs) {
-    BallBoundary boundary = assemble(particles, exposed, exposedParts<ExactBalls>(particles, exposed, directions));
+    BallBoundary boundary = assemble(particles, exposedParts<ExactBalls>(particles, exposed, directions));
     if (arcs == Arcs::traced && traceArcs(boundary)) throw std::logic_error("exact predicates left an edge unpaired");
     return boundary;
 }
@@ -329,7 +330,7 @@ BallBoundary ballBoundary(const SnappedParticles& particles, const std::vector<s
 std::variant<BallBoundary, UnpairedEdge> ballBoundaryInFloats(const SnappedParticles& particles,
                                                               const std::vector<std::uint32_t>& exposed,
                                                               const std::vector<Vec3>& directions) {
-    BallBoundary boundary = assemble(particles, exposed, exposedParts<FloatBalls>(particles, exposed, directions));
+    BallBoundary boundary = assemble(particles, exposedParts<FloatBalls>(particles, exposed, directions));
     if (const auto unpaired = traceArcs(boundary)) return *unpaired;
     if (const auto forgotten = forgottenBall(particles, exposed, boundary)) return *forgotten;
     return boundary;

@@ -76,7 +76,8 @@ RigidMotionFit rigidMotion(const Particles& particles, const SnappedParticles& s
 }  // namespace
 
 std::vector<Moving> movingBalls(const BallBoundary& boundary, const Particles& particles) {
-    std::vector<Moving> balls(boundary.position.size());
+    std::vector<Moving> balls;
+    resizeOnAll(balls, boundary.position.size());
     parallelFor(balls.size(), 4096, [&](std::size_t b) {
         balls[b].position = boundary.centre(b);
         if (!particles.velocity.empty()) balls[b].velocity = Vec3(particles.velocity[boundary.row[b]]);
