@@ -364,20 +364,18 @@ bool writes(FrameAction action) {
     return action == FrameAction::mesh || action == FrameAction::write_empty || action == FrameAction::fail_lost;
 }
 
-/// Makes the folders of what is to be written and clears what dead jobs left in any; one that died after the last seal
-/// leaves a lock beside frames that are all there.
-void prepareFolders(const std::vector<FrameTask>& tasks) {
-    std::map<fs::path, bool> folders;  // is it written to?
-    for (const FrameTask& task : tasks) {
-        for (const std::string& output : {task.output, task.picture}) {
-            if (output.empty()) continue;
-            folders[folderOf(output)] |= writes(task.action);
-        }
-    }
+/// Those of what is written, and of what is there already; tells which are written to.
+std::map<std::string, bool> foldersOf(const std::vector<FrameTask>& tasks) {
+    std::map<std::string, bool> folders;
+    for (const FrameTask& task : tasks)
+        for (const std::string& output : {task.output, task.picture})
+            if (!output.empty()) folders[folderOf(output)] |= writes(task.action);
+    return folders;
+}
+
+/// Clears what dead jobs left; one that died after the last seal leaves a lock beside frames that are all there.
+void sweep(const std::map<std::string, bool>& folders) {
     for (const auto& [folder, is_written_to] : folders) {
-        std::error_code error;
-        if (is_written_to) fs::create_directories(folder, error);
-        if (error) throw Error("'" + folder.string() + "': cannot make the folder: " + error.message());
         sweepTemporaries(folder);
         sweepLocks(folder);
     }
@@ -439,7 +437,13 @@ int JobResult::exitCode() const {
 }
 
 JobResult runJob(const Plan& plan, SignalWatch& signals, const FrameNotes& notes, const FrameEnded& frameEnded) {
-    prepareFolders(plan.tasks);
+    const std::map<std::string, bool> folders = foldersOf(plan.tasks);
+    for (const auto& [folder, is_written_to] : folders) {
+        std::error_code error;
+        if (is_written_to) fs::create_directories(folder, error);
+        if (error) throw Error("'" + folder + "': cannot make the folder: " + error.message());
+    }
+    sweep(folders);
     JobResult result;
     std::mutex mutex;  // guards result and frameEnded
     JobState job{signals};
@@ -484,6 +488,7 @@ JobResult runJob(const Plan& plan, SignalWatch& signals, const FrameNotes& notes
         releaseFreeMemory();  // at its end the system would take a process's pages back on one thread
     });
 
+    sweep(folders);  // once more: who died shortly before the job began, or during it, may have held files till then
     if (result.written + result.skipped + result.failed < plan.tasks.size()) result.signal = caughtSignal();
     return result;
 }

@@ -147,6 +147,37 @@ TEST_F(Resume, AfterBeingKilledAtAnyMomentEverythingIsAsIfUndisturbed) {
     EXPECT_EQ(killed, kRounds * kKillsARound);
 }
 
+TEST_F(Resume, WhatAnotherProcessLeavesThatDiesMeanwhileGoes) {
+    writeFrames(1, 24, 3000);
+    const auto stopWhen = [](RunningProgram& program, const auto& isSo) {
+        for (int attempt = 0; attempt < 50000; ++attempt) {
+            const pid_t worker = program.worker();
+            if (worker > 0) kill(worker, SIGSTOP);
+            if (isSo()) return worker;
+            if (worker > 0) kill(worker, SIGCONT);
+            std::this_thread::sleep_for(std::chrono::microseconds(200));
+        }
+        return pid_t{-1};
+    };
+    const auto hasHalfWritten = [&] {
+        for (const auto& entry : fs::directory_iterator(folder_ / "out"))
+            if (entry.path().extension() == ".betamesh-tmp") return true;
+        return false;
+    };
+    fs::create_directory(folder_ / "out");
+    RunningProgram other({"mesh", "in/a.####.ply", "out/a.####.ply"}, folder_.path());
+    ASSERT_GT(stopWhen(other, hasHalfWritten), 0);
+    RunningProgram program({"mesh", "in/a.####.ply", "out/b.####.ply"}, folder_.path());
+    const pid_t worker = stopWhen(program, [&] { return exists("out/b.0001.ply") || exists("out/b.0002.ply"); });
+    ASSERT_GT(worker, 0);
+    ASSERT_TRUE(hasHalfWritten());
+    other.send(SIGKILL);
+    other.wait();
+    kill(worker, SIGCONT);
+    EXPECT_EQ(program.wait().exit_code, 0);
+    EXPECT_EQ(hiddenFiles("out"), 0U);
+}
+
 TEST_F(Resume, TwoProcessesOnTheSameFramesLeaveEachFrameOfOneOfThem) {
     constexpr int kFrames = 6;
     Sample sample({"drop", 600, 1, 24});
