@@ -2,6 +2,7 @@
 
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -47,12 +48,15 @@ struct Features {
     int droplet_particles = 8;  ///< what has fewer particles is a droplet, >= 1; all particles count, duplicates once
     Tendrils tendrils = Tendrils::mesh;
     Bubbles bubbles = Bubbles::mesh;
-    double bubble_volume = 0;  ///< what encloses less, with all that is in it, is filled; world units cubed, >= 0
+    double bubble_gap = 0;     ///< voids in which no empty ball of this diameter fits between the particles are filled;
+                               ///< world units, >= 0; 0: bubble_volume says which
+    double bubble_volume = 0;  ///< without a bubble_gap: voids that enclose less are filled; world units cubed, >= 0
 };
 
 /// Everything that shapes the surface of one frame.
 struct SkinParams {
-    double radius = 0;  ///< of the balls, world units, > 0; the paper uses 1.5 particle spacings
+    double radius = 0;   ///< of the balls, world units, > 0; the paper uses 1.5 particle spacings
+    double spacing = 0;  ///< of the particles (dx), world units, >= 0; 0: radius / 1.5
     SurfaceKind surface = SurfaceKind::beta;
     Tessellation tessellation = Tessellation::complete;
     int arc_subdivisions = 0;  ///< segments of every arc, >= 0; 0: sagitta below 0.01 radii; 0.02 where smoothed flat
@@ -62,11 +66,27 @@ struct SkinParams {
     SmoothingMethod smoothing = SmoothingMethod::coherent;
     double smoothing_width = 0;           ///< coherent: its reach, world units, >= 0; 0: 2.8 radii
     int passes = 1;                       ///< of smoothing, >= 0
+    std::optional<double> skin;           ///< how far the surface lies from the outermost particles, world units, >= 0;
+                                          ///< none: volume-true; 0: the boundary of the union of balls itself
     double inset = 0;                     ///< inwards where the liquid is thick, world units, >= 0; not with paper
     std::vector<std::string> attributes;  ///< of the particles, carried to the mesh's vertices
     bool resolve_intersections = false;   ///< the paper's tessellation: push vertices out to particles that lie outside
     Features features;
     bool components = false;  ///< number the connected pieces of the mesh, the largest first
 };
+
+/// The particle spacing dx, world units.
+double particleSpacing(const SkinParams& params);
+
+/// How far the surface lies from the outermost particles, world units. 0 where it is the boundary of the union of
+/// balls, or what the paper or the alpha mesh make of that.
+double skinDepth(const SkinParams& params);
+
+/// errors  a given skin that is negative or at or above the radius; one of a surface other than the complete
+/// tessellation
+void requireSkin(const SkinParams& params);
+
+/// Voids that enclose less than this are filled; world units cubed, in two dimensions squared.
+double bubbleVolume(const Features& features, int dimension);
 
 }  // namespace betamesh

@@ -113,7 +113,7 @@ SkinnedPlane skinPlane(const Particles& particles, const SkinParams& params, con
         watch("velocity");
         BetaCurve curve = tessellated(boundary, discs, vertices, params);
         if (params.features.bubbles == Bubbles::fill)
-            plane.report.bubbles_filled = fillHoles(curve, params.radius, params.features.bubble_volume);
+            plane.report.bubbles_filled = fillHoles(curve, params.radius, bubbleVolume(params.features, 2));
         plane.before = asCurves(curve);
         plane.pure = curve.pure;
         watch("tessellate");
@@ -141,7 +141,7 @@ void requirePlanar(const SkinParams& params) {
         throw Error(what + " is known in three dimensions only; expected its default in two");
     };
     if (params.predicates == PredicateKind::floating) refuse("floating predicates (--predicates float)");
-    if (params.inset > 0) refuse("an inset (--inset)");
+    if (params.skin.value_or(0) > 0 || params.inset > 0) refuse("a given distance from the particles (--skin LENGTH)");
     if (features.tendrils != Tendrils::mesh) refuse("leaving out tendrils (--tendrils)");
     if (features.bubbles != Bubbles::mesh &&
         (params.surface != SurfaceKind::beta || params.tessellation != Tessellation::complete))

@@ -36,7 +36,7 @@ struct SkinnedPlane {
 
 /// Skins one frame of particles that lie in one plane of constant z, as skinFrame() does in space: discs for balls,
 /// closed curves for the mesh. Arcs are cut in fixed directions from their centre: 8 for each arc_subdivisions, 24 for
-/// 0. Features::bubble_volume is an area here, world units squared.
+/// 0. Features::bubble_gap is the diameter of a disc here, bubble_volume an area in world units squared.
 ///
 /// in      n >= 0 valid particles
 /// out     closed curves, the liquid on their left: counter-clockwise round it seen from +z, clockwise round holes

@@ -114,12 +114,17 @@ double widthOf(const SkinParams& params) {
     return params.smoothing_width > 0 ? params.smoothing_width : kSmoothingWidth * params.radius;
 }
 
-// Of either tessellation.
-CoherentSmoothing smoothingOf(const SkinParams& params) {
-    return {params.radius, widthOf(params), passesOf(params), params.inset};
+// How far the surface goes inwards from the balls, world units.
+double insetOf(const SkinParams& params) {
+    return params.skin.value_or(0) > 0 ? params.radius - *params.skin : params.inset;
 }
 
-bool isSmoothed(const SkinParams& params) { return passesOf(params) > 0 || params.inset > 0; }
+// Of either tessellation.
+CoherentSmoothing smoothingOf(const SkinParams& params) {
+    return {params.radius, widthOf(params), passesOf(params), insetOf(params)};
+}
+
+bool isSmoothed(const SkinParams& params) { return passesOf(params) > 0 || insetOf(params) > 0; }
 
 // In which there are points inside faces, or samples of them; none where these are not asked for.
 Icosphere directionsOf(const SkinParams& params) {
@@ -159,7 +164,7 @@ BetaMesh completeSurface(const Particles& particles, Structure& structure, const
     BetaMesh beta = completeTessellation(boundary, balls, spins.of_points, std::move(network), std::move(points),
                                          subdivision.appearance);
     if (params.features.bubbles == Bubbles::fill)  // before smoothing: small bubbles may be turned inside out by it
-        report.bubbles_filled = fillBubbles(beta, params.radius, params.features.bubble_volume);
+        report.bubbles_filled = fillBubbles(beta, params.radius, bubbleVolume(params.features, 3));
     watch("tessellate");
     if (smoothed) {
         const MovingPoints from = smoother->smooth(beta);
@@ -233,6 +238,7 @@ SkinnedFrame skinFrame(const Particles& particles, const NearSurface& near, cons
     const bool complete = params.surface == SurfaceKind::beta && params.tessellation == Tessellation::complete;
     if (params.features.bubbles == Bubbles::fill && !complete)
         throw Error("only the complete tessellation has bubbles that can be filled, expected that one");
+    requireSkin(params);
     SkinnedFrame frame;
 
     Icosphere directions = directionsOf(params);

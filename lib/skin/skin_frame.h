@@ -48,7 +48,8 @@ using Watch = std::function<void(std::string_view stage)>;
 /// same    bytes for any thread count and particle order
 /// cost    O(n) for a bounded number of neighbours within two radii
 /// errors  the paper's smoothing of another tessellation than the paper's; bubbles filled of another than the complete
-///         one; particles beyond the integer range; floating predicates that stay invalid after all retries
+///         one; what requireSkin() throws; particles beyond the integer range; floating predicates that stay invalid
+///         after all retries
 /// source  beta mesh paper, section 3
 SkinnedFrame skinFrame(const Particles& particles, const SkinParams& params, const Watch& watch = {});
 

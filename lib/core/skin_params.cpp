@@ -1,0 +1,49 @@
+#include "core/skin_params.h"
+
+#include "core/error.h"
+
+#include <algorithm>
+#include <cmath>
+#include <sstream>
+
+namespace betamesh {
+
+namespace {
+
+constexpr double kUsualRadius = 1.5;  // spacings, as in the paper
+constexpr double kAutomaticSkin =
+    0.55;  // spacings: between 0.5, true to the volume of bulk and sheets, and 0.62 of drops
+constexpr double kMostOfRadius = 0.8;  // that an automatic skin takes where balls are small
+constexpr double kVoidOfGap = 0.4;     // edge of the cube that a void has the volume of, in gaps: 8 dx^3 at 5 dx
+
+bool hasSkin(const SkinParams& params) {
+    return params.surface == SurfaceKind::beta && params.tessellation == Tessellation::complete;
+}
+
+}  // namespace
+
+double particleSpacing(const SkinParams& params) {
+    return params.spacing > 0 ? params.spacing : params.radius / kUsualRadius;
+}
+
+double skinDepth(const SkinParams& params) {
+    if (!hasSkin(params)) return 0;
+    return params.skin.value_or(std::min(kAutomaticSkin * particleSpacing(params), kMostOfRadius * params.radius));
+}
+
+void requireSkin(const SkinParams& params) {
+    const double skin = params.skin.value_or(0);
+    if (skin == 0) return;
+    if (!hasSkin(params)) throw Error("a length needs the complete tessellation; expected auto or none");
+    if (skin > 0 && skin < params.radius) return;
+    std::ostringstream message;
+    message << "the skin is " << skin << " and the radius of the balls " << params.radius
+            << "; expected a skin above 0 and below the radius, or none for the surface of the balls themselves";
+    throw Error(message.str());
+}
+
+double bubbleVolume(const Features& features, int dimension) {
+    return features.bubble_gap > 0 ? std::pow(kVoidOfGap * features.bubble_gap, dimension) : features.bubble_volume;
+}
+
+}  // namespace betamesh
