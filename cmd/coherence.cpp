@@ -12,6 +12,7 @@
 #include "io/mesh_file.h"
 #include "io/output_file.h"
 #include "io/particle_file.h"
+#include "job_options.h"
 #include "measure/places.h"
 #include "skin/spacing.h"
 
@@ -217,8 +218,7 @@ Sequence meshFiles(const Arguments& arguments) {
 }
 
 Sequence fineSteps(const Arguments& arguments, const Watched& watched) {
-    Config config = readConfig(arguments.pipeline);
-    for (const std::string& assignment : arguments.assignments) setConfigKey(config, assignment);
+    Config config = readConfig(arguments.pipeline, keyValuesOf(arguments.assignments));
     config.frames = std::to_string(arguments.frame);
     if (config.output.path.empty()) config.output.path = "nothing.####.ply";  // nothing is written
     PlanOptions options;

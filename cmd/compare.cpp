@@ -11,14 +11,15 @@
 #include <iterator>
 #include <memory>
 #include <sstream>
+#include <utility>
 
 namespace betamesh {
 namespace {
 
 constexpr const char* kPanels[] = {
     "union of balls: preview.show=union",
-    "alpha mesh: surface.kind=alpha preview.normals=flat",
-    "beta mesh (paper): surface.tessellation=paper smoothing.method=paper surface.inset=0 features.droplets=mesh "
+    "alpha mesh: surface.kind=alpha surface.skin=none preview.normals=flat",
+    "beta mesh (paper): surface.tessellation=paper smoothing.method=paper surface.skin=none features.droplets=mesh "
     "features.tendrils=mesh features.bubbles=mesh",
     "beta mesh (ours):",
 };
@@ -41,6 +42,7 @@ Config decided(Config config, const Plan& plan) {
     const Look& look = plan.preview->look;
     Config::Preview& preview = config.preview;
     config.surface.spacing = plan.spacing;
+    if (std::exchange(config.surface.inset, {})) config.surface.skin = LengthText{plan.skin.skin.value_or(0), false};
     preview.camera_position = {camera.position.x, camera.position.y, camera.position.z};
     preview.look_at = {camera.look_at.x, camera.look_at.y, camera.look_at.z};
     preview.ground = look.ground ? Config::Preview::Ground::given : Config::Preview::Ground::none;
@@ -100,7 +102,7 @@ void addCompareCommand(CLI::App& program, int& exit_code) {
         "Pictures on a sheet, each of --width x --height (without --pipeline, 960 x 540 by default).\n"
         "Examples:\n"
         "  betamesh compare sim/splash.0012.vdb splash.png\n"
-        "  betamesh compare sim/splash.0012.vdb inset.png --panel 'as it is:' --panel 'inset: surface.inset=0.5dx'\n"
+        "  betamesh compare sim/splash.0012.vdb skin.png --panel 'as it is:' --panel 'full balls: surface.skin=none'\n"
         "  betamesh compare 'sim/splash.####.vdb' look/splash.####.png --frames 1-24 --movie splash.mp4");
     const auto options = std::make_shared<PictureOptions>();
     options->outputs.resize(1);
@@ -128,7 +130,7 @@ void addCompareCommand(CLI::App& program, int& exit_code) {
             return false;
         for (const char* section : {"preview.", "input.", "surface.", "perturbation.", "smoothing.", "features."})
             if (key.path.starts_with(section)) return true;
-        return key.path == "frames" || key.path == "run.threads" || key.path == "run.timeout";
+        return key.path == "preset" || key.path == "frames" || key.path == "run.threads" || key.path == "run.timeout";
     });
     command->callback([options, texts, columns, &exit_code] {
         if (isExr(options->outputs[0])) throw Error("'" + options->outputs[0] + "': captions need a .png");

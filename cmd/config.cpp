@@ -1,6 +1,9 @@
 #include "batch/config.h"
+#include "batch/presets.h"
 #include "command.h"
+#include "job_options.h"
 
+#include <algorithm>
 #include <iostream>
 #include <memory>
 
@@ -12,6 +15,7 @@ void addConfigCommand(CLI::App& program, int&) {
     struct Arguments {
         std::string file;
         std::vector<std::string> assignments;
+        std::map<std::string, std::string> values;
     };
     const auto arguments = std::make_shared<Arguments>();
 
@@ -22,16 +26,23 @@ void addConfigCommand(CLI::App& program, int&) {
         ->type_name("KEY=VALUE")
         ->expected(1)
         ->take_all();
+    addKeyOptions(*print, arguments->values, [](const ConfigKey& key) { return key.path == "preset"; });
     print->callback([arguments] {
-        Config config = arguments->file.empty() ? Config{} : readConfig(arguments->file);
-        for (const std::string& assignment : arguments->assignments) setConfigKey(config, assignment);
-        std::cout << printConfig(config);
+        std::cout << printConfig(readConfig(arguments->file, keyValuesOf(arguments->assignments, arguments->values)));
     });
 
     CLI::App* check =
         command->add_subcommand("check", "Exit code 0 if the file is right, 2 and the place if it is not.");
     check->add_option("FILE", arguments->file, "A pipeline file.")->required();
     check->callback([arguments] { readConfig(arguments->file); });
+
+    command->add_subcommand("presets", "Lists the presets: their names, and what they are for.")->callback([] {
+        std::size_t longest = 0;
+        for (const Preset& preset : presets()) longest = std::max(longest, preset.name.size());
+        for (const Preset& preset : presets())
+            std::cout << preset.name << std::string(longest + 2 - preset.name.size(), ' ') << descriptionOf(preset)
+                      << '\n';
+    });
 }
 
 }  // namespace betamesh

@@ -5,6 +5,7 @@
 #include "batch/log.h"
 #include "batch/machine.h"
 #include "batch/plan.h"
+#include "batch/presets.h"
 #include "batch/progress.h"
 #include "batch/worker.h"
 #include "core/parallel.h"
@@ -22,11 +23,13 @@ namespace {
 bool isPreview(const ConfigKey& key) { return key.path.starts_with("preview."); }
 
 const char* groupOf(const ConfigKey& key) {
+    if (!key.replaced_by.empty()) return "Deprecated";
     return key.path.starts_with("run.") ? "Running" : isPreview(key) ? "Picture" : "Surface and input";
 }
 
 /// "beta|alpha|union" where these are all there is.
 std::string valueOf(const ConfigKey& key) {
+    if (key.path == "preset") return presetNames("|");
     constexpr std::string_view kOneOf = "one of ";
     if (key.kind != ConfigKey::Kind::choice || !key.expects.starts_with(kOneOf)) return "VALUE";
     std::string words = key.expects.substr(kOneOf.size());
@@ -100,13 +103,15 @@ void addKeyOptions(CLI::App& command, std::map<std::string, std::string>& values
     }
 }
 
-void applyOptions(Config& config, const std::vector<std::string>& assignments,
-                  const std::map<std::string, std::string>& values) {
-    for (const std::string& assignment : assignments) setConfigKey(config, assignment);
+std::vector<KeyValue> keyValuesOf(const std::vector<std::string>& assignments,
+                                  const std::map<std::string, std::string>& values) {
+    std::vector<KeyValue> all;
+    for (const std::string& assignment : assignments) all.push_back(keyValueOf(assignment));
     for (const ConfigKey& key : configKeys()) {
         const auto value = values.find(key.path);
-        if (value != values.end()) setConfigKey(config, key.path, value->second, key.option);
+        if (value != values.end()) all.push_back({key.path, value->second, key.option});
     }
+    return all;
 }
 
 void addJobOptions(CLI::App& command, JobOptions& options) {
@@ -158,9 +163,11 @@ void addJobOptions(CLI::App& command, JobOptions& options) {
         ->group("Messages");
 }
 
-int runWithOptions(Config config, const JobOptions& options) {
+int runWithOptions(const std::string& pipeline, std::vector<KeyValue> given, const JobOptions& options) {
     setLogLevel(options.quiet ? LogLevel::quiet : options.verbose ? LogLevel::verbose : LogLevel::normal);
-    applyOptions(config, options.assignments, options.values);
+    const auto by_options = keyValuesOf(options.assignments, options.values);
+    given.insert(given.end(), by_options.begin(), by_options.end());
+    const Config config = readConfig(pipeline, given);
     const bool silent = options.quiet && options.progress == "auto";
     const ProgressKind progress_kind = silent ? ProgressKind::none : progressKind(options.progress);
     rememberSignals();

@@ -31,15 +31,18 @@ struct JobOptions {
 void addKeyOptions(CLI::App& command, std::map<std::string, std::string>& values,
                    const std::function<bool(const ConfigKey&)>& wanted);
 
-/// Applies --set, then the options.
-void applyOptions(Config& config, const std::vector<std::string>& assignments,
-                  const std::map<std::string, std::string>& values);
+/// What the command line says of keys, in the order in which it counts: --set, then the options.
+std::vector<KeyValue> keyValuesOf(const std::vector<std::string>& assignments,
+                                  const std::map<std::string, std::string>& values = {});
 
 /// Adds an option for every key that shapes a job and has one, and those that are about this one run. The options must
 /// outlive the command.
 void addJobOptions(CLI::App& command, JobOptions& options);
 
-/// Applies --set, then the options, to what the configuration says already; plans and runs the job.
-int runWithOptions(Config config, const JobOptions& options);
+/// Plans and runs the job.
+///
+/// in      pipeline, a file; empty: none
+///         given, by the command line in other ways than options
+int runWithOptions(const std::string& pipeline, std::vector<KeyValue> given, const JobOptions& options);
 
 }  // namespace betamesh

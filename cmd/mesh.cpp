@@ -10,10 +10,8 @@ struct Arguments {
 };
 
 int run(const Arguments& arguments) {
-    Config config;
-    setConfigKey(config, "input.path", arguments.input, "IN");
-    setConfigKey(config, "output.path", arguments.output, "OUT");
-    return runWithOptions(config, arguments.options);
+    return runWithOptions("", {{"input.path", arguments.input, "IN"}, {"output.path", arguments.output, "OUT"}},
+                          arguments.options);
 }
 
 }  // namespace
@@ -24,6 +22,7 @@ void addMeshCommand(CLI::App& program, int& exit_code) {
     command->footer(
         "Examples:\n"
         "  betamesh mesh splash.0012.bgeo splash.0012.ply\n"
+        "  betamesh mesh flip.0012.vdb flip.0012.ply --preset flip\n"
         "  betamesh mesh sim/splash.####.vdb mesh/splash.####.ply --radius 0.03 --frames 1-240 --skip-existing");
     command
         ->add_option(

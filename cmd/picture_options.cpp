@@ -149,11 +149,12 @@ PictureJob planPictures(const PictureOptions& options, const Config& usual) {
     if (options.overwrite && options.skip_existing)
         throw Error("--overwrite and --skip-existing: expected one of them");
     if (!options.movie.empty()) Movie::requireMaker();
-    PictureJob job{usual, {}, {}, options};
-    if (!options.pipeline.empty()) job.config = readConfig(options.pipeline);
+    std::vector<KeyValue> given{{"frames", Config{}.frames, ""}};  // rather than those of the pipeline
+    const auto by_options = keyValuesOf(options.assignments, options.values);
+    given.insert(given.end(), by_options.begin(), by_options.end());
+    const Config base = options.pipeline.empty() ? usual : Config{};
+    PictureJob job{readConfig(options.pipeline, given, base), {}, {}, options};
     job.config.input.path = options.input;
-    job.config.frames = Config{}.frames;
-    applyOptions(job.config, options.assignments, options.values);
     const FramePattern input = framePattern(options.input);
     job.on_disk = framesOnDisk(input);
     const std::vector<int> frames = chosenFrames(job.config.frames, input, job.on_disk);

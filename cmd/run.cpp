@@ -9,7 +9,7 @@ struct Arguments {
     JobOptions options;
 };
 
-int run(const Arguments& arguments) { return runWithOptions(readConfig(arguments.pipeline), arguments.options); }
+int run(const Arguments& arguments) { return runWithOptions(arguments.pipeline, {}, arguments.options); }
 
 }  // namespace
 

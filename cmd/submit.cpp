@@ -5,6 +5,7 @@
 #include "command.h"
 #include "core/error.h"
 #include "io/output_file.h"
+#include "job_options.h"
 
 #include <filesystem>
 #include <iostream>
@@ -39,8 +40,7 @@ std::vector<int> framesOf(const std::vector<FrameTask>& tasks) {
 }
 
 FarmJob farmJob(const Arguments& arguments, Farm farm) {
-    Config config = readConfig(arguments.pipeline);
-    for (const std::string& assignment : arguments.assignments) setConfigKey(config, assignment);
+    Config config = readConfig(arguments.pipeline, keyValuesOf(arguments.assignments));
     if (!arguments.frames.empty()) setConfigKey(config, "frames", arguments.frames, "--frames");
     PlanOptions options;
     options.dry_run = options.overwrite = true;

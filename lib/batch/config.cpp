@@ -2,6 +2,7 @@
 
 #include "batch/config.h"
 
+#include "batch/presets.h"
 #include "core/error.h"
 
 #include <yaml-cpp/yaml.h>
@@ -53,13 +54,13 @@ std::string nameOf(const YAML::Node& name, std::set<std::string>& seen, const fs
     return name.Scalar();
 }
 
-void applyKey(Config& config, const YAML::Node& name, const std::string& path, const YAML::Node& value,
-              const fs::path& file) {
+void set(Config& config, const KeyValue& key_value) {
+    setConfigKey(config, key_value.path, key_value.value, key_value.where);
+}
+
+KeyValue keyValueOf(const YAML::Node& name, const std::string& path, const YAML::Node& value, const fs::path& file) {
     const ConfigKey* key = keyAt(path);
-    if (key == nullptr) {
-        setConfigKey(config, path, "", located(file, name.Mark()));  // throws, with the nearest key
-        return;
-    }
+    if (key == nullptr) return {path, "", located(file, name.Mark())};  // refused where it is set, with the nearest key
     if (key->kind == ConfigKey::Kind::names && value.IsSequence()) {
         std::string names;
         for (const auto& one : value) {
@@ -68,8 +69,7 @@ void applyKey(Config& config, const YAML::Node& name, const std::string& path, c
                             " was found; expected a name");
             names += (names.empty() ? "" : ",") + one.Scalar();
         }
-        setConfigKey(config, path, names, located(file, value.Mark()));
-        return;
+        return {path, names, located(file, value.Mark())};
     }
     const bool quoted_number = value.IsScalar() && value.Tag() == "!" &&
                                (key->kind == ConfigKey::Kind::number || key->kind == ConfigKey::Kind::boolean);
@@ -77,7 +77,7 @@ void applyKey(Config& config, const YAML::Node& name, const std::string& path, c
         throw Error(located(file, value.IsNull() ? name.Mark() : value.Mark()) + ": " + path + ": " + typeName(value) +
                     " was found; expected " + key->expects);
     }
-    setConfigKey(config, path, value.Scalar(), located(file, value.Mark()));
+    return {path, value.Scalar(), located(file, value.Mark())};
 }
 
 void applySection(Config& config, const YAML::Node& name, const std::string& section, const YAML::Node& rows,
@@ -88,8 +88,26 @@ void applySection(Config& config, const YAML::Node& name, const std::string& sec
     }
     std::set<std::string> seen;
     for (const auto& row : rows) {
-        applyKey(config, row.first, section + '.' + nameOf(row.first, seen, file), row.second, file);
+        set(config, keyValueOf(row.first, section + '.' + nameOf(row.first, seen, file), row.second, file));
     }
+}
+
+/// All rows of a file but `version` and `include`. Returns what it says of presets, which it does not apply.
+std::optional<KeyValue> applyRows(Config& config, const YAML::Node& root, const fs::path& file) {
+    std::optional<KeyValue> preset;
+    std::set<std::string> seen;
+    for (const auto& row : root) {
+        const std::string name = nameOf(row.first, seen, file);
+        if (name == "version" || name == "include") continue;
+        if (isSection(name)) {
+            applySection(config, row.first, name, row.second, file);
+        } else if (name == "preset") {
+            preset = keyValueOf(row.first, name, row.second, file);
+        } else {
+            set(config, keyValueOf(row.first, name, row.second, file));
+        }
+    }
+    return preset;
 }
 
 void checkVersion(const YAML::Node& root, const fs::path& file) {
@@ -118,9 +136,10 @@ fs::path includedFile(const YAML::Node& include, const fs::path& file) {
                 beside.lexically_normal().string() + " and " + fs::absolute(name).lexically_normal().string() + ")");
 }
 
-YAML::Node readYaml(const fs::path& file) {
+template <typename Load>
+YAML::Node readYaml(const fs::path& file, const Load& load) {
     try {
-        const auto documents = YAML::LoadAllFromFile(file.string());
+        const std::vector<YAML::Node> documents = load();
         if (documents.size() > 1) {
             throw Error(located(file, documents[1].Mark()) + ": a second document begins; expected one");
         }
@@ -137,7 +156,8 @@ YAML::Node readYaml(const fs::path& file) {
     }
 }
 
-void applyFile(Config& config, const fs::path& file, std::vector<fs::path>& chain) {
+/// What the file and those it includes say of presets is returned, not applied.
+std::optional<KeyValue> applyFile(Config& config, const fs::path& file, std::vector<fs::path>& chain) {
     std::error_code error;
     const fs::path identity = fs::canonical(file, error);
     if (error) throw Error(file.string() + ": " + error.message() + "; expected a pipeline file (.yaml)");
@@ -150,26 +170,22 @@ void applyFile(Config& config, const fs::path& file, std::vector<fs::path>& chai
     }
     chain.push_back(identity);
 
-    const YAML::Node root = readYaml(file);
+    const YAML::Node root = readYaml(file, [&] { return YAML::LoadAllFromFile(file.string()); });
     checkVersion(root, file);
+    std::optional<KeyValue> preset;
+    const auto applyIncluded = [&](const YAML::Node& include) {
+        if (auto included = applyFile(config, includedFile(include, file), chain)) preset = std::move(included);
+    };
     if (const YAML::Node include = root["include"]) {
         if (include.IsSequence()) {
-            for (const auto& one : include) applyFile(config, includedFile(one, file), chain);
+            for (const auto& one : include) applyIncluded(one);
         } else {
-            applyFile(config, includedFile(include, file), chain);
+            applyIncluded(include);
         }
     }
-    std::set<std::string> seen;
-    for (const auto& row : root) {
-        const std::string name = nameOf(row.first, seen, file);
-        if (name == "version" || name == "include") continue;
-        if (isSection(name)) {
-            applySection(config, row.first, name, row.second, file);
-        } else {
-            applyKey(config, row.first, name, row.second, file);
-        }
-    }
+    if (auto own = applyRows(config, root, file)) preset = std::move(own);
     chain.pop_back();
+    return preset;
 }
 
 /// Words as comment lines that stay within the columns.
@@ -195,10 +211,31 @@ std::string yamlScalar(const std::string& value) {
 
 }  // namespace
 
-Config readConfig(const fs::path& path) {
-    Config config;
-    std::vector<fs::path> chain;
-    applyFile(config, path, chain);
+void applyPreset(Config& config, std::string_view name) {
+    const Preset& preset = presetNamed(name);
+    const fs::path origin = "preset '" + std::string(name) + "'";
+    applyRows(config, readYaml(origin, [&] { return YAML::LoadAll(std::string(preset.text)); }), origin);
+}
+
+Config readConfig(const fs::path& file, const std::vector<KeyValue>& command_line, const Config& base) {
+    const auto isPreset = [](const KeyValue& key_value) { return key_value.path == "preset"; };
+    std::optional<KeyValue> preset;
+    if (!file.empty()) {
+        Config unused;
+        std::vector<fs::path> chain;
+        preset = applyFile(unused, file, chain);
+    }
+    for (const KeyValue& key_value : command_line)
+        if (isPreset(key_value)) preset = key_value;
+
+    Config config = base;
+    if (preset) set(config, *preset);
+    if (!file.empty()) {
+        std::vector<fs::path> chain;
+        applyFile(config, file, chain);
+    }
+    for (const KeyValue& key_value : command_line)
+        if (!isPreset(key_value)) set(config, key_value);
     return config;
 }
 
@@ -206,7 +243,9 @@ std::string printConfig(const Config& config) {
     std::ostringstream out;
     out << "version: " << kVersion << '\n';
     std::string section;
+    const Config defaults;
     for (const ConfigKey& key : configKeys()) {
+        if (!key.replaced_by.empty() && key.get(config) == key.get(defaults)) continue;
         const std::size_t dot = key.path.find('.');
         const bool inside = dot != std::string::npos;
         const std::string indent = inside ? "  " : "";

@@ -35,9 +35,10 @@ enum class PreviewNormals { smooth, flat };
 enum class UpAxis { y, z };
 
 /// One job. The defaults are these initialisers; configKeys() says what each means.
-/// Zero stands for `auto` in spacing, arc_subdivisions, smoothing.width, frames_in_flight, threads and
+/// Zero stands for `auto` in spacing, arc_subdivisions, smoothing.width, bubble_volume, frames_in_flight, threads and
 /// memory_limit.
 struct Config {
+    std::vector<std::string> preset;  ///< names; their settings are in the other keys already
     struct Input {
         std::string path;
         std::string velocity;
@@ -52,7 +53,8 @@ struct Config {
         Tessellation tessellation = Tessellation::complete;
         int arc_subdivisions = 0;
         PredicateKind predicates = PredicateKind::exact;
-        LengthText inset{0, false};
+        std::optional<LengthText> skin;   ///< none: auto; 0: the surface of the balls
+        std::optional<LengthText> inset;  ///< another way to say the skin: the radius less this; deprecated
         bool resolve_intersections = false;
     } surface;
     struct Perturbation {
@@ -68,8 +70,9 @@ struct Config {
         Droplets droplets = Droplets::mesh;
         int droplet_particles = 8;
         Tendrils tendrils = Tendrils::mesh;
-        Bubbles bubbles = Bubbles::mesh;
-        double bubble_volume = 8;  ///< spacings cubed, in two dimensions squared
+        std::optional<Bubbles> bubbles;  ///< none: fill where bubbles can be filled
+        LengthText bubble_gap{5, true};
+        double bubble_volume = 0;  ///< instead of bubble_gap; spacings cubed, in two dimensions squared; 0: not given
     } features;
     struct Output {
         std::string path;
@@ -127,6 +130,7 @@ struct ConfigKey {
     std::string reason;                             ///< what it does and why one would change it
     std::function<std::string(const Config&)> get;  ///< as text that set() reads back
     std::function<void(Config&, const std::string& value)> set;  ///< throws Error with what was found and expected
+    std::string replaced_by{};  ///< the key to use instead; empty: this one is not deprecated
 };
 
 /// All keys, in the order in which they are printed; those of one section stand together.
@@ -135,20 +139,34 @@ const std::vector<ConfigKey>& configKeys();
 /// The known key or section that was most likely meant.
 std::string nearestConfigKey(std::string_view unknown);
 
-/// Sets one key by its path. `where` names the origin in errors: "--set", "splash.yaml:4:11".
+/// A value for a key from the command line.
+struct KeyValue {
+    std::string path, value;
+    std::string where;  ///< its origin in errors: "--radius", "--set surface.radius=1.5dx"
+};
+
+/// From `a.b=c`, as --set takes it.
+KeyValue keyValueOf(const std::string& assignment);
+
+/// Sets one key by its path. `where` names the origin in errors: "--set", "splash.yaml:4:11". `preset` sets all keys of
+/// the presets at once, so it comes before the keys that are to win.
 void setConfigKey(Config& config, const std::string& path, const std::string& value, const std::string& where);
 
 /// Sets one key from `a.b=c`.
 void setConfigKey(Config& config, const std::string& assignment);
 
-/// Reads a pipeline file and the presets it includes: first those, in their order, then its own keys; the
-/// later value wins.
+/// The whole configuration of a job. The later value wins: base, presets, included files in their order, the keys of
+/// the pipeline file, those of the command line in their order. A `preset` of the command line replaces that of the
+/// file, and that of a file those of the files it includes.
 ///
+/// in      file of the pipeline; empty: none
 /// errors  file, line and column of an unknown key (and the nearest known one), a key given twice, a wrong
-///         type, an impossible value, a missing or circular include, YAML that cannot be read
-Config readConfig(const std::filesystem::path& path);
+///         type, an impossible value, a missing or circular include, YAML that cannot be read; an unknown preset
+Config readConfig(const std::filesystem::path& file, const std::vector<KeyValue>& command_line = {},
+                  const Config& base = {});
 
-/// A pipeline file with every key, its unit, range and reason; readConfig() gives the same Config back.
+/// A pipeline file with every key, its unit, range and reason, but for deprecated ones that are not given; readConfig()
+/// gives the same Config back.
 std::string printConfig(const Config& config);
 
 }  // namespace betamesh

@@ -4,6 +4,7 @@
 #include "batch/config_tables.h"
 #include "batch/frames.h"
 #include "batch/plane.h"
+#include "batch/presets.h"
 #include "io/curve_file.h"
 #include "io/particle_file.h"
 
@@ -25,6 +26,20 @@ void checkFrames(const std::string& frames) {
     if (frames != "all") parseFrames(frames);
 }
 }  // namespace
+
+void addPresetKey(std::vector<ConfigKey>& keys) {
+    ConfigKey key =
+        namesKey({"preset", "--preset", "",
+                  "Settings for a kind of simulation; `betamesh config presets` lists them. Of several, later ones "
+                  "win. Included files, the keys of a pipeline file and options all override presets."},
+                 "names of presets, each once, with commas between them; or empty",
+                 [](Config& c) -> std::vector<std::string>& { return c.preset; });
+    key.set = [setNames = key.set](Config& config, const std::string& value) {
+        setNames(config, value);
+        for (const std::string& name : std::vector<std::string>(config.preset)) applyPreset(config, name);
+    };
+    keys.push_back(key);
+}
 
 void addInputKeys(std::vector<ConfigKey>& keys) {
     keys.push_back(textKey(

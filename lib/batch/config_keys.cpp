@@ -1,28 +1,13 @@
 // Keys by their names.
 
 #include "batch/config_tables.h"
+#include "batch/edit_distance.h"
 #include "core/error.h"
 
 #include <algorithm>
 
 namespace betamesh {
 namespace {
-
-/// Levenshtein's distance: single characters inserted, removed or replaced.
-std::size_t editDistance(std::string_view a, std::string_view b) {
-    std::vector<std::size_t> row(b.size() + 1);
-    for (std::size_t j = 0; j <= b.size(); ++j) row[j] = j;
-    for (std::size_t i = 1; i <= a.size(); ++i) {
-        std::size_t diagonal = row[0];
-        row[0] = i;
-        for (std::size_t j = 1; j <= b.size(); ++j) {
-            const std::size_t replaced = diagonal + (a[i - 1] == b[j - 1] ? 0 : 1);
-            diagonal = row[j];
-            row[j] = std::min({replaced, row[j] + 1, row[j - 1] + 1});
-        }
-    }
-    return row.back();
-}
 
 std::string_view lastWord(std::string_view path) { return path.substr(path.rfind('.') + 1); }
 
@@ -34,8 +19,8 @@ std::string_view sectionOf(std::string_view path) { return path.substr(0, path.s
 const std::vector<ConfigKey>& configKeys() {
     static const std::vector<ConfigKey> keys = [] {
         std::vector<ConfigKey> all;
-        for (const auto& add : {addInputKeys, addSurfaceKeys, addPerturbationKeys, addSmoothingKeys, addFeaturesKeys,
-                                addOutputKeys, addPictureKeys, addPreviewKeys, addRunKeys})
+        for (const auto& add : {addPresetKey, addInputKeys, addSurfaceKeys, addPerturbationKeys, addSmoothingKeys,
+                                addFeaturesKeys, addOutputKeys, addPictureKeys, addPreviewKeys, addRunKeys})
             add(all);
         return all;
     }();
@@ -74,12 +59,17 @@ void setConfigKey(Config& config, const std::string& path, const std::string& va
     }
 }
 
-void setConfigKey(Config& config, const std::string& assignment) {
+KeyValue keyValueOf(const std::string& assignment) {
     const std::size_t equals = assignment.find('=');
     if (equals == std::string::npos || equals == 0) {
         throw Error("--set " + assignment + ": expected key=value, such as surface.radius=1.5dx");
     }
-    setConfigKey(config, assignment.substr(0, equals), assignment.substr(equals + 1), "--set " + assignment);
+    return {assignment.substr(0, equals), assignment.substr(equals + 1), "--set " + assignment};
+}
+
+void setConfigKey(Config& config, const std::string& assignment) {
+    const auto [path, value, where] = keyValueOf(assignment);
+    setConfigKey(config, path, value, where);
 }
 
 }  // namespace betamesh

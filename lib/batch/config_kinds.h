@@ -233,28 +233,49 @@ ConfigKey choiceKey(const KeyWords& words, const Choices<Choice>& choices, Membe
         });
 }
 
-/// "0.02" or "1.5dx". zero: the word that stands for the value 0; "0" itself, or empty where there is none.
+inline constexpr const char* kLengthAboveZero = "a number above 0, or a multiple of the spacing such as 1.5dx";
+
+inline std::string textOf(const LengthText& length) { return textOf(length.value) + (length.in_spacings ? "dx" : ""); }
+
+/// "0.02" or "1.5dx", 0 or more; nothing where the text is anything else.
+inline std::optional<LengthText> lengthOf(std::string_view text) {
+    const bool in_spacings = text.ends_with("dx");
+    const auto number = numberOf<double>(text.substr(0, text.size() - (in_spacings ? 2 : 0)));
+    if (!number || !(*number >= 0) || !std::isfinite(*number)) return std::nullopt;
+    return LengthText{*number, in_spacings && *number > 0};
+}
+
+/// A length above 0. zero: the word that stands for the value 0; "0" itself, or empty where there is none.
 template <typename Member>
 ConfigKey lengthKey(const KeyWords& words, const std::string& zero, Member member) {
-    const std::string expects =
-        (zero.empty() ? "" : zero + ", ") + "a number above 0, or a multiple of the spacing such as 1.5dx";
+    const std::string expects = (zero.empty() ? "" : zero + ", ") + kLengthAboveZero;
     return keyOf(
         words, ConfigKey::Kind::number, expects,
         [=](const Config& config) {
             const LengthText& length = readOnly(config, member);
-            if (!zero.empty() && length.value == 0) return zero;
-            return textOf(length.value) + (length.in_spacings ? "dx" : "");
+            return !zero.empty() && length.value == 0 ? zero : textOf(length);
         },
         [=](Config& config, const std::string& value) {
-            const bool in_spacings = value.ends_with("dx");
-            const auto number =
-                numberOf<double>(std::string_view(value).substr(0, value.size() - (in_spacings ? 2 : 0)));
-            if ((!zero.empty() && value == zero) || (zero == "0" && number == 0.0)) {
-                member(config) = {0, false};
-                return;
-            }
-            if (!number || !(*number > 0) || !std::isfinite(*number)) failValue(value, expects);
-            member(config) = {*number, in_spacings};
+            const auto length = !zero.empty() && value == zero ? std::optional(LengthText{0, false}) : lengthOf(value);
+            if (!length || (length->value == 0 && value != zero && zero != "0")) failValue(value, expects);
+            member(config) = *length;
+        });
+}
+
+/// A length or `auto`, which stands for none. zero: the word for 0, which is read too.
+template <typename Member>
+ConfigKey optionalLengthKey(const KeyWords& words, const std::string& zero, Member member) {
+    const std::string expects = "auto, " + zero + ", " + kLengthAboveZero;
+    return keyOf(
+        words, ConfigKey::Kind::number, expects,
+        [=](const Config& config) -> std::string {
+            const std::optional<LengthText>& length = readOnly(config, member);
+            return !length ? "auto" : length->value == 0 ? zero : textOf(*length);
+        },
+        [=](Config& config, const std::string& value) {
+            const auto length = value == zero ? std::optional(LengthText{0, false}) : lengthOf(value);
+            if (!length && value != "auto") failValue(value, expects);
+            member(config) = length;
         });
 }
 

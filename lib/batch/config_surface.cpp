@@ -52,13 +52,19 @@ void addSurfaceKeys(std::vector<ConfigKey>& keys) {
                                              "precision, repeated on jittered particles while its result is invalid."},
                                             {{"exact", PredicateKind::exact}, {"float", PredicateKind::floating}},
                                             [](Config& c) -> PredicateKind& { return c.surface.predicates; }));
-    keys.push_back(lengthKey(
+    keys.push_back(optionalLengthKey(
+        {"surface.skin", "--skin", "world units, or particle spacings with dx",
+         "How far the surface lies from the outermost particles; less than the radius. auto: the mesh "
+         "encloses the volume of the liquid. none: the surface is that of the balls themselves, a radius "
+         "outside the particles, so sheets are two radii thick. A length needs surface.kind beta with the "
+         "complete tessellation; otherwise auto is the same as none."},
+        "none", [](Config& c) -> std::optional<LengthText>& { return c.surface.skin; }));
+    ConfigKey inset = optionalLengthKey(
         {"surface.inset", "--inset", "world units, or particle spacings with dx",
-         "Takes the surface inwards, less where the liquid is thin: the balls reach a radius beyond their particles, "
-         "so "
-         "sheets are two radii thick. At most the radius less half a spacing, which leaves half a spacing of liquid "
-         "round the outermost particles. 0 keeps the volume of the balls."},
-        "0", [](Config& c) -> LengthText& { return c.surface.inset; }));
+         "Deprecated, use surface.skin: an inset D is the same as a skin of radius - D. auto: not set."},
+        "0", [](Config& c) -> std::optional<LengthText>& { return c.surface.inset; });
+    inset.replaced_by = "surface.skin";
+    keys.push_back(inset);
     keys.push_back(booleanKey(
         {"surface.resolve_intersections", "--resolve-intersections", "",
          "The paper's step 4, for its tessellation: move vertices out to particles that smoothing left outside. The "
@@ -89,7 +95,7 @@ void addSmoothingKeys(std::vector<ConfigKey>& keys) {
     keys.push_back(lengthKey(
         {"smoothing.width", "--smoothing-width", "world units, or particle spacings with dx",
          "Coherent smoothing: how far around it a vertex looks. Bumps much shorter than this vanish, waves twice as "
-         "long stay. auto: 2.8 radii, which is 4.2dx at the default radius."},
+         "long stay. auto: 4.2dx."},
         "auto", [](Config& c) -> LengthText& { return c.smoothing.width; }));
     keys.push_back(
         integerKey({"smoothing.passes", "--passes", "",
@@ -120,19 +126,33 @@ void addFeaturesKeys(std::vector<ConfigKey>& keys) {
          "What they held together stays in the mesh, however small."},
         {{"mesh", Tendrils::mesh}, {"points", Tendrils::points}},
         [](Config& c) -> Tendrils& { return c.features.tendrils; }));
-    keys.push_back(choiceKey<Bubbles>(
+    ConfigKey bubbles = choiceKey<Bubbles>(
         {"features.bubbles", "--bubbles", "",
-         "What becomes of small voids inside the liquid. mesh: they get a surface that faces inwards. fill: they, and "
-         "what is in them, are left out of the mesh; complete tessellation only. The rest of the mesh stays as it is."},
-        {{"mesh", Bubbles::mesh}, {"fill", Bubbles::fill}}, [](Config& c) -> Bubbles& { return c.features.bubbles; }));
-    keys.push_back(positiveKey(
-        {"features.bubble_volume", "--bubble-volume", "spacings cubed, in two dimensions squared",
-         "Voids of less volume, before smoothing and inset, are filled. One spacing cubed is what a particle stands "
-         "for, "
-         "so that 8 treats bubbles as features.droplet_particles treats droplets. The balls narrow a void by a radius "
-         "all round: 8 is a gap in the particles about 5 spacings wide."},
-        "a number above 0", std::numeric_limits<double>::max(), false,
-        [](Config& c) -> double& { return c.features.bubble_volume; }));
+         "What becomes of small voids inside the liquid, which are mostly gaps in the sampling. fill: they"
+         " are left out of the mesh with everything inside them, and the rest of it stays as it is; "
+         "complete tessellation only. mesh: they get a surface that faces inwards, like large voids."},
+        {{"mesh", Bubbles::mesh}, {"fill", Bubbles::fill}},
+        [](Config& c) -> std::optional<Bubbles>& { return c.features.bubbles; });
+    bubbles.get = [given = bubbles.get](const Config& c) { return c.features.bubbles ? given(c) : "fill"; };
+    keys.push_back(bubbles);
+    ConfigKey gap =
+        lengthKey({"features.bubble_gap", "--bubble-gap", "world units, or particle spacings with dx",
+                   "A void is small, and filled, if no empty ball of this diameter fits between its particles; in "
+                   "two dimensions, no empty disc."},
+                  "", [](Config& c) -> LengthText& { return c.features.bubble_gap; });
+    gap.set = [setGap = gap.set](Config& config, const std::string& value) {
+        setGap(config, value);
+        config.features.bubble_volume = 0;
+    };
+    keys.push_back(gap);
+    ConfigKey volume =
+        positiveKey({"features.bubble_volume", "--bubble-volume", "spacings cubed, in two dimensions squared",
+                     "Deprecated, use features.bubble_gap: fills voids between the balls of less than this volume. "
+                     "Whichever of the two keys is set later counts. auto: not set."},
+                    "auto or a number above 0", std::numeric_limits<double>::max(), true,
+                    [](Config& c) -> double& { return c.features.bubble_volume; });
+    volume.replaced_by = "features.bubble_gap";
+    keys.push_back(volume);
 }
 
 }  // namespace betamesh

@@ -10,6 +10,7 @@
 namespace betamesh {
 
 /// Each appends the keys of its section; addInputKeys also `frames`.
+void addPresetKey(std::vector<ConfigKey>& keys);
 void addInputKeys(std::vector<ConfigKey>& keys);
 void addSurfaceKeys(std::vector<ConfigKey>& keys);
 void addPerturbationKeys(std::vector<ConfigKey>& keys);

@@ -59,8 +59,8 @@ std::string fingerprintOf(std::string_view bytes) { return digits(XXH3_128bits(b
 
 std::string fingerprintOf(const Config& config) {
     const auto shapesNothing = [&](const ConfigKey& key) {
-        return key.path.starts_with("run.") || key.path == "frames" || key.path == "input.path" ||
-               key.path == "output.path" || key.path == "preview.path" ||
+        return key.path.starts_with("run.") || key.path == "frames" || key.path == "preset" ||
+               key.path == "input.path" || key.path == "output.path" || key.path == "preview.path" ||
                (key.path.starts_with("preview.") && config.preview.path.empty()) ||
                (key.path.starts_with("perturbation.") && config.surface.predicates == PredicateKind::exact);
     };

@@ -1,5 +1,6 @@
 #include "batch/plan.h"
 
+#include "batch/config_kinds.h"
 #include "batch/machine.h"
 #include "batch/memory.h"
 #include "batch/origin.h"
@@ -81,6 +82,12 @@ void refuseExisting(const std::vector<FrameTask>& tasks) {
                 "; expected none, or --overwrite or --skip-existing");
 }
 
+std::string shortNumber(double number) {
+    char text[32];
+    const auto [end, error] = std::to_chars(text, text + sizeof text, number, std::chars_format::general, 6);
+    return {text, end};
+}
+
 // Where the paper's smoothing is asked for, its tessellation is meant too.
 void agreeOnTessellation(Plan& plan) {
     if (plan.config.smoothing.method != SmoothingMethod::paper || plan.config.surface.kind != SurfaceKind::beta ||
@@ -93,11 +100,68 @@ void agreeOnTessellation(Plan& plan) {
 
 void agreeOnBubbles(Plan& plan) {
     const Config::Surface& surface = plan.config.surface;
-    if (plan.config.features.bubbles == Bubbles::mesh ||
-        (surface.kind == SurfaceKind::beta && surface.tessellation == Tessellation::complete))
-        return;
-    plan.config.features.bubbles = Bubbles::mesh;
-    plan.warnings.push_back("features.bubbles fill is for surface.tessellation complete: bubbles stay");
+    std::optional<Bubbles>& bubbles = plan.config.features.bubbles;
+    const bool can_fill = surface.kind == SurfaceKind::beta && surface.tessellation == Tessellation::complete;
+    if (bubbles == Bubbles::fill && !can_fill)
+        plan.warnings.push_back("features.bubbles fill is for surface.tessellation complete: bubbles stay");
+    bubbles = can_fill ? bubbles.value_or(Bubbles::fill) : Bubbles::mesh;
+}
+
+double inWorld(const LengthText& length, double spacing) { return length.value * (length.in_spacings ? spacing : 1); }
+
+/// What surface.skin says, or surface.inset in its place; nothing for auto.
+const std::optional<LengthText>& skinText(const Config::Surface& surface) {
+    return surface.inset ? surface.inset : surface.skin;
+}
+
+/// The parameters with these lengths, in world units.
+SkinParams withLengths(SkinParams params, const Config::Surface& surface, double radius, double spacing) {
+    params.radius = radius;
+    params.spacing = spacing;
+    const std::optional<LengthText>& given = skinText(surface);
+    if (!given) return params;
+    const std::string key = surface.inset ? "surface.inset" : "surface.skin";
+    const double length = inWorld(*given, spacing);
+    if (length >= radius) {
+        const bool same_unit = given->in_spacings == surface.radius.in_spacings;
+        throw Error(key + " is " + textOf(*given) + ", but must be less than surface.radius, which is " +
+                    textOf(surface.radius) +
+                    (same_unit ? "" : " (" + shortNumber(length) + " and " + shortNumber(radius) + " in world units)"));
+    }
+    params.skin = surface.inset && length > 0 ? radius - length : length;
+    try {
+        requireSkin(params);
+    } catch (const Error& error) {
+        throw Error(key + " is " + textOf(*given) + ": " + error.what());
+    }
+    return params;
+}
+
+/// In words, for people.
+std::string skinForInset(const LengthText& inset, const LengthText& radius) {
+    if (inset.value == 0) return "none";
+    const std::string rule = "the radius less the inset";
+    if (inset.in_spacings != radius.in_spacings) return rule;
+    return rule + ", " + shortNumber(radius.value - inset.value) + (radius.in_spacings ? "dx" : "");
+}
+
+/// Refuses what is wrong with the skin, as far as that can be told before a spacing is measured.
+void agreeOnSkin(Plan& plan) {
+    const Config::Surface& surface = plan.config.surface;
+    if (surface.inset && surface.skin)
+        throw Error("surface.skin and surface.inset are both set. Use surface.skin alone; surface.inset is deprecated");
+    if (surface.inset)
+        plan.warnings.push_back("surface.inset (--inset) is deprecated. Use surface.skin (--skin) instead: " +
+                                skinForInset(*surface.inset, surface.radius));
+    const std::optional<LengthText>& length = skinText(surface);
+    if (!length) return;
+    if (surface.spacing > 0 || !surface.radius.in_spacings) {
+        const auto resolved = resolveRadius(plan.config, {});
+        withLengths(plan.skin, surface, resolved->radius, resolved->spacing);
+    } else {
+        const double large_enough = 2 * length->value;  // where the radius is not known in the same unit
+        withLengths(plan.skin, surface, length->in_spacings ? surface.radius.value : large_enough, 1);
+    }
 }
 
 SkinParams skinParams(const Config& config) {
@@ -115,35 +179,27 @@ SkinParams skinParams(const Config& config) {
     params.features.droplets = config.features.droplets;
     params.features.droplet_particles = config.features.droplet_particles;
     params.features.tendrils = config.features.tendrils;
-    params.features.bubbles = config.features.bubbles;
+    params.features.bubbles = config.features.bubbles.value_or(Bubbles::mesh);
     params.components = config.output.components;
     return params;
-}
-
-std::string shortNumber(double number) {
-    char text[32];
-    const auto [end, error] = std::to_chars(text, text + sizeof text, number, std::chars_format::general, 6);
-    return {text, end};
 }
 
 void planRadius(Plan& plan, const std::map<int, std::string>& on_disk, const PlanOptions& options) {
     const auto resolved = resolveRadius(plan.config, on_disk, options.notes);
     if (!resolved) return;
-    plan.skin.radius = resolved->radius;
     plan.spacing = resolved->spacing;
-    const auto inWorld = [&](const LengthText& length) {
-        return length.value * (length.in_spacings ? resolved->spacing : 1);
-    };
-    plan.skin.smoothing_width = inWorld(plan.config.smoothing.width);
-    plan.skin.inset = inWorld(plan.config.surface.inset);
-    plan.skin.features.bubble_volume =
-        plan.config.features.bubble_volume * std::pow(resolved->spacing, plan.config.surface.dimension);
-    const double most = resolved->radius - resolved->spacing / 2;
-    if (plan.skin.inset > 0 && plan.skin.inset > most * (1 + 1e-9))
-        throw Error("surface.inset is " + shortNumber(plan.skin.inset) +
-                    ", expected at most the radius less half a spacing, which is " + shortNumber(most));
-    plan.notes.push_back("radius " + shortNumber(resolved->radius) + ", spacing " + shortNumber(resolved->spacing) +
-                         " (" + resolved->origin + ')');
+    plan.skin = withLengths(plan.skin, plan.config.surface, resolved->radius, resolved->spacing);
+    plan.skin.smoothing_width = inWorld(plan.config.smoothing.width, resolved->spacing);
+    const Config::Features& features = plan.config.features;
+    if (features.bubble_volume > 0)
+        plan.skin.features.bubble_volume =
+            features.bubble_volume * std::pow(resolved->spacing, plan.config.surface.dimension);
+    else
+        plan.skin.features.bubble_gap = inWorld(features.bubble_gap, resolved->spacing);
+    const double skin = skinDepth(plan.skin);
+    plan.notes.push_back("radius " + shortNumber(resolved->radius) +
+                         (skin > 0 ? ", skin " + shortNumber(skin) : std::string()) + ", spacing " +
+                         shortNumber(resolved->spacing) + " (" + resolved->origin + ')');
     plan.warnings.insert(plan.warnings.end(), resolved->warnings.begin(), resolved->warnings.end());
 }
 
@@ -216,6 +272,7 @@ Plan planJob(const Config& config, const PlanOptions& options) {
     agreeOnBubbles(plan);
     plan.configuration = fingerprintOf(plan.config);
     plan.skin = skinParams(plan.config);
+    agreeOnSkin(plan);
     requireDimension(plan.config, plan.skin);
     plan.threads = threadsOf(config);
 

@@ -48,7 +48,8 @@ void requireDimension(const Config& config, const SkinParams& params) {
         requireMeshExtension(config.output.path);
     } else {
         SkinParams asked = params;
-        asked.inset = config.surface.inset.value;  // in world units it is known later
+        const std::optional<LengthText>& length = config.surface.inset ? config.surface.inset : config.surface.skin;
+        if (length) asked.skin = length->value;  // in world units it is known later
         requirePlanar(asked);
     }
     if (isPicture(config.output.path)) return;

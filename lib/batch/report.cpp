@@ -72,6 +72,7 @@ void addSurface(const FrameReport& report, Json& json) {
     json["distinct_particles"] = report.skin.distinct_particles;
     json["radius"] = report.radius;
     json["spacing"] = report.spacing;
+    json["skin"] = report.skin_depth;
     json["predicates"] = report.predicates == PredicateKind::exact ? "exact" : "float";
     json["perturbation_retries"] = report.skin.perturbation_retries;
     json["alpha_vertices"] = report.skin.alpha_vertices;
@@ -97,6 +98,7 @@ void addPlane(const FrameReport& report, const PlaneFrameReport& plane, Json& js
     json["distinct_particles"] = plane.skin.distinct_particles;
     json["radius"] = report.radius;
     json["spacing"] = report.spacing;
+    json["skin"] = report.skin_depth;
     json["alpha_vertices"] = plane.skin.alpha_vertices;
     json["alpha_segments"] = plane.skin.alpha_segments;
     json["double_sided_segments"] = plane.skin.double_sided_segments;
@@ -251,6 +253,7 @@ std::optional<FrameReport> readReport(const std::filesystem::path& file) {
         take(json, "error", report.error);
         take(json, "radius", report.radius);
         take(json, "spacing", report.spacing);
+        take(json, "skin", report.skin_depth);
         take(json, "particles", report.skin.particles);
         take(json, "perturbation_retries", report.skin.perturbation_retries);
         take(json, "vertices", report.vertices);

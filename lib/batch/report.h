@@ -56,6 +56,7 @@ struct FrameReport {
     std::string error;  ///< of a failed frame
     double radius = 0;
     double spacing = 0;
+    double skin_depth = 0;  ///< how far the surface lies from the outermost particles; 0: on the balls
     PredicateKind predicates = PredicateKind::exact;
     SkinReport skin;
     MeshMeasure measure;

@@ -20,7 +20,7 @@ TEST(InstructionSets, GiveTheSameBytes) {
                   .exit_code,
               0);
     writeParticles(folder / "f.ply", randomPlanarCloud(1).particles);
-    for (const std::string words : {"mesh d.0012.ply OUT.ply --inset 0.3dx --passes 2 -q -j 1",
+    for (const std::string words : {"mesh d.0012.ply OUT.ply --skin 1.2dx --passes 2 -q -j 1",
                                     "mesh f.ply OUT.ply --radius 1 --dimension 2 --passes 2 -q -j 1"}) {
         const auto run = [&](const std::string& program, const std::string& name) {
             std::string command =

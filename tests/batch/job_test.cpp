@@ -1,9 +1,11 @@
 // Batch jobs as a farm sees them: what is on disk afterwards, and the exit code.
 
+#include "batch/presets.h"
 #include "io/mesh_file.h"
 #include "support/clouds.h"
 #include "support/job_folder.h"
 
+#include <algorithm>
 #include <csignal>
 #include <set>
 #include <sstream>
@@ -50,6 +52,7 @@ TEST_F(Job, JsonIsOneObjectPerFrameAndNothingElseIsOnStdout) {
                                     "particles",
                                     "radius",
                                     "spacing",
+                                    "skin",
                                     "predicates",
                                     "perturbation_retries",
                                     "alpha_triangles",
@@ -222,6 +225,9 @@ TEST_F(Job, DropletsAndTendrilsLeaveTheMeshAndBubblesAreFilled) {
     };
 
     run({});
+    EXPECT_EQ(report(1)["components"], 3);
+    EXPECT_EQ(report(1)["bubbles_filled"], 1);
+    run({"--bubbles", "mesh"});
     EXPECT_EQ(report(1)["components"], 4);  // the body with its thread, the bubble, the pair, the one
     EXPECT_EQ(report(1)["droplets"], 0);
     EXPECT_FALSE(exists("out/a.0001.spheres.ply"));
@@ -247,7 +253,7 @@ TEST_F(Job, DropletsAndTendrilsLeaveTheMeshAndBubblesAreFilled) {
     EXPECT_EQ(readMesh(folder_ / "out/a.0001.ply").component,
               std::vector<std::int32_t>(report(1)["triangles"].get<std::size_t>(), 0));
 
-    run({"--droplets", "drop", "--droplet-particles", "2"});
+    run({"--droplets", "drop", "--droplet-particles", "2", "--bubbles", "mesh"});
     EXPECT_EQ(report(1)["components"], 3);
     EXPECT_EQ(report(1)["droplets"], 1);
     EXPECT_EQ(report(1)["spheres"], 0);
@@ -257,8 +263,140 @@ TEST_F(Job, DropletsAndTendrilsLeaveTheMeshAndBubblesAreFilled) {
     EXPECT_TRUE(exists("out/a.0001.spheres.ply"));
     run({"--bubbles", "fill", "--bubble-volume", "0.001"});
     EXPECT_EQ(report(1)["bubbles_filled"], 0);
-    const Outcome alpha = run({"--bubbles", "fill", "--surface", "alpha"});
-    EXPECT_NE(alpha.err.find("features.bubbles"), std::string::npos) << alpha.err;
+    run({"--bubble-gap", "0.5dx"});
+    EXPECT_EQ(report(1)["bubbles_filled"], 0);
+    run({"--bubble-gap", "8"});
+    EXPECT_EQ(report(1)["bubbles_filled"], 1);
+    for (const std::vector<std::string>& other : std::vector<std::vector<std::string>>{
+             {"--surface", "alpha"}, {"--surface", "union"}, {"--tessellation", "paper"}}) {
+        EXPECT_EQ(run(other).err.find("features.bubbles"), std::string::npos);
+        std::vector<std::string> asked = other;
+        asked.insert(asked.end(), {"--bubbles", "fill"});
+        EXPECT_NE(run(asked).err.find("features.bubbles"), std::string::npos);
+    }
+}
+
+TEST_F(Job, TheSkinIsReportedInWorldUnits) {
+    writeFrames(1, 1);
+    const auto skinOf = [&](std::vector<std::string> words) {
+        words.insert(words.begin(), {"--overwrite", "--radius", "0.3"});
+        const Outcome outcome = mesh(words);
+        EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+        return report(1)["skin"].get<double>();
+    };
+    EXPECT_NEAR(skinOf({}), 0.55 * 0.2, 1e-12);
+    EXPECT_NEAR(skinOf({"--skin", "auto"}), 0.55 * 0.2, 1e-12);
+    EXPECT_NEAR(skinOf({"--spacing", "10"}), 0.8 * 0.3, 1e-12);
+    EXPECT_NEAR(skinOf({"--skin", "0.5dx"}), 0.1, 1e-12);
+    EXPECT_NEAR(skinOf({"--skin", "0.25"}), 0.25, 1e-12);
+    EXPECT_EQ(skinOf({"--skin", "none"}), 0);
+    for (const std::vector<std::string>& other : std::vector<std::vector<std::string>>{
+             {"--tessellation", "paper"}, {"--surface", "alpha"}, {"--surface", "union"}}) {
+        EXPECT_EQ(skinOf(other), 0);
+        for (const char* allowed : {"auto", "none"}) {
+            std::vector<std::string> words = other;
+            words.insert(words.end(), {"--skin", allowed});
+            EXPECT_EQ(skinOf(words), 0);
+        }
+    }
+}
+
+TEST_F(Job, ASkinThatCannotBeIsRefusedBeforeAnythingIsWritten) {
+    writeFrames(1, 1);
+    const auto refused = [&](std::vector<std::string> words, const std::string& why) {
+        for (const bool dry : {false, true}) {
+            const Outcome outcome = mesh(words);
+            EXPECT_EQ(outcome.exit_code, 2) << outcome.out;
+            EXPECT_NE(outcome.err.find(why), std::string::npos) << outcome.err;
+            EXPECT_FALSE(exists("out"));
+            if (!dry) words.push_back("--dry-run");
+        }
+    };
+    refused({"--skin", "1.5dx"}, "surface.skin is 1.5dx, but must be less than surface.radius, which is 1.5dx");
+    refused({"--radius", "0.1", "--skin", "0.2"}, "less than surface.radius, which is 0.1");
+    refused({"--radius", "0.3", "--skin", "3dx"}, "0.6 and 0.3");
+    refused({"--radius", "1.5dx", "--spacing", "0.1", "--skin", "1"}, "1 and 0.15");
+    refused({"--skin", "0.5dx", "--tessellation", "paper"}, "complete tessellation");
+    refused({"--skin", "0.5dx", "--smoothing", "paper"}, "complete tessellation");
+    refused({"--skin", "0.01", "--surface", "alpha"}, "complete tessellation");
+    refused({"--skin", "0.5dx", "--surface", "union"}, "complete tessellation");
+    refused({"--inset", "0.5dx", "--surface", "union"}, "surface.inset");
+    refused({"--inset", "1.5dx"}, "surface.inset");
+    refused({"--inset", "0.5dx", "--skin", "0.5dx"}, "both set");
+    refused({"--inset", "0", "--skin", "none"}, "both set");
+    refused({"--skin", "-0.5dx"}, "auto, none");
+    EXPECT_EQ(mesh({"--skin", "100"}).exit_code, 2);  // against a radius that has to be measured
+    EXPECT_FALSE(exists("out"));
+}
+
+TEST_F(Job, AnInsetIsTheRadiusLessTheSkinAndWarnedOfOnce) {
+    writeFrames(1, 3);
+    const std::vector<std::string> with{"--radius", "0.3", "--overwrite"};
+    const auto run = [&](const std::string& output, std::vector<std::string> words) {
+        words.insert(words.begin(), with.begin(), with.end());
+        const Outcome outcome = mesh(words, output);
+        EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+        return count(outcome.err, "deprecated");
+    };
+    EXPECT_EQ(run("skin/a.####.ply", {"--skin", "0.2"}), 0);
+    EXPECT_EQ(run("out/a.####.ply", {"--inset", "0.1"}), 1);
+    EXPECT_NEAR(report(1)["skin"].get<double>(), 0.2, 1e-12);
+    const double inset = report(1)["volume"];
+    EXPECT_EQ(run("none/a.####.ply", {"--skin", "none"}), 0);
+    EXPECT_EQ(run("out/a.####.ply", {"--inset", "0"}), 1);
+    EXPECT_EQ(report(1)["skin"], 0);
+    EXPECT_TRUE(meshesIn("out") == meshesIn("none"));
+    EXPECT_LT(inset, report(1)["volume"].get<double>());
+    const auto json = [&](const std::string& name) { return Json::parse(contentsOf(folder_ / name)); };
+    EXPECT_NEAR(json("skin/a.0001.ply.json")["volume"].get<double>(), inset, 1e-6 * inset);
+}
+
+TEST_F(Job, PresetsAreListedAndLoseAgainstEverythingElse) {
+    writeFrames(1, 1);
+    const Outcome listed = runProgram({"config", "presets"}, folder_.path());
+    EXPECT_EQ(listed.exit_code, 0);
+    std::size_t lines = 0;
+    for (const Preset& preset : presets()) {
+        ++lines;
+        EXPECT_NE(listed.out.find(std::string(preset.name) + ' '), std::string::npos) << listed.out;
+        EXPECT_NE(listed.out.find(std::string(descriptionOf(preset)) + '\n'), std::string::npos) << listed.out;
+        const Outcome printed = runProgram({"config", "print", "--preset", std::string(preset.name)}, folder_.path());
+        EXPECT_NE(printed.out.find("\npreset: " + std::string(preset.name) + '\n'), std::string::npos);
+    }
+    EXPECT_EQ(std::count(listed.out.begin(), listed.out.end(), '\n'), static_cast<std::ptrdiff_t>(lines));
+
+    write(folder_ / "job.yaml",
+          "version: 1\npreset: flip\ninput: {path: in/a.####.ply}\noutput: {path: out/a.####.ply}\n");
+    write(folder_ / "own.yaml", "version: 1\ninclude: job.yaml\nsurface: {radius: 1.4dx}\n");
+    const auto radiusOf = [&](std::vector<std::string> words) {  // in spacings
+        words.insert(words.end(), {"--overwrite", "--spacing", "0.2"});
+        const Outcome outcome =
+            words.front() == "mesh" ? mesh({words.begin() + 1, words.end()}) : runProgram(words, folder_.path());
+        EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+        return report(1)["radius"].get<double>() / 0.2;
+    };
+    EXPECT_NEAR(radiusOf({"mesh", "--preset", "splash"}), 1.2, 1e-12);
+    EXPECT_NEAR(radiusOf({"mesh", "--set", "preset=splash"}), 1.2, 1e-12);
+    EXPECT_NEAR(radiusOf({"mesh", "--preset", "splash", "--set", "surface.radius=1.3dx"}), 1.3, 1e-12);
+    EXPECT_NEAR(radiusOf({"mesh", "--preset", "splash,viscous"}), 1.75, 1e-12);
+    EXPECT_NEAR(radiusOf({"mesh", "--radius", "1.1dx", "--preset", "splash"}), 1.1, 1e-12);
+    EXPECT_NEAR(radiusOf({"run", "job.yaml"}), 2, 1e-12);
+    EXPECT_NEAR(radiusOf({"run", "job.yaml", "--preset", "splash"}), 1.2, 1e-12);
+    EXPECT_NEAR(radiusOf({"run", "own.yaml", "--preset", "splash"}), 1.4, 1e-12);
+    EXPECT_NEAR(radiusOf({"mesh", "--preset", "paper", "--radius", "1.5dx"}), 1.5, 1e-12);
+    EXPECT_EQ(report(1)["predicates"], "float");
+    EXPECT_EQ(report(1)["skin"], 0);
+}
+
+TEST_F(Job, AnUnknownPresetEndsWithAListOfThem) {
+    writeFrames(1, 1);
+    const Outcome outcome = mesh({"--preset", "flipp"});
+    EXPECT_EQ(outcome.exit_code, 2);
+    for (const Preset& preset : presets())
+        EXPECT_NE(outcome.err.find(std::string(preset.name)), std::string::npos) << outcome.err;
+    EXPECT_NE(outcome.err.find("nearest one is 'flip'"), std::string::npos) << outcome.err;
+    EXPECT_NE(outcome.err.find("--preset"), std::string::npos) << outcome.err;
+    EXPECT_FALSE(exists("out"));
 }
 
 TEST_F(Job, ComponentsAreDeclaredInEveryFrameOfEveryFormat) {

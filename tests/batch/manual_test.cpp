@@ -12,9 +12,17 @@
 namespace betamesh {
 namespace {
 
-const std::vector<std::vector<std::string>> kCommands{{"mesh"},      {"run"},    {"sample"}, {"info"},
-                                                      {"check"},     {"submit"}, {"report"}, {"config", "print"},
-                                                      {"coherence"}, {"manual"}};
+const std::vector<std::vector<std::string>> kCommands{{"mesh"},
+                                                      {"run"},
+                                                      {"sample"},
+                                                      {"info"},
+                                                      {"check"},
+                                                      {"submit"},
+                                                      {"report"},
+                                                      {"config", "print"},
+                                                      {"config", "presets"},
+                                                      {"coherence"},
+                                                      {"manual"}};
 
 std::string printed(const TemporaryFolder& folder, const std::vector<std::string>& words) {
     const Outcome outcome = runProgram(words, folder.path());
@@ -81,7 +89,9 @@ TEST(Manual, BashCompletes) {
     EXPECT_EQ(completed("betamesh mesh --arc"), "--arc-subdivisions\n");
     EXPECT_EQ(completed("betamesh mesh a.vdb --surface \"\""), "beta alpha union\n");
     EXPECT_EQ(completed("betamesh run a.yaml --progress o"), "openjd\n");
-    EXPECT_EQ(completed("betamesh config p"), "print\n");
+    EXPECT_EQ(completed("betamesh config p"), "print presets\n");
+    EXPECT_EQ(completed("betamesh mesh a.vdb --preset \"\""), "flip paper preview sph splash viscous\n");
+    EXPECT_EQ(completed("betamesh config print --preset f"), "flip\n");
     EXPECT_EQ(completed("betamesh config print --s"), "--set\n");
     EXPECT_EQ(completed("betamesh submit a.yaml --to d"), "deadline\n");
     EXPECT_EQ(completed("betamesh mesh a.v"), "\n");  // files, by bash itself

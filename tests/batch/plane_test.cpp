@@ -74,6 +74,7 @@ TEST_F(PlaneJob, WhatGoesTogetherIsCheckedBeforeAnythingIsWritten) {
     refused("c.ply", {"--bounds", "0,0,1,1"}, "is no picture");
     refused("c.ply", {"--dimension", "2", "--tendrils", "points"}, "three dimensions");
     refused("c.ply", {"--dimension", "2", "--inset", "0.1"}, "three dimensions");
+    refused("c.ply", {"--dimension", "2", "--skin", "0.1"}, "three dimensions");
     refused("c.ply", {"--dimension", "2", "--predicates", "float"}, "three dimensions");
     refused("c.svg", {"--dimension", "2", "--layers", "gamma"}, "layers");
     refused("c.svg", {"--dimension", "2", "--bounds", "1,1,0,0"}, "lowest");

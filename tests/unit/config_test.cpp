@@ -1,10 +1,12 @@
 #include "batch/config.h"
+#include "batch/presets.h"
 
 #include "core/error.h"
 #include "support/temporary_folder.h"
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <set>
 
 namespace betamesh {
@@ -61,11 +63,14 @@ TEST_F(ConfigFile, WhatIsPrintedIsReadBack) {
                                    "surface.spacing=0.1",
                                    "surface.kind=union",
                                    "surface.predicates=float",
+                                   "surface.skin=0.5dx",
                                    "surface.resolve_intersections=true",
                                    "perturbation.retries=7",
                                    "perturbation.tolerance=0.001",
                                    "smoothing.method=none",
                                    "smoothing.passes=0",
+                                   "features.bubbles=mesh",
+                                   "features.bubble_gap=3dx",
                                    "output.path=%04d.ply",
                                    "run.frames_in_flight=3",
                                    "run.threads=2",
@@ -83,6 +88,46 @@ TEST_F(ConfigFile, WhatIsPrintedIsReadBack) {
     const Config again = readConfig(file("printed.yaml", printConfig(config)));
     EXPECT_EQ(valuesOf(again), valuesOf(config));
     EXPECT_EQ(again.run.memory_limit, 1536ULL << 20);
+}
+
+TEST_F(ConfigFile, DeprecatedKeysArePrintedWhereTheyAreGiven) {
+    for (const ConfigKey& key : configKeys()) {
+        if (key.replaced_by.empty()) continue;
+        SCOPED_TRACE(key.path);
+        EXPECT_TRUE(std::any_of(configKeys().begin(), configKeys().end(),
+                                [&](const ConfigKey& other) { return other.path == key.replaced_by; }));
+        Config config;
+        const std::string line = '\n' + ("  " + key.path.substr(key.path.find('.') + 1)) + ": ";
+        EXPECT_EQ(printConfig(config).find(line), std::string::npos);
+        key.set(config, "0.25");
+        EXPECT_NE(printConfig(config).find(line), std::string::npos);
+        EXPECT_EQ(valuesOf(readConfig(file("printed.yaml", printConfig(config)))), valuesOf(config));
+    }
+}
+
+TEST_F(ConfigFile, TheSkinIsAutomaticNoneOrALength) {
+    const auto skinOf = [&](const std::string& text) {
+        return readConfig(file("job.yaml", "version: 1\nsurface: {skin: " + text + "}\n")).surface.skin;
+    };
+    EXPECT_EQ(Config{}.surface.skin, std::nullopt);
+    EXPECT_EQ(skinOf("auto"), std::nullopt);
+    EXPECT_EQ(skinOf("none"), (LengthText{0, false}));
+    EXPECT_EQ(skinOf("0"), (LengthText{0, false}));
+    EXPECT_EQ(skinOf("0dx"), (LengthText{0, false}));
+    EXPECT_EQ(skinOf("0.5dx"), (LengthText{0.5, true}));
+    EXPECT_EQ(skinOf("0.02"), (LengthText{0.02, false}));
+    for (const char* wrong : {"-1", "-0.5dx", "dx", "nan", "inf", "0.5 dx", "automatic", "true", "\"\"", "[0.5dx]"})
+        expectError(std::string("surface: {skin: ") + wrong + "}\n", {"job.yaml:2:17", "surface.skin", "auto, none"});
+}
+
+TEST_F(ConfigFile, TheLaterMeasureOfBubblesCounts) {
+    EXPECT_EQ(readConfig(file("job.yaml", "version: 1\n")).features.bubble_volume, 0);
+    const Config by_volume = readConfig(file("job.yaml", "version: 1\nfeatures: {bubble_volume: 30}\n"));
+    EXPECT_EQ(by_volume.features.bubble_volume, 30);
+    Config config = by_volume;
+    setConfigKey(config, "features.bubble_gap=3dx");
+    EXPECT_EQ(config.features.bubble_gap, (LengthText{3, true}));
+    EXPECT_EQ(config.features.bubble_volume, 0);
 }
 
 TEST_F(ConfigFile, EveryKeyReadsItsOwnDefaultBackAndExplainsItself) {
@@ -173,6 +218,75 @@ TEST_F(ConfigFile, ErrorsInAnIncludeNameTheIncludedFile) {
     expectError("include: preset.yaml\n", {"preset.yaml:3:9", "'gamma'"});
     expectError("include: nowhere.yaml\n", {"job.yaml:2:10", "nowhere.yaml"});
     expectError("include: {a: b}\n", {"job.yaml:2:10", "expected a path"});
+}
+
+TEST_F(ConfigFile, PresetsGiveWayToIncludesTheseToTheFileAndThatToTheCommandLine) {
+    file("base.yaml", "version: 1\nsmoothing: {passes: 3}\n");
+    const std::string job = file("job.yaml", "version: 1\npreset: [viscous, flip]\ninclude: base.yaml\n");
+    const Config config = readConfig(job);
+    EXPECT_EQ(config.preset, (std::vector<std::string>{"viscous", "flip"}));
+    EXPECT_EQ(config.surface.radius, (LengthText{2, true}));  // the later preset wins
+    EXPECT_EQ(config.smoothing.passes, 3);                    // the included file wins
+
+    const std::string own = file("own.yaml", "version: 1\nsurface: {radius: 3dx}\npreset: viscous\n");
+    EXPECT_EQ(readConfig(own).surface.radius, (LengthText{3, true}));  // wherever `preset` stands in the file
+    EXPECT_EQ(readConfig(own).smoothing.passes, 2);
+    const std::vector<KeyValue> splash{{"preset", "splash", "--preset"}};
+    EXPECT_EQ(readConfig(own, splash).surface.radius, (LengthText{3, true}));
+    EXPECT_EQ(readConfig(own, splash).smoothing.passes, 1);  // instead of the file's preset
+    EXPECT_EQ(readConfig(own, splash).preset, std::vector<std::string>{"splash"});
+    EXPECT_EQ(readConfig(own, {{"preset", "", "--preset"}}).smoothing.passes, 1);
+    const std::vector<KeyValue> both{{"surface.radius", "4dx", "--radius"}, {"preset", "splash", "--preset"}};
+    EXPECT_EQ(readConfig(own, both).surface.radius, (LengthText{4, true}));
+    EXPECT_EQ(readConfig("", both).surface.radius, (LengthText{4, true}));
+    EXPECT_EQ(readConfig("", splash).surface.radius, (LengthText{1.2, true}));
+    Config base;
+    base.surface.radius = {5, true}, base.smoothing.passes = 7;
+    EXPECT_EQ(readConfig("", splash, base).surface.radius, (LengthText{1.2, true}));
+    EXPECT_EQ(readConfig("", splash, base).smoothing.passes, 7);
+
+    file("included.yaml", "version: 1\npreset: flip\n");
+    EXPECT_EQ(readConfig(file("job.yaml", "version: 1\ninclude: included.yaml\n")).surface.radius,
+              (LengthText{2, true}));
+    EXPECT_EQ(readConfig(file("job.yaml", "version: 1\ninclude: included.yaml\npreset: splash\n")).surface.radius,
+              (LengthText{1.2, true}));
+}
+
+TEST_F(ConfigFile, AConfigurationWithPresetsIsReadBack) {
+    const Config config = readConfig("", {{"preset", "viscous,preview", ""}, {"surface.radius", "1dx", ""}});
+    EXPECT_EQ(valuesOf(readConfig(file("printed.yaml", printConfig(config)))), valuesOf(config));
+}
+
+TEST_F(ConfigFile, AnUnknownPresetIsAnErrorThatNamesAllOthers) {
+    for (const Preset& preset : presets())
+        expectError("preset: slash\n", {"job.yaml:2:9", "'slash'", "'splash'", std::string(preset.name)});
+    expectError("preset: {flip: 1}\n", {"job.yaml:2:9", "a map"});
+    expectError("preset: flip,flip\n", {"job.yaml:2:9", "each once"});
+    expectError("presets: flip\n", {"job.yaml:2:1", "'preset'"});
+}
+
+TEST_F(ConfigFile, PresetsAreTheFilesInConfigs) {
+    std::set<std::string> on_disk, known;
+    for (const auto& entry : std::filesystem::directory_iterator(BETAMESH_SOURCE "/configs"))
+        on_disk.insert(entry.path().stem().string());
+    on_disk.erase("default");
+    for (const Preset& preset : presets()) {
+        SCOPED_TRACE(preset.name);
+        known.insert(std::string(preset.name));
+        const std::string path = BETAMESH_SOURCE "/configs/" + std::string(preset.name) + ".yaml";
+        EXPECT_EQ(preset.text, contentsOf(path));
+        Config applied;
+        applyPreset(applied, preset.name);
+        EXPECT_EQ(valuesOf(applied), valuesOf(readConfig(path)));
+        EXPECT_EQ(preset.text.find("\npreset"), std::string::npos);
+        EXPECT_EQ(preset.text.find("\ninclude"), std::string::npos);
+        EXPECT_TRUE(preset.text.starts_with("# "));
+        EXPECT_TRUE(descriptionOf(preset).ends_with(".")) << descriptionOf(preset);
+        EXPECT_EQ(descriptionOf(preset).find('#'), std::string::npos);
+    }
+    EXPECT_EQ(known, on_disk);
+    EXPECT_TRUE(std::is_sorted(presets().begin(), presets().end(),
+                               [](const Preset& a, const Preset& b) { return a.name < b.name; }));
 }
 
 TEST_F(ConfigFile, EveryPresetAndPipelineOfTheProjectIsRight) {
