@@ -4,12 +4,6 @@ namespace betamesh {
 
 namespace {
 
-Boxf boxOf(std::span<const PlacedRow> points) {
-    Boxf box;
-    for (const PlacedRow& point : points) box.extendBy(point.place);
-    return box;
-}
-
 BETAMESH_EVERY_CPU
 void markNear(const float* x, const float* y, const float* z, std::size_t n, const float (&low)[3],
               const float (&high)[3], float square, std::uint32_t* is_near) {
@@ -25,9 +19,15 @@ void markNear(const float* x, const float* y, const float* z, std::size_t n, con
 
 }  // namespace
 
-std::size_t findNear(std::span<const PlacedRow> points, const std::array<std::vector<float>, 3>& places, float square,
+Boxf boxOf(std::span<const PlacedRow> points) {
+    Boxf box;
+    for (const PlacedRow& point : points) box.extendBy(point.place);
+    return box;
+}
+
+std::size_t findNear(const Boxf& box, const std::array<std::vector<float>, 3>& places, float square,
                      std::vector<std::uint32_t>& near) {
-    const auto [low, high] = boxOf(points);
+    const auto [low, high] = box;
     const std::size_t n = places[0].size();
     markNear(places[0].data(), places[1].data(), places[2].data(), n, {low.x, low.y, low.z}, {high.x, high.y, high.z},
              square, near.data());

@@ -60,10 +60,12 @@ struct PointGroup {
     }
 };
 
-/// The numbers of those places that are less than sqrt(square) away from the box of points, in order, at the front of
-/// `near`, which has room for all; returns how many.
-std::size_t findNear(std::span<const PlacedRow> points, const std::array<std::vector<float>, 3>& places, float square,
+/// The numbers of those places that are less than sqrt(square) away from the box, in order, at the front of `near`,
+/// which has room for all; returns how many.
+std::size_t findNear(const Boxf& box, const std::array<std::vector<float>, 3>& places, float square,
                      std::vector<std::uint32_t>& near);
+
+Boxf boxOf(std::span<const PlacedRow> points);
 
 /// Reorders points so that the first kLanes, the next, and so on lie together.
 void groupTogether(std::span<PlacedRow> points);
@@ -137,7 +139,7 @@ public:
                 for (std::size_t begin = 0; begin < point.size(); begin += kLanes) {
                     const std::span together = std::span(point).subspan(begin, std::min(kLanes, point.size() - begin));
                     const PointGroup group(together);
-                    const std::size_t used = findNear(together, place, square, number);
+                    const std::size_t used = findNear(boxOf(together), place, square, number);
                     visit(group, SomeSamples<kFields>(candidate.data(), std::span(number).first(used)));
                 }
             }

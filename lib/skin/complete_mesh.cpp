@@ -629,7 +629,7 @@ BetaMesh completeTessellation(const BallBoundary& boundary, const std::vector<Mo
     resizeOnAll(mesh.vertex, in_network + vertices.back());
     resizeOnAll(mesh.clearance, mesh.vertex.size());
     resizeOnAll(mesh.triangles, triangles.back());
-    auto& [on_edges, on_facets, in_quads] = mesh.rising;
+    auto &on_edges = mesh.rising[0], &on_facets = mesh.rising[1], &in_quads = mesh.rising[2];
     on_edges = std::move(network.rising);
     resizeOnAll(on_facets, rising.back());
     resizeOnAll(in_quads, turning.back());

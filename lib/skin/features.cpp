@@ -107,8 +107,14 @@ private:
 };
 
 void removePieces(BetaMesh& mesh, const Pieces& pieces, const std::vector<bool>& leaves) {
-    std::erase_if(mesh.triangles, [&](const Triangle& t) { return leaves[pieces.of_vertex[t[0]]]; });
-    mesh.ball_begin.clear();
+    std::size_t stay = 0, ball = 0;
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+        for (; ball < mesh.ball_begin.size() && mesh.ball_begin[ball] == t; ++ball)
+            mesh.ball_begin[ball] = static_cast<std::uint32_t>(stay);
+        if (!leaves[pieces.of_vertex[mesh.triangles[t][0]]]) mesh.triangles[stay++] = mesh.triangles[t];
+    }
+    for (; ball < mesh.ball_begin.size(); ++ball) mesh.ball_begin[ball] = static_cast<std::uint32_t>(stay);
+    mesh.triangles.resize(stay);
     std::vector<std::uint32_t> place(mesh.vertex.size());
     std::uint32_t left = 0;
     for (std::size_t v = 0; v < place.size(); ++v) {

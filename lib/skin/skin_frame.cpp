@@ -14,7 +14,11 @@
 #include "skin/face_points.h"
 #include "skin/features.h"
 #include "skin/keep_apart.h"
+#include "skin/outer_boundary.h"
 #include "skin/paper_mesh.h"
+#include "skin/retract.h"
+#include "skin/skin_smoothing.h"
+#include "skin/tune.h"
 #include "skin/smooth_coherent.h"
 #include "skin/smooth_paper.h"
 #include "skin/survivors.h"
@@ -132,7 +136,7 @@ Icosphere directionsOf(const SkinParams& params) {
     if (params.tessellation == Tessellation::paper) return isSmoothed(params) ? icosphereOf(kSampleAngle) : Icosphere();
     return icosphereOf(params.arc_subdivisions > 0
                            ? std::clamp(kArcAngle / params.arc_subdivisions, kLeastAngle, kLargestAngle)
-                       : isSmoothed(params) ? kSmoothedFaceAngle
+                       : isSmoothed(params) ? tune("face", kSmoothedFaceAngle)
                                             : ArcSubdivision().max_angle);
 }
 
@@ -145,9 +149,9 @@ BetaMesh completeSurface(const Particles& particles, Structure& structure, const
     subdivision.segments = params.arc_subdivisions;
     if (smoothed) {
         subdivision.appearance = Appearance::gradual;
-        subdivision.max_angle = kSmoothedAngle;
+        subdivision.max_angle = tune("arc", kSmoothedAngle);
         if (passesOf(params) > 0 && widthOf(params) >= kSmoothingWidth * params.radius)
-            subdivision.calm_angle = kCalmAngle;
+            subdivision.calm_angle = tune("calm", kCalmAngle);
     }
     const Spins spins = spinsOfBalls(boundary, balls, particles);
     std::vector<Moving> vertices = movingVertices(particles, structure.snapped, boundary, balls);
@@ -157,8 +161,9 @@ BetaMesh completeSurface(const Particles& particles, Structure& structure, const
     std::exchange(structure.snapped, {});  // large, and of no more use
     std::exchange(structure.boundary.exposed, {});
     watch("tessellate");
+    const bool has_skin = tune("skin", 0.55) > 0;
     std::optional<CoherentSmoother> smoother;
-    if (smoothed)
+    if (smoothed && !has_skin)
         smoother.emplace(boundarySamples(boundary, balls, spins.of_points, network, points), smoothingOf(params));
     watch("smooth");
     BetaMesh beta = completeTessellation(boundary, balls, spins.of_points, std::move(network), std::move(points),
@@ -166,7 +171,23 @@ BetaMesh completeSurface(const Particles& particles, Structure& structure, const
     if (params.features.bubbles == Bubbles::fill)  // before smoothing: small bubbles may be turned inside out by it
         report.bubbles_filled = fillBubbles(beta, params.radius, bubbleVolume(params.features, 3));
     watch("tessellate");
-    if (smoothed) {
+    if (has_skin) {
+        const double unit = tune("dx", params.spacing > 0 ? params.spacing : params.radius / 1.5);
+        const SkinLengths lengths{params.radius / unit, tune("skin", 0.55)};
+        const OuterSamples outer = outerSamples(balls, lengths.outer() * unit, unit);
+        if (tune("verbose", 0) > 0) fprintf(stderr, "outer samples %zu, vertices %zu\n", outer.point.size(), beta.vertex.size());
+        watch("structure");
+        MovedSurface surface(beta, unit);
+        retract(outer, lengths, surface);
+        surface.finish();
+        const MovingPoints from = copyOf(beta.vertex);
+        watch("retract");
+        smoothSkin(surface, 0, 0);
+        surface.finish();
+        watch("smooth");
+        if (tune("apart", 0) > 0) keepApart(boundary, from, beta);
+        watch("apart");
+    } else if (smoothed) {
         const MovingPoints from = smoother->smooth(beta);
         smoother.reset();
         std::exchange(beta.clearance, {});  // large, and of no more use

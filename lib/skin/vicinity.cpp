@@ -1,0 +1,68 @@
+#include "skin/vicinity.h"
+
+namespace betamesh {
+
+PointGroups groupsOf(const CellOrder& order, const std::vector<Vec3>& position) {
+    PointGroups groups;
+    groups.row = order.rows();
+    std::vector<std::uint32_t> count(order.cells());
+    for (std::uint32_t c = 0; c < order.cells(); ++c)
+        count[c] = static_cast<std::uint32_t>((order.rowsOf(c).size() + kLanes - 1) / kLanes);
+    const std::vector<std::uint32_t> first = placesOf(count);
+    groups.begin.assign(first.back() + 1, static_cast<std::uint32_t>(position.size()));
+    groups.box.resize(first.back());
+    groups.cell_begin = first;
+    parallelRanges(order.cells(), 16, [&](std::size_t from, std::size_t to) {
+        std::vector<PlacedRow> points;
+        for (auto c = static_cast<std::uint32_t>(from); c < to; ++c) {
+            points.clear();
+            const Vec3 corner = order.lowestCorner(c);
+            for (const std::uint32_t row : order.rowsOf(c))
+                points.push_back({Vec3f((position[row] - corner) / order.edge()), row});
+            groupTogether(points);
+            for (std::size_t i = 0; i < points.size(); ++i) {
+                groups.row[order.begin(c) + i] = points[i].row;
+                if (i % kLanes == 0) groups.begin[first[c] + i / kLanes] = static_cast<std::uint32_t>(order.begin(c) + i);
+                groups.box[first[c] + i / kLanes].extendBy(position[points[i].row]);
+            }
+        }
+    });
+    return groups;
+}
+
+Rows nearGroups(const PointGroups& groups, const CellOrder& samples, const std::vector<Vec3>& position, double reach) {
+    constexpr std::size_t kCellsPerTask = 8;
+    const std::size_t cells = groups.cell_begin.size() - 1, tasks = (cells + kCellsPerTask - 1) / kCellsPerTask;
+    std::vector<std::vector<std::uint32_t>> parts(tasks);
+    std::vector<std::uint32_t> count(groups.size());
+    // A hair more than the reach: what is left out is beyond it however places are rounded.
+    const auto square = static_cast<float>(reach * reach * (1 + 1e-5));
+    parallelFor(tasks, 1, [&](std::size_t task) {
+        std::vector<std::uint32_t>& rows = parts[task];
+        std::vector<std::uint32_t> candidate, number;
+        std::array<std::vector<float>, 3> place;
+        for (std::size_t c = task * kCellsPerTask; c < std::min(cells, (task + 1) * kCellsPerTask); ++c) {
+            const std::uint32_t begin = groups.cell_begin[c], end = groups.cell_begin[c + 1];
+            Box box;
+            for (std::uint32_t g = begin; g < end; ++g) box.extendBy(groups.box[g]);
+            const Vec3 middle = box.center();
+            candidate.clear();
+            for (auto& along : place) along.clear();
+            samples.forRowsIn(box.min - Vec3(reach), box.max + Vec3(reach), [&](std::uint32_t row) {
+                candidate.push_back(row);
+                const Vec3f at(position[row] - middle);
+                for (std::size_t k = 0; k < 3; ++k) place[k].push_back(at[static_cast<int>(k)]);
+            });
+            number.resize(candidate.size());
+            for (std::uint32_t g = begin; g < end; ++g) {
+                const Boxf here(Vec3f(groups.box[g].min - middle), Vec3f(groups.box[g].max - middle));
+                const std::size_t used = findNear(here, place, square, number);
+                for (std::size_t i = 0; i < used; ++i) rows.push_back(candidate[number[i]]);
+                count[g] = static_cast<std::uint32_t>(used);
+            }
+        }
+    });
+    return {placesOf(count), joined(parts)};
+}
+
+}  // namespace betamesh
