@@ -1,12 +1,9 @@
 #include "skin/features.h"
 
-#include "core/angles.h"
-#include "core/graph.h"
-#include "core/parallel.h"
 #include "core/pieces.h"
+#include "skin/voids.h"
 
 #include <algorithm>
-#include <cmath>
 #include <numbers>
 #include <numeric>
 #include <tuple>
@@ -18,6 +15,10 @@ namespace {
 // A component that faces outwards holds at least one whole ball, whose tessellation has more than half of its volume.
 // What has less than this part of it is a bubble, even where rounding gives a tiny one a positive sign.
 constexpr double kLeastBody = 0.25;
+
+constexpr double kRounding = 0.999;  // of volumes that may be a little more for it
+
+double ballVolume(double radius) { return 4 * std::numbers::pi / 3 * radius * radius * radius; }
 
 // Of each piece of a mesh, world units cubed.
 template <typename PositionOf>
@@ -33,78 +34,6 @@ std::vector<double> volumesOf(const Pieces& pieces, const std::vector<Triangle>&
     }
     return volume;
 }
-
-// How often closed triangles enclose a point, from solid angles; no whole number for a point on them.
-// source  Van Oosterom & Strackee 1983, The solid angle of a plane triangle
-double windingNumber(const BetaMesh& mesh, std::span<const std::uint32_t> triangles, const Vec3& point) {
-    double angle = 0;
-    for (const std::uint32_t row : triangles) {
-        const Triangle& t = mesh.triangles[row];
-        const Vec3 a = mesh.vertex[t[0]].position - point, b = mesh.vertex[t[1]].position - point,
-                   c = mesh.vertex[t[2]].position - point;
-        const double la = a.length(), lb = b.length(), lc = c.length();
-        angle += 2 * angleOf(dot(a, cross(b, c)), la * lb * lc + dot(a, b) * lc + dot(b, c) * la + dot(c, a) * lb);
-    }
-    return angle / (4 * std::numbers::pi);
-}
-
-// Numbers 0 … n - 1 sorted into so many rows.
-template <typename RowOf>
-Rows sortedInto(std::size_t rows, std::size_t n, const RowOf& rowOf) {
-    return sortedIntoRows<std::uint32_t>(rows, n, [&](std::size_t i, const auto& visit) {
-        const auto number = static_cast<std::uint32_t>(i);
-        if (rowOf(number) != kNoPiece) visit(rowOf(number), number);
-    });
-}
-
-// What is inside closed pieces.
-class PiecesInside {
-public:
-    PiecesInside(const BetaMesh& mesh, const Pieces& pieces)
-        : mesh_(mesh),
-          vertices_(sortedInto(pieces.count, mesh.vertex.size(), [&](std::uint32_t v) { return pieces.of_vertex[v]; })),
-          triangles_(sortedInto(pieces.count, mesh.triangles.size(),
-                                [&](std::uint32_t t) { return pieces.of_vertex[mesh.triangles[t][0]]; })),
-          along_x_(pieces.count) {
-        for (std::uint32_t piece = 0; piece < pieces.count; ++piece)
-            along_x_[piece] = {position(vertices_[piece][0]).x, piece};
-        std::sort(along_x_.begin(), along_x_.end());
-    }
-
-    // Calls visit(piece) for every piece inside another one.
-    template <typename Visit>
-    void forEach(std::uint32_t outer, const Visit& visit) const {
-        Vec3 low = position(vertices_[outer][0]), high = low;
-        for (const std::uint32_t v : vertices_[outer])
-            for (int axis = 0; axis < 3; ++axis) {
-                low[axis] = std::min(low[axis], position(v)[axis]);
-                high[axis] = std::max(high[axis], position(v)[axis]);
-            }
-        const auto first = std::lower_bound(along_x_.begin(), along_x_.end(), std::pair(low.x, std::uint32_t{0}));
-        for (auto at = first; at != along_x_.end() && at->first <= high.x; ++at) {
-            const Vec3& p = position(vertices_[at->second][0]);
-            const bool in_box = p.y >= low.y && p.z >= low.z && p.y <= high.y && p.z <= high.z;
-            if (at->second != outer && in_box && encloses(outer, at->second)) visit(at->second);
-        }
-    }
-
-private:
-    const Vec3& position(std::uint32_t v) const { return mesh_.vertex[v].position; }
-    // Pieces may touch in a point, but do not cross: the first vertex that is off the other piece decides.
-    bool encloses(std::uint32_t outer, std::uint32_t piece) const {
-        constexpr double kClear = 0.1;
-        for (const std::uint32_t v : vertices_[piece]) {
-            const double winding = std::abs(windingNumber(mesh_, triangles_[outer], position(v)));
-            if (winding < kClear) return false;
-            if (winding > 1 - kClear) return true;
-        }
-        return false;
-    }
-
-    const BetaMesh& mesh_;
-    Rows vertices_, triangles_;                              // of each piece
-    std::vector<std::pair<double, std::uint32_t>> along_x_;  // the first vertex of each piece
-};
 
 void removePieces(BetaMesh& mesh, const Pieces& pieces, const std::vector<bool>& leaves) {
     std::size_t stay = 0, ball = 0;
@@ -156,24 +85,41 @@ std::vector<std::uint32_t> tendrilParticles(const BallBoundary& boundary) {
     return rows;
 }
 
-std::size_t fillBubbles(BetaMesh& mesh, double radius, double volume) {
+std::size_t fillBubbles(BetaMesh& mesh, const BallBoundary& boundary, const Features& features) {
+    const double radius = boundary.worldRadius(), empty = features.bubble_gap / 2;
+    const bool by_gap = features.bubble_gap > 0;
+    if (by_gap && empty <= radius) return 0;
     const Pieces pieces = piecesOf(mesh.vertex.size(), mesh.triangles);
     const auto positionOf = [&](std::uint32_t v) -> const Vec3& { return mesh.vertex[v].position; };
     const std::vector<double> enclosed = volumesOf(pieces, mesh.triangles, positionOf);
-    const double least_body = kLeastBody * 4 / 3 * std::numbers::pi * radius * radius * radius;
-    std::vector<bool> leaves(pieces.count);
-    std::vector<std::uint32_t> roomy;  // bubbles that could hold a drop
-    std::size_t filled = 0;
+    const double least_body = kLeastBody * ballVolume(radius);
+    // Round the centre of an empty ball the void has room for all but the particles' own radius.
+    const double least_void = by_gap ? kRounding * ballVolume(empty - radius) : features.bubble_volume;
+    std::vector<bool> leaves(pieces.count), is_body(pieces.count);
+    std::vector<std::uint32_t> roomy;  // voids that could hold a drop
+    std::vector<std::uint32_t> void_of(pieces.count, kNoPiece);
+    bool in_question = false;
     for (std::uint32_t piece = 0; piece < pieces.count; ++piece) {
-        leaves[piece] = enclosed[piece] < least_body && enclosed[piece] > -volume;
-        filled += leaves[piece];
-        if (leaves[piece] && enclosed[piece] < -least_body) roomy.push_back(piece);
+        is_body[piece] = enclosed[piece] >= least_body;
+        if (is_body[piece]) continue;
+        leaves[piece] = enclosed[piece] > -least_void;
+        if (enclosed[piece] < -least_body) roomy.push_back(piece);
+        if (by_gap && !leaves[piece]) in_question = true, void_of[piece] = piece;
     }
-    if (!roomy.empty()) {
-        const PiecesInside inside(mesh, pieces);
-        for (const std::uint32_t bubble : roomy)
-            inside.forEach(bubble, [&](std::uint32_t piece) { leaves[piece] = true; });
+    std::sort(roomy.begin(), roomy.end(), [&](std::uint32_t a, std::uint32_t b) {
+        return enclosed[a] != enclosed[b] ? enclosed[a] < enclosed[b] : a < b;
+    });
+    const std::vector<std::uint32_t> round = voidsRoundBodies(mesh, boundary, pieces, roomy, is_body);
+    if (in_question) {
+        for (std::uint32_t piece = 0; piece < pieces.count; ++piece)
+            if (round[piece] != kNoPiece) void_of[piece] = void_of[round[piece]];
+        const std::vector<bool> has_room = voidsWithRoom(mesh, boundary, pieces, void_of, empty);
+        for (std::uint32_t piece = 0; piece < pieces.count; ++piece)
+            if (void_of[piece] == piece) leaves[piece] = !has_room[piece];
     }
+    const auto filled = static_cast<std::size_t>(std::count(leaves.begin(), leaves.end(), true));
+    for (std::uint32_t piece = 0; piece < pieces.count; ++piece)
+        if (round[piece] != kNoPiece) leaves[piece] = leaves[round[piece]];
     if (filled > 0) removePieces(mesh, pieces, leaves);
     return filled;
 }

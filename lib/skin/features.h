@@ -4,6 +4,7 @@
 
 #include "core/ball_boundary.h"
 #include "core/beta_mesh.h"
+#include "core/skin_params.h"
 
 namespace betamesh {
 
@@ -11,14 +12,16 @@ namespace betamesh {
 /// does. Rows of SnappedParticles, ascending.
 std::vector<std::uint32_t> tendrilParticles(const BallBoundary& boundary);
 
-/// Leaves bubbles out of a mesh: closed components that face inwards and enclose less than so much volume, in world
-/// units cubed, and whatever is inside them. All others stay as they are, in their order.
+/// Leaves bubbles out of a mesh: the voids, closed components that face inwards, into which no empty ball of diameter
+/// bubble_gap fits between the particles; without a bubble_gap those that enclose less than bubble_volume. What floats
+/// in them leaves, too, and becomes part of the liquid round them; voids inside of that are judged by themselves. All
+/// other components stay as they are, in their order.
 ///
-/// in      the complete tessellation of balls of that radius
+/// in      the complete tessellation of that boundary, its vertices not yet moved
 /// out     how many were filled; vertices that no triangle uses are left out
-/// same    bytes for any thread count
-/// cost    O(triangles), and more where bubbles are large enough to hold drops
-std::size_t fillBubbles(BetaMesh& mesh, double radius, double volume);
+/// same    result for any thread count and particle order
+/// cost    O(triangles); 1-4 µs for each ball round a void that is large enough to need a closer look
+std::size_t fillBubbles(BetaMesh& mesh, const BallBoundary& boundary, const Features& features);
 
 /// Sets mesh.component. Components are numbered by volume, the largest first: 0 is the main body, bubbles come
 /// last. Between equal ones the lexicographically first vertex decides.

@@ -169,7 +169,7 @@ BetaMesh completeSurface(const Particles& particles, Structure& structure, const
     BetaMesh beta = completeTessellation(boundary, balls, spins.of_points, std::move(network), std::move(points),
                                          subdivision.appearance);
     if (params.features.bubbles == Bubbles::fill)  // before smoothing: small bubbles may be turned inside out by it
-        report.bubbles_filled = fillBubbles(beta, params.radius, bubbleVolume(params.features, 3));
+        report.bubbles_filled = fillBubbles(beta, boundary, params.features);
     watch("tessellate");
     if (has_skin) {
         const double unit = tune("dx", params.spacing > 0 ? params.spacing : params.radius / 1.5);

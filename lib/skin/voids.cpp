@@ -1,0 +1,169 @@
+#include "skin/voids.h"
+
+#include "core/parallel.h"
+#include "skin/ball_boundary.h"
+#include "skin/survivors.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <span>
+
+namespace betamesh {
+
+namespace {
+
+constexpr double kOnEdge = 1e-9;  // how far a ray may pass by a triangle that it hits, as a sine
+
+// Closed triangles in columns along x, to tell how often they enclose a point.
+class Columns {
+public:
+    Columns(const BetaMesh& mesh, std::span<const std::uint32_t> triangles, const Box& box)
+        : mesh_(mesh), triangles_(triangles), low_(box.min) {
+        const Vec3 size = box.size();
+        edge_ = std::max({std::sqrt(size.y * size.z * 2 / static_cast<double>(triangles.size())),
+                          std::max(size.y, size.z) / static_cast<double>(triangles.size()),
+                          std::numeric_limits<double>::min()});
+        columns_y_ = static_cast<std::size_t>(size.y / edge_) + 1;
+        columns_z_ = static_cast<std::size_t>(size.z / edge_) + 1;
+        in_column_ = sortedIntoRows<std::uint32_t>(
+            columns_y_ * columns_z_, triangles.size(), [&](std::size_t i, const auto& visit) {
+                Box around;
+                for (const std::uint32_t v : mesh.triangles[triangles[i]]) around.extendBy(mesh.vertex[v].position);
+                for (std::size_t z = placeOf(around.min.z - low_.z, columns_z_),
+                                 last_z = placeOf(around.max.z - low_.z, columns_z_);
+                     z <= last_z; ++z)
+                    for (std::size_t y = placeOf(around.min.y - low_.y, columns_y_),
+                                     last_y = placeOf(around.max.y - low_.y, columns_y_);
+                         y <= last_y; ++y)
+                        visit(z * columns_y_ + y, static_cast<std::uint32_t>(i));
+            });
+    }
+
+    // Of a point in the box that is not near a triangle: what a ray along x crosses, by the side from which it does.
+    int windingNumber(const Vec3& point) const {
+        int winding = 0;
+        const std::size_t column =
+            placeOf(point.z - low_.z, columns_z_) * columns_y_ + placeOf(point.y - low_.y, columns_y_);
+        for (const std::uint32_t i : in_column_[column]) {
+            const Triangle& t = mesh_.triangles[triangles_[i]];
+            const Vec3 a = mesh_.vertex[t[0]].position - point, b = mesh_.vertex[t[1]].position - point,
+                       c = mesh_.vertex[t[2]].position - point;
+            const int side = sideOf(a, b);
+            if (side != 0 && side == sideOf(b, c) && side == sideOf(c, a) && dot(a, cross(b, c)) * side > 0)
+                winding += side;
+        }
+        return winding;
+    }
+
+private:
+    std::size_t placeOf(double offset, std::size_t columns) const {
+        return std::min(static_cast<std::size_t>(std::max(offset, 0.0) / edge_), columns - 1);
+    }
+    // On which side of an edge the ray passes, seen along x: 1 to its left, -1 to its right, the opposite for the edge
+    // the other way. A ray that meets the edge counts as moved a little along y, and yet less along z.
+    static int sideOf(const Vec3& from, const Vec3& to) {
+        for (const double side : {from.y * to.z - from.z * to.y, from.z - to.z, to.y - from.y})
+            if (side != 0) return side > 0 ? 1 : -1;
+        return 0;
+    }
+
+    const BetaMesh& mesh_;
+    std::span<const std::uint32_t> triangles_;
+    Vec3 low_;
+    double edge_ = 1;
+    std::size_t columns_y_ = 1, columns_z_ = 1;
+    Rows in_column_;  // places in triangles_
+};
+
+// One that a triangle was made for.
+std::uint32_t ballOf(const BetaMesh& mesh, std::uint32_t triangle) {
+    const auto after = std::upper_bound(mesh.ball_begin.begin(), mesh.ball_begin.end(), triangle);
+    return static_cast<std::uint32_t>(after - mesh.ball_begin.begin()) - 1;
+}
+
+// The piece whose triangle a ray from a ball's centre leaves the ball by; kNoPiece where it does by none.
+std::uint32_t pieceTowards(const BetaMesh& mesh, const BallBoundary& boundary, const Pieces& pieces, std::uint32_t ball,
+                           const Vec3& direction) {
+    const Vec3 centre = boundary.centre(ball);
+    const double least = -kOnEdge * boundary.worldRadius() * boundary.worldRadius() * direction.length();
+    for (std::uint32_t row = mesh.ball_begin[ball]; row < mesh.ball_begin[ball + 1]; ++row) {
+        const Triangle& t = mesh.triangles[row];
+        const Vec3 a = mesh.vertex[t[0]].position - centre, b = mesh.vertex[t[1]].position - centre,
+                   c = mesh.vertex[t[2]].position - centre;
+        if (dot(direction, cross(a, b)) >= least && dot(direction, cross(b, c)) >= least &&
+            dot(direction, cross(c, a)) >= least && dot(a, cross(b, c)) > 0)
+            return pieces.of_vertex[t[0]];
+    }
+    return kNoPiece;
+}
+
+}  // namespace
+
+std::vector<std::uint32_t> voidsRoundBodies(const BetaMesh& mesh, const BallBoundary& boundary, const Pieces& pieces,
+                                            const std::vector<std::uint32_t>& voids, const std::vector<bool>& is_body) {
+    std::vector<std::uint32_t> round(pieces.count, kNoPiece);
+    if (voids.empty()) return round;
+    const Rows triangles =
+        sortedIntoRows<std::uint32_t>(pieces.count, mesh.triangles.size(), [&](std::size_t t, const auto& visit) {
+            visit(pieces.of_vertex[mesh.triangles[t][0]], static_cast<std::uint32_t>(t));
+        });
+    struct Body {
+        Vec3 particle;  // one of its own: a radius away from the triangles of voids that it floats in
+        std::uint32_t piece;
+    };
+    std::vector<Body> bodies;
+    for (std::uint32_t piece = 0; piece < pieces.count; ++piece)
+        if (is_body[piece]) bodies.push_back({boundary.centre(ballOf(mesh, triangles[piece][0])), piece});
+    std::sort(bodies.begin(), bodies.end(), [](const Body& a, const Body& b) {
+        return a.particle.x != b.particle.x ? a.particle.x < b.particle.x : a.piece < b.piece;
+    });
+    std::vector<Body> in_box;
+    std::vector<std::uint8_t> is_inside;
+    for (const std::uint32_t hollow : voids) {
+        Box box;
+        for (const std::uint32_t t : triangles[hollow])
+            for (const std::uint32_t v : mesh.triangles[t]) box.extendBy(mesh.vertex[v].position);
+        in_box.clear();
+        for (auto body = std::lower_bound(bodies.begin(), bodies.end(), box.min.x,
+                                          [](const Body&b, double x) { return b.particle.x < x; });
+             body != bodies.end() && body->particle.x <= box.max.x; ++body)
+            if (box.intersects(body->particle)) in_box.push_back(*body);
+        if (in_box.empty()) continue;
+        const Columns columns(mesh, triangles[hollow], box);
+        is_inside.resize(in_box.size());
+        parallelFor(in_box.size(), 64,
+                    [&](std::size_t i) { is_inside[i] = columns.windingNumber(in_box[i].particle) != 0; });
+        for (std::size_t i = 0; i < in_box.size(); ++i)
+            if (is_inside[i]) round[in_box[i].piece] = hollow;
+    }
+    return round;
+}
+
+std::vector<bool> voidsWithRoom(const BetaMesh& mesh, const BallBoundary& boundary, const Pieces& pieces,
+                                const std::vector<std::uint32_t>& void_of, double radius) {
+    const std::vector<std::uint32_t> balls = rowsWhere(boundary.position.size(), [&](std::uint32_t ball) {
+        const auto first = mesh.triangles.begin() + mesh.ball_begin[ball];
+        const auto last = mesh.triangles.begin() + mesh.ball_begin[ball + 1];
+        return std::any_of(first, last, [&](const Triangle& t) { return void_of[pieces.of_vertex[t[0]]] != kNoPiece; });
+    });
+    Particles particles;
+    particles.position.resize(balls.size());
+    parallelFor(balls.size(), 4096, [&](std::size_t i) { particles.position[i] = Vec3f(boundary.centre(balls[i])); });
+    const SnappedParticles snapped = snapParticles(particles, radius);
+    const BallBoundary larger = ballBoundary(snapped, survivors(snapped), {}, Arcs::left_out);
+
+    std::vector<std::uint32_t> void_at(larger.vertex.size(), kNoPiece);
+    parallelFor(void_at.size(), 256, [&](std::size_t v) {
+        const std::uint32_t ball = balls[larger.row[larger.triangle[v][0]]];
+        const std::uint32_t piece =
+            pieceTowards(mesh, boundary, pieces, ball, larger.vertex[v] - boundary.centre(ball));
+        if (piece != kNoPiece) void_at[v] = void_of[piece];
+    });
+    std::vector<bool> has_room(pieces.count, false);
+    for (const std::uint32_t hollow : void_at)
+        if (hollow != kNoPiece) has_room[hollow] = true;
+    return has_room;
+}
+
+}  // namespace betamesh
