@@ -1,5 +1,6 @@
 #include "skin/voids.h"
 
+#include "core/cell_order.h"
 #include "core/parallel.h"
 #include "skin/ball_boundary.h"
 #include "skin/survivors.h"
@@ -13,7 +14,8 @@ namespace betamesh {
 
 namespace {
 
-constexpr double kOnEdge = 1e-9;  // how far a ray may pass by a triangle that it hits, as a sine
+constexpr double kOnEdge = 1e-9;            // how far a ray may pass by a triangle that it hits, as a sine
+constexpr std::size_t kMostInCell = 20000;  // as wide as the ball, on average: many more take for ever, and then throw
 
 // Closed triangles in columns along x, to tell how often they enclose a point.
 class Columns {
@@ -98,6 +100,46 @@ std::uint32_t pieceTowards(const BetaMesh& mesh, const BallBoundary& boundary, c
     return kNoPiece;
 }
 
+// The same answer as voidsWithRoom, where the ball fits round the mean of a void's vertices: in round voids, where with
+// a ball nearly as large all particles are neighbours of each other. False where it does not.
+std::vector<bool> haveRoomInTheMiddle(const BetaMesh& mesh, const BallBoundary& boundary, const Pieces& pieces,
+                                      const std::vector<std::uint32_t>& void_of, double radius) {
+    struct Middle {
+        Vec3 place{0};
+        double corners = 0, squared = std::numeric_limits<double>::infinity();
+        std::uint32_t nearest = 0;  // ball round the void
+    };
+    std::vector<Middle> middle(pieces.count);
+    for (const Triangle& t : mesh.triangles) {
+        const std::uint32_t piece = pieces.of_vertex[t[0]];
+        if (void_of[piece] != piece) continue;
+        for (const std::uint32_t v : t) middle[piece].place += mesh.vertex[v].position;
+        middle[piece].corners += 3;
+    }
+    for (Middle& m : middle)
+        if (m.corners > 0) m.place /= m.corners;
+    for (std::uint32_t ball = 0; ball < boundary.position.size(); ++ball) {
+        std::uint32_t last = kNoPiece;
+        for (std::uint32_t row = mesh.ball_begin[ball]; row < mesh.ball_begin[ball + 1]; ++row) {
+            const std::uint32_t hollow = void_of[pieces.of_vertex[mesh.triangles[row][0]]];
+            if (hollow == kNoPiece || hollow == last) continue;
+            last = hollow;
+            Middle& m = middle[hollow];
+            const double squared = (m.place - boundary.centre(ball)).length2();
+            if (squared < m.squared) m.squared = squared, m.nearest = ball;
+        }
+    }
+    std::vector<bool> has_room(pieces.count, false);
+    for (std::uint32_t piece = 0; piece < pieces.count; ++piece) {
+        const Middle& m = middle[piece];
+        if (void_of[piece] != piece || m.squared < radius * radius) continue;
+        const std::uint32_t towards =
+            pieceTowards(mesh, boundary, pieces, m.nearest, m.place - boundary.centre(m.nearest));
+        has_room[piece] = towards != kNoPiece && void_of[towards] == piece;
+    }
+    return has_room;
+}
+
 }  // namespace
 
 std::vector<std::uint32_t> voidsRoundBodies(const BetaMesh& mesh, const BallBoundary& boundary, const Pieces& pieces,
@@ -141,15 +183,25 @@ std::vector<std::uint32_t> voidsRoundBodies(const BetaMesh& mesh, const BallBoun
 }
 
 std::vector<bool> voidsWithRoom(const BetaMesh& mesh, const BallBoundary& boundary, const Pieces& pieces,
-                                const std::vector<std::uint32_t>& void_of, double radius) {
+                                std::vector<std::uint32_t> void_of, double radius) {
+    std::vector<bool> has_room = haveRoomInTheMiddle(mesh, boundary, pieces, void_of, radius);
+    for (std::uint32_t& hollow : void_of)
+        if (hollow != kNoPiece && has_room[hollow]) hollow = kNoPiece;
     const std::vector<std::uint32_t> balls = rowsWhere(boundary.position.size(), [&](std::uint32_t ball) {
         const auto first = mesh.triangles.begin() + mesh.ball_begin[ball];
         const auto last = mesh.triangles.begin() + mesh.ball_begin[ball + 1];
         return std::any_of(first, last, [&](const Triangle& t) { return void_of[pieces.of_vertex[t[0]]] != kNoPiece; });
     });
+    const auto centreOf = [&](std::size_t i) { return boundary.centre(balls[i]); };
+    if (balls.size() > kMostInCell &&
+        balls.size() > kMostInCell * CellOrder(balls.size(), 2 * radius, centreOf).cells()) {
+        for (const std::uint32_t hollow : void_of)
+            if (hollow != kNoPiece) has_room[hollow] = true;
+        return has_room;
+    }
     Particles particles;
     particles.position.resize(balls.size());
-    parallelFor(balls.size(), 4096, [&](std::size_t i) { particles.position[i] = Vec3f(boundary.centre(balls[i])); });
+    parallelFor(balls.size(), 4096, [&](std::size_t i) { particles.position[i] = Vec3f(centreOf(i)); });
     const SnappedParticles snapped = snapParticles(particles, radius);
     const BallBoundary larger = ballBoundary(snapped, survivors(snapped), {}, Arcs::left_out);
 
@@ -160,7 +212,6 @@ std::vector<bool> voidsWithRoom(const BetaMesh& mesh, const BallBoundary& bounda
             pieceTowards(mesh, boundary, pieces, ball, larger.vertex[v] - boundary.centre(ball));
         if (piece != kNoPiece) void_at[v] = void_of[piece];
     });
-    std::vector<bool> has_room(pieces.count, false);
     for (const std::uint32_t hollow : void_at)
         if (hollow != kNoPiece) has_room[hollow] = true;
     return has_room;

@@ -36,9 +36,11 @@ std::vector<std::uint32_t> voidsRoundBodies(const BetaMesh& mesh, const BallBoun
 ///
 /// in      as above; void_of: of each void that is in question, itself, of each body that floats in one, that void,
 ///         of all other pieces kNoPiece; radius: above that of the boundary's balls, world units
+/// out     true for all voids that no ball fits into the middle of, where there are more than 20,000 particles round
+///         these in each cell as wide as the ball
 /// same    result for any thread count and particle order
 /// cost    O(triangles + balls that bound these voids), the latter at 1-4 µs while few of them lie within two radii
 std::vector<bool> voidsWithRoom(const BetaMesh& mesh, const BallBoundary& boundary, const Pieces& pieces,
-                                const std::vector<std::uint32_t>& void_of, double radius);
+                                std::vector<std::uint32_t> void_of, double radius);
 
 }  // namespace betamesh
