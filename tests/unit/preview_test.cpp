@@ -290,6 +290,37 @@ TEST(Preview, FarFromTheOriginItLooksTheSame) {
     EXPECT_NEAR(sum(there.green), sum(here.green), 0.001 * sum(here.green));
 }
 
+TEST(Preview, FarDropsAreNoPartOfTheBulkButLongJetsAre) {
+    Random random(1);
+    Spheres drops;
+    for (int i = 0; i < 1000; ++i) {
+        drops.position.push_back(random.ball());
+        drops.radius.push_back(0.05f);
+    }
+    const Bounds near = boundsOfBulk({}, drops, {});
+    EXPECT_EQ(near.low, boundsOf({}, drops).low);
+    EXPECT_EQ(near.high, boundsOf({}, drops).high);
+    for (const Vec3& far : {Vec3(1e6, 0, 0), Vec3(0, -7, 0), Vec3(0, 0, 30)}) {
+        drops.position.push_back(far);
+        drops.radius.push_back(0.05f);
+    }
+    EXPECT_EQ(boundsOfBulk({}, drops, {}).low, near.low);
+    EXPECT_EQ(boundsOfBulk({}, drops, {}).high, near.high);
+
+    Mesh mesh = sphereMesh({0, 0, 0});
+    const auto first = static_cast<std::uint32_t>(mesh.position.size());
+    mesh.position.insert(mesh.position.end(), {{0, 20, 0}, {0.01, 20, 0}});
+    mesh.triangles.push_back({0, first, first + 1});
+    EXPECT_EQ(boundsOfBulk(mesh, {}, {}).high.y, 20);
+    mesh.position.push_back({0, 19, 0});
+    mesh.triangles.back()[0] = first + 2;  // torn off
+    EXPECT_LT(boundsOfBulk(mesh, {}, {}).high.y, 1.1);
+    // A few drops that lie far apart are all there is.
+    drops.position = {{0, 0, 0}, {100, 0, 0}, {0, 3, 0}};
+    drops.radius = {1, 1, 1};
+    EXPECT_EQ(boundsOfBulk({}, drops, {}).high.x, 101);
+}
+
 TEST(Preview, TheCameraThatIsFoundHasAllInThePictureAndNoneToSpare) {
     Random random(1);
     for (int trial = 0; trial < 200; ++trial) {
@@ -309,15 +340,23 @@ TEST(Preview, TheCameraThatIsFoundHasAllInThePictureAndNoneToSpare) {
         const View view(found.camera(), width, height);
         double room = 1;       // nearest to an edge, in parts of the picture
         double nearest = 1e9;  // to the camera
+        Bounds seen;
         for (const Vec3& p : points) {
             ASSERT_GT(view.depth(p), 0);
             nearest = std::min(nearest, view.depth(p));
             const auto [x, y] = view.seen(p);
+            seen.add({x / width, y / height, 0}, 0);
             room = std::min({room, x / width, 1 - x / width, y / height, 1 - y / height});
         }
         EXPECT_GT(room, framing.margin - 1e-9);
-        if (nearest > 1e-5) {  // nearer still, and the lens would touch it
+        Bounds extent;
+        for (const Vec3& p : points) extent.add(p, 0);
+        if (nearest > 0.002 * extent.diagonal()) {  // nearer still, and the lens would touch it
             EXPECT_NEAR(room, framing.margin, 1e-4);
+        }
+        if (framing.fov <= 40) {
+            EXPECT_NEAR(seen.centre().x, 0.5, 0.03);
+            EXPECT_NEAR(seen.centre().y, 0.5, 0.03);
         }
     }
 }
