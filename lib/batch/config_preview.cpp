@@ -100,7 +100,8 @@ void addPreviewKeys(std::vector<ConfigKey>& keys) {
     keys.push_back(integerKey({"preview.height", "--height", "pixels", "Of the picture."}, 16, 16384, false,
                               [](Config& c) -> int& { return c.preview.height; }));
     keys.push_back(integerKey({"preview.samples", "--samples", "rays",
-                               "Of each pixel. More make edges, shadows and blur smoother; the time grows with them."},
+                               "Of each pixel. More make edges, shadows and blur finer; the time grows with them. The grain of few is "
+                               "averaged out of shadows, less the more there are."},
                               1, 4096, false, [](Config& c) -> int& { return c.preview.samples; }));
     keys.push_back(pointKey(
         {"preview.camera_position", "--camera-position", "world units",
