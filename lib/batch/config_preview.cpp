@@ -100,17 +100,19 @@ void addPreviewKeys(std::vector<ConfigKey>& keys) {
     keys.push_back(integerKey({"preview.height", "--height", "pixels", "Of the picture."}, 16, 16384, false,
                               [](Config& c) -> int& { return c.preview.height; }));
     keys.push_back(integerKey({"preview.samples", "--samples", "rays",
-                               "Of each pixel. More make edges, shadows and blur smoother; the time grows with them."},
+                               "Of each pixel. More make edges, shadows and blur finer; the time grows with them. The grain of few is "
+                               "averaged out of shadows, less the more there are."},
                               1, 4096, false, [](Config& c) -> int& { return c.preview.samples; }));
     keys.push_back(pointKey(
         {"preview.camera_position", "--camera-position", "world units",
-         "auto: as near as has every frame of the sequence on disk in the picture, in the "
-         "direction of azimuth and elevation. The log says where that is; given back with --ground, no frame need be "
-         "read to find it."},
+         "auto: one still camera that frames every frame of the sequence on disk as tightly as it can, in the "
+         "direction of azimuth and elevation. Drops that are farther from the bulk of their frame's surface than that "
+         "is long are not framed. The log says where the camera is; given back with --ground, no frame need be read to "
+         "find it. The input of a single frame is framed by itself."},
         [](Config & c) -> auto& { return c.preview.camera_position; }));
     keys.push_back(pointKey(
         {"preview.look_at", "--look-at", "world units",
-         "The point in the middle of the picture. auto: the middle of the sequence."},
+         "The point in the middle of the picture. auto: the middle of what an automatic camera frames."},
         [](Config & c) -> auto& { return c.preview.look_at; }));
     keys.push_back(realKey({"preview.azimuth", "--azimuth", "degrees",
                             "Where an automatic camera stands, round the vertical: 0 looks along -z (+y where z is "
@@ -163,7 +165,7 @@ void addPreviewKeys(std::vector<ConfigKey>& keys) {
     keys.push_back(
         groundKey({"preview.ground", "--ground", "world units",
                    "The height of a ground that takes shadows: darker in .png, `shadow` in .exr. auto: just below "
-                   "everything in the sequence. none: no shadows fall on what is not there."}));
+                   "all that an automatic camera frames. none: no shadows fall on what is not there."}));
 }
 
 }  // namespace betamesh

@@ -75,8 +75,7 @@ Extent::Extent(const Config::Preview& preview)
       cut(preview.cut) {}
 
 void Extent::add(const Subject& subject) {
-    forPoints(subject.mesh, subject.spheres, [&](const Vec3& p, double radius) {
-        if (cut && (cut->below ? p[cut->axis] - radius > cut->at : p[cut->axis] + radius < cut->at)) return;
+    forBulk(subject.mesh, subject.spheres, cut, [&](const Vec3& p, double radius) {
         bounds.add(p, radius);
         finder.add(p, radius);
     });
@@ -148,13 +147,21 @@ PreviewPlan planPreview(const Config& config, const Extent& extent, double ball)
 
 std::string describe(const PreviewPlan& plan) {
     const Camera& camera = plan.camera;
-    char text[256];
-    std::snprintf(text, sizeof text, "--camera-position %.6g,%.6g,%.6g --look-at %.6g,%.6g,%.6g --fov %.6g --ground ",
-                  camera.position.x, camera.position.y, camera.position.z, camera.look_at.x, camera.look_at.y,
-                  camera.look_at.z, camera.fov);
-    std::string words(text);
-    std::snprintf(text, sizeof text, "%.6g", plan.look.ground.value_or(0));
-    return words + (plan.look.ground ? text : "none");
+    const double distance = (camera.look_at - camera.position).length();
+    // Digits enough for a thousandth of a pixel, however far from the origin.
+    const double step = distance > 0 ? std::pow(10, std::floor(std::log10(distance)) - 6) : 1;
+    const auto rounded = [&](double x) {
+        char text[40];
+        const double whole = std::round(x / step);
+        const int digits = std::clamp(static_cast<int>(std::log10(std::max(std::abs(whole), 1.0))) + 1, 1, 17);
+        std::snprintf(text, sizeof text, "%.*g", digits, x);
+        return std::string(text);
+    };
+    const auto place = [&](const Vec3& p) { return rounded(p.x) + ',' + rounded(p.y) + ',' + rounded(p.z); };
+    char fov[40];
+    std::snprintf(fov, sizeof fov, "%.6g", camera.fov);
+    return "--camera-position " + place(camera.position) + " --look-at " + place(camera.look_at) + " --fov " + fov +
+           " --ground " + (plan.look.ground ? rounded(*plan.look.ground) : "none");
 }
 
 bool isExr(const std::string& path) {

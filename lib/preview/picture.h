@@ -27,7 +27,7 @@ struct Picture {
     std::array<Plane, 2> motion;    ///< until the next frame, pixels to the right and upwards
     std::vector<std::uint32_t> id;  ///< kNothing, kMesh, kSphere
 
-    static constexpr float kFarAway = 1e10f;
+    static constexpr float kFarAway = 1e30f;  // beyond any scene
     static constexpr std::uint32_t kNothing = 0, kMesh = 1, kSphere = 2;
 
     std::size_t size() const { return static_cast<std::size_t>(width) * static_cast<std::size_t>(height); }

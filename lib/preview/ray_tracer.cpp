@@ -55,7 +55,7 @@ struct RayTracer::Embree {
     /// floats of row i, given its position.
     template <typename Place>
     void addPositions(RTCGeometry geometry, RTCFormat format, std::size_t row_bytes, const std::vector<Vec3>& position,
-                      const std::vector<Vec3>& velocity, const Vec3& origin, double shutter_seconds,
+                      const std::vector<Vec3>& velocity, const SceneSpace& space, double shutter_seconds,
                       const Place& place) const {
         const bool blurred = moves(velocity, shutter_seconds);
         rtcSetGeometryTimeStepCount(geometry, blurred ? 2 : 1);
@@ -65,8 +65,7 @@ struct RayTracer::Embree {
                 rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, step, format, row_bytes, position.size()));
             check();
             parallelFor(position.size(), kGrain, [&](std::size_t i) {
-                Vec3 at = position[i] - origin;
-                if (blurred) at += velocity[i] * later;
+                const Vec3 at = space.fromWorld(blurred ? position[i] + velocity[i] * later : position[i]);
                 float* row = rows + i * (row_bytes / sizeof(float));
                 for (int axis = 0; axis < 3; ++axis) row[axis] = static_cast<float>(at[axis]);
                 place(i, row);
@@ -84,13 +83,16 @@ struct RayTracer::Embree {
     }
 };
 
-RayTracer::RayTracer(const Mesh& mesh, const Spheres& spheres, const Vec3& origin, double shutter_seconds,
+RayTracer::RayTracer(const Mesh& mesh, const Spheres& spheres, const SceneSpace& space, double shutter_seconds,
                      const std::optional<CutPlane>& cut)
     : embree_(std::make_unique<Embree>()), cut_(cut) {
-    for (const float radius : spheres.radius) largest_sphere_ = std::max(largest_sphere_, radius);
+    const auto radiusOf = [&](std::size_t i) {
+        return static_cast<float>(static_cast<double>(spheres.radius[i]) * space.scale);
+    };
+    for (std::size_t i = 0; i < spheres.size(); ++i) largest_sphere_ = std::max(largest_sphere_, radiusOf(i));
     if (!mesh.triangles.empty()) {
         const RTCGeometry geometry = rtcNewGeometry(embree_->device, RTC_GEOMETRY_TYPE_TRIANGLE);
-        embree_->addPositions(geometry, RTC_FORMAT_FLOAT3, 3 * sizeof(float), mesh.position, mesh.velocity, origin,
+        embree_->addPositions(geometry, RTC_FORMAT_FLOAT3, 3 * sizeof(float), mesh.position, mesh.velocity, space,
                               shutter_seconds, [](std::size_t, float*) {});
         rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, mesh.triangles.data(), 0,
                                    sizeof(Triangle), mesh.triangles.size());
@@ -99,7 +101,7 @@ RayTracer::RayTracer(const Mesh& mesh, const Spheres& spheres, const Vec3& origi
     if (spheres.size() > 0) {
         const RTCGeometry geometry = rtcNewGeometry(embree_->device, RTC_GEOMETRY_TYPE_SPHERE_POINT);
         embree_->addPositions(geometry, RTC_FORMAT_FLOAT4, 4 * sizeof(float), spheres.position, spheres.velocity,
-                              origin, shutter_seconds, [&](std::size_t i, float* row) { row[3] = spheres.radius[i]; });
+                              space, shutter_seconds, [&](std::size_t i, float* row) { row[3] = radiusOf(i); });
         embree_->spheres = embree_->add(geometry);
     }
     rtcSetSceneFlags(embree_->scene, RTC_SCENE_FLAG_ROBUST);  // no ray slips between two triangles

@@ -10,6 +10,17 @@
 
 namespace betamesh {
 
+/// Places of the world as the ray tracer takes them: counted from an origin near what is seen and in units of about the
+/// size of everything, so that single precision is as good for nanometres as for light years, and far from the world's
+/// origin as near it.
+struct SceneSpace {
+    Vec3 origin{0, 0, 0};  ///< in the world
+    double scale = 1;      ///< scene units to a world unit; a power of two, so that scaling rounds nothing
+
+    Vec3 fromWorld(const Vec3& p) const { return (p - origin) * scale; }
+    Vec3 toWorld(const Vec3f& p) const { return Vec3(p) / scale + origin; }
+};
+
 /// Eight rays at once, for speed; those that are near each other find their way together.
 struct Rays {
     static constexpr std::size_t kCount = 8;
@@ -22,7 +33,7 @@ struct Rays {
     alignas(32) Row<float> time{};           ///< within the shutter, 0 to 1
 };
 
-/// Cuts away the points p, counted from the origin of rays, with normal · p > offset. normal is a unit vector.
+/// Cuts away the points p of the scene with normal · p > offset. normal is a unit vector.
 struct CutPlane {
     Vec3f normal{1, 0, 0};
     float offset = 0;
@@ -40,14 +51,14 @@ struct Hits {
     std::array<Rays::Row<float>, 3> normal{};  ///< outwards, of any length; of the triangle itself, not smoothed
 };
 
-/// Positions of rays are floats counted from an origin near the mesh, so that places far out keep their digits.
+/// Rays, cuts and hits are in scene space.
 class RayTracer {
 public:
     /// shutter_seconds: how long everything moves by its velocity, half of it before and half after the moment of
     /// the mesh; the cut stays where it is. The mesh and its spheres must outlive the tracer.
     ///
     /// same    answers for any thread count
-    RayTracer(const Mesh& mesh, const Spheres& spheres, const Vec3& origin, double shutter_seconds,
+    RayTracer(const Mesh& mesh, const Spheres& spheres, const SceneSpace& space, double shutter_seconds,
               const std::optional<CutPlane>& cut);
     ~RayTracer();
     RayTracer(const RayTracer&) = delete;
@@ -65,7 +76,7 @@ private:
 
     std::unique_ptr<Embree> embree_;
     std::optional<CutPlane> cut_;
-    float largest_sphere_ = 0;  // radius
+    float largest_sphere_ = 0;  // radius, scene units
 };
 
 }  // namespace betamesh

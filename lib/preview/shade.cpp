@@ -52,26 +52,32 @@ Lights studioLights(const View& view, const Vec3& up) {
     return lights;
 }
 
-Vec3f shaded(const Shaded& point, const Lights& lights, Shading shading) {
-    const Vec3f& n = point.normal;
-    const float facing = std::max(n.dot(point.to_eye), 0.0f);
-    const Vec3f reflected = n * (2 * n.dot(point.to_eye)) - point.to_eye;
+ShadedLight shadedLight(const Vec3f& normal, const Vec3f& to_eye, const Vec3f& colour, const Lights& lights,
+                        Shading shading) {
+    ShadedLight light;
+    const float facing = std::max(normal.dot(to_eye), 0.0f);
+    const Vec3f reflected = normal * (2 * normal.dot(to_eye)) - to_eye;
     if (shading == Shading::zebra) {
         const float angle = std::acos(std::clamp(reflected.dot(lights.up), -1.0f, 1.0f)) / std::numbers::pi_v<float>;
         const float stripe = smoothStep(-0.25f, 0.25f, std::sin(2 * std::numbers::pi_v<float> * kStripes / 2 * angle));
-        const float light = (0.03f + 0.8f * stripe) * (0.55f + 0.45f * facing);
-        return Vec3f(light, light, light) * (0.4f + 0.6f * point.sky);
+        const float all = (0.03f + 0.8f * stripe) * (0.55f + 0.45f * facing);
+        light.always = Vec3f(all, all, all) * 0.4f;
+        light.sky = Vec3f(all, all, all) * 0.6f;
+        return light;
     }
-    const float up = 0.5f + 0.5f * n.dot(lights.bright);
-    const float key = std::max(n.dot(lights.key), 0.0f) * point.key, rim = std::max(n.dot(lights.rim), 0.0f);
-    const Vec3f arriving = kKeyLight * key + kRimLight * rim + (kFloor * (1 - up) + kSky * up) * point.sky;
     const float grazing = raised(1 - facing, 2) * (1 - facing);
     const float mirror = kFacing + (1 - kFacing) * 0.75f * grazing;
-    const Vec3f half = (lights.key + point.to_eye).normalized();
-    const float highlight = kHighlight * std::pow(std::max(n.dot(half), 0.0f), kGloss) * point.key;
-    const float room = roomTowards(reflected, lights) * point.sky * mirror;
-    const Vec3f body(point.colour.x * arriving.x, point.colour.y * arriving.y, point.colour.z * arriving.z);
-    return body * (1 - mirror) + Vec3f(room, room, room) + kKeyLight * highlight;
+    const Vec3f body = colour * (1 - mirror);
+    const float key = normal.dot(lights.key), rim = std::max(normal.dot(lights.rim), 0.0f);
+    const float up = 0.5f + 0.5f * normal.dot(lights.bright), room = roomTowards(reflected, lights) * mirror;
+    light.always = body * kRimLight * rim;
+    light.sky = body * (kFloor * (1 - up) + kSky * up) + Vec3f(room, room, room);
+    if (key <= 0) return light;
+    const Vec3f half = (lights.key + to_eye).normalized();
+    const float above = std::min(key / kKeyRadius, 1.0f);  // of the light's disc above the horizon
+    const float highlight = kHighlight * std::pow(std::max(normal.dot(half), 0.0f), kGloss) * above;
+    light.key = body * kKeyLight * key + kKeyLight * highlight;
+    return light;
 }
 
 }  // namespace betamesh

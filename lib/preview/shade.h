@@ -16,15 +16,15 @@ struct Lights {
 
 Lights studioLights(const View& view, const Vec3& up);
 
-/// A point of a surface as the light finds it. normal and to_eye are unit vectors; normal faces the eye.
-struct Shaded {
-    Vec3f normal, to_eye;
-    Vec3f colour;
-    float key = 1;  ///< share of the key light that arrives
-    float sky = 1;  ///< of the room's light
+/// Linear light from a point of a surface towards the eye, by where it comes from.
+struct ShadedLight {
+    Vec3f always{0, 0, 0};  ///< what nothing can hide
+    Vec3f key{0, 0, 0};     ///< by the key light, where all of it arrives
+    Vec3f sky{0, 0, 0};     ///< by the room, where all of its light arrives
 };
 
-/// Linear light towards the eye.
-Vec3f shaded(const Shaded& point, const Lights& lights, Shading shading);
+/// normal and to_eye are unit vectors; normal faces the eye.
+ShadedLight shadedLight(const Vec3f& normal, const Vec3f& to_eye, const Vec3f& colour, const Lights& lights,
+                        Shading shading);
 
 }  // namespace betamesh

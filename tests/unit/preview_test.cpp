@@ -6,6 +6,7 @@
 #include "preview/exr_file.h"
 #include "preview/png_file.h"
 #include "preview/render_frame.h"
+#include "preview/shade.h"
 
 #include <gtest/gtest.h>
 
@@ -290,6 +291,197 @@ TEST(Preview, FarFromTheOriginItLooksTheSame) {
     EXPECT_NEAR(sum(there.green), sum(here.green), 0.001 * sum(here.green));
 }
 
+/// A plane, a sphere that shades it, and a corner that little light reaches.
+std::pair<Mesh, Spheres> partlyShadowed() {
+    Mesh mesh;
+    mesh.position = {{-3, -1, -3}, {3, -1, -3}, {3, -1, 3}, {-3, -1, 3}, {-3, 2, -3}, {3, 2, -3}};
+    mesh.triangles = {{0, 2, 1}, {0, 3, 2}, {0, 1, 5}, {0, 5, 4}};
+    return {mesh, ballAt({0, 0, 0})};
+}
+
+const Camera kFromAbove{{4, 7, 10}, {0, -0.3, 0}, {0, 1, 0}, 30};
+
+/// Greens of one picture less those of another.
+std::vector<double> difference(const Picture& a, const Picture& b) {
+    std::vector<double> less(a.size());
+    for (std::size_t i = 0; i < less.size(); ++i)
+        less[i] = static_cast<double>(a.green[i]) - static_cast<double>(b.green[i]);
+    return less;
+}
+
+double rootMeanSquare(const std::vector<double>& values) {
+    double squares = 0;
+    for (const double x : values) squares += x * x;
+    return std::sqrt(squares / static_cast<double>(values.size()));
+}
+
+/// How much a picture is like itself, so many pixels aside: -1 to 1.
+double likeness(const std::vector<double>& values, int width, int across, int down) {
+    double products = 0, squares = 0;
+    const int height = static_cast<int>(values.size()) / width;
+    for (int y = 0; y + down < height; ++y)
+        for (int x = std::max(0, -across); x < std::min(width, width - across); ++x) {
+            const double a = values[static_cast<std::size_t>(y * width + x)],
+                         b = values[static_cast<std::size_t>((y + down) * width + x + across)];
+            products += a * b;
+            squares += (a * a + b * b) / 2;
+        }
+    return squares > 0 ? products / squares : 0;
+}
+
+TEST(Preview, WhatFewSamplesGetWrongIsLittleAndHasNoPattern) {
+    const auto [mesh, spheres] = partlyShadowed();
+    Look look = smallLook();
+    look.layers = false;
+    look.samples = 1024;
+    const Picture exact = renderFrame(mesh, spheres, kFromAbove, look);
+    double last = 1;
+    for (const int samples : {4, 8, 32, 128}) {
+        SCOPED_TRACE(samples);
+        look.samples = samples;
+        const std::vector<double> wrong = difference(renderFrame(mesh, spheres, kFromAbove, look), exact);
+        const double error = rootMeanSquare(wrong);
+        EXPECT_LT(error, 0.7 * last) << "more samples are better";
+        last = error;
+        // Beyond the pixels that are averaged and what they are compared by, one pixel says nothing of another.
+        double most = 0;
+        for (int down = 0; down <= 24; ++down)
+            for (int across = -24; across <= 24; ++across)
+                if (std::max(std::abs(across), down) > 8)
+                    most = std::max(most, std::abs(likeness(wrong, look.width, across, down)));
+        EXPECT_LT(most, 0.1);
+        if (samples == 8) {
+            EXPECT_LT(error, 0.004);  // a step of an 8-bit picture
+        }
+    }
+    EXPECT_LT(last, 0.001);
+}
+
+TEST(Preview, LitPlanesAreSmoothHoweverTheLightGrazesThem) {
+    Look look = smallLook();
+    look.layers = false;
+    look.samples = 4;
+    for (int turn = 0; turn < 12; ++turn) {
+        SCOPED_TRACE(turn);
+        // Round the camera's axis: the key light comes from the left and above, and grazes some of these planes.
+        Random random(static_cast<std::uint64_t>(turn));
+        const double angle = turn * std::numbers::pi / 6;
+        const Vec3 n = Vec3(std::cos(angle), std::sin(angle), 0.3).normalized(),
+                   a = cross(n, Vec3(0, 0, 1)).normalized(), b = cross(n, a), away(1234.5, -777.25, 31.125);
+        Mesh mesh;
+        for (int y = 0; y <= 20; ++y)
+            for (int x = 0; x <= 20; ++x)
+                mesh.position.push_back(away + a * (x - 10 + random.between(-0.3, 0.3)) +
+                                        b * (y - 10 + random.between(-0.3, 0.3)));
+        for (std::uint32_t y = 0; y < 20; ++y)
+            for (std::uint32_t x = 0; x < 20; ++x) {
+                const std::uint32_t first = 21 * y + x;
+                mesh.triangles.push_back({first, first + 1, first + 22});
+                mesh.triangles.push_back({first, first + 22, first + 21});
+            }
+        const Picture picture = renderFrame(mesh, {}, facing(away), look);
+        double steepest = 0;
+        for (std::size_t i = 1; i < picture.size(); ++i)
+            if (i % static_cast<std::size_t>(look.width) > 0 && picture.alpha[i - 1] == 1 && picture.alpha[i] == 1)
+                steepest = std::max(steepest, static_cast<double>(std::abs(picture.green[i] - picture.green[i - 1])));
+        EXPECT_LT(steepest, 0.02);
+    }
+}
+
+TEST(Preview, ACoarseSphereIsShadedAsTheRoundOneThatItStandsFor) {
+    Mesh coarse;
+    const Icosphere sphere = icosphere(4);
+    coarse.position = sphere.position, coarse.triangles = sphere.triangles;
+    Look look = smallLook();
+    look.samples = 64;
+    const Picture facets = renderFrame(coarse, {}, facing({0, 0, 0}), look),
+                  round = renderFrame({}, ballAt({0, 0, 0}), facing({0, 0, 0}), look);
+    const std::vector<double> wrong = difference(facets, round);
+    const Vec3f key = studioLights(View(facing({0, 0, 0}), look.width, look.height), {0, 1, 0}).key;
+    double worst = 0, seen = 0;
+    for (std::size_t i = 0; i < facets.size(); ++i) {
+        const Vec3f n(round.normal[0][i], round.normal[1][i], round.normal[2][i]);
+        if (round.alpha[i] < 1 || n.z < 0.6f) continue;   // near the rim they are of different sizes
+        if (n.dot(key) > 0.3f) continue;                  // near the terminator facets would show
+        worst = std::max(worst, std::abs(wrong[i]));
+        seen += 1;
+    }
+    EXPECT_GT(seen, 2000);
+    EXPECT_LT(worst, 0.006);
+}
+
+TEST(Preview, AnySizeOfTheWorldGivesTheSamePicture) {
+    const auto pictured = [](double scale, double aside) {
+        auto [mesh, spheres] = partlyShadowed();
+        spheres.position.push_back({1.5, -0.2, 1});
+        spheres.velocity = {{0, 0, 0}, {3, 0, 0}};
+        spheres.radius.push_back(0.25f);
+        const Vec3 away(aside, aside, -aside);
+        for (auto* rows : {&mesh.position, &spheres.position, &spheres.velocity})
+            for (Vec3& row : *rows) row *= scale;
+        for (auto* rows : {&mesh.position, &spheres.position})
+            for (Vec3& row : *rows) row += away;
+        for (float& radius : spheres.radius) radius = static_cast<float>(static_cast<double>(radius) * scale);
+        Look look = smallLook();
+        look.shutter = 0.5;
+        look.wireframe = 1;
+        look.ground = -1.1 * scale + aside;
+        CameraFinder finder({}, static_cast<double>(look.width) / look.height);
+        forBulk(mesh, spheres, {}, [&](const Vec3& p, double radius) { finder.add(p, radius); });
+        return renderFrame(mesh, spheres, finder.camera(), look);
+    };
+    const Picture usual = pictured(1, 0);
+    EXPECT_GT(sum(usual.alpha), 0.2 * static_cast<double>(usual.size()));
+    for (const int power : {-40, -30, 53, 64}) {  // so that scaling rounds nothing
+        SCOPED_TRACE(power);
+        const Picture other = pictured(std::ldexp(1.0, power), 0);
+        EXPECT_EQ(other.alpha, usual.alpha);
+        EXPECT_EQ(other.green, usual.green);
+        EXPECT_EQ(other.shadow, usual.shadow);
+        EXPECT_EQ(other.normal, usual.normal);
+        EXPECT_EQ(other.id, usual.id);
+    }
+    for (const double scale : {1e-9, 1e-3, 1e3, 1e16, 3e19}) {
+        SCOPED_TRACE(scale);
+        EXPECT_LT(rootMeanSquare(difference(pictured(scale, 0), usual)), 0.005);
+    }
+    for (const double aside : {1e3, 1e6, 1e9}) {
+        SCOPED_TRACE(aside);
+        EXPECT_LT(rootMeanSquare(difference(pictured(1, aside), usual)), 0.005);
+    }
+}
+
+TEST(Preview, FarDropsAreNoPartOfTheBulkButLongJetsAre) {
+    Random random(1);
+    Spheres drops;
+    for (int i = 0; i < 1000; ++i) {
+        drops.position.push_back(random.ball());
+        drops.radius.push_back(0.05f);
+    }
+    const Bounds near = boundsOfBulk({}, drops, {});
+    EXPECT_EQ(near.low, boundsOf({}, drops).low);
+    EXPECT_EQ(near.high, boundsOf({}, drops).high);
+    for (const Vec3& far : {Vec3(1e6, 0, 0), Vec3(0, -7, 0), Vec3(0, 0, 30)}) {
+        drops.position.push_back(far);
+        drops.radius.push_back(0.05f);
+    }
+    EXPECT_EQ(boundsOfBulk({}, drops, {}).low, near.low);
+    EXPECT_EQ(boundsOfBulk({}, drops, {}).high, near.high);
+
+    Mesh mesh = sphereMesh({0, 0, 0});
+    const auto first = static_cast<std::uint32_t>(mesh.position.size());
+    mesh.position.insert(mesh.position.end(), {{0, 20, 0}, {0.01, 20, 0}});
+    mesh.triangles.push_back({0, first, first + 1});
+    EXPECT_EQ(boundsOfBulk(mesh, {}, {}).high.y, 20);
+    mesh.position.push_back({0, 19, 0});
+    mesh.triangles.back()[0] = first + 2;  // torn off
+    EXPECT_LT(boundsOfBulk(mesh, {}, {}).high.y, 1.1);
+    // A few drops that lie far apart are all there is.
+    drops.position = {{0, 0, 0}, {100, 0, 0}, {0, 3, 0}};
+    drops.radius = {1, 1, 1};
+    EXPECT_EQ(boundsOfBulk({}, drops, {}).high.x, 101);
+}
+
 TEST(Preview, TheCameraThatIsFoundHasAllInThePictureAndNoneToSpare) {
     Random random(1);
     for (int trial = 0; trial < 200; ++trial) {
@@ -309,15 +501,23 @@ TEST(Preview, TheCameraThatIsFoundHasAllInThePictureAndNoneToSpare) {
         const View view(found.camera(), width, height);
         double room = 1;       // nearest to an edge, in parts of the picture
         double nearest = 1e9;  // to the camera
+        Bounds seen;
         for (const Vec3& p : points) {
             ASSERT_GT(view.depth(p), 0);
             nearest = std::min(nearest, view.depth(p));
             const auto [x, y] = view.seen(p);
+            seen.add({x / width, y / height, 0}, 0);
             room = std::min({room, x / width, 1 - x / width, y / height, 1 - y / height});
         }
         EXPECT_GT(room, framing.margin - 1e-9);
-        if (nearest > 1e-5) {  // nearer still, and the lens would touch it
+        Bounds extent;
+        for (const Vec3& p : points) extent.add(p, 0);
+        if (nearest > 0.002 * extent.diagonal()) {  // nearer still, and the lens would touch it
             EXPECT_NEAR(room, framing.margin, 1e-4);
+        }
+        if (framing.fov <= 40) {
+            EXPECT_NEAR(seen.centre().x, 0.5, 0.03);
+            EXPECT_NEAR(seen.centre().y, 0.5, 0.03);
         }
     }
 }
