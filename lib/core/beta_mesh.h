@@ -29,7 +29,7 @@ struct RisingVertex {
 };
 
 /// Those on edges, on facets, and in quads; facets may have one another's vertices for corners, quads any.
-using RisingVertices = std::array<std::vector<RisingVertex>, 7>;
+using RisingVertices = std::array<std::vector<RisingVertex>, 9>;
 
 /// A vertex far from any rim, which smoothing leaves where it is but for this step outwards: facets miss what their
 /// ball bulges out between vertices, and drops would be the smaller for it.

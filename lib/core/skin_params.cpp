@@ -28,6 +28,7 @@ double particleSpacing(const SkinParams& params) {
 
 double skinDepth(const SkinParams& params) {
     if (!hasSkin(params)) return 0;
+    if (!params.skin && (params.smoothing != SmoothingMethod::coherent || params.passes == 0)) return 0;
     return params.skin.value_or(std::min(kAutomaticSkin * particleSpacing(params), kMostOfRadius * params.radius));
 }
 

@@ -79,7 +79,7 @@ struct SkinParams {
 double particleSpacing(const SkinParams& params);
 
 /// How far the surface lies from the outermost particles, world units. 0 where it is the boundary of the union of
-/// balls, or what the paper or the alpha mesh make of that.
+/// balls, or what the paper or the alpha mesh make of that; an automatic skin is one of smoothed surfaces.
 double skinDepth(const SkinParams& params);
 
 /// errors  a given skin that is negative or at or above the radius; one of a surface other than the complete

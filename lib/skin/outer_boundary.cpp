@@ -1,4 +1,5 @@
 #include "skin/outer_boundary.h"
+#include "skin/tune.h"
 
 #include "core/parallel.h"
 #include "core/skin_params.h"
@@ -16,9 +17,9 @@ namespace betamesh {
 
 namespace {
 
-constexpr double kArcSegment = 0.2;     // radians of a great circle between samples of an arc
-constexpr double kFaceSpacing = 0.3;    // radians between samples inside a face
-constexpr double kFadesWithin = 0.15;   // clearance up to which samples inside faces fade out towards the rim
+const double kArcSegment = tune("oarc", 0.3);     // radians of a great circle between samples of an arc
+const double kFaceSpacing = tune("oface", 0.4);    // radians between samples inside a face
+const double kFadesWithin = tune("ofade", 0.15);   // clearance up to which samples inside faces fade out towards the rim
 
 }  // namespace
 
@@ -51,6 +52,9 @@ OuterSamples outerSamples(const std::vector<Moving>& balls, double radius, doubl
     OuterSamples samples;
     samples.point = std::move(network.point);
     samples.weight.assign(samples.point.size(), 0);
+    samples.lone.assign(samples.point.size(), 0);
+    samples.fading.assign(samples.point.size(), 0);
+    for (const RisingVertex& rising : network.rising) samples.point[rising.vertex] = rising.whole;
     const auto addSegment = [&](std::uint32_t from, std::uint32_t to) {
         const double length = (samples.point[from].position - samples.point[to].position).length() / unit;
         samples.weight[from] += static_cast<float>(length / 2);
@@ -67,14 +71,30 @@ OuterSamples outerSamples(const std::vector<Moving>& balls, double radius, doubl
         for (std::uint32_t p = network.circle_begin[k]; p < network.circle_begin[k + 1]; ++p)
             addSegment(std::exchange(last, p), p);
     }
-    for (std::size_t b = 0; b < outer.size(); ++b)
+    // Samples that appear on an arc take their share from those beside them by degrees.
+    for (const RisingVertex& rising : network.rising) {
+        const auto rest = static_cast<float>(1 - rising.share.value), weight = samples.weight[rising.vertex] * rest;
+        samples.fading[rising.vertex] = rest;
+        samples.weight[rising.vertex] -= weight;
+        for (std::size_t k = 0; k < 2; ++k) samples.weight[rising.from[k]] += weight / 2;
+    }
+    const double directions_count = static_cast<double>(inside.directions.position.size());
+    for (std::size_t b = 0; b < outer.size(); ++b) {
+        const std::size_t first = samples.point.size();
+        double exposed = 0;
         for (std::uint32_t p = inside.begin[b]; p < inside.begin[b + 1]; ++p) {
             if (inside.contactOf(p)) continue;
             const Rate share = smoothStep(inside.clearance[p] / kFadesWithin);
             if (share.value <= 0) continue;
             samples.point.push_back(outer[b] + inside.outwards(p, still[b]) * radius);
             samples.weight.push_back(static_cast<float>(face_area * share.value));
+            samples.fading.push_back(static_cast<float>(1 - share.value));
+            exposed += share.value;
         }
+        samples.lone.resize(samples.point.size(), 0);
+        std::fill(samples.lone.begin() + static_cast<std::ptrdiff_t>(first), samples.lone.end(),
+                  static_cast<float>(exposed / directions_count));
+    }
     return samples;
 }
 

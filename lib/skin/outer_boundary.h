@@ -12,6 +12,8 @@ namespace betamesh {
 struct OuterSamples {
     std::vector<Moving> point;  ///< world units, world units per second
     std::vector<float> weight;  ///< of each, >= 0: length in `unit`s along arcs, area in square `unit`s inside faces
+    std::vector<float> fading;  ///< 0 for samples that are there, up to 1 for those that have only just appeared
+    std::vector<float> lone;    ///< how much of the ball is exposed, inside faces: 1 where all is; 0 along arcs
 };
 
 /// Samples the boundary of the union of balls of another, larger radius round the same centres.

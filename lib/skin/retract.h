@@ -16,6 +16,7 @@ namespace betamesh {
 struct SkinLengths {
     double joining = 1.5;
     double skin = 0.55;
+    bool volume_true = false;  ///< threads and drops get a little more than the skin, as their volume asks for
 
     double rolling() const { return (joining * joining - skin * skin) / (2 * skin); }
     double outer() const { return skin + rolling(); }

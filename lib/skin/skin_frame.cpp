@@ -118,17 +118,12 @@ double widthOf(const SkinParams& params) {
     return params.smoothing_width > 0 ? params.smoothing_width : kSmoothingWidth * params.radius;
 }
 
-// How far the surface goes inwards from the balls, world units.
-double insetOf(const SkinParams& params) {
-    return params.skin.value_or(0) > 0 ? params.radius - *params.skin : params.inset;
-}
-
 // Of either tessellation.
 CoherentSmoothing smoothingOf(const SkinParams& params) {
-    return {params.radius, widthOf(params), passesOf(params), insetOf(params)};
+    return {params.radius, widthOf(params), passesOf(params), params.inset};
 }
 
-bool isSmoothed(const SkinParams& params) { return passesOf(params) > 0 || insetOf(params) > 0; }
+bool isSmoothed(const SkinParams& params) { return passesOf(params) > 0 || params.inset > 0 || skinDepth(params) > 0; }
 
 // In which there are points inside faces, or samples of them; none where these are not asked for.
 Icosphere directionsOf(const SkinParams& params) {
@@ -161,7 +156,8 @@ BetaMesh completeSurface(const Particles& particles, Structure& structure, const
     std::exchange(structure.snapped, {});  // large, and of no more use
     std::exchange(structure.boundary.exposed, {});
     watch("tessellate");
-    const bool has_skin = tune("skin", 0.55) > 0;
+    const double skin = skinDepth(params);
+    const bool has_skin = skin > 0;
     std::optional<CoherentSmoother> smoother;
     if (smoothed && !has_skin)
         smoother.emplace(boundarySamples(boundary, balls, spins.of_points, network, points), smoothingOf(params));
@@ -172,8 +168,8 @@ BetaMesh completeSurface(const Particles& particles, Structure& structure, const
         report.bubbles_filled = fillBubbles(beta, boundary, params.features);
     watch("tessellate");
     if (has_skin) {
-        const double unit = tune("dx", params.spacing > 0 ? params.spacing : params.radius / 1.5);
-        const SkinLengths lengths{params.radius / unit, tune("skin", 0.55)};
+        const double unit = particleSpacing(params);
+        const SkinLengths lengths{params.radius / unit, skin / unit, !params.skin};
         const OuterSamples outer = outerSamples(balls, lengths.outer() * unit, unit);
         if (tune("verbose", 0) > 0) fprintf(stderr, "outer samples %zu, vertices %zu\n", outer.point.size(), beta.vertex.size());
         watch("structure");
@@ -182,10 +178,10 @@ BetaMesh completeSurface(const Particles& particles, Structure& structure, const
         surface.finish();
         const MovingPoints from = copyOf(beta.vertex);
         watch("retract");
-        smoothSkin(surface, 0, 0);
+        if (passesOf(params) > 0) smoothSkin(surface, 0, 0);
         surface.finish();
         watch("smooth");
-        if (tune("apart", 0) > 0) keepApart(boundary, from, beta);
+        if (tune("apart", 1) > 0) keepApart(boundary, from, beta);
         watch("apart");
     } else if (smoothed) {
         const MovingPoints from = smoother->smooth(beta);

@@ -106,7 +106,17 @@ void sumUp(MovedSurface& surface, const Normals& normal, const std::vector<float
         });
 }
 
-Normals softNormals(MovedSurface& surface, const Normals& from, double width) {
+Normals robust(MovedSurface& surface, const Normals& from, double width) {
+    std::vector<std::array<float, 3>> values(from.size());
+    for (std::size_t v = 0; v < from.size(); ++v) values[v] = {from[v].x, from[v].y, from[v].z};
+    values = meansOf<3>(surface, width, values);
+    Normals mean(from.size());
+    for (std::size_t v = 0; v < from.size(); ++v) mean[v] = Vec3f(values[v][0], values[v][1], values[v][2]).normalized();
+    return mean;
+}
+
+Normals softNormals(MovedSurface& surface, const Normals& first, double width) {
+    const Normals from = tune("robust", 0.3) > 0 ? robust(surface, first, tune("robust", 0.3)) : first;
     Normals soft(surface.size());
     sumUp<4, SumNormals>(surface, from, {}, width, [&](std::uint32_t v, const auto& sums, std::size_t lane) {
         const Vec3f sum(sums[0][lane], sums[1][lane], sums[2][lane]);
@@ -242,12 +252,14 @@ std::vector<Piece> piecesOf(const MovedSurface& surface, const std::vector<float
     return joined(parts);
 }
 
-// The square of the distance to where the surface turns sideways, neither the point's way nor opposite.
-struct FindSideways {
+// Σ A u / (d² + spread)², u from 0 to 1 where a piece faces sideways, neither the point's way nor opposite: of a wall
+// across the surface at distance D that is π / 2 D².
+struct SumSideways {
     PieceSamples samples;
     float same, opposite;  // cosines from which it is neither
+    float inverse_square_reach;
     Point point;
-    Lanes (&nearest)[1];
+    Lanes (&sums)[1];
 
     template <std::size_t kWidth>
     __attribute__((always_inline)) void operator()(std::size_t first) const {
@@ -256,21 +268,20 @@ struct FindSideways {
         getLanes<kWidth>(point.place, first, x);
         getLanes<kWidth>(point.normal, first, n);
         const Some zero{}, one = zero + 1.0F;
-        Some best[1] = {zero + 1e30F};
+        Some sum[1] = {};
         for (const auto& f : samples) {
             const Some px = f[pX] - x[0], py = f[pY] - x[1], pz = f[pZ] - x[2];
-            const Some square = px * px + py * py + pz * pz;
+            const Some square = px * px + py * py + pz * pz + f[pSpread] + 0.02F;
             const Some t = f[pDx] * n[0] + f[pDy] * n[1] + f[pDz] * n[2];
-            const float present = std::min(1.0F, f[pArea] * 10);
             Some u = (same + 0.25F - t) * 4.0F, v = (t - opposite + 0.25F) * 4.0F;
             u = u < v ? u : v;
             u = u < one ? u : one;
-            u = u > 0.02F ? u : zero + 0.02F;
-            u = u * present;
-            const Some e = square / (u * u + 1e-12F);
-            best[0] = e < best[0] ? e : best[0];
+            u = u > 0 ? u : zero;
+            Some t2 = one - square * inverse_square_reach;
+            t2 = t2 > 0 ? t2 : zero;
+            sum[0] += f[pArea] * u * t2 * t2 / (square * square);
         }
-        setLanes<kWidth>(nearest, first, best);
+        setLanes<kWidth>(sums, first, sum);
     }
 };
 
@@ -385,17 +396,15 @@ void forVertices(MovedSurface& surface, const std::vector<Piece>& pieces, double
 // How wide each vertex may be smoothed: as far as the surface does not turn sideways.
 std::vector<float> widthsOf(MovedSurface& surface, const Normals& soft, double least, double largest) {
     const std::vector<Piece> pieces = piecesOf(surface, {});
-    std::vector<std::array<float, 1>> width(surface.size());
+    std::vector<float> result(surface.size());
     forVertices(surface, pieces, largest, soft, [&](const GroupLanes& group, PieceSamples near, const Point& point) {
-        Lanes nearest[1];
-        forLanes(FindSideways{near, static_cast<float>(tune("cut", 0.5)), static_cast<float>(tune("low", -0.3)), point, nearest});
-        for (std::size_t lane = 0; lane < group.size; ++lane)
-            width[group.row[lane]] = {std::clamp(std::sqrt(nearest[0][lane]), static_cast<float>(least),
-                                                 static_cast<float>(largest))};
+        Lanes sums[1];
+        forLanes(SumSideways{near, static_cast<float>(tune("cut", 0.5)), static_cast<float>(tune("low", -0.3)), static_cast<float>(1 / (largest * largest)), point, sums});
+        for (std::size_t lane = 0; lane < group.size; ++lane) {
+            const double inverse_square = 1 / (largest * largest) + tune("wc", 2 / 3.14159265) * static_cast<double>(sums[0][lane]);
+            result[group.row[lane]] = static_cast<float>(std::max(least, 1 / std::sqrt(inverse_square)));
+        }
     });
-    width = meansOf<1>(surface, 0.8 * least, width);
-    std::vector<float> result(width.size());
-    for (std::size_t v = 0; v < result.size(); ++v) result[v] = width[v][0];
     surface.hold(result);
     return result;
 }
@@ -404,12 +413,12 @@ std::vector<float> widthsOf(MovedSurface& surface, const Normals& soft, double l
 
 std::vector<float> wantedLengths(MovedSurface& surface) {
     std::vector<float> length(surface.size());
-    const double longest = tune("long", 0.8), shortest = tune("short", 0.38), flat = tune("flat", 0.03),
+    const double longest = tune("long", 1), shortest = tune("short", 0.4), flat = tune("flat", 0.03),
                  curved = tune("curved", 0.1);
     sumUp<4, SumNormals>(surface, surface.normals(), {}, 0.8, [&](std::uint32_t v, const auto& sums, std::size_t lane) {
         const Vec3f sum(sums[0][lane], sums[1][lane], sums[2][lane]);
         const double bent = sums[3][lane] > 0 ? 1 - sum.length() / sums[3][lane] : 1;
-        length[v] = static_cast<float>(longest + (shortest - longest) * smoothStep((bent - flat) / (curved - flat)).value);
+        length[v] = static_cast<float>(longest + (shortest - longest) * smoothStep((bent - flat) / (curved - flat)).value - tune("rim", 0.12) * smoothStep((bent - curved) / tune("rim1", 0.1)).value);
     });
     return length;
 }
@@ -420,9 +429,9 @@ void smoothSkin(MovedSurface& surface, double widest, int passes) {
     const double unit = surface.unit();
     std::vector<Vec3> begin(surface.size());
     parallelFor(begin.size(), 8192, [&](std::size_t v) { begin[v] = surface.position()[v]; });
-    const int narrow = static_cast<int>(tune("narrow", 4));
+    const int narrow = static_cast<int>(tune("narrow", 0));
     for (int i = 0; i < narrow; ++i) smoothNarrowly(surface, tune("nw", 0.8));
-    const double largest = tune("wide", 5.4), least = 0.8;
+    const double largest = tune("wide", 5.8), least = 0.8;
     std::vector<float> width;
     for (int pass = 0; pass < tune("wides", 1); ++pass) {
         const Normals normal = softNormals(surface, surface.normals(), tune("nsmooth", 0.5));
@@ -446,9 +455,10 @@ void smoothSkin(MovedSurface& surface, double widest, int passes) {
         });
         moveBy(surface, step, width);
     }
-    const int post = static_cast<int>(tune("post", 2));
+    const int post = static_cast<int>(tune("post", 4));
     for (int i = 0; i < post; ++i) smoothNarrowly(surface, tune("nw", 0.8));
-    if (const double back = tune("back", 3); back > 0 && !width.empty()) {
+    for (int twice = 0; twice < tune("backs", 3); ++twice)
+    if (const double back = tune("back", 5.4); back > 0 && !width.empty()) {
         const Normals normal = softNormals(surface, surface.normals(), tune("nsmooth", 0.5));
         std::vector<float> lost(surface.size());
         parallelFor(lost.size(), 8192, [&](std::size_t v) {
@@ -468,7 +478,7 @@ void smoothSkin(MovedSurface& surface, double widest, int passes) {
         });
         moveAlong(surface, normal, height);
     }
-    for (int i = 0; i < tune("unfold", 0); ++i) surface.unfold();
+    for (int i = 0; i < tune("unfold", 3); ++i) surface.unfold();
 }
 
 }  // namespace betamesh

@@ -62,8 +62,10 @@ void MovedSurface::measure() {
     }
     // A vertex without a share of its own faces as the triangles round it do.
     normal_.resize(n);
+    agreement_.resize(n);
     parallelFor(n, 4096, [&](std::size_t v) {
         Vec3f normal = sum[v];
+        agreement_[v] = area_[v] > 0 ? normal.length() / area_[v] : 1;
         if (!(area_[v] > 0)) {
             normal = Vec3f(0);
             for (const std::uint32_t t : triangles_of_[v]) normal += vector_area[t];
@@ -84,11 +86,18 @@ void MovedSurface::move(std::vector<Vec3f>& step) {
 
 MovedSurface::Vicinity MovedSurface::vicinity(double reach) {
     const double margin = tune("margin", 0.3);
-    if (groups_.row.size() != size() || reach + 2 * moved_ > reach_ || reach_ > 2 * (reach + margin)) {
+    const auto at = [&](std::size_t v) -> const Vec3& { return position_[v]; };
+    if (groups_.row.size() != size()) {
+        groups_ = groupsOf(CellOrder(size(), tune("gcell", 3) * unit_, at), position_);
+        reach_ = 0;
+    }
+    if (reach + 2 * moved_ > reach_ || reach_ > 2 * (reach + margin)) {
         reach_ = reach + margin;
         moved_ = 0;
-        const auto at = [&](std::size_t v) -> const Vec3& { return position_[v]; };
-        groups_ = groupsOf(CellOrder(size(), tune("gcell", 3) * unit_, at), position_);
+        for (std::size_t g = 0; g < groups_.size(); ++g) {
+            groups_.box[g] = Box();
+            for (const std::uint32_t v : groups_[g]) groups_.box[g].extendBy(position_[v]);
+        }
         const CellOrder order(size(), tune("scell", 0.7) * unit_, at);
         near_ = nearGroups(groups_, order, position_, reach_ * unit_);
     }
@@ -129,33 +138,30 @@ void MovedSurface::refine(std::size_t round, const std::function<double(std::uin
         return first + static_cast<std::uint32_t>(at - edges.begin());
     };
     auto& on_edges = mesh_.rising[3 + 2 * round];
-    auto& in_quads = mesh_.rising[4 + 2 * round];
-    const auto addVertex = [&](std::array<std::uint32_t, 4> from, std::array<Rate, 4> weight) {
-        Moving vertex;
+    auto& in_triangles = mesh_.rising[4 + 2 * round];
+    const auto addVertex = [&](std::vector<RisingVertex>& group, const std::array<std::uint32_t, 4>& from,
+                               const std::array<double, 4>& weight, Rate share) {
+        RisingVertex rising{static_cast<std::uint32_t>(size()), from, {}, share, {}};
         Vec3 place(0);
         for (std::size_t k = 0; k < 4; ++k) {
-            vertex = vertex + mesh_.vertex[from[k]] * weight[k].value;
-            place += position_[from[k]] * weight[k].value;
+            rising.weight[k] = weight[k];
+            rising.whole = rising.whole + mesh_.vertex[from[k]] * weight[k];
+            place += position_[from[k]] * weight[k];
         }
-        mesh_.vertex.push_back(vertex);
+        mesh_.vertex.push_back(rising.whole);
         position_.push_back(place);
+        group.push_back(rising);
     };
-    for (const LongEdge& edge : edges) {
-        addVertex({edge.from, edge.to, edge.to, edge.to}, {0.5, 0.5, 0, 0});
-        const Rate share = smoothStep((edge.length - 1) / tune("fadew", 0.5));
-        on_edges.push_back({static_cast<std::uint32_t>(size() - 1),
-                            {edge.from, edge.to, edge.to, edge.to},
-                            {0.5, 0.5, 0, 0},
-                            share,
-                            mesh_.vertex.back()});
-    }
+    const auto shareOf = [&](const LongEdge& edge) { return smoothStep((edge.length - 1) / tune("fadew", 0.5)).value; };
+    for (const LongEdge& edge : edges)
+        addVertex(on_edges, {edge.from, edge.to, edge.to, edge.to}, {0.5, 0.5, 0, 0}, shareOf(edge));
     std::vector<Triangle> split;
-    split.reserve(triangles + 4 * edges.size());
+    split.reserve(triangles + 6 * edges.size());
     std::size_t ball = 0;
     for (std::size_t t = 0; t < triangles; ++t) {
         for (; ball < mesh_.ball_begin.size() && mesh_.ball_begin[ball] == t; ++ball)
             mesh_.ball_begin[ball] = static_cast<std::uint32_t>(split.size());
-        const Triangle& q = mesh_.triangles[t];
+        const Triangle q = mesh_.triangles[t];
         std::array<std::uint32_t, 3> middle;
         std::size_t cuts = 0;
         for (std::size_t k = 0; k < 3; ++k) cuts += (middle[k] = middleOf(q[k], q[(k + 1) % 3])) != kHidden;
@@ -168,16 +174,15 @@ void MovedSurface::refine(std::size_t round, const std::function<double(std::uin
             const std::size_t k = middle[0] != kHidden ? 0 : middle[1] != kHidden ? 1 : 2;
             split.push_back({q[k], middle[k], q[(k + 2) % 3]});
             split.push_back({middle[k], q[(k + 1) % 3], q[(k + 2) % 3]});
-        } else {  // a corner, and a quad with a vertex in it, which no choice of a diagonal makes jump
+        } else {  // a corner, and a quad with a vertex in it, whose place depends on no choice of a diagonal
             const std::size_t whole = middle[0] == kHidden ? 0 : middle[1] == kHidden ? 1 : 2;
             const std::uint32_t a = q[whole], b = q[(whole + 1) % 3], c = q[(whole + 2) % 3];
             const std::uint32_t bc = middle[(whole + 1) % 3], ca = middle[(whole + 2) % 3];
             split.push_back({c, ca, bc});
             const std::array<std::uint32_t, 4> quad{a, b, bc, ca};
-            addVertex(quad, {0.25, 0.25, 0.25, 0.25});
-            const auto in_quad = static_cast<std::uint32_t>(size() - 1);
-            in_quads.push_back({in_quad, quad, {0.25, 0.25, 0.25, 0.25}, 0, mesh_.vertex.back()});
-            for (std::size_t k = 0; k < 4; ++k) split.push_back({quad[k], quad[(k + 1) % 4], in_quad});
+            const auto centre = static_cast<std::uint32_t>(size());
+            addVertex(in_triangles, quad, {0.25, 0.25, 0.25, 0.25}, 0);
+            for (std::size_t k = 0; k < 4; ++k) split.push_back({quad[k], quad[(k + 1) % 4], centre});
         }
     }
     for (; ball < mesh_.ball_begin.size(); ++ball) mesh_.ball_begin[ball] = static_cast<std::uint32_t>(split.size());
@@ -186,29 +191,51 @@ void MovedSurface::refine(std::size_t round, const std::function<double(std::uin
     measure();
 }
 
-void MovedSurface::unfold() {
-    const std::size_t triangles = mesh_.triangles.size();
-    std::vector<Vec3f> normal(triangles);
-    parallelFor(triangles, 4096, [&](std::size_t t) {
-        const auto& [a, b, c] = mesh_.triangles[t];
-        normal[t] = Vec3f(cross(position_[b] - position_[a], position_[c] - position_[a]).normalized());
-    });
-    const double begin = tune("ufbegin", 0.3), end = tune("ufend", -0.3);
-    std::vector<Vec3f> step(size(), Vec3f(0));
-    parallelRanges(size(), 1024, [&](std::size_t first, std::size_t last) {
-        for (std::size_t v = first; v < last; ++v) {
-            const std::span<const std::uint32_t> round = std::as_const(triangles_of_)[v];
-            if (round.empty()) continue;
-            float least = 1;
-            for (std::size_t i = 0; i < round.size(); ++i)
-                for (std::size_t j = 0; j < i; ++j) least = std::min(least, normal[round[i]].dot(normal[round[j]]));
-            const double share = smoothStep((begin - least) / (begin - end)).value;
-            if (!(share > 0)) continue;
-            Vec3 sum(0);
-            for (const std::uint32_t t : round)
-                for (const std::uint32_t u : mesh_.triangles[t]) sum += position_[u] - position_[v];
-            step[v] = Vec3f(sum / (2.0 * static_cast<double>(round.size()) * unit_) * (0.5 * share));
+namespace {
+
+// The mean offset of what is near a point, (1 - d²/width²)² times area its weight.
+struct SumOffset {
+    std::span<const SampleFields<4>> samples;  // position, area
+    float inverse_square_width;
+    const Lanes (&point)[3];
+    Lanes (&mean)[3];
+
+    template <std::size_t kWidth>
+    __attribute__((always_inline)) void operator()(std::size_t first) const {
+        using Some = Floats<kWidth>;
+        Some x[3];
+        getLanes<kWidth>(point, first, x);
+        const Some zero{}, one = zero + 1.0F;
+        Some sum[3] = {}, weight = zero + 1e-12F;
+        for (const auto& f : samples) {
+            const Some px = f[0] - x[0], py = f[1] - x[1], pz = f[2] - x[2];
+            Some t = one - (px * px + py * py + pz * pz) * inverse_square_width;
+            t = t > 0 ? t : zero;
+            const Some w = t * t * f[3];
+            weight += w;
+            sum[0] += w * px;
+            sum[1] += w * py;
+            sum[2] += w * pz;
         }
+        for (auto& s : sum) s = s / weight;
+        setLanes<kWidth>(mean, first, sum);
+    }
+};
+
+}  // namespace
+
+void MovedSurface::unfold() {
+    const double begin = tune("ufbegin", 0.75), end = tune("ufend", 0.45), width = tune("ufw", 0.4);
+    (void)width;
+    std::vector<Vec3f> step(size(), Vec3f(0));
+    parallelFor(size(), 2048, [&](std::size_t v) {
+        const double share = smoothStep((begin - agreement_[v]) / (begin - end)).value;
+        const std::span<const std::uint32_t> round = std::as_const(triangles_of_)[v];
+        if (!(share > 0) || round.empty()) return;
+        Vec3 sum(0);
+        for (const std::uint32_t t : round)
+            for (const std::uint32_t u : mesh_.triangles[t]) sum += position_[u] - position_[v];
+        step[v] = Vec3f(sum / (2.0 * static_cast<double>(round.size()) * unit_) * (tune("ufstep", 0.5) * share));
     });
     move(step);
 }

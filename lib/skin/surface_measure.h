@@ -79,6 +79,7 @@ private:
     Rows triangles_of_;  // of each vertex
     std::vector<float> area_;
     std::vector<Vec3f> normal_;
+    std::vector<float> agreement_;  // of the triangles' normals round each vertex: 1 where they are one
 
     std::vector<Vec3> grouped_at_;  // where vertices were as they were grouped
     double moved_ = 0, reach_ = 0;  // at most since then, units; of the lists, with a margin
