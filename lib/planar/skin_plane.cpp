@@ -7,12 +7,14 @@
 #include "planar/boundary_samples.h"
 #include "planar/complete_curve.h"
 #include "planar/disc_boundary.h"
+#include "planar/hole_room.h"
 #include "planar/paper_curve.h"
 #include "planar/smooth_coherent.h"
 #include "planar/smooth_paper.h"
 #include "planar/velocity.h"
 
 #include <algorithm>
+#include <optional>
 
 namespace betamesh {
 
@@ -44,6 +46,31 @@ BetaCurve tessellated(const DiscBoundary& boundary, const std::vector<Moving>& d
     const int directions =
         params.arc_subdivisions > 0 ? kDirectionsPerSubdivision * params.arc_subdivisions : kDirections;
     return completeCurve(boundary, discs, vertices, directions);
+}
+
+// Some particles, without what the boundary of discs does not need.
+Particles particlesAt(const std::vector<std::uint32_t>& rows, const Particles& particles) {
+    Particles some;
+    for (const std::uint32_t row : rows) {
+        some.position.push_back(particles.position[row]);
+        if (!particles.velocity.empty()) some.velocity.push_back(particles.velocity[row]);
+    }
+    return some;
+}
+
+std::size_t fillSmallHoles(const Particles& particles, const SnappedParticles& snapped, const DiscBoundary& boundary,
+                           const SkinParams& params, BetaCurve& curve) {
+    const double gap = params.features.bubble_gap;
+    std::optional<std::vector<bool>> has_room;
+    return fillHoles(curve, params.radius, [&](std::size_t line, double area) {
+        if (!(gap > 0)) return area < params.features.bubble_volume;
+        if (gap <= 2 * params.radius || line >= boundary.cycle.size()) return false;
+        if (!has_room) {
+            const Particles all = particlesAt(snapped.row, particles);
+            has_room = cyclesWithRoom(boundary, discBoundary(snapParticles(all, gap / 2)));
+        }
+        return !(*has_room)[line];
+    });
 }
 
 void smooth(const DiscBoundary& boundary, const std::vector<Moving>& discs, const std::vector<Moving>& vertices,
@@ -113,7 +140,7 @@ SkinnedPlane skinPlane(const Particles& particles, const SkinParams& params, con
         watch("velocity");
         BetaCurve curve = tessellated(boundary, discs, vertices, params);
         if (params.features.bubbles == Bubbles::fill)
-            plane.report.bubbles_filled = fillHoles(curve, params.radius, bubbleVolume(params.features, 2));
+            plane.report.bubbles_filled = fillSmallHoles(particles, snapped, boundary, params, curve);
         plane.before = asCurves(curve);
         plane.pure = curve.pure;
         watch("tessellate");

@@ -6,6 +6,7 @@
 #include "core/random.h"
 #include "core/union_find.h"
 #include "exact/snapped_particles.h"
+#include "measure/curve_check.h"
 #include "measure/curve_measure.h"
 #include "planar/disc_boundary.h"
 #include "support/planar_clouds.h"
@@ -220,6 +221,60 @@ TEST(SkinPlane, HolesThatAreFilledAreTheSmallOnesAndWhatIsInThem) {
                 std::any_of(holes.begin(), holes.end(), [&](const auto& hole) { return turns(hole, island[0]); }));
     });
     EXPECT_GT(filled, 100u);
+}
+
+// Kept: the larger disc fits in there, as the points at its radius from two particles tell that are no nearer to any.
+TEST(SkinPlane, HolesThatAreKeptHaveRoomForADiscAsWideAsTheGap) {
+    std::size_t filled = 0, kept = 0;
+    forEveryPlanarCloud(1000, [&](const Cloud& cloud) {
+        SkinParams params = paramsFor(cloud, SmoothingMethod::none);
+        const Curves all = skinPlane(cloud.particles, params).curves;
+        params.features.bubbles = Bubbles::fill;
+        params.features.bubble_gap = 2.34567 * cloud.radius;
+        const double radius = params.features.bubble_gap / 2;
+        const SkinnedPlane plane = skinPlane(cloud.particles, params);
+        std::vector<Vec3> middles;
+        for (const Vec3f& a : cloud.particles.position)
+            for (const Vec3f& b : cloud.particles.position) {
+                const Vec3 way(b - a), middle = Vec3(a) + way / 2;
+                const double square = radius * radius - way.length2() / 4;
+                if (!(way.length2() > 0) || square < 0) continue;
+                const Vec3 centre = middle + Vec3(way.y, -way.x, 0).normalized() * std::sqrt(square);
+                if (std::all_of(cloud.particles.position.begin(), cloud.particles.position.end(), [&](const Vec3f& p) {
+                        return (Vec3(p) - centre).length() > radius - 1e-5 * cloud.radius;
+                    }))
+                    middles.push_back(centre);
+            }
+        // Lines keep their order, so those that are gone show in one sweep.
+        const auto rest = linesOf(plane.curves);
+        std::size_t next = 0, holes_filled = 0, others_gone = 0;
+        for (const std::span<const Edge> line : linesOf(all)) {
+            Curves one;
+            one.position = all.position;
+            one.edges.assign(line.begin(), line.end());
+            const bool is_left =
+                next < rest.size() && std::equal(line.begin(), line.end(), rest[next].begin(), rest[next].end(),
+                                                 [&](const Edge& a, const Edge& b) {
+                                                     return all.position[a[0]] == plane.curves.position[b[0]];
+                                                 });
+            next += is_left;
+            const double area = measureCurves(one).area;
+            if (area > 0.1 * cloud.radius * cloud.radius) {
+                others_gone += !is_left;
+                continue;
+            }
+            for (Edge& edge : one.edges) std::swap(edge[0], edge[1]);
+            const std::vector<double> outside = distancesOutside(one, {}, middles);
+            const bool has_room = std::count(outside.begin(), outside.end(), 0.0) > 0;
+            EXPECT_TRUE(is_left == has_room || (has_room && others_gone > 0)) << area;
+            holes_filled += !is_left;
+            kept += is_left;
+        }
+        EXPECT_GE(holes_filled, plane.report.bubbles_filled);
+        filled += plane.report.bubbles_filled;
+    });
+    EXPECT_GT(filled, 100u);
+    EXPECT_GT(kept, 20u);
 }
 
 TEST(SkinPlane, LoneDiscsAndRingsKeepTheirSize) {
