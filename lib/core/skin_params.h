@@ -79,8 +79,13 @@ struct SkinParams {
 double particleSpacing(const SkinParams& params);
 
 /// How far the surface lies from the outermost particles, world units. 0 where it is the boundary of the union of
-/// balls, or what the paper or the alpha mesh make of that.
-double skinDepth(const SkinParams& params);
+/// balls, or what the paper or the alpha mesh make of that. In two dimensions what is not smoothed stays there unless a
+/// skin is given.
+double skinDepth(const SkinParams& params, int dimension = 3);
+
+/// The skin of a particle alone in two dimensions, world units: a circle of the area that a particle stands for, where
+/// no skin is given.
+double loneSkinDepth(const SkinParams& params);
 
 /// errors  a given skin that is negative or at or above the radius; one of a surface other than the complete
 /// tessellation

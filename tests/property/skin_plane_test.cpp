@@ -15,7 +15,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
+#include <optional>
 
 namespace betamesh {
 
@@ -46,7 +48,32 @@ std::vector<SkinParams> everyWay(const Cloud& cloud) {
     all.back().features.droplet_particles = 3;
     all.back().features.bubbles = Bubbles::fill;
     all.back().features.bubble_volume = cloud.radius * cloud.radius;
+    all.push_back(paramsFor(cloud));
+    all.back().skin = 0;
+    all.push_back(paramsFor(cloud, SmoothingMethod::none));
+    all.back().skin = 0.3 * cloud.radius;
+    all.push_back(paramsFor(cloud));
+    all.back().features.bubbles = Bubbles::fill;
+    all.back().features.bubble_gap = 2.7 * cloud.radius;
     return all;
+}
+
+double distanceTo(const Curves& curves, const Vec3& point) {
+    double nearest = std::numeric_limits<double>::infinity();
+    for (const Edge& edge : curves.edges) {
+        const Vec3 &a = curves.position[edge[0]], way = curves.position[edge[1]] - a;
+        const double t = way.length2() > 0 ? std::clamp(dot(point - a, way) / way.length2(), 0.0, 1.0) : 0;
+        nearest = std::min(nearest, (a + way * t - point).length());
+    }
+    return nearest;
+}
+
+// The farthest that a vertex of either is from the other.
+double farthestApart(const Curves& one, const Curves& other) {
+    double farthest = 0;
+    for (const Vec3& p : one.position) farthest = std::max(farthest, distanceTo(other, p));
+    for (const Vec3& p : other.position) farthest = std::max(farthest, distanceTo(one, p));
+    return farthest;
 }
 
 void expectSame(const SkinnedPlane& one, const SkinnedPlane& other) {
@@ -277,10 +304,94 @@ TEST(SkinPlane, HolesThatAreKeptHaveRoomForADiscAsWideAsTheGap) {
     EXPECT_GT(kept, 20u);
 }
 
-TEST(SkinPlane, LoneDiscsAndRingsKeepTheirSize) {
+// The curve's area in squared spacings for each particle.
+TEST(SkinPlane, TheSkinHoldsTheAreaOfTheParticles) {
+    const auto areaOf = [](const Particles& particles) {
+        return measureCurves(skinPlane(particles, paramsFor({"", particles, 1.5})).curves).area /
+               static_cast<double>(particles.size());
+    };
+    const auto lattice = [](int width, int height, double jitter, std::uint64_t seed) {
+        Particles particles;
+        for (int y = 0; y < height; ++y)
+            for (int x = 0; x < width; ++x)
+                particles.position.emplace_back(Vec3(x, y, 0) +
+                                                Random(seed, particles.size()).cube() * Vec3(jitter, jitter, 0));
+        return particles;
+    };
+    EXPECT_NEAR(areaOf(lattice(20, 20, 0, 0)), 1.01, 0.03);
+    EXPECT_NEAR(areaOf(lattice(1, 1, 0, 0)), 1, 0.05);
+    EXPECT_NEAR(areaOf(lattice(30, 1, 0, 0)), 1, 0.1);
+    for (std::uint64_t seed = 0; seed < 8; ++seed) EXPECT_NEAR(areaOf(lattice(30, 1, 0.25, seed)), 1, 0.1) << seed;
+    for (std::uint64_t seed = 0; seed < 4; ++seed) EXPECT_NEAR(areaOf(lattice(20, 20, 0.25, seed)), 1.01, 0.04) << seed;
+}
+
+TEST(SkinPlane, SkinsDoNotCrossAndHoldEveryParticleInTheSamePieces) {
+    forEveryPlanarCloud(400, [](const Cloud& cloud) {
+        std::vector<SkinParams> all(4, paramsFor(cloud));
+        all[1].arc_subdivisions = 1;
+        all[2].skin = 0.3 * cloud.radius;
+        all[3].skin = 0.7 * cloud.radius;
+        all[3].smoothing = SmoothingMethod::none;
+        for (const SkinParams& params : all) {
+            SkinParams discs = params;
+            discs.skin = 0;
+            const Curves curves = skinPlane(cloud.particles, params).curves;
+            EXPECT_EQ(linesOf(curves).size(), linesOf(skinPlane(cloud.particles, discs).curves).size());
+            CheckParams check;
+            check.tolerance = 1e-6 * cloud.radius;
+            EXPECT_EQ(checkCurves(curves, check).crossings.count, 0u);
+            for (const double distance :
+                 distancesOutside(curves, {}, {cloud.particles.position.begin(), cloud.particles.position.end()}))
+                EXPECT_LE(distance, 1e-6 * cloud.radius);
+        }
+    });
+}
+
+TEST(SkinPlane, WithoutSmoothingOnlyAGivenSkinLeavesTheDiscs) {
+    const Cloud cloud{"", {{{0, 0, 0}, {1, 0, 0}}, {}, {}, {}}, 1.5};
+    const auto farthest = [&](std::optional<double> skin) {
+        SkinParams params = paramsFor(cloud, SmoothingMethod::none);
+        params.skin = skin;
+        double left = 0;
+        for (const Vec3& p : skinPlane(cloud.particles, params).curves.position) left = std::max(left, -p.x);
+        return left;
+    };
+    EXPECT_NEAR(farthest({}), 1.5, 1e-5);
+    EXPECT_NEAR(farthest(0), 1.5, 1e-5);
+    EXPECT_NEAR(farthest(0.5), 0.5, 0.01);
+    EXPECT_NEAR(farthest(1.2), 1.2, 0.01);
+    EXPECT_THROW(farthest(1.5), Error);
+}
+
+// A disc comes down on a jittered block in small steps, far from it, where it joins and inside.
+TEST(SkinPlane, ASkinMovesNoFasterThanItsParticlesInBulk) {
+    constexpr double kStep = 0.0003;
+    for (std::uint64_t seed = 0; seed < 3; ++seed) {
+        Particles particles;
+        for (int y = -7; y <= 0; ++y)
+            for (int x = 0; x < 14; ++x)
+                particles.position.emplace_back(Vec3(x, y, 0) +
+                                                Random(seed, particles.size()).cube() * Vec3(0.2, 0.2, 0));
+        particles.position.emplace_back(6.3F, 0.0F, 0.0F);
+        for (const double height : {4.0, 1.5, 1.2, 0.9, 0.6}) {
+            Curves before;
+            for (int i = 0; i < 30; ++i) {
+                particles.position.back().y = static_cast<float>(height - i * kStep);
+                const Curves curves = skinPlane(particles, paramsFor({"", particles, 1.5})).curves;
+                if (i > 0) {
+                    EXPECT_LE(farthestApart(before, curves), 10 * kStep) << seed << ' ' << height << ' ' << i;
+                }
+                before = curves;
+            }
+        }
+    }
+}
+
+TEST(SkinPlane, LoneDiscsAndRingsKeepTheirSizeOnTheDiscs) {
     const auto areas = [](const Particles& particles) {
         Cloud cloud{"", particles, 1.5};
         SkinParams params = paramsFor(cloud);
+        params.skin = 0;
         params.arc_subdivisions = 12;
         const double smooth = measureCurves(skinPlane(particles, params).curves).area;
         params.smoothing = SmoothingMethod::none;
@@ -298,7 +409,7 @@ TEST(SkinPlane, LoneDiscsAndRingsKeepTheirSize) {
     EXPECT_NEAR(areas(ring), 1, 0.02);
 }
 
-TEST(SkinPlane, ADropNearAPoolStaysRound) {
+TEST(SkinPlane, ADropNearAPoolStaysRoundOnTheDiscs) {
     for (const double gap : {0.02, 0.1, 0.3, 0.6, 1.0}) {
         Particles particles;
         for (int y = -5; y <= 0; ++y)
@@ -306,7 +417,9 @@ TEST(SkinPlane, ADropNearAPoolStaysRound) {
                 particles.position.emplace_back(static_cast<float>(x), static_cast<float>(y), 0.0F);
         const Vec3 drop(0.3, 3 + gap, 0);
         particles.position.emplace_back(drop);
-        const Curves curves = skinPlane(particles, paramsFor({"", particles, 1.5})).curves;
+        SkinParams params = paramsFor({"", particles, 1.5});
+        params.skin = 0;
+        const Curves curves = skinPlane(particles, params).curves;
         const auto lines = linesOf(curves);
         ASSERT_EQ(lines.size(), 2u);
         for (const Edge& edge : lines[1]) EXPECT_NEAR((curves.position[edge[0]] - drop).length(), 1.5, 0.2) << gap;
@@ -315,23 +428,58 @@ TEST(SkinPlane, ADropNearAPoolStaysRound) {
 
 // Angles to the plane of a slab jittered by a quarter of the spacing; 16° before smoothing.
 TEST(SkinPlane, JitteredSlabsBecomeFlat) {
-    double squares = 0, lengths = 0;
-    for (std::uint64_t seed = 0; seed < 4; ++seed) {
-        Particles particles;
-        for (int y = -7; y <= 0; ++y)
-            for (int x = 0; x < 60; ++x)
-                particles.position.emplace_back(Vec3(x, y, 0) +
-                                                Random(seed, particles.size()).cube() * Vec3(0.25, 0.25, 0));
-        const Curves curves = skinPlane(particles, paramsFor({"", particles, 1.5})).curves;
-        for (const Edge& edge : curves.edges) {
-            const Vec3 &a = curves.position[edge[0]], way = curves.position[edge[1]] - a;
-            if (a.y < 0 || a.x < 10 || a.x > 50 || way.length() < 1e-6) continue;
-            const double angle = std::atan2(way.y, -way.x);
-            squares += angle * angle * way.length();
-            lengths += way.length();
+    for (const auto skin : {std::optional<double>(), std::optional(0.0)}) {
+        double squares = 0, lengths = 0;
+        for (std::uint64_t seed = 0; seed < 4; ++seed) {
+            Particles particles;
+            for (int y = -7; y <= 0; ++y)
+                for (int x = 0; x < 60; ++x)
+                    particles.position.emplace_back(Vec3(x, y, 0) +
+                                                    Random(seed, particles.size()).cube() * Vec3(0.25, 0.25, 0));
+            SkinParams params = paramsFor({"", particles, 1.5});
+            params.skin = skin;
+            const Curves curves = skinPlane(particles, params).curves;
+            for (const Edge& edge : curves.edges) {
+                const Vec3 &a = curves.position[edge[0]], way = curves.position[edge[1]] - a;
+                if (a.y < 0 || a.x < 10 || a.x > 50 || way.length() < 1e-6) continue;
+                const double angle = std::atan2(way.y, -way.x);
+                squares += angle * angle * way.length();
+                lengths += way.length();
+            }
         }
+        EXPECT_LE(std::sqrt(squares / lengths) * 180 / std::numbers::pi, skin ? 3 : 2.8);
     }
-    EXPECT_LE(std::sqrt(squares / lengths) * 180 / std::numbers::pi, 3);
+}
+
+// What is left of the height of a wave in a pool, half a spacing high.
+TEST(SkinPlane, WavesAreKept) {
+    const auto keptOf = [](double wavelength, std::optional<double> skin) {
+        constexpr double kHeight = 0.5;
+        Particles particles;
+        for (int x = 0; x < 96; ++x)
+            for (int y = 0; y < 10; ++y) {
+                const double wave = kHeight * std::cos(2 * std::numbers::pi * x / wavelength);
+                particles.position.emplace_back(Vec3(x, wave - y, 0) +
+                                                Random(1, particles.size()).cube() * Vec3(0.1, 0.1, 0));
+            }
+        SkinParams params = paramsFor({"", particles, 1.5});
+        params.skin = skin;
+        const Curves curves = skinPlane(particles, params).curves;
+        double sine = 0, cosine = 0, length = 0;
+        for (const Edge& edge : curves.edges) {
+            const Vec3 &a = curves.position[edge[0]], &b = curves.position[edge[1]], middle = (a + b) / 2;
+            if (middle.y < -3 || middle.x < 16 || middle.x > 80) continue;
+            const double phase = 2 * std::numbers::pi * middle.x / wavelength, way = a.x - b.x;
+            sine += way * middle.y * std::sin(phase);
+            cosine += way * middle.y * std::cos(phase);
+            length += way;
+        }
+        return 2 * std::hypot(sine, cosine) / length / kHeight;
+    };
+    EXPECT_GE(keptOf(8, {}), 0.82);
+    EXPECT_GE(keptOf(16, {}), 0.98);
+    EXPECT_GE(keptOf(8, {}), keptOf(8, 0));
+    EXPECT_GE(keptOf(16, {}), keptOf(16, 0));
 }
 
 TEST(SkinPlane, RefusesWhatLeavesThePlaneByItsFirstParticle) {
