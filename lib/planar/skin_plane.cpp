@@ -32,6 +32,7 @@ constexpr int kDirections = 24;               // a circle: a sagitta of 0.009 ra
 constexpr int kDirectionsPerSubdivision = 8;  // arcs between neighbours on a calm surface cover about an eighth
 constexpr double kSkinWidth = 5.4;            // widest mean that smooths a skin, spacings
 constexpr double kLeastSkin = 0.05;           // radii: what is less would need neighbours a dozen radii away
+constexpr double kMostSkins = 4;              // skins that means and steps are measured in, at most
 constexpr double kOuterSpacing = 0.1;         // of samples of the outer boundary, spacings
 
 void requireOnePlane(const Particles& particles) {
@@ -60,8 +61,13 @@ BetaCurve tessellated(const DiscBoundary& boundary, const std::vector<Moving>& d
 
 bool isSmoothed(const SkinParams& params) { return params.smoothing == SmoothingMethod::coherent && params.passes > 0; }
 
-// The length that means and steps are measured in: the spacing, unless discs are smaller than that.
-double resolutionOf(const SkinParams& params) { return std::min(particleSpacing(params), params.radius); }
+// How far the curve lies from the outermost particles, world units.
+double depthOf(const SkinParams& params) { return std::max(skinDepth(params, 2), kLeastSkin * params.radius); }
+
+// The length that means and steps are measured in: the spacing, unless discs or the skin are much smaller than that.
+double resolutionOf(const SkinParams& params) {
+    return std::min({particleSpacing(params), params.radius, kMostSkins * depthOf(params)});
+}
 
 // Some particles, without what the boundary of discs does not need.
 Particles particlesAt(const std::vector<std::uint32_t>& rows, const Particles& particles) {
@@ -100,8 +106,7 @@ OuterBoundary outerBoundary(const Particles& particles, const SnappedParticles& 
 // From the discs inwards to the skin.
 void moveToSkin(const Particles& particles, const SnappedParticles& snapped, const DiscBoundary& boundary,
                 const SkinParams& params, BetaCurve& curve) {
-    const double depth = std::max(skinDepth(params, 2), kLeastSkin * params.radius);
-    const CurveSkin skin{params.radius, depth, resolutionOf(params)};
+    const CurveSkin skin{params.radius, depthOf(params), resolutionOf(params)};
     const OuterBoundary outer = outerBoundary(particles, snapped, boundary, skin);
     const double more = loneSkinDepth(params) - skinDepth(params, 2);
     std::optional<LoneParticles> lone;
@@ -136,9 +141,9 @@ void smooth(const DiscBoundary& boundary, const std::vector<Moving>& discs, cons
             const SkinParams& params, BetaCurve& curve) {
     if (params.smoothing == SmoothingMethod::paper) smoothAsInPaper(curve, params.passes);
     if (isSmoothed(params) && skinDepth(params, 2) > 0) {
-        const double spacing = resolutionOf(params);
-        const double widest = params.smoothing_width > 0 ? params.smoothing_width : kSkinWidth * spacing;
-        smoothSkin(curve, {spacing, widest, params.passes});
+        const double widest =
+            params.smoothing_width > 0 ? params.smoothing_width : kSkinWidth * particleSpacing(params);
+        smoothSkin(curve, {resolutionOf(params), widest, params.passes});
     } else if (isSmoothed(params)) {
         const double width = params.smoothing_width > 0 ? params.smoothing_width : kSmoothingWidth * params.radius;
         smoothCoherently(curve, boundarySamples(boundary, discs, vertices), {params.radius, width, params.passes});

@@ -327,11 +327,12 @@ TEST(SkinPlane, TheSkinHoldsTheAreaOfTheParticles) {
 
 TEST(SkinPlane, SkinsDoNotCrossAndHoldEveryParticleInTheSamePieces) {
     forEveryPlanarCloud(400, [](const Cloud& cloud) {
-        std::vector<SkinParams> all(4, paramsFor(cloud));
+        std::vector<SkinParams> all(5, paramsFor(cloud));
         all[1].arc_subdivisions = 1;
         all[2].skin = 0.3 * cloud.radius;
         all[3].skin = 0.7 * cloud.radius;
         all[3].smoothing = SmoothingMethod::none;
+        all[4].skin = 0.02 * cloud.radius;
         for (const SkinParams& params : all) {
             SkinParams discs = params;
             discs.skin = 0;
