@@ -313,7 +313,7 @@ FrameReport reportFor(const FrameTask& task, const Plan& plan) {
     report.output = task.output;
     report.radius = plan.skin.radius;
     report.spacing = plan.spacing;
-    report.skin_depth = skinDepth(plan.skin);
+    report.skin_depth = skinDepth(plan.skin, plan.config.surface.dimension);
     report.predicates = plan.skin.predicates;
     if (plan.config.surface.dimension == 2) report.plane.emplace();
     return report;

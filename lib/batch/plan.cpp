@@ -196,7 +196,7 @@ void planRadius(Plan& plan, const std::map<int, std::string>& on_disk, const Pla
             features.bubble_volume * std::pow(resolved->spacing, plan.config.surface.dimension);
     else
         plan.skin.features.bubble_gap = inWorld(features.bubble_gap, resolved->spacing);
-    const double skin = skinDepth(plan.skin);
+    const double skin = skinDepth(plan.skin, plan.config.surface.dimension);
     plan.notes.push_back("radius " + shortNumber(resolved->radius) +
                          (skin > 0 ? ", skin " + shortNumber(skin) : std::string()) + ", spacing " +
                          shortNumber(resolved->spacing) + " (" + resolved->origin + ')');

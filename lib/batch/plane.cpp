@@ -47,10 +47,7 @@ void requireDimension(const Config& config, const SkinParams& params) {
     if (config.surface.dimension == 3) {
         requireMeshExtension(config.output.path);
     } else {
-        SkinParams asked = params;
-        const std::optional<LengthText>& length = config.surface.inset ? config.surface.inset : config.surface.skin;
-        if (length) asked.skin = length->value;  // in world units it is known later
-        requirePlanar(asked);
+        requirePlanar(params);
     }
     if (isPicture(config.output.path)) return;
     if (config.picture.layers != Config{}.picture.layers || config.picture.bounds != Config{}.picture.bounds)

@@ -28,8 +28,10 @@ struct RisingVertex {
     Moving whole;  ///< where the vertex would be with a share of 1
 };
 
-/// Those on edges, on facets, and in quads; facets may have one another's vertices for corners, quads any.
-using RisingVertices = std::array<std::vector<RisingVertex>, 9>;
+/// Those on edges, on facets, and in quads; facets may have one another's vertices for corners, quads any. Then, for each
+/// time that long edges are split, those on these edges, and those in quads that this leaves.
+inline constexpr std::size_t kTessellationGroups = 3;
+using RisingVertices = std::array<std::vector<RisingVertex>, kTessellationGroups + 2 * 2>;
 
 /// A vertex far from any rim, which smoothing leaves where it is but for this step outwards: facets miss what their
 /// ball bulges out between vertices, and drops would be the smaller for it.

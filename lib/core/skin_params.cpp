@@ -3,7 +3,6 @@
 #include "core/error.h"
 
 #include <algorithm>
-#include <cmath>
 #include <sstream>
 
 namespace betamesh {
@@ -13,11 +12,16 @@ namespace {
 constexpr double kUsualRadius = 1.5;  // spacings, as in the paper
 constexpr double kAutomaticSkin =
     0.55;  // spacings: between 0.5, true to the volume of bulk and sheets, and 0.62 of drops
-constexpr double kMostOfRadius = 0.8;  // that an automatic skin takes where balls are small
-constexpr double kVoidOfGap = 0.4;     // edge of the cube that a void has the volume of, in gaps: 8 dx^3 at 5 dx
+constexpr double kAutomaticPlanarSkin = 0.5;   // spacings: true to the area of bulk and rows
+constexpr double kLonePlanarSkin = 0.5641896;  // spacings: sqrt(1/pi), the radius of a disc of area 1
+constexpr double kMostOfRadius = 0.8;          // that an automatic skin takes where balls are small
 
 bool hasSkin(const SkinParams& params) {
     return params.surface == SurfaceKind::beta && params.tessellation == Tessellation::complete;
+}
+
+double automaticSkin(const SkinParams& params, double spacings) {
+    return std::min(spacings * particleSpacing(params), kMostOfRadius * params.radius);
 }
 
 }  // namespace
@@ -26,10 +30,16 @@ double particleSpacing(const SkinParams& params) {
     return params.spacing > 0 ? params.spacing : params.radius / kUsualRadius;
 }
 
-double skinDepth(const SkinParams& params) {
+double skinDepth(const SkinParams& params, int dimension) {
     if (!hasSkin(params)) return 0;
-    if (!params.skin && (params.smoothing != SmoothingMethod::coherent || params.passes == 0)) return 0;
-    return params.skin.value_or(std::min(kAutomaticSkin * particleSpacing(params), kMostOfRadius * params.radius));
+    if (params.skin) return *params.skin;
+    if (params.smoothing != SmoothingMethod::coherent || params.passes == 0) return 0;
+    return automaticSkin(params, dimension == 2 ? kAutomaticPlanarSkin : kAutomaticSkin);
+}
+
+double loneSkinDepth(const SkinParams& params) {
+    const double depth = skinDepth(params, 2);
+    return params.skin || depth == 0 ? depth : automaticSkin(params, kLonePlanarSkin);
 }
 
 void requireSkin(const SkinParams& params) {
@@ -41,10 +51,6 @@ void requireSkin(const SkinParams& params) {
     message << "the skin is " << skin << " and the radius of the balls " << params.radius
             << "; expected a skin above 0 and below the radius, or none for the surface of the balls themselves";
     throw Error(message.str());
-}
-
-double bubbleVolume(const Features& features, int dimension) {
-    return features.bubble_gap > 0 ? std::pow(kVoidOfGap * features.bubble_gap, dimension) : features.bubble_volume;
 }
 
 }  // namespace betamesh

@@ -79,14 +79,16 @@ struct SkinParams {
 double particleSpacing(const SkinParams& params);
 
 /// How far the surface lies from the outermost particles, world units. 0 where it is the boundary of the union of
-/// balls, or what the paper or the alpha mesh make of that; an automatic skin is one of smoothed surfaces.
-double skinDepth(const SkinParams& params);
+/// balls, or what the paper or the alpha mesh make of that. A surface that is not smoothed stays there unless a skin is
+/// given.
+double skinDepth(const SkinParams& params, int dimension = 3);
+
+/// The skin of a particle alone in two dimensions, world units: a circle of the area that a particle stands for, where
+/// no skin is given.
+double loneSkinDepth(const SkinParams& params);
 
 /// errors  a given skin that is negative or at or above the radius; one of a surface other than the complete
 /// tessellation
 void requireSkin(const SkinParams& params);
-
-/// Voids that enclose less than this are filled; world units cubed, in two dimensions squared.
-double bubbleVolume(const Features& features, int dimension);
 
 }  // namespace betamesh

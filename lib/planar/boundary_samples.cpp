@@ -9,9 +9,6 @@ namespace betamesh {
 
 namespace {
 
-constexpr int kDirections = 24;
-constexpr double kStep = 2 * std::numbers::pi / kDirections;
-
 // The piece of a circle from one angle to another.
 BoundarySample piece(const Moving& centre, double radius, Rate begin, Rate end) {
     const Rate angle = (begin + end) / 2;
@@ -29,21 +26,21 @@ Rate movingAngle(const Moving& point, const Moving& centre) {
 }  // namespace
 
 BoundarySamples boundarySamples(const DiscBoundary& boundary, const std::vector<Moving>& discs,
-                                const std::vector<Moving>& vertices) {
-    const double radius = boundary.worldRadius();
+                                const std::vector<Moving>& vertices, int directions) {
+    const double radius = boundary.worldRadius(), step = 2 * std::numbers::pi / directions;
     BoundarySamples samples;
     for (std::uint32_t v = 0; v < vertices.size(); ++v) {
         const Moving& centre = discs[boundary.segment[v][1]];
         Rate begin = movingAngle(vertices[v], centre);
         const Rate end(begin.value + arcAngle(boundary, v), movingAngle(vertices[boundary.next[v]], centre).rate);
-        for (double k = std::floor(begin.value / kStep) + 1; k * kStep < end.value; ++k) {
-            samples.push_back(piece(centre, radius, begin, k * kStep));
-            begin = k * kStep;
+        for (double k = std::floor(begin.value / step) + 1; k * step < end.value; ++k) {
+            samples.push_back(piece(centre, radius, begin, k * step));
+            begin = k * step;
         }
         samples.push_back(piece(centre, radius, begin, end));
     }
     for (const std::uint32_t d : boundary.bare)
-        for (int k = 0; k < kDirections; ++k) samples.push_back(piece(discs[d], radius, k * kStep, (k + 1) * kStep));
+        for (int k = 0; k < directions; ++k) samples.push_back(piece(discs[d], radius, k * step, (k + 1) * step));
     return samples;
 }
 

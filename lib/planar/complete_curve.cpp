@@ -62,13 +62,14 @@ int windingOf(const BetaCurve& curve, std::size_t line, const Vec3& point) {
 
 }  // namespace
 
-std::size_t fillHoles(BetaCurve& curve, double radius, double area) {
+std::size_t fillHoles(BetaCurve& curve, double radius,
+                      const std::function<bool(std::size_t line, double area)>& isSmall) {
     const double least_body = kLeastBody * std::numbers::pi * radius * radius;
     std::vector<bool> leaves(curve.lines(), false);
     std::size_t filled = 0;
     for (std::size_t hole = 0; hole < curve.lines(); ++hole) {
         const double enclosed = areaOf(curve, hole);
-        if (enclosed >= least_body || enclosed <= -area) continue;
+        if (enclosed >= least_body || !isSmall(hole, -enclosed)) continue;
         leaves[hole] = true;
         ++filled;
         if (enclosed > -least_body) continue;  // no room for anything

@@ -5,6 +5,8 @@
 #include "core/beta_curve.h"
 #include "core/disc_boundary.h"
 
+#include <functional>
+
 namespace betamesh {
 
 /// Every arc from vertex to vertex, with a point wherever it passes one of `directions` (>= 8) fixed directions from
@@ -17,12 +19,14 @@ namespace betamesh {
 BetaCurve completeCurve(const DiscBoundary& boundary, const std::vector<Moving>& discs,
                         const std::vector<Moving>& vertices, int directions);
 
-/// Leaves out lines that run round holes of less than so much area, in world units squared, and whatever is inside
-/// them. All others stay as they are, in their order.
+/// Leaves out lines that run round small holes, and whatever is inside them. All others stay as they are, in their
+/// order.
 ///
-/// in      the complete curve of discs of that radius, before smoothing
+/// in      the complete curve of discs of that radius, on them; isSmall: asked of lines that run round holes, with the
+///         area inside, world units squared
 /// out     how many holes were filled
 /// cost    O(points), and more where holes are large enough to hold drops
-std::size_t fillHoles(BetaCurve& curve, double radius, double area);
+std::size_t fillHoles(BetaCurve& curve, double radius,
+                      const std::function<bool(std::size_t line, double area)>& isSmall);
 
 }  // namespace betamesh

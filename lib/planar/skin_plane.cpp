@@ -1,18 +1,27 @@
 #include "planar/skin_plane.h"
 
 #include "core/carried_attributes.h"
+#include "core/cell_order.h"
 #include "core/error.h"
+#include "core/parallel.h"
 #include "exact/droplets.h"
 #include "planar/alpha_curve.h"
 #include "planar/boundary_samples.h"
 #include "planar/complete_curve.h"
 #include "planar/disc_boundary.h"
+#include "planar/hole_room.h"
+#include "planar/lone_particles.h"
 #include "planar/paper_curve.h"
+#include "planar/retract.h"
 #include "planar/smooth_coherent.h"
 #include "planar/smooth_paper.h"
+#include "planar/smooth_skin.h"
 #include "planar/velocity.h"
 
 #include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <optional>
 
 namespace betamesh {
 
@@ -21,6 +30,10 @@ namespace {
 constexpr double kSmoothingWidth = 2.8;       // radii
 constexpr int kDirections = 24;               // a circle: a sagitta of 0.009 radii
 constexpr int kDirectionsPerSubdivision = 8;  // arcs between neighbours on a calm surface cover about an eighth
+constexpr double kSkinWidth = 5.4;            // widest mean that smooths a skin, spacings
+constexpr double kLeastSkin = 0.05;           // radii: what is less would need neighbours a dozen radii away
+constexpr double kMostSkins = 4;              // skins that means and steps are measured in, at most
+constexpr double kOuterSpacing = 0.1;         // of samples of the outer boundary, spacings
 
 void requireOnePlane(const Particles& particles) {
     for (std::size_t i = 0; i < particles.size(); ++i) {
@@ -46,10 +59,92 @@ BetaCurve tessellated(const DiscBoundary& boundary, const std::vector<Moving>& d
     return completeCurve(boundary, discs, vertices, directions);
 }
 
+bool isSmoothed(const SkinParams& params) { return params.smoothing == SmoothingMethod::coherent && params.passes > 0; }
+
+// How far the curve lies from the outermost particles, world units.
+double depthOf(const SkinParams& params) { return std::max(skinDepth(params, 2), kLeastSkin * params.radius); }
+
+// The length that means and steps are measured in: the spacing, unless discs or the skin are much smaller than that.
+double resolutionOf(const SkinParams& params) {
+    return std::min({particleSpacing(params), params.radius, kMostSkins * depthOf(params)});
+}
+
+// Some particles, without what the boundary of discs does not need.
+Particles particlesAt(const std::vector<std::uint32_t>& rows, const Particles& particles) {
+    Particles some;
+    for (const std::uint32_t row : rows) {
+        some.position.push_back(particles.position[row]);
+        if (!particles.velocity.empty()) some.velocity.push_back(particles.velocity[row]);
+    }
+    return some;
+}
+
+// The boundary of larger discs round the same particles, as far as the curve is measured from it.
+OuterBoundary outerBoundary(const Particles& particles, const SnappedParticles& snapped, const DiscBoundary& boundary,
+                            const CurveSkin& skin) {
+    const double reach = skin.joining + skin.reach() + skin.outer();
+    const CellOrder exposed(boundary.position.size(), reach / 2, [&](std::size_t d) { return boundary.centre(d); });
+    const std::vector<std::uint32_t> near = rowsWhere(snapped.size(), [&](std::uint32_t i) {
+        const Vec3 centre = toDouble(snapped.position[i]) * snapped.quantum;
+        bool any = false;
+        exposed.forCellsIn(centre - Vec3(reach, reach, 0), centre + Vec3(reach, reach, 0),
+                           [&](std::uint32_t) { any = true; });
+        return any;
+    });
+    std::vector<std::uint32_t> rows;
+    for (const std::uint32_t i : near) rows.push_back(snapped.row[i]);
+    const Particles some = particlesAt(rows, particles);
+    const DiscBoundary outer = discBoundary(snapParticles(some, skin.outer()));
+    const std::vector<Moving> discs = movingDiscs(outer, some);
+    std::vector<Moving> corners = movingVertices(outer, discs);
+    const int directions =
+        static_cast<int>(std::ceil(2 * std::numbers::pi * skin.outer() / (kOuterSpacing * skin.spacing)));
+    BoundarySamples samples = boundarySamples(outer, discs, corners, std::max(directions, kDirections));
+    return {std::move(samples), std::move(corners)};
+}
+
+// From the discs inwards to the skin.
+void moveToSkin(const Particles& particles, const SnappedParticles& snapped, const DiscBoundary& boundary,
+                const SkinParams& params, BetaCurve& curve) {
+    const CurveSkin skin{params.radius, depthOf(params), resolutionOf(params)};
+    const OuterBoundary outer = outerBoundary(particles, snapped, boundary, skin);
+    const double more = loneSkinDepth(params) - skinDepth(params, 2);
+    std::optional<LoneParticles> lone;
+    if (more > 0) {
+        std::vector<Moving> moving;
+        for (std::size_t i = 0; i < snapped.size(); ++i) {
+            const Vec3f v = particles.velocity.empty() ? Vec3f(0) : particles.velocity[snapped.row[i]];
+            moving.push_back({toDouble(snapped.position[i]) * snapped.quantum, Vec3(v.x, v.y, 0)});
+        }
+        lone.emplace(moving, params.radius, skin.outer());
+    }
+    const auto swelling = [&](const Moving& x) { return lone ? lone->at(x) * more : Rate(0); };
+    retract(outer, skin, swelling, curve);
+}
+
+std::size_t fillSmallHoles(const Particles& particles, const SnappedParticles& snapped, const DiscBoundary& boundary,
+                           const SkinParams& params, BetaCurve& curve) {
+    const double gap = params.features.bubble_gap;
+    std::optional<std::vector<bool>> has_room;
+    return fillHoles(curve, params.radius, [&](std::size_t line, double area) {
+        if (!(gap > 0)) return area < params.features.bubble_volume;
+        if (gap <= 2 * params.radius || line >= boundary.cycle.size()) return false;
+        if (!has_room) {
+            const Particles all = particlesAt(snapped.row, particles);
+            has_room = cyclesWithRoom(boundary, discBoundary(snapParticles(all, gap / 2)));
+        }
+        return !(*has_room)[line];
+    });
+}
+
 void smooth(const DiscBoundary& boundary, const std::vector<Moving>& discs, const std::vector<Moving>& vertices,
             const SkinParams& params, BetaCurve& curve) {
     if (params.smoothing == SmoothingMethod::paper) smoothAsInPaper(curve, params.passes);
-    if (params.smoothing == SmoothingMethod::coherent && params.passes > 0) {
+    if (isSmoothed(params) && skinDepth(params, 2) > 0) {
+        const double widest =
+            params.smoothing_width > 0 ? params.smoothing_width : kSkinWidth * particleSpacing(params);
+        smoothSkin(curve, {resolutionOf(params), widest, params.passes});
+    } else if (isSmoothed(params)) {
         const double width = params.smoothing_width > 0 ? params.smoothing_width : kSmoothingWidth * params.radius;
         smoothCoherently(curve, boundarySamples(boundary, discs, vertices), {params.radius, width, params.passes});
     }
@@ -92,6 +187,7 @@ SkinnedPlane skinPlane(const Particles& particles, const SkinParams& params, con
         if (watch_or_none) watch_or_none(stage);
     };
     requirePlanar(params);
+    requireSkin(params);
     requireOnePlane(particles);
     SkinnedPlane plane;
     SnappedParticles snapped = snapParticles(particles, params.radius);
@@ -113,10 +209,11 @@ SkinnedPlane skinPlane(const Particles& particles, const SkinParams& params, con
         watch("velocity");
         BetaCurve curve = tessellated(boundary, discs, vertices, params);
         if (params.features.bubbles == Bubbles::fill)
-            plane.report.bubbles_filled = fillHoles(curve, params.radius, bubbleVolume(params.features, 2));
+            plane.report.bubbles_filled = fillSmallHoles(particles, snapped, boundary, params, curve);
         plane.before = asCurves(curve);
         plane.pure = curve.pure;
         watch("tessellate");
+        if (skinDepth(params, 2) > 0) moveToSkin(particles, snapped, boundary, params, curve);
         if (params.surface == SurfaceKind::beta) smooth(boundary, discs, vertices, params, curve);
         watch("smooth");
         if (!particles.velocity.empty()) slideWithParticles(boundary, discs, curve);
@@ -141,7 +238,6 @@ void requirePlanar(const SkinParams& params) {
         throw Error(what + " is known in three dimensions only; expected its default in two");
     };
     if (params.predicates == PredicateKind::floating) refuse("floating predicates (--predicates float)");
-    if (params.skin.value_or(0) > 0 || params.inset > 0) refuse("a given distance from the particles (--skin LENGTH)");
     if (features.tendrils != Tendrils::mesh) refuse("leaving out tendrils (--tendrils)");
     if (features.bubbles != Bubbles::mesh &&
         (params.surface != SurfaceKind::beta || params.tessellation != Tessellation::complete))

@@ -26,7 +26,8 @@ struct PlaneReport {
 
 struct SkinnedPlane {
     Curves curves;                   ///< have velocity exactly when the particles have, and the attributes asked for
-    Curves before;                   ///< the same before smoothing, without velocity; none of the alpha mesh
+    Curves before;                   ///< the same on the discs, before anything moves it, without velocity; none of the
+                                     ///< alpha mesh
     std::vector<std::uint8_t> pure;  ///< of each vertex of both: 1 where two circles meet; none of the alpha mesh
     Curves alpha;                    ///< the alpha mesh, without velocity
     Spheres spheres;                 ///< what is no part of the curves: droplets where asked for; with the paper's
@@ -36,14 +37,16 @@ struct SkinnedPlane {
 
 /// Skins one frame of particles that lie in one plane of constant z, as skinFrame() does in space: discs for balls,
 /// closed curves for the mesh. Arcs are cut in fixed directions from their centre: 8 for each arc_subdivisions, 24 for
-/// 0. Features::bubble_gap is the diameter of a disc here, bubble_volume an area in world units squared.
+/// 0. Discs say which particles belong together; then the curve moves inwards to the skin, skinDepth(params, 2) outside
+/// the outermost particles, but no less than a twentieth of the radius. Features::bubble_gap is the diameter of a disc
+/// here, bubble_volume an area in world units squared.
 ///
 /// in      n >= 0 valid particles
 /// out     closed curves, the liquid on their left: counter-clockwise round it seen from +z, clockwise round holes
 /// same    bytes for any thread count and particle order
 /// cost    O(n) for a bounded number of neighbours within two radii
-/// errors  a particle with another z than the first; what requirePlanar() throws; an attribute that the
-///         particles have not; particles beyond the integer range
+/// errors  a particle with another z than the first; what requirePlanar() and requireSkin() throw; an attribute that
+///         the particles have not; particles beyond the integer range
 /// source  beta mesh paper, section 3 and Figure 8
 SkinnedPlane skinPlane(const Particles& particles, const SkinParams& params,
                        const std::function<void(std::string_view stage)>& watch = {});

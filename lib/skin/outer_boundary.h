@@ -1,27 +1,33 @@
-// Samples of the boundary of the union of larger balls: what the skin's depth is measured from.
+// Samples of the boundary of the union of larger balls: what the depth of the skin is measured from.
 
 #pragma once
 
+#include "core/ball_boundary.h"
 #include "core/moving.h"
+#include "core/particles.h"
+#include "exact/snapped_particles.h"
 
 #include <vector>
 
 namespace betamesh {
 
-/// Points on the boundary of a union of balls, with their velocities, and the measure that each stands for.
+/// Points on the boundary of a union of balls. Each has:
 struct OuterSamples {
-    std::vector<Moving> point;  ///< world units, world units per second
-    std::vector<float> weight;  ///< of each, >= 0: length in `unit`s along arcs, area in square `unit`s inside faces
-    std::vector<float> fading;  ///< 0 for samples that are there, up to 1 for those that have only just appeared
-    std::vector<float> lone;    ///< how much of the ball is exposed, inside faces: 1 where all is; 0 along arcs
+    std::vector<Moving> point;     ///< world units, world units per second
+    std::vector<float> weight;     ///< its share of the boundary, >= 0: spacings of arc length, square spacings of face
+    std::vector<float> fading;     ///< 0 where it is fully there, towards 1 where it has only just appeared
+    std::vector<float> isolation;  ///< inside faces the share of the ball that is exposed, from 0 to 1; on arcs 0
 };
 
-/// Samples the boundary of the union of balls of another, larger radius round the same centres.
+/// Samples the boundary of the union of balls of a larger radius round the same particles. Balls that are buried at the
+/// smaller radius are buried at the larger one, too: only those exposed in `boundary` are looked at.
 ///
-/// in      balls: the exposed balls of the smaller radius; those that are buried there are buried here, too
-/// out     samples at most about a quarter of the radius apart; every vertex of the boundary is one of them
-/// same    result for any thread count
-/// cost    O(balls) for a bounded number of neighbours
-OuterSamples outerSamples(const std::vector<Moving>& balls, double radius, double unit);
+/// in      all particles within four smaller radii of the surface; spacing: of the particles, world units
+/// out     samples no farther than half a radius apart, every vertex of the boundary among them. They appear and vanish
+///         continuously in time
+/// same    result for any thread count and particle order
+/// cost    O(exposed balls · neighbours within two radii)
+OuterSamples outerSamples(const Particles& particles, const SnappedParticles& snapped, const BallBoundary& boundary,
+                          double radius, double spacing);
 
 }  // namespace betamesh

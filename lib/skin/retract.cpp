@@ -1,6 +1,4 @@
 #include "skin/retract.h"
-#include "skin/skin_smoothing.h"
-#include "skin/tune.h"
 
 #include "core/parallel.h"
 
@@ -11,25 +9,39 @@ namespace betamesh {
 
 namespace {
 
-// All lengths in particle spacings.
-const double kBand = tune("band", 0.25);          // beyond the nearest outer point others have a say, too
-constexpr double kBeyond = 0.3;         // deeper than this below the skin, outer points do not matter
-const double kLongestInwards = tune("maxstep", 0.35), kLongestOutwards = 0.1;  // of a step
+// All lengths are in particle spacings.
+constexpr double kBand = 0.25;         // outer points so much farther than the nearest one have a say in the direction
+constexpr double kFadesBelow = 0.3;    // vertices so much deeper than the skin are out of reach, and stay
+constexpr float kFadingSquare = 0.3F;  // added to the squared distance of an outer point that has only just appeared
+constexpr double kOuterCell = 0.7;     // edge of the cells in which outer points are looked for
 
-const double kLip = tune("lip", 0.2);
+// Steps: the share of the way that is left, and the width of the mean over them.
 struct Step {
-    double share;  // of the way that is left
-    double width;  // of the mean
+    double share, width;
 };
+constexpr Step kSteps[] = {{1.0 / 4, 1.3}, {1.0 / 3, 1.3}, {1.0 / 2, 1.3}, {1, 1.3}, {1, 1.0}, {1, 0.8}, {1, 0.6}};
+constexpr double kLongestStep = 0.2;  // in widths of the mean; of a field that changes slowly enough not to fold
+constexpr double kLongestOutwards = 0.1;
+constexpr std::size_t kFirstRefined = 4;  // the steps before which long edges are split
 
-enum OuterField { kX, kY, kZ, kVx, kVy, kVz, kWeight, kExtra, kFading, kOuterFields };
+// What volume asks for beyond the skin: threads expose a fifth of each outer ball, drops of one particle all of it. On
+// arcs, where parts of the liquid meet, nothing: there the skin has to be what makes them meet at contact.
+constexpr double kThreadExtra = 0.05, kDropExtra = 0.03;
+double extraOf(double isolation) {
+    return kThreadExtra * smoothStep((isolation - 0.1) / 0.1).value +
+           kDropExtra * smoothStep((isolation - 0.8) / 0.2).value;
+}
 
-// Away from the nearest outer points, how far these are, and how they move.
+enum Field { kX, kY, kZ, kVx, kVy, kVz, kWeight, kExtra, kFading, kFields };
+using Samples = std::span<const SampleFields<kFields>>;
+
+// Over the outer points in a band beyond the nearest one, w their weights: Σ w (x - y), Σ w v, Σ w, Σ w extra; and the
+// squared distance of the nearest.
+enum Sum { kAway, kVelocity = kAway + 3, kWeights = kVelocity + 3, kExtras, kNearest, kSums };
 struct SumOuter {
-    std::span<const SampleFields<kOuterFields>> samples;
-    float band;
+    Samples samples;
     const Lanes (&point)[3];
-    Lanes (&sums)[9];  // x - y, velocity, weight; squared distance; extra
+    Lanes (&sums)[kSums];
 
     template <std::size_t kWidth>
     __attribute__((always_inline)) void operator()(std::size_t first) const {
@@ -43,134 +55,121 @@ struct SumOuter {
             const Some square = px * px + py * py + pz * pz + f[kFading];
             nearest = square < nearest ? square : nearest;
         }
-        // 1 at the nearest, 0 a band farther off, linear in the square: root is close enough to the distance.
-        Some root = (nearest + one) * 0.5F;
+        Some root = (nearest + one) * 0.5F;  // by Newton's method: near enough to say how wide the band is
         for (int i = 0; i < 3; ++i) root = (root + nearest / root) * 0.5F;
+        constexpr auto band = static_cast<float>(kBand);
         const Some inverse = one / (band * band + 2 * band * root);
-        Some sum[9] = {};
+        Some sum[kSums] = {};
         for (const auto& f : samples) {
             const Some px = x[0] - f[kX], py = x[1] - f[kY], pz = x[2] - f[kZ];
             const Some square = px * px + py * py + pz * pz + f[kFading];
             Some t = one - (square - nearest) * inverse;
             t = t > 0 ? t : zero;
             const Some w = t * t * f[kWeight];
-            sum[0] += w * px;
-            sum[1] += w * py;
-            sum[2] += w * pz;
-            sum[3] += w * f[kVx];
-            sum[4] += w * f[kVy];
-            sum[5] += w * f[kVz];
-            sum[6] += w;
-            sum[8] += w * f[kExtra];
+            sum[kAway] += w * px;
+            sum[kAway + 1] += w * py;
+            sum[kAway + 2] += w * pz;
+            sum[kVelocity] += w * f[kVx];
+            sum[kVelocity + 1] += w * f[kVy];
+            sum[kVelocity + 2] += w * f[kVz];
+            sum[kWeights] += w;
+            sum[kExtras] += w * f[kExtra];
         }
-        sum[7] = nearest;
+        sum[kNearest] = nearest;
         setLanes<kWidth>(sums, first, sum);
     }
 };
 
-}  // namespace
-
-namespace {
-
-// Where each vertex would go by itself: towards the skin, units; and how that moves.
+// Where a vertex would go by itself.
 struct Approach {
-    Vec3f away;  // from the outer boundary, unit vector; zero where that is out of reach
-    float gap = 0, fade = 0;
-    Vec3f velocity;
+    Vec3f away{0};       // from the outer boundary: unit vector; zero where that is out of reach
+    float gap = 0;       // to where it is deep enough; negative where it is too deep
+    float in_reach = 0;  // 1, fading to 0 deep below the skin
+    Vec3f velocity{0};   // of the outer boundary there
 };
 
-std::vector<Approach> approaches(const OuterSamples& outer, const std::vector<float>& extra,
-                                 const std::vector<Vec3>& outer_at, const CellOrder& order, double rolling, MovedSurface& surface, double width) {
-    const double reach = rolling + kBeyond + kBand;
-    std::vector<Approach> approach(surface.size());
-    const PointGroups& groups = surface.vicinity(width).groups;
-    const Rows near = surface.near(order, outer_at, reach);
-    forGroups<kOuterFields>(
-        groups, surface.position(), near, outer_at, surface.unit(),
-        [&](std::uint32_t i, SampleFields<kOuterFields>& f) {
-            const Vec3f v(outer.point[i].velocity);
-            f[kVx] = v.x, f[kVy] = v.y, f[kVz] = v.z, f[kWeight] = outer.weight[i], f[kExtra] = extra[i];
-            f[kFading] = outer.fading[i] * static_cast<float>(tune("pen", 0.3));
-        },
-        [&](const GroupLanes& group, std::span<const SampleFields<kOuterFields>> samples) {
-            Lanes sums[9];
-            forLanes(SumOuter{samples, static_cast<float>(kBand), group.place, sums});
-            for (std::size_t lane = 0; lane < group.size; ++lane) {
-                const std::uint32_t v = group.row[lane];
-                Approach& a = approach[v];
-                a.away = a.velocity = Vec3f(0);
-                const double distance = std::sqrt(static_cast<double>(sums[7][lane]));
-                const double fade = 1 - smoothStep((distance - rolling) / kBeyond).value;
-                if (!(fade > 0) || !(sums[6][lane] > 0)) continue;
-                a.away = Vec3f(sums[0][lane], sums[1][lane], sums[2][lane]).normalized();
-                a.gap = static_cast<float>(rolling - distance) - sums[8][lane] / sums[6][lane];
-                a.fade = static_cast<float>(fade);
-                a.velocity = Vec3f(sums[3][lane], sums[4][lane], sums[5][lane]) / sums[6][lane];
-            }
+class OuterBoundary {
+public:
+    OuterBoundary(const OuterSamples& samples, const SkinLengths& lengths, double spacing)
+        : samples_(samples),
+          rolling_(lengths.rolling()),
+          spacing_(spacing),
+          extra_(samples.point.size(), 0),
+          position_(samples.point.size()) {
+        parallelFor(position_.size(), 8192, [&](std::size_t i) {
+            position_[i] = samples.point[i].position;
+            if (lengths.volume_true) extra_[i] = static_cast<float>(extraOf(samples.isolation[i]));
         });
-    return approach;
-}
+        order_.emplace(position_.size(), kOuterCell * spacing,
+                       [&](std::size_t i) -> const Vec3& { return position_[i]; });
+    }
+
+    std::vector<Approach> approaches(MovedSurface& surface, double width) const {
+        std::vector<Approach> approach(surface.size());
+        const PointGroups& groups = surface.vicinity(width).groups;
+        const Rows near = surface.near(*order_, position_, rolling_ + kFadesBelow + kBand);
+        forGroups<kFields>(
+            groups, surface.position(), near, position_, spacing_,
+            [&](std::uint32_t i, SampleFields<kFields>& f) {
+                const Vec3f v(samples_.point[i].velocity);
+                f[kVx] = v.x, f[kVy] = v.y, f[kVz] = v.z;
+                f[kWeight] = samples_.weight[i], f[kExtra] = extra_[i];
+                f[kFading] = samples_.fading[i] * kFadingSquare;
+            },
+            [&](const GroupLanes& group, Samples samples) {
+                Lanes sums[kSums];
+                forLanes(SumOuter{samples, group.place, sums});
+                for (std::size_t lane = 0; lane < group.size; ++lane)
+                    approach[group.row[lane]] = approachOf(sums, lane);
+            });
+        return approach;
+    }
+
+private:
+    Approach approachOf(const Lanes (&sums)[kSums], std::size_t lane) const {
+        const double distance = std::sqrt(static_cast<double>(sums[kNearest][lane]));
+        const double in_reach = 1 - smoothStep((distance - rolling_) / kFadesBelow).value;
+        const float weight = sums[kWeights][lane];
+        if (!(in_reach > 0) || !(weight > 0)) return {};
+        const auto vector = [&](int s) { return Vec3f(sums[s][lane], sums[s + 1][lane], sums[s + 2][lane]); };
+        return {vector(kAway).normalized(),
+                static_cast<float>(rolling_ - distance - sums[kExtras][lane] / static_cast<double>(weight)),
+                static_cast<float>(in_reach), vector(kVelocity) / weight};
+    }
+
+    const OuterSamples& samples_;
+    double rolling_, spacing_;
+    std::vector<float> extra_;
+    std::vector<Vec3> position_;
+    std::optional<CellOrder> order_;
+};
 
 }  // namespace
 
-void retract(const OuterSamples& outer, const SkinLengths& lengths, MovedSurface& surface) {
-    const double unit = surface.unit(), rolling = lengths.rolling();
-    std::vector<Vec3> outer_at(outer.point.size());
-    parallelFor(outer_at.size(), 8192, [&](std::size_t i) { outer_at[i] = outer.point[i].position; });
-    const CellOrder order(outer_at.size(), tune("outercell", 0.7) * unit,
-                          [&](std::size_t i) -> const Vec3& { return outer_at[i]; });
-    std::vector<float> extra(outer.point.size(), 0);
-    if (lengths.volume_true)
-        parallelFor(extra.size(), 8192, [&](std::size_t i) {
-            const double lone = outer.lone[i];
-            extra[i] = static_cast<float>(tune("xthread", 0.05) * smoothStep((lone - 0.1) / 0.1).value + tune("xdrop", 0.03) * smoothStep((lone - 0.8) / 0.2).value);
-        });
-    const double first_width = tune("sigma", 1.3);
-    std::vector<Approach> approach = approaches(outer, extra, outer_at, order, rolling, surface, first_width);
-    for (std::size_t round = 0; round < static_cast<std::size_t>(tune("rounds", 0)); ++round) {
-        const double longest = tune("long", 0.9), bend = tune("bend", 0.5);
-        surface.refine(round, [&](std::uint32_t a, std::uint32_t b) {
-            const auto there = [&](std::uint32_t v) {
-                return surface.position()[v] / unit + Vec3(approach[v].away * (approach[v].gap * approach[v].fade));
-            };
-            const double length = (there(a) - there(b)).length();
-            const double turn = (approach[a].away - approach[b].away).length();
-            return length / (longest - (longest - bend) * smoothStep((turn - tune("turn0", 0.15)) / tune("turn1", 0.35)).value);
-        });
-        approach = approaches(outer, extra, outer_at, order, rolling, surface, first_width);
-    }
-    std::vector<Step> steps;
-    const int main_steps = static_cast<int>(tune("steps", 4));
-    for (int i = 0; i < main_steps; ++i) steps.push_back({1.0 / (main_steps - i), first_width});
-    for (const double w : {tune("w1", 1.0), tune("w2", 0.8), tune("w3", 0.6)}) steps.push_back({1, w});
-    for (const Step& step : steps) {
-        const bool last = &step == &steps.back();
-        if (const auto at = &step - steps.data(); tune("late", 1) > 0 && at >= main_steps && at < main_steps + static_cast<int>(tune("lates", 2))) {
-            const std::vector<float> wanted = wantedLengths(surface);
-            surface.refine(static_cast<std::size_t>(at - main_steps), [&](std::uint32_t a, std::uint32_t b) {
-                const double length = (surface.position()[a] - surface.position()[b]).length() / unit;
-                return length * 2 / (wanted[a] + wanted[b]);
-            });
-        }
-        if (&step != steps.data()) approach = approaches(outer, extra, outer_at, order, rolling, surface, step.width);
+void retract(const OuterSamples& samples, const SkinLengths& lengths, MovedSurface& surface) {
+    const OuterBoundary outer(samples, lengths, surface.spacing());
+    constexpr std::size_t kCount = std::size(kSteps);
+    for (std::size_t s = 0; s < kCount; ++s) {
+        const auto& [share, width] = kSteps[s];
+        if (s >= kFirstRefined && s < kFirstRefined + kRefinements) surface.refine(s - kFirstRefined);
+        const std::vector<Approach> approach = outer.approaches(surface, width);
         std::vector<std::array<float, 6>> values(surface.size());  // step and velocity
         parallelFor(values.size(), 4096, [&](std::size_t v) {
             const Approach& a = approach[v];
+            const double longest = kLongestStep * width;
+            const double way = std::clamp(a.gap * share, -std::min(kLongestOutwards, longest), longest) * a.in_reach;
             const Vec3f own(surface.mesh().vertex[v].velocity);
-            const double way = std::clamp(a.gap * step.share, -std::min(kLongestOutwards, kLip * step.width),
-                                          std::min(kLongestInwards, kLip * step.width)) *
-                               a.fade;
-            const Vec3f along = a.away * static_cast<float>(way), velocity = own + (a.velocity - own) * a.fade;
-            values[v] = {along.x, along.y, along.z, velocity.x, velocity.y, velocity.z};
+            const Vec3f step = a.away * static_cast<float>(way), velocity = own + (a.velocity - own) * a.in_reach;
+            values[v] = {step.x, step.y, step.z, velocity.x, velocity.y, velocity.z};
         });
-        values = meansOf<6>(surface, step.width, values);
-        std::vector<Vec3f> way(surface.size());
-        if (last) {
-            parallelFor(way.size(), 8192, [&](std::size_t v) { way[v] = {values[v][3], values[v][4], values[v][5]}; });
-            surface.setVelocities(way);
+        values = surface.means<6>(width, values);
+        std::vector<Vec3f> rows(surface.size());
+        if (s + 1 == kCount) {
+            for (std::size_t v = 0; v < rows.size(); ++v) rows[v] = {values[v][3], values[v][4], values[v][5]};
+            surface.setVelocities(rows);
         }
-        parallelFor(way.size(), 8192, [&](std::size_t v) { way[v] = {values[v][0], values[v][1], values[v][2]}; });
-        surface.move(way);
+        for (std::size_t v = 0; v < rows.size(); ++v) rows[v] = {values[v][0], values[v][1], values[v][2]};
+        surface.move(rows);
     }
 }
 

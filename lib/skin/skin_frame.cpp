@@ -18,7 +18,6 @@
 #include "skin/paper_mesh.h"
 #include "skin/retract.h"
 #include "skin/skin_smoothing.h"
-#include "skin/tune.h"
 #include "skin/smooth_coherent.h"
 #include "skin/smooth_paper.h"
 #include "skin/survivors.h"
@@ -39,6 +38,7 @@ constexpr double kArcAngle = 0.75;  // of a common arc, radians: a segment of it
 constexpr double kSmoothedAngle = 0.235;     // radians per segment of what is smoothed: small jumps where balls meet
 constexpr double kCalmAngle = 0.4;           // round small patches of balls, where jumps are smaller
 constexpr double kSmoothedFaceAngle = 0.37;  // between points inside faces of the same
+constexpr double kSkinAngle = 0.4, kSkinCalmAngle = 0.6, kSkinFaceAngle = 0.5;  // the same where there is a skin
 constexpr double kLeastAngle = 0.05, kLargestAngle = 0.7;
 
 struct Structure {
@@ -123,7 +123,9 @@ CoherentSmoothing smoothingOf(const SkinParams& params) {
     return {params.radius, widthOf(params), passesOf(params), params.inset};
 }
 
-bool isSmoothed(const SkinParams& params) { return passesOf(params) > 0 || params.inset > 0 || skinDepth(params) > 0; }
+bool hasSkin(const SkinParams& params) { return skinDepth(params) > 0; }
+
+bool isSmoothed(const SkinParams& params) { return passesOf(params) > 0 || params.inset > 0 || hasSkin(params); }
 
 // In which there are points inside faces, or samples of them; none where these are not asked for.
 Icosphere directionsOf(const SkinParams& params) {
@@ -131,33 +133,58 @@ Icosphere directionsOf(const SkinParams& params) {
     if (params.tessellation == Tessellation::paper) return isSmoothed(params) ? icosphereOf(kSampleAngle) : Icosphere();
     return icosphereOf(params.arc_subdivisions > 0
                            ? std::clamp(kArcAngle / params.arc_subdivisions, kLeastAngle, kLargestAngle)
-                       : isSmoothed(params) ? tune("face", kSmoothedFaceAngle)
+                       : isSmoothed(params) ? hasSkin(params) ? kSkinFaceAngle : kSmoothedFaceAngle
                                             : ArcSubdivision().max_angle);
+}
+
+SkinLengths lengthsOf(const SkinParams& params) {
+    const double spacing = particleSpacing(params);
+    return {params.radius / spacing, skinDepth(params) / spacing, !params.skin};
+}
+
+// Takes the vertices of the boundary of the union of balls to the skin, and smooths it.
+void giveSkin(const OuterSamples& outer, const BallBoundary& boundary, const SkinParams& params, BetaMesh& mesh) {
+    std::exchange(mesh.clearance, {});  // large, and of no more use
+    const double spacing = particleSpacing(params);
+    MovedSurface surface(mesh, spacing);
+    retract(outer, lengthsOf(params), surface);
+    const MovingPoints on_balls = copyOf(mesh.vertex);
+    surface.writePositions();
+    keepApart(boundary, on_balls, mesh);
+    surface.readPositions();
+    const MovingPoints retracted = copyOf(mesh.vertex);
+    smoothSkin(surface, params.smoothing_width > 0 ? params.smoothing_width / spacing : kWidestFit, passesOf(params));
+    surface.writePositions();
+    keepApart(boundary, retracted, mesh);
 }
 
 // Of the structure only the boundary is left, without exposed directions.
 BetaMesh completeSurface(const Particles& particles, Structure& structure, const std::vector<Moving>& balls,
                          Icosphere&& directions, const SkinParams& params, const Watch& watch, SkinReport& report) {
     const BallBoundary& boundary = structure.boundary;
-    const bool smoothed = isSmoothed(params);
+    const bool smoothed = isSmoothed(params), has_skin = hasSkin(params);
     ArcSubdivision subdivision;
     subdivision.segments = params.arc_subdivisions;
     if (smoothed) {
         subdivision.appearance = Appearance::gradual;
-        subdivision.max_angle = tune("arc", kSmoothedAngle);
-        if (passesOf(params) > 0 && widthOf(params) >= kSmoothingWidth * params.radius)
-            subdivision.calm_angle = tune("calm", kCalmAngle);
+        subdivision.max_angle = has_skin ? kSkinAngle : kSmoothedAngle;
+        if (has_skin)
+            subdivision.calm_angle = kSkinCalmAngle;
+        else if (passesOf(params) > 0 && widthOf(params) >= kSmoothingWidth * params.radius)
+            subdivision.calm_angle = kCalmAngle;
     }
     const Spins spins = spinsOfBalls(boundary, balls, particles);
     std::vector<Moving> vertices = movingVertices(particles, structure.snapped, boundary, balls);
     watch("velocity");
     ArcNetwork network = arcPoints(boundary, balls, spins.of_points, std::move(vertices), subdivision);
     FacePoints points = facePoints(structure.snapped, boundary, balls, spins.of_points, std::move(directions));
+    const OuterSamples outer =
+        has_skin ? outerSamples(particles, structure.snapped, boundary, lengthsOf(params).outer() * particleSpacing(params),
+                                particleSpacing(params))
+                 : OuterSamples();
     std::exchange(structure.snapped, {});  // large, and of no more use
     std::exchange(structure.boundary.exposed, {});
     watch("tessellate");
-    const double skin = skinDepth(params);
-    const bool has_skin = skin > 0;
     std::optional<CoherentSmoother> smoother;
     if (smoothed && !has_skin)
         smoother.emplace(boundarySamples(boundary, balls, spins.of_points, network, points), smoothingOf(params));
@@ -168,21 +195,7 @@ BetaMesh completeSurface(const Particles& particles, Structure& structure, const
         report.bubbles_filled = fillBubbles(beta, boundary, params.features);
     watch("tessellate");
     if (has_skin) {
-        const double unit = particleSpacing(params);
-        const SkinLengths lengths{params.radius / unit, skin / unit, !params.skin};
-        const OuterSamples outer = outerSamples(balls, lengths.outer() * unit, unit);
-        if (tune("verbose", 0) > 0) fprintf(stderr, "outer samples %zu, vertices %zu\n", outer.point.size(), beta.vertex.size());
-        watch("structure");
-        MovedSurface surface(beta, unit);
-        retract(outer, lengths, surface);
-        surface.finish();
-        const MovingPoints from = copyOf(beta.vertex);
-        watch("retract");
-        if (passesOf(params) > 0) smoothSkin(surface, 0, 0);
-        surface.finish();
-        watch("smooth");
-        if (tune("apart", 1) > 0) keepApart(boundary, from, beta);
-        watch("apart");
+        giveSkin(outer, boundary, params, beta);
     } else if (smoothed) {
         const MovingPoints from = smoother->smooth(beta);
         smoother.reset();

@@ -1,5 +1,4 @@
 #include "skin/skin_smoothing.h"
-#include "skin/tune.h"
 
 #include "core/parallel.h"
 
@@ -10,6 +9,30 @@ namespace betamesh {
 
 namespace {
 
+// All lengths are in particle spacings.
+constexpr int kNarrowSteps = 4;         // of the bi-Laplacian in a pass
+constexpr double kNarrowWidth = 0.8;    // of its kernel
+constexpr double kLongestNarrow = 0.15; // of a step
+constexpr double kStepWidth = 0.3;      // of the mean over steps, so that vertices close together go together
+constexpr double kNormalWidth = 0.5;    // of the normals along which vertices go
+constexpr double kFirstNormalWidth = 0.3;  // of the mean, whichever way surfaces face, that tells which way a vertex does
+
+constexpr double kLeastWidth = 0.8;              // of a fit
+constexpr double kFitBegins = 1, kFitFull = 2;   // widths between which fits fade in
+constexpr double kOwnBegins = 4, kOwnFull = 5.4; // widths between which vertices go their own steps, not mean ones
+constexpr double kLongestFit = 0.3;              // of a step onto a sphere
+constexpr double kFlatSphere = 1e-3;             // added to the variance of what is fitted, so that little of it is flat
+// Cosines to a vertex' normal, as it is over kSidewaysWidth, between which a surface faces sideways: neither the same
+// way nor the opposite one; and how far from there it fades in.
+constexpr float kSame = 0.5F, kOpposite = -0.3F, kSidewaysFade = 0.25F;
+constexpr double kSidewaysWidth = 1.2;
+constexpr double kWall = 0.6366;         // 2 / π: D⁻² is this times the sum over a wall across the surface, D away
+constexpr float kLeastSquare = 0.02F;    // added to squared distances there
+
+constexpr int kReturns = 3;              // how often what was lost of long waves returns
+constexpr double kReturnWidth = 5.4;     // of the mean over it
+constexpr int kUnfoldings = 3;
+
 using Normals = std::vector<Vec3f>;
 
 enum Field { kX, kY, kZ, kArea, kNx, kNy, kNz, kValue, kFields };
@@ -18,37 +41,6 @@ using Samples = std::span<const SampleFields<kFields>>;
 struct Point {
     const Lanes (&place)[3];
     const Lanes (&normal)[3];
-};
-
-// Σ w A n over what faces the point's way.
-struct SumNormals {
-    Samples samples;
-    float inverse_square_width;
-    Point point;
-    Lanes (&sums)[4];
-
-    template <std::size_t kWidth>
-    __attribute__((always_inline)) void operator()(std::size_t first) const {
-        using Some = Floats<kWidth>;
-        Some x[3], n[3];
-        getLanes<kWidth>(point.place, first, x);
-        getLanes<kWidth>(point.normal, first, n);
-        const Some zero{}, one = zero + 1.0F;
-        Some sum[4] = {};
-        for (const auto& f : samples) {
-            const Some px = f[kX] - x[0], py = f[kY] - x[1], pz = f[kZ] - x[2];
-            Some t = one - (px * px + py * py + pz * pz) * inverse_square_width;
-            Some c = f[kNx] * n[0] + f[kNy] * n[1] + f[kNz] * n[2];
-            t = t > 0 ? t : zero;
-            c = c > 0 ? c : zero;
-            const Some w = t * t * c * c * f[kArea];
-            sum[0] += w * f[kNx];
-            sum[1] += w * f[kNy];
-            sum[2] += w * f[kNz];
-            sum[3] += w;
-        }
-        setLanes<kWidth>(sums, first, sum);
-    }
 };
 
 // Σ w A v over what faces the point's way, and Σ w A; v the height over the tangent plane, or the sample's value.
@@ -84,85 +76,70 @@ struct SumFacing {
     }
 };
 
-// Calls take(row, lane sums) for every vertex, of sums by Kernel.
-template <std::size_t kSums, typename Kernel, typename Take>
-void sumUp(MovedSurface& surface, const Normals& normal, const std::vector<float>& value, double width,
-           const Take& take) {
-    const auto [groups, near] = surface.vicinity(width);
-    const auto inverse = static_cast<float>(1 / (width * width));
+// Of each vertex the mean of heights over its tangent plane, or of values, over what is near and faces its way.
+template <bool kHeight>
+std::vector<float> meansAlong(MovedSurface& surface, const Normals& normal, const std::vector<float>& value) {
+    std::vector<float> mean(surface.size());
+    const auto [groups, near] = surface.vicinity(kNarrowWidth);
+    constexpr auto inverse = static_cast<float>(1 / (kNarrowWidth * kNarrowWidth));
     forGroups<kFields>(
-        groups, surface.position(), near, surface.position(), surface.unit(),
+        groups, surface.position(), near, surface.position(), surface.spacing(),
         [&](std::uint32_t v, SampleFields<kFields>& f) {
             const Vec3f& n = normal[v];
             f[kArea] = surface.area(v), f[kNx] = n.x, f[kNy] = n.y, f[kNz] = n.z;
-            f[kValue] = value.empty() ? 0.0F : value[v];
+            f[kValue] = kHeight ? 0 : value[v];
         },
         [&](const GroupLanes& group, Samples samples) {
-            Lanes n[3], sums[kSums];
-            for (std::size_t lane = 0; lane < kLanes; ++lane)
-                for (int k = 0; k < 3; ++k) n[k][lane] = normal[group.row[lane]][k];
-            forLanes(Kernel{samples, inverse, {group.place, n}, sums});
-            for (std::size_t lane = 0; lane < group.size; ++lane) take(group.row[lane], sums, lane);
+            const GroupLanes::Vectors n = group.of(normal);
+            Lanes sums[2];
+            forLanes(SumFacing<kHeight>{samples, inverse, {group.place, n.lanes}, sums});
+            for (std::size_t lane = 0; lane < group.size; ++lane)
+                mean[group.row[lane]] = sums[1][lane] > 0 ? sums[0][lane] / sums[1][lane] : 0;
         });
-}
-
-Normals robust(MovedSurface& surface, const Normals& from, double width) {
-    std::vector<std::array<float, 3>> values(from.size());
-    for (std::size_t v = 0; v < from.size(); ++v) values[v] = {from[v].x, from[v].y, from[v].z};
-    values = meansOf<3>(surface, width, values);
-    Normals mean(from.size());
-    for (std::size_t v = 0; v < from.size(); ++v) mean[v] = Vec3f(values[v][0], values[v][1], values[v][2]).normalized();
     return mean;
 }
 
-Normals softNormals(MovedSurface& surface, const Normals& first, double width) {
-    const Normals from = tune("robust", 0.3) > 0 ? robust(surface, first, tune("robust", 0.3)) : first;
-    Normals soft(surface.size());
-    sumUp<4, SumNormals>(surface, from, {}, width, [&](std::uint32_t v, const auto& sums, std::size_t lane) {
-        const Vec3f sum(sums[0][lane], sums[1][lane], sums[2][lane]);
-        const float length = sum.length();
-        soft[v] = length > 0 ? sum / length : from[v];
-    });
-    return soft;
+std::vector<std::array<float, 3>> asArrays(const std::vector<Vec3f>& vectors) {
+    std::vector<std::array<float, 3>> arrays(vectors.size());
+    parallelFor(arrays.size(), 8192, [&](std::size_t v) { arrays[v] = {vectors[v].x, vectors[v].y, vectors[v].z}; });
+    return arrays;
 }
 
-void moveBy(MovedSurface& surface, std::vector<Vec3f>& step, const std::vector<float>& width = {}) {
-    if (const double reg = tune("reg", 0.3); reg > 0) {
-        std::vector<std::array<float, 3>> values(step.size());
-        for (std::size_t v = 0; v < step.size(); ++v) values[v] = {step[v].x, step[v].y, step[v].z};
-        values = meansOf<3>(surface, reg, values);
-        for (std::size_t v = 0; v < step.size(); ++v) {
-            const float own = width.empty() ? 0 : static_cast<float>(smoothStep((width[v] - tune("raw0", 4)) / tune("raw1", 1.4)).value);
-            step[v] = step[v] * own + Vec3f(values[v][0], values[v][1], values[v][2]) * (1 - own);
-        }
-    }
+// A vertex of slivers may face any way: what is near tells better which way the surface does.
+Normals smoothNormals(MovedSurface& surface) {
+    const auto means = surface.means<3>(kFirstNormalWidth, asArrays(surface.normals()));
+    Normals first(means.size());
+    parallelFor(first.size(), 8192,
+                [&](std::size_t v) { first[v] = Vec3f(means[v][0], means[v][1], means[v][2]).normalized(); });
+    return surface.softNormals(kNormalWidth, first).normal;
+}
+
+// Moves vertices by the means of their steps, or, of `own` that share, by their own. own: none: 0.
+void moveTogether(MovedSurface& surface, std::vector<Vec3f>& step, const std::vector<float>& own = {}) {
+    const auto means = surface.means<3>(kStepWidth, asArrays(step));
+    parallelFor(step.size(), 8192, [&](std::size_t v) {
+        const float share = own.empty() ? 0 : own[v];
+        step[v] = step[v] * share + Vec3f(means[v][0], means[v][1], means[v][2]) * (1 - share);
+    });
     surface.move(step);
 }
 
 void moveAlong(MovedSurface& surface, const Normals& normal, const std::vector<float>& height) {
     std::vector<Vec3f> step(surface.size());
     parallelFor(step.size(), 8192, [&](std::size_t v) { step[v] = normal[v] * height[v]; });
-    moveBy(surface, step);
+    moveTogether(surface, step);
 }
 
-// Bi-Laplacian along the normal: zero on planes, spheres and cylinders, so nothing shrinks.
-void smoothNarrowly(MovedSurface& surface, double width) {
-    const double longest = 0.15;
-    const Normals normal = softNormals(surface, surface.normals(), tune("nsmooth", 0.5));
-    std::vector<float> height(surface.size()), rest(surface.size());
-    const auto mean = [](const auto& sums, std::size_t lane) {
-        return sums[1][lane] > 0 ? sums[0][lane] / sums[1][lane] : 0.0F;
-    };
-    sumUp<2, SumFacing<true>>(surface, normal, {}, width,
-                              [&](std::uint32_t v, const auto& sums, std::size_t lane) { height[v] = mean(sums, lane); });
-    sumUp<2, SumFacing<false>>(surface, normal, height, width,
-                               [&](std::uint32_t v, const auto& sums, std::size_t lane) {
-                                   rest[v] = std::clamp(height[v] - mean(sums, lane), static_cast<float>(-longest),
-                                                        static_cast<float>(longest));
-                               });
-    moveAlong(surface, normal, rest);
+// One step of the bi-Laplacian.
+void smoothNarrowly(MovedSurface& surface) {
+    const Normals normal = smoothNormals(surface);
+    std::vector<float> height = meansAlong<true>(surface, normal, {});
+    const std::vector<float> mean = meansAlong<false>(surface, normal, height);
+    constexpr auto longest = static_cast<float>(kLongestNarrow);
+    parallelFor(height.size(), 8192,
+                [&](std::size_t v) { height[v] = std::clamp(height[v] - mean[v], -longest, longest); });
+    moveAlong(surface, normal, height);
 }
-
 
 // A piece of the surface: what is on one ball and faces about one way.
 struct Piece {
@@ -173,8 +150,8 @@ struct Piece {
     float value;         // mean of a value of the vertices
 };
 
-enum PieceField { pX, pY, pZ, pDx, pDy, pDz, pArea, pSpread, pBulge, pValue, pFields };
-using PieceSamples = std::span<const SampleFields<pFields>>;
+enum PieceField { kPx, kPy, kPz, kPdx, kPdy, kPdz, kPieceArea, kSpread, kBulge, kPieceValue, kPieceFields };
+using PieceSamples = std::span<const SampleFields<kPieceFields>>;
 
 constexpr std::size_t kCorners = 4;
 
@@ -208,7 +185,7 @@ struct Moments {
 
 std::vector<Piece> piecesOf(const MovedSurface& surface, const std::vector<float>& value) {
     const BetaMesh& mesh = surface.mesh();
-    const double unit = surface.unit();
+    const double unit = surface.spacing();
     const std::array<Vec3, kCorners> corner{Vec3(1, 1, 1), Vec3(1, -1, -1), Vec3(-1, 1, -1), Vec3(-1, -1, 1)};
     constexpr std::size_t kBallsPerTask = 256;
     // Without balls, where voids were left out: runs of triangles would do as well, but the balls are known.
@@ -252,11 +229,10 @@ std::vector<Piece> piecesOf(const MovedSurface& surface, const std::vector<float
     return joined(parts);
 }
 
-// Σ A u / (d² + spread)², u from 0 to 1 where a piece faces sideways, neither the point's way nor opposite: of a wall
+// Σ A u / (d² + spread)², fading out at the end of its reach, u from 0 to 1 where a piece faces sideways, neither the point's way nor opposite: of a wall
 // across the surface at distance D that is π / 2 D².
 struct SumSideways {
     PieceSamples samples;
-    float same, opposite;  // cosines from which it is neither
     float inverse_square_reach;
     Point point;
     Lanes (&sums)[1];
@@ -270,16 +246,16 @@ struct SumSideways {
         const Some zero{}, one = zero + 1.0F;
         Some sum[1] = {};
         for (const auto& f : samples) {
-            const Some px = f[pX] - x[0], py = f[pY] - x[1], pz = f[pZ] - x[2];
-            const Some square = px * px + py * py + pz * pz + f[pSpread] + 0.02F;
-            const Some t = f[pDx] * n[0] + f[pDy] * n[1] + f[pDz] * n[2];
-            Some u = (same + 0.25F - t) * 4.0F, v = (t - opposite + 0.25F) * 4.0F;
+            const Some px = f[kPx] - x[0], py = f[kPy] - x[1], pz = f[kPz] - x[2];
+            const Some square = px * px + py * py + pz * pz + f[kSpread] + kLeastSquare;
+            const Some t = f[kPdx] * n[0] + f[kPdy] * n[1] + f[kPdz] * n[2];
+            Some u = (kSame + kSidewaysFade - t) / kSidewaysFade, v = (t - kOpposite + kSidewaysFade) / kSidewaysFade;
             u = u < v ? u : v;
             u = u < one ? u : one;
             u = u > 0 ? u : zero;
-            Some t2 = one - square * inverse_square_reach;
-            t2 = t2 > 0 ? t2 : zero;
-            sum[0] += f[pArea] * u * t2 * t2 / (square * square);
+            Some within = one - square * inverse_square_reach;
+            within = within > 0 ? within : zero;
+            sum[0] += f[kPieceArea] * u * within * within / (square * square);
         }
         setLanes<kWidth>(sums, first, sum);
     }
@@ -302,21 +278,21 @@ struct SumFit {
         const Some zero{}, one = zero + 1.0F;
         Some sum[9] = {};
         for (const auto& f : samples) {
-            const Some px = f[pX] - x[0], py = f[pY] - x[1], pz = f[pZ] - x[2];
-            const Some square = px * px + py * py + pz * pz + f[pSpread];
+            const Some px = f[kPx] - x[0], py = f[kPy] - x[1], pz = f[kPz] - x[2];
+            const Some square = px * px + py * py + pz * pz + f[kSpread];
             Some t = one - square * inverse;
-            Some c = f[pDx] * n[0] + f[pDy] * n[1] + f[pDz] * n[2];
+            Some c = f[kPdx] * n[0] + f[kPdy] * n[1] + f[kPdz] * n[2];
             t = t > 0 ? t : zero;
             c = c > 0 ? c : zero;
-            const Some k = t * t * c * c * f[pArea];
+            const Some k = t * t * c * c * f[kPieceArea];
             sum[0] += k;
             sum[1] += k * px;
             sum[2] += k * py;
             sum[3] += k * pz;
-            sum[4] += k * f[pDx];
-            sum[5] += k * f[pDy];
-            sum[6] += k * f[pDz];
-            sum[7] += k * (px * f[pDx] + py * f[pDy] + pz * f[pDz] + f[pBulge]);
+            sum[4] += k * f[kPdx];
+            sum[5] += k * f[kPdy];
+            sum[6] += k * f[kPdz];
+            sum[7] += k * (px * f[kPdx] + py * f[kPdy] + pz * f[kPdz] + f[kBulge]);
             sum[8] += k * square;
         }
         setLanes<kWidth>(sums, first, sum);
@@ -340,13 +316,13 @@ struct SumValues {
         const Some zero{}, one = zero + 1.0F;
         Some sum[2] = {};
         for (const auto& f : samples) {
-            const Some px = f[pX] - x[0], py = f[pY] - x[1], pz = f[pZ] - x[2];
-            Some t = one - (px * px + py * py + pz * pz + f[pSpread]) * inverse;
-            Some c = f[pDx] * n[0] + f[pDy] * n[1] + f[pDz] * n[2];
+            const Some px = f[kPx] - x[0], py = f[kPy] - x[1], pz = f[kPz] - x[2];
+            Some t = one - (px * px + py * py + pz * pz + f[kSpread]) * inverse;
+            Some c = f[kPdx] * n[0] + f[kPdy] * n[1] + f[kPdz] * n[2];
             t = t > 0 ? t : zero;
             c = c > 0 ? c : zero;
-            const Some k = t * t * c * c * f[pArea];
-            sum[0] += k * f[pValue];
+            const Some k = t * t * c * c * f[kPieceArea];
+            sum[0] += k * f[kPieceValue];
             sum[1] += k;
         }
         setLanes<kWidth>(sums, first, sum);
@@ -360,7 +336,7 @@ Vec3 stepOntoSphere(const Lanes (&sums)[9], std::size_t lane) {
     const Vec3 a = Vec3(sums[1][lane], sums[2][lane], sums[3][lane]) / weight,
                b = Vec3(sums[4][lane], sums[5][lane], sums[6][lane]) / weight;
     const double c = sums[7][lane] / weight, e = sums[8][lane] / weight;
-    const double quadratic = (c - dot(a, b)) / (2 * (e - dot(a, a) + 1e-3));
+    const double quadratic = (c - dot(a, b)) / (2 * (e - dot(a, a) + kFlatSphere));
     const Vec3 linear = b - a * (2 * quadratic);
     const double constant = -(dot(linear, a) + quadratic * e), slope = dot(linear, linear);
     if (!(slope > 1e-9)) return Vec3(0);
@@ -372,113 +348,111 @@ Vec3 stepOntoSphere(const Lanes (&sums)[9], std::size_t lane) {
 template <typename Visit>
 void forVertices(MovedSurface& surface, const std::vector<Piece>& pieces, double reach, const Normals& normal,
                  const Visit& visit) {
-    const double unit = surface.unit();
     std::vector<Vec3> at(pieces.size());
     for (std::size_t i = 0; i < at.size(); ++i) at[i] = pieces[i].position;
-    const CellOrder order(at.size(), reach / 3 * unit, [&](std::size_t i) -> const Vec3& { return at[i]; });
-    const PointGroups& groups = surface.vicinity(0.8).groups;
+    const CellOrder order(at.size(), reach / 3 * surface.spacing(), [&](std::size_t i) -> const Vec3& { return at[i]; });
+    const PointGroups& groups = surface.vicinity(kNarrowWidth).groups;
     const Rows near = surface.near(order, at, reach);
-    forGroups<pFields>(
-        groups, surface.position(), near, at, unit,
-        [&](std::uint32_t i, SampleFields<pFields>& f) {
+    forGroups<kPieceFields>(
+        groups, surface.position(), near, at, surface.spacing(),
+        [&](std::uint32_t i, SampleFields<kPieceFields>& f) {
             const Piece& p = pieces[i];
-            f[pDx] = p.direction.x, f[pDy] = p.direction.y, f[pDz] = p.direction.z;
-            f[pArea] = p.area, f[pSpread] = p.spread, f[pBulge] = p.bulge, f[pValue] = p.value;
+            f[kPdx] = p.direction.x, f[kPdy] = p.direction.y, f[kPdz] = p.direction.z;
+            f[kPieceArea] = p.area, f[kSpread] = p.spread, f[kBulge] = p.bulge, f[kPieceValue] = p.value;
         },
         [&](const GroupLanes& group, PieceSamples samples) {
-            Lanes n[3];
-            for (std::size_t lane = 0; lane < kLanes; ++lane)
-                for (int k = 0; k < 3; ++k) n[k][lane] = normal[group.row[lane]][k];
-            visit(group, samples, Point{group.place, n});
+            const GroupLanes::Vectors n = group.of(normal);
+            visit(group, samples, Point{group.place, n.lanes});
         });
 }
 
+std::vector<float> inverseSquares(const std::vector<float>& width) {
+    std::vector<float> inverse(width.size());
+    parallelFor(inverse.size(), 8192, [&](std::size_t v) { inverse[v] = 1 / (width[v] * width[v]); });
+    return inverse;
+}
+
 // How wide each vertex may be smoothed: as far as the surface does not turn sideways.
-std::vector<float> widthsOf(MovedSurface& surface, const Normals& soft, double least, double largest) {
-    const std::vector<Piece> pieces = piecesOf(surface, {});
-    std::vector<float> result(surface.size());
-    forVertices(surface, pieces, largest, soft, [&](const GroupLanes& group, PieceSamples near, const Point& point) {
+std::vector<float> widthsOf(MovedSurface& surface, const std::vector<Piece>& pieces, const Normals& normal,
+                            double widest) {
+    std::vector<float> width(surface.size());
+    const Normals wide = surface.softNormals(kSidewaysWidth, normal).normal;
+    const auto inverse = static_cast<float>(1 / (widest * widest));
+    forVertices(surface, pieces, widest, wide, [&](const GroupLanes& group, PieceSamples near, const Point& point) {
         Lanes sums[1];
-        forLanes(SumSideways{near, static_cast<float>(tune("cut", 0.5)), static_cast<float>(tune("low", -0.3)), static_cast<float>(1 / (largest * largest)), point, sums});
+        forLanes(SumSideways{near, inverse, point, sums});
         for (std::size_t lane = 0; lane < group.size; ++lane) {
-            const double inverse_square = 1 / (largest * largest) + tune("wc", 2 / 3.14159265) * static_cast<double>(sums[0][lane]);
-            result[group.row[lane]] = static_cast<float>(std::max(least, 1 / std::sqrt(inverse_square)));
+            const double inverse_square = 1 / (widest * widest) + kWall * static_cast<double>(sums[0][lane]);
+            width[group.row[lane]] = static_cast<float>(std::max(kLeastWidth, 1 / std::sqrt(inverse_square)));
         }
     });
-    surface.hold(result);
-    return result;
+    surface.hold(width);
+    return width;
+}
+
+double shareOfFit(float width) { return smoothStep((width - kFitBegins) / (kFitFull - kFitBegins)).value; }
+
+// Moves vertices onto spheres; returns how wide those were fitted.
+std::vector<float> fitSpheres(MovedSurface& surface, double widest) {
+    const Normals normal = smoothNormals(surface);
+    const std::vector<Piece> pieces = piecesOf(surface, {});
+    std::vector<float> width = widthsOf(surface, pieces, normal, widest);
+    const std::vector<float> inverse_square = inverseSquares(width);
+    std::vector<Vec3f> step(surface.size());
+    forVertices(surface, pieces, widest, normal, [&](const GroupLanes& group, PieceSamples near, const Point& point) {
+        Lanes inverse, sums[9];
+        for (std::size_t lane = 0; lane < kLanes; ++lane) inverse[lane] = inverse_square[group.row[lane]];
+        forLanes(SumFit{near, inverse, point, sums});
+        for (std::size_t lane = 0; lane < group.size; ++lane) {
+            const std::uint32_t v = group.row[lane];
+            Vec3 onto = stepOntoSphere(sums, lane) * shareOfFit(width[v]);
+            if (const double length = onto.length(); length > kLongestFit) onto *= kLongestFit / length;
+            step[v] = Vec3f(onto);
+        }
+    });
+    std::vector<float> own(width.size());
+    parallelFor(own.size(), 8192, [&](std::size_t v) {
+        own[v] = static_cast<float>(smoothStep((width[v] - kOwnBegins) / (kOwnFull - kOwnBegins)).value);
+    });
+    moveTogether(surface, step, own);
+    return width;
+}
+
+// Moves vertices along their normals by the mean of what was lost since `before`.
+void returnLongWaves(MovedSurface& surface, const std::vector<Vec3>& before, const std::vector<float>& width) {
+    const Normals normal = smoothNormals(surface);
+    std::vector<float> lost(surface.size()), least(surface.size());
+    parallelFor(lost.size(), 8192, [&](std::size_t v) {
+        const Vec3 back = before[v] - surface.position()[v];
+        lost[v] = static_cast<float>(dot(back, Vec3(normal[v])) / surface.spacing());
+        least[v] = std::min(width[v], static_cast<float>(kReturnWidth));
+    });
+    const std::vector<float> inverse_square = inverseSquares(least);
+    std::vector<float> height(surface.size());
+    forVertices(surface, piecesOf(surface, lost), kReturnWidth, normal,
+                [&](const GroupLanes& group, PieceSamples near, const Point& point) {
+                    Lanes inverse, sums[2];
+                    for (std::size_t lane = 0; lane < kLanes; ++lane) inverse[lane] = inverse_square[group.row[lane]];
+                    forLanes(SumValues{near, inverse, point, sums});
+                    for (std::size_t lane = 0; lane < group.size; ++lane) {
+                        const std::uint32_t v = group.row[lane];
+                        const double mean = sums[1][lane] > 0 ? static_cast<double>(sums[0][lane] / sums[1][lane]) : 0;
+                        height[v] = static_cast<float>(mean * shareOfFit(width[v]));
+                    }
+                });
+    moveAlong(surface, normal, height);
 }
 
 }  // namespace
 
-std::vector<float> wantedLengths(MovedSurface& surface) {
-    std::vector<float> length(surface.size());
-    const double longest = tune("long", 1), shortest = tune("short", 0.4), flat = tune("flat", 0.03),
-                 curved = tune("curved", 0.1);
-    sumUp<4, SumNormals>(surface, surface.normals(), {}, 0.8, [&](std::uint32_t v, const auto& sums, std::size_t lane) {
-        const Vec3f sum(sums[0][lane], sums[1][lane], sums[2][lane]);
-        const double bent = sums[3][lane] > 0 ? 1 - sum.length() / sums[3][lane] : 1;
-        length[v] = static_cast<float>(longest + (shortest - longest) * smoothStep((bent - flat) / (curved - flat)).value - tune("rim", 0.12) * smoothStep((bent - curved) / tune("rim1", 0.1)).value);
-    });
-    return length;
-}
-
 void smoothSkin(MovedSurface& surface, double widest, int passes) {
-    (void)widest;
-    (void)passes;
-    const double unit = surface.unit();
-    std::vector<Vec3> begin(surface.size());
-    parallelFor(begin.size(), 8192, [&](std::size_t v) { begin[v] = surface.position()[v]; });
-    const int narrow = static_cast<int>(tune("narrow", 0));
-    for (int i = 0; i < narrow; ++i) smoothNarrowly(surface, tune("nw", 0.8));
-    const double largest = tune("wide", 5.8), least = 0.8;
-    std::vector<float> width;
-    for (int pass = 0; pass < tune("wides", 1); ++pass) {
-        const Normals normal = softNormals(surface, surface.normals(), tune("nsmooth", 0.5));
-        width = widthsOf(surface, softNormals(surface, normal, 1.2), least, largest);
-        const std::vector<Piece> pieces = piecesOf(surface, {});
-        std::vector<Vec3f> step(surface.size());
-        forVertices(surface, pieces, largest, normal, [&](const GroupLanes& group, PieceSamples near, const Point& point) {
-            Lanes inverse, sums[9];
-            for (std::size_t lane = 0; lane < kLanes; ++lane) {
-                const float w = width[group.row[lane]];
-                inverse[lane] = 1 / (w * w);
-            }
-            forLanes(SumFit{near, inverse, point, sums});
-            for (std::size_t lane = 0; lane < group.size; ++lane) {
-                Vec3 s = stepOntoSphere(sums, lane);
-                const double length = s.length();
-                if (length > 0.3) s *= 0.3 / length;
-                s *= smoothStep((width[group.row[lane]] - tune("fit0", 1)) / tune("fit1", 1)).value;
-                step[group.row[lane]] = Vec3f(s);
-            }
-        });
-        moveBy(surface, step, width);
+    for (int pass = 0; pass < passes; ++pass) {
+        const std::vector<Vec3> before = surface.position();
+        const std::vector<float> width = fitSpheres(surface, std::max(widest, kLeastWidth));
+        for (int i = 0; i < kNarrowSteps; ++i) smoothNarrowly(surface);
+        for (int i = 0; i < kReturns; ++i) returnLongWaves(surface, before, width);
+        for (int i = 0; i < kUnfoldings; ++i) surface.unfold();
     }
-    const int post = static_cast<int>(tune("post", 4));
-    for (int i = 0; i < post; ++i) smoothNarrowly(surface, tune("nw", 0.8));
-    for (int twice = 0; twice < tune("backs", 3); ++twice)
-    if (const double back = tune("back", 5.4); back > 0 && !width.empty()) {
-        const Normals normal = softNormals(surface, surface.normals(), tune("nsmooth", 0.5));
-        std::vector<float> lost(surface.size());
-        parallelFor(lost.size(), 8192, [&](std::size_t v) {
-            lost[v] = static_cast<float>(dot(begin[v] - surface.position()[v], Vec3(normal[v])) / unit);
-        });
-        const std::vector<Piece> pieces = piecesOf(surface, lost);
-        std::vector<float> height(surface.size());
-        forVertices(surface, pieces, back, normal, [&](const GroupLanes& group, PieceSamples near, const Point& point) {
-            Lanes inverse, sums[2];
-            for (std::size_t lane = 0; lane < kLanes; ++lane) {
-                const float w = std::min(width[group.row[lane]], static_cast<float>(back));
-                inverse[lane] = 1 / (w * w);
-            }
-            forLanes(SumValues{near, inverse, point, sums});
-            for (std::size_t lane = 0; lane < group.size; ++lane)
-                height[group.row[lane]] = sums[1][lane] > 0 ? static_cast<float>(sums[0][lane] / sums[1][lane] * smoothStep((width[group.row[lane]] - tune("fit0", 1)) / tune("fit1", 1)).value) : 0;
-        });
-        moveAlong(surface, normal, height);
-    }
-    for (int i = 0; i < tune("unfold", 3); ++i) surface.unfold();
 }
 
 }  // namespace betamesh

@@ -1,15 +1,27 @@
-// What makes the skin calm: narrow smoothing that shrinks nothing, and wide fits where the liquid is wide.
+// What makes the skin calm: one wide fit where the liquid is wide, and narrow smoothing that shrinks nothing.
 
 #pragma once
 
-#include "skin/surface_measure.h"
+#include "skin/moved_surface.h"
 
 namespace betamesh {
 
-/// How long edges may be at each vertex, units: longer where the surface is flat.
-std::vector<float> wantedLengths(MovedSurface& surface);
-
-/// Smooths a retracted surface.
+/// Smooths a retracted surface. In each pass:
+///
+/// 1. A sphere is fitted to what is near each vertex and faces its way, as far as the surface does not turn sideways
+///    but at most `widest` away; the vertex goes onto it. Where that is near, as on threads, this fades out.
+/// 2. Narrow steps along the normal: the height of what is near over the tangent plane, less the mean of these heights
+///    round it (a bi-Laplacian), which is zero on planes, spheres and cylinders.
+/// 3. What was taken from long waves returns: the mean of what was lost, over what is near and faces the same way.
+/// 4. Vertices at folds are drawn together.
+///
+/// in      widest: particle spacings
+/// same    bytes for any thread count and instruction set
+/// cost    O(passes · vertices · samples within reach)
+/// source  Guennebaud & Gross 2007, Algebraic point set surfaces; Vollmer et al. 1999, Improved Laplacian smoothing
 void smoothSkin(MovedSurface& surface, double widest, int passes);
+
+/// Of a fit, in particle spacings.
+inline constexpr double kWidestFit = 5.8;
 
 }  // namespace betamesh

@@ -2,6 +2,13 @@
 
 namespace betamesh {
 
+void fitBoxes(PointGroups& groups, const std::vector<Vec3>& position) {
+    parallelFor(groups.size(), 256, [&](std::size_t g) {
+        groups.box[g] = Box();
+        for (const std::uint32_t row : std::as_const(groups)[g]) groups.box[g].extendBy(position[row]);
+    });
+}
+
 PointGroups groupsOf(const CellOrder& order, const std::vector<Vec3>& position) {
     PointGroups groups;
     groups.row = order.rows();
@@ -23,10 +30,10 @@ PointGroups groupsOf(const CellOrder& order, const std::vector<Vec3>& position) 
             for (std::size_t i = 0; i < points.size(); ++i) {
                 groups.row[order.begin(c) + i] = points[i].row;
                 if (i % kLanes == 0) groups.begin[first[c] + i / kLanes] = static_cast<std::uint32_t>(order.begin(c) + i);
-                groups.box[first[c] + i / kLanes].extendBy(position[points[i].row]);
             }
         }
     });
+    fitBoxes(groups, position);
     return groups;
 }
 

@@ -25,6 +25,9 @@ struct PointGroups {
     }
 };
 
+/// Boxes of the groups' points where these are now.
+void fitBoxes(PointGroups& groups, const std::vector<Vec3>& position);
+
 /// order: of the points, in cells a few times as wide as groups are to be.
 PointGroups groupsOf(const CellOrder& order, const std::vector<Vec3>& position);
 
@@ -38,6 +41,17 @@ struct GroupLanes {
     std::size_t size;
     std::uint32_t row[kLanes];
     Lanes place[3];
+
+    /// Vectors of the points, a lane each.
+    struct Vectors {
+        Lanes lanes[3];
+    };
+    Vectors of(const std::vector<Vec3f>& vectors) const {
+        Vectors some;
+        for (std::size_t lane = 0; lane < kLanes; ++lane)
+            for (int k = 0; k < 3; ++k) some.lanes[k][lane] = vectors[row[lane]][k];
+        return some;
+    }
 };
 
 /// Calls visit(GroupLanes, samples near) for every group on several threads; fill(row, fields) sets a sample's fields

@@ -61,6 +61,21 @@ TEST_F(PlaneJob, PicturesShowWhatIsAskedFor) {
     EXPECT_NE(curve.find("height='1000.00'"), std::string::npos);
 }
 
+TEST_F(PlaneJob, TheSkinIsReportedAndAnInsetIsTheRadiusLessIt) {
+    const auto skinOf = [&](const std::string& name, std::vector<std::string> words) {
+        words.insert(words.end(), {"--dimension", "2"});
+        EXPECT_EQ(run("flat.bgeo", name, words).exit_code, 0);
+        return Json::parse(contentsOf(folder_ / (name + ".json")))["skin"].get<double>();
+    };
+    EXPECT_NEAR(skinOf("auto.ply", {}), 0.5 / 1.5, 1e-6);
+    EXPECT_EQ(skinOf("none.ply", {"--skin", "none"}), 0);
+    EXPECT_EQ(skinOf("rough.ply", {"--smoothing", "none"}), 0);
+    EXPECT_NEAR(skinOf("skin.ply", {"--skin", "0.25"}), 0.25, 1e-6);
+    EXPECT_NEAR(skinOf("inset.ply", {"--inset", "0.75"}), 0.25, 1e-6);
+    EXPECT_EQ(contentsOf(folder_ / "skin.ply"), contentsOf(folder_ / "inset.ply"));
+    EXPECT_NE(contentsOf(folder_ / "skin.ply"), contentsOf(folder_ / "auto.ply"));
+}
+
 TEST_F(PlaneJob, WhatGoesTogetherIsCheckedBeforeAnythingIsWritten) {
     const auto refused = [&](const std::string& out, const std::vector<std::string>& words, const std::string& why) {
         const Outcome outcome = run("flat.bgeo", out, words);
@@ -73,8 +88,8 @@ TEST_F(PlaneJob, WhatGoesTogetherIsCheckedBeforeAnythingIsWritten) {
     refused("c.ply", {"--dimension", "2", "--layers", "beta"}, "is no picture");
     refused("c.ply", {"--bounds", "0,0,1,1"}, "is no picture");
     refused("c.ply", {"--dimension", "2", "--tendrils", "points"}, "three dimensions");
-    refused("c.ply", {"--dimension", "2", "--inset", "0.1"}, "three dimensions");
-    refused("c.ply", {"--dimension", "2", "--skin", "0.1"}, "three dimensions");
+    refused("c.ply", {"--dimension", "2", "--skin", "1"}, "less than surface.radius");
+    refused("c.ply", {"--dimension", "2", "--skin", "0.1", "--tessellation", "paper"}, "complete tessellation");
     refused("c.ply", {"--dimension", "2", "--predicates", "float"}, "three dimensions");
     refused("c.svg", {"--dimension", "2", "--layers", "gamma"}, "layers");
     refused("c.svg", {"--dimension", "2", "--bounds", "1,1,0,0"}, "lowest");

@@ -152,6 +152,10 @@ const std::map<std::string, SkinParams>& surfaces() {
             {"paper's", skin(Tessellation::paper, SmoothingMethod::paper)},
             {"alpha mesh", skin(Tessellation::complete, SmoothingMethod::none)}};
         list["ours, three passes"].passes = 3;
+        list["ours, on the discs"] = list["ours"];
+        list["ours, on the discs"].skin = 0;
+        list["ours, bare skin"] = list["ours, not smoothed"];
+        list["ours, bare skin"].skin = 0.5;
         list["alpha mesh"].surface = SurfaceKind::alpha;
         return list;
     }();
@@ -182,7 +186,8 @@ TEST(PlanarEvents, TableOfJumps) {
 TEST(PlanarEvents, OursMovesOnThroughBirths) {
     for (const Event& event : events()) {
         if (event.kind != "birth") continue;
-        for (const char* name : {"ours", "ours, not smoothed", "ours, three passes"})
+        for (const char* name :
+             {"ours", "ours, not smoothed", "ours, three passes", "ours, on the discs", "ours, bare skin"})
             for (const double span : kSpans)
                 EXPECT_LE(jump(event, span, surfaces().at(name)), kSteepest * span + kNoise)
                     << name << ", " << event.name << ", over " << span << " s";
@@ -213,7 +218,8 @@ TEST(PlanarEvents, ThePapersSmoothingAndTheAlphaMeshJumpAtBirthsHoweverShortTheT
 
 // Away from events: along its normal a vertex moves as fast as it says.
 TEST(PlanarEvents, VelocitiesAreThoseOfTheCurve) {
-    for (const char* name : {"ours", "ours, not smoothed", "ours, three passes", "paper's", "paper's, not smoothed"}) {
+    for (const char* name : {"ours", "ours, not smoothed", "ours, three passes", "ours, on the discs",
+                             "ours, bare skin", "paper's", "paper's, not smoothed"}) {
         std::vector<double> errors;
         for (std::uint64_t seed = 0; seed < 20; ++seed) {
             constexpr double kStep = 1e-3;

@@ -6,6 +6,7 @@
 #include "core/random.h"
 #include "core/union_find.h"
 #include "exact/snapped_particles.h"
+#include "measure/curve_check.h"
 #include "measure/curve_measure.h"
 #include "planar/disc_boundary.h"
 #include "support/planar_clouds.h"
@@ -14,7 +15,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
+#include <optional>
 
 namespace betamesh {
 
@@ -45,7 +48,32 @@ std::vector<SkinParams> everyWay(const Cloud& cloud) {
     all.back().features.droplet_particles = 3;
     all.back().features.bubbles = Bubbles::fill;
     all.back().features.bubble_volume = cloud.radius * cloud.radius;
+    all.push_back(paramsFor(cloud));
+    all.back().skin = 0;
+    all.push_back(paramsFor(cloud, SmoothingMethod::none));
+    all.back().skin = 0.3 * cloud.radius;
+    all.push_back(paramsFor(cloud));
+    all.back().features.bubbles = Bubbles::fill;
+    all.back().features.bubble_gap = 2.7 * cloud.radius;
     return all;
+}
+
+double distanceTo(const Curves& curves, const Vec3& point) {
+    double nearest = std::numeric_limits<double>::infinity();
+    for (const Edge& edge : curves.edges) {
+        const Vec3 &a = curves.position[edge[0]], way = curves.position[edge[1]] - a;
+        const double t = way.length2() > 0 ? std::clamp(dot(point - a, way) / way.length2(), 0.0, 1.0) : 0;
+        nearest = std::min(nearest, (a + way * t - point).length());
+    }
+    return nearest;
+}
+
+// The farthest that a vertex of either is from the other.
+double farthestApart(const Curves& one, const Curves& other) {
+    double farthest = 0;
+    for (const Vec3& p : one.position) farthest = std::max(farthest, distanceTo(other, p));
+    for (const Vec3& p : other.position) farthest = std::max(farthest, distanceTo(one, p));
+    return farthest;
 }
 
 void expectSame(const SkinnedPlane& one, const SkinnedPlane& other) {
@@ -222,10 +250,149 @@ TEST(SkinPlane, HolesThatAreFilledAreTheSmallOnesAndWhatIsInThem) {
     EXPECT_GT(filled, 100u);
 }
 
-TEST(SkinPlane, LoneDiscsAndRingsKeepTheirSize) {
+// Kept: the larger disc fits in there, as the points at its radius from two particles tell that are no nearer to any.
+TEST(SkinPlane, HolesThatAreKeptHaveRoomForADiscAsWideAsTheGap) {
+    std::size_t filled = 0, kept = 0;
+    forEveryPlanarCloud(1000, [&](const Cloud& cloud) {
+        SkinParams params = paramsFor(cloud, SmoothingMethod::none);
+        const Curves all = skinPlane(cloud.particles, params).curves;
+        params.features.bubbles = Bubbles::fill;
+        params.features.bubble_gap = 2.34567 * cloud.radius;
+        const double radius = params.features.bubble_gap / 2;
+        const SkinnedPlane plane = skinPlane(cloud.particles, params);
+        std::vector<Vec3> middles;
+        for (const Vec3f& a : cloud.particles.position)
+            for (const Vec3f& b : cloud.particles.position) {
+                const Vec3 way(b - a), middle = Vec3(a) + way / 2;
+                const double square = radius * radius - way.length2() / 4;
+                if (!(way.length2() > 0) || square < 0) continue;
+                const Vec3 centre = middle + Vec3(way.y, -way.x, 0).normalized() * std::sqrt(square);
+                if (std::all_of(cloud.particles.position.begin(), cloud.particles.position.end(), [&](const Vec3f& p) {
+                        return (Vec3(p) - centre).length() > radius - 1e-5 * cloud.radius;
+                    }))
+                    middles.push_back(centre);
+            }
+        // Lines keep their order, so those that are gone show in one sweep.
+        const auto rest = linesOf(plane.curves);
+        std::size_t next = 0, holes_filled = 0, others_gone = 0;
+        for (const std::span<const Edge> line : linesOf(all)) {
+            Curves one;
+            one.position = all.position;
+            one.edges.assign(line.begin(), line.end());
+            const bool is_left =
+                next < rest.size() && std::equal(line.begin(), line.end(), rest[next].begin(), rest[next].end(),
+                                                 [&](const Edge& a, const Edge& b) {
+                                                     return all.position[a[0]] == plane.curves.position[b[0]];
+                                                 });
+            next += is_left;
+            const double area = measureCurves(one).area;
+            if (area > 0.1 * cloud.radius * cloud.radius) {
+                others_gone += !is_left;
+                continue;
+            }
+            for (Edge& edge : one.edges) std::swap(edge[0], edge[1]);
+            const std::vector<double> outside = distancesOutside(one, {}, middles);
+            const bool has_room = std::count(outside.begin(), outside.end(), 0.0) > 0;
+            EXPECT_TRUE(is_left == has_room || (has_room && others_gone > 0)) << area;
+            holes_filled += !is_left;
+            kept += is_left;
+        }
+        EXPECT_GE(holes_filled, plane.report.bubbles_filled);
+        filled += plane.report.bubbles_filled;
+    });
+    EXPECT_GT(filled, 100u);
+    EXPECT_GT(kept, 20u);
+}
+
+// The curve's area in squared spacings for each particle.
+TEST(SkinPlane, TheSkinHoldsTheAreaOfTheParticles) {
+    const auto areaOf = [](const Particles& particles) {
+        return measureCurves(skinPlane(particles, paramsFor({"", particles, 1.5})).curves).area /
+               static_cast<double>(particles.size());
+    };
+    const auto lattice = [](int width, int height, double jitter, std::uint64_t seed) {
+        Particles particles;
+        for (int y = 0; y < height; ++y)
+            for (int x = 0; x < width; ++x)
+                particles.position.emplace_back(Vec3(x, y, 0) +
+                                                Random(seed, particles.size()).cube() * Vec3(jitter, jitter, 0));
+        return particles;
+    };
+    EXPECT_NEAR(areaOf(lattice(20, 20, 0, 0)), 1.01, 0.03);
+    EXPECT_NEAR(areaOf(lattice(1, 1, 0, 0)), 1, 0.05);
+    EXPECT_NEAR(areaOf(lattice(30, 1, 0, 0)), 1, 0.1);
+    for (std::uint64_t seed = 0; seed < 8; ++seed) EXPECT_NEAR(areaOf(lattice(30, 1, 0.25, seed)), 1, 0.1) << seed;
+    for (std::uint64_t seed = 0; seed < 4; ++seed) EXPECT_NEAR(areaOf(lattice(20, 20, 0.25, seed)), 1.01, 0.04) << seed;
+}
+
+TEST(SkinPlane, SkinsDoNotCrossAndHoldEveryParticleInTheSamePieces) {
+    forEveryPlanarCloud(400, [](const Cloud& cloud) {
+        std::vector<SkinParams> all(5, paramsFor(cloud));
+        all[1].arc_subdivisions = 1;
+        all[2].skin = 0.3 * cloud.radius;
+        all[3].skin = 0.7 * cloud.radius;
+        all[3].smoothing = SmoothingMethod::none;
+        all[4].skin = 0.02 * cloud.radius;
+        for (const SkinParams& params : all) {
+            SkinParams discs = params;
+            discs.skin = 0;
+            const Curves curves = skinPlane(cloud.particles, params).curves;
+            EXPECT_EQ(linesOf(curves).size(), linesOf(skinPlane(cloud.particles, discs).curves).size());
+            CheckParams check;
+            check.tolerance = 1e-6 * cloud.radius;
+            EXPECT_EQ(checkCurves(curves, check).crossings.count, 0u);
+            for (const double distance :
+                 distancesOutside(curves, {}, {cloud.particles.position.begin(), cloud.particles.position.end()}))
+                EXPECT_LE(distance, 1e-6 * cloud.radius);
+        }
+    });
+}
+
+TEST(SkinPlane, WithoutSmoothingOnlyAGivenSkinLeavesTheDiscs) {
+    const Cloud cloud{"", {{{0, 0, 0}, {1, 0, 0}}, {}, {}, {}}, 1.5};
+    const auto farthest = [&](std::optional<double> skin) {
+        SkinParams params = paramsFor(cloud, SmoothingMethod::none);
+        params.skin = skin;
+        double left = 0;
+        for (const Vec3& p : skinPlane(cloud.particles, params).curves.position) left = std::max(left, -p.x);
+        return left;
+    };
+    EXPECT_NEAR(farthest({}), 1.5, 1e-5);
+    EXPECT_NEAR(farthest(0), 1.5, 1e-5);
+    EXPECT_NEAR(farthest(0.5), 0.5, 0.01);
+    EXPECT_NEAR(farthest(1.2), 1.2, 0.01);
+    EXPECT_THROW(farthest(1.5), Error);
+}
+
+// A disc comes down on a jittered block in small steps, far from it, where it joins and inside.
+TEST(SkinPlane, ASkinMovesNoFasterThanItsParticlesInBulk) {
+    constexpr double kStep = 0.0003;
+    for (std::uint64_t seed = 0; seed < 3; ++seed) {
+        Particles particles;
+        for (int y = -7; y <= 0; ++y)
+            for (int x = 0; x < 14; ++x)
+                particles.position.emplace_back(Vec3(x, y, 0) +
+                                                Random(seed, particles.size()).cube() * Vec3(0.2, 0.2, 0));
+        particles.position.emplace_back(6.3F, 0.0F, 0.0F);
+        for (const double height : {4.0, 1.5, 1.2, 0.9, 0.6}) {
+            Curves before;
+            for (int i = 0; i < 30; ++i) {
+                particles.position.back().y = static_cast<float>(height - i * kStep);
+                const Curves curves = skinPlane(particles, paramsFor({"", particles, 1.5})).curves;
+                if (i > 0) {
+                    EXPECT_LE(farthestApart(before, curves), 10 * kStep) << seed << ' ' << height << ' ' << i;
+                }
+                before = curves;
+            }
+        }
+    }
+}
+
+TEST(SkinPlane, LoneDiscsAndRingsKeepTheirSizeOnTheDiscs) {
     const auto areas = [](const Particles& particles) {
         Cloud cloud{"", particles, 1.5};
         SkinParams params = paramsFor(cloud);
+        params.skin = 0;
         params.arc_subdivisions = 12;
         const double smooth = measureCurves(skinPlane(particles, params).curves).area;
         params.smoothing = SmoothingMethod::none;
@@ -243,7 +410,7 @@ TEST(SkinPlane, LoneDiscsAndRingsKeepTheirSize) {
     EXPECT_NEAR(areas(ring), 1, 0.02);
 }
 
-TEST(SkinPlane, ADropNearAPoolStaysRound) {
+TEST(SkinPlane, ADropNearAPoolStaysRoundOnTheDiscs) {
     for (const double gap : {0.02, 0.1, 0.3, 0.6, 1.0}) {
         Particles particles;
         for (int y = -5; y <= 0; ++y)
@@ -251,7 +418,9 @@ TEST(SkinPlane, ADropNearAPoolStaysRound) {
                 particles.position.emplace_back(static_cast<float>(x), static_cast<float>(y), 0.0F);
         const Vec3 drop(0.3, 3 + gap, 0);
         particles.position.emplace_back(drop);
-        const Curves curves = skinPlane(particles, paramsFor({"", particles, 1.5})).curves;
+        SkinParams params = paramsFor({"", particles, 1.5});
+        params.skin = 0;
+        const Curves curves = skinPlane(particles, params).curves;
         const auto lines = linesOf(curves);
         ASSERT_EQ(lines.size(), 2u);
         for (const Edge& edge : lines[1]) EXPECT_NEAR((curves.position[edge[0]] - drop).length(), 1.5, 0.2) << gap;
@@ -260,23 +429,58 @@ TEST(SkinPlane, ADropNearAPoolStaysRound) {
 
 // Angles to the plane of a slab jittered by a quarter of the spacing; 16° before smoothing.
 TEST(SkinPlane, JitteredSlabsBecomeFlat) {
-    double squares = 0, lengths = 0;
-    for (std::uint64_t seed = 0; seed < 4; ++seed) {
-        Particles particles;
-        for (int y = -7; y <= 0; ++y)
-            for (int x = 0; x < 60; ++x)
-                particles.position.emplace_back(Vec3(x, y, 0) +
-                                                Random(seed, particles.size()).cube() * Vec3(0.25, 0.25, 0));
-        const Curves curves = skinPlane(particles, paramsFor({"", particles, 1.5})).curves;
-        for (const Edge& edge : curves.edges) {
-            const Vec3 &a = curves.position[edge[0]], way = curves.position[edge[1]] - a;
-            if (a.y < 0 || a.x < 10 || a.x > 50 || way.length() < 1e-6) continue;
-            const double angle = std::atan2(way.y, -way.x);
-            squares += angle * angle * way.length();
-            lengths += way.length();
+    for (const auto skin : {std::optional<double>(), std::optional(0.0)}) {
+        double squares = 0, lengths = 0;
+        for (std::uint64_t seed = 0; seed < 4; ++seed) {
+            Particles particles;
+            for (int y = -7; y <= 0; ++y)
+                for (int x = 0; x < 60; ++x)
+                    particles.position.emplace_back(Vec3(x, y, 0) +
+                                                    Random(seed, particles.size()).cube() * Vec3(0.25, 0.25, 0));
+            SkinParams params = paramsFor({"", particles, 1.5});
+            params.skin = skin;
+            const Curves curves = skinPlane(particles, params).curves;
+            for (const Edge& edge : curves.edges) {
+                const Vec3 &a = curves.position[edge[0]], way = curves.position[edge[1]] - a;
+                if (a.y < 0 || a.x < 10 || a.x > 50 || way.length() < 1e-6) continue;
+                const double angle = std::atan2(way.y, -way.x);
+                squares += angle * angle * way.length();
+                lengths += way.length();
+            }
         }
+        EXPECT_LE(std::sqrt(squares / lengths) * 180 / std::numbers::pi, skin ? 3 : 2.8);
     }
-    EXPECT_LE(std::sqrt(squares / lengths) * 180 / std::numbers::pi, 3);
+}
+
+// What is left of the height of a wave in a pool, half a spacing high.
+TEST(SkinPlane, WavesAreKept) {
+    const auto keptOf = [](double wavelength, std::optional<double> skin) {
+        constexpr double kHeight = 0.5;
+        Particles particles;
+        for (int x = 0; x < 96; ++x)
+            for (int y = 0; y < 10; ++y) {
+                const double wave = kHeight * std::cos(2 * std::numbers::pi * x / wavelength);
+                particles.position.emplace_back(Vec3(x, wave - y, 0) +
+                                                Random(1, particles.size()).cube() * Vec3(0.1, 0.1, 0));
+            }
+        SkinParams params = paramsFor({"", particles, 1.5});
+        params.skin = skin;
+        const Curves curves = skinPlane(particles, params).curves;
+        double sine = 0, cosine = 0, length = 0;
+        for (const Edge& edge : curves.edges) {
+            const Vec3 &a = curves.position[edge[0]], &b = curves.position[edge[1]], middle = (a + b) / 2;
+            if (middle.y < -3 || middle.x < 16 || middle.x > 80) continue;
+            const double phase = 2 * std::numbers::pi * middle.x / wavelength, way = a.x - b.x;
+            sine += way * middle.y * std::sin(phase);
+            cosine += way * middle.y * std::cos(phase);
+            length += way;
+        }
+        return 2 * std::hypot(sine, cosine) / length / kHeight;
+    };
+    EXPECT_GE(keptOf(8, {}), 0.82);
+    EXPECT_GE(keptOf(16, {}), 0.98);
+    EXPECT_GE(keptOf(8, {}), keptOf(8, 0));
+    EXPECT_GE(keptOf(16, {}), keptOf(16, 0));
 }
 
 TEST(SkinPlane, RefusesWhatLeavesThePlaneByItsFirstParticle) {

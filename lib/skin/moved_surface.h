@@ -6,31 +6,33 @@
 #include "core/graph.h"
 #include "skin/vicinity.h"
 
-#include <functional>
+#include <utility>
 #include <vector>
 
 namespace betamesh {
 
+/// How often edges of a MovedSurface can be split: each time at two groups of vertices that fade in.
+inline constexpr std::size_t kRefinements = (std::tuple_size_v<RisingVertices> - kTessellationGroups) / 2;
+
 /// A mesh whose vertices are moved step by step, with the area and the normal that each vertex stands for.
 ///
-/// A vertex stands for a third of the triangles round it. One that fades in hands as much of that to the vertices it
-/// rises from as its share is short of 1, and goes as far as they do by as much: area, normals and steps then change
-/// continuously as vertices appear and vanish and as edges flip, because neither changes how a plane polygon is
-/// shared out.
+/// A vertex stands for a third of the triangles round it. One that fades in hands as much of that to the vertices that
+/// it rises from as its share is short of 1, and goes as far as they do by as much: areas, normals and steps then
+/// change continuously as vertices appear and vanish and as edges flip, because neither changes how a plane polygon is
+/// shared out. Lengths are in particle spacings, positions in world units.
 class MovedSurface {
 public:
-    /// unit: the length in which areas and steps are told, world units.
-    MovedSurface(BetaMesh& mesh, double unit);
+    /// The mesh has to stay where it is; spacing: of the particles, world units.
+    MovedSurface(BetaMesh& mesh, double spacing);
 
     std::size_t size() const { return position_.size(); }
-    double unit() const { return unit_; }
+    double spacing() const { return spacing_; }
     const std::vector<Vec3>& position() const { return position_; }
-    float area(std::size_t v) const { return area_[v]; }             ///< square units
-    const Vec3f& normal(std::size_t v) const { return normal_[v]; }  ///< unit vector, or zero
-    const std::vector<Vec3f>& normals() const { return normal_; }
+    float area(std::size_t v) const { return area_[v]; }
+    const std::vector<Vec3f>& normals() const { return normal_; }  ///< unit vectors; zero without triangles
     const BetaMesh& mesh() const { return mesh_; }
 
-    /// Makes values of vertices that fade in those of their supports, by what their share is short of 1.
+    /// Makes values of vertices that fade in those of what they rise from, by what their share is short of 1.
     template <typename Value>
     void hold(std::vector<Value>& values) const {
         for (const auto& group : mesh_.rising) {
@@ -46,19 +48,20 @@ public:
             for (std::size_t i = 0; i < group.size(); ++i) values[group[i].vertex] = held[i];
         }
     }
-    /// Moves every vertex by its step, in units, held; works areas and normals out anew.
+    /// Moves every vertex by its step, held, and works areas and normals out anew.
     void move(std::vector<Vec3f>& step);
-    /// Splits edges at vertices that fade in as their need grows from 1 to 2. Rounds 0 and 1.
-    void refine(std::size_t round, const std::function<double(std::uint32_t, std::uint32_t)>& need);
-    /// Draws vertices at folded edges towards the middle of those round them.
+    /// Splits edges that are long for how strongly the surface is curved there, at vertices that fade in with the
+    /// edges' length. refinement: 0, 1 … kRefinements - 1, each once.
+    void refine(std::size_t refinement);
+    /// Draws vertices whose triangles face very different ways towards the vertices round them.
     void unfold();
-    /// Sets the velocities of the mesh, held.
+    /// Sets the velocities of the mesh to these, held; world units per second.
     void setVelocities(std::vector<Vec3f>& velocity);
-    /// Writes the positions to the mesh.
-    void finish();
+    /// Writes the positions to the mesh, or takes them from there.
+    void writePositions();
+    void readPositions();
 
-    /// Groups of vertices where they are now, and the vertices within reach of each, in units. Kept until vertices
-    /// have moved too far.
+    /// Groups of vertices where they are now, and the vertices within reach of each.
     struct Vicinity {
         const PointGroups& groups;
         const Rows& near;
@@ -66,29 +69,39 @@ public:
     Vicinity vicinity(double reach);
     /// Samples of something else within reach of each of those groups.
     Rows near(const CellOrder& samples, const std::vector<Vec3>& sample, double reach) const {
-        return nearGroups(groups_, samples, sample, (reach + moved_) * unit_);
+        return nearGroups(groups_, samples, sample, (reach + moved_) * spacing_);
     }
+
+    /// Kernel means over what is near in space, whichever way it faces: (1 - d²/width²)² times area is the weight.
+    template <std::size_t kValues>
+    std::vector<std::array<float, kValues>> means(double width, const std::vector<std::array<float, kValues>>& values);
+
+    struct SoftNormals {
+        std::vector<Vec3f> normal;  ///< unit vectors
+        std::vector<float> bend;    ///< 0 where all that is near faces one way, 1 where it faces all ways
+    };
+    /// Kernel means of normals over what is near and faces the way of `from`.
+    SoftNormals softNormals(double width, const std::vector<Vec3f>& from);
 
 private:
     void measure();
     void listTriangles();
 
     BetaMesh& mesh_;
-    double unit_;
+    double spacing_;
     std::vector<Vec3> position_;
     Rows triangles_of_;  // of each vertex
-    std::vector<float> area_;
+    std::vector<float> area_, agreement_;  // agreement: of the normals of a vertex' triangles, 1 where they are one
     std::vector<Vec3f> normal_;
-    std::vector<float> agreement_;  // of the triangles' normals round each vertex: 1 where they are one
 
-    std::vector<Vec3> grouped_at_;  // where vertices were as they were grouped
-    double moved_ = 0, reach_ = 0;  // at most since then, units; of the lists, with a margin
+    double moved_ = 0, reach_ = 0;  // how far vertices went at most since the groups were made; how far these reach
     PointGroups groups_;
     Rows near_;
 };
 
+/// Σ w value / Σ w of each value.
 template <std::size_t kValues>
-struct SumMean {
+struct SumMeans {
     std::span<const SampleFields<4 + kValues>> samples;  // position, area, values
     float inverse_square_width;
     const Lanes (&point)[3];
@@ -114,22 +127,22 @@ struct SumMean {
     }
 };
 
-/// Kernel means in space of values of the vertices, (1 - d²/width²)² times area their weight.
 template <std::size_t kValues>
-std::vector<std::array<float, kValues>> meansOf(MovedSurface& surface, double width,
-                                                const std::vector<std::array<float, kValues>>& values) {
-    const auto [groups, near] = surface.vicinity(width);
+std::vector<std::array<float, kValues>> MovedSurface::means(double width,
+                                                            const std::vector<std::array<float, kValues>>& values) {
+    constexpr float kLeastArea = 1e-9F;  // where nothing has any, all count alike
+    const auto [groups, near] = vicinity(width);
     std::vector<std::array<float, kValues>> means(values.size());
     const auto inverse = static_cast<float>(1 / (width * width));
     forGroups<4 + kValues>(
-        groups, surface.position(), near, surface.position(), surface.unit(),
+        groups, position_, near, position_, spacing_,
         [&](std::uint32_t v, SampleFields<4 + kValues>& f) {
-            f[3] = surface.area(v) + 1e-9F;
+            f[3] = area_[v] + kLeastArea;
             for (std::size_t k = 0; k < kValues; ++k) f[4 + k] = values[v][k];
         },
         [&](const GroupLanes& group, std::span<const SampleFields<4 + kValues>> samples) {
             Lanes mean[kValues];
-            forLanes(SumMean<kValues>{samples, inverse, group.place, mean});
+            forLanes(SumMeans<kValues>{samples, inverse, group.place, mean});
             for (std::size_t lane = 0; lane < group.size; ++lane)
                 for (std::size_t k = 0; k < kValues; ++k) means[group.row[lane]][k] = mean[k][lane];
         });

@@ -1,0 +1,309 @@
+#include "skin/moved_surface.h"
+
+#include "core/ball_boundary.h"
+#include "core/parallel.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace betamesh {
+
+namespace {
+
+// All lengths are in particle spacings.
+constexpr double kGroupCell = 3;     // edge of the cells in which vertices are grouped
+constexpr double kSearchCell = 0.7;  // edge of those in which they are looked for
+constexpr double kMargin = 0.3;      // beyond what is asked for: vertices may move so far, all told, until it is short
+
+// Edges of at most kLongestFlat where the surface is flat, kLongestRound where it is as round as a thread, and by
+// kShorterOnRims less on rims. Bend as in SoftNormals, over kBendWidth.
+constexpr double kLongestFlat = 0.9, kLongestRound = 0.4, kShorterOnRims = 0.12;
+constexpr double kBendWidth = 0.8, kFlatBend = 0.03, kRoundBend = 0.1, kRimBend = 0.2;
+constexpr double kFadesOver = 0.5;  // of the longest length beyond it, until a vertex that splits an edge is fully there
+
+constexpr double kFoldBegins = 0.85, kFolded = 0.55;  // agreement of normals from which vertices are drawn together
+constexpr double kUnfolding = 0.5;                    // of the way to the mean of the vertices round one, in one step
+
+enum Field { kX, kY, kZ, kArea, kNx, kNy, kNz, kFields };
+
+// Σ w n and Σ w, w = area · (1 - d²/width²)²₊ · (n · from)²₊.
+struct SumNormals {
+    std::span<const SampleFields<kFields>> samples;
+    float inverse_square_width;
+    const Lanes (&point)[3], (&normal)[3];
+    Lanes (&sums)[4];
+
+    template <std::size_t kWidth>
+    __attribute__((always_inline)) void operator()(std::size_t first) const {
+        using Some = Floats<kWidth>;
+        Some x[3], n[3];
+        getLanes<kWidth>(point, first, x);
+        getLanes<kWidth>(normal, first, n);
+        const Some zero{}, one = zero + 1.0F;
+        Some sum[4] = {};
+        for (const auto& f : samples) {
+            const Some px = f[kX] - x[0], py = f[kY] - x[1], pz = f[kZ] - x[2];
+            Some t = one - (px * px + py * py + pz * pz) * inverse_square_width;
+            Some c = f[kNx] * n[0] + f[kNy] * n[1] + f[kNz] * n[2];
+            t = t > 0 ? t : zero;
+            c = c > 0 ? c : zero;
+            const Some w = t * t * c * c * f[kArea];
+            sum[0] += w * f[kNx];
+            sum[1] += w * f[kNy];
+            sum[2] += w * f[kNz];
+            sum[3] += w;
+        }
+        setLanes<kWidth>(sums, first, sum);
+    }
+};
+
+// Edges by their ends, ascending; and how long they are against what they may be.
+struct LongEdge {
+    std::uint32_t from, to;
+    double excess;
+    std::pair<std::uint32_t, std::uint32_t> ends() const { return {from, to}; }
+};
+
+double farthestOf(const std::vector<Vec3f>& steps) {
+    float square = 0;
+    for (const Vec3f& step : steps) square = std::max(square, step.length2());
+    return std::sqrt(static_cast<double>(square));
+}
+
+}  // namespace
+
+MovedSurface::MovedSurface(BetaMesh& mesh, double spacing) : mesh_(mesh), spacing_(spacing), position_(mesh.vertex.size()) {
+    parallelFor(size(), 8192, [&](std::size_t v) { position_[v] = mesh_.vertex[v].position; });
+    listTriangles();
+    measure();
+}
+
+void MovedSurface::listTriangles() {
+    triangles_of_ = sortedIntoRows<std::uint32_t>(size(), mesh_.triangles.size(), [&](std::size_t t, const auto& visit) {
+        for (const std::uint32_t v : mesh_.triangles[t]) visit(v, static_cast<std::uint32_t>(t));
+    });
+}
+
+void MovedSurface::measure() {
+    const std::size_t n = size(), triangles = mesh_.triangles.size();
+    std::vector<Vec3f> vector_area(triangles);  // a third
+    std::vector<float> third(triangles);
+    parallelFor(triangles, 4096, [&](std::size_t t) {
+        const auto& [a, b, c] = mesh_.triangles[t];
+        const Vec3 across = cross((position_[b] - position_[a]) / spacing_, (position_[c] - position_[a]) / spacing_) / 6;
+        vector_area[t] = Vec3f(across);
+        third[t] = static_cast<float>(across.length());
+    });
+    area_.assign(n, 0);
+    std::vector<Vec3f> sum(n, Vec3f(0));
+    parallelFor(n, 2048, [&](std::size_t v) {
+        for (const std::uint32_t t : triangles_of_[v]) {
+            area_[v] += third[t];
+            sum[v] += vector_area[t];
+        }
+    });
+    // Later groups rise from earlier ones; those on facets from one another.
+    for (auto group = mesh_.rising.rbegin(); group != mesh_.rising.rend(); ++group) {
+        std::vector<std::pair<float, Vec3f>> handed(group->size());
+        for (std::size_t i = 0; i < group->size(); ++i) {
+            const RisingVertex& rising = (*group)[i];
+            const auto rest = static_cast<float>(1 - rising.share.value);
+            handed[i] = {area_[rising.vertex] * rest, sum[rising.vertex] * rest};
+        }
+        for (std::size_t i = 0; i < group->size(); ++i) {
+            const RisingVertex& rising = (*group)[i];
+            area_[rising.vertex] -= handed[i].first;
+            sum[rising.vertex] -= handed[i].second;
+            for (std::size_t k = 0; k < 4; ++k) {
+                const auto weight = static_cast<float>(rising.weight[k].value);
+                area_[rising.from[k]] += handed[i].first * weight;
+                sum[rising.from[k]] += handed[i].second * weight;
+            }
+        }
+    }
+    // A vertex without a share of its own faces as the triangles round it do.
+    normal_.resize(n);
+    agreement_.resize(n);
+    parallelFor(n, 4096, [&](std::size_t v) {
+        Vec3f normal = sum[v];
+        agreement_[v] = area_[v] > 0 ? normal.length() / area_[v] : 1;
+        if (!(area_[v] > 0)) {
+            normal = Vec3f(0);
+            for (const std::uint32_t t : triangles_of_[v]) normal += vector_area[t];
+        }
+        normal_[v] = normal.normalized();
+        area_[v] = std::max(area_[v], 0.0F);
+    });
+}
+
+void MovedSurface::move(std::vector<Vec3f>& step) {
+    hold(step);
+    parallelFor(size(), 8192, [&](std::size_t v) { position_[v] += Vec3(step[v]) * spacing_; });
+    moved_ += farthestOf(step);
+    measure();
+}
+
+MovedSurface::Vicinity MovedSurface::vicinity(double reach) {
+    const auto at = [&](std::size_t v) -> const Vec3& { return position_[v]; };
+    if (groups_.row.size() != size()) {
+        groups_ = groupsOf(CellOrder(size(), kGroupCell * spacing_, at), position_);
+        reach_ = 0;
+    }
+    if (reach + 2 * moved_ > reach_ || reach_ > 2 * (reach + kMargin)) {
+        reach_ = reach + kMargin;
+        moved_ = 0;
+        fitBoxes(groups_, position_);
+        near_ = nearGroups(groups_, CellOrder(size(), kSearchCell * spacing_, at), position_, reach_ * spacing_);
+    }
+    return {groups_, near_};
+}
+
+MovedSurface::SoftNormals MovedSurface::softNormals(double width, const std::vector<Vec3f>& from) {
+    SoftNormals soft{std::vector<Vec3f>(size()), std::vector<float>(size())};
+    const auto [groups, near] = vicinity(width);
+    const auto inverse = static_cast<float>(1 / (width * width));
+    forGroups<kFields>(
+        groups, position_, near, position_, spacing_,
+        [&](std::uint32_t v, SampleFields<kFields>& f) {
+            f[kArea] = area_[v], f[kNx] = from[v].x, f[kNy] = from[v].y, f[kNz] = from[v].z;
+        },
+        [&](const GroupLanes& group, std::span<const SampleFields<kFields>> samples) {
+            const GroupLanes::Vectors facing = group.of(from);
+            Lanes sums[4];
+            forLanes(SumNormals{samples, inverse, group.place, facing.lanes, sums});
+            for (std::size_t lane = 0; lane < group.size; ++lane) {
+                const std::uint32_t v = group.row[lane];
+                const Vec3f sum(sums[0][lane], sums[1][lane], sums[2][lane]);
+                const float length = sum.length();
+                soft.normal[v] = length > 0 ? sum / length : from[v];
+                soft.bend[v] = sums[3][lane] > 0 ? 1 - length / sums[3][lane] : 1;
+            }
+        });
+    return soft;
+}
+
+void MovedSurface::refine(std::size_t refinement) {
+    const std::vector<float> bend = softNormals(kBendWidth, normal_).bend;
+    const auto longestAt = [&](std::uint32_t v) {
+        return kLongestFlat -
+               (kLongestFlat - kLongestRound) * smoothStep((bend[v] - kFlatBend) / (kRoundBend - kFlatBend)).value -
+               kShorterOnRims * smoothStep((bend[v] - kRoundBend) / (kRimBend - kRoundBend)).value;
+    };
+    const auto excess = [&](std::uint32_t a, std::uint32_t b) {
+        return 2 * (position_[a] - position_[b]).length() / spacing_ / (longestAt(a) + longestAt(b));
+    };
+    const std::size_t triangles = mesh_.triangles.size();
+    constexpr std::size_t kPerTask = 8192;
+    std::vector<std::vector<LongEdge>> parts((triangles + kPerTask - 1) / kPerTask);
+    parallelFor(parts.size(), 1, [&](std::size_t task) {
+        for (std::size_t t = task * kPerTask; t < std::min(triangles, (task + 1) * kPerTask); ++t)
+            for (std::size_t k = 0; k < 3; ++k) {
+                const std::uint32_t a = mesh_.triangles[t][k], b = mesh_.triangles[t][(k + 1) % 3];
+                if (a > b) continue;  // seen from the other side, too
+                const double here = excess(a, b);
+                if (here > 1) parts[task].push_back({a, b, here});
+            }
+    });
+    std::vector<LongEdge> edges = joined(parts);
+    if (edges.empty()) return;
+    std::sort(edges.begin(), edges.end(),
+              [](const LongEdge& a, const LongEdge& b) { return a.ends() < b.ends(); });
+    edges.erase(std::unique(edges.begin(), edges.end(),
+                            [](const LongEdge& a, const LongEdge& b) { return a.ends() == b.ends(); }),
+                edges.end());
+    const auto first = static_cast<std::uint32_t>(size());
+    const auto middleOf = [&](std::uint32_t a, std::uint32_t b) -> std::uint32_t {
+        if (!(excess(std::min(a, b), std::max(a, b)) > 1)) return kHidden;
+        const std::pair ends(std::min(a, b), std::max(a, b));
+        const auto at = std::lower_bound(edges.begin(), edges.end(), ends,
+                                         [](const LongEdge& edge, const auto& sought) { return edge.ends() < sought; });
+        return first + static_cast<std::uint32_t>(at - edges.begin());
+    };
+    const auto addVertex = [&](std::vector<RisingVertex>& group, const std::array<std::uint32_t, 4>& from,
+                               const std::array<double, 4>& weight, double share) {
+        RisingVertex rising{static_cast<std::uint32_t>(size()), from, {}, share, {}};
+        Vec3 place(0);
+        for (std::size_t k = 0; k < 4; ++k) {
+            rising.weight[k] = weight[k];
+            rising.whole = rising.whole + mesh_.vertex[from[k]] * weight[k];
+            place += position_[from[k]] * weight[k];
+        }
+        mesh_.vertex.push_back(rising.whole);
+        position_.push_back(place);
+        group.push_back(rising);
+    };
+    auto& on_edges = mesh_.rising[kTessellationGroups + 2 * refinement];
+    auto& in_quads = mesh_.rising[kTessellationGroups + 2 * refinement + 1];
+    for (const LongEdge& edge : edges)
+        addVertex(on_edges, {edge.from, edge.to, edge.to, edge.to}, {0.5, 0.5, 0, 0},
+                  smoothStep((edge.excess - 1) / kFadesOver).value);
+    std::vector<Triangle> split;
+    split.reserve(triangles + 4 * edges.size());
+    std::size_t ball = 0;
+    for (std::size_t t = 0; t < triangles; ++t) {
+        for (; ball < mesh_.ball_begin.size() && mesh_.ball_begin[ball] == t; ++ball)
+            mesh_.ball_begin[ball] = static_cast<std::uint32_t>(split.size());
+        const Triangle q = mesh_.triangles[t];
+        std::array<std::uint32_t, 3> middle;
+        std::size_t cuts = 0;
+        for (std::size_t k = 0; k < 3; ++k) cuts += (middle[k] = middleOf(q[k], q[(k + 1) % 3])) != kHidden;
+        if (cuts == 0) {
+            split.push_back(q);
+        } else if (cuts == 3) {
+            for (std::size_t k = 0; k < 3; ++k) split.push_back({q[k], middle[k], middle[(k + 2) % 3]});
+            split.push_back({middle[0], middle[1], middle[2]});
+        } else if (cuts == 1) {
+            const std::size_t k = middle[0] != kHidden ? 0 : middle[1] != kHidden ? 1 : 2;
+            split.push_back({q[k], middle[k], q[(k + 2) % 3]});
+            split.push_back({middle[k], q[(k + 1) % 3], q[(k + 2) % 3]});
+        } else {  // a corner, and a quad with a vertex in it, whose place depends on no choice of a diagonal
+            const std::size_t whole = middle[0] == kHidden ? 0 : middle[1] == kHidden ? 1 : 2;
+            const std::uint32_t a = q[whole], b = q[(whole + 1) % 3], c = q[(whole + 2) % 3];
+            const std::uint32_t bc = middle[(whole + 1) % 3], ca = middle[(whole + 2) % 3];
+            split.push_back({c, ca, bc});
+            const std::array<std::uint32_t, 4> quad{a, b, bc, ca};
+            const auto centre = static_cast<std::uint32_t>(size());
+            addVertex(in_quads, quad, {0.25, 0.25, 0.25, 0.25}, 0);
+            for (std::size_t k = 0; k < 4; ++k) split.push_back({quad[k], quad[(k + 1) % 4], centre});
+        }
+    }
+    for (; ball < mesh_.ball_begin.size(); ++ball) mesh_.ball_begin[ball] = static_cast<std::uint32_t>(split.size());
+    mesh_.triangles = std::move(split);
+    listTriangles();
+    measure();
+}
+
+void MovedSurface::unfold() {
+    std::vector<Vec3f> step(size(), Vec3f(0));
+    parallelFor(size(), 2048, [&](std::size_t v) {
+        const double share = smoothStep((kFoldBegins - agreement_[v]) / (kFoldBegins - kFolded)).value;
+        const std::span<const std::uint32_t> round = std::as_const(triangles_of_)[v];
+        if (!(share > 0) || round.empty()) return;
+        Vec3 sum(0);  // of the vertices round it each twice
+        for (const std::uint32_t t : round)
+            for (const std::uint32_t u : mesh_.triangles[t]) sum += position_[u] - position_[v];
+        step[v] = Vec3f(sum * (kUnfolding * share / (2.0 * static_cast<double>(round.size()) * spacing_)));
+    });
+    move(step);
+}
+
+void MovedSurface::setVelocities(std::vector<Vec3f>& velocity) {
+    hold(velocity);
+    parallelFor(size(), 8192, [&](std::size_t v) { mesh_.vertex[v].velocity = Vec3(velocity[v]); });
+}
+
+void MovedSurface::readPositions() {
+    std::vector<Vec3f> step(size());
+    parallelFor(size(), 8192, [&](std::size_t v) { step[v] = Vec3f((mesh_.vertex[v].position - position_[v]) / spacing_); });
+    const double farthest = farthestOf(step);
+    if (farthest == 0) return;
+    parallelFor(size(), 8192, [&](std::size_t v) { position_[v] = mesh_.vertex[v].position; });
+    moved_ += farthest;
+    measure();
+}
+
+void MovedSurface::writePositions() {
+    parallelFor(size(), 8192, [&](std::size_t v) { mesh_.vertex[v].position = position_[v]; });
+}
+
+}  // namespace betamesh
