@@ -13,7 +13,7 @@ namespace {
 // All lengths are in particle spacings.
 constexpr double kGroupCell = 3;     // edge of the cells in which vertices are grouped
 constexpr double kSearchCell = 0.7;  // edge of those in which they are looked for
-constexpr double kMargin = 0.3;      // beyond what is asked for: vertices may move so far, all told, until it is short
+constexpr double kMargin = 0.4;      // beyond what is asked for: vertices may move so far, all told, until it is short
 
 // Edges of at most kLongestFlat where the surface is flat, kLongestRound where it is as round as a thread, and by
 // kShorterOnRims less on rims. Bend as in SoftNormals, over kBendWidth.

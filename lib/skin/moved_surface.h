@@ -67,6 +67,8 @@ public:
         const Rows& near;
     };
     Vicinity vicinity(double reach);
+    /// Those of the last call.
+    const PointGroups& groups() const { return groups_; }
     /// Samples of something else within reach of each of those groups.
     Rows near(const CellOrder& samples, const std::vector<Vec3>& sample, double reach) const {
         return nearGroups(groups_, samples, sample, (reach + moved_) * spacing_);

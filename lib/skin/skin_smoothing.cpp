@@ -131,8 +131,7 @@ void moveAlong(MovedSurface& surface, const Normals& normal, const std::vector<f
 }
 
 // One step of the bi-Laplacian.
-void smoothNarrowly(MovedSurface& surface) {
-    const Normals normal = smoothNormals(surface);
+void smoothNarrowly(MovedSurface& surface, const Normals& normal) {
     std::vector<float> height = meansAlong<true>(surface, normal, {});
     const std::vector<float> mean = meansAlong<false>(surface, normal, height);
     constexpr auto longest = static_cast<float>(kLongestNarrow);
@@ -344,19 +343,29 @@ Vec3 stepOntoSphere(const Lanes (&sums)[9], std::size_t lane) {
     return linear * (-2 * constant / (slope + root));
 }
 
+// Pieces of a surface, and those within reach of each group of its vertices, as long as these stay where they are.
+struct NearPieces {
+    std::vector<Piece> piece;
+    std::vector<Vec3> position;
+    Rows near;
+
+    NearPieces(MovedSurface& surface, std::vector<Piece>&& pieces, double reach)
+        : piece(std::move(pieces)), position(piece.size()) {
+        for (std::size_t i = 0; i < position.size(); ++i) position[i] = piece[i].position;
+        surface.vicinity(kNarrowWidth);
+        near = surface.near(CellOrder(position.size(), reach / 3 * surface.spacing(),
+                                      [&](std::size_t i) -> const Vec3& { return position[i]; }),
+                            position, reach);
+    }
+};
+
 // Calls visit(group, pieces within reach, normals of the group's lanes).
 template <typename Visit>
-void forVertices(MovedSurface& surface, const std::vector<Piece>& pieces, double reach, const Normals& normal,
-                 const Visit& visit) {
-    std::vector<Vec3> at(pieces.size());
-    for (std::size_t i = 0; i < at.size(); ++i) at[i] = pieces[i].position;
-    const CellOrder order(at.size(), reach / 3 * surface.spacing(), [&](std::size_t i) -> const Vec3& { return at[i]; });
-    const PointGroups& groups = surface.vicinity(kNarrowWidth).groups;
-    const Rows near = surface.near(order, at, reach);
+void forVertices(MovedSurface& surface, const NearPieces& pieces, const Normals& normal, const Visit& visit) {
     forGroups<kPieceFields>(
-        groups, surface.position(), near, at, surface.spacing(),
+        surface.groups(), surface.position(), pieces.near, pieces.position, surface.spacing(),
         [&](std::uint32_t i, SampleFields<kPieceFields>& f) {
-            const Piece& p = pieces[i];
+            const Piece& p = pieces.piece[i];
             f[kPdx] = p.direction.x, f[kPdy] = p.direction.y, f[kPdz] = p.direction.z;
             f[kPieceArea] = p.area, f[kSpread] = p.spread, f[kBulge] = p.bulge, f[kPieceValue] = p.value;
         },
@@ -373,12 +382,10 @@ std::vector<float> inverseSquares(const std::vector<float>& width) {
 }
 
 // How wide each vertex may be smoothed: as far as the surface does not turn sideways.
-std::vector<float> widthsOf(MovedSurface& surface, const std::vector<Piece>& pieces, const Normals& normal,
-                            double widest) {
+std::vector<float> widthsOf(MovedSurface& surface, const NearPieces& pieces, const Normals& wide, double widest) {
     std::vector<float> width(surface.size());
-    const Normals wide = surface.softNormals(kSidewaysWidth, normal).normal;
     const auto inverse = static_cast<float>(1 / (widest * widest));
-    forVertices(surface, pieces, widest, wide, [&](const GroupLanes& group, PieceSamples near, const Point& point) {
+    forVertices(surface, pieces, wide, [&](const GroupLanes& group, PieceSamples near, const Point& point) {
         Lanes sums[1];
         forLanes(SumSideways{near, inverse, point, sums});
         for (std::size_t lane = 0; lane < group.size; ++lane) {
@@ -395,11 +402,12 @@ double shareOfFit(float width) { return smoothStep((width - kFitBegins) / (kFitF
 // Moves vertices onto spheres; returns how wide those were fitted.
 std::vector<float> fitSpheres(MovedSurface& surface, double widest) {
     const Normals normal = smoothNormals(surface);
-    const std::vector<Piece> pieces = piecesOf(surface, {});
-    std::vector<float> width = widthsOf(surface, pieces, normal, widest);
+    const Normals wide = surface.softNormals(kSidewaysWidth, normal).normal;
+    const NearPieces pieces(surface, piecesOf(surface, {}), widest);
+    std::vector<float> width = widthsOf(surface, pieces, wide, widest);
     const std::vector<float> inverse_square = inverseSquares(width);
     std::vector<Vec3f> step(surface.size());
-    forVertices(surface, pieces, widest, normal, [&](const GroupLanes& group, PieceSamples near, const Point& point) {
+    forVertices(surface, pieces, normal, [&](const GroupLanes& group, PieceSamples near, const Point& point) {
         Lanes inverse, sums[9];
         for (std::size_t lane = 0; lane < kLanes; ++lane) inverse[lane] = inverse_square[group.row[lane]];
         forLanes(SumFit{near, inverse, point, sums});
@@ -418,29 +426,39 @@ std::vector<float> fitSpheres(MovedSurface& surface, double widest) {
     return width;
 }
 
-// Moves vertices along their normals by the mean of what was lost since `before`.
-void returnLongWaves(MovedSurface& surface, const std::vector<Vec3>& before, const std::vector<float>& width) {
-    const Normals normal = smoothNormals(surface);
-    std::vector<float> lost(surface.size()), least(surface.size());
+// Moves vertices along their normals by the mean of what was lost since `before`, then by that of what is still missing,
+// and so on.
+void returnLongWaves(MovedSurface& surface, const Normals& normal, const std::vector<Vec3>& before,
+                     const std::vector<float>& width) {
+    std::vector<float> lost(surface.size()), least(surface.size()), returned(surface.size(), 0);
     parallelFor(lost.size(), 8192, [&](std::size_t v) {
         const Vec3 back = before[v] - surface.position()[v];
         lost[v] = static_cast<float>(dot(back, Vec3(normal[v])) / surface.spacing());
         least[v] = std::min(width[v], static_cast<float>(kReturnWidth));
     });
     const std::vector<float> inverse_square = inverseSquares(least);
-    std::vector<float> height(surface.size());
-    forVertices(surface, piecesOf(surface, lost), kReturnWidth, normal,
-                [&](const GroupLanes& group, PieceSamples near, const Point& point) {
-                    Lanes inverse, sums[2];
-                    for (std::size_t lane = 0; lane < kLanes; ++lane) inverse[lane] = inverse_square[group.row[lane]];
-                    forLanes(SumValues{near, inverse, point, sums});
-                    for (std::size_t lane = 0; lane < group.size; ++lane) {
-                        const std::uint32_t v = group.row[lane];
-                        const double mean = sums[1][lane] > 0 ? static_cast<double>(sums[0][lane] / sums[1][lane]) : 0;
-                        height[v] = static_cast<float>(mean * shareOfFit(width[v]));
-                    }
-                });
-    moveAlong(surface, normal, height);
+    NearPieces pieces(surface, piecesOf(surface, lost), kReturnWidth);
+    for (int i = 0; i < kReturns; ++i) {
+        if (i > 0) pieces.piece = piecesOf(surface, lost);
+        std::vector<float> height(surface.size());
+        forVertices(surface, pieces, normal,
+                    [&](const GroupLanes& group, PieceSamples near, const Point& point) {
+                        Lanes inverse, sums[2];
+                        for (std::size_t lane = 0; lane < kLanes; ++lane)
+                            inverse[lane] = inverse_square[group.row[lane]];
+                        forLanes(SumValues{near, inverse, point, sums});
+                        for (std::size_t lane = 0; lane < group.size; ++lane) {
+                            const float mean = sums[1][lane] > 0 ? sums[0][lane] / sums[1][lane] : 0;
+                            height[group.row[lane]] = mean;
+                        }
+                    });
+        parallelFor(height.size(), 8192, [&](std::size_t v) {
+            height[v] *= static_cast<float>(shareOfFit(width[v]));
+            lost[v] -= height[v];
+            returned[v] += height[v];
+        });
+    }
+    moveAlong(surface, normal, returned);
 }
 
 }  // namespace
@@ -449,8 +467,9 @@ void smoothSkin(MovedSurface& surface, double widest, int passes) {
     for (int pass = 0; pass < passes; ++pass) {
         const std::vector<Vec3> before = surface.position();
         const std::vector<float> width = fitSpheres(surface, std::max(widest, kLeastWidth));
-        for (int i = 0; i < kNarrowSteps; ++i) smoothNarrowly(surface);
-        for (int i = 0; i < kReturns; ++i) returnLongWaves(surface, before, width);
+        const Normals normal = smoothNormals(surface);
+        for (int i = 0; i < kNarrowSteps; ++i) smoothNarrowly(surface, normal);
+        returnLongWaves(surface, normal, before, width);
         for (int i = 0; i < kUnfoldings; ++i) surface.unfold();
     }
 }

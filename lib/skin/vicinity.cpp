@@ -44,6 +44,8 @@ Rows nearGroups(const PointGroups& groups, const CellOrder& samples, const std::
     std::vector<std::uint32_t> count(groups.size());
     // A hair more than the reach: what is left out is beyond it however places are rounded.
     const auto square = static_cast<float>(reach * reach * (1 + 1e-5));
+    std::vector<Vec3> sorted(position.size());  // cell by cell: each is looked at several times
+    parallelFor(sorted.size(), 8192, [&](std::size_t i) { sorted[i] = position[samples.rows()[i]]; });
     parallelFor(tasks, 1, [&](std::size_t task) {
         std::vector<std::uint32_t>& rows = parts[task];
         std::vector<std::uint32_t> candidate, number;
@@ -55,16 +57,24 @@ Rows nearGroups(const PointGroups& groups, const CellOrder& samples, const std::
             const Vec3 middle = box.center();
             candidate.clear();
             for (auto& along : place) along.clear();
-            samples.forRowsIn(box.min - Vec3(reach), box.max + Vec3(reach), [&](std::uint32_t row) {
-                candidate.push_back(row);
-                const Vec3f at(position[row] - middle);
-                for (std::size_t k = 0; k < 3; ++k) place[k].push_back(at[static_cast<int>(k)]);
+            samples.forCellsIn(box.min - Vec3(reach), box.max + Vec3(reach), [&](std::uint32_t cell) {
+                const std::uint32_t first = samples.begin(cell), last = samples.begin(cell + 1);
+                candidate.insert(candidate.end(), samples.rows().begin() + first, samples.rows().begin() + last);
+                for (std::size_t k = 0; k < 3; ++k) {
+                    const std::size_t before = place[k].size();
+                    place[k].resize(before + last - first);
+                    const int axis = static_cast<int>(k);
+                    for (std::uint32_t i = first; i < last; ++i)
+                        place[k][before + i - first] = static_cast<float>(sorted[i][axis] - middle[axis]);
+                }
             });
             number.resize(candidate.size());
             for (std::uint32_t g = begin; g < end; ++g) {
                 const Boxf here(Vec3f(groups.box[g].min - middle), Vec3f(groups.box[g].max - middle));
                 const std::size_t used = findNear(here, place, square, number);
-                for (std::size_t i = 0; i < used; ++i) rows.push_back(candidate[number[i]]);
+                const std::size_t before = rows.size();
+                rows.resize(before + used);
+                for (std::size_t i = 0; i < used; ++i) rows[before + i] = candidate[number[i]];
                 count[g] = static_cast<std::uint32_t>(used);
             }
         }

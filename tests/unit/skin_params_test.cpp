@@ -70,15 +70,5 @@ TEST(SkinParams, ASkinLiesBetweenTheParticlesAndTheirBalls) {
     EXPECT_NO_THROW(requireSkin(paper));
 }
 
-TEST(SkinParams, BubblesAreJudgedByTheirGapOrElseByTheirVolume) {
-    Features features;
-    EXPECT_EQ(bubbleVolume(features, 3), 0);
-    features.bubble_volume = 30;
-    EXPECT_EQ(bubbleVolume(features, 3), 30);
-    features.bubble_gap = 5;
-    EXPECT_DOUBLE_EQ(bubbleVolume(features, 3), 8);
-    EXPECT_DOUBLE_EQ(bubbleVolume(features, 2), 4);
-}
-
 }  // namespace
 }  // namespace betamesh
