@@ -95,7 +95,7 @@ void addSmoothingKeys(std::vector<ConfigKey>& keys) {
     keys.push_back(lengthKey(
         {"smoothing.width", "--smoothing-width", "world units, or particle spacings with dx",
          "Coherent smoothing: how far around it a vertex looks. Bumps much shorter than this vanish, waves twice as "
-         "long stay. auto: 4.2dx."},
+         "long stay. auto: 5.8dx."},
         "auto", [](Config& c) -> LengthText& { return c.smoothing.width; }));
     keys.push_back(
         integerKey({"smoothing.passes", "--passes", "",

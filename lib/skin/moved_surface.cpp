@@ -13,6 +13,7 @@ namespace {
 // All lengths are in particle spacings.
 constexpr double kGroupCell = 3;     // edge of the cells in which vertices are grouped
 constexpr double kSearchCell = 0.7;  // edge of those in which they are looked for
+constexpr std::size_t kMostNear = 2048;  // vertices that sums go through; of a surface in good order some 300 are near
 constexpr double kMargin = 0.4;      // beyond what is asked for: vertices may move so far, all told, until it is short
 
 // Edges of at most kLongestFlat where the surface is flat, kLongestRound where it is as round as a thread, and by
@@ -21,8 +22,11 @@ constexpr double kLongestFlat = 0.9, kLongestRound = 0.4, kShorterOnRims = 0.12;
 constexpr double kBendWidth = 0.8, kFlatBend = 0.03, kRoundBend = 0.1, kRimBend = 0.2;
 constexpr double kFadesOver = 0.5;  // of the longest length beyond it, until a vertex that splits an edge is fully there
 
-constexpr double kFoldBegins = 0.85, kFolded = 0.55;  // agreement of normals from which vertices are drawn together
+constexpr double kFoldBegins = 0.9, kFolded = 0.62;  // agreement of normals from which vertices are drawn together
 constexpr double kUnfolding = 0.5;                    // of the way to the mean of the vertices round one, in one step
+constexpr double kUpright = 0.5;       // cosine to the surface's normal below which a triangle begins to lie upside down
+constexpr double kLeastHeight = 0.03;  // over its longest edge, as a share of that, that it gets
+constexpr float kLongestUnfolding = 0.25F;
 
 enum Field { kX, kY, kZ, kArea, kNx, kNy, kNz, kFields };
 
@@ -153,7 +157,8 @@ MovedSurface::Vicinity MovedSurface::vicinity(double reach) {
         reach_ = reach + kMargin;
         moved_ = 0;
         fitBoxes(groups_, position_);
-        near_ = nearGroups(groups_, CellOrder(size(), kSearchCell * spacing_, at), position_, reach_ * spacing_);
+        near_ = nearGroups(groups_, CellOrder(size(), kSearchCell * spacing_, at), position_, reach_ * spacing_,
+                           kMostNear);
     }
     return {groups_, near_};
 }
@@ -273,16 +278,40 @@ void MovedSurface::refine(std::size_t refinement) {
     measure();
 }
 
+// How a corner of a triangle that lies upside down gets back to its other side of the longest edge; zero for the other
+// corners, and where the triangle lies as the surface does.
+Vec3 MovedSurface::wayBack(std::uint32_t triangle, std::uint32_t corner) const {
+    const Triangle& t = mesh_.triangles[triangle];
+    const Vec3 facing = Vec3(normal_[t[0]] + normal_[t[1]] + normal_[t[2]]).normalized();
+    const std::size_t k = t[0] == corner ? 0 : t[1] == corner ? 1 : 2;
+    const Vec3 &from = position_[t[(k + 1) % 3]], &to = position_[t[(k + 2) % 3]], &apex = position_[corner];
+    const Vec3 edge = to - from;
+    const double square = edge.length2();
+    if (!(square > 0) || (apex - from).length2() > square || (apex - to).length2() > square) return Vec3(0);
+    const Vec3 normal = cross(edge, apex - from).normalized();
+    const double turned = smoothStep((kUpright - dot(normal, facing)) / kUpright).value;
+    if (!(turned > 0)) return Vec3(0);
+    const Vec3 foot = from + edge * (dot(apex - from, edge) / square);
+    const Vec3 target = foot + cross(facing, edge) * kLeastHeight;
+    return (target - apex) * turned;
+}
+
 void MovedSurface::unfold() {
     std::vector<Vec3f> step(size(), Vec3f(0));
-    parallelFor(size(), 2048, [&](std::size_t v) {
+    parallelFor(size(), 2048, [&](std::size_t row) {
+        const auto v = static_cast<std::uint32_t>(row);
         const double share = smoothStep((kFoldBegins - agreement_[v]) / (kFoldBegins - kFolded)).value;
         const std::span<const std::uint32_t> round = std::as_const(triangles_of_)[v];
-        if (!(share > 0) || round.empty()) return;
-        Vec3 sum(0);  // of the vertices round it each twice
-        for (const std::uint32_t t : round)
-            for (const std::uint32_t u : mesh_.triangles[t]) sum += position_[u] - position_[v];
-        step[v] = Vec3f(sum * (kUnfolding * share / (2.0 * static_cast<double>(round.size()) * spacing_)));
+        if (round.empty()) return;
+        Vec3 sum(0), back(0);  // of the vertices round it each twice; out of triangles that lie upside down
+        for (const std::uint32_t t : round) {
+            back += wayBack(t, v);
+            if (share > 0)
+                for (const std::uint32_t u : mesh_.triangles[t]) sum += position_[u] - position_[v];
+        }
+        const Vec3 way = sum * (kUnfolding * share / (2.0 * static_cast<double>(round.size()))) + back;
+        step[v] = Vec3f(way / spacing_);
+        if (const float length = step[v].length(); length > kLongestUnfolding) step[v] *= kLongestUnfolding / length;
     });
     move(step);
 }

@@ -53,7 +53,8 @@ public:
     /// Splits edges that are long for how strongly the surface is curved there, at vertices that fade in with the
     /// edges' length. refinement: 0, 1 … kRefinements - 1, each once.
     void refine(std::size_t refinement);
-    /// Draws vertices whose triangles face very different ways towards the vertices round them.
+    /// Draws vertices whose triangles face very different ways towards the vertices round them, and turns triangles that
+    /// lie upside down on the surface.
     void unfold();
     /// Sets the velocities of the mesh to these, held; world units per second.
     void setVelocities(std::vector<Vec3f>& velocity);
@@ -88,6 +89,7 @@ public:
 private:
     void measure();
     void listTriangles();
+    Vec3 wayBack(std::uint32_t triangle, std::uint32_t corner) const;
 
     BetaMesh& mesh_;
     double spacing_;

@@ -3,6 +3,7 @@
 #include "core/carried_attributes.h"
 #include "core/error.h"
 #include "core/mesh_edges.h"
+#include "core/parallel.h"
 #include "exact/droplets.h"
 #include "exact/near_surface.h"
 #include "skin/alpha_mesh.h"
@@ -39,6 +40,7 @@ constexpr double kSmoothedAngle = 0.235;     // radians per segment of what is s
 constexpr double kCalmAngle = 0.4;           // round small patches of balls, where jumps are smaller
 constexpr double kSmoothedFaceAngle = 0.37;  // between points inside faces of the same
 constexpr double kSkinAngle = 0.4, kSkinCalmAngle = 0.6, kSkinFaceAngle = 0.5;  // the same where there is a skin
+constexpr double kFarthestSmoothed = 0.8;  // of the skin: no vertex gets past a particle
 constexpr double kLeastAngle = 0.05, kLargestAngle = 0.7;
 
 struct Structure {
@@ -137,6 +139,18 @@ Icosphere directionsOf(const SkinParams& params) {
                                             : ArcSubdivision().max_angle);
 }
 
+// Takes the liquid's velocity from those of points, and gives it back.
+void moveAgainstLiquid(const BallBoundary& boundary, const std::vector<Moving>& balls, const std::vector<Vec3>& spins,
+                       std::vector<Moving>& points) {
+    const std::vector<Vec3> liquid = liquidVelocities(boundary, balls, spins, points);
+    parallelFor(points.size(), 8192, [&](std::size_t i) { points[i].velocity -= liquid[i]; });
+}
+void moveWithLiquid(const BallBoundary& boundary, const std::vector<Moving>& balls, const std::vector<Vec3>& spins,
+                    std::vector<Moving>& points) {
+    const std::vector<Vec3> liquid = liquidVelocities(boundary, balls, spins, points);
+    parallelFor(points.size(), 8192, [&](std::size_t i) { points[i].velocity += liquid[i]; });
+}
+
 SkinLengths lengthsOf(const SkinParams& params) {
     const double spacing = particleSpacing(params);
     return {params.radius / spacing, skinDepth(params) / spacing, !params.skin};
@@ -153,7 +167,9 @@ void giveSkin(const OuterSamples& outer, const BallBoundary& boundary, const Ski
     keepApart(boundary, on_balls, mesh);
     surface.readPositions();
     const MovingPoints retracted = copyOf(mesh.vertex);
-    smoothSkin(surface, params.smoothing_width > 0 ? params.smoothing_width / spacing : kWidestFit, passesOf(params));
+    if (passesOf(params) > 0)
+        smoothSkin(surface, params.smoothing_width > 0 ? params.smoothing_width / spacing : kWidestFit,
+                   kFarthestSmoothed * skinDepth(params) / spacing, passesOf(params));
     surface.writePositions();
     keepApart(boundary, retracted, mesh);
 }
@@ -178,7 +194,7 @@ BetaMesh completeSurface(const Particles& particles, Structure& structure, const
     watch("velocity");
     ArcNetwork network = arcPoints(boundary, balls, spins.of_points, std::move(vertices), subdivision);
     FacePoints points = facePoints(structure.snapped, boundary, balls, spins.of_points, std::move(directions));
-    const OuterSamples outer =
+    OuterSamples outer =
         has_skin ? outerSamples(particles, structure.snapped, boundary, lengthsOf(params).outer() * particleSpacing(params),
                                 particleSpacing(params))
                  : OuterSamples();
@@ -195,7 +211,14 @@ BetaMesh completeSurface(const Particles& particles, Structure& structure, const
         report.bubbles_filled = fillBubbles(beta, boundary, params.features);
     watch("tessellate");
     if (has_skin) {
-        giveSkin(outer, boundary, params, beta);
+        if (particles.velocity.empty()) {
+            giveSkin(outer, boundary, params, beta);
+        } else {  // how it moves beyond the liquid: nothing where that moves as a rigid body
+            moveAgainstLiquid(boundary, balls, spins.of_liquid, outer.point);
+            moveAgainstLiquid(boundary, balls, spins.of_liquid, beta.vertex);
+            giveSkin(outer, boundary, params, beta);
+            moveWithLiquid(boundary, balls, spins.of_liquid, beta.vertex);
+        }
     } else if (smoothed) {
         const MovingPoints from = smoother->smooth(beta);
         smoother.reset();

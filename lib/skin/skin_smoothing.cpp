@@ -463,8 +463,10 @@ void returnLongWaves(MovedSurface& surface, const Normals& normal, const std::ve
 
 }  // namespace
 
-void smoothSkin(MovedSurface& surface, double widest, int passes) {
+void smoothSkin(MovedSurface& surface, double widest, double farthest, int passes) {
+    const std::vector<Vec3> retracted = surface.position();
     for (int pass = 0; pass < passes; ++pass) {
+        for (int i = 0; i < kUnfoldings; ++i) surface.unfold();  // fits go by how vertices face
         const std::vector<Vec3> before = surface.position();
         const std::vector<float> width = fitSpheres(surface, std::max(widest, kLeastWidth));
         const Normals normal = smoothNormals(surface);
@@ -472,6 +474,13 @@ void smoothSkin(MovedSurface& surface, double widest, int passes) {
         returnLongWaves(surface, normal, before, width);
         for (int i = 0; i < kUnfoldings; ++i) surface.unfold();
     }
+    std::vector<Vec3f> back(surface.size());
+    parallelFor(back.size(), 8192, [&](std::size_t v) {
+        const Vec3 way = (surface.position()[v] - retracted[v]) / surface.spacing();
+        const double s2 = way.length2() / (farthest * farthest), s4 = s2 * s2, s8 = s4 * s4;
+        back[v] = Vec3f(way * (std::pow(1 + s8 * s8, -1.0 / 16) - 1));  // hardly anything below two thirds of it
+    });
+    surface.move(back);
 }
 
 }  // namespace betamesh

@@ -13,13 +13,15 @@ namespace betamesh {
 /// 2. Narrow steps along the normal: the height of what is near over the tangent plane, less the mean of these heights
 ///    round it (a bi-Laplacian), which is zero on planes, spheres and cylinders.
 /// 3. What was taken from long waves returns: the mean of what was lost, over what is near and faces the same way.
-/// 4. Vertices at folds are drawn together.
+/// 4. Vertices at folds are drawn together, and triangles that lie upside down turned.
 ///
-/// in      widest: particle spacings
+/// In the end no vertex is `farthest` from where it was, however many passes there are.
+///
+/// in      widest, farthest: particle spacings
 /// same    bytes for any thread count and instruction set
 /// cost    O(passes · vertices · samples within reach)
 /// source  Guennebaud & Gross 2007, Algebraic point set surfaces; Vollmer et al. 1999, Improved Laplacian smoothing
-void smoothSkin(MovedSurface& surface, double widest, int passes);
+void smoothSkin(MovedSurface& surface, double widest, double farthest, int passes);
 
 /// Of a fit, in particle spacings.
 inline constexpr double kWidestFit = 5.8;

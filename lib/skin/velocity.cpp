@@ -168,30 +168,39 @@ struct SumMotion {
 
 }  // namespace
 
-void slideWithParticles(const BallBoundary& boundary, const std::vector<Moving>& balls, const std::vector<Vec3>& spins,
-                        BetaMesh& mesh) {
+std::vector<Vec3> liquidVelocities(const BallBoundary& boundary, const std::vector<Moving>& balls,
+                                   const std::vector<Vec3>& spins, const std::vector<Moving>& points) {
     const double radius = boundary.worldRadius();
-    const std::vector<Vec3> normals = vertexNormals(mesh);
     const auto fieldsOf = [&](std::size_t b) {
         const Vec3f v(balls[b].velocity), spin(spins[b] * radius);
         return std::array{v.x, v.y, v.z, spin.x, spin.y, spin.z};
     };
     const SampleCloud<kFields> cloud(
         balls.size(), [&](std::size_t b) { return balls[b].position; }, fieldsOf, 2 * radius, radius);
+    std::vector<Vec3> liquid(points.size());
     cloud.forPoints(
-        mesh.vertex.size(), [&](std::size_t v) { return mesh.vertex[v].position; }, Grouping::coarse,
+        points.size(), [&](std::size_t v) { return points[v].position; }, Grouping::coarse,
         [&](const PointGroup& group, SomeSamples<kFields> near) {
-            for (const std::uint32_t v : group.row) __builtin_prefetch(&normals[v]);
             Lanes sums[4];
             forLanes(SumMotion{near, group.place, sums});
             for (std::size_t lane = 0; lane < group.size; ++lane) {
-                if (!(sums[3][lane] > 0)) continue;
                 const std::uint32_t v = group.row[lane];
-                const Vec3 liquid = Vec3(sums[0][lane], sums[1][lane], sums[2][lane]) / sums[3][lane];
-                Vec3& velocity = mesh.vertex[v].velocity;
-                velocity = liquid + normals[v] * dot(normals[v], velocity - liquid);
+                liquid[v] = sums[3][lane] > 0
+                                ? Vec3(sums[0][lane], sums[1][lane], sums[2][lane]) / sums[3][lane]
+                                : points[v].velocity;
             }
         });
+    return liquid;
+}
+
+void slideWithParticles(const BallBoundary& boundary, const std::vector<Moving>& balls, const std::vector<Vec3>& spins,
+                        BetaMesh& mesh) {
+    const std::vector<Vec3> normals = vertexNormals(mesh);
+    const std::vector<Vec3> liquid = liquidVelocities(boundary, balls, spins, mesh.vertex);
+    parallelFor(liquid.size(), 8192, [&](std::size_t v) {
+        Vec3& velocity = mesh.vertex[v].velocity;
+        velocity = liquid[v] + normals[v] * dot(normals[v], velocity - liquid[v]);
+    });
 }
 
 }  // namespace betamesh

@@ -39,6 +39,14 @@ struct Spins {
 /// cost    O(balls)
 Spins spinsOfBalls(const BallBoundary& boundary, const std::vector<Moving>& balls, const Particles& particles);
 
+/// The velocity of the liquid at points: the mean of the rigid motions round the balls within 2r, (1 - d²/4r²)² their
+/// weight; the point's own where there is none.
+///
+/// same    bytes for any thread count and particle order
+/// cost    O(points)
+std::vector<Vec3> liquidVelocities(const BallBoundary& boundary, const std::vector<Moving>& balls,
+                                   const std::vector<Vec3>& spins, const std::vector<Moving>& points);
+
 /// Turns the velocities of vertices, which so far follow points of the tessellation, into the surface's: along the
 /// mesh's normal they stay; across it they become those of the liquid, the mean of the rigid motions round the balls
 /// within 2r of the vertex, (1 - d²/4r²)² their weight. Vertices of a lone drop move as its particle.

@@ -37,7 +37,8 @@ PointGroups groupsOf(const CellOrder& order, const std::vector<Vec3>& position) 
     return groups;
 }
 
-Rows nearGroups(const PointGroups& groups, const CellOrder& samples, const std::vector<Vec3>& position, double reach) {
+Rows nearGroups(const PointGroups& groups, const CellOrder& samples, const std::vector<Vec3>& position, double reach,
+                std::size_t most) {
     constexpr std::size_t kCellsPerTask = 8;
     const std::size_t cells = groups.cell_begin.size() - 1, tasks = (cells + kCellsPerTask - 1) / kCellsPerTask;
     std::vector<std::vector<std::uint32_t>> parts(tasks);
@@ -72,10 +73,11 @@ Rows nearGroups(const PointGroups& groups, const CellOrder& samples, const std::
             for (std::uint32_t g = begin; g < end; ++g) {
                 const Boxf here(Vec3f(groups.box[g].min - middle), Vec3f(groups.box[g].max - middle));
                 const std::size_t used = findNear(here, place, square, number);
+                const std::size_t step = used > most ? (used + most - 1) / most : 1, kept = (used + step - 1) / step;
                 const std::size_t before = rows.size();
-                rows.resize(before + used);
-                for (std::size_t i = 0; i < used; ++i) rows[before + i] = candidate[number[i]];
-                count[g] = static_cast<std::uint32_t>(used);
+                rows.resize(before + kept);
+                for (std::size_t i = 0; i < kept; ++i) rows[before + i] = candidate[number[i * step]];
+                count[g] = static_cast<std::uint32_t>(kept);
             }
         }
     });

@@ -34,7 +34,10 @@ PointGroups groupsOf(const CellOrder& order, const std::vector<Vec3>& position);
 /// The rows of samples within reach of the box of each group, in an order that does not depend on the groups: what lies
 /// out of a point's own reach has to count for nothing in sums, and their results then depend on nothing but the
 /// samples.
-Rows nearGroups(const PointGroups& groups, const CellOrder& samples, const std::vector<Vec3>& position, double reach);
+///
+/// most    so many at most for each group: of more, every second or third … stands for all
+Rows nearGroups(const PointGroups& groups, const CellOrder& samples, const std::vector<Vec3>& position, double reach,
+                std::size_t most = ~std::size_t{0});
 
 /// The points of a group, a lane each, from a place near them. Lanes without a point of their own repeat the first.
 struct GroupLanes {

@@ -163,22 +163,24 @@ SkinParams skin(Tessellation tessellation, SmoothingMethod smoothing) {
     return params;
 }
 
+constexpr std::size_t kOurs = 0, kAlgorithmFour = 4, kSkin = 6;  // in surfaces()
+
 const std::vector<Surface>& surfaces() {
     static const std::vector<Surface> all = [] {
         std::vector<Surface> list{
-            {"ours", skin(Tessellation::complete, SmoothingMethod::coherent)},
-            {"ours, not smoothed", skin(Tessellation::complete, SmoothingMethod::none)},
+            {"ours, on the balls", skin(Tessellation::complete, SmoothingMethod::coherent)},
+            {"the same, not smoothed", skin(Tessellation::complete, SmoothingMethod::none)},
             {"paper's fans, smoothed as ours", skin(Tessellation::paper, SmoothingMethod::coherent)},
             {"paper's, not smoothed", skin(Tessellation::paper, SmoothingMethod::none)},
             {"paper's Algorithm 4", skin(Tessellation::paper, SmoothingMethod::paper)},
             {"alpha mesh", skin(Tessellation::complete, SmoothingMethod::coherent)}};
         list.back().params.surface = SurfaceKind::alpha;
+        list[kOurs].params.skin = 0;
+        list.push_back({"ours, the skin", skin(Tessellation::complete, SmoothingMethod::coherent)});
         return list;
     }();
     return all;
 }
-
-constexpr std::size_t kOurs = 0, kAlgorithmFour = 4;  // in surfaces()
 
 double jump(const Particles& start, double time, double span, const SkinParams& params) {
     const Mesh before = skinFrame(moved(start, time - span / 2), params).mesh;
@@ -228,6 +230,21 @@ TEST(Events, OursMovesOnThroughFlipsAndBirths) {
                 << events()[e].name << ", over " << kSpans[k] << " s";
         EXPECT_LE(jumpOf(e, kOurs, 2), 0.003) << events()[e].name;
     }
+}
+
+// Most of these events do not move the skin at all. What is left at the others is how vertices that split long edges
+// come and go, and what facets of a few thin parts miss.
+TEST(Events, TheSkinHardlyJumpsAtFlipsAndBirths) {
+    std::vector<double> found;
+    for (std::size_t e = 0; e < events().size(); ++e) {
+        if (events()[e].kind != "flip" && events()[e].kind != "birth") continue;
+        found.push_back(jumpOf(e, kSkin, 3));
+        std::printf("%s: %.6f\n", events()[e].name.c_str(), found.back());
+    }
+    ASSERT_GE(found.size(), 16u);
+    std::sort(found.begin(), found.end());
+    EXPECT_LE(found[found.size() / 2], 0.002);
+    EXPECT_LE(found[found.size() * 3 / 4], 0.01);
 }
 
 // Where balls begin to meet, the surface is as far from where it will be as its triangles are from the balls.
@@ -338,9 +355,10 @@ double largestJump(unsigned seed, double farthest, int steps) {
     double fastest = 0;
     for (const Vec3f& v : ball.velocity) fastest = std::max(fastest, Vec3(v).length());
     double largest = 0;
-    Mesh before = skinFrame(ball, surfaces()[kOurs].params).mesh;
+    const SkinParams& params = surfaces()[kSkin].params;
+    Mesh before = skinFrame(ball, params).mesh;
     for (int i = 1; i <= steps; ++i) {
-        Mesh now = skinFrame(moved(ball, i * farthest / fastest), surfaces()[kOurs].params).mesh;
+        Mesh now = skinFrame(moved(ball, i * farthest / fastest), params).mesh;
         const SurfaceDistance distance = surfaceDistance(before, now);
         if (distance.max > largest)
             std::printf("ball %u, step %d: %.5f at (%.3f, %.3f, %.3f)\n", seed, i, distance.max, distance.worst.x,

@@ -289,9 +289,11 @@ TEST(Features, FillingRemovesTheBubblesBelowTheThresholdAndNothingElse) {
     EXPECT_GT(filled, 100u);
 }
 
-TEST(Features, FillingChangesNoOtherVertexOfTheSmoothedMesh) {
+// The skin is smoothed as if what was filled had never been there.
+TEST(Features, FillingChangesNoOtherVertexOfTheMeshSmoothedOnTheBalls) {
     const Cloud cheese = swissCheese();
     SkinParams params = withFeatures(cheese, Droplets::mesh);
+    params.skin = 0;
     const Mesh all = skinFrame(cheese.particles, params).mesh;
     const Pieces pieces = piecesOf(all.position.size(), all.triangles);
     ASSERT_EQ(pieces.count, 7u);

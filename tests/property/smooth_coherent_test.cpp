@@ -1,4 +1,4 @@
-// What coherent smoothing promises.
+// What coherent smoothing of the surface on the balls promises.
 
 #include "skin/skin_frame.h"
 
@@ -29,6 +29,7 @@ SkinParams withRadius(double radius, SmoothingMethod smoothing = SmoothingMethod
     SkinParams params;
     params.radius = radius;
     params.smoothing = smoothing;
+    params.skin = 0;
     return params;
 }
 

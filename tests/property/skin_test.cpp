@@ -1,0 +1,140 @@
+// What the skin promises: it lies where the liquid is, is calm, closed and free of crossings, and loses nothing.
+
+#include "skin/skin_frame.h"
+
+#include "core/parallel.h"
+#include "core/pieces.h"
+#include "measure/mesh_check.h"
+#include "measure/mesh_measure.h"
+#include "support/clouds.h"
+#include "support/oracles.h"
+
+#include <gtest/gtest.h>
+
+#include <numbers>
+#include <random>
+
+namespace betamesh {
+namespace {
+
+SkinParams withSpacing(double spacing, double radius = 1.5) {
+    SkinParams params;
+    params.radius = radius * spacing;
+    params.spacing = spacing;
+    return params;
+}
+
+// nx · ny · nz particles at distances of 1, every coordinate moved by up to `jitter`.
+Particles box(int nx, int ny, int nz, double jitter, unsigned seed, double wavelength = 0) {
+    std::mt19937 random(seed);
+    std::uniform_real_distribution<double> off(-1, 1);
+    Particles particles;
+    for (int z = 0; z < nz; ++z)
+        for (int y = 0; y < ny; ++y)
+            for (int x = 0; x < nx; ++x) {
+                Vec3 p(x + jitter * off(random), y + jitter * off(random), z + jitter * off(random));
+                if (wavelength > 0) p.z += std::sin(2 * std::numbers::pi * p.x / wavelength);
+                particles.position.emplace_back(p);
+            }
+    return particles;
+}
+
+double volumePerParticle(const Particles& particles) {
+    return measureMesh(skinFrame(particles, withSpacing(1)).mesh).volume / static_cast<double>(particles.size());
+}
+
+TEST(Skin, EnclosesTheVolumeOfTheLiquid) {
+    const auto between = [](double volume, double low, double high, const char* what) {
+        EXPECT_GE(volume, low) << what;
+        EXPECT_LE(volume, high) << what;
+    };
+    between(volumePerParticle(box(20, 20, 20, 0, 1)), 0.98, 1.04, "block");
+    between(volumePerParticle(box(1, 1, 1, 0, 1)), 0.95, 1.10, "drop of one particle");
+    for (const unsigned seed : {1u, 2u, 3u}) {
+        between(volumePerParticle(box(60, 1, 1, 0.25, seed)), 0.85, 1.10, "thread");
+        between(volumePerParticle(box(40, 40, 1, 0.25, seed)), 0.90, 1.10, "sheet");
+    }
+}
+
+// Calls visit(middle, normal) for triangles of the top, far from the sides; normals are as long as twice the area.
+template <typename Visit>
+void forTopOf(const Mesh& mesh, double low, double high, const Visit& visit) {
+    for (const Triangle& t : mesh.triangles) {
+        const Vec3 &a = mesh.position[t[0]], &b = mesh.position[t[1]], &c = mesh.position[t[2]];
+        const Vec3 middle = (a + b + c) / 3, normal = cross(b - a, c - a);
+        if (std::min(middle.x, middle.y) < low || std::max(middle.x, middle.y) > high || middle.z < 3) continue;
+        if (normal.z > 0.2 * normal.length()) visit(middle, normal);
+    }
+}
+
+double degreesOffThePlane(const Mesh& mesh) {
+    double sum = 0, area = 0;
+    forTopOf(mesh, 9, 46, [&](const Vec3&, const Vec3& normal) {
+        const double size = normal.length(), angle = std::acos(std::min(1.0, normal.z / size));
+        sum += angle * angle * size;
+        area += size;
+    });
+    return std::sqrt(sum / area) * 180 / std::numbers::pi;
+}
+
+// How much of a wave of amplitude 1 is left: least squares with a constant term.
+double waveKept(const Mesh& mesh, double wavelength, double low, double high) {
+    double w = 0, s = 0, ss = 0, z = 0, zs = 0;
+    forTopOf(mesh, low, high, [&](const Vec3& middle, const Vec3& normal) {
+        const double wave = std::sin(2 * std::numbers::pi * middle.x / wavelength), size = normal.z;
+        w += size, s += size * wave, ss += size * wave * wave, z += size * middle.z, zs += size * middle.z * wave;
+    });
+    return (zs - z * s / w) / (ss - s * s / w);
+}
+
+TEST(Skin, IsFlatWhereTheLiquidIsAndKeepsWaves) {
+    for (const unsigned seed : {1u, 2u}) {
+        const auto slab = [&](double wavelength) {
+            return skinFrame(box(56, 56, 6, 0.25, seed, wavelength), withSpacing(1)).mesh;
+        };
+        EXPECT_LE(degreesOffThePlane(slab(0)), 1.8);
+        EXPECT_GE(waveKept(slab(8), 8, 8, 48), 0.86);
+        EXPECT_GE(waveKept(slab(16), 16, 11.5, 43.5), 0.975);
+    }
+}
+
+TEST(Skin, FurtherPassesAreCalmerAndKeepTheVolume) {
+    const Particles slab = box(56, 56, 6, 0.25, 3);
+    SkinParams params = withSpacing(1);
+    const Mesh once = skinFrame(slab, params).mesh;
+    params.passes = 3;
+    const Mesh thrice = skinFrame(slab, params).mesh;
+    EXPECT_LT(degreesOffThePlane(thrice), degreesOffThePlane(once));
+    EXPECT_NEAR(measureMesh(thrice).volume / measureMesh(once).volume, 1, 0.02);
+}
+
+TEST(Skin, OfEveryCloudIsClosedWithoutCrossingsAndHasTheComponentsOfTheBalls) {
+    forEveryCloud(150, [](const Cloud& cloud) {
+        if (cloud.particles.size() > 1000) return;
+        SkinParams params = withSpacing(cloud.radius / 1.5);
+        const Mesh skin = skinFrame(cloud.particles, params).mesh;
+        const MeshCheck check = checkMesh(skin);
+        EXPECT_TRUE(check.good()) << "crossings " << check.crossings.count;
+        params.skin = 0;
+        const Mesh balls = skinFrame(cloud.particles, params).mesh;
+        EXPECT_EQ(piecesOf(skin.position.size(), skin.triangles).count,
+                  piecesOf(balls.position.size(), balls.triangles).count);
+        for (const Vec3& p : skin.position) ASSERT_TRUE(std::isfinite(p.x + p.y + p.z));
+        for (const Vec3f& p : cloud.particles.position) EXPECT_GT(windingNumber(skin, Vec3(p)), 0.5);
+    });
+}
+
+TEST(Skin, IsTheSameForEveryParticleOrderAndThreadCount) {
+    const Particles liquid = box(12, 12, 9, 0.4, 5);
+    const Mesh mesh = skinFrame(liquid, withSpacing(1)).mesh;
+    const Mesh other = skinFrame(shuffled(liquid, 7), withSpacing(1)).mesh;
+    EXPECT_EQ(mesh.position, other.position);
+    EXPECT_EQ(mesh.triangles, other.triangles);
+    Mesh alone;
+    withThreads(1, [&] { alone = skinFrame(liquid, withSpacing(1)).mesh; });
+    EXPECT_EQ(mesh.position, alone.position);
+    EXPECT_EQ(mesh.triangles, alone.triangles);
+}
+
+}  // namespace
+}  // namespace betamesh
