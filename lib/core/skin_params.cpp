@@ -37,6 +37,11 @@ double skinDepth(const SkinParams& params, int dimension) {
     return automaticSkin(params, dimension == 2 ? kAutomaticPlanarSkin : kAutomaticSkin);
 }
 
+double leastSkin(const SkinParams& params) {
+    const double depth = skinDepth(params);
+    return depth > 0 ? std::max(depth, params.radius / 7) : 0;
+}
+
 double loneSkinDepth(const SkinParams& params) {
     const double depth = skinDepth(params, 2);
     return params.skin || depth == 0 ? depth : automaticSkin(params, kLonePlanarSkin);

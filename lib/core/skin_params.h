@@ -83,6 +83,10 @@ double particleSpacing(const SkinParams& params);
 /// given.
 double skinDepth(const SkinParams& params, int dimension = 3);
 
+/// The same in three dimensions, but at least a seventh of the radius, or 0: thinner skins would need balls too large to
+/// look for, and are drawn so.
+double leastSkin(const SkinParams& params);
+
 /// The skin of a particle alone in two dimensions, world units: a circle of the area that a particle stands for, where
 /// no skin is given.
 double loneSkinDepth(const SkinParams& params);

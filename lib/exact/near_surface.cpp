@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <atomic>
 #include <bitset>
+#include <cmath>
 #include <mutex>
 #include <utility>
 
@@ -75,9 +76,16 @@ std::vector<int> distancesToExposed(const std::vector<Vec3i>& cells, const std::
     return distance;
 }
 
-// How many cells round those with exposed balls matter.
-int marginOf(const Features& features) {
+// How many cells, two radii wide, round those with exposed balls matter. A skin is as deep below the union of larger
+// balls as the ball that rolls over it is large; what is exposed of these is decided by their neighbours.
+int marginOf(const SkinParams& params) {
+    const Features& features = params.features;
     int margin = 1;
+    if (const double skin = leastSkin(params); skin > 0) {
+        const double rolling = (params.radius * params.radius - skin * skin) / (2 * skin);
+        const double farthest = params.radius + 2 * rolling + skin + particleSpacing(params);
+        margin = static_cast<int>(std::ceil(farthest / (2 * params.radius)));
+    }
     if (features.droplets != Droplets::mesh)
         for (double side = -1; side * side * side < features.droplet_particles; side += 2) ++margin;
     return margin;
@@ -100,7 +108,7 @@ struct NearSurfaceFinder::State {
 };
 
 NearSurfaceFinder::NearSurfaceFinder(const SkinParams& params)
-    : state_(new State{SnapGrid(params.radius), marginOf(params.features),
+    : state_(new State{SnapGrid(params.radius), marginOf(params),
                        params.predicates != PredicateKind::exact || params.features.tendrils != Tendrils::mesh}) {}
 NearSurfaceFinder::~NearSurfaceFinder() = default;
 

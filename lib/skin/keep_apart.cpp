@@ -372,12 +372,12 @@ std::vector<PatchTree::BodyPart> bodiesOf(const BallBoundary& boundary, const st
 
 }  // namespace
 
-void keepApart(const BallBoundary& boundary, const MovingPoints& from, BetaMesh& mesh) {
-    if (mesh.triangles.empty()) return;
+bool keepApart(const BallBoundary& boundary, const MovingPoints& from, BetaMesh& mesh) {
+    if (mesh.triangles.empty()) return true;
     const double radius = boundary.worldRadius();
     PatchTree tree(mesh, from.position, radius, bodiesOf(boundary, from.position, mesh));
     std::vector<TrianglePair> pairs = crossingsAmong(tree.meetings(), mesh);
-    if (pairs.empty()) return;
+    if (pairs.empty()) return true;
     Ways ways(from, radius, mesh);
     const auto wakeNear = [&](double distance) {
         std::vector<std::uint32_t> triangles;
@@ -397,7 +397,7 @@ void keepApart(const BallBoundary& boundary, const MovingPoints& from, BetaMesh&
         tree.sleep();
         wakeNear(radius);
         const bool all_the_way = round >= kRounds, any = ways.shorten(pairs, all_the_way, tree);
-        if (!any && all_the_way) return;
+        if (!any && all_the_way) return false;
         round = any ? round + 1 : kRounds;
         tree.sleepUnless([&](std::uint32_t v) { return mesh.vertex[v].position != ways.placeOf(v).position; });
         wakeNear(0);
@@ -407,6 +407,7 @@ void keepApart(const BallBoundary& boundary, const MovingPoints& from, BetaMesh&
         tree.refit();
         pairs = crossingsAmong(tree.meetings(), mesh);
     }
+    return true;
 }
 
 }  // namespace betamesh

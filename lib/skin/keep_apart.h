@@ -14,9 +14,11 @@ namespace betamesh {
 /// velocities follow them.
 ///
 /// in      from: where each vertex of the mesh came from; no two triangles cross there (those that do stay there)
+/// out     whether no triangles cross any more; where some crossed from the start, or only together with others that
+///         stay, they still do
 /// same    bytes for any thread count
 /// cost    a look at every triangle, and at those pairs that are near each other and face different ways
 /// source  a surface over a plane does not cross itself: Volino & Magnenat-Thalmann 1994
-void keepApart(const BallBoundary& boundary, const MovingPoints& from, BetaMesh& mesh);
+bool keepApart(const BallBoundary& boundary, const MovingPoints& from, BetaMesh& mesh);
 
 }  // namespace betamesh

@@ -40,7 +40,7 @@ constexpr double kSmoothedAngle = 0.235;     // radians per segment of what is s
 constexpr double kCalmAngle = 0.4;           // round small patches of balls, where jumps are smaller
 constexpr double kSmoothedFaceAngle = 0.37;  // between points inside faces of the same
 constexpr double kSkinAngle = 0.4, kSkinCalmAngle = 0.6, kSkinFaceAngle = 0.5;  // the same where there is a skin
-constexpr double kFarthestSmoothed = 0.8;  // of the skin: no vertex gets past a particle
+constexpr double kFarthestSmoothed = 0.9;  // of the skin: no vertex gets past a particle
 constexpr double kLeastAngle = 0.05, kLargestAngle = 0.7;
 
 struct Structure {
@@ -153,7 +153,7 @@ void moveWithLiquid(const BallBoundary& boundary, const std::vector<Moving>& bal
 
 SkinLengths lengthsOf(const SkinParams& params) {
     const double spacing = particleSpacing(params);
-    return {params.radius / spacing, skinDepth(params) / spacing, !params.skin};
+    return {params.radius / spacing, leastSkin(params) / spacing, !params.skin};
 }
 
 // Takes the vertices of the boundary of the union of balls to the skin, and smooths it.
@@ -169,9 +169,9 @@ void giveSkin(const OuterSamples& outer, const BallBoundary& boundary, const Ski
     const MovingPoints retracted = copyOf(mesh.vertex);
     if (passesOf(params) > 0)
         smoothSkin(surface, params.smoothing_width > 0 ? params.smoothing_width / spacing : kWidestFit,
-                   kFarthestSmoothed * skinDepth(params) / spacing, passesOf(params));
+                   kFarthestSmoothed * leastSkin(params) / spacing, passesOf(params));
     surface.writePositions();
-    keepApart(boundary, retracted, mesh);
+    if (!keepApart(boundary, retracted, mesh)) keepApart(boundary, on_balls, mesh);
 }
 
 // Of the structure only the boundary is left, without exposed directions.
