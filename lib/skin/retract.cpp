@@ -26,7 +26,7 @@ constexpr std::size_t kFirstRefined = 4;  // the steps before which long edges a
 
 // What volume asks for beyond the skin: threads expose a fifth of each outer ball, drops of one particle all of it. On
 // arcs, where parts of the liquid meet, nothing: there the skin has to be what makes them meet at contact.
-constexpr double kThreadExtra = 0.05, kDropExtra = 0.03;
+constexpr double kThreadExtra = 0.1, kDropExtra = -0.02;
 double extraOf(double isolation) {
     return kThreadExtra * smoothStep((isolation - 0.1) / 0.1).value +
            kDropExtra * smoothStep((isolation - 0.8) / 0.2).value;
