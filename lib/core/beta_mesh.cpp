@@ -25,6 +25,28 @@ Mesh asMesh(const std::vector<Moving>& vertex, std::vector<Triangle> triangles) 
     return mesh;
 }
 
+void reorderVertices(BetaMesh& mesh, const std::vector<std::uint32_t>& order) {
+    std::vector<std::uint32_t> place(order.size());
+    std::vector<Moving> vertex(order.size());
+    std::vector<Rate> clearance(mesh.clearance.size());
+    parallelFor(order.size(), 8192, [&](std::size_t i) {
+        place[order[i]] = static_cast<std::uint32_t>(i);
+        vertex[i] = mesh.vertex[order[i]];
+        if (!clearance.empty()) clearance[i] = mesh.clearance[order[i]];
+    });
+    mesh.vertex = std::move(vertex);
+    mesh.clearance = std::move(clearance);
+    parallelFor(mesh.triangles.size(), 8192, [&](std::size_t t) {
+        for (std::uint32_t& v : mesh.triangles[t]) v = place[v];
+    });
+    for (std::vector<RisingVertex>& group : mesh.rising)
+        parallelFor(group.size(), 4096, [&](std::size_t i) {
+            group[i].vertex = place[group[i].vertex];
+            for (std::uint32_t& from : group[i].from) from = place[from];
+        });
+    for (SwellingVertex& swelling : mesh.swelling) swelling.vertex = place[swelling.vertex];
+}
+
 MovingPoints copyOf(const std::vector<Moving>& points) {
     MovingPoints copy;
     copy.position.resize(points.size());

@@ -54,6 +54,9 @@ struct BetaMesh {
 Mesh asMesh(const std::vector<Moving>& vertex, std::vector<Triangle> triangles);
 inline Mesh asMesh(BetaMesh&& beta) { return asMesh(beta.vertex, std::move(beta.triangles)); }
 
+/// Brings the vertices into another order: order[i] is the one that comes i-th.
+void reorderVertices(BetaMesh& mesh, const std::vector<std::uint32_t>& order);
+
 /// Many points that move, in two arrays, for which there is room sooner than for one twice as large.
 struct MovingPoints {
     std::vector<Vec3> position;

@@ -12,9 +12,6 @@ namespace {
 
 // All lengths are in particle spacings.
 constexpr double kGroupCell = 3;     // edge of the cells in which vertices are grouped
-constexpr double kSearchCell = 0.7;  // edge of those in which they are looked for
-constexpr std::size_t kMostNear = 2048;  // vertices that sums go through; of a surface in good order some 300 are near
-constexpr double kMargin = 0.4;      // beyond what is asked for: vertices may move so far, all told, until it is short
 
 // Edges of at most kLongestFlat where the surface is flat, kLongestRound where it is as round as a thread, and by
 // kShorterOnRims less on rims. Bend as in SoftNormals, over kBendWidth.
@@ -32,7 +29,7 @@ enum Field { kX, kY, kZ, kArea, kNx, kNy, kNz, kFields };
 
 // Σ w n and Σ w, w = area · (1 - d²/width²)²₊ · (n · from)²₊.
 struct SumNormals {
-    std::span<const SampleFields<kFields>> samples;
+    SomeSamples<kFields> samples;
     float inverse_square_width;
     const Lanes (&point)[3], (&normal)[3];
     Lanes (&sums)[4];
@@ -68,27 +65,26 @@ struct LongEdge {
     std::pair<std::uint32_t, std::uint32_t> ends() const { return {from, to}; }
 };
 
-double farthestOf(const std::vector<Vec3f>& steps) {
-    float square = 0;
-    for (const Vec3f& step : steps) square = std::max(square, step.length2());
-    return std::sqrt(static_cast<double>(square));
-}
-
 }  // namespace
 
 MovedSurface::MovedSurface(BetaMesh& mesh, double spacing) : mesh_(mesh), spacing_(spacing), position_(mesh.vertex.size()) {
     parallelFor(size(), 8192, [&](std::size_t v) { position_[v] = mesh_.vertex[v].position; });
-    listTriangles();
-    measure();
+    arrange();
 }
 
-void MovedSurface::listTriangles() {
+void MovedSurface::arrange() {
+    std::vector<std::uint32_t> order;
+    groups_ = PointGroups(position_, kGroupCell * spacing_, order);
+    reorderVertices(mesh_, order);
+    position_ = inOrder(position_, order);
     triangles_of_ = sortedIntoRows<std::uint32_t>(size(), mesh_.triangles.size(), [&](std::size_t t, const auto& visit) {
         for (const std::uint32_t v : mesh_.triangles[t]) visit(v, static_cast<std::uint32_t>(t));
     });
+    measure();
 }
 
 void MovedSurface::measure() {
+    groups_.fitBoxes(position_);
     const std::size_t n = size(), triangles = mesh_.triangles.size();
     std::vector<Vec3f> vector_area(triangles);  // a third
     std::vector<float> third(triangles);
@@ -143,36 +139,18 @@ void MovedSurface::measure() {
 void MovedSurface::move(std::vector<Vec3f>& step) {
     hold(step);
     parallelFor(size(), 8192, [&](std::size_t v) { position_[v] += Vec3(step[v]) * spacing_; });
-    moved_ += farthestOf(step);
     measure();
 }
 
-MovedSurface::Vicinity MovedSurface::vicinity(double reach) {
-    const auto at = [&](std::size_t v) -> const Vec3& { return position_[v]; };
-    if (groups_.row.size() != size()) {
-        groups_ = groupsOf(CellOrder(size(), kGroupCell * spacing_, at), position_);
-        reach_ = 0;
-    }
-    if (reach + 2 * moved_ > reach_ || reach_ > 2 * (reach + kMargin)) {
-        reach_ = reach + kMargin;
-        moved_ = 0;
-        fitBoxes(groups_, position_);
-        near_ = nearGroups(groups_, CellOrder(size(), kSearchCell * spacing_, at), position_, reach_ * spacing_,
-                           kMostNear);
-    }
-    return {groups_, near_};
-}
-
-MovedSurface::SoftNormals MovedSurface::softNormals(double width, const std::vector<Vec3f>& from) {
+MovedSurface::SoftNormals MovedSurface::softNormals(double width, const std::vector<Vec3f>& from) const {
     SoftNormals soft{std::vector<Vec3f>(size()), std::vector<float>(size())};
-    const auto [groups, near] = vicinity(width);
     const auto inverse = static_cast<float>(1 / (width * width));
-    forGroups<kFields>(
-        groups, position_, near, position_, spacing_,
+    forVicinities<kFields>(
+        width,
         [&](std::uint32_t v, SampleFields<kFields>& f) {
             f[kArea] = area_[v], f[kNx] = from[v].x, f[kNy] = from[v].y, f[kNz] = from[v].z;
         },
-        [&](const GroupLanes& group, std::span<const SampleFields<kFields>> samples) {
+        [&](const GroupLanes& group, SomeSamples<kFields> samples) {
             const GroupLanes::Vectors facing = group.of(from);
             Lanes sums[4];
             forLanes(SumNormals{samples, inverse, group.place, facing.lanes, sums});
@@ -274,43 +252,48 @@ void MovedSurface::refine(std::size_t refinement) {
     }
     for (; ball < mesh_.ball_begin.size(); ++ball) mesh_.ball_begin[ball] = static_cast<std::uint32_t>(split.size());
     mesh_.triangles = std::move(split);
-    listTriangles();
-    measure();
+    arrange();
 }
 
-// How a corner of a triangle that lies upside down gets back to its other side of the longest edge; zero for the other
-// corners, and where the triangle lies as the surface does.
-Vec3 MovedSurface::wayBack(std::uint32_t triangle, std::uint32_t corner) const {
+// Adds to the steps what takes the corner opposite the longest edge of a triangle that lies upside down to the other
+// side of that edge.
+void MovedSurface::turnBack(std::uint32_t triangle, std::vector<Vec3f>& step) const {
     const Triangle& t = mesh_.triangles[triangle];
     const Vec3 facing = Vec3(normal_[t[0]] + normal_[t[1]] + normal_[t[2]]).normalized();
-    const std::size_t k = t[0] == corner ? 0 : t[1] == corner ? 1 : 2;
-    const Vec3 &from = position_[t[(k + 1) % 3]], &to = position_[t[(k + 2) % 3]], &apex = position_[corner];
-    const Vec3 edge = to - from;
-    const double square = edge.length2();
-    if (!(square > 0) || (apex - from).length2() > square || (apex - to).length2() > square) return Vec3(0);
-    const Vec3 normal = cross(edge, apex - from).normalized();
-    const double turned = smoothStep((kUpright - dot(normal, facing)) / kUpright).value;
-    if (!(turned > 0)) return Vec3(0);
-    const Vec3 foot = from + edge * (dot(apex - from, edge) / square);
-    const Vec3 target = foot + cross(facing, edge) * kLeastHeight;
-    return (target - apex) * turned;
+    double longest = 0;
+    for (std::size_t k = 0; k < 3; ++k) longest = std::max(longest, (position_[t[k]] - position_[t[(k + 1) % 3]]).length2());
+    if (!(longest > 0)) return;
+    for (std::size_t k = 0; k < 3; ++k) {
+        const Vec3 &from = position_[t[(k + 1) % 3]], &to = position_[t[(k + 2) % 3]], &apex = position_[t[k]];
+        const Vec3 edge = to - from;
+        if (edge.length2() < longest) continue;
+        const Vec3 normal = cross(edge, apex - from).normalized();
+        const double turned = smoothStep((kUpright - dot(normal, facing)) / kUpright).value;
+        const Vec3 foot = from + edge * (dot(apex - from, edge) / longest);
+        const Vec3 target = foot + cross(facing, edge) * kLeastHeight;
+        step[t[k]] += Vec3f((target - apex) * (turned / spacing_));
+    }
 }
 
 void MovedSurface::unfold() {
     std::vector<Vec3f> step(size(), Vec3f(0));
-    parallelFor(size(), 2048, [&](std::size_t row) {
-        const auto v = static_cast<std::uint32_t>(row);
+    parallelFor(size(), 2048, [&](std::size_t v) {
         const double share = smoothStep((kFoldBegins - agreement_[v]) / (kFoldBegins - kFolded)).value;
         const std::span<const std::uint32_t> round = std::as_const(triangles_of_)[v];
-        if (round.empty()) return;
-        Vec3 sum(0), back(0);  // of the vertices round it each twice; out of triangles that lie upside down
-        for (const std::uint32_t t : round) {
-            back += wayBack(t, v);
-            if (share > 0)
-                for (const std::uint32_t u : mesh_.triangles[t]) sum += position_[u] - position_[v];
-        }
-        const Vec3 way = sum * (kUnfolding * share / (2.0 * static_cast<double>(round.size()))) + back;
-        step[v] = Vec3f(way / spacing_);
+        if (!(share > 0) || round.empty()) return;
+        Vec3 sum(0);  // of the vertices round it each twice
+        for (const std::uint32_t t : round)
+            for (const std::uint32_t u : mesh_.triangles[t]) sum += position_[u] - position_[v];
+        step[v] = Vec3f(sum * (kUnfolding * share / (2.0 * static_cast<double>(round.size()) * spacing_)));
+    });
+    const std::vector<std::uint32_t> upset = rowsWhere(mesh_.triangles.size(), [&](std::uint32_t triangle) {
+        const auto& [a, b, c] = mesh_.triangles[triangle];
+        const Vec3f facing = normal_[a] + normal_[b] + normal_[c];
+        const Vec3f across(cross((position_[b] - position_[a]) / spacing_, (position_[c] - position_[a]) / spacing_));
+        return !(dot(across, facing) > static_cast<float>(kUpright) * across.length() * facing.length());
+    });
+    for (const std::uint32_t triangle : upset) turnBack(triangle, step);
+    parallelFor(size(), 8192, [&](std::size_t v) {
         if (const float length = step[v].length(); length > kLongestUnfolding) step[v] *= kLongestUnfolding / length;
     });
     move(step);
@@ -322,12 +305,7 @@ void MovedSurface::setVelocities(std::vector<Vec3f>& velocity) {
 }
 
 void MovedSurface::readPositions() {
-    std::vector<Vec3f> step(size());
-    parallelFor(size(), 8192, [&](std::size_t v) { step[v] = Vec3f((mesh_.vertex[v].position - position_[v]) / spacing_); });
-    const double farthest = farthestOf(step);
-    if (farthest == 0) return;
     parallelFor(size(), 8192, [&](std::size_t v) { position_[v] = mesh_.vertex[v].position; });
-    moved_ += farthest;
     measure();
 }
 

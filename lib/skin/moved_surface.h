@@ -22,7 +22,8 @@ inline constexpr std::size_t kRefinements = (std::tuple_size_v<RisingVertices> -
 /// shared out. Lengths are in particle spacings, positions in world units.
 class MovedSurface {
 public:
-    /// The mesh has to stay where it is; spacing: of the particles, world units.
+    /// Brings the vertices of the mesh into an order in space. The mesh has to stay where it is; spacing: of the
+    /// particles, world units.
     MovedSurface(BetaMesh& mesh, double spacing);
 
     std::size_t size() const { return position_.size(); }
@@ -51,7 +52,7 @@ public:
     /// Moves every vertex by its step, held, and works areas and normals out anew.
     void move(std::vector<Vec3f>& step);
     /// Splits edges that are long for how strongly the surface is curved there, at vertices that fade in with the
-    /// edges' length. refinement: 0, 1 … kRefinements - 1, each once.
+    /// edges' length, and brings all into order again. refinement: 0, 1 … kRefinements - 1, each once.
     void refine(std::size_t refinement);
     /// Draws vertices whose triangles face very different ways towards the vertices round them, and turns triangles that
     /// lie upside down on the surface.
@@ -62,34 +63,33 @@ public:
     void writePositions();
     void readPositions();
 
-    /// Groups of vertices where they are now, and the vertices within reach of each.
-    struct Vicinity {
-        const PointGroups& groups;
-        const Rows& near;
-    };
-    Vicinity vicinity(double reach);
-    /// Those of the last call.
+    /// Of vertices, where they are now.
     const PointGroups& groups() const { return groups_; }
-    /// Samples of something else within reach of each of those groups.
-    Rows near(const CellOrder& samples, const std::vector<Vec3>& sample, double reach) const {
-        return nearGroups(groups_, samples, sample, (reach + moved_) * spacing_);
+    /// As forGroups, with the vertices within reach.
+    template <std::size_t kFields, typename Fill, typename Visit>
+    void forVicinities(double reach, const Fill& fill, const Visit& visit) const {
+        constexpr std::size_t kMostNear = 2048;  // of a surface in good order some 300 are near
+        forGroups<kFields>(
+            groups_, position_, groups_, position_, spacing_, kMostNear, [&](std::size_t) { return reach * spacing_; },
+            fill, visit);
     }
 
     /// Kernel means over what is near in space, whichever way it faces: (1 - d²/width²)² times area is the weight.
     template <std::size_t kValues>
-    std::vector<std::array<float, kValues>> means(double width, const std::vector<std::array<float, kValues>>& values);
+    std::vector<std::array<float, kValues>> means(double width,
+                                                  const std::vector<std::array<float, kValues>>& values) const;
 
     struct SoftNormals {
         std::vector<Vec3f> normal;  ///< unit vectors
         std::vector<float> bend;    ///< 0 where all that is near faces one way, 1 where it faces all ways
     };
     /// Kernel means of normals over what is near and faces the way of `from`.
-    SoftNormals softNormals(double width, const std::vector<Vec3f>& from);
+    SoftNormals softNormals(double width, const std::vector<Vec3f>& from) const;
 
 private:
+    void arrange();
     void measure();
-    void listTriangles();
-    Vec3 wayBack(std::uint32_t triangle, std::uint32_t corner) const;
+    void turnBack(std::uint32_t triangle, std::vector<Vec3f>& step) const;
 
     BetaMesh& mesh_;
     double spacing_;
@@ -98,15 +98,13 @@ private:
     std::vector<float> area_, agreement_;  // agreement: of the normals of a vertex' triangles, 1 where they are one
     std::vector<Vec3f> normal_;
 
-    double moved_ = 0, reach_ = 0;  // how far vertices went at most since the groups were made; how far these reach
     PointGroups groups_;
-    Rows near_;
 };
 
 /// Σ w value / Σ w of each value.
 template <std::size_t kValues>
 struct SumMeans {
-    std::span<const SampleFields<4 + kValues>> samples;  // position, area, values
+    SomeSamples<4 + kValues> samples;  // position, area, values
     float inverse_square_width;
     const Lanes (&point)[3];
     Lanes (&mean)[kValues];
@@ -132,19 +130,18 @@ struct SumMeans {
 };
 
 template <std::size_t kValues>
-std::vector<std::array<float, kValues>> MovedSurface::means(double width,
-                                                            const std::vector<std::array<float, kValues>>& values) {
+std::vector<std::array<float, kValues>> MovedSurface::means(
+    double width, const std::vector<std::array<float, kValues>>& values) const {
     constexpr float kLeastArea = 1e-9F;  // where nothing has any, all count alike
-    const auto [groups, near] = vicinity(width);
     std::vector<std::array<float, kValues>> means(values.size());
     const auto inverse = static_cast<float>(1 / (width * width));
-    forGroups<4 + kValues>(
-        groups, position_, near, position_, spacing_,
+    forVicinities<4 + kValues>(
+        width,
         [&](std::uint32_t v, SampleFields<4 + kValues>& f) {
             f[3] = area_[v] + kLeastArea;
             for (std::size_t k = 0; k < kValues; ++k) f[4 + k] = values[v][k];
         },
-        [&](const GroupLanes& group, std::span<const SampleFields<4 + kValues>> samples) {
+        [&](const GroupLanes& group, SomeSamples<4 + kValues> samples) {
             Lanes mean[kValues];
             forLanes(SumMeans<kValues>{samples, inverse, group.place, mean});
             for (std::size_t lane = 0; lane < group.size; ++lane)

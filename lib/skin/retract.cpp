@@ -12,8 +12,9 @@ namespace {
 // All lengths are in particle spacings.
 constexpr double kBand = 0.25;         // outer points so much farther than the nearest one have a say in the direction
 constexpr double kFadesBelow = 0.3;    // vertices so much deeper than the skin are out of reach, and stay
+constexpr std::size_t kMostNear = 4096;  // outer points that count for a group of vertices
 constexpr float kFadingSquare = 0.3F;  // added to the squared distance of an outer point that has only just appeared
-constexpr double kOuterCell = 0.7;     // edge of the cells in which outer points are looked for
+constexpr double kOuterCell = 3;       // edge of the cells in which outer points are grouped
 
 // Steps: the share of the way that is left, and the width of the mean over them.
 struct Step {
@@ -33,7 +34,7 @@ double extraOf(double isolation) {
 }
 
 enum Field { kX, kY, kZ, kVx, kVy, kVz, kWeight, kExtra, kFading, kFields };
-using Samples = std::span<const SampleFields<kFields>>;
+using Samples = SomeSamples<kFields>;
 
 // Over the outer points in a band beyond the nearest one, w their weights: Σ w (x - y), Σ w v, Σ w, Σ w extra; and the
 // squared distance of the nearest.
@@ -86,35 +87,41 @@ struct Approach {
     float gap = 0;       // to where it is deep enough; negative where it is too deep
     float in_reach = 0;  // 1, fading to 0 deep below the skin
     Vec3f velocity{0};   // of the outer boundary there
+    float distance = 0;  // of its nearest point; what counts for more as points fade
 };
 
 class OuterBoundary {
 public:
     OuterBoundary(const OuterSamples& samples, const SkinLengths& lengths, double spacing)
-        : samples_(samples),
-          rolling_(lengths.rolling()),
+        : rolling_(lengths.rolling()),
           spacing_(spacing),
-          extra_(samples.point.size(), 0),
-          position_(samples.point.size()) {
-        parallelFor(position_.size(), 8192, [&](std::size_t i) {
-            position_[i] = samples.point[i].position;
-            if (lengths.volume_true) extra_[i] = static_cast<float>(extraOf(samples.isolation[i]));
+          position_(samples.point.size()),
+          point_(samples.point.size()) {
+        std::vector<std::uint32_t> order;
+        parallelFor(position_.size(), 8192, [&](std::size_t i) { position_[i] = samples.point[i].position; });
+        groups_ = PointGroups(position_, kOuterCell * spacing, order);
+        position_ = inOrder(position_, order);
+        groups_.fitBoxes(position_);
+        parallelFor(point_.size(), 8192, [&](std::size_t i) {
+            const std::uint32_t row = order[i];
+            const double extra = lengths.volume_true ? extraOf(samples.isolation[row]) : 0;
+            point_[i] = {Vec3f(samples.point[row].velocity), samples.weight[row], static_cast<float>(extra),
+                         samples.fading[row] * kFadingSquare};
         });
-        order_.emplace(position_.size(), kOuterCell * spacing,
-                       [&](std::size_t i) -> const Vec3& { return position_[i]; });
     }
 
-    std::vector<Approach> approaches(MovedSurface& surface, double width) const {
+    double farthest() const { return rolling_ + kFadesBelow + kBand; }
+    // reachOf: of a group of vertices: how far to look, spacings
+    template <typename ReachOf>
+    std::vector<Approach> approaches(const MovedSurface& surface, const ReachOf& reachOf) const {
         std::vector<Approach> approach(surface.size());
-        const PointGroups& groups = surface.vicinity(width).groups;
-        const Rows near = surface.near(*order_, position_, rolling_ + kFadesBelow + kBand);
         forGroups<kFields>(
-            groups, surface.position(), near, position_, spacing_,
+            surface.groups(), surface.position(), groups_, position_, spacing_, kMostNear,
+            [&](std::size_t group) { return reachOf(group) * spacing_; },
             [&](std::uint32_t i, SampleFields<kFields>& f) {
-                const Vec3f v(samples_.point[i].velocity);
-                f[kVx] = v.x, f[kVy] = v.y, f[kVz] = v.z;
-                f[kWeight] = samples_.weight[i], f[kExtra] = extra_[i];
-                f[kFading] = samples_.fading[i] * kFadingSquare;
+                const Point& p = point_[i];
+                f[kVx] = p.velocity.x, f[kVy] = p.velocity.y, f[kVz] = p.velocity.z;
+                f[kWeight] = p.weight, f[kExtra] = p.extra, f[kFading] = p.fading_square;
             },
             [&](const GroupLanes& group, Samples samples) {
                 Lanes sums[kSums];
@@ -134,14 +141,18 @@ private:
         const auto vector = [&](int s) { return Vec3f(sums[s][lane], sums[s + 1][lane], sums[s + 2][lane]); };
         return {vector(kAway).normalized(),
                 static_cast<float>(rolling_ - distance - sums[kExtras][lane] / static_cast<double>(weight)),
-                static_cast<float>(in_reach), vector(kVelocity) / weight};
+                static_cast<float>(in_reach), vector(kVelocity) / weight, static_cast<float>(distance)};
     }
 
-    const OuterSamples& samples_;
+    struct Point {
+        Vec3f velocity;
+        float weight, extra, fading_square;
+    };
+
     double rolling_, spacing_;
-    std::vector<float> extra_;
     std::vector<Vec3> position_;
-    std::optional<CellOrder> order_;
+    std::vector<Point> point_;
+    PointGroups groups_;
 };
 
 }  // namespace
@@ -152,7 +163,8 @@ void retract(const OuterSamples& samples, const SkinLengths& lengths, MovedSurfa
     for (std::size_t s = 0; s < kCount; ++s) {
         const auto& [share, width] = kSteps[s];
         if (s >= kFirstRefined && s < kFirstRefined + kRefinements) surface.refine(s - kFirstRefined);
-        const std::vector<Approach> approach = outer.approaches(surface, width);
+        const std::vector<Approach> approach = outer.approaches(
+            surface, [&](std::size_t) { return outer.farthest(); });
         std::vector<std::array<float, 6>> values(surface.size());  // step and velocity
         parallelFor(values.size(), 4096, [&](std::size_t v) {
             const Approach& a = approach[v];

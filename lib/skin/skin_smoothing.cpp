@@ -27,6 +27,8 @@ constexpr double kFlatSphere = 1e-3;             // added to the variance of wha
 constexpr float kSame = 0.5F, kOpposite = -0.3F, kSidewaysFade = 0.25F;
 constexpr double kSidewaysWidth = 1.2;
 constexpr double kWall = 0.6366;         // 2 / π: D⁻² is this times the sum over a wall across the surface, D away
+constexpr double kPieceCell = 4;         // edge of the cells in which pieces of the surface are grouped
+constexpr std::size_t kMostPieces = 4096;
 constexpr float kLeastSquare = 0.02F;    // added to squared distances there
 
 constexpr int kReturns = 3;              // how often what was lost of long waves returns
@@ -36,7 +38,7 @@ constexpr int kUnfoldings = 3;
 using Normals = std::vector<Vec3f>;
 
 enum Field { kX, kY, kZ, kArea, kNx, kNy, kNz, kValue, kFields };
-using Samples = std::span<const SampleFields<kFields>>;
+using Samples = SomeSamples<kFields>;
 
 struct Point {
     const Lanes (&place)[3];
@@ -80,10 +82,9 @@ struct SumFacing {
 template <bool kHeight>
 std::vector<float> meansAlong(MovedSurface& surface, const Normals& normal, const std::vector<float>& value) {
     std::vector<float> mean(surface.size());
-    const auto [groups, near] = surface.vicinity(kNarrowWidth);
     constexpr auto inverse = static_cast<float>(1 / (kNarrowWidth * kNarrowWidth));
-    forGroups<kFields>(
-        groups, surface.position(), near, surface.position(), surface.spacing(),
+    surface.forVicinities<kFields>(
+        kNarrowWidth,
         [&](std::uint32_t v, SampleFields<kFields>& f) {
             const Vec3f& n = normal[v];
             f[kArea] = surface.area(v), f[kNx] = n.x, f[kNy] = n.y, f[kNz] = n.z;
@@ -150,7 +151,7 @@ struct Piece {
 };
 
 enum PieceField { kPx, kPy, kPz, kPdx, kPdy, kPdz, kPieceArea, kSpread, kBulge, kPieceValue, kPieceFields };
-using PieceSamples = std::span<const SampleFields<kPieceFields>>;
+using PieceSamples = SomeSamples<kPieceFields>;
 
 constexpr std::size_t kCorners = 4;
 
@@ -343,27 +344,32 @@ Vec3 stepOntoSphere(const Lanes (&sums)[9], std::size_t lane) {
     return linear * (-2 * constant / (slope + root));
 }
 
-// Pieces of a surface, and those within reach of each group of its vertices, as long as these stay where they are.
-struct NearPieces {
+// Pieces of a surface, in groups.
+struct GroupedPieces {
     std::vector<Piece> piece;
     std::vector<Vec3> position;
-    Rows near;
+    PointGroups groups;
 
-    NearPieces(MovedSurface& surface, std::vector<Piece>&& pieces, double reach)
-        : piece(std::move(pieces)), position(piece.size()) {
-        for (std::size_t i = 0; i < position.size(); ++i) position[i] = piece[i].position;
-        surface.vicinity(kNarrowWidth);
-        near = surface.near(CellOrder(position.size(), reach / 3 * surface.spacing(),
-                                      [&](std::size_t i) -> const Vec3& { return position[i]; }),
-                            position, reach);
+    GroupedPieces(std::vector<Piece>&& pieces, double spacing) : piece(std::move(pieces)), position(piece.size()) {
+        const auto setPositions = [&] {
+            parallelFor(position.size(), 8192, [&](std::size_t i) { position[i] = piece[i].position; });
+        };
+        setPositions();
+        std::vector<std::uint32_t> order;
+        groups = PointGroups(position, kPieceCell * spacing, order);
+        piece = inOrder(piece, order);
+        setPositions();
+        groups.fitBoxes(position);
     }
 };
 
 // Calls visit(group, pieces within reach, normals of the group's lanes).
 template <typename Visit>
-void forVertices(MovedSurface& surface, const NearPieces& pieces, const Normals& normal, const Visit& visit) {
+void forVertices(const MovedSurface& surface, const GroupedPieces& pieces, double reach, const Normals& normal,
+                 const Visit& visit) {
     forGroups<kPieceFields>(
-        surface.groups(), surface.position(), pieces.near, pieces.position, surface.spacing(),
+        surface.groups(), surface.position(), pieces.groups, pieces.position, surface.spacing(), kMostPieces,
+        [&](std::size_t) { return reach * surface.spacing(); },
         [&](std::uint32_t i, SampleFields<kPieceFields>& f) {
             const Piece& p = pieces.piece[i];
             f[kPdx] = p.direction.x, f[kPdy] = p.direction.y, f[kPdz] = p.direction.z;
@@ -382,10 +388,10 @@ std::vector<float> inverseSquares(const std::vector<float>& width) {
 }
 
 // How wide each vertex may be smoothed: as far as the surface does not turn sideways.
-std::vector<float> widthsOf(MovedSurface& surface, const NearPieces& pieces, const Normals& wide, double widest) {
+std::vector<float> widthsOf(MovedSurface& surface, const GroupedPieces& pieces, const Normals& wide, double widest) {
     std::vector<float> width(surface.size());
     const auto inverse = static_cast<float>(1 / (widest * widest));
-    forVertices(surface, pieces, wide, [&](const GroupLanes& group, PieceSamples near, const Point& point) {
+    forVertices(surface, pieces, widest, wide, [&](const GroupLanes& group, PieceSamples near, const Point& point) {
         Lanes sums[1];
         forLanes(SumSideways{near, inverse, point, sums});
         for (std::size_t lane = 0; lane < group.size; ++lane) {
@@ -403,11 +409,11 @@ double shareOfFit(float width) { return smoothStep((width - kFitBegins) / (kFitF
 std::vector<float> fitSpheres(MovedSurface& surface, double widest) {
     const Normals normal = smoothNormals(surface);
     const Normals wide = surface.softNormals(kSidewaysWidth, normal).normal;
-    const NearPieces pieces(surface, piecesOf(surface, {}), widest);
+    const GroupedPieces pieces(piecesOf(surface, {}), surface.spacing());
     std::vector<float> width = widthsOf(surface, pieces, wide, widest);
     const std::vector<float> inverse_square = inverseSquares(width);
     std::vector<Vec3f> step(surface.size());
-    forVertices(surface, pieces, normal, [&](const GroupLanes& group, PieceSamples near, const Point& point) {
+    forVertices(surface, pieces, widest, normal, [&](const GroupLanes& group, PieceSamples near, const Point& point) {
         Lanes inverse, sums[9];
         for (std::size_t lane = 0; lane < kLanes; ++lane) inverse[lane] = inverse_square[group.row[lane]];
         forLanes(SumFit{near, inverse, point, sums});
@@ -437,11 +443,10 @@ void returnLongWaves(MovedSurface& surface, const Normals& normal, const std::ve
         least[v] = std::min(width[v], static_cast<float>(kReturnWidth));
     });
     const std::vector<float> inverse_square = inverseSquares(least);
-    NearPieces pieces(surface, piecesOf(surface, lost), kReturnWidth);
     for (int i = 0; i < kReturns; ++i) {
-        if (i > 0) pieces.piece = piecesOf(surface, lost);
+        const GroupedPieces pieces(piecesOf(surface, lost), surface.spacing());
         std::vector<float> height(surface.size());
-        forVertices(surface, pieces, normal,
+        forVertices(surface, pieces, kReturnWidth, normal,
                     [&](const GroupLanes& group, PieceSamples near, const Point& point) {
                         Lanes inverse, sums[2];
                         for (std::size_t lane = 0; lane < kLanes; ++lane)

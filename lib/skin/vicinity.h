@@ -2,42 +2,56 @@
 
 #pragma once
 
+#include "core/box.h"
 #include "core/cell_order.h"
-#include "core/graph.h"
 #include "core/sample_groups.h"
 
-#include <array>
+#include <optional>
 #include <span>
 #include <vector>
 
 namespace betamesh {
 
-/// Points sorted into groups of kLanes or fewer that lie together.
-struct PointGroups {
-    std::vector<std::uint32_t> row;       ///< of the points, group by group
-    std::vector<std::uint32_t> begin{0};  ///< the first of each group, and one past the last
-    std::vector<Box> box;                 ///< of each group
-    std::vector<std::uint32_t> cell_begin{0};  ///< the first group of each cell, and one past the last
+/// Groups of kLanes or fewer points that lie together, in space and in their arrays: group g has the points
+/// begin(g) … begin(g + 1) - 1.
+class PointGroups {
+public:
+    PointGroups() = default;
+    /// edge    of the cells in which points are grouped: a few times as wide as groups are to be
+    /// order   set to the order into which the points have to be brought: the rows as they were
+    ///
+    /// same    groups for any thread count
+    PointGroups(const std::vector<Vec3>& position, double edge, std::vector<std::uint32_t>& order);
 
-    std::size_t size() const { return box.size(); }
-    std::span<const std::uint32_t> operator[](std::size_t group) const {
-        return std::span(row).subspan(begin[group], begin[group + 1] - begin[group]);
+    std::size_t size() const { return box_.size(); }
+    std::uint32_t begin(std::size_t group) const { return begin_[group]; }
+    const Box& box(std::size_t group) const { return box_[group]; }
+    /// Fits boxes to the points where these are now.
+    void fitBoxes(const std::vector<Vec3>& position);
+
+    std::uint32_t cells() const { return cells_ ? cells_->cells() : 0; }
+    /// The groups of a cell, which follow one another.
+    std::span<const std::uint32_t> groupsOf(std::uint32_t cell) const { return cells_->rowsOf(cell); }
+    /// Calls visit(group) for all whose boxes are within reach of another box, and a few more, in order.
+    template <typename Visit>
+    void forGroupsNear(const Box& box, double reach, const Visit& visit) const {
+        if (cells_) cells_->forRowsIn(box.min - Vec3(reach + strayed_), box.max + Vec3(reach + strayed_), visit);
     }
+
+private:
+    std::vector<std::uint32_t> begin_{0};
+    std::vector<Box> box_;
+    std::optional<CellOrder> cells_;  // of groups
+    double strayed_ = 0;              // how far boxes stick out of their cells
 };
 
-/// Boxes of the groups' points where these are now.
-void fitBoxes(PointGroups& groups, const std::vector<Vec3>& position);
-
-/// order: of the points, in cells a few times as wide as groups are to be.
-PointGroups groupsOf(const CellOrder& order, const std::vector<Vec3>& position);
-
-/// The rows of samples within reach of the box of each group, in an order that does not depend on the groups: what lies
-/// out of a point's own reach has to count for nothing in sums, and their results then depend on nothing but the
-/// samples.
-///
-/// most    so many at most for each group: of more, every second or third … stands for all
-Rows nearGroups(const PointGroups& groups, const CellOrder& samples, const std::vector<Vec3>& position, double reach,
-                std::size_t most = ~std::size_t{0});
+/// Brings values of points into an order.
+template <typename Value>
+std::vector<Value> inOrder(const std::vector<Value>& values, const std::vector<std::uint32_t>& order) {
+    std::vector<Value> sorted(values.size());
+    parallelFor(sorted.size(), 8192, [&](std::size_t i) { sorted[i] = values[order[i]]; });
+    return sorted;
+}
 
 /// The points of a group, a lane each, from a place near them. Lanes without a point of their own repeat the first.
 struct GroupLanes {
@@ -57,32 +71,65 @@ struct GroupLanes {
     }
 };
 
-/// Calls visit(GroupLanes, samples near) for every group on several threads; fill(row, fields) sets a sample's fields
-/// after its position. Places and positions of samples count from the middle of the group, in units.
-template <std::size_t kFields, typename Fill, typename Visit>
-void forGroups(const PointGroups& groups, const std::vector<Vec3>& point, const Rows& near,
-               const std::vector<Vec3>& sample, double unit, const Fill& fill, const Visit& visit) {
+/// Calls visit(GroupLanes, SomeSamples) for every group of points on several threads, where the samples are at least all
+/// those within reachOf(group) of each of its points, in an order that does not depend on the groups: what lies out of
+/// a point's own reach has to count for nothing in sums, and their results then depend on nothing but the samples.
+/// fill(row, fields) sets a sample's fields after its position. Places and positions of samples count from a place near
+/// the group, in units.
+///
+/// most    so many samples at most for each group: of more, every second or third … stands for all
+template <std::size_t kFields, typename ReachOf, typename Fill, typename Visit>
+void forGroups(const PointGroups& points, const std::vector<Vec3>& point, const PointGroups& samples,
+               const std::vector<Vec3>& sample, double unit, std::size_t most, const ReachOf& reachOf, const Fill& fill,
+               const Visit& visit) {
     const double scale = 1 / unit;
-    parallelRanges(groups.size(), 16, [&](std::size_t first, std::size_t last) {
-        std::vector<SampleFields<kFields>> fields;
-        for (std::size_t g = first; g < last; ++g) {
-            const std::span<const std::uint32_t> rows = near[g], points = groups[g];
-            const Vec3 middle = groups.box[g].center();
-            if (fields.size() < rows.size()) fields.resize(rows.size());
-            for (std::size_t i = 0; i < rows.size(); ++i) {
-                const Vec3 place = (sample[rows[i]] - middle) * scale;
-                SampleFields<kFields>& f = fields[i];
-                for (std::size_t k = 0; k < 3; ++k) f[k] = static_cast<float>(place[static_cast<int>(k)]);
-                fill(rows[i], f);
+    parallelRanges(points.cells(), 4, [&](std::size_t first, std::size_t last) {
+        std::vector<SampleFields<kFields>> candidate;
+        std::array<std::vector<float>, 3> place;  // of candidates
+        std::vector<std::uint32_t> number;
+        for (auto cell = static_cast<std::uint32_t>(first); cell < last; ++cell) {
+            Box box;
+            double farthest = 0;
+            for (const std::uint32_t g : points.groupsOf(cell)) {
+                box.extendBy(points.box(g));
+                farthest = std::max(farthest, reachOf(g));
             }
-            GroupLanes lanes;
-            lanes.size = points.size();
-            for (std::size_t lane = 0; lane < kLanes; ++lane) {
-                lanes.row[lane] = points[lane < lanes.size ? lane : 0];
-                const Vec3 place = (point[lanes.row[lane]] - middle) * scale;
-                for (int k = 0; k < 3; ++k) lanes.place[k][lane] = static_cast<float>(place[k]);
+            const Vec3 middle = box.center();
+            const auto placeOf = [&](const Vec3& p) { return Vec3f((p - middle) * scale); };
+            candidate.clear();
+            samples.forGroupsNear(box, farthest, [&](std::uint32_t other) {
+                if (squaredDistance(box, samples.box(other)) > farthest * farthest) return;
+                for (std::uint32_t i = samples.begin(other); i < samples.begin(other + 1); ++i) {
+                    SampleFields<kFields>& f = candidate.emplace_back();
+                    const Vec3f at = placeOf(sample[i]);
+                    f[0] = at.x, f[1] = at.y, f[2] = at.z;
+                    fill(i, f);
+                }
+            });
+            for (std::size_t k = 0; k < 3; ++k) {
+                place[k].resize(candidate.size());
+                for (std::size_t i = 0; i < candidate.size(); ++i) place[k][i] = candidate[i][k];
             }
-            visit(lanes, std::span<const SampleFields<kFields>>(fields).first(rows.size()));
+            number.resize(candidate.size());
+            for (const std::uint32_t g : points.groupsOf(cell)) {
+                const double reach = reachOf(g) * scale;
+                // A hair more than the reach: what is left out is beyond it however places are rounded.
+                const auto square = static_cast<float>(reach * reach * (1 + 1e-5));
+                std::size_t used =
+                    findNear(Boxf(placeOf(points.box(g).min), placeOf(points.box(g).max)), place, square, number);
+                if (const std::size_t step = (used + most - 1) / most; step > 1) {
+                    used = (used + step - 1) / step;
+                    for (std::size_t i = 0; i < used; ++i) number[i] = number[i * step];
+                }
+                GroupLanes lanes;
+                lanes.size = points.begin(g + 1) - points.begin(g);
+                for (std::size_t lane = 0; lane < kLanes; ++lane) {
+                    lanes.row[lane] = points.begin(g) + static_cast<std::uint32_t>(lane < lanes.size ? lane : 0);
+                    const Vec3f at = placeOf(point[lanes.row[lane]]);
+                    for (int k = 0; k < 3; ++k) lanes.place[k][lane] = at[k];
+                }
+                visit(lanes, SomeSamples<kFields>(candidate.data(), std::span(number).first(used)));
+            }
         }
     });
 }
