@@ -58,6 +58,36 @@ struct SumNormals {
     }
 };
 
+// Σ w value / Σ w.
+enum ValueField { kVx = 3, kVy, kVz, kWeight, kValueFields };
+struct SumMeans {
+    SomeSamples<kValueFields> samples;
+    float inverse_square_width;
+    const Lanes (&point)[3];
+    Lanes (&mean)[3];
+
+    template <std::size_t kWidth>
+    __attribute__((always_inline)) void operator()(std::size_t first) const {
+        using Some = Floats<kWidth>;
+        Some x[3];
+        getLanes<kWidth>(point, first, x);
+        const Some zero{}, one = zero + 1.0F;
+        Some sum[3] = {}, weight = zero + 1e-12F;
+        for (const auto& f : samples) {
+            const Some px = f[kX] - x[0], py = f[kY] - x[1], pz = f[kZ] - x[2];
+            Some t = one - (px * px + py * py + pz * pz) * inverse_square_width;
+            t = t > 0 ? t : zero;
+            const Some w = t * t * f[kWeight];
+            weight += w;
+            sum[0] += w * f[kVx];
+            sum[1] += w * f[kVy];
+            sum[2] += w * f[kVz];
+        }
+        for (Some& along : sum) along = along / weight;
+        setLanes<kWidth>(mean, first, sum);
+    }
+};
+
 // Edges by their ends, ascending; and how long they are against what they may be.
 struct LongEdge {
     std::uint32_t from, to;
@@ -77,6 +107,7 @@ void MovedSurface::arrange() {
     groups_ = PointGroups(position_, kGroupCell * spacing_, order);
     reorderVertices(mesh_, order);
     position_ = inOrder(position_, order);
+    groups_.fitBoxes(position_);
     triangles_of_ = sortedIntoRows<std::uint32_t>(size(), mesh_.triangles.size(), [&](std::size_t t, const auto& visit) {
         for (const std::uint32_t v : mesh_.triangles[t]) visit(v, static_cast<std::uint32_t>(t));
     });
@@ -84,7 +115,6 @@ void MovedSurface::arrange() {
 }
 
 void MovedSurface::measure() {
-    groups_.fitBoxes(position_);
     const std::size_t n = size(), triangles = mesh_.triangles.size();
     std::vector<Vec3f> vector_area(triangles);  // a third
     std::vector<float> third(triangles);
@@ -139,7 +169,26 @@ void MovedSurface::measure() {
 void MovedSurface::move(std::vector<Vec3f>& step) {
     hold(step);
     parallelFor(size(), 8192, [&](std::size_t v) { position_[v] += Vec3(step[v]) * spacing_; });
-    measure();
+    groups_.fitBoxes(position_);
+}
+
+std::vector<Vec3f> MovedSurface::means(double width, const std::vector<Vec3f>& values) const {
+    constexpr float kLeastArea = 1e-9F;  // where nothing has any, all count alike
+    std::vector<Vec3f> means(values.size());
+    const auto inverse = static_cast<float>(1 / (width * width));
+    forVicinities<kValueFields>(
+        width,
+        [&](std::uint32_t v, SampleFields<kValueFields>& f) {
+            const Vec3f& value = values[v];
+            f[kVx] = value.x, f[kVy] = value.y, f[kVz] = value.z, f[kWeight] = area_[v] + kLeastArea;
+        },
+        [&](const GroupLanes& group, SomeSamples<kValueFields> samples) {
+            Lanes mean[3];
+            forLanes(SumMeans{samples, inverse, group.place, mean});
+            for (std::size_t lane = 0; lane < group.size; ++lane)
+                means[group.row[lane]] = Vec3f(mean[0][lane], mean[1][lane], mean[2][lane]);
+        });
+    return means;
 }
 
 MovedSurface::SoftNormals MovedSurface::softNormals(double width, const std::vector<Vec3f>& from) const {
@@ -166,6 +215,7 @@ MovedSurface::SoftNormals MovedSurface::softNormals(double width, const std::vec
 }
 
 void MovedSurface::refine(std::size_t refinement) {
+    measure();
     const std::vector<float> bend = softNormals(kBendWidth, normal_).bend;
     const auto longestAt = [&](std::uint32_t v) {
         return kLongestFlat -
@@ -297,6 +347,7 @@ void MovedSurface::unfold() {
         if (const float length = step[v].length(); length > kLongestUnfolding) step[v] *= kLongestUnfolding / length;
     });
     move(step);
+    measure();
 }
 
 void MovedSurface::setVelocities(std::vector<Vec3f>& velocity) {
@@ -306,6 +357,7 @@ void MovedSurface::setVelocities(std::vector<Vec3f>& velocity) {
 
 void MovedSurface::readPositions() {
     parallelFor(size(), 8192, [&](std::size_t v) { position_[v] = mesh_.vertex[v].position; });
+    groups_.fitBoxes(position_);
     measure();
 }
 

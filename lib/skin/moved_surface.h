@@ -49,13 +49,15 @@ public:
             for (std::size_t i = 0; i < group.size(); ++i) values[group[i].vertex] = held[i];
         }
     }
-    /// Moves every vertex by its step, held, and works areas and normals out anew.
+    /// Moves every vertex by its step, held. Areas and normals stay what they were.
     void move(std::vector<Vec3f>& step);
+    /// Works areas and normals out anew.
+    void measure();
     /// Splits edges that are long for how strongly the surface is curved there, at vertices that fade in with the
     /// edges' length, and brings all into order again. refinement: 0, 1 … kRefinements - 1, each once.
     void refine(std::size_t refinement);
     /// Draws vertices whose triangles face very different ways towards the vertices round them, and turns triangles that
-    /// lie upside down on the surface.
+    /// lie upside down on the surface. Works areas and normals out anew before and after.
     void unfold();
     /// Sets the velocities of the mesh to these, held; world units per second.
     void setVelocities(std::vector<Vec3f>& velocity);
@@ -75,9 +77,7 @@ public:
     }
 
     /// Kernel means over what is near in space, whichever way it faces: (1 - d²/width²)² times area is the weight.
-    template <std::size_t kValues>
-    std::vector<std::array<float, kValues>> means(double width,
-                                                  const std::vector<std::array<float, kValues>>& values) const;
+    std::vector<Vec3f> means(double width, const std::vector<Vec3f>& values) const;
 
     struct SoftNormals {
         std::vector<Vec3f> normal;  ///< unit vectors
@@ -88,7 +88,6 @@ public:
 
 private:
     void arrange();
-    void measure();
     void turnBack(std::uint32_t triangle, std::vector<Vec3f>& step) const;
 
     BetaMesh& mesh_;
@@ -100,54 +99,5 @@ private:
 
     PointGroups groups_;
 };
-
-/// Σ w value / Σ w of each value.
-template <std::size_t kValues>
-struct SumMeans {
-    SomeSamples<4 + kValues> samples;  // position, area, values
-    float inverse_square_width;
-    const Lanes (&point)[3];
-    Lanes (&mean)[kValues];
-
-    template <std::size_t kWidth>
-    __attribute__((always_inline)) void operator()(std::size_t first) const {
-        using Some = Floats<kWidth>;
-        Some x[3];
-        getLanes<kWidth>(point, first, x);
-        const Some zero{}, one = zero + 1.0F;
-        Some sum[kValues] = {}, weight = zero + 1e-12F;
-        for (const auto& f : samples) {
-            const Some px = f[0] - x[0], py = f[1] - x[1], pz = f[2] - x[2];
-            Some t = one - (px * px + py * py + pz * pz) * inverse_square_width;
-            t = t > 0 ? t : zero;
-            const Some w = t * t * f[3];
-            weight += w;
-            for (std::size_t k = 0; k < kValues; ++k) sum[k] += w * f[4 + k];
-        }
-        for (std::size_t k = 0; k < kValues; ++k) sum[k] = sum[k] / weight;
-        setLanes<kWidth>(mean, first, sum);
-    }
-};
-
-template <std::size_t kValues>
-std::vector<std::array<float, kValues>> MovedSurface::means(
-    double width, const std::vector<std::array<float, kValues>>& values) const {
-    constexpr float kLeastArea = 1e-9F;  // where nothing has any, all count alike
-    std::vector<std::array<float, kValues>> means(values.size());
-    const auto inverse = static_cast<float>(1 / (width * width));
-    forVicinities<4 + kValues>(
-        width,
-        [&](std::uint32_t v, SampleFields<4 + kValues>& f) {
-            f[3] = area_[v] + kLeastArea;
-            for (std::size_t k = 0; k < kValues; ++k) f[4 + k] = values[v][k];
-        },
-        [&](const GroupLanes& group, SomeSamples<4 + kValues> samples) {
-            Lanes mean[kValues];
-            forLanes(SumMeans<kValues>{samples, inverse, group.place, mean});
-            for (std::size_t lane = 0; lane < group.size; ++lane)
-                for (std::size_t k = 0; k < kValues; ++k) means[group.row[lane]][k] = mean[k][lane];
-        });
-    return means;
-}
 
 }  // namespace betamesh

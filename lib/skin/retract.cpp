@@ -12,6 +12,7 @@ namespace {
 // All lengths are in particle spacings.
 constexpr double kBand = 0.25;         // outer points so much farther than the nearest one have a say in the direction
 constexpr double kFadesBelow = 0.3;    // vertices so much deeper than the skin are out of reach, and stay
+constexpr float kSlack = 0.26F;        // the band, and rounding
 constexpr std::size_t kMostNear = 4096;  // outer points that count for a group of vertices
 constexpr float kFadingSquare = 0.3F;  // added to the squared distance of an outer point that has only just appeared
 constexpr double kOuterCell = 3;       // edge of the cells in which outer points are grouped
@@ -111,12 +112,17 @@ public:
     }
 
     double farthest() const { return rolling_ + kFadesBelow + kBand; }
-    // reachOf: of a group of vertices: how far to look, spacings
-    template <typename ReachOf>
-    std::vector<Approach> approaches(const MovedSurface& surface, const ReachOf& reachOf) const {
+    // reach: of each vertex; none: not known
+    std::vector<Approach> approaches(const MovedSurface& surface, const std::vector<float>& reach) const {
         std::vector<Approach> approach(surface.size());
+        const PointGroups& groups = surface.groups();
+        const auto reachOf = [&](std::size_t group) {
+            if (reach.empty()) return farthest();
+            const auto begin = reach.begin() + groups.begin(group), end = reach.begin() + groups.begin(group + 1);
+            return std::min(farthest(), static_cast<double>(*std::max_element(begin, end)));
+        };
         forGroups<kFields>(
-            surface.groups(), surface.position(), groups_, position_, spacing_, kMostNear,
+            groups, surface.position(), groups_, position_, spacing_, kMostNear,
             [&](std::size_t group) { return reachOf(group) * spacing_; },
             [&](std::uint32_t i, SampleFields<kFields>& f) {
                 const Point& p = point_[i];
@@ -137,7 +143,7 @@ private:
         const double distance = std::sqrt(static_cast<double>(sums[kNearest][lane]));
         const double in_reach = 1 - smoothStep((distance - rolling_) / kFadesBelow).value;
         const float weight = sums[kWeights][lane];
-        if (!(in_reach > 0) || !(weight > 0)) return {};
+        if (!(in_reach > 0) || !(weight > 0)) return Approach{.distance = static_cast<float>(distance)};
         const auto vector = [&](int s) { return Vec3f(sums[s][lane], sums[s + 1][lane], sums[s + 2][lane]); };
         return {vector(kAway).normalized(),
                 static_cast<float>(rolling_ - distance - sums[kExtras][lane] / static_cast<double>(weight)),
@@ -159,30 +165,37 @@ private:
 
 void retract(const OuterSamples& samples, const SkinLengths& lengths, MovedSurface& surface) {
     const OuterBoundary outer(samples, lengths, surface.spacing());
+    std::vector<float> reach;  // of each vertex, beyond which no outer point counts; none: not known
     constexpr std::size_t kCount = std::size(kSteps);
     for (std::size_t s = 0; s < kCount; ++s) {
         const auto& [share, width] = kSteps[s];
-        if (s >= kFirstRefined && s < kFirstRefined + kRefinements) surface.refine(s - kFirstRefined);
-        const std::vector<Approach> approach = outer.approaches(
-            surface, [&](std::size_t) { return outer.farthest(); });
-        std::vector<std::array<float, 6>> values(surface.size());  // step and velocity
-        parallelFor(values.size(), 4096, [&](std::size_t v) {
+        if (s >= kFirstRefined && s < kFirstRefined + kRefinements) {
+            surface.refine(s - kFirstRefined);
+            reach.clear();
+        }
+        const std::vector<Approach> approach = outer.approaches(surface, reach);
+        std::vector<Vec3f> step(surface.size());
+        parallelFor(step.size(), 4096, [&](std::size_t v) {
             const Approach& a = approach[v];
             const double longest = kLongestStep * width;
             const double way = std::clamp(a.gap * share, -std::min(kLongestOutwards, longest), longest) * a.in_reach;
-            const Vec3f own(surface.mesh().vertex[v].velocity);
-            const Vec3f step = a.away * static_cast<float>(way), velocity = own + (a.velocity - own) * a.in_reach;
-            values[v] = {step.x, step.y, step.z, velocity.x, velocity.y, velocity.z};
+            step[v] = a.away * static_cast<float>(way);
         });
-        values = surface.means<6>(width, values);
-        std::vector<Vec3f> rows(surface.size());
         if (s + 1 == kCount) {
-            for (std::size_t v = 0; v < rows.size(); ++v) rows[v] = {values[v][3], values[v][4], values[v][5]};
-            surface.setVelocities(rows);
+            std::vector<Vec3f> velocity(surface.size());
+            parallelFor(velocity.size(), 4096, [&](std::size_t v) {
+                const Vec3f own(surface.mesh().vertex[v].velocity);
+                velocity[v] = own + (approach[v].velocity - own) * approach[v].in_reach;
+            });
+            velocity = surface.means(width, velocity);
+            surface.setVelocities(velocity);
         }
-        for (std::size_t v = 0; v < rows.size(); ++v) rows[v] = {values[v][0], values[v][1], values[v][2]};
-        surface.move(rows);
+        step = surface.means(width, step);
+        surface.move(step);
+        reach.resize(surface.size());
+        parallelFor(reach.size(), 8192, [&](std::size_t v) { reach[v] = approach[v].distance + step[v].length() + kSlack; });
     }
+    surface.measure();
 }
 
 }  // namespace betamesh

@@ -164,8 +164,6 @@ void giveSkin(const OuterSamples& outer, const BallBoundary& boundary, const Ski
     retract(outer, lengthsOf(params), surface);
     const MovingPoints on_balls = copyOf(mesh.vertex);
     surface.writePositions();
-    keepApart(boundary, on_balls, mesh);
-    surface.readPositions();
     const MovingPoints retracted = copyOf(mesh.vertex);
     if (passesOf(params) > 0)
         smoothSkin(surface, params.smoothing_width > 0 ? params.smoothing_width / spacing : kWidestFit,

@@ -10,10 +10,10 @@ namespace betamesh {
 namespace {
 
 // All lengths are in particle spacings.
-constexpr int kNarrowSteps = 4;         // of the bi-Laplacian in a pass
+constexpr int kNarrowSteps = 3;         // of the bi-Laplacian in a pass
 constexpr double kNarrowWidth = 0.8;    // of its kernel
 constexpr double kLongestNarrow = 0.15; // of a step
-constexpr double kStepWidth = 0.3;      // of the mean over steps, so that vertices close together go together
+constexpr double kStepWidth = 0.3;      // of the mean over the last of them, so that slivers do not fold
 constexpr double kNormalWidth = 0.5;    // of the normals along which vertices go
 constexpr double kFirstNormalWidth = 0.3;  // of the mean, whichever way surfaces face, that tells which way a vertex does
 
@@ -33,7 +33,7 @@ constexpr float kLeastSquare = 0.02F;    // added to squared distances there
 
 constexpr int kReturns = 3;              // how often what was lost of long waves returns
 constexpr double kReturnWidth = 5.4;     // of the mean over it
-constexpr int kUnfoldings = 3;
+constexpr int kUnfoldings = 2;
 
 using Normals = std::vector<Vec3f>;
 
@@ -100,45 +100,41 @@ std::vector<float> meansAlong(MovedSurface& surface, const Normals& normal, cons
     return mean;
 }
 
-std::vector<std::array<float, 3>> asArrays(const std::vector<Vec3f>& vectors) {
-    std::vector<std::array<float, 3>> arrays(vectors.size());
-    parallelFor(arrays.size(), 8192, [&](std::size_t v) { arrays[v] = {vectors[v].x, vectors[v].y, vectors[v].z}; });
-    return arrays;
-}
-
 // A vertex of slivers may face any way: what is near tells better which way the surface does.
 Normals smoothNormals(MovedSurface& surface) {
-    const auto means = surface.means<3>(kFirstNormalWidth, asArrays(surface.normals()));
-    Normals first(means.size());
-    parallelFor(first.size(), 8192,
-                [&](std::size_t v) { first[v] = Vec3f(means[v][0], means[v][1], means[v][2]).normalized(); });
+    Normals first = surface.means(kFirstNormalWidth, surface.normals());
+    parallelFor(first.size(), 8192, [&](std::size_t v) { first[v].normalize(); });
     return surface.softNormals(kNormalWidth, first).normal;
 }
 
 // Moves vertices by the means of their steps, or, of `own` that share, by their own. own: none: 0.
 void moveTogether(MovedSurface& surface, std::vector<Vec3f>& step, const std::vector<float>& own = {}) {
-    const auto means = surface.means<3>(kStepWidth, asArrays(step));
+    const std::vector<Vec3f> mean = surface.means(kStepWidth, step);
     parallelFor(step.size(), 8192, [&](std::size_t v) {
         const float share = own.empty() ? 0 : own[v];
-        step[v] = step[v] * share + Vec3f(means[v][0], means[v][1], means[v][2]) * (1 - share);
+        step[v] = step[v] * share + mean[v] * (1 - share);
     });
     surface.move(step);
 }
 
-void moveAlong(MovedSurface& surface, const Normals& normal, const std::vector<float>& height) {
-    std::vector<Vec3f> step(surface.size());
+std::vector<Vec3f> along(const Normals& normal, const std::vector<float>& height) {
+    std::vector<Vec3f> step(height.size());
     parallelFor(step.size(), 8192, [&](std::size_t v) { step[v] = normal[v] * height[v]; });
-    moveTogether(surface, step);
+    return step;
 }
 
 // One step of the bi-Laplacian.
-void smoothNarrowly(MovedSurface& surface, const Normals& normal) {
+void smoothNarrowly(MovedSurface& surface, const Normals& normal, bool is_last) {
     std::vector<float> height = meansAlong<true>(surface, normal, {});
     const std::vector<float> mean = meansAlong<false>(surface, normal, height);
     constexpr auto longest = static_cast<float>(kLongestNarrow);
     parallelFor(height.size(), 8192,
                 [&](std::size_t v) { height[v] = std::clamp(height[v] - mean[v], -longest, longest); });
-    moveAlong(surface, normal, height);
+    std::vector<Vec3f> step = along(normal, height);
+    if (is_last)
+        moveTogether(surface, step);
+    else
+        surface.move(step);
 }
 
 // A piece of the surface: what is on one ball and faces about one way.
@@ -147,7 +143,7 @@ struct Piece {
     Vec3f direction;     // mean normal, shorter than 1 where the piece is curved
     float area, spread;  // square units: its own, and the mean squared distance from the position
     float bulge;         // mean height along the normals, units
-    float value;         // mean of a value of the vertices
+    std::array<float, 2> value;  // means of values of the vertices
 };
 
 enum PieceField { kPx, kPy, kPz, kPdx, kPdy, kPdz, kPieceArea, kSpread, kBulge, kPieceValue, kPieceFields };
@@ -157,10 +153,11 @@ constexpr std::size_t kCorners = 4;
 
 // Sums over triangles, about an origin: exact integrals, which do not change when a plane polygon is cut otherwise.
 struct Moments {
-    double area = 0, square = 0, along = 0, value = 0;
+    double area = 0, square = 0, along = 0;
+    std::array<double, 2> value{};
     Vec3 first{0}, direction{0};
 
-    void add(const Vec3& a, const Vec3& b, const Vec3& c, double value_sum, double share) {
+    void add(const Vec3& a, const Vec3& b, const Vec3& c, const std::array<double, 2>& value_sum, double share) {
         const Vec3 across = cross(b - a, c - a) / 2 * share;
         const double here = across.length();
         const Vec3 sum = a + b + c;
@@ -169,7 +166,7 @@ struct Moments {
         direction += across;
         square += here / 12 * (dot(a, a) + dot(b, b) + dot(c, c) + dot(sum, sum));
         along += dot(a, across);
-        value += value_sum / 3 * here;
+        for (std::size_t k = 0; k < 2; ++k) value[k] += value_sum[k] / 3 * here;
     }
     Piece piece(const Vec3& origin, double unit) const {
         const Vec3 middle = first / area;
@@ -179,11 +176,11 @@ struct Moments {
                 static_cast<float>(area),
                 static_cast<float>(std::max(0.0, square / area - dot(middle, middle))),
                 static_cast<float>(along / area - dot(middle, mean)),
-                static_cast<float>(value / area)};
+                {static_cast<float>(value[0] / area), static_cast<float>(value[1] / area)}};
     }
 };
 
-std::vector<Piece> piecesOf(const MovedSurface& surface, const std::vector<float>& value) {
+std::vector<Piece> piecesOf(const MovedSurface& surface, const std::vector<std::array<float, 2>>& value) {
     const BetaMesh& mesh = surface.mesh();
     const double unit = surface.spacing();
     const std::array<Vec3, kCorners> corner{Vec3(1, 1, 1), Vec3(1, -1, -1), Vec3(-1, 1, -1), Vec3(-1, -1, 1)};
@@ -203,7 +200,10 @@ std::vector<Piece> piecesOf(const MovedSurface& surface, const std::vector<float
                 const auto& [i, j, k] = mesh.triangles[t];
                 const Vec3 a = (surface.position()[i] - origin) / unit, c = (surface.position()[j] - origin) / unit,
                            d = (surface.position()[k] - origin) / unit;
-                const double sum = value.empty() ? 0 : static_cast<double>(value[i]) + value[j] + value[k];
+                std::array<double, 2> sum{};
+                if (!value.empty())
+                    for (std::size_t m = 0; m < 2; ++m)
+                        sum[m] = static_cast<double>(value[i][m]) + value[j][m] + value[k][m];
                 whole.add(a, c, d, sum, 1);
                 const Vec3 normal = cross(c - a, d - a).normalized();
                 std::array<double, kCorners> share;
@@ -363,17 +363,16 @@ struct GroupedPieces {
     }
 };
 
-// Calls visit(group, pieces within reach, normals of the group's lanes).
+// Calls visit(group of points, pieces within reach, normals of the group's lanes).
 template <typename Visit>
-void forVertices(const MovedSurface& surface, const GroupedPieces& pieces, double reach, const Normals& normal,
-                 const Visit& visit) {
+void forPieces(const PointGroups& points, const std::vector<Vec3>& point, const GroupedPieces& pieces, double unit,
+               double reach, const Normals& normal, const Visit& visit) {
     forGroups<kPieceFields>(
-        surface.groups(), surface.position(), pieces.groups, pieces.position, surface.spacing(), kMostPieces,
-        [&](std::size_t) { return reach * surface.spacing(); },
+        points, point, pieces.groups, pieces.position, unit, kMostPieces, [&](std::size_t) { return reach * unit; },
         [&](std::uint32_t i, SampleFields<kPieceFields>& f) {
             const Piece& p = pieces.piece[i];
             f[kPdx] = p.direction.x, f[kPdy] = p.direction.y, f[kPdz] = p.direction.z;
-            f[kPieceArea] = p.area, f[kSpread] = p.spread, f[kBulge] = p.bulge, f[kPieceValue] = p.value;
+            f[kPieceArea] = p.area, f[kSpread] = p.spread, f[kBulge] = p.bulge, f[kPieceValue] = p.value[0];
         },
         [&](const GroupLanes& group, PieceSamples samples) {
             const GroupLanes::Vectors n = group.of(normal);
@@ -391,7 +390,7 @@ std::vector<float> inverseSquares(const std::vector<float>& width) {
 std::vector<float> widthsOf(MovedSurface& surface, const GroupedPieces& pieces, const Normals& wide, double widest) {
     std::vector<float> width(surface.size());
     const auto inverse = static_cast<float>(1 / (widest * widest));
-    forVertices(surface, pieces, widest, wide, [&](const GroupLanes& group, PieceSamples near, const Point& point) {
+    forPieces(surface.groups(), surface.position(), pieces, surface.spacing(), widest, wide, [&](const GroupLanes& group, PieceSamples near, const Point& point) {
         Lanes sums[1];
         forLanes(SumSideways{near, inverse, point, sums});
         for (std::size_t lane = 0; lane < group.size; ++lane) {
@@ -413,7 +412,7 @@ std::vector<float> fitSpheres(MovedSurface& surface, double widest) {
     std::vector<float> width = widthsOf(surface, pieces, wide, widest);
     const std::vector<float> inverse_square = inverseSquares(width);
     std::vector<Vec3f> step(surface.size());
-    forVertices(surface, pieces, widest, normal, [&](const GroupLanes& group, PieceSamples near, const Point& point) {
+    forPieces(surface.groups(), surface.position(), pieces, surface.spacing(), widest, normal, [&](const GroupLanes& group, PieceSamples near, const Point& point) {
         Lanes inverse, sums[9];
         for (std::size_t lane = 0; lane < kLanes; ++lane) inverse[lane] = inverse_square[group.row[lane]];
         forLanes(SumFit{near, inverse, point, sums});
@@ -429,41 +428,61 @@ std::vector<float> fitSpheres(MovedSurface& surface, double widest) {
         own[v] = static_cast<float>(smoothStep((width[v] - kOwnBegins) / (kOwnFull - kOwnBegins)).value);
     });
     moveTogether(surface, step, own);
+    surface.measure();
     return width;
 }
 
+// Means of the pieces' values over what faces the way of each of some points, which has its own width.
+template <typename Visit>
+void forMeans(const PointGroups& points, const std::vector<Vec3>& point, const GroupedPieces& pieces, double unit,
+              const Normals& normal, const std::vector<float>& inverse_square, const Visit& visit) {
+    forPieces(points, point, pieces, unit, kReturnWidth, normal,
+              [&](const GroupLanes& group, PieceSamples near, const Point& at) {
+                  Lanes inverse, sums[2];
+                  for (std::size_t lane = 0; lane < kLanes; ++lane) inverse[lane] = inverse_square[group.row[lane]];
+                  forLanes(SumValues{near, inverse, at, sums});
+                  for (std::size_t lane = 0; lane < group.size; ++lane)
+                      visit(group.row[lane], sums[1][lane] > 0 ? sums[0][lane] / sums[1][lane] : 0);
+              });
+}
+
 // Moves vertices along their normals by the mean of what was lost since `before`, then by that of what is still missing,
-// and so on.
+// and so on: of pieces of the surface, and of vertices by the sum of it all.
 void returnLongWaves(MovedSurface& surface, const Normals& normal, const std::vector<Vec3>& before,
                      const std::vector<float>& width) {
-    std::vector<float> lost(surface.size()), least(surface.size()), returned(surface.size(), 0);
-    parallelFor(lost.size(), 8192, [&](std::size_t v) {
+    std::vector<std::array<float, 2>> lost_and_width(surface.size());
+    std::vector<float> least(surface.size());
+    parallelFor(least.size(), 8192, [&](std::size_t v) {
         const Vec3 back = before[v] - surface.position()[v];
-        lost[v] = static_cast<float>(dot(back, Vec3(normal[v])) / surface.spacing());
+        lost_and_width[v] = {static_cast<float>(dot(back, Vec3(normal[v])) / surface.spacing()), width[v]};
         least[v] = std::min(width[v], static_cast<float>(kReturnWidth));
     });
-    const std::vector<float> inverse_square = inverseSquares(least);
-    for (int i = 0; i < kReturns; ++i) {
-        const GroupedPieces pieces(piecesOf(surface, lost), surface.spacing());
-        std::vector<float> height(surface.size());
-        forVertices(surface, pieces, kReturnWidth, normal,
-                    [&](const GroupLanes& group, PieceSamples near, const Point& point) {
-                        Lanes inverse, sums[2];
-                        for (std::size_t lane = 0; lane < kLanes; ++lane)
-                            inverse[lane] = inverse_square[group.row[lane]];
-                        forLanes(SumValues{near, inverse, point, sums});
-                        for (std::size_t lane = 0; lane < group.size; ++lane) {
-                            const float mean = sums[1][lane] > 0 ? sums[0][lane] / sums[1][lane] : 0;
-                            height[group.row[lane]] = mean;
-                        }
-                    });
-        parallelFor(height.size(), 8192, [&](std::size_t v) {
-            height[v] *= static_cast<float>(shareOfFit(width[v]));
-            lost[v] -= height[v];
-            returned[v] += height[v];
-        });
+    GroupedPieces pieces(piecesOf(surface, lost_and_width), surface.spacing());
+    const std::size_t n = pieces.piece.size();
+    Normals facing(n);
+    std::vector<float> missing(n), whole(n), least_of_piece(n), mean(n);
+    for (std::size_t i = 0; i < n; ++i) {
+        const Piece& piece = pieces.piece[i];
+        facing[i] = piece.direction.normalized();
+        missing[i] = whole[i] = piece.value[0];
+        least_of_piece[i] = std::min(piece.value[1], static_cast<float>(kReturnWidth));
     }
-    moveAlong(surface, normal, returned);
+    const std::vector<float> inverse_square = inverseSquares(least_of_piece);
+    for (int i = 1; i < kReturns; ++i) {
+        forMeans(pieces.groups, pieces.position, pieces, surface.spacing(), facing, inverse_square,
+                 [&](std::uint32_t p, float of_missing) { mean[p] = of_missing; });
+        for (std::size_t p = 0; p < n; ++p) {
+            missing[p] -= mean[p] * static_cast<float>(shareOfFit(pieces.piece[p].value[1]));
+            whole[p] += missing[p];
+            pieces.piece[p].value[0] = missing[p];
+        }
+    }
+    for (std::size_t p = 0; p < n; ++p) pieces.piece[p].value[0] = whole[p];
+    std::vector<float> height(surface.size());
+    forMeans(surface.groups(), surface.position(), pieces, surface.spacing(), normal, inverseSquares(least),
+             [&](std::uint32_t v, float returned) { height[v] = returned * static_cast<float>(shareOfFit(width[v])); });
+    std::vector<Vec3f> step = along(normal, height);
+    moveTogether(surface, step);
 }
 
 }  // namespace
@@ -475,8 +494,9 @@ void smoothSkin(MovedSurface& surface, double widest, double farthest, int passe
         const std::vector<Vec3> before = surface.position();
         const std::vector<float> width = fitSpheres(surface, std::max(widest, kLeastWidth));
         const Normals normal = smoothNormals(surface);
-        for (int i = 0; i < kNarrowSteps; ++i) smoothNarrowly(surface, normal);
+        for (int i = 1; i <= kNarrowSteps; ++i) smoothNarrowly(surface, normal, i == kNarrowSteps);
         returnLongWaves(surface, normal, before, width);
+        surface.measure();
         for (int i = 0; i < kUnfoldings; ++i) surface.unfold();
     }
     std::vector<Vec3f> back(surface.size());

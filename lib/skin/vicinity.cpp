@@ -33,8 +33,13 @@ PointGroups::PointGroups(const std::vector<Vec3>& position, double edge, std::ve
 
 void PointGroups::fitBoxes(const std::vector<Vec3>& position) {
     parallelFor(size(), 256, [&](std::size_t g) {
-        box_[g] = Box();
-        for (std::uint32_t i = begin(g); i < begin(g + 1); ++i) box_[g].extendBy(position[i]);
+        Vec3 low = position[begin(g)], high = low;
+        for (std::uint32_t i = begin(g) + 1; i < begin(g + 1); ++i)
+            for (int k = 0; k < 3; ++k) {
+                low[k] = std::min(low[k], position[i][k]);
+                high[k] = std::max(high[k], position[i][k]);
+            }
+        box_[g] = Box(low, high);
     });
     strayed_ = 0;
     for (std::uint32_t c = 0; c < cells(); ++c) {

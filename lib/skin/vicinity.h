@@ -86,7 +86,7 @@ void forGroups(const PointGroups& points, const std::vector<Vec3>& point, const 
     parallelRanges(points.cells(), 4, [&](std::size_t first, std::size_t last) {
         std::vector<SampleFields<kFields>> candidate;
         std::array<std::vector<float>, 3> place;  // of candidates
-        std::vector<std::uint32_t> number;
+        std::vector<std::uint32_t> near, number;
         for (auto cell = static_cast<std::uint32_t>(first); cell < last; ++cell) {
             Box box;
             double farthest = 0;
@@ -96,21 +96,23 @@ void forGroups(const PointGroups& points, const std::vector<Vec3>& point, const 
             }
             const Vec3 middle = box.center();
             const auto placeOf = [&](const Vec3& p) { return Vec3f((p - middle) * scale); };
-            candidate.clear();
+            near.clear();
+            std::size_t n = 0;
             samples.forGroupsNear(box, farthest, [&](std::uint32_t other) {
                 if (squaredDistance(box, samples.box(other)) > farthest * farthest) return;
-                for (std::uint32_t i = samples.begin(other); i < samples.begin(other + 1); ++i) {
-                    SampleFields<kFields>& f = candidate.emplace_back();
-                    const Vec3f at = placeOf(sample[i]);
-                    f[0] = at.x, f[1] = at.y, f[2] = at.z;
-                    fill(i, f);
-                }
+                near.push_back(other);
+                n += samples.begin(other + 1) - samples.begin(other);
             });
-            for (std::size_t k = 0; k < 3; ++k) {
-                place[k].resize(candidate.size());
-                for (std::size_t i = 0; i < candidate.size(); ++i) place[k][i] = candidate[i][k];
-            }
-            number.resize(candidate.size());
+            if (candidate.size() < n) candidate.resize(n);
+            for (auto& along : place) along.resize(n);
+            number.resize(n);
+            n = 0;
+            for (const std::uint32_t other : near)
+                for (std::uint32_t i = samples.begin(other); i < samples.begin(other + 1); ++i, ++n) {
+                    const Vec3f at = placeOf(sample[i]);
+                    for (std::size_t k = 0; k < 3; ++k) candidate[n][k] = place[k][n] = at[static_cast<int>(k)];
+                    fill(i, candidate[n]);
+                }
             for (const std::uint32_t g : points.groupsOf(cell)) {
                 const double reach = reachOf(g) * scale;
                 // A hair more than the reach: what is left out is beyond it however places are rounded.
