@@ -214,16 +214,22 @@ MovedSurface::SoftNormals MovedSurface::softNormals(double width, const std::vec
     return soft;
 }
 
-void MovedSurface::refine(std::size_t refinement) {
+void MovedSurface::refine() {
     measure();
-    const std::vector<float> bend = softNormals(kBendWidth, normal_).bend;
-    const auto longestAt = [&](std::uint32_t v) {
-        return kLongestFlat -
-               (kLongestFlat - kLongestRound) * smoothStep((bend[v] - kFlatBend) / (kRoundBend - kFlatBend)).value -
-               kShorterOnRims * smoothStep((bend[v] - kRoundBend) / (kRimBend - kRoundBend)).value;
-    };
+    std::vector<float> longest = softNormals(kBendWidth, normal_).bend;  // of an edge, half of it from either end
+    parallelFor(longest.size(), 4096, [&](std::size_t v) {
+        const double bend = longest[v];
+        longest[v] = static_cast<float>(
+            kLongestFlat - (kLongestFlat - kLongestRound) * smoothStep((bend - kFlatBend) / (kRoundBend - kFlatBend)).value -
+            kShorterOnRims * smoothStep((bend - kRoundBend) / (kRimBend - kRoundBend)).value);
+    });
+    for (std::size_t refinement = 0; refinement < kRefinements; ++refinement) splitLongEdges(refinement, longest);
+    arrange();
+}
+
+void MovedSurface::splitLongEdges(std::size_t refinement, std::vector<float>& longest) {
     const auto excess = [&](std::uint32_t a, std::uint32_t b) {
-        return 2 * (position_[a] - position_[b]).length() / spacing_ / (longestAt(a) + longestAt(b));
+        return 2 * (position_[a] - position_[b]).length() / spacing_ / (longest[a] + longest[b]);
     };
     const std::size_t triangles = mesh_.triangles.size();
     constexpr std::size_t kPerTask = 8192;
@@ -256,13 +262,16 @@ void MovedSurface::refine(std::size_t refinement) {
                                const std::array<double, 4>& weight, double share) {
         RisingVertex rising{static_cast<std::uint32_t>(size()), from, {}, share, {}};
         Vec3 place(0);
+        double longest_here = 0;
         for (std::size_t k = 0; k < 4; ++k) {
             rising.weight[k] = weight[k];
             rising.whole = rising.whole + mesh_.vertex[from[k]] * weight[k];
             place += position_[from[k]] * weight[k];
+            longest_here += longest[from[k]] * weight[k];
         }
         mesh_.vertex.push_back(rising.whole);
         position_.push_back(place);
+        longest.push_back(static_cast<float>(longest_here));
         group.push_back(rising);
     };
     auto& on_edges = mesh_.rising[kTessellationGroups + 2 * refinement];
@@ -302,7 +311,6 @@ void MovedSurface::refine(std::size_t refinement) {
     }
     for (; ball < mesh_.ball_begin.size(); ++ball) mesh_.ball_begin[ball] = static_cast<std::uint32_t>(split.size());
     mesh_.triangles = std::move(split);
-    arrange();
 }
 
 // Adds to the steps what takes the corner opposite the longest edge of a triangle that lies upside down to the other

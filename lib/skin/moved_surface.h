@@ -53,9 +53,9 @@ public:
     void move(std::vector<Vec3f>& step);
     /// Works areas and normals out anew.
     void measure();
-    /// Splits edges that are long for how strongly the surface is curved there, at vertices that fade in with the
-    /// edges' length, and brings all into order again. refinement: 0, 1 … kRefinements - 1, each once.
-    void refine(std::size_t refinement);
+    /// Splits edges that are long for how strongly the surface is curved there, kRefinements times, at vertices that
+    /// fade in with the edges' length, and brings all into order again. To be called once.
+    void refine();
     /// Draws vertices whose triangles face very different ways towards the vertices round them, and turns triangles that
     /// lie upside down on the surface. Works areas and normals out anew before and after.
     void unfold();
@@ -88,6 +88,7 @@ public:
 
 private:
     void arrange();
+    void splitLongEdges(std::size_t refinement, std::vector<float>& longest);
     void turnBack(std::uint32_t triangle, std::vector<Vec3f>& step) const;
 
     BetaMesh& mesh_;

@@ -24,7 +24,7 @@ struct Step {
 constexpr Step kSteps[] = {{1.0 / 4, 1.3}, {1.0 / 3, 1.3}, {1.0 / 2, 1.3}, {1, 1.3}, {1, 1.0}, {1, 0.8}, {1, 0.6}};
 constexpr double kLongestStep = 0.2;  // in widths of the mean; of a field that changes slowly enough not to fold
 constexpr double kLongestOutwards = 0.1;
-constexpr std::size_t kFirstRefined = 4;  // the steps before which long edges are split
+constexpr std::size_t kRefined = 3;  // the step before which long edges are split
 
 // What volume asks for beyond the skin: threads expose a fifth of each outer ball, drops of one particle all of it. On
 // arcs, where parts of the liquid meet, nothing: there the skin has to be what makes them meet at contact.
@@ -169,8 +169,8 @@ void retract(const OuterSamples& samples, const SkinLengths& lengths, MovedSurfa
     constexpr std::size_t kCount = std::size(kSteps);
     for (std::size_t s = 0; s < kCount; ++s) {
         const auto& [share, width] = kSteps[s];
-        if (s >= kFirstRefined && s < kFirstRefined + kRefinements) {
-            surface.refine(s - kFirstRefined);
+        if (s == kRefined) {
+            surface.refine();
             reach.clear();
         }
         const std::vector<Approach> approach = outer.approaches(surface, reach);
