@@ -41,10 +41,11 @@ std::size_t findNear(const Boxf& box, const std::array<std::vector<float>, 3>& p
 }
 
 void groupTogether(std::span<PlacedRow> points) {
-    if (points.size() <= kLanes) return;
+    if (points.size() <= kLanes / 2) return;
     const Boxf box = boxOf(points);
     const auto axis = static_cast<int>(box.majorAxis());
-    const std::size_t groups = (points.size() + kLanes - 1) / kLanes, first = (groups + 1) / 2 * kLanes;
+    const std::size_t groups = (points.size() + kLanes - 1) / kLanes;
+    const std::size_t first = groups > 1 ? (groups + 1) / 2 * kLanes : kLanes / 2;
     std::nth_element(points.begin(), points.begin() + static_cast<std::ptrdiff_t>(first), points.end(),
                      [&](const PlacedRow& a, const PlacedRow& b) { return a.place[axis] < b.place[axis]; });
     groupTogether(points.first(first));

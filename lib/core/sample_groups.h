@@ -67,7 +67,7 @@ std::size_t findNear(const Boxf& box, const std::array<std::vector<float>, 3>& p
 
 Boxf boxOf(std::span<const PlacedRow> points);
 
-/// Reorders points so that the first kLanes, the next, and so on lie together.
+/// Reorders points so that the first kLanes, the next, and so on lie together, and of these the first half, too.
 void groupTogether(std::span<PlacedRow> points);
 
 /// How near each other the points of a group are: groups that lie closely have fewer samples near them, but it takes

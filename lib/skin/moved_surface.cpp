@@ -11,7 +11,7 @@ namespace betamesh {
 namespace {
 
 // All lengths are in particle spacings.
-constexpr double kGroupCell = 3;     // edge of the cells in which vertices are grouped
+constexpr double kGroupCell = 4;     // edge of the cells in which vertices are grouped
 
 // Edges of at most kLongestFlat where the surface is flat, kLongestRound where it is as round as a thread, and by
 // kShorterOnRims less on rims. Bend as in SoftNormals, over kBendWidth.
@@ -29,7 +29,7 @@ enum Field { kX, kY, kZ, kArea, kNx, kNy, kNz, kFields };
 
 // Σ w n and Σ w, w = area · (1 - d²/width²)²₊ · (n · from)²₊.
 struct SumNormals {
-    SomeSamples<kFields> samples;
+    SampleRuns<kFields> samples;
     float inverse_square_width;
     const Lanes (&point)[3], (&normal)[3];
     Lanes (&sums)[4];
@@ -61,7 +61,7 @@ struct SumNormals {
 // Σ w value / Σ w.
 enum ValueField { kVx = 3, kVy, kVz, kWeight, kValueFields };
 struct SumMeans {
-    SomeSamples<kValueFields> samples;
+    SampleRuns<kValueFields> samples;
     float inverse_square_width;
     const Lanes (&point)[3];
     Lanes (&mean)[3];
@@ -182,7 +182,7 @@ std::vector<Vec3f> MovedSurface::means(double width, const std::vector<Vec3f>& v
             const Vec3f& value = values[v];
             f[kVx] = value.x, f[kVy] = value.y, f[kVz] = value.z, f[kWeight] = area_[v] + kLeastArea;
         },
-        [&](const GroupLanes& group, SomeSamples<kValueFields> samples) {
+        [&](const GroupLanes& group, SampleRuns<kValueFields> samples) {
             Lanes mean[3];
             forLanes(SumMeans{samples, inverse, group.place, mean});
             for (std::size_t lane = 0; lane < group.size; ++lane)
@@ -199,7 +199,7 @@ MovedSurface::SoftNormals MovedSurface::softNormals(double width, const std::vec
         [&](std::uint32_t v, SampleFields<kFields>& f) {
             f[kArea] = area_[v], f[kNx] = from[v].x, f[kNy] = from[v].y, f[kNz] = from[v].z;
         },
-        [&](const GroupLanes& group, SomeSamples<kFields> samples) {
+        [&](const GroupLanes& group, SampleRuns<kFields> samples) {
             const GroupLanes::Vectors facing = group.of(from);
             Lanes sums[4];
             forLanes(SumNormals{samples, inverse, group.place, facing.lanes, sums});

@@ -35,7 +35,7 @@ double extraOf(double isolation) {
 }
 
 enum Field { kX, kY, kZ, kVx, kVy, kVz, kWeight, kExtra, kFading, kFields };
-using Samples = SomeSamples<kFields>;
+using Samples = SampleRuns<kFields>;
 
 // Over the outer points in a band beyond the nearest one, w their weights: Σ w (x - y), Σ w v, Σ w, Σ w extra; and the
 // squared distance of the nearest.

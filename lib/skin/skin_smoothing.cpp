@@ -38,7 +38,7 @@ constexpr int kUnfoldings = 2;
 using Normals = std::vector<Vec3f>;
 
 enum Field { kX, kY, kZ, kArea, kNx, kNy, kNz, kValue, kFields };
-using Samples = SomeSamples<kFields>;
+using Samples = SampleRuns<kFields>;
 
 struct Point {
     const Lanes (&place)[3];
@@ -147,7 +147,7 @@ struct Piece {
 };
 
 enum PieceField { kPx, kPy, kPz, kPdx, kPdy, kPdz, kPieceArea, kSpread, kBulge, kPieceValue, kPieceFields };
-using PieceSamples = SomeSamples<kPieceFields>;
+using PieceSamples = SampleRuns<kPieceFields>;
 
 constexpr std::size_t kCorners = 4;
 

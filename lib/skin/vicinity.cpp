@@ -2,6 +2,40 @@
 
 namespace betamesh {
 
+namespace {
+
+BETAMESH_EVERY_CPU
+void markNear(const float* const (&low)[3], const float* const (&high)[3], std::size_t n, const Vec3f& from,
+              const Vec3f& to, float square, std::uint32_t* is_near) {
+    for (std::size_t i = 0; i < n; ++i) {
+        float sum = 0;
+        for (int k = 0; k < 3; ++k) {
+            const float under = low[k][i] - to[k], over = from[k] - high[k][i];
+            float apart = under > over ? under : over;
+            apart = apart > 0 ? apart : 0;
+            sum += apart * apart;
+        }
+        is_near[i] = sum < square ? 1 : 0;
+    }
+}
+
+}  // namespace
+
+void BoxColumns::findNear(const Boxf& box, float square, std::vector<std::uint32_t>& near) const {
+    const std::size_t n = low_[0].size();
+    near.resize(n);
+    const float* const low[3] = {low_[0].data(), low_[1].data(), low_[2].data()};
+    const float* const high[3] = {high_[0].data(), high_[1].data(), high_[2].data()};
+    markNear(low, high, n, box.min, box.max, square, near.data());
+    std::size_t used = 0;
+    for (std::uint32_t i = 0; i < n; ++i) {
+        const std::uint32_t is_near = near[i];
+        near[used] = i;
+        used += is_near;
+    }
+    near.resize(used);
+}
+
 PointGroups::PointGroups(const std::vector<Vec3>& position, double edge, std::vector<std::uint32_t>& order) {
     const CellOrder cells(position.size(), edge, [&](std::size_t i) -> const Vec3& { return position[i]; });
     order = cells.rows();

@@ -71,7 +71,59 @@ struct GroupLanes {
     }
 };
 
-/// Calls visit(GroupLanes, SomeSamples) for every group of points on several threads, where the samples are at least all
+/// Boxes, coordinate by coordinate.
+class BoxColumns {
+public:
+    void clear() {
+        for (auto& column : low_) column.clear();
+        for (auto& column : high_) column.clear();
+    }
+    void add(const Boxf& box) {
+        for (int k = 0; k < 3; ++k) {
+            low_[k].push_back(box.min[k]);
+            high_[k].push_back(box.max[k]);
+        }
+    }
+    /// Sets `near` to the numbers of those less than sqrt(square) away from a box, in order.
+    void findNear(const Boxf& box, float square, std::vector<std::uint32_t>& near) const;
+
+private:
+    std::vector<float> low_[3], high_[3];
+};
+
+/// Samples in runs that follow one another in an array.
+template <std::size_t kFields>
+class SampleRuns {
+public:
+    struct Run {
+        const SampleFields<kFields>*begin, *end;  // not empty
+    };
+    struct Iterator {
+        const SampleFields<kFields>*at, *end;
+        const Run *run, *last;
+        const SampleFields<kFields>& operator*() const { return *at; }
+        Iterator& operator++() {
+            if (++at == end && ++run != last) at = run->begin, end = run->end;
+            return *this;
+        }
+        bool operator!=(const Iterator& other) const { return run != other.run; }
+    };
+
+    explicit SampleRuns(std::span<const Run> runs) : runs_(runs) {}
+    Iterator begin() const {
+        const Run *first = runs_.data(), *last = first + runs_.size();
+        return runs_.empty() ? end() : Iterator{first->begin, first->end, first, last};
+    }
+    Iterator end() const {
+        const Run* last = runs_.data() + runs_.size();
+        return {nullptr, nullptr, last, last};
+    }
+
+private:
+    std::span<const Run> runs_;
+};
+
+/// Calls visit(GroupLanes, SampleRuns) for every group of points on several threads, where the samples are at least all
 /// those within reachOf(group) of each of its points, in an order that does not depend on the groups: what lies out of
 /// a point's own reach has to count for nothing in sums, and their results then depend on nothing but the samples.
 /// fill(row, fields) sets a sample's fields after its position. Places and positions of samples count from a place near
@@ -82,11 +134,14 @@ template <std::size_t kFields, typename ReachOf, typename Fill, typename Visit>
 void forGroups(const PointGroups& points, const std::vector<Vec3>& point, const PointGroups& samples,
                const std::vector<Vec3>& sample, double unit, std::size_t most, const ReachOf& reachOf, const Fill& fill,
                const Visit& visit) {
+    using Fields = SampleFields<kFields>;
+    constexpr std::uint32_t kRun = kLanes / 2;
     const double scale = 1 / unit;
     parallelRanges(points.cells(), 4, [&](std::size_t first, std::size_t last) {
-        std::vector<SampleFields<kFields>> candidate;
-        std::array<std::vector<float>, 3> place;  // of candidates
-        std::vector<std::uint32_t> near, number;
+        std::vector<Fields> candidate, thinned;
+        std::vector<std::uint32_t> begin, near;  // of runs of candidates: their first one; those within reach
+        BoxColumns boxes;                        // theirs
+        std::vector<typename SampleRuns<kFields>::Run> runs;
         for (auto cell = static_cast<std::uint32_t>(first); cell < last; ++cell) {
             Box box;
             double farthest = 0;
@@ -97,31 +152,50 @@ void forGroups(const PointGroups& points, const std::vector<Vec3>& point, const 
             const Vec3 middle = box.center();
             const auto placeOf = [&](const Vec3& p) { return Vec3f((p - middle) * scale); };
             near.clear();
-            std::size_t n = 0;
             samples.forGroupsNear(box, farthest, [&](std::uint32_t other) {
-                if (squaredDistance(box, samples.box(other)) > farthest * farthest) return;
-                near.push_back(other);
-                n += samples.begin(other + 1) - samples.begin(other);
+                if (squaredDistance(box, samples.box(other)) <= farthest * farthest) near.push_back(other);
             });
-            if (candidate.size() < n) candidate.resize(n);
-            for (auto& along : place) along.resize(n);
-            number.resize(n);
-            n = 0;
+            if (candidate.size() < near.size() * kLanes) candidate.resize(near.size() * kLanes);
+            begin.clear();
+            boxes.clear();
+            std::uint32_t filled = 0;
             for (const std::uint32_t other : near)
-                for (std::uint32_t i = samples.begin(other); i < samples.begin(other + 1); ++i, ++n) {
-                    const Vec3f at = placeOf(sample[i]);
-                    for (std::size_t k = 0; k < 3; ++k) candidate[n][k] = place[k][n] = at[static_cast<int>(k)];
-                    fill(i, candidate[n]);
+                for (std::uint32_t i = samples.begin(other), end = samples.begin(other + 1); i < end;) {
+                    Vec3f low = placeOf(sample[i]), high = low;
+                    begin.push_back(filled);
+                    for (const std::uint32_t run_end = std::min(end, i + kRun); i < run_end; ++i, ++filled) {
+                        const Vec3f at = placeOf(sample[i]);
+                        for (int k = 0; k < 3; ++k) {
+                            candidate[filled][static_cast<std::size_t>(k)] = at[k];
+                            low[k] = std::min(low[k], at[k]);
+                            high[k] = std::max(high[k], at[k]);
+                        }
+                        fill(i, candidate[filled]);
+                    }
+                    boxes.add(Boxf(low, high));
                 }
+            begin.push_back(filled);
             for (const std::uint32_t g : points.groupsOf(cell)) {
                 const double reach = reachOf(g) * scale;
                 // A hair more than the reach: what is left out is beyond it however places are rounded.
-                const auto square = static_cast<float>(reach * reach * (1 + 1e-5));
-                std::size_t used =
-                    findNear(Boxf(placeOf(points.box(g).min), placeOf(points.box(g).max)), place, square, number);
-                if (const std::size_t step = (used + most - 1) / most; step > 1) {
-                    used = (used + step - 1) / step;
-                    for (std::size_t i = 0; i < used; ++i) number[i] = number[i * step];
+                boxes.findNear(Boxf(placeOf(points.box(g).min), placeOf(points.box(g).max)),
+                               static_cast<float>(reach * reach * (1 + 1e-5)), near);
+                runs.clear();
+                std::size_t n = 0;
+                for (const std::uint32_t i : near) {
+                    const Fields *from = candidate.data() + begin[i], *to = candidate.data() + begin[i + 1];
+                    n += begin[i + 1] - begin[i];
+                    if (!runs.empty() && runs.back().end == from)
+                        runs.back().end = to;
+                    else
+                        runs.push_back({from, to});
+                }
+                if (const std::size_t step = (n + most - 1) / most; step > 1) {
+                    thinned.clear();
+                    std::size_t count = 0;
+                    for (const Fields& f : SampleRuns<kFields>(runs))
+                        if (count++ % step == 0) thinned.push_back(f);
+                    runs.assign(1, {thinned.data(), thinned.data() + thinned.size()});
                 }
                 GroupLanes lanes;
                 lanes.size = points.begin(g + 1) - points.begin(g);
@@ -130,7 +204,7 @@ void forGroups(const PointGroups& points, const std::vector<Vec3>& point, const 
                     const Vec3f at = placeOf(point[lanes.row[lane]]);
                     for (int k = 0; k < 3; ++k) lanes.place[k][lane] = at[k];
                 }
-                visit(lanes, SomeSamples<kFields>(candidate.data(), std::span(number).first(used)));
+                visit(lanes, SampleRuns<kFields>(runs));
             }
         }
     });
