@@ -19,6 +19,8 @@ constexpr double kLongestFlat = 0.9, kLongestRound = 0.4, kShorterOnRims = 0.12;
 constexpr double kBendWidth = 0.8, kFlatBend = 0.03, kRoundBend = 0.1, kRimBend = 0.2;
 constexpr double kFadesOver = 0.5;  // of the longest length beyond it, until a vertex that splits an edge is fully there
 
+constexpr double kIntoMiddle = 0.05;  // the need from which on a vertex in a quad is in the middle of the long diagonal
+
 constexpr double kFoldBegins = 0.9, kFolded = 0.62;  // agreement of normals from which vertices are drawn together
 constexpr double kUnfolding = 0.5;                    // of the way to the mean of the vertices round one, in one step
 constexpr double kUpright = 0.5;       // cosine to the surface's normal below which a triangle begins to lie upside down
@@ -88,10 +90,10 @@ struct SumMeans {
     }
 };
 
-// Edges by their ends, ascending; and how long they are against what they may be.
+// Edges by their ends, ascending; and how much a vertex in the middle is asked for.
 struct LongEdge {
     std::uint32_t from, to;
-    double excess;
+    double share;
     std::pair<std::uint32_t, std::uint32_t> ends() const { return {from, to}; }
 };
 
@@ -214,23 +216,56 @@ MovedSurface::SoftNormals MovedSurface::softNormals(double width, const std::vec
     return soft;
 }
 
+// How much a vertex is asked for in the middle of an edge.
+struct MovedSurface::Need {
+    const MovedSurface& surface;
+    std::vector<float> longest;  // edge there
+    std::vector<float> share;    // how far a vertex is there: nothing is split for the sake of one that only just appears
+
+    double operator()(std::uint32_t a, std::uint32_t b) const {
+        const double length = (surface.position_[a] - surface.position_[b]).length() / surface.spacing_;
+        const double excess = 2 * length / (longest[a] + longest[b]) - 1;
+        return excess > 0 ? smoothStep(excess / kFadesOver).value * (share[a] * share[b]) : 0;
+    }
+};
+
 void MovedSurface::refine() {
     measure();
-    std::vector<float> longest = softNormals(kBendWidth, normal_).bend;  // of an edge, half of it from either end
-    parallelFor(longest.size(), 4096, [&](std::size_t v) {
-        const double bend = longest[v];
-        longest[v] = static_cast<float>(
+    Need need{*this, softNormals(kBendWidth, normal_).bend, std::vector<float>(size(), 1)};
+    parallelFor(size(), 4096, [&](std::size_t v) {
+        const double bend = need.longest[v];
+        need.longest[v] = static_cast<float>(
             kLongestFlat - (kLongestFlat - kLongestRound) * smoothStep((bend - kFlatBend) / (kRoundBend - kFlatBend)).value -
             kShorterOnRims * smoothStep((bend - kRoundBend) / (kRimBend - kRoundBend)).value);
     });
-    for (std::size_t refinement = 0; refinement < kRefinements; ++refinement) splitLongEdges(refinement, longest);
+    // A vertex that appears on a long edge takes the place of one that splits it, and has to be there as far.
+    const auto raise = [&](RisingVertex& rising, double asked) {
+        rising.share = 1 - (1 - rising.share.value) * (1 - asked);
+        need.share[rising.vertex] = static_cast<float>(rising.share.value);
+    };
+    auto &on_edges = mesh_.rising[0], &in_quads = mesh_.rising[2];
+    for (const auto& group : mesh_.rising)
+        for (const RisingVertex& rising : group) need.share[rising.vertex] = static_cast<float>(rising.share.value);
+    for (RisingVertex& rising : on_edges) raise(rising, need(rising.from[0], rising.from[1]));
+    for (RisingVertex& rising : in_quads) {
+        const double of_other = rising.weight[2].value + rising.weight[3].value;
+        const double asked = need(rising.from[0], rising.from[1]) * (1 - of_other) +
+                             need(rising.from[2], rising.from[3]) * of_other;
+        if (!(asked > 0)) continue;
+        const double middle = smoothStep(asked / kIntoMiddle).value;
+        position_[rising.vertex] = Vec3(0);
+        for (std::size_t k = 0; k < 4; ++k) {
+            const double half = (k < 2 ? 1 - of_other : of_other) / 2;
+            rising.weight[k] = rising.weight[k].value + (half - rising.weight[k].value) * middle;
+            position_[rising.vertex] += position_[rising.from[k]] * rising.weight[k].value;
+        }
+        raise(rising, asked);
+    }
+    for (std::size_t refinement = 0; refinement < kRefinements; ++refinement) splitLongEdges(refinement, need);
     arrange();
 }
 
-void MovedSurface::splitLongEdges(std::size_t refinement, std::vector<float>& longest) {
-    const auto excess = [&](std::uint32_t a, std::uint32_t b) {
-        return 2 * (position_[a] - position_[b]).length() / spacing_ / (longest[a] + longest[b]);
-    };
+void MovedSurface::splitLongEdges(std::size_t refinement, Need& need) {
     const std::size_t triangles = mesh_.triangles.size();
     constexpr std::size_t kPerTask = 8192;
     std::vector<std::vector<LongEdge>> parts((triangles + kPerTask - 1) / kPerTask);
@@ -239,8 +274,8 @@ void MovedSurface::splitLongEdges(std::size_t refinement, std::vector<float>& lo
             for (std::size_t k = 0; k < 3; ++k) {
                 const std::uint32_t a = mesh_.triangles[t][k], b = mesh_.triangles[t][(k + 1) % 3];
                 if (a > b) continue;  // seen from the other side, too
-                const double here = excess(a, b);
-                if (here > 1) parts[task].push_back({a, b, here});
+                const double share = need(a, b);
+                if (share > 0) parts[task].push_back({a, b, share});
             }
     });
     std::vector<LongEdge> edges = joined(parts);
@@ -252,7 +287,7 @@ void MovedSurface::splitLongEdges(std::size_t refinement, std::vector<float>& lo
                 edges.end());
     const auto first = static_cast<std::uint32_t>(size());
     const auto middleOf = [&](std::uint32_t a, std::uint32_t b) -> std::uint32_t {
-        if (!(excess(std::min(a, b), std::max(a, b)) > 1)) return kHidden;
+        if (!(need(std::min(a, b), std::max(a, b)) > 0)) return kHidden;
         const std::pair ends(std::min(a, b), std::max(a, b));
         const auto at = std::lower_bound(edges.begin(), edges.end(), ends,
                                          [](const LongEdge& edge, const auto& sought) { return edge.ends() < sought; });
@@ -267,18 +302,18 @@ void MovedSurface::splitLongEdges(std::size_t refinement, std::vector<float>& lo
             rising.weight[k] = weight[k];
             rising.whole = rising.whole + mesh_.vertex[from[k]] * weight[k];
             place += position_[from[k]] * weight[k];
-            longest_here += longest[from[k]] * weight[k];
+            longest_here += need.longest[from[k]] * weight[k];
         }
         mesh_.vertex.push_back(rising.whole);
         position_.push_back(place);
-        longest.push_back(static_cast<float>(longest_here));
+        need.longest.push_back(static_cast<float>(longest_here));
+        need.share.push_back(static_cast<float>(share));
         group.push_back(rising);
     };
     auto& on_edges = mesh_.rising[kTessellationGroups + 2 * refinement];
     auto& in_quads = mesh_.rising[kTessellationGroups + 2 * refinement + 1];
     for (const LongEdge& edge : edges)
-        addVertex(on_edges, {edge.from, edge.to, edge.to, edge.to}, {0.5, 0.5, 0, 0},
-                  smoothStep((edge.excess - 1) / kFadesOver).value);
+        addVertex(on_edges, {edge.from, edge.to, edge.to, edge.to}, {0.5, 0.5, 0, 0}, edge.share);
     std::vector<Triangle> split;
     split.reserve(triangles + 4 * edges.size());
     std::size_t ball = 0;

@@ -88,7 +88,8 @@ public:
 
 private:
     void arrange();
-    void splitLongEdges(std::size_t refinement, std::vector<float>& longest);
+    struct Need;
+    void splitLongEdges(std::size_t refinement, Need& need);
     void turnBack(std::uint32_t triangle, std::vector<Vec3f>& step) const;
 
     BetaMesh& mesh_;
