@@ -25,8 +25,9 @@ constexpr double kFreeHeight = 0.05;     // over what is beneath, radii per squa
 constexpr double kMargin = 1e-6;         // of that height, far above the rounding of places
 constexpr double kSwellingBegins = 0.7, kSwollen = 1.4;  // clearance of points far from any rim
 constexpr std::size_t kLongestRing = 10;
-constexpr double kSinkingDepth = 0.12;  // radii at the rim, in squares of the same
-constexpr double kTurning = 0.0025;     // how far diagonals are apart when they begin to turn, likewise
+constexpr double kSinkingDepth = 0.12;  // radii at the rim, in squares of the same; and at least
+constexpr double kBelowChords = 1.5;    // as deep as the longest chords of arcs lie below these
+constexpr double kTurning = 0.01;      // how far diagonals are apart when they begin to turn, likewise
 constexpr double kContactDepth = 0.25;  // where balls are too far apart, likewise: deeper than any facet
 
 Vec3i onGrid(const Vec3& direction) {
@@ -139,8 +140,8 @@ RowsOf<LightTouch> lightTouches(const std::vector<Moving>& balls, const ArcNetwo
 // Where the points inside faces are, seen from their ball.
 class Placement {
 public:
-    Placement(const FacePoints& points, Appearance appearance)
-        : points_(points), sinking_(appearance == Appearance::gradual) {
+    Placement(const FacePoints& points, const ArcSubdivision& subdivision)
+        : points_(points), sinking_(subdivision.appearance == Appearance::gradual) {
         // Each of n points has a cell of area 4π / n: two triangles of side `angle`.
         const double n = static_cast<double>(points.directions.position.size());
         angle_ = std::sqrt(8 * std::numbers::pi / (std::sqrt(3.0) * n));
@@ -149,6 +150,8 @@ public:
             const std::vector<Vec3>& p = points.directions.position;
             volume += dot(p[a], cross(p[b], p[c])) / 6;
         }
+        const double longest = std::max(subdivision.max_angle, subdivision.calm_angle), below_arc = longest * longest / 8;
+        depth_ = std::max(kSinkingDepth * angle_ * angle_, kBelowChords * below_arc);
         swelling_ = std::cbrt(4 * std::numbers::pi / 3 / volume) - 1;
     }
     bool sinks(std::uint32_t p) const {
@@ -163,7 +166,7 @@ public:
         const Moving direction = points_.outwards(p, spin);
         if (!sinks(p)) return direction;
         const Rate below = nearRim(p), apart = unborn(p);
-        return direction * (1 - (below * below * kSinkingDepth + apart * apart * kContactDepth) * (angle_ * angle_));
+        return direction * (1 - (below * below * depth_ + apart * apart * (kContactDepth * angle_ * angle_)));
     }
 
     // Is a point far from any rim?
@@ -211,7 +214,7 @@ private:
 
     const FacePoints& points_;
     bool sinking_;
-    double angle_, swelling_;
+    double angle_, depth_, swelling_;
 };
 
 // The triangles of all directions, each listed at its first corner.
@@ -553,12 +556,12 @@ private:
 
 BetaMesh completeTessellation(const BallBoundary& boundary, const std::vector<Moving>& balls,
                               const std::vector<Vec3>& spins, ArcNetwork network, FacePoints points,
-                              Appearance appearance) {
+                              const ArcSubdivision& subdivision) {
     const RowsOf<LightTouch> touches = lightTouches(balls, network, points, boundary.worldRadius());
     std::exchange(network.line, {}), std::exchange(network.at_ball, {});  // large, and of no more use
     const std::vector<std::uint32_t> first_face = firstFaces(boundary);
     const LoopMaker maker(boundary, network);
-    const Placement placement(points, appearance);
+    const Placement placement(points, subdivision);
     const DirectionTriangles direction_triangles(points.directions);
 
     const std::size_t tasks = (balls.size() + kBallsPerTask - 1) / kBallsPerTask;
@@ -601,7 +604,7 @@ BetaMesh completeTessellation(const BallBoundary& boundary, const std::vector<Mo
             });
             if (hull.fill(loops, filling)) {
                 FillingAdder adder(ball, filling, parts[task], room);
-                if (appearance != Appearance::gradual) continue;
+                if (subdivision.appearance != Appearance::gradual) continue;
                 adder.holdSinking();
                 adder.splitTurning();
             } else {

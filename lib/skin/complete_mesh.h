@@ -6,6 +6,7 @@
 #include "core/ball_boundary.h"
 #include "core/beta_mesh.h"
 #include "core/face_points.h"
+#include "skin/arc_points.h"
 
 namespace betamesh {
 
@@ -15,8 +16,8 @@ namespace betamesh {
 /// of which stays in its own Voronoi cell.
 ///
 /// Points inside faces appear and vanish with their clearance from the rim. Appearance::on_boundary: as far from the
-/// rim as good triangles need. Appearance::gradual: they sink below the sphere, by at most a quarter of the square of
-/// the angle between them, until the hull passes over them. Edges of a hull that are about to turn have a vertex each
+/// rim as good triangles need. Appearance::gradual: they sink below the sphere, deeper than the chords of arcs, until
+/// the hull passes over them. Edges of a hull that are about to turn have a vertex each
 /// (see core/turning_edges.h), and points far from any rim swell when smoothed.
 ///
 /// in      a boundary with its faces; its balls' motion and angular velocity; points on its arcs, and inside its faces
@@ -27,6 +28,6 @@ namespace betamesh {
 /// source  beta mesh paper, section 3.4, completed
 BetaMesh completeTessellation(const BallBoundary& boundary, const std::vector<Moving>& balls,
                               const std::vector<Vec3>& spins, ArcNetwork network, FacePoints points,
-                              Appearance appearance);
+                              const ArcSubdivision& subdivision);
 
 }  // namespace betamesh

@@ -135,22 +135,27 @@ void MovedSurface::measure() {
         }
     });
     // Later groups rise from earlier ones; those on facets from one another.
-    for (auto group = mesh_.rising.rbegin(); group != mesh_.rising.rend(); ++group) {
-        std::vector<std::pair<float, Vec3f>> handed(group->size());
-        for (std::size_t i = 0; i < group->size(); ++i) {
-            const RisingVertex& rising = (*group)[i];
-            const auto rest = static_cast<float>(1 - rising.share.value);
-            handed[i] = {area_[rising.vertex] * rest, sum[rising.vertex] * rest};
-        }
-        for (std::size_t i = 0; i < group->size(); ++i) {
-            const RisingVertex& rising = (*group)[i];
-            area_[rising.vertex] -= handed[i].first;
-            sum[rising.vertex] -= handed[i].second;
-            for (std::size_t k = 0; k < 4; ++k) {
-                const auto weight = static_cast<float>(rising.weight[k].value);
-                area_[rising.from[k]] += handed[i].first * weight;
-                sum[rising.from[k]] += handed[i].second * weight;
+    std::vector<std::pair<float, Vec3f>> kept, handed;
+    for (std::size_t g = mesh_.rising.size(); g-- > 0;) {
+        const std::vector<RisingVertex>& group = mesh_.rising[g];
+        kept.assign(group.size(), {0.0F, Vec3f(0)});  // of what was handed on and came in
+        handed.resize(group.size());
+        for (int round = 0; round < roundsOf(g); ++round) {
+            for (std::size_t i = 0; i < group.size(); ++i) {
+                const RisingVertex& rising = group[i];
+                const auto share = static_cast<float>(rising.share.value);
+                auto& [area, vector_sum] = kept[i];
+                handed[i] = {(area_[rising.vertex] - area) * (1 - share), (sum[rising.vertex] - vector_sum) * (1 - share)};
+                area_[rising.vertex] -= handed[i].first;
+                sum[rising.vertex] -= handed[i].second;
+                area = area_[rising.vertex], vector_sum = sum[rising.vertex];
             }
+            for (std::size_t i = 0; i < group.size(); ++i)
+                for (std::size_t k = 0; k < 4; ++k) {
+                    const auto weight = static_cast<float>(group[i].weight[k].value);
+                    area_[group[i].from[k]] += handed[i].first * weight;
+                    sum[group[i].from[k]] += handed[i].second * weight;
+                }
         }
     }
     // A vertex without a share of its own faces as the triangles round it do.

@@ -36,17 +36,21 @@ public:
     /// Makes values of vertices that fade in those of what they rise from, by what their share is short of 1.
     template <typename Value>
     void hold(std::vector<Value>& values) const {
-        for (const auto& group : mesh_.rising) {
-            std::vector<Value> held(group.size());
-            parallelFor(group.size(), 1024, [&](std::size_t i) {
-                const RisingVertex& rising = group[i];
-                Value from(0);
-                for (std::size_t k = 0; k < 4; ++k)
-                    from += values[rising.from[k]] * static_cast<float>(rising.weight[k].value);
-                const auto share = static_cast<float>(rising.share.value);
-                held[i] = values[rising.vertex] * share + from * (1 - share);
-            });
-            for (std::size_t i = 0; i < group.size(); ++i) values[group[i].vertex] = held[i];
+        for (std::size_t g = 0; g < mesh_.rising.size(); ++g) {
+            const std::vector<RisingVertex>& group = mesh_.rising[g];
+            std::vector<Value> free(group.size()), held(group.size());
+            for (std::size_t i = 0; i < group.size(); ++i) free[i] = values[group[i].vertex];
+            for (int round = 0; round < roundsOf(g); ++round) {
+                parallelFor(group.size(), 1024, [&](std::size_t i) {
+                    const RisingVertex& rising = group[i];
+                    Value from(0);
+                    for (std::size_t k = 0; k < 4; ++k)
+                        from += values[rising.from[k]] * static_cast<float>(rising.weight[k].value);
+                    const auto share = static_cast<float>(rising.share.value);
+                    held[i] = free[i] * share + from * (1 - share);
+                });
+                for (std::size_t i = 0; i < group.size(); ++i) values[group[i].vertex] = held[i];
+            }
         }
     }
     /// Moves every vertex by its step, held. Areas and normals stay what they were.
@@ -88,6 +92,8 @@ public:
 
 private:
     void arrange();
+    // Vertices on facets rise from one another: what is held to what is held itself takes several rounds.
+    static int roundsOf(std::size_t group) { return group == 1 ? 4 : 1; }
     struct Need;
     void splitLongEdges(std::size_t refinement, Need& need);
     void turnBack(std::uint32_t triangle, std::vector<Vec3f>& step) const;

@@ -204,7 +204,7 @@ BetaMesh completeSurface(const Particles& particles, Structure& structure, const
         smoother.emplace(boundarySamples(boundary, balls, spins.of_points, network, points), smoothingOf(params));
     watch("smooth");
     BetaMesh beta = completeTessellation(boundary, balls, spins.of_points, std::move(network), std::move(points),
-                                         subdivision.appearance);
+                                         subdivision);
     if (params.features.bubbles == Bubbles::fill)  // before smoothing: small bubbles may be turned inside out by it
         report.bubbles_filled = fillBubbles(beta, boundary, params.features);
     watch("tessellate");

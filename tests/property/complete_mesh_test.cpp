@@ -52,10 +52,11 @@ Tessellated tessellated(const Particles& particles, double radius, Appearance ap
     groupFaces(snapped, boundary);
     const std::vector<Moving> balls = movingBalls(boundary, particles);
     const std::vector<Vec3> spins = spinsOfBalls(boundary, balls, particles).of_points;
-    const ArcNetwork network = arcPoints(boundary, balls, spins, movingVertices(particles, snapped, boundary, balls),
-                                         {angle, segments, appearance});
+    const ArcSubdivision subdivision{angle, segments, appearance};
+    const ArcNetwork network =
+        arcPoints(boundary, balls, spins, movingVertices(particles, snapped, boundary, balls), subdivision);
     Mesh mesh = meshOf(completeTessellation(boundary, balls, spins, network,
-                                            facePoints(snapped, boundary, balls, spins, directions), appearance));
+                                            facePoints(snapped, boundary, balls, spins, directions), subdivision));
     return {std::move(boundary), std::move(mesh)};
 }
 

@@ -271,11 +271,11 @@ TEST(CoherentSmoothing, VelocitiesAreTheRatesAtWhichVerticesMove) {
             groupFaces(snapped, boundary);
             const std::vector<Moving> balls = movingBalls(boundary, later);
             const std::vector<Vec3> spins(balls.size(), Vec3(0, 0, 0));
+            const ArcSubdivision subdivision{0.235, 0, Appearance::gradual};
             const ArcNetwork network =
-                arcPoints(boundary, balls, spins, movingVertices(later, snapped, boundary, balls),
-                          {0.235, 0, Appearance::gradual});
+                arcPoints(boundary, balls, spins, movingVertices(later, snapped, boundary, balls), subdivision);
             const FacePoints points = facePoints(snapped, boundary, balls, spins, directions);
-            BetaMesh mesh = completeTessellation(boundary, balls, spins, network, points, Appearance::gradual);
+            BetaMesh mesh = completeTessellation(boundary, balls, spins, network, points, subdivision);
             CoherentSmoother(boundarySamples(boundary, balls, spins, network, points), {1.5, 4.2, 1, 0.5}).smooth(mesh);
             return std::pair(std::pair(boundary.triangle, network.arc_begin), mesh);
         };

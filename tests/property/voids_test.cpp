@@ -39,10 +39,11 @@ Tessellated tessellated(const Particles& particles, double radius, Appearance ap
     groupFaces(snapped, boundary);
     const std::vector<Moving> balls = movingBalls(boundary, particles);
     const std::vector<Vec3> spins = spinsOfBalls(boundary, balls, particles).of_points;
+    const ArcSubdivision subdivision{angle, 0, appearance};
     const ArcNetwork network =
-        arcPoints(boundary, balls, spins, movingVertices(particles, snapped, boundary, balls), {angle, 0, appearance});
+        arcPoints(boundary, balls, spins, movingVertices(particles, snapped, boundary, balls), subdivision);
     BetaMesh mesh = completeTessellation(boundary, balls, spins, network,
-                                         facePoints(snapped, boundary, balls, spins, directions), appearance);
+                                         facePoints(snapped, boundary, balls, spins, directions), subdivision);
     return {std::move(boundary), std::move(mesh)};
 }
 
