@@ -17,6 +17,7 @@ constexpr double kGroupCell = 4;     // edge of the cells in which vertices are 
 // kShorterOnRims less on rims. Bend as in SoftNormals, over kBendWidth.
 constexpr double kLongestFlat = 0.9, kLongestRound = 0.4, kShorterOnRims = 0.12;
 constexpr double kBendWidth = 0.8, kFlatBend = 0.03, kRoundBend = 0.1, kRimBend = 0.2;
+constexpr double kMeanNormalWidth = 0.3;
 constexpr double kFadesOver = 0.5;  // of the longest length beyond it, until a vertex that splits an edge is fully there
 
 constexpr double kIntoMiddle = 0.05;  // the need from which on a vertex in a quad is in the middle of the long diagonal
@@ -101,7 +102,41 @@ struct LongEdge {
 
 MovedSurface::MovedSurface(BetaMesh& mesh, double spacing) : mesh_(mesh), spacing_(spacing), position_(mesh.vertex.size()) {
     parallelFor(size(), 8192, [&](std::size_t v) { position_[v] = mesh_.vertex[v].position; });
+    weighDiagonals(shares());
     arrange();
+}
+
+// How far each vertex is there: 1 where it does not rise.
+std::vector<float> MovedSurface::shares() const {
+    std::vector<float> share(size(), 1);
+    for (const auto& group : mesh_.rising)
+        for (const RisingVertex& rising : group) share[rising.vertex] = static_cast<float>(rising.share.value);
+    return share;
+}
+
+// Diagonals to corners that only just appear count for no more than these: quads come and go with such corners.
+void MovedSurface::weighDiagonals(const std::vector<float>& share) {
+    for (RisingVertex& rising : mesh_.rising[2]) {
+        const auto& [a, b, c, d] = rising.from;
+        const double of_other = rising.weight[2].value + rising.weight[3].value;
+        const double edge = (1 - of_other) * share[a] * share[b], other = of_other * share[c] * share[d];
+        if (edge + other > 0) placeBetween(rising, other / (edge + other), 0);
+    }
+}
+
+// Puts a vertex in a quad onto its diagonals, by their shares: where they pass each other, or into their middles.
+void MovedSurface::placeBetween(RisingVertex& rising, double of_other, double middle) {
+    Vec3 place(0);
+    for (std::size_t k = 0; k < 4; k += 2) {
+        const double share = k == 0 ? 1 - of_other : of_other;
+        const double sum = rising.weight[k].value + rising.weight[k + 1].value;
+        double of_first = sum > 0 ? rising.weight[k].value / sum : 0.5;
+        of_first += (0.5 - of_first) * middle;
+        rising.weight[k] = share * of_first;
+        rising.weight[k + 1] = share * (1 - of_first);
+        place += position_[rising.from[k]] * rising.weight[k].value + position_[rising.from[k + 1]] * rising.weight[k + 1].value;
+    }
+    position_[rising.vertex] = place;
 }
 
 void MovedSurface::arrange() {
@@ -198,6 +233,12 @@ std::vector<Vec3f> MovedSurface::means(double width, const std::vector<Vec3f>& v
     return means;
 }
 
+std::vector<Vec3f> MovedSurface::meanNormals() const {
+    std::vector<Vec3f> normal = means(kMeanNormalWidth, normal_);
+    parallelFor(size(), 8192, [&](std::size_t v) { normal[v].normalize(); });
+    return normal;
+}
+
 MovedSurface::SoftNormals MovedSurface::softNormals(double width, const std::vector<Vec3f>& from) const {
     SoftNormals soft{std::vector<Vec3f>(size()), std::vector<float>(size())};
     const auto inverse = static_cast<float>(1 / (width * width));
@@ -236,7 +277,7 @@ struct MovedSurface::Need {
 
 void MovedSurface::refine() {
     measure();
-    Need need{*this, softNormals(kBendWidth, normal_).bend, std::vector<float>(size(), 1)};
+    Need need{*this, softNormals(kBendWidth, meanNormals()).bend, shares()};
     parallelFor(size(), 4096, [&](std::size_t v) {
         const double bend = need.longest[v];
         need.longest[v] = static_cast<float>(
@@ -249,21 +290,13 @@ void MovedSurface::refine() {
         need.share[rising.vertex] = static_cast<float>(rising.share.value);
     };
     auto &on_edges = mesh_.rising[0], &in_quads = mesh_.rising[2];
-    for (const auto& group : mesh_.rising)
-        for (const RisingVertex& rising : group) need.share[rising.vertex] = static_cast<float>(rising.share.value);
     for (RisingVertex& rising : on_edges) raise(rising, need(rising.from[0], rising.from[1]));
     for (RisingVertex& rising : in_quads) {
         const double of_other = rising.weight[2].value + rising.weight[3].value;
         const double asked = need(rising.from[0], rising.from[1]) * (1 - of_other) +
                              need(rising.from[2], rising.from[3]) * of_other;
         if (!(asked > 0)) continue;
-        const double middle = smoothStep(asked / kIntoMiddle).value;
-        position_[rising.vertex] = Vec3(0);
-        for (std::size_t k = 0; k < 4; ++k) {
-            const double half = (k < 2 ? 1 - of_other : of_other) / 2;
-            rising.weight[k] = rising.weight[k].value + (half - rising.weight[k].value) * middle;
-            position_[rising.vertex] += position_[rising.from[k]] * rising.weight[k].value;
-        }
+        placeBetween(rising, of_other, smoothStep(asked / kIntoMiddle).value);
         raise(rising, asked);
     }
     for (std::size_t refinement = 0; refinement < kRefinements; ++refinement) splitLongEdges(refinement, need);

@@ -83,6 +83,8 @@ public:
     /// Kernel means over what is near in space, whichever way it faces: (1 - d²/width²)² times area is the weight.
     std::vector<Vec3f> means(double width, const std::vector<Vec3f>& values) const;
 
+    /// Narrow means of normals, of what faces any way: a vertex of slivers may do so.
+    std::vector<Vec3f> meanNormals() const;
     struct SoftNormals {
         std::vector<Vec3f> normal;  ///< unit vectors
         std::vector<float> bend;    ///< 0 where all that is near faces one way, 1 where it faces all ways
@@ -92,6 +94,9 @@ public:
 
 private:
     void arrange();
+    std::vector<float> shares() const;
+    void weighDiagonals(const std::vector<float>& share);
+    void placeBetween(RisingVertex& rising, double of_other, double middle);
     // Vertices on facets rise from one another: what is held to what is held itself takes several rounds.
     static int roundsOf(std::size_t group) { return group == 1 ? 4 : 1; }
     struct Need;

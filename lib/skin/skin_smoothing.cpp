@@ -15,7 +15,6 @@ constexpr double kNarrowWidth = 0.8;    // of its kernel
 constexpr double kLongestNarrow = 0.15; // of a step
 constexpr double kStepWidth = 0.3;      // of the mean over the last of them, so that slivers do not fold
 constexpr double kNormalWidth = 0.5;    // of the normals along which vertices go
-constexpr double kFirstNormalWidth = 0.3;  // of the mean, whichever way surfaces face, that tells which way a vertex does
 
 constexpr double kLeastWidth = 0.8;              // of a fit
 constexpr double kFitBegins = 1, kFitFull = 2;   // widths between which fits fade in
@@ -100,11 +99,8 @@ std::vector<float> meansAlong(MovedSurface& surface, const Normals& normal, cons
     return mean;
 }
 
-// A vertex of slivers may face any way: what is near tells better which way the surface does.
-Normals smoothNormals(MovedSurface& surface) {
-    Normals first = surface.means(kFirstNormalWidth, surface.normals());
-    parallelFor(first.size(), 8192, [&](std::size_t v) { first[v].normalize(); });
-    return surface.softNormals(kNormalWidth, first).normal;
+Normals smoothNormals(const MovedSurface& surface) {
+    return surface.softNormals(kNormalWidth, surface.meanNormals()).normal;
 }
 
 // Moves vertices by the means of their steps, or, of `own` that share, by their own. own: none: 0.
