@@ -371,14 +371,15 @@ void MovedSurface::splitLongEdges(std::size_t refinement, Need& need) {
             const std::size_t k = middle[0] != kHidden ? 0 : middle[1] != kHidden ? 1 : 2;
             split.push_back({q[k], middle[k], q[(k + 2) % 3]});
             split.push_back({middle[k], q[(k + 1) % 3], q[(k + 2) % 3]});
-        } else {  // a corner, and a quad with a vertex in it, whose place depends on no choice of a diagonal
+        } else {  // a corner, and a quad with a vertex in it: on the diagonal to the cut that is further there
             const std::size_t whole = middle[0] == kHidden ? 0 : middle[1] == kHidden ? 1 : 2;
             const std::uint32_t a = q[whole], b = q[(whole + 1) % 3], c = q[(whole + 2) % 3];
             const std::uint32_t bc = middle[(whole + 1) % 3], ca = middle[(whole + 2) % 3];
             split.push_back({c, ca, bc});
             const std::array<std::uint32_t, 4> quad{a, b, bc, ca};
             const auto centre = static_cast<std::uint32_t>(size());
-            addVertex(in_quads, quad, {0.25, 0.25, 0.25, 0.25}, 0);
+            const double to_bc = need.share[bc] / (2.0 * (need.share[bc] + need.share[ca])), to_ca = 0.5 - to_bc;
+            addVertex(in_quads, quad, {to_bc, to_ca, to_bc, to_ca}, 0);
             for (std::size_t k = 0; k < 4; ++k) split.push_back({quad[k], quad[(k + 1) % 4], centre});
         }
     }
