@@ -27,7 +27,8 @@ constexpr double kSwellingBegins = 0.7, kSwollen = 1.4;  // clearance of points 
 constexpr std::size_t kLongestRing = 10;
 constexpr double kSinkingDepth = 0.12;  // radii at the rim, in squares of the same; and at least
 constexpr double kBelowChords = 1.5;    // as deep as the longest chords of arcs lie below these
-constexpr double kTurning = 0.01;      // how far diagonals are apart when they begin to turn, likewise
+constexpr double kTurning = 0.0085;     // how far diagonals are apart when they begin to turn: radii per fourth power of
+                                        // the longest segment of arcs; coarser quads would jump further
 constexpr double kContactDepth = 0.25;  // where balls are too far apart, likewise: deeper than any facet
 
 Vec3i onGrid(const Vec3& direction) {
@@ -152,6 +153,7 @@ public:
         }
         const double longest = std::max(subdivision.max_angle, subdivision.calm_angle), below_arc = longest * longest / 8;
         depth_ = std::max(kSinkingDepth * angle_ * angle_, kBelowChords * below_arc);
+        turning_ = kTurning * longest * longest * longest * longest;
         swelling_ = std::cbrt(4 * std::numbers::pi / 3 / volume) - 1;
     }
     bool sinks(std::uint32_t p) const {
@@ -160,7 +162,7 @@ public:
     bool used(std::uint32_t p) const {
         return sinking_ || (points_.clearance[p].value >= kLeastClearance * angle_ && !points_.contactOf(p));
     }
-    double turningDistance() const { return kTurning * angle_ * angle_; }
+    double turningDistance() const { return turning_; }
     // In radii of the ball.
     Moving at(std::uint32_t p, const Vec3& spin) const {
         const Moving direction = points_.outwards(p, spin);
@@ -214,7 +216,7 @@ private:
 
     const FacePoints& points_;
     bool sinking_;
-    double angle_, depth_, swelling_;
+    double angle_, depth_, turning_, swelling_;
 };
 
 // The triangles of all directions, each listed at its first corner.

@@ -380,8 +380,8 @@ TEST(Events, ABallMovesOnWithoutAJump) {
 TEST(Events, TheSkinOfABallMovesOnButForAFewPlaces) {
     for (const unsigned seed : {1, 4, 7, 11}) {
         const Jumps jumps = jumpsOf(kSkin, seed, 0.0003, 20);
-        EXPECT_LE(jumps.of_nearly_all, 0.01);
-        EXPECT_LE(jumps.largest, 0.2);
+        EXPECT_LE(jumps.of_nearly_all, 0.015);
+        EXPECT_LE(jumps.largest, 0.05);
     }
 }
 

@@ -89,13 +89,13 @@ double waveKept(const Mesh& mesh, double wavelength, double low, double high) {
 
 TEST(Skin, IsFlatWhereTheLiquidIsAndKeepsWaves) {
     double kept_of_8 = 0, kept_of_16 = 0;
-    for (const unsigned seed : {1u, 2u}) {
+    for (const unsigned seed : {1u, 2u, 3u, 4u}) {  // a wave of 16 differs by 0.005 from one to another
         const auto slab = [&](double wavelength) {
             return skinFrame(box(56, 56, 6, 0.25, seed, wavelength), withSpacing(1)).mesh;
         };
         EXPECT_LE(degreesOffThePlane(slab(0)), 1.8);
-        kept_of_8 += waveKept(slab(8), 8, 8, 48) / 2;
-        kept_of_16 += waveKept(slab(16), 16, 11.5, 43.5) / 2;
+        kept_of_8 += waveKept(slab(8), 8, 8, 48) / 4;
+        kept_of_16 += waveKept(slab(16), 16, 11.5, 43.5) / 4;
     }
     EXPECT_GE(kept_of_8, 0.86);
     EXPECT_GE(kept_of_16, 0.975);
