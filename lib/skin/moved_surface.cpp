@@ -106,6 +106,30 @@ MovedSurface::MovedSurface(BetaMesh& mesh, double spacing) : mesh_(mesh), spacin
     arrange();
 }
 
+void MovedSurface::listHeld() {
+    std::vector<std::uint8_t> in_group(size(), 0), lent(size(), 0);
+    for (std::size_t g = 0; g < held_.size(); ++g) {
+        const std::vector<RisingVertex>& group = mesh_.rising[g];
+        auto& [all, from_one_another, lent_to_others] = held_[g] = {};
+        all.resize(group.size());
+        parallelFor(group.size(), 4096, [&](std::size_t i) {
+            const RisingVertex& rising = group[i];
+            all[i] = {rising.vertex, static_cast<std::uint32_t>(i), rising.from, {}, static_cast<float>(rising.share.value)};
+            for (std::size_t k = 0; k < 4; ++k) all[i].weight[k] = static_cast<float>(rising.weight[k].value);
+        });
+        for (const HeldVertex& v : all) in_group[v.vertex] = 1;
+        const auto isChained = [&](const HeldVertex& v) {
+            return std::any_of(v.from.begin(), v.from.end(), [&](std::uint32_t u) { return in_group[u] != 0; });
+        };
+        std::copy_if(all.begin(), all.end(), std::back_inserter(from_one_another), isChained);
+        for (const HeldVertex& v : from_one_another)
+            for (const std::uint32_t u : v.from) lent[u] = in_group[u];
+        std::copy_if(all.begin(), all.end(), std::back_inserter(lent_to_others),
+                     [&](const HeldVertex& v) { return lent[v.vertex] != 0; });
+        for (const HeldVertex& v : all) in_group[v.vertex] = lent[v.vertex] = 0;
+    }
+}
+
 // How far each vertex is there: 1 where it does not rise.
 std::vector<float> MovedSurface::shares() const {
     std::vector<float> share(size(), 1);
@@ -148,6 +172,7 @@ void MovedSurface::arrange() {
     triangles_of_ = sortedIntoRows<std::uint32_t>(size(), mesh_.triangles.size(), [&](std::size_t t, const auto& visit) {
         for (const std::uint32_t v : mesh_.triangles[t]) visit(v, static_cast<std::uint32_t>(t));
     });
+    listHeld();
     measure();
 }
 
@@ -171,25 +196,22 @@ void MovedSurface::measure() {
     });
     // Later groups rise from earlier ones; those on facets from one another.
     std::vector<std::pair<float, Vec3f>> kept, handed;
-    for (std::size_t g = mesh_.rising.size(); g-- > 0;) {
-        const std::vector<RisingVertex>& group = mesh_.rising[g];
-        kept.assign(group.size(), {0.0F, Vec3f(0)});  // of what was handed on and came in
-        handed.resize(group.size());
-        for (int round = 0; round < roundsOf(g); ++round) {
-            for (std::size_t i = 0; i < group.size(); ++i) {
-                const RisingVertex& rising = group[i];
-                const auto share = static_cast<float>(rising.share.value);
-                auto& [area, vector_sum] = kept[i];
-                handed[i] = {(area_[rising.vertex] - area) * (1 - share), (sum[rising.vertex] - vector_sum) * (1 - share)};
-                area_[rising.vertex] -= handed[i].first;
-                sum[rising.vertex] -= handed[i].second;
-                area = area_[rising.vertex], vector_sum = sum[rising.vertex];
+    for (auto group = held_.rbegin(); group != held_.rend(); ++group) {
+        kept.assign(group->all.size(), {0.0F, Vec3f(0)});  // so that only what came in since is handed on
+        handed.resize(group->all.size());
+        for (int round = 0; round < group->rounds(); ++round) {
+            const std::vector<HeldVertex>& some = round == 0 ? group->all : group->lent_to_others;
+            for (std::size_t i = 0; i < some.size(); ++i) {
+                const HeldVertex& v = some[i];
+                auto& [area, vector_sum] = kept[v.row];
+                handed[i] = {(area_[v.vertex] - area) * (1 - v.share), (sum[v.vertex] - vector_sum) * (1 - v.share)};
+                area = area_[v.vertex] -= handed[i].first;
+                vector_sum = sum[v.vertex] -= handed[i].second;
             }
-            for (std::size_t i = 0; i < group.size(); ++i)
+            for (std::size_t i = 0; i < some.size(); ++i)
                 for (std::size_t k = 0; k < 4; ++k) {
-                    const auto weight = static_cast<float>(group[i].weight[k].value);
-                    area_[group[i].from[k]] += handed[i].first * weight;
-                    sum[group[i].from[k]] += handed[i].second * weight;
+                    area_[some[i].from[k]] += handed[i].first * some[i].weight[k];
+                    sum[some[i].from[k]] += handed[i].second * some[i].weight[k];
                 }
         }
     }
@@ -352,6 +374,11 @@ void MovedSurface::splitLongEdges(std::size_t refinement, Need& need) {
     auto& in_quads = mesh_.rising[kTessellationGroups + 2 * refinement + 1];
     for (const LongEdge& edge : edges)
         addVertex(on_edges, {edge.from, edge.to, edge.to, edge.to}, {0.5, 0.5, 0, 0}, edge.share);
+    std::vector<std::array<std::uint32_t, 3>> middles(triangles);
+    parallelFor(triangles, 4096, [&](std::size_t t) {
+        const Triangle& q = mesh_.triangles[t];
+        for (std::size_t k = 0; k < 3; ++k) middles[t][k] = middleOf(q[k], q[(k + 1) % 3]);
+    });
     std::vector<Triangle> split;
     split.reserve(triangles + 4 * edges.size());
     std::size_t ball = 0;
@@ -359,9 +386,8 @@ void MovedSurface::splitLongEdges(std::size_t refinement, Need& need) {
         for (; ball < mesh_.ball_begin.size() && mesh_.ball_begin[ball] == t; ++ball)
             mesh_.ball_begin[ball] = static_cast<std::uint32_t>(split.size());
         const Triangle q = mesh_.triangles[t];
-        std::array<std::uint32_t, 3> middle;
-        std::size_t cuts = 0;
-        for (std::size_t k = 0; k < 3; ++k) cuts += (middle[k] = middleOf(q[k], q[(k + 1) % 3])) != kHidden;
+        const std::array<std::uint32_t, 3>& middle = middles[t];
+        const auto cuts = 3 - std::count(middle.begin(), middle.end(), kHidden);
         if (cuts == 0) {
             split.push_back(q);
         } else if (cuts == 3) {

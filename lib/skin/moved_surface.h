@@ -36,20 +36,21 @@ public:
     /// Makes values of vertices that fade in those of what they rise from, by what their share is short of 1.
     template <typename Value>
     void hold(std::vector<Value>& values) const {
-        for (std::size_t g = 0; g < mesh_.rising.size(); ++g) {
-            const std::vector<RisingVertex>& group = mesh_.rising[g];
-            std::vector<Value> free(group.size()), held(group.size());
-            for (std::size_t i = 0; i < group.size(); ++i) free[i] = values[group[i].vertex];
-            for (int round = 0; round < roundsOf(g); ++round) {
-                parallelFor(group.size(), 1024, [&](std::size_t i) {
-                    const RisingVertex& rising = group[i];
+        std::vector<Value> free, held;
+        for (const HeldVertices& group : held_) {
+            held.resize(group.all.size());
+            for (int round = 0; round < group.rounds(); ++round) {
+                // Later rounds change nothing but what rises from others of the group.
+                const std::vector<HeldVertex>& some = round == 0 ? group.all : group.from_one_another;
+                if (round == 0) free.resize(some.size());
+                parallelFor(some.size(), 1024, [&](std::size_t i) {
+                    const HeldVertex& v = some[i];
                     Value from(0);
-                    for (std::size_t k = 0; k < 4; ++k)
-                        from += values[rising.from[k]] * static_cast<float>(rising.weight[k].value);
-                    const auto share = static_cast<float>(rising.share.value);
-                    held[i] = free[i] * share + from * (1 - share);
+                    for (std::size_t k = 0; k < 4; ++k) from += values[v.from[k]] * v.weight[k];
+                    if (round == 0) free[i] = values[v.vertex];
+                    held[i] = free[v.row] * v.share + from * (1 - v.share);
                 });
-                for (std::size_t i = 0; i < group.size(); ++i) values[group[i].vertex] = held[i];
+                for (std::size_t i = 0; i < some.size(); ++i) values[some[i].vertex] = held[i];
             }
         }
     }
@@ -93,12 +94,24 @@ public:
     SoftNormals softNormals(double width, const std::vector<Vec3f>& from) const;
 
 private:
+    // A RisingVertex, for short, and its place in its group.
+    struct HeldVertex {
+        std::uint32_t vertex, row;
+        std::array<std::uint32_t, 4> from;
+        std::array<float, 4> weight;
+        float share;
+    };
+    // A group of them. On facets they rise from one another: what is held to what is held itself takes several rounds.
+    struct HeldVertices {
+        std::vector<HeldVertex> all, from_one_another, lent_to_others;
+        int rounds() const { return from_one_another.empty() ? 1 : 4; }
+    };
+
+    void listHeld();
     void arrange();
     std::vector<float> shares() const;
     void weighDiagonals(const std::vector<float>& share);
     void placeBetween(RisingVertex& rising, double of_other, double middle);
-    // Vertices on facets rise from one another: what is held to what is held itself takes several rounds.
-    static int roundsOf(std::size_t group) { return group == 1 ? 4 : 1; }
     struct Need;
     void splitLongEdges(std::size_t refinement, Need& need);
     void turnBack(std::uint32_t triangle, std::vector<Vec3f>& step) const;
@@ -110,6 +123,7 @@ private:
     std::vector<float> area_, agreement_;  // agreement: of the normals of a vertex' triangles, 1 where they are one
     std::vector<Vec3f> normal_;
 
+    std::array<HeldVertices, std::tuple_size_v<RisingVertices>> held_;
     PointGroups groups_;
 };
 
