@@ -28,6 +28,10 @@ constexpr double kSidewaysWidth = 1.2;
 constexpr double kWall = 0.6366;         // 2 / π: D⁻² is this times the sum over a wall across the surface, D away
 constexpr double kPieceCell = 4;         // edge of the cells in which pieces of the surface are grouped
 constexpr std::size_t kMostPieces = 4096;
+// Edges of what is thick are rounded: fits are so wide there whatever turns sideways. What faces the opposite way takes
+// that back as far as it is near, on rims of sheets and on threads.
+constexpr double kEdgeWidth = 2.5;
+constexpr double kThin = 2;
 constexpr float kLeastSquare = 0.02F;    // added to squared distances there
 
 constexpr int kReturns = 3;              // how often what was lost of long waves returns
@@ -226,12 +230,12 @@ std::vector<Piece> piecesOf(const MovedSurface& surface, const std::vector<std::
 }
 
 // Σ A u / (d² + spread)², fading out at the end of its reach, u from 0 to 1 where a piece faces sideways, neither the point's way nor opposite: of a wall
-// across the surface at distance D that is π / 2 D².
+// across the surface at distance D that is π / 2 D². And the same of what faces the opposite way.
 struct SumSideways {
     PieceSamples samples;
     float inverse_square_reach;
     Point point;
-    Lanes (&sums)[1];
+    Lanes (&sums)[2];
 
     template <std::size_t kWidth>
     __attribute__((always_inline)) void operator()(std::size_t first) const {
@@ -240,7 +244,7 @@ struct SumSideways {
         getLanes<kWidth>(point.place, first, x);
         getLanes<kWidth>(point.normal, first, n);
         const Some zero{}, one = zero + 1.0F;
-        Some sum[1] = {};
+        Some sum[2] = {};
         for (const auto& f : samples) {
             const Some px = f[kPx] - x[0], py = f[kPy] - x[1], pz = f[kPz] - x[2];
             const Some square = px * px + py * py + pz * pz + f[kSpread] + kLeastSquare;
@@ -251,7 +255,12 @@ struct SumSideways {
             u = u > 0 ? u : zero;
             Some within = one - square * inverse_square_reach;
             within = within > 0 ? within : zero;
-            sum[0] += f[kPieceArea] * u * within * within / (square * square);
+            Some opposite = (kOpposite - t) / kSidewaysFade;
+            opposite = opposite < one ? opposite : one;
+            opposite = opposite > 0 ? opposite : zero;
+            const Some w = f[kPieceArea] * within * within / (square * square);
+            sum[0] += w * u;
+            sum[1] += w * opposite;
         }
         setLanes<kWidth>(sums, first, sum);
     }
@@ -382,15 +391,17 @@ std::vector<float> inverseSquares(const std::vector<float>& width) {
     return inverse;
 }
 
-// How wide each vertex may be smoothed: as far as the surface does not turn sideways.
+// How wide each vertex may be smoothed: as far as the surface does not turn sideways, or the liquid is thick.
 std::vector<float> widthsOf(MovedSurface& surface, const GroupedPieces& pieces, const Normals& wide, double widest) {
     std::vector<float> width(surface.size());
     const auto inverse = static_cast<float>(1 / (widest * widest));
     forPieces(surface.groups(), surface.position(), pieces, surface.spacing(), widest, wide, [&](const GroupLanes& group, PieceSamples near, const Point& point) {
-        Lanes sums[1];
+        Lanes sums[2];
         forLanes(SumSideways{near, inverse, point, sums});
         for (std::size_t lane = 0; lane < group.size; ++lane) {
-            const double inverse_square = 1 / (widest * widest) + kWall * static_cast<double>(sums[0][lane]);
+            const double sideways = kWall * static_cast<double>(sums[0][lane]);
+            const double most = 1 / (kEdgeWidth * kEdgeWidth) + kThin * kWall * static_cast<double>(sums[1][lane]);
+            const double inverse_square = 1 / (widest * widest) + sideways * most / (sideways + most);
             width[group.row[lane]] = static_cast<float>(std::max(kLeastWidth, 1 / std::sqrt(inverse_square)));
         }
     });
