@@ -370,15 +370,36 @@ std::vector<PatchTree::BodyPart> bodiesOf(const BallBoundary& boundary, const st
     return bodies;
 }
 
+// Draws corners of triangles that cross half-way to the means of the vertices round them.
+void loosen(const std::vector<TrianglePair>& pairs, const PatchTree& tree, BetaMesh& mesh) {
+    std::vector<std::uint32_t> corners;
+    for (const TrianglePair& pair : pairs)
+        for (const std::uint32_t t : pair) corners.insert(corners.end(), mesh.triangles[t].begin(), mesh.triangles[t].end());
+    std::sort(corners.begin(), corners.end());
+    corners.erase(std::unique(corners.begin(), corners.end()), corners.end());
+    std::vector<std::pair<Moving, int>> round(corners.size());  // sum and number of the vertices, each twice
+    tree.forTrianglesAwake([&](const Triangle& t) {
+        for (std::size_t k = 0; k < 3; ++k) {
+            const auto at = std::lower_bound(corners.begin(), corners.end(), t[k]);
+            if (at == corners.end() || *at != t[k]) continue;
+            auto& [sum, count] = round[static_cast<std::size_t>(at - corners.begin())];
+            sum = sum + mesh.vertex[t[(k + 1) % 3]] + mesh.vertex[t[(k + 2) % 3]];
+            count += 2;
+        }
+    });
+    for (std::size_t i = 0; i < corners.size(); ++i)
+        if (const auto& [sum, count] = round[i]; count > 0)
+            mesh.vertex[corners[i]] = (mesh.vertex[corners[i]] + sum / Rate(count)) * 0.5;
+}
+
 }  // namespace
 
-bool keepApart(const BallBoundary& boundary, const MovingPoints& from, BetaMesh& mesh) {
+bool keepApart(const BallBoundary& boundary, const MovingPoints& from, BetaMesh& mesh, int loosenings) {
     if (mesh.triangles.empty()) return true;
     const double radius = boundary.worldRadius();
     PatchTree tree(mesh, from.position, radius, bodiesOf(boundary, from.position, mesh));
     std::vector<TrianglePair> pairs = crossingsAmong(tree.meetings(), mesh);
     if (pairs.empty()) return true;
-    Ways ways(from, radius, mesh);
     const auto wakeNear = [&](double distance) {
         std::vector<std::uint32_t> triangles;
         for (const TrianglePair& pair : pairs) triangles.insert(triangles.end(), pair.begin(), pair.end());
@@ -393,6 +414,14 @@ bool keepApart(const BallBoundary& boundary, const MovingPoints& from, BetaMesh&
             tree.wake(box, distance);
         }
     };
+    for (; loosenings > 0 && !pairs.empty(); --loosenings) {
+        tree.sleep();
+        wakeNear(radius / 2);
+        loosen(pairs, tree, mesh);
+        tree.refit();
+        pairs = crossingsAmong(tree.meetings(), mesh);
+    }
+    Ways ways(from, radius, mesh);
     for (int round = 0; !pairs.empty();) {
         tree.sleep();
         wakeNear(radius);

@@ -13,12 +13,16 @@ namespace betamesh {
 /// back too, by less; shares change by at most one per radius. They change continuously as the liquid moves, and
 /// velocities follow them.
 ///
-/// in      from: where each vertex of the mesh came from; no two triangles cross there (those that do stay there)
+/// Where asked to, it first draws corners of triangles that cross to the means of the vertices round them, which opens
+/// folds of slivers without taking anything back; that does not change continuously.
+///
+/// in      from: where each vertex of the mesh came from; no two triangles cross there (those that do stay there);
+///         loosenings: how often to draw corners together at most
 /// out     whether no triangles cross any more; where some crossed from the start, or only together with others that
 ///         stay, they still do
 /// same    bytes for any thread count
 /// cost    a look at every triangle, and at those pairs that are near each other and face different ways
 /// source  a surface over a plane does not cross itself: Volino & Magnenat-Thalmann 1994
-bool keepApart(const BallBoundary& boundary, const MovingPoints& from, BetaMesh& mesh);
+bool keepApart(const BallBoundary& boundary, const MovingPoints& from, BetaMesh& mesh, int loosenings = 0);
 
 }  // namespace betamesh

@@ -25,6 +25,7 @@ constexpr double kIntoMiddle = 0.05;  // the need from which on a vertex in a qu
 constexpr double kFoldBegins = 0.9, kFolded = 0.62;  // agreement of normals from which vertices are drawn together
 constexpr double kUnfolding = 0.5;                    // of the way to the mean of the vertices round one, in one step
 constexpr double kUpright = 0.5;       // cosine to the surface's normal below which a triangle begins to lie upside down
+constexpr double kLongerBy = 0.1;      // the square of that edge than those of the others, for it to be turned in full
 constexpr double kLeastHeight = 0.03;  // over its longest edge, as a share of that, that it gets
 constexpr float kLongestUnfolding = 0.25F;
 
@@ -418,19 +419,19 @@ void MovedSurface::splitLongEdges(std::size_t refinement, Need& need) {
 void MovedSurface::turnBack(std::uint32_t triangle, std::vector<Vec3f>& step) const {
     const Triangle& t = mesh_.triangles[triangle];
     const Vec3 facing = Vec3(normal_[t[0]] + normal_[t[1]] + normal_[t[2]]).normalized();
-    double longest = 0;
-    for (std::size_t k = 0; k < 3; ++k) longest = std::max(longest, (position_[t[k]] - position_[t[(k + 1) % 3]]).length2());
-    if (!(longest > 0)) return;
-    for (std::size_t k = 0; k < 3; ++k) {
-        const Vec3 &from = position_[t[(k + 1) % 3]], &to = position_[t[(k + 2) % 3]], &apex = position_[t[k]];
-        const Vec3 edge = to - from;
-        if (edge.length2() < longest) continue;
-        const Vec3 normal = cross(edge, apex - from).normalized();
-        const double turned = smoothStep((kUpright - dot(normal, facing)) / kUpright).value;
-        const Vec3 foot = from + edge * (dot(apex - from, edge) / longest);
-        const Vec3 target = foot + cross(facing, edge) * kLeastHeight;
-        step[t[k]] += Vec3f((target - apex) * (turned / spacing_));
-    }
+    std::array<double, 3> square;  // of the edge opposite each corner
+    for (std::size_t k = 0; k < 3; ++k) square[k] = (position_[t[(k + 1) % 3]] - position_[t[(k + 2) % 3]]).length2();
+    const auto k = static_cast<std::size_t>(std::max_element(square.begin(), square.end()) - square.begin());
+    if (!(square[k] > 0)) return;
+    const Vec3 &from = position_[t[(k + 1) % 3]], &to = position_[t[(k + 2) % 3]], &apex = position_[t[k]];
+    const Vec3 edge = to - from, normal = cross(edge, apex - from).normalized();
+    // Where another edge is as long, neither corner moves.
+    const double second = std::max(square[(k + 1) % 3], square[(k + 2) % 3]);
+    const double turned = smoothStep((kUpright - dot(normal, facing)) / kUpright).value *
+                          smoothStep((1 - second / square[k]) / kLongerBy).value;
+    const Vec3 foot = from + edge * (dot(apex - from, edge) / square[k]);
+    const Vec3 target = foot + cross(facing, edge) * kLeastHeight;
+    step[t[k]] += Vec3f((target - apex) * (turned / spacing_));
 }
 
 void MovedSurface::unfold() {

@@ -41,6 +41,7 @@ constexpr double kCalmAngle = 0.4;           // round small patches of balls, wh
 constexpr double kSmoothedFaceAngle = 0.37;  // between points inside faces of the same
 constexpr double kSkinAngle = 0.45, kSkinCalmAngle = 0.7, kSkinFaceAngle = 0.55;  // the same where there is a skin
 constexpr double kFarthestSmoothed = 0.9;  // of the skin: no vertex gets past a particle
+constexpr int kLoosenings = 6;
 constexpr double kLeastAngle = 0.05, kLargestAngle = 0.7;
 
 struct Structure {
@@ -169,7 +170,7 @@ void giveSkin(const OuterSamples& outer, const BallBoundary& boundary, const Ski
         smoothSkin(surface, params.smoothing_width > 0 ? params.smoothing_width / spacing : kWidestFit,
                    kFarthestSmoothed * leastSkin(params) / spacing, passesOf(params));
     surface.writePositions();
-    if (!keepApart(boundary, retracted, mesh)) keepApart(boundary, on_balls, mesh);
+    if (!keepApart(boundary, retracted, mesh, kLoosenings)) keepApart(boundary, on_balls, mesh);
 }
 
 // Of the structure only the boundary is left, without exposed directions.
