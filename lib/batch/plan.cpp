@@ -122,7 +122,7 @@ SkinParams withLengths(SkinParams params, const Config::Surface& surface, double
     if (!given) return params;
     const std::string key = surface.inset ? "surface.inset" : "surface.skin";
     const double length = inWorld(*given, spacing);
-    if (length >= radius) {
+    if (length > 0 && length >= radius) {
         const bool same_unit = given->in_spacings == surface.radius.in_spacings;
         throw Error(key + " is " + textOf(*given) + ", but must be less than surface.radius, which is " +
                     textOf(surface.radius) +

@@ -290,6 +290,9 @@ TEST_F(Job, TheSkinIsReportedInWorldUnits) {
     EXPECT_NEAR(skinOf({"--skin", "0.5dx"}), 0.1, 1e-12);
     EXPECT_NEAR(skinOf({"--skin", "0.25"}), 0.25, 1e-12);
     EXPECT_EQ(skinOf({"--skin", "none"}), 0);
+    const Outcome unknown_spacing = mesh({"--overwrite", "--skin", "none"});
+    EXPECT_EQ(unknown_spacing.exit_code, 0) << unknown_spacing.err;
+    EXPECT_EQ(report(1)["skin"].get<double>(), 0);
     for (const std::vector<std::string>& other : std::vector<std::vector<std::string>>{
              {"--tessellation", "paper"}, {"--surface", "alpha"}, {"--surface", "union"}}) {
         EXPECT_EQ(skinOf(other), 0);
