@@ -242,9 +242,9 @@ TEST(Events, TheSkinHardlyJumpsAtFlipsAndBirths) {
     }
     ASSERT_GE(found.size(), 16u);
     std::sort(found.begin(), found.end());
-    EXPECT_LE(found[found.size() / 2], 0.001);
-    EXPECT_LE(found[found.size() * 3 / 4], 0.01);
-    EXPECT_LE(found.back(), 0.1);
+    EXPECT_LE(found[found.size() / 2], 0.0002);
+    EXPECT_LE(found[found.size() * 3 / 4], 0.006);
+    EXPECT_LE(found.back(), 0.03);
 }
 
 // Where balls begin to meet, the surface is as far from where it will be as its triangles are from the balls.
