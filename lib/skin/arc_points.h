@@ -14,6 +14,8 @@ struct ArcSubdivision {
     int segments = 0;         ///< > 0: so many on every arc, half on half a circle; more above 2 radians
     Appearance appearance = Appearance::on_boundary;
     double calm_angle = 0;  ///< > max_angle: the same between faces that are only small patches of their balls
+    bool moves_far = false;  ///< what is made of this goes far from the balls: points sink below the chords of arcs, and
+                             ///< edges begin to turn sooner, so that what comes and goes does so from where it is held
 };
 
 /// Cuts every arc into segments. The sagitta r·δ²/8 is the same on circles of any size: an arc of angle θ on a circle

@@ -25,10 +25,9 @@ constexpr double kFreeHeight = 0.05;     // over what is beneath, radii per squa
 constexpr double kMargin = 1e-6;         // of that height, far above the rounding of places
 constexpr double kSwellingBegins = 0.7, kSwollen = 1.4;  // clearance of points far from any rim
 constexpr std::size_t kLongestRing = 10;
-constexpr double kSinkingDepth = 0.12;  // radii at the rim, in squares of the same; and at least
-constexpr double kBelowChords = 1.5;    // as deep as the longest chords of arcs lie below these
-constexpr double kTurning = 0.0085;     // how far diagonals are apart when they begin to turn: radii per fourth power of
-                                        // the longest segment of arcs; coarser quads would jump further
+constexpr double kSinkingDepth = 0.12;  // radii at the rim, in squares of the same
+constexpr double kBelowChords = 1.5;    // the same in depths of the longest chords below their arcs, for what moves far
+constexpr double kTurning = 0.0025, kTurningFar = 0.01;  // how far diagonals are apart when they begin to turn, likewise
 constexpr double kContactDepth = 0.25;  // where balls are too far apart, likewise: deeper than any facet
 
 Vec3i onGrid(const Vec3& direction) {
@@ -151,9 +150,9 @@ public:
             const std::vector<Vec3>& p = points.directions.position;
             volume += dot(p[a], cross(p[b], p[c])) / 6;
         }
-        const double longest = std::max(subdivision.max_angle, subdivision.calm_angle), below_arc = longest * longest / 8;
-        depth_ = std::max(kSinkingDepth * angle_ * angle_, kBelowChords * below_arc);
-        turning_ = kTurning * longest * longest * longest * longest;
+        const double longest = std::max(subdivision.max_angle, subdivision.calm_angle);
+        depth_ = subdivision.moves_far ? kBelowChords * longest * longest / 8 : kSinkingDepth * angle_ * angle_;
+        turning_ = (subdivision.moves_far ? kTurningFar : kTurning) * angle_ * angle_;
         swelling_ = std::cbrt(4 * std::numbers::pi / 3 / volume) - 1;
     }
     bool sinks(std::uint32_t p) const {

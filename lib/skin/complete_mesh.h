@@ -16,9 +16,9 @@ namespace betamesh {
 /// of which stays in its own Voronoi cell.
 ///
 /// Points inside faces appear and vanish with their clearance from the rim. Appearance::on_boundary: as far from the
-/// rim as good triangles need. Appearance::gradual: they sink below the sphere, deeper than the chords of arcs, until
-/// the hull passes over them. Edges of a hull that are about to turn have a vertex each
-/// (see core/turning_edges.h), and points far from any rim swell when smoothed.
+/// rim as good triangles need. Appearance::gradual: they sink below the sphere, where what is made of them
+/// moves far deeper than the chords of arcs, until the hull passes over them. Edges of a hull that are about to turn have
+/// a vertex each (see core/turning_edges.h), and points far from any rim swell when smoothed.
 ///
 /// in      a boundary with its faces; its balls' motion and angular velocity; points on its arcs, and inside its faces
 /// out     vertices: the network's points, then those inside faces, then those on edges that turn; every one lies on

@@ -183,6 +183,7 @@ BetaMesh completeSurface(const Particles& particles, Structure& structure, const
     if (smoothed) {
         subdivision.appearance = Appearance::gradual;
         subdivision.max_angle = has_skin ? kSkinAngle : kSmoothedAngle;
+        subdivision.moves_far = has_skin;
         if (has_skin)
             subdivision.calm_angle = kSkinCalmAngle;
         else if (passesOf(params) > 0 && widthOf(params) >= kSmoothingWidth * params.radius)
