@@ -10,7 +10,7 @@ namespace betamesh {
 namespace {
 
 // All lengths are in particle spacings.
-constexpr int kNarrowSteps = 3;         // of the bi-Laplacian in a pass
+constexpr int kNarrowSteps = 4;         // of the bi-Laplacian in a pass
 constexpr double kNarrowWidth = 0.8;    // of its kernel
 constexpr double kLongestNarrow = 0.15; // of a step
 constexpr double kStepWidth = 0.3;      // of the mean over the last of them, so that slivers do not fold
@@ -36,7 +36,7 @@ constexpr float kLeastSquare = 0.02F;    // added to squared distances there
 
 constexpr int kReturns = 3;              // how often what was lost of long waves returns
 constexpr double kReturnWidth = 5.4;     // of the mean over it
-constexpr int kUnfoldings = 2;
+constexpr int kUnfoldings = 3;
 
 using Normals = std::vector<Vec3f>;
 
