@@ -9,7 +9,8 @@ namespace betamesh {
 /// Smooths a retracted surface. In each pass:
 ///
 /// 1. A sphere is fitted to what is near each vertex and faces its way, as far as the surface does not turn sideways
-///    but at most `widest` away; the vertex goes onto it. Where that is near, as on threads, this fades out.
+///    but at most `widest` away; the vertex goes onto it. Where that is near, as on threads, this fades out. Edges of
+///    what is thick are rounded all the same.
 /// 2. Narrow steps along the normal: the height of what is near over the tangent plane, less the mean of these heights
 ///    round it (a bi-Laplacian), which is zero on planes, spheres and cylinders.
 /// 3. What was taken from long waves returns: the mean of what was lost, over what is near and faces the same way.
