@@ -374,7 +374,8 @@ std::vector<PatchTree::BodyPart> bodiesOf(const BallBoundary& boundary, const st
 void loosen(const std::vector<TrianglePair>& pairs, const PatchTree& tree, BetaMesh& mesh) {
     std::vector<std::uint32_t> corners;
     for (const TrianglePair& pair : pairs)
-        for (const std::uint32_t t : pair) corners.insert(corners.end(), mesh.triangles[t].begin(), mesh.triangles[t].end());
+        for (const std::uint32_t t : pair)
+            corners.insert(corners.end(), mesh.triangles[t].begin(), mesh.triangles[t].end());
     std::sort(corners.begin(), corners.end());
     corners.erase(std::unique(corners.begin(), corners.end()), corners.end());
     std::vector<std::pair<Moving, int>> round(corners.size());  // sum and number of the vertices, each twice

@@ -11,7 +11,7 @@ namespace betamesh {
 namespace {
 
 // All lengths are in particle spacings.
-constexpr double kGroupCell = 4;     // edge of the cells in which vertices are grouped
+constexpr double kGroupCell = 4;  // edge of the cells in which vertices are grouped
 
 // Edges of at most kLongestFlat where the surface is flat, kLongestRound where it is as round as a thread, and by
 // kShorterOnRims less on rims. Bend as in SoftNormals, over kBendWidth.
@@ -19,7 +19,6 @@ constexpr double kLongestFlat = 0.9, kLongestRound = 0.4, kShorterOnRims = 0.12;
 constexpr double kBendWidth = 0.8, kFlatBend = 0.03, kRoundBend = 0.1, kRimBend = 0.2;
 constexpr double kMeanNormalWidth = 0.3;
 constexpr double kFadesOver = 0.5;  // of the longest length beyond it, until a vertex that splits an edge is fully there
-
 constexpr double kIntoMiddle = 0.05;  // the need from which on a vertex in a quad is in the middle of the long diagonal
 
 constexpr double kFoldBegins = 0.9, kFolded = 0.62;  // agreement of normals from which vertices are drawn together
@@ -101,7 +100,8 @@ struct LongEdge {
 
 }  // namespace
 
-MovedSurface::MovedSurface(BetaMesh& mesh, double spacing) : mesh_(mesh), spacing_(spacing), position_(mesh.vertex.size()) {
+MovedSurface::MovedSurface(BetaMesh& mesh, double spacing)
+    : mesh_(mesh), spacing_(spacing), position_(mesh.vertex.size()) {
     parallelFor(size(), 8192, [&](std::size_t v) { position_[v] = mesh_.vertex[v].position; });
     weighDiagonals(shares());
     arrange();
@@ -115,7 +115,8 @@ void MovedSurface::listHeld() {
         all.resize(group.size());
         parallelFor(group.size(), 4096, [&](std::size_t i) {
             const RisingVertex& rising = group[i];
-            all[i] = {rising.vertex, static_cast<std::uint32_t>(i), rising.from, {}, static_cast<float>(rising.share.value)};
+            all[i] = {rising.vertex, static_cast<std::uint32_t>(i), rising.from, {},
+                      static_cast<float>(rising.share.value)};
             for (std::size_t k = 0; k < 4; ++k) all[i].weight[k] = static_cast<float>(rising.weight[k].value);
         });
         for (const HeldVertex& v : all) in_group[v.vertex] = 1;
@@ -159,7 +160,7 @@ void MovedSurface::placeBetween(RisingVertex& rising, double of_other, double mi
         of_first += (0.5 - of_first) * middle;
         rising.weight[k] = share * of_first;
         rising.weight[k + 1] = share * (1 - of_first);
-        place += position_[rising.from[k]] * rising.weight[k].value + position_[rising.from[k + 1]] * rising.weight[k + 1].value;
+        for (const std::size_t m : {k, k + 1}) place += position_[rising.from[m]] * rising.weight[m].value;
     }
     position_[rising.vertex] = place;
 }
@@ -303,9 +304,10 @@ void MovedSurface::refine() {
     Need need{*this, softNormals(kBendWidth, meanNormals()).bend, shares()};
     parallelFor(size(), 4096, [&](std::size_t v) {
         const double bend = need.longest[v];
-        need.longest[v] = static_cast<float>(
-            kLongestFlat - (kLongestFlat - kLongestRound) * smoothStep((bend - kFlatBend) / (kRoundBend - kFlatBend)).value -
-            kShorterOnRims * smoothStep((bend - kRoundBend) / (kRimBend - kRoundBend)).value);
+        const double round = smoothStep((bend - kFlatBend) / (kRoundBend - kFlatBend)).value;
+        const double rim = smoothStep((bend - kRoundBend) / (kRimBend - kRoundBend)).value;
+        need.longest[v] =
+            static_cast<float>(kLongestFlat - (kLongestFlat - kLongestRound) * round - kShorterOnRims * rim);
     });
     // A vertex that appears on a long edge takes the place of one that splits it, and has to be there as far.
     const auto raise = [&](RisingVertex& rising, double asked) {
@@ -462,12 +464,6 @@ void MovedSurface::unfold() {
 void MovedSurface::setVelocities(std::vector<Vec3f>& velocity) {
     hold(velocity);
     parallelFor(size(), 8192, [&](std::size_t v) { mesh_.vertex[v].velocity = Vec3(velocity[v]); });
-}
-
-void MovedSurface::readPositions() {
-    parallelFor(size(), 8192, [&](std::size_t v) { position_[v] = mesh_.vertex[v].position; });
-    groups_.fitBoxes(position_);
-    measure();
 }
 
 void MovedSurface::writePositions() {

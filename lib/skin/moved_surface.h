@@ -62,13 +62,12 @@ public:
     /// fade in with the edges' length, and brings all into order again. To be called once.
     void refine();
     /// Draws vertices whose triangles face very different ways towards the vertices round them, and turns triangles that
-    /// lie upside down on the surface. Works areas and normals out anew before and after.
+    /// lie upside down on the surface. Works areas and normals out anew afterwards.
     void unfold();
     /// Sets the velocities of the mesh to these, held; world units per second.
     void setVelocities(std::vector<Vec3f>& velocity);
-    /// Writes the positions to the mesh, or takes them from there.
+    /// Writes the positions to the mesh.
     void writePositions();
-    void readPositions();
 
     /// Of vertices, where they are now.
     const PointGroups& groups() const { return groups_; }
@@ -94,7 +93,7 @@ public:
     SoftNormals softNormals(double width, const std::vector<Vec3f>& from) const;
 
 private:
-    // A RisingVertex, for short, and its place in its group.
+    // A RisingVertex in a fifth of the memory, and its place in its group.
     struct HeldVertex {
         std::uint32_t vertex, row;
         std::array<std::uint32_t, 4> from;

@@ -193,7 +193,8 @@ void retract(const OuterSamples& samples, const SkinLengths& lengths, MovedSurfa
         step = surface.means(width, step);
         surface.move(step);
         reach.resize(surface.size());
-        parallelFor(reach.size(), 8192, [&](std::size_t v) { reach[v] = approach[v].distance + step[v].length() + kSlack; });
+        parallelFor(reach.size(), 8192,
+                    [&](std::size_t v) { reach[v] = approach[v].distance + step[v].length() + kSlack; });
     }
     surface.measure();
 }

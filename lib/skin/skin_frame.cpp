@@ -195,8 +195,8 @@ BetaMesh completeSurface(const Particles& particles, Structure& structure, const
     ArcNetwork network = arcPoints(boundary, balls, spins.of_points, std::move(vertices), subdivision);
     FacePoints points = facePoints(structure.snapped, boundary, balls, spins.of_points, std::move(directions));
     OuterSamples outer =
-        has_skin ? outerSamples(particles, structure.snapped, boundary, lengthsOf(params).outer() * particleSpacing(params),
-                                particleSpacing(params))
+        has_skin ? outerSamples(particles, structure.snapped, boundary,
+                                lengthsOf(params).outer() * particleSpacing(params), particleSpacing(params))
                  : OuterSamples();
     std::exchange(structure.snapped, {});  // large, and of no more use
     std::exchange(structure.boundary.exposed, {});

@@ -229,8 +229,9 @@ std::vector<Piece> piecesOf(const MovedSurface& surface, const std::vector<std::
     return joined(parts);
 }
 
-// Σ A u / (d² + spread)², fading out at the end of its reach, u from 0 to 1 where a piece faces sideways, neither the point's way nor opposite: of a wall
-// across the surface at distance D that is π / 2 D². And the same of what faces the opposite way.
+// Σ A u / (d² + spread)², fading out at the end of its reach, u from 0 to 1 where a piece faces sideways, neither the
+// point's way nor the opposite one: of a wall across the surface at distance D that is π / 2 D². And the same of what
+// faces the opposite way.
 struct SumSideways {
     PieceSamples samples;
     float inverse_square_reach;
@@ -395,7 +396,7 @@ std::vector<float> inverseSquares(const std::vector<float>& width) {
 std::vector<float> widthsOf(MovedSurface& surface, const GroupedPieces& pieces, const Normals& wide, double widest) {
     std::vector<float> width(surface.size());
     const auto inverse = static_cast<float>(1 / (widest * widest));
-    forPieces(surface.groups(), surface.position(), pieces, surface.spacing(), widest, wide, [&](const GroupLanes& group, PieceSamples near, const Point& point) {
+    const auto visit = [&](const GroupLanes& group, PieceSamples near, const Point& point) {
         Lanes sums[2];
         forLanes(SumSideways{near, inverse, point, sums});
         for (std::size_t lane = 0; lane < group.size; ++lane) {
@@ -404,7 +405,8 @@ std::vector<float> widthsOf(MovedSurface& surface, const GroupedPieces& pieces, 
             const double inverse_square = 1 / (widest * widest) + sideways * most / (sideways + most);
             width[group.row[lane]] = static_cast<float>(std::max(kLeastWidth, 1 / std::sqrt(inverse_square)));
         }
-    });
+    };
+    forPieces(surface.groups(), surface.position(), pieces, surface.spacing(), widest, wide, visit);
     surface.hold(width);
     return width;
 }
@@ -419,7 +421,7 @@ std::vector<float> fitSpheres(MovedSurface& surface, double widest) {
     std::vector<float> width = widthsOf(surface, pieces, wide, widest);
     const std::vector<float> inverse_square = inverseSquares(width);
     std::vector<Vec3f> step(surface.size());
-    forPieces(surface.groups(), surface.position(), pieces, surface.spacing(), widest, normal, [&](const GroupLanes& group, PieceSamples near, const Point& point) {
+    const auto visit = [&](const GroupLanes& group, PieceSamples near, const Point& point) {
         Lanes inverse, sums[9];
         for (std::size_t lane = 0; lane < kLanes; ++lane) inverse[lane] = inverse_square[group.row[lane]];
         forLanes(SumFit{near, inverse, point, sums});
@@ -429,7 +431,8 @@ std::vector<float> fitSpheres(MovedSurface& surface, double widest) {
             if (const double length = onto.length(); length > kLongestFit) onto *= kLongestFit / length;
             step[v] = Vec3f(onto);
         }
-    });
+    };
+    forPieces(surface.groups(), surface.position(), pieces, surface.spacing(), widest, normal, visit);
     std::vector<float> own(width.size());
     parallelFor(own.size(), 8192, [&](std::size_t v) {
         own[v] = static_cast<float>(smoothStep((width[v] - kOwnBegins) / (kOwnFull - kOwnBegins)).value);

@@ -8,6 +8,7 @@
 #include "measure/mesh_measure.h"
 #include "support/clouds.h"
 #include "support/oracles.h"
+#include "support/slab_top.h"
 
 #include <gtest/gtest.h>
 
@@ -56,17 +57,6 @@ TEST(Skin, EnclosesTheVolumeOfTheLiquid) {
     }
 }
 
-// Calls visit(middle, normal) for triangles of the top, far from the sides; normals are as long as twice the area.
-template <typename Visit>
-void forTopOf(const Mesh& mesh, double low, double high, const Visit& visit) {
-    for (const Triangle& t : mesh.triangles) {
-        const Vec3 &a = mesh.position[t[0]], &b = mesh.position[t[1]], &c = mesh.position[t[2]];
-        const Vec3 middle = (a + b + c) / 3, normal = cross(b - a, c - a);
-        if (std::min(middle.x, middle.y) < low || std::max(middle.x, middle.y) > high || middle.z < 3) continue;
-        if (normal.z > 0.2 * normal.length()) visit(middle, normal);
-    }
-}
-
 double degreesOffThePlane(const Mesh& mesh) {
     double sum = 0, area = 0;
     forTopOf(mesh, 9, 46, [&](const Vec3&, const Vec3& normal) {
@@ -75,16 +65,6 @@ double degreesOffThePlane(const Mesh& mesh) {
         area += size;
     });
     return std::sqrt(sum / area) * 180 / std::numbers::pi;
-}
-
-// How much of a wave of amplitude 1 is left: least squares with a constant term.
-double waveKept(const Mesh& mesh, double wavelength, double low, double high) {
-    double w = 0, s = 0, ss = 0, z = 0, zs = 0;
-    forTopOf(mesh, low, high, [&](const Vec3& middle, const Vec3& normal) {
-        const double wave = std::sin(2 * std::numbers::pi * middle.x / wavelength), size = normal.z;
-        w += size, s += size * wave, ss += size * wave * wave, z += size * middle.z, zs += size * middle.z * wave;
-    });
-    return (zs - z * s / w) / (ss - s * s / w);
 }
 
 TEST(Skin, IsFlatWhereTheLiquidIsAndKeepsWaves) {

@@ -15,6 +15,7 @@
 #include "skin/velocity.h"
 #include "support/clouds.h"
 #include "support/oracles.h"
+#include "support/slab_top.h"
 
 #include <gtest/gtest.h>
 
@@ -50,18 +51,6 @@ Particles slab(unsigned seed, double wavelength) {
     return particles;
 }
 
-// Calls visit(middle, normal) for each triangle of the top, far from the sides; the normal is as long as twice the
-// area.
-template <typename Visit>
-void forTopOf(const Mesh& mesh, double low, double high, const Visit& visit) {
-    for (const Triangle& t : mesh.triangles) {
-        const Vec3 &a = mesh.position[t[0]], &b = mesh.position[t[1]], &c = mesh.position[t[2]];
-        const Vec3 middle = (a + b + c) / 3, normal = cross(b - a, c - a);
-        if (std::min(middle.x, middle.y) < low || std::max(middle.x, middle.y) > high || middle.z < 3) continue;
-        if (normal.z > 0.2 * normal.length()) visit(middle, normal);
-    }
-}
-
 // RMS angle to the plane, degrees, by area. Dents steeper than 60 degrees do not count: a gap is not roughness.
 double roughness(const Mesh& mesh) {
     double sum = 0, area = 0;
@@ -72,16 +61,6 @@ double roughness(const Mesh& mesh) {
         area += size;
     });
     return std::sqrt(sum / area) * 180 / std::numbers::pi;
-}
-
-// How much of the wave is left, over whole wavelengths: least squares with a constant term.
-double waveKept(const Mesh& mesh, double wavelength, double low, double high) {
-    double w = 0, s = 0, ss = 0, z = 0, zs = 0;
-    forTopOf(mesh, low, high, [&](const Vec3& middle, const Vec3& normal) {
-        const double wave = std::sin(2 * std::numbers::pi * middle.x / wavelength), size = normal.z;
-        w += size, s += size * wave, ss += size * wave * wave, z += size * middle.z, zs += size * middle.z * wave;
-    });
-    return (zs - z * s / w) / (ss - s * s / w);
 }
 
 Particles box(int nx, int ny, int nz, unsigned seed, double jitter_size = 0.25) {
