@@ -13,9 +13,10 @@ namespace {
 // All lengths are in particle spacings.
 constexpr double kGroupCell = 4;  // edge of the cells in which vertices are grouped
 
-// Edges of at most kLongestFlat where the surface is flat, kLongestRound where it is as round as a thread, and by
+// Edges of at most kLongestFlat, or kLongestOnBalls radii where that is more, where the surface is flat, kLongestRound where it is as round as a thread, and by
 // kShorterOnRims less on rims. Bend as in SoftNormals, over kBendWidth.
 constexpr double kLongestFlat = 0.9, kLongestRound = 0.4, kShorterOnRims = 0.12;
+constexpr double kLongestOnBalls = 0.55;  // more than segments of arcs are long
 constexpr double kBendWidth = 0.8, kFlatBend = 0.03, kRoundBend = 0.1, kRimBend = 0.2;
 constexpr double kMeanNormalWidth = 0.3;
 constexpr double kFadesOver = 0.5;  // of the longest length beyond it, until a vertex that splits an edge is fully there
@@ -45,9 +46,8 @@ struct SumNormals {
         getLanes<kWidth>(normal, first, n);
         const Some zero{}, one = zero + 1.0F;
         Some sum[4] = {};
-        for (const auto& f : samples) {
-            const Some px = f[kX] - x[0], py = f[kY] - x[1], pz = f[kZ] - x[2];
-            Some t = one - (px * px + py * py + pz * pz) * inverse_square_width;
+        samples.forEach(x, [&](const auto& f, const Some(&p)[3]) __attribute__((always_inline)) {
+            Some t = one - (p[0] * p[0] + p[1] * p[1] + p[2] * p[2]) * inverse_square_width;
             Some c = f[kNx] * n[0] + f[kNy] * n[1] + f[kNz] * n[2];
             t = t > 0 ? t : zero;
             c = c > 0 ? c : zero;
@@ -56,7 +56,7 @@ struct SumNormals {
             sum[1] += w * f[kNy];
             sum[2] += w * f[kNz];
             sum[3] += w;
-        }
+        });
         setLanes<kWidth>(sums, first, sum);
     }
 };
@@ -76,16 +76,15 @@ struct SumMeans {
         getLanes<kWidth>(point, first, x);
         const Some zero{}, one = zero + 1.0F;
         Some sum[3] = {}, weight = zero + 1e-12F;
-        for (const auto& f : samples) {
-            const Some px = f[kX] - x[0], py = f[kY] - x[1], pz = f[kZ] - x[2];
-            Some t = one - (px * px + py * py + pz * pz) * inverse_square_width;
+        samples.forEach(x, [&](const auto& f, const Some(&p)[3]) __attribute__((always_inline)) {
+            Some t = one - (p[0] * p[0] + p[1] * p[1] + p[2] * p[2]) * inverse_square_width;
             t = t > 0 ? t : zero;
             const Some w = t * t * f[kWeight];
             weight += w;
             sum[0] += w * f[kVx];
             sum[1] += w * f[kVy];
             sum[2] += w * f[kVz];
-        }
+        });
         for (Some& along : sum) along = along / weight;
         setLanes<kWidth>(mean, first, sum);
     }
@@ -165,9 +164,17 @@ void MovedSurface::placeBetween(RisingVertex& rising, double of_other, double mi
     position_[rising.vertex] = place;
 }
 
+// Vertices without a share of their own come last, in no group: they go where those go from which they rise.
 void MovedSurface::arrange() {
+    const std::vector<float> share = shares();
+    const auto rows = static_cast<std::uint32_t>(size());
+    const std::vector<std::uint32_t> shared = rowsWhere(rows, [&](std::uint32_t v) { return share[v] > 0; });
     std::vector<std::uint32_t> order;
-    groups_ = PointGroups(position_, kGroupCell * spacing_, order);
+    groups_ = PointGroups(inOrder(position_, shared), kGroupCell * spacing_, order);
+    order = inOrder(shared, order);
+    order.reserve(rows);
+    for (std::uint32_t v = 0; v < rows; ++v)
+        if (!(share[v] > 0)) order.push_back(v);
     reorderVertices(mesh_, order);
     position_ = inOrder(position_, order);
     groups_.fitBoxes(position_);
@@ -180,21 +187,23 @@ void MovedSurface::arrange() {
 
 void MovedSurface::measure() {
     const std::size_t n = size(), triangles = mesh_.triangles.size();
-    std::vector<Vec3f> vector_area(triangles);  // a third
-    std::vector<float> third(triangles);
+    facing_.resize(triangles);
+    const double scale = 1 / (6 * spacing_ * spacing_);
     parallelFor(triangles, 4096, [&](std::size_t t) {
         const auto& [a, b, c] = mesh_.triangles[t];
-        const Vec3 across = cross((position_[b] - position_[a]) / spacing_, (position_[c] - position_[a]) / spacing_) / 6;
-        vector_area[t] = Vec3f(across);
-        third[t] = static_cast<float>(across.length());
+        const Vec3f third(cross(position_[b] - position_[a], position_[c] - position_[a]) * scale);
+        facing_[t] = {third, third.length()};
     });
-    area_.assign(n, 0);
-    std::vector<Vec3f> sum(n, Vec3f(0));
+    area_.resize(n);
+    std::vector<Vec3f> sum(n);
     parallelFor(n, 2048, [&](std::size_t v) {
+        Facing all{Vec3f(0), 0};
         for (const std::uint32_t t : triangles_of_[v]) {
-            area_[v] += third[t];
-            sum[v] += vector_area[t];
+            all.third += facing_[t].third;
+            all.area += facing_[t].area;
         }
+        area_[v] = all.area;
+        sum[v] = all.third;
     });
     // Later groups rise from earlier ones; those on facets from one another.
     std::vector<std::pair<float, Vec3f>> kept, handed;
@@ -225,7 +234,7 @@ void MovedSurface::measure() {
         agreement_[v] = area_[v] > 0 ? normal.length() / area_[v] : 1;
         if (!(area_[v] > 0)) {
             normal = Vec3f(0);
-            for (const std::uint32_t t : triangles_of_[v]) normal += vector_area[t];
+            for (const std::uint32_t t : triangles_of_[v]) normal += facing_[t].third;
         }
         normal_[v] = normal.normalized();
         area_[v] = std::max(area_[v], 0.0F);
@@ -240,7 +249,7 @@ void MovedSurface::move(std::vector<Vec3f>& step) {
 
 std::vector<Vec3f> MovedSurface::means(double width, const std::vector<Vec3f>& values) const {
     constexpr float kLeastArea = 1e-9F;  // where nothing has any, all count alike
-    std::vector<Vec3f> means(values.size());
+    std::vector<Vec3f> means(values.size(), Vec3f(0));
     const auto inverse = static_cast<float>(1 / (width * width));
     forVicinities<kValueFields>(
         width,
@@ -264,7 +273,7 @@ std::vector<Vec3f> MovedSurface::meanNormals() const {
 }
 
 MovedSurface::SoftNormals MovedSurface::softNormals(double width, const std::vector<Vec3f>& from) const {
-    SoftNormals soft{std::vector<Vec3f>(size()), std::vector<float>(size())};
+    SoftNormals soft{std::vector<Vec3f>(size(), Vec3f(0)), std::vector<float>(size())};
     const auto inverse = static_cast<float>(1 / (width * width));
     forVicinities<kFields>(
         width,
@@ -299,7 +308,8 @@ struct MovedSurface::Need {
     }
 };
 
-void MovedSurface::refine() {
+void MovedSurface::refine(double radius) {
+    const double longest_flat = std::max(kLongestFlat, kLongestOnBalls * radius);
     measure();
     Need need{*this, softNormals(kBendWidth, meanNormals()).bend, shares()};
     parallelFor(size(), 4096, [&](std::size_t v) {
@@ -307,7 +317,7 @@ void MovedSurface::refine() {
         const double round = smoothStep((bend - kFlatBend) / (kRoundBend - kFlatBend)).value;
         const double rim = smoothStep((bend - kRoundBend) / (kRimBend - kRoundBend)).value;
         need.longest[v] =
-            static_cast<float>(kLongestFlat - (kLongestFlat - kLongestRound) * round - kShorterOnRims * rim);
+            static_cast<float>(longest_flat - (longest_flat - kLongestRound) * round - kShorterOnRims * rim);
     });
     // A vertex that appears on a long edge takes the place of one that splits it, and has to be there as far.
     const auto raise = [&](RisingVertex& rising, double asked) {
@@ -449,9 +459,9 @@ void MovedSurface::unfold() {
     });
     const std::vector<std::uint32_t> upset = rowsWhere(mesh_.triangles.size(), [&](std::uint32_t triangle) {
         const auto& [a, b, c] = mesh_.triangles[triangle];
-        const Vec3f facing = normal_[a] + normal_[b] + normal_[c];
-        const Vec3f across(cross((position_[b] - position_[a]) / spacing_, (position_[c] - position_[a]) / spacing_));
-        return !(dot(across, facing) > static_cast<float>(kUpright) * across.length() * facing.length());
+        const Vec3f round = normal_[a] + normal_[b] + normal_[c];
+        const auto& [third, area] = facing_[triangle];
+        return !(dot(third, round) > static_cast<float>(kUpright) * area * round.length());
     });
     for (const std::uint32_t triangle : upset) turnBack(triangle, step);
     parallelFor(size(), 8192, [&](std::size_t v) {

@@ -60,7 +60,8 @@ public:
     void measure();
     /// Splits edges that are long for how strongly the surface is curved there, kRefinements times, at vertices that
     /// fade in with the edges' length, and brings all into order again. To be called once.
-    void refine();
+    /// radius: of the balls that the mesh comes from, particle spacings.
+    void refine(double radius);
     /// Draws vertices whose triangles face very different ways towards the vertices round them, and turns triangles that
     /// lie upside down on the surface. Works areas and normals out anew afterwards.
     void unfold();
@@ -119,6 +120,11 @@ private:
     double spacing_;
     std::vector<Vec3> position_;
     Rows triangles_of_;  // of each vertex
+    struct Facing {
+        Vec3f third;  // of a triangle's vector area
+        float area;   // a third of it
+    };
+    std::vector<Facing> facing_;
     std::vector<float> area_, agreement_;  // agreement: of the normals of a vertex' triangles, 1 where they are one
     std::vector<Vec3f> normal_;
 

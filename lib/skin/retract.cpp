@@ -17,14 +17,12 @@ constexpr std::size_t kMostNear = 4096;  // outer points that count for a group 
 constexpr float kFadingSquare = 0.3F;  // added to the squared distance of an outer point that has only just appeared
 constexpr double kOuterCell = 3;       // edge of the cells in which outer points are grouped
 
-// Steps: the share of the way that is left, and the width of the mean over them.
-struct Step {
-    double share, width;
-};
-constexpr Step kSteps[] = {{1.0 / 4, 1.3}, {1.0 / 3, 1.3}, {1.0 / 2, 1.3}, {1, 1.3}, {1, 1.0}, {1, 0.8}, {1, 0.6}};
+// In wide steps, each of kWideStep or less, vertices come near the skin, in narrower ones they arrive. `width`: of the
+// mean over a step.
+constexpr double kWideStep = 0.37, kMostWideSteps = 16, kWide = 1.3;
+constexpr double kNarrower[] = {1.0, 0.8, 0.6};
 constexpr double kLongestStep = 0.2;  // in widths of the mean; of a field that changes slowly enough not to fold
 constexpr double kLongestOutwards = 0.1;
-constexpr std::size_t kRefined = 3;  // the step before which long edges are split
 
 // What volume asks for beyond the skin: threads expose a fifth of each outer ball, drops of one particle all of it. On
 // arcs, where parts of the liquid meet, nothing: there the skin has to be what makes them meet at contact.
@@ -52,31 +50,29 @@ struct SumOuter {
         getLanes<kWidth>(point, first, x);
         const Some zero{}, one = zero + 1.0F;
         Some nearest = zero + 1e30F;
-        for (const auto& f : samples) {
-            const Some px = x[0] - f[kX], py = x[1] - f[kY], pz = x[2] - f[kZ];
-            const Some square = px * px + py * py + pz * pz + f[kFading];
+        samples.forEach(x, [&](const auto& f, const Some(&p)[3]) __attribute__((always_inline)) {
+            const Some square = p[0] * p[0] + p[1] * p[1] + p[2] * p[2] + f[kFading];
             nearest = square < nearest ? square : nearest;
-        }
+        });
         Some root = (nearest + one) * 0.5F;  // by Newton's method: near enough to say how wide the band is
         for (int i = 0; i < 3; ++i) root = (root + nearest / root) * 0.5F;
         constexpr auto band = static_cast<float>(kBand);
         const Some inverse = one / (band * band + 2 * band * root);
         Some sum[kSums] = {};
-        for (const auto& f : samples) {
-            const Some px = x[0] - f[kX], py = x[1] - f[kY], pz = x[2] - f[kZ];
-            const Some square = px * px + py * py + pz * pz + f[kFading];
+        samples.forEach(x, [&](const auto& f, const Some(&p)[3]) __attribute__((always_inline)) {
+            const Some square = p[0] * p[0] + p[1] * p[1] + p[2] * p[2] + f[kFading];
             Some t = one - (square - nearest) * inverse;
             t = t > 0 ? t : zero;
             const Some w = t * t * f[kWeight];
-            sum[kAway] += w * px;
-            sum[kAway + 1] += w * py;
-            sum[kAway + 2] += w * pz;
+            sum[kAway] -= w * p[0];
+            sum[kAway + 1] -= w * p[1];
+            sum[kAway + 2] -= w * p[2];
             sum[kVelocity] += w * f[kVx];
             sum[kVelocity + 1] += w * f[kVy];
             sum[kVelocity + 2] += w * f[kVz];
             sum[kWeights] += w;
             sum[kExtras] += w * f[kExtra];
-        }
+        });
         sum[kNearest] = nearest;
         setLanes<kWidth>(sums, first, sum);
     }
@@ -166,11 +162,14 @@ private:
 void retract(const OuterSamples& samples, const SkinLengths& lengths, MovedSurface& surface) {
     const OuterBoundary outer(samples, lengths, surface.spacing());
     std::vector<float> reach;  // of each vertex, beyond which no outer point counts; none: not known
-    constexpr std::size_t kCount = std::size(kSteps);
-    for (std::size_t s = 0; s < kCount; ++s) {
-        const auto& [share, width] = kSteps[s];
-        if (s == kRefined) {
-            surface.refine();
+    const auto wide = static_cast<std::size_t>(
+        std::min(kMostWideSteps, std::ceil((lengths.joining - lengths.skin) / kWideStep)));
+    const std::size_t count = wide + std::size(kNarrower);
+    for (std::size_t s = 0; s < count; ++s) {
+        const double share = s < wide ? 1 / static_cast<double>(wide - s) : 1;  // of the way that is left
+        const double width = s < wide ? kWide : kNarrower[s - wide];
+        if (s + 1 == wide) {
+            surface.refine(lengths.joining);
             reach.clear();
         }
         const std::vector<Approach> approach = outer.approaches(surface, reach);
@@ -181,7 +180,7 @@ void retract(const OuterSamples& samples, const SkinLengths& lengths, MovedSurfa
             const double way = std::clamp(a.gap * share, -std::min(kLongestOutwards, longest), longest) * a.in_reach;
             step[v] = a.away * static_cast<float>(way);
         });
-        if (s + 1 == kCount) {
+        if (s + 1 == count) {
             std::vector<Vec3f> velocity(surface.size());
             parallelFor(velocity.size(), 4096, [&](std::size_t v) {
                 const Vec3f own(surface.mesh().vertex[v].velocity);

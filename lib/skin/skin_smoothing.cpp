@@ -64,19 +64,18 @@ struct SumFacing {
         getLanes<kWidth>(point.normal, first, n);
         const Some zero{}, one = zero + 1.0F;
         Some sum[2] = {};
-        for (const auto& f : samples) {
-            const Some px = f[kX] - x[0], py = f[kY] - x[1], pz = f[kZ] - x[2];
-            Some t = one - (px * px + py * py + pz * pz) * inverse_square_width;
+        samples.forEach(x, [&](const auto& f, const Some(&p)[3]) __attribute__((always_inline)) {
+            Some t = one - (p[0] * p[0] + p[1] * p[1] + p[2] * p[2]) * inverse_square_width;
             Some c = f[kNx] * n[0] + f[kNy] * n[1] + f[kNz] * n[2];
             t = t > 0 ? t : zero;
             c = c > 0 ? c : zero;
             const Some w = t * t * c * f[kArea];
             sum[1] += w;
             if constexpr (kHeight)
-                sum[0] += w * (px * n[0] + py * n[1] + pz * n[2]);
+                sum[0] += w * (p[0] * n[0] + p[1] * n[1] + p[2] * n[2]);
             else
                 sum[0] += w * f[kValue];
-        }
+        });
         setLanes<kWidth>(sums, first, sum);
     }
 };
@@ -182,7 +181,7 @@ struct Moments {
 
 std::vector<Piece> piecesOf(const MovedSurface& surface, const std::vector<std::array<float, 2>>& value) {
     const BetaMesh& mesh = surface.mesh();
-    const double unit = surface.spacing();
+    const double unit = surface.spacing(), scale = 1 / unit;
     const std::array<Vec3, kCorners> corner{Vec3(1, 1, 1), Vec3(1, -1, -1), Vec3(-1, 1, -1), Vec3(-1, -1, 1)};
     constexpr std::size_t kBallsPerTask = 256;
     // Without balls, where voids were left out: runs of triangles would do as well, but the balls are known.
@@ -194,26 +193,21 @@ std::vector<Piece> piecesOf(const MovedSurface& surface, const std::vector<std::
             const std::uint32_t begin = mesh.ball_begin[b], end = mesh.ball_begin[b + 1];
             if (begin == end) continue;
             const Vec3 origin = surface.position()[mesh.triangles[begin][0]];
-            Moments whole;
-            std::array<Moments, kCorners> towards;
-            for (std::uint32_t t = begin; t < end; ++t) {
-                const auto& [i, j, k] = mesh.triangles[t];
-                const Vec3 a = (surface.position()[i] - origin) / unit, c = (surface.position()[j] - origin) / unit,
-                           d = (surface.position()[k] - origin) / unit;
-                std::array<double, 2> sum{};
-                if (!value.empty())
-                    for (std::size_t m = 0; m < 2; ++m)
-                        sum[m] = static_cast<double>(value[i][m]) + value[j][m] + value[k][m];
-                whole.add(a, c, d, sum, 1);
-                const Vec3 normal = cross(c - a, d - a).normalized();
-                std::array<double, kCorners> share;
-                double all = 0;
-                for (std::size_t m = 0; m < kCorners; ++m) {
-                    const double s = 1 + dot(normal, corner[m]) * 0.577, s2 = s * s, s4 = s2 * s2;
-                    all += share[m] = s4 * s4;
+            const auto forTriangles = [&](const auto& visit) {
+                const auto placeOf = [&](std::uint32_t v) { return (surface.position()[v] - origin) * scale; };
+                for (std::uint32_t t = begin; t < end; ++t) {
+                    const auto& [i, j, k] = mesh.triangles[t];
+                    std::array<double, 2> sum{};
+                    if (!value.empty())
+                        for (std::size_t m = 0; m < 2; ++m)
+                            sum[m] = static_cast<double>(value[i][m]) + value[j][m] + value[k][m];
+                    visit(placeOf(i), placeOf(j), placeOf(k), sum);
                 }
-                for (std::size_t m = 0; m < kCorners; ++m) towards[m].add(a, c, d, sum, share[m] / all);
-            }
+            };
+            Moments whole;
+            forTriangles([&](const Vec3& p, const Vec3& q, const Vec3& r, const auto& sum) {
+                whole.add(p, q, r, sum, 1);
+            });
             if (!(whole.area > 0)) continue;
             const double agreement = whole.direction.length() / whole.area;
             const double apart = 1 - smoothStep((agreement - 0.75) / 0.15).value;
@@ -223,6 +217,18 @@ std::vector<Piece> piecesOf(const MovedSurface& surface, const std::vector<std::
                 parts[task].back().area *= static_cast<float>(share);
             };
             add(whole, 1 - apart);
+            if (!(apart > 0)) continue;
+            std::array<Moments, kCorners> towards;
+            forTriangles([&](const Vec3& p, const Vec3& q, const Vec3& r, const auto& sum) {
+                const Vec3 normal = cross(q - p, r - p).normalized();
+                std::array<double, kCorners> share;
+                double all = 0;
+                for (std::size_t m = 0; m < kCorners; ++m) {
+                    const double s = 1 + dot(normal, corner[m]) * 0.577, s2 = s * s, s4 = s2 * s2;
+                    all += share[m] = s4 * s4;
+                }
+                for (std::size_t m = 0; m < kCorners; ++m) towards[m].add(p, q, r, sum, share[m] / all);
+            });
             for (const Moments& m : towards) add(m, apart);
         }
     });
@@ -246,9 +252,8 @@ struct SumSideways {
         getLanes<kWidth>(point.normal, first, n);
         const Some zero{}, one = zero + 1.0F;
         Some sum[2] = {};
-        for (const auto& f : samples) {
-            const Some px = f[kPx] - x[0], py = f[kPy] - x[1], pz = f[kPz] - x[2];
-            const Some square = px * px + py * py + pz * pz + f[kSpread] + kLeastSquare;
+        samples.forEach(x, [&](const auto& f, const Some(&p)[3]) __attribute__((always_inline)) {
+            const Some square = p[0] * p[0] + p[1] * p[1] + p[2] * p[2] + f[kSpread] + kLeastSquare;
             const Some t = f[kPdx] * n[0] + f[kPdy] * n[1] + f[kPdz] * n[2];
             Some u = (kSame + kSidewaysFade - t) / kSidewaysFade, v = (t - kOpposite + kSidewaysFade) / kSidewaysFade;
             u = u < v ? u : v;
@@ -262,7 +267,7 @@ struct SumSideways {
             const Some w = f[kPieceArea] * within * within / (square * square);
             sum[0] += w * u;
             sum[1] += w * opposite;
-        }
+        });
         setLanes<kWidth>(sums, first, sum);
     }
 };
@@ -283,24 +288,23 @@ struct SumFit {
         std::memcpy(&inverse, reinterpret_cast<const float*>(&inverse_square_width) + first, sizeof inverse);
         const Some zero{}, one = zero + 1.0F;
         Some sum[9] = {};
-        for (const auto& f : samples) {
-            const Some px = f[kPx] - x[0], py = f[kPy] - x[1], pz = f[kPz] - x[2];
-            const Some square = px * px + py * py + pz * pz + f[kSpread];
+        samples.forEach(x, [&](const auto& f, const Some(&p)[3]) __attribute__((always_inline)) {
+            const Some square = p[0] * p[0] + p[1] * p[1] + p[2] * p[2] + f[kSpread];
             Some t = one - square * inverse;
             Some c = f[kPdx] * n[0] + f[kPdy] * n[1] + f[kPdz] * n[2];
             t = t > 0 ? t : zero;
             c = c > 0 ? c : zero;
             const Some k = t * t * c * c * f[kPieceArea];
             sum[0] += k;
-            sum[1] += k * px;
-            sum[2] += k * py;
-            sum[3] += k * pz;
+            sum[1] += k * p[0];
+            sum[2] += k * p[1];
+            sum[3] += k * p[2];
             sum[4] += k * f[kPdx];
             sum[5] += k * f[kPdy];
             sum[6] += k * f[kPdz];
-            sum[7] += k * (px * f[kPdx] + py * f[kPdy] + pz * f[kPdz] + f[kBulge]);
+            sum[7] += k * (p[0] * f[kPdx] + p[1] * f[kPdy] + p[2] * f[kPdz] + f[kBulge]);
             sum[8] += k * square;
-        }
+        });
         setLanes<kWidth>(sums, first, sum);
     }
 };
@@ -321,16 +325,15 @@ struct SumValues {
         std::memcpy(&inverse, reinterpret_cast<const float*>(&inverse_square_width) + first, sizeof inverse);
         const Some zero{}, one = zero + 1.0F;
         Some sum[2] = {};
-        for (const auto& f : samples) {
-            const Some px = f[kPx] - x[0], py = f[kPy] - x[1], pz = f[kPz] - x[2];
-            Some t = one - (px * px + py * py + pz * pz + f[kSpread]) * inverse;
+        samples.forEach(x, [&](const auto& f, const Some(&p)[3]) __attribute__((always_inline)) {
+            Some t = one - (p[0] * p[0] + p[1] * p[1] + p[2] * p[2] + f[kSpread]) * inverse;
             Some c = f[kPdx] * n[0] + f[kPdy] * n[1] + f[kPdz] * n[2];
             t = t > 0 ? t : zero;
             c = c > 0 ? c : zero;
             const Some k = t * t * c * c * f[kPieceArea];
             sum[0] += k * f[kPieceValue];
             sum[1] += k;
-        }
+        });
         setLanes<kWidth>(sums, first, sum);
     }
 };
@@ -420,7 +423,7 @@ std::vector<float> fitSpheres(MovedSurface& surface, double widest) {
     const GroupedPieces pieces(piecesOf(surface, {}), surface.spacing());
     std::vector<float> width = widthsOf(surface, pieces, wide, widest);
     const std::vector<float> inverse_square = inverseSquares(width);
-    std::vector<Vec3f> step(surface.size());
+    std::vector<Vec3f> step(surface.size(), Vec3f(0));
     const auto visit = [&](const GroupLanes& group, PieceSamples near, const Point& point) {
         Lanes inverse, sums[9];
         for (std::size_t lane = 0; lane < kLanes; ++lane) inverse[lane] = inverse_square[group.row[lane]];
@@ -460,13 +463,15 @@ void forMeans(const PointGroups& points, const std::vector<Vec3>& point, const G
 // and so on: of pieces of the surface, and of vertices by the sum of it all.
 void returnLongWaves(MovedSurface& surface, const Normals& normal, const std::vector<Vec3>& before,
                      const std::vector<float>& width) {
-    std::vector<std::array<float, 2>> lost_and_width(surface.size());
-    std::vector<float> least(surface.size());
+    std::vector<float> lost(surface.size()), least(surface.size());
     parallelFor(least.size(), 8192, [&](std::size_t v) {
         const Vec3 back = before[v] - surface.position()[v];
-        lost_and_width[v] = {static_cast<float>(dot(back, Vec3(normal[v])) / surface.spacing()), width[v]};
+        lost[v] = static_cast<float>(dot(back, Vec3(normal[v])) / surface.spacing());
         least[v] = std::min(width[v], static_cast<float>(kReturnWidth));
     });
+    surface.hold(lost);
+    std::vector<std::array<float, 2>> lost_and_width(surface.size());
+    parallelFor(least.size(), 8192, [&](std::size_t v) { lost_and_width[v] = {lost[v], width[v]}; });
     GroupedPieces pieces(piecesOf(surface, lost_and_width), surface.spacing());
     const std::size_t n = pieces.piece.size();
     Normals facing(n);

@@ -6,6 +6,7 @@
 #include "core/cell_order.h"
 #include "core/sample_groups.h"
 
+#include <memory>
 #include <optional>
 #include <span>
 #include <vector>
@@ -32,10 +33,14 @@ public:
     std::uint32_t cells() const { return cells_ ? cells_->cells() : 0; }
     /// The groups of a cell, which follow one another.
     std::span<const std::uint32_t> groupsOf(std::uint32_t cell) const { return cells_->rowsOf(cell); }
-    /// Calls visit(group) for all whose boxes are within reach of another box, and a few more, in order.
+    Vec3 lowestCorner(std::uint32_t cell) const { return cells_->lowestCorner(cell); }
+    /// Calls visit(group, its cell) for all whose boxes are within reach of another box, and a few more, in order.
     template <typename Visit>
     void forGroupsNear(const Box& box, double reach, const Visit& visit) const {
-        if (cells_) cells_->forRowsIn(box.min - Vec3(reach + strayed_), box.max + Vec3(reach + strayed_), visit);
+        if (!cells_) return;
+        cells_->forCellsIn(box.min - Vec3(reach + strayed_), box.max + Vec3(reach + strayed_), [&](std::uint32_t cell) {
+            for (const std::uint32_t group : groupsOf(cell)) visit(group, cell);
+        });
     }
 
 private:
@@ -45,10 +50,10 @@ private:
     double strayed_ = 0;              // how far boxes stick out of their cells
 };
 
-/// Brings values of points into an order.
+/// Values of points in an order, or of some of them.
 template <typename Value>
 std::vector<Value> inOrder(const std::vector<Value>& values, const std::vector<std::uint32_t>& order) {
-    std::vector<Value> sorted(values.size());
+    std::vector<Value> sorted(order.size());
     parallelFor(sorted.size(), 8192, [&](std::size_t i) { sorted[i] = values[order[i]]; });
     return sorted;
 }
@@ -91,36 +96,85 @@ private:
     std::vector<float> low_[3], high_[3];
 };
 
-/// Samples in runs that follow one another in an array.
+/// Samples near a group of points, in runs that follow one another in an array.
 template <std::size_t kFields>
 class SampleRuns {
 public:
     struct Run {
-        const SampleFields<kFields>*begin, *end;  // not empty
-    };
-    struct Iterator {
-        const SampleFields<kFields>*at, *end;
-        const Run *run, *last;
-        const SampleFields<kFields>& operator*() const { return *at; }
-        Iterator& operator++() {
-            if (++at == end && ++run != last) at = run->begin, end = run->end;
-            return *this;
-        }
-        bool operator!=(const Iterator& other) const { return run != other.run; }
+        const SampleFields<kFields>*begin, *end;
+        Vec3f origin;  // of their positions, from where those of the points count
     };
 
     explicit SampleRuns(std::span<const Run> runs) : runs_(runs) {}
-    Iterator begin() const {
-        const Run *first = runs_.data(), *last = first + runs_.size();
-        return runs_.empty() ? end() : Iterator{first->begin, first->end, first, last};
-    }
-    Iterator end() const {
-        const Run* last = runs_.data() + runs_.size();
-        return {nullptr, nullptr, last, last};
+    /// Calls visit(fields, from) for every sample, where `from` leads from the points to it.
+    template <typename Some, typename Visit>
+    __attribute__((always_inline)) void forEach(const Some (&point)[3], const Visit& visit) const {
+        for (const Run& run : runs_) {
+            const Some x = point[0] - run.origin.x, y = point[1] - run.origin.y, z = point[2] - run.origin.z;
+            for (const SampleFields<kFields>* f = run.begin; f != run.end; ++f) {
+                const Some from[3] = {(*f)[0] - x, (*f)[1] - y, (*f)[2] - z};
+                visit(*f, from);
+            }
+        }
     }
 
 private:
     std::span<const Run> runs_;
+};
+
+/// Samples as sums take them: groups of points with fields. Their positions count from a corner of their cell, in units.
+template <std::size_t kFields>
+class SampleTable {
+public:
+    /// fill(row, fields) sets a sample's fields after its position.
+    template <typename Fill>
+    SampleTable(const PointGroups& groups, const std::vector<Vec3>& position, double unit, const Fill& fill)
+        
+        : groups_(groups),
+          scale_(1 / unit),
+          field_(std::make_unique_for_overwrite<SampleFields<kFields>[]>(position.size())),
+          box_(groups.size() * kRuns) {
+        parallelFor(groups.cells(), 16, [&](std::size_t c) {
+            const auto cell = static_cast<std::uint32_t>(c);
+            const Vec3 corner = groups.lowestCorner(cell);
+            for (const std::uint32_t group : groups.groupsOf(cell))
+                for (std::uint32_t i = groups.begin(group), run = 0; i < groups.begin(group + 1); ++run) {
+                    Boxf& box = box_[group * kRuns + run];
+                    for (const std::uint32_t run_end = endOfRun(group, i); i < run_end; ++i) {
+                        const Vec3f place((position[i] - corner) * scale_);
+                        box.extendBy(place);
+                        for (int k = 0; k < 3; ++k) field_[i][static_cast<std::size_t>(k)] = place[k];
+                        fill(i, field_[i]);
+                    }
+                }
+        });
+    }
+
+    /// Adds all runs of a group to boxes and runs; middle: from where their positions are to count.
+    void addRuns(std::uint32_t group, std::uint32_t cell, const Vec3& middle, BoxColumns& boxes,
+                 std::vector<typename SampleRuns<kFields>::Run>& runs) const {
+        const Vec3f origin((groups_.lowestCorner(cell) - middle) * scale_);
+        for (std::uint32_t i = groups_.begin(group), run = 0; i < groups_.begin(group + 1); ++run) {
+            const std::uint32_t run_end = endOfRun(group, i);
+            runs.push_back({field_.get() + i, field_.get() + run_end, origin});
+            const Boxf& box = box_[group * kRuns + run];
+            boxes.add(Boxf(box.min + origin, box.max + origin));
+            i = run_end;
+        }
+    }
+
+private:
+    static constexpr std::uint32_t kRun = kLanes / 2;  // samples that are near or not near together, at most
+    static constexpr std::uint32_t kRuns = kLanes / kRun;  // of a group, at most
+
+    std::uint32_t endOfRun(std::uint32_t group, std::uint32_t begin) const {
+        return std::min(groups_.begin(group + 1), begin + kRun);
+    }
+
+    const PointGroups& groups_;
+    double scale_;
+    std::unique_ptr<SampleFields<kFields>[]> field_;
+    std::vector<Boxf> box_;  // of runs, kRuns a group; positions as those of samples
 };
 
 /// Calls visit(GroupLanes, SampleRuns) for every group of points on several threads, where the samples are at least all
@@ -134,14 +188,14 @@ template <std::size_t kFields, typename ReachOf, typename Fill, typename Visit>
 void forGroups(const PointGroups& points, const std::vector<Vec3>& point, const PointGroups& samples,
                const std::vector<Vec3>& sample, double unit, std::size_t most, const ReachOf& reachOf, const Fill& fill,
                const Visit& visit) {
-    using Fields = SampleFields<kFields>;
-    constexpr std::uint32_t kRun = kLanes / 2;
+    using Run = typename SampleRuns<kFields>::Run;
+    const SampleTable<kFields> table(samples, sample, unit, fill);
     const double scale = 1 / unit;
     parallelRanges(points.cells(), 4, [&](std::size_t first, std::size_t last) {
-        std::vector<Fields> candidate, thinned;
-        std::vector<std::uint32_t> begin, near;  // of runs of candidates: their first one; those within reach
-        BoxColumns boxes;                        // theirs
-        std::vector<typename SampleRuns<kFields>::Run> runs;
+        std::vector<Run> candidates, runs;
+        std::vector<SampleFields<kFields>> thinned;
+        BoxColumns boxes;  // of candidates
+        std::vector<std::uint32_t> near;
         for (auto cell = static_cast<std::uint32_t>(first); cell < last; ++cell) {
             Box box;
             double farthest = 0;
@@ -151,30 +205,12 @@ void forGroups(const PointGroups& points, const std::vector<Vec3>& point, const 
             }
             const Vec3 middle = box.center();
             const auto placeOf = [&](const Vec3& p) { return Vec3f((p - middle) * scale); };
-            near.clear();
-            samples.forGroupsNear(box, farthest, [&](std::uint32_t other) {
-                if (squaredDistance(box, samples.box(other)) <= farthest * farthest) near.push_back(other);
-            });
-            if (candidate.size() < near.size() * kLanes) candidate.resize(near.size() * kLanes);
-            begin.clear();
+            candidates.clear();
             boxes.clear();
-            std::uint32_t filled = 0;
-            for (const std::uint32_t other : near)
-                for (std::uint32_t i = samples.begin(other), end = samples.begin(other + 1); i < end;) {
-                    Vec3f low = placeOf(sample[i]), high = low;
-                    begin.push_back(filled);
-                    for (const std::uint32_t run_end = std::min(end, i + kRun); i < run_end; ++i, ++filled) {
-                        const Vec3f at = placeOf(sample[i]);
-                        for (int k = 0; k < 3; ++k) {
-                            candidate[filled][static_cast<std::size_t>(k)] = at[k];
-                            low[k] = std::min(low[k], at[k]);
-                            high[k] = std::max(high[k], at[k]);
-                        }
-                        fill(i, candidate[filled]);
-                    }
-                    boxes.add(Boxf(low, high));
-                }
-            begin.push_back(filled);
+            samples.forGroupsNear(box, farthest, [&](std::uint32_t group, std::uint32_t its_cell) {
+                if (squaredDistance(box, samples.box(group)) <= farthest * farthest)
+                    table.addRuns(group, its_cell, middle, boxes, candidates);
+            });
             for (const std::uint32_t g : points.groupsOf(cell)) {
                 const double reach = reachOf(g) * scale;
                 // A hair more than the reach: what is left out is beyond it however places are rounded.
@@ -183,19 +219,23 @@ void forGroups(const PointGroups& points, const std::vector<Vec3>& point, const 
                 runs.clear();
                 std::size_t n = 0;
                 for (const std::uint32_t i : near) {
-                    const Fields *from = candidate.data() + begin[i], *to = candidate.data() + begin[i + 1];
-                    n += begin[i + 1] - begin[i];
-                    if (!runs.empty() && runs.back().end == from)
-                        runs.back().end = to;
+                    const Run& run = candidates[i];
+                    n += static_cast<std::size_t>(run.end - run.begin);
+                    if (!runs.empty() && runs.back().end == run.begin && runs.back().origin == run.origin)
+                        runs.back().end = run.end;
                     else
-                        runs.push_back({from, to});
+                        runs.push_back(run);
                 }
                 if (const std::size_t step = (n + most - 1) / most; step > 1) {
                     thinned.clear();
                     std::size_t count = 0;
-                    for (const Fields& f : SampleRuns<kFields>(runs))
-                        if (count++ % step == 0) thinned.push_back(f);
-                    runs.assign(1, {thinned.data(), thinned.data() + thinned.size()});
+                    for (const Run& run : runs)
+                        for (const SampleFields<kFields>* f = run.begin; f != run.end; ++f) {
+                            if (count++ % step != 0) continue;
+                            thinned.push_back(*f);
+                            for (int k = 0; k < 3; ++k) thinned.back()[static_cast<std::size_t>(k)] += run.origin[k];
+                        }
+                    runs.assign(1, {thinned.data(), thinned.data() + thinned.size(), Vec3f(0)});
                 }
                 GroupLanes lanes;
                 lanes.size = points.begin(g + 1) - points.begin(g);
