@@ -25,6 +25,11 @@ Mesh asMesh(const std::vector<Moving>& vertex, std::vector<Triangle> triangles) 
     return mesh;
 }
 
+void moveToWritten(BetaMesh& mesh) {
+    parallelFor(mesh.vertex.size(), 8192,
+                [&](std::size_t v) { mesh.vertex[v].position = asWritten(mesh.vertex[v].position); });
+}
+
 void reorderVertices(BetaMesh& mesh, const std::vector<std::uint32_t>& order) {
     std::vector<std::uint32_t> place(order.size());
     std::vector<Moving> vertex(order.size());

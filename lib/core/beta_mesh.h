@@ -67,6 +67,17 @@ struct MovingPoints {
 };
 MovingPoints copyOf(const std::vector<Moving>& points);
 
+/// A position as files hold it, in floats.
+inline Vec3 asWritten(const Vec3& position) {
+    const auto rounded = [](double x) {
+        const volatile float nearest = static_cast<float>(x);  // g++ 12 -O3 takes two casts there and back for none
+        return static_cast<double>(nearest);
+    };
+    return {rounded(position.x), rounded(position.y), rounded(position.z)};
+}
+/// Brings all vertices to where files will have them.
+void moveToWritten(BetaMesh& mesh);
+
 /// As in core/vertex_normals.h.
 std::vector<Vec3> vertexNormals(const BetaMesh& mesh);
 

@@ -28,11 +28,10 @@ struct FacePoints {
     std::vector<std::uint32_t> direction;  ///< of each point; contacts are numbered after the fixed directions
     std::vector<Rate> clearance;           ///< of each point, > 0; kFullClearance where there is no cap
 
-    /// Unit vector; turns with the liquid, whose angular velocity at the ball this is.
-    Moving outwards(std::uint32_t point, const Vec3& spin) const {
+    /// Unit vector.
+    Moving outwards(std::uint32_t point) const {
         if (const Contact* touching = contactOf(point)) return touching->direction;
-        const Vec3& along = directions.position[direction[point]];
-        return {along, cross(spin, along)};
+        return {directions.position[direction[point]], Vec3(0)};
     }
     /// Null for a point in a fixed direction.
     const Contact* contactOf(std::uint32_t point) const {

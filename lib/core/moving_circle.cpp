@@ -29,18 +29,17 @@ Moving MovingCircle::across(const Moving& point) const {
 
 void MovingCircle::beginTowards(const Moving& point) {
     const Moving offset = across(point);
-    if (!(offset.position.length2() > 0)) return beginAnywhere(Vec3(0, 0, 0));
+    if (!(offset.position.length2() > 0)) return beginAnywhere();
     first_ = normalized(offset);
     const double size = offset.position.length();
     if (size < kFollowed * sphere_) first_.velocity *= size / (kFollowed * sphere_);
     second_ = cross(axis_, first_);
 }
 
-void MovingCircle::beginAnywhere(const Vec3& spin) {
+void MovingCircle::beginAnywhere() {
     const Vec3 other = std::abs(axis_.position.x) < 0.6 ? Vec3(1, 0, 0) : Vec3(0, 1, 0);
     first_.position = cross(axis_.position, other).normalized();
-    first_.velocity = axis_.position * -dot(axis_.velocity, first_.position) +
-                      cross(axis_.position, first_.position) * dot(axis_.position, spin);
+    first_.velocity = axis_.position * -dot(axis_.velocity, first_.position);
     second_ = cross(axis_, first_);
 }
 

@@ -15,8 +15,8 @@ public:
 
     /// Angle zero is towards this point, which moves; anywhere, where it lies on the axis.
     void beginTowards(const Moving& point);
-    /// Angle zero is anywhere, and turns about the axis with this angular velocity.
-    void beginAnywhere(const Vec3& spin);
+    /// Angle zero is anywhere, and does not turn about the axis.
+    void beginAnywhere();
 
     Rate radius() const { return radius_; }
     double sphereRadius() const { return sphere_; }

@@ -178,7 +178,7 @@ RisingVertex* placePoints(const MovingCircle& circle, Rate from, Rate angle, con
 
 }  // namespace
 
-ArcNetwork arcPoints(const BallBoundary& boundary, const std::vector<Moving>& balls, const std::vector<Vec3>& spins,
+ArcNetwork arcPoints(const BallBoundary& boundary, const std::vector<Moving>& balls,
                      std::vector<Moving> vertices, const ArcSubdivision& subdivision) {
     const double radius = boundary.worldRadius();
     ArcNetwork network;
@@ -272,7 +272,7 @@ ArcNetwork arcPoints(const BallBoundary& boundary, const std::vector<Moving>& ba
     });
     parallelFor(circles, 64, [&](std::size_t k) {
         MovingCircle circle = circleAt(k);
-        circle.beginAnywhere((spins[boundary.circle[k][0]] + spins[boundary.circle[k][1]]) / 2);
+        circle.beginAnywhere();
         const Cut cut = cutOfHalf(k);
         RisingVertex* next = network.rising.data() + rising[arcs + k];
         for (const std::uint32_t half : {0U, 1U}) {

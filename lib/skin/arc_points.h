@@ -31,11 +31,11 @@ struct ArcSubdivision {
 ///
 /// Points move as the ends of their arc and its circle do.
 ///
-/// in      a boundary, where there is a calm angle with its faces; its balls with their motion and angular velocity;
-///         its vertices with theirs
+/// in      a boundary, where there is a calm angle with its faces; its balls with their motion; its vertices with
+///         theirs
 /// same    result for any thread count
 /// cost    O(points)
-ArcNetwork arcPoints(const BallBoundary& boundary, const std::vector<Moving>& balls, const std::vector<Vec3>& spins,
+ArcNetwork arcPoints(const BallBoundary& boundary, const std::vector<Moving>& balls,
                      std::vector<Moving> vertices, const ArcSubdivision& subdivision);
 
 }  // namespace betamesh

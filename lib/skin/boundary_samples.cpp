@@ -49,11 +49,11 @@ public:
     }
     Rate weight() const { return weight_; }
     // Σ weight · direction
-    Moving direction(const Vec3& spin) const { return towards_ + Moving{{0, 0, 0}, cross(spin, towards_.position)}; }
+    const Moving& direction() const { return towards_; }
 
 private:
     Rate weight_;
-    Moving towards_;  // as the ball sees it
+    Moving towards_;
 };
 
 // Samples as one: their mean, and how they lie about it. Sums are taken from an origin near them.
@@ -70,9 +70,9 @@ public:
         along_ = along_ + level * lifted * weight;
     }
     // Of the ball that is the origin.
-    void add(const PointsOnBall& points, const Vec3& spin, double radius) {
+    void add(const PointsOnBall& points, double radius) {
         const Rate weight = points.weight();
-        const Moving direction = points.direction(spin);
+        const Moving& direction = points.direction();
         weight_ = weight_ + weight;
         offset_ = offset_ + direction * radius;
         direction_ = direction_ + direction;
@@ -137,8 +137,7 @@ struct WeightedDirection {
     const std::array<double, kCorners>& share;
 };
 
-// What is exposed of one ball, as one sample or as four towards the corners of a tetrahedron that turns with the
-// liquid.
+// What is exposed of one ball, as one sample or as four towards the corners of a tetrahedron.
 struct ExposedBall {
     BoundarySample whole;
     std::array<BoundarySample, kCorners> part;
@@ -146,11 +145,11 @@ struct ExposedBall {
     // together: half of each line round the ball, which is the origin; forPieces(visit): calls visit(sample) for the
     // pieces of these lines, which are half this ball's; inside: points of its faces
     template <typename ForPieces>
-    ExposedBall(const Moving& ball, const Vec3& spin, double radius, Together together, const ForPieces& forPieces,
+    ExposedBall(const Moving& ball, double radius, Together together, const ForPieces& forPieces,
                 const std::vector<WeightedDirection>& inside) {
         PointsOnBall all;
         for (const auto& [direction, weight, share] : inside) all.add(direction, weight);
-        together.add(all, spin, radius);
+        together.add(all, radius);
         whole = together.sample();
         const Rate apart = smoothStep((whole.spread / (radius * radius) - kTight) / (kLoose - kTight));
         whole.weight = whole.weight * (1 - apart);
@@ -161,8 +160,7 @@ struct ExposedBall {
         forPieces([&](const BoundarySample& piece) {
             const Together::Summand summand(piece, ball);
             const Moving direction = normalized(summand.offset);
-            const Vec3 turning = direction.velocity - cross(spin, direction.position);  // as the tetrahedron sees it
-            const auto along = [&](int k) { return Rate(direction.position[k], turning[k]); };
+            const auto along = [&](int k) { return Rate(direction.position[k], direction.velocity[k]); };
             const auto share = sharesOf(along(0), along(1), along(2));
             for (std::size_t k = 0; k < kCorners; ++k) towards[k].add(summand, share[k] * 0.5);
         });
@@ -170,7 +168,7 @@ struct ExposedBall {
         for (const auto& [direction, weight, share] : inside)
             for (std::size_t k = 0; k < kCorners; ++k) points[k].add(direction, weight * share[k]);
         for (std::size_t k = 0; k < kCorners; ++k) {
-            towards[k].add(points[k], spin, radius);
+            towards[k].add(points[k], radius);
             part[k] = towards[k].sample();
             part[k].weight = part[k].weight * apart;
         }
@@ -187,7 +185,7 @@ struct ExposedBall {
 }  // namespace
 
 SamplesInRadii boundarySamples(const BallBoundary& boundary, const std::vector<Moving>& balls,
-                               const std::vector<Vec3>& spins, const ArcNetwork& network, const FacePoints& points) {
+                               const ArcNetwork& network, const FacePoints& points) {
     const double radius = boundary.worldRadius();
     const std::size_t arcs = network.arc_start.size(), directions = points.directions.position.size();
     const double area = kAreaWeight * 2 * kTurn * radius / static_cast<double>(directions);
@@ -199,7 +197,7 @@ SamplesInRadii boundarySamples(const BallBoundary& boundary, const std::vector<M
             circle.beginTowards(network.point[network.arc_start[l] / 3]);
             angle = network.arc_angle[l];
         } else {
-            circle.beginAnywhere((spins[low] + spins[high]) / 2);
+            circle.beginAnywhere();
         }
         const int n = std::max(1, static_cast<int>(std::ceil(angle.value / kLongestPiece)));
         for (int k = 0; k < n; ++k) visit(pieceAt(circle, angle * ((k + 0.5) / n), angle / n));
@@ -233,7 +231,7 @@ SamplesInRadii boundarySamples(const BallBoundary& boundary, const std::vector<M
             const auto forPiecesHere = [&](const auto& visit) {
                 for (const std::uint32_t l : network.at_ball[b]) forPieces(l, visit);
             };
-            const ExposedBall exposed(balls[b], spins[b], radius, lines, forPiecesHere, inside);
+            const ExposedBall exposed(balls[b], radius, lines, forPiecesHere, inside);
             exposed.forSamples([&](const BoundarySample& sample) { parts[task].emplace_back(sample, radius); });
         }
     });

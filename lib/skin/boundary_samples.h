@@ -23,6 +23,6 @@ namespace betamesh {
 /// same    result for any thread count
 /// cost    O(arcs + points)
 SamplesInRadii boundarySamples(const BallBoundary& boundary, const std::vector<Moving>& balls,
-                               const std::vector<Vec3>& spins, const ArcNetwork& network, const FacePoints& points);
+                               const ArcNetwork& network, const FacePoints& points);
 
 }  // namespace betamesh

@@ -163,8 +163,8 @@ public:
     }
     double turningDistance() const { return turning_; }
     // In radii of the ball.
-    Moving at(std::uint32_t p, const Vec3& spin) const {
-        const Moving direction = points_.outwards(p, spin);
+    Moving at(std::uint32_t p) const {
+        const Moving direction = points_.outwards(p);
         if (!sinks(p)) return direction;
         const Rate below = nearRim(p), apart = unborn(p);
         return direction * (1 - (below * below * depth_ + apart * apart * (kContactDepth * angle_ * angle_)));
@@ -176,8 +176,8 @@ public:
     }
     // How far outwards it goes then, in radii: a lone drop has the volume of its ball. Two that touch do not swell into
     // each other: narrow caps are as near here as wide ones.
-    Moving swelling(std::uint32_t p, const Vec3& spin, std::span<const LightTouch> touches) const {
-        const Moving outwards = points_.outwards(p, spin);
+    Moving swelling(std::uint32_t p, std::span<const LightTouch> touches) const {
+        const Moving outwards = points_.outwards(p);
         Rate room = points_.clearance[p];
         for (const auto& [towards, rim] : touches) {
             const Rate here = (rim - dot(outwards, towards)) / kWideCap;
@@ -367,17 +367,16 @@ struct Ball {
     const std::vector<Vec3>& on_grid;              // all of them, rounded, in the hull's units
     const Placement& placement;
     Moving centre;
-    Vec3 spin;
     double radius;
 
     std::size_t inLoops() const { return loops.network_point.size(); }
     std::size_t given() const { return loops.loops.point.size(); }
     // Seen from the centre, in radii.
-    Moving vertexAt(std::uint32_t face_point_row) const { return centre + placement.at(face_point_row, spin) * radius; }
+    Moving vertexAt(std::uint32_t face_point_row) const { return centre + placement.at(face_point_row) * radius; }
     // In radii, seen from the centre.
     Moving at(std::uint32_t v) const {
         return v < inLoops() ? (network.point[loops.network_point[v]] - centre) / radius
-                             : placement.at(face_point[v - inLoops()], spin);
+                             : placement.at(face_point[v - inLoops()]);
     }
 };
 
@@ -555,9 +554,8 @@ private:
 
 }  // namespace
 
-BetaMesh completeTessellation(const BallBoundary& boundary, const std::vector<Moving>& balls,
-                              const std::vector<Vec3>& spins, ArcNetwork network, FacePoints points,
-                              const ArcSubdivision& subdivision) {
+BetaMesh completeTessellation(const BallBoundary& boundary, const std::vector<Moving>& balls, ArcNetwork network,
+                              FacePoints points, const ArcSubdivision& subdivision) {
     const RowsOf<LightTouch> touches = lightTouches(balls, network, points, boundary.worldRadius());
     std::exchange(network.line, {}), std::exchange(network.at_ball, {});  // large, and of no more use
     const std::vector<std::uint32_t> first_face = firstFaces(boundary);
@@ -590,12 +588,12 @@ BetaMesh completeTessellation(const BallBoundary& boundary, const std::vector<Mo
                     if (!sinking) direction.push_back(points.direction[p]);
                     if (points.contactOf(p))
                         loops.perhaps_above.push_back(static_cast<std::uint32_t>(loops.point.size()));
-                    loops.point.push_back(onGrid(placement.at(p, spins[b]).position));
+                    loops.point.push_back(onGrid(placement.at(p).position));
                 }
             on_grid.resize(loops.point.size());
             std::transform(loops.point.begin(), loops.point.end(), on_grid.begin(), toDouble);
             const Ball ball{ball_loops, network,  face_point, direction.size(),      on_grid,
-                            placement,  balls[b], spins[b],   boundary.worldRadius()};
+                            placement,  balls[b], boundary.worldRadius()};
             if (in_loops == 0 && loops.perhaps_above.empty()) {  // a bare sphere
                 FillingAdder(ball, {points.directions.triangles, {}, {}}, parts[task], room);
                 continue;
@@ -655,10 +653,10 @@ BetaMesh completeTessellation(const BallBoundary& boundary, const std::vector<Mo
                     mesh.clearance[v] = part.other[p - kNew].clearance;
                     continue;
                 }
-                mesh.vertex[v] = balls[b] + placement.at(p, spins[b]) * boundary.worldRadius();
+                mesh.vertex[v] = balls[b] + placement.at(p) * boundary.worldRadius();
                 mesh.clearance[v] = placement.clearance(p);
                 if (placement.swells(p))
-                    *swells++ = {v, placement.swelling(p, spins[b], touches[b]) * boundary.worldRadius()};
+                    *swells++ = {v, placement.swelling(p, touches[b]) * boundary.worldRadius()};
             }
         }
         std::transform(part.triangles.begin(), part.triangles.end(), mesh.triangles.begin() + triangles[task],

@@ -20,14 +20,13 @@ namespace betamesh {
 /// moves far deeper than the chords of arcs, until the hull passes over them. Edges of a hull that are about to turn have
 /// a vertex each (see core/turning_edges.h), and points far from any rim swell when smoothed.
 ///
-/// in      a boundary with its faces; its balls' motion and angular velocity; points on its arcs, and inside its faces
+/// in      a boundary with its faces; its balls' motion; points on its arcs, and inside its faces
 /// out     vertices: the network's points, then those inside faces, then those on edges that turn; every one lies on
 ///         the union's boundary or, where it sinks or turns, inside
 /// same    bytes for any thread count and particle order
 /// cost    O(boundary); smoothed, about 31 triangles per exposed ball of a dam break, 180 on a lone drop
 /// source  beta mesh paper, section 3.4, completed
-BetaMesh completeTessellation(const BallBoundary& boundary, const std::vector<Moving>& balls,
-                              const std::vector<Vec3>& spins, ArcNetwork network, FacePoints points,
-                              const ArcSubdivision& subdivision);
+BetaMesh completeTessellation(const BallBoundary& boundary, const std::vector<Moving>& balls, ArcNetwork network,
+                              FacePoints points, const ArcSubdivision& subdivision);
 
 }  // namespace betamesh

@@ -122,7 +122,7 @@ std::vector<std::vector<std::uint32_t>> nearlyTouching(const BallBoundary& bound
 }  // namespace
 
 FacePoints facePoints(const SnappedParticles& particles, const BallBoundary& boundary, const std::vector<Moving>& balls,
-                      const std::vector<Vec3>& spins, Icosphere directions) {
+                      Icosphere directions) {
     FacePoints points;
     points.directions = std::move(directions);
     const std::vector<Vec3>& fixed = points.directions.position;
@@ -145,7 +145,7 @@ FacePoints facePoints(const SnappedParticles& particles, const BallBoundary& bou
                                                             : movingClearance(outwards, offsetTo(b, nearest)));
             };
             for (const auto& [d, nearest, clearance] : boundary.exposed[b])
-                add(d, {fixed[d], cross(spins[b], fixed[d])}, clearance, nearest);
+                add(d, {fixed[d], Vec3(0)}, clearance, nearest);
             if (!near[b].empty()) finder.find(boundary.snapped_row[b], neighbours);
             for (const std::uint32_t other : near[b]) {
                 const Moving offset = offsetTo(b, other);

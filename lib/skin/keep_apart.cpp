@@ -13,6 +13,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <memory>
 #include <optional>
 
@@ -27,6 +28,9 @@ constexpr int kHalvings = 32;                // of the way, to find where two tr
 constexpr double kShortOf = 0.999;           // of the way to there
 constexpr double kMeanWidth = 0.5;           // of the kernel of mean ways, radii
 constexpr double kPieceWidth = 0.0625;       // of what counts as one piece in it
+constexpr int kPartings = 24;                // of what crosses where it comes from
+constexpr double kParting = 1.5;             // how much farther each time
+constexpr double kFarthestParted = 0.02;     // radii
 constexpr double kStepOfTime = 1e-4;         // in which nothing moves further, in radii: to see how the place changes
 constexpr double kFarthestOff = 0.05;        // that it may change in this step, as a share of the way
 constexpr double kFastest = 2;               // that this may move vertices, in largest speeds of the two triangles
@@ -203,7 +207,9 @@ public:
             for (std::size_t k = 0; k < 4; ++k) below = below + shareOf(rising.from[k]) * rising.weight[k];
             share = share * rising.share + below * (1 - rising.share);
         }
-        return share.value < 1 ? state.base + (state.to - state.base) * share : state.to;
+        if (share.value >= 1) return state.to;
+        const Moving place = state.base + (state.to - state.base) * share;
+        return {asWritten(place.position), place.velocity};
     }
 
 private:
@@ -388,15 +394,43 @@ void loosen(const std::vector<TrianglePair>& pairs, const PatchTree& tree, BetaM
             count += 2;
         }
     });
-    for (std::size_t i = 0; i < corners.size(); ++i)
-        if (const auto& [sum, count] = round[i]; count > 0)
-            mesh.vertex[corners[i]] = (mesh.vertex[corners[i]] + sum / Rate(count)) * 0.5;
+    for (std::size_t i = 0; i < corners.size(); ++i) {
+        Moving& vertex = mesh.vertex[corners[i]];
+        if (const auto& [sum, count] = round[i]; count > 0) vertex = (vertex + sum / Rate(count)) * 0.5;
+        vertex.position = asWritten(vertex.position);
+    }
+}
+
+// Moves triangles that cross away from each other's planes, each to the side on which most of it lies.
+void part(const std::vector<TrianglePair>& pairs, double distance, BetaMesh& mesh) {
+    std::vector<std::pair<std::uint32_t, Vec3>> ways;
+    for (const TrianglePair& pair : pairs)
+        for (const auto& [plane, moved] : {std::pair(pair[0], pair[1]), std::pair(pair[1], pair[0])}) {
+            const auto at = [&](std::uint32_t t, std::size_t k) { return mesh.vertex[mesh.triangles[t][k]].position; };
+            const Vec3 normal = cross(at(plane, 1) - at(plane, 0), at(plane, 2) - at(plane, 0)).normalized();
+            double farthest = 0;
+            for (std::size_t k = 0; k < 3; ++k) {
+                const double height = dot(normal, at(moved, k) - at(plane, 0));
+                if (std::abs(height) > std::abs(farthest)) farthest = height;
+            }
+            for (const std::uint32_t v : mesh.triangles[moved])
+                ways.emplace_back(v, normal * std::copysign(1.0, farthest));
+        }
+    std::stable_sort(ways.begin(), ways.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+    for (std::size_t i = 0; i < ways.size();) {
+        const std::uint32_t v = ways[i].first;
+        Vec3 way(0);
+        for (; i < ways.size() && ways[i].first == v; ++i) way += ways[i].second;
+        Vec3& position = mesh.vertex[v].position;
+        position = asWritten(position + way.normalized() * distance);
+    }
 }
 
 }  // namespace
 
-bool keepApart(const BallBoundary& boundary, const MovingPoints& from, BetaMesh& mesh, int loosenings) {
+bool keepApart(const BallBoundary& boundary, const MovingPoints& from, BetaMesh& mesh, int loosenings, bool last) {
     if (mesh.triangles.empty()) return true;
+    moveToWritten(mesh);
     const double radius = boundary.worldRadius();
     PatchTree tree(mesh, from.position, radius, bodiesOf(boundary, from.position, mesh));
     std::vector<TrianglePair> pairs = crossingsAmong(tree.meetings(), mesh);
@@ -427,7 +461,7 @@ bool keepApart(const BallBoundary& boundary, const MovingPoints& from, BetaMesh&
         tree.sleep();
         wakeNear(radius);
         const bool all_the_way = round >= kRounds, any = ways.shorten(pairs, all_the_way, tree);
-        if (!any && all_the_way) return false;
+        if (!any && all_the_way) break;
         round = any ? round + 1 : kRounds;
         tree.sleepUnless([&](std::uint32_t v) { return mesh.vertex[v].position != ways.placeOf(v).position; });
         wakeNear(0);
@@ -437,7 +471,22 @@ bool keepApart(const BallBoundary& boundary, const MovingPoints& from, BetaMesh&
         tree.refit();
         pairs = crossingsAmong(tree.meetings(), mesh);
     }
-    return true;
+    if (pairs.empty() || !last) return pairs.empty();
+    double farthest = 0;
+    for (const Vec3& p : from.position)
+        for (int k = 0; k < 3; ++k) farthest = std::max(farthest, std::abs(p[k]));
+    double distance = farthest * std::numeric_limits<float>::epsilon();
+    for (int i = 0; i < kPartings && !pairs.empty(); ++i, distance *= kParting) {
+        tree.sleep();
+        wakeNear(radius / 2);
+        if (i % 2 == 0)
+            part(pairs, std::min(distance, kFarthestParted * radius), mesh);
+        else
+            loosen(pairs, tree, mesh);
+        tree.refit();
+        pairs = crossingsAmong(tree.meetings(), mesh);
+    }
+    return pairs.empty();
 }
 
 }  // namespace betamesh

@@ -60,12 +60,11 @@ OuterSamples outerSamples(const Particles& particles, const SnappedParticles& sn
     const BallBoundary outer =
         ballBoundary(larger, exposureCandidates(larger, snapped.size(), boundary), directions.position);
     const std::vector<Moving> balls = movingBalls(outer, all);
-    const std::vector<Vec3> spins = spinsOfBalls(outer, balls, all).of_liquid;
     ArcSubdivision subdivision;
     subdivision.max_angle = kArcSegment;
     subdivision.appearance = Appearance::gradual;
-    ArcNetwork network = arcPoints(outer, balls, spins, movingVertices(all, larger, outer, balls), subdivision);
-    const FacePoints inside = facePoints(larger, outer, balls, spins, std::move(directions));
+    ArcNetwork network = arcPoints(outer, balls, movingVertices(all, larger, outer, balls), subdivision);
+    const FacePoints inside = facePoints(larger, outer, balls, std::move(directions));
 
     OuterSamples samples;
     samples.point = std::move(network.point);
@@ -102,7 +101,7 @@ OuterSamples outerSamples(const Particles& particles, const SnappedParticles& sn
         for (std::uint32_t p = inside.begin[b]; p < inside.begin[b + 1]; ++p) {
             const double share = smoothStep(inside.clearance[p] / kFadesWithin).value;
             if (inside.contactOf(p) || !(share > 0)) continue;
-            samples.point.push_back(balls[b] + inside.outwards(p, spins[b]) * radius);
+            samples.point.push_back(balls[b] + inside.outwards(p) * radius);
             samples.weight.push_back(static_cast<float>(face_area * share));
             samples.fading.push_back(static_cast<float>(1 - share));
             exposed += share;

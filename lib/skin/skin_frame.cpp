@@ -42,6 +42,7 @@ constexpr double kSmoothedFaceAngle = 0.37;  // between points inside faces of t
 constexpr double kSkinAngle = 0.45, kSkinCalmAngle = 0.7, kSkinFaceAngle = 0.55;  // the same where there is a skin
 constexpr double kFarthestSmoothed = 0.9;  // of the skin: no vertex gets past a particle
 constexpr int kLoosenings = 6;
+constexpr double kLiquidInSpacings = 3.5, kLiquidInRadii = 2;  // how far round a vertex the liquid's motion is asked for
 constexpr double kLeastAngle = 0.05, kLargestAngle = 0.7;
 
 struct Structure {
@@ -140,18 +141,6 @@ Icosphere directionsOf(const SkinParams& params) {
                                             : ArcSubdivision().max_angle);
 }
 
-// Takes the liquid's velocity from those of points, and gives it back.
-void moveAgainstLiquid(const BallBoundary& boundary, const std::vector<Moving>& balls, const std::vector<Vec3>& spins,
-                       std::vector<Moving>& points) {
-    const std::vector<Vec3> liquid = liquidVelocities(boundary, balls, spins, points);
-    parallelFor(points.size(), 8192, [&](std::size_t i) { points[i].velocity -= liquid[i]; });
-}
-void moveWithLiquid(const BallBoundary& boundary, const std::vector<Moving>& balls, const std::vector<Vec3>& spins,
-                    std::vector<Moving>& points) {
-    const std::vector<Vec3> liquid = liquidVelocities(boundary, balls, spins, points);
-    parallelFor(points.size(), 8192, [&](std::size_t i) { points[i].velocity += liquid[i]; });
-}
-
 SkinLengths lengthsOf(const SkinParams& params) {
     const double spacing = particleSpacing(params);
     return {params.radius / spacing, leastSkin(params) / spacing, !params.skin};
@@ -165,12 +154,14 @@ void giveSkin(const OuterSamples& outer, const BallBoundary& boundary, const Ski
     retract(outer, lengthsOf(params), surface);
     const MovingPoints on_balls = copyOf(mesh.vertex);
     surface.writePositions();
-    const MovingPoints retracted = copyOf(mesh.vertex);
-    if (passesOf(params) > 0)
+    if (passesOf(params) > 0) {
+        const MovingPoints retracted = copyOf(mesh.vertex);
         smoothSkin(surface, params.smoothing_width > 0 ? params.smoothing_width / spacing : kWidestFit,
                    kFarthestSmoothed * leastSkin(params) / spacing, passesOf(params));
-    surface.writePositions();
-    if (!keepApart(boundary, retracted, mesh, kLoosenings)) keepApart(boundary, on_balls, mesh);
+        surface.writePositions();
+        if (keepApart(boundary, retracted, mesh, kLoosenings, false)) return;
+    }
+    keepApart(boundary, on_balls, mesh, kLoosenings);
 }
 
 // Of the structure only the boundary is left, without exposed directions.
@@ -189,11 +180,10 @@ BetaMesh completeSurface(const Particles& particles, Structure& structure, const
         else if (passesOf(params) > 0 && widthOf(params) >= kSmoothingWidth * params.radius)
             subdivision.calm_angle = kCalmAngle;
     }
-    const Spins spins = spinsOfBalls(boundary, balls, particles);
     std::vector<Moving> vertices = movingVertices(particles, structure.snapped, boundary, balls);
     watch("velocity");
-    ArcNetwork network = arcPoints(boundary, balls, spins.of_points, std::move(vertices), subdivision);
-    FacePoints points = facePoints(structure.snapped, boundary, balls, spins.of_points, std::move(directions));
+    ArcNetwork network = arcPoints(boundary, balls, std::move(vertices), subdivision);
+    FacePoints points = facePoints(structure.snapped, boundary, balls, std::move(directions));
     OuterSamples outer =
         has_skin ? outerSamples(particles, structure.snapped, boundary,
                                 lengthsOf(params).outer() * particleSpacing(params), particleSpacing(params))
@@ -203,30 +193,24 @@ BetaMesh completeSurface(const Particles& particles, Structure& structure, const
     watch("tessellate");
     std::optional<CoherentSmoother> smoother;
     if (smoothed && !has_skin)
-        smoother.emplace(boundarySamples(boundary, balls, spins.of_points, network, points), smoothingOf(params));
+        smoother.emplace(boundarySamples(boundary, balls, network, points), smoothingOf(params));
     watch("smooth");
-    BetaMesh beta = completeTessellation(boundary, balls, spins.of_points, std::move(network), std::move(points),
+    BetaMesh beta = completeTessellation(boundary, balls, std::move(network), std::move(points),
                                          subdivision);
     if (params.features.bubbles == Bubbles::fill)  // before smoothing: small bubbles may be turned inside out by it
         report.bubbles_filled = fillBubbles(beta, boundary, params.features);
     watch("tessellate");
     if (has_skin) {
-        if (particles.velocity.empty()) {
-            giveSkin(outer, boundary, params, beta);
-        } else {  // how it moves beyond the liquid: nothing where that moves as a rigid body
-            moveAgainstLiquid(boundary, balls, spins.of_liquid, outer.point);
-            moveAgainstLiquid(boundary, balls, spins.of_liquid, beta.vertex);
-            giveSkin(outer, boundary, params, beta);
-            moveWithLiquid(boundary, balls, spins.of_liquid, beta.vertex);
-        }
-    } else if (smoothed) {
-        const MovingPoints from = smoother->smooth(beta);
+        giveSkin(outer, boundary, params, beta);
+    } else {
+        const MovingPoints from = smoother ? smoother->smooth(beta) : copyOf(beta.vertex);
         smoother.reset();
         std::exchange(beta.clearance, {});  // large, and of no more use
         keepApart(boundary, from, beta);
     }
     watch("smooth");
-    if (!particles.velocity.empty()) slideWithParticles(boundary, balls, spins.of_liquid, beta);
+    if (!particles.velocity.empty())
+        limitVelocities(balls, std::max(kLiquidInSpacings * particleSpacing(params), kLiquidInRadii * params.radius), beta);
     watch("velocity");
     return beta;
 }
@@ -239,10 +223,9 @@ PaperMesh paperSurface(const Particles& particles, const Structure& structure, c
     watch("tessellate");
     if (params.smoothing == SmoothingMethod::paper) smoothAsInPaper(beta, params.passes);
     if (params.smoothing != SmoothingMethod::paper && isSmoothed(params)) {
-        const std::vector<Vec3> spins = spinsOfBalls(structure.boundary, balls, particles).of_points;
         CoherentSmoother smoother(
-            boundarySamples(structure.boundary, balls, spins, arcPoints(structure.boundary, balls, spins, vertices, {}),
-                            facePoints(structure.snapped, structure.boundary, balls, spins, std::move(directions))),
+            boundarySamples(structure.boundary, balls, arcPoints(structure.boundary, balls, vertices, {}),
+                            facePoints(structure.snapped, structure.boundary, balls, std::move(directions))),
             smoothingOf(params));
         smoother.smooth(beta);
     }

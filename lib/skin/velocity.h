@@ -23,37 +23,15 @@ std::vector<Moving> movingBalls(const BallBoundary& boundary, const Particles& p
 std::vector<Moving> movingVertices(const Particles& particles, const SnappedParticles& snapped,
                                    const BallBoundary& boundary, const std::vector<Moving>& balls);
 
-/// Angular velocities at each ball, radians per second.
-struct Spins {
-    std::vector<Vec3> of_liquid;
-    /// Of what the tessellation puts in fixed directions from a ball. The next frame puts it there again, whatever the
-    /// liquid does: this is zero for most motions, so that velocities tell how the surface gets from one frame to the
-    /// next, and that of the liquid where it moves as a rigid body, so that its surface moves with it exactly.
-    std::vector<Vec3> of_points;
-};
-
-/// That of the rigid motion which explains a ball and those within 2r best, (1 - d²/4r²)² their weight; points turn by
-/// the fourth power of how much it explains. Zero for all where the particles have no velocity.
+/// Turns the velocities of vertices, which so far follow points of the tessellation, into such as a shutter can be open
+/// over. Across the mesh's normal they become the liquid's: that of the rigid motion which fits the balls within reach
+/// best, (1 - d²/reach²)⁴ their weight. Along it they stay, as far as the balls differ from that motion themselves: by
+/// no more than 0.7 of their root mean square. So rims and necks that race where balls are about to meet or to part are as
+/// fast as the liquid, and where that moves as a rigid body its surface does so exactly.
 ///
-/// same    result for any thread count and particle order
-/// cost    O(balls)
-Spins spinsOfBalls(const BallBoundary& boundary, const std::vector<Moving>& balls, const Particles& particles);
-
-/// The velocity of the liquid at points: the mean of the rigid motions round the balls within 2r, (1 - d²/4r²)² their
-/// weight; the point's own where there is none.
-///
+/// reach   more than the distance of any vertex to the nearest ball; vertices out of all reach stay as they are
 /// same    bytes for any thread count and particle order
-/// cost    O(points)
-std::vector<Vec3> liquidVelocities(const BallBoundary& boundary, const std::vector<Moving>& balls,
-                                   const std::vector<Vec3>& spins, const std::vector<Moving>& points);
-
-/// Turns the velocities of vertices, which so far follow points of the tessellation, into the surface's: along the
-/// mesh's normal they stay; across it they become those of the liquid, the mean of the rigid motions round the balls
-/// within 2r of the vertex, (1 - d²/4r²)² their weight. Vertices of a lone drop move as its particle.
-///
-/// same    bytes for any thread count and particle order
-/// cost    O(vertices)
-void slideWithParticles(const BallBoundary& boundary, const std::vector<Moving>& balls, const std::vector<Vec3>& spins,
-                        BetaMesh& mesh);
+/// cost    O(vertices · balls within reach)
+void limitVelocities(const std::vector<Moving>& balls, double reach, BetaMesh& mesh);
 
 }  // namespace betamesh

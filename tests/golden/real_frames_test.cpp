@@ -1,5 +1,7 @@
 // Real simulation frames, and what CGAL's fixed alpha shape says of them.
 
+#include "core/cell_order.h"
+#include "core/rigid_motion.h"
 #include "io/particle_file.h"
 #include "measure/mesh_measure.h"
 #include "measure/places.h"
@@ -35,6 +37,48 @@ int eulerOf(const Place& place) {
 }
 
 }  // namespace
+
+TEST(RealFrames, NoVertexOutrunsTheLiquid) {
+    const auto frames = {std::pair("sph_dam3d/sph_dam3d.0029.bgeo", 0.02),
+                         std::pair("flip_rotcube/flip_rotcube.0012.bgeo", 1.0 / 192)};
+    for (const auto& [name, spacing] : frames) {
+        if (!std::filesystem::exists(kShared / "data" / name)) GTEST_SKIP() << "no frame at " << kShared / "data" / name;
+        SCOPED_TRACE(name);
+        const Particles particles = readParticles(kShared / "data" / name);
+        SkinParams params;
+        params.radius = 1.5 * spacing;
+        params.spacing = spacing;
+        const Mesh mesh = skinFrame(particles, params).mesh;
+        const double reach = 3 * spacing;
+        const CellOrder cells(particles.size(), reach, [&](std::size_t i) { return Vec3(particles.position[i]); });
+        std::size_t judged = 0, over = 0;
+        double worst = 0;
+        std::vector<std::uint32_t> near;
+        for (std::size_t v = 0; v < mesh.position.size(); v += 5) {
+            const Vec3& at = mesh.position[v];
+            near.clear();
+            RigidMotionFit fit;
+            double speed = 0;
+            cells.forRowsIn(at - Vec3(reach), at + Vec3(reach), [&](std::uint32_t i) {
+                if ((Vec3(particles.position[i]) - at).length() > reach) return;
+                near.push_back(i);
+                fit.add(Vec3(particles.position[i]), Vec3(particles.velocity[i]), 1);
+                speed += particles.velocity[i].length();
+            });
+            if (near.size() < 5) continue;  // hardly more than what any rigid motion explains
+            double most = 0.05 * speed / static_cast<double>(near.size());
+            for (const std::uint32_t i : near)
+                most = std::max(
+                    most, (Vec3(particles.velocity[i]) - fit.velocityAt(Vec3(particles.position[i]))).length());
+            const double ratio = (mesh.velocity[v] - fit.velocityAt(at)).length() / most;
+            ++judged;
+            over += ratio > 1.1;
+            worst = std::max(worst, ratio);
+        }
+        EXPECT_LE(worst, 2);
+        EXPECT_LE(static_cast<double>(over), 5e-4 * static_cast<double>(judged));
+    }
+}
 
 TEST(RealFrames, AlphaCountsAreThoseOfCgal) {
     std::ifstream file(kShared / "oracle/alpha_counts.json");

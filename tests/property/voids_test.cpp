@@ -38,12 +38,11 @@ Tessellated tessellated(const Particles& particles, double radius, Appearance ap
     BallBoundary boundary = ballBoundary(snapped, survivors(snapped), directions.position);
     groupFaces(snapped, boundary);
     const std::vector<Moving> balls = movingBalls(boundary, particles);
-    const std::vector<Vec3> spins = spinsOfBalls(boundary, balls, particles).of_points;
     const ArcSubdivision subdivision{angle, 0, appearance};
     const ArcNetwork network =
-        arcPoints(boundary, balls, spins, movingVertices(particles, snapped, boundary, balls), subdivision);
-    BetaMesh mesh = completeTessellation(boundary, balls, spins, network,
-                                         facePoints(snapped, boundary, balls, spins, directions), subdivision);
+        arcPoints(boundary, balls, movingVertices(particles, snapped, boundary, balls), subdivision);
+    BetaMesh mesh = completeTessellation(boundary, balls, network,
+                                         facePoints(snapped, boundary, balls, directions), subdivision);
     return {std::move(boundary), std::move(mesh)};
 }
 

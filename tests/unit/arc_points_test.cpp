@@ -32,7 +32,7 @@ Arcs arcsOf(const Particles& particles, double calm_angle) {
     groupFaces(snapped, boundary);
     const std::vector<Moving> balls = movingBalls(boundary, particles);
     ArcNetwork network =
-        arcPoints(boundary, balls, std::vector<Vec3>(balls.size(), Vec3(0)),
+        arcPoints(boundary, balls,
                   movingVertices(particles, snapped, boundary, balls), {kLongest, 0, Appearance::gradual, calm_angle});
     return {std::move(boundary), std::move(network)};
 }
