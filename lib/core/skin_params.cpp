@@ -9,6 +9,7 @@ namespace betamesh {
 
 namespace {
 
+constexpr double kLiquidInSpacings = 3.5, kLiquidInRadii = 2;
 constexpr double kUsualRadius = 1.5;  // spacings, as in the paper
 constexpr double kAutomaticSkin =
     0.55;  // spacings: between 0.5, true to the volume of bulk and sheets, and 0.62 of drops
@@ -28,6 +29,10 @@ double automaticSkin(const SkinParams& params, double spacings) {
 
 double particleSpacing(const SkinParams& params) {
     return params.spacing > 0 ? params.spacing : params.radius / kUsualRadius;
+}
+
+double liquidReach(const SkinParams& params) {
+    return std::max(kLiquidInSpacings * particleSpacing(params), kLiquidInRadii * params.radius);
 }
 
 double skinDepth(const SkinParams& params, int dimension) {

@@ -77,6 +77,8 @@ struct SkinParams {
 
 /// The particle spacing dx, world units.
 double particleSpacing(const SkinParams& params);
+/// How far round a vertex the liquid's motion is asked for: see core/limit_velocities.h. World units.
+double liquidReach(const SkinParams& params);
 
 /// How far the surface lies from the outermost particles, world units. 0 where it is the boundary of the union of
 /// balls, or what the paper or the alpha mesh make of that. A surface that is not smoothed stays there unless a skin is

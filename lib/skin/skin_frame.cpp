@@ -2,6 +2,7 @@
 
 #include "core/carried_attributes.h"
 #include "core/error.h"
+#include "core/limit_velocities.h"
 #include "core/mesh_edges.h"
 #include "core/parallel.h"
 #include "exact/droplets.h"
@@ -42,7 +43,6 @@ constexpr double kSmoothedFaceAngle = 0.37;  // between points inside faces of t
 constexpr double kSkinAngle = 0.45, kSkinCalmAngle = 0.7, kSkinFaceAngle = 0.55;  // the same where there is a skin
 constexpr double kFarthestSmoothed = 0.9;  // of the skin: no vertex gets past a particle
 constexpr int kLoosenings = 6;
-constexpr double kLiquidInSpacings = 3.5, kLiquidInRadii = 2;  // how far round a vertex the liquid's motion is asked for
 constexpr double kLeastAngle = 0.05, kLargestAngle = 0.7;
 
 struct Structure {
@@ -210,7 +210,7 @@ BetaMesh completeSurface(const Particles& particles, Structure& structure, const
     }
     watch("smooth");
     if (!particles.velocity.empty())
-        limitVelocities(balls, std::max(kLiquidInSpacings * particleSpacing(params), kLiquidInRadii * params.radius), beta);
+        limitVelocities(balls, liquidReach(params), vertexNormals(beta), beta.vertex);
     watch("velocity");
     return beta;
 }

@@ -23,15 +23,4 @@ std::vector<Moving> movingBalls(const BallBoundary& boundary, const Particles& p
 std::vector<Moving> movingVertices(const Particles& particles, const SnappedParticles& snapped,
                                    const BallBoundary& boundary, const std::vector<Moving>& balls);
 
-/// Turns the velocities of vertices, which so far follow points of the tessellation, into such as a shutter can be open
-/// over. Across the mesh's normal they become the liquid's: that of the rigid motion which fits the balls within reach
-/// best, (1 - d²/reach²)⁴ their weight. Along it they stay, as far as the balls differ from that motion themselves: by
-/// no more than 0.7 of their root mean square. So rims and necks that race where balls are about to meet or to part are as
-/// fast as the liquid, and where that moves as a rigid body its surface does so exactly.
-///
-/// reach   more than the distance of any vertex to the nearest ball; vertices out of all reach stay as they are
-/// same    bytes for any thread count and particle order
-/// cost    O(vertices · balls within reach)
-void limitVelocities(const std::vector<Moving>& balls, double reach, BetaMesh& mesh);
-
 }  // namespace betamesh

@@ -42,9 +42,10 @@ TEST(RealFrames, NoVertexOutrunsTheLiquid) {
     const auto frames = {std::pair("sph_dam3d/sph_dam3d.0029.bgeo", 0.02),
                          std::pair("flip_rotcube/flip_rotcube.0012.bgeo", 1.0 / 192)};
     for (const auto& [name, spacing] : frames) {
-        if (!std::filesystem::exists(kShared / "data" / name)) GTEST_SKIP() << "no frame at " << kShared / "data" / name;
+        const std::filesystem::path file = kShared / "data" / name;
+        if (!std::filesystem::exists(file)) GTEST_SKIP() << "no frame at " << file;
         SCOPED_TRACE(name);
-        const Particles particles = readParticles(kShared / "data" / name);
+        const Particles particles = readParticles(file);
         SkinParams params;
         params.radius = 1.5 * spacing;
         params.spacing = spacing;
