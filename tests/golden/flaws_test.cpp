@@ -148,7 +148,8 @@ TEST(Flaws, SheetsAreFlat) {
     const Mesh mesh = drawn(block("5-sheet", 18, 18, 1, 0.2, 5));
     double sum = 0, all = 0;
     for (const Triangle& t : mesh.triangles) {
-        const Vec3 middle = (mesh.position[t[0]] + mesh.position[t[1]] + mesh.position[t[2]]) / 3, n = normalOf(mesh, t);
+        const Vec3 middle = (mesh.position[t[0]] + mesh.position[t[1]] + mesh.position[t[2]]) / 3;
+        const Vec3 n = normalOf(mesh, t);
         if (std::min(middle.x, middle.y) < 4 || std::max(middle.x, middle.y) > 13) continue;
         const double angle = std::acos(std::min(1.0, std::abs(n.z) / n.length())) * 180 / std::numbers::pi;
         sum += n.length() * angle * angle, all += n.length();
