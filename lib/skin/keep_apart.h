@@ -16,14 +16,12 @@ namespace betamesh {
 /// Where asked to, it first draws corners of triangles that cross to the means of the vertices round them, which opens
 /// folds of slivers without taking anything back; that does not change continuously.
 ///
-/// All of it happens among positions that files can hold, so that what is written is what was judged. Where triangles
-/// cross even where they come from, which rounding does to surfaces that touch, they are parted by a few steps of
-/// these positions.
+/// All of it happens among positions that files can hold, so that what is written is what was judged.
 ///
-/// in      from: where each vertex of the mesh came from; no two triangles cross there;
-///         loosenings: how often to draw corners together at most
-///         last: there is no other place to come from: triangles that still cross are parted
-/// out     positions as written; whether no triangles cross any more
+/// in      from: where each vertex of the mesh came from; no two triangles cross there but by rounding; loosenings: how
+///         often to draw corners together at most; last: there is no other place to come from, so triangles that cross
+///         even there are moved apart by a few of the steps between such positions
+/// out     positions as files hold them; whether no triangles cross any more
 /// same    bytes for any thread count
 /// cost    a look at every triangle, and at those pairs that are near each other and face different ways
 /// source  a surface over a plane does not cross itself: Volino & Magnenat-Thalmann 1994
