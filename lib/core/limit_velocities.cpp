@@ -10,14 +10,18 @@ namespace betamesh {
 
 namespace {
 
-// Of the rigid motion near a vertex, in squares of its reach: what is added to the inertia, so that a line of balls has
-// one, and how much more where balls do not move as a rigid body: threads would spin at the slightest provocation.
+// Added to the inertia of the balls near a vertex, in squares of the reach: always, so that it can be inverted for a
+// line of balls; and up to this where they do not move as a rigid body, or noise would make threads spin.
 constexpr double kLeastInertia = 1e-7, kCalmedInertia = 0.03;
-constexpr double kFastestTurned = 8;  // a vertex, in root mean squares of what balls do by turning: pairs may be close
-constexpr double kRounding = 3e-6;   // of sums of squares
-constexpr double kMostBeyond = 0.7;  // of what balls do beyond the rigid motion, that a vertex does along its normal
+// Largest speed that rotation gives a vertex, over the root mean square of what it gives the balls: two balls that lie
+// close together have a large angular velocity, which must not be extrapolated to the surface.
+constexpr double kFastestTurned = 8;
+constexpr double kRounding = 3e-6;  // relative error of sums of squares in floats
+// Largest velocity of a vertex along its normal relative to the rigid motion, over the root mean square of what the
+// balls do relative to it. Measured: more is farther from the surface half a frame later.
+constexpr double kMostBeyond = 0.7;
 
-// A ball as sums take it: position and velocity.
+// Of a ball: position and velocity.
 enum Field { kX, kY, kZ, kVx, kVy, kVz, kFields };
 
 // Over balls, y their positions from each point in units of the reach, v their velocities less the point's own drift,
@@ -65,7 +69,7 @@ struct SumMotion {
     }
 };
 
-// The share of something that keeps it below a limit, both given by their squares: 1 until nearly there.
+// The factor that keeps a length below a limit, both given by their squares: 1 until the length is close to the limit.
 double shareWithin(double square, double limit) {
     if (!(limit > 0)) return 0;
     const double over = square / limit, over4 = over * over * over * over;
@@ -75,7 +79,7 @@ double shareWithin(double square, double limit) {
 // How the liquid moves at a point.
 struct LiquidMotion {
     Vec3 velocity;  // of the rigid motion that fits best
-    double spread;  // root mean square of what balls do beyond it
+    double spread;  // root mean square of the balls' velocities relative to it
 
     LiquidMotion(const Lanes (&sums)[kSums], std::size_t lane, const Vec3f& drift) {
         const auto at = [&](int s) { return static_cast<double>(sums[s][lane]); };
@@ -116,7 +120,7 @@ void limitVelocities(const std::vector<Moving>& balls, double reach, const std::
     cloud.forPoints(
         vertices.size(), [&](std::size_t v) { return vertices[v].position; }, Grouping::coarse,
         [&](const PointGroup& group, SomeSamples<kFields> near) {
-            Lanes drift[3], sums[kSums];  // fast liquid would lose what small differences there are
+            Lanes drift[3], sums[kSums];  // subtracted first: floats lose small differences of large velocities
             for (std::size_t lane = 0; lane < kLanes; ++lane)
                 for (int k = 0; k < 3; ++k)
                     drift[k][lane] = static_cast<float>(

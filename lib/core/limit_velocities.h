@@ -1,4 +1,4 @@
-// How fast a surface may be said to move.
+// Vertex velocities for motion blur, bounded by the motion of the liquid.
 
 #pragma once
 
@@ -8,11 +8,11 @@
 
 namespace betamesh {
 
-/// Turns the velocities of vertices, which so far follow points of the tessellation, into such as a shutter can be open
-/// over. Across a vertex' normal they become the liquid's: that of the rigid motion which fits the balls within reach
-/// best, (1 - d²/reach²)⁴ their weight. Along it they stay, as far as these balls leave that motion themselves: up to
-/// 0.7 of the root mean square of what they do beside it. So rims and necks that race where balls are about to meet or
-/// to part are as fast as the liquid, and where that moves as a rigid body its surface does so exactly.
+/// Replaces velocities of vertices, which so far follow points of the tessellation, by ones that hold over a shutter.
+/// The tangential part becomes that of the rigid motion which fits the balls within reach best, with weights
+/// (1 - d²/reach²)⁴. The normal part keeps its difference from that motion, limited to 0.7 of the root mean square of
+/// the balls' own differences. So rims and necks that race at the instant where balls are about to meet or to part are
+/// no faster than the liquid, and where the liquid moves as a rigid body its surface does so exactly.
 ///
 /// in      reach: more than the distance of any vertex to the nearest ball, or the vertex stays as it is; normals of
 ///         the vertices, zero where there is none

@@ -77,7 +77,7 @@ struct SkinParams {
 
 /// The particle spacing dx, world units.
 double particleSpacing(const SkinParams& params);
-/// How far round a vertex the liquid's motion is asked for: see core/limit_velocities.h. World units.
+/// Radius of the neighbourhood from which limitVelocities() estimates the liquid's motion, world units.
 double liquidReach(const SkinParams& params);
 
 /// How far the surface lies from the outermost particles, world units. 0 where it is the boundary of the union of

@@ -28,9 +28,9 @@ constexpr int kHalvings = 32;                // of the way, to find where two tr
 constexpr double kShortOf = 0.999;           // of the way to there
 constexpr double kMeanWidth = 0.5;           // of the kernel of mean ways, radii
 constexpr double kPieceWidth = 0.0625;       // of what counts as one piece in it
-constexpr int kPartings = 24;                // of what crosses where it comes from
-constexpr double kParting = 1.5;             // how much farther each time
-constexpr double kFarthestParted = 0.02;     // radii
+constexpr int kSeparations = 24;             // attempts to separate triangles that cross in every known state
+constexpr double kSeparationGrowth = 1.5;    // of the distance, from one attempt to the next
+constexpr double kLargestSeparation = 0.02;  // radii
 constexpr double kStepOfTime = 1e-4;         // in which nothing moves further, in radii: to see how the place changes
 constexpr double kFarthestOff = 0.05;        // that it may change in this step, as a share of the way
 constexpr double kFastest = 2;               // that this may move vertices, in largest speeds of the two triangles
@@ -402,7 +402,7 @@ void loosen(const std::vector<TrianglePair>& pairs, const PatchTree& tree, BetaM
 }
 
 // Moves triangles that cross away from each other's planes, each to the side on which most of it lies.
-void part(const std::vector<TrianglePair>& pairs, double distance, BetaMesh& mesh) {
+void separate(const std::vector<TrianglePair>& pairs, double distance, BetaMesh& mesh) {
     std::vector<std::pair<std::uint32_t, Vec3>> ways;
     for (const TrianglePair& pair : pairs)
         for (const auto& [plane, moved] : {std::pair(pair[0], pair[1]), std::pair(pair[1], pair[0])}) {
@@ -476,11 +476,11 @@ bool keepApart(const BallBoundary& boundary, const MovingPoints& from, BetaMesh&
     for (const Vec3& p : from.position)
         for (int k = 0; k < 3; ++k) farthest = std::max(farthest, std::abs(p[k]));
     double distance = farthest * std::numeric_limits<float>::epsilon();
-    for (int i = 0; i < kPartings && !pairs.empty(); ++i, distance *= kParting) {
+    for (int i = 0; i < kSeparations && !pairs.empty(); ++i, distance *= kSeparationGrowth) {
         tree.sleep();
         wakeNear(radius / 2);
         if (i % 2 == 0)
-            part(pairs, std::min(distance, kFarthestParted * radius), mesh);
+            separate(pairs, std::min(distance, kLargestSeparation * radius), mesh);
         else
             loosen(pairs, tree, mesh);
         tree.refit();

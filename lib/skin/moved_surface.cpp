@@ -13,18 +13,18 @@ namespace {
 // All lengths are in particle spacings.
 constexpr double kGroupCell = 4;  // edge of the cells in which vertices are grouped
 
-// Edges of at most kLongestFlat, or kLongestOnBalls radii where that is more, where the surface is flat, kLongestRound where it is as round as a thread, and by
-// kShorterOnRims less on rims. Bend as in SoftNormals, over kBendWidth.
+// Longest edges: where the surface is flat kLongestFlat, or kLongestOnBalls radii if that is more; where it is as round
+// as a thread kLongestRound, and kShorterOnRims less on rims. Bend as in SoftNormals, over kBendWidth.
 constexpr double kLongestFlat = 0.9, kLongestRound = 0.4, kShorterOnRims = 0.12;
-constexpr double kLongestOnBalls = 0.55;  // more than segments of arcs are long
+constexpr double kLongestOnBalls = 0.55;  // a little longer than the segments into which arcs are cut
 constexpr double kBendWidth = 0.8, kFlatBend = 0.03, kRoundBend = 0.1, kRimBend = 0.2;
 constexpr double kMeanNormalWidth = 0.3;
-constexpr double kFadesOver = 0.5;  // of the longest length beyond it, until a vertex that splits an edge is fully there
+constexpr double kFadesOver = 0.5;  // of the longest length beyond it, until a vertex that splits an edge is all there
 constexpr double kIntoMiddle = 0.05;  // the need from which on a vertex in a quad is in the middle of the long diagonal
 
 constexpr double kFoldBegins = 0.9, kFolded = 0.62;  // agreement of normals from which vertices are drawn together
 constexpr double kUnfolding = 0.5;                    // of the way to the mean of the vertices round one, in one step
-constexpr double kUpright = 0.5;       // cosine to the surface's normal below which a triangle begins to lie upside down
+constexpr double kUpright = 0.5;       // cosine to the surface's normal below which a triangle counts as upside down
 constexpr double kLongerBy = 0.1;      // the square of that edge than those of the others, for it to be turned in full
 constexpr double kLeastHeight = 0.03;  // over its longest edge, as a share of that, that it gets
 constexpr float kLongestUnfolding = 0.25F;
@@ -164,7 +164,7 @@ void MovedSurface::placeBetween(RisingVertex& rising, double of_other, double mi
     position_[rising.vertex] = place;
 }
 
-// Vertices without a share of their own come last, in no group: they go where those go from which they rise.
+// Vertices whose share is 0 come last and are in no group: they only follow the vertices from which they rise.
 void MovedSurface::arrange() {
     const std::vector<float> share = shares();
     const auto rows = static_cast<std::uint32_t>(size());
@@ -178,9 +178,10 @@ void MovedSurface::arrange() {
     reorderVertices(mesh_, order);
     position_ = inOrder(position_, order);
     groups_.fitBoxes(position_);
-    triangles_of_ = sortedIntoRows<std::uint32_t>(size(), mesh_.triangles.size(), [&](std::size_t t, const auto& visit) {
+    const auto forCorners = [&](std::size_t t, const auto& visit) {
         for (const std::uint32_t v : mesh_.triangles[t]) visit(v, static_cast<std::uint32_t>(t));
-    });
+    };
+    triangles_of_ = sortedIntoRows<std::uint32_t>(size(), mesh_.triangles.size(), forCorners);
     listHeld();
     measure();
 }
@@ -299,7 +300,7 @@ MovedSurface::SoftNormals MovedSurface::softNormals(double width, const std::vec
 struct MovedSurface::Need {
     const MovedSurface& surface;
     std::vector<float> longest;  // edge there
-    std::vector<float> share;    // how far a vertex is there: nothing is split for the sake of one that only just appears
+    std::vector<float> share;    // of vertices: one that only just appears is no reason to split an edge
 
     double operator()(std::uint32_t a, std::uint32_t b) const {
         const double length = (surface.position_[a] - surface.position_[b]).length() / surface.spacing_;

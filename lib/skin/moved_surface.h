@@ -62,8 +62,8 @@ public:
     /// fade in with the edges' length, and brings all into order again. To be called once.
     /// radius: of the balls that the mesh comes from, particle spacings.
     void refine(double radius);
-    /// Draws vertices whose triangles face very different ways towards the vertices round them, and turns triangles that
-    /// lie upside down on the surface. Works areas and normals out anew afterwards.
+    /// Draws vertices whose triangles face very different ways towards the vertices round them, and turns triangles
+    /// that lie upside down on the surface. Works areas and normals out anew afterwards.
     void unfold();
     /// Sets the velocities of the mesh to these, held; world units per second.
     void setVelocities(std::vector<Vec3f>& velocity);

@@ -17,8 +17,8 @@ constexpr std::size_t kMostNear = 4096;  // outer points that count for a group 
 constexpr float kFadingSquare = 0.3F;  // added to the squared distance of an outer point that has only just appeared
 constexpr double kOuterCell = 3;       // edge of the cells in which outer points are grouped
 
-// In wide steps, each of kWideStep or less, vertices come near the skin, in narrower ones they arrive. `width`: of the
-// mean over a step.
+// Vertices approach the skin in wide steps, of at most kWideStep each, and arrive in narrower ones. kWide, kNarrower:
+// widths of the kernel over which a step is averaged.
 constexpr double kWideStep = 0.37, kMostWideSteps = 16, kWide = 1.3;
 constexpr double kNarrower[] = {1.0, 0.8, 0.6};
 constexpr double kLongestStep = 0.2;  // in widths of the mean; of a field that changes slowly enough not to fold

@@ -21,7 +21,7 @@ constexpr double kLeastWidth = 0.8;              // of a fit
 constexpr double kFitBegins = 1, kFitFull = 2;   // widths between which fits fade in
 constexpr double kOwnBegins = 4, kOwnFull = 5.4; // widths between which vertices go their own steps, not mean ones
 constexpr double kLongestFit = 0.3;              // of a step onto a sphere
-constexpr double kFlatSphere = 1e-3;             // added to the variance of what is fitted, so that little of it is flat
+constexpr double kFlatSphere = 1e-3;             // added to the variance of what is fitted: a little of it is flat
 // Cosines to a vertex' normal, as it is over kSidewaysWidth, between which a surface faces sideways: neither the same
 // way nor the opposite one; and how far from there it fades in.
 constexpr float kSame = 0.5F, kOpposite = -0.3F, kSidewaysFade = 0.25F;
@@ -460,7 +460,7 @@ void forMeans(const PointGroups& points, const std::vector<Vec3>& point, const G
               });
 }
 
-// Moves vertices along their normals by the mean of what was lost since `before`, then by that of what is still missing,
+// Moves vertices along their normals by the mean of what was lost since `before`, then by that of what still misses,
 // and so on: of pieces of the surface, and of vertices by the sum of it all.
 void returnLongWaves(MovedSurface& surface, const Normals& normal, const std::vector<Vec3>& before,
                      const std::vector<float>& width) {

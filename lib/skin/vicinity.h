@@ -102,7 +102,7 @@ class SampleRuns {
 public:
     struct Run {
         const SampleFields<kFields>*begin, *end;
-        Vec3f origin;  // of their positions, from where those of the points count
+        Vec3f origin;  // of their positions, in the frame of the points
     };
 
     explicit SampleRuns(std::span<const Run> runs) : runs_(runs) {}
@@ -122,14 +122,14 @@ private:
     std::span<const Run> runs_;
 };
 
-/// Samples as sums take them: groups of points with fields. Their positions count from a corner of their cell, in units.
+/// The samples that sums run over, in the order of their groups. Positions are relative to the lowest corner of the
+/// group's cell, in units, so that floats are exact enough far from the origin.
 template <std::size_t kFields>
 class SampleTable {
 public:
     /// fill(row, fields) sets a sample's fields after its position.
     template <typename Fill>
     SampleTable(const PointGroups& groups, const std::vector<Vec3>& position, double unit, const Fill& fill)
-        
         : groups_(groups),
           scale_(1 / unit),
           field_(std::make_unique_for_overwrite<SampleFields<kFields>[]>(position.size())),
@@ -150,7 +150,7 @@ public:
         });
     }
 
-    /// Adds all runs of a group to boxes and runs; middle: from where their positions are to count.
+    /// Appends the runs of a group and their bounding boxes; middle: the origin of the positions asked for.
     void addRuns(std::uint32_t group, std::uint32_t cell, const Vec3& middle, BoxColumns& boxes,
                  std::vector<typename SampleRuns<kFields>::Run>& runs) const {
         const Vec3f origin((groups_.lowestCorner(cell) - middle) * scale_);
@@ -164,7 +164,7 @@ public:
     }
 
 private:
-    static constexpr std::uint32_t kRun = kLanes / 2;  // samples that are near or not near together, at most
+    static constexpr std::uint32_t kRun = kLanes / 2;  // samples at most that are accepted or rejected together
     static constexpr std::uint32_t kRuns = kLanes / kRun;  // of a group, at most
 
     std::uint32_t endOfRun(std::uint32_t group, std::uint32_t begin) const {
