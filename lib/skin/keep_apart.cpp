@@ -376,6 +376,23 @@ std::vector<PatchTree::BodyPart> bodiesOf(const BallBoundary& boundary, const st
     return bodies;
 }
 
+// Takes corners of triangles that cross, where they rise from other vertices, to the one of these that counts most. On
+// balls that touch, several sheets lie in one line, and floats do not hold its middle.
+void collapse(const std::vector<TrianglePair>& pairs, BetaMesh& mesh) {
+    std::vector<std::uint8_t> is_corner(mesh.vertex.size(), 0);
+    for (const TrianglePair& pair : pairs)
+        for (const std::uint32_t t : pair)
+            for (const std::uint32_t v : mesh.triangles[t]) is_corner[v] = 1;
+    for (const auto& group : mesh.rising)
+        for (const RisingVertex& rising : group) {
+            if (!is_corner[rising.vertex]) continue;
+            std::size_t most = 0;
+            for (std::size_t k = 1; k < 4; ++k)
+                if (rising.weight[k].value > rising.weight[most].value) most = k;
+            mesh.vertex[rising.vertex].position = mesh.vertex[rising.from[most]].position;
+        }
+}
+
 // Draws corners of triangles that cross half-way to the means of the vertices round them.
 void loosen(const std::vector<TrianglePair>& pairs, const PatchTree& tree, BetaMesh& mesh) {
     std::vector<std::uint32_t> corners;
@@ -479,7 +496,9 @@ bool keepApart(const BallBoundary& boundary, const MovingPoints& from, BetaMesh&
     for (int i = 0; i < kSeparations && !pairs.empty(); ++i, distance *= kSeparationGrowth) {
         tree.sleep();
         wakeNear(radius / 2);
-        if (i % 2 == 0)
+        if (i == 0)
+            collapse(pairs, mesh);
+        else if (i % 2 == 0)
             separate(pairs, std::min(distance, kLargestSeparation * radius), mesh);
         else
             loosen(pairs, tree, mesh);
