@@ -21,6 +21,7 @@ constexpr double kOuterCell = 3;       // edge of the cells in which outer point
 // widths of the kernel over which a step is averaged.
 constexpr double kWideStep = 0.37, kMostWideSteps = 16, kWide = 1.3;
 constexpr double kNarrower[] = {1.0, 0.8, 0.6};
+constexpr std::size_t kRefinedAfter = 1;  // narrower steps: edges round holes grow until then
 constexpr double kLongestStep = 0.2;  // in widths of the mean; of a field that changes slowly enough not to fold
 constexpr double kLongestOutwards = 0.1;
 
@@ -168,7 +169,7 @@ void retract(const OuterSamples& samples, const SkinLengths& lengths, MovedSurfa
     for (std::size_t s = 0; s < count; ++s) {
         const double share = s < wide ? 1 / static_cast<double>(wide - s) : 1;  // of the way that is left
         const double width = s < wide ? kWide : kNarrower[s - wide];
-        if (s + 1 == wide) {
+        if (s == wide + kRefinedAfter) {
             surface.refine(lengths.joining);
             reach.clear();
         }
