@@ -22,8 +22,8 @@ constexpr double kMeanNormalWidth = 0.3;
 constexpr double kFadesOver = 0.5;  // of the longest length beyond it, until a vertex that splits an edge is all there
 constexpr double kIntoMiddle = 0.05;  // the need from which on a vertex in a quad is in the middle of the long diagonal
 
-constexpr double kFoldBegins = 0.9, kFolded = 0.62;  // agreement of normals from which vertices are drawn together
-constexpr double kUnfolding = 0.5;                    // of the way to the mean of the vertices round one, in one step
+constexpr double kFoldBegins = 0.95, kFolded = 0.8;  // agreement of normals from which vertices are drawn together
+constexpr double kUnfolding = 0.7;                    // of the way to the mean of the vertices round one, in one step
 constexpr double kUpright = 0.5;       // cosine to the surface's normal below which a triangle counts as upside down
 constexpr double kLongerBy = 0.1;      // the square of that edge than those of the others, for it to be turned in full
 constexpr double kLeastHeight = 0.03;  // over its longest edge, as a share of that, that it gets

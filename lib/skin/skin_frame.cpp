@@ -40,7 +40,7 @@ constexpr double kArcAngle = 0.75;  // of a common arc, radians: a segment of it
 constexpr double kSmoothedAngle = 0.235;     // radians per segment of what is smoothed: small jumps where balls meet
 constexpr double kCalmAngle = 0.4;           // round small patches of balls, where jumps are smaller
 constexpr double kSmoothedFaceAngle = 0.37;  // between points inside faces of the same
-constexpr double kSkinAngle = 0.45, kSkinCalmAngle = 0.7, kSkinFaceAngle = 0.55;  // the same where there is a skin
+constexpr double kSkinAngle = 0.6, kSkinCalmAngle = 0.7, kSkinFaceAngle = 0.55;  // the same where there is a skin
 constexpr double kFarthestSmoothed = 0.9;  // of the skin: no vertex gets past a particle
 constexpr int kLoosenings = 6;
 constexpr double kLeastAngle = 0.05, kLargestAngle = 0.7;

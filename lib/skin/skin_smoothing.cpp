@@ -37,7 +37,7 @@ constexpr float kLeastSquare = 0.02F;    // added to squared distances there
 
 constexpr int kReturns = 3;              // how often what was lost of long waves returns
 constexpr double kReturnWidth = 5.4;     // of the mean over it
-constexpr int kUnfoldings = 3;
+constexpr int kUnfoldings = 2;           // once before, for fits go by how vertices face
 
 using Normals = std::vector<Vec3f>;
 
@@ -506,7 +506,7 @@ void returnLongWaves(MovedSurface& surface, const Normals& normal, const std::ve
 void smoothSkin(MovedSurface& surface, double widest, double farthest, int passes) {
     const std::vector<Vec3> retracted = surface.position();
     for (int pass = 0; pass < passes; ++pass) {
-        for (int i = 0; i < kUnfoldings; ++i) surface.unfold();  // fits go by how vertices face
+        surface.unfold();
         const std::vector<Vec3> before = surface.position();
         const std::vector<float> width = fitSpheres(surface, std::max(widest, kLeastWidth));
         const Normals normal = smoothNormals(surface);
