@@ -43,6 +43,7 @@ struct Arguments {
     std::optional<double> places_above;  ///< ways of the fastest particle
     std::size_t listed = 10;             ///< places of a pair in a table
     double max_jump = std::numeric_limits<double>::infinity();
+    double max_ratio = std::numeric_limits<double>::infinity();  ///< of jumps to what is expected at their places
     std::string plot;
     std::string against;  ///< a file; empty: none
     bool json = false;
@@ -109,12 +110,12 @@ std::string eventsAt(const Place& place) {
 
 void printPlaces(const CoherenceReport& report, std::size_t listed) {
     if (report.places.empty()) return;
-    std::cout << "    " << filled("jump", 12) << filled("ratio", 10) << filled("points", 8) << filled("vanished", 11)
+    std::cout << "    " << filled("jump", 12) << filled("ratio", 10) << filled("expected", 12) << filled("points", 8) << filled("vanished", 11)
               << filled("appeared", 11) << filled("liquid", 8) << filled("what happened", 36) << "at\n";
     for (std::size_t i = 0; i < std::min(listed, report.places.size()); ++i) {
         const Place& place = report.places[i];
         std::cout << "    " << filled(text(place.jump), 12) << filled(ratio(report, place.jump), 10)
-                  << filled(std::to_string(place.points), 8) << filled(text(place.vanished), 11)
+                  << filled(text(report.expectedAt(place)), 12) << filled(std::to_string(place.points), 8) << filled(text(place.vanished), 11)
                   << filled(text(place.appeared), 11) << filled(std::string(nameOf(place.liquid)), 8)
                   << filled(eventsAt(place), 36) << text(place.position) << '\n';
     }
@@ -276,9 +277,10 @@ CoherenceReport compared(const Moment& before, const Moment& after, const Sequen
         sampling.beyond = arguments.places_above.value_or(1) * report.particles->max;
     }
     report.distance = surfaceDistance(before.mesh, after.mesh, sampling);
-    if (!report.distance.far.empty())
-        report.places = placesOf(before.mesh, after.mesh, report.distance.far,
-                                 reachOf(*before.particles, sequence, report.distance));
+    if (!report.distance.far.empty()) {
+        report.radius = reachOf(*before.particles, sequence, report.distance);
+        report.places = placesOf(before.mesh, after.mesh, report.distance.far, report.radius);
+    }
     report.distance.far.clear();
     return report;
 }
@@ -313,7 +315,9 @@ int measure(const Sequence& sequence, const Arguments& arguments, const FrameNot
             }
             reports.push_back(report);
         }
-        if (!report.error.empty() || report.distance.max > arguments.max_jump) exit_code = kSomeFailed;
+        if (!report.error.empty() || report.distance.max > arguments.max_jump ||
+            report.largestOfExpected() > arguments.max_ratio)
+            exit_code = kSomeFailed;
         before = std::move(now);
     }
     if (!arguments.json) printLargest(reports);
@@ -326,6 +330,8 @@ int run(const Arguments& arguments) {
         throw Error("expected either meshes, or --pipeline with --frame and --step");
     if (arguments.places_above && arguments.particles.empty() && arguments.pipeline.empty())
         throw Error("--places-above counts in ways of the fastest particle; expected --particles or --pipeline");
+    if (std::isfinite(arguments.max_ratio) && arguments.particles.empty() && arguments.pipeline.empty())
+        throw Error("--max-ratio compares with the way of the fastest particle; expected --particles or --pipeline");
     const Watched watched = watchOverWorkers(true);
     if (!watched.working) return watched.exit_code;
     const Sequence sequence = arguments.pipeline.empty() ? meshFiles(arguments) : fineSteps(arguments, watched);
@@ -349,9 +355,14 @@ void addCoherenceCommand(CLI::App& program, int& exit_code) {
     command->footer(
         "For each two neighbours: the largest way from a point of either surface to the other one, what 99.9 % of\n"
         "the area stays below, the root of the mean square; all in world units.\n"
-        "Exit codes: 0 measured; 1 a way beyond --max-jump, or a mesh that cannot be read; 2 wrong usage, or a "
-        "pipeline\n"
-        "whose frame cannot be read.\n"
+        "At each place with a jump, `expected` is the way of the fastest particle; where pieces join or part, or a "
+        "neck, a\n"
+        "hole or a void opens or closes, the root of this way times the radius, for surfaces that meet do so as the "
+        "root\n"
+        "of time.\n"
+        "Exit codes: 0 measured; 1 a way beyond --max-jump or --max-ratio, or a mesh that cannot be read; 2 wrong "
+        "usage,\n"
+        "or a pipeline whose frame cannot be read.\n"
         "Examples:\n"
         "  betamesh coherence 'mesh/splash.####.ply' --particles 'sim/splash.####.vdb' --plot splash.svg\n"
         "  betamesh coherence --pipeline splash.yaml --frame 40 --step 1e-5 --steps 60 --max-jump 1e-4");
@@ -399,6 +410,18 @@ void addCoherenceCommand(CLI::App& program, int& exit_code) {
                      "So many of them in the table of each pair, the largest jumps (default 10; --json tells all).")
         ->type_name("N");
     command->add_option("--max-jump", arguments->max_jump, "World units: a way beyond this is a fault.")
+        ->type_name("D")
+        ->check(CLI::NonNegativeNumber);
+    command
+        ->add_option("--max-ratio", arguments->max_ratio,
+                     "A place whose jump is more than so many times what is expected there is a fault (with "
+                     "--particles or --pipeline).")
+        ->type_name("R")
+        ->check(CLI::NonNegativeNumber);
+    command
+        ->add_option("--ignore-thinner", arguments->sampling.thinner,
+                     "World units: leaves out of account where the liquid is thinner than this, such as films and "
+                     "small drops.")
         ->type_name("D")
         ->check(CLI::NonNegativeNumber);
     command

@@ -6,6 +6,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include <algorithm>
 #include <cmath>
 #include <fstream>
 #include <limits>
@@ -354,6 +355,17 @@ std::string checkJson(const CheckReport& report) {
     return oneLine(json);
 }
 
+double CoherenceReport::expectedAt(const Place& place) const {
+    const double way = particles ? particles->max : 0;
+    return place.events.empty() ? way : std::sqrt(way * radius);
+}
+
+double CoherenceReport::largestOfExpected() const {
+    double largest = 0;
+    for (const Place& place : places) largest = std::max(largest, place.jump / expectedAt(place));
+    return largest;
+}
+
 std::string coherenceJson(const CoherenceReport& report) {
     const auto number = [](double x) { return std::isfinite(x) ? Json(x) : Json(nullptr); };
     const auto ratio = [&](double way) { return report.ratio(way) ? number(*report.ratio(way)) : Json(nullptr); };
@@ -380,6 +392,7 @@ std::string coherenceJson(const CoherenceReport& report) {
             entry["position"] = asJson(place.position);
             entry["jump"] = place.jump;
             entry["ratio"] = ratio(place.jump);
+            entry["expected"] = report.expectedAt(place);
             entry["points"] = place.points;
             entry["vanished_area"] = place.vanished;
             entry["appeared_area"] = place.appeared;

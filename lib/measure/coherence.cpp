@@ -1,6 +1,7 @@
 #include "measure/coherence.h"
 
 #include "core/parallel.h"
+#include "core/vertex_normals.h"
 #include "measure/mesh_measure.h"
 #include "measure/triangle_tree.h"
 
@@ -17,6 +18,7 @@ constexpr double kAreaAtCorners = 0.25;  // exact for squares of linear function
 constexpr double kMostCuts = 64;         // of a triangle's sides
 constexpr double kQuantile = 0.999;
 constexpr double kRounding = 1e-15;  // of distances, in the largest coordinate
+constexpr double kRoomInside = 0.8;  // of a diameter: balls in thick liquid touch round surfaces at more than one point
 
 struct Sample {
     double weight;  // area
@@ -72,8 +74,9 @@ public:
     }
     std::size_t size() const { return surface_.position().size() + begin_.back(); }
 
-    // Samples with their areas, and their distances to a tree.
-    void measure(const TriangleTree& other, std::span<Sample> out) const {
+    // Samples with their areas, and their distances to a tree; without either where the liquid within `own` is thinner
+    // than a length.
+    void measure(const TriangleTree& other, const TriangleTree& own, double thinner, std::span<Sample> out) const {
         const std::vector<Vec3>& position = surface_.position();
         for (Sample& sample : out.first(position.size())) sample = {0};
         for (std::size_t t = 0; t < surface_.triangles().size(); ++t)
@@ -86,6 +89,7 @@ public:
             const double weight = (1 - kAreaAtCorners) * area(t) / static_cast<double>(begin_[t + 1] - begin_[t]);
             forPointsInside(t, [&](const Vec3& point) { out[row++] = {weight, other.distanceTo(point, near)}; });
         });
+        if (thinner > 0) leaveOutThin(own, thinner, out);
     }
     Vec3 point(std::size_t row) const {
         if (row < surface_.position().size()) return surface_.position()[row];
@@ -101,6 +105,25 @@ public:
     }
 
 private:
+    void leaveOutThin(const TriangleTree& own, double thinner, std::span<Sample> out) const {
+        const std::vector<Vec3>& position = surface_.position();
+        const auto test = [&](const Vec3& point, const Vec3& normal, std::size_t& near, Sample& sample) {
+            const double radius = kRoomInside * thinner / 2;
+            if (own.distanceTo(point - normal * (thinner / 2), near) < radius) sample = {0};
+        };
+        const std::vector<Vec3> normal =
+            vertexNormals(position.size(), surface_.triangles(),
+                          [&](std::uint32_t v) -> const Vec3& { return position[v]; });
+        inBlocks(position.size(), [&](std::size_t v, std::size_t& near) {
+            if (out[v].weight > 0) test(position[v], normal[v], near, out[v]);
+        });
+        inBlocks(surface_.triangles().size(), [&](std::size_t t, std::size_t& near) {
+            const Vec3& a = surface_.corner(t, 0);
+            const Vec3 facing = cross(surface_.corner(t, 1) - a, surface_.corner(t, 2) - a).normalized();
+            std::size_t row = position.size() + begin_[t];
+            forPointsInside(t, [&](const Vec3& point) { test(point, facing, near, out[row++]); });
+        });
+    }
     // Calls body(row, near) for all rows, near being where the search of the row before ended. Blocks are the same
     // for any number of threads: where a search begins may change its result by rounding.
     template <typename Body>
@@ -161,8 +184,10 @@ SurfaceDistance surfaceDistance(const Mesh& from, const Mesh& to, const Distance
     std::vector<Sample> samples(sampler[0].size() + sampler[1].size());
     const std::span first = std::span(samples).first(sampler[0].size()),
                     second = std::span(samples).subspan(first.size());
-    sampler[0].measure({surface[1].position(), surface[1].triangles()}, first);
-    sampler[1].measure({surface[0].position(), surface[0].triangles()}, second);
+    const TriangleTree tree[2] = {{surface[0].position(), surface[0].triangles()},
+                                  {surface[1].position(), surface[1].triangles()}};
+    sampler[0].measure(tree[1], tree[0], sampling.thinner, first);
+    sampler[1].measure(tree[0], tree[1], sampling.thinner, second);
 
     const double rounding = kRounding * std::max(surface[0].largestCoordinate(), surface[1].largestCoordinate());
     double whole = 0, squares = 0;

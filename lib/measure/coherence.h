@@ -13,6 +13,7 @@ struct DistanceSampling {
     double spacing =
         0;  ///< of points inside triangles, world units, >= 0; 0: twice a common side, one in most triangles
     double beyond = std::numeric_limits<double>::infinity();  ///< world units: points farther than this are listed
+    double thinner = 0;  ///< world units, >= 0: points where the liquid is thinner are left out
 };
 
 /// A point of one of two surfaces that is far from the other.
@@ -37,7 +38,11 @@ struct SurfaceDistance {
 /// The points are all corners of triangles and at least one inside each: a quarter of a triangle's area is at
 /// its corners, the rest inside. What is nearer than 1e-15 of the largest coordinate counts as 0.
 ///
-/// in      any meshes; triangles with missing vertices or positions that are not finite are left out
+/// Where the liquid is thinner than a length: there is no room in it for a ball of four fifths of this diameter that
+/// touches the surface at the point.
+///
+/// in      any meshes; triangles with missing vertices or positions that are not finite are left out; outward normals
+///         where thin liquid is left out
 /// same    bytes for any thread count
 /// cost    O(samples log triangles), about 1 µs each where the surfaces are close; 24 bytes of memory each, 48 more
 /// where

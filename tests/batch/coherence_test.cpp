@@ -111,6 +111,11 @@ TEST(Coherence, ListsPlacesBeyondTheParticlesWay) {
     EXPECT_NEAR(place["vanished_area"].get<double>(), place["appeared_area"].get<double>(), 0.1);
     EXPECT_GT(jsonLines(outcomeWith({"--json", "--places-above", "0.5"}).out)[0]["places"].size(), 0u);
     EXPECT_TRUE(jsonLines(outcomeWith({"--json", "--places-above", "9"}).out)[1]["places"].empty());
+    EXPECT_EQ(place["expected"], pairs[1]["particles"]["max"]);
+    EXPECT_EQ(outcomeWith({"--max-ratio", "5"}).exit_code, 0);
+    EXPECT_EQ(outcomeWith({"--max-ratio", "4"}).exit_code, 1);
+    EXPECT_EQ(jsonLines(outcomeWith({"--json", "--ignore-thinner", "1.5"}).out)[1]["max"], pairs[1]["max"]);
+    EXPECT_EQ(jsonLines(outcomeWith({"--json", "--ignore-thinner", "2.6"}).out)[1]["max"], 0);
 
     const std::string table = outcomeWith({}).out;
     EXPECT_NE(table.find("no change of topology"), std::string::npos) << table;
@@ -131,6 +136,13 @@ TEST(Coherence, NamesWhatHappensAtAPlace) {
     const Outcome outcome = runProgram({"coherence", "m.####.ply", "--particles", "p.####.bgeo"}, folder.path());
     EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
     EXPECT_NE(outcome.out.find("pieces joined"), std::string::npos) << outcome.out;
+
+    // Two particles tell no radius: the largest jump stands for it. What meets goes the root of the way.
+    const Json pair =
+        jsonLines(runProgram({"coherence", "m.####.ply", "--particles", "p.####.bgeo", "--json"}, folder.path()).out)
+            .at(0);
+    const double way = pair["particles"]["max"], jump = pair["max"], expected = pair["places"][0]["expected"];
+    EXPECT_NEAR(expected, std::sqrt(way * jump), 1e-12);
 }
 
 // One vertex of a sphere goes out and back, in and back.
@@ -228,6 +240,8 @@ TEST(Coherence, WrongUsageIsTold) {
           {"coherence", "m.####.xyz"},
           {"coherence", "m.####.ply", "--max-jump", "-1"},
           {"coherence", "m.####.ply", "--places-above", "1"},
+          {"coherence", "m.####.ply", "--max-ratio", "1"},
+          {"coherence", "m.####.ply", "--ignore-thinner", "-1"},
           {"coherence", "m.####.ply", "--particles", "p.####.bgeo", "--places-above", "-1"},
           {"coherence", "m.####.ply", "--particles", "p.0001.bgeo"},
           {"coherence", "m.####.ply", "--frame", "1"},

@@ -65,6 +65,30 @@ TEST(SurfaceDistance, AgreesWithBruteForce) {
     }
 }
 
+// Balls that are gone count for as long as they are thicker than what is ignored; balls that move do as before.
+TEST(SurfaceDistance, LeavesOutWhatIsThinner) {
+    for (const double small : {0.05, 0.1, 0.2}) {
+        SCOPED_TRACE("radius " + std::to_string(small));
+        Mesh before = sphere(Vec3(0), 1, 24);
+        const Mesh drop = sphere(Vec3(3, 0, 0), small, 12);
+        const auto first = static_cast<std::uint32_t>(before.position.size());
+        before.position.insert(before.position.end(), drop.position.begin(), drop.position.end());
+        for (const auto& [a, b, c] : drop.triangles) before.triangles.push_back({a + first, b + first, c + first});
+        const Mesh after = sphere(Vec3(0, 0, 0.01), 1, 24);
+        const double all = surfaceDistance(before, after).max;
+        EXPECT_NEAR(all, 2 + small, 0.02);
+        for (const double thinner : {0.25, 0.5, 1.0, 1.6}) {
+            const SurfaceDistance distance = surfaceDistance(before, after, {.thinner = thinner * small});
+            EXPECT_EQ(distance.max, all) << thinner;
+        }
+        for (const double thinner : {2.6, 4.0}) {
+            const SurfaceDistance distance = surfaceDistance(before, after, {.thinner = thinner * small});
+            EXPECT_NEAR(distance.max, 0.01, 0.002) << thinner;
+            EXPECT_TRUE(surfaceDistance(before, after, {.beyond = 0.02, .thinner = thinner * small}).far.empty());
+        }
+    }
+}
+
 TEST(SurfaceDistance, IsTheSameBothWaysAndForEveryThreadCount) {
     const Mesh one = sphere(Vec3(0), 1, 40), other = sphere(Vec3(0.01, 0, 0.3), 1.1, 37);
     const SurfaceDistance two_threads = surfaceDistance(one, other), back = surfaceDistance(other, one);
