@@ -29,6 +29,7 @@ constexpr double kShortOf = 0.999;           // of the way to there
 constexpr double kMeanWidth = 0.5;           // of the kernel of mean ways, radii
 constexpr double kPieceWidth = 0.0625;       // of what counts as one piece in it
 constexpr int kSeparations = 24;             // attempts to separate triangles that cross in every known state
+constexpr int kCollapses = 4;                // the first of them: what rises from edges and facets goes back to corners
 constexpr double kSeparationGrowth = 1.5;    // of the distance, from one attempt to the next
 constexpr double kLargestSeparation = 0.02;  // radii
 constexpr double kStepOfTime = 1e-4;         // in which nothing moves further, in radii: to see how the place changes
@@ -496,7 +497,7 @@ bool keepApart(const BallBoundary& boundary, const MovingPoints& from, BetaMesh&
     for (int i = 0; i < kSeparations && !pairs.empty(); ++i, distance *= kSeparationGrowth) {
         tree.sleep();
         wakeNear(radius / 2);
-        if (i == 0)
+        if (i < kCollapses)
             collapse(pairs, mesh);
         else if (i % 2 == 0)
             separate(pairs, std::min(distance, kLargestSeparation * radius), mesh);

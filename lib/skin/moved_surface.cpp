@@ -309,7 +309,7 @@ struct MovedSurface::Need {
     }
 };
 
-void MovedSurface::refine(double radius) {
+void MovedSurface::refine(double radius, double coarser) {
     const double longest_flat = std::max(kLongestFlat, kLongestOnBalls * radius);
     measure();
     Need need{*this, softNormals(kBendWidth, meanNormals()).bend, shares()};
@@ -318,7 +318,7 @@ void MovedSurface::refine(double radius) {
         const double round = smoothStep((bend - kFlatBend) / (kRoundBend - kFlatBend)).value;
         const double rim = smoothStep((bend - kRoundBend) / (kRimBend - kRoundBend)).value;
         need.longest[v] =
-            static_cast<float>(longest_flat - (longest_flat - kLongestRound) * round - kShorterOnRims * rim);
+            static_cast<float>(coarser * (longest_flat - (longest_flat - kLongestRound) * round - kShorterOnRims * rim));
     });
     // A vertex that appears on a long edge takes the place of one that splits it, and has to be there as far.
     const auto raise = [&](RisingVertex& rising, double asked) {

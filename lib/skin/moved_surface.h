@@ -60,8 +60,8 @@ public:
     void measure();
     /// Splits edges that are long for how strongly the surface is curved there, kRefinements times, at vertices that
     /// fade in with the edges' length, and brings all into order again. To be called once.
-    /// radius: of the balls that the mesh comes from, particle spacings.
-    void refine(double radius);
+    /// radius: of the balls that the mesh comes from, particle spacings; coarser: so many times as long as by default.
+    void refine(double radius, double coarser);
     /// Draws vertices whose triangles face very different ways towards the vertices round them, and turns triangles
     /// that lie upside down on the surface. Works areas and normals out anew afterwards.
     void unfold();

@@ -170,7 +170,7 @@ void retract(const OuterSamples& samples, const SkinLengths& lengths, MovedSurfa
         const double share = s < wide ? 1 / static_cast<double>(wide - s) : 1;  // of the way that is left
         const double width = s < wide ? kWide : kNarrower[s - wide];
         if (s == wide + kRefinedAfter) {
-            surface.refine(lengths.joining);
+            surface.refine(lengths.joining, lengths.coarser);
             reach.clear();
         }
         const std::vector<Approach> approach = outer.approaches(surface, reach);

@@ -17,6 +17,7 @@ struct SkinLengths {
     double joining = 1.5;      ///< > 0
     double skin = 0.55;        ///< > 0, < joining
     bool volume_true = false;  ///< threads and drops get a little more than `skin`, as their volume asks for
+    double coarser = 1;        ///< edges may be so many times as long as by default before they are split
 
     double rolling() const { return (joining * joining - skin * skin) / (2 * skin); }
     double outer() const { return skin + rolling(); }

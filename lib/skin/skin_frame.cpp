@@ -41,6 +41,7 @@ constexpr double kSmoothedAngle = 0.235;     // radians per segment of what is s
 constexpr double kCalmAngle = 0.4;           // round small patches of balls, where jumps are smaller
 constexpr double kSmoothedFaceAngle = 0.37;  // between points inside faces of the same
 constexpr double kSkinAngle = 0.6, kSkinCalmAngle = 0.7, kSkinFaceAngle = 0.55;  // the same where there is a skin
+constexpr double kCoarser = 1.5;  // edges of the skin, where arcs are one segment
 constexpr double kFarthestSmoothed = 0.9;  // of the skin: no vertex gets past a particle
 constexpr int kLoosenings = 6;
 constexpr double kLeastAngle = 0.05, kLargestAngle = 0.7;
@@ -143,7 +144,8 @@ Icosphere directionsOf(const SkinParams& params) {
 
 SkinLengths lengthsOf(const SkinParams& params) {
     const double spacing = particleSpacing(params);
-    return {params.radius / spacing, leastSkin(params) / spacing, !params.skin};
+    return {params.radius / spacing, leastSkin(params) / spacing, !params.skin,
+            params.arc_subdivisions == 1 ? kCoarser : 1};
 }
 
 // Takes the vertices of the boundary of the union of balls to the skin, and smooths it.

@@ -12,6 +12,7 @@
 
 #include <gtest/gtest.h>
 
+#include <map>
 #include <numbers>
 #include <random>
 
@@ -91,13 +92,41 @@ TEST(Skin, FurtherPassesAreCalmerAndKeepTheVolume) {
     EXPECT_NEAR(measureMesh(thrice).volume / measureMesh(once).volume, 1, 0.02);
 }
 
-// Do two balls touch in exactly one point? Vertices of both lie there, and the skin may cross itself round it.
-bool touchExactly(const Cloud& cloud) {
-    const std::vector<Vec3f>& at = cloud.particles.position;
-    for (std::size_t i = 0; i < at.size(); ++i)
-        for (std::size_t j = 0; j < i; ++j)
-            if (std::abs((Vec3(at[i]) - Vec3(at[j])).length() / (2 * cloud.radius) - 1) < 1e-6) return true;
-    return false;
+// Seen along z, edges between triangles that face up and down are the outline; of holes in a sheet, their rims.
+TEST(Skin, RimsOfHolesAreRound) {
+    double all = 0, straight = 0;
+    for (const double radius : {1.7, 2.2, 3.0, 4.5})
+        for (const unsigned seed : {1u, 2u, 3u}) {
+            Particles sheet = box(24, 24, 1, 0.2, seed);
+            const Vec3 middle(12.3, 11.8, 0);
+            std::erase_if(sheet.position, [&](const Vec3f& p) { return std::hypot(p.x - middle.x, p.y - middle.y) < radius; });
+            const Mesh mesh = skinFrame(sheet, withSpacing(1)).mesh;
+            std::map<std::pair<std::uint32_t, std::uint32_t>, int> facing_up;  // of the triangles at each edge
+            for (const auto& [a, b, c] : mesh.triangles) {
+                const std::vector<Vec3>& p = mesh.position;
+                const int up = cross(p[b] - p[a], p[c] - p[a]).z > 0;
+                for (const auto& [from, to] : {std::pair(a, b), std::pair(b, c), std::pair(c, a)})
+                    facing_up[std::minmax(from, to)] += up;
+            }
+            for (const auto& [edge, up] : facing_up) {
+                const Vec3 &from = mesh.position[edge.first], &to = mesh.position[edge.second];
+                const Vec3 off = (from + to) / 2 - middle;
+                if (up != 1 || std::hypot(off.x, off.y) > radius + 0.8) continue;
+                const double length = (to - from).length();
+                all += length;
+                straight += length > 0.45 ? length : 0;
+            }
+        }
+    EXPECT_GT(all, 150);
+    EXPECT_LE(straight, 0.1 * all);
+}
+
+TEST(Skin, OneSegmentPerArcMakesMeshesSmall) {
+    const Particles block = box(10, 10, 10, 0.25, 3);
+    SkinParams params = withSpacing(1);
+    const std::size_t triangles = skinFrame(block, params).mesh.triangles.size();
+    params.arc_subdivisions = 1;
+    EXPECT_LE(skinFrame(block, params).mesh.triangles.size(), 0.8 * static_cast<double>(triangles));
 }
 
 TEST(Skin, OfEveryCloudIsClosedWithoutCrossingsAndHasTheComponentsOfTheBalls) {
@@ -106,10 +135,7 @@ TEST(Skin, OfEveryCloudIsClosedWithoutCrossingsAndHasTheComponentsOfTheBalls) {
         SkinParams params = withSpacing(cloud.radius / 1.5);
         const Mesh skin = skinFrame(cloud.particles, params).mesh;
         const MeshCheck check = checkMesh(skin);
-        if (!touchExactly(cloud)) {
-            EXPECT_EQ(faultsOf(check), std::vector<std::string_view>{});
-        }
-        EXPECT_TRUE(check.closed() && check.oriented() && check.edgeManifold() && check.vertexManifold());
+        EXPECT_EQ(faultsOf(check), std::vector<std::string_view>{});
         params.skin = 0;
         const Mesh balls = skinFrame(cloud.particles, params).mesh;
         EXPECT_EQ(piecesOf(skin.position.size(), skin.triangles).count,
