@@ -18,6 +18,9 @@ constexpr double kGroupCell = 4;  // edge of the cells in which vertices are gro
 constexpr double kLongestFlat = 0.9, kLongestRound = 0.4, kShorterOnRims = 0.12;
 constexpr double kLongestOnBalls = 0.55;  // a little longer than the segments into which arcs are cut
 constexpr double kBendWidth = 0.8, kFlatBend = 0.03, kRoundBend = 0.1, kRimBend = 0.2;
+// Rims of holes are saddles: hollow along their edges, by kHollow to kVeryHollow radians a unit. Bend counts from
+// kSaddleBend on, and in full from twice that.
+constexpr double kLongestOnSaddles = 0.2, kHollow = 0.05, kVeryHollow = 0.15, kSaddleBend = 0.07;
 constexpr double kMeanNormalWidth = 0.3;
 constexpr double kFadesOver = 0.5;  // of the longest length beyond it, until a vertex that splits an edge is all there
 constexpr double kIntoMiddle = 0.05;  // the need from which on a vertex in a quad is in the middle of the long diagonal
@@ -301,10 +304,20 @@ struct MovedSurface::Need {
     const MovedSurface& surface;
     std::vector<float> longest;  // edge there
     std::vector<float> share;    // of vertices: one that only just appears is no reason to split an edge
+    std::vector<float> bent;     // 0 … 1: enough for the rim of a hole
+    std::vector<Vec3f> normal;
+    double longest_on_saddles;
 
     double operator()(std::uint32_t a, std::uint32_t b) const {
-        const double length = (surface.position_[a] - surface.position_[b]).length() / surface.spacing_;
-        const double excess = 2 * length / (longest[a] + longest[b]) - 1;
+        const Vec3 along = (surface.position_[b] - surface.position_[a]) / surface.spacing_;
+        const double length = along.length();
+        double longest_here = (longest[a] + longest[b]) / 2;
+        if (const float most = bent[a] + bent[b]; most > 0 && length > longest_on_saddles) {
+            const double hollow = dot(Vec3(normal[a] - normal[b]), along) / (length * length);
+            const double saddle = smoothStep((hollow - kHollow) / (kVeryHollow - kHollow)).value * most / 2;
+            longest_here += (std::min(longest_here, longest_on_saddles) - longest_here) * saddle;
+        }
+        const double excess = length / longest_here - 1;
         return excess > 0 ? smoothStep(excess / kFadesOver).value * (share[a] * share[b]) : 0;
     }
 };
@@ -312,13 +325,17 @@ struct MovedSurface::Need {
 void MovedSurface::refine(double radius, double coarser) {
     const double longest_flat = std::max(kLongestFlat, kLongestOnBalls * radius);
     measure();
-    Need need{*this, softNormals(kBendWidth, meanNormals()).bend, shares()};
+    std::vector<Vec3f> normals = meanNormals();
+    Need need{*this, softNormals(kBendWidth, normals).bend, shares(), std::vector<float>(size()), {}, 0};
+    need.longest_on_saddles = kLongestOnSaddles * coarser;
+    need.normal = std::move(normals);
     parallelFor(size(), 4096, [&](std::size_t v) {
         const double bend = need.longest[v];
         const double round = smoothStep((bend - kFlatBend) / (kRoundBend - kFlatBend)).value;
+        need.bent[v] = static_cast<float>(smoothStep((bend - kSaddleBend) / kSaddleBend).value);
         const double rim = smoothStep((bend - kRoundBend) / (kRimBend - kRoundBend)).value;
         need.longest[v] =
-            static_cast<float>(coarser * (longest_flat - (longest_flat - kLongestRound) * round - kShorterOnRims * rim));
+            static_cast<float>(coarser * (longest_flat * (1 - round) + kLongestRound * round - kShorterOnRims * rim));
     });
     // A vertex that appears on a long edge takes the place of one that splits it, and has to be there as far.
     const auto raise = [&](RisingVertex& rising, double asked) {
@@ -371,17 +388,22 @@ void MovedSurface::splitLongEdges(std::size_t refinement, Need& need) {
                                const std::array<double, 4>& weight, double share) {
         RisingVertex rising{static_cast<std::uint32_t>(size()), from, {}, share, {}};
         Vec3 place(0);
-        double longest_here = 0;
+        double longest_here = 0, bent_here = 0;
+        Vec3f normal(0);
         for (std::size_t k = 0; k < 4; ++k) {
             rising.weight[k] = weight[k];
             rising.whole = rising.whole + mesh_.vertex[from[k]] * weight[k];
             place += position_[from[k]] * weight[k];
             longest_here += need.longest[from[k]] * weight[k];
+            bent_here += need.bent[from[k]] * weight[k];
+            normal += need.normal[from[k]] * static_cast<float>(weight[k]);
         }
         mesh_.vertex.push_back(rising.whole);
         position_.push_back(place);
         need.longest.push_back(static_cast<float>(longest_here));
         need.share.push_back(static_cast<float>(share));
+        need.bent.push_back(static_cast<float>(bent_here));
+        need.normal.push_back(normal.normalized());
         group.push_back(rising);
     };
     auto& on_edges = mesh_.rising[kTessellationGroups + 2 * refinement];

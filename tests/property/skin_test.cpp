@@ -99,7 +99,8 @@ TEST(Skin, RimsOfHolesAreRound) {
         for (const unsigned seed : {1u, 2u, 3u}) {
             Particles sheet = box(24, 24, 1, 0.2, seed);
             const Vec3 middle(12.3, 11.8, 0);
-            std::erase_if(sheet.position, [&](const Vec3f& p) { return std::hypot(p.x - middle.x, p.y - middle.y) < radius; });
+            std::erase_if(sheet.position,
+                          [&](const Vec3f& p) { return std::hypot(p.x - middle.x, p.y - middle.y) < radius; });
             const Mesh mesh = skinFrame(sheet, withSpacing(1)).mesh;
             std::map<std::pair<std::uint32_t, std::uint32_t>, int> facing_up;  // of the triangles at each edge
             for (const auto& [a, b, c] : mesh.triangles) {
@@ -114,7 +115,7 @@ TEST(Skin, RimsOfHolesAreRound) {
                 if (up != 1 || std::hypot(off.x, off.y) > radius + 0.8) continue;
                 const double length = (to - from).length();
                 all += length;
-                straight += length > 0.45 ? length : 0;
+                straight += length > 0.4 ? length : 0;
             }
         }
     EXPECT_GT(all, 150);
