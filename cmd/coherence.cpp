@@ -110,13 +110,13 @@ std::string eventsAt(const Place& place) {
 
 void printPlaces(const CoherenceReport& report, std::size_t listed) {
     if (report.places.empty()) return;
-    std::cout << "    " << filled("jump", 12) << filled("ratio", 10) << filled("expected", 12) << filled("points", 8) << filled("vanished", 11)
-              << filled("appeared", 11) << filled("liquid", 8) << filled("what happened", 36) << "at\n";
+    std::cout << "    " << filled("jump", 12) << filled("ratio", 10) << filled("expected", 12) << filled("points", 8)
+              << filled("vanished", 11) << filled("appeared", 11) << filled("liquid", 8) << filled("what happened", 36) << "at\n";
     for (std::size_t i = 0; i < std::min(listed, report.places.size()); ++i) {
         const Place& place = report.places[i];
         std::cout << "    " << filled(text(place.jump), 12) << filled(ratio(report, place.jump), 10)
-                  << filled(text(report.expectedAt(place)), 12) << filled(std::to_string(place.points), 8) << filled(text(place.vanished), 11)
-                  << filled(text(place.appeared), 11) << filled(std::string(nameOf(place.liquid)), 8)
+                  << filled(text(report.expectedAt(place)), 12) << filled(std::to_string(place.points), 8)
+                  << filled(text(place.vanished), 11) << filled(text(place.appeared), 11) << filled(std::string(nameOf(place.liquid)), 8)
                   << filled(eventsAt(place), 36) << text(place.position) << '\n';
     }
     if (report.places.size() <= listed) return;

@@ -124,6 +124,7 @@ private:
             forPointsInside(t, [&](const Vec3& point) { test(point, facing, near, out[row++]); });
         });
     }
+
     // Calls body(row, near) for all rows, near being where the search of the row before ended. Blocks are the same
     // for any number of threads: where a search begins may change its result by rounding.
     template <typename Body>

@@ -325,10 +325,9 @@ struct MovedSurface::Need {
 void MovedSurface::refine(double radius, double coarser) {
     const double longest_flat = std::max(kLongestFlat, kLongestOnBalls * radius);
     measure();
-    std::vector<Vec3f> normals = meanNormals();
-    Need need{*this, softNormals(kBendWidth, normals).bend, shares(), std::vector<float>(size()), {}, 0};
-    need.longest_on_saddles = kLongestOnSaddles * coarser;
-    need.normal = std::move(normals);
+    const std::vector<Vec3f> normals = meanNormals();
+    Need need{*this,   softNormals(kBendWidth, normals).bend, shares(), std::vector<float>(size()),
+              normals, kLongestOnSaddles * coarser};
     parallelFor(size(), 4096, [&](std::size_t v) {
         const double bend = need.longest[v];
         const double round = smoothStep((bend - kFlatBend) / (kRoundBend - kFlatBend)).value;
