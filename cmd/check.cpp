@@ -1,15 +1,15 @@
-#include "batch/frames.h"
-#include "batch/machine.h"
-#include "batch/plan.h"
-#include "batch/report.h"
-#include "batch/scratch_memory.h"
+#include "batch/job/frames.h"
+#include "batch/job/plan.h"
+#include "batch/platform/machine.h"
+#include "batch/platform/scratch_memory.h"
+#include "batch/report/report.h"
+#include "betamesh/error.h"
 #include "command.h"
-#include "core/error.h"
 #include "each_file.h"
 #include "io/curve_file.h"
 #include "io/mesh_file.h"
 #include "io/particle_file.h"
-#include "measure/enclosure.h"
+#include "mesh/enclosure.h"
 
 #include <cstdio>
 #include <filesystem>

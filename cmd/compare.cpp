@@ -1,12 +1,12 @@
-#include "batch/log.h"
-#include "batch/plan.h"
-#include "batch/preview.h"
+#include "batch/job/plan.h"
+#include "batch/job/preview.h"
+#include "batch/report/log.h"
+#include "betamesh/error.h"
 #include "command.h"
-#include "core/error.h"
 #include "io/particle_file.h"
 #include "picture_options.h"
-#include "preview/contact_sheet.h"
-#include "preview/png_file.h"
+#include "render/contact_sheet.h"
+#include "render/png_file.h"
 
 #include <iterator>
 #include <memory>

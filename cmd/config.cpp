@@ -1,5 +1,5 @@
-#include "batch/config.h"
-#include "batch/presets.h"
+#include "batch/config/config.h"
+#include "batch/config/presets.h"
 #include "command.h"
 #include "job_options.h"
 

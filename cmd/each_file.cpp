@@ -1,10 +1,10 @@
 #include "each_file.h"
 
-#include "batch/job.h"
-#include "batch/log.h"
-#include "batch/worker.h"
-#include "core/error.h"
-#include "core/parallel.h"
+#include "base/parallel.h"
+#include "batch/job/job.h"
+#include "batch/platform/worker.h"
+#include "batch/report/log.h"
+#include "betamesh/error.h"
 
 #include <iostream>
 

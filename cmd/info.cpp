@@ -1,4 +1,4 @@
-#include "batch/report.h"
+#include "batch/report/report.h"
 #include "command.h"
 #include "each_file.h"
 #include "io/file_info.h"

@@ -2,7 +2,7 @@
 
 #pragma once
 
-#include "batch/config.h"
+#include "batch/config/config.h"
 
 #include <CLI/CLI.hpp>
 

@@ -1,5 +1,5 @@
-#include "batch/job.h"
-#include "batch/log.h"
+#include "batch/job/job.h"
+#include "batch/report/log.h"
 #include "batch/version.h"
 #include "command.h"
 

@@ -1,6 +1,6 @@
 // The man page and the completion of shells, made from the definitions of the commands themselves.
 
-#include "batch/job.h"
+#include "batch/job/job.h"
 #include "batch/version.h"
 #include "command.h"
 

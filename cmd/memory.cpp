@@ -1,7 +1,7 @@
 // Where the memory of the program comes from: frames that have no room in it go on in a file. All other forms of these
 // operators call them, the sanitizers' too.
 
-#include "batch/scratch_memory.h"
+#include "batch/platform/scratch_memory.h"
 
 #include <new>
 

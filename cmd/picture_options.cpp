@@ -1,18 +1,18 @@
 #include "picture_options.h"
 
-#include "batch/frames.h"
-#include "batch/job.h"
-#include "batch/log.h"
-#include "batch/movie.h"
-#include "core/error.h"
-#include "core/parallel.h"
+#include "base/parallel.h"
+#include "batch/job/frames.h"
+#include "batch/job/job.h"
+#include "batch/job/movie.h"
+#include "batch/report/log.h"
+#include "betamesh/error.h"
 #include "io/bytes.h"
 #include "io/extension.h"
 #include "io/output_file.h"
 #include "job_options.h"
-#include "preview/contact_sheet.h"
-#include "preview/exr_file.h"
-#include "preview/png_file.h"
+#include "render/contact_sheet.h"
+#include "render/exr_file.h"
+#include "render/png_file.h"
 
 #include <algorithm>
 #include <chrono>

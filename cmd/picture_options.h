@@ -2,10 +2,10 @@
 
 #pragma once
 
-#include "batch/config.h"
-#include "batch/interrupt.h"
-#include "batch/worker.h"
-#include "preview/picture.h"
+#include "batch/config/config.h"
+#include "batch/platform/interrupt.h"
+#include "batch/platform/worker.h"
+#include "render/picture.h"
 
 #include <CLI/CLI.hpp>
 

@@ -1,11 +1,11 @@
-#include "batch/log.h"
-#include "batch/preview.h"
-#include "batch/radius.h"
+#include "batch/config/radius.h"
+#include "batch/job/preview.h"
+#include "batch/report/log.h"
+#include "betamesh/error.h"
 #include "command.h"
-#include "core/error.h"
 #include "picture_options.h"
-#include "preview/exr_file.h"
-#include "preview/png_file.h"
+#include "render/exr_file.h"
+#include "render/png_file.h"
 
 #include <algorithm>
 #include <memory>

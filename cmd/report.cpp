@@ -1,9 +1,9 @@
-#include "batch/frames.h"
-#include "batch/job.h"
-#include "batch/log.h"
-#include "batch/report_page.h"
+#include "batch/job/frames.h"
+#include "batch/job/job.h"
+#include "batch/report/log.h"
+#include "batch/report/report_page.h"
+#include "betamesh/error.h"
 #include "command.h"
-#include "core/error.h"
 #include "io/output_file.h"
 
 #include <algorithm>

@@ -1,12 +1,12 @@
 #include "sample/sample.h"
 
-#include "batch/frames.h"
-#include "batch/interrupt.h"
-#include "batch/job.h"
-#include "batch/log.h"
-#include "batch/machine.h"
+#include "batch/job/frames.h"
+#include "batch/job/job.h"
+#include "batch/platform/interrupt.h"
+#include "batch/platform/machine.h"
+#include "batch/report/log.h"
+#include "betamesh/error.h"
 #include "command.h"
-#include "core/error.h"
 #include "io/output_file.h"
 #include "io/particle_file.h"
 

@@ -1,3 +1,4 @@
+
 #include "batch/version.h"
 
 namespace betamesh {

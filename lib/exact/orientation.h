@@ -5,7 +5,7 @@
 
 #pragma once
 
-#include "core/vec3.h"
+#include "betamesh/vec3.h"
 
 #include <cmath>
 

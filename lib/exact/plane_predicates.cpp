@@ -1,3 +1,4 @@
+
 #include "exact/plane_predicates.h"
 
 #include <cmath>

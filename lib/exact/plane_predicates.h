@@ -8,7 +8,7 @@
 
 #pragma once
 
-#include "core/vec3.h"
+#include "betamesh/vec3.h"
 
 namespace betamesh {
 

@@ -1,3 +1,4 @@
+
 #include "exact/predicates.h"
 
 #include <cassert>

@@ -12,7 +12,7 @@
 
 #pragma once
 
-#include "core/vec3.h"
+#include "betamesh/vec3.h"
 
 #include <cstdint>
 

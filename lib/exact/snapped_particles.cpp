@@ -1,12 +1,13 @@
+
 #include "exact/snapped_particles.h"
 
-#include "core/box.h"
-#include "core/cell_order.h"
-#include "core/error.h"
-#include "core/graph.h"
-#include "core/icosphere.h"
-#include "core/parallel.h"
-#include "core/simd.h"
+#include "base/box.h"
+#include "base/cell_order.h"
+#include "base/compressed_rows.h"
+#include "base/icosphere.h"
+#include "base/parallel.h"
+#include "base/simd.h"
+#include "betamesh/error.h"
 
 #include <algorithm>
 #include <cmath>

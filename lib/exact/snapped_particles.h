@@ -2,8 +2,8 @@
 
 #pragma once
 
-#include "core/box.h"
-#include "core/particles.h"
+#include "base/box.h"
+#include "betamesh/particles.h"
 #include "exact/predicates.h"
 
 #include <algorithm>

@@ -1,3 +1,4 @@
+
 #include "io/bgeo.h"
 
 #include "io/gzip.h"

@@ -1,3 +1,4 @@
+
 #include "io/bytes.h"
 
 #include <fcntl.h>

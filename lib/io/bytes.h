@@ -2,7 +2,7 @@
 
 #pragma once
 
-#include "core/error.h"
+#include "betamesh/error.h"
 
 #include <algorithm>
 #include <array>

@@ -2,7 +2,7 @@
 
 #pragma once
 
-#include "core/curves.h"
+#include "betamesh/curves.h"
 
 #include <filesystem>
 

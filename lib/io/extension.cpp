@@ -1,6 +1,7 @@
+
 #include "io/extension.h"
 
-#include "core/error.h"
+#include "betamesh/error.h"
 #include "io/gzip.h"
 #include "io/output_file.h"
 

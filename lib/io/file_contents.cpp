@@ -1,7 +1,8 @@
+
 #include "io/file_contents.h"
 
-#include "core/error.h"
-#include "core/parallel.h"
+#include "base/parallel.h"
+#include "betamesh/error.h"
 
 #include <algorithm>
 #include <iterator>

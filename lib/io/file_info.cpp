@@ -1,3 +1,4 @@
+
 #include "io/file_info.h"
 
 #include "io/bgeo.h"

@@ -1,6 +1,7 @@
+
 #include "io/gzip.h"
 
-#include "core/parallel.h"
+#include "base/parallel.h"
 
 #include <zlib.h>
 

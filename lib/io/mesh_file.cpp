@@ -1,6 +1,7 @@
+
 #include "io/mesh_file.h"
 
-#include "core/error.h"
+#include "betamesh/error.h"
 #include "io/bgeo.h"
 #include "io/bytes.h"
 #include "io/extension.h"

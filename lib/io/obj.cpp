@@ -1,3 +1,4 @@
+
 #include "io/obj.h"
 
 #include <algorithm>

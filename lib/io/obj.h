@@ -2,8 +2,8 @@
 
 #pragma once
 
-#include "core/curves.h"
-#include "core/mesh.h"
+#include "betamesh/curves.h"
+#include "betamesh/mesh.h"
 #include "io/bytes.h"
 #include "io/file_contents.h"
 

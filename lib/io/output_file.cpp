@@ -1,6 +1,7 @@
+
 #include "io/output_file.h"
 
-#include "core/error.h"
+#include "betamesh/error.h"
 
 #include <fcntl.h>
 #include <signal.h>

@@ -1,3 +1,4 @@
+
 #include "io/particle_file.h"
 
 #include "io/bgeo.h"

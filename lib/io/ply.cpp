@@ -1,3 +1,4 @@
+
 #include "io/ply.h"
 
 #include <algorithm>

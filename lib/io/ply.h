@@ -2,9 +2,9 @@
 
 #pragma once
 
-#include "core/curves.h"
-#include "core/mesh.h"
-#include "core/particles.h"
+#include "betamesh/curves.h"
+#include "betamesh/mesh.h"
+#include "betamesh/particles.h"
 #include "io/bytes.h"
 #include "io/file_contents.h"
 

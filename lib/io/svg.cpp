@@ -1,3 +1,4 @@
+
 #include "io/svg.h"
 
 #include "io/extension.h"

@@ -1,6 +1,7 @@
+
 #include "io/vdb.h"
 
-#include "core/module.h"
+#include "base/module.h"
 #include "io/vdb_module.h"
 #include "io/vdb_process.h"
 

@@ -2,8 +2,8 @@
 
 #include "io/vdb_module.h"
 
-#include "core/error.h"
-#include "core/parallel.h"
+#include "base/parallel.h"
+#include "betamesh/error.h"
 #include "io/bytes.h"
 
 #include <openvdb/io/Archive.h>

@@ -1,7 +1,8 @@
+
 #include "io/vdb_process.h"
 
-#include "core/error.h"
-#include "core/parallel.h"
+#include "base/parallel.h"
+#include "betamesh/error.h"
 #include "io/bytes.h"
 #include "io/vdb.h"
 

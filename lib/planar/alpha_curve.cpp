@@ -1,3 +1,4 @@
+
 #include "planar/alpha_curve.h"
 
 #include <algorithm>

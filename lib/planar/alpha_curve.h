@@ -2,9 +2,9 @@
 
 #pragma once
 
-#include "core/curves.h"
-#include "core/disc_boundary.h"
-#include "core/moving.h"
+#include "base/dual.h"
+#include "betamesh/curves.h"
+#include "planar/disc_boundary.h"
 
 namespace betamesh {
 

@@ -2,8 +2,8 @@
 
 #pragma once
 
-#include "core/boundary_samples.h"
-#include "core/disc_boundary.h"
+#include "planar/disc_boundary.h"
+#include "skin/boundary_samples.h"
 
 namespace betamesh {
 

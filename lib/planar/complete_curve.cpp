@@ -1,6 +1,7 @@
+
 #include "planar/complete_curve.h"
 
-#include "core/angles.h"
+#include "base/angles.h"
 
 #include <cmath>
 #include <numbers>

@@ -2,8 +2,8 @@
 
 #pragma once
 
-#include "core/beta_curve.h"
-#include "core/disc_boundary.h"
+#include "planar/beta_curve.h"
+#include "planar/disc_boundary.h"
 
 #include <functional>
 

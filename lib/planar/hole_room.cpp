@@ -1,7 +1,8 @@
+
 #include "planar/hole_room.h"
 
-#include "core/angles.h"
-#include "core/cell_order.h"
+#include "base/angles.h"
+#include "base/cell_order.h"
 
 #include <algorithm>
 #include <numbers>

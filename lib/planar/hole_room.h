@@ -2,7 +2,7 @@
 
 #pragma once
 
-#include "core/disc_boundary.h"
+#include "planar/disc_boundary.h"
 
 #include <vector>
 

@@ -1,6 +1,7 @@
+
 #include "planar/lone_particles.h"
 
-#include "core/parallel.h"
+#include "base/parallel.h"
 
 namespace betamesh {
 

@@ -2,8 +2,8 @@
 
 #pragma once
 
-#include "core/cell_order.h"
-#include "core/moving.h"
+#include "base/cell_order.h"
+#include "base/dual.h"
 
 #include <vector>
 

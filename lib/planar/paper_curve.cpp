@@ -1,3 +1,4 @@
+
 #include "planar/paper_curve.h"
 
 namespace betamesh {

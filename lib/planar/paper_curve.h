@@ -2,9 +2,9 @@
 
 #pragma once
 
-#include "core/beta_curve.h"
-#include "core/disc_boundary.h"
-#include "core/mesh.h"
+#include "betamesh/mesh.h"
+#include "planar/beta_curve.h"
+#include "planar/disc_boundary.h"
 
 namespace betamesh {
 

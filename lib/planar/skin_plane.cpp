@@ -1,10 +1,9 @@
+
 #include "planar/skin_plane.h"
 
-#include "core/carried_attributes.h"
-#include "core/cell_order.h"
-#include "core/error.h"
-#include "core/parallel.h"
-#include "exact/droplets.h"
+#include "base/cell_order.h"
+#include "base/parallel.h"
+#include "betamesh/error.h"
 #include "planar/alpha_curve.h"
 #include "planar/boundary_samples.h"
 #include "planar/complete_curve.h"
@@ -17,6 +16,8 @@
 #include "planar/smooth_paper.h"
 #include "planar/smooth_skin.h"
 #include "planar/velocity.h"
+#include "skin/attributes.h"
+#include "skin/droplets.h"
 
 #include <algorithm>
 #include <cmath>

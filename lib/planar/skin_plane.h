@@ -2,9 +2,9 @@
 
 #pragma once
 
-#include "core/curves.h"
-#include "core/mesh.h"
-#include "core/skin_params.h"
+#include "betamesh/curves.h"
+#include "betamesh/mesh.h"
+#include "betamesh/skin_params.h"
 
 #include <functional>
 #include <string_view>

@@ -1,7 +1,8 @@
+
 #include "planar/smooth_coherent.h"
 
-#include "core/cell_order.h"
-#include "core/simd.h"
+#include "base/cell_order.h"
+#include "base/simd.h"
 
 #include <algorithm>
 #include <cmath>

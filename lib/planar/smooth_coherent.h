@@ -2,8 +2,8 @@
 
 #pragma once
 
-#include "core/beta_curve.h"
-#include "core/boundary_samples.h"
+#include "planar/beta_curve.h"
+#include "skin/boundary_samples.h"
 
 namespace betamesh {
 

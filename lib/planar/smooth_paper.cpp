@@ -1,3 +1,4 @@
+
 #include "planar/smooth_paper.h"
 
 namespace betamesh {

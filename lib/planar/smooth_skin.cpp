@@ -1,8 +1,9 @@
+
 #include "planar/smooth_skin.h"
 
-#include "core/cell_order.h"
-#include "core/curve_means.h"
-#include "exact/uncrossed_curve.h"
+#include "base/cell_order.h"
+#include "planar/curve_means.h"
+#include "planar/uncrossed_curve.h"
 
 #include <algorithm>
 #include <array>

@@ -2,7 +2,7 @@
 
 #pragma once
 
-#include "core/beta_curve.h"
+#include "planar/beta_curve.h"
 
 namespace betamesh {
 

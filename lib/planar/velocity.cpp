@@ -1,8 +1,9 @@
+
 #include "planar/velocity.h"
 
-#include "core/cell_order.h"
-#include "core/parallel.h"
-#include "core/rigid_motion.h"
+#include "base/cell_order.h"
+#include "base/parallel.h"
+#include "base/rigid_motion.h"
 
 #include <algorithm>
 #include <cmath>

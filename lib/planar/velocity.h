@@ -2,9 +2,9 @@
 
 #pragma once
 
-#include "core/beta_curve.h"
-#include "core/disc_boundary.h"
 #include "exact/snapped_particles.h"
+#include "planar/beta_curve.h"
+#include "planar/disc_boundary.h"
 
 namespace betamesh {
 

@@ -1,8 +1,8 @@
 // Scenes whose particles follow a formula, with its derivative as their velocity. Lengths are in world
 // units, times in seconds, and motion starts at 0, which is frame 1.
 
-#include "core/parallel.h"
-#include "core/random.h"
+#include "base/parallel.h"
+#include "base/random.h"
 #include "sample/scene.h"
 
 #include <algorithm>

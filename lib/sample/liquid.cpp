@@ -1,6 +1,7 @@
+
 #include "sample/liquid.h"
 
-#include "core/parallel.h"
+#include "base/parallel.h"
 
 #include <algorithm>
 #include <cmath>

@@ -2,7 +2,7 @@
 
 #pragma once
 
-#include "core/vec3.h"
+#include "betamesh/vec3.h"
 
 #include <array>
 #include <cstdint>

@@ -1,6 +1,6 @@
 // Scenes that the solver moves. World units are metres for dambreak; y is up.
 
-#include "core/random.h"
+#include "base/random.h"
 #include "sample/liquid.h"
 #include "sample/scene.h"
 

@@ -1,6 +1,7 @@
+
 #include "sample/sample.h"
 
-#include "core/error.h"
+#include "betamesh/error.h"
 #include "sample/scene.h"
 
 #include <cmath>

@@ -2,7 +2,7 @@
 
 #pragma once
 
-#include "core/particles.h"
+#include "betamesh/particles.h"
 
 #include <cstdint>
 #include <memory>

@@ -1,7 +1,8 @@
+
 #include "skin/alpha_mesh.h"
 
-#include "core/beta_mesh.h"
-#include "core/parallel.h"
+#include "base/parallel.h"
+#include "skin/beta_mesh.h"
 
 namespace betamesh {
 

@@ -2,8 +2,8 @@
 
 #pragma once
 
-#include "core/ball_boundary.h"
-#include "core/moving.h"
+#include "base/dual.h"
+#include "skin/ball_boundary.h"
 
 namespace betamesh {
 

@@ -1,10 +1,11 @@
+
 #include "skin/ball_faces.h"
 
-#include "core/angles.h"
-#include "core/graph.h"
-#include "core/parallel.h"
-#include "core/union_find.h"
-#include "exact/exposed_region.h"
+#include "base/angles.h"
+#include "base/compressed_rows.h"
+#include "base/parallel.h"
+#include "base/union_find.h"
+#include "skin/exposed_region.h"
 
 #include <algorithm>
 #include <cmath>

@@ -2,8 +2,8 @@
 
 #pragma once
 
-#include "core/ball_boundary.h"
 #include "exact/snapped_particles.h"
+#include "skin/ball_boundary.h"
 
 namespace betamesh {
 

@@ -1,8 +1,9 @@
+
 #include "skin/boundary_samples.h"
 
-#include "core/angles.h"
-#include "core/moving_circle.h"
-#include "core/parallel.h"
+#include "base/angles.h"
+#include "base/intersection_circle.h"
+#include "base/parallel.h"
 
 #include <algorithm>
 #include <array>

@@ -1,13 +1,49 @@
-// The ball boundary -> samples of it.
+// The ball boundary as a cloud of weighted, directed points: what smoothing averages over.
 
 #pragma once
 
-#include "core/arc_network.h"
-#include "core/ball_boundary.h"
-#include "core/boundary_samples.h"
-#include "core/face_points.h"
+#include "base/dual.h"
+#include "skin/arc_network.h"
+#include "skin/ball_boundary.h"
+#include "skin/face_points.h"
+
+#include <vector>
 
 namespace betamesh {
+
+/// One point that stands for a piece of the boundary: its mean, and how the piece lies about it. The cloud as a whole,
+/// a measure on positions and directions, changes continuously in time, whatever appears, vanishes or changes
+/// neighbours on the boundary.
+struct BoundarySample {
+    Moving position;   ///< world units
+    Moving direction;  ///< outwards, length <= 1: short where the boundary is sharply creased
+    Rate weight;       ///< world units of length, >= 0
+    Rate spread = 0;   ///< mean squared distance of the piece from its position, square world units
+    Rate bulge = 0;    ///< mean of (x - position) · (direction at x), world units: positive where the piece is convex
+};
+
+using BoundarySamples = std::vector<BoundarySample>;
+
+/// The same in radii but for where it is, in single precision: as sums take it, and little to keep.
+struct SampleInRadii {
+    Vec3 position;  ///< world units
+    Vec3f velocity, direction, turning;
+    float weight, weight_rate, spread, half_spread_rate, bulge, bulge_rate;
+
+    SampleInRadii() = default;
+    SampleInRadii(const BoundarySample& sample, double radius)
+        : position(sample.position.position),
+          velocity(sample.position.velocity / radius),
+          direction(sample.direction.position),
+          turning(sample.direction.velocity),
+          weight(static_cast<float>(sample.weight.value / radius)),
+          weight_rate(static_cast<float>(sample.weight.rate / radius)),
+          spread(static_cast<float>(sample.spread.value / (radius * radius))),
+          half_spread_rate(static_cast<float>(sample.spread.rate / (2 * radius * radius))),
+          bulge(static_cast<float>(sample.bulge.value / radius)),
+          bulge_rate(static_cast<float>(sample.bulge.rate / radius)) {}
+};
+using SamplesInRadii = std::vector<SampleInRadii>;
 
 /// One sample for what is exposed of a ball, where that is a small patch, as in the surface of a liquid; where it is
 /// spread out, as on drops, sheets and edges, four, one towards each corner of a tetrahedron. In between there are

@@ -1,8 +1,9 @@
+
 #include "skin/face_points.h"
 
-#include "core/box.h"
-#include "core/cell_order.h"
-#include "core/parallel.h"
+#include "base/box.h"
+#include "base/cell_order.h"
+#include "base/parallel.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,6 +1,7 @@
+
 #include "skin/features.h"
 
-#include "core/pieces.h"
+#include "mesh/components.h"
 #include "skin/voids.h"
 
 #include <algorithm>

@@ -1,12 +1,13 @@
+
 #include "skin/outer_boundary.h"
 
-#include "core/parallel.h"
-#include "core/skin_params.h"
-#include "exact/near_surface.h"
-#include "skin/arc_points.h"
+#include "base/parallel.h"
+#include "betamesh/skin_params.h"
+#include "skin/arcs.h"
 #include "skin/ball_boundary.h"
+#include "skin/exposure_candidates.h"
 #include "skin/face_points.h"
-#include "skin/survivors.h"
+#include "skin/near_surface.h"
 #include "skin/velocity.h"
 
 #include <algorithm>

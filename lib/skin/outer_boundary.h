@@ -2,10 +2,10 @@
 
 #pragma once
 
-#include "core/ball_boundary.h"
-#include "core/moving.h"
-#include "core/particles.h"
+#include "base/dual.h"
+#include "betamesh/particles.h"
 #include "exact/snapped_particles.h"
+#include "skin/ball_boundary.h"
 
 #include <vector>
 

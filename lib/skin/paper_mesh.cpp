@@ -1,6 +1,7 @@
+
 #include "skin/paper_mesh.h"
 
-#include "core/parallel.h"
+#include "base/parallel.h"
 
 #include <algorithm>
 

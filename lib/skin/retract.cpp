@@ -1,6 +1,7 @@
+
 #include "skin/retract.h"
 
-#include "core/parallel.h"
+#include "base/parallel.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,6 +1,7 @@
+
 #include "skin/skin_smoothing.h"
 
-#include "core/parallel.h"
+#include "base/parallel.h"
 
 #include <algorithm>
 #include <cmath>

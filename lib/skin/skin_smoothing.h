@@ -2,7 +2,7 @@
 
 #pragma once
 
-#include "skin/moved_surface.h"
+#include "skin/deforming_mesh.h"
 
 namespace betamesh {
 

@@ -1,8 +1,9 @@
+
 #include "skin/smooth_coherent.h"
 
-#include "core/moving_lanes.h"
-#include "core/parallel.h"
-#include "core/sample_groups.h"
+#include "base/dual_packs.h"
+#include "base/parallel.h"
+#include "base/sample_groups.h"
 
 #include <algorithm>
 #include <cmath>

@@ -2,8 +2,8 @@
 
 #pragma once
 
-#include "core/beta_mesh.h"
-#include "core/boundary_samples.h"
+#include "skin/beta_mesh.h"
+#include "skin/boundary_samples.h"
 
 #include <memory>
 

@@ -1,7 +1,8 @@
+
 #include "skin/smooth_paper.h"
 
-#include "core/graph.h"
-#include "core/parallel.h"
+#include "base/compressed_rows.h"
+#include "base/parallel.h"
 
 namespace betamesh {
 

@@ -2,8 +2,8 @@
 
 #pragma once
 
-#include "core/ball_boundary.h"
-#include "core/beta_mesh.h"
+#include "skin/ball_boundary.h"
+#include "skin/beta_mesh.h"
 
 namespace betamesh {
 

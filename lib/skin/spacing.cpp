@@ -1,8 +1,9 @@
+
 #include "skin/spacing.h"
 
-#include "core/box.h"
-#include "core/parallel.h"
-#include "core/simd.h"
+#include "base/box.h"
+#include "base/parallel.h"
+#include "base/simd.h"
 
 #include <algorithm>
 #include <array>

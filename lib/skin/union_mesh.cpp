@@ -1,7 +1,8 @@
+
 #include "skin/union_mesh.h"
 
-#include "core/icosphere.h"
-#include "core/parallel.h"
+#include "base/icosphere.h"
+#include "base/parallel.h"
 
 #include <algorithm>
 

@@ -2,9 +2,9 @@
 
 #pragma once
 
-#include "core/ball_boundary.h"
-#include "core/moving.h"
+#include "base/dual.h"
 #include "exact/snapped_particles.h"
+#include "skin/ball_boundary.h"
 
 namespace betamesh {
 

@@ -1,7 +1,8 @@
+
 #include "skin/velocity.h"
 
-#include "core/parallel.h"
-#include "core/rigid_motion.h"
+#include "base/parallel.h"
+#include "base/rigid_motion.h"
 
 #include <algorithm>
 #include <utility>

@@ -2,10 +2,10 @@
 
 #pragma once
 
-#include "core/ball_boundary.h"
-#include "core/beta_mesh.h"
-#include "core/moving.h"
+#include "base/dual.h"
 #include "exact/snapped_particles.h"
+#include "skin/ball_boundary.h"
+#include "skin/beta_mesh.h"
 
 namespace betamesh {
 

@@ -1,9 +1,10 @@
+
 #include "skin/voids.h"
 
-#include "core/cell_order.h"
-#include "core/parallel.h"
+#include "base/cell_order.h"
+#include "base/parallel.h"
 #include "skin/ball_boundary.h"
-#include "skin/survivors.h"
+#include "skin/exposure_candidates.h"
 
 #include <algorithm>
 #include <cmath>

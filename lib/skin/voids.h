@@ -2,9 +2,9 @@
 
 #pragma once
 
-#include "core/ball_boundary.h"
-#include "core/beta_mesh.h"
-#include "core/pieces.h"
+#include "mesh/components.h"
+#include "skin/ball_boundary.h"
+#include "skin/beta_mesh.h"
 
 namespace betamesh {
 

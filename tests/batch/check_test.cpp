@@ -1,6 +1,6 @@
 // `betamesh check` as a user runs it.
 
-#include "core/icosphere.h"
+#include "base/icosphere.h"
 #include "io/mesh_file.h"
 #include "io/particle_file.h"
 #include "support/program.h"

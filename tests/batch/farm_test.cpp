@@ -1,9 +1,9 @@
 // What `submit` says to farm engines, judged by their rules, by shells, and by doing it.
 
-#include "batch/farm.h"
+#include "batch/farm/farm.h"
 
-#include "batch/frames.h"
-#include "core/random.h"
+#include "base/random.h"
+#include "batch/job/frames.h"
 #include "support/job_folder.h"
 
 #include <yaml-cpp/yaml.h>

@@ -1,7 +1,7 @@
 // What disks, servers and simulations do to a job, and what is left of it: each fault is named with its file, every
 // other frame is written, nothing is half-written.
 
-#include "core/random.h"
+#include "base/random.h"
 #include "io/mesh_file.h"
 #include "support/job_folder.h"
 

@@ -1,6 +1,6 @@
 // Batch jobs as a farm sees them: what is on disk afterwards, and the exit code.
 
-#include "batch/presets.h"
+#include "batch/config/presets.h"
 #include "io/mesh_file.h"
 #include "support/clouds.h"
 #include "support/job_folder.h"

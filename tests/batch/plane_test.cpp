@@ -2,7 +2,7 @@
 
 #include "io/curve_file.h"
 #include "io/particle_file.h"
-#include "measure/curve_measure.h"
+#include "mesh/curve_measure.h"
 #include "support/planar_clouds.h"
 #include "support/program.h"
 

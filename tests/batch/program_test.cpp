@@ -1,7 +1,7 @@
 // The commands around the batch job.
 
-#include "support/program.h"
 #include "io/particle_file.h"
+#include "support/program.h"
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>

@@ -1,7 +1,7 @@
 // Pictures as a user asks for them.
 
-#include "preview/exr_file.h"
-#include "preview/png_file.h"
+#include "render/exr_file.h"
+#include "render/png_file.h"
 #include "support/program.h"
 
 #include <gtest/gtest.h>

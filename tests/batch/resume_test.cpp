@@ -1,6 +1,6 @@
 // Jobs that are ended, changed, doubled and taken up again: what is on disk is always what one undisturbed run writes.
 
-#include "core/random.h"
+#include "base/random.h"
 #include "support/job_folder.h"
 
 #include <csignal>

@@ -1,7 +1,7 @@
 // A real Slurm runs a pipeline: what it writes, and what is left when its tasks are killed.
 
-#include "support/slurm.h"
 #include "support/job_folder.h"
+#include "support/slurm.h"
 
 #include <memory>
 

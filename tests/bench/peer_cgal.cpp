@@ -1,4 +1,4 @@
-#include "core/parallel.h"
+#include "base/parallel.h"
 #include "peers.h"
 
 #include <CGAL/Delaunay_triangulation_3.h>

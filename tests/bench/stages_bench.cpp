@@ -1,15 +1,15 @@
 // Each stage over decades of particles. items_per_second is particles per second, where nothing else is said.
 
+#include "base/dual.h"
+#include "base/parallel.h"
 #include "bench_clouds.h"
-#include "core/moving.h"
-#include "core/parallel.h"
-#include "exact/near_surface.h"
 #include "io/mesh_file.h"
 #include "io/particle_file.h"
 #include "skin/ball_boundary.h"
-#include "skin/skin_frame.h"
+#include "skin/exposure_candidates.h"
+#include "skin/near_surface.h"
+#include "skin/pipeline.h"
 #include "skin/spacing.h"
-#include "skin/survivors.h"
 #include "support/temporary_folder.h"
 
 #include <benchmark/benchmark.h>

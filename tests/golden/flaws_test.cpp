@@ -1,13 +1,13 @@
 // What a shot cannot have: each flaw as two pictures beside the tests, flaws/NAME-on-balls.png and flaws/NAME-skin.png,
 // and in numbers where these tell it.
 
-#include "core/random.h"
-#include "core/skin_params.h"
-#include "measure/coherence.h"
-#include "measure/mesh_measure.h"
-#include "preview/png_file.h"
-#include "preview/render_frame.h"
-#include "skin/skin_frame.h"
+#include "base/random.h"
+#include "betamesh/skin_params.h"
+#include "mesh/coherence.h"
+#include "mesh/mesh_measure.h"
+#include "render/png_file.h"
+#include "render/render_frame.h"
+#include "skin/pipeline.h"
 #include "support/slab_top.h"
 
 #include <gtest/gtest.h>

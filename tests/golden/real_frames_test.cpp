@@ -1,11 +1,11 @@
 // Real simulation frames, and what CGAL's fixed alpha shape says of them.
 
-#include "core/cell_order.h"
-#include "core/rigid_motion.h"
+#include "base/cell_order.h"
+#include "base/rigid_motion.h"
 #include "io/particle_file.h"
-#include "measure/mesh_measure.h"
-#include "measure/places.h"
-#include "skin/skin_frame.h"
+#include "mesh/jump_sites.h"
+#include "mesh/mesh_measure.h"
+#include "skin/pipeline.h"
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>

@@ -1,8 +1,8 @@
 // What the mesh's vertices inherit from the particles.
 
-#include "skin/skin_frame.h"
+#include "skin/pipeline.h"
 
-#include "core/error.h"
+#include "betamesh/error.h"
 #include "support/clouds.h"
 
 #include <gtest/gtest.h>

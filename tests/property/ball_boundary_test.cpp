@@ -1,15 +1,15 @@
 // What is true of the ball boundary of every cloud.
 
-#include "skin/ball_boundary.h"
-#include "core/face_points.h"
-#include "core/icosphere.h"
-#include "core/random.h"
-#include "core/union_find.h"
-#include "exact/exposed_region.h"
-#include "measure/mesh_measure.h"
+#include "base/icosphere.h"
+#include "base/random.h"
+#include "base/union_find.h"
+#include "mesh/mesh_measure.h"
 #include "skin/alpha_mesh.h"
+#include "skin/ball_boundary.h"
 #include "skin/ball_faces.h"
-#include "skin/survivors.h"
+#include "skin/exposed_region.h"
+#include "skin/exposure_candidates.h"
+#include "skin/face_points.h"
 #include "support/clouds.h"
 #include "support/oracles.h"
 

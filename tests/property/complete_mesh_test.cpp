@@ -1,17 +1,17 @@
 // What is true of the complete tessellation of every cloud.
 
-#include "skin/complete_mesh.h"
+#include "skin/tessellate.h"
 
-#include "core/icosphere.h"
-#include "core/random.h"
-#include "measure/mesh_check.h"
-#include "measure/mesh_measure.h"
-#include "skin/arc_points.h"
+#include "base/icosphere.h"
+#include "base/random.h"
+#include "mesh/mesh_check.h"
+#include "mesh/mesh_measure.h"
+#include "skin/arcs.h"
 #include "skin/ball_boundary.h"
 #include "skin/ball_faces.h"
+#include "skin/exposure_candidates.h"
 #include "skin/face_points.h"
-#include "skin/skin_frame.h"
-#include "skin/survivors.h"
+#include "skin/pipeline.h"
 #include "skin/velocity.h"
 #include "support/clouds.h"
 

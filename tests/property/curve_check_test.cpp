@@ -1,7 +1,7 @@
 // What checkCurves() finds, and finds not.
 
-#include "measure/curve_check.h"
-#include "core/random.h"
+#include "base/random.h"
+#include "mesh/curve_check.h"
 #include "planar/skin_plane.h"
 #include "support/planar_clouds.h"
 

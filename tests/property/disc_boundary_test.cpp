@@ -1,7 +1,7 @@
 // What is true of the boundary of discs of every cloud in a plane.
 
+#include "base/union_find.h"
 #include "planar/disc_boundary.h"
-#include "core/union_find.h"
 #include "support/planar_clouds.h"
 
 #include <gtest/gtest.h>

@@ -1,12 +1,12 @@
 // A laboratory of single events: clouds in motion, the moments at which the boundary of the union of balls changes
 // its combinatorics, and how far each surface jumps there. See README.md for what was measured.
 
-#include "core/random.h"
+#include "base/random.h"
 #include "exact/snapped_particles.h"
-#include "measure/coherence.h"
+#include "mesh/coherence.h"
 #include "skin/ball_boundary.h"
-#include "skin/skin_frame.h"
-#include "skin/survivors.h"
+#include "skin/exposure_candidates.h"
+#include "skin/pipeline.h"
 #include "support/oracles.h"
 
 #include <gtest/gtest.h>

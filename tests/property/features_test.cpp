@@ -1,18 +1,18 @@
 // What is true of droplets, tendrils, bubbles and components of every cloud.
 
+#include "skin/droplets.h"
 #include "skin/features.h"
-#include "exact/droplets.h"
 
-#include "core/error.h"
-#include "core/parallel.h"
-#include "core/pieces.h"
-#include "core/union_find.h"
-#include "measure/enclosure.h"
-#include "measure/mesh_check.h"
-#include "measure/mesh_measure.h"
+#include "base/parallel.h"
+#include "base/union_find.h"
+#include "betamesh/error.h"
+#include "mesh/components.h"
+#include "mesh/enclosure.h"
+#include "mesh/mesh_check.h"
+#include "mesh/mesh_measure.h"
 #include "skin/ball_boundary.h"
-#include "skin/skin_frame.h"
-#include "skin/survivors.h"
+#include "skin/exposure_candidates.h"
+#include "skin/pipeline.h"
 #include "support/clouds.h"
 #include "support/oracles.h"
 

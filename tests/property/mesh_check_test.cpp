@@ -1,16 +1,16 @@
 // The judge is judged: by brute force on small integer coordinates, where degeneracies abound, and by meshes
 // whose faults are known.
 
-#include "measure/mesh_check.h"
+#include "mesh/mesh_check.h"
 
-#include "core/icosphere.h"
-#include "core/parallel.h"
-#include "core/random.h"
+#include "base/icosphere.h"
+#include "base/parallel.h"
+#include "base/random.h"
 #include "exact/orientation.h"
-#include "exact/triangle_contact.h"
 #include "io/mesh_file.h"
-#include "measure/enclosure.h"
-#include "measure/mesh_measure.h"
+#include "mesh/enclosure.h"
+#include "mesh/mesh_measure.h"
+#include "mesh/triangle_contact.h"
 #include "support/oracles.h"
 #include "support/temporary_folder.h"
 

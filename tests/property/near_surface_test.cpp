@@ -1,9 +1,9 @@
 // What is left out before a frame is skinned changes nothing.
 
-#include "exact/near_surface.h"
+#include "skin/near_surface.h"
 
-#include "core/random.h"
-#include "skin/skin_frame.h"
+#include "base/random.h"
+#include "skin/pipeline.h"
 #include "support/clouds.h"
 #include "support/oracles.h"
 

@@ -1,12 +1,12 @@
 // What happens at places where a surface jumps, of scenes whose truth is known.
 
-#include "measure/places.h"
-#include "core/icosphere.h"
-#include "core/parallel.h"
-#include "core/random.h"
-#include "measure/local_topology.h"
-#include "measure/mesh_measure.h"
-#include "skin/skin_frame.h"
+#include "base/icosphere.h"
+#include "base/parallel.h"
+#include "base/random.h"
+#include "mesh/jump_sites.h"
+#include "mesh/local_topology.h"
+#include "mesh/mesh_measure.h"
+#include "skin/pipeline.h"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 // What happens to curves when the boundary of discs changes: single events in time, from just before to just after.
 
-#include "core/random.h"
+#include "base/random.h"
 #include "exact/snapped_particles.h"
 #include "planar/disc_boundary.h"
 #include "planar/skin_plane.h"

@@ -1,15 +1,15 @@
 // What is true of every skinned frame.
 
-#include "skin/skin_frame.h"
-#include "core/random.h"
+#include "base/random.h"
+#include "skin/pipeline.h"
 
-#include "core/error.h"
-#include "core/moving.h"
-#include "core/parallel.h"
-#include "measure/mesh_measure.h"
+#include "base/dual.h"
+#include "base/parallel.h"
+#include "betamesh/error.h"
+#include "mesh/mesh_measure.h"
 #include "skin/ball_boundary.h"
+#include "skin/exposure_candidates.h"
 #include "skin/spacing.h"
-#include "skin/survivors.h"
 #include "support/clouds.h"
 #include "support/oracles.h"
 

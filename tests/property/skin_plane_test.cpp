@@ -1,14 +1,14 @@
 // What is true of the curves of every cloud in a plane.
 
-#include "planar/skin_plane.h"
-#include "core/error.h"
-#include "core/parallel.h"
-#include "core/random.h"
-#include "core/union_find.h"
+#include "base/parallel.h"
+#include "base/random.h"
+#include "base/union_find.h"
+#include "betamesh/error.h"
 #include "exact/snapped_particles.h"
-#include "measure/curve_check.h"
-#include "measure/curve_measure.h"
+#include "mesh/curve_check.h"
+#include "mesh/curve_measure.h"
 #include "planar/disc_boundary.h"
+#include "planar/skin_plane.h"
 #include "support/planar_clouds.h"
 
 #include <gtest/gtest.h>

@@ -1,11 +1,11 @@
 // What the skin promises: it lies where the liquid is, is calm, closed and free of crossings, and loses nothing.
 
-#include "skin/skin_frame.h"
+#include "skin/pipeline.h"
 
-#include "core/parallel.h"
-#include "core/pieces.h"
-#include "measure/mesh_check.h"
-#include "measure/mesh_measure.h"
+#include "base/parallel.h"
+#include "mesh/components.h"
+#include "mesh/mesh_check.h"
+#include "mesh/mesh_measure.h"
 #include "support/clouds.h"
 #include "support/oracles.h"
 #include "support/slab_top.h"

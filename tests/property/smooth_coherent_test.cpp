@@ -1,17 +1,17 @@
 // What coherent smoothing of the surface on the balls promises.
 
-#include "skin/skin_frame.h"
+#include "skin/pipeline.h"
 
-#include "measure/mesh_check.h"
-#include "measure/mesh_measure.h"
-#include "skin/arc_points.h"
+#include "mesh/mesh_check.h"
+#include "mesh/mesh_measure.h"
+#include "skin/arcs.h"
 #include "skin/ball_boundary.h"
 #include "skin/ball_faces.h"
 #include "skin/boundary_samples.h"
-#include "skin/complete_mesh.h"
+#include "skin/exposure_candidates.h"
 #include "skin/face_points.h"
 #include "skin/smooth_coherent.h"
-#include "skin/survivors.h"
+#include "skin/tessellate.h"
 #include "skin/velocity.h"
 #include "support/clouds.h"
 #include "support/oracles.h"

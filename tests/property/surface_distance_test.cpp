@@ -1,9 +1,9 @@
 // Distances between surfaces, and how far particles went.
 
-#include "core/icosphere.h"
-#include "core/parallel.h"
-#include "core/random.h"
-#include "measure/coherence.h"
+#include "base/icosphere.h"
+#include "base/parallel.h"
+#include "base/random.h"
+#include "mesh/coherence.h"
 #include "support/oracles.h"
 
 #include <gtest/gtest.h>

@@ -1,9 +1,9 @@
 // Steps that would let edges of a curve cross, and what becomes of them.
 
-#include "exact/uncrossed_curve.h"
-#include "core/random.h"
-#include "measure/curve_check.h"
+#include "base/random.h"
+#include "mesh/curve_check.h"
 #include "planar/skin_plane.h"
+#include "planar/uncrossed_curve.h"
 #include "support/planar_clouds.h"
 
 #include <gtest/gtest.h>

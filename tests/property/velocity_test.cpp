@@ -1,9 +1,9 @@
 // Velocities that a shutter can be open over: no vertex outruns the liquid.
 
-#include "core/random.h"
-#include "core/rigid_motion.h"
-#include "core/skin_params.h"
-#include "skin/skin_frame.h"
+#include "base/random.h"
+#include "base/rigid_motion.h"
+#include "betamesh/skin_params.h"
+#include "skin/pipeline.h"
 #include "support/clouds.h"
 
 #include <gtest/gtest.h>

@@ -1,6 +1,6 @@
 #include "support/clouds.h"
 
-#include "core/random.h"
+#include "base/random.h"
 
 #include <gtest/gtest.h>
 

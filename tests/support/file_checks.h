@@ -2,9 +2,9 @@
 
 #pragma once
 
-#include "core/error.h"
-#include "core/mesh.h"
-#include "core/particles.h"
+#include "betamesh/error.h"
+#include "betamesh/mesh.h"
+#include "betamesh/particles.h"
 #include "io/gzip.h"
 #include "io/particle_file.h"
 #include "support/file_samples.h"

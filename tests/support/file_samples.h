@@ -2,8 +2,8 @@
 
 #pragma once
 
-#include "core/mesh.h"
-#include "core/particles.h"
+#include "betamesh/mesh.h"
+#include "betamesh/particles.h"
 #include "io/bytes.h"
 
 #include <functional>

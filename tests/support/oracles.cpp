@@ -1,8 +1,8 @@
 #include "support/oracles.h"
 
-#include "exact/patch_tree.h"
 #include "exact/predicates.h"
 #include "exact/snapped_particles.h"
+#include "skin/patch_tree.h"
 
 #include <algorithm>
 #include <boost/multiprecision/cpp_bin_float.hpp>

@@ -1,6 +1,6 @@
 #include "support/planar_clouds.h"
 
-#include "core/random.h"
+#include "base/random.h"
 #include "exact/snapped_particles.h"
 
 #include <gtest/gtest.h>

@@ -2,7 +2,7 @@
 
 #pragma once
 
-#include "core/mesh.h"
+#include "betamesh/mesh.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,6 +1,6 @@
 // Angles of our own against the C library's.
 
-#include "core/angles.h"
+#include "base/angles.h"
 
 #include <gtest/gtest.h>
 

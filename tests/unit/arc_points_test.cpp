@@ -1,9 +1,9 @@
-#include "skin/arc_points.h"
+#include "skin/arcs.h"
 
 #include "exact/snapped_particles.h"
 #include "skin/ball_boundary.h"
 #include "skin/ball_faces.h"
-#include "skin/survivors.h"
+#include "skin/exposure_candidates.h"
 #include "skin/velocity.h"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-#include "exact/body_check.h"
+#include "skin/component_crossings.h"
 
 #include "support/oracles.h"
 

@@ -1,4 +1,4 @@
-#include "exact/bounded_hull.h"
+#include "skin/hull.h"
 
 #include <gtest/gtest.h>
 

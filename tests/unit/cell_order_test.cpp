@@ -1,9 +1,9 @@
 // What is true of points in cells, and of samples near them.
 
-#include "core/cell_order.h"
+#include "base/cell_order.h"
 
-#include "core/random.h"
-#include "core/sample_groups.h"
+#include "base/random.h"
+#include "base/sample_groups.h"
 
 #include <gtest/gtest.h>
 

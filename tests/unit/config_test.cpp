@@ -1,7 +1,7 @@
-#include "batch/config.h"
-#include "batch/presets.h"
+#include "batch/config/config.h"
+#include "batch/config/presets.h"
 
-#include "core/error.h"
+#include "betamesh/error.h"
 #include "support/temporary_folder.h"
 
 #include <gtest/gtest.h>

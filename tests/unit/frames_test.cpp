@@ -1,6 +1,6 @@
-#include "batch/frames.h"
+#include "batch/job/frames.h"
 
-#include "core/error.h"
+#include "betamesh/error.h"
 #include "support/temporary_folder.h"
 
 #include <gtest/gtest.h>

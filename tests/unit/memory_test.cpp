@@ -1,6 +1,6 @@
 // How much memory frames may take together.
 
-#include "batch/memory.h"
+#include "batch/platform/memory.h"
 
 #include "support/temporary_folder.h"
 

@@ -1,5 +1,5 @@
-#include "core/parallel.h"
-#include "core/graph.h"
+#include "base/compressed_rows.h"
+#include "base/parallel.h"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 // Which places of a range are in use.
 
-#include "batch/places.h"
+#include "batch/job/places.h"
 
 #include <gtest/gtest.h>
 

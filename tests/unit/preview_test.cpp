@@ -1,12 +1,12 @@
 // Pictures against what geometry says they must be.
 
-#include "core/icosphere.h"
-#include "core/parallel.h"
-#include "core/random.h"
-#include "preview/exr_file.h"
-#include "preview/png_file.h"
-#include "preview/render_frame.h"
-#include "preview/shade.h"
+#include "base/icosphere.h"
+#include "base/parallel.h"
+#include "base/random.h"
+#include "render/exr_file.h"
+#include "render/png_file.h"
+#include "render/render_frame.h"
+#include "render/shade.h"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
-#include "core/rigid_motion.h"
+#include "base/rigid_motion.h"
 
-#include "core/random.h"
+#include "base/random.h"
 
 #include <gtest/gtest.h>
 

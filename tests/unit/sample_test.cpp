@@ -1,8 +1,8 @@
 #include "sample/sample.h"
 
-#include "core/error.h"
-#include "core/parallel.h"
-#include "core/random.h"
+#include "base/parallel.h"
+#include "base/random.h"
+#include "betamesh/error.h"
 #include "skin/spacing.h"
 #include "support/clouds.h"
 

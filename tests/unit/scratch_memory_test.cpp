@@ -1,10 +1,10 @@
 // Blocks of memory: in huge pages, in a file.
 
-#include "batch/scratch_memory.h"
+#include "batch/platform/scratch_memory.h"
 
-#include "batch/huge_pages.h"
-#include "batch/machine.h"
-#include "core/parallel.h"
+#include "base/parallel.h"
+#include "batch/platform/huge_pages.h"
+#include "batch/platform/machine.h"
 #include "support/sanitized.h"
 #include "support/temporary_folder.h"
 

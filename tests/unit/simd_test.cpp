@@ -1,8 +1,8 @@
 // What is true of kernels that compare lanes, however wide registers are.
 
-#include "core/simd.h"
+#include "base/simd.h"
 
-#include "core/random.h"
+#include "base/random.h"
 
 #include <gtest/gtest.h>
 

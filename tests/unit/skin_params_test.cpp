@@ -1,6 +1,6 @@
-#include "core/skin_params.h"
+#include "betamesh/skin_params.h"
 
-#include "core/error.h"
+#include "betamesh/error.h"
 
 #include <gtest/gtest.h>
 

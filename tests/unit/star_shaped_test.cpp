@@ -1,6 +1,6 @@
-#include "exact/star_shaped.h"
+#include "skin/star_shaped.h"
 
-#include "core/icosphere.h"
+#include "base/icosphere.h"
 #include "support/oracles.h"
 
 #include <gtest/gtest.h>

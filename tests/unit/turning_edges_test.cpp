@@ -1,10 +1,10 @@
 // What is true of edges that are about to turn.
 
-#include "core/turning_edges.h"
+#include "skin/edge_flips.h"
 
-#include "core/icosphere.h"
-#include "core/random.h"
-#include "measure/mesh_check.h"
+#include "base/icosphere.h"
+#include "base/random.h"
+#include "mesh/mesh_check.h"
 
 #include <gtest/gtest.h>
 

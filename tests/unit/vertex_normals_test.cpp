@@ -1,9 +1,9 @@
 // What is true of normals of vertices.
 
-#include "core/vertex_normals.h"
+#include "mesh/vertex_normals.h"
 
-#include "core/icosphere.h"
-#include "core/random.h"
+#include "base/icosphere.h"
+#include "base/random.h"
 
 #include <gtest/gtest.h>
 

@@ -1,7 +1,7 @@
 // Skins a cube of particles with the installed library.
 
-#include "measure/mesh_measure.h"
-#include "skin/skin_frame.h"
+#include "mesh/mesh_measure.h"
+#include "skin/pipeline.h"
 
 #include <iostream>
 

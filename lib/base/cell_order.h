@@ -1,0 +1,184 @@
+// Points sorted into cells, to find those near a place.
+
+#pragma once
+
+#include "base/parallel.h"
+#include "betamesh/vec3.h"
+
+#include <algorithm>
+#include <array>
+#include <compare>
+#include <cstdint>
+#include <span>
+#include <utility>
+#include <vector>
+
+namespace betamesh {
+
+/// A cell of a grid, by its place along each axis.
+struct CellPlace {
+    std::int32_t z, y, x;
+    friend auto operator<=>(const CellPlace&, const CellPlace&) = default;
+};
+
+/// Numbers for cells, 0, 1, 2 … as they come.
+class CellNumbers {
+public:
+    static constexpr std::uint32_t kNone = ~std::uint32_t{0};
+
+    CellNumbers() : slot_(std::size_t{1} << kFirstBits, kNone) {}
+    std::uint32_t add(const CellPlace& place) {
+        const std::size_t slot = slotOf(place);
+        if (slot_[slot] != kNone) return slot_[slot];
+        const auto number = slot_[slot] = static_cast<std::uint32_t>(place_.size());
+        place_.push_back(place);
+        if (2 * place_.size() > slot_.size()) grow();
+        return number;
+    }
+    /// kNone where it has none.
+    std::uint32_t find(const CellPlace& place) const { return slot_[slotOf(place)]; }
+    /// In the order of numbers.
+    const std::vector<CellPlace>& places() const { return place_; }
+
+private:
+    // Where a cell stands, or would: the first slot from its hash on that is free or its own.
+    std::size_t slotOf(const CellPlace& place) const {
+        const auto [z, y, x] = place;
+        const std::uint64_t hash = static_cast<std::uint64_t>(z) * 0x9E3779B97F4A7C15 +
+                                   static_cast<std::uint64_t>(y) * 0xC2B2AE3D27D4EB4F +
+                                   static_cast<std::uint64_t>(x) * 0x165667B19E3779F9;
+        std::size_t slot = hash >> shift_;  // the highest bits: all of a cell's place has a say in them
+        while (slot_[slot] != kNone && place_[slot_[slot]] != place) slot = (slot + 1) & (slot_.size() - 1);
+        return slot;
+    }
+    void grow() {
+        slot_.assign(2 * slot_.size(), kNone);
+        --shift_;
+        for (std::uint32_t number = 0; number < place_.size(); ++number) slot_[slotOf(place_[number])] = number;
+    }
+
+    static constexpr int kFirstBits = 6;
+
+    std::vector<CellPlace> place_;
+    std::vector<std::uint32_t> slot_;  // 2^k of them, at most half in use
+    int shift_ = 64 - kFirstBits;      // 64 - k
+};
+
+/// Row numbers of n points, in an order that depends on nothing but where the points are and on their numbers: cell
+/// after cell (z, y, x), and ascending in each. Coordinates divided by the edge of a cell have to stay below 2^31.
+class CellOrder {
+public:
+    /// same    order for any thread count
+    /// cost    O(n + cells log cells)
+    template <typename PositionOf>
+    CellOrder(std::size_t n, double edge, const PositionOf& positionOf) : edge_(edge), row_(n) {
+        std::vector<Part> parts(std::clamp<std::size_t>(n / 4096, 1, threadsHere()));
+        std::vector<std::uint32_t> number(n);  // of each point's cell, in its part
+        parallelFor(parts.size(), 1, [&](std::size_t p) {
+            Part part;  // not beside others that are filled: cores would ask each other for it all the time
+            for (std::size_t row = n * p / parts.size(); row < n * (p + 1) / parts.size(); ++row) {
+                const Vec3 at = positionOf(row);
+                number[row] = part.add({indexOf(at.z), indexOf(at.y), indexOf(at.x)});
+            }
+            parts[p] = std::move(part);
+        });
+        listCells(parts);
+        parallelFor(parts.size(), 1, [&](std::size_t p) {
+            for (std::size_t row = n * p / parts.size(); row < n * (p + 1) / parts.size(); ++row)
+                row_[parts[p].next[number[row]]++] = static_cast<std::uint32_t>(row);
+        });
+    }
+
+    double edge() const { return edge_; }
+    const std::vector<std::uint32_t>& rows() const { return row_; }
+
+    /// Of cells that have points.
+    std::uint32_t cells() const { return static_cast<std::uint32_t>(cell_.size()); }
+    const CellPlace& place(std::uint32_t cell) const { return cell_[cell]; }
+    Vec3 lowestCorner(std::uint32_t cell) const { return Vec3(cell_[cell].x, cell_[cell].y, cell_[cell].z) * edge_; }
+    /// Its first point among the rows; of one past the last cell n.
+    std::uint32_t begin(std::uint32_t cell) const { return begin_[cell]; }
+    std::span<const std::uint32_t> rowsOf(std::uint32_t cell) const {
+        return std::span(row_).subspan(begin_[cell], begin_[cell + 1] - begin_[cell]);
+    }
+
+    /// Calls visit(cell) for every cell that meets a box, in order.
+    template <typename Visit>
+    void forCellsIn(const Vec3& low, const Vec3& high, const Visit& visit) const {
+        const std::int32_t first = indexOf(low.x), last = indexOf(high.x);
+        for (std::int32_t z = indexOf(low.z); z <= indexOf(high.z); ++z)
+            for (std::int32_t y = indexOf(low.y); y <= indexOf(high.y); ++y) {
+                const std::uint32_t line = lines_.find({z, y, 0});
+                if (line == CellNumbers::kNone) continue;
+                const auto end = cell_.begin() + line_begin_[line + 1];
+                for (auto at = std::lower_bound(cell_.begin() + line_begin_[line], end, CellPlace{z, y, first});
+                     at != end && at->x <= last; ++at)
+                    visit(static_cast<std::uint32_t>(at - cell_.begin()));
+            }
+    }
+    /// Calls visit(row) for all points in them.
+    template <typename Visit>
+    void forRowsIn(const Vec3& low, const Vec3& high, const Visit& visit) const {
+        forCellsIn(low, high, [&](std::uint32_t cell) {
+            for (const std::uint32_t row : rowsOf(cell)) visit(row);
+        });
+    }
+
+private:
+    // Points one after another: their cells, how many each has, and then where its next one goes.
+    struct Part {
+        CellNumbers numbers;
+        std::vector<std::uint32_t> count, next;
+        CellPlace last_place{};
+        std::uint32_t last = CellNumbers::kNone;
+
+        std::uint32_t add(const CellPlace& place) {
+            if (last == CellNumbers::kNone || place != last_place) {
+                last = numbers.add(last_place = place);
+                if (last == count.size()) count.push_back(0);
+            }
+            ++count[last];
+            return last;
+        }
+    };
+
+    void listCells(std::vector<Part>& parts);
+    std::int32_t indexOf(double coordinate) const {
+        const double cells = coordinate / edge_;
+        const auto towards_zero = static_cast<std::int32_t>(cells);
+        return towards_zero - (cells < towards_zero);
+    }
+
+    double edge_;
+    std::vector<std::uint32_t> row_, begin_;
+    std::vector<CellPlace> cell_;
+    CellNumbers lines_;  // of cells along x
+    std::vector<std::uint32_t> line_begin_;
+};
+
+/// Goes through points cell by cell: calls visit(cell, rows of `around` within reach of its box) for each, on several
+/// threads. Copies of `visit` are called one after another, each by one thread, and may keep room from cell to cell.
+template <typename PositionOf, typename Visit>
+void forCellsWithin(double reach, const CellOrder& points, const CellOrder& around, const PositionOf& positionAround,
+                    const Visit& visit) {
+    parallelRanges(points.cells(), 16, [&](std::size_t first, std::size_t last) {
+        Visit own(visit);
+        std::vector<std::uint32_t> rows;
+        for (auto cell = static_cast<std::uint32_t>(first); cell < last; ++cell) {
+            const Vec3 low = points.lowestCorner(cell), high = low + Vec3(points.edge());
+            rows.clear();
+            around.forRowsIn(low - Vec3(reach), high + Vec3(reach), [&](std::uint32_t row) {
+                const Vec3 p = positionAround(row);
+                double beyond = 0;
+                for (int k = 0; k < 3; ++k) {
+                    const double out = std::max({0.0, low[k] - p[k], p[k] - high[k]});
+                    beyond += out * out;
+                }
+                if (beyond < reach * reach) rows.push_back(row);
+            });
+            own(cell, std::span<const std::uint32_t>(rows));
+        }
+    });
+}
+
+}  // namespace betamesh

@@ -1,0 +1,79 @@
+// Numbers and points that know how fast they change: forward-mode derivatives with respect to time.
+
+#pragma once
+
+#include "betamesh/vec3.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace betamesh {
+
+/// A number and its rate of change per second.
+struct Rate {
+    double value = 0, rate = 0;
+
+    Rate() = default;
+    Rate(double constant) : value(constant) {}
+    Rate(double number, double per_second) : value(number), rate(per_second) {}
+
+    friend Rate operator+(Rate a, Rate b) { return {a.value + b.value, a.rate + b.rate}; }
+    friend Rate operator-(Rate a, Rate b) { return {a.value - b.value, a.rate - b.rate}; }
+    friend Rate operator*(Rate a, Rate b) { return {a.value * b.value, a.rate * b.value + a.value * b.rate}; }
+    friend Rate operator/(Rate a, Rate b) {
+        const double value = a.value / b.value;
+        return {value, (a.rate - value * b.rate) / b.value};
+    }
+};
+
+/// At zero the rate is taken as zero.
+inline Rate squareRoot(Rate a) {
+    const double value = std::sqrt(std::max(0.0, a.value));
+    return {value, value > 0 ? a.rate / (2 * value) : 0};
+}
+
+/// From 0, at t <= 0, to 1, at t >= 1, with no slope at either end.
+inline Rate smoothStep(Rate t) {
+    const double rate = t.value > 0 ? t.rate : 0;
+    const Rate part(std::max(0.0, std::min(t.value, 1.0)), t.value < 1 ? rate : 0);
+    return part * part * (3 - part * 2);
+}
+
+/// A point or vector and its velocity per second.
+struct Moving {
+    Vec3 position{0, 0, 0}, velocity{0, 0, 0};
+
+    friend Moving operator+(const Moving& a, const Moving& b) {
+        return {a.position + b.position, a.velocity + b.velocity};
+    }
+    friend Moving operator-(const Moving& a, const Moving& b) {
+        return {a.position - b.position, a.velocity - b.velocity};
+    }
+    friend Moving operator*(const Moving& a, Rate s) {
+        return {a.position * s.value, a.velocity * s.value + a.position * s.rate};
+    }
+    friend Moving operator*(const Moving& a, double s) { return {a.position * s, a.velocity * s}; }
+    friend Moving operator/(const Moving& a, Rate s) { return a * (1 / s); }
+};
+
+inline Rate dot(const Moving& a, const Moving& b) {
+    return {dot(a.position, b.position), dot(a.velocity, b.position) + dot(a.position, b.velocity)};
+}
+
+inline Moving cross(const Moving& a, const Moving& b) {
+    return {cross(a.position, b.position), cross(a.velocity, b.position) + cross(a.position, b.velocity)};
+}
+
+/// At length zero the rate is taken as zero.
+inline Rate length(const Moving& a) {
+    const double value = a.position.length();
+    return {value, value > 0 ? dot(a.position, a.velocity) / value : 0};
+}
+
+/// A vector of length zero stays what it is, and does not move.
+inline Moving normalized(const Moving& a) {
+    const Rate size = length(a);
+    return size.value > 0 ? a / size : Moving{};
+}
+
+}  // namespace betamesh

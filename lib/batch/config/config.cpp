@@ -1,0 +1,266 @@
+// The door of yaml-cpp.
+
+#include "batch/config/config.h"
+
+#include "batch/config/presets.h"
+#include "betamesh/error.h"
+
+#include <yaml-cpp/yaml.h>
+
+#include <algorithm>
+#include <set>
+#include <sstream>
+
+namespace betamesh {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr int kVersion = 1;
+constexpr std::size_t kMaxDepth = 32;  // of includes
+constexpr std::size_t kColumns = 116;  // of printed comments
+
+std::string located(const fs::path& file, const YAML::Mark& mark) {
+    if (mark.line < 0) return file.string();
+    return file.string() + ':' + std::to_string(mark.line + 1) + ':' + std::to_string(mark.column + 1);
+}
+
+const char* typeName(const YAML::Node& node) {
+    if (node.IsMap()) return "a map";
+    if (node.IsSequence()) return "a list";
+    if (node.IsNull()) return "nothing";
+    return node.Tag() == "!" ? "text in quotes" : "a value";
+}
+
+bool isSection(const std::string& path) {
+    return std::any_of(configKeys().begin(), configKeys().end(),
+                       [&](const ConfigKey& key) { return key.path.starts_with(path + '.'); });
+}
+
+const ConfigKey* keyAt(const std::string& path) {
+    const auto& keys = configKeys();
+    const auto key = std::find_if(keys.begin(), keys.end(), [&](const ConfigKey& k) { return k.path == path; });
+    return key == keys.end() ? nullptr : &*key;
+}
+
+/// The name of a row in a map; refuses names that are not plain and names that came before.
+std::string nameOf(const YAML::Node& name, std::set<std::string>& seen, const fs::path& file) {
+    if (!name.IsScalar()) {
+        throw Error(located(file, name.Mark()) + ": the name of a key is " + typeName(name) + "; expected a word");
+    }
+    if (!seen.insert(name.Scalar()).second) {
+        throw Error(located(file, name.Mark()) + ": the key '" + name.Scalar() + "' stands here a second time");
+    }
+    return name.Scalar();
+}
+
+void set(Config& config, const KeyValue& key_value) {
+    setConfigKey(config, key_value.path, key_value.value, key_value.where);
+}
+
+KeyValue keyValueOf(const YAML::Node& name, const std::string& path, const YAML::Node& value, const fs::path& file) {
+    const ConfigKey* key = keyAt(path);
+    if (key == nullptr) return {path, "", located(file, name.Mark())};  // refused where it is set, with the nearest key
+    if (key->kind == ConfigKey::Kind::names && value.IsSequence()) {
+        std::string names;
+        for (const auto& one : value) {
+            if (!one.IsScalar())
+                throw Error(located(file, one.Mark()) + ": " + path + ": " + typeName(one) +
+                            " was found; expected a name");
+            names += (names.empty() ? "" : ",") + one.Scalar();
+        }
+        return {path, names, located(file, value.Mark())};
+    }
+    const bool quoted_number = value.IsScalar() && value.Tag() == "!" &&
+                               (key->kind == ConfigKey::Kind::number || key->kind == ConfigKey::Kind::boolean);
+    if (!value.IsScalar() || quoted_number) {
+        throw Error(located(file, value.IsNull() ? name.Mark() : value.Mark()) + ": " + path + ": " + typeName(value) +
+                    " was found; expected " + key->expects);
+    }
+    return {path, value.Scalar(), located(file, value.Mark())};
+}
+
+void applySection(Config& config, const YAML::Node& name, const std::string& section, const YAML::Node& rows,
+                  const fs::path& file) {
+    if (!rows.IsMap()) {
+        throw Error(located(file, rows.IsNull() ? name.Mark() : rows.Mark()) + ": " + section + ": " + typeName(rows) +
+                    " was found; expected a map such as " + section + ": {key: value}");
+    }
+    std::set<std::string> seen;
+    for (const auto& row : rows) {
+        set(config, keyValueOf(row.first, section + '.' + nameOf(row.first, seen, file), row.second, file));
+    }
+}
+
+/// All rows of a file but `version` and `include`. Returns what it says of presets, which it does not apply.
+std::optional<KeyValue> applyRows(Config& config, const YAML::Node& root, const fs::path& file) {
+    std::optional<KeyValue> preset;
+    std::set<std::string> seen;
+    for (const auto& row : root) {
+        const std::string name = nameOf(row.first, seen, file);
+        if (name == "version" || name == "include") continue;
+        if (isSection(name)) {
+            applySection(config, row.first, name, row.second, file);
+        } else if (name == "preset") {
+            preset = keyValueOf(row.first, name, row.second, file);
+        } else {
+            set(config, keyValueOf(row.first, name, row.second, file));
+        }
+    }
+    return preset;
+}
+
+void checkVersion(const YAML::Node& root, const fs::path& file) {
+    const YAML::Node version = root["version"];
+    if (!version) throw Error(file.string() + ":1:1: no version; expected the line 'version: 1'");
+    if (!version.IsScalar() || version.Scalar() != std::to_string(kVersion)) {
+        throw Error(located(file, version.Mark()) +
+                    ": version: " + (version.IsScalar() ? "'" + version.Scalar() + "'" : typeName(version)) +
+                    " was found; expected 1, the only one there is");
+    }
+}
+
+/// The file that an include names: relative to the including file, then to the folder the command runs in.
+fs::path includedFile(const YAML::Node& include, const fs::path& file) {
+    if (!include.IsScalar() || include.Scalar().empty()) {
+        throw Error(located(file, include.Mark()) + ": include: " + typeName(include) +
+                    " was found; expected a path or a list of paths");
+    }
+    const fs::path name(include.Scalar());
+    const fs::path beside = file.parent_path() / name;
+    for (const fs::path& candidate : {beside, name}) {
+        std::error_code ignored;
+        if (fs::is_regular_file(candidate, ignored)) return candidate;
+    }
+    throw Error(located(file, include.Mark()) + ": include: no file '" + name.string() + "' (looked for " +
+                beside.lexically_normal().string() + " and " + fs::absolute(name).lexically_normal().string() + ")");
+}
+
+template <typename Load>
+YAML::Node readYaml(const fs::path& file, const Load& load) {
+    try {
+        const std::vector<YAML::Node> documents = load();
+        if (documents.size() > 1) {
+            throw Error(located(file, documents[1].Mark()) + ": a second document begins; expected one");
+        }
+        const YAML::Node root = documents.empty() ? YAML::Node() : documents.front();
+        if (!root.IsMap()) {
+            throw Error(file.string() + ":1:1: " + typeName(root) +
+                        " was found; expected a pipeline file that begins with 'version: 1'");
+        }
+        return root;
+    } catch (const YAML::BadFile&) {
+        throw Error(file.string() + ": cannot be read; expected a pipeline file (.yaml)");
+    } catch (const YAML::Exception& error) {
+        throw Error(located(file, error.mark) + ": not YAML: " + error.msg);
+    }
+}
+
+/// What the file and those it includes say of presets is returned, not applied.
+std::optional<KeyValue> applyFile(Config& config, const fs::path& file, std::vector<fs::path>& chain) {
+    std::error_code error;
+    const fs::path identity = fs::canonical(file, error);
+    if (error) throw Error(file.string() + ": " + error.message() + "; expected a pipeline file (.yaml)");
+    if (fs::is_directory(identity)) throw Error(file.string() + ": is a folder; expected a pipeline file (.yaml)");
+    if (std::find(chain.begin(), chain.end(), identity) != chain.end() || chain.size() >= kMaxDepth) {
+        std::string circle;
+        for (const fs::path& link : chain) circle += link.filename().string() + " -> ";
+        throw Error(file.string() + ": include: the files include each other in a circle: " + circle +
+                    identity.filename().string());
+    }
+    chain.push_back(identity);
+
+    const YAML::Node root = readYaml(file, [&] { return YAML::LoadAllFromFile(file.string()); });
+    checkVersion(root, file);
+    std::optional<KeyValue> preset;
+    const auto applyIncluded = [&](const YAML::Node& include) {
+        if (auto included = applyFile(config, includedFile(include, file), chain)) preset = std::move(included);
+    };
+    if (const YAML::Node include = root["include"]) {
+        if (include.IsSequence()) {
+            for (const auto& one : include) applyIncluded(one);
+        } else {
+            applyIncluded(include);
+        }
+    }
+    if (auto own = applyRows(config, root, file)) preset = std::move(own);
+    chain.pop_back();
+    return preset;
+}
+
+/// Words as comment lines that stay within the columns.
+void printComment(std::ostream& out, const std::string& indent, const std::string& text) {
+    std::istringstream words(text);
+    std::string line = indent + '#';
+    for (std::string word; words >> word;) {
+        if (line.size() + 1 + word.size() > kColumns) {
+            out << line << '\n';
+            line = indent + '#';
+        }
+        line += ' ' + word;
+    }
+    out << line << '\n';
+}
+
+std::string yamlScalar(const std::string& value) {
+    YAML::Emitter emitter;
+    if (value.empty()) return "\"\"";
+    emitter << value;
+    return emitter.c_str();
+}
+
+}  // namespace
+
+void applyPreset(Config& config, std::string_view name) {
+    const Preset& preset = presetNamed(name);
+    const fs::path origin = "preset '" + std::string(name) + "'";
+    applyRows(config, readYaml(origin, [&] { return YAML::LoadAll(std::string(preset.text)); }), origin);
+}
+
+Config readConfig(const fs::path& file, const std::vector<KeyValue>& command_line, const Config& base) {
+    const auto isPreset = [](const KeyValue& key_value) { return key_value.path == "preset"; };
+    std::optional<KeyValue> preset;
+    if (!file.empty()) {
+        Config unused;
+        std::vector<fs::path> chain;
+        preset = applyFile(unused, file, chain);
+    }
+    for (const KeyValue& key_value : command_line)
+        if (isPreset(key_value)) preset = key_value;
+
+    Config config = base;
+    if (preset) set(config, *preset);
+    if (!file.empty()) {
+        std::vector<fs::path> chain;
+        applyFile(config, file, chain);
+    }
+    for (const KeyValue& key_value : command_line)
+        if (!isPreset(key_value)) set(config, key_value);
+    return config;
+}
+
+std::string printConfig(const Config& config) {
+    std::ostringstream out;
+    out << "version: " << kVersion << '\n';
+    std::string section;
+    const Config defaults;
+    for (const ConfigKey& key : configKeys()) {
+        if (!key.replaced_by.empty() && key.get(config) == key.get(defaults)) continue;
+        const std::size_t dot = key.path.find('.');
+        const bool inside = dot != std::string::npos;
+        const std::string indent = inside ? "  " : "";
+        if (inside && key.path.substr(0, dot) != section) {
+            section = key.path.substr(0, dot);
+            out << '\n' << section << ":\n";
+        } else {
+            out << '\n';
+        }
+        printComment(out, indent, key.reason);
+        printComment(out, indent,
+                     "Expected: " + key.expects + '.' + (key.unit.empty() ? "" : " Unit: " + key.unit + '.'));
+        out << indent << key.path.substr(inside ? dot + 1 : 0) << ": " << yamlScalar(key.get(config)) << '\n';
+    }
+    return out.str();
+}
+
+}  // namespace betamesh

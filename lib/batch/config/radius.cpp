@@ -1,0 +1,52 @@
+
+#include "batch/config/radius.h"
+
+#include "betamesh/error.h"
+#include "io/particle_file.h"
+#include "skin/spacing.h"
+
+#include <utility>
+
+namespace betamesh {
+namespace {
+
+constexpr double kUsualRadius = 1.5;  // spacings, as in the paper
+
+ResolvedRadius resolved(const LengthText& radius, double spacing, std::string origin) {
+    return {radius.in_spacings ? radius.value * spacing : radius.value, spacing, std::move(origin), {}};
+}
+
+}  // namespace
+
+std::optional<ResolvedRadius> resolveRadius(const Config& config, const std::map<int, std::string>& frames_on_disk,
+                                            const FrameNotes& notes) {
+    const LengthText& radius = config.surface.radius;
+    if (config.surface.spacing > 0) return resolved(radius, config.surface.spacing, "as given");
+    if (!radius.in_spacings) return resolved(radius, radius.value / kUsualRadius, "radius / 1.5");
+
+    std::vector<std::string> warnings;
+    bool any_readable = false;
+    for (const auto& [frame, file] : frames_on_disk) {
+        const FrameNotes::AtWork note(notes, frame, FrameNotes::Doing::measuring);
+        try {
+            std::vector<Vec3f> positions;
+            forPositions(file, [&](std::span<const Vec3f> some) {
+                positions.insert(positions.end(), some.begin(), some.end());
+            });
+            any_readable = true;
+            if (const auto measured = spacing(std::move(positions))) {
+                ResolvedRadius result = resolved(radius, *measured, "measured in " + file);
+                result.warnings = std::move(warnings);
+                return result;
+            }
+        } catch (const Error& error) {
+            warnings.push_back("not used to measure the spacing: " + std::string(error.what()));
+        }
+    }
+    if (!any_readable) return std::nullopt;
+    throw Error("'" + config.input.path +
+                "': the particle spacing cannot be measured: no frame has seven distinct "
+                "particles; give --spacing (surface.spacing), or a radius in world units (--radius 0.02)");
+}
+
+}  // namespace betamesh

@@ -1,0 +1,289 @@
+
+#include "batch/job/frames.h"
+
+#include "betamesh/error.h"
+
+#include <algorithm>
+#include <charconv>
+#include <cstdint>
+#include <filesystem>
+#include <limits>
+#include <optional>
+#include <system_error>
+
+namespace betamesh {
+namespace {
+
+constexpr std::int64_t kMaxFrames = 10'000'000;
+constexpr int kMaxWidth = 20;  // more zeros than any frame number needs
+
+bool isDigit(char c) { return c >= '0' && c <= '9'; }
+
+/// A frame number that is the whole text; no plus sign, no spaces.
+std::optional<int> wholeNumber(std::string_view text) {
+    int value = 0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+    if (error != std::errc{} || end != text.data() + text.size()) return std::nullopt;
+    return value;
+}
+
+std::string zeroFilled(int number, int width) {
+    std::string digits = std::to_string(number);
+    const std::size_t sign = number < 0 ? 1 : 0;
+    if (digits.size() < static_cast<std::size_t>(width)) {
+        digits.insert(sign, static_cast<std::size_t>(width) - digits.size(), '0');
+    }
+    return digits;
+}
+
+struct Place {
+    std::size_t begin = 0;
+    std::size_t length = 0;
+    int width = 1;
+};
+
+/// The place that begins at this character, if one does.
+std::optional<Place> placeAt(std::string_view text, std::size_t begin) {
+    const char first = text[begin];
+    if (first == '#' || first == '@') {
+        const std::size_t end = std::min(text.find_first_not_of(first, begin), text.size());
+        return Place{begin, end - begin, static_cast<int>(end - begin)};
+    }
+    const bool printf_style = first == '%';
+    const bool houdini_style = first == '$' && text.substr(begin + 1, 1) == "F";
+    if (!printf_style && !houdini_style) return std::nullopt;
+    const std::size_t digits_begin = begin + (printf_style ? 1 : 2);
+    std::size_t end = digits_begin;
+    while (end < text.size() && isDigit(text[end]) && end < digits_begin + 3) ++end;
+    const std::string_view digits = text.substr(digits_begin, end - digits_begin);
+    if (printf_style) {
+        const bool zero_filled = digits.empty() || digits.front() == '0';
+        if (!zero_filled || text.substr(end, 1) != "d") return std::nullopt;
+        ++end;
+    }
+    const int width = digits.empty() ? 1 : std::max(1, wholeNumber(digits).value_or(1));
+    return Place{begin, end - begin, width};
+}
+
+std::vector<Place> placesIn(std::string_view text) {
+    std::vector<Place> places;
+    for (std::size_t i = 0; i < text.size();) {
+        if (const auto place = placeAt(text, i)) {
+            places.push_back(*place);
+            i += place->length;
+        } else {
+            ++i;
+        }
+    }
+    return places;
+}
+
+/// The number right before the extension: "splash.0012.vdb" -> 12, "drop_-003.ply" -> -3, "drop.ply" -> 0.
+int numberInName(std::string_view name) {
+    const std::size_t dot = name.find('.', name.find_last_of("0123456789") + 1);
+    std::string_view stem = name.substr(0, dot);
+    std::size_t begin = stem.size();
+    while (begin > 0 && isDigit(stem[begin - 1])) --begin;
+    if (begin == stem.size()) return 0;
+    const bool negative = begin > 1 && stem[begin - 1] == '-' && (stem[begin - 2] == '.' || stem[begin - 2] == '_');
+    return wholeNumber(stem.substr(negative ? begin - 1 : begin)).value_or(0);
+}
+
+std::string quoted(std::string_view text) { return std::string("'").append(text).append("'"); }
+
+[[noreturn]] void failFrames(std::string_view text, const std::string& why) {
+    throw Error("frames '" + std::string(text) + "': " + why +
+                "; expected frames such as 12, 1-100, 1-100x2, -5--1 or 1-10,15,20-30");
+}
+
+/// One frame number at the front of the rest, which is then shortened.
+int takeNumber(std::string_view text, std::string_view& rest) {
+    int value = 0;
+    const auto [end, error] = std::from_chars(rest.data(), rest.data() + rest.size(), value);
+    if (error == std::errc::result_out_of_range) failFrames(text, "a number is too large");
+    if (error != std::errc{}) failFrames(text, "no frame number at " + quoted(rest));
+    rest.remove_prefix(static_cast<std::size_t>(end - rest.data()));
+    return value;
+}
+
+}  // namespace
+
+FramePattern framePattern(std::string_view path) {
+    FramePattern pattern;
+    pattern.text = path;
+    const std::size_t slash = path.rfind('/');
+    const std::size_t name_begin = slash == std::string_view::npos ? 0 : slash + 1;
+    const auto places = placesIn(path.substr(name_begin));
+    if (places.size() > 1) {
+        throw Error("'" + pattern.text + "': " + std::to_string(places.size()) +
+                    " places for the frame number; expected one, such as name.####.vdb");
+    }
+    if (places.empty()) {
+        // A folder called C# is a folder; one called #### was meant to be a frame.
+        for (const Place& place : placesIn(path.substr(0, name_begin))) {
+            if (place.length > 1) {
+                throw Error("'" + pattern.text +
+                            "': the place for the frame number is in a folder's name; "
+                            "expected it in the file's name, such as folder/name.####.vdb");
+            }
+        }
+        pattern.head = path;
+        return pattern;
+    }
+    const Place& place = places.front();
+    if (place.width > kMaxWidth) {
+        throw Error("'" + pattern.text + "': " + std::to_string(place.width) +
+                    " digits for the frame number; at most " + std::to_string(kMaxWidth) + " make sense");
+    }
+    pattern.head = path.substr(0, name_begin + place.begin);
+    pattern.tail = path.substr(name_begin + place.begin + place.length);
+    pattern.width = place.width;
+    pattern.numbered = true;
+    return pattern;
+}
+
+std::string frameName(const FramePattern& pattern, int frame) {
+    if (!pattern.numbered) return pattern.head;
+    return pattern.head + zeroFilled(frame, pattern.width) + pattern.tail;
+}
+
+int singleFrame(const FramePattern& pattern) {
+    return numberInName(std::filesystem::path(pattern.head).filename().string());
+}
+
+std::string nameForFrameOf(const FramePattern& pattern, std::string_view other) {
+    return pattern.numbered ? frameName(pattern, singleFrame(framePattern(other))) : pattern.text;
+}
+
+void requirePlaceFor(std::size_t frames, const FramePattern& pattern) {
+    if (frames <= 1 || pattern.numbered) return;
+    throw Error("'" + pattern.text + "' is one file for " + std::to_string(frames) +
+                " frames; expected a place for the frame number in its name, such as ####");
+}
+
+std::string folderOf(const std::string& file) {
+    const std::filesystem::path folder = std::filesystem::path(file).parent_path();
+    return folder.empty() ? "." : folder.string();
+}
+
+std::map<int, std::string> framesOnDisk(const FramePattern& pattern) {
+    namespace fs = std::filesystem;
+    std::map<int, std::string> files;
+    const fs::path head(pattern.head);
+    std::error_code error;
+    if (!pattern.numbered) {
+        if (fs::exists(head, error)) files[singleFrame(pattern)] = pattern.head;
+        return files;
+    }
+    const std::string head_name = head.filename().string();
+    const std::string folder = folderOf(pattern.head);
+    fs::directory_iterator entries(folder, error);
+    if (error == std::errc::no_such_file_or_directory || error == std::errc::not_a_directory) return files;
+    if (error) throw Error("'" + folder + "': cannot list the folder: " + error.message());
+    for (const fs::directory_entry& entry : entries) {
+        const std::string name = entry.path().filename().string();
+        if (name.size() <= head_name.size() + pattern.tail.size() || !name.starts_with(head_name) ||
+            !name.ends_with(pattern.tail)) {
+            continue;
+        }
+        const auto frame = wholeNumber(
+            std::string_view(name).substr(head_name.size(), name.size() - head_name.size() - pattern.tail.size()));
+        if (!frame) continue;
+        // Of f.1.vdb and f.0001.vdb only one is what the pattern writes.
+        std::string file = frameName(pattern, *frame);
+        if (fs::path(file).filename().string() == name) files[*frame] = std::move(file);
+    }
+    return files;
+}
+
+std::vector<int> parseFrames(std::string_view text) {
+    if (text.find(':') != std::string_view::npos) {
+        failFrames(text,
+                   "':' is refused because it means a step to OpenJD (1-10:2 is 1,3,5,7,9) and another order of "
+                   "all frames to OpenCue; write the step with x, as in 1-10x2");
+    }
+    std::vector<int> frames;
+    std::string_view rest = text;
+    while (true) {
+        const std::int64_t first = takeNumber(text, rest);
+        std::int64_t last = first;
+        std::int64_t step = 1;
+        if (rest.starts_with('-')) {
+            rest.remove_prefix(1);
+            last = takeNumber(text, rest);
+            if (last < first)
+                failFrames(text, "the range " + std::to_string(first) + "-" + std::to_string(last) + " runs backwards");
+            if (rest.starts_with('x')) {
+                rest.remove_prefix(1);
+                step = takeNumber(text, rest);
+                if (step < 1) failFrames(text, "the step is " + std::to_string(step) + " but must be at least 1");
+            }
+        }
+        if ((last - first) / step + 1 + static_cast<std::int64_t>(frames.size()) > kMaxFrames) {
+            failFrames(text, "more than " + std::to_string(kMaxFrames) + " frames");
+        }
+        for (std::int64_t frame = first; frame <= last; frame += step) frames.push_back(static_cast<int>(frame));
+        if (rest.empty()) break;
+        if (!rest.starts_with(',')) failFrames(text, quoted(rest) + " was not understood");
+        rest.remove_prefix(1);
+    }
+    std::sort(frames.begin(), frames.end());
+    frames.erase(std::unique(frames.begin(), frames.end()), frames.end());
+    return frames;
+}
+
+std::vector<int> chosenFrames(const std::string& frames, const FramePattern& input,
+                              const std::map<int, std::string>& on_disk) {
+    if (frames != "all") {
+        std::vector<int> chosen = parseFrames(frames);
+        requirePlaceFor(chosen.size(), input);
+        return chosen;
+    }
+    if (!input.numbered) return {singleFrame(input)};
+    std::vector<int> chosen;
+    for (const auto& file : on_disk) chosen.push_back(file.first);
+    if (chosen.empty())
+        throw Error("'" + input.text + "': no such frame on disk; expected files such as " + frameName(input, 1));
+    return chosen;
+}
+
+std::string printFrames(const std::vector<int>& frames) {
+    std::string text;
+    for (std::size_t begin = 0; begin < frames.size();) {
+        // The longest run with one step; two frames are a run only when they are neighbours.
+        std::size_t end = begin + 1;
+        std::int64_t step = 1;
+        if (end < frames.size()) {
+            step = std::int64_t{frames[end]} - frames[begin];
+            while (end < frames.size() && std::int64_t{frames[end]} - frames[end - 1] == step) ++end;
+            if (step != 1 && end - begin < 3) end = begin + 1;
+        }
+        if (!text.empty()) text += ',';
+        text += std::to_string(frames[begin]);
+        if (end - begin > 1) {
+            text.append("-").append(std::to_string(frames[end - 1]));
+            if (step > 1) text.append("x").append(std::to_string(step));
+        }
+        begin = end;
+    }
+    return text;
+}
+
+Chunk parseChunk(std::string_view text) {
+    const std::size_t slash = text.find('/');
+    if (slash != std::string_view::npos) {
+        const auto index = wholeNumber(text.substr(0, slash));
+        const auto count = wholeNumber(text.substr(slash + 1));
+        if (index && count && 1 <= *index && *index <= *count) return {*index, *count};
+    }
+    throw Error("chunk '" + std::string(text) + "': expected i/N with 1 <= i <= N, such as 3/8");
+}
+
+std::vector<int> chunkOf(const std::vector<int>& frames, const Chunk& chunk) {
+    const std::size_t count = static_cast<std::size_t>(chunk.count);
+    const std::size_t index = static_cast<std::size_t>(chunk.index);
+    const auto place = [&](std::size_t piece) { return static_cast<std::ptrdiff_t>(frames.size() * piece / count); };
+    return {frames.begin() + place(index - 1), frames.begin() + place(index)};
+}
+
+}  // namespace betamesh

@@ -1,0 +1,347 @@
+
+#include "batch/job/plan.h"
+
+#include "base/parallel.h"
+#include "batch/config/kinds.h"
+#include "batch/config/radius.h"
+#include "batch/job/plane.h"
+#include "batch/job/provenance.h"
+#include "batch/platform/machine.h"
+#include "batch/platform/memory.h"
+#include "batch/report/report.h"
+#include "batch/version.h"
+#include "betamesh/error.h"
+#include "io/particle_file.h"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <filesystem>
+#include <map>
+#include <system_error>
+#include <utility>
+
+namespace betamesh {
+namespace {
+
+namespace fs = std::filesystem;
+
+bool exists(const std::string& path) {
+    std::error_code ignored;
+    return fs::exists(fs::symlink_status(path, ignored));
+}
+
+/// Gaps are easily a simulation that died: say so, unless the frames have a steady step.
+void noteGaps(const Config& config, const std::vector<int>& frames, std::vector<std::string>& warnings) {
+    if (config.frames != "all" || frames.size() < 3) return;
+    std::int64_t step = std::int64_t{frames[1]} - frames[0];
+    for (std::size_t i = 2; i < frames.size(); ++i) step = std::min(step, std::int64_t{frames[i]} - frames[i - 1]);
+    for (std::size_t i = 1; i < frames.size(); ++i) {
+        if (std::int64_t{frames[i]} - frames[i - 1] != step) {
+            warnings.push_back("'" + config.input.path + "': the frames on disk have gaps (" + printFrames(frames) +
+                               "); give --frames to have missing ones treated as on_missing says");
+            return;
+        }
+    }
+}
+
+/// Why a frame has to be made again in spite of what is on disk; empty if it has not.
+std::string whyAgain(const FrameTask& task, bool input_exists, const Plan& plan) {
+    const auto report = readReport(reportPath(task.output));
+    if (!report || !report->origin) return "no manifest";
+    const Origin* origin = &*report->origin;
+    if (origin->version != version()) return "made by version " + origin->version;
+    if (origin->configuration != plan.configuration) return "other configuration";
+    const bool resolved = plan.skin.radius > 0;  // not where there is no input left
+    if (resolved && (origin->radius != plan.skin.radius || origin->spacing != plan.spacing)) return "other radius";
+    for (const auto& [name, bytes] : origin->files) {
+        std::error_code error;
+        if (fs::file_size(fs::path(task.output).parent_path() / name, error) != bytes || error)
+            return name + " is missing or not as it was written";
+    }
+    if (input_exists && !(origin->input && isSame(task.input, *origin->input))) return "other input";
+    return "";
+}
+
+FrameAction actionFor(const FrameTask& task, bool input_exists, const Config& config, const PlanOptions& options) {
+    const bool output_exists = exists(task.output);
+    if (output_exists && options.skip_existing && task.why.empty()) return FrameAction::skip_existing;
+    const bool any_exists = output_exists || (!task.picture.empty() && exists(task.picture));
+    if (!input_exists && config.run.on_missing == OnMissing::skip) return FrameAction::skip_missing;
+    if (!input_exists && config.run.on_missing == OnMissing::error) return FrameAction::fail_missing;
+    const bool may_replace = options.skip_existing || options.overwrite || options.history.begun.contains(task.frame);
+    if (any_exists && !may_replace) return FrameAction::refuse_existing;
+    return input_exists ? FrameAction::mesh : FrameAction::write_empty;
+}
+
+void refuseExisting(const std::vector<FrameTask>& tasks) {
+    const auto refused = [](const FrameTask& task) { return task.action == FrameAction::refuse_existing; };
+    const auto count = std::count_if(tasks.begin(), tasks.end(), refused);
+    if (count == 0) return;
+    throw Error("'" + std::find_if(tasks.begin(), tasks.end(), refused)->output + "' exists" +
+                (count > 1 ? ", and " + std::to_string(count - 1) + " more outputs" : "") +
+                "; expected none, or --overwrite or --skip-existing");
+}
+
+std::string shortNumber(double number) {
+    char text[32];
+    const auto [end, error] = std::to_chars(text, text + sizeof text, number, std::chars_format::general, 6);
+    return {text, end};
+}
+
+// Where the paper's smoothing is asked for, its tessellation is meant too.
+void agreeOnTessellation(Plan& plan) {
+    if (plan.config.smoothing.method != SmoothingMethod::paper || plan.config.surface.kind != SurfaceKind::beta ||
+        plan.config.surface.tessellation == Tessellation::paper)
+        return;
+    plan.config.surface.tessellation = Tessellation::paper;
+    plan.warnings.push_back(
+        "smoothing.method paper averages over the paper's fans: surface.tessellation paper is used");
+}
+
+void agreeOnBubbles(Plan& plan) {
+    const Config::Surface& surface = plan.config.surface;
+    std::optional<Bubbles>& bubbles = plan.config.features.bubbles;
+    const bool can_fill = surface.kind == SurfaceKind::beta && surface.tessellation == Tessellation::complete;
+    if (bubbles == Bubbles::fill && !can_fill)
+        plan.warnings.push_back("features.bubbles fill is for surface.tessellation complete: bubbles stay");
+    bubbles = can_fill ? bubbles.value_or(Bubbles::fill) : Bubbles::mesh;
+}
+
+double inWorld(const LengthText& length, double spacing) { return length.value * (length.in_spacings ? spacing : 1); }
+
+/// What surface.skin says, or surface.inset in its place; nothing for auto.
+const std::optional<LengthText>& skinText(const Config::Surface& surface) {
+    return surface.inset ? surface.inset : surface.skin;
+}
+
+/// The parameters with these lengths, in world units.
+SkinParams withLengths(SkinParams params, const Config::Surface& surface, double radius, double spacing) {
+    params.radius = radius;
+    params.spacing = spacing;
+    const std::optional<LengthText>& given = skinText(surface);
+    if (!given) return params;
+    const std::string key = surface.inset ? "surface.inset" : "surface.skin";
+    const double length = inWorld(*given, spacing);
+    if (length > 0 && length >= radius) {
+        const bool same_unit = given->in_spacings == surface.radius.in_spacings;
+        throw Error(key + " is " + textOf(*given) + ", but must be less than surface.radius, which is " +
+                    textOf(surface.radius) +
+                    (same_unit ? "" : " (" + shortNumber(length) + " and " + shortNumber(radius) + " in world units)"));
+    }
+    params.skin = surface.inset && length > 0 ? radius - length : length;
+    try {
+        requireSkin(params);
+    } catch (const Error& error) {
+        throw Error(key + " is " + textOf(*given) + ": " + error.what());
+    }
+    return params;
+}
+
+/// In words, for people.
+std::string skinForInset(const LengthText& inset, const LengthText& radius) {
+    if (inset.value == 0) return "none";
+    const std::string rule = "the radius less the inset";
+    if (inset.in_spacings != radius.in_spacings) return rule;
+    return rule + ", " + shortNumber(radius.value - inset.value) + (radius.in_spacings ? "dx" : "");
+}
+
+/// Refuses what is wrong with the skin, as far as that can be told before a spacing is measured.
+void agreeOnSkin(Plan& plan) {
+    const Config::Surface& surface = plan.config.surface;
+    if (surface.inset && surface.skin)
+        throw Error("surface.skin and surface.inset are both set. Use surface.skin alone; surface.inset is deprecated");
+    if (surface.inset)
+        plan.warnings.push_back("surface.inset (--inset) is deprecated. Use surface.skin (--skin) instead: " +
+                                skinForInset(*surface.inset, surface.radius));
+    const std::optional<LengthText>& length = skinText(surface);
+    if (!length) return;
+    if (surface.spacing > 0 || !surface.radius.in_spacings) {
+        const auto resolved = resolveRadius(plan.config, {});
+        withLengths(plan.skin, surface, resolved->radius, resolved->spacing);
+    } else {
+        const double large_enough = 2 * length->value;  // where the radius is not known in the same unit
+        withLengths(plan.skin, surface, length->in_spacings ? surface.radius.value : large_enough, 1);
+    }
+}
+
+SkinParams skinParams(const Config& config) {
+    SkinParams params;
+    params.surface = config.surface.kind;
+    params.tessellation = config.surface.tessellation;
+    params.predicates = config.surface.predicates;
+    params.retries = config.perturbation.retries;
+    params.tolerance = config.perturbation.tolerance;
+    params.arc_subdivisions = config.surface.arc_subdivisions;
+    params.smoothing = config.smoothing.method;
+    params.passes = config.smoothing.passes;
+    params.resolve_intersections = config.surface.resolve_intersections;
+    params.attributes = config.output.attributes;
+    params.features.droplets = config.features.droplets;
+    params.features.droplet_particles = config.features.droplet_particles;
+    params.features.tendrils = config.features.tendrils;
+    params.features.bubbles = config.features.bubbles.value_or(Bubbles::mesh);
+    params.components = config.output.components;
+    return params;
+}
+
+void planRadius(Plan& plan, const std::map<int, std::string>& on_disk, const PlanOptions& options) {
+    const auto resolved = resolveRadius(plan.config, on_disk, options.notes);
+    if (!resolved) return;
+    plan.spacing = resolved->spacing;
+    plan.skin = withLengths(plan.skin, plan.config.surface, resolved->radius, resolved->spacing);
+    plan.skin.smoothing_width = inWorld(plan.config.smoothing.width, resolved->spacing);
+    const Config::Features& features = plan.config.features;
+    if (features.bubble_volume > 0)
+        plan.skin.features.bubble_volume =
+            features.bubble_volume * std::pow(resolved->spacing, plan.config.surface.dimension);
+    else
+        plan.skin.features.bubble_gap = inWorld(features.bubble_gap, resolved->spacing);
+    const double skin = skinDepth(plan.skin, plan.config.surface.dimension);
+    plan.notes.push_back("radius " + shortNumber(resolved->radius) +
+                         (skin > 0 ? ", skin " + shortNumber(skin) : std::string()) + ", spacing " +
+                         shortNumber(resolved->spacing) + " (" + resolved->origin + ')');
+    plan.warnings.insert(plan.warnings.end(), resolved->warnings.begin(), resolved->warnings.end());
+}
+
+/// Where the camera stands must not depend on which frames are meshed here: every frame on disk is looked at.
+void planPictures(Plan& plan, const std::map<int, std::string>& on_disk, const PlanOptions& options) {
+    const Config::Preview& preview = plan.config.preview;
+    if (preview.path.empty()) return;
+    const double small = preview.particle_radius.value * (preview.particle_radius.in_spacings ? plan.spacing : 1);
+    Extent extent(plan.config.preview);
+    if (needsExtent(plan.config))
+        extent = extentOf(on_disk, plan.config, plan.skin.radius, options.notes, options.history.last_loss.empty());
+    plan.preview = planPreview(plan.config, extent, preview.show == Show::particles ? small : plan.skin.radius);
+    plan.preview->look.layers = isExr(preview.path);
+    plan.notes.push_back("camera " + describe(*plan.preview));
+}
+
+/// "splash.0001.bgeo.gz" has the extension ".bgeo.gz".
+std::pair<std::string, std::string> splitExtension(const std::string& path) {
+    const fs::path whole(path);
+    std::string extension = whole.extension().string();
+    if (extension == ".gz") extension = whole.stem().extension().string() + extension;
+    return {path.substr(0, path.size() - extension.size()), extension};
+}
+
+}  // namespace
+
+const char* actionName(FrameAction action) {
+    switch (action) {
+        case FrameAction::mesh:
+            return "mesh";
+        case FrameAction::write_empty:
+            return "write empty mesh (input missing)";
+        case FrameAction::skip_missing:
+            return "skip (input missing)";
+        case FrameAction::fail_missing:
+            return "fail (input missing)";
+        case FrameAction::fail_lost:
+            return "fail (process ended)";
+        case FrameAction::skip_existing:
+            return "skip (output exists)";
+        case FrameAction::refuse_existing:
+            return "refuse (output exists)";
+    }
+    return "";
+}
+
+std::uint64_t memoryBudget(const Config& config) {
+    const std::uint64_t memory = config.run.memory_limit > 0 ? config.run.memory_limit : availableMemory();
+    return memory / 5 * 4;
+}
+
+int threadsOf(const Config& config) { return config.run.threads > 0 ? config.run.threads : availableThreads(); }
+
+Plan planJob(const Config& config, const PlanOptions& options) {
+    if (config.input.path.empty()) throw Error("no input; expected input.path, such as sim/splash.####.vdb");
+    if (config.output.path.empty()) throw Error("no output; expected output.path, such as mesh/splash.####.ply");
+    if (options.overwrite && options.skip_existing)
+        throw Error("--overwrite and --skip-existing: expected one of them");
+    requireParticleExtension(config.input.path);
+    const FramePattern input = framePattern(config.input.path);
+    const FramePattern output = framePattern(config.output.path);
+    const FramePattern picture = framePattern(config.preview.path);
+    if (!config.preview.path.empty() && config.surface.dimension == 2)
+        throw Error(
+            "preview.path: pictures are of surfaces in three dimensions; expected none, or an .svg as output.path");
+
+    Plan plan;
+    plan.config = config;
+    agreeOnTessellation(plan);
+    agreeOnBubbles(plan);
+    plan.configuration = fingerprintOf(plan.config);
+    plan.skin = skinParams(plan.config);
+    agreeOnSkin(plan);
+    requireDimension(plan.config, plan.skin);
+    plan.threads = threadsOf(config);
+
+    const auto on_disk = framesOnDisk(input);
+    const std::vector<int> frames = chosenFrames(config.frames, input, on_disk);
+    requirePlaceFor(frames.size(), output);
+    if (!config.preview.path.empty()) requirePlaceFor(frames.size(), picture);
+    noteGaps(config, frames, plan.warnings);
+    for (const int frame : chunkOf(frames, options.chunk)) {
+        if (options.history.ended.contains(frame)) continue;
+        FrameTask task{frame, frameName(input, frame), frameName(output, frame), FrameAction::mesh, {}};
+        if (!config.preview.path.empty()) task.picture = frameName(picture, frame);
+        std::error_code ignored;
+        if (task.input == task.output || fs::equivalent(task.input, task.output, ignored)) {
+            throw Error("'" + task.output + "' is both input and output; expected two files");
+        }
+        plan.tasks.push_back(std::move(task));
+    }
+    const auto measurable = measurableOf(on_disk, options.history);
+    for (const auto& [frame, why] : options.history.unmeasured)
+        plan.warnings.push_back("not used to measure spacing and camera: " + frameName(input, frame) + ": " + why);
+    bool radius_planned = false;
+    const auto planRadiusOnce = [&] {
+        if (!std::exchange(radius_planned, true))
+            withThreads(plan.threads, [&] { planRadius(plan, measurable, options); });
+    };
+    for (FrameTask& task : plan.tasks) {
+        const bool input_exists = input.numbered ? on_disk.contains(task.frame) : !on_disk.empty();
+        if (options.skip_existing && exists(task.output)) {
+            planRadiusOnce();
+            task.why = whyAgain(task, input_exists, plan);
+        }
+        task.action = actionFor(task, input_exists, config, options);
+        if (task.action == FrameAction::mesh) task.memory = workingMemory(task.input);
+        const auto lost = options.history.lost.find(task.frame);
+        if (lost == options.history.lost.end()) continue;
+        task.action = FrameAction::fail_lost;
+        task.why = lost->second;
+    }
+    if (options.dry_run) return plan;
+    refuseExisting(plan.tasks);
+    plan.frames_in_flight = static_cast<std::size_t>(
+        plan.config.run.frames_in_flight > 0 ? plan.config.run.frames_in_flight : plan.threads);
+    plan.memory_budget = memoryBudget(plan.config);
+    for (FrameTask& task : plan.tasks)
+        task.near_surface = task.memory > plan.memory_budget || options.history.kills > 0;
+    const bool any_mesh = std::any_of(plan.tasks.begin(), plan.tasks.end(),
+                                      [](const FrameTask& task) { return task.action == FrameAction::mesh; });
+    if (any_mesh) {
+        planRadiusOnce();
+        withThreads(plan.threads, [&] { planPictures(plan, measurable, options); });
+    }
+    return plan;
+}
+
+std::string taskLine(const FrameTask& task) {
+    std::string line = "frame " + std::to_string(task.frame) + ": " + task.input + " -> " + task.output + ": " +
+                       actionName(task.action);
+    if (!task.why.empty()) line += " (" + task.why + ')';
+    if (task.memory > 0) line += ", about " + std::to_string((task.memory >> 20) + 1) + " MiB";
+    return line;
+}
+
+std::string reportPath(const std::string& output) { return output + ".json"; }
+
+std::string spheresPath(const std::string& output) {
+    const auto [stem, extension] = splitExtension(output);
+    return stem + ".spheres" + (extension == ".obj" || extension == ".svg" ? ".ply" : extension);
+}
+
+}  // namespace betamesh

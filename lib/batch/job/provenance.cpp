@@ -1,0 +1,96 @@
+// The door of xxHash.
+
+#include "batch/job/provenance.h"
+
+#include "betamesh/error.h"
+
+#include <sys/stat.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <chrono>
+#include <cstdio>
+#include <fstream>
+#include <memory>
+#include <system_error>
+#include <vector>
+
+#define XXH_INLINE_ALL
+#include <xxhash.h>
+
+namespace betamesh {
+namespace {
+
+constexpr std::streamsize kPiece = std::streamsize{1} << 17;    // bytes read at once
+constexpr std::int64_t kCoarsestClock = 2LL * 1'000'000'000LL;  // nanoseconds: FAT's; others are finer
+
+[[noreturn]] void failReading(const std::string& file) {
+    throw Error(file + ": cannot be read: " + std::generic_category().message(errno));
+}
+
+std::string digits(const XXH128_hash_t& hash) {
+    std::array<char, 33> text{};
+    std::snprintf(text.data(), text.size(), "%016llx%016llx", static_cast<unsigned long long>(hash.high64),
+                  static_cast<unsigned long long>(hash.low64));
+    return text.data();
+}
+
+std::int64_t now() {
+    const auto since = std::chrono::system_clock::now().time_since_epoch();
+    return std::chrono::duration_cast<std::chrono::nanoseconds>(since).count();
+}
+
+std::string fingerprintOfFile(const std::string& file) {
+    const std::unique_ptr<XXH3_state_t, decltype(&XXH3_freeState)> state(XXH3_createState(), &XXH3_freeState);
+    if (!state) throw std::bad_alloc();
+    XXH3_128bits_reset(state.get());
+    std::ifstream in(file, std::ios::binary);
+    const auto piece = std::make_unique_for_overwrite<char[]>(kPiece);
+    while (in.read(piece.get(), kPiece) || in.gcount() > 0)
+        XXH3_128bits_update(state.get(), piece.get(), static_cast<std::size_t>(in.gcount()));
+    if (!in.eof()) failReading(file);
+    return digits(XXH3_128bits_digest(state.get()));
+}
+
+}  // namespace
+
+std::string fingerprintOf(std::string_view bytes) { return digits(XXH3_128bits(bytes.data(), bytes.size())); }
+
+std::string fingerprintOf(const Config& config) {
+    const auto shapesNothing = [&](const ConfigKey& key) {
+        return key.path.starts_with("run.") || key.path == "frames" || key.path == "preset" ||
+               key.path == "input.path" || key.path == "output.path" || key.path == "preview.path" ||
+               (key.path.starts_with("preview.") && config.preview.path.empty()) ||
+               (key.path.starts_with("perturbation.") && config.surface.predicates == PredicateKind::exact);
+    };
+    std::string text;
+    for (const ConfigKey& key : configKeys())
+        if (!shapesNothing(key)) text += key.path + '=' + key.get(config) + '\n';
+    return fingerprintOf(std::string_view(text));
+}
+
+FileStamp stampOf(const std::string& file) {
+    struct stat status = {};
+    if (::stat(file.c_str(), &status) != 0) failReading(file);
+    return {static_cast<std::uint64_t>(status.st_size),
+            std::int64_t{status.st_mtim.tv_sec} * 1'000'000'000 + status.st_mtim.tv_nsec};
+}
+
+FileIdentity identityOf(const std::string& file) {
+    const std::int64_t begun = now();
+    FileIdentity identity;
+    identity.stamp = stampOf(file);
+    if (identity.stamp.modified > begun - kCoarsestClock) identity.stamp.modified = 0;
+    identity.content = fingerprintOfFile(file);
+    return identity;
+}
+
+bool isSame(const std::string& file, const FileIdentity& identity) {
+    const FileStamp stamp = stampOf(file);
+    if (stamp.bytes != identity.stamp.bytes) return false;
+    if (identity.stamp.modified != 0 && stamp.modified == identity.stamp.modified) return true;
+    return fingerprintOfFile(file) == identity.content;
+}
+
+}  // namespace betamesh

@@ -1,0 +1,81 @@
+
+#include "batch/platform/frame_lock.h"
+
+#include <fcntl.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <chrono>
+#include <string>
+#include <system_error>
+#include <thread>
+#include <vector>
+
+namespace betamesh {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kSuffix = ".betamesh-lock";
+constexpr std::size_t kMostStem = 200;  // bytes; outputs that differ only later in their names wait for each other
+constexpr auto kPoll = std::chrono::milliseconds(10);
+
+enum class Attempt {
+    locked,
+    taken,      ///< by another
+    gone,       ///< its last holder has removed the file: there may be another by now
+    impossible  ///< no locks here
+};
+
+Attempt tryLock(int file, const fs::path& path) {
+    if (::flock(file, LOCK_EX | LOCK_NB) != 0) return errno == EWOULDBLOCK ? Attempt::taken : Attempt::impossible;
+    struct stat ours = {};
+    struct stat named = {};
+    const bool same = ::fstat(file, &ours) == 0 && ::stat(path.c_str(), &named) == 0 && ours.st_ino == named.st_ino &&
+                      ours.st_dev == named.st_dev;
+    return same ? Attempt::locked : Attempt::gone;
+}
+
+}  // namespace
+
+FrameLock::FrameLock(const fs::path& output, const std::function<void()>& goOn)
+    : path_(output.parent_path() / ('.' + output.filename().string().substr(0, kMostStem) + kSuffix)) {
+    for (;;) {
+        file_ = ::open(path_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0666);
+        if (file_ < 0) return;
+        const Attempt attempt = tryLock(file_, path_);
+        if (attempt == Attempt::locked || attempt == Attempt::impossible) return;
+        ::close(file_);
+        file_ = -1;
+        if (attempt == Attempt::gone) continue;
+        std::this_thread::sleep_for(kPoll);
+        goOn();
+    }
+}
+
+FrameLock::~FrameLock() {
+    if (file_ < 0) return;
+    ::unlink(path_.c_str());  // before others may lock it, so that none holds a file without a name for long
+    ::close(file_);
+}
+
+void sweepLocks(const fs::path& folder) {
+    std::vector<fs::path> locks;
+    std::error_code error;
+    for (fs::directory_iterator entry(folder.empty() ? "." : folder, error), end; !error && entry != end;
+         entry.increment(error)) {
+        const std::string name = entry->path().filename().string();
+        if (name.starts_with('.') && name.ends_with(kSuffix)) locks.push_back(entry->path());
+    }
+    for (const fs::path& lock : locks) {
+        const int file = ::open(lock.c_str(), O_RDWR | O_CLOEXEC | O_NOFOLLOW);
+        if (file < 0) continue;
+        if (tryLock(file, lock) == Attempt::locked) ::unlink(lock.c_str());
+        ::close(file);
+    }
+}
+
+}  // namespace betamesh

@@ -1,0 +1,81 @@
+
+#include "batch/platform/memory.h"
+
+#include "batch/platform/machine.h"
+
+#include <algorithm>
+#include <array>
+#include <filesystem>
+#include <string_view>
+#include <system_error>
+#include <utility>
+
+namespace betamesh {
+namespace {
+
+// A particle of a splash takes 800 to 1500 bytes with its share of the surface, and so many on disk:
+constexpr std::array<std::pair<std::string_view, double>, 4> kFileBytesOfParticle{
+    {{".vdb", 12}, {".gz", 14}, {".ply", 28}, {".bgeo", 32}}};
+constexpr double kBytesOfParticle = 1400;
+
+constexpr std::uint64_t kProgram = std::uint64_t{32} << 20;  // threads and libraries take as much, whatever the frames
+constexpr double kMargin = 1.25;  // frames that have not been at their peaks together may be so later
+constexpr double kLeastScale = 0.1, kLargestScale = 20;
+
+}  // namespace
+
+std::uint64_t workingMemory(const std::string& input) {
+    std::error_code error;
+    const auto bytes = static_cast<double>(std::filesystem::file_size(input, error));
+    if (error) return 0;
+    double of_particle = kFileBytesOfParticle.front().second;
+    for (const auto& [extension, file_bytes] : kFileBytesOfParticle)
+        if (input.ends_with(extension)) of_particle = file_bytes;
+    return memoryOf(bytes / of_particle);
+}
+
+std::uint64_t memoryOf(double particles) { return static_cast<std::uint64_t>(particles * kBytesOfParticle); }
+
+MemoryWatch::MemoryWatch(std::uint64_t budget)
+    : budget_(static_cast<double>(budget)), before_(currentMemory() + kProgram) {}
+
+double MemoryWatch::scale() const {
+    if (ended_ == 0 || most_at_work_ == 0) return 1;
+    const std::uint64_t peak = std::max(peakMemory(), before_);
+    const double measured = static_cast<double>(peak - before_) / static_cast<double>(most_at_work_);
+    return std::clamp(measured * kMargin, kLeastScale, kLargestScale);
+}
+
+std::size_t MemoryWatch::fitting(std::uint64_t estimate) const {
+    const std::scoped_lock lock(mutex_);
+    return static_cast<std::size_t>(
+        std::max(1.0, budget_ / (scale() * static_cast<double>(std::max<std::uint64_t>(1, estimate)))));
+}
+
+bool MemoryWatch::hasRoomFor(std::uint64_t estimate) const {
+    const std::scoped_lock lock(mutex_);
+    if (count_ == 0) return true;
+    const double wanted = scale() * static_cast<double>(estimate);
+    return scale() * static_cast<double>(at_work_) + wanted <= budget_ && wanted <= static_cast<double>(freeMemory());
+}
+
+void MemoryWatch::begins(std::uint64_t estimate) {
+    const std::scoped_lock lock(mutex_);
+    ++count_;
+    at_work_ += estimate;
+    most_at_work_ = std::max(most_at_work_, at_work_);
+}
+
+void MemoryWatch::ends(std::uint64_t estimate) {
+    const std::scoped_lock lock(mutex_);
+    --count_;
+    ++ended_;
+    at_work_ -= estimate;
+}
+
+std::size_t MemoryWatch::atWork() const {
+    const std::scoped_lock lock(mutex_);
+    return count_;
+}
+
+}  // namespace betamesh

@@ -1,0 +1,146 @@
+
+#include "batch/report/progress.h"
+
+#include "batch/report/log.h"
+#include "betamesh/error.h"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+namespace betamesh {
+namespace {
+
+constexpr std::size_t kBarCells = 30;
+
+std::string secondsText(double seconds) {
+    char text[32];
+    std::snprintf(text, sizeof text, "%.2f s", seconds);
+    return text;
+}
+
+std::size_t particlesOf(const FrameReport& report) {
+    return report.plane ? report.plane->skin.particles : report.skin.particles;
+}
+
+/// What a person wants to know of one frame.
+std::string frameLine(const FrameReport& report) {
+    const std::string name = "frame " + std::to_string(report.frame) + ": ";
+    switch (report.status) {
+        case FrameStatus::skipped:
+            return name + "skipped (" + report.output + ')';
+        case FrameStatus::failed:
+            return name + "failed";
+        case FrameStatus::empty:
+            return name + "no particles, empty mesh -> " + report.output;
+        case FrameStatus::ok:
+            break;
+    }
+    const std::string surface =
+        report.plane ? std::to_string(report.plane->edges) + " edges" : std::to_string(report.triangles) + " triangles";
+    return name + std::to_string(particlesOf(report)) + " particles, " + surface + ", " +
+           secondsText(report.seconds.total) + " -> " + report.output;
+}
+
+std::string detailLine(const FrameReport& report) {
+    const StageSeconds& seconds = report.seconds;
+    return "frame " + std::to_string(report.frame) + ": read " + secondsText(seconds.read) + ", structure " +
+           secondsText(seconds.structure) + ", tessellate " + secondsText(seconds.tessellate) + ", smooth " +
+           secondsText(seconds.smooth) + ", velocity " + secondsText(seconds.velocity) +
+           (seconds.picture > 0 ? ", picture " + secondsText(seconds.picture) : "") + ", write " +
+           secondsText(seconds.write) + "; peak " + std::to_string(report.peak_bytes >> 20) + " MiB" +
+           (report.scratch_bytes > 0 ? ", and " + std::to_string(report.scratch_bytes >> 20) + " MiB on disk" : "");
+}
+
+/// ", 350k particles/s, 1:05 left"
+std::string paceText(const JobProgress& job) {
+    char text[64];
+    std::string pace;
+    if (job.seconds > 0 && job.particles > 0) {
+        const double rate = static_cast<double>(job.particles) / job.seconds;
+        const bool millions = rate >= 1e6;
+        std::snprintf(text, sizeof text, ", %.3g%s particles/s", rate / (millions ? 1e6 : 1e3), millions ? "M" : "k");
+        pace += text;
+    }
+    if (job.seconds_left && job.ended < job.frames) {
+        const long seconds = std::lround(*job.seconds_left);
+        const bool hours = seconds >= 3600;
+        std::snprintf(text, sizeof text, hours ? ", %ld:%02ld:%02ld left" : ", %ld:%02ld left",
+                      hours ? seconds / 3600 : seconds / 60, hours ? seconds / 60 % 60 : seconds % 60, seconds % 60);
+        pace += text;
+    }
+    return pace;
+}
+
+}  // namespace
+
+ProgressKind progressKind(std::string_view word) {
+    if (word == "auto") return ProgressKind::automatic;
+    if (word == "bar") return ProgressKind::bar;
+    if (word == "none") return ProgressKind::none;
+    if (word == "openjd") return ProgressKind::openjd;
+    if (word == "tractor") return ProgressKind::tractor;
+    if (word == "json") return ProgressKind::json;
+    throw Error("progress '" + std::string(word) + "': expected one of auto bar none openjd tractor json");
+}
+
+Progress::Progress(ProgressKind kind, const JobProgress& so_far, bool stdout_is_taken)
+    : kind_(kind), job_(so_far), farm_(stdout_is_taken ? stderr : stdout) {
+    if (kind_ == ProgressKind::automatic) kind_ = isatty(STDERR_FILENO) != 0 ? ProgressKind::bar : ProgressKind::lines;
+}
+
+Progress::~Progress() {
+    if (kind_ == ProgressKind::bar) setLogFooter("");
+}
+
+void Progress::frameEnded(const FrameReport& report) {
+    ++job_.ended;
+    if (report.status == FrameStatus::failed) ++job_.failed;
+    if (report.status != FrameStatus::skipped) ++worked_;
+    if (report.status == FrameStatus::ok) job_.particles += particlesOf(report);
+    const std::chrono::duration<double> since = std::chrono::steady_clock::now() - begin_;
+    job_.seconds = since.count();
+    if (worked_ > 0)
+        job_.seconds_left = job_.seconds / static_cast<double>(worked_) * static_cast<double>(job_.frames - job_.ended);
+    const std::size_t percent = job_.frames == 0 ? 100 : 100 * job_.ended / job_.frames;
+    const std::string count = std::to_string(job_.ended) + " of " + std::to_string(job_.frames) + " frames" +
+                              (job_.failed > 0 ? ", " + std::to_string(job_.failed) + " failed" : "");
+    switch (kind_) {
+        case ProgressKind::automatic:
+        case ProgressKind::none:
+            break;
+        case ProgressKind::lines:
+            logInfo(frameLine(report) + " (" + count + ')');
+            break;
+        case ProgressKind::bar: {
+            const std::size_t cells = kBarCells * job_.ended / std::max<std::size_t>(job_.frames, 1);
+            setLogFooter('[' + std::string(cells, '=') + std::string(kBarCells - cells, ' ') + "] " + count +
+                         paceText(job_));
+            break;
+        }
+        case ProgressKind::openjd:
+            std::fprintf(farm_, "openjd_progress: %zu\nopenjd_status: %s%s\n", percent, count.c_str(),
+                         paceText(job_).c_str());
+            std::fflush(farm_);
+            break;
+        case ProgressKind::tractor:
+            std::fprintf(farm_, "TR_PROGRESS %03zu%%\n", percent);
+            std::fflush(farm_);
+            break;
+        case ProgressKind::json:
+            std::fprintf(farm_, "%s\n", progressJson(job_).c_str());
+            std::fflush(farm_);
+            break;
+    }
+    if (report.status == FrameStatus::ok) logDetail(detailLine(report));
+}
+
+void Progress::jobFailed(const std::string& why) {
+    if (kind_ != ProgressKind::openjd) return;
+    std::fprintf(farm_, "openjd_fail: %s\n", why.c_str());
+    std::fflush(farm_);
+}
+
+}  // namespace betamesh

@@ -1,0 +1,408 @@
+// The door of nlohmann-json.
+
+#include "batch/report/report.h"
+
+#include "betamesh/error.h"
+
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <limits>
+
+namespace betamesh {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+/// Names of files are bytes, JSON is UTF-8: what is not becomes U+FFFD.
+std::string oneLine(const Json& json) { return json.dump(-1, ' ', false, Json::error_handler_t::replace); }
+
+const char* statusName(FrameStatus status) {
+    switch (status) {
+        case FrameStatus::ok:
+            return "ok";
+        case FrameStatus::empty:
+            return "empty";
+        case FrameStatus::skipped:
+            return "skipped";
+        case FrameStatus::failed:
+            return "failed";
+    }
+    return "";
+}
+
+FrameStatus statusNamed(const std::string& name) {
+    for (const FrameStatus status : {FrameStatus::ok, FrameStatus::empty, FrameStatus::skipped})
+        if (name == statusName(status)) return status;
+    return FrameStatus::failed;
+}
+
+/// json: the whole report.
+Origin originFrom(const Json& json) {
+    const Json& from = json.at("origin");
+    Origin origin;
+    from.at("version").get_to(origin.version);
+    from.at("configuration").get_to(origin.configuration);
+    json.at("radius").get_to(origin.radius);
+    json.at("spacing").get_to(origin.spacing);
+    if (const Json& input = from.at("input"); !input.is_null()) {
+        const FileStamp stamp{input.at("bytes").get<std::uint64_t>(), input.at("modified").get<std::int64_t>()};
+        origin.input = FileIdentity{stamp, input.at("content").get<std::string>()};
+    }
+    for (const auto& [name, bytes] : from.at("files").items()) origin.files[name] = bytes.get<std::uint64_t>();
+    return origin;
+}
+
+Json originJson(const Origin& origin) {
+    Json json;
+    json["version"] = origin.version;
+    json["configuration"] = origin.configuration;
+    json["input"] = nullptr;
+    if (origin.input)
+        json["input"] = {{"bytes", origin.input->stamp.bytes},
+                         {"modified", origin.input->stamp.modified},
+                         {"content", origin.input->content}};
+    json["files"] = origin.files;
+    return json;
+}
+
+void addSurface(const FrameReport& report, Json& json) {
+    json["particles"] = report.skin.particles;
+    json["distinct_particles"] = report.skin.distinct_particles;
+    json["radius"] = report.radius;
+    json["spacing"] = report.spacing;
+    json["skin"] = report.skin_depth;
+    json["predicates"] = report.predicates == PredicateKind::exact ? "exact" : "float";
+    json["perturbation_retries"] = report.skin.perturbation_retries;
+    json["alpha_vertices"] = report.skin.alpha_vertices;
+    json["alpha_triangles"] = report.skin.alpha_triangles;
+    json["double_sided_triangles"] = report.skin.double_sided_triangles;
+    json["degenerate_edges"] = report.skin.degenerate_edges;
+    json["isolated_particles"] = report.skin.isolated_particles;
+    json["droplets"] = report.skin.droplets;
+    json["droplet_particles"] = report.skin.droplet_particles;
+    json["tendril_particles"] = report.skin.tendril_particles;
+    json["bubbles_filled"] = report.skin.bubbles_filled;
+    json["vertices"] = report.vertices;
+    json["triangles"] = report.triangles;
+    json["spheres"] = report.spheres;
+    json["components"] = report.measure.components;
+    json["euler"] = report.measure.euler;
+    json["volume"] = report.measure.volume;
+    json["area"] = report.measure.area;
+}
+
+void addPlane(const FrameReport& report, const PlaneFrameReport& plane, Json& json) {
+    json["particles"] = plane.skin.particles;
+    json["distinct_particles"] = plane.skin.distinct_particles;
+    json["radius"] = report.radius;
+    json["spacing"] = report.spacing;
+    json["skin"] = report.skin_depth;
+    json["alpha_vertices"] = plane.skin.alpha_vertices;
+    json["alpha_segments"] = plane.skin.alpha_segments;
+    json["double_sided_segments"] = plane.skin.double_sided_segments;
+    json["isolated_particles"] = plane.skin.isolated_particles;
+    json["droplets"] = plane.skin.droplets;
+    json["droplet_particles"] = plane.skin.droplet_particles;
+    json["bubbles_filled"] = plane.skin.bubbles_filled;
+    json["vertices"] = report.vertices;
+    json["edges"] = plane.edges;
+    json["spheres"] = report.spheres;
+    json["curves"] = plane.measure.curves;
+    json["euler"] = plane.measure.turning;
+    json["area"] = plane.measure.area;
+    json["length"] = plane.measure.length;
+}
+
+Json asJson(const Vec3& v) { return {v.x, v.y, v.z}; }
+
+Json asJson(const Found& found) {
+    return {{"count", found.count}, {"first", found ? Json(found.first) : Json(nullptr)}};
+}
+
+void addCheck(const MeshCheck& check, Json& json) {
+    json["vertices"] = check.vertices;
+    json["edges"] = check.edges;
+    json["triangles"] = check.triangles;
+    json["components"] = check.components.size();
+    json["euler"] = check.euler;
+    json["volume"] = check.volume;
+    json["area"] = check.area;
+    json["closed"] = check.closed();
+    json["oriented"] = check.oriented();
+    json["edge_manifold"] = check.edgeManifold();
+    json["vertex_manifold"] = check.vertexManifold();
+    json["inside_out"] = check.inside_out;
+    const auto add = [&](const char* name, const Found& found) { json[name] = asJson(found); };
+    add("not_finite", check.not_finite);
+    add("velocity_not_finite", check.velocity_not_finite);
+    add("missing_vertices", check.missing_vertices);
+    add("repeated_vertices", check.repeated_vertices);
+    add("duplicates", check.duplicates);
+    add("open_edges", check.open_edges);
+    add("misoriented_edges", check.misoriented_edges);
+    add("nonmanifold_edges", check.nonmanifold_edges);
+    add("nonmanifold_vertices", check.nonmanifold_vertices);
+    add("zero_area", check.zero_area);
+    add("unused_vertices", check.unused_vertices);
+    add("coincident_vertices", check.coincident_vertices);
+    json["touching"] = check.touching;
+    json["crossings"] = {{"count", check.crossings.count}, {"shallow", check.shallow}, {"deepest", check.deepest}};
+    json["crossings"]["listed"] = Json::array();
+    for (const SelfCrossing& crossing : check.deepest_crossings)
+        json["crossings"]["listed"].push_back({{"triangles", {crossing.first, crossing.second}},
+                                               {"position", asJson(crossing.position)},
+                                               {"depth", crossing.depth},
+                                               {"coplanar", crossing.coplanar}});
+    json["component"] = Json::array();
+    for (const ComponentCheck& component : check.components)
+        json["component"].push_back({{"vertices", component.vertices},
+                                     {"edges", component.edges},
+                                     {"triangles", component.triangles},
+                                     {"euler", component.euler},
+                                     {"genus", component.genus ? Json(*component.genus) : Json(nullptr)},
+                                     {"closed", component.closed},
+                                     {"volume", component.volume},
+                                     {"area", component.area}});
+}
+
+void addCheck(const CurveCheck& check, Json& json) {
+    json["dimension"] = 2;
+    json["vertices"] = check.vertices;
+    json["edges"] = check.edges;
+    json["curves"] = check.measure.curves;
+    json["euler"] = check.measure.turning;
+    json["area"] = check.measure.area;
+    json["length"] = check.measure.length;
+    json["closed"] = !check.open_ends;
+    json["inside_out"] = check.inside_out;
+    const auto add = [&](const char* name, const Found& found) { json[name] = asJson(found); };
+    add("not_finite", check.not_finite);
+    add("velocity_not_finite", check.velocity_not_finite);
+    add("repeated_vertices", check.repeated_vertices);
+    add("open_ends", check.open_ends);
+    add("branches", check.branches);
+    add("unused_vertices", check.unused_vertices);
+    add("off_plane", check.off_plane);
+    json["crossings"] = {{"count", check.crossings.count}, {"deepest", check.deepest}};
+    json["crossings"]["listed"] = Json::array();
+    for (const EdgeCrossing& crossing : check.deepest_crossings)
+        json["crossings"]["listed"].push_back({{"edges", {crossing.first, crossing.second}},
+                                               {"position", asJson(crossing.position)},
+                                               {"depth", crossing.depth}});
+}
+
+}  // namespace
+
+std::string reportJson(const FrameReport& report) {
+    Json json;
+    json["frame"] = report.frame;
+    json["input"] = report.input;
+    json["output"] = report.output;
+    json["status"] = statusName(report.status);
+    if (report.status == FrameStatus::failed) json["error"] = report.error;
+    json["dimension"] = report.plane ? 2 : 3;
+    if (report.plane)
+        addPlane(report, *report.plane, json);
+    else
+        addSurface(report, json);
+    const StageSeconds& seconds = report.seconds;
+    json["seconds"] = {{"read", seconds.read},     {"structure", seconds.structure}, {"tessellate", seconds.tessellate},
+                       {"smooth", seconds.smooth}, {"velocity", seconds.velocity},   {"picture", seconds.picture},
+                       {"write", seconds.write},   {"total", seconds.total}};
+    json["peak_bytes"] = report.peak_bytes;
+    json["scratch_bytes"] = report.scratch_bytes;
+    json["warnings"] = report.warnings;
+    if (report.origin) json["origin"] = originJson(*report.origin);
+    return oneLine(json);
+}
+
+std::string progressJson(const JobProgress& progress) {
+    return oneLine({{"frames", progress.frames},
+                    {"ended", progress.ended},
+                    {"failed", progress.failed},
+                    {"particles", progress.particles},
+                    {"seconds", progress.seconds},
+                    {"seconds_left", progress.seconds_left ? Json(*progress.seconds_left) : Json(nullptr)}});
+}
+
+std::string taskJson(const FrameTask& task) {
+    Json json{{"frame", task.frame},
+              {"input", task.input},
+              {"output", task.output},
+              {"action", actionName(task.action)},
+              {"memory_bytes", task.memory}};
+    if (!task.why.empty()) json["why"] = task.why;
+    return oneLine(json);
+}
+
+std::optional<FrameReport> readReport(const std::filesystem::path& file) {
+    std::ifstream in(file);
+    if (!in) return std::nullopt;
+    try {
+        const Json json = Json::parse(in);
+        FrameReport report;
+        json.at("frame").get_to(report.frame);
+        json.at("output").get_to(report.output);
+        report.status = statusNamed(json.at("status").get<std::string>());
+        const auto take = [](const Json& from, const char* name, auto& value) {
+            if (from.contains(name)) from.at(name).get_to(value);
+        };
+        take(json, "input", report.input);
+        take(json, "error", report.error);
+        take(json, "radius", report.radius);
+        take(json, "spacing", report.spacing);
+        take(json, "skin", report.skin_depth);
+        take(json, "particles", report.skin.particles);
+        take(json, "perturbation_retries", report.skin.perturbation_retries);
+        take(json, "vertices", report.vertices);
+        take(json, "triangles", report.triangles);
+        take(json, "spheres", report.spheres);
+        take(json, "components", report.measure.components);
+        take(json, "volume", report.measure.volume);
+        take(json, "area", report.measure.area);
+        take(json, "peak_bytes", report.peak_bytes);
+        take(json, "scratch_bytes", report.scratch_bytes);
+        take(json, "warnings", report.warnings);
+        const Json seconds = json.value("seconds", Json::object());
+        take(seconds, "read", report.seconds.read);
+        take(seconds, "structure", report.seconds.structure);
+        take(seconds, "tessellate", report.seconds.tessellate);
+        take(seconds, "smooth", report.seconds.smooth);
+        take(seconds, "velocity", report.seconds.velocity);
+        take(seconds, "picture", report.seconds.picture);
+        take(seconds, "write", report.seconds.write);
+        take(seconds, "total", report.seconds.total);
+        if (json.contains("origin")) report.origin = originFrom(json);
+        return report;
+    } catch (const Json::exception&) {
+        return std::nullopt;
+    }
+}
+
+std::vector<CoherenceReport> readCoherence(const std::filesystem::path& file) {
+    std::ifstream in(file);
+    if (!in) throw Error(file.string() + ": cannot be read; expected lines of betamesh coherence --json");
+    std::vector<CoherenceReport> reports;
+    for (std::string line; std::getline(in, line);) {
+        try {
+            const Json json = Json::parse(line);
+            CoherenceReport report;
+            json.at("from").get_to(report.from);
+            json.at("to").get_to(report.to);
+            report.distance.max = json.contains("max") && json["max"].is_number()
+                                      ? json["max"].get<double>()
+                                      : std::numeric_limits<double>::infinity();
+            reports.push_back(report);
+        } catch (const Json::exception&) {
+            throw Error(file.string() + ':' + std::to_string(reports.size() + 1) +
+                        ": expected a line of betamesh coherence --json");
+        }
+    }
+    return reports;
+}
+
+std::string infoJson(const std::string& file, const FileInfo& info, std::optional<double> spacing) {
+    Json json;
+    json["file"] = file;
+    json["kind"] = info.kind == FileKind::particles ? "particles" : info.kind == FileKind::mesh ? "mesh" : "curves";
+    json["format"] = info.format;
+    json["bytes"] = info.bytes;
+    json["points"] = info.points;
+    json["triangles"] = info.triangles;
+    json["edges"] = info.edges;
+    json["lower"] = {info.lower.x, info.lower.y, info.lower.z};
+    json["upper"] = {info.upper.x, info.upper.y, info.upper.z};
+    if (info.kind == FileKind::particles) json["spacing"] = spacing ? Json(*spacing) : Json(nullptr);
+    json["attributes"] = Json::array();
+    for (const AttributeInfo& attribute : info.attributes) {
+        json["attributes"].push_back({{"name", attribute.name},
+                                      {"type", attribute.type},
+                                      {"components", attribute.components},
+                                      {"codec", attribute.codec}});
+    }
+    return oneLine(json);
+}
+
+std::string checkJson(const CheckReport& report) {
+    Json json;
+    json["file"] = report.file;
+    json["good"] = report.error.empty() && report.faults.empty();
+    if (!report.error.empty()) {
+        json["error"] = report.error;
+        return oneLine(json);
+    }
+    json["faults"] = report.faults;
+    if (report.curves)
+        addCheck(*report.curves, json);
+    else
+        addCheck(report.check, json);
+    if (report.particles) {
+        const ParticleCheck& particles = *report.particles;
+        json["particles"] = {{"file", particles.file},
+                             {"count", particles.particles},
+                             {"spheres", particles.spheres},
+                             {"outside", particles.outside.count},
+                             {"farthest", particles.farthest}};
+        if (particles.radius > 0) json["particles"]["farthest_radii"] = particles.farthest / particles.radius;
+        if (particles.outside) {
+            json["particles"]["farthest_particle"] = particles.farthest_row;
+            json["particles"]["farthest_position"] = asJson(particles.farthest_position);
+        }
+    }
+    return oneLine(json);
+}
+
+double CoherenceReport::expectedAt(const Place& place) const {
+    const double way = particles ? particles->max : 0;
+    return place.events.empty() ? way : std::sqrt(way * radius);
+}
+
+double CoherenceReport::largestOfExpected() const {
+    double largest = 0;
+    for (const Place& place : places) largest = std::max(largest, place.jump / expectedAt(place));
+    return largest;
+}
+
+std::string coherenceJson(const CoherenceReport& report) {
+    const auto number = [](double x) { return std::isfinite(x) ? Json(x) : Json(nullptr); };
+    const auto ratio = [&](double way) { return report.ratio(way) ? number(*report.ratio(way)) : Json(nullptr); };
+    Json json;
+    json["from"] = report.from;
+    json["to"] = report.to;
+    if (!report.error.empty()) {
+        json["error"] = report.error;
+        return oneLine(json);
+    }
+    json["max"] = number(report.distance.max);
+    json["quantile_999"] = number(report.distance.quantile999);
+    json["rms"] = number(report.distance.rms);
+    json["worst"] = asJson(report.distance.worst);
+    json["samples"] = report.distance.samples;
+    if (report.particles) {
+        json["particles"] = {{"matched", report.particles->matched},
+                             {"max", report.particles->max},
+                             {"farthest", asJson(report.particles->farthest)}};
+        json["ratio"] = ratio(report.distance.max);
+        json["places"] = Json::array();
+        for (const Place& place : report.places) {
+            Json& entry = json["places"].emplace_back();
+            entry["position"] = asJson(place.position);
+            entry["jump"] = place.jump;
+            entry["ratio"] = ratio(place.jump);
+            entry["expected"] = report.expectedAt(place);
+            entry["points"] = place.points;
+            entry["vanished_area"] = place.vanished;
+            entry["appeared_area"] = place.appeared;
+            entry["liquid"] = nameOf(place.liquid);
+            entry["events"] = Json::array();
+            for (const auto& [event, times] : place.events)
+                entry["events"].push_back({{"event", nameOf(event)}, {"times", times}});
+        }
+    }
+    return oneLine(json);
+}
+
+}  // namespace betamesh

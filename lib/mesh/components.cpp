@@ -1,0 +1,25 @@
+
+#include "mesh/components.h"
+
+#include "base/union_find.h"
+
+namespace betamesh {
+
+Pieces piecesOf(std::size_t vertices, std::span<const Triangle> triangles) {
+    UnionFind groups(vertices);
+    std::vector<std::uint8_t> used(vertices, 0);
+    for (const Triangle& t : triangles) {
+        for (const std::uint32_t v : t) used[v] = 1;
+        groups.join(t[0], t[1]);
+        groups.join(t[1], t[2]);
+    }
+    Pieces pieces{std::vector<std::uint32_t>(vertices, kNoPiece), 0};
+    for (std::uint32_t v = 0; v < vertices; ++v) {
+        if (!used[v]) continue;
+        const std::uint32_t first = groups.find(v);  // the smallest of its group
+        pieces.of_vertex[v] = first == v ? pieces.count++ : pieces.of_vertex[first];
+    }
+    return pieces;
+}
+
+}  // namespace betamesh

@@ -1,0 +1,61 @@
+
+#include "mesh/curve_measure.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <numbers>
+
+namespace betamesh {
+
+namespace {
+
+constexpr double kLeastEdge = 1e-6;  // of the largest coordinate: what files in single precision still tell apart
+
+}  // namespace
+
+std::int64_t turningNumber(const Curves& curves, std::span<const Edge> line) {
+    double largest = 0;
+    for (const Edge& edge : line) {
+        const Vec3& p = curves.position[edge[0]];
+        largest = std::max({largest, std::abs(p.x), std::abs(p.y)});
+    }
+    const auto way = [](const Vec3& a, const Vec3& b) { return Vec3(b.x - a.x, b.y - a.y, 0); };
+    const double least = kLeastEdge * largest;
+    std::vector<Vec3> corners;
+    for (const Edge& edge : line) {
+        const Vec3& p = curves.position[edge[0]];
+        if (corners.empty() || way(corners.back(), p).length() > least) corners.push_back(p);
+    }
+    while (corners.size() > 1 && way(corners.back(), corners.front()).length() <= least) corners.pop_back();
+    const std::size_t n = corners.size();
+    double turn = 0;
+    for (std::size_t i = 0; n > 1 && i < n; ++i) {
+        const Vec3 before = way(corners[i], corners[(i + 1) % n]),
+                   after = way(corners[(i + 1) % n], corners[(i + 2) % n]);
+        const double cross = crossZ(before, after);
+        turn += std::atan2(cross == 0 ? 0.0 : cross, dot(before, after));  // -0 would turn back to the right
+    }
+    return std::llround(turn / (2 * std::numbers::pi));
+}
+
+CurveMeasure measureCurves(const Curves& curves) {
+    CurveMeasure measure;
+    const Vec3 origin = curves.position.empty() ? Vec3(0) : curves.position[0];
+    std::vector<std::int64_t> surplus(curves.position.size(), 0);
+    for (const Edge& edge : curves.edges) {
+        const Vec3 a = curves.position[edge[0]] - origin, b = curves.position[edge[1]] - origin;
+        measure.area += crossZ(a, b) / 2;
+        measure.length += std::hypot(b.x - a.x, b.y - a.y);
+        ++surplus[edge[0]];
+        --surplus[edge[1]];
+    }
+    for (const std::int64_t ends : surplus) measure.unpaired_ends += static_cast<std::size_t>(std::abs(ends));
+    for (const std::span<const Edge> line : linesOf(curves)) {
+        ++measure.curves;
+        if (line.front()[0] == line.back()[1]) measure.turning += turningNumber(curves, line);
+    }
+    return measure;
+}
+
+}  // namespace betamesh

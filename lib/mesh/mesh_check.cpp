@@ -1,0 +1,327 @@
+
+#include "mesh/mesh_check.h"
+
+#include "base/parallel.h"
+#include "base/union_find.h"
+#include "exact/orientation.h"
+#include "mesh/mesh_edges.h"
+#include "mesh/mesh_measure.h"
+#include "mesh/triangle_contact.h"
+#include "mesh/triangle_tree.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <span>
+
+namespace betamesh {
+
+namespace {
+
+constexpr std::size_t kLeavesAtATime = 128;
+
+void count(Found& found, std::size_t row) {
+    if (found.count++ == 0 || row < found.first) found.first = static_cast<std::uint32_t>(row);
+}
+
+bool namesMissing(const Triangle& t, std::size_t vertices) { return std::max({t[0], t[1], t[2]}) >= vertices; }
+bool namesTwice(const Triangle& t) { return t[0] == t[1] || t[1] == t[2] || t[2] == t[0]; }
+
+// Some of a mesh's triangles, and which rows they are.
+struct Selection {
+    std::vector<Triangle> triangles;
+    std::vector<std::uint32_t> row;
+};
+
+template <typename Wanted>
+Selection select(std::span<const Triangle> triangles, const Wanted& wanted) {
+    Selection some;
+    some.triangles.reserve(triangles.size());
+    some.row.reserve(triangles.size());
+    for (std::uint32_t t = 0; t < triangles.size(); ++t) {
+        if (!wanted(t)) continue;
+        some.triangles.push_back(triangles[t]);
+        some.row.push_back(t);
+    }
+    return some;
+}
+
+void countDuplicates(const Selection& sound, MeshCheck& check) {
+    struct Corners {
+        Triangle sorted;
+        std::uint32_t row;
+    };
+    std::vector<Corners> all(sound.row.size());
+    parallelFor(all.size(), 4096, [&](std::size_t t) {
+        all[t] = {sound.triangles[t], sound.row[t]};
+        std::sort(all[t].sorted.begin(), all[t].sorted.end());
+    });
+    parallelSort(all, [](const Corners& a, const Corners& b) {
+        return a.sorted != b.sorted ? a.sorted < b.sorted : a.row < b.row;
+    });
+    for (std::size_t i = 1; i < all.size(); ++i)
+        if (all[i].sorted == all[i - 1].sorted) count(check.duplicates, all[i].row);
+}
+
+// Edges and what they join: counts edges and vertices, fills in the triangle beyond every side.
+class Topology {
+public:
+    Topology(std::size_t vertices, std::span<const Triangle> triangles, MeshCheck& check)
+        : pieces(piecesOf(vertices, triangles)),
+          triangles_(triangles),
+          fans_(3 * triangles.size()),
+          is_manifold_(pieces.count, true) {
+        check.components.resize(pieces.count);
+        for (std::uint32_t v = 0; v < vertices; ++v) {
+            if (pieces.of_vertex[v] == kNoPiece) {
+                count(check.unused_vertices, v);
+            } else {
+                ++check.components[pieces.of_vertex[v]].vertices;
+            }
+        }
+        for (const Triangle& t : triangles) ++check.components[pieces.of_vertex[t[0]]].triangles;
+        const std::vector<TriangleSide> sides = sortedSides(triangles);
+        across = trianglesAcross(sides);
+        forEveryEdge(sides, [&](std::span<const TriangleSide> edge) { visit(edge, check); });
+        countFans(vertices, check);
+        for (std::uint32_t piece = 0; piece < pieces.count; ++piece) conclude(piece, check);
+    }
+
+    std::vector<std::uint32_t> across;
+    Pieces pieces;
+
+private:
+    void visit(std::span<const TriangleSide> sides, MeshCheck& check) {
+        const std::uint32_t low = sides[0].low, piece = pieces.of_vertex[low];
+        ComponentCheck& component = check.components[piece];
+        ++component.edges;
+        std::int64_t surplus = 0;
+        for (const TriangleSide& side : sides) {
+            surplus += side.direction;
+            const auto corners = cornersAt(side), first = cornersAt(sides[0]);
+            fans_.join(corners[0], first[0]);
+            fans_.join(corners[1], first[1]);
+        }
+        const bool open = sides.size() % 2 != 0, misoriented = std::abs(surplus) > 1, manifold = sides.size() <= 2;
+        if (open) count(check.open_edges, low);
+        if (misoriented) count(check.misoriented_edges, low);
+        if (!manifold) count(check.nonmanifold_edges, low);
+        if (open) component.closed = false;
+        if (misoriented || !manifold) is_manifold_[piece] = false;
+    }
+
+    // The corners of a side's triangle at its low and its high vertex.
+    std::array<std::uint32_t, 2> cornersAt(const TriangleSide& side) const {
+        const std::uint32_t from = side.side, to = from % 3 == 2 ? from - 2 : from + 1;
+        return side.direction > 0 ? std::array{from, to} : std::array{to, from};
+    }
+
+    void countFans(std::size_t vertices, MeshCheck& check) {
+        std::vector<std::uint32_t> fan_of(vertices, kNoTriangle);
+        std::vector<bool> several(vertices, false);
+        for (std::uint32_t corner = 0; corner < across.size(); ++corner) {
+            const std::uint32_t v = triangles_[corner / 3][corner % 3], fan = fans_.find(corner);
+            if (fan_of[v] == kNoTriangle) fan_of[v] = fan;
+            if (fan_of[v] != fan) several[v] = true;
+        }
+        for (std::uint32_t v = 0; v < vertices; ++v) {
+            if (!several[v]) continue;
+            count(check.nonmanifold_vertices, v);
+            is_manifold_[pieces.of_vertex[v]] = false;
+        }
+    }
+
+    void conclude(std::uint32_t piece, MeshCheck& check) const {
+        ComponentCheck& component = check.components[piece];
+        component.euler = static_cast<std::int64_t>(component.vertices) - static_cast<std::int64_t>(component.edges) +
+                          static_cast<std::int64_t>(component.triangles);
+        if (component.closed && is_manifold_[piece]) component.genus = (2 - component.euler) / 2;
+        check.edges += component.edges;
+        check.euler += component.euler;
+    }
+
+    std::span<const Triangle> triangles_;
+    UnionFind fans_;  // of corners 3t + m: joined at each vertex across edges
+    std::vector<bool> is_manifold_;
+};
+
+void measure(const Mesh& mesh, const Selection& standing, const Pieces& pieces, MeshCheck& check) {
+    if (standing.triangles.empty()) return;
+    const Vec3 origin = mesh.position[standing.triangles[0][0]];
+    for (const Triangle& t : standing.triangles) {
+        ComponentCheck& component = check.components[pieces.of_vertex[t[0]]];
+        const Vec3 a = mesh.position[t[0]] - origin, b = mesh.position[t[1]] - origin, c = mesh.position[t[2]] - origin;
+        component.volume += volumeBelow(a, b, c);
+        component.area += areaOf(a, b, c);
+    }
+    for (const ComponentCheck& component : check.components) {
+        check.volume += component.volume;
+        check.area += component.area;
+    }
+}
+
+// What was found between some triangles and others.
+struct Contacts {
+    Found crossings;
+    std::size_t touching = 0, shallow = 0;
+    double deepest = 0;
+    std::vector<SelfCrossing> listed;  // sorted, the deepest first
+
+    void list(const SelfCrossing& crossing, std::size_t examples) {
+        const auto before = [](const SelfCrossing& a, const SelfCrossing& b) {
+            if (a.depth != b.depth) return a.depth > b.depth;
+            return a.first != b.first ? a.first < b.first : a.second < b.second;
+        };
+        if (listed.size() == examples && (examples == 0 || !before(crossing, listed.back()))) return;
+        if (listed.size() == examples) listed.pop_back();
+        listed.insert(std::upper_bound(listed.begin(), listed.end(), crossing, before), crossing);
+    }
+};
+
+void findContacts(const JudgedSurface& surface, const Selection& solid, const Selection& sound,
+                  const CheckParams& params, MeshCheck& check) {
+    const TriangleTree tree(surface.position, solid.triangles);
+    std::vector<Contacts> found((tree.leaves() + kLeavesAtATime - 1) / kLeavesAtATime);
+    parallelFor(found.size(), 1, [&](std::size_t piece) {
+        Contacts& contacts = found[piece];
+        const std::size_t end = std::min(tree.leaves(), (piece + 1) * kLeavesAtATime);
+        for (std::size_t leaf = piece * kLeavesAtATime; leaf < end; ++leaf)
+            tree.forPairsOfLeaf(leaf, [&](std::uint32_t s, std::uint32_t t) {
+                const Contact contact = contactOf(surface, solid.row[s], solid.row[t]);
+                if (contact.kind == ContactKind::none) return;
+                if (contact.kind == ContactKind::touching) {
+                    ++contacts.touching;
+                    return;
+                }
+                contacts.deepest = std::max(contacts.deepest, contact.depth);
+                if (contact.depth < params.tolerance) {
+                    ++contacts.shallow;
+                    return;
+                }
+                const std::uint32_t first = sound.row[solid.row[s]], second = sound.row[solid.row[t]];
+                count(contacts.crossings, first);
+                contacts.list({first, second, contact.position, contact.depth, contact.coplanar}, params.examples);
+            });
+    });
+    Contacts all;
+    for (const Contacts& contacts : found) {
+        if (contacts.crossings && (!all.crossings || contacts.crossings.first < all.crossings.first))
+            all.crossings.first = contacts.crossings.first;
+        all.crossings.count += contacts.crossings.count;
+        all.touching += contacts.touching;
+        all.shallow += contacts.shallow;
+        all.deepest = std::max(all.deepest, contacts.deepest);
+        for (const SelfCrossing& crossing : contacts.listed) all.list(crossing, params.examples);
+    }
+    check.crossings = all.crossings;
+    check.touching = all.touching;
+    check.shallow = all.shallow;
+    check.deepest = all.deepest;
+    check.deepest_crossings = std::move(all.listed);
+}
+
+}  // namespace
+
+MeshCheck checkMesh(const Mesh& mesh, const CheckParams& params) {
+    MeshCheck check;
+    const std::size_t n = mesh.position.size();
+    check.vertices = n;
+    check.triangles = mesh.triangles.size();
+    for (std::size_t v = 0; v < n; ++v)
+        if (!isInRange(mesh.position[v])) count(check.not_finite, v);
+    for (std::size_t v = 0; v < mesh.velocity.size(); ++v) {
+        const Vec3& u = mesh.velocity[v];
+        if (!isFinite(u)) count(check.velocity_not_finite, v);
+    }
+
+    const Selection sound = select(mesh.triangles, [&](std::uint32_t row) {
+        const Triangle& t = mesh.triangles[row];
+        const bool missing = namesMissing(t, n), twice = namesTwice(t);
+        if (missing) count(check.missing_vertices, row);
+        if (twice) count(check.repeated_vertices, row);
+        return !missing && !twice;
+    });
+    countDuplicates(sound, check);
+    const Topology topology(n, sound.triangles, check);
+
+    const std::vector<std::uint32_t> place = placesOfVertices(mesh.position);
+    for (std::size_t v = 0; v < n; ++v)
+        if (place[v] != v) count(check.coincident_vertices, v);
+    enum Standing : std::uint8_t { not_finite, flat, solid };
+    std::vector<Standing> standing(sound.row.size());
+    parallelFor(standing.size(), 1024, [&](std::size_t i) {
+        const Triangle& t = sound.triangles[i];
+        const Vec3 &a = mesh.position[t[0]], &b = mesh.position[t[1]], &c = mesh.position[t[2]];
+        standing[i] = !isInRange(a) || !isInRange(b) || !isInRange(c) ? not_finite : onOneLine(a, b, c) ? flat : solid;
+    });
+    for (std::size_t i = 0; i < standing.size(); ++i)
+        if (standing[i] == flat) count(check.zero_area, sound.row[i]);
+    const Selection solids = select(sound.triangles, [&](std::uint32_t i) { return standing[i] == solid; });
+    measure(mesh, solids, topology.pieces, check);
+    check.inside_out = check.closed() && !check.misoriented_edges && check.volume < 0;
+    findContacts({mesh.position, sound.triangles, place, topology.across}, solids, sound, params, check);
+    return check;
+}
+
+std::vector<std::string_view> faultsOf(const MeshCheck& check, bool strict) {
+    std::vector<std::string_view> faults;
+    const auto add = [&](bool found, std::string_view name) {
+        if (found) faults.push_back(name);
+    };
+    add(check.not_finite.count > 0, "not_finite");
+    add(check.velocity_not_finite.count > 0, "velocity_not_finite");
+    add(check.missing_vertices.count > 0, "missing_vertices");
+    add(check.repeated_vertices.count > 0, "repeated_vertices");
+    add(check.duplicates.count > 0, "duplicates");
+    add(check.open_edges.count > 0, "open_edges");
+    add(check.misoriented_edges.count > 0, "misoriented_edges");
+    add(check.inside_out, "inside_out");
+    add(check.nonmanifold_edges.count > 0, "nonmanifold_edges");
+    add(check.nonmanifold_vertices.count > 0, "nonmanifold_vertices");
+    add(check.crossings.count > 0, "crossings");
+    if (!strict) return faults;
+    add(check.zero_area.count > 0, "zero_area");
+    add(check.unused_vertices.count > 0, "unused_vertices");
+    add(check.coincident_vertices.count > 0, "coincident_vertices");
+    add(check.touching > 0, "touching");
+    return faults;
+}
+
+Mesh weldVertices(const Mesh& mesh) {
+    const std::size_t n = mesh.position.size();
+    const std::vector<std::uint32_t> place = placesOfVertices(mesh.position);
+    std::vector<std::uint32_t> row(n, 0);
+    Mesh welded;
+    for (const Attribute& attribute : mesh.attributes)
+        welded.attributes.push_back({attribute.name, attribute.components, {}, {}});
+    std::vector<bool> used(n, false);
+    for (const Triangle& t : mesh.triangles)
+        for (const std::uint32_t v : t)
+            if (v < n) used[place[v]] = true;
+    for (std::size_t v = 0; v < n; ++v) {
+        if (!used[v]) continue;
+        row[v] = static_cast<std::uint32_t>(welded.position.size());
+        welded.position.push_back(mesh.position[v]);
+        if (!mesh.velocity.empty()) welded.velocity.push_back(mesh.velocity[v]);
+        for (std::size_t i = 0; i < mesh.attributes.size(); ++i) {
+            const Attribute& from = mesh.attributes[i];
+            Attribute& to = welded.attributes[i];
+            for (std::size_t k = v * from.components; k < (v + 1) * from.components; ++k) {
+                if (!from.real.empty()) to.real.push_back(from.real[k]);
+                if (!from.integer.empty()) to.integer.push_back(from.integer[k]);
+            }
+        }
+    }
+    if (mesh.component) welded.component.emplace();
+    for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
+        Triangle t = mesh.triangles[i];
+        const bool bad = namesMissing(t, n) || namesTwice(t);
+        for (std::uint32_t& v : t) v = v < n ? row[place[v]] : kNoTriangle;
+        if (!bad && namesTwice(t)) continue;
+        welded.triangles.push_back(t);
+        if (mesh.component) welded.component->push_back((*mesh.component)[i]);
+    }
+    return welded;
+}
+
+}  // namespace betamesh

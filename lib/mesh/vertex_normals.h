@@ -1,0 +1,73 @@
+// How the triangles round each vertex face.
+
+#pragma once
+
+#include "base/parallel.h"
+#include "betamesh/mesh.h"
+
+#include <algorithm>
+#include <array>
+#include <memory>
+#include <optional>
+#include <span>
+#include <utility>
+
+namespace betamesh {
+
+/// Corners of triangles, some at a time.
+inline constexpr std::size_t kTrianglesAtOnce = 64;
+using TriangleCorners = std::array<std::array<std::array<double, kTrianglesAtOnce>, 3>, 3>;  ///< [corner][axis]
+
+/// What a triangle adds to the normals of its corners: its own, times the angle there.
+struct CornerNormals {
+    Vec3f normal;                ///< of unit length; zero without area
+    std::array<float, 3> angle;  ///< radians, to 1e-7
+};
+
+/// Of the first `count` triangles.
+void cornerNormals(const TriangleCorners& at, std::size_t count, CornerNormals* normals);
+
+/// Means weighted by the angles of the triangles there: the one mean that does not change when a plane polygon is
+/// triangulated in another way. Unit vectors; zero for vertices without triangles.
+///
+/// in      positionOf(v): where vertex v < vertices is
+/// same    result for any thread count and instruction set
+template <typename PositionOf>
+std::vector<Vec3> vertexNormals(std::size_t vertices, std::span<const Triangle> triangles,
+                                const PositionOf& positionOf) {
+    constexpr std::size_t kBlock = 64 * kTrianglesAtOnce;
+    struct Block {
+        std::span<const Triangle> triangles;
+        std::unique_ptr<CornerNormals[]> corners;
+    };
+    std::size_t next = 0;
+    const auto take = [&]() -> std::optional<std::span<const Triangle>> {
+        if (next == triangles.size()) return std::nullopt;
+        const std::size_t begin = std::exchange(next, std::min(next + kBlock, triangles.size()));
+        return triangles.subspan(begin, next - begin);
+    };
+    const auto look = [&](std::span<const Triangle> some) {
+        Block block{some, std::make_unique_for_overwrite<CornerNormals[]>(some.size())};
+        TriangleCorners at{};
+        for (std::size_t begin = 0; begin < some.size(); begin += kTrianglesAtOnce) {
+            const std::size_t count = std::min(kTrianglesAtOnce, some.size() - begin);
+            for (std::size_t i = 0; i < count; ++i)
+                for (std::size_t m = 0; m < 3; ++m) {
+                    const Vec3& p = positionOf(some[begin + i][m]);
+                    for (int k = 0; k < 3; ++k) at[m][static_cast<std::size_t>(k)][i] = p[k];
+                }
+            cornerNormals(at, count, &block.corners[begin]);
+        }
+        return block;
+    };
+    std::vector<Vec3> normals(vertices, Vec3(0, 0, 0));
+    parallelInOrder(take, look, [&](Block&& block) {
+        for (std::size_t i = 0; i < block.triangles.size(); ++i)
+            for (std::size_t m = 0; m < 3; ++m)
+                normals[block.triangles[i][m]] += Vec3(block.corners[i].normal * block.corners[i].angle[m]);
+    });
+    parallelFor(vertices, 4096, [&](std::size_t v) { normals[v].normalize(); });
+    return normals;
+}
+
+}  // namespace betamesh

@@ -1,0 +1,94 @@
+
+#include "skin/attributes.h"
+
+#include "base/cell_order.h"
+#include "betamesh/error.h"
+
+#include <algorithm>
+
+namespace betamesh {
+
+namespace {
+
+// None where there are no particles, and nothing is known of them.
+const Attribute* attributeOf(const Particles& particles, const std::string& name) {
+    std::string known;
+    for (const Attribute& a : particles.attributes) {
+        if (a.name == name) return &a;
+        known += (known.empty() ? "" : ", ") + a.name;
+    }
+    if (particles.size() == 0) return nullptr;
+    throw Error("the particles have no attribute '" + name +
+                "'; expected one of those they have: " + (known.empty() ? "none" : known));
+}
+
+std::vector<std::string> withAccelerations(std::vector<std::string> names, const Particles& particles) {
+    for (const Attribute& a : particles.attributes)
+        if ((a.name == "accel" || a.name == "acceleration") && a.components == 3 && !a.real.empty() &&
+            std::find(names.begin(), names.end(), a.name) == names.end())
+            names.push_back(a.name);
+    return names;
+}
+
+}  // namespace
+
+std::vector<Attribute> carriedAttributes(const Particles& particles, const std::vector<std::uint32_t>& rows,
+                                         const std::vector<Moving>& balls, double radius,
+                                         const std::vector<std::string>& names, const std::vector<Vec3>& position) {
+    std::vector<const Attribute*> from;
+    std::vector<Attribute> carried;
+    for (const std::string& name : withAccelerations(names, particles)) {
+        const Attribute* attribute = attributeOf(particles, name);
+        if (attribute == nullptr) continue;
+        from.push_back(attribute);
+        const std::size_t numbers = position.size() * from.back()->components;
+        carried.push_back({name, from.back()->components, {}, {}});
+        if (from.back()->integer.empty())
+            carried.back().real.assign(numbers, 0);
+        else
+            carried.back().integer.assign(numbers, 0);
+    }
+    if (carried.empty() || position.empty()) return carried;
+
+    const double reach = 2 * radius;
+    const CellOrder far(balls.size(), reach, [&](std::size_t b) { return balls[b].position; });
+    const CellOrder near(position.size(), reach / 2, [&](std::size_t v) { return position[v]; });
+    forCellsWithin(
+        reach, near, far, [&](std::uint32_t b) { return balls[b].position; },
+        [&](std::uint32_t cell, std::span<const std::uint32_t> around) {
+            struct Share {
+                std::uint32_t row;
+                double weight;
+            };
+            std::vector<Share> shares;
+            for (const std::uint32_t row : near.rowsOf(cell)) {
+                shares.clear();
+                double sum = 0;
+                for (const std::uint32_t b : around) {
+                    const double t = 1 - (position[row] - balls[b].position).length2() / (reach * reach);
+                    if (!(t > 0)) continue;
+                    shares.push_back({rows[b], t * t});
+                    sum += t * t;
+                }
+                if (shares.empty()) continue;
+                const auto nearest = std::max_element(
+                    shares.begin(), shares.end(), [](const Share& a, const Share& b) { return a.weight < b.weight; });
+                for (std::size_t a = 0; a < carried.size(); ++a) {
+                    const std::size_t components = carried[a].components, place = row * components;
+                    for (std::size_t c = 0; c < components; ++c) {
+                        if (!from[a]->integer.empty()) {
+                            carried[a].integer[place + c] = from[a]->integer[nearest->row * components + c];
+                            continue;
+                        }
+                        double mean = 0;
+                        for (const Share& s : shares)
+                            mean += s.weight / sum * static_cast<double>(from[a]->real[s.row * components + c]);
+                        carried[a].real[place + c] = static_cast<float>(mean);
+                    }
+                }
+            }
+        });
+    return carried;
+}
+
+}  // namespace betamesh

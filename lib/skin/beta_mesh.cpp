@@ -1,0 +1,72 @@
+
+#include "skin/beta_mesh.h"
+
+#include "base/parallel.h"
+#include "mesh/mesh_edges.h"
+#include "mesh/vertex_normals.h"
+
+namespace betamesh {
+
+Mesh asMesh(const std::vector<Moving>& vertex, std::vector<Triangle> triangles) {
+    const std::vector<std::uint32_t> used = verticesOf(triangles, vertex.size());
+    std::vector<std::uint32_t> place(vertex.size());
+    Mesh mesh;
+    resizeOnAll(mesh.position, used.size());
+    resizeOnAll(mesh.velocity, used.size());
+    parallelFor(used.size(), 4096, [&](std::size_t i) {
+        const std::uint32_t v = used[i];
+        place[v] = static_cast<std::uint32_t>(i);
+        mesh.position[i] = vertex[v].position;
+        mesh.velocity[i] = vertex[v].velocity;
+    });
+    mesh.triangles = std::move(triangles);
+    parallelFor(mesh.triangles.size(), 4096, [&](std::size_t t) {
+        for (std::uint32_t& v : mesh.triangles[t]) v = place[v];
+    });
+    return mesh;
+}
+
+void moveToWritten(BetaMesh& mesh) {
+    parallelFor(mesh.vertex.size(), 8192,
+                [&](std::size_t v) { mesh.vertex[v].position = asWritten(mesh.vertex[v].position); });
+}
+
+void reorderVertices(BetaMesh& mesh, const std::vector<std::uint32_t>& order) {
+    std::vector<std::uint32_t> place(order.size());
+    std::vector<Moving> vertex(order.size());
+    std::vector<Rate> clearance(mesh.clearance.size());
+    parallelFor(order.size(), 8192, [&](std::size_t i) {
+        place[order[i]] = static_cast<std::uint32_t>(i);
+        vertex[i] = mesh.vertex[order[i]];
+        if (!clearance.empty()) clearance[i] = mesh.clearance[order[i]];
+    });
+    mesh.vertex = std::move(vertex);
+    mesh.clearance = std::move(clearance);
+    parallelFor(mesh.triangles.size(), 8192, [&](std::size_t t) {
+        for (std::uint32_t& v : mesh.triangles[t]) v = place[v];
+    });
+    for (std::vector<RisingVertex>& group : mesh.rising)
+        parallelFor(group.size(), 4096, [&](std::size_t i) {
+            group[i].vertex = place[group[i].vertex];
+            for (std::uint32_t& from : group[i].from) from = place[from];
+        });
+    for (SwellingVertex& swelling : mesh.swelling) swelling.vertex = place[swelling.vertex];
+}
+
+MovingPoints copyOf(const std::vector<Moving>& points) {
+    MovingPoints copy;
+    copy.position.resize(points.size());
+    copy.velocity.resize(points.size());
+    parallelFor(points.size(), 4096, [&](std::size_t i) {
+        copy.position[i] = points[i].position;
+        copy.velocity[i] = Vec3f(points[i].velocity);
+    });
+    return copy;
+}
+
+std::vector<Vec3> vertexNormals(const BetaMesh& mesh) {
+    return vertexNormals(mesh.vertex.size(), mesh.triangles,
+                         [&](std::uint32_t v) -> const Vec3& { return mesh.vertex[v].position; });
+}
+
+}  // namespace betamesh
