@@ -234,7 +234,7 @@ Sequence fineSteps(const Arguments& arguments, const Watched& watched) {
     if (const auto lost = watched.history.lost.find(arguments.frame); lost != watched.history.lost.end())
         throw Error(file + ": " + lost->second);
     const auto start = [&] {
-        const FrameNotes::AtWork note(watched.notes, arguments.frame);
+        const WorkerEvents::AtWork note(watched.notes, arguments.frame);
         return std::make_shared<Particles>(readParticles(file, {config.input.velocity, config.input.id}));
     }();
     if (start->size() > 0 && start->velocity.empty())
@@ -285,7 +285,7 @@ CoherenceReport compared(const Moment& before, const Moment& after, const Sequen
     return report;
 }
 
-int measure(const Sequence& sequence, const Arguments& arguments, const FrameNotes& notes) {
+int measure(const Sequence& sequence, const Arguments& arguments, const WorkerEvents& notes) {
     std::optional<PlotLine> against;
     if (!arguments.against.empty()) against = lineOf(arguments.against, sequence.names.size() - 1);
     std::vector<CoherenceReport> reports;
@@ -297,7 +297,7 @@ int measure(const Sequence& sequence, const Arguments& arguments, const FrameNot
         CoherenceReport report;
         std::optional<Moment> now;
         try {
-            const FrameNotes::AtWork note(notes, static_cast<int>(i));
+            const WorkerEvents::AtWork note(notes, static_cast<int>(i));
             now = sequence.moment(i);
             if (before) report = compared(*before, *now, sequence, arguments);
         } catch (const Error& error) {
@@ -332,7 +332,7 @@ int run(const Arguments& arguments) {
         throw Error("--places-above counts in ways of the fastest particle; expected --particles or --pipeline");
     if (std::isfinite(arguments.max_ratio) && arguments.particles.empty() && arguments.pipeline.empty())
         throw Error("--max-ratio compares with the way of the fastest particle; expected --particles or --pipeline");
-    const Watched watched = watchOverWorkers(true);
+    const Watched watched = superviseWorkers(true);
     if (!watched.working) return watched.exit_code;
     const Sequence sequence = arguments.pipeline.empty() ? meshFiles(arguments) : fineSteps(arguments, watched);
     if (!watched.history.lost.empty() && arguments.pipeline.empty()) {
@@ -342,7 +342,7 @@ int run(const Arguments& arguments) {
     }
     int exit_code = kAllWritten;
     withThreads(sequence.threads, [&] {
-        exit_code = measure(sequence, arguments, arguments.pipeline.empty() ? watched.notes : FrameNotes());
+        exit_code = measure(sequence, arguments, arguments.pipeline.empty() ? watched.notes : WorkerEvents());
     });
     return exit_code;
 }

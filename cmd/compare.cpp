@@ -86,7 +86,7 @@ int compare(const PictureJob& job, std::vector<std::string> texts, int columns, 
     return writePictures(job, worker, [&](const PictureTask& task) {
         const Particles particles = readParticles(task.input, {job.config.input.velocity, job.config.input.id});
         std::vector<CaptionedImage> images;
-        for (const Panel& panel : panels) images.push_back({developed(pictured(panel.plan, particles)), panel.caption});
+        for (const Panel& panel : panels) images.push_back({toneMapped(pictured(panel.plan, particles)), panel.caption});
         Drawn drawn{{}, contactSheet(images, columns)};
         drawn.files.push_back(encodePng(drawn.image));
         return drawn;

@@ -53,7 +53,7 @@ void add(JobResult& sum, const JobResult& result) {
 }
 
 /// What is left of a job after workers were lost: frames that may be to blame one after the other, then all others.
-JobResult runRest(Plan plan, SignalWatch& signals, const FrameNotes& notes, const JobHistory& history,
+JobResult runRest(Plan plan, SignalWatch& signals, const WorkerEvents& notes, const JobHistory& history,
                   const FrameEnded& frameEnded) {
     JobResult result{history.written, history.skipped, history.failed, history.out_of_memory, 0};
     logWarning(history.last_loss + "; frames at work then are begun again, one after the other");
@@ -172,7 +172,7 @@ int runWithOptions(const std::string& pipeline, std::vector<KeyValue> given, con
     const ProgressKind progress_kind = silent ? ProgressKind::none : progressKind(options.progress);
     rememberSignals();
     const auto begin = std::chrono::steady_clock::now();
-    const Watched watched = watchOverWorkers(isVdb(config.input.path), config.run.timeout);
+    const Watched watched = superviseWorkers(isVdb(config.input.path), config.run.timeout);
     if (!watched.working) return watched.exit_code;
     if (!options.log_file.empty()) setLogFile(options.log_file);
     if (config.run.memory_limit > 0) {

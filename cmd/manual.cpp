@@ -50,7 +50,7 @@ std::vector<std::string> namesOf(const CLI::Option& option) {
     return names;
 }
 
-std::string joined(const std::vector<std::string>& words, const std::string& between) {
+std::string concatenate(const std::vector<std::string>& words, const std::string& between) {
     std::string text;
     for (const std::string& word : words) text += (text.empty() ? "" : between) + word;
     return text;
@@ -76,7 +76,7 @@ std::string verbatim(const std::string& text) { return ".nf\n" + troff(text) + "
 std::string optionsPage(const CLI::App& app) {
     std::string text;
     forOptions(app, [&](const CLI::Option& option) {
-        std::string head = option.get_positional() ? option.get_name(true) : joined(namesOf(option), ", ");
+        std::string head = option.get_positional() ? option.get_name(true) : concatenate(namesOf(option), ", ");
         if (takesValue(option) && !option.get_positional()) head += ' ' + option.get_type_name();
         text += ".TP\n.B " + troff(head) + '\n' + troff(option.get_description()) + '\n';
     });
@@ -115,14 +115,14 @@ std::string bashCompletion(const CLI::App& program) {
     std::string below, options, values;  // of `case`: what may stand behind which words
     for (const Entry& entry : entriesOf(program)) {
         const std::vector<std::string> names = namesBelow(*entry.app);
-        if (!names.empty()) below += "        '" + entry.name + "') words='" + joined(names, " ") + "' ;;\n";
+        if (!names.empty()) below += "        '" + entry.name + "') words='" + concatenate(names, " ") + "' ;;\n";
         std::string words;
         forOptions(*entry.app, [&](const CLI::Option& option) {
             for (const std::string& name : namesOf(option)) {
                 words += ' ' + name;
                 const auto choices = choicesOf(option);
                 if (!choices.empty())
-                    values += "        '" + entry.name + ' ' + name + "') words='" + joined(choices, " ") + "' ;;\n";
+                    values += "        '" + entry.name + ' ' + name + "') words='" + concatenate(choices, " ") + "' ;;\n";
             }
         });
         options += "        '" + entry.name + "') words='" + words + "' ;;\n";
@@ -132,10 +132,10 @@ std::string bashCompletion(const CLI::App& program) {
            "    local current=${COMP_WORDS[COMP_CWORD]} before=${COMP_WORDS[COMP_CWORD-1]}\n"
            "    local command=${COMP_WORDS[1]} words=\n"
            "    ((COMP_CWORD > 1)) || words='" +
-           joined(namesBelow(program), " ") +
+           concatenate(namesBelow(program), " ") +
            " --help --version'\n"
            "    case $command in " +
-           joined(parentsOf(program), "|") +
+           concatenate(parentsOf(program), "|") +
            ") ((COMP_CWORD < 3)) || command+=\" ${COMP_WORDS[2]}\" ;; esac\n"
            "    [[ -n $words ]] || case \"$command $before\" in\n" +
            values +
@@ -169,7 +169,7 @@ std::string zshOptions(const CLI::App& app) {
         const auto choices = choicesOf(option);
         for (const std::string& name : namesOf(option)) {
             text += " \\\n            '*" + name + '[' + zshText(option.get_description()) + ']';
-            if (!choices.empty()) text += ":value:(" + joined(choices, " ") + ')';
+            if (!choices.empty()) text += ":value:(" + concatenate(choices, " ") + ')';
             if (choices.empty() && takesValue(option)) text += ':' + zshText(option.get_type_name()) + ":_files";
             text += '\'';
         }
@@ -181,7 +181,7 @@ std::string zshCompletion(const CLI::App& program) {
     std::string commands, cases, below;
     for (const std::string& parent : parentsOf(program))
         below +=
-            "        " + parent + ") compadd " + joined(namesBelow(*program.get_subcommand(parent)), " ") + " ;;\n";
+            "        " + parent + ") compadd " + concatenate(namesBelow(*program.get_subcommand(parent)), " ") + " ;;\n";
     for (const Entry& entry : entriesOf(program)) {
         if (entry.name.find(' ') == std::string::npos)
             commands += " \\\n            '" + entry.name + ':' + zshText(entry.app->get_description()) + '\'';
@@ -202,7 +202,7 @@ std::string zshCompletion(const CLI::App& program) {
            "    shift words\n"
            "    ((CURRENT--))\n"
            "    if [[ $command == (" +
-           joined(parentsOf(program), "|") +
+           concatenate(parentsOf(program), "|") +
            ") ]]; then\n"
            "        if ((CURRENT == 2)); then\n"
            "            case $command in\n" +

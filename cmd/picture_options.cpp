@@ -50,7 +50,7 @@ void writeWhole(const std::string& file, std::string_view bytes) {
 Image readPicture(const std::string& file) {
     const Bytes bytes = readWholeFile(file);
     const std::string text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
-    return fs::path(file).extension() == ".exr" ? developed(decodeExr(text, file)) : decodePng(text, file);
+    return fs::path(file).extension() == ".exr" ? toneMapped(decodeExr(text, file)) : decodePng(text, file);
 }
 
 /// What is made of all pictures together, as they come.
@@ -176,7 +176,7 @@ PictureJob planPictures(const PictureOptions& options, const Config& usual) {
 
 int inPictureWorker(const PictureJob& job, const std::function<int(const PictureWorker&)>& work) {
     rememberSignals();
-    const Watched watched = watchOverWorkers(isVdb(job.config.input.path), job.config.run.timeout);
+    const Watched watched = superviseWorkers(isVdb(job.config.input.path), job.config.run.timeout);
     if (!watched.working) return watched.exit_code;
     SignalWatch signals;
     int exit_code = kAllWritten;
@@ -211,7 +211,7 @@ int writePictures(const PictureJob& job, const PictureWorker& worker,
     for (std::size_t i = 0; i < job.tasks.size(); ++i) {
         const int frame = job.tasks[i].frame;
         if (caughtSignal() != 0) return kSignalBase + caughtSignal();
-        const FrameNotes::AtWork note(worker.notes, frame);
+        const WorkerEvents::AtWork note(worker.notes, frame);
         FrameStatus status = FrameStatus::ok;
         try {
             write(i);

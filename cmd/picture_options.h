@@ -53,7 +53,7 @@ struct PictureJob {
 
 /// Where pictures are made: a process that a damaged file may end, after which another goes on.
 struct PictureWorker {
-    const FrameNotes& notes;
+    const WorkerEvents& notes;
     const JobHistory& history;
     SignalWatch& signals;
 };

@@ -15,7 +15,7 @@ namespace betamesh {
 namespace {
 
 /// Of balls that show particles.
-double ballRadius(const Config& config, const std::map<int, std::string>& on_disk, const FrameNotes& notes) {
+double ballRadius(const Config& config, const std::map<int, std::string>& on_disk, const WorkerEvents& notes) {
     const auto resolved = resolveRadius(config, on_disk, notes);
     if (!resolved) return 0;
     logInfo("spacing " + std::to_string(resolved->spacing) + " (" + resolved->origin + ')');
@@ -33,10 +33,10 @@ struct First {
     double ball = 0;  ///< of particles, if that is what the files hold
 };
 
-First firstFrame(const Config& config, const std::map<int, std::string>& on_disk, const FrameNotes& notes) {
+First firstFrame(const Config& config, const std::map<int, std::string>& on_disk, const WorkerEvents& notes) {
     First first;
     for (const auto& [frame, file] : on_disk) {
-        const FrameNotes::AtWork note(notes, frame, FrameNotes::Doing::measuring);
+        const WorkerEvents::AtWork note(notes, frame, WorkerEvents::Doing::measuring);
         try {
             first.subject = readSubject(file, config, 0);
         } catch (const Error&) {  // its own frame will tell
@@ -70,7 +70,7 @@ int render(const PictureJob& job, const PictureWorker& worker) {
         const Subject subject =
             task.input == first.file ? std::move(first.subject) : readSubject(task.input, config, ball);
         const Picture picture = renderFrame(subject.mesh, subject.spheres, plan.camera, plan.look);
-        Drawn drawn{{}, developed(picture)};
+        Drawn drawn{{}, toneMapped(picture)};
         for (const std::string& output : task.outputs)
             drawn.files.push_back(isExr(output) ? encodeExr(picture) : encodePng(drawn.image));
         return drawn;

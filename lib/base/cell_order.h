@@ -2,6 +2,7 @@
 
 #pragma once
 
+#include "base/index.h"
 #include "base/parallel.h"
 #include "betamesh/vec3.h"
 
@@ -24,18 +25,17 @@ struct CellPlace {
 /// Numbers for cells, 0, 1, 2 … as they come.
 class CellNumbers {
 public:
-    static constexpr std::uint32_t kNone = ~std::uint32_t{0};
 
-    CellNumbers() : slot_(std::size_t{1} << kFirstBits, kNone) {}
+    CellNumbers() : slot_(std::size_t{1} << kFirstBits, kInvalidIndex) {}
     std::uint32_t add(const CellPlace& place) {
         const std::size_t slot = slotOf(place);
-        if (slot_[slot] != kNone) return slot_[slot];
+        if (slot_[slot] != kInvalidIndex) return slot_[slot];
         const auto number = slot_[slot] = static_cast<std::uint32_t>(place_.size());
         place_.push_back(place);
         if (2 * place_.size() > slot_.size()) grow();
         return number;
     }
-    /// kNone where it has none.
+    /// kInvalidIndex where it has none.
     std::uint32_t find(const CellPlace& place) const { return slot_[slotOf(place)]; }
     /// In the order of numbers.
     const std::vector<CellPlace>& places() const { return place_; }
@@ -48,11 +48,11 @@ private:
                                    static_cast<std::uint64_t>(y) * 0xC2B2AE3D27D4EB4F +
                                    static_cast<std::uint64_t>(x) * 0x165667B19E3779F9;
         std::size_t slot = hash >> shift_;  // the highest bits: all of a cell's place has a say in them
-        while (slot_[slot] != kNone && place_[slot_[slot]] != place) slot = (slot + 1) & (slot_.size() - 1);
+        while (slot_[slot] != kInvalidIndex && place_[slot_[slot]] != place) slot = (slot + 1) & (slot_.size() - 1);
         return slot;
     }
     void grow() {
-        slot_.assign(2 * slot_.size(), kNone);
+        slot_.assign(2 * slot_.size(), kInvalidIndex);
         --shift_;
         for (std::uint32_t number = 0; number < place_.size(); ++number) slot_[slotOf(place_[number])] = number;
     }
@@ -109,7 +109,7 @@ public:
         for (std::int32_t z = indexOf(low.z); z <= indexOf(high.z); ++z)
             for (std::int32_t y = indexOf(low.y); y <= indexOf(high.y); ++y) {
                 const std::uint32_t line = lines_.find({z, y, 0});
-                if (line == CellNumbers::kNone) continue;
+                if (line == kInvalidIndex) continue;
                 const auto end = cell_.begin() + line_begin_[line + 1];
                 for (auto at = std::lower_bound(cell_.begin() + line_begin_[line], end, CellPlace{z, y, first});
                      at != end && at->x <= last; ++at)
@@ -130,10 +130,10 @@ private:
         CellNumbers numbers;
         std::vector<std::uint32_t> count, next;
         CellPlace last_place{};
-        std::uint32_t last = CellNumbers::kNone;
+        std::uint32_t last = kInvalidIndex;
 
         std::uint32_t add(const CellPlace& place) {
-            if (last == CellNumbers::kNone || place != last_place) {
+            if (last == kInvalidIndex || place != last_place) {
                 last = numbers.add(last_place = place);
                 if (last == count.size()) count.push_back(0);
             }

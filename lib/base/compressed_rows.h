@@ -13,7 +13,7 @@ namespace betamesh {
 
 /// Row i is item[begin[i]] … item[begin[i + 1] - 1]. begin has one more entry than there are rows.
 template <typename T>
-struct RowsOf {
+struct CompressedRows {
     std::vector<std::uint32_t> begin{0};
     std::vector<T> item;
 
@@ -24,7 +24,7 @@ struct RowsOf {
     std::span<T> operator[](std::size_t row) { return {item.data() + begin[row], item.data() + begin[row + 1]}; }
 };
 
-using Rows = RowsOf<std::uint32_t>;
+using IndexRows = CompressedRows<std::uint32_t>;
 
 /// What forItemsOf(i, visit) tells for i = 0 … n - 1 by calls visit(row, item), row by row; in each the order of the
 /// calls stays. forItemsOf is called twice for each i, for several at once, and has to tell the same both times.
@@ -32,22 +32,22 @@ using Rows = RowsOf<std::uint32_t>;
 /// same    rows for any thread count
 /// cost    O(n + items + rows), the rows once for each thread
 template <typename T, typename ForItemsOf>
-RowsOf<T> sortedIntoRows(std::size_t rows, std::size_t n, const ForItemsOf& forItemsOf) {
+CompressedRows<T> sortedIntoRows(std::size_t rows, std::size_t n, const ForItemsOf& forItemsOf) {
     std::vector<std::vector<std::uint32_t>> next(sharesOf(n));  // of each share, in each row: how many, then where
     parallelShares(n, [&](std::size_t share, std::size_t first, std::size_t last) {
         next[share].resize(rows);
         const auto count = [&](std::size_t row, const T&) { ++next[share][row]; };
         for (std::size_t i = first; i < last; ++i) forItemsOf(i, count);
     });
-    RowsOf<T> sorted;
-    resizeOnAll(sorted.begin, rows + 1);
+    CompressedRows<T> sorted;
+    firstTouchResize(sorted.begin, rows + 1);
     std::uint32_t place = 0;
     for (std::size_t row = 0; row < rows; ++row) {
         sorted.begin[row] = place;
         for (std::vector<std::uint32_t>& of_share : next) place += std::exchange(of_share[row], place);
     }
     sorted.begin[rows] = place;
-    resizeOnAll(sorted.item, place);
+    firstTouchResize(sorted.item, place);
     parallelShares(n, [&](std::size_t share, std::size_t first, std::size_t last) {
         const auto put = [&](std::size_t row, const T& item) { sorted.item[next[share][row]++] = item; };
         for (std::size_t i = first; i < last; ++i) forItemsOf(i, put);

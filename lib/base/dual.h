@@ -10,70 +10,70 @@
 namespace betamesh {
 
 /// A number and its rate of change per second.
-struct Rate {
+struct Dual {
     double value = 0, rate = 0;
 
-    Rate() = default;
-    Rate(double constant) : value(constant) {}
-    Rate(double number, double per_second) : value(number), rate(per_second) {}
+    Dual() = default;
+    Dual(double constant) : value(constant) {}
+    Dual(double number, double per_second) : value(number), rate(per_second) {}
 
-    friend Rate operator+(Rate a, Rate b) { return {a.value + b.value, a.rate + b.rate}; }
-    friend Rate operator-(Rate a, Rate b) { return {a.value - b.value, a.rate - b.rate}; }
-    friend Rate operator*(Rate a, Rate b) { return {a.value * b.value, a.rate * b.value + a.value * b.rate}; }
-    friend Rate operator/(Rate a, Rate b) {
+    friend Dual operator+(Dual a, Dual b) { return {a.value + b.value, a.rate + b.rate}; }
+    friend Dual operator-(Dual a, Dual b) { return {a.value - b.value, a.rate - b.rate}; }
+    friend Dual operator*(Dual a, Dual b) { return {a.value * b.value, a.rate * b.value + a.value * b.rate}; }
+    friend Dual operator/(Dual a, Dual b) {
         const double value = a.value / b.value;
         return {value, (a.rate - value * b.rate) / b.value};
     }
 };
 
 /// At zero the rate is taken as zero.
-inline Rate squareRoot(Rate a) {
+inline Dual squareRoot(Dual a) {
     const double value = std::sqrt(std::max(0.0, a.value));
     return {value, value > 0 ? a.rate / (2 * value) : 0};
 }
 
 /// From 0, at t <= 0, to 1, at t >= 1, with no slope at either end.
-inline Rate smoothStep(Rate t) {
+inline Dual smoothStep(Dual t) {
     const double rate = t.value > 0 ? t.rate : 0;
-    const Rate part(std::max(0.0, std::min(t.value, 1.0)), t.value < 1 ? rate : 0);
+    const Dual part(std::max(0.0, std::min(t.value, 1.0)), t.value < 1 ? rate : 0);
     return part * part * (3 - part * 2);
 }
 
 /// A point or vector and its velocity per second.
-struct Moving {
+struct DualVec3 {
     Vec3 position{0, 0, 0}, velocity{0, 0, 0};
 
-    friend Moving operator+(const Moving& a, const Moving& b) {
+    friend DualVec3 operator+(const DualVec3& a, const DualVec3& b) {
         return {a.position + b.position, a.velocity + b.velocity};
     }
-    friend Moving operator-(const Moving& a, const Moving& b) {
+    friend DualVec3 operator-(const DualVec3& a, const DualVec3& b) {
         return {a.position - b.position, a.velocity - b.velocity};
     }
-    friend Moving operator*(const Moving& a, Rate s) {
+    friend DualVec3 operator*(const DualVec3& a, Dual s) {
         return {a.position * s.value, a.velocity * s.value + a.position * s.rate};
     }
-    friend Moving operator*(const Moving& a, double s) { return {a.position * s, a.velocity * s}; }
-    friend Moving operator/(const Moving& a, Rate s) { return a * (1 / s); }
+    friend DualVec3 operator*(const DualVec3& a, double s) { return {a.position * s, a.velocity * s}; }
+    friend DualVec3 operator/(const DualVec3& a, Dual s) { return a * (1 / s); }
 };
 
-inline Rate dot(const Moving& a, const Moving& b) {
+inline Dual dot(const DualVec3& a, const DualVec3& b) {
     return {dot(a.position, b.position), dot(a.velocity, b.position) + dot(a.position, b.velocity)};
 }
 
-inline Moving cross(const Moving& a, const Moving& b) {
+inline DualVec3 cross(const DualVec3& a, const DualVec3& b) {
     return {cross(a.position, b.position), cross(a.velocity, b.position) + cross(a.position, b.velocity)};
 }
 
 /// At length zero the rate is taken as zero.
-inline Rate length(const Moving& a) {
+inline Dual length(const DualVec3& a) {
     const double value = a.position.length();
     return {value, value > 0 ? dot(a.position, a.velocity) / value : 0};
 }
 
 /// A vector of length zero stays what it is, and does not move.
-inline Moving normalized(const Moving& a) {
-    const Rate size = length(a);
-    return size.value > 0 ? a / size : Moving{};
+inline DualVec3 normalized(const DualVec3& a) {
+    const Dual size = length(a);
+    return size.value > 0 ? a / size : DualVec3{};
 }
 
 }  // namespace betamesh

@@ -7,24 +7,24 @@
 
 namespace betamesh {
 
-struct RateLanes {
+struct DualPack {
     double value[kLanes] = {}, rate[kLanes] = {};
 
-    Rate operator[](std::size_t lane) const { return {value[lane], rate[lane]}; }
-    void set(std::size_t lane, Rate number) {
+    Dual operator[](std::size_t lane) const { return {value[lane], rate[lane]}; }
+    void set(std::size_t lane, Dual number) {
         value[lane] = number.value;
         rate[lane] = number.rate;
     }
 };
 
-struct MovingLanes {
+struct DualVec3Pack {
     double position[3][kLanes] = {}, velocity[3][kLanes] = {};
 
-    Moving operator[](std::size_t lane) const {
+    DualVec3 operator[](std::size_t lane) const {
         return {Vec3(position[0][lane], position[1][lane], position[2][lane]),
                 Vec3(velocity[0][lane], velocity[1][lane], velocity[2][lane])};
     }
-    void set(std::size_t lane, const Moving& point) {
+    void set(std::size_t lane, const DualVec3& point) {
         position[0][lane] = point.position.x;
         position[1][lane] = point.position.y;
         position[2][lane] = point.position.z;

@@ -14,22 +14,22 @@ constexpr double kFollowed = 0.1;  // sphere radii; circles smaller than this ar
 
 }  // namespace
 
-MovingCircle::MovingCircle(const Moving& a, const Moving& b, double sphere_radius)
+IntersectionCircle::IntersectionCircle(const DualVec3& a, const DualVec3& b, double sphere_radius)
     : centre_((a + b) * 0.5), sphere_(sphere_radius) {
-    const Moving span = b - a;
-    const Rate half = length(span) / 2;
+    const DualVec3 span = b - a;
+    const Dual half = length(span) / 2;
     axis_ = normalized(span);
     radius_.value = std::sqrt(std::max(0.0, (sphere_ - half.value) * (sphere_ + half.value)));
     radius_.rate = -half.value * half.rate / std::max(radius_.value, kFollowed * sphere_);
 }
 
-Moving MovingCircle::across(const Moving& point) const {
-    const Moving offset = point - centre_;
+DualVec3 IntersectionCircle::across(const DualVec3& point) const {
+    const DualVec3 offset = point - centre_;
     return offset - axis_ * dot(offset, axis_);
 }
 
-void MovingCircle::beginTowards(const Moving& point) {
-    const Moving offset = across(point);
+void IntersectionCircle::beginTowards(const DualVec3& point) {
+    const DualVec3 offset = across(point);
     if (!(offset.position.length2() > 0)) return beginAnywhere();
     first_ = normalized(offset);
     const double size = offset.position.length();
@@ -37,24 +37,24 @@ void MovingCircle::beginTowards(const Moving& point) {
     second_ = cross(axis_, first_);
 }
 
-void MovingCircle::beginAnywhere() {
+void IntersectionCircle::beginAnywhere() {
     const Vec3 other = std::abs(axis_.position.x) < 0.6 ? Vec3(1, 0, 0) : Vec3(0, 1, 0);
     first_.position = cross(axis_.position, other).normalized();
     first_.velocity = axis_.position * -dot(axis_.velocity, first_.position);
     second_ = cross(axis_, first_);
 }
 
-Rate MovingCircle::movingAngle(const Moving& point, double angle) const {
-    const Moving offset = across(point);
-    const Rate x = dot(offset, first_), y = dot(offset, second_);
+Dual IntersectionCircle::angleRate(const DualVec3& point, double angle) const {
+    const DualVec3 offset = across(point);
+    const Dual x = dot(offset, first_), y = dot(offset, second_);
     const double least = kFollowed * sphere_;
     return {angle,
             (x.value * y.rate - y.value * x.rate) / std::max(x.value * x.value + y.value * y.value, least * least)};
 }
 
-Moving MovingCircle::outwards(Rate angle) const {
+DualVec3 IntersectionCircle::outwards(Dual angle) const {
     const auto [s, c] = sineCosine(angle.value);
-    return first_ * Rate{c, -s * angle.rate} + second_ * Rate{s, c * angle.rate};
+    return first_ * Dual{c, -s * angle.rate} + second_ * Dual{s, c * angle.rate};
 }
 
 }  // namespace betamesh

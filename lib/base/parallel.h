@@ -93,7 +93,7 @@ void parallelBoth(const First& first, const Second& second) {
 /// Makes room for n rows. Memory is handed out page by page as it is touched for the first time, which takes longer
 /// than to fill it: all threads do the touching.
 template <typename T>
-void makeRoom(std::vector<T>& rows, std::size_t n) {
+void firstTouchReserve(std::vector<T>& rows, std::size_t n) {
     constexpr std::size_t kPage = 4096;
     if (n <= rows.capacity()) return;
     rows.reserve(n);
@@ -104,18 +104,18 @@ void makeRoom(std::vector<T>& rows, std::size_t n) {
 
 /// As rows.resize(n), in such room.
 template <typename T>
-void resizeOnAll(std::vector<T>& rows, std::size_t n) {
-    makeRoom(rows, n);
+void firstTouchResize(std::vector<T>& rows, std::size_t n) {
+    firstTouchReserve(rows, n);
     rows.resize(n);
 }
 
 /// The rows of some parts, one part after another; rowsOf(part): a member, where the part is not itself a list of them.
-template <typename Part, typename RowsOf = std::identity>
-auto joined(const std::vector<Part>& parts, const RowsOf& rowsOf = {}) {
+template <typename Part, typename CompressedRows = std::identity>
+auto concatenate(const std::vector<Part>& parts, const CompressedRows& rowsOf = {}) {
     std::vector<std::size_t> first(parts.size() + 1, 0);
     for (std::size_t p = 0; p < parts.size(); ++p) first[p + 1] = first[p] + std::invoke(rowsOf, parts[p]).size();
-    std::remove_cvref_t<std::invoke_result_t<RowsOf, const Part&>> rows;
-    resizeOnAll(rows, first.back());
+    std::remove_cvref_t<std::invoke_result_t<CompressedRows, const Part&>> rows;
+    firstTouchResize(rows, first.back());
     parallelFor(parts.size(), 1, [&](std::size_t p) {
         const auto& some = std::invoke(rowsOf, parts[p]);
         std::copy(some.begin(), some.end(), rows.begin() + static_cast<std::ptrdiff_t>(first[p]));
@@ -125,14 +125,14 @@ auto joined(const std::vector<Part>& parts, const RowsOf& rowsOf = {}) {
 
 /// The rows i of [0, n) for which is(i), ascending.
 template <typename Is>
-std::vector<std::uint32_t> rowsWhere(std::size_t n, const Is& is) {
+std::vector<std::uint32_t> indicesWhere(std::size_t n, const Is& is) {
     constexpr std::size_t kRowsPerTask = 16384;
     std::vector<std::vector<std::uint32_t>> rows((n + kRowsPerTask - 1) / kRowsPerTask);
     parallelFor(rows.size(), 1, [&](std::size_t task) {
         for (std::size_t i = task * kRowsPerTask; i < std::min(n, (task + 1) * kRowsPerTask); ++i)
             if (is(static_cast<std::uint32_t>(i))) rows[task].push_back(static_cast<std::uint32_t>(i));
     });
-    return joined(rows);
+    return concatenate(rows);
 }
 
 /// How many rows i of [0, n) there are for which is(i).
@@ -266,7 +266,7 @@ void parallelInOrder(const Take& take, const Make& make, const Give& give) {
 
 /// Turns counts into places: returns n + 1 entries, the sums of all counts before each, then of all.
 template <typename Count>
-std::vector<Count> placesOf(const std::vector<Count>& counts) {
+std::vector<Count> exclusiveScan(const std::vector<Count>& counts) {
     std::vector<Count> places(counts.size() + 1, 0);
     std::partial_sum(counts.begin(), counts.end(), places.begin() + 1);
     return places;

@@ -65,7 +65,7 @@ bool preferred(const Particles& particles, std::uint32_t a, std::uint32_t b) {
 // Some particles, cell by cell; cells in order.
 struct InCells {
     std::vector<Vec3i> cell;
-    Rows particles;
+    IndexRows particles;
 };
 
 template <typename PositionAt>
@@ -114,7 +114,7 @@ SnappedParticles sortedInside(InCells&& cells, const PositionAt& positionAt, con
                 std::tie(snapped.position[begin + k], snapped.row[begin + k]) = cell[k];
         }
     });
-    const std::vector<std::uint32_t> place = placesOf(left);
+    const std::vector<std::uint32_t> place = exclusiveScan(left);
     if (place.back() == n) return snapped;
     for (std::size_t c = 0; c < left.size(); ++c)
         for (std::uint32_t k = 0; k < left[c]; ++k) {
@@ -249,8 +249,8 @@ Vec3 NeighbourFinder::placeInCell(std::uint32_t particle) const {
     return toDouble(particles_.position[particle] - particles_.cell[cell_] * (2 * particles_.radius));
 }
 
-bool NeighbourFinder::isInCrowd() const {
-    return particles_.cell_begin[cell_ + 1] - particles_.cell_begin[cell_] >= kCrowd;
+bool NeighbourFinder::isInDenseCell() const {
+    return particles_.cell_begin[cell_ + 1] - particles_.cell_begin[cell_] >= kDenseCell;
 }
 
 // One of so many, and the farthest each way, behind which most others are.
@@ -273,7 +273,7 @@ std::span<const std::uint32_t> NeighbourFinder::someOf(const Candidates& candida
 
 // In a crowd those of an eighth of the cell, which are two in five, or one in eight: many particles share them.
 const NeighbourFinder::Candidates& NeighbourFinder::candidatesFor(const Vec3& place, Reach reach) {
-    if (!isInCrowd()) return of_cell_;
+    if (!isInDenseCell()) return of_cell_;
     const auto radius = static_cast<double>(particles_.radius);
     const bool right = place.x >= radius, behind = place.y >= radius, above = place.z >= radius;
     Candidates& here = of_eighth_[reach][(right ? 1 : 0) + (behind ? 2 : 0) + (above ? 4 : 0)];
@@ -322,16 +322,16 @@ void NeighbourFinder::find(std::uint32_t particle, std::vector<Neighbour>& neigh
     find(particle, within_diameter, neighbours);
 }
 
-bool NeighbourFinder::findInCrowd(std::uint32_t particle, std::vector<Neighbour>& neighbours) {
+bool NeighbourFinder::findInDenseCell(std::uint32_t particle, std::vector<Neighbour>& neighbours) {
     goTo(particle);
-    if (!isInCrowd()) return false;
+    if (!isInDenseCell()) return false;
     find(particle, within_radius, neighbours);
     return true;
 }
 
-bool NeighbourFinder::findSomeInCrowd(std::uint32_t particle, std::vector<Neighbour>& neighbours) {
+bool NeighbourFinder::findSomeInDenseCell(std::uint32_t particle, std::vector<Neighbour>& neighbours) {
     goTo(particle);
-    if (!isInCrowd() || candidatesFor(placeInCell(particle), within_radius).particle.size() < kHugeCrowd) return false;
+    if (!isInDenseCell() || candidatesFor(placeInCell(particle), within_radius).particle.size() < kHugeCrowd) return false;
     find(particle, some_within_radius, neighbours);
     return true;
 }

@@ -148,7 +148,7 @@ struct Neighbour {
 };
 
 /// A cell with so many particles is a crowd; the radius of 1.5 spacings leaves some thirty in one.
-inline constexpr std::uint32_t kCrowd = 64;
+inline constexpr std::uint32_t kDenseCell = 64;
 
 /// Finds particles near one, itself left out, in the order of SnappedParticles. Quickest when asked for one particle of
 /// a cell after another.
@@ -158,9 +158,9 @@ public:
     /// All within 2R.
     void find(std::uint32_t particle, std::vector<Neighbour>& neighbours);
     /// Of a particle in a crowd all within R, a fifth of them; false where it is in none.
-    bool findInCrowd(std::uint32_t particle, std::vector<Neighbour>& neighbours);
+    bool findInDenseCell(std::uint32_t particle, std::vector<Neighbour>& neighbours);
     /// Likewise some hundreds of those, from all over, where there are a thousand and more; false where there are not.
-    bool findSomeInCrowd(std::uint32_t particle, std::vector<Neighbour>& neighbours);
+    bool findSomeInDenseCell(std::uint32_t particle, std::vector<Neighbour>& neighbours);
 
 private:
     struct Candidates {
@@ -173,7 +173,7 @@ private:
     void goTo(std::uint32_t particle);
     void gather(std::size_t cell);
     Vec3 placeInCell(std::uint32_t particle) const;
-    bool isInCrowd() const;
+    bool isInDenseCell() const;
     void find(std::uint32_t particle, Reach reach, std::vector<Neighbour>& neighbours);
     std::span<const std::uint32_t> within(Reach reach, const Candidates& candidates, const Box& box);
     std::span<const std::uint32_t> someOf(const Candidates& candidates);

@@ -19,7 +19,7 @@ bool isVelocity(const Attribute& a, std::size_t n) { return a.components == 3 &&
 
 std::vector<Vec3f> rowsOf(const std::vector<float>& numbers) {
     std::vector<Vec3f> rows;
-    resizeOnAll(rows, numbers.size() / 3);
+    firstTouchResize(rows, numbers.size() / 3);
     parallelFor(rows.size(), kRowsAtOnce, [&](std::size_t i) {
         rows[i] = {numbers[3 * i], numbers[3 * i + 1], numbers[3 * i + 2]};
     });
@@ -110,7 +110,7 @@ void appendNumbers(std::vector<T>&& more, std::uint64_t all, std::vector<T>& num
     }
     const std::size_t wanted = numbers.size() + more.size();
     if (numbers.capacity() < wanted)
-        makeRoom(numbers, std::max<std::size_t>(wanted, static_cast<std::size_t>(
+        firstTouchReserve(numbers, std::max<std::size_t>(wanted, static_cast<std::size_t>(
                                                             std::min<std::uint64_t>(all, 2 * std::uint64_t{wanted}))));
     numbers.insert(numbers.end(), more.begin(), more.end());
 }

@@ -14,7 +14,7 @@
 
 namespace betamesh {
 
-/// Rows are points, in the order of the file. Attributes hold everything but position and the id that was
+/// IndexRows are points, in the order of the file. Attributes hold everything but position and the id that was
 /// asked for; velocity is still among them.
 struct FileContents {
     std::string format;                   ///< as FileInfo::format

@@ -71,7 +71,7 @@ public:
                 spacing > 0 ? static_cast<std::uint32_t>(std::clamp(std::ceil(side / spacing), 1.0, kMostCuts)) : 1;
             count[t] = std::size_t{cuts_[t]} * cuts_[t];
         });
-        begin_ = placesOf(count);
+        begin_ = exclusiveScan(count);
     }
     std::size_t size() const { return surface_.position().size() + begin_.back(); }
 

@@ -1,11 +1,12 @@
 
 #include "mesh/components.h"
 
+#include "base/index.h"
 #include "base/union_find.h"
 
 namespace betamesh {
 
-Pieces piecesOf(std::size_t vertices, std::span<const Triangle> triangles) {
+Components componentsOf(std::size_t vertices, std::span<const Triangle> triangles) {
     UnionFind groups(vertices);
     std::vector<std::uint8_t> used(vertices, 0);
     for (const Triangle& t : triangles) {
@@ -13,7 +14,7 @@ Pieces piecesOf(std::size_t vertices, std::span<const Triangle> triangles) {
         groups.join(t[0], t[1]);
         groups.join(t[1], t[2]);
     }
-    Pieces pieces{std::vector<std::uint32_t>(vertices, kNoPiece), 0};
+    Components pieces{std::vector<std::uint32_t>(vertices, kInvalidIndex), 0};
     for (std::uint32_t v = 0; v < vertices; ++v) {
         if (!used[v]) continue;
         const std::uint32_t first = groups.find(v);  // the smallest of its group

@@ -17,7 +17,7 @@ constexpr int kCuts = 8;               // round each place
 constexpr double kFarthest = 2.0 / 3;  // of the jump: points that tell which way liquid went
 constexpr double kBothFrom = 1.0 / 3;  // of their area: a part below this does not count
 
-// Rows of points, each row of rows a place, in the order of their first points.
+// IndexRows of points, each row of rows a place, in the order of their first points.
 std::vector<std::vector<std::uint32_t>> gathered(const std::vector<FarPoint>& far, double reach) {
     const auto positionOf = [&](std::size_t row) { return far[row].position; };
     const CellOrder cells(far.size(), reach, positionOf);

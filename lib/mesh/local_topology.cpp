@@ -47,7 +47,7 @@ MeshParts::MeshParts(const Mesh& mesh)
     : position_(mesh.position),
       triangles_(placedTriangles(mesh)),
       tree_(position_, triangles_),
-      pieces_(piecesOf(position_.size(), triangles_)),
+      pieces_(componentsOf(position_.size(), triangles_)),
       volume_(pieces_.count, 0) {
     for (const Triangle& t : triangles_) {
         const Vec3& origin = position_[triangles_[0][0]];

@@ -33,7 +33,7 @@ private:
     std::span<const Vec3> position_;
     std::vector<Triangle> triangles_;
     TriangleTree tree_;
-    Pieces pieces_;
+    Components pieces_;
     std::vector<double> volume_;  // of each
 };
 

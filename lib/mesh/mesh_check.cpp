@@ -1,6 +1,7 @@
 
 #include "mesh/mesh_check.h"
 
+#include "base/index.h"
 #include "base/parallel.h"
 #include "base/union_find.h"
 #include "exact/orientation.h"
@@ -67,13 +68,13 @@ void countDuplicates(const Selection& sound, MeshCheck& check) {
 class Topology {
 public:
     Topology(std::size_t vertices, std::span<const Triangle> triangles, MeshCheck& check)
-        : pieces(piecesOf(vertices, triangles)),
+        : pieces(componentsOf(vertices, triangles)),
           triangles_(triangles),
           fans_(3 * triangles.size()),
           is_manifold_(pieces.count, true) {
         check.components.resize(pieces.count);
         for (std::uint32_t v = 0; v < vertices; ++v) {
-            if (pieces.of_vertex[v] == kNoPiece) {
+            if (pieces.of_vertex[v] == kInvalidIndex) {
                 count(check.unused_vertices, v);
             } else {
                 ++check.components[pieces.of_vertex[v]].vertices;
@@ -88,7 +89,7 @@ public:
     }
 
     std::vector<std::uint32_t> across;
-    Pieces pieces;
+    Components pieces;
 
 private:
     void visit(std::span<const TriangleSide> sides, MeshCheck& check) {
@@ -117,11 +118,11 @@ private:
     }
 
     void countFans(std::size_t vertices, MeshCheck& check) {
-        std::vector<std::uint32_t> fan_of(vertices, kNoTriangle);
+        std::vector<std::uint32_t> fan_of(vertices, kInvalidIndex);
         std::vector<bool> several(vertices, false);
         for (std::uint32_t corner = 0; corner < across.size(); ++corner) {
             const std::uint32_t v = triangles_[corner / 3][corner % 3], fan = fans_.find(corner);
-            if (fan_of[v] == kNoTriangle) fan_of[v] = fan;
+            if (fan_of[v] == kInvalidIndex) fan_of[v] = fan;
             if (fan_of[v] != fan) several[v] = true;
         }
         for (std::uint32_t v = 0; v < vertices; ++v) {
@@ -145,7 +146,7 @@ private:
     std::vector<bool> is_manifold_;
 };
 
-void measure(const Mesh& mesh, const Selection& standing, const Pieces& pieces, MeshCheck& check) {
+void measure(const Mesh& mesh, const Selection& standing, const Components& pieces, MeshCheck& check) {
     if (standing.triangles.empty()) return;
     const Vec3 origin = mesh.position[standing.triangles[0][0]];
     for (const Triangle& t : standing.triangles) {
@@ -316,7 +317,7 @@ Mesh weldVertices(const Mesh& mesh) {
     for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
         Triangle t = mesh.triangles[i];
         const bool bad = namesMissing(t, n) || namesTwice(t);
-        for (std::uint32_t& v : t) v = v < n ? row[place[v]] : kNoTriangle;
+        for (std::uint32_t& v : t) v = v < n ? row[place[v]] : kInvalidIndex;
         if (!bad && namesTwice(t)) continue;
         welded.triangles.push_back(t);
         if (mesh.component) welded.component->push_back((*mesh.component)[i]);

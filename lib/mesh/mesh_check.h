@@ -14,7 +14,7 @@ struct CheckParams {
     std::size_t examples = 8;  ///< how many crossings are listed
 };
 
-/// Rows of one kind.
+/// IndexRows of one kind.
 struct Found {
     std::size_t count = 0;
     std::uint32_t first = 0;  ///< the smallest such row, if there is one
@@ -51,14 +51,14 @@ struct MeshCheck {
     double area = 0;         ///< world units squared
     std::vector<ComponentCheck> components;
 
-    // Faults. Rows of vertices:
+    // Faults. IndexRows of vertices:
     Found not_finite;  ///< positions that are NaN, infinite or beyond 2^200
     Found velocity_not_finite;
     Found open_edges;            ///< with an odd number of triangles
     Found misoriented_edges;     ///< run through at least twice more often in one direction than in the other
     Found nonmanifold_edges;     ///< with more than two triangles
     Found nonmanifold_vertices;  ///< round which triangles form several fans that share no edge
-    // Rows of triangles:
+    // IndexRows of triangles:
     Found missing_vertices;   ///< that name a vertex which does not exist
     Found repeated_vertices;  ///< that name one vertex twice
     Found duplicates;         ///< with the same three vertices, in any order, as one before

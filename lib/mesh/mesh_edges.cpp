@@ -2,6 +2,7 @@
 #include "mesh/mesh_edges.h"
 
 #include "base/compressed_rows.h"
+#include "base/index.h"
 #include "base/parallel.h"
 
 #include <algorithm>
@@ -15,14 +16,14 @@ std::vector<std::uint32_t> verticesOf(std::span<const Triangle> triangles, std::
     parallelFor(triangles.size(), 4096, [&](std::size_t t) {
         for (const std::uint32_t v : triangles[t]) std::atomic_ref(is_used[v]).store(1, std::memory_order_relaxed);
     });
-    return rowsWhere(vertices, [&](std::uint32_t v) { return is_used[v] != 0; });
+    return indicesWhere(vertices, [&](std::uint32_t v) { return is_used[v] != 0; });
 }
 
 std::vector<TriangleSide> sortedSides(std::span<const Triangle> triangles) {
     // Into buckets by the lower vertex, then each bucket, some three sides, by the rest.
     std::uint32_t vertices = 0;
     for (const Triangle& t : triangles) vertices = std::max({vertices, t[0] + 1, t[1] + 1, t[2] + 1});
-    RowsOf<TriangleSide> sides =
+    CompressedRows<TriangleSide> sides =
         sortedIntoRows<TriangleSide>(vertices, triangles.size(), [&](std::size_t t, const auto& visit) {
             for (std::size_t m = 0; m < 3; ++m) {
                 const std::uint32_t a = triangles[t][m], b = triangles[t][(m + 1) % 3];
@@ -39,7 +40,7 @@ std::vector<TriangleSide> sortedSides(std::span<const Triangle> triangles) {
 }
 
 std::vector<std::uint32_t> trianglesAcross(const std::vector<TriangleSide>& sides) {
-    std::vector<std::uint32_t> across(sides.size(), kNoTriangle);
+    std::vector<std::uint32_t> across(sides.size(), kInvalidIndex);
     forEveryEdge(sides, [&](std::span<const TriangleSide> edge) {
         if (edge.size() != 2) return;
         across[edge[0].side] = edge[1].side / 3;

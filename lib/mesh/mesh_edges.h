@@ -2,6 +2,7 @@
 
 #pragma once
 
+#include "base/index.h"
 #include "betamesh/mesh.h"
 
 #include <cstdint>
@@ -11,7 +12,6 @@
 
 namespace betamesh {
 
-inline constexpr std::uint32_t kNoTriangle = std::numeric_limits<std::uint32_t>::max();
 
 /// Those of so many vertices that are corners of triangles, ascending.
 std::vector<std::uint32_t> verticesOf(std::span<const Triangle> triangles, std::size_t vertices);
@@ -29,7 +29,7 @@ struct TriangleSide {
 /// cost    O(triangles) where few triangles share a vertex
 std::vector<TriangleSide> sortedSides(std::span<const Triangle> triangles);
 
-/// Of each side 3t + m, the triangle beyond it, or kNoTriangle where not exactly two meet at the edge. sides: sorted.
+/// Of each side 3t + m, the triangle beyond it, or kInvalidIndex where not exactly two meet at the edge. sides: sorted.
 std::vector<std::uint32_t> trianglesAcross(const std::vector<TriangleSide>& sides);
 
 /// Of each vertex, the first vertex at the same position; itself where the position is not finite.

@@ -2,6 +2,7 @@
 #include "mesh/mesh_measure.h"
 
 #include "base/compressed_rows.h"
+#include "base/index.h"
 #include "base/parallel.h"
 #include "exact/orientation.h"
 
@@ -21,7 +22,7 @@ struct EdgeCount {
 
 // Each side is kept by its lower vertex: the higher one, below 2^31, and in the last bit which way it runs.
 EdgeCount countEdges(const std::vector<Triangle>& triangles, std::size_t vertices) {
-    Rows others = sortedIntoRows<std::uint32_t>(vertices, triangles.size(), [&](std::size_t t, const auto& visit) {
+    IndexRows others = sortedIntoRows<std::uint32_t>(vertices, triangles.size(), [&](std::size_t t, const auto& visit) {
         const auto add = [&](std::uint32_t from, std::uint32_t to) {
             visit(std::min(from, to), std::max(from, to) << 1 | (from < to ? 1 : 0));
         };
@@ -73,10 +74,10 @@ Size sizeOf(const Mesh& mesh) {
 
 MeshMeasure measureMesh(const Mesh& mesh) {
     MeshMeasure measure;
-    Pieces pieces;
+    Components pieces;
     EdgeCount edges;
     Size size;
-    parallelBoth([&] { pieces = piecesOf(mesh.position.size(), mesh.triangles); },  // on one thread, for as long
+    parallelBoth([&] { pieces = componentsOf(mesh.position.size(), mesh.triangles); },  // on one thread, for as long
                  [&] {
                      edges = countEdges(mesh.triangles, mesh.position.size());
                      size = sizeOf(mesh);
@@ -86,7 +87,7 @@ MeshMeasure measureMesh(const Mesh& mesh) {
     measure.volume = size.volume;
     measure.area = size.area;
     measure.euler = std::count_if(pieces.of_vertex.begin(), pieces.of_vertex.end(),
-                                  [](std::uint32_t piece) { return piece != kNoPiece; });
+                                  [](std::uint32_t piece) { return piece != kInvalidIndex; });
     measure.euler += static_cast<std::int64_t>(mesh.triangles.size()) - static_cast<std::int64_t>(edges.edges);
     return measure;
 }

@@ -1,6 +1,7 @@
 
 #include "mesh/triangle_contact.h"
 
+#include "base/index.h"
 #include "exact/orientation.h"
 
 #include <algorithm>
@@ -148,7 +149,7 @@ private:
     Contact edgeOnFace(std::uint32_t of, int side, int apex_side, const Triangle& face, const Vec3& middle) const {
         const std::uint32_t apex = apexAcross(of, side);
         const bool crosses =
-            apex != kNoTriangle && sideOfPlane(at(face[0]), at(face[1]), at(face[2]), at(apex)) == -apex_side;
+            apex != kInvalidIndex && sideOfPlane(at(face[0]), at(face[1]), at(face[2]), at(apex)) == -apex_side;
         if (!crosses) return {ContactKind::touching, false, middle, 0};
         return {ContactKind::crossing, false, middle, of == s_ ? depth({apex}, {}) : depth({}, {apex})};
     }
@@ -158,13 +159,13 @@ private:
     Contact alongEdges(int m, int n, const Vec3& middle) const {
         if (shared_.vertices == 2) return {};
         const std::uint32_t beyond_s = apexAcross(s_, m), beyond_t = apexAcross(t_, n);
-        if (beyond_s == kNoTriangle || beyond_t == kNoTriangle ||
+        if (beyond_s == kInvalidIndex || beyond_t == kInvalidIndex ||
             !interleaved(a_[m], a_[after(m)], a_[before(m)], beyond_s, b_[before(n)], beyond_t))
             return {ContactKind::touching, false, middle, 0};
         return {ContactKind::crossing, false, middle, depth({beyond_s}, {beyond_t})};
     }
 
-    // The third corner of the triangle beyond a side, a vertex, or kNoTriangle. Triangles without area are
+    // The third corner of the triangle beyond a side, a vertex, or kInvalidIndex. Triangles without area are
     // passed, towards one that stands along the same line.
     std::uint32_t apexAcross(std::uint32_t t, int side) const {
         const Vec3 &p = at(surface_.triangles[t][side]), &q = at(surface_.triangles[t][after(side)]);
@@ -175,13 +176,13 @@ private:
         for (int steps = 0; steps < kMostFlatTriangles; ++steps) {
             const std::uint32_t from = surface_.triangles[t][side], to = surface_.triangles[t][after(side)];
             t = surface_.across[3 * t + static_cast<std::uint32_t>(side)];
-            if (t == kNoTriangle) return kNoTriangle;
+            if (t == kInvalidIndex) return kInvalidIndex;
             const Triangle& other = surface_.triangles[t];
             const int apex = other[0] != from && other[0] != to ? 0 : other[1] != from && other[1] != to ? 1 : 2;
             if (!onOneLine(p, q, at(other[apex]))) return other[apex];
             side = between(at(other[apex]), at(other[before(apex)]), at(other[after(apex)])) ? before(apex) : apex;
         }
-        return kNoTriangle;
+        return kInvalidIndex;
     }
 
     // Round the line from p to q stand half-planes through a, b and through c, d: does one of c, d stand

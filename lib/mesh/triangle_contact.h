@@ -2,6 +2,7 @@
 
 #pragma once
 
+#include "base/index.h"
 #include "mesh/mesh_edges.h"
 
 #include <cstdint>
@@ -14,7 +15,7 @@ struct JudgedSurface {
     std::span<const Vec3> position;
     std::span<const Triangle> triangles;
     std::span<const std::uint32_t> place;   ///< of each vertex: equal where positions are
-    std::span<const std::uint32_t> across;  ///< of each side 3t + m: the triangle beyond it, or kNoTriangle
+    std::span<const std::uint32_t> across;  ///< of each side 3t + m: the triangle beyond it, or kInvalidIndex
 };
 
 enum class ContactKind {

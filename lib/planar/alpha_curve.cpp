@@ -1,17 +1,18 @@
 
 #include "planar/alpha_curve.h"
 
+#include "base/index.h"
+
 #include <algorithm>
 
 namespace betamesh {
 
-Curves alphaCurves(const DiscBoundary& boundary, const std::vector<Moving>& discs) {
-    constexpr std::uint32_t kUnused = ~std::uint32_t{0};
-    std::vector<std::uint32_t> vertex(discs.size(), kUnused);
+Curves alphaCurves(const DiscBoundary& boundary, const std::vector<DualVec3>& discs) {
+    std::vector<std::uint32_t> vertex(discs.size(), kInvalidIndex);
     for (const auto& [from, to] : boundary.segment) vertex[from] = vertex[to] = 0;
     Curves curves;
     for (std::size_t d = 0; d < discs.size(); ++d) {
-        if (vertex[d] == kUnused) continue;
+        if (vertex[d] == kInvalidIndex) continue;
         vertex[d] = static_cast<std::uint32_t>(curves.position.size());
         curves.position.push_back(discs[d].position);
         curves.velocity.push_back(discs[d].velocity);

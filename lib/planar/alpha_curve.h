@@ -14,7 +14,7 @@ namespace betamesh {
 /// out     vertices are the discs that some segment uses
 /// cost    O(segments)
 /// source  beta mesh paper, section 3.2
-Curves alphaCurves(const DiscBoundary& boundary, const std::vector<Moving>& discs);
+Curves alphaCurves(const DiscBoundary& boundary, const std::vector<DualVec3>& discs);
 
 /// Segments whose reverse is there, too. Each of the two counts.
 std::size_t doubleSidedSegments(const DiscBoundary& boundary);

@@ -11,12 +11,12 @@ namespace betamesh {
 
 /// Vertices of one line stand together, in order, the liquid on their left; the last is joined to the first.
 struct BetaCurve {
-    std::vector<Moving> vertex;
+    std::vector<DualVec3> vertex;
     std::vector<std::uint8_t> pure;       ///< of each vertex: 1 where two circles meet, 0 on an arc between them
     std::vector<std::uint32_t> begin{0};  ///< first vertex of each line, and one entry past the last
 
     std::size_t lines() const { return begin.size() - 1; }
-    void add(const Moving& point, bool is_pure) {
+    void add(const DualVec3& point, bool is_pure) {
         vertex.push_back(point);
         pure.push_back(is_pure);
     }

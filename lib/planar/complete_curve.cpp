@@ -8,8 +8,8 @@
 
 namespace betamesh {
 
-BetaCurve completeCurve(const DiscBoundary& boundary, const std::vector<Moving>& discs,
-                        const std::vector<Moving>& vertices, int directions) {
+BetaCurve completeCurve(const DiscBoundary& boundary, const std::vector<DualVec3>& discs,
+                        const std::vector<DualVec3>& vertices, int directions) {
     const double step = 2 * std::numbers::pi / directions, radius = boundary.worldRadius();
     BetaCurve curve;
     const auto addPoint = [&](std::uint32_t disc, double angle) {
@@ -26,7 +26,7 @@ BetaCurve completeCurve(const DiscBoundary& boundary, const std::vector<Moving>&
         }
         curve.endLine();
     }
-    for (const std::uint32_t disc : boundary.bare) {
+    for (const std::uint32_t disc : boundary.isolated) {
         for (int k = 0; k < directions; ++k) addPoint(disc, k * step);
         curve.endLine();
     }

@@ -16,8 +16,8 @@ namespace betamesh {
 ///
 /// out     a line for each cycle, then one for each bare disc
 /// cost    O(points)
-BetaCurve completeCurve(const DiscBoundary& boundary, const std::vector<Moving>& discs,
-                        const std::vector<Moving>& vertices, int directions);
+BetaCurve completeCurve(const DiscBoundary& boundary, const std::vector<DualVec3>& discs,
+                        const std::vector<DualVec3>& vertices, int directions);
 
 /// Leaves out lines that run round small holes, and whatever is inside them. All others stay as they are, in their
 /// order.

@@ -13,8 +13,8 @@ constexpr double kOwnWeight = 1e-9;  // of a vertex itself, in widths: where not
 
 }  // namespace
 
-std::vector<Rate> vertexLengths(const BetaCurve& curve) {
-    std::vector<Rate> edge(curve.vertex.size()), lengths(curve.vertex.size());
+std::vector<Dual> vertexLengths(const BetaCurve& curve) {
+    std::vector<Dual> edge(curve.vertex.size()), lengths(curve.vertex.size());
     forEveryVertex(curve, [&](std::uint32_t, std::uint32_t v, std::uint32_t after) {
         edge[v] = length(curve.vertex[after] - curve.vertex[v]);
     });
@@ -24,20 +24,20 @@ std::vector<Rate> vertexLengths(const BetaCurve& curve) {
     return lengths;
 }
 
-std::vector<Moving> meansOf(const std::vector<Moving>& values, const BetaCurve& curve, double width) {
-    const std::vector<Rate> lengths = vertexLengths(curve);
-    std::vector<Moving> means(values.size());
+std::vector<DualVec3> meansOf(const std::vector<DualVec3>& values, const BetaCurve& curve, double width) {
+    const std::vector<Dual> lengths = vertexLengths(curve);
+    std::vector<DualVec3> means(values.size());
     const double inverse_square = 1 / (width * width);
     const auto positionOf = [&](std::size_t v) -> const Vec3& { return curve.vertex[v].position; };
     const CellOrder cells(values.size(), width / 2, positionOf);
     forCellsWithin(width, cells, cells, positionOf, [&](std::uint32_t cell, std::span<const std::uint32_t> near) {
         for (const std::uint32_t v : cells.rowsOf(cell)) {
-            Moving sum = values[v] * (kOwnWeight * width);
-            Rate total = kOwnWeight * width;
+            DualVec3 sum = values[v] * (kOwnWeight * width);
+            Dual total = kOwnWeight * width;
             for (const std::uint32_t u : near) {
                 if (!((positionOf(u) - positionOf(v)).length2() * inverse_square < 1)) continue;
-                const Moving offset = curve.vertex[u] - curve.vertex[v];
-                const Rate t = 1 - dot(offset, offset) * inverse_square, weight = t * t * lengths[u];
+                const DualVec3 offset = curve.vertex[u] - curve.vertex[v];
+                const Dual t = 1 - dot(offset, offset) * inverse_square, weight = t * t * lengths[u];
                 sum = sum + values[u] * weight;
                 total = total + weight;
             }

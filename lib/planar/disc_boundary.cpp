@@ -45,7 +45,7 @@ constexpr std::size_t kParticlesPerTask = 256;
 // Segments that leave one particle, and whether anything comes near it.
 struct Leaving {
     std::vector<std::array<std::uint32_t, 2>> segment;  // of snapped particles
-    std::vector<std::uint32_t> bare;
+    std::vector<std::uint32_t> isolated;
 };
 
 // Is the disc to the right of the way to `u` empty? `last` is whoever was in the way the last time, asked first.
@@ -67,7 +67,7 @@ Leaving leavingSegments(const SnappedParticles& particles, std::uint32_t begin, 
     std::vector<Neighbour> neighbours, empty;
     for (std::uint32_t i = begin; i < end; ++i) {
         finder.find(i, neighbours);
-        if (neighbours.empty()) leaving.bare.push_back(i);
+        if (neighbours.empty()) leaving.isolated.push_back(i);
         empty.clear();
         const Neighbour* last = nullptr;
         for (const Neighbour& u : neighbours)
@@ -89,7 +89,7 @@ Leaving allSegments(const SnappedParticles& particles) {
     Leaving all;
     for (const Leaving& part : parts) {
         all.segment.insert(all.segment.end(), part.segment.begin(), part.segment.end());
-        all.bare.insert(all.bare.end(), part.bare.begin(), part.bare.end());
+        all.isolated.insert(all.isolated.end(), part.isolated.begin(), part.isolated.end());
     }
     return all;
 }
@@ -98,7 +98,7 @@ Leaving allSegments(const SnappedParticles& particles) {
 void nameDiscs(const SnappedParticles& particles, Leaving& leaving, DiscBoundary& boundary) {
     std::vector<std::uint32_t> disc(particles.size(), 0);
     for (const auto& [from, to] : leaving.segment) disc[from] = disc[to] = 1;
-    for (const std::uint32_t i : leaving.bare) disc[i] = 1;
+    for (const std::uint32_t i : leaving.isolated) disc[i] = 1;
     for (std::uint32_t i = 0; i < disc.size(); ++i) {
         if (disc[i] == 0) continue;
         disc[i] = static_cast<std::uint32_t>(boundary.position.size());
@@ -107,9 +107,9 @@ void nameDiscs(const SnappedParticles& particles, Leaving& leaving, DiscBoundary
         boundary.snapped_row.push_back(i);
     }
     for (auto& segment : leaving.segment) segment = {disc[segment[0]], disc[segment[1]]};
-    for (std::uint32_t& i : leaving.bare) i = disc[i];
+    for (std::uint32_t& i : leaving.isolated) i = disc[i];
     boundary.segment = std::move(leaving.segment);
-    boundary.bare = std::move(leaving.bare);
+    boundary.isolated = std::move(leaving.isolated);
 }
 
 // A vertex on the circle of a disc: where another disc begins or ceases to cover it, seen counter-clockwise.
@@ -123,7 +123,7 @@ struct Mark {
 // begins with one disc and ends with another or the same, whose directions follow each other in that order.
 void linkVertices(DiscBoundary& boundary) {
     const std::size_t discs = boundary.position.size();
-    RowsOf<Mark> marks = sortedIntoRows<Mark>(discs, boundary.segment.size(), [&](std::size_t v, const auto& visit) {
+    CompressedRows<Mark> marks = sortedIntoRows<Mark>(discs, boundary.segment.size(), [&](std::size_t v, const auto& visit) {
         const auto [from, to] = boundary.segment[v];
         const Vec3 way = toDouble(boundary.position[to] - boundary.position[from]);
         visit(from, {way, static_cast<std::uint32_t>(v), true});

@@ -29,8 +29,8 @@ struct DiscBoundary {
     std::vector<std::array<std::uint32_t, 2>> segment;  ///< of discs, the liquid on the left
     std::vector<Vec3> vertex;                           ///< world units
     std::vector<std::uint32_t> next;                    ///< where the arc from each vertex ends
-    Rows cycle;                                         ///< the closed curves: vertices in the order of `next`
-    std::vector<std::uint32_t> bare;                    ///< discs that meet no other
+    IndexRows cycle;                                         ///< the closed curves: vertices in the order of `next`
+    std::vector<std::uint32_t> isolated;                    ///< discs that meet no other
 
     Vec3 centre(std::size_t disc) const { return toDouble(position[disc]) * quantum; }
     double worldRadius() const { return static_cast<double>(radius) * quantum; }

@@ -16,7 +16,7 @@ constexpr double kSameParticle = 1e-4;  // radii, above what snapping moves
 }  // namespace
 
 std::vector<bool> cyclesWithRoom(const DiscBoundary& boundary, const DiscBoundary& wider) {
-    const Rows arcs = sortedIntoRows<std::uint32_t>(
+    const IndexRows arcs = sortedIntoRows<std::uint32_t>(
         boundary.position.size(), boundary.segment.size(),
         [&](std::size_t v, const auto& visit) { visit(boundary.segment[v][1], static_cast<std::uint32_t>(v)); });
     std::vector<std::size_t> cycle_of(boundary.segment.size());

@@ -3,7 +3,7 @@
 
 namespace betamesh {
 
-BetaCurve paperCurve(const DiscBoundary& boundary, const std::vector<Moving>& vertices) {
+BetaCurve paperCurve(const DiscBoundary& boundary, const std::vector<DualVec3>& vertices) {
     BetaCurve curve;
     for (std::size_t c = 0; c < boundary.cycle.size(); ++c) {
         for (const std::uint32_t v : boundary.cycle[c]) {

@@ -14,6 +14,6 @@ namespace betamesh {
 ///
 /// cost    O(vertices)
 /// source  beta mesh paper, section 3.4.2 and Figure 8 (a)
-BetaCurve paperCurve(const DiscBoundary& boundary, const std::vector<Moving>& vertices);
+BetaCurve paperCurve(const DiscBoundary& boundary, const std::vector<DualVec3>& vertices);
 
 }  // namespace betamesh

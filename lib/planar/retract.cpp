@@ -36,7 +36,7 @@ std::vector<Step> stepsFor(const CurveSkin& skin) {
     return steps;
 }
 
-Rate clamped(Rate a, double low, double high) { return a.value < low ? low : a.value > high ? high : a; }
+Dual clamped(Dual a, double low, double high) { return a.value < low ? low : a.value > high ? high : a; }
 
 // The boundary's samples and corners, by place.
 class Outer {
@@ -45,7 +45,7 @@ public:
 
     // Calls visit(vertex, outer points within reach of it or little farther).
     template <typename Visit>
-    void forVertices(const std::vector<Moving>& vertices, const Visit& visit) const {
+    void forVertices(const std::vector<DualVec3>& vertices, const Visit& visit) const {
         const auto placeOf = [&](std::size_t i) -> const Vec3& { return point(i).position; };
         const CellOrder points(boundary_.samples.size() + boundary_.corners.size(), reach_ / 4, placeOf);
         const CellOrder cells(vertices.size(), reach_ / 4, [&](std::size_t v) { return vertices[v].position; });
@@ -53,11 +53,11 @@ public:
             for (const std::uint32_t v : cells.rowsOf(cell)) visit(v, near);
         });
     }
-    const Moving& point(std::size_t i) const {
+    const DualVec3& point(std::size_t i) const {
         const std::size_t samples = boundary_.samples.size();
         return i < samples ? boundary_.samples[i].position : boundary_.corners[i - samples];
     }
-    Rate weight(std::size_t i) const { return i < boundary_.samples.size() ? boundary_.samples[i].weight : 0; }
+    Dual weight(std::size_t i) const { return i < boundary_.samples.size() ? boundary_.samples[i].weight : 0; }
 
 private:
     const OuterBoundary& boundary_;
@@ -68,16 +68,16 @@ private:
 
 double CurveSkin::reach() const { return rolling() + (kBeyond + kBand) * spacing; }
 
-void retract(const OuterBoundary& boundary, const CurveSkin& skin, const std::function<Rate(const Moving& x)>& swelling,
+void retract(const OuterBoundary& boundary, const CurveSkin& skin, const std::function<Dual(const DualVec3& x)>& swelling,
              BetaCurve& curve) {
     const double band = kBand * skin.spacing, beyond = kBeyond * skin.spacing;
     const double reach = skin.reach();
     const Outer outer(boundary, reach);
     for (const Step& step : stepsFor(skin)) {
         const double width = step.width * skin.spacing;
-        std::vector<Moving> way(curve.vertex.size());
+        std::vector<DualVec3> way(curve.vertex.size());
         outer.forVertices(curve.vertex, [&](std::uint32_t v, std::span<const std::uint32_t> near) {
-            const Moving& x = curve.vertex[v];
+            const DualVec3& x = curve.vertex[v];
             double least = reach * reach;
             const std::uint32_t* nearest = nullptr;
             for (const std::uint32_t& i : near) {
@@ -85,21 +85,21 @@ void retract(const OuterBoundary& boundary, const CurveSkin& skin, const std::fu
                 if (square < least) least = square, nearest = &i;
             }
             if (nearest == nullptr) return;
-            const Moving shortest = x - outer.point(*nearest);
-            const Rate nearest_square = dot(shortest, shortest), depth = length(shortest);
-            const Rate target = skin.rolling() - swelling(x), fade = 1 - smoothStep((depth - target) / beyond);
+            const DualVec3 shortest = x - outer.point(*nearest);
+            const Dual nearest_square = dot(shortest, shortest), depth = length(shortest);
+            const Dual target = skin.rolling() - swelling(x), fade = 1 - smoothStep((depth - target) / beyond);
             if (!(fade.value > 0)) return;
             // 1 at the nearest point, 0 a band farther off.
-            const Rate span = band * band + depth * (2 * band);
-            Moving away;
+            const Dual span = band * band + depth * (2 * band);
+            DualVec3 away;
             for (const std::uint32_t i : near) {
                 const double square = (x.position - outer.point(i).position).length2();
                 if (!(square - nearest_square.value < span.value)) continue;
-                const Moving offset = x - outer.point(i);
-                const Rate t = 1 - (dot(offset, offset) - nearest_square) / span;
+                const DualVec3 offset = x - outer.point(i);
+                const Dual t = 1 - (dot(offset, offset) - nearest_square) / span;
                 away = away + offset * (t * t * outer.weight(i));
             }
-            const Rate size =
+            const Dual size =
                 clamped((target - depth) * step.share, -kLongestOutwards * width, kLongestInwards * width);
             way[v] = normalized(away) * (size * fade);
         });

@@ -27,7 +27,7 @@ struct CurveSkin {
 /// What depth is measured from: the boundary of discs of the outer radius.
 struct OuterBoundary {
     BoundarySamples samples;      ///< a tenth of a spacing apart
-    std::vector<Moving> corners;  ///< where two circles meet
+    std::vector<DualVec3> corners;  ///< where two circles meet
 };
 
 /// Moves vertices from the boundary of discs of the joining radius to where they are rolling() deep below the outer
@@ -39,7 +39,7 @@ struct OuterBoundary {
 /// same    bytes for any thread count
 /// cost    O(vertices · samples within reach)
 /// source  solvent-excluded surface: Connolly 1983
-void retract(const OuterBoundary& outer, const CurveSkin& skin, const std::function<Rate(const Moving& x)>& swelling,
+void retract(const OuterBoundary& outer, const CurveSkin& skin, const std::function<Dual(const DualVec3& x)>& swelling,
              BetaCurve& curve);
 
 }  // namespace betamesh

@@ -52,8 +52,8 @@ bool isPapers(const SkinParams& params) {
     return params.surface == SurfaceKind::beta && params.tessellation == Tessellation::paper;
 }
 
-BetaCurve tessellated(const DiscBoundary& boundary, const std::vector<Moving>& discs,
-                      const std::vector<Moving>& vertices, const SkinParams& params) {
+BetaCurve tessellated(const DiscBoundary& boundary, const std::vector<DualVec3>& discs,
+                      const std::vector<DualVec3>& vertices, const SkinParams& params) {
     if (isPapers(params)) return paperCurve(boundary, vertices);
     const int directions =
         params.arc_subdivisions > 0 ? kDirectionsPerSubdivision * params.arc_subdivisions : kDirections;
@@ -85,7 +85,7 @@ OuterBoundary outerBoundary(const Particles& particles, const SnappedParticles& 
                             const CurveSkin& skin) {
     const double reach = skin.joining + skin.reach() + skin.outer();
     const CellOrder exposed(boundary.position.size(), reach / 2, [&](std::size_t d) { return boundary.centre(d); });
-    const std::vector<std::uint32_t> near = rowsWhere(snapped.size(), [&](std::uint32_t i) {
+    const std::vector<std::uint32_t> near = indicesWhere(snapped.size(), [&](std::uint32_t i) {
         const Vec3 centre = toDouble(snapped.position[i]) * snapped.quantum;
         bool any = false;
         exposed.forCellsIn(centre - Vec3(reach, reach, 0), centre + Vec3(reach, reach, 0),
@@ -96,8 +96,8 @@ OuterBoundary outerBoundary(const Particles& particles, const SnappedParticles& 
     for (const std::uint32_t i : near) rows.push_back(snapped.row[i]);
     const Particles some = particlesAt(rows, particles);
     const DiscBoundary outer = discBoundary(snapParticles(some, skin.outer()));
-    const std::vector<Moving> discs = movingDiscs(outer, some);
-    std::vector<Moving> corners = movingVertices(outer, discs);
+    const std::vector<DualVec3> discs = movingDiscs(outer, some);
+    std::vector<DualVec3> corners = boundaryVertices(outer, discs);
     const int directions =
         static_cast<int>(std::ceil(2 * std::numbers::pi * skin.outer() / (kOuterSpacing * skin.spacing)));
     BoundarySamples samples = boundarySamples(outer, discs, corners, std::max(directions, kDirections));
@@ -112,14 +112,14 @@ void moveToSkin(const Particles& particles, const SnappedParticles& snapped, con
     const double more = loneSkinDepth(params) - skinDepth(params, 2);
     std::optional<LoneParticles> lone;
     if (more > 0) {
-        std::vector<Moving> moving;
+        std::vector<DualVec3> moving;
         for (std::size_t i = 0; i < snapped.size(); ++i) {
             const Vec3f v = particles.velocity.empty() ? Vec3f(0) : particles.velocity[snapped.row[i]];
             moving.push_back({toDouble(snapped.position[i]) * snapped.quantum, Vec3(v.x, v.y, 0)});
         }
         lone.emplace(moving, params.radius, skin.outer());
     }
-    const auto swelling = [&](const Moving& x) { return lone ? lone->at(x) * more : Rate(0); };
+    const auto swelling = [&](const DualVec3& x) { return lone ? lone->at(x) * more : Dual(0); };
     retract(outer, skin, swelling, curve);
 }
 
@@ -138,7 +138,7 @@ std::size_t fillSmallHoles(const Particles& particles, const SnappedParticles& s
     });
 }
 
-void smooth(const DiscBoundary& boundary, const std::vector<Moving>& discs, const std::vector<Moving>& vertices,
+void smooth(const DiscBoundary& boundary, const std::vector<DualVec3>& discs, const std::vector<DualVec3>& vertices,
             const SkinParams& params, BetaCurve& curve) {
     if (params.smoothing == SmoothingMethod::paper) smoothAsInPaper(curve, params.passes);
     if (isSmoothed(params) && skinDepth(params, 2) > 0) {
@@ -154,7 +154,7 @@ void smooth(const DiscBoundary& boundary, const std::vector<Moving>& discs, cons
 
 Curves asCurves(const BetaCurve& curve) {
     Curves curves;
-    for (const Moving& vertex : curve.vertex) {
+    for (const DualVec3& vertex : curve.vertex) {
         curves.position.push_back(vertex.position);
         curves.velocity.push_back(vertex.velocity);
     }
@@ -164,10 +164,10 @@ Curves asCurves(const BetaCurve& curve) {
     return curves;
 }
 
-// Rows of SnappedParticles, ascending.
+// IndexRows of SnappedParticles, ascending.
 std::vector<std::uint32_t> isolatedIn(const DiscBoundary& boundary) {
     std::vector<std::uint32_t> rows;
-    for (const std::uint32_t disc : boundary.bare) rows.push_back(boundary.snapped_row[disc]);
+    for (const std::uint32_t disc : boundary.isolated) rows.push_back(boundary.snapped_row[disc]);
     return rows;
 }
 
@@ -176,8 +176,8 @@ PlaneReport reportOf(const Particles& particles, const DiscBoundary& boundary) {
     report.particles = particles.size();
     report.alpha_segments = boundary.segment.size();
     report.double_sided_segments = doubleSidedSegments(boundary);
-    report.isolated_particles = boundary.bare.size();
-    report.alpha_vertices = boundary.position.size() - boundary.bare.size();
+    report.isolated_particles = boundary.isolated.size();
+    report.alpha_vertices = boundary.position.size() - boundary.isolated.size();
     return report;
 }
 
@@ -195,7 +195,7 @@ SkinnedPlane skinPlane(const Particles& particles, const SkinParams& params, con
     const std::size_t distinct_particles = snapped.size();
     const LeftOut left_out = leaveOutDroplets(particles, params.features, snapped, plane.spheres);
     const DiscBoundary boundary = discBoundary(snapped);
-    const std::vector<Moving> discs = movingDiscs(boundary, particles);
+    const std::vector<DualVec3> discs = movingDiscs(boundary, particles);
     watch("structure");
 
     plane.report = reportOf(particles, boundary);
@@ -206,7 +206,7 @@ SkinnedPlane skinPlane(const Particles& particles, const SkinParams& params, con
     if (params.surface == SurfaceKind::alpha) {
         plane.curves = plane.alpha;
     } else {
-        const std::vector<Moving> vertices = movingVertices(boundary, discs);
+        const std::vector<DualVec3> vertices = boundaryVertices(boundary, discs);
         watch("velocity");
         BetaCurve curve = tessellated(boundary, discs, vertices, params);
         if (params.features.bubbles == Bubbles::fill)
@@ -217,7 +217,7 @@ SkinnedPlane skinPlane(const Particles& particles, const SkinParams& params, con
         if (skinDepth(params, 2) > 0) moveToSkin(particles, snapped, boundary, params, curve);
         if (params.surface == SurfaceKind::beta) smooth(boundary, discs, vertices, params, curve);
         watch("smooth");
-        if (!particles.velocity.empty()) slideWithParticles(boundary, discs, curve);
+        if (!particles.velocity.empty()) projectTangentialVelocity(boundary, discs, curve);
         watch("velocity");
         plane.curves = asCurves(curve);
         if (isPapers(params)) addSpheres(particles, snapped, isolatedIn(boundary), plane.spheres);

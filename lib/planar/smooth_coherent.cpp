@@ -39,7 +39,7 @@ struct alignas(kLanes * sizeof(double)) Rates {
     [[gnu::always_inline]] friend Rates operator*(const Rates& a, double s) { return {a.value * s, a.rate * s}; }
 };
 
-[[gnu::always_inline]] inline Rates lanesOf(Rate a) { return {Lanes{} + a.value, Lanes{} + a.rate}; }
+[[gnu::always_inline]] inline Rates lanesOf(Dual a) { return {Lanes{} + a.value, Lanes{} + a.rate}; }
 [[gnu::always_inline]] inline Rates positive(const Rates& a) {
     const Lanes zero{};
     return {a.value > 0 ? a.value : zero, a.value > 0 ? a.rate : zero};
@@ -48,9 +48,9 @@ struct alignas(kLanes * sizeof(double)) Rates {
     const Lanes value = 1.0 / a.value;
     return {value, -value * value * a.rate};
 }
-[[gnu::always_inline]] inline Rate total(const Rates& a) {
-    Rate sum;
-    for (std::size_t l = 0; l < kLanes; ++l) sum = sum + Rate(a.value[l], a.rate[l]);
+[[gnu::always_inline]] inline Dual total(const Rates& a) {
+    Dual sum;
+    for (std::size_t l = 0; l < kLanes; ++l) sum = sum + Dual(a.value[l], a.rate[l]);
     return sum;
 }
 
@@ -60,18 +60,18 @@ struct alignas(kLanes * sizeof(double)) Block {
 };
 
 struct Fit {
-    Moving step;       // radii
-    Moving direction;  // of the fitted circle
-    Rate trust;        // 0 without samples, towards 1 with many that agree
+    DualVec3 step;       // radii
+    DualVec3 direction;  // of the fitted circle
+    Dual trust;        // 0 without samples, towards 1 with many that agree
 };
 
 struct Sums {
-    Rate mean_square, weight, along, square;  // mean_square: |m|²
-    Moving offset, direction;
+    Dual mean_square, weight, along, square;  // mean_square: |m|²
+    DualVec3 offset, direction;
 };
 
 BETAMESH_EVERY_CPU
-void sumUp(const Block* blocks, std::size_t n, double inverse_square_width, const Moving& at, Sums& sums) {
+void sumUp(const Block* blocks, std::size_t n, double inverse_square_width, const DualVec3& at, Sums& sums) {
     const Rates one = lanesOf(1), x = lanesOf({at.position.x, at.velocity.x}),
                 y = lanesOf({at.position.y, at.velocity.y});
     const auto kernel = [&](const Rates& square, double inverse_square) __attribute__((always_inline)) {
@@ -87,9 +87,9 @@ void sumUp(const Block* blocks, std::size_t n, double inverse_square_width, cons
         mean_y = mean_y + k * s.dy;
         mean_weight = mean_weight + k;
     }
-    const Rate near = total(mean_weight);
+    const Dual near = total(mean_weight);
     if (!(near.value > 0)) return;
-    const Rate mx = total(mean_x) / near, my = total(mean_y) / near, mean_square = mx * mx + my * my,
+    const Dual mx = total(mean_x) / near, my = total(mean_y) / near, mean_square = mx * mx + my * my,
                inverse_mean = 1 / (mean_square + kLeastMean);
     const Rates m_x = lanesOf(mx), m_y = lanesOf(my), gate = lanesOf(inverse_mean),
                 steep = lanesOf(inverse_mean * (1 / kSteepest));
@@ -109,7 +109,7 @@ void sumUp(const Block* blocks, std::size_t n, double inverse_square_width, cons
         along = along + k * (px * s.dx + py * s.dy);
         square = square + k * pp;
     }
-    const auto vector = [](Rate a, Rate b) { return Moving{{a.value, b.value, 0}, {a.rate, b.rate, 0}}; };
+    const auto vector = [](Dual a, Dual b) { return DualVec3{{a.value, b.value, 0}, {a.rate, b.rate, 0}}; };
     sums = {mean_square,
             total(weight),
             total(along),
@@ -119,22 +119,22 @@ void sumUp(const Block* blocks, std::size_t n, double inverse_square_width, cons
 }
 
 Fit fitCircle(const Sums& sums) {
-    const Rate weight = sums.weight;
+    const Dual weight = sums.weight;
     if (!(weight.value > 0)) return {};
-    const Moving a = sums.offset / weight, b = sums.direction / weight;
-    const Rate c = sums.along / weight, e = sums.square / weight;
-    const Rate opening = c - dot(a, b), bend = opening / (e - dot(a, a) + kRound), uq = bend / 2;
-    const Moving ul = b - a * bend;
-    const Rate minus_uc = dot(ul, a) + uq * e, slope = dot(ul, ul) + 1e-6;
-    const Rate root = squareRoot(slope * slope + uq * minus_uc * slope * 4);
-    const Rate squared = weight * weight, missed = (1 - dot(b, b) - opening * bend) * (1 / kDiscord);
-    const Rate share = sums.mean_square * (1 / kTornMean), agreed = share * share * share * share;
-    const Rate trust =
+    const DualVec3 a = sums.offset / weight, b = sums.direction / weight;
+    const Dual c = sums.along / weight, e = sums.square / weight;
+    const Dual opening = c - dot(a, b), bend = opening / (e - dot(a, a) + kRound), uq = bend / 2;
+    const DualVec3 ul = b - a * bend;
+    const Dual minus_uc = dot(ul, a) + uq * e, slope = dot(ul, ul) + 1e-6;
+    const Dual root = squareRoot(slope * slope + uq * minus_uc * slope * 4);
+    const Dual squared = weight * weight, missed = (1 - dot(b, b) - opening * bend) * (1 / kDiscord);
+    const Dual share = sums.mean_square * (1 / kTornMean), agreed = share * share * share * share;
+    const Dual trust =
         squared / (squared + kOwnWeight * kOwnWeight) * agreed / (1 + agreed) / (1 + missed * missed * missed * missed);
     return {ul * (minus_uc * 2 / (slope + root)), ul, trust};
 }
 
-void setLane(Rates& rates, std::size_t lane, Rate number) {
+void setLane(Rates& rates, std::size_t lane, Dual number) {
     rates.value[lane] = number.value;
     rates.rate[lane] = number.rate;
 }
@@ -149,12 +149,12 @@ std::vector<Fit> fitAll(std::size_t n, const PointAt& pointAt, const BoundarySam
     const CellOrder near(n, edge, [&](std::size_t i) { return pointAt(i).position; });
     std::vector<Fit> fits(n);
     forCellsWithin(reach, near, far, sampleAt, [&](std::uint32_t cell, std::span<const std::uint32_t> around) {
-        const Moving middle{near.lowestCorner(cell) + Vec3(edge / 2), Vec3(0)};
+        const DualVec3 middle{near.lowestCorner(cell) + Vec3(edge / 2), Vec3(0)};
         std::vector<Block> blocks((around.size() + kLanes - 1) / kLanes);
         for (std::size_t i = 0; i < around.size(); ++i) {
             const BoundarySample& sample = samples[around[i]];
-            const Moving offset = (sample.position - middle) * scale;
-            const Moving& d = sample.direction;
+            const DualVec3 offset = (sample.position - middle) * scale;
+            const DualVec3& d = sample.direction;
             Block& block = blocks[i / kLanes];
             const std::size_t lane = i % kLanes;
             setLane(block.x, lane, {offset.position.x, offset.velocity.x});
@@ -174,23 +174,23 @@ std::vector<Fit> fitAll(std::size_t n, const PointAt& pointAt, const BoundarySam
 }
 
 // Shorter than `farthest`, whatever the step; steps that are not nearly as long stay what they are.
-Moving limited(const Moving& step, double farthest) {
-    const Rate s2 = dot(step, step) / (farthest * farthest), s4 = s2 * s2, s8 = s4 * s4;
+DualVec3 limited(const DualVec3& step, double farthest) {
+    const Dual s2 = dot(step, step) / (farthest * farthest), s4 = s2 * s2, s8 = s4 * s4;
     return step / squareRoot(squareRoot(squareRoot(squareRoot(1 + s8 * s8))));
 }
 
 }  // namespace
 
 void smoothCoherently(BetaCurve& curve, BoundarySamples samples, const CurveSmoothing& params) {
-    std::vector<Moving> smooth = curve.vertex;
+    std::vector<DualVec3> smooth = curve.vertex;
     for (int pass = 0; pass < params.passes; ++pass) {
         const auto fits = fitAll(
-            smooth.size(), [&](std::size_t v) -> const Moving& { return smooth[v]; }, samples, params);
+            smooth.size(), [&](std::size_t v) -> const DualVec3& { return smooth[v]; }, samples, params);
         for (std::size_t v = 0; v < smooth.size(); ++v)
             smooth[v] = smooth[v] + fits[v].step * fits[v].trust * params.radius;
         if (pass + 1 == params.passes) break;
         const auto of_samples = fitAll(
-            samples.size(), [&](std::size_t i) -> const Moving& { return samples[i].position; }, samples, params);
+            samples.size(), [&](std::size_t i) -> const DualVec3& { return samples[i].position; }, samples, params);
         for (std::size_t i = 0; i < samples.size(); ++i) {
             const Fit& fit = of_samples[i];
             samples[i].position = samples[i].position + fit.step * fit.trust * params.radius;

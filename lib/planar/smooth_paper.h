@@ -21,6 +21,6 @@ void smoothAsInPaper(BetaCurve& curve, int passes);
 /// cost    O(vertices)
 /// source  beta mesh paper, section 3.4.2, step 4, and Figure 8 (d); the first half is ours, for smoothing stronger
 ///         than the paper's
-void resolveIntersections(const DiscBoundary& boundary, const std::vector<Moving>& discs, BetaCurve& curve);
+void resolveIntersections(const DiscBoundary& boundary, const std::vector<DualVec3>& discs, BetaCurve& curve);
 
 }  // namespace betamesh

@@ -64,7 +64,7 @@ std::vector<std::uint8_t> crossingEdges(const std::vector<Vec3>& position, const
 
 }  // namespace
 
-void moveUncrossed(BetaCurve& curve, const std::vector<Moving>& step, double unit) {
+void moveUncrossed(BetaCurve& curve, const std::vector<DualVec3>& step, double unit) {
     const std::size_t n = curve.vertex.size();
     const Neighbours neighbours(curve);
     std::vector<double> share(n, 1);

@@ -13,6 +13,6 @@ namespace betamesh {
 /// in      a curve without crossings; unit: a length of the order of the steps, world units
 /// same    bytes for any thread count
 /// cost    O(vertices) where edges are about as long as each other
-void moveUncrossed(BetaCurve& curve, const std::vector<Moving>& step, double unit);
+void moveUncrossed(BetaCurve& curve, const std::vector<DualVec3>& step, double unit);
 
 }  // namespace betamesh

@@ -20,7 +20,7 @@ Vec3 turnedLeft(const Vec3& a) { return {-a.y, a.x, 0}; }
 // How the liquid moves near a point.
 class LocalMotion {
 public:
-    LocalMotion(const DiscBoundary& boundary, const std::vector<Moving>& discs)
+    LocalMotion(const DiscBoundary& boundary, const std::vector<DualVec3>& discs)
         : discs_(discs),
           reach_(2 * boundary.worldRadius()),
           cells_(discs.size(), reach_, [&](std::size_t d) { return discs[d].position; }) {}
@@ -36,7 +36,7 @@ public:
     }
 
 private:
-    const std::vector<Moving>& discs_;
+    const std::vector<DualVec3>& discs_;
     double reach_;
     CellOrder cells_;
 };
@@ -56,8 +56,8 @@ Vec3 solved(const Vec3& q1, const Vec3& v1, const Vec3& q2, const Vec3& v2, cons
 
 }  // namespace
 
-std::vector<Moving> movingDiscs(const DiscBoundary& boundary, const Particles& particles) {
-    std::vector<Moving> discs(boundary.position.size());
+std::vector<DualVec3> movingDiscs(const DiscBoundary& boundary, const Particles& particles) {
+    std::vector<DualVec3> discs(boundary.position.size());
     for (std::size_t d = 0; d < discs.size(); ++d) {
         discs[d].position = boundary.centre(d);
         if (particles.velocity.empty()) continue;
@@ -67,8 +67,8 @@ std::vector<Moving> movingDiscs(const DiscBoundary& boundary, const Particles& p
     return discs;
 }
 
-std::vector<Moving> movingVertices(const DiscBoundary& boundary, const std::vector<Moving>& discs) {
-    std::vector<Moving> vertices(boundary.vertex.size());
+std::vector<DualVec3> boundaryVertices(const DiscBoundary& boundary, const std::vector<DualVec3>& discs) {
+    std::vector<DualVec3> vertices(boundary.vertex.size());
     const LocalMotion motion(boundary, discs);
     parallelFor(vertices.size(), 512, [&](std::size_t v) {
         const auto [from, to] = boundary.segment[v];
@@ -81,7 +81,7 @@ std::vector<Moving> movingVertices(const DiscBoundary& boundary, const std::vect
     return vertices;
 }
 
-void slideWithParticles(const DiscBoundary& boundary, const std::vector<Moving>& discs, BetaCurve& curve) {
+void projectTangentialVelocity(const DiscBoundary& boundary, const std::vector<DualVec3>& discs, BetaCurve& curve) {
     const LocalMotion motion(boundary, discs);
     std::vector<Vec3> normals(curve.vertex.size());
     forEveryVertex(curve, [&](std::uint32_t before, std::uint32_t v, std::uint32_t after) {
@@ -89,7 +89,7 @@ void slideWithParticles(const DiscBoundary& boundary, const std::vector<Moving>&
         normals[v] = -turnedLeft((b - a).normalized() + (c - b).normalized()).normalized();
     });
     parallelFor(normals.size(), 256, [&](std::size_t v) {
-        Moving& vertex = curve.vertex[v];
+        DualVec3& vertex = curve.vertex[v];
         const Vec3 liquid = motion.at(vertex.position);
         vertex.velocity = liquid + normals[v] * dot(normals[v], vertex.velocity - liquid);
     });

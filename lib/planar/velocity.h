@@ -9,7 +9,7 @@
 namespace betamesh {
 
 /// The discs' centres and how they move in the plane: velocity zero where the particles have none.
-std::vector<Moving> movingDiscs(const DiscBoundary& boundary, const Particles& particles);
+std::vector<DualVec3> movingDiscs(const DiscBoundary& boundary, const Particles& particles);
 
 /// The vertices and how they move. A vertex c on the circles round p1 and p2 keeps its distance r from both:
 /// (c - p_m)·ċ = (c - p_m)·v_m, two equations for ċ. They are solved exactly while |q1 × q2| / r² >= 0.05,
@@ -19,7 +19,7 @@ std::vector<Moving> movingDiscs(const DiscBoundary& boundary, const Particles& p
 /// out     one row per vertex of the boundary, world units and world units per second
 /// same    result for any thread count and particle order
 /// cost    O(vertices)
-std::vector<Moving> movingVertices(const DiscBoundary& boundary, const std::vector<Moving>& discs);
+std::vector<DualVec3> boundaryVertices(const DiscBoundary& boundary, const std::vector<DualVec3>& discs);
 
 /// Turns the velocities of vertices, which so far follow points of the tessellation, into the curve's: along its normal
 /// they stay; across it they become those of the rigid motion of the discs within 2r of the vertex, (1 - d²/4r²)² their
@@ -27,6 +27,6 @@ std::vector<Moving> movingVertices(const DiscBoundary& boundary, const std::vect
 ///
 /// same    bytes for any thread count and particle order
 /// cost    O(vertices)
-void slideWithParticles(const DiscBoundary& boundary, const std::vector<Moving>& discs, BetaCurve& curve);
+void projectTangentialVelocity(const DiscBoundary& boundary, const std::vector<DualVec3>& discs, BetaCurve& curve);
 
 }  // namespace betamesh

@@ -129,10 +129,10 @@ void forBulk(const Mesh& mesh, const Spheres& spheres, const std::optional<Cut>&
     const Bounds fence = fenceOf(std::move(parts));
     bool all_near = true;
     forVertices(mesh, [&](std::size_t v) { all_near = all_near && fence.holds(mesh.position[v]); });
-    Pieces pieces;
+    Components pieces;
     std::vector<bool> near;
     if (!all_near) {
-        pieces = piecesOf(mesh.position.size(), mesh.triangles);
+        pieces = componentsOf(mesh.position.size(), mesh.triangles);
         near.resize(pieces.count, false);
         forVertices(mesh, [&](std::size_t v) {
             if (fence.holds(mesh.position[v]) && !isCutAway(cut, mesh.position[v], 0)) near[pieces.of_vertex[v]] = true;

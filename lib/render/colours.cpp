@@ -90,7 +90,7 @@ void colourByComponent(const Mesh& mesh, SurfaceColours& colours) {
             colours.triangle[i] = colourOfPiece(static_cast<std::uint32_t>((*mesh.component)[i]));
         return;
     }
-    const Pieces pieces = piecesOf(mesh.position.size(), mesh.triangles);
+    const Components pieces = componentsOf(mesh.position.size(), mesh.triangles);
     std::vector<std::uint32_t> triangles(pieces.count, 0);
     for (const Triangle& t : mesh.triangles) ++triangles[pieces.of_vertex[t[0]]];
     const auto largest = std::max_element(triangles.begin(), triangles.end()) - triangles.begin();
@@ -122,7 +122,7 @@ std::vector<std::uint8_t> twoSided(const Mesh& mesh) {
 }
 
 void colourByKind(const Mesh& mesh, const Spheres& spheres, SurfaceColours& colours) {
-    const Pieces pieces = piecesOf(mesh.position.size(), mesh.triangles);
+    const Components pieces = componentsOf(mesh.position.size(), mesh.triangles);
     std::vector<double> volume(pieces.count, 0);
     for (const Triangle& t : mesh.triangles)
         volume[pieces.of_vertex[t[0]]] += volumeBelow(mesh.position[t[0]], mesh.position[t[1]], mesh.position[t[2]]);

@@ -14,7 +14,7 @@ struct CaptionedImage {
     std::string caption;
 };
 
-/// Rows of pictures with their captions below, on white; all pictures have one size.
+/// IndexRows of pictures with their captions below, on white; all pictures have one size.
 ///
 /// in      columns > 0
 /// errors  the font of captions is not installed

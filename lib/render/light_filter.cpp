@@ -21,7 +21,7 @@ inline float bump(float squared) {
     return rest > 0 ? rest * rest : 0.0f;
 }
 
-/// What is averaged, and the means of it that tell whether pixels are lit alike. Rows of lines of the picture.
+/// What is averaged, and the means of it that tell whether pixels are lit alike. IndexRows of lines of the picture.
 struct Shares {
     const float *key, *sky, *shadow;
     const float *rough_key, *rough_sky, *rough_shadow;

@@ -43,7 +43,7 @@ float srgbOf(float linear) {
     return linear <= 0.0031308f ? linear * 12.92f : 1.055f * std::pow(linear, 1 / 2.4f) - 0.055f;
 }
 
-Image developed(const Picture& picture) {
+Image toneMapped(const Picture& picture) {
     Image image(picture.width, picture.height, {});
     const Developer& bytes = developer();
     parallelFor(picture.size(), kGrain, [&](std::size_t i) {

@@ -54,7 +54,7 @@ float linearOf(float srgb);
 float srgbOf(float linear);
 
 /// The picture on a light neutral background.
-Image developed(const Picture& picture);
+Image toneMapped(const Picture& picture);
 
 /// Linear light averaged over the area of each pixel.
 ///

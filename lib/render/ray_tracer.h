@@ -39,7 +39,7 @@ struct CutPlane {
     float offset = 0;
 };
 
-/// Where rays end. Rows of rays that meet nothing hold kNothing in `what`, those that come in where the plane of a cut
+/// Where rays end. IndexRows of rays that meet nothing hold kNothing in `what`, those that come in where the plane of a cut
 /// passes through the inside of a mesh or of spheres kSection.
 struct Hits {
     enum What : std::uint8_t { kNothing, kTriangle, kSphere, kSection };

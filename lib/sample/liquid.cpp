@@ -1,6 +1,7 @@
 
 #include "sample/liquid.h"
 
+#include "base/index.h"
 #include "base/parallel.h"
 
 #include <algorithm>
@@ -51,7 +52,6 @@ double sum(std::size_t n, const Term& term) {
     return std::accumulate(blocks.begin(), blocks.end(), 0.0);
 }
 
-constexpr std::uint32_t kNone = ~std::uint32_t{0};
 
 // Cells with particles and all that touch them. Row r = (dy + 1) + 3 (dz + 1) of a cell's neighbourhood is
 // up to three cells with neighbouring keys: first[r][c] is where they begin in key[].
@@ -76,7 +76,7 @@ struct Grid {
         const std::int64_t wanted = rowKey(c, r) + (axis == 0 ? step : 0);
         for (std::uint32_t n = first[r][c]; n < size() && key[n] <= wanted; ++n)
             if (key[n] == wanted) return n;
-        return kNone;
+        return kInvalidIndex;
     }
     // Calls body(begin, end) for the particles of the 27 cells round c, in at most nine pieces.
     template <typename Body>
@@ -198,7 +198,7 @@ void applyForces(Grid& grid, const Surroundings& surroundings, double dt) {
         parallelFor(grid.size(), 1024, [&](std::size_t c) {
             speed[c] += surroundings.gravity[axis] * dt;
             const std::uint32_t below = grid.beside(c, axis, -1);
-            if (below == kNone) return;
+            if (below == kInvalidIndex) return;
             if (grid.solid[c] != grid.solid[below]) speed[c] = 0;
             settled[c] = grid.wet(c) || grid.wet(below);
         });
@@ -208,7 +208,7 @@ void applyForces(Grid& grid, const Surroundings& surroundings, double dt) {
 // Makes the flow free of divergence, save that crowded cells let some out. Air has pressure 0.
 void project(Grid& grid, double full, double dt) {
     std::vector<std::uint32_t> wet;  // cells
-    std::vector<std::uint32_t> row(grid.size(), kNone);
+    std::vector<std::uint32_t> row(grid.size(), kInvalidIndex);
     for (std::size_t c = 0; c < grid.size(); ++c) {
         if (!grid.wet(c)) continue;
         row[c] = static_cast<std::uint32_t>(wet.size());
@@ -241,7 +241,7 @@ void project(Grid& grid, double full, double dt) {
         parallelFor(n, 1024, [&](std::size_t i) {
             double value = diagonal[i] * search[i];
             for (const std::uint32_t other : neighbour[i])
-                if (other != kNone) value -= search[other];
+                if (other != kInvalidIndex) value -= search[other];
             image[i] = value;
         });
         const double step = size / sum(n, [&](std::size_t i) { return search[i] * image[i]; });
@@ -254,7 +254,7 @@ void project(Grid& grid, double full, double dt) {
         size = next;
     }
 
-    const auto pressureIn = [&](std::uint32_t c) { return row[c] == kNone ? 0 : pressure[row[c]]; };
+    const auto pressureIn = [&](std::uint32_t c) { return row[c] == kInvalidIndex ? 0 : pressure[row[c]]; };
     for (int axis = 0; axis < 3; ++axis) {
         const auto a = static_cast<std::size_t>(axis);
         parallelFor(grid.size(), 1024, [&](std::size_t c) {
@@ -273,12 +273,12 @@ void extrapolate(Grid& grid) {
         parallelFor(grid.size(), 1024, [&](std::size_t c) {
             if (grid.settled[a][c]) return;
             const std::uint32_t below = grid.beside(c, static_cast<int>(a), -1);
-            if (below == kNone || grid.solid[c] != grid.solid[below]) return;
+            if (below == kInvalidIndex || grid.solid[c] != grid.solid[below]) return;
             double total = 0;
             int count = 0;
             for (int side = 0; side < 6; ++side) {
                 const std::uint32_t other = grid.beside(c, side / 2, side % 2 == 0 ? -1 : 1);
-                if (other == kNone || !grid.settled[a][other]) continue;
+                if (other == kInvalidIndex || !grid.settled[a][other]) continue;
                 total += grid.speed[a][other];
                 ++count;
             }

@@ -138,7 +138,7 @@ private:
     std::uint64_t seed_;
 };
 
-// A cube one wide round the origin that spins about an axis aslant to it, at first 0.9 turns a second.
+// A cube one wide round the origin that angular_velocities about an axis aslant to it, at first 0.9 turns a second.
 class RotatingCube final : public LiquidScene {
 public:
     explicit RotatingCube(const SampleParams& params)

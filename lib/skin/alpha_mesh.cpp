@@ -6,7 +6,7 @@
 
 namespace betamesh {
 
-Mesh alphaMesh(const BallBoundary& boundary, const std::vector<Moving>& balls) {
+Mesh alphaMesh(const BallBoundary& boundary, const std::vector<DualVec3>& balls) {
     return asMesh(balls, boundary.triangle);
 }
 

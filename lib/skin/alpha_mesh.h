@@ -15,7 +15,7 @@ namespace betamesh {
 /// same    bytes for any thread count and particle order
 /// cost    O(triangles)
 /// source  beta mesh paper, section 3.2; Edelsbrunner & Mücke 1994
-Mesh alphaMesh(const BallBoundary& boundary, const std::vector<Moving>& balls);
+Mesh alphaMesh(const BallBoundary& boundary, const std::vector<DualVec3>& balls);
 
 /// How many triangles of the alpha mesh are exposed on both sides.
 std::size_t doubleSidedTriangles(const BallBoundary& boundary);

@@ -28,7 +28,7 @@ double angleBetween(const Vec3& a, const Vec3& b) { return angleOf(cross(a, b).l
 
 // The angle of an arc. From the angles of the two apex particles, whose order is exact, so that an arc of
 // length nearly zero is never taken for a full turn.
-double arcAngle(const BallBoundary& boundary, const MovingCircle& circle, std::uint32_t start) {
+double arcAngle(const BallBoundary& boundary, const IntersectionCircle& circle, std::uint32_t start) {
     const std::uint32_t end = boundary.twin[start];
     const std::uint32_t low = boundary.triangle[start / 3][start % 3];
     const std::uint32_t high = boundary.triangle[end / 3][end % 3];
@@ -62,14 +62,14 @@ public:
     // Into equal segments no longer than 1, one or an even number, at places that change continuously with the length
     // of all. Before more are needed, points rise inside the one, or inside the two in the middle, whose halves then
     // grow until they are as long as the rest. least: one or two, though the point between two may not have begun to.
-    Cut(Rate length, std::uint32_t least)
+    Cut(Dual length, std::uint32_t least)
         : Cut(length.value <= 1 ? 1 : 2 * static_cast<std::uint32_t>(std::ceil(length.value / 2))) {
-        const Rate grown = (length - (count_ - 2)) / kGrowsOver;
+        const Dual grown = (length - (count_ - 2)) / kGrowsOver;
         if (count_ > 2 && grown.value < 1) {
             share_ = 1 / (count_ - 2 + grown * 2);
             growing_ = count_ / 2 - 2;
         }
-        const Rate rise = (length - (count_ - kRisesOver)) / kRisesOver;
+        const Dual rise = (length - (count_ - kRisesOver)) / kRisesOver;
         if (rise.value <= 0 && count_ >= least) return;
         rising_ = std::min(count_, 2U);
         share_of_rising_ = smoothStep(rise);
@@ -78,12 +78,12 @@ public:
     std::uint32_t segments() const { return count_ + rising_; }
     // Points that have come only so far from the chords between those beside them: how many, and the first; the second
     // is next but one.
-    std::uint32_t rising() const { return rising_; }
+    std::uint32_t fading() const { return rising_; }
     std::uint32_t firstRising() const { return (count_ + 1) / 2; }
-    Rate shareOfRising() const { return share_of_rising_; }
+    Dual shareOfRising() const { return share_of_rising_; }
 
     // Of point m, 0 to segments().
-    Rate at(std::uint32_t m) const {
+    Dual at(std::uint32_t m) const {
         const std::uint32_t passed = m < firstRising() ? 0 : std::min((m - firstRising()) / 2 + 1, rising_);
         const bool rises = passed > 0 && m == firstRising() + 2 * (passed - 1);
         return rises ? (risen(m - passed) + risen(m - passed + 1)) * 0.5 : risen(m - passed);
@@ -91,27 +91,27 @@ public:
 
 private:
     // Without those that rise.
-    Rate risen(std::uint32_t m) const {
+    Dual risen(std::uint32_t m) const {
         if (m <= growing_) return share_ * m;
         if (m >= growing_ + 4) return 1 - share_ * (count_ - m);
         return 0.5 + (0.5 - share_ * growing_) * (0.5 * (static_cast<double>(m) - growing_ - 2));
     }
 
     std::uint32_t count_;                        // of segments
-    Rate share_;                                 // of each but the four that grow
+    Dual share_;                                 // of each but the four that grow
     std::uint32_t growing_ = ~std::uint32_t{0};  // the first of these
     std::uint32_t rising_ = 0;
-    Rate share_of_rising_;
+    Dual share_of_rising_;
 };
 
 // Of an angle of a circle, an arc or half of all. share: its radius in those of the sphere; per_radian: segments wanted
 // of a great circle.
-Cut cutFor(Rate angle, Rate share, std::uint32_t least, int segments, Rate per_radian,
+Cut cutFor(Dual angle, Dual share, std::uint32_t least, int segments, Dual per_radian,
            const ArcSubdivision& subdivision) {
-    const Rate same_sagitta = angle * squareRoot(share);  // on a great circle
-    const Rate wanted = same_sagitta * per_radian, fewest = angle / kLongestSegment;
-    const Rate length = wanted.value > fewest.value ? wanted : fewest;
-    const auto whole = [&](Rate number) {
+    const Dual same_sagitta = angle * squareRoot(share);  // on a great circle
+    const Dual wanted = same_sagitta * per_radian, fewest = angle / kLongestSegment;
+    const Dual length = wanted.value > fewest.value ? wanted : fewest;
+    const auto whole = [&](Dual number) {
         return std::max(least, static_cast<std::uint32_t>(std::ceil(number.value)));
     };
     if (segments > 0 && same_sagitta.value > kShortest)
@@ -120,15 +120,15 @@ Cut cutFor(Rate angle, Rate share, std::uint32_t least, int segments, Rate per_r
 }
 
 // As in ArcNetwork: the lines round a face change continuously, and so does this.
-std::vector<Rate> calmness(const BallBoundary& boundary, const std::vector<Moving>& balls, const ArcNetwork& network) {
+std::vector<Dual> calmness(const BallBoundary& boundary, const std::vector<DualVec3>& balls, const ArcNetwork& network) {
     const double radius = boundary.worldRadius();
     const std::size_t cycles = boundary.cycle.size(), arcs = network.arc_start.size();
-    std::vector<Rate> calm;
-    resizeOnAll(calm, boundary.twin.size());
+    std::vector<Dual> calm;
+    firstTouchResize(calm, boundary.twin.size());
     parallelFor(boundary.face.size(), 1024, [&](std::size_t f) {
         const std::uint32_t b = boundary.face_ball[f];
-        Moving along, across;  // sums of ways to the lines, and to the centres of their circles
-        Rate length;
+        DualVec3 along, across;  // sums of ways to the lines, and to the centres of their circles
+        Dual length;
         const auto add = [&](std::size_t l) {
             const ArcLine& line = network.line[l];
             const std::uint32_t other = line.balls[line.balls[0] == b];
@@ -142,11 +142,11 @@ std::vector<Rate> calmness(const BallBoundary& boundary, const std::vector<Movin
             else
                 for (const std::uint32_t h : boundary.cycle[c]) add(network.arc_of[h]);
         along = along + across;
-        const Rate square = dot(along, along), full = length * radius;
-        Rate of_face = 0;
+        const Dual square = dot(along, along), full = length * radius;
+        Dual of_face = 0;
         if (square.value > 0) {
-            const Rate one_way = (square / (full * full) - kSeveralWays) / (kOneWay - kSeveralWays);
-            const Rate hidden = (dot(along, across) / square - kExposed) / (kHiddenPatch - kExposed);
+            const Dual one_way = (square / (full * full) - kSeveralWays) / (kOneWay - kSeveralWays);
+            const Dual hidden = (dot(along, across) / square - kExposed) / (kHiddenPatch - kExposed);
             of_face = smoothStep(one_way) * (1 - smoothStep(hidden));
         }
         for (const std::uint32_t c : boundary.face[f])
@@ -156,31 +156,31 @@ std::vector<Rate> calmness(const BallBoundary& boundary, const std::vector<Movin
     return calm;
 }
 
-Moving pointAt(const MovingCircle& circle, Rate angle) {
+DualVec3 pointAt(const IntersectionCircle& circle, Dual angle) {
     return circle.centre() + circle.outwards(angle) * circle.radius();
 }
 
 // Places points m = first to last of an arc or circle, whose numbers are pointOf(m), where its cut says from an angle
 // on; pointOf(first - 1) and pointOf(last + 1) are its ends. Returns one past the last that rises.
 template <typename PointOf>
-RisingVertex* placePoints(const MovingCircle& circle, Rate from, Rate angle, const Cut& cut, std::uint32_t first,
-                          std::uint32_t last, const PointOf& pointOf, ArcNetwork& network, RisingVertex* rising) {
+FadingVertex* placePoints(const IntersectionCircle& circle, Dual from, Dual angle, const Cut& cut, std::uint32_t first,
+                          std::uint32_t last, const PointOf& pointOf, ArcNetwork& network, FadingVertex* fading) {
     const auto at = [&](std::uint32_t m) { return pointAt(circle, from + angle * cut.at(m)); };
     for (std::uint32_t m = first; m <= last; ++m) network.point[pointOf(m)] = at(m);
-    for (std::uint32_t k = 0; k < cut.rising(); ++k) {
+    for (std::uint32_t k = 0; k < cut.fading(); ++k) {
         const std::uint32_t m = cut.firstRising() + 2 * k, before = pointOf(m - 1), after = pointOf(m + 1);
-        Moving& point = network.point[pointOf(m)];
-        *rising++ = {pointOf(m), {before, after, after, after}, {0.5, 0.5, 0, 0}, cut.shareOfRising(), point};
-        const Rate held = kLeastShare + cut.shareOfRising() * (1 - kLeastShare);
+        DualVec3& point = network.point[pointOf(m)];
+        *fading++ = {pointOf(m), {before, after, after, after}, {0.5, 0.5, 0, 0}, cut.shareOfRising(), point};
+        const Dual held = kLeastShare + cut.shareOfRising() * (1 - kLeastShare);
         point = point * held + (at(m - 1) + at(m + 1)) * (0.5 * (1 - held));
     }
-    return rising;
+    return fading;
 }
 
 }  // namespace
 
-ArcNetwork arcPoints(const BallBoundary& boundary, const std::vector<Moving>& balls,
-                     std::vector<Moving> vertices, const ArcSubdivision& subdivision) {
+ArcNetwork arcPoints(const BallBoundary& boundary, const std::vector<DualVec3>& balls,
+                     std::vector<DualVec3> vertices, const ArcSubdivision& subdivision) {
     const double radius = boundary.worldRadius();
     ArcNetwork network;
     network.vertices = vertices.size();
@@ -188,7 +188,7 @@ ArcNetwork arcPoints(const BallBoundary& boundary, const std::vector<Moving>& ba
     network.arc_of.resize(boundary.twin.size());
     const auto from = [&](std::uint32_t h) { return boundary.triangle[h / 3][h % 3]; };
     network.arc_start =
-        rowsWhere(boundary.twin.size(), [&](std::uint32_t h) { return from(h) < from(boundary.twin[h]); });
+        indicesWhere(boundary.twin.size(), [&](std::uint32_t h) { return from(h) < from(boundary.twin[h]); });
     parallelFor(network.arc_start.size(), 4096, [&](std::size_t a) {
         const std::uint32_t start = network.arc_start[a];
         network.arc_of[start] = network.arc_of[boundary.twin[start]] = static_cast<std::uint32_t>(a);
@@ -197,19 +197,19 @@ ArcNetwork arcPoints(const BallBoundary& boundary, const std::vector<Moving>& ba
     const std::size_t arcs = network.arc_start.size(), circles = boundary.circle.size();
     const auto circleOfArc = [&](std::size_t a) {
         const std::uint32_t start = network.arc_start[a];
-        MovingCircle circle(balls[from(start)], balls[from(boundary.twin[start])], radius);
+        IntersectionCircle circle(balls[from(start)], balls[from(boundary.twin[start])], radius);
         circle.beginTowards(network.point[start / 3]);
         return circle;
     };
-    const bool by_calm = subdivision.segments == 0 && subdivision.calm_angle > subdivision.max_angle;
+    const bool by_calm = subdivision.segments == 0 && subdivision.flat_angle > subdivision.max_angle;
     const auto cutOfArc = [&](std::size_t a) {
         const std::uint32_t start = network.arc_start[a], end = boundary.twin[start];
         const bool one_triplet = start / 3 == reverseSide(boundary, end / 3);
-        Rate per_radian = 1 / subdivision.max_angle;
-        if (!network.calm.empty()) {
-            const Rate one = network.calm[start], other = network.calm[end];
+        Dual per_radian = 1 / subdivision.max_angle;
+        if (!network.flatness.empty()) {
+            const Dual one = network.flatness[start], other = network.flatness[end];
             per_radian = per_radian + (one.value < other.value ? one : other) *
-                                          (1 / subdivision.calm_angle - 1 / subdivision.max_angle);
+                                          (1 / subdivision.flat_angle - 1 / subdivision.max_angle);
         }
         return cutFor(network.arc_angle[a], network.line[a].radius / radius, one_triplet ? 2 : 1, subdivision.segments,
                       per_radian, subdivision);
@@ -219,63 +219,63 @@ ArcNetwork arcPoints(const BallBoundary& boundary, const std::vector<Moving>& ba
                       1 / subdivision.max_angle, subdivision);
     };
     const auto circleAt = [&](std::size_t k) {
-        return MovingCircle(balls[boundary.circle[k][0]], balls[boundary.circle[k][1]], radius);
+        return IntersectionCircle(balls[boundary.circle[k][0]], balls[boundary.circle[k][1]], radius);
     };
-    resizeOnAll(network.line, arcs + circles);
-    resizeOnAll(network.arc_angle, arcs);
+    firstTouchResize(network.line, arcs + circles);
+    firstTouchResize(network.arc_angle, arcs);
     parallelFor(arcs, 512, [&](std::size_t a) {
         const std::uint32_t start = network.arc_start[a], end = boundary.twin[start];
-        const MovingCircle circle = circleOfArc(a);
-        network.arc_angle[a] = circle.movingAngle(network.point[end / 3], arcAngle(boundary, circle, start));
+        const IntersectionCircle circle = circleOfArc(a);
+        network.arc_angle[a] = circle.angleRate(network.point[end / 3], arcAngle(boundary, circle, start));
         network.line[a] = {{from(start), from(end)},
                            circle.radius(),
                            circle.radius() * network.arc_angle[a],
                            cross(circle.axis(), network.point[start / 3] - network.point[end / 3])};
     });
     for (std::size_t k = 0; k < circles; ++k) {
-        const Rate of_circle = circleAt(k).radius();
+        const Dual of_circle = circleAt(k).radius();
         network.line[arcs + k] = {boundary.circle[k], of_circle, of_circle * kTurn, {}};
     }
     network.at_ball =
         sortedIntoRows<std::uint32_t>(balls.size(), network.line.size(), [&](std::size_t l, const auto& visit) {
             for (const std::uint32_t b : network.line[l].balls) visit(b, static_cast<std::uint32_t>(l));
         });
-    if (by_calm) network.calm = calmness(boundary, balls, network);
+    if (by_calm) network.flatness = calmness(boundary, balls, network);
 
     std::vector<std::uint32_t> inside(arcs + circles), rise(arcs + circles);
     parallelFor(arcs, 512, [&](std::size_t a) {
         const Cut cut = cutOfArc(a);
         inside[a] = cut.segments() - 1;
-        rise[a] = cut.rising();
+        rise[a] = cut.fading();
     });
     for (std::size_t k = 0; k < circles; ++k) {
         const Cut cut = cutOfHalf(k);
         inside[arcs + k] = 2 * cut.segments();
-        rise[arcs + k] = 2 * cut.rising();
+        rise[arcs + k] = 2 * cut.fading();
     }
-    std::vector<std::uint32_t> begin = placesOf(inside);
+    std::vector<std::uint32_t> begin = exclusiveScan(inside);
     for (std::uint32_t& b : begin) b += static_cast<std::uint32_t>(network.vertices);
     network.arc_begin.assign(begin.begin(), begin.begin() + static_cast<std::ptrdiff_t>(arcs + 1));
     network.circle_begin.assign(begin.begin() + static_cast<std::ptrdiff_t>(arcs), begin.end());
-    resizeOnAll(network.point, begin.back());
+    firstTouchResize(network.point, begin.back());
 
-    const std::vector<std::uint32_t> rising = placesOf(rise);
-    resizeOnAll(network.rising, rising.back());
+    const std::vector<std::uint32_t> fading = exclusiveScan(rise);
+    firstTouchResize(network.fading, fading.back());
     parallelFor(arcs, 512, [&](std::size_t a) {
         if (inside[a] == 0) return;
         const std::uint32_t start = network.arc_start[a], end = boundary.twin[start];
         const auto pointOf = [&](std::uint32_t m) {
             return m == 0 ? start / 3 : m > inside[a] ? end / 3 : network.arc_begin[a] + m - 1;
         };
-        const MovingCircle circle = circleOfArc(a);
+        const IntersectionCircle circle = circleOfArc(a);
         placePoints(circle, 0, network.arc_angle[a], cutOfArc(a), 1, inside[a], pointOf, network,
-                    network.rising.data() + rising[a]);
+                    network.fading.data() + fading[a]);
     });
     parallelFor(circles, 64, [&](std::size_t k) {
-        MovingCircle circle = circleAt(k);
+        IntersectionCircle circle = circleAt(k);
         circle.beginAnywhere();
         const Cut cut = cutOfHalf(k);
-        RisingVertex* next = network.rising.data() + rising[arcs + k];
+        FadingVertex* next = network.fading.data() + fading[arcs + k];
         for (const std::uint32_t half : {0U, 1U}) {
             const auto pointOf = [&](std::uint32_t m) {
                 return network.circle_begin[k] + (half * cut.segments() + m) % inside[arcs + k];

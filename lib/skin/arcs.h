@@ -13,7 +13,7 @@ struct ArcSubdivision {
     double max_angle = 0.25;  ///< radians per segment of a great circle: a sagitta of 0.008 r; larger on small circles
     int segments = 0;         ///< > 0: so many on every arc, half on half a circle; more above 2 radians
     Appearance appearance = Appearance::on_boundary;
-    double calm_angle = 0;  ///< > max_angle: the same between faces that are only small patches of their balls
+    double flat_angle = 0;  ///< > max_angle: the same between faces that are only small patches of their balls
     bool moves_far = false;  ///< what is made of this goes far from the balls: points sink below the chords of arcs, and
                              ///< edges begin to turn sooner, so that what comes and goes does so from where it is held
 };
@@ -35,7 +35,7 @@ struct ArcSubdivision {
 ///         theirs
 /// same    result for any thread count
 /// cost    O(points)
-ArcNetwork arcPoints(const BallBoundary& boundary, const std::vector<Moving>& balls,
-                     std::vector<Moving> vertices, const ArcSubdivision& subdivision);
+ArcNetwork arcPoints(const BallBoundary& boundary, const std::vector<DualVec3>& balls,
+                     std::vector<DualVec3> vertices, const ArcSubdivision& subdivision);
 
 }  // namespace betamesh

@@ -33,7 +33,7 @@ std::vector<std::string> withAccelerations(std::vector<std::string> names, const
 }  // namespace
 
 std::vector<Attribute> carriedAttributes(const Particles& particles, const std::vector<std::uint32_t>& rows,
-                                         const std::vector<Moving>& balls, double radius,
+                                         const std::vector<DualVec3>& balls, double radius,
                                          const std::vector<std::string>& names, const std::vector<Vec3>& position) {
     std::vector<const Attribute*> from;
     std::vector<Attribute> carried;

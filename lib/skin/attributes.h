@@ -22,7 +22,7 @@ namespace betamesh {
 /// cost    O(n)
 /// errors  a name that the particles do not have: the text lists those they have
 std::vector<Attribute> carriedAttributes(const Particles& particles, const std::vector<std::uint32_t>& rows,
-                                         const std::vector<Moving>& balls, double radius,
+                                         const std::vector<DualVec3>& balls, double radius,
                                          const std::vector<std::string>& names, const std::vector<Vec3>& position);
 
 }  // namespace betamesh

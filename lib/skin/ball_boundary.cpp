@@ -2,6 +2,7 @@
 #include "skin/ball_boundary.h"
 
 #include "base/icosphere.h"
+#include "base/index.h"
 #include "base/parallel.h"
 #include "exact/predicates.h"
 #include "mesh/mesh_edges.h"
@@ -43,7 +44,7 @@ struct Parts {
     std::vector<Triangle> triangle;
     std::vector<Vec3> vertex;
     std::vector<std::array<std::uint32_t, 2>> circle;
-    std::vector<std::uint32_t> bare;
+    std::vector<std::uint32_t> isolated;
     std::vector<std::uint32_t> seen, directions;  // balls that may be exposed, and in how many directions
     std::vector<ExposedDirection> exposed;
 };
@@ -90,7 +91,7 @@ void skinBall(const SnappedParticles& particles, const std::vector<bool>& surviv
               const std::vector<Neighbour>& neighbours, const ExposedRegion& region, std::vector<Partner>& partners,
               Parts& out) {
     if (neighbours.empty()) {
-        out.bare.push_back(i);
+        out.isolated.push_back(i);
         return;
     }
     const auto radius = static_cast<double>(particles.radius);
@@ -120,10 +121,10 @@ void skinBall(const SnappedParticles& particles, const std::vector<bool>& surviv
 }
 
 // What is hidden in a crowd is so by those nearest to it, nearly always.
-bool isHiddenInCrowd(std::uint32_t i, NeighbourFinder& finder, std::vector<Neighbour>& neighbours,
+bool isHiddenInDenseCell(std::uint32_t i, NeighbourFinder& finder, std::vector<Neighbour>& neighbours,
                      ExposedRegion& region) {
-    return (finder.findSomeInCrowd(i, neighbours) && region.isHiddenBy(neighbours)) ||
-           (finder.findInCrowd(i, neighbours) && region.isHiddenBy(neighbours));
+    return (finder.findSomeInDenseCell(i, neighbours) && region.isHiddenBy(neighbours)) ||
+           (finder.findInDenseCell(i, neighbours) && region.isHiddenBy(neighbours));
 }
 
 template <typename Balls>
@@ -142,7 +143,7 @@ std::vector<Parts> exposedParts(const SnappedParticles& particles, const std::ve
         Parts& part = parts[task];
         bool was_hidden = false;
         for (std::size_t s = task * kBallsPerTask; s < std::min(n, (task + 1) * kBallsPerTask); ++s) {
-            if (isHiddenInCrowd(exposed[s], finder, neighbours, region)) continue;
+            if (isHiddenInDenseCell(exposed[s], finder, neighbours, region)) continue;
             finder.find(exposed[s], neighbours);
             if (was_hidden) {  // then this one is likely to be hidden, too
                 was_hidden = region.isHiddenBy(neighbours);
@@ -162,24 +163,24 @@ std::vector<Parts> exposedParts(const SnappedParticles& particles, const std::ve
     return parts;
 }
 
-// ball: of each row of SnappedParticles, or kHidden.
-RowsOf<ExposedDirection> directionsOf(const std::vector<Parts>& parts, const std::vector<std::uint32_t>& ball,
+// ball: of each row of SnappedParticles, or kInvalidIndex.
+CompressedRows<ExposedDirection> directionsOf(const std::vector<Parts>& parts, const std::vector<std::uint32_t>& ball,
                                       std::size_t balls) {
     std::vector<std::uint32_t> count(balls, 0);
     for (const Parts& part : parts)
         for (std::size_t k = 0; k < part.seen.size(); ++k)
-            if (const std::uint32_t b = ball[part.seen[k]]; b != kHidden) count[b] = part.directions[k];
-    RowsOf<ExposedDirection> exposed;
-    exposed.begin = placesOf(count);
-    resizeOnAll(exposed.item, exposed.begin.back());
+            if (const std::uint32_t b = ball[part.seen[k]]; b != kInvalidIndex) count[b] = part.directions[k];
+    CompressedRows<ExposedDirection> exposed;
+    exposed.begin = exclusiveScan(count);
+    firstTouchResize(exposed.item, exposed.begin.back());
     parallelFor(parts.size(), 4, [&](std::size_t p) {
         const ExposedDirection* from = parts[p].exposed.data();
         for (std::size_t k = 0; k < parts[p].seen.size(); from += parts[p].directions[k++]) {
             const std::uint32_t b = ball[parts[p].seen[k]];
-            if (b == kHidden) continue;
+            if (b == kInvalidIndex) continue;
             std::copy_n(from, parts[p].directions[k], exposed[b].begin());
             for (ExposedDirection& direction : exposed[b])
-                if (direction.nearest != kHidden) direction.nearest = ball[direction.nearest];
+                if (direction.nearest != kInvalidIndex) direction.nearest = ball[direction.nearest];
         }
     });
     return exposed;
@@ -190,11 +191,11 @@ BallBoundary assemble(const SnappedParticles& particles, const std::vector<Parts
     BallBoundary boundary;
     boundary.quantum = particles.quantum;
     boundary.radius = particles.radius;
-    boundary.triangle = joined(parts, &Parts::triangle);
-    boundary.vertex = joined(parts, &Parts::vertex);
-    boundary.circle = joined(parts, &Parts::circle);
-    boundary.bare = joined(parts, &Parts::bare);
-    std::vector<std::uint32_t> ball(particles.size(), kHidden);
+    boundary.triangle = concatenate(parts, &Parts::triangle);
+    boundary.vertex = concatenate(parts, &Parts::vertex);
+    boundary.circle = concatenate(parts, &Parts::circle);
+    boundary.isolated = concatenate(parts, &Parts::isolated);
+    std::vector<std::uint32_t> ball(particles.size(), kInvalidIndex);
     const auto forEveryUse = [&](const auto& visit) {
         constexpr std::size_t kGrain = 4096;
         parallelFor(boundary.triangle.size(), kGrain, [&](std::size_t t) {
@@ -203,12 +204,12 @@ BallBoundary assemble(const SnappedParticles& particles, const std::vector<Parts
         parallelFor(boundary.circle.size(), kGrain, [&](std::size_t c) {
             for (std::uint32_t& p : boundary.circle[c]) visit(p);
         });
-        parallelFor(boundary.bare.size(), kGrain, [&](std::size_t b) { visit(boundary.bare[b]); });
+        parallelFor(boundary.isolated.size(), kGrain, [&](std::size_t b) { visit(boundary.isolated[b]); });
     };
     forEveryUse([&](std::uint32_t p) { std::atomic_ref(ball[p]).store(0, std::memory_order_relaxed); });
-    boundary.snapped_row = rowsWhere(ball.size(), [&](std::uint32_t p) { return ball[p] != kHidden; });
-    resizeOnAll(boundary.position, boundary.snapped_row.size());
-    resizeOnAll(boundary.row, boundary.snapped_row.size());
+    boundary.snapped_row = indicesWhere(ball.size(), [&](std::uint32_t p) { return ball[p] != kInvalidIndex; });
+    firstTouchResize(boundary.position, boundary.snapped_row.size());
+    firstTouchResize(boundary.row, boundary.snapped_row.size());
     parallelFor(boundary.snapped_row.size(), 4096, [&](std::size_t b) {
         const std::uint32_t p = boundary.snapped_row[b];
         ball[p] = static_cast<std::uint32_t>(b);
@@ -273,7 +274,7 @@ std::optional<UnpairedEdge> pairEndsOnCircle(std::span<ArcEnd> ends, BallBoundar
 std::optional<UnpairedEdge> pairArcEnds(BallBoundary& boundary) {
     constexpr std::size_t kEndsPerTask = 4096;  // at least
     std::vector<ArcEnd> ends = sortedSides(boundary.triangle);
-    resizeOnAll(boundary.twin, ends.size());
+    firstTouchResize(boundary.twin, ends.size());
     std::vector<std::size_t> task_begin{0};
     while (task_begin.back() + kEndsPerTask < ends.size())
         task_begin.push_back(endOfEdge(ends, task_begin.back() + kEndsPerTask));

@@ -7,6 +7,7 @@
 #pragma once
 
 #include "base/compressed_rows.h"
+#include "base/index.h"
 #include "betamesh/mesh.h"
 #include "exact/snapped_particles.h"
 
@@ -15,14 +16,12 @@
 
 namespace betamesh {
 
-/// Stands for a ball that is not exposed, or for none.
-inline constexpr std::uint32_t kHidden = ~std::uint32_t{0};
 
 /// A direction from a ball, one of a fixed set, in which its sphere is exposed. Clearance is as of FacePoints.
 struct ExposedDirection {
     std::uint32_t direction;
-    std::uint32_t nearest;  ///< whose cap it has least clearance from; kHidden where that ball is not exposed
-    float clearance;
+    std::uint32_t nearest;  ///< whose cap it has least rim_distance from; kInvalidIndex where that ball is not exposed
+    float rim_distance;
 };
 
 /// Balls are the exposed ones, in the order of SnappedParticles. Vertex v is the centre of an empty r-ball,
@@ -41,16 +40,16 @@ struct BallBoundary {
     std::vector<Vec3> vertex;                          ///< world units
     std::vector<std::uint32_t> twin;                   ///< of each half-edge
     std::vector<std::array<std::uint32_t, 2>> circle;  ///< the two balls of each full circle, ascending
-    std::vector<std::uint32_t> bare;                   ///< balls that meet no other
+    std::vector<std::uint32_t> isolated;                   ///< balls that meet no other
 
-    RowsOf<ExposedDirection> exposed;  ///< of each ball, where directions were given
+    CompressedRows<ExposedDirection> exposed;  ///< of each ball, where directions were given
 
     /// Cycles of arcs round faces, as half-edges that leave the face's ball, exposed side on the left:
     /// the triangles 3v + m / 3 of one row are the ordered triangles of the paper's alpha graph.
-    Rows cycle;
+    IndexRows cycle;
     /// The cycles of each face: row c < cycle.size() is that cycle, cycle.size() + 2k + s is full circle k
     /// seen from ball circle[k][s]. A bare sphere is a face without cycles.
-    Rows face;
+    IndexRows face;
     std::vector<std::uint32_t> face_ball;
 
     Vec3 centre(std::size_t ball) const { return toDouble(position[ball]) * quantum; }

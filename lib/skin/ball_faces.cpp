@@ -28,8 +28,8 @@ std::size_t capGroups(std::vector<Neighbour> neighbours, std::int64_t radius) {
     std::sort(neighbours.begin(), neighbours.end(), [](const auto& a, const auto& b) { return a.squared < b.squared; });
     std::vector<Vec3i> caps;
     std::vector<std::uint32_t> met;
-    UnionFind joined(neighbours.size());
-    const auto groups = [&] { return joined.groups() - (neighbours.size() - caps.size()); };
+    UnionFind touching(neighbours.size());
+    const auto groups = [&] { return touching.groups() - (neighbours.size() - caps.size()); };
     const auto liesWithin = [&](const Vec3i& cap) {
         met.clear();
         const bool one_group = groups() == 1;
@@ -45,7 +45,7 @@ std::size_t capGroups(std::vector<Neighbour> neighbours, std::int64_t radius) {
         const Vec3i cap(neighbour.offset);
         if (liesWithin(cap)) continue;
         const auto number = static_cast<std::uint32_t>(caps.size());
-        for (const std::uint32_t b : met) joined.join(b, number);
+        for (const std::uint32_t b : met) touching.join(b, number);
         caps.push_back(cap);
     }
     return groups();
@@ -178,7 +178,7 @@ void groupFaces(const SnappedParticles& particles, BallBoundary& boundary) {
         const std::uint32_t h = boundary.cycle[c][0];
         return boundary.triangle[h / 3][h % 3];
     };
-    const Rows cycles_of = sortedIntoRows<std::uint32_t>(
+    const IndexRows cycles_of = sortedIntoRows<std::uint32_t>(
         balls, rows + 2 * boundary.circle.size(),
         [&](std::size_t c, const auto& visit) { visit(ballOfCycle(c), static_cast<std::uint32_t>(c)); });
 

@@ -7,12 +7,12 @@
 
 namespace betamesh {
 
-Mesh asMesh(const std::vector<Moving>& vertex, std::vector<Triangle> triangles) {
+Mesh asMesh(const std::vector<DualVec3>& vertex, std::vector<Triangle> triangles) {
     const std::vector<std::uint32_t> used = verticesOf(triangles, vertex.size());
     std::vector<std::uint32_t> place(vertex.size());
     Mesh mesh;
-    resizeOnAll(mesh.position, used.size());
-    resizeOnAll(mesh.velocity, used.size());
+    firstTouchResize(mesh.position, used.size());
+    firstTouchResize(mesh.velocity, used.size());
     parallelFor(used.size(), 4096, [&](std::size_t i) {
         const std::uint32_t v = used[i];
         place[v] = static_cast<std::uint32_t>(i);
@@ -33,28 +33,28 @@ void moveToWritten(BetaMesh& mesh) {
 
 void reorderVertices(BetaMesh& mesh, const std::vector<std::uint32_t>& order) {
     std::vector<std::uint32_t> place(order.size());
-    std::vector<Moving> vertex(order.size());
-    std::vector<Rate> clearance(mesh.clearance.size());
+    std::vector<DualVec3> vertex(order.size());
+    std::vector<Dual> rim_distance(mesh.rim_distance.size());
     parallelFor(order.size(), 8192, [&](std::size_t i) {
         place[order[i]] = static_cast<std::uint32_t>(i);
         vertex[i] = mesh.vertex[order[i]];
-        if (!clearance.empty()) clearance[i] = mesh.clearance[order[i]];
+        if (!rim_distance.empty()) rim_distance[i] = mesh.rim_distance[order[i]];
     });
     mesh.vertex = std::move(vertex);
-    mesh.clearance = std::move(clearance);
+    mesh.rim_distance = std::move(rim_distance);
     parallelFor(mesh.triangles.size(), 8192, [&](std::size_t t) {
         for (std::uint32_t& v : mesh.triangles[t]) v = place[v];
     });
-    for (std::vector<RisingVertex>& group : mesh.rising)
+    for (std::vector<FadingVertex>& group : mesh.fading)
         parallelFor(group.size(), 4096, [&](std::size_t i) {
             group[i].vertex = place[group[i].vertex];
             for (std::uint32_t& from : group[i].from) from = place[from];
         });
-    for (SwellingVertex& swelling : mesh.swelling) swelling.vertex = place[swelling.vertex];
+    for (VolumeOffset& swelling : mesh.volume_offsets) swelling.vertex = place[swelling.vertex];
 }
 
-MovingPoints copyOf(const std::vector<Moving>& points) {
-    MovingPoints copy;
+DualPoints copyOf(const std::vector<DualVec3>& points) {
+    DualPoints copy;
     copy.position.resize(points.size());
     copy.velocity.resize(points.size());
     parallelFor(points.size(), 4096, [&](std::size_t i) {

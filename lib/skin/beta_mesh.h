@@ -20,52 +20,52 @@ enum class Appearance {
 /// there to 1. Its position holds it so far from them before smoothing; what smoothing makes of it has to be held back
 /// again, by the same share, towards what it makes of them. One where an edge is about to give way to the other
 /// diagonal of a quad goes from the one to the other as its four corners say: its share stays 0.
-struct RisingVertex {
+struct FadingVertex {
     std::uint32_t vertex;
     std::array<std::uint32_t, 4> from;  ///< the vertices of the edge, facet or quad; where fewer the last again
-    std::array<Rate, 4> weight;         ///< where among them; they sum to 1
-    Rate share;
-    Moving whole;  ///< where the vertex would be with a share of 1
+    std::array<Dual, 4> weight;         ///< where among them; they sum to 1
+    Dual share;
+    DualVec3 whole;  ///< where the vertex would be with a share of 1
 };
 
 /// Those on edges, on facets, and in quads; facets may have one another's vertices for corners, quads any. Then, for each
 /// time that long edges are split, those on these edges, and those in quads that this leaves.
 inline constexpr std::size_t kTessellationGroups = 3;
-using RisingVertices = std::array<std::vector<RisingVertex>, kTessellationGroups + 2 * 2>;
+using FadingVertices = std::array<std::vector<FadingVertex>, kTessellationGroups + 2 * 2>;
 
 /// A vertex far from any rim, which smoothing leaves where it is but for this step outwards: facets miss what their
 /// ball bulges out between vertices, and drops would be the smaller for it.
-struct SwellingVertex {
+struct VolumeOffset {
     std::uint32_t vertex;
-    Moving step;
+    DualVec3 step;
 };
 
 /// Vertices with their motion. Ones that no triangle uses are allowed.
 struct BetaMesh {
-    std::vector<Moving> vertex;
+    std::vector<DualVec3> vertex;
     std::vector<Triangle> triangles;
-    std::vector<Rate> clearance;  ///< of each vertex from the rim of its face, as in FacePoints; none: all 0
-    RisingVertices rising;
-    std::vector<SwellingVertex> swelling;
+    std::vector<Dual> rim_distance;  ///< of each vertex from the rim of its face, as in FacePoints; none: all 0
+    FadingVertices fading;
+    std::vector<VolumeOffset> volume_offsets;
     std::vector<std::uint32_t> ball_begin;  ///< the first triangle made for each ball, then all; none: not known
 };
 
 /// Vertices that no triangle uses are left out.
-Mesh asMesh(const std::vector<Moving>& vertex, std::vector<Triangle> triangles);
+Mesh asMesh(const std::vector<DualVec3>& vertex, std::vector<Triangle> triangles);
 inline Mesh asMesh(BetaMesh&& beta) { return asMesh(beta.vertex, std::move(beta.triangles)); }
 
 /// Brings the vertices into another order: order[i] is the one that comes i-th.
 void reorderVertices(BetaMesh& mesh, const std::vector<std::uint32_t>& order);
 
 /// Many points that move, in two arrays, for which there is room sooner than for one twice as large.
-struct MovingPoints {
+struct DualPoints {
     std::vector<Vec3> position;
     std::vector<Vec3f> velocity;
 
-    Moving operator[](std::size_t row) const { return {position[row], Vec3(velocity[row])}; }
+    DualVec3 operator[](std::size_t row) const { return {position[row], Vec3(velocity[row])}; }
     std::size_t size() const { return position.size(); }
 };
-MovingPoints copyOf(const std::vector<Moving>& points);
+DualPoints copyOf(const std::vector<DualVec3>& points);
 
 /// A position as files hold it, in floats.
 inline Vec3 asWritten(const Vec3& position) {
@@ -87,7 +87,7 @@ std::vector<Vec3> vertexNormals(const BetaMesh& mesh);
 /// part of it on one side of a thin sheet (open).
 struct PaperMesh : BetaMesh {
     std::size_t pure = 0;                 ///< number of pure beta vertices
-    Rows fan;                             ///< pure beta vertices round each fan, in order
+    IndexRows fan;                             ///< pure beta vertices round each fan, in order
     std::vector<std::uint8_t> fan_open;   ///< 1 where the last vertex of a fan is not joined to its first
     std::vector<std::uint32_t> fan_ball;  ///< the alpha vertex
     std::vector<std::uint8_t> rim;        ///< one per pure beta vertex: 1 where it belongs to a sheet's rim

@@ -18,25 +18,25 @@ constexpr double kTurn = 2 * std::numbers::pi;
 constexpr double kLongestPiece = 0.8;        // radians
 constexpr double kLift = 0.5;                // of the way from the arc to the sphere round its centre
 constexpr double kAreaWeight = 3;            // length that stands for an area, times the radius
-constexpr double kRim = 0.2, kInside = 0.7;  // faces count in full from this clearance on, not below the first
+constexpr double kRim = 0.2, kInside = 0.7;  // faces count in full from this rim_distance on, not below the first
 constexpr double kTight = 0.4;   // squared radii: up to this spread all that is exposed of a ball counts as one sample
 constexpr double kLoose = 0.55;  // and from this on as four, towards the corners of a tetrahedron
 
 // sin(x) / x, of small x >= 0.
-Rate sinc(Rate x) {
+Dual sinc(Dual x) {
     const auto [sine, cosine] = sineCosine(x.value);
     if (x.value < 1e-4) return {1 - x.value * x.value / 6, -x.value * x.rate / 3};
     return {sine / x.value, (cosine - sine / x.value) / x.value * x.rate};
 }
 
 // How far from its middle a line counts.
-Rate liftedOf(Rate radius, double sphere_radius) { return radius * (1 - kLift) + kLift * sphere_radius; }
+Dual liftedOf(Dual radius, double sphere_radius) { return radius * (1 - kLift) + kLift * sphere_radius; }
 
 // A piece of a circle that covers an angle, round its middle.
-BoundarySample pieceAt(const MovingCircle& circle, Rate angle, Rate covered) {
-    const Rate lifted = liftedOf(circle.radius(), circle.sphereRadius());
-    const Rate level = circle.radius() / circle.sphereRadius(), flat = sinc(covered / 2), curved = 1 - flat * flat;
-    const Moving outwards = circle.outwards(angle) * flat;
+BoundarySample pieceAt(const IntersectionCircle& circle, Dual angle, Dual covered) {
+    const Dual lifted = liftedOf(circle.radius(), circle.sphereRadius());
+    const Dual level = circle.radius() / circle.sphereRadius(), flat = sinc(covered / 2), curved = 1 - flat * flat;
+    const DualVec3 outwards = circle.outwards(angle) * flat;
     return {circle.centre() + outwards * lifted, outwards * level, circle.radius() * covered, lifted * lifted * curved,
             lifted * level * curved};
 }
@@ -44,26 +44,26 @@ BoundarySample pieceAt(const MovingCircle& circle, Rate angle, Rate covered) {
 // Points on a ball, of weights of their own, as one: all turn with the ball.
 class PointsOnBall {
 public:
-    void add(const Vec3& direction, Rate weight) {
+    void add(const Vec3& direction, Dual weight) {
         weight_ = weight_ + weight;
-        towards_ = towards_ + Moving{direction, {0, 0, 0}} * weight;
+        towards_ = towards_ + DualVec3{direction, {0, 0, 0}} * weight;
     }
-    Rate weight() const { return weight_; }
+    Dual weight() const { return weight_; }
     // Σ weight · direction
-    const Moving& direction() const { return towards_; }
+    const DualVec3& direction() const { return towards_; }
 
 private:
-    Rate weight_;
-    Moving towards_;
+    Dual weight_;
+    DualVec3 towards_;
 };
 
 // Samples as one: their mean, and how they lie about it. Sums are taken from an origin near them.
-class Together {
+class MomentAccumulator {
 public:
-    explicit Together(const Moving& origin = {}) : origin_(origin) {}
+    explicit MomentAccumulator(const DualVec3& origin = {}) : origin_(origin) {}
     // Half of a line round the ball that is the origin: all of its pieces, the smallest ones.
-    void addHalf(const ArcLine& line, const Moving& middle, double radius) {
-        const Rate weight = line.length * 0.5, lifted = liftedOf(line.radius, radius), level = line.radius / radius;
+    void addHalf(const ArcLine& line, const DualVec3& middle, double radius) {
+        const Dual weight = line.length * 0.5, lifted = liftedOf(line.radius, radius), level = line.radius / radius;
         weight_ = weight_ + weight;
         offset_ = offset_ + (middle - origin_) * weight + line.outwards * (lifted * 0.5);
         direction_ = direction_ + line.outwards * (level * 0.5);
@@ -72,8 +72,8 @@ public:
     }
     // Of the ball that is the origin.
     void add(const PointsOnBall& points, double radius) {
-        const Rate weight = points.weight();
-        const Moving& direction = points.direction();
+        const Dual weight = points.weight();
+        const DualVec3& direction = points.direction();
         weight_ = weight_ + weight;
         offset_ = offset_ + direction * radius;
         direction_ = direction_ + direction;
@@ -82,18 +82,18 @@ public:
     }
     // A sample as it adds to sums, at an offset from their origin.
     struct Summand {
-        Moving offset, direction;
-        Rate weight, square, along;
+        DualVec3 offset, direction;
+        Dual weight, square, along;
 
-        Summand(const BoundarySample& sample, const Moving& origin)
+        Summand(const BoundarySample& sample, const DualVec3& origin)
             : offset(sample.position - origin),
               direction(sample.direction),
               weight(sample.weight),
               square(dot(offset, offset) + sample.spread),
               along(dot(offset, direction) + sample.bulge) {}
     };
-    void add(const Summand& sample, Rate share) {
-        const Rate weight = sample.weight * share;
+    void add(const Summand& sample, Dual share) {
+        const Dual weight = sample.weight * share;
         weight_ = weight_ + weight;
         offset_ = offset_ + sample.offset * weight;
         direction_ = direction_ + sample.direction * weight;
@@ -102,14 +102,14 @@ public:
     }
     BoundarySample sample() const {
         if (!(weight_.value > 0)) return {};
-        const Moving offset = offset_ / weight_, direction = direction_ / weight_;
+        const DualVec3 offset = offset_ / weight_, direction = direction_ / weight_;
         return {origin_ + offset, direction, weight_, square_ / weight_ - dot(offset, offset),
                 along_ / weight_ - dot(offset, direction)};
     }
 
 private:
-    Moving origin_, offset_, direction_;
-    Rate weight_, square_, along_;
+    DualVec3 origin_, offset_, direction_;
+    Dual weight_, square_, along_;
 };
 
 constexpr std::size_t kCorners = 4;
@@ -134,7 +134,7 @@ std::array<Number, kCorners> sharesOf(Number x, Number y, Number z) {
 // A point on a ball, seen from there, how much it counts, and for which corners.
 struct WeightedDirection {
     Vec3 direction;
-    Rate weight;
+    Dual weight;
     const std::array<double, kCorners>& share;
 };
 
@@ -146,22 +146,22 @@ struct ExposedBall {
     // together: half of each line round the ball, which is the origin; forPieces(visit): calls visit(sample) for the
     // pieces of these lines, which are half this ball's; inside: points of its faces
     template <typename ForPieces>
-    ExposedBall(const Moving& ball, double radius, Together together, const ForPieces& forPieces,
+    ExposedBall(const DualVec3& ball, double radius, MomentAccumulator together, const ForPieces& forPieces,
                 const std::vector<WeightedDirection>& inside) {
         PointsOnBall all;
         for (const auto& [direction, weight, share] : inside) all.add(direction, weight);
         together.add(all, radius);
         whole = together.sample();
-        const Rate apart = smoothStep((whole.spread / (radius * radius) - kTight) / (kLoose - kTight));
+        const Dual apart = smoothStep((whole.spread / (radius * radius) - kTight) / (kLoose - kTight));
         whole.weight = whole.weight * (1 - apart);
         if (apart.value == 0) return;
 
-        std::array<Together, kCorners> towards;
-        towards.fill(Together(ball));
+        std::array<MomentAccumulator, kCorners> towards;
+        towards.fill(MomentAccumulator(ball));
         forPieces([&](const BoundarySample& piece) {
-            const Together::Summand summand(piece, ball);
-            const Moving direction = normalized(summand.offset);
-            const auto along = [&](int k) { return Rate(direction.position[k], direction.velocity[k]); };
+            const MomentAccumulator::Summand summand(piece, ball);
+            const DualVec3 direction = normalized(summand.offset);
+            const auto along = [&](int k) { return Dual(direction.position[k], direction.velocity[k]); };
             const auto share = sharesOf(along(0), along(1), along(2));
             for (std::size_t k = 0; k < kCorners; ++k) towards[k].add(summand, share[k] * 0.5);
         });
@@ -185,15 +185,15 @@ struct ExposedBall {
 
 }  // namespace
 
-SamplesInRadii boundarySamples(const BallBoundary& boundary, const std::vector<Moving>& balls,
+SamplesInRadii boundarySamples(const BallBoundary& boundary, const std::vector<DualVec3>& balls,
                                const ArcNetwork& network, const FacePoints& points) {
     const double radius = boundary.worldRadius();
     const std::size_t arcs = network.arc_start.size(), directions = points.directions.position.size();
     const double area = kAreaWeight * 2 * kTurn * radius / static_cast<double>(directions);
     const auto forPieces = [&](std::size_t l, const auto& visit) {
         const auto [low, high] = network.line[l].balls;
-        MovingCircle circle(balls[low], balls[high], radius);
-        Rate angle = kTurn;
+        IntersectionCircle circle(balls[low], balls[high], radius);
+        Dual angle = kTurn;
         if (l < arcs) {
             circle.beginTowards(network.point[network.arc_start[l] / 3]);
             angle = network.arc_angle[l];
@@ -217,15 +217,15 @@ SamplesInRadii boundarySamples(const BallBoundary& boundary, const std::vector<M
         parts[task].reserve(kBallsPerTask);  // one each, nearly always
         std::vector<WeightedDirection> inside;
         for (std::size_t b = task * kBallsPerTask; b < std::min(balls.size(), (task + 1) * kBallsPerTask); ++b) {
-            Together lines(balls[b]);
+            MomentAccumulator lines(balls[b]);
             for (const std::uint32_t l : network.at_ball[b]) {
                 const ArcLine& line = network.line[l];
                 lines.addHalf(line, (balls[line.balls[0]] + balls[line.balls[1]]) * 0.5, radius);
             }
             inside.clear();
             for (std::uint32_t p = points.begin[b]; p < points.begin[b + 1]; ++p) {
-                if (points.contactOf(p) || points.clearance[p].value <= kRim) continue;
-                const Rate free = smoothStep((points.clearance[p] - kRim) / (kInside - kRim));
+                if (points.contactOf(p) || points.rim_distance[p].value <= kRim) continue;
+                const Dual free = smoothStep((points.rim_distance[p] - kRim) / (kInside - kRim));
                 const std::uint32_t d = points.direction[p];
                 inside.push_back({points.directions.position[d], free * area, share[d]});
             }
@@ -236,7 +236,7 @@ SamplesInRadii boundarySamples(const BallBoundary& boundary, const std::vector<M
             exposed.forSamples([&](const BoundarySample& sample) { parts[task].emplace_back(sample, radius); });
         }
     });
-    return joined(parts);
+    return concatenate(parts);
 }
 
 }  // namespace betamesh

@@ -15,11 +15,11 @@ namespace betamesh {
 /// a measure on positions and directions, changes continuously in time, whatever appears, vanishes or changes
 /// neighbours on the boundary.
 struct BoundarySample {
-    Moving position;   ///< world units
-    Moving direction;  ///< outwards, length <= 1: short where the boundary is sharply creased
-    Rate weight;       ///< world units of length, >= 0
-    Rate spread = 0;   ///< mean squared distance of the piece from its position, square world units
-    Rate bulge = 0;    ///< mean of (x - position) · (direction at x), world units: positive where the piece is convex
+    DualVec3 position;   ///< world units
+    DualVec3 direction;  ///< outwards, length <= 1: short where the boundary is sharply creased
+    Dual weight;       ///< world units of length, >= 0
+    Dual spread = 0;   ///< mean squared distance of the piece from its position, square world units
+    Dual bulge = 0;    ///< mean of (x - position) · (direction at x), world units: positive where the piece is convex
 };
 
 using BoundarySamples = std::vector<BoundarySample>;
@@ -58,7 +58,7 @@ using SamplesInRadii = std::vector<SampleInRadii>;
 /// in      a boundary, its balls, its network of arcs and its face points, all with their motion
 /// same    result for any thread count
 /// cost    O(arcs + points)
-SamplesInRadii boundarySamples(const BallBoundary& boundary, const std::vector<Moving>& balls,
+SamplesInRadii boundarySamples(const BallBoundary& boundary, const std::vector<DualVec3>& balls,
                                const ArcNetwork& network, const FacePoints& points);
 
 }  // namespace betamesh

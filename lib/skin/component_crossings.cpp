@@ -27,7 +27,7 @@ constexpr std::uint8_t sevenBits(std::uint64_t facing, std::size_t column) {
 // Marks the triangles of a block that may meet one with kTopBit: their boxes do, and they face no common way. Numbers
 // of seven bits leave the top one to tell which of two is larger, and whether two have any in common: g++ takes
 // comparisons of bytes apart.
-struct BodyCheck::MarkNear {
+struct ComponentCrossings::MarkNear {
     const StepBox& box;
     std::uint64_t facing;
     const Block& block;
@@ -55,14 +55,14 @@ struct BodyCheck::MarkNear {
     }
 };
 
-bool BodyCheck::crossesNothing(std::span<const TriangleRange> parts) {
+bool ComponentCrossings::crossesNothing(std::span<const TriangleRange> parts) {
     if (!gather(parts)) return false;
     makeBlocks();
     return !meetsItself() && !foldsAtAVertex();
 }
 
 // Returns false where one has turned over.
-bool BodyCheck::gather(std::span<const TriangleRange> parts) {
+bool ComponentCrossings::gather(std::span<const TriangleRange> parts) {
     triangle_.clear();
     facing_.clear();
     normal_.clear();
@@ -82,7 +82,7 @@ bool BodyCheck::gather(std::span<const TriangleRange> parts) {
     return true;
 }
 
-void BodyCheck::makeBlocks() {
+void ComponentCrossings::makeBlocks() {
     Boxf whole;
     for (const Boxf& box : box_) whole.extendBy(box);
     Vec3f scale;
@@ -114,7 +114,7 @@ void BodyCheck::makeBlocks() {
     }
 }
 
-bool BodyCheck::mayCross(std::size_t row, std::size_t other) const {
+bool ComponentCrossings::mayCross(std::size_t row, std::size_t other) const {
     if (((facing_[row] | facing_[other]) & kFlat) != 0) return false;
     const Triangle &s = mesh_.triangles[triangle_[row]], &t = mesh_.triangles[triangle_[other]];
     const Meeting meeting = meetingOf(s, t, [&](std::uint32_t v) { return mesh_.vertex[v].position; });
@@ -122,7 +122,7 @@ bool BodyCheck::mayCross(std::size_t row, std::size_t other) const {
     return !isFlat(mesh_.vertex, s) && !isFlat(mesh_.vertex, t);
 }
 
-bool BodyCheck::meetsItself() const {
+bool ComponentCrossings::meetsItself() const {
     std::array<std::uint8_t, kBlock> near;
     for (std::size_t i = 0; i < triangle_.size(); ++i)
         for (std::size_t b = i / kBlock; b < block_.size(); ++b) {
@@ -140,7 +140,7 @@ bool BodyCheck::meetsItself() const {
 }
 
 // All triangles of a vertex, by a way of their own: the fixed ones lie some 20 degrees from any that is asked for.
-bool BodyCheck::isOverAPlane(std::span<const Corner> star) const {
+bool ComponentCrossings::isOverAPlane(std::span<const Corner> star) const {
     Vec3f sum(0);
     for (const Corner& corner : star) sum += normal_[corner.row];
     const float least = kOverAPlane * sum.length();
@@ -151,7 +151,7 @@ bool BodyCheck::isOverAPlane(std::span<const Corner> star) const {
 }
 
 // Where the triangles at a vertex face no common way, two of them may cross that do, which no others might tell.
-bool BodyCheck::foldsAtAVertex() {
+bool ComponentCrossings::foldsAtAVertex() {
     std::uint64_t* const facing = facing_of_vertices_.data();
     for (const std::uint32_t t : triangle_)
         for (const std::uint32_t v : mesh_.triangles[t]) facing[v] = ~std::uint64_t{0};

@@ -22,9 +22,9 @@ struct TriangleRange {
 /// in      a mesh, and where its vertices were before, when nothing crossed; room for a number per vertex, which
 ///         several that look at other drops of the same mesh on other threads may share
 /// source  what need not be compared: as in exact/patch_tree.h
-class BodyCheck {
+class ComponentCrossings {
 public:
-    BodyCheck(const BetaMesh& mesh, const std::vector<Vec3>& before, std::span<std::uint64_t> facing_of_vertices)
+    ComponentCrossings(const BetaMesh& mesh, const std::vector<Vec3>& before, std::span<std::uint64_t> facing_of_vertices)
         : mesh_(mesh), before_(before), facing_of_vertices_(facing_of_vertices) {}
 
     /// Does nothing of it cross anything else of it, for certain? Also false where a triangle has turned over, or may

@@ -154,12 +154,12 @@ void readFrom(const Brick& brick, Window& window, const Vec3i& where) {
 
 // Cells without particles beside crowds, in order: balls reach into these, and so does whoever hides them there. Beside
 // cells with fewer there may be more of them than particles.
-std::vector<Vec3i> emptyBesideCrowds(const std::vector<Vec3i>& cell, const std::vector<std::uint32_t>& cell_begin) {
+std::vector<Vec3i> emptyBesideDenseCells(const std::vector<Vec3i>& cell, const std::vector<std::uint32_t>& cell_begin) {
     std::vector<std::vector<Vec3i>> parts((cell.size() + kCellsPerPart - 1) / kCellsPerPart);
     parallelFor(parts.size(), 1, [&](std::size_t part) {
         CellsAround around(cell);
         for (std::size_t c = part * kCellsPerPart; c < std::min(cell.size(), (part + 1) * kCellsPerPart); ++c) {
-            if (cell_begin[c + 1] - cell_begin[c] < kCrowd) continue;
+            if (cell_begin[c + 1] - cell_begin[c] < kDenseCell) continue;
             std::uint32_t there = 0;  // a bit for each of the 27
             around.forEach(c, [&](const Vec3i& where, std::size_t) {
                 there |= std::uint32_t{1} << (where.x + 3 * where.y + 9 * where.z);
@@ -168,14 +168,14 @@ std::vector<Vec3i> emptyBesideCrowds(const std::vector<Vec3i>& cell, const std::
                 if (!(there >> k & 1)) parts[part].push_back(cell[c] + Vec3i(k % 3 - 1, k / 3 % 3 - 1, k / 9 - 1));
         }
     });
-    std::vector<Vec3i> empty = joined(parts);
+    std::vector<Vec3i> empty = concatenate(parts);
     std::sort(empty.begin(), empty.end(), cellBefore);
     empty.erase(std::unique(empty.begin(), empty.end()), empty.end());
     return empty;
 }
 
-// As buried(), where cells without particles are cells as any other.
-std::vector<std::uint8_t> buriedAmong(const std::vector<Vec3i>& cell, const std::vector<std::uint32_t>& cell_begin,
+// As coveredParticles(), where cells without particles are cells as any other.
+std::vector<std::uint8_t> coveredAmong(const std::vector<Vec3i>& cell, const std::vector<std::uint32_t>& cell_begin,
                                       const std::vector<PlaceInCell>& place) {
     constexpr std::size_t kCellsPerTask = 16;
     std::vector<Brick> bricks(cell.size(), Brick{});
@@ -214,10 +214,10 @@ std::vector<std::uint8_t> buriedAmong(const std::vector<Vec3i>& cell, const std:
 
 }  // namespace
 
-std::vector<std::uint8_t> buried(const std::vector<Vec3i>& cell, const std::vector<std::uint32_t>& cell_begin,
+std::vector<std::uint8_t> coveredParticles(const std::vector<Vec3i>& cell, const std::vector<std::uint32_t>& cell_begin,
                                  const std::vector<PlaceInCell>& place) {
-    const std::vector<Vec3i> empty = emptyBesideCrowds(cell, cell_begin);
-    if (empty.empty()) return buriedAmong(cell, cell_begin, place);  // as a rule: no copy of them all
+    const std::vector<Vec3i> empty = emptyBesideDenseCells(cell, cell_begin);
+    if (empty.empty()) return coveredAmong(cell, cell_begin, place);  // as a rule: no copy of them all
     std::vector<Vec3i> all(cell.size() + empty.size());
     std::merge(cell.begin(), cell.end(), empty.begin(), empty.end(), all.begin(), cellBefore);
     std::vector<std::uint32_t> begin;
@@ -227,7 +227,7 @@ std::vector<std::uint8_t> buried(const std::vector<Vec3i>& cell, const std::vect
         passed += passed < cell.size() && cell[passed] == here;
     }
     begin.push_back(cell_begin.back());
-    return buriedAmong(all, begin, place);
+    return coveredAmong(all, begin, place);
 }
 
 }  // namespace betamesh

@@ -33,7 +33,7 @@ inline PlaceInCell placeInCell(const Vec3i& from_corner, std::int64_t radius) {
 /// out     for every particle whether it is buried, the same for those at the same place in a cell
 /// same    result for any thread count, instruction set and order of particles in a cell
 /// cost    O(n), some 40 ns a particle; 64 bytes a cell, and an empty one beside a crowd
-std::vector<std::uint8_t> buried(const std::vector<Vec3i>& cell, const std::vector<std::uint32_t>& cell_begin,
+std::vector<std::uint8_t> coveredParticles(const std::vector<Vec3i>& cell, const std::vector<std::uint32_t>& cell_begin,
                                  const std::vector<PlaceInCell>& place);
 
 }  // namespace betamesh

@@ -1,6 +1,7 @@
 
 #include "skin/deforming_mesh.h"
 
+#include "base/index.h"
 #include "base/parallel.h"
 #include "skin/ball_boundary.h"
 
@@ -103,24 +104,24 @@ struct LongEdge {
 
 }  // namespace
 
-MovedSurface::MovedSurface(BetaMesh& mesh, double spacing)
+DeformingMesh::DeformingMesh(BetaMesh& mesh, double spacing)
     : mesh_(mesh), spacing_(spacing), position_(mesh.vertex.size()) {
     parallelFor(size(), 8192, [&](std::size_t v) { position_[v] = mesh_.vertex[v].position; });
     weighDiagonals(shares());
     arrange();
 }
 
-void MovedSurface::listHeld() {
+void DeformingMesh::listHeld() {
     std::vector<std::uint8_t> in_group(size(), 0), lent(size(), 0);
     for (std::size_t g = 0; g < held_.size(); ++g) {
-        const std::vector<RisingVertex>& group = mesh_.rising[g];
+        const std::vector<FadingVertex>& group = mesh_.fading[g];
         auto& [all, from_one_another, lent_to_others] = held_[g] = {};
         all.resize(group.size());
         parallelFor(group.size(), 4096, [&](std::size_t i) {
-            const RisingVertex& rising = group[i];
-            all[i] = {rising.vertex, static_cast<std::uint32_t>(i), rising.from, {},
-                      static_cast<float>(rising.share.value)};
-            for (std::size_t k = 0; k < 4; ++k) all[i].weight[k] = static_cast<float>(rising.weight[k].value);
+            const FadingVertex& fading = group[i];
+            all[i] = {fading.vertex, static_cast<std::uint32_t>(i), fading.from, {},
+                      static_cast<float>(fading.share.value)};
+            for (std::size_t k = 0; k < 4; ++k) all[i].weight[k] = static_cast<float>(fading.weight[k].value);
         });
         for (const HeldVertex& v : all) in_group[v.vertex] = 1;
         const auto isChained = [&](const HeldVertex& v) {
@@ -136,43 +137,43 @@ void MovedSurface::listHeld() {
 }
 
 // How far each vertex is there: 1 where it does not rise.
-std::vector<float> MovedSurface::shares() const {
+std::vector<float> DeformingMesh::shares() const {
     std::vector<float> share(size(), 1);
-    for (const auto& group : mesh_.rising)
-        for (const RisingVertex& rising : group) share[rising.vertex] = static_cast<float>(rising.share.value);
+    for (const auto& group : mesh_.fading)
+        for (const FadingVertex& fading : group) share[fading.vertex] = static_cast<float>(fading.share.value);
     return share;
 }
 
 // Diagonals to corners that only just appear count for no more than these: quads come and go with such corners.
-void MovedSurface::weighDiagonals(const std::vector<float>& share) {
-    for (RisingVertex& rising : mesh_.rising[2]) {
-        const auto& [a, b, c, d] = rising.from;
-        const double of_other = rising.weight[2].value + rising.weight[3].value;
+void DeformingMesh::weighDiagonals(const std::vector<float>& share) {
+    for (FadingVertex& fading : mesh_.fading[2]) {
+        const auto& [a, b, c, d] = fading.from;
+        const double of_other = fading.weight[2].value + fading.weight[3].value;
         const double edge = (1 - of_other) * share[a] * share[b], other = of_other * share[c] * share[d];
-        if (edge + other > 0) placeBetween(rising, other / (edge + other), 0);
+        if (edge + other > 0) placeBetween(fading, other / (edge + other), 0);
     }
 }
 
 // Puts a vertex in a quad onto its diagonals, by their shares: where they pass each other, or into their middles.
-void MovedSurface::placeBetween(RisingVertex& rising, double of_other, double middle) {
+void DeformingMesh::placeBetween(FadingVertex& fading, double of_other, double middle) {
     Vec3 place(0);
     for (std::size_t k = 0; k < 4; k += 2) {
         const double share = k == 0 ? 1 - of_other : of_other;
-        const double sum = rising.weight[k].value + rising.weight[k + 1].value;
-        double of_first = sum > 0 ? rising.weight[k].value / sum : 0.5;
+        const double sum = fading.weight[k].value + fading.weight[k + 1].value;
+        double of_first = sum > 0 ? fading.weight[k].value / sum : 0.5;
         of_first += (0.5 - of_first) * middle;
-        rising.weight[k] = share * of_first;
-        rising.weight[k + 1] = share * (1 - of_first);
-        for (const std::size_t m : {k, k + 1}) place += position_[rising.from[m]] * rising.weight[m].value;
+        fading.weight[k] = share * of_first;
+        fading.weight[k + 1] = share * (1 - of_first);
+        for (const std::size_t m : {k, k + 1}) place += position_[fading.from[m]] * fading.weight[m].value;
     }
-    position_[rising.vertex] = place;
+    position_[fading.vertex] = place;
 }
 
 // Vertices whose share is 0 come last and are in no group: they only follow the vertices from which they rise.
-void MovedSurface::arrange() {
+void DeformingMesh::arrange() {
     const std::vector<float> share = shares();
     const auto rows = static_cast<std::uint32_t>(size());
-    const std::vector<std::uint32_t> shared = rowsWhere(rows, [&](std::uint32_t v) { return share[v] > 0; });
+    const std::vector<std::uint32_t> shared = indicesWhere(rows, [&](std::uint32_t v) { return share[v] > 0; });
     std::vector<std::uint32_t> order;
     groups_ = PointGroups(inOrder(position_, shared), kGroupCell * spacing_, order);
     order = inOrder(shared, order);
@@ -190,7 +191,7 @@ void MovedSurface::arrange() {
     measure();
 }
 
-void MovedSurface::measure() {
+void DeformingMesh::measure() {
     const std::size_t n = size(), triangles = mesh_.triangles.size();
     facing_.resize(triangles);
     const double scale = 1 / (6 * spacing_ * spacing_);
@@ -246,13 +247,13 @@ void MovedSurface::measure() {
     });
 }
 
-void MovedSurface::move(std::vector<Vec3f>& step) {
+void DeformingMesh::move(std::vector<Vec3f>& step) {
     hold(step);
     parallelFor(size(), 8192, [&](std::size_t v) { position_[v] += Vec3(step[v]) * spacing_; });
     groups_.fitBoxes(position_);
 }
 
-std::vector<Vec3f> MovedSurface::means(double width, const std::vector<Vec3f>& values) const {
+std::vector<Vec3f> DeformingMesh::means(double width, const std::vector<Vec3f>& values) const {
     constexpr float kLeastArea = 1e-9F;  // where nothing has any, all count alike
     std::vector<Vec3f> means(values.size(), Vec3f(0));
     const auto inverse = static_cast<float>(1 / (width * width));
@@ -271,13 +272,13 @@ std::vector<Vec3f> MovedSurface::means(double width, const std::vector<Vec3f>& v
     return means;
 }
 
-std::vector<Vec3f> MovedSurface::meanNormals() const {
+std::vector<Vec3f> DeformingMesh::meanNormals() const {
     std::vector<Vec3f> normal = means(kMeanNormalWidth, normal_);
     parallelFor(size(), 8192, [&](std::size_t v) { normal[v].normalize(); });
     return normal;
 }
 
-MovedSurface::SoftNormals MovedSurface::softNormals(double width, const std::vector<Vec3f>& from) const {
+DeformingMesh::SoftNormals DeformingMesh::softNormals(double width, const std::vector<Vec3f>& from) const {
     SoftNormals soft{std::vector<Vec3f>(size(), Vec3f(0)), std::vector<float>(size())};
     const auto inverse = static_cast<float>(1 / (width * width));
     forVicinities<kFields>(
@@ -301,8 +302,8 @@ MovedSurface::SoftNormals MovedSurface::softNormals(double width, const std::vec
 }
 
 // How much a vertex is asked for in the middle of an edge.
-struct MovedSurface::Need {
-    const MovedSurface& surface;
+struct DeformingMesh::Need {
+    const DeformingMesh& surface;
     std::vector<float> longest;  // edge there
     std::vector<float> share;    // of vertices: one that only just appears is no reason to split an edge
     std::vector<float> bent;     // 0 … 1: enough for the rim of a hole
@@ -323,7 +324,7 @@ struct MovedSurface::Need {
     }
 };
 
-void MovedSurface::refine(double radius, double coarser) {
+void DeformingMesh::refine(double radius, double coarser) {
     const double longest_flat = std::max(kLongestFlat, kLongestOnBalls * radius);
     measure();
     const std::vector<Vec3f> normals = meanNormals();
@@ -338,25 +339,25 @@ void MovedSurface::refine(double radius, double coarser) {
             static_cast<float>(coarser * (longest_flat * (1 - round) + kLongestRound * round - kShorterOnRims * rim));
     });
     // A vertex that appears on a long edge takes the place of one that splits it, and has to be there as far.
-    const auto raise = [&](RisingVertex& rising, double asked) {
-        rising.share = 1 - (1 - rising.share.value) * (1 - asked);
-        need.share[rising.vertex] = static_cast<float>(rising.share.value);
+    const auto raise = [&](FadingVertex& fading, double asked) {
+        fading.share = 1 - (1 - fading.share.value) * (1 - asked);
+        need.share[fading.vertex] = static_cast<float>(fading.share.value);
     };
-    auto &on_edges = mesh_.rising[0], &in_quads = mesh_.rising[2];
-    for (RisingVertex& rising : on_edges) raise(rising, need(rising.from[0], rising.from[1]));
-    for (RisingVertex& rising : in_quads) {
-        const double of_other = rising.weight[2].value + rising.weight[3].value;
-        const double asked = need(rising.from[0], rising.from[1]) * (1 - of_other) +
-                             need(rising.from[2], rising.from[3]) * of_other;
+    auto &on_edges = mesh_.fading[0], &in_quads = mesh_.fading[2];
+    for (FadingVertex& fading : on_edges) raise(fading, need(fading.from[0], fading.from[1]));
+    for (FadingVertex& fading : in_quads) {
+        const double of_other = fading.weight[2].value + fading.weight[3].value;
+        const double asked = need(fading.from[0], fading.from[1]) * (1 - of_other) +
+                             need(fading.from[2], fading.from[3]) * of_other;
         if (!(asked > 0)) continue;
-        placeBetween(rising, of_other, smoothStep(asked / kIntoMiddle).value);
-        raise(rising, asked);
+        placeBetween(fading, of_other, smoothStep(asked / kIntoMiddle).value);
+        raise(fading, asked);
     }
     for (std::size_t refinement = 0; refinement < kRefinements; ++refinement) splitLongEdges(refinement, need);
     arrange();
 }
 
-void MovedSurface::splitLongEdges(std::size_t refinement, Need& need) {
+void DeformingMesh::splitLongEdges(std::size_t refinement, Need& need) {
     const std::size_t triangles = mesh_.triangles.size();
     constexpr std::size_t kPerTask = 8192;
     std::vector<std::vector<LongEdge>> parts((triangles + kPerTask - 1) / kPerTask);
@@ -369,7 +370,7 @@ void MovedSurface::splitLongEdges(std::size_t refinement, Need& need) {
                 if (share > 0) parts[task].push_back({a, b, share});
             }
     });
-    std::vector<LongEdge> edges = joined(parts);
+    std::vector<LongEdge> edges = concatenate(parts);
     if (edges.empty()) return;
     std::sort(edges.begin(), edges.end(),
               [](const LongEdge& a, const LongEdge& b) { return a.ends() < b.ends(); });
@@ -378,36 +379,36 @@ void MovedSurface::splitLongEdges(std::size_t refinement, Need& need) {
                 edges.end());
     const auto first = static_cast<std::uint32_t>(size());
     const auto middleOf = [&](std::uint32_t a, std::uint32_t b) -> std::uint32_t {
-        if (!(need(std::min(a, b), std::max(a, b)) > 0)) return kHidden;
+        if (!(need(std::min(a, b), std::max(a, b)) > 0)) return kInvalidIndex;
         const std::pair ends(std::min(a, b), std::max(a, b));
         const auto at = std::lower_bound(edges.begin(), edges.end(), ends,
                                          [](const LongEdge& edge, const auto& sought) { return edge.ends() < sought; });
         return first + static_cast<std::uint32_t>(at - edges.begin());
     };
-    const auto addVertex = [&](std::vector<RisingVertex>& group, const std::array<std::uint32_t, 4>& from,
+    const auto addVertex = [&](std::vector<FadingVertex>& group, const std::array<std::uint32_t, 4>& from,
                                const std::array<double, 4>& weight, double share) {
-        RisingVertex rising{static_cast<std::uint32_t>(size()), from, {}, share, {}};
+        FadingVertex fading{static_cast<std::uint32_t>(size()), from, {}, share, {}};
         Vec3 place(0);
         double longest_here = 0, bent_here = 0;
         Vec3f normal(0);
         for (std::size_t k = 0; k < 4; ++k) {
-            rising.weight[k] = weight[k];
-            rising.whole = rising.whole + mesh_.vertex[from[k]] * weight[k];
+            fading.weight[k] = weight[k];
+            fading.whole = fading.whole + mesh_.vertex[from[k]] * weight[k];
             place += position_[from[k]] * weight[k];
             longest_here += need.longest[from[k]] * weight[k];
             bent_here += need.bent[from[k]] * weight[k];
             normal += need.normal[from[k]] * static_cast<float>(weight[k]);
         }
-        mesh_.vertex.push_back(rising.whole);
+        mesh_.vertex.push_back(fading.whole);
         position_.push_back(place);
         need.longest.push_back(static_cast<float>(longest_here));
         need.share.push_back(static_cast<float>(share));
         need.bent.push_back(static_cast<float>(bent_here));
         need.normal.push_back(normal.normalized());
-        group.push_back(rising);
+        group.push_back(fading);
     };
-    auto& on_edges = mesh_.rising[kTessellationGroups + 2 * refinement];
-    auto& in_quads = mesh_.rising[kTessellationGroups + 2 * refinement + 1];
+    auto& on_edges = mesh_.fading[kTessellationGroups + 2 * refinement];
+    auto& in_quads = mesh_.fading[kTessellationGroups + 2 * refinement + 1];
     for (const LongEdge& edge : edges)
         addVertex(on_edges, {edge.from, edge.to, edge.to, edge.to}, {0.5, 0.5, 0, 0}, edge.share);
     std::vector<std::array<std::uint32_t, 3>> middles(triangles);
@@ -423,18 +424,18 @@ void MovedSurface::splitLongEdges(std::size_t refinement, Need& need) {
             mesh_.ball_begin[ball] = static_cast<std::uint32_t>(split.size());
         const Triangle q = mesh_.triangles[t];
         const std::array<std::uint32_t, 3>& middle = middles[t];
-        const auto cuts = 3 - std::count(middle.begin(), middle.end(), kHidden);
+        const auto cuts = 3 - std::count(middle.begin(), middle.end(), kInvalidIndex);
         if (cuts == 0) {
             split.push_back(q);
         } else if (cuts == 3) {
             for (std::size_t k = 0; k < 3; ++k) split.push_back({q[k], middle[k], middle[(k + 2) % 3]});
             split.push_back({middle[0], middle[1], middle[2]});
         } else if (cuts == 1) {
-            const std::size_t k = middle[0] != kHidden ? 0 : middle[1] != kHidden ? 1 : 2;
+            const std::size_t k = middle[0] != kInvalidIndex ? 0 : middle[1] != kInvalidIndex ? 1 : 2;
             split.push_back({q[k], middle[k], q[(k + 2) % 3]});
             split.push_back({middle[k], q[(k + 1) % 3], q[(k + 2) % 3]});
         } else {  // a corner, and a quad with a vertex in it: on the diagonal to the cut that is further there
-            const std::size_t whole = middle[0] == kHidden ? 0 : middle[1] == kHidden ? 1 : 2;
+            const std::size_t whole = middle[0] == kInvalidIndex ? 0 : middle[1] == kInvalidIndex ? 1 : 2;
             const std::uint32_t a = q[whole], b = q[(whole + 1) % 3], c = q[(whole + 2) % 3];
             const std::uint32_t bc = middle[(whole + 1) % 3], ca = middle[(whole + 2) % 3];
             split.push_back({c, ca, bc});
@@ -451,7 +452,7 @@ void MovedSurface::splitLongEdges(std::size_t refinement, Need& need) {
 
 // Adds to the steps what takes the corner opposite the longest edge of a triangle that lies upside down to the other
 // side of that edge.
-void MovedSurface::turnBack(std::uint32_t triangle, std::vector<Vec3f>& step) const {
+void DeformingMesh::turnBack(std::uint32_t triangle, std::vector<Vec3f>& step) const {
     const Triangle& t = mesh_.triangles[triangle];
     const Vec3 facing = Vec3(normal_[t[0]] + normal_[t[1]] + normal_[t[2]]).normalized();
     std::array<double, 3> square;  // of the edge opposite each corner
@@ -469,7 +470,7 @@ void MovedSurface::turnBack(std::uint32_t triangle, std::vector<Vec3f>& step) co
     step[t[k]] += Vec3f((target - apex) * (turned / spacing_));
 }
 
-void MovedSurface::unfold() {
+void DeformingMesh::unfold() {
     std::vector<Vec3f> step(size(), Vec3f(0));
     parallelFor(size(), 2048, [&](std::size_t v) {
         const double share = smoothStep((kFoldBegins - agreement_[v]) / (kFoldBegins - kFolded)).value;
@@ -480,7 +481,7 @@ void MovedSurface::unfold() {
             for (const std::uint32_t u : mesh_.triangles[t]) sum += position_[u] - position_[v];
         step[v] = Vec3f(sum * (kUnfolding * share / (2.0 * static_cast<double>(round.size()) * spacing_)));
     });
-    const std::vector<std::uint32_t> upset = rowsWhere(mesh_.triangles.size(), [&](std::uint32_t triangle) {
+    const std::vector<std::uint32_t> upset = indicesWhere(mesh_.triangles.size(), [&](std::uint32_t triangle) {
         const auto& [a, b, c] = mesh_.triangles[triangle];
         const Vec3f round = normal_[a] + normal_[b] + normal_[c];
         const auto& [third, area] = facing_[triangle];
@@ -494,12 +495,12 @@ void MovedSurface::unfold() {
     measure();
 }
 
-void MovedSurface::setVelocities(std::vector<Vec3f>& velocity) {
+void DeformingMesh::setVelocities(std::vector<Vec3f>& velocity) {
     hold(velocity);
     parallelFor(size(), 8192, [&](std::size_t v) { mesh_.vertex[v].velocity = Vec3(velocity[v]); });
 }
 
-void MovedSurface::writePositions() {
+void DeformingMesh::writePositions() {
     parallelFor(size(), 8192, [&](std::size_t v) { mesh_.vertex[v].position = position_[v]; });
 }
 

@@ -11,8 +11,8 @@
 
 namespace betamesh {
 
-/// How often edges of a MovedSurface can be split: each time at two groups of vertices that fade in.
-inline constexpr std::size_t kRefinements = (std::tuple_size_v<RisingVertices> - kTessellationGroups) / 2;
+/// How often edges of a DeformingMesh can be split: each time at two groups of vertices that fade in.
+inline constexpr std::size_t kRefinements = (std::tuple_size_v<FadingVertices> - kTessellationGroups) / 2;
 
 /// A mesh whose vertices are moved step by step, with the area and the normal that each vertex stands for.
 ///
@@ -20,11 +20,11 @@ inline constexpr std::size_t kRefinements = (std::tuple_size_v<RisingVertices> -
 /// it rises from as its share is short of 1, and goes as far as they do by as much: areas, normals and steps then
 /// change continuously as vertices appear and vanish and as edges flip, because neither changes how a plane polygon is
 /// shared out. Lengths are in particle spacings, positions in world units.
-class MovedSurface {
+class DeformingMesh {
 public:
     /// Brings the vertices of the mesh into an order in space. The mesh has to stay where it is; spacing: of the
     /// particles, world units.
-    MovedSurface(BetaMesh& mesh, double spacing);
+    DeformingMesh(BetaMesh& mesh, double spacing);
 
     std::size_t size() const { return position_.size(); }
     double spacing() const { return spacing_; }
@@ -94,7 +94,7 @@ public:
     SoftNormals softNormals(double width, const std::vector<Vec3f>& from) const;
 
 private:
-    // A RisingVertex in a fifth of the memory, and its place in its group.
+    // A FadingVertex in a fifth of the memory, and its place in its group.
     struct HeldVertex {
         std::uint32_t vertex, row;
         std::array<std::uint32_t, 4> from;
@@ -111,7 +111,7 @@ private:
     void arrange();
     std::vector<float> shares() const;
     void weighDiagonals(const std::vector<float>& share);
-    void placeBetween(RisingVertex& rising, double of_other, double middle);
+    void placeBetween(FadingVertex& rising, double of_other, double middle);
     struct Need;
     void splitLongEdges(std::size_t refinement, Need& need);
     void turnBack(std::uint32_t triangle, std::vector<Vec3f>& step) const;
@@ -119,7 +119,7 @@ private:
     BetaMesh& mesh_;
     double spacing_;
     std::vector<Vec3> position_;
-    Rows triangles_of_;  // of each vertex
+    IndexRows triangles_of_;  // of each vertex
     struct Facing {
         Vec3f third;  // of a triangle's vector area
         float area;   // a third of it
@@ -128,7 +128,7 @@ private:
     std::vector<float> area_, agreement_;  // agreement: of the normals of a vertex' triangles, 1 where they are one
     std::vector<Vec3f> normal_;
 
-    std::array<HeldVertices, std::tuple_size_v<RisingVertices>> held_;
+    std::array<HeldVertices, std::tuple_size_v<FadingVertices>> held_;
     PointGroups groups_;
 };
 

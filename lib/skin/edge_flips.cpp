@@ -25,24 +25,24 @@ bool split(std::size_t row, std::uint32_t a, std::uint32_t b, std::uint32_t vert
 
 }  // namespace
 
-std::optional<TurningEdge> turningEdge(const std::array<Moving, 4>& at, double farthest) {
-    const Moving edge = at[1] - at[0], other = at[3] - at[2], apart = at[2] - at[0];
-    const Moving normal = cross(edge, other);
-    const Rate square = dot(normal, normal);
+std::optional<EdgeFlip> edgeFlip(const std::array<DualVec3, 4>& at, double farthest) {
+    const DualVec3 edge = at[1] - at[0], other = at[3] - at[2], apart = at[2] - at[0];
+    const DualVec3 normal = cross(edge, other);
+    const Dual square = dot(normal, normal);
     if (!(square.value > 0)) return std::nullopt;
-    const Rate volume = dot(apart, normal), distance = squareRoot(volume * volume / square);
-    const Rate u = dot(cross(apart, other), normal) / square, t = dot(cross(apart, edge), normal) / square;
-    Rate share = 0.5 * smoothStep(1 - distance / farthest);
-    for (const Rate& from_end : {u, 1 - u, t, 1 - t}) share = share * smoothStep(from_end / kFromEnds);
+    const Dual volume = dot(apart, normal), distance = squareRoot(volume * volume / square);
+    const Dual u = dot(cross(apart, other), normal) / square, t = dot(cross(apart, edge), normal) / square;
+    Dual share = 0.5 * smoothStep(1 - distance / farthest);
+    for (const Dual& from_end : {u, 1 - u, t, 1 - t}) share = share * smoothStep(from_end / kFromEnds);
     if (!(share.value > kLeastShare)) return std::nullopt;
-    return TurningEdge{{}, {}, {(1 - share) * (1 - u), (1 - share) * u, share * (1 - t), share * t}, at[0] + edge * u};
+    return EdgeFlip{{}, {}, {(1 - share) * (1 - u), (1 - share) * u, share * (1 - t), share * t}, at[0] + edge * u};
 }
 
-void splitTurningEdges(std::vector<TurningEdge>& edges, std::size_t first, std::uint32_t first_vertex,
+void splitFlippingEdges(std::vector<EdgeFlip>& edges, std::size_t first, std::uint32_t first_vertex,
                        std::vector<Triangle>& triangles) {
     if (edges.empty()) return;
     std::stable_sort(edges.begin(), edges.end(),
-                     [](const TurningEdge& a, const TurningEdge& b) { return a.shareOfOther() > b.shareOfOther(); });
+                     [](const EdgeFlip& a, const EdgeFlip& b) { return a.shareOfOther() > b.shareOfOther(); });
     struct Piece {
         std::uint32_t of;  // triangle
         std::size_t row;

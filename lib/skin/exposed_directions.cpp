@@ -1,6 +1,7 @@
 
 #include "skin/exposed_directions.h"
 
+#include "base/index.h"
 #include "base/simd.h"
 #include "skin/face_points.h"
 
@@ -24,13 +25,13 @@ void setScales(std::size_t n, float* cosine, float* scale) {
     }
 }
 
-// The least clearance of some directions from all caps, and whose cap it is from; -1 without any.
+// The least rim_distance of some directions from all caps, and whose cap it is from; -1 without any.
 struct FindNearest {
     const DirectionColumns& directions;
     std::size_t count;
     const ExposedRegion::Planes& caps;
     const std::vector<float>&cosine, &scale;
-    std::vector<float>&clearance, &cap;
+    std::vector<float>&rim_distance, &cap;
 
     template <std::size_t kWidth>
     __attribute__((always_inline)) void operator()() const {
@@ -46,7 +47,7 @@ struct FindNearest {
                 whose = from < least ? number : whose;
                 least = from < least ? from : least;
             }
-            std::memcpy(&clearance[i], &least, sizeof least);
+            std::memcpy(&rim_distance[i], &least, sizeof least);
             std::memcpy(&cap[i], &whose, sizeof whose);
         }
     }
@@ -58,7 +59,7 @@ struct FindHidden {
     const ExposedRegion::Planes& caps;
     const std::vector<float>& cosine;
     const std::vector<std::uint32_t>& some;
-    std::vector<float>& clearance;
+    std::vector<float>& rim_distance;
 
     template <std::size_t kWidth>
     __attribute__((always_inline)) void operator()() const {
@@ -73,7 +74,7 @@ struct FindHidden {
                 const Some from = cosine[k] - dx * caps.x[k] - dy * caps.y[k] - dz * caps.z[k];
                 least = from < least ? from : least;
             }
-            std::memcpy(&clearance[i], &least, sizeof least);
+            std::memcpy(&rim_distance[i], &least, sizeof least);
         }
     }
 };
@@ -109,7 +110,7 @@ void ExposedDirections::find(const ExposedRegion& region, const std::vector<Neig
     onThisCpu(FindNearest{left_, left, caps, cosine_, scale_, clearance_, cap_});
     for (std::size_t i = 0; i < left; ++i) {
         if (!(clearance_[i] > 0)) continue;
-        const std::uint32_t nearest = cap_[i] < 0 ? kHidden : neighbours[static_cast<std::size_t>(cap_[i])].particle;
+        const std::uint32_t nearest = cap_[i] < 0 ? kInvalidIndex : neighbours[static_cast<std::size_t>(cap_[i])].particle;
         exposed.push_back({number_[i], nearest, clearance_[i]});
     }
 }

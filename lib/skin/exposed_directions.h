@@ -3,6 +3,7 @@
 #pragma once
 
 #include "base/icosphere.h"
+#include "base/index.h"
 #include "skin/ball_boundary.h"
 #include "skin/exposed_region.h"
 
@@ -17,7 +18,7 @@ public:
     ExposedDirections(const std::vector<Vec3>& directions, std::int64_t radius);
 
     /// Appends those of a ball with these neighbours, of which the region was made, ascending. Until balls have numbers
-    /// of their own `nearest` is a row of SnappedParticles; kHidden where there is no cap.
+    /// of their own `nearest` is a row of SnappedParticles; kInvalidIndex where there is no cap.
     ///
     /// cost    O(directions · bounding neighbours + exposed ones · neighbours), in single precision
     void find(const ExposedRegion& region, const std::vector<Neighbour>& neighbours,

@@ -2,6 +2,7 @@
 #include "skin/exposed_region.h"
 
 #include "base/icosphere.h"
+#include "base/index.h"
 #include "base/simd.h"
 
 #include <algorithm>
@@ -21,8 +22,8 @@ constexpr float kOutOfReach = 1e30F;
 // at most 2^42, so that whatever is asked of it is within 2^112.
 class Meeting {
 public:
-    template <typename Wall>
-    Meeting(const Wall& a, const Wall& b, const Wall& c) {
+    template <typename Bisector>
+    Meeting(const Bisector& a, const Bisector& b, const Bisector& c) {
         const Vec3i u(a.offset), v(b.offset), w(c.offset), vw = cross(v, w), wu = cross(w, u), uv = cross(u, v);
         const auto along = [&](int k) {
             return static_cast<Int>(a.level) * vw[k] + static_cast<Int>(b.level) * wu[k] +
@@ -201,8 +202,8 @@ void ExposedRegion::beginWithTetrahedron() {
     for (std::size_t k = 0; k < 4; ++k) {  // each corner is opposite the wall of the same number
         const Vec3 normal = towards[k].normalized();
         const double level = std::ceil(2 * std::sqrt(3.0) * kInner * radius_);
-        wall_[k] = {normal, level / (2 * std::sqrt(3.0) * radius_), towards[k], level, kNone};
-        put({kWalls[k], true, false, {}, kNone}, normal * (-3 * wall_[k].distance), k);
+        wall_[k] = {normal, level / (2 * std::sqrt(3.0) * radius_), towards[k], level, kInvalidIndex};
+        put({kWalls[k], true, false, {}, kInvalidIndex}, normal * (-3 * wall_[k].distance), k);
     }
     outer_ = 4;
 }
@@ -228,9 +229,9 @@ bool ExposedRegion::listNewCorners(std::uint8_t wall) {
         };
         list(a, b), list(b, c), list(c, a);
     }
-    if (edges < 3 || edges > kMostWalls) return false;
+    if (edges < 3 || edges > kMostBisectors) return false;
     std::uint64_t begun = 0;
-    std::array<std::uint8_t, kMostWalls> next;
+    std::array<std::uint8_t, kMostBisectors> next;
     for (std::size_t i = 0; i < edges; ++i) {
         const auto& [cut, stays, a, b] = edge[i];
         begun |= std::uint64_t{1} << a;
@@ -242,7 +243,7 @@ bool ExposedRegion::listNewCorners(std::uint8_t wall) {
         const bool is_outer = place.length2() >= kInside * kInside;
         outer += is_outer;
         new_place_[i] = place;
-        new_corner_[i] = {{a, b, wall}, is_outer, false, {}, kNone};
+        new_corner_[i] = {{a, b, wall}, is_outer, false, {}, kInvalidIndex};
     }
     const std::uint8_t first = edge[0].a;  // are they one ring?
     std::size_t round = 1;
@@ -266,11 +267,11 @@ std::uint64_t ExposedRegion::wallsOf(bool outer_only) const {
 bool ExposedRegion::clip(std::uint32_t neighbour) {
     if (~walls_ == 0) walls_ = wallsOf(false);
     const auto free = static_cast<std::size_t>(std::countr_one(walls_));
-    if (free == kMostWalls) return false;
+    if (free == kMostBisectors) return false;
     const Neighbour& n = (*all_)[neighbour];
     const double length = std::sqrt(n.squared);
     const double distance = length / (2 * radius_);
-    const Wall& wall =
+    const Bisector& wall =
         wall_[free] = {n.offset / length, exactly_ ? distance : distance + kSlack, n.offset, n.squared, neighbour};
 
     for (std::size_t c = 0; c < corners_; c += 4)  // and some more, of which nothing is asked
@@ -302,7 +303,7 @@ void ExposedRegion::take(std::uint32_t neighbour) {
     ++in_doubt_;
 }
 
-// The neighbours whose planes places lie farthest beyond, but for rounding, and how far; kNone where one is beyond
+// The neighbours whose planes places lie farthest beyond, but for rounding, and how far; kInvalidIndex where one is beyond
 // nobody's.
 template <std::size_t kPlaces>
 std::array<ExposedRegion::Farthest, kPlaces> ExposedRegion::farthestBeyond(
@@ -312,7 +313,7 @@ std::array<ExposedRegion::Farthest, kPlaces> ExposedRegion::farthestBeyond(
     std::array<Farthest, kPlaces> farthest;
     for (std::size_t p = 0; p < kPlaces; ++p) {
         const bool any = beyond[p] > -static_cast<float>(kSlack);
-        farthest[p] = {any ? static_cast<std::uint32_t>(plane[p]) : kNone, beyond[p]};
+        farthest[p] = {any ? static_cast<std::uint32_t>(plane[p]) : kInvalidIndex, beyond[p]};
     }
     return farthest;
 }
@@ -320,29 +321,29 @@ std::array<ExposedRegion::Farthest, kPlaces> ExposedRegion::farthestBeyond(
 // Takes the neighbour nearest to a place into account, if it may be nearer than this ball; true where none may.
 bool ExposedRegion::settle(const Vec3& place) {
     const auto [farthest] = farthestBeyond<1>({Vec3f(place)});
-    if (farthest.neighbour == kNone) return true;
+    if (farthest.neighbour == kInvalidIndex) return true;
     take(farthest.neighbour);
     return false;
 }
 
 // The first corner from there on that is to be settled, or how many there are.
-std::size_t ExposedRegion::nextToSettle(std::size_t corner) const {
+std::size_t ExposedRegion::nextToVerify(std::size_t corner) const {
     while (corner < corners_ && (corner_[corner].seen || !(corner_[corner].outer || exactly_))) ++corner;
     return corner;
 }
 
 // As settle() of a corner. Asks for the one after it, too, as two take little longer than one: its answer holds until
 // that plane is taken.
-bool ExposedRegion::settleCorner(std::size_t corner) {
+bool ExposedRegion::verifyVertex(std::size_t corner) {
     std::uint32_t farthest = corner_[corner].farthest;
-    if (farthest == kNone || left_[farthest] == kOutOfReach) {
-        const std::size_t next = nextToSettle(corner + 1), other = next < corners_ ? next : corner;
+    if (farthest == kInvalidIndex || left_[farthest] == kOutOfReach) {
+        const std::size_t next = nextToVerify(corner + 1), other = next < corners_ ? next : corner;
         const auto [here, there] = farthestBeyond<2>({Vec3f(placeOf(corner)), Vec3f(placeOf(other))});
         corner_[other].farthest = there.neighbour;
-        corner_[other].seen = there.neighbour == kNone;
+        corner_[other].seen = there.neighbour == kInvalidIndex;
         farthest = here.neighbour;
     }
-    if (farthest == kNone) return true;
+    if (farthest == kInvalidIndex) return true;
     take(farthest);
     return false;
 }
@@ -354,14 +355,14 @@ int ExposedRegion::sideOf(const Corner& corner, const Neighbour& neighbour) cons
 }
 
 // As settle() of a corner, where the cell is exact. Whoever touches it there bounds it, too.
-bool ExposedRegion::settleExactly(std::size_t corner) {
+bool ExposedRegion::verifyExactly(std::size_t corner) {
     const Vec3 place = placeOf(corner);
     const Vec3f at(place);
     const auto [about] = farthestBeyond<1>({at});
-    if (about.neighbour == kNone) return true;
+    if (about.neighbour == kInvalidIndex) return true;
     const std::vector<float>&x = planes_.x, &y = planes_.y, &z = planes_.z;
     const float least = about.beyond - 2 * static_cast<float>(kSlack);
-    std::uint32_t farthest = kNone;
+    std::uint32_t farthest = kInvalidIndex;
     double most = 0;
     for (std::uint32_t n = 0; n < all_->size(); ++n) {
         if (x[n] * at.x + y[n] * at.y + z[n] * at.z - left_[n] < least) continue;
@@ -375,17 +376,17 @@ bool ExposedRegion::settleExactly(std::size_t corner) {
             if (side <= 0) continue;
             far = std::abs(far);
         }
-        if (farthest == kNone || far > most) farthest = n, most = far;
+        if (farthest == kInvalidIndex || far > most) farthest = n, most = far;
     }
-    if (farthest == kNone) return true;
+    if (farthest == kInvalidIndex) return true;
     take(farthest);
     return false;
 }
 
 void ExposedRegion::settleCorners() {
-    for (std::size_t c = nextToSettle(0); c < corners_ && !empty() && (exactly_ || in_doubt_ <= kMostInDoubt);
-         c = nextToSettle(c))
-        if (exactly_ ? settleExactly(c) : settleCorner(c))
+    for (std::size_t c = nextToVerify(0); c < corners_ && !empty() && (exactly_ || in_doubt_ <= kMostInDoubt);
+         c = nextToVerify(c))
+        if (exactly_ ? verifyExactly(c) : verifyVertex(c))
             corner_[c].seen = true;
         else
             c = std::min<std::size_t>(c, cut_[0]);  // from there on they may be others now
@@ -439,12 +440,12 @@ void ExposedRegion::enclose() {
     for (std::uint64_t walls = wallsOf(false); walls != 0; walls &= walls - 1) {
         const int w = std::countr_zero(walls);
         const std::uint32_t n = wall_[static_cast<std::size_t>(w)].neighbour;
-        if (n != kNone) part_.push_back({n, (outer >> w & 1) == 0});
+        if (n != kInvalidIndex) part_.push_back({n, (outer >> w & 1) == 0});
     }
     std::sort(part_.begin(), part_.end());
     neighbours_.clear();
     bounding_.clear();
-    std::uint32_t last = kNone;
+    std::uint32_t last = kInvalidIndex;
     for (const auto& [n, covers_only] : part_) {
         if (n == last) continue;
         last = n;

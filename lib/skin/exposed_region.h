@@ -2,6 +2,7 @@
 
 #pragma once
 
+#include "base/index.h"
 #include "exact/snapped_particles.h"
 
 #include <array>
@@ -52,8 +53,8 @@ public:
     const Planes& planes() const { return planes_; }
 
 private:
-    static constexpr std::size_t kMostWalls = 64, kMostCorners = 2 * kMostWalls;
-    struct Wall {
+    static constexpr std::size_t kMostBisectors = 64, kMostCorners = 2 * kMostBisectors;
+    struct Bisector {
         Vec3 normal;
         double distance;
         Vec3 offset;  // the plane is where 2 offset · x = level: whole numbers
@@ -71,14 +72,13 @@ private:
         std::array<std::uint8_t, 3> wall;
         bool outer, seen;
         std::array<bool, 3> edge_seen;  // towards the corner beyond walls k and k + 1
-        std::uint32_t farthest;         // whose plane it lies farthest beyond; kNone where that was not asked
+        std::uint32_t farthest;         // whose plane it lies farthest beyond; kInvalidIndex where that was not asked
     };
 
     struct Farthest {
         std::uint32_t neighbour;
         float beyond;
     };
-    static constexpr std::uint32_t kNone = ~std::uint32_t{0};
 
     Vec3 placeOf(std::size_t corner) const { return {x_[corner], y_[corner], z_[corner]}; }
     void setPlanes(const std::vector<Neighbour>& neighbours);
@@ -89,9 +89,9 @@ private:
     template <std::size_t kPlaces>
     std::array<Farthest, kPlaces> farthestBeyond(const std::array<Vec3f, kPlaces>& place) const;
     bool settle(const Vec3& place);
-    bool settleCorner(std::size_t corner);
-    std::size_t nextToSettle(std::size_t corner) const;
-    bool settleExactly(std::size_t corner);
+    bool verifyVertex(std::size_t corner);
+    std::size_t nextToVerify(std::size_t corner) const;
+    bool verifyExactly(std::size_t corner);
     void take(std::uint32_t neighbour);
     bool clip(std::uint32_t neighbour);
     bool listNewCorners(std::uint8_t wall);
@@ -105,17 +105,17 @@ private:
     Planes planes_;
     std::vector<float> left_;  // their distances, out of reach where they are used already
     std::vector<float> rim_;
-    std::array<Wall, kMostWalls> wall_;
+    std::array<Bisector, kMostBisectors> wall_;
     std::uint64_t walls_ = 0;  // a bit for each that may have corners
     std::array<Corner, kMostCorners> corner_;
     std::array<double, kMostCorners> x_{}, y_{}, z_{};  // where they are
     std::size_t corners_ = 0;
-    std::array<std::array<std::uint16_t, kMostWalls>, kMostWalls> corner_at_;  // by two of its walls, in order
+    std::array<std::array<std::uint16_t, kMostBisectors>, kMostBisectors> corner_at_;  // by two of its walls, in order
     std::array<double, kMostCorners> beyond_;      // how far corners lie beyond the plane that clips
     std::array<std::uint16_t, kMostCorners> cut_;  // those that do
     std::size_t cut_count_ = 0;
-    std::array<Corner, kMostWalls> new_corner_;
-    std::array<Vec3, kMostWalls> new_place_;
+    std::array<Corner, kMostBisectors> new_corner_;
+    std::array<Vec3, kMostBisectors> new_place_;
     std::size_t new_corners_ = 0;
     std::size_t outer_ = 0;     // corners that are not inside the ball
     std::size_t in_doubt_ = 0;  // planes that were not used

@@ -6,9 +6,9 @@
 
 namespace betamesh {
 
-std::vector<std::uint32_t> survivors(const SnappedParticles& particles) {
+std::vector<std::uint32_t> exposureCandidates(const SnappedParticles& particles) {
     const auto notBuried = [](const std::vector<std::uint8_t>& is_buried) {
-        return rowsWhere(is_buried.size(), [&](std::uint32_t i) { return !is_buried[i]; });
+        return indicesWhere(is_buried.size(), [&](std::uint32_t i) { return !is_buried[i]; });
     };
     if (!particles.is_buried.empty()) return notBuried(particles.is_buried);
     std::vector<PlaceInCell> place(particles.size());
@@ -17,7 +17,7 @@ std::vector<std::uint32_t> survivors(const SnappedParticles& particles) {
         for (std::uint32_t i = particles.cell_begin[c]; i < particles.cell_begin[c + 1]; ++i)
             place[i] = placeInCell(particles.position[i] - corner, particles.radius);
     });
-    return notBuried(buried(particles.cell, particles.cell_begin, place));
+    return notBuried(coveredParticles(particles.cell, particles.cell_begin, place));
 }
 
 }  // namespace betamesh

@@ -11,6 +11,6 @@ namespace betamesh {
 /// out     rows of every particle with an exposed point, and of a few without, ascending
 /// same    result for any thread count and instruction set
 /// cost    O(n), some 40 ns a particle where it is not known
-std::vector<std::uint32_t> survivors(const SnappedParticles& particles);
+std::vector<std::uint32_t> exposureCandidates(const SnappedParticles& particles);
 
 }  // namespace betamesh

@@ -3,6 +3,7 @@
 
 #include "base/box.h"
 #include "base/cell_order.h"
+#include "base/index.h"
 #include "base/parallel.h"
 
 #include <algorithm>
@@ -21,7 +22,7 @@ constexpr double kSurely = 1 - 1e-6;       // of a radius: what is so near to a 
 
 struct Part {
     std::vector<std::uint32_t> count, direction;
-    std::vector<Rate> clearance;
+    std::vector<Dual> rim_distance;
     std::vector<FacePoints::Contact> contact;
 };
 
@@ -36,31 +37,31 @@ bool isThere(const Vec3& towards, const std::vector<Vec3>& directions, const Par
     return false;
 }
 
-// The ball that is a row of SnappedParticles; kHidden where it is not exposed.
+// The ball that is a row of SnappedParticles; kInvalidIndex where it is not exposed.
 std::uint32_t ballOf(const BallBoundary& boundary, std::uint32_t snapped_row) {
     const auto& rows = boundary.snapped_row;
     const auto found = std::lower_bound(rows.begin(), rows.end(), snapped_row);
-    return found != rows.end() && *found == snapped_row ? static_cast<std::uint32_t>(found - rows.begin()) : kHidden;
+    return found != rows.end() && *found == snapped_row ? static_cast<std::uint32_t>(found - rows.begin()) : kInvalidIndex;
 }
 
-// How the clearance from one cap changes. offset: from the ball to the other one, in radii.
-Rate movingClearance(const Moving& direction, const Moving& offset) {
-    const Rate distance = length(offset), cosine = distance / 2;
-    const Rate sine = squareRoot(1 - cosine * cosine);
-    const Rate along = dot(direction, offset) / distance;
-    const Rate width = sine.value < kWideCap ? sine * sine / kWideCap : sine;
+// How the rim_distance from one cap changes. offset: from the ball to the other one, in radii.
+Dual movingClearance(const DualVec3& direction, const DualVec3& offset) {
+    const Dual distance = length(offset), cosine = distance / 2;
+    const Dual sine = squareRoot(1 - cosine * cosine);
+    const Dual along = dot(direction, offset) / distance;
+    const Dual width = sine.value < kWideCap ? sine * sine / kWideCap : sine;
     return (cosine - along) / width;
 }
 
-// The least clearance of a direction from the caps of all neighbours, and whose; or any that is too little.
+// The least rim_distance of a direction from the caps of all neighbours, and whose; or any that is too little.
 std::pair<double, std::uint32_t> nearestCap(const Vec3& direction, const std::vector<Neighbour>& neighbours,
                                             double radius, double too_little) {
-    std::pair<double, std::uint32_t> nearest{kFullClearance, kHidden};
+    std::pair<double, std::uint32_t> nearest{kFullClearance, kInvalidIndex};
     for (const Neighbour& n : neighbours) {
         if (nearest.first <= too_little) break;
         if (n.squared > 4 * radius * radius * kBarelyMeet) continue;
-        const double clearance = movingClearance({direction, Vec3(0)}, {n.offset / radius, Vec3(0)}).value;
-        if (clearance < nearest.first) nearest = {clearance, n.particle};
+        const double rim_distance = movingClearance({direction, Vec3(0)}, {n.offset / radius, Vec3(0)}).value;
+        if (rim_distance < nearest.first) nearest = {rim_distance, n.particle};
     }
     return nearest;
 }
@@ -122,7 +123,7 @@ std::vector<std::vector<std::uint32_t>> nearlyTouching(const BallBoundary& bound
 
 }  // namespace
 
-FacePoints facePoints(const SnappedParticles& particles, const BallBoundary& boundary, const std::vector<Moving>& balls,
+FacePoints facePoints(const SnappedParticles& particles, const BallBoundary& boundary, const std::vector<DualVec3>& balls,
                       Icosphere directions) {
     FacePoints points;
     points.directions = std::move(directions);
@@ -140,22 +141,22 @@ FacePoints facePoints(const SnappedParticles& particles, const BallBoundary& bou
         std::vector<Neighbour> neighbours;
         for (std::size_t b = task * kBallsPerTask; b < std::min(balls.size(), (task + 1) * kBallsPerTask); ++b) {
             const std::size_t before = part.direction.size();
-            const auto add = [&](std::uint32_t d, const Moving& outwards, double clearance, std::uint32_t nearest) {
+            const auto add = [&](std::uint32_t d, const DualVec3& outwards, double rim_distance, std::uint32_t nearest) {
                 part.direction.push_back(d);
-                part.clearance.push_back(nearest == kHidden ? Rate(clearance)
+                part.rim_distance.push_back(nearest == kInvalidIndex ? Dual(rim_distance)
                                                             : movingClearance(outwards, offsetTo(b, nearest)));
             };
-            for (const auto& [d, nearest, clearance] : boundary.exposed[b])
-                add(d, {fixed[d], Vec3(0)}, clearance, nearest);
+            for (const auto& [d, nearest, rim_distance] : boundary.exposed[b])
+                add(d, {fixed[d], Vec3(0)}, rim_distance, nearest);
             if (!near[b].empty()) finder.find(boundary.snapped_row[b], neighbours);
             for (const std::uint32_t other : near[b]) {
-                const Moving offset = offsetTo(b, other);
-                const Rate distance = length(offset);
-                const Moving towards = offset / distance;
-                const auto [clearance, nearest] =
+                const DualVec3 offset = offsetTo(b, other);
+                const Dual distance = length(offset);
+                const DualVec3 towards = offset / distance;
+                const auto [rim_distance, nearest] =
                     nearestCap(towards.position, neighbours, static_cast<double>(boundary.radius), kOnePoint);
-                if (!(clearance > kOnePoint) || isThere(towards.position, fixed, part, before)) continue;
-                add(static_cast<std::uint32_t>(fixed.size() + part.contact.size()), towards, clearance,
+                if (!(rim_distance > kOnePoint) || isThere(towards.position, fixed, part, before)) continue;
+                add(static_cast<std::uint32_t>(fixed.size() + part.contact.size()), towards, rim_distance,
                     ballOf(boundary, nearest));
                 part.contact.push_back({towards, 1 - (distance - 2) / kNearlyTouching});
             }
@@ -165,14 +166,14 @@ FacePoints facePoints(const SnappedParticles& particles, const BallBoundary& bou
 
     std::vector<std::uint32_t> contacts;  // of each task; those of earlier ones come first
     for (const Part& part : parts) contacts.push_back(static_cast<std::uint32_t>(part.contact.size()));
-    contacts = placesOf(contacts);
+    contacts = exclusiveScan(contacts);
     parallelFor(tasks, 4, [&](std::size_t task) {
         for (std::uint32_t& d : parts[task].direction) d += d < fixed.size() ? 0 : contacts[task];
     });
-    points.begin = placesOf(joined(parts, &Part::count));
-    points.direction = joined(parts, &Part::direction);
-    points.clearance = joined(parts, &Part::clearance);
-    points.contact = joined(parts, &Part::contact);
+    points.begin = exclusiveScan(concatenate(parts, &Part::count));
+    points.direction = concatenate(parts, &Part::direction);
+    points.rim_distance = concatenate(parts, &Part::rim_distance);
+    points.contact = concatenate(parts, &Part::contact);
     return points;
 }
 

@@ -21,17 +21,17 @@ namespace betamesh {
 /// distance.
 struct FacePoints {
     struct Contact {
-        Moving direction;  ///< unit vector
-        Rate touching;     ///< 0 where the other ball is too far to matter, 1 where the two touch
+        DualVec3 direction;  ///< unit vector
+        Dual touching;     ///< 0 where the other ball is too far to matter, 1 where the two touch
     };
     Icosphere directions;
     std::vector<Contact> contact;
     std::vector<std::uint32_t> begin{0};
     std::vector<std::uint32_t> direction;  ///< of each point; contacts are numbered after the fixed directions
-    std::vector<Rate> clearance;           ///< of each point, > 0; kFullClearance where there is no cap
+    std::vector<Dual> rim_distance;           ///< of each point, > 0; kFullClearance where there is no cap
 
     /// Unit vector.
-    Moving outwards(std::uint32_t point) const {
+    DualVec3 outwards(std::uint32_t point) const {
         if (const Contact* touching = contactOf(point)) return touching->direction;
         return {directions.position[direction[point]], Vec3(0)};
     }
@@ -45,12 +45,12 @@ inline constexpr double kFullClearance = 10;
 inline constexpr double kWideCap = 0.28;
 
 /// In those of fixed directions that are exposed on each ball, and towards other balls less than 0.1 radii away. Their
-/// clearance changes as that of points which move with the liquid.
+/// rim_distance changes as that of points which move with the liquid.
 ///
 /// in      a boundary that was asked for these directions; its balls with their motion
 /// same    result for any thread count and particle order
 /// cost    O(points + balls that nearly touch others · neighbours)
-FacePoints facePoints(const SnappedParticles& particles, const BallBoundary& boundary, const std::vector<Moving>& balls,
+FacePoints facePoints(const SnappedParticles& particles, const BallBoundary& boundary, const std::vector<DualVec3>& balls,
                       Icosphere directions);
 
 }  // namespace betamesh

@@ -1,6 +1,7 @@
 
 #include "skin/features.h"
 
+#include "base/index.h"
 #include "mesh/components.h"
 #include "skin/voids.h"
 
@@ -23,20 +24,20 @@ double ballVolume(double radius) { return 4 * std::numbers::pi / 3 * radius * ra
 
 // Of each piece of a mesh, world units cubed.
 template <typename PositionOf>
-std::vector<double> volumesOf(const Pieces& pieces, const std::vector<Triangle>& triangles,
+std::vector<double> volumesOf(const Components& pieces, const std::vector<Triangle>& triangles,
                               const PositionOf& positionOf) {
     std::vector<double> volume(pieces.count, 0);
-    std::vector<std::uint32_t> origin(pieces.count, kNoPiece);
+    std::vector<std::uint32_t> origin(pieces.count, kInvalidIndex);
     for (const Triangle& t : triangles) {
         const std::uint32_t piece = pieces.of_vertex[t[0]];
-        if (origin[piece] == kNoPiece) origin[piece] = t[0];
+        if (origin[piece] == kInvalidIndex) origin[piece] = t[0];
         const Vec3 o = positionOf(origin[piece]);
         volume[piece] += volumeBelow(positionOf(t[0]) - o, positionOf(t[1]) - o, positionOf(t[2]) - o);
     }
     return volume;
 }
 
-void removePieces(BetaMesh& mesh, const Pieces& pieces, const std::vector<bool>& leaves) {
+void removePieces(BetaMesh& mesh, const Components& pieces, const std::vector<bool>& leaves) {
     std::size_t stay = 0, ball = 0;
     for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
         for (; ball < mesh.ball_begin.size() && mesh.ball_begin[ball] == t; ++ball)
@@ -48,28 +49,28 @@ void removePieces(BetaMesh& mesh, const Pieces& pieces, const std::vector<bool>&
     std::vector<std::uint32_t> place(mesh.vertex.size());
     std::uint32_t left = 0;
     for (std::size_t v = 0; v < place.size(); ++v) {
-        if (pieces.of_vertex[v] == kNoPiece || leaves[pieces.of_vertex[v]]) continue;
+        if (pieces.of_vertex[v] == kInvalidIndex || leaves[pieces.of_vertex[v]]) continue;
         mesh.vertex[left] = mesh.vertex[v];
-        if (!mesh.clearance.empty()) mesh.clearance[left] = mesh.clearance[v];
+        if (!mesh.rim_distance.empty()) mesh.rim_distance[left] = mesh.rim_distance[v];
         place[v] = left++;
     }
     mesh.vertex.resize(left);
-    if (!mesh.clearance.empty()) mesh.clearance.resize(left);
+    if (!mesh.rim_distance.empty()) mesh.rim_distance.resize(left);
     for (Triangle& t : mesh.triangles)
         for (std::uint32_t& v : t) v = place[v];
     const auto has_left = [&](const auto& listed) {
         const std::uint32_t piece = pieces.of_vertex[listed.vertex];
-        return piece == kNoPiece || leaves[piece];
+        return piece == kInvalidIndex || leaves[piece];
     };
-    for (auto& group : mesh.rising) {
+    for (auto& group : mesh.fading) {
         std::erase_if(group, has_left);
-        for (RisingVertex& rising : group) {
-            rising.vertex = place[rising.vertex];
-            for (std::uint32_t& v : rising.from) v = place[v];
+        for (FadingVertex& fading : group) {
+            fading.vertex = place[fading.vertex];
+            for (std::uint32_t& v : fading.from) v = place[v];
         }
     }
-    std::erase_if(mesh.swelling, has_left);
-    for (SwellingVertex& swelling : mesh.swelling) swelling.vertex = place[swelling.vertex];
+    std::erase_if(mesh.volume_offsets, has_left);
+    for (VolumeOffset& swelling : mesh.volume_offsets) swelling.vertex = place[swelling.vertex];
 }
 
 }  // namespace
@@ -90,7 +91,7 @@ std::size_t fillBubbles(BetaMesh& mesh, const BallBoundary& boundary, const Feat
     const double radius = boundary.worldRadius(), empty = features.bubble_gap / 2;
     const bool by_gap = features.bubble_gap > 0;
     if (by_gap && empty <= radius) return 0;
-    const Pieces pieces = piecesOf(mesh.vertex.size(), mesh.triangles);
+    const Components pieces = componentsOf(mesh.vertex.size(), mesh.triangles);
     const auto positionOf = [&](std::uint32_t v) -> const Vec3& { return mesh.vertex[v].position; };
     const std::vector<double> enclosed = volumesOf(pieces, mesh.triangles, positionOf);
     const double least_body = kLeastBody * ballVolume(radius);
@@ -98,7 +99,7 @@ std::size_t fillBubbles(BetaMesh& mesh, const BallBoundary& boundary, const Feat
     const double least_void = by_gap ? kRounding * ballVolume(empty - radius) : features.bubble_volume;
     std::vector<bool> leaves(pieces.count), is_body(pieces.count);
     std::vector<std::uint32_t> roomy;  // voids that could hold a drop
-    std::vector<std::uint32_t> void_of(pieces.count, kNoPiece);
+    std::vector<std::uint32_t> void_of(pieces.count, kInvalidIndex);
     bool in_question = false;
     for (std::uint32_t piece = 0; piece < pieces.count; ++piece) {
         is_body[piece] = enclosed[piece] >= least_body;
@@ -113,31 +114,31 @@ std::size_t fillBubbles(BetaMesh& mesh, const BallBoundary& boundary, const Feat
     const std::vector<std::uint32_t> round = voidsRoundBodies(mesh, boundary, pieces, roomy, is_body);
     if (in_question) {
         for (std::uint32_t piece = 0; piece < pieces.count; ++piece)
-            if (round[piece] != kNoPiece) void_of[piece] = void_of[round[piece]];
+            if (round[piece] != kInvalidIndex) void_of[piece] = void_of[round[piece]];
         const std::vector<bool> has_room = voidsWithRoom(mesh, boundary, pieces, void_of, empty);
         for (std::uint32_t piece = 0; piece < pieces.count; ++piece)
             if (void_of[piece] == piece) leaves[piece] = !has_room[piece];
     }
     const auto filled = static_cast<std::size_t>(std::count(leaves.begin(), leaves.end(), true));
     for (std::uint32_t piece = 0; piece < pieces.count; ++piece)
-        if (round[piece] != kNoPiece) leaves[piece] = leaves[round[piece]];
+        if (round[piece] != kInvalidIndex) leaves[piece] = leaves[round[piece]];
     if (filled > 0) removePieces(mesh, pieces, leaves);
     return filled;
 }
 
 void labelComponents(Mesh& mesh) {
-    const Pieces pieces = piecesOf(mesh.position.size(), mesh.triangles);
+    const Components pieces = componentsOf(mesh.position.size(), mesh.triangles);
     const auto positionOf = [&](std::uint32_t v) -> const Vec3& { return mesh.position[v]; };
     const std::vector<double> volume = volumesOf(pieces, mesh.triangles, positionOf);
     const auto place = [&](std::uint32_t v) {
         const Vec3& p = mesh.position[v];
         return std::tuple(p.x, p.y, p.z, v);
     };
-    std::vector<std::uint32_t> first(pieces.count, kNoPiece);
+    std::vector<std::uint32_t> first(pieces.count, kInvalidIndex);
     for (std::uint32_t v = 0; v < pieces.of_vertex.size(); ++v) {
-        if (pieces.of_vertex[v] == kNoPiece) continue;
+        if (pieces.of_vertex[v] == kInvalidIndex) continue;
         std::uint32_t& best = first[pieces.of_vertex[v]];
-        if (best == kNoPiece || place(v) < place(best)) best = v;
+        if (best == kInvalidIndex || place(v) < place(best)) best = v;
     }
     std::vector<std::uint32_t> order(pieces.count);
     std::iota(order.begin(), order.end(), 0u);

@@ -9,7 +9,7 @@
 namespace betamesh {
 
 /// Particles of threads that are a single particle thick: no alpha triangle uses them, but a degenerate edge
-/// does. Rows of SnappedParticles, ascending.
+/// does. IndexRows of SnappedParticles, ascending.
 std::vector<std::uint32_t> tendrilParticles(const BallBoundary& boundary);
 
 /// Leaves bubbles out of a mesh: the voids, closed components that face inwards, into which no empty ball of diameter

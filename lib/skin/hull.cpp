@@ -1,6 +1,7 @@
 
 #include "skin/hull.h"
 
+#include "base/index.h"
 #include "base/simd.h"
 #include "base/union_find.h"
 #include "exact/predicates.h"
@@ -18,7 +19,6 @@ namespace betamesh {
 namespace {
 
 using Int = __int128;
-constexpr std::uint32_t kNone = ~std::uint32_t{0};
 constexpr std::int64_t kContraction = 27488;           // 1e-7 radii
 constexpr std::int64_t kLargestContraction = 1 << 28;  // 1e-3 radii
 constexpr double kRadius = 0x1p38;
@@ -69,13 +69,13 @@ int liftedOrient(const Vec3i& a, const Vec3i& b, const Vec3i& c, const Vec3i& p)
 struct Pass {
     std::uint32_t location;
     std::uint32_t first_id, ids;  // in a list
-    std::uint32_t next = kNone;   // pass; kNone where the whole loop is this one location
+    std::uint32_t next = kInvalidIndex;   // pass; kInvalidIndex where the whole loop is this one location
 };
 
 // A triangle of locations, and of the points that its corners stand for. A side runs from one corner to the next; what
 // is beyond it is its twin, which runs back, or the pass at its tail, where it is a loop's.
 struct Facet {
-    Triangle location, id{kNone, kNone, kNone}, beyond{kNone, kNone, kNone};
+    Triangle location, id{kInvalidIndex, kInvalidIndex, kInvalidIndex}, beyond{kInvalidIndex, kInvalidIndex, kInvalidIndex};
 };
 
 // Sides by number.
@@ -84,11 +84,11 @@ constexpr std::uint32_t facetOf(std::uint32_t side) { return side >> 2; }
 constexpr std::uint32_t cornerOf(std::uint32_t side) { return side & 3; }
 constexpr std::uint32_t nextCorner(std::uint32_t corner) { return corner == 2 ? 0 : corner + 1; }
 
-// What is beyond a side, in one number: kNone, a side, or from kLoop on a pass.
+// What is beyond a side, in one number: kInvalidIndex, a side, or from kLoop on a pass.
 constexpr std::uint32_t kLoop = std::uint32_t{1} << 31;
 constexpr bool isSide(std::uint32_t beyond) { return beyond < kLoop; }
 constexpr std::uint32_t passOf(std::uint32_t beyond) {
-    return beyond == kNone || isSide(beyond) ? kNone : beyond - kLoop;
+    return beyond == kInvalidIndex || isSide(beyond) ? kInvalidIndex : beyond - kLoop;
 }
 
 // Where a location's points part the two facets on an edge: the chain of points that fills the gap, from the
@@ -100,7 +100,7 @@ struct Gap {
 
 // What lies on the left of the ways from one location to another: a side or, where that is outside a loop, a pass. A
 // hash table with open addressing.
-class LeftOfWays {
+class HalfEdgeMap {
 public:
     // For at most so many ways.
     void clear(std::size_t ways) {
@@ -109,10 +109,10 @@ public:
         way_.assign(slots, kFree);
         left_.resize(slots);
     }
-    // kNone where there is nothing yet.
+    // kInvalidIndex where there is nothing yet.
     std::uint32_t at(std::uint32_t from, std::uint32_t to) const {
         const std::size_t slot = slotOf(from, to);
-        return way_[slot] == kFree ? kNone : left_[slot];
+        return way_[slot] == kFree ? kInvalidIndex : left_[slot];
     }
     // False where there is something already.
     bool put(std::uint32_t from, std::uint32_t to, std::uint32_t left) {
@@ -360,7 +360,7 @@ private:
     }
 
     bool makePasses(LoopFilling& out) {
-        pass_at_.assign(location_.size(), kNone);
+        pass_at_.assign(location_.size(), kInvalidIndex);
         for (std::size_t l = 0; l + 1 < loops_->loop_begin.size(); ++l) {
             const std::uint32_t begin = loops_->loop_begin[l], n = loops_->loop_begin[l + 1] - begin;
             const auto at = [&](std::uint32_t k) { return begin + k % n; };
@@ -373,9 +373,9 @@ private:
                     continue;
                 }
                 const std::uint32_t location = location_of_[begin];
-                if (pass_at_[location] != kNone) return false;
+                if (pass_at_[location] != kInvalidIndex) return false;
                 pass_at_[location] = first;
-                addPass(location, kNone);
+                addPass(location, kInvalidIndex);
                 for (std::uint32_t k = 0; k < n; ++k) addId(at(k));
                 continue;
             }
@@ -386,13 +386,13 @@ private:
             }
             for (auto p = first; p < passes_.size(); ++p) {
                 passes_[p].next = p + 1 < passes_.size() ? p + 1 : first;
-                if (pass_at_[passes_[p].location] == kNone) pass_at_[passes_[p].location] = p;
+                if (pass_at_[passes_[p].location] == kInvalidIndex) pass_at_[passes_[p].location] = p;
             }
         }
         for (std::uint32_t p = 0; p < passes_.size(); ++p) {
-            if (passes_[p].next == kNone) continue;
+            if (passes_[p].next == kInvalidIndex) continue;
             const std::uint32_t a = passes_[p].location, b = passes_[passes_[p].next].location;
-            if (left_.at(a, b) != kNone || !left_.put(b, a, kLoop + p)) return false;
+            if (left_.at(a, b) != kInvalidIndex || !left_.put(b, a, kLoop + p)) return false;
         }
         return true;
     }
@@ -420,7 +420,7 @@ private:
         }
         for (std::uint32_t f = 0; f < facets_.size(); ++f)
             for (std::uint32_t m = 0; m < 3; ++m)
-                if (facets_[f].beyond[m] == kNone) open_.push_back(sideOf(f, m));
+                if (facets_[f].beyond[m] == kInvalidIndex) open_.push_back(sideOf(f, m));
         return true;
     }
 
@@ -449,11 +449,11 @@ private:
     // The location that sees all others below the plane through the edge a -> b and itself.
     std::uint32_t wrap(std::uint32_t a, std::uint32_t b, std::uint32_t circle) const {
         const auto allowed = [&](std::uint32_t p) {
-            return p != a && p != b && (circle == kNone || !onCircle(p, circle));
+            return p != a && p != b && (circle == kInvalidIndex || !onCircle(p, circle));
         };
         std::size_t k = 0;
         while (k < candidates_.size() && !allowed(candidates_[k])) ++k;
-        if (k == candidates_.size()) return kNone;
+        if (k == candidates_.size()) return kInvalidIndex;
         std::uint32_t best = candidates_[k];
         Plane plane = planeThrough(a, b, best);
         for (++k; k < candidates_.size(); ++k) {
@@ -469,7 +469,7 @@ private:
         return best;
     }
     // The same beyond a facet's side, from its head a to its tail b, where floats find it and all others are surely
-    // below; else kNone.
+    // below; else kInvalidIndex.
     std::uint32_t wrapQuickly(std::uint32_t side) const {
         const std::uint32_t a = headOf(side), b = tailOf(side);
         const auto& [u, v, w] = facets_[facetOf(side)].location;
@@ -484,10 +484,10 @@ private:
                                 {static_cast<float>(candidate_at_[a]), static_cast<float>(candidate_at_[b])},
                                 found});
         const auto best = static_cast<std::size_t>(found);
-        if (best >= candidates_.size()) return kNone;
+        if (best >= candidates_.size()) return kInvalidIndex;
         const Plane plane(origin, origin + edge, candidate_place_.at(best));
         constexpr std::int64_t kOnIt = 3;  // a, b and this one
-        return countNotBelow(candidate_place_, candidate_place_.size(), plane) == kOnIt ? candidates_[best] : kNone;
+        return countNotBelow(candidate_place_, candidate_place_.size(), plane) == kOnIt ? candidates_[best] : kInvalidIndex;
     }
 
     std::uint32_t tailOf(std::uint32_t side) const { return facets_[facetOf(side)].location[cornerOf(side)]; }
@@ -513,12 +513,12 @@ private:
     }
     bool wrapBeyond(std::uint32_t side) {
         const std::uint32_t from = headOf(side), to = tailOf(side), apex = wrapQuickly(side);
-        return closeWith(from, to, apex != kNone ? apex : wrap(from, to, kNone));
+        return closeWith(from, to, apex != kInvalidIndex ? apex : wrap(from, to, kInvalidIndex));
     }
     bool closeWith(std::uint32_t from, std::uint32_t to, std::uint32_t apex) {
-        if (apex == kNone || !addFacet(from, to, apex)) return false;
+        if (apex == kInvalidIndex || !addFacet(from, to, apex)) return false;
         for (const std::uint32_t m : {1U, 2U})
-            if (facets_.back().beyond[m] == kNone)
+            if (facets_.back().beyond[m] == kInvalidIndex)
                 open_.push_back(sideOf(static_cast<std::uint32_t>(facets_.size() - 1), m));
         return true;
     }
@@ -526,7 +526,7 @@ private:
         while (!open_.empty()) {
             const std::uint32_t side = open_.back();
             open_.pop_back();
-            if (facets_[facetOf(side)].beyond[cornerOf(side)] == kNone && !wrapBeyond(side)) return false;
+            if (facets_[facetOf(side)].beyond[cornerOf(side)] == kInvalidIndex && !wrapBeyond(side)) return false;
         }
         return true;
     }
@@ -535,10 +535,10 @@ private:
         bool any_edge = !open_.empty();
         if (!closeAll()) return false;
         for (const Pass& pass : passes_) {
-            if (pass.next == kNone) continue;
+            if (pass.next == kInvalidIndex) continue;
             any_edge = true;
             const std::uint32_t a = pass.location, b = passes_[pass.next].location;
-            if (left_.at(a, b) != kNone) continue;
+            if (left_.at(a, b) != kInvalidIndex) continue;
             if (!wrapAt(a, b, loops_->circles[idsOf(pass).back()][1]) || !closeAll()) return false;
         }
         if (any_edge || passes_.empty()) return true;
@@ -546,12 +546,12 @@ private:
         const auto lowest = static_cast<std::uint32_t>(std::min_element(location_.begin(), location_.end(), before) -
                                                        location_.begin());
         const Vec3i beside = location_[lowest] + Vec3i(0, 0, std::int64_t{1} << 38);
-        std::uint32_t other = kNone;
+        std::uint32_t other = kInvalidIndex;
         for (std::uint32_t p = 0; p < location_.size(); ++p)
             if (p != lowest &&
-                (other == kNone || orient(location_[lowest], beside, location_[other], location_[p]) > 0))
+                (other == kInvalidIndex || orient(location_[lowest], beside, location_[other], location_[p]) > 0))
                 other = p;
-        if (other == kNone || !wrapAt(lowest, other, kNone)) return false;
+        if (other == kInvalidIndex || !wrapAt(lowest, other, kInvalidIndex)) return false;
         open_.push_back(0);
         return closeAll();
     }
@@ -564,7 +564,7 @@ private:
             for (std::uint32_t m = 0; m < 3; ++m) {
                 Round& round = round_[facets_[f].location[nextCorner(m)]];
                 ++round.facets;
-                if (round.first == kNone || passOf(facets_[f].beyond[m]) != kNone) round.first = sideOf(f, m);
+                if (round.first == kInvalidIndex || passOf(facets_[f].beyond[m]) != kInvalidIndex) round.first = sideOf(f, m);
             }
         for (std::uint32_t v = 0; v < location_.size(); ++v) {
             const auto [facets, first] = round_[v];
@@ -573,14 +573,14 @@ private:
                 side = facets_[facetOf(side)].beyond[nextCorner(cornerOf(side))];
                 ++passed;
             }
-            const std::uint32_t end = pass_at_[v] == kNone ? first : kLoop + pass_at_[v];
+            const std::uint32_t end = pass_at_[v] == kInvalidIndex ? first : kLoop + pass_at_[v];
             if (passed != facets || side != end) return false;
         }
         return true;
     }
 
     // The facets round the head of a side, from the one that it belongs to: how many, and the pass of the loop edge
-    // behind which they end, kNone where they go all round.
+    // behind which they end, kInvalidIndex where they go all round.
     struct Fan {
         std::uint32_t pass;
         std::size_t facets;
@@ -589,7 +589,7 @@ private:
     std::optional<Fan> listFan(std::uint32_t side) {
         rim_.clear();
         fan_.clear();
-        if (side == kNone) return std::nullopt;
+        if (side == kInvalidIndex) return std::nullopt;
         rim_.push_back(tailOf(side));
         while (isSide(side) && fan_.size() <= facets_.size()) {
             Facet& facet = facets_[facetOf(side)];
@@ -597,24 +597,24 @@ private:
             fan_.push_back(&facet.id[m]);
             rim_.push_back(facet.location[nextCorner(m)]);
             side = facet.beyond[m];
-            if (passOf(side) != kNone || rim_.back() == rim_.front()) return Fan{passOf(side), fan_.size()};
+            if (passOf(side) != kInvalidIndex || rim_.back() == rim_.front()) return Fan{passOf(side), fan_.size()};
         }
         return std::nullopt;
     }
 
     // Gives each corner of each facet the point it stands for, one fan at a time.
     bool nameCorners() {
-        before_pass_.assign(passes_.size(), kNone);
+        before_pass_.assign(passes_.size(), kInvalidIndex);
         for (std::uint32_t p = 0; p < passes_.size(); ++p)
-            if (passes_[p].next != kNone) before_pass_[passes_[p].next] = p;
-        arriving_for_.assign(passes_.size(), kNone);
+            if (passes_[p].next != kInvalidIndex) before_pass_[passes_[p].next] = p;
+        arriving_for_.assign(passes_.size(), kInvalidIndex);
         std::size_t named = 0;
         for (std::uint32_t p = 0; p < passes_.size(); ++p) {
             const Pass& pass = passes_[p];
-            if (pass.next == kNone) continue;
+            if (pass.next == kInvalidIndex) continue;
             const std::uint32_t arriving = left_.at(passes_[before_pass_[p]].location, pass.location);
             const auto fan = listFan(arriving);
-            if (!fan || fan->pass == kNone || arriving_for_[fan->pass] != kNone) return false;
+            if (!fan || fan->pass == kInvalidIndex || arriving_for_[fan->pass] != kInvalidIndex) return false;
             arriving_for_[fan->pass] = p;
             named += fan->facets;
             nameOpenFan(pass, passes_[fan->pass]);
@@ -623,19 +623,19 @@ private:
         done_.assign(location_.size(), 0);
         for (std::uint32_t f = 0; f < facets_.size(); ++f)
             for (std::uint32_t m = 0; m < 3; ++m) {
-                if (facets_[f].id[m] != kNone) continue;
+                if (facets_[f].id[m] != kInvalidIndex) continue;
                 const std::uint32_t at = facets_[f].location[m], pass = pass_at_[at],
                                     side = sideOf(f, m == 0 ? 2 : m - 1);
-                if (pass != kNone && passes_[pass].next != kNone) return false;  // a loop's point has one fan only
+                if (pass != kInvalidIndex && passes_[pass].next != kInvalidIndex) return false;  // a loop's point has one fan only
                 if (done_[at]) return false;
                 done_[at] = 1;
                 const auto fan = listFan(side);
-                if (!fan || fan->pass != kNone) return false;
+                if (!fan || fan->pass != kInvalidIndex) return false;
                 named += fan->facets;
-                nameClosedFan(at, pass == kNone ? std::span(&point_at_[at], 1) : idsOf(passes_[pass]));
+                nameClosedFan(at, pass == kInvalidIndex ? std::span(&point_at_[at], 1) : idsOf(passes_[pass]));
             }
         for (const Pass& pass : passes_)
-            if (pass.next == kNone && !done_[pass.location]) return false;
+            if (pass.next == kInvalidIndex && !done_[pass.location]) return false;
         return named == 3 * facets_.size();
     }
 
@@ -654,7 +654,7 @@ private:
     void joinPasses() {
         done_.assign(passes_.size(), 0);
         for (std::uint32_t p = 0; p < passes_.size(); ++p) {
-            if (done_[p] || arriving_for_[p] == kNone || arriving_for_[p] == p) continue;
+            if (done_[p] || arriving_for_[p] == kInvalidIndex || arriving_for_[p] == p) continue;
             std::vector<std::uint32_t>& ring = passages_.emplace_back();
             for (std::uint32_t q = p; !done_[q]; q = arriving_for_[q]) {
                 done_[q] = 1;
@@ -677,12 +677,12 @@ private:
 
     // facet_begin: where the facets begin among the triangles of the filling.
     void listAcross(std::uint32_t facet_begin, LoopFilling& out) const {
-        out.across.assign(out.triangles.size(), {kNoTriangle, kNoTriangle, kNoTriangle});
+        out.across.assign(out.triangles.size(), {kInvalidIndex, kInvalidIndex, kInvalidIndex});
         for (std::uint32_t f = 0; f < facets_.size(); ++f)
             for (std::uint32_t m = 0; m < 3; ++m) {
                 const std::uint32_t beyond = facets_[f].beyond[m];
                 const bool meet = isSide(beyond) && (!contracted_ || haveSameEnds(sideOf(f, m), beyond));
-                out.across[facet_begin + f][m] = meet ? facet_begin + facetOf(beyond) : kNoTriangle;
+                out.across[facet_begin + f][m] = meet ? facet_begin + facetOf(beyond) : kInvalidIndex;
             }
     }
     // Of points, not only of locations.
@@ -727,13 +727,13 @@ private:
     std::vector<std::vector<std::uint32_t>> circles_at_;
     std::vector<std::uint32_t> pass_at_, before_pass_, pass_id_;
     std::vector<Pass> passes_;
-    LeftOfWays left_;
+    HalfEdgeMap left_;
     std::vector<std::uint8_t> closed_, done_;
     std::vector<std::uint32_t> candidates_, candidate_at_, rim_;  // locations; of each of these, where it is among them
     Places point_place_, candidate_place_;
     RoughPlaces rough_place_;  // of candidates
     struct Round {
-        std::uint32_t facets = 0, first = kNone;  // the side that a fan begins with, at its head
+        std::uint32_t facets = 0, first = kInvalidIndex;  // the side that a fan begins with, at its head
     };
     std::vector<Round> round_;  // each location, where none has several points
     std::vector<std::uint32_t*> fan_;

@@ -2,6 +2,7 @@
 
 #pragma once
 
+#include "base/index.h"
 #include "mesh/mesh_edges.h"
 
 #include <memory>
@@ -29,7 +30,7 @@ struct LoopsOnSphere {
 struct LoopFilling {
     std::vector<Triangle> triangles;
     std::vector<Vec3i> new_point;
-    /// Of a hull's triangles, the others beyond their sides, from each corner to the next one; kNoTriangle beyond a
+    /// Of a hull's triangles, the others beyond their sides, from each corner to the next one; kInvalidIndex beyond a
     /// loop, and where slivers tell points apart that coincide.
     std::vector<Triangle> across;
 };

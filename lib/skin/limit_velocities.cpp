@@ -106,11 +106,11 @@ struct LiquidMotion {
 
 }  // namespace
 
-void limitVelocities(const std::vector<Moving>& balls, double reach, const std::vector<Vec3>& normals,
-                     std::vector<Moving>& vertices) {
+void limitVelocities(const std::vector<DualVec3>& balls, double reach, const std::vector<Vec3>& normals,
+                     std::vector<DualVec3>& vertices) {
     if (balls.empty()) return;
     Box velocities;
-    for (const Moving& ball : balls) velocities.extendBy(ball.velocity);
+    for (const DualVec3& ball : balls) velocities.extendBy(ball.velocity);
     const SampleCloud<kFields> cloud(
         balls.size(), [&](std::size_t b) { return balls[b].position; },
         [&](std::size_t b) {

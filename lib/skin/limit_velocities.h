@@ -18,7 +18,7 @@ namespace betamesh {
 ///         the vertices, zero where there is none
 /// same    bytes for any thread count and particle order
 /// cost    O(vertices · balls within reach)
-void limitVelocities(const std::vector<Moving>& balls, double reach, const std::vector<Vec3>& normals,
-                     std::vector<Moving>& vertices);
+void limitVelocities(const std::vector<DualVec3>& balls, double reach, const std::vector<Vec3>& normals,
+                     std::vector<DualVec3>& vertices);
 
 }  // namespace betamesh

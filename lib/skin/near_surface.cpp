@@ -180,7 +180,7 @@ std::vector<PlaceInCell> NearSurfaceFinder::State::sortPlaces(std::vector<std::u
     parallelFor(pieces.size(), 1, [&](std::size_t p) {
         for (const std::uint32_t cell : pieces[p].cell) take(cell);
     });
-    cell_begin = placesOf(next);
+    cell_begin = exclusiveScan(next);
     std::copy(cell_begin.begin(), cell_begin.end() - 1, next.begin());
     std::vector<PlaceInCell> places(particles);
     parallelFor(pieces.size(), 1, [&](std::size_t p) {
@@ -205,7 +205,7 @@ NearSurface NearSurfaceFinder::find() {
     const std::vector<Vec3i> cells = state.sortCells();
     std::vector<std::uint32_t> cell_begin(cells.size() + 1);
     const std::vector<PlaceInCell> places = state.sortPlaces(cell_begin);
-    const std::vector<std::uint8_t> is_buried = buried(cells, cell_begin, places);
+    const std::vector<std::uint8_t> is_buried = coveredParticles(cells, cell_begin, places);
     const int far = state.margin + 1;
     const std::vector<int> distance = distancesToExposed(cells, cell_begin, is_buried, far);
 
@@ -231,11 +231,11 @@ NearSurface NearSurfaceFinder::find() {
         near.is_rim.push_back(is_rim[c]);
     }
 
-    struct Rows {
+    struct IndexRows {
         std::vector<std::uint32_t> row, cell;
         std::vector<std::uint8_t> buried;
     };
-    std::vector<Rows> rows(state.pieces.size());
+    std::vector<IndexRows> rows(state.pieces.size());
     parallelFor(rows.size(), 1, [&](std::size_t p) {
         const Piece& piece = state.pieces[p];
         for (std::size_t i = 0; i < piece.cell.size(); ++i) {
@@ -246,9 +246,9 @@ NearSurface NearSurfaceFinder::find() {
             rows[p].buried.push_back(is_buried[slot]);
         }
     });
-    near.row = joined(rows, &Rows::row);
-    near.cell_of = joined(rows, &Rows::cell);
-    near.is_buried = joined(rows, &Rows::buried);
+    near.row = concatenate(rows, &IndexRows::row);
+    near.cell_of = concatenate(rows, &IndexRows::cell);
+    near.is_buried = concatenate(rows, &IndexRows::buried);
     return near;
 }
 

@@ -43,7 +43,7 @@ PointGroups::PointGroups(const std::vector<Vec3>& position, double edge, std::ve
     std::vector<std::uint32_t> count(cells.cells());
     for (std::uint32_t c = 0; c < cells.cells(); ++c)
         count[c] = static_cast<std::uint32_t>((cells.rowsOf(c).size() + kLanes - 1) / kLanes);
-    const std::vector<std::uint32_t> first = placesOf(count);
+    const std::vector<std::uint32_t> first = exclusiveScan(count);
     begin_.assign(first.back() + 1, static_cast<std::uint32_t>(position.size()));
     box_.resize(first.back());
     std::vector<Vec3> place(first.back());  // of a point of each group

@@ -20,7 +20,7 @@ namespace {
 
 constexpr double kArcSegment = 0.4;    // radians of a great circle between samples of an arc
 constexpr double kFaceSpacing = 0.5;   // radians between samples inside a face
-constexpr double kFadesWithin = 0.15;  // clearance, radians, up to which samples inside faces fade out towards the rim
+constexpr double kFadesWithin = 0.15;  // rim_distance, radians, up to which samples inside faces fade out towards the rim
 
 // The snapped particles as particles, in that order.
 Particles asParticles(const Particles& particles, const SnappedParticles& snapped) {
@@ -38,7 +38,7 @@ Particles asParticles(const Particles& particles, const SnappedParticles& snappe
 // grid of the larger radius made two particles one, that is not known of either.
 std::vector<std::uint32_t> exposureCandidates(const SnappedParticles& larger, std::size_t particles,
                                               const BallBoundary& boundary) {
-    std::vector<std::uint32_t> candidates = survivors(larger);
+    std::vector<std::uint32_t> candidates = exposureCandidates(larger);
     if (larger.size() != particles) return candidates;
     std::vector<std::uint8_t> is_exposed(particles, 0);
     for (const std::uint32_t row : boundary.snapped_row) is_exposed[row] = 1;
@@ -60,16 +60,16 @@ OuterSamples outerSamples(const Particles& particles, const SnappedParticles& sn
     const auto in_all_directions = static_cast<double>(directions.position.size());
     const BallBoundary outer =
         ballBoundary(larger, exposureCandidates(larger, snapped.size(), boundary), directions.position);
-    const std::vector<Moving> balls = movingBalls(outer, all);
+    const std::vector<DualVec3> balls = ballCentres(outer, all);
     ArcSubdivision subdivision;
     subdivision.max_angle = kArcSegment;
     subdivision.appearance = Appearance::gradual;
-    ArcNetwork network = arcPoints(outer, balls, movingVertices(all, larger, outer, balls), subdivision);
+    ArcNetwork network = arcPoints(outer, balls, boundaryVertices(all, larger, outer, balls), subdivision);
     const FacePoints inside = facePoints(larger, outer, balls, std::move(directions));
 
     OuterSamples samples;
     samples.point = std::move(network.point);
-    for (const RisingVertex& rising : network.rising) samples.point[rising.vertex] = rising.whole;
+    for (const FadingVertex& fading : network.fading) samples.point[fading.vertex] = fading.whole;
     const std::size_t on_arcs = samples.point.size();
     samples.weight.assign(on_arcs, 0);
     samples.fading.assign(on_arcs, 0);
@@ -88,11 +88,11 @@ OuterSamples outerSamples(const Particles& particles, const SnappedParticles& sn
         for (std::uint32_t p = network.circle_begin[k]; p < network.circle_begin[k + 1]; ++p)
             addSegment(std::exchange(last, p), p);
     }
-    for (const RisingVertex& rising : network.rising) {  // their weight comes from those beside them by degrees
-        const auto rest = static_cast<float>(1 - rising.share.value), handed = samples.weight[rising.vertex] * rest;
-        samples.fading[rising.vertex] = rest;
-        samples.weight[rising.vertex] -= handed;
-        for (const std::size_t k : {0U, 1U}) samples.weight[rising.from[k]] += handed / 2;
+    for (const FadingVertex& fading : network.fading) {  // their weight comes from those beside them by degrees
+        const auto rest = static_cast<float>(1 - fading.share.value), handed = samples.weight[fading.vertex] * rest;
+        samples.fading[fading.vertex] = rest;
+        samples.weight[fading.vertex] -= handed;
+        for (const std::size_t k : {0U, 1U}) samples.weight[fading.from[k]] += handed / 2;
     }
     samples.isolation.assign(on_arcs, 0);
 
@@ -100,7 +100,7 @@ OuterSamples outerSamples(const Particles& particles, const SnappedParticles& sn
     for (std::size_t b = 0; b < balls.size(); ++b) {
         double exposed = 0;
         for (std::uint32_t p = inside.begin[b]; p < inside.begin[b + 1]; ++p) {
-            const double share = smoothStep(inside.clearance[p] / kFadesWithin).value;
+            const double share = smoothStep(inside.rim_distance[p] / kFadesWithin).value;
             if (inside.contactOf(p) || !(share > 0)) continue;
             samples.point.push_back(balls[b] + inside.outwards(p) * radius);
             samples.weight.push_back(static_cast<float>(face_area * share));

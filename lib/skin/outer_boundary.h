@@ -13,7 +13,7 @@ namespace betamesh {
 
 /// Points on the boundary of a union of balls. Each has:
 struct OuterSamples {
-    std::vector<Moving> point;     ///< world units, world units per second
+    std::vector<DualVec3> point;     ///< world units, world units per second
     std::vector<float> weight;     ///< its share of the boundary, >= 0: spacings of arc length, square spacings of face
     std::vector<float> fading;     ///< 0 where it is fully there, towards 1 where it has only just appeared
     std::vector<float> isolation;  ///< inside faces the share of the ball that is exposed, from 0 to 1; on arcs 0

@@ -56,27 +56,27 @@ Rims cutIntoFans(const BallBoundary& boundary, PaperMesh& beta) {
     return rims;
 }
 
-Moving placeAlphabeta(const BallBoundary& boundary, const PaperMesh& beta, std::size_t f,
-                      const std::vector<Moving>& balls) {
+DualVec3 placeAlphabeta(const BallBoundary& boundary, const PaperMesh& beta, std::size_t f,
+                      const std::vector<DualVec3>& balls) {
     const auto ring = beta.fan[f];
-    Moving sum;
-    Rate weight;
+    DualVec3 sum;
+    Dual weight;
     for (std::size_t e = 0; e < beta.fanEdges(f); ++e) {
-        const Moving &a = beta.vertex[ring[e]], &b = beta.vertex[ring[(e + 1) % ring.size()]];
-        const Rate w = length(b - a);
+        const DualVec3 &a = beta.vertex[ring[e]], &b = beta.vertex[ring[(e + 1) % ring.size()]];
+        const Dual w = length(b - a);
         sum = sum + (a + b) * 0.5 * w;
         weight = weight + w;
     }
-    const Moving middle = weight.value > 0 ? sum / weight : beta.vertex[ring[0]];
+    const DualVec3 middle = weight.value > 0 ? sum / weight : beta.vertex[ring[0]];
     if (!beta.fan_open[f]) return middle;
-    Moving normal;
+    DualVec3 normal;
     for (const std::uint32_t v : ring) {
         const Triangle& t = boundary.triangle[v];
         normal = normal + cross(balls[t[1]] - balls[t[0]], balls[t[2]] - balls[t[0]]);
     }
-    const Rate squared = dot(normal, normal);
+    const Dual squared = dot(normal, normal);
     if (!(squared.value > 0)) return middle;
-    const Moving& particle = balls[beta.fan_ball[f]];
+    const DualVec3& particle = balls[beta.fan_ball[f]];
     return particle + normal * (dot(middle - particle, normal) / squared);
 }
 
@@ -115,8 +115,8 @@ void closePolygonsBetweenRims(const BallBoundary& boundary, const Rims& rims, Pa
 
 }  // namespace
 
-PaperMesh paperTessellation(const BallBoundary& boundary, const std::vector<Moving>& balls,
-                            const std::vector<Moving>& vertices) {
+PaperMesh paperTessellation(const BallBoundary& boundary, const std::vector<DualVec3>& balls,
+                            const std::vector<DualVec3>& vertices) {
     PaperMesh beta;
     beta.pure = vertices.size();
     beta.vertex = vertices;
@@ -137,7 +137,7 @@ PaperMesh paperTessellation(const BallBoundary& boundary, const std::vector<Movi
 }
 
 Spheres externalSpheres(const BallBoundary& boundary, const Particles& particles) {
-    std::vector<std::uint32_t> balls = boundary.bare;
+    std::vector<std::uint32_t> balls = boundary.isolated;
     for (const auto& circle : boundary.circle) balls.insert(balls.end(), circle.begin(), circle.end());
     std::sort(balls.begin(), balls.end());
     balls.erase(std::unique(balls.begin(), balls.end()), balls.end());

@@ -20,8 +20,8 @@ namespace betamesh {
 /// same    result for any thread count
 /// cost    O(boundary)
 /// source  beta mesh paper, section 3.4.2, steps 1 and 2
-PaperMesh paperTessellation(const BallBoundary& boundary, const std::vector<Moving>& balls,
-                            const std::vector<Moving>& vertices);
+PaperMesh paperTessellation(const BallBoundary& boundary, const std::vector<DualVec3>& balls,
+                            const std::vector<DualVec3>& vertices);
 
 /// What has no part in the beta mesh: isolated particles and both ends of degenerate edges, each once, as
 /// spheres of the particles' radius.

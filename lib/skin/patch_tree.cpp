@@ -98,7 +98,7 @@ void PatchTree::makeTree(const std::vector<Patch>& patches) {
         std::uint32_t patch;
     };
     std::vector<Place> places;
-    resizeOnAll(places, patches.size());
+    firstTouchResize(places, patches.size());
     parallelFor(patches.size(), 1024, [&](std::size_t p) {
         places[p] = {placeOnCurve(patches[p].node.box, whole), static_cast<std::uint32_t>(p)};
     });
@@ -109,8 +109,8 @@ void PatchTree::makeTree(const std::vector<Patch>& patches) {
     // The leaves of a heap that are one level deeper than the others come first from the left.
     const std::size_t n = patches.size(), first_on_the_left = std::bit_ceil(std::max<std::size_t>(n, 1)) - n;
     first_leaf_ = std::max<std::size_t>(n, 1);
-    resizeOnAll(node_, 2 * first_leaf_);
-    resizeOnAll(range_, n);
+    firstTouchResize(node_, 2 * first_leaf_);
+    firstTouchResize(range_, n);
     parallelFor(n, 1024, [&](std::size_t p) {
         const Patch& patch = patches[places[p].patch];
         const std::size_t leaf = (first_on_the_left + p) % n;
@@ -135,7 +135,7 @@ std::vector<Box> PatchTree::foldedStars(const std::vector<Patch>& patches) const
             for (const std::uint32_t v : mesh_.triangles[triangle_[i]]) facing[v] &= facing_[i];
     }
 
-    const Rows entries =
+    const IndexRows entries =
         sortedIntoRows<std::uint32_t>(mesh_.vertex.size(), patches.size(), [&](std::size_t p, const auto& visit) {
             const Patch& patch = patches[p];
             if (!patch.node.awake || patch.node.body) return;
@@ -247,7 +247,7 @@ std::vector<PatchTree::Patch> PatchTree::makePatches(const std::vector<Vec3>& be
                 }
         }
     });
-    return joined(of_task);
+    return concatenate(of_task);
 }
 
 Boxf PatchTree::boxOf(std::uint32_t triangle) const {
@@ -336,7 +336,7 @@ Meetings PatchTree::meetings() const {
                 descend(task, waiting);
         }
     });
-    Meetings all{joined(found, &Meetings::crossing), joined(found, &Meetings::doubtful)};
+    Meetings all{concatenate(found, &Meetings::crossing), concatenate(found, &Meetings::doubtful)};
     std::sort(all.crossing.begin(), all.crossing.end());
     std::sort(all.doubtful.begin(), all.doubtful.end());
     return all;

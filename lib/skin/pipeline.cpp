@@ -39,9 +39,9 @@ constexpr double kSampleAngle = 0.56;    // radians between samples of wide face
 constexpr double kSmoothingWidth = 2.8;  // radii
 constexpr double kArcAngle = 0.75;  // of a common arc, radians: a segment of it is as long as face points are apart
 constexpr double kSmoothedAngle = 0.235;     // radians per segment of what is smoothed: small jumps where balls meet
-constexpr double kCalmAngle = 0.4;           // round small patches of balls, where jumps are smaller
+constexpr double kFlatAngle = 0.4;           // round small patches of balls, where jumps are smaller
 constexpr double kSmoothedFaceAngle = 0.37;  // between points inside faces of the same
-constexpr double kSkinAngle = 0.6, kSkinCalmAngle = 0.7, kSkinFaceAngle = 0.55;  // the same where there is a skin
+constexpr double kSkinAngle = 0.6, kSkinFlatAngle = 0.7, kSkinFaceAngle = 0.55;  // the same where there is a skin
 constexpr double kCoarser = 1.5;  // edges of the skin, where arcs are one segment
 constexpr double kFarthestSmoothed = 0.9;  // of the skin: no vertex gets past a particle
 constexpr int kLoosenings = 6;
@@ -74,7 +74,7 @@ std::optional<UnpairedEdge> buildStructure(const Particles& particles, const Ski
     structure.left_out = leaveOutDroplets(particles, params.features, structure.snapped, structure.apart);
     for (;;) {
         std::variant<BallBoundary, UnpairedEdge> built =
-            boundaryOf(structure.snapped, survivors(structure.snapped), directions);
+            boundaryOf(structure.snapped, exposureCandidates(structure.snapped), directions);
         if (const auto* unpaired = std::get_if<UnpairedEdge>(&built)) return *unpaired;
         structure.boundary = std::move(std::get<BallBoundary>(built));
         if (params.features.tendrils == Tendrils::mesh) return std::nullopt;
@@ -151,24 +151,24 @@ SkinLengths lengthsOf(const SkinParams& params) {
 
 // Takes the vertices of the boundary of the union of balls to the skin, and smooths it.
 void giveSkin(const OuterSamples& outer, const BallBoundary& boundary, const SkinParams& params, BetaMesh& mesh) {
-    std::exchange(mesh.clearance, {});  // large, and of no more use
+    std::exchange(mesh.rim_distance, {});  // large, and of no more use
     const double spacing = particleSpacing(params);
-    MovedSurface surface(mesh, spacing);
+    DeformingMesh surface(mesh, spacing);
     retract(outer, lengthsOf(params), surface);
-    const MovingPoints on_balls = copyOf(mesh.vertex);
+    const DualPoints on_balls = copyOf(mesh.vertex);
     surface.writePositions();
     if (passesOf(params) > 0) {
-        const MovingPoints retracted = copyOf(mesh.vertex);
+        const DualPoints retracted = copyOf(mesh.vertex);
         smoothSkin(surface, params.smoothing_width > 0 ? params.smoothing_width / spacing : kWidestFit,
                    kFarthestSmoothed * leastSkin(params) / spacing, passesOf(params));
         surface.writePositions();
-        if (keepApart(boundary, retracted, mesh, kLoosenings, false)) return;
+        if (resolveSelfIntersections(boundary, retracted, mesh, kLoosenings, false)) return;
     }
-    keepApart(boundary, on_balls, mesh, kLoosenings);
+    resolveSelfIntersections(boundary, on_balls, mesh, kLoosenings);
 }
 
 // Of the structure only the boundary is left, without exposed directions.
-BetaMesh completeSurface(const Particles& particles, Structure& structure, const std::vector<Moving>& balls,
+BetaMesh completeSurface(const Particles& particles, Structure& structure, const std::vector<DualVec3>& balls,
                          Icosphere&& directions, const SkinParams& params, const Watch& watch, SkinReport& report) {
     const BallBoundary& boundary = structure.boundary;
     const bool smoothed = isSmoothed(params), has_skin = hasSkin(params);
@@ -179,11 +179,11 @@ BetaMesh completeSurface(const Particles& particles, Structure& structure, const
         subdivision.max_angle = has_skin ? kSkinAngle : kSmoothedAngle;
         subdivision.moves_far = has_skin;
         if (has_skin)
-            subdivision.calm_angle = kSkinCalmAngle;
+            subdivision.flat_angle = kSkinFlatAngle;
         else if (passesOf(params) > 0 && widthOf(params) >= kSmoothingWidth * params.radius)
-            subdivision.calm_angle = kCalmAngle;
+            subdivision.flat_angle = kFlatAngle;
     }
-    std::vector<Moving> vertices = movingVertices(particles, structure.snapped, boundary, balls);
+    std::vector<DualVec3> vertices = boundaryVertices(particles, structure.snapped, boundary, balls);
     watch("velocity");
     ArcNetwork network = arcPoints(boundary, balls, std::move(vertices), subdivision);
     FacePoints points = facePoints(structure.snapped, boundary, balls, std::move(directions));
@@ -206,10 +206,10 @@ BetaMesh completeSurface(const Particles& particles, Structure& structure, const
     if (has_skin) {
         giveSkin(outer, boundary, params, beta);
     } else {
-        const MovingPoints from = smoother ? smoother->smooth(beta) : copyOf(beta.vertex);
+        const DualPoints from = smoother ? smoother->smooth(beta) : copyOf(beta.vertex);
         smoother.reset();
-        std::exchange(beta.clearance, {});  // large, and of no more use
-        keepApart(boundary, from, beta);
+        std::exchange(beta.rim_distance, {});  // large, and of no more use
+        resolveSelfIntersections(boundary, from, beta);
     }
     watch("smooth");
     if (!particles.velocity.empty())
@@ -218,9 +218,9 @@ BetaMesh completeSurface(const Particles& particles, Structure& structure, const
     return beta;
 }
 
-PaperMesh paperSurface(const Particles& particles, const Structure& structure, const std::vector<Moving>& balls,
+PaperMesh paperSurface(const Particles& particles, const Structure& structure, const std::vector<DualVec3>& balls,
                        Icosphere&& directions, const SkinParams& params, const Watch& watch) {
-    const std::vector<Moving> vertices = movingVertices(particles, structure.snapped, structure.boundary, balls);
+    const std::vector<DualVec3> vertices = boundaryVertices(particles, structure.snapped, structure.boundary, balls);
     watch("velocity");
     PaperMesh beta = paperTessellation(structure.boundary, balls, vertices);
     watch("tessellate");
@@ -255,7 +255,7 @@ void count(const NearSurface& near, const Structure& structure, SkinReport& repo
     report.alpha_triangles = boundary.triangle.size();
     report.double_sided_triangles = doubleSidedTriangles(boundary);
     report.degenerate_edges = boundary.circle.size();
-    report.isolated_particles = boundary.bare.size();
+    report.isolated_particles = boundary.isolated.size();
     report.alpha_vertices = verticesOf(boundary.triangle, boundary.position.size()).size();
     report.perturbation_retries = structure.retries;
 }
@@ -289,7 +289,7 @@ SkinnedFrame skinFrame(const Particles& particles, const NearSurface& near, cons
     watch("structure");
 
     frame.spheres = std::move(structure.apart);
-    const std::vector<Moving> balls = movingBalls(structure.boundary, particles);
+    const std::vector<DualVec3> balls = ballCentres(structure.boundary, particles);
     switch (params.surface) {
         case SurfaceKind::alpha:
             frame.mesh = alphaMesh(structure.boundary, balls);

@@ -111,7 +111,7 @@ public:
 
     double farthest() const { return rolling_ + kFadesBelow + kBand; }
     // reach: of each vertex; none: not known
-    std::vector<Approach> approaches(const MovedSurface& surface, const std::vector<float>& reach) const {
+    std::vector<Approach> approaches(const DeformingMesh& surface, const std::vector<float>& reach) const {
         std::vector<Approach> approach(surface.size());
         const PointGroups& groups = surface.groups();
         const auto reachOf = [&](std::size_t group) {
@@ -161,7 +161,7 @@ private:
 
 }  // namespace
 
-void retract(const OuterSamples& samples, const SkinLengths& lengths, MovedSurface& surface) {
+void retract(const OuterSamples& samples, const SkinLengths& lengths, DeformingMesh& surface) {
     const OuterBoundary outer(samples, lengths, surface.spacing());
     std::vector<float> reach;  // of each vertex, beyond which no outer point counts; none: not known
     const auto wide = static_cast<std::size_t>(

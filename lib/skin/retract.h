@@ -33,6 +33,6 @@ struct SkinLengths {
 /// same    bytes for any thread count and instruction set
 /// cost    O(vertices · samples within reach)
 /// source  solvent-excluded surface: Connolly 1983
-void retract(const OuterSamples& outer, const SkinLengths& lengths, MovedSurface& surface);
+void retract(const OuterSamples& outer, const SkinLengths& lengths, DeformingMesh& surface);
 
 }  // namespace betamesh

@@ -3,6 +3,7 @@
 
 #include "base/cell_order.h"
 #include "base/compressed_rows.h"
+#include "base/index.h"
 #include "base/parallel.h"
 #include "base/union_find.h"
 #include "mesh/mesh_edges.h"
@@ -39,17 +40,17 @@ constexpr double kFastest = 2;               // that this may move vertices, in 
 
 // Where a vertex is, for a start and in the end.
 struct Way {
-    Moving from, to;
+    DualVec3 from, to;
 };
 
 // The share of the ways of six vertices up to which their triangles do not cross; none where they do from the start,
 // or only together with others.
 template <typename WayOf>
-std::optional<Rate> freeShare(const Triangle& s, const Triangle& t, const WayOf& wayOf, double radius) {
+std::optional<Dual> freeShare(const Triangle& s, const Triangle& t, const WayOf& wayOf, double radius) {
     const auto crossAt = [&](double share, double time) {
         const auto there = [&](std::uint32_t v) {
             const Way& way = wayOf(v);
-            const Moving at = way.from + (way.to - way.from) * share;
+            const DualVec3 at = way.from + (way.to - way.from) * share;
             return at.position + at.velocity * time;
         };
         return meetingOf(s, t, there) == Meeting::crossing;
@@ -74,7 +75,7 @@ std::optional<Rate> freeShare(const Triangle& s, const Triangle& t, const WayOf&
     const double step = kStepOfTime * radius / speed, low = share - kFarthestOff, high = share + kFarthestOff;
     if (crossAt(low, step) || !crossAt(high, step)) return share * kShortOf;
     const double rate = (lastFree(low, high, step) - share) / step, largest = kFastest * speed / farthest;
-    return Rate(share, std::clamp(rate, -largest, largest)) * kShortOf;
+    return Dual(share, std::clamp(rate, -largest, largest)) * kShortOf;
 }
 
 // Some triangles, and those within two edges of them: as much of a surface as it takes to judge how they meet.
@@ -82,7 +83,6 @@ class Surroundings {
 public:
     Surroundings(const BetaMesh& mesh, const std::vector<TrianglePair>& pairs) {
         constexpr int kRings = 2;
-        constexpr std::uint32_t kNone = ~std::uint32_t{0};
         std::vector<std::uint8_t> is_near(mesh.vertex.size(), 0);
         const auto mark = [&](const Triangle& t) {
             for (const std::uint32_t v : t) is_near[v] = 1;
@@ -97,11 +97,11 @@ public:
             }
             for (const std::uint32_t t : row_) mark(mesh.triangles[t]);
         }
-        std::vector<std::uint32_t> number(mesh.vertex.size(), kNone);
+        std::vector<std::uint32_t> number(mesh.vertex.size(), kInvalidIndex);
         for (const std::uint32_t row : row_) {
             Triangle& t = triangles_.emplace_back(mesh.triangles[row]);
             for (std::uint32_t& v : t) {
-                if (number[v] == kNone) {
+                if (number[v] == kInvalidIndex) {
                     number[v] = static_cast<std::uint32_t>(position_.size());
                     position_.push_back(mesh.vertex[v].position);
                 }
@@ -143,10 +143,10 @@ std::vector<TrianglePair> crossingsAmong(Meetings meetings, const BetaMesh& mesh
 // remains.
 class Ways {
 public:
-    Ways(const MovingPoints& from, double radius, BetaMesh& mesh)
-        : from_(from), radius_(radius), mesh_(mesh), row_(from.size(), kNone), rising_of_(from.size(), nullptr) {
-        for (const auto& group : mesh.rising)
-            for (const RisingVertex& rising : group) rising_of_[rising.vertex] = &rising;
+    Ways(const DualPoints& from, double radius, BetaMesh& mesh)
+        : from_(from), radius_(radius), mesh_(mesh), row_(from.size(), kInvalidIndex), rising_of_(from.size(), nullptr) {
+        for (const auto& group : mesh.fading)
+            for (const FadingVertex& fading : group) rising_of_[fading.vertex] = &fading;
     }
 
     // Takes vertices of crossing triangles back, and those that they rise from, to where they do not cross; where the
@@ -159,7 +159,7 @@ public:
                 for (const std::uint32_t v : mesh_.triangles[t]) forSupports(v, [&](std::uint32_t u) { use(u); });
         takeMeanWays();
 
-        std::vector<std::optional<Rate>> limits(pairs.size());
+        std::vector<std::optional<Dual>> limits(pairs.size());
         if (!all_the_way)
             parallelFor(pairs.size(), 16, [&](std::size_t i) {
                 std::array<Way, 6> ways;
@@ -178,7 +178,7 @@ public:
                     },
                     radius_);
             });
-        std::vector<Rate> before(state_.size());
+        std::vector<Dual> before(state_.size());
         for (std::size_t i = 0; i < state_.size(); ++i) before[i] = state_[i].share;
         bool any = false;
         for (std::size_t i = 0; i < pairs.size(); ++i)
@@ -188,7 +188,7 @@ public:
                         State& state = state_[row_[u]];
                         const bool based_here = state.base.position == from_.position[u];
                         if (limits[i] || all_the_way || based_here)
-                            any |= lower(state, limits[i] ? before[row_[u]] * *limits[i] : Rate(0));
+                            any |= lower(state, limits[i] ? before[row_[u]] * *limits[i] : Dual(0));
                         if (limits[i] || based_here) return;
                         state.base = from_[u];
                         any = true;
@@ -199,37 +199,36 @@ public:
         takeMeanWays();
         return any;
     }
-    Moving placeOf(std::uint32_t v) const {
-        if (row_[v] == kNone) return mesh_.vertex[v];
+    DualVec3 placeOf(std::uint32_t v) const {
+        if (row_[v] == kInvalidIndex) return mesh_.vertex[v];
         const State& state = state_[row_[v]];
-        Rate share = state.share;
+        Dual share = state.share;
         if (rising_of_[v]) {
-            const RisingVertex& rising = *rising_of_[v];
-            Rate below = 0;
-            for (std::size_t k = 0; k < 4; ++k) below = below + shareOf(rising.from[k]) * rising.weight[k];
-            share = share * rising.share + below * (1 - rising.share);
+            const FadingVertex& fading = *rising_of_[v];
+            Dual below = 0;
+            for (std::size_t k = 0; k < 4; ++k) below = below + shareOf(fading.from[k]) * fading.weight[k];
+            share = share * fading.share + below * (1 - fading.share);
         }
         if (share.value >= 1) return state.to;
-        const Moving place = state.base + (state.to - state.base) * share;
+        const DualVec3 place = state.base + (state.to - state.base) * share;
         return {asWritten(place.position), place.velocity};
     }
 
 private:
-    static constexpr std::uint32_t kNone = ~std::uint32_t{0};
 
     struct State {
         std::uint32_t vertex;
         bool used = false;  // the base is, or will be, where the mean way leads
-        Moving base, to;
-        Rate share = 1;  // of the way from base to there
+        DualVec3 base, to;
+        Dual share = 1;  // of the way from base to there
     };
     struct Piece {  // of the surface
-        Moving middle, way;
+        DualVec3 middle, way;
         double area = 0;
     };
 
-    Rate shareOf(std::uint32_t v) const { return row_[v] == kNone ? Rate(1) : state_[row_[v]].share; }
-    bool lower(State& state, Rate share) {
+    Dual shareOf(std::uint32_t v) const { return row_[v] == kInvalidIndex ? Dual(1) : state_[row_[v]].share; }
+    bool lower(State& state, Dual share) {
         if (!(share.value < state.share.value)) return false;
         state.share = share;
         return true;
@@ -242,7 +241,7 @@ private:
         for (const std::uint32_t u : rising_of_[v]->from) visit(u);
     }
     State& stateOf(std::uint32_t v) {
-        if (row_[v] == kNone) {
+        if (row_[v] == kInvalidIndex) {
             row_[v] = static_cast<std::uint32_t>(state_.size());
             state_.push_back({v, false, from_[v], mesh_.vertex[v]});
         }
@@ -259,7 +258,7 @@ private:
         std::vector<Piece> triangle;
         double farthest = 0;  // from the origin, along an axis
         tree.forTrianglesAwake([&](const Triangle& t) {
-            Moving middle, end;
+            DualVec3 middle, end;
             for (const std::uint32_t v : t) {
                 middle = middle + from_[v] * (1.0 / 3);
                 end = end + stateOf(v).to * (1.0 / 3);
@@ -289,14 +288,14 @@ private:
     void takeMeanWays() {
         const double width = kMeanWidth * radius_, inverse_square = 1 / (width * width);
         parallelFor(fresh_.size(), 64, [&](std::size_t i) {
-            const Moving at = from_[fresh_[i]];
-            Moving sum;
-            Rate weight = 0;
+            const DualVec3 at = from_[fresh_[i]];
+            DualVec3 sum;
+            Dual weight = 0;
             near_->forRowsIn(at.position - Vec3(width), at.position + Vec3(width), [&](std::uint32_t row) {
-                const Moving apart = piece_[row].middle - at;
-                const Rate t = 1 - dot(apart, apart) * inverse_square;
+                const DualVec3 apart = piece_[row].middle - at;
+                const Dual t = 1 - dot(apart, apart) * inverse_square;
                 if (t.value <= 0) return;
-                const Rate w = t * t * piece_[row].area;
+                const Dual w = t * t * piece_[row].area;
                 sum = sum + piece_[row].way * w;
                 weight = weight + w;
             });
@@ -312,7 +311,7 @@ private:
                     const std::uint32_t u = t[m], v = t[(m + 1) % 3];
                     State &at_u = state_[row_[u]], &at_v = state_[row_[v]];
                     if (at_u.share.value >= 1 && at_v.share.value >= 1) continue;
-                    const Rate apart = length(from_[u] - from_[v]) / Rate(radius_);
+                    const Dual apart = length(from_[u] - from_[v]) / Dual(radius_);
                     more |= lower(at_u, at_v.share + apart);
                     more |= lower(at_v, at_u.share + apart);
                 }
@@ -320,11 +319,11 @@ private:
         }
     }
 
-    const MovingPoints& from_;
+    const DualPoints& from_;
     double radius_;
     const BetaMesh& mesh_;
     std::vector<std::uint32_t> row_;              // of each vertex: of state_
-    std::vector<const RisingVertex*> rising_of_;  // or none
+    std::vector<const FadingVertex*> rising_of_;  // or none
     std::vector<State> state_;
     std::vector<std::uint32_t> fresh_;
     std::vector<Piece> piece_;  // of what is awake
@@ -344,7 +343,7 @@ std::vector<PatchTree::BodyPart> bodiesOf(const BallBoundary& boundary, const st
     for (const auto& [a, b] : boundary.circle) together.join(a, b);
     std::vector<std::uint32_t> first(balls);  // of what each hangs together with
     for (std::uint32_t b = 0; b < balls; ++b) first[b] = together.find(b);
-    const Rows others = sortedIntoRows<std::uint32_t>(
+    const IndexRows others = sortedIntoRows<std::uint32_t>(
         balls, balls, [&](std::size_t b, const auto& visit) { visit(first[b], static_cast<std::uint32_t>(b)); });
 
     std::vector<std::uint8_t> is_body(balls, 0);
@@ -352,7 +351,7 @@ std::vector<PatchTree::BodyPart> bodiesOf(const BallBoundary& boundary, const st
     parallelRanges(balls, 256, [&](std::size_t begin, std::size_t end) {
         std::vector<std::array<Vec3, 3>> triangles;
         std::vector<TriangleRange> ranges;
-        BodyCheck check(mesh, before, {facing.get(), mesh.vertex.size()});
+        ComponentCrossings check(mesh, before, {facing.get(), mesh.vertex.size()});
         for (std::size_t b = begin; b < end; ++b) {
             const std::span<const std::uint32_t> drop = others[b];
             if (drop.empty() || drop.size() > kMostBalls) continue;
@@ -385,13 +384,13 @@ void collapse(const std::vector<TrianglePair>& pairs, BetaMesh& mesh) {
     for (const TrianglePair& pair : pairs)
         for (const std::uint32_t t : pair)
             for (const std::uint32_t v : mesh.triangles[t]) is_corner[v] = 1;
-    for (const auto& group : mesh.rising)
-        for (const RisingVertex& rising : group) {
-            if (!is_corner[rising.vertex]) continue;
+    for (const auto& group : mesh.fading)
+        for (const FadingVertex& fading : group) {
+            if (!is_corner[fading.vertex]) continue;
             std::size_t most = 0;
             for (std::size_t k = 1; k < 4; ++k)
-                if (rising.weight[k].value > rising.weight[most].value) most = k;
-            mesh.vertex[rising.vertex].position = mesh.vertex[rising.from[most]].position;
+                if (fading.weight[k].value > fading.weight[most].value) most = k;
+            mesh.vertex[fading.vertex].position = mesh.vertex[fading.from[most]].position;
         }
 }
 
@@ -403,7 +402,7 @@ void loosen(const std::vector<TrianglePair>& pairs, const PatchTree& tree, BetaM
             corners.insert(corners.end(), mesh.triangles[t].begin(), mesh.triangles[t].end());
     std::sort(corners.begin(), corners.end());
     corners.erase(std::unique(corners.begin(), corners.end()), corners.end());
-    std::vector<std::pair<Moving, int>> round(corners.size());  // sum and number of the vertices, each twice
+    std::vector<std::pair<DualVec3, int>> round(corners.size());  // sum and number of the vertices, each twice
     tree.forTrianglesAwake([&](const Triangle& t) {
         for (std::size_t k = 0; k < 3; ++k) {
             const auto at = std::lower_bound(corners.begin(), corners.end(), t[k]);
@@ -414,8 +413,8 @@ void loosen(const std::vector<TrianglePair>& pairs, const PatchTree& tree, BetaM
         }
     });
     for (std::size_t i = 0; i < corners.size(); ++i) {
-        Moving& vertex = mesh.vertex[corners[i]];
-        if (const auto& [sum, count] = round[i]; count > 0) vertex = (vertex + sum / Rate(count)) * 0.5;
+        DualVec3& vertex = mesh.vertex[corners[i]];
+        if (const auto& [sum, count] = round[i]; count > 0) vertex = (vertex + sum / Dual(count)) * 0.5;
         vertex.position = asWritten(vertex.position);
     }
 }
@@ -447,7 +446,7 @@ void separate(const std::vector<TrianglePair>& pairs, double distance, BetaMesh&
 
 }  // namespace
 
-bool keepApart(const BallBoundary& boundary, const MovingPoints& from, BetaMesh& mesh, int loosenings, bool last) {
+bool resolveSelfIntersections(const BallBoundary& boundary, const DualPoints& from, BetaMesh& mesh, int loosenings, bool last) {
     if (mesh.triangles.empty()) return true;
     moveToWritten(mesh);
     const double radius = boundary.worldRadius();

@@ -25,7 +25,7 @@ namespace betamesh {
 /// same    bytes for any thread count
 /// cost    a look at every triangle, and at those pairs that are near each other and face different ways
 /// source  a surface over a plane does not cross itself: Volino & Magnenat-Thalmann 1994
-bool keepApart(const BallBoundary& boundary, const MovingPoints& from, BetaMesh& mesh, int loosenings = 0,
+bool resolveSelfIntersections(const BallBoundary& boundary, const DualPoints& from, BetaMesh& mesh, int loosenings = 0,
                bool last = true);
 
 }  // namespace betamesh

@@ -84,7 +84,7 @@ struct SumFacing {
 
 // Of each vertex the mean of heights over its tangent plane, or of values, over what is near and faces its way.
 template <bool kHeight>
-std::vector<float> meansAlong(MovedSurface& surface, const Normals& normal, const std::vector<float>& value) {
+std::vector<float> meansAlong(DeformingMesh& surface, const Normals& normal, const std::vector<float>& value) {
     std::vector<float> mean(surface.size());
     constexpr auto inverse = static_cast<float>(1 / (kNarrowWidth * kNarrowWidth));
     surface.forVicinities<kFields>(
@@ -104,12 +104,12 @@ std::vector<float> meansAlong(MovedSurface& surface, const Normals& normal, cons
     return mean;
 }
 
-Normals smoothNormals(const MovedSurface& surface) {
+Normals smoothNormals(const DeformingMesh& surface) {
     return surface.softNormals(kNormalWidth, surface.meanNormals()).normal;
 }
 
 // Moves vertices by the means of their steps, or, of `own` that share, by their own. own: none: 0.
-void moveTogether(MovedSurface& surface, std::vector<Vec3f>& step, const std::vector<float>& own = {}) {
+void moveTogether(DeformingMesh& surface, std::vector<Vec3f>& step, const std::vector<float>& own = {}) {
     const std::vector<Vec3f> mean = surface.means(kStepWidth, step);
     parallelFor(step.size(), 8192, [&](std::size_t v) {
         const float share = own.empty() ? 0 : own[v];
@@ -125,7 +125,7 @@ std::vector<Vec3f> along(const Normals& normal, const std::vector<float>& height
 }
 
 // One step of the bi-Laplacian.
-void smoothNarrowly(MovedSurface& surface, const Normals& normal, bool is_last) {
+void smoothNarrowly(DeformingMesh& surface, const Normals& normal, bool is_last) {
     std::vector<float> height = meansAlong<true>(surface, normal, {});
     const std::vector<float> mean = meansAlong<false>(surface, normal, height);
     constexpr auto longest = static_cast<float>(kLongestNarrow);
@@ -181,7 +181,7 @@ struct Moments {
     }
 };
 
-std::vector<Piece> piecesOf(const MovedSurface& surface, const std::vector<std::array<float, 2>>& value) {
+std::vector<Piece> componentsOf(const DeformingMesh& surface, const std::vector<std::array<float, 2>>& value) {
     const BetaMesh& mesh = surface.mesh();
     const double unit = surface.spacing(), scale = 1 / unit;
     const std::array<Vec3, kCorners> corner{Vec3(1, 1, 1), Vec3(1, -1, -1), Vec3(-1, 1, -1), Vec3(-1, -1, 1)};
@@ -234,7 +234,7 @@ std::vector<Piece> piecesOf(const MovedSurface& surface, const std::vector<std::
             for (const Moments& m : towards) add(m, apart);
         }
     });
-    return joined(parts);
+    return concatenate(parts);
 }
 
 // Σ A u / (d² + spread)², fading out at the end of its reach, u from 0 to 1 where a piece faces sideways, neither the
@@ -355,7 +355,7 @@ Vec3 stepOntoSphere(const Lanes (&sums)[9], std::size_t lane) {
     return linear * (-2 * constant / (slope + root));
 }
 
-// Pieces of a surface, in groups.
+// Components of a surface, in groups.
 struct GroupedPieces {
     std::vector<Piece> piece;
     std::vector<Vec3> position;
@@ -398,7 +398,7 @@ std::vector<float> inverseSquares(const std::vector<float>& width) {
 }
 
 // How wide each vertex may be smoothed: as far as the surface does not turn sideways, or the liquid is thick.
-std::vector<float> widthsOf(MovedSurface& surface, const GroupedPieces& pieces, const Normals& wide, double widest) {
+std::vector<float> widthsOf(DeformingMesh& surface, const GroupedPieces& pieces, const Normals& wide, double widest) {
     std::vector<float> width(surface.size());
     const auto inverse = static_cast<float>(1 / (widest * widest));
     const auto visit = [&](const GroupLanes& group, PieceSamples near, const Point& point) {
@@ -419,10 +419,10 @@ std::vector<float> widthsOf(MovedSurface& surface, const GroupedPieces& pieces, 
 double shareOfFit(float width) { return smoothStep((width - kFitBegins) / (kFitFull - kFitBegins)).value; }
 
 // Moves vertices onto spheres; returns how wide those were fitted.
-std::vector<float> fitSpheres(MovedSurface& surface, double widest) {
+std::vector<float> fitSpheres(DeformingMesh& surface, double widest) {
     const Normals normal = smoothNormals(surface);
     const Normals wide = surface.softNormals(kSidewaysWidth, normal).normal;
-    const GroupedPieces pieces(piecesOf(surface, {}), surface.spacing());
+    const GroupedPieces pieces(componentsOf(surface, {}), surface.spacing());
     std::vector<float> width = widthsOf(surface, pieces, wide, widest);
     const std::vector<float> inverse_square = inverseSquares(width);
     std::vector<Vec3f> step(surface.size(), Vec3f(0));
@@ -463,7 +463,7 @@ void forMeans(const PointGroups& points, const std::vector<Vec3>& point, const G
 
 // Moves vertices along their normals by the mean of what was lost since `before`, then by that of what still misses,
 // and so on: of pieces of the surface, and of vertices by the sum of it all.
-void returnLongWaves(MovedSurface& surface, const Normals& normal, const std::vector<Vec3>& before,
+void returnLongWaves(DeformingMesh& surface, const Normals& normal, const std::vector<Vec3>& before,
                      const std::vector<float>& width) {
     std::vector<float> lost(surface.size()), least(surface.size());
     parallelFor(least.size(), 8192, [&](std::size_t v) {
@@ -474,7 +474,7 @@ void returnLongWaves(MovedSurface& surface, const Normals& normal, const std::ve
     surface.hold(lost);
     std::vector<std::array<float, 2>> lost_and_width(surface.size());
     parallelFor(least.size(), 8192, [&](std::size_t v) { lost_and_width[v] = {lost[v], width[v]}; });
-    GroupedPieces pieces(piecesOf(surface, lost_and_width), surface.spacing());
+    GroupedPieces pieces(componentsOf(surface, lost_and_width), surface.spacing());
     const std::size_t n = pieces.piece.size();
     Normals facing(n);
     std::vector<float> missing(n), whole(n), least_of_piece(n), mean(n);
@@ -504,7 +504,7 @@ void returnLongWaves(MovedSurface& surface, const Normals& normal, const std::ve
 
 }  // namespace
 
-void smoothSkin(MovedSurface& surface, double widest, double farthest, int passes) {
+void smoothSkin(DeformingMesh& surface, double widest, double farthest, int passes) {
     const std::vector<Vec3> retracted = surface.position();
     for (int pass = 0; pass < passes; ++pass) {
         surface.unfold();

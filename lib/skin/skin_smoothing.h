@@ -22,7 +22,7 @@ namespace betamesh {
 /// same    bytes for any thread count and instruction set
 /// cost    O(passes · vertices · samples within reach)
 /// source  Guennebaud & Gross 2007, Algebraic point set surfaces; Vollmer et al. 1999, Improved Laplacian smoothing
-void smoothSkin(MovedSurface& surface, double widest, double farthest, int passes);
+void smoothSkin(DeformingMesh& surface, double widest, double farthest, int passes);
 
 /// Of a fit, in particle spacings.
 inline constexpr double kWidestFit = 5.8;

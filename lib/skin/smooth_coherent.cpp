@@ -17,7 +17,7 @@ namespace betamesh {
 namespace {
 
 constexpr double kFarthest = 0.5;       // that a vertex goes, in radii
-constexpr double kStayingBegins = 0.7;  // clearance up to which a vertex goes all the way
+constexpr double kStayingBegins = 0.7;  // rim_distance up to which a vertex goes all the way
 constexpr double kStaysWhole = 1.4;     // and from which it stays
 constexpr double kOwnWeight = 1.5;      // of the vertex itself against the samples; on a plane surface they weigh 20
 constexpr double kAgreement = 0.15;     // |m|² at which a step is half as long: where surfaces meet they face all ways
@@ -39,15 +39,15 @@ struct Sums {
     Lanes value[kSums], rate[kSums];
     Lanes mean[3], mean_rate[3];  // Σ w K d / Σ w K
 
-    Rate number(int s, std::size_t lane) const { return {value[s][lane], rate[s][lane]}; }
-    Moving vector(int s, std::size_t lane) const { return vectorOf(value + s, rate + s, lane); }
-    Rate squareOfMean(std::size_t lane) const {
-        const Moving m = vectorOf(mean, mean_rate, lane);
+    Dual number(int s, std::size_t lane) const { return {value[s][lane], rate[s][lane]}; }
+    DualVec3 vector(int s, std::size_t lane) const { return vectorOf(value + s, rate + s, lane); }
+    Dual squareOfMean(std::size_t lane) const {
+        const DualVec3 m = vectorOf(mean, mean_rate, lane);
         return dot(m, m);
     }
 
 private:
-    static Moving vectorOf(const Lanes* value, const Lanes* rate, std::size_t lane) {
+    static DualVec3 vectorOf(const Lanes* value, const Lanes* rate, std::size_t lane) {
         return {Vec3(value[0][lane], value[1][lane], value[2][lane]),
                 Vec3(rate[0][lane], rate[1][lane], rate[2][lane])};
     }
@@ -77,13 +77,13 @@ struct Seen {
 // How a sample lies to the mean direction: d·m, y·m and their rates.
 template <typename Some>
 struct Facing {
-    Some facing, turning, height, rising;
+    Some facing, turning, height, fading;
 
     __attribute__((always_inline)) Facing(const Sample& f, const Seen<Some>& y, const Some (&m)[3], const Some (&mr)[3])
         : facing(f[kDx] * m[0] + f[kDy] * m[1] + f[kDz] * m[2]),
           turning(f[kDx] * mr[0] + f[kDy] * mr[1] + f[kDz] * mr[2] + f[kEx] * m[0] + f[kEy] * m[1] + f[kEz] * m[2]),
           height(y.px * m[0] + y.py * m[1] + y.pz * m[2]),
-          rising(y.vx * m[0] + y.vy * m[1] + y.vz * m[2] + y.px * mr[0] + y.py * mr[1] + y.pz * mr[2]) {}
+          fading(y.vx * m[0] + y.vy * m[1] + y.vz * m[2] + y.px * mr[0] + y.py * mr[1] + y.pz * mr[2]) {}
 };
 
 // Is any of these above zero? None is below it.
@@ -156,7 +156,7 @@ struct SumUp {
             Some level = one - n.height * steepness;
             level = level > 0 ? level : zero;
             const Some levelling =
-                steepness * (n.height * (growth + (y.approach + y.approach) * distance) - n.rising - n.rising);
+                steepness * (n.height * (growth + (y.approach + y.approach) * distance) - n.fading - n.fading);
             // k = w · facing² · level² · t² · inverse_mean
             const Some root = facing * level * y.t, gate = root * root * inverse_mean, k = f[kW] * gate;
             const Some pull =
@@ -222,7 +222,7 @@ struct SumOpposite {
             const Some root = facing * height * y.t * inverse_mean, term = root * root * cube;
             sum[0] += f[kW] * term;
             sum[1] += f[kU] * term + f[kW] * (root * cube * inverse_mean * 2.0F *
-                                                  ((n.turning * height + facing * n.rising) * y.t -
+                                                  ((n.turning * height + facing * n.fading) * y.t -
                                                    facing * height * y.approach * (2 * inverse_square_width)) -
                                               term * (2 * growth + y.approach * distance * 6.0F));
         }
@@ -232,37 +232,37 @@ struct SumOpposite {
 
 // From points onto the spheres fitted round them, and the directions of the spheres there.
 struct Fits {
-    MovingLanes step, direction;
-    RateLanes trust;  // towards 1 with many samples that agree, 0 without or where they face all ways
-    MovingLanes inset;
+    DualVec3Pack step, direction;
+    DualPack trust;  // towards 1 with many samples that agree, 0 without or where they face all ways
+    DualVec3Pack inset;
 };
 
 // Inwards, by `depth` at most, less where the liquid is thin, by nothing at a pinch.
-Moving insetFrom(const Moving& direction, Rate trust, Rate opposite, double depth) {
-    const Moving outwards = direction / squareRoot(dot(direction, direction) + kLeastMean);
-    const Rate inverse_square_thickness = opposite / kSheet;  // thickness^-2
-    const Rate share = inverse_square_thickness * (depth * depth / (kShareOfThickness * kShareOfThickness));
-    return outwards * trust * (Rate(-depth) / squareRoot(squareRoot(1 + share * share)));
+DualVec3 insetFrom(const DualVec3& direction, Dual trust, Dual opposite, double depth) {
+    const DualVec3 outwards = direction / squareRoot(dot(direction, direction) + kLeastMean);
+    const Dual inverse_square_thickness = opposite / kSheet;  // thickness^-2
+    const Dual share = inverse_square_thickness * (depth * depth / (kShareOfThickness * kShareOfThickness));
+    return outwards * trust * (Dual(-depth) / squareRoot(squareRoot(1 + share * share)));
 }
 
 BETAMESH_EVERY_CPU
 void fitSpheres(const Sums& sums, Fits& fits) {
     for (std::size_t lane = 0; lane < kLanes; ++lane) {
         const bool any = sums.value[kWeight][lane] > 0;  // without, all sums are zero
-        const Rate weight = any ? sums.number(kWeight, lane) : Rate(1);
-        const Moving a = sums.vector(kOffset, lane) / weight, b = sums.vector(kDirection, lane) / weight;
-        const Rate c = sums.number(kAlong, lane) / weight, e = sums.number(kSquare, lane) / weight;
-        const Rate variance = e - dot(a, a) + kRound;
-        const Rate uq = (c - dot(a, b)) / (variance * 2);
-        const Moving ul = b - a * (uq * 2);
-        const Rate minus_uc = dot(ul, a) + uq * e, slope = dot(ul, ul) + 1e-6;
-        const Rate root = squareRoot(slope * slope + uq * minus_uc * slope * 4);
-        const Rate squared = weight * weight, agreement = sums.squareOfMean(lane) / kAgreement,
+        const Dual weight = any ? sums.number(kWeight, lane) : Dual(1);
+        const DualVec3 a = sums.vector(kOffset, lane) / weight, b = sums.vector(kDirection, lane) / weight;
+        const Dual c = sums.number(kAlong, lane) / weight, e = sums.number(kSquare, lane) / weight;
+        const Dual variance = e - dot(a, a) + kRound;
+        const Dual uq = (c - dot(a, b)) / (variance * 2);
+        const DualVec3 ul = b - a * (uq * 2);
+        const Dual minus_uc = dot(ul, a) + uq * e, slope = dot(ul, ul) + 1e-6;
+        const Dual root = squareRoot(slope * slope + uq * minus_uc * slope * 4);
+        const Dual squared = weight * weight, agreement = sums.squareOfMean(lane) / kAgreement,
                    cubed = agreement * agreement * agreement;
-        const Rate trust = squared / (squared + kOwnWeight * kOwnWeight) * (cubed / (cubed + 1));
+        const Dual trust = squared / (squared + kOwnWeight * kOwnWeight) * (cubed / (cubed + 1));
         fits.step.set(lane, ul * (minus_uc * 2 / (slope + root)));
         fits.direction.set(lane, ul);
-        fits.trust.set(lane, any ? trust : Rate(0));
+        fits.trust.set(lane, any ? trust : Dual(0));
     }
 }
 
@@ -313,14 +313,14 @@ void fitAll(const std::vector<std::uint32_t>& rows, const PointAt& pointAt, cons
 }
 
 // 1 up to kStayingBegins, 0 from kStaysWhole on.
-Rate shareOfTheWay(Rate clearance) {
-    return 1 - smoothStep((clearance - kStayingBegins) / (kStaysWhole - kStayingBegins));
+Dual shareOfTheWay(Dual rim_distance) {
+    return 1 - smoothStep((rim_distance - kStayingBegins) / (kStaysWhole - kStayingBegins));
 }
 
 // Vertices on their way.
 struct Way {
-    MovingLanes from, to;
-    RateLanes clearance;
+    DualVec3Pack from, to;
+    DualPack rim_distance;
 };
 
 // Takes them there as far as they go: shorter than `farthest`, whatever the step; steps that are not nearly as long
@@ -328,27 +328,27 @@ struct Way {
 BETAMESH_EVERY_CPU
 void go(Way& way, double farthest) {
     for (std::size_t lane = 0; lane < kLanes; ++lane) {
-        const Moving from = way.from[lane], step = (way.to[lane] - from) * shareOfTheWay(way.clearance[lane]);
-        const Rate s2 = dot(step, step) / (farthest * farthest), s4 = s2 * s2, s8 = s4 * s4, s = 1 + s8 * s8;
+        const DualVec3 from = way.from[lane], step = (way.to[lane] - from) * shareOfTheWay(way.rim_distance[lane]);
+        const Dual s2 = dot(step, step) / (farthest * farthest), s4 = s2 * s2, s8 = s4 * s4, s = 1 + s8 * s8;
         const double root = std::sqrt(std::sqrt(std::sqrt(std::sqrt(s.value))));
-        way.to.set(lane, from + step / Rate(root, root * s.rate / (16 * s.value)));
+        way.to.set(lane, from + step / Dual(root, root * s.rate / (16 * s.value)));
     }
 }
 
 // Vertices that only begin to rise stay near the edges and facets that they rise from. Those that rise from facets
 // may have each other for corners: they see one another as if they were free.
 void holdBack(BetaMesh& mesh) {
-    const auto heldBack = [&](const RisingVertex& rising) {
-        Moving from;
-        for (std::size_t k = 0; k < 4; ++k) from = from + mesh.vertex[rising.from[k]] * rising.weight[k];
-        return mesh.vertex[rising.vertex] * rising.share + from * (1 - rising.share);
+    const auto heldBack = [&](const FadingVertex& fading) {
+        DualVec3 from;
+        for (std::size_t k = 0; k < 4; ++k) from = from + mesh.vertex[fading.from[k]] * fading.weight[k];
+        return mesh.vertex[fading.vertex] * fading.share + from * (1 - fading.share);
     };
-    const auto hold = [&](const std::vector<RisingVertex>& group) {
-        std::vector<Moving> held(group.size());
+    const auto hold = [&](const std::vector<FadingVertex>& group) {
+        std::vector<DualVec3> held(group.size());
         parallelFor(group.size(), 1024, [&](std::size_t i) { held[i] = heldBack(group[i]); });
         for (std::size_t i = 0; i < group.size(); ++i) mesh.vertex[group[i].vertex] = held[i];
     };
-    for (const auto& group : mesh.rising) hold(group);
+    for (const auto& group : mesh.fading) hold(group);
 }
 
 }  // namespace
@@ -373,40 +373,40 @@ void CoherentSmoother::takeSamples(int pass) {
     if (isLast(pass)) std::exchange(samples_, {});  // large, and of no more use
 }
 
-MovingPoints CoherentSmoother::smooth(BetaMesh& mesh) {
+DualPoints CoherentSmoother::smooth(BetaMesh& mesh) {
     const CoherentSmoothing& params = params_;
-    MovingPoints from = copyOf(mesh.vertex);
-    const std::vector<std::uint32_t> moving = rowsWhere(mesh.vertex.size(), [&](std::uint32_t v) {  // the others stay
-        return params.inset > 0 || mesh.clearance.empty() || mesh.clearance[v].value < kStaysWhole;
+    DualPoints from = copyOf(mesh.vertex);
+    const std::vector<std::uint32_t> moving = indicesWhere(mesh.vertex.size(), [&](std::uint32_t v) {  // the others stay
+        return params.inset > 0 || mesh.rim_distance.empty() || mesh.rim_distance[v].value < kStaysWhole;
     });
-    for (const auto& group : mesh.rising)
+    for (const auto& group : mesh.fading)
         parallelFor(group.size(), 4096, [&](std::size_t i) { mesh.vertex[group[i].vertex] = group[i].whole; });
 
     const bool inwards = params.inset > 0;
-    const std::vector<Moving> begin = params.passes > 1 ? mesh.vertex : std::vector<Moving>();
+    const std::vector<DualVec3> begin = params.passes > 1 ? mesh.vertex : std::vector<DualVec3>();
     const std::vector<Vec3> normals = inwards ? vertexNormals(mesh) : std::vector<Vec3>();
-    std::vector<Moving> inset(inwards ? mesh.vertex.size() : 0);
+    std::vector<DualVec3> inset(inwards ? mesh.vertex.size() : 0);
     // Between surfaces that nearly touch, the mean direction may be that of the other one.
-    const auto insetAt = [&](std::uint32_t v, const Moving& given) {
+    const auto insetAt = [&](std::uint32_t v, const DualVec3& given) {
         const double length = given.position.length(), towards = -dot(normals[v], given.position);
-        return length > 0 ? given * (smoothStep(2 * towards / length).value * params.radius) : Moving();
+        return length > 0 ? given * (smoothStep(2 * towards / length).value * params.radius) : DualVec3();
     };
     CoherentSmoothing now = params;
     for (int pass = 0; pass < std::max(params.passes, inwards ? 1 : 0); ++pass) {
         fitAll(
-            moving, [&](std::uint32_t v) -> const Moving& { return mesh.vertex[v]; }, *cloud_, now,
+            moving, [&](std::uint32_t v) -> const DualVec3& { return mesh.vertex[v]; }, *cloud_, now,
             [&](std::uint32_t v) {
-                if (!mesh.clearance.empty()) __builtin_prefetch(&mesh.clearance[v]);
+                if (!mesh.rim_distance.empty()) __builtin_prefetch(&mesh.rim_distance[v]);
             },
             [&](std::span<const std::uint32_t> rows, const Fits& fits) {
                 Way way;
                 for (std::size_t lane = 0; lane < rows.size(); ++lane) {
                     const std::uint32_t v = rows[lane];
-                    const Moving& vertex = mesh.vertex[v];
+                    const DualVec3& vertex = mesh.vertex[v];
                     way.from.set(lane, pass == 0 ? vertex : begin[v]);
                     way.to.set(
                         lane, params.passes > 0 ? vertex + fits.step[lane] * fits.trust[lane] * params.radius : vertex);
-                    if (!mesh.clearance.empty()) way.clearance.set(lane, mesh.clearance[v]);
+                    if (!mesh.rim_distance.empty()) way.rim_distance.set(lane, mesh.rim_distance[v]);
                     if (now.inset > 0) inset[v] = insetAt(v, fits.inset[lane]);
                 }
                 if (isLast(pass)) go(way, kFarthest * params.radius);
@@ -419,7 +419,7 @@ MovingPoints CoherentSmoother::smooth(BetaMesh& mesh) {
         if (isLast(pass)) break;
         now.inset = 0;
         SamplesInRadii calmer = samples_;
-        const auto pointAt = [&](std::uint32_t i) -> Moving {
+        const auto pointAt = [&](std::uint32_t i) -> DualVec3 {
             return {samples_[i].position, Vec3(samples_[i].velocity) * params.radius};
         };
         fitAll(
@@ -427,11 +427,11 @@ MovingPoints CoherentSmoother::smooth(BetaMesh& mesh) {
             [&](std::span<const std::uint32_t> rows, const Fits& fits) {
                 for (std::size_t lane = 0; lane < rows.size(); ++lane) {
                     SampleInRadii& sample = calmer[rows[lane]];
-                    const Moving step = fits.step[lane] * fits.trust[lane];
+                    const DualVec3 step = fits.step[lane] * fits.trust[lane];
                     sample.position += step.position * params.radius;
                     sample.velocity += Vec3f(step.velocity);
-                    const Moving direction{Vec3(sample.direction), Vec3(sample.turning)};
-                    const Moving turned = direction + (fits.direction[lane] - direction) * fits.trust[lane];
+                    const DualVec3 direction{Vec3(sample.direction), Vec3(sample.turning)};
+                    const DualVec3 turned = direction + (fits.direction[lane] - direction) * fits.trust[lane];
                     sample.direction = Vec3f(turned.position);
                     sample.turning = Vec3f(turned.velocity);
                 }
@@ -439,7 +439,7 @@ MovingPoints CoherentSmoother::smooth(BetaMesh& mesh) {
         samples_ = std::move(calmer);
         takeSamples(pass + 1);
     }
-    for (const auto& [v, step] : mesh.swelling) mesh.vertex[v] = mesh.vertex[v] + step;
+    for (const auto& [v, step] : mesh.volume_offsets) mesh.vertex[v] = mesh.vertex[v] + step;
     holdBack(mesh);
     return from;
 }

@@ -30,7 +30,7 @@ struct CoherentSmoothing {
 /// u_c + u_l·y + u_q |y|² whose gradient fits the directions best passes near x at x + τ u_l. That counts by
 /// W² / (W² + 1.5²), W = Σ k in radii, about 20 on a plane surface, little round a neck that has just appeared; and by
 /// |m|⁶ / (|m|⁶ + 0.15³), nearly 1 where the surface faces one way, 0 where two parts of it meet in a point: both leave
-/// that point where it is, so they join there without a jump. A vertex with clearance above 1.4 (a drop, the tip of a
+/// that point where it is, so they join there without a jump. A vertex with rim_distance above 1.4 (a drop, the tip of a
 /// tendril) stays where it is, from 0.7 on it goes part of the way; and no vertex goes farther than half a radius, so
 /// that no particle is ever left outside. Spheres, cylinders and planes of balls keep their size. Vertices that only
 /// begin to rise from an edge or a facet are held back towards what becomes of that, or the triangles, which are plane,
@@ -51,7 +51,7 @@ public:
     ~CoherentSmoother();
 
     /// All of a mesh, once; returns where its vertices were before.
-    MovingPoints smooth(BetaMesh& mesh);
+    DualPoints smooth(BetaMesh& mesh);
 
 private:
     class Cloud;

@@ -25,6 +25,6 @@ void smoothAsInPaper(PaperMesh& mesh, int passes);
 /// cost    O(vertices)
 /// source  beta mesh paper, section 3.4.2, step 4; the first half is ours: smoothing more than the paper's
 ///         examples do does push pure beta vertices through the alpha mesh
-void resolveIntersections(const BallBoundary& boundary, const std::vector<Moving>& balls, PaperMesh& mesh);
+void resolveIntersections(const BallBoundary& boundary, const std::vector<DualVec3>& balls, PaperMesh& mesh);
 
 }  // namespace betamesh

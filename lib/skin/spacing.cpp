@@ -117,7 +117,7 @@ class NearestFinder {
 public:
     explicit NearestFinder(Points points) {
         if (!points.empty()) split(points, 0, static_cast<std::uint32_t>(points.size()), node_);
-        leaf_ = rowsWhere(node_.size(), [&](std::uint32_t i) { return node_[i].isLeaf(); });
+        leaf_ = indicesWhere(node_.size(), [&](std::uint32_t i) { return node_[i].isLeaf(); });
         for (std::vector<double>& column : points_) column.resize(points.size() + kLeaf);
         parallelFor(leaf_.size(), 64, [&](std::size_t l) {
             const Leaf& leaf = node_[leaf_[l]].leaf;
@@ -262,7 +262,7 @@ std::optional<double> spacing(std::vector<Vec3f> points) {
         for (std::size_t l = 32 * task; l < std::min(finder.leaves(), 32 * (task + 1)); ++l)
             finder.addMeanDistances(l, search, of_leaves[task]);
     });
-    std::vector<double> mean = joined(of_leaves);
+    std::vector<double> mean = concatenate(of_leaves);
     if (mean.size() <= kNearest) return std::nullopt;
     const auto middle = mean.begin() + static_cast<std::ptrdiff_t>(mean.size() / 2);
     std::nth_element(mean.begin(), middle, mean.end());

@@ -1,6 +1,7 @@
 
 #include "skin/tessellate.h"
 
+#include "base/index.h"
 #include "base/parallel.h"
 #include "skin/edge_flips.h"
 #include "skin/hull.h"
@@ -20,11 +21,11 @@ namespace {
 constexpr std::size_t kBallsPerTask = 128;
 constexpr double kGrid = 0x1p38;         // of the hull's points, per radius
 constexpr double kLeastClearance = 0.2;  // of points on the boundary, in angles between neighbouring points
-constexpr double kSinkingBegins = 0.75;  // clearance below which points sink, in the same
+constexpr double kSinkingBegins = 0.75;  // rim_distance below which points sink, in the same
 constexpr double kSunkInEarnest = 0.3;   // share of the depth's root from which on a point is held back in full
 constexpr double kFreeHeight = 0.05;     // over what is beneath, radii per square of the same: free from here on
 constexpr double kMargin = 1e-6;         // of that height, far above the rounding of places
-constexpr double kSwellingBegins = 0.7, kSwollen = 1.4;  // clearance of points far from any rim
+constexpr double kSwellingBegins = 0.7, kSwollen = 1.4;  // rim_distance of points far from any rim
 constexpr std::size_t kLongestRing = 10;
 constexpr double kSinkingDepth = 0.12;  // radii at the rim, in squares of the same
 constexpr double kBelowChords = 1.5;    // the same in depths of the longest chords below their arcs, for what moves far
@@ -39,7 +40,7 @@ Vec3i onGrid(const Vec3& direction) {
 std::vector<std::uint32_t> firstFaces(const BallBoundary& boundary) {
     std::vector<std::uint32_t> count(boundary.position.size(), 0);
     for (const std::uint32_t ball : boundary.face_ball) ++count[ball];
-    return placesOf(count);
+    return exclusiveScan(count);
 }
 
 // One ball's loops, with the network's numbers of their points.
@@ -116,25 +117,25 @@ private:
 
 // Another ball that touches this one lightly, or is about to, as seen from it. There is room beside it where the cosine
 // of the angle to `towards` is far below `rim`.
-struct LightTouch {
-    Moving towards;  // unit vector
-    Rate rim;        // the cosine of the cap's half-angle; above one where they do not touch yet
+struct NearTangentNeighbour {
+    DualVec3 towards;  // unit vector
+    Dual rim;        // the cosine of the cap's half-angle; above one where they do not touch yet
 };
 
 // Of each ball, those that no wider cap hides: the rim of that one is nearer.
-RowsOf<LightTouch> lightTouches(const std::vector<Moving>& balls, const ArcNetwork& network, const FacePoints& points,
+CompressedRows<NearTangentNeighbour> lightTouches(const std::vector<DualVec3>& balls, const ArcNetwork& network, const FacePoints& points,
                                 double radius) {
-    return sortedIntoRows<LightTouch>(balls.size(), balls.size(), [&](std::size_t b, const auto& visit) {
+    return sortedIntoRows<NearTangentNeighbour>(balls.size(), balls.size(), [&](std::size_t b, const auto& visit) {
         for (const std::uint32_t l : network.at_ball[b]) {
             const ArcLine& line = network.line[l];
             if (line.radius.value >= kWideCap * radius) continue;
-            const Moving way = balls[line.balls[line.balls[0] == b ? 1 : 0]] - balls[b];
-            const Rate distance = length(way);
-            visit(b, LightTouch{way / distance, distance / (2 * radius)});
+            const DualVec3 way = balls[line.balls[line.balls[0] == b ? 1 : 0]] - balls[b];
+            const Dual distance = length(way);
+            visit(b, NearTangentNeighbour{way / distance, distance / (2 * radius)});
         }
         for (std::uint32_t p = points.begin[b]; p < points.begin[b + 1]; ++p)
             if (const FacePoints::Contact* contact = points.contactOf(p))
-                visit(b, LightTouch{contact->direction, 1 + (1 - contact->touching) * (kSwollen * kWideCap)});
+                visit(b, NearTangentNeighbour{contact->direction, 1 + (1 - contact->touching) * (kSwollen * kWideCap)});
     });
 }
 
@@ -151,72 +152,72 @@ public:
             const std::vector<Vec3>& p = points.directions.position;
             volume += dot(p[a], cross(p[b], p[c])) / 6;
         }
-        const double longest = std::max(subdivision.max_angle, subdivision.calm_angle);
+        const double longest = std::max(subdivision.max_angle, subdivision.flat_angle);
         depth_ = subdivision.moves_far ? kBelowChords * longest * longest / 8 : kSinkingDepth * angle_ * angle_;
         turning_ = (subdivision.moves_far ? kTurningFar : kTurning) * angle_ * angle_;
-        swelling_ = std::cbrt(4 * std::numbers::pi / 3 / volume) - 1;
+        offset_ = std::cbrt(4 * std::numbers::pi / 3 / volume) - 1;
     }
     bool sinks(std::uint32_t p) const {
-        return sinking_ && (points_.clearance[p].value < kSinkingBegins * angle_ || points_.contactOf(p));
+        return sinking_ && (points_.rim_distance[p].value < kSinkingBegins * angle_ || points_.contactOf(p));
     }
     bool used(std::uint32_t p) const {
-        return sinking_ || (points_.clearance[p].value >= kLeastClearance * angle_ && !points_.contactOf(p));
+        return sinking_ || (points_.rim_distance[p].value >= kLeastClearance * angle_ && !points_.contactOf(p));
     }
     double turningDistance() const { return turning_; }
     // In radii of the ball.
-    Moving at(std::uint32_t p) const {
-        const Moving direction = points_.outwards(p);
+    DualVec3 at(std::uint32_t p) const {
+        const DualVec3 direction = points_.outwards(p);
         if (!sinks(p)) return direction;
-        const Rate below = nearRim(p), apart = unborn(p);
+        const Dual below = nearRim(p), apart = one_minus_contact(p);
         return direction * (1 - (below * below * depth_ + apart * apart * (kContactDepth * angle_ * angle_)));
     }
 
     // Is a point far from any rim?
     bool swells(std::uint32_t p) const {
-        return sinking_ && points_.clearance[p].value > kSwellingBegins && !points_.contactOf(p);
+        return sinking_ && points_.rim_distance[p].value > kSwellingBegins && !points_.contactOf(p);
     }
     // How far outwards it goes then, in radii: a lone drop has the volume of its ball. Two that touch do not swell into
     // each other: narrow caps are as near here as wide ones.
-    Moving swelling(std::uint32_t p, std::span<const LightTouch> touches) const {
-        const Moving outwards = points_.outwards(p);
-        Rate room = points_.clearance[p];
+    DualVec3 volumeOffset(std::uint32_t p, std::span<const NearTangentNeighbour> touches) const {
+        const DualVec3 outwards = points_.outwards(p);
+        Dual room = points_.rim_distance[p];
         for (const auto& [towards, rim] : touches) {
-            const Rate here = (rim - dot(outwards, towards)) / kWideCap;
+            const Dual here = (rim - dot(outwards, towards)) / kWideCap;
             if (here.value < room.value) room = here;
         }
-        return outwards * (smoothStep((room - kSwellingBegins) / (kSwollen - kSwellingBegins)) * swelling_);
+        return outwards * (smoothStep((room - kSwellingBegins) / (kSwollen - kSwellingBegins)) * offset_);
     }
 
     // Points in which two balls touch are where the rim of their common circle will be.
-    Rate clearance(std::uint32_t p) const {
-        return points_.contactOf(p) ? points_.clearance[p] * unborn(p) : points_.clearance[p];
+    Dual rim_distance(std::uint32_t p) const {
+        return points_.contactOf(p) ? points_.rim_distance[p] * one_minus_contact(p) : points_.rim_distance[p];
     }
 
     // In radii, over what is beneath.
     double freeHeight() const { return kFreeHeight * angle_ * angle_; }
     // How free a sinking point is at this height over what is beneath it, in radii: 0 on it, 1 as it stops to sink.
-    Rate shareOf(std::uint32_t p, Rate height) const {
-        const Rate near = nearRim(p), apart = unborn(p), sunk = near.value < apart.value ? apart : near;
-        const Rate held = sunk.value < kSunkInEarnest ? sunk / kSunkInEarnest : Rate(1);
+    Dual shareOf(std::uint32_t p, Dual height) const {
+        const Dual near = nearRim(p), apart = one_minus_contact(p), sunk = near.value < apart.value ? apart : near;
+        const Dual held = sunk.value < kSunkInEarnest ? sunk / kSunkInEarnest : Dual(1);
         return 1 - held * (1 - smoothStep(height / freeHeight()));
     }
 
 private:
     // From 0, where a point does not sink, to 1 at the rim of its face; where balls touch there is no rim.
-    Rate nearRim(std::uint32_t p) const {
-        const Rate below = 1 - points_.clearance[p] / (kSinkingBegins * angle_);
+    Dual nearRim(std::uint32_t p) const {
+        const Dual below = 1 - points_.rim_distance[p] / (kSinkingBegins * angle_);
         if (below.value <= 0) return 0;
-        return points_.contactOf(p) ? below * unborn(p) : below;
+        return points_.contactOf(p) ? below * one_minus_contact(p) : below;
     }
     // From 0, where balls touch, to 1 where they are too far apart.
-    Rate unborn(std::uint32_t p) const {
+    Dual one_minus_contact(std::uint32_t p) const {
         const FacePoints::Contact* contact = points_.contactOf(p);
-        return contact ? 1 - contact->touching : Rate(0);
+        return contact ? 1 - contact->touching : Dual(0);
     }
 
     const FacePoints& points_;
     bool sinking_;
-    double angle_, depth_, turning_, swelling_;
+    double angle_, depth_, turning_, offset_;
 };
 
 // The triangles of all directions, each listed at its first corner.
@@ -229,17 +230,16 @@ public:
     template <typename Visit>
     void among(const std::vector<std::uint32_t>& directions, std::vector<std::uint32_t>& place,
                const Visit& visit) const {
-        place.resize(at_.size(), kAbsent);
+        place.resize(at_.size(), kInvalidIndex);
         for (std::uint32_t i = 0; i < directions.size(); ++i) place[directions[i]] = i;
         for (const std::uint32_t d : directions)
             for (const auto& [a, b, c] : at_[d])
-                if (place[a] != kAbsent && place[b] != kAbsent && place[c] != kAbsent)
+                if (place[a] != kInvalidIndex && place[b] != kInvalidIndex && place[c] != kInvalidIndex)
                     visit(Triangle{place[a], place[b], place[c]});
-        for (const std::uint32_t d : directions) place[d] = kAbsent;
+        for (const std::uint32_t d : directions) place[d] = kInvalidIndex;
     }
 
 private:
-    static constexpr std::uint32_t kAbsent = ~std::uint32_t{0};
     std::vector<std::vector<Triangle>> at_;
 };
 
@@ -251,15 +251,15 @@ struct Part {
         std::uint32_t triangles, points;  // before it
     };
     struct OtherPoint {  // than those inside faces
-        Moving vertex;
-        Rate clearance;
+        DualVec3 vertex;
+        Dual rim_distance;
     };
     std::vector<Ball> ball;
     std::vector<Triangle> triangles;
     std::vector<std::uint32_t> point;  // of FacePoints, or from kNew on among the others
     std::vector<OtherPoint> other;
-    std::vector<RisingVertex> rising, turning;
-    std::uint32_t swelling = 0;  // so many points inside faces
+    std::vector<FadingVertex> fading, turning;
+    std::uint32_t volume_offsets = 0;  // so many points inside faces
 
     void add(const OtherPoint& o) {
         point.push_back(kNew + static_cast<std::uint32_t>(other.size()));
@@ -345,16 +345,16 @@ std::uint32_t facetBeyond(std::uint32_t a, std::uint32_t b, std::uint32_t c, std
 // Where the ray from the origin through p leaves a facet: the weights of its corners, and how high p is over it, as a
 // share of its distance from the origin.
 struct Beneath {
-    std::array<Rate, 3> weight;
-    Rate height;
+    std::array<Dual, 3> weight;
+    Dual height;
 
-    Beneath(const Moving& p, const std::array<Moving, 3>& corner) {
-        Rate sum;
+    Beneath(const DualVec3& p, const std::array<DualVec3, 3>& corner) {
+        Dual sum;
         for (std::size_t k = 0; k < 3; ++k) {
             weight[k] = dot(p, cross(corner[(k + 1) % 3], corner[(k + 2) % 3]));
             sum = sum + weight[k];
         }
-        for (Rate& w : weight) w = w / sum;
+        for (Dual& w : weight) w = w / sum;
         height = 1 - dot(corner[0], cross(corner[1], corner[2])) / sum;
     }
 };
@@ -367,15 +367,15 @@ struct Ball {
     std::size_t first_sinking;                     // of them
     const std::vector<Vec3>& on_grid;              // all of them, rounded, in the hull's units
     const Placement& placement;
-    Moving centre;
+    DualVec3 centre;
     double radius;
 
     std::size_t inLoops() const { return loops.network_point.size(); }
     std::size_t given() const { return loops.loops.point.size(); }
     // Seen from the centre, in radii.
-    Moving vertexAt(std::uint32_t face_point_row) const { return centre + placement.at(face_point_row) * radius; }
+    DualVec3 vertexAt(std::uint32_t face_point_row) const { return centre + placement.at(face_point_row) * radius; }
     // In radii, seen from the centre.
-    Moving at(std::uint32_t v) const {
+    DualVec3 at(std::uint32_t v) const {
         return v < inLoops() ? (network.point[loops.network_point[v]] - centre) / radius
                              : placement.at(face_point[v - inLoops()]);
     }
@@ -387,7 +387,7 @@ public:
     // Room for what one ball needs after another.
     struct Room {
         std::vector<std::uint32_t> number, first, ring;
-        std::vector<TurningEdge> edges;
+        std::vector<EdgeFlip> edges;
     };
 
     FillingAdder(const Ball& ball, const LoopFilling& filling, Part& part, Room& room)
@@ -400,11 +400,11 @@ public:
           ring_(room.ring),
           edges_(room.edges) {
         number_ = ball.loops.network_point;
-        number_.resize(ball.given() + filling.new_point.size(), kUnused);
+        number_.resize(ball.given() + filling.new_point.size(), kInvalidIndex);
         for (const auto& [a, b, c] : filling.triangles) part.triangles.push_back({number(a), number(b), number(c)});
     }
 
-    // Sinking points are held to what is beneath them.
+    // FadingOut points are held to what is beneath them.
     void holdSinking() {
         const std::size_t count = ball_.face_point.size();
         if (ball_.given() == ball_.inLoops() || ball_.first_sinking == count) return;
@@ -413,7 +413,7 @@ public:
             for (const std::uint32_t v : filling_.triangles[f]) first_[v] = f;
         for (std::size_t i = ball_.first_sinking; i < count; ++i) {
             const auto v = static_cast<std::uint32_t>(ball_.inLoops() + i);
-            if (number_[v] == kUnused) continue;
+            if (number_[v] == kInvalidIndex) continue;
             listRing(v);
             if (ring_.size() > kLongestRing) continue;
             const Vec3& here = ball_.on_grid[v];
@@ -422,16 +422,16 @@ public:
             if (!facet) continue;
             const auto& [a, b, c] = *facet;
             const Beneath beneath(ball_.at(v), {ball_.at(a), ball_.at(b), ball_.at(c)});
-            const Rate share = ball_.placement.shareOf(ball_.face_point[i], beneath.height);
+            const Dual share = ball_.placement.shareOf(ball_.face_point[i], beneath.height);
             if (share.value >= 1) continue;
-            RisingVertex rising{number_[v],
+            FadingVertex fading{number_[v],
                                 {a, b, c, c},
                                 {beneath.weight[0], beneath.weight[1], beneath.weight[2], 0},
                                 share,
                                 ball_.vertexAt(ball_.face_point[i])};
-            splitTurningBeneath(ring_, rising);
-            for (std::uint32_t& corner : rising.from) corner = number_[corner];
-            part_.rising.push_back(rising);
+            splitTurningBeneath(ring_, fading);
+            for (std::uint32_t& corner : fading.from) corner = number_[corner];
+            part_.fading.push_back(fading);
         }
     }
 
@@ -452,13 +452,13 @@ public:
             for (std::size_t k = 0; k < 3; ++k) {
                 const std::uint32_t a = t[k], b = t[(k + 1) % 3], c = t[(k + 2) % 3];
                 const std::uint32_t beyond = filling_.across[f][k];
-                if (beyond == kNoTriangle) continue;
+                if (beyond == kInvalidIndex) continue;
                 const Triangle& u = filling_.triangles[beyond];
                 if (beyond < f && !stays(u)) continue;  // seen from there
                 const std::uint32_t d = u[0] != a && u[0] != b ? u[0] : u[1] != a && u[1] != b ? u[1] : u[2];
                 if (std::max({a, b, c, d}) >= given || !passNear(at[a], at[b], at[c], at[d], farthest * kGrid))
                     continue;
-                auto edge = turningEdge({ball_.at(a), ball_.at(b), ball_.at(c), ball_.at(d)}, farthest);
+                auto edge = edgeFlip({ball_.at(a), ball_.at(b), ball_.at(c), ball_.at(d)}, farthest);
                 if (!edge) continue;
                 edge->corner = {number_[a], number_[b], number_[c], number_[d]};
                 edge->triangle = {f, beyond};
@@ -466,9 +466,9 @@ public:
             }
         }
         const auto first_vertex = kNew + static_cast<std::uint32_t>(part_.point.size());
-        splitTurningEdges(edges_, first_triangle_, first_vertex, part_.triangles);
-        for (const TurningEdge& edge : edges_) {
-            const Moving vertex = ball_.centre + edge.on_edge * ball_.radius;
+        splitFlippingEdges(edges_, first_triangle_, first_vertex, part_.triangles);
+        for (const EdgeFlip& edge : edges_) {
+            const DualVec3 vertex = ball_.centre + edge.on_edge * ball_.radius;
             const auto row = kNew + static_cast<std::uint32_t>(part_.point.size());
             part_.turning.push_back({row, edge.corner, edge.weight, 0, vertex});
             part_.add({vertex, kFullClearance});  // it goes where its corners go
@@ -476,7 +476,6 @@ public:
     }
 
 private:
-    static constexpr std::uint32_t kUnused = ~std::uint32_t{0};
 
     // What is next to a point inside, as triangles follow one another round it; where slivers interrupt these, both
     // ways as far as there.
@@ -487,7 +486,7 @@ private:
         };
         const auto cornerAt = [&](const Triangle& t) { return t[0] == v ? 0U : t[1] == v ? 1U : 2U; };
         std::uint32_t f = first_[v], last = f;
-        while (f != kNoTriangle) {
+        while (f != kInvalidIndex) {
             const Triangle& t = filling_.triangles[last = f];
             const std::size_t k = cornerAt(t);
             add(t[(k + 1) % 3]);
@@ -497,31 +496,31 @@ private:
         add(filling_.triangles[last][(cornerAt(filling_.triangles[last]) + 2) % 3]);
         for (f = first_[v];;) {
             f = filling_.across[f][cornerAt(filling_.triangles[f])];
-            if (f == kNoTriangle) return;
+            if (f == kInvalidIndex) return;
             add(filling_.triangles[f][(cornerAt(filling_.triangles[f]) + 1) % 3]);
         }
     }
 
     // Where an edge of the facet beneath a point is about to turn, the point is held to the vertex there, too: to the
     // facet's three corners and the one beyond the edge.
-    void splitTurningBeneath(std::span<const std::uint32_t> ring, RisingVertex& rising) const {
+    void splitTurningBeneath(std::span<const std::uint32_t> ring, FadingVertex& fading) const {
         const std::vector<Vec3>& at = ball_.on_grid;
         const double farthest = ball_.placement.turningDistance();
-        const auto [corner, weight] = std::pair(rising.from, rising.weight);
+        const auto [corner, weight] = std::pair(fading.from, fading.weight);
         double closest = 0;
         for (std::size_t k = 0; k < 3; ++k) {
             const std::size_t l = (k + 1) % 3, m = (k + 2) % 3;
             const std::uint32_t a = corner[k], b = corner[l], c = corner[m], d = facetBeyond(a, b, c, ring, at);
             if (d == c || !passNear(at[a], at[b], at[c], at[d], farthest * kGrid)) continue;
-            const auto edge = turningEdge({ball_.at(a), ball_.at(b), ball_.at(c), ball_.at(d)}, farthest);
+            const auto edge = edgeFlip({ball_.at(a), ball_.at(b), ball_.at(c), ball_.at(d)}, farthest);
             if (!edge || edge->shareOfOther() <= closest) continue;
             closest = edge->shareOfOther();
-            const Rate in_edge = edge->weight[0] + edge->weight[1];
-            const std::array<Rate, 2> on_edge{edge->weight[0] / in_edge, edge->weight[1] / in_edge};
-            const Rate of_first = weight[k] / on_edge[0], of_second = weight[l] / on_edge[1];
-            const Rate of_vertex = of_first.value < of_second.value ? of_first : of_second;
-            rising.from = {a, b, c, d};
-            rising.weight = {weight[k] + of_vertex * (edge->weight[0] - on_edge[0]),
+            const Dual in_edge = edge->weight[0] + edge->weight[1];
+            const std::array<Dual, 2> on_edge{edge->weight[0] / in_edge, edge->weight[1] / in_edge};
+            const Dual of_first = weight[k] / on_edge[0], of_second = weight[l] / on_edge[1];
+            const Dual of_vertex = of_first.value < of_second.value ? of_first : of_second;
+            fading.from = {a, b, c, d};
+            fading.weight = {weight[k] + of_vertex * (edge->weight[0] - on_edge[0]),
                              weight[l] + of_vertex * (edge->weight[1] - on_edge[1]),
                              weight[m] + of_vertex * edge->weight[2], of_vertex * edge->weight[3]};
         }
@@ -530,15 +529,15 @@ private:
     // In the network, or from kNew on; of a point used for the first time a new one.
     std::uint32_t number(std::uint32_t v) {
         std::uint32_t& number = number_[v];
-        if (number != kUnused) return number;
+        if (number != kInvalidIndex) return number;
         number = kNew + static_cast<std::uint32_t>(part_.point.size());
         if (v < ball_.given()) {
             const std::uint32_t p = ball_.face_point[v - ball_.inLoops()];
             part_.point.push_back(p);
-            part_.swelling += ball_.placement.swells(p);
+            part_.volume_offsets += ball_.placement.swells(p);
         } else {
             const Vec3 direction = toDouble(filling_.new_point[v - ball_.given()]).normalized();
-            part_.add({{ball_.centre.position + direction * ball_.radius, ball_.centre.velocity}, Rate(0)});
+            part_.add({{ball_.centre.position + direction * ball_.radius, ball_.centre.velocity}, Dual(0)});
         }
         return number;
     }
@@ -550,14 +549,14 @@ private:
     std::vector<std::uint32_t>& number_;  // of points
     std::vector<std::uint32_t>& first_;   // of points: the first triangle
     std::vector<std::uint32_t>& ring_;
-    std::vector<TurningEdge>& edges_;
+    std::vector<EdgeFlip>& edges_;
 };
 
 }  // namespace
 
-BetaMesh completeTessellation(const BallBoundary& boundary, const std::vector<Moving>& balls, ArcNetwork network,
+BetaMesh completeTessellation(const BallBoundary& boundary, const std::vector<DualVec3>& balls, ArcNetwork network,
                               FacePoints points, const ArcSubdivision& subdivision) {
-    const RowsOf<LightTouch> touches = lightTouches(balls, network, points, boundary.worldRadius());
+    const CompressedRows<NearTangentNeighbour> touches = lightTouches(balls, network, points, boundary.worldRadius());
     std::exchange(network.line, {}), std::exchange(network.at_ball, {});  // large, and of no more use
     const std::vector<std::uint32_t> first_face = firstFaces(boundary);
     const LoopMaker maker(boundary, network);
@@ -619,30 +618,30 @@ BetaMesh completeTessellation(const BallBoundary& boundary, const std::vector<Mo
     const auto placesIn = [&](auto list) {
         std::vector<std::uint32_t> sizes;
         for (const Part& part : parts) sizes.push_back(static_cast<std::uint32_t>((part.*list).size()));
-        return placesOf(sizes);
+        return exclusiveScan(sizes);
     };
     const std::vector<std::uint32_t> vertices = placesIn(&Part::point), triangles = placesIn(&Part::triangles),
-                                     rising = placesIn(&Part::rising), turning = placesIn(&Part::turning);
-    std::vector<std::uint32_t> swelling;
-    for (const Part& part : parts) swelling.push_back(part.swelling);
-    swelling = placesOf(swelling);
+                                     fading = placesIn(&Part::fading), turning = placesIn(&Part::turning);
+    std::vector<std::uint32_t> first_offset;
+    for (const Part& part : parts) first_offset.push_back(part.volume_offsets);
+    first_offset = exclusiveScan(first_offset);
     BetaMesh mesh;
     const std::size_t in_network = network.point.size();
     mesh.vertex = std::move(network.point);
-    resizeOnAll(mesh.vertex, in_network + vertices.back());
-    resizeOnAll(mesh.clearance, mesh.vertex.size());
-    resizeOnAll(mesh.triangles, triangles.back());
-    auto &on_edges = mesh.rising[0], &on_facets = mesh.rising[1], &in_quads = mesh.rising[2];
-    on_edges = std::move(network.rising);
-    resizeOnAll(on_facets, rising.back());
-    resizeOnAll(in_quads, turning.back());
-    resizeOnAll(mesh.swelling, swelling.back());
+    firstTouchResize(mesh.vertex, in_network + vertices.back());
+    firstTouchResize(mesh.rim_distance, mesh.vertex.size());
+    firstTouchResize(mesh.triangles, triangles.back());
+    auto &on_edges = mesh.fading[0], &on_facets = mesh.fading[1], &in_quads = mesh.fading[2];
+    on_edges = std::move(network.fading);
+    firstTouchResize(on_facets, fading.back());
+    firstTouchResize(in_quads, turning.back());
+    firstTouchResize(mesh.volume_offsets, first_offset.back());
     mesh.ball_begin.assign(balls.size() + 1, triangles.back());
     parallelFor(tasks, 4, [&](std::size_t task) {
         const Part& part = parts[task];
         const auto first = static_cast<std::uint32_t>(in_network + vertices[task]);
         const auto numbered = [&](std::uint32_t v) { return v >= kNew ? first + (v - kNew) : v; };
-        SwellingVertex* swells = mesh.swelling.data() + swelling[task];
+        VolumeOffset* offset = mesh.volume_offsets.data() + first_offset[task];
         for (std::size_t k = 0; k < part.ball.size(); ++k) {
             const std::size_t b = task * kBallsPerTask + k;
             mesh.ball_begin[b] = triangles[task] + part.ball[k].triangles;
@@ -651,28 +650,28 @@ BetaMesh completeTessellation(const BallBoundary& boundary, const std::vector<Mo
                 const std::uint32_t p = part.point[i], v = first + static_cast<std::uint32_t>(i);
                 if (p >= kNew) {
                     mesh.vertex[v] = part.other[p - kNew].vertex;
-                    mesh.clearance[v] = part.other[p - kNew].clearance;
+                    mesh.rim_distance[v] = part.other[p - kNew].rim_distance;
                     continue;
                 }
                 mesh.vertex[v] = balls[b] + placement.at(p) * boundary.worldRadius();
-                mesh.clearance[v] = placement.clearance(p);
+                mesh.rim_distance[v] = placement.rim_distance(p);
                 if (placement.swells(p))
-                    *swells++ = {v, placement.swelling(p, touches[b]) * boundary.worldRadius()};
+                    *offset++ = {v, placement.volumeOffset(p, touches[b]) * boundary.worldRadius()};
             }
         }
         std::transform(part.triangles.begin(), part.triangles.end(), mesh.triangles.begin() + triangles[task],
                        [&](const Triangle& t) {
                            return Triangle{numbered(t[0]), numbered(t[1]), numbered(t[2])};
                        });
-        const auto copy = [&](const std::vector<RisingVertex>& from, RisingVertex* to) {
-            for (const RisingVertex& r : from) {
+        const auto copy = [&](const std::vector<FadingVertex>& from, FadingVertex* to) {
+            for (const FadingVertex& r : from) {
                 *to = r;
                 to->vertex = numbered(r.vertex);
                 for (std::uint32_t& v : to->from) v = numbered(v);
                 ++to;
             }
         };
-        copy(part.rising, on_facets.data() + rising[task]);
+        copy(part.fading, on_facets.data() + fading[task]);
         copy(part.turning, in_quads.data() + turning[task]);
     });
     return mesh;

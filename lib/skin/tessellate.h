@@ -15,7 +15,7 @@ namespace betamesh {
 /// whole is closed, oriented and manifold. Facets of one hull cannot cross, nor can those of two balls, each
 /// of which stays in its own Voronoi cell.
 ///
-/// Points inside faces appear and vanish with their clearance from the rim. Appearance::on_boundary: as far from the
+/// Points inside faces appear and vanish with their rim_distance from the rim. Appearance::on_boundary: as far from the
 /// rim as good triangles need. Appearance::gradual: they sink below the sphere, where what is made of them
 /// moves far deeper than the chords of arcs, until the hull passes over them. Edges of a hull that are about to turn have
 /// a vertex each (see core/turning_edges.h), and points far from any rim swell when smoothed.
@@ -26,7 +26,7 @@ namespace betamesh {
 /// same    bytes for any thread count and particle order
 /// cost    O(boundary); smoothed, about 31 triangles per exposed ball of a dam break, 180 on a lone drop
 /// source  beta mesh paper, section 3.4, completed
-BetaMesh completeTessellation(const BallBoundary& boundary, const std::vector<Moving>& balls, ArcNetwork network,
+BetaMesh completeTessellation(const BallBoundary& boundary, const std::vector<DualVec3>& balls, ArcNetwork network,
                               FacePoints points, const ArcSubdivision& subdivision);
 
 }  // namespace betamesh

@@ -82,7 +82,7 @@ void facingOf(const RunShape& shape, const std::vector<Vec3>& directions, std::a
 
 }  // namespace
 
-bool isFlat(const std::vector<Moving>& vertex, const Triangle& triangle) {
+bool isFlat(const std::vector<DualVec3>& vertex, const Triangle& triangle) {
     const auto& [a, b, c] = triangle;
     return onOneLine(vertex[a].position, vertex[b].position, vertex[c].position);
 }

@@ -19,7 +19,7 @@ inline constexpr std::size_t kRun = 16;  ///< triangles at once
 /// With all directions: never had an area, as far as is known.
 inline constexpr std::uint64_t kFlat = std::uint64_t{1} << 63;
 
-bool isFlat(const std::vector<Moving>& vertex, const Triangle& triangle);
+bool isFlat(const std::vector<DualVec3>& vertex, const Triangle& triangle);
 
 /// Triangle begin + i of a mesh in lane i.
 struct TriangleRun {

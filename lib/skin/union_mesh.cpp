@@ -2,6 +2,7 @@
 #include "skin/union_mesh.h"
 
 #include "base/icosphere.h"
+#include "base/index.h"
 #include "base/parallel.h"
 
 #include <algorithm>
@@ -15,7 +16,7 @@ constexpr std::size_t kBallsPerTask = 64;
 
 // The sphere's triangles that no single neighbour contains.
 void addExposed(const Icosphere& sphere, double radius, double quantum, const std::vector<Neighbour>& neighbours,
-                const Moving& ball, std::vector<std::uint8_t>& hidden, Mesh& mesh) {
+                const DualVec3& ball, std::vector<std::uint8_t>& hidden, Mesh& mesh) {
     hidden.assign(sphere.triangles.size(), 0);
     std::vector<std::uint8_t> inside(sphere.position.size());
     for (const Neighbour& n : neighbours) {
@@ -26,13 +27,12 @@ void addExposed(const Icosphere& sphere, double radius, double quantum, const st
             if (inside[corners[0]] && inside[corners[1]] && inside[corners[2]]) hidden[t] = 1;
         }
     }
-    constexpr std::uint32_t kUnused = ~std::uint32_t{0};
-    std::vector<std::uint32_t> place(sphere.position.size(), kUnused);
+    std::vector<std::uint32_t> place(sphere.position.size(), kInvalidIndex);
     for (std::size_t t = 0; t < hidden.size(); ++t) {
         if (hidden[t]) continue;
         Triangle corners = sphere.triangles[t];
         for (std::uint32_t& v : corners) {
-            if (place[v] == kUnused) {
+            if (place[v] == kInvalidIndex) {
                 place[v] = static_cast<std::uint32_t>(mesh.position.size());
                 mesh.position.push_back(ball.position + sphere.position[v] * (radius * quantum));
                 mesh.velocity.push_back(ball.velocity);
@@ -45,7 +45,7 @@ void addExposed(const Icosphere& sphere, double radius, double quantum, const st
 
 }  // namespace
 
-Mesh unionOfBalls(const SnappedParticles& particles, const BallBoundary& boundary, const std::vector<Moving>& balls) {
+Mesh unionOfBalls(const SnappedParticles& particles, const BallBoundary& boundary, const std::vector<DualVec3>& balls) {
     const Icosphere sphere = icosphere(kCuts);
     const std::size_t tasks = (balls.size() + kBallsPerTask - 1) / kBallsPerTask;
     std::vector<Mesh> parts(tasks);

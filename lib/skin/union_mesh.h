@@ -14,6 +14,6 @@ namespace betamesh {
 ///
 /// same    bytes for any thread count and particle order
 /// cost    O(exposed balls)
-Mesh unionOfBalls(const SnappedParticles& particles, const BallBoundary& boundary, const std::vector<Moving>& balls);
+Mesh unionOfBalls(const SnappedParticles& particles, const BallBoundary& boundary, const std::vector<DualVec3>& balls);
 
 }  // namespace betamesh

@@ -1,6 +1,7 @@
 
 #include "skin/velocity.h"
 
+#include "base/index.h"
 #include "base/parallel.h"
 #include "base/rigid_motion.h"
 
@@ -33,7 +34,7 @@ struct SphereEquations {
     Vec3 velocity[3];
     double determinant;
 
-    SphereEquations(const Vec3& vertex, const Moving& a, const Moving& b, const Moving& c)
+    SphereEquations(const Vec3& vertex, const DualVec3& a, const DualVec3& b, const DualVec3& c)
         : q{(vertex - a.position).normalized(), (vertex - b.position).normalized(), (vertex - c.position).normalized()},
           velocity{a.velocity, b.velocity, c.velocity},
           determinant(dot(q[0], cross(q[1], q[2]))) {}
@@ -73,9 +74,9 @@ RigidMotionFit rigidMotion(const Particles& particles, const SnappedParticles& s
 
 }  // namespace
 
-std::vector<Moving> movingBalls(const BallBoundary& boundary, const Particles& particles) {
-    std::vector<Moving> balls;
-    resizeOnAll(balls, boundary.position.size());
+std::vector<DualVec3> ballCentres(const BallBoundary& boundary, const Particles& particles) {
+    std::vector<DualVec3> balls;
+    firstTouchResize(balls, boundary.position.size());
     parallelFor(balls.size(), 4096, [&](std::size_t b) {
         balls[b].position = boundary.centre(b);
         if (!particles.velocity.empty()) balls[b].velocity = Vec3(particles.velocity[boundary.row[b]]);
@@ -83,15 +84,15 @@ std::vector<Moving> movingBalls(const BallBoundary& boundary, const Particles& p
     return balls;
 }
 
-std::vector<Moving> movingVertices(const Particles& particles, const SnappedParticles& snapped,
-                                   const BallBoundary& boundary, const std::vector<Moving>& balls) {
-    std::vector<Moving> vertices;
-    resizeOnAll(vertices, boundary.vertex.size());
+std::vector<DualVec3> boundaryVertices(const Particles& particles, const SnappedParticles& snapped,
+                                   const BallBoundary& boundary, const std::vector<DualVec3>& balls) {
+    std::vector<DualVec3> vertices;
+    firstTouchResize(vertices, boundary.vertex.size());
     parallelRanges(vertices.size(), 1024, [&](std::size_t begin, std::size_t end) {
         NeighbourFinder finder(snapped);
         std::vector<Neighbour> neighbours;
         RigidMotionFit motion;
-        std::uint32_t fitted = kHidden;  // the ball round which that was
+        std::uint32_t fitted = kInvalidIndex;  // the ball round which that was
         for (std::size_t v = begin; v < end; ++v) {
             vertices[v].position = boundary.vertex[v];
             if (particles.velocity.empty()) continue;

@@ -10,7 +10,7 @@
 namespace betamesh {
 
 /// The balls' centres and how they move: velocity zero where the particles have none.
-std::vector<Moving> movingBalls(const BallBoundary& boundary, const Particles& particles);
+std::vector<DualVec3> ballCentres(const BallBoundary& boundary, const Particles& particles);
 
 /// The pure beta vertices and how they move. A vertex c on the spheres round p1, p2, p3 keeps its distance r
 /// from each: (c - p_m)·ċ = (c - p_m)·v_m, three equations for ċ. They are solved exactly while
@@ -20,7 +20,7 @@ std::vector<Moving> movingBalls(const BallBoundary& boundary, const Particles& p
 /// out     one row per vertex of the boundary, world units and world units per second
 /// same    result for any thread count and particle order
 /// cost    O(vertices)
-std::vector<Moving> movingVertices(const Particles& particles, const SnappedParticles& snapped,
-                                   const BallBoundary& boundary, const std::vector<Moving>& balls);
+std::vector<DualVec3> boundaryVertices(const Particles& particles, const SnappedParticles& snapped,
+                                   const BallBoundary& boundary, const std::vector<DualVec3>& balls);
 
 }  // namespace betamesh

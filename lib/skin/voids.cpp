@@ -2,6 +2,7 @@
 #include "skin/voids.h"
 
 #include "base/cell_order.h"
+#include "base/index.h"
 #include "base/parallel.h"
 #include "skin/ball_boundary.h"
 #include "skin/exposure_candidates.h"
@@ -76,7 +77,7 @@ private:
     Vec3 low_;
     double edge_ = 1;
     std::size_t columns_y_ = 1, columns_z_ = 1;
-    Rows in_column_;  // places in triangles_
+    IndexRows in_column_;  // places in triangles_
 };
 
 // One that a triangle was made for.
@@ -85,8 +86,8 @@ std::uint32_t ballOf(const BetaMesh& mesh, std::uint32_t triangle) {
     return static_cast<std::uint32_t>(after - mesh.ball_begin.begin()) - 1;
 }
 
-// The piece whose triangle a ray from a ball's centre leaves the ball by; kNoPiece where it does by none.
-std::uint32_t pieceTowards(const BetaMesh& mesh, const BallBoundary& boundary, const Pieces& pieces, std::uint32_t ball,
+// The piece whose triangle a ray from a ball's centre leaves the ball by; kInvalidIndex where it does by none.
+std::uint32_t pieceTowards(const BetaMesh& mesh, const BallBoundary& boundary, const Components& pieces, std::uint32_t ball,
                            const Vec3& direction) {
     const Vec3 centre = boundary.centre(ball);
     const double least = -kOnEdge * boundary.worldRadius() * boundary.worldRadius() * direction.length();
@@ -98,12 +99,12 @@ std::uint32_t pieceTowards(const BetaMesh& mesh, const BallBoundary& boundary, c
             dot(direction, cross(c, a)) >= least && dot(a, cross(b, c)) > 0)
             return pieces.of_vertex[t[0]];
     }
-    return kNoPiece;
+    return kInvalidIndex;
 }
 
 // The same answer as voidsWithRoom, where the ball fits round the mean of a void's vertices: in round voids, where with
 // a ball nearly as large all particles are neighbours of each other. False where it does not.
-std::vector<bool> haveRoomInTheMiddle(const BetaMesh& mesh, const BallBoundary& boundary, const Pieces& pieces,
+std::vector<bool> haveRoomInTheMiddle(const BetaMesh& mesh, const BallBoundary& boundary, const Components& pieces,
                                       const std::vector<std::uint32_t>& void_of, double radius) {
     struct Middle {
         Vec3 place{0};
@@ -120,10 +121,10 @@ std::vector<bool> haveRoomInTheMiddle(const BetaMesh& mesh, const BallBoundary& 
     for (Middle& m : middle)
         if (m.corners > 0) m.place /= m.corners;
     for (std::uint32_t ball = 0; ball < boundary.position.size(); ++ball) {
-        std::uint32_t last = kNoPiece;
+        std::uint32_t last = kInvalidIndex;
         for (std::uint32_t row = mesh.ball_begin[ball]; row < mesh.ball_begin[ball + 1]; ++row) {
             const std::uint32_t hollow = void_of[pieces.of_vertex[mesh.triangles[row][0]]];
-            if (hollow == kNoPiece || hollow == last) continue;
+            if (hollow == kInvalidIndex || hollow == last) continue;
             last = hollow;
             Middle& m = middle[hollow];
             const double squared = (m.place - boundary.centre(ball)).length2();
@@ -136,18 +137,18 @@ std::vector<bool> haveRoomInTheMiddle(const BetaMesh& mesh, const BallBoundary& 
         if (void_of[piece] != piece || m.squared < radius * radius) continue;
         const std::uint32_t towards =
             pieceTowards(mesh, boundary, pieces, m.nearest, m.place - boundary.centre(m.nearest));
-        has_room[piece] = towards != kNoPiece && void_of[towards] == piece;
+        has_room[piece] = towards != kInvalidIndex && void_of[towards] == piece;
     }
     return has_room;
 }
 
 }  // namespace
 
-std::vector<std::uint32_t> voidsRoundBodies(const BetaMesh& mesh, const BallBoundary& boundary, const Pieces& pieces,
+std::vector<std::uint32_t> voidsRoundBodies(const BetaMesh& mesh, const BallBoundary& boundary, const Components& pieces,
                                             const std::vector<std::uint32_t>& voids, const std::vector<bool>& is_body) {
-    std::vector<std::uint32_t> round(pieces.count, kNoPiece);
+    std::vector<std::uint32_t> round(pieces.count, kInvalidIndex);
     if (voids.empty()) return round;
-    const Rows triangles =
+    const IndexRows triangles =
         sortedIntoRows<std::uint32_t>(pieces.count, mesh.triangles.size(), [&](std::size_t t, const auto& visit) {
             visit(pieces.of_vertex[mesh.triangles[t][0]], static_cast<std::uint32_t>(t));
         });
@@ -183,38 +184,38 @@ std::vector<std::uint32_t> voidsRoundBodies(const BetaMesh& mesh, const BallBoun
     return round;
 }
 
-std::vector<bool> voidsWithRoom(const BetaMesh& mesh, const BallBoundary& boundary, const Pieces& pieces,
+std::vector<bool> voidsWithRoom(const BetaMesh& mesh, const BallBoundary& boundary, const Components& pieces,
                                 std::vector<std::uint32_t> void_of, double radius) {
     std::vector<bool> has_room = haveRoomInTheMiddle(mesh, boundary, pieces, void_of, radius);
     for (std::uint32_t& hollow : void_of)
-        if (hollow != kNoPiece && has_room[hollow]) hollow = kNoPiece;
-    const std::vector<std::uint32_t> balls = rowsWhere(boundary.position.size(), [&](std::uint32_t ball) {
+        if (hollow != kInvalidIndex && has_room[hollow]) hollow = kInvalidIndex;
+    const std::vector<std::uint32_t> balls = indicesWhere(boundary.position.size(), [&](std::uint32_t ball) {
         const auto first = mesh.triangles.begin() + mesh.ball_begin[ball];
         const auto last = mesh.triangles.begin() + mesh.ball_begin[ball + 1];
-        return std::any_of(first, last, [&](const Triangle& t) { return void_of[pieces.of_vertex[t[0]]] != kNoPiece; });
+        return std::any_of(first, last, [&](const Triangle& t) { return void_of[pieces.of_vertex[t[0]]] != kInvalidIndex; });
     });
     const auto centreOf = [&](std::size_t i) { return boundary.centre(balls[i]); };
     if (balls.size() > kMostInCell &&
         balls.size() > kMostInCell * CellOrder(balls.size(), 2 * radius, centreOf).cells()) {
         for (const std::uint32_t hollow : void_of)
-            if (hollow != kNoPiece) has_room[hollow] = true;
+            if (hollow != kInvalidIndex) has_room[hollow] = true;
         return has_room;
     }
     Particles particles;
     particles.position.resize(balls.size());
     parallelFor(balls.size(), 4096, [&](std::size_t i) { particles.position[i] = Vec3f(centreOf(i)); });
     const SnappedParticles snapped = snapParticles(particles, radius);
-    const BallBoundary larger = ballBoundary(snapped, survivors(snapped), {}, Arcs::left_out);
+    const BallBoundary larger = ballBoundary(snapped, exposureCandidates(snapped), {}, Arcs::left_out);
 
-    std::vector<std::uint32_t> void_at(larger.vertex.size(), kNoPiece);
+    std::vector<std::uint32_t> void_at(larger.vertex.size(), kInvalidIndex);
     parallelFor(void_at.size(), 256, [&](std::size_t v) {
         const std::uint32_t ball = balls[larger.row[larger.triangle[v][0]]];
         const std::uint32_t piece =
             pieceTowards(mesh, boundary, pieces, ball, larger.vertex[v] - boundary.centre(ball));
-        if (piece != kNoPiece) void_at[v] = void_of[piece];
+        if (piece != kInvalidIndex) void_at[v] = void_of[piece];
     });
     for (const std::uint32_t hollow : void_at)
-        if (hollow != kNoPiece) has_room[hollow] = true;
+        if (hollow != kInvalidIndex) has_room[hollow] = true;
     return has_room;
 }
 

@@ -2,20 +2,21 @@
 
 #pragma once
 
+#include "base/index.h"
 #include "mesh/components.h"
 #include "skin/ball_boundary.h"
 #include "skin/beta_mesh.h"
 
 namespace betamesh {
 
-/// For each piece of a mesh the smallest of these voids that it floats in; kNoPiece where there is none, and for pieces
+/// For each piece of a mesh the smallest of these voids that it floats in; kInvalidIndex where there is none, and for pieces
 /// that are no bodies.
 ///
 /// in      the complete tessellation of that boundary, its vertices not yet moved, and its pieces; voids: pieces that
 ///         face inwards, those that enclose more first; is_body: of each piece, whether it faces outwards
 /// same    result for any thread count
 /// cost    O(triangles), and O(bodies in the box round a void) for each
-std::vector<std::uint32_t> voidsRoundBodies(const BetaMesh& mesh, const BallBoundary& boundary, const Pieces& pieces,
+std::vector<std::uint32_t> voidsRoundBodies(const BetaMesh& mesh, const BallBoundary& boundary, const Components& pieces,
                                             const std::vector<std::uint32_t>& voids, const std::vector<bool>& is_body);
 
 /// Of each piece, whether it is a void with room for a ball of this radius that holds no particle, those of bodies that
@@ -35,12 +36,12 @@ std::vector<std::uint32_t> voidsRoundBodies(const BetaMesh& mesh, const BallBoun
 /// the space that x is in as far as b's own ball: x is in the void if and only if the way ends on a triangle of it.
 ///
 /// in      as above; void_of: of each void that is in question, itself, of each body that floats in one, that void,
-///         of all other pieces kNoPiece; radius: above that of the boundary's balls, world units
+///         of all other pieces kInvalidIndex; radius: above that of the boundary's balls, world units
 /// out     true for all voids that no ball fits into the middle of, where there are more than 20,000 particles round
 ///         these in each cell as wide as the ball
 /// same    result for any thread count and particle order
 /// cost    O(triangles + balls that bound these voids), the latter at 1-4 µs while few of them lie within two radii
-std::vector<bool> voidsWithRoom(const BetaMesh& mesh, const BallBoundary& boundary, const Pieces& pieces,
+std::vector<bool> voidsWithRoom(const BetaMesh& mesh, const BallBoundary& boundary, const Components& pieces,
                                 std::vector<std::uint32_t> void_of, double radius);
 
 }  // namespace betamesh

@@ -61,7 +61,7 @@ void snapping(benchmark::State& state) {
 void boundary(benchmark::State& state) {
     const Particles particles = splash(static_cast<std::size_t>(state.range(0)));
     const SnappedParticles snapped = snapParticles(particles, kRadius);
-    const std::vector<std::uint32_t> exposed = survivors(snapped);
+    const std::vector<std::uint32_t> exposed = exposureCandidates(snapped);
     for (auto _ : state) benchmark::DoNotOptimize(ballBoundary(snapped, exposed));
     count(state, particles);
 }
@@ -104,18 +104,18 @@ void copying(benchmark::State& state) {
 }
 
 void gathering(benchmark::State& state) {
-    const std::size_t rows = static_cast<std::size_t>(state.range(0)) / sizeof(Moving);
-    const std::vector<Moving> from(rows);
+    const std::size_t rows = static_cast<std::size_t>(state.range(0)) / sizeof(DualVec3);
+    const std::vector<DualVec3> from(rows);
     std::vector<std::uint32_t> row(rows);
     std::iota(row.begin(), row.end(), 0U);
     std::shuffle(row.begin(), row.end(), std::mt19937(1));
     for (auto _ : state)
         parallelRanges(rows, 128, [&](std::size_t begin, std::size_t end) {
-            Moving sum;
+            DualVec3 sum;
             for (std::size_t i = begin; i < end; ++i) sum = sum + from[row[i]];
             benchmark::DoNotOptimize(sum);
         });
-    state.SetBytesProcessed(state.iterations() * static_cast<std::int64_t>(rows * sizeof(Moving)));
+    state.SetBytesProcessed(state.iterations() * static_cast<std::int64_t>(rows * sizeof(DualVec3)));
 }
 
 // From the system's cache.

@@ -47,7 +47,7 @@ void draw(const Mesh& mesh, const std::string& name) {
     for (const Vec3& p : mesh.position) finder.add(p, 0);
     std::filesystem::create_directories("flaws");
     std::ofstream("flaws/" + name + ".png", std::ios::binary)
-        << encodePng(developed(renderFrame(mesh, {}, finder.camera(), look)));
+        << encodePng(toneMapped(renderFrame(mesh, {}, finder.camera(), look)));
 }
 
 // Draws both, and returns the skin.

@@ -27,7 +27,7 @@ constexpr std::uint64_t kRandomClouds = 3000;
 
 BallBoundary boundaryOf(const Particles& particles, double radius) {
     const SnappedParticles snapped = snapParticles(particles, radius);
-    BallBoundary boundary = ballBoundary(snapped, survivors(snapped));
+    BallBoundary boundary = ballBoundary(snapped, exposureCandidates(snapped));
     groupFaces(snapped, boundary);
     return boundary;
 }
@@ -81,13 +81,13 @@ TEST(BallBoundary, DirectionsAreExposedWhereNoOtherBallCoversThem) {
     forEveryCloud(kRandomClouds / 3, [&](const Cloud& cloud) {
         if (cloud.particles.size() > 200) return;
         const SnappedParticles snapped = snapParticles(cloud.particles, cloud.radius);
-        const BallBoundary boundary = ballBoundary(snapped, survivors(snapped), directions);
+        const BallBoundary boundary = ballBoundary(snapped, exposureCandidates(snapped), directions);
         const auto diameter = 2 * static_cast<double>(snapped.radius);
         ASSERT_EQ(boundary.exposed.size(), boundary.position.size());
         for (std::size_t b = 0; b < boundary.position.size(); ++b) {
             std::span<const ExposedDirection> listed = boundary.exposed[b];
             for (std::uint32_t d = 0; d < directions.size(); ++d) {
-                double least = kFullClearance;  // clearance, by its definition
+                double least = kFullClearance;  // rim_distance, by its definition
                 double least_of_cosines = 1;    // cos α - cos β
                 for (const Vec3i& position : snapped.position) {
                     const Vec3 offset = toDouble(position - boundary.position[b]);
@@ -106,7 +106,7 @@ TEST(BallBoundary, DirectionsAreExposedWhereNoOtherBallCoversThem) {
                 is_listed ? ++exposed : ++hidden;
                 if (!is_listed) continue;
                 const double rounding = least * kInDoubt / std::max(least_of_cosines, kInDoubt);
-                EXPECT_NEAR(listed.front().clearance, least, 1e-3 + rounding) << cloud.name << ", ball " << b;
+                EXPECT_NEAR(listed.front().rim_distance, least, 1e-3 + rounding) << cloud.name << ", ball " << b;
                 listed = listed.subspan(1);
             }
             ASSERT_TRUE(listed.empty()) << cloud.name << ", ball " << b;
@@ -216,7 +216,7 @@ TEST(BallBoundary, DoesNotDependOnParticleOrder) {
         EXPECT_EQ(one.vertex, other.vertex);
         EXPECT_EQ(one.twin, other.twin);
         EXPECT_EQ(one.circle, other.circle);
-        EXPECT_EQ(one.bare, other.bare);
+        EXPECT_EQ(one.isolated, other.isolated);
         EXPECT_EQ(one.face.item, other.face.item);
     });
 }
@@ -245,7 +245,7 @@ TEST(NeighbourFinder, FindsSomeOfAHugeCrowd) {
     NeighbourFinder finder(snapped);
     std::vector<Neighbour> some, all;
     for (std::uint32_t i = 0; i < snapped.size(); i += 97) {
-        ASSERT_TRUE(finder.findSomeInCrowd(i, some) && finder.findInCrowd(i, all));
+        ASSERT_TRUE(finder.findSomeInDenseCell(i, some) && finder.findInDenseCell(i, all));
         EXPECT_GT(some.size(), 100U);
         EXPECT_LT(some.size(), 1000U);
         for (const Neighbour& n : some)
@@ -276,7 +276,7 @@ TEST(NeighbourFinder, FindsAllWithinItsReach) {
             ASSERT_EQ(next, found.size()) << "of particle " << i;
         };
         for (std::uint32_t i = 0; i < snapped.size(); ++i) {
-            if (finder.findInCrowd(i, found)) {
+            if (finder.findInDenseCell(i, found)) {
                 ++in_crowds;
                 expectAllWithin(1, i);
             }
@@ -326,10 +326,10 @@ TEST(Survivors, NoExposedParticleIsCulled) {
         const SnappedParticles snapped = snapParticles(cloud.particles, cloud.radius);
         std::vector<std::uint32_t> all(snapped.size());  // without any cull
         std::iota(all.begin(), all.end(), 0U);
-        const BallBoundary fast = ballBoundary(snapped, survivors(snapped)), slow = ballBoundary(snapped, all);
+        const BallBoundary fast = ballBoundary(snapped, exposureCandidates(snapped)), slow = ballBoundary(snapped, all);
         EXPECT_EQ(fast.triangle, slow.triangle);
         EXPECT_EQ(fast.circle, slow.circle);
-        EXPECT_EQ(fast.bare, slow.bare);
+        EXPECT_EQ(fast.isolated, slow.isolated);
     });
 }
 
@@ -341,7 +341,7 @@ TEST(BallFaces, WhatTwoCrowdsLeaveOfTheBallBetweenThemIsOneRing) {
     for (int i = 0; i < 400; ++i)
         particles.position.emplace_back((i % 2 == 0 ? 1.8F : -1.8F) + apart(random), apart(random), apart(random));
     const SnappedParticles snapped = snapParticles(particles, 1.5);
-    BallBoundary boundary = ballBoundary(snapped, survivors(snapped));
+    BallBoundary boundary = ballBoundary(snapped, exposureCandidates(snapped));
     groupFaces(snapped, boundary);
     std::vector<std::size_t> cycles;  // of each face of the ball between them
     for (std::size_t f = 0; f < boundary.face.size(); ++f)
@@ -358,7 +358,7 @@ TEST(Survivors, OfACrowdThatReachesIntoCellsWithoutParticlesManyAreCulled) {
     const SnappedParticles snapped = snapParticles(slab, 1.5);
     std::vector<std::uint32_t> all(snapped.size());
     std::iota(all.begin(), all.end(), 0U);
-    const std::vector<std::uint32_t> stay = survivors(snapped);
+    const std::vector<std::uint32_t> stay = exposureCandidates(snapped);
     EXPECT_LT(stay.size(), all.size() * 3 / 4);
     EXPECT_EQ(ballBoundary(snapped, stay).triangle, ballBoundary(snapped, all).triangle);
 }

@@ -48,12 +48,12 @@ Tessellated tessellated(const Particles& particles, double radius, Appearance ap
                         double angle = 0.25, int segments = 0) {
     const SnappedParticles snapped = snapParticles(particles, radius);
     const Icosphere directions = icosphereOf(angle);
-    BallBoundary boundary = ballBoundary(snapped, survivors(snapped), directions.position);
+    BallBoundary boundary = ballBoundary(snapped, exposureCandidates(snapped), directions.position);
     groupFaces(snapped, boundary);
-    const std::vector<Moving> balls = movingBalls(boundary, particles);
+    const std::vector<DualVec3> balls = ballCentres(boundary, particles);
     const ArcSubdivision subdivision{angle, segments, appearance};
     const ArcNetwork network =
-        arcPoints(boundary, balls, movingVertices(particles, snapped, boundary, balls), subdivision);
+        arcPoints(boundary, balls, boundaryVertices(particles, snapped, boundary, balls), subdivision);
     Mesh mesh = meshOf(completeTessellation(boundary, balls, network,
                                             facePoints(snapped, boundary, balls, directions), subdivision));
     return {std::move(boundary), std::move(mesh)};

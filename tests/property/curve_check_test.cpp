@@ -23,7 +23,7 @@ Curves square(double low, double high) {
     return curves;
 }
 
-Curves joined(Curves one, const Curves& other) {
+Curves concatenate(Curves one, const Curves& other) {
     const auto first = static_cast<std::uint32_t>(one.position.size());
     one.position.insert(one.position.end(), other.position.begin(), other.position.end());
     for (const Edge& edge : other.edges) one.edges.push_back({edge[0] + first, edge[1] + first});
@@ -37,7 +37,7 @@ Curves reversed(Curves curves) {
 }
 
 TEST(CurveCheck, TellsPiecesAndHoles) {
-    const CurveCheck check = checkCurves(joined(joined(square(0, 4), reversed(square(1, 2))), square(6, 7)), {});
+    const CurveCheck check = checkCurves(concatenate(concatenate(square(0, 4), reversed(square(1, 2))), square(6, 7)), {});
     EXPECT_EQ(faultsOf(check, true), Faults{});
     EXPECT_EQ(check.measure.curves, 3U);
     EXPECT_EQ(check.measure.turning, 1);
@@ -68,7 +68,7 @@ TEST(CurveCheck, NamesWhatIsWrong) {
 }
 
 TEST(CurveCheck, MeasuresHowDeepEdgesCross) {
-    const Curves both = joined(square(0, 2), square(1.75, 4));  // two edges cross, by a quarter each
+    const Curves both = concatenate(square(0, 2), square(1.75, 4));  // two edges cross, by a quarter each
     const CurveCheck check = checkCurves(both, {});
     EXPECT_EQ(faultsOf(check), Faults{"crossings"});
     EXPECT_EQ(check.crossings.count, 2U);
@@ -76,7 +76,7 @@ TEST(CurveCheck, MeasuresHowDeepEdgesCross) {
     CheckParams tolerant;
     tolerant.tolerance = 0.3;
     EXPECT_EQ(faultsOf(checkCurves(both, tolerant)), Faults{});
-    EXPECT_EQ(faultsOf(checkCurves(joined(square(0, 2), square(2, 4)), {})), Faults{});  // they touch
+    EXPECT_EQ(faultsOf(checkCurves(concatenate(square(0, 2), square(2, 4)), {})), Faults{});  // they touch
 }
 
 // Whole numbers, so that the slow answer is exact, too; many edges touch, or lie on one line.
@@ -106,7 +106,7 @@ TEST(CurveCheck, FindsTheCrossingsThatBruteForceFinds) {
 }
 
 TEST(CurveCheck, PointsAreOutsideByTheirDistance) {
-    const Curves ring = joined(square(0, 4), reversed(square(1, 2)));
+    const Curves ring = concatenate(square(0, 4), reversed(square(1, 2)));
     Spheres beside;
     beside.position = {{10, 0, 0}};
     beside.radius = {1};

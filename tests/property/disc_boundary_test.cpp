@@ -63,7 +63,7 @@ double windingNumber(const DiscBoundary& boundary, const Vec3& point) {
         const Vec3 centre = boundary.centre(boundary.segment[v][1]), first = boundary.vertex[v] - centre;
         along(centre, std::atan2(first.y, first.x), arcAngle(boundary, v));
     }
-    for (const std::uint32_t d : boundary.bare) along(boundary.centre(d), 0, kTurn);
+    for (const std::uint32_t d : boundary.isolated) along(boundary.centre(d), 0, kTurn);
     return turn / kTurn;
 }
 
@@ -93,7 +93,7 @@ TEST(DiscBoundary, EveryArcLiesOnTheDiscItsVerticesShare) {
 TEST(DiscBoundary, CurvesTurnOnceToTheLeftRoundEachPieceAndOnceToTheRightRoundEachHole) {
     forEveryPlanarCloud(3000, [](const Cloud& cloud) {
         const DiscBoundary boundary = boundaryOf(cloud);
-        std::size_t outer = boundary.bare.size();
+        std::size_t outer = boundary.isolated.size();
         for (std::size_t c = 0; c < boundary.cycle.size(); ++c) {
             const double turning = turningNumber(boundary, c);
             ASSERT_NEAR(std::abs(turning), 1, 1e-3);
@@ -148,7 +148,7 @@ TEST(DiscBoundary, DoesNotDependOnParticleOrder) {
         EXPECT_EQ(one.vertex, other.vertex);
         EXPECT_EQ(one.next, other.next);
         EXPECT_EQ(one.cycle.item, other.cycle.item);
-        EXPECT_EQ(one.bare, other.bare);
+        EXPECT_EQ(one.isolated, other.isolated);
     });
 }
 

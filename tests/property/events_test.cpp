@@ -37,7 +37,7 @@ struct Combinatorics {
 
 Combinatorics combinatoricsOf(const Particles& particles) {
     const SnappedParticles snapped = snapParticles(particles, kRadius);
-    const BallBoundary boundary = ballBoundary(snapped, survivors(snapped));
+    const BallBoundary boundary = ballBoundary(snapped, exposureCandidates(snapped));
     std::vector<Triangle> triangles = boundary.triangle;
     for (Triangle& t : triangles)
         for (std::uint32_t& ball : t) ball = boundary.row[ball];

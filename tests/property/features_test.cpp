@@ -92,8 +92,8 @@ void expectSame(const SkinnedFrame& one, const SkinnedFrame& other) {
     EXPECT_EQ(one.spheres.id, other.spheres.id);
 }
 
-// The mesh without some of its pieces, numbered as piecesOf does.
-Mesh withoutPieces(const Mesh& mesh, const Pieces& pieces, const std::set<std::uint32_t>& gone) {
+// The mesh without some of its pieces, numbered as componentsOf does.
+Mesh withoutPieces(const Mesh& mesh, const Components& pieces, const std::set<std::uint32_t>& gone) {
     Mesh rest;
     std::vector<std::uint32_t> place(mesh.position.size());
     for (std::size_t v = 0; v < place.size(); ++v) {
@@ -107,7 +107,7 @@ Mesh withoutPieces(const Mesh& mesh, const Pieces& pieces, const std::set<std::u
     return rest;
 }
 
-Mesh piece(const Mesh& mesh, const Pieces& pieces, std::uint32_t wanted) {
+Mesh piece(const Mesh& mesh, const Components& pieces, std::uint32_t wanted) {
     std::set<std::uint32_t> others;
     for (std::uint32_t p = 0; p < pieces.count; ++p)
         if (p != wanted) others.insert(p);
@@ -195,11 +195,11 @@ TEST(Features, WithoutTendrilsTheMeshIsThatOfTheOtherParticlesAndHasNone) {
         expected.spheres = frame.spheres;
         expectSame(frame, expected);
         const SnappedParticles snapped_rest = snapParticles(rest, cloud.radius);
-        EXPECT_TRUE(tendrilParticles(ballBoundary(snapped_rest, survivors(snapped_rest))).empty());
+        EXPECT_TRUE(tendrilParticles(ballBoundary(snapped_rest, exposureCandidates(snapped_rest))).empty());
 
         // None left that would have been in a triangle: those of the alpha mesh are there with and without tendrils.
         const SnappedParticles all = snapParticles(cloud.particles, cloud.radius);
-        const BallBoundary boundary = ballBoundary(all, survivors(all));
+        const BallBoundary boundary = ballBoundary(all, exposureCandidates(all));
         for (const Triangle& t : boundary.triangle)
             for (const std::uint32_t ball : t) EXPECT_FALSE(apart.contains(cloud.particles.id[boundary.row[ball]]));
     });
@@ -258,7 +258,7 @@ TEST(Features, FillingRemovesTheBubblesBelowTheThresholdAndNothingElse) {
         SkinParams params = withFeatures(cloud, Droplets::mesh);
         params.smoothing = SmoothingMethod::none;
         const Mesh all = skinFrame(cloud.particles, params).mesh;
-        const Pieces pieces = piecesOf(all.position.size(), all.triangles);
+        const Components pieces = componentsOf(all.position.size(), all.triangles);
         std::vector<Mesh> piece_meshes;
         for (std::uint32_t p = 0; p < pieces.count; ++p) piece_meshes.push_back(piece(all, pieces, p));
         for (const double balls : {0.02, 0.5, 3.0, kEveryBubble}) {
@@ -296,13 +296,13 @@ TEST(Features, FillingChangesNoOtherVertexOfTheMeshSmoothedOnTheBalls) {
     const Cloud cheese = swissCheese();
     SkinParams params = withFeatures(cheese, Droplets::mesh);
     const Mesh all = skinFrame(cheese.particles, params).mesh;
-    const Pieces pieces = piecesOf(all.position.size(), all.triangles);
+    const Components pieces = componentsOf(all.position.size(), all.triangles);
     ASSERT_EQ(pieces.count, 7u);
     params.features.bubbles = Bubbles::fill;
     for (const auto& [volume, left] : {std::pair(0.0, 7u), {8.0, 6u}, {100.0, 4u}, {1000.0, 1u}}) {
         params.features.bubble_volume = volume;
         const SkinnedFrame frame = skinFrame(cheese.particles, params);
-        const Pieces pieces_left = piecesOf(frame.mesh.position.size(), frame.mesh.triangles);
+        const Components pieces_left = componentsOf(frame.mesh.position.size(), frame.mesh.triangles);
         EXPECT_EQ(pieces_left.count, left) << volume;
         std::set<std::uint32_t> gone;
         for (std::uint32_t p = 0; p < pieces.count; ++p) gone.insert(p);
@@ -347,7 +347,7 @@ TEST(Features, ComponentsAreThePiecesOfTheMeshTheLargestFirst) {
             EXPECT_EQ(mesh.triangles, plain.triangles);
             ASSERT_TRUE(mesh.component);
             ASSERT_EQ(mesh.component->size(), mesh.triangles.size());
-            const Pieces pieces = piecesOf(mesh.position.size(), mesh.triangles);
+            const Components pieces = componentsOf(mesh.position.size(), mesh.triangles);
             std::map<std::int32_t, std::uint32_t> piece_of;
             for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
                 const std::uint32_t here = pieces.of_vertex[mesh.triangles[t][0]];

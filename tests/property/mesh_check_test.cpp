@@ -1,6 +1,7 @@
 // The judge is judged: by brute force on small integer coordinates, where degeneracies abound, and by meshes
 // whose faults are known.
 
+#include "base/index.h"
 #include "mesh/mesh_check.h"
 
 #include "base/icosphere.h"
@@ -456,7 +457,7 @@ TEST(SelfIntersection, IsTheSameForAnyThreadCountAndOrder) {
     EXPECT_EQ(checkMesh(turned).crossings.count, check.crossings.count);
 
     // Every pair, without a tree.
-    const std::vector<std::uint32_t> across(3 * mesh.triangles.size(), kNoTriangle);
+    const std::vector<std::uint32_t> across(3 * mesh.triangles.size(), kInvalidIndex);
     std::vector<std::uint32_t> place(mesh.position.size());
     std::iota(place.begin(), place.end(), 0u);
     std::size_t crossings = 0;

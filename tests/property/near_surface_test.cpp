@@ -34,7 +34,7 @@ Cloud block(const std::string& name, int n, double jitter, const std::function<b
     return cloud;
 }
 
-// Rows again, the copies with other ids and velocities.
+// IndexRows again, the copies with other ids and velocities.
 void addDuplicates(Cloud& cloud, std::size_t every) {
     Particles& particles = cloud.particles;
     for (std::size_t row = 0, n = particles.size(); row < n; row += every) {

@@ -101,7 +101,7 @@ TEST(SkinFrame, TheAlphaMeshIsThatOfTheBoundaryWithAllItsArcs) {
         params.surface = SurfaceKind::alpha;
         const SkinnedFrame frame = skinFrame(cloud.particles, params);
         const SnappedParticles snapped = snapParticles(cloud.particles, cloud.radius);
-        const BallBoundary boundary = ballBoundary(snapped, survivors(snapped));
+        const BallBoundary boundary = ballBoundary(snapped, exposureCandidates(snapped));
         ASSERT_EQ(frame.mesh.triangles.size(), boundary.triangle.size());
         std::set<std::uint32_t> used;
         for (std::size_t t = 0; t < boundary.triangle.size(); ++t)

@@ -109,7 +109,7 @@ TEST(SkinPlane, TurningNumbersAreThoseOfTheBoundaryBeforeSmoothing) {
             params.arc_subdivisions = subdivisions;
             const Curves curves = skinPlane(cloud.particles, params).curves;
             const auto lines = linesOf(curves);
-            ASSERT_EQ(lines.size(), boundary.cycle.size() + boundary.bare.size());
+            ASSERT_EQ(lines.size(), boundary.cycle.size() + boundary.isolated.size());
             for (const std::span<const Edge> line : lines) {
                 Curves one;
                 one.position = curves.position;

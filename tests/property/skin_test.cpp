@@ -139,8 +139,8 @@ TEST(Skin, OfEveryCloudIsClosedWithoutCrossingsAndHasTheComponentsOfTheBalls) {
         EXPECT_EQ(faultsOf(check), std::vector<std::string_view>{});
         params.skin = 0;
         const Mesh balls = skinFrame(cloud.particles, params).mesh;
-        EXPECT_EQ(piecesOf(skin.position.size(), skin.triangles).count,
-                  piecesOf(balls.position.size(), balls.triangles).count);
+        EXPECT_EQ(componentsOf(skin.position.size(), skin.triangles).count,
+                  componentsOf(balls.position.size(), balls.triangles).count);
         for (const Vec3& p : skin.position) ASSERT_TRUE(std::isfinite(p.x + p.y + p.z));
         for (const Vec3f& p : cloud.particles.position) EXPECT_GT(windingNumber(skin, Vec3(p)), 0.5);
     });

@@ -246,12 +246,12 @@ TEST(CoherentSmoothing, VelocitiesAreTheRatesAtWhichVerticesMove) {
                 later.position[i] += particles.velocity[i] * static_cast<float>(time);
             const SnappedParticles snapped = snapParticles(later, 1.5);
             const Icosphere directions = icosphereOf(0.37);
-            BallBoundary boundary = ballBoundary(snapped, survivors(snapped), directions.position);
+            BallBoundary boundary = ballBoundary(snapped, exposureCandidates(snapped), directions.position);
             groupFaces(snapped, boundary);
-            const std::vector<Moving> balls = movingBalls(boundary, later);
+            const std::vector<DualVec3> balls = ballCentres(boundary, later);
             const ArcSubdivision subdivision{0.235, 0, Appearance::gradual};
             const ArcNetwork network =
-                arcPoints(boundary, balls, movingVertices(later, snapped, boundary, balls), subdivision);
+                arcPoints(boundary, balls, boundaryVertices(later, snapped, boundary, balls), subdivision);
             const FacePoints points = facePoints(snapped, boundary, balls, directions);
             BetaMesh mesh = completeTessellation(boundary, balls, network, points, subdivision);
             CoherentSmoother(boundarySamples(boundary, balls, network, points), {1.5, 4.2, 1, 0.5}).smooth(mesh);
@@ -269,10 +269,10 @@ TEST(CoherentSmoothing, VelocitiesAreTheRatesAtWhichVerticesMove) {
         const bool same_faces = now.triangles == before.triangles && now.triangles == after.triangles;
         const std::size_t followed = same_faces ? now.vertex.size() : names.second.back();  // others come and go
         for (std::size_t v = 0; v < followed; ++v) errors.push_back(errorOf(v));
-        for (const auto& group : now.rising)
-            for (const RisingVertex& rising : group)
-                if (rising.vertex >= names.second.back() && rising.vertex < followed)
-                    of_rising.push_back(errorOf(rising.vertex));
+        for (const auto& group : now.fading)
+            for (const FadingVertex& fading : group)
+                if (fading.vertex >= names.second.back() && fading.vertex < followed)
+                    of_rising.push_back(errorOf(fading.vertex));
     }
     EXPECT_GE(compared, 3);
     EXPECT_GE(of_rising.size(), 20u);

@@ -26,7 +26,7 @@ BetaCurve curveOf(const Cloud& cloud) {
 
 std::size_t crossingsOf(const BetaCurve& curve, double radius) {
     Curves curves;
-    for (const Moving& v : curve.vertex) curves.position.push_back(v.position);
+    for (const DualVec3& v : curve.vertex) curves.position.push_back(v.position);
     forEveryVertex(curve, [&](std::uint32_t, std::uint32_t v, std::uint32_t after) {
         curves.edges.push_back({v, after});
     });
@@ -40,7 +40,7 @@ TEST(UncrossedCurve, RandomStepsCrossNothing) {
     forEveryPlanarCloud(100, [&](const Cloud& cloud) {
         for (const double size : {0.05, 0.5, 2.0}) {
             BetaCurve curve = curveOf(cloud), moved = curve;
-            std::vector<Moving> step(curve.vertex.size());
+            std::vector<DualVec3> step(curve.vertex.size());
             for (std::size_t v = 0; v < step.size(); ++v) {
                 step[v].position = Random(3, v).cube() * Vec3(1, 1, 0) * (size * cloud.radius);
                 moved.vertex[v] = moved.vertex[v] + step[v];
@@ -57,8 +57,8 @@ TEST(UncrossedCurve, StepsThatCrossNothingAreTakenWhole) {
     forEveryPlanarCloud(100, [](const Cloud& cloud) {
         const BetaCurve before = curveOf(cloud);
         BetaCurve curve = before;
-        const Moving step{Vec3(0.3, -0.2, 0) * cloud.radius, Vec3(1, 2, 0)};
-        moveUncrossed(curve, std::vector<Moving>(curve.vertex.size(), step), cloud.radius);
+        const DualVec3 step{Vec3(0.3, -0.2, 0) * cloud.radius, Vec3(1, 2, 0)};
+        moveUncrossed(curve, std::vector<DualVec3>(curve.vertex.size(), step), cloud.radius);
         for (std::size_t v = 0; v < curve.vertex.size(); ++v) {
             EXPECT_EQ(curve.vertex[v].position, before.vertex[v].position + step.position);
             EXPECT_EQ(curve.vertex[v].velocity, step.velocity);

@@ -1,5 +1,6 @@
 // What is true of voids that are filled by the empty ball that fits into them.
 
+#include "base/index.h"
 #include "base/random.h"
 #include "mesh/components.h"
 #include "skin/arcs.h"
@@ -35,12 +36,12 @@ Tessellated tessellated(const Particles& particles, double radius, Appearance ap
                         double angle = 0.35) {
     const SnappedParticles snapped = snapParticles(particles, radius);
     const Icosphere directions = icosphereOf(angle);
-    BallBoundary boundary = ballBoundary(snapped, survivors(snapped), directions.position);
+    BallBoundary boundary = ballBoundary(snapped, exposureCandidates(snapped), directions.position);
     groupFaces(snapped, boundary);
-    const std::vector<Moving> balls = movingBalls(boundary, particles);
+    const std::vector<DualVec3> balls = ballCentres(boundary, particles);
     const ArcSubdivision subdivision{angle, 0, appearance};
     const ArcNetwork network =
-        arcPoints(boundary, balls, movingVertices(particles, snapped, boundary, balls), subdivision);
+        arcPoints(boundary, balls, boundaryVertices(particles, snapped, boundary, balls), subdivision);
     BetaMesh mesh = completeTessellation(boundary, balls, network,
                                          facePoints(snapped, boundary, balls, directions), subdivision);
     return {std::move(boundary), std::move(mesh)};
@@ -98,13 +99,13 @@ Particles blockWithout(int edge, double jitter, const IsEmpty& isEmpty) {
 // The pieces of a mesh, each as a mesh of its own, and what is inside what.
 struct Anatomy {
     Mesh mesh;
-    Pieces pieces;
+    Components pieces;
     std::vector<Mesh> piece;
     std::vector<bool> is_void;
-    std::vector<std::uint32_t> around;  // the void round each body, kNoPiece where there is none
+    std::vector<std::uint32_t> around;  // the void round each body, kInvalidIndex where there is none
 
     explicit Anatomy(Mesh given, double radius) : mesh(std::move(given)) {
-        pieces = piecesOf(mesh.position.size(), mesh.triangles);
+        pieces = componentsOf(mesh.position.size(), mesh.triangles);
         piece.resize(pieces.count);
         std::vector<std::uint32_t> place(mesh.position.size());
         for (std::uint32_t v = 0; v < place.size(); ++v) {
@@ -123,15 +124,15 @@ struct Anatomy {
             is_void.push_back(volume.back() < 1e-9 * radius * radius * radius);
         }
         for (std::uint32_t p = 0; p < pieces.count; ++p) {
-            around.push_back(kNoPiece);
+            around.push_back(kInvalidIndex);
             for (std::uint32_t q = 0; q < pieces.count && !is_void[p]; ++q)
                 if (is_void[q] && volume[q] < -volume[p] &&
                     std::abs(windingNumber(piece[q], piece[p].position[0])) > 0.5 &&
-                    (around[p] == kNoPiece || volume[q] > volume[around[p]]))
+                    (around[p] == kInvalidIndex || volume[q] > volume[around[p]]))
                     around[p] = q;
         }
     }
-    // The void that a point is in that is farther than a radius from all particles; kNoPiece where it is in none.
+    // The void that a point is in that is farther than a radius from all particles; kInvalidIndex where it is in none.
     std::uint32_t voidAt(const Vec3& point) const {
         for (std::uint32_t q = 0; q < pieces.count; ++q) {
             if (!is_void[q]) continue;
@@ -140,7 +141,7 @@ struct Anatomy {
                 if (around[p] == q) winding += windingNumber(piece[p], point);
             if (std::abs(winding) > 0.5) return q;
         }
-        return kNoPiece;
+        return kInvalidIndex;
     }
     Mesh without(const std::set<std::uint32_t>& gone) const {
         Mesh rest;
@@ -170,7 +171,7 @@ struct Anatomy {
         }
         gone = voids;
         for (std::uint32_t p = 0; p < pieces.count; ++p)
-            if (around[p] != kNoPiece && voids.contains(around[p])) gone.insert(p);
+            if (around[p] != kInvalidIndex && voids.contains(around[p])) gone.insert(p);
         const Mesh expected = without(gone);
         EXPECT_EQ(other.mesh.position, expected.position);
         EXPECT_EQ(other.mesh.triangles, expected.triangles);
@@ -233,9 +234,9 @@ TEST(Voids, DropsInThemTakeTheRoomThatAnEmptyBallNeeds) {
         EXPECT_EQ(filled(hollow, radius, 6.8).count, 0u);
         const Filled kept = filled(with_drop, radius, 5.8), full = filled(with_drop, radius, 6.8);
         EXPECT_EQ(kept.count, 0u);
-        EXPECT_EQ(piecesOf(kept.mesh.position.size(), kept.mesh.triangles).count, 3u);
+        EXPECT_EQ(componentsOf(kept.mesh.position.size(), kept.mesh.triangles).count, 3u);
         EXPECT_EQ(full.count, 1u);
-        EXPECT_EQ(piecesOf(full.mesh.position.size(), full.mesh.triangles).count, 1u);
+        EXPECT_EQ(componentsOf(full.mesh.position.size(), full.mesh.triangles).count, 1u);
     }
 }
 
@@ -262,7 +263,7 @@ TEST(Voids, InsideOfDropsInVoidsAreJudgedByThemselves) {
     ASSERT_EQ(anatomy.pieces.count, 4u);
     for (const auto& [gap, pieces] : {std::pair(2.0, 4u), {6.0, 2u}, {9.0, 1u}}) {
         const Filled result = filled(made, gap);
-        EXPECT_EQ(piecesOf(result.mesh.position.size(), result.mesh.triangles).count, pieces) << gap;
+        EXPECT_EQ(componentsOf(result.mesh.position.size(), result.mesh.triangles).count, pieces) << gap;
         EXPECT_EQ(enclosesOrigin(result.mesh), pieces == 1) << gap;
         anatomy.voidsFilledIn(result);
     }
@@ -365,7 +366,7 @@ TEST(Voids, AreFilledWhereNoEmptyBallFitsByBruteForce) {
                 }
             }
             with_bodies += static_cast<std::size_t>(std::count_if(anatomy.around.begin(), anatomy.around.end(),
-                                                                  [](std::uint32_t q) { return q != kNoPiece; }));
+                                                                  [](std::uint32_t q) { return q != kInvalidIndex; }));
         }
     };
     forEveryCloud(300, [&](const Cloud& cloud) {
@@ -417,7 +418,7 @@ TEST(Voids, AreFilledInWholeFrames) {
         params.features = gapOf(gap);
         const SkinnedFrame frame = skinFrame(hollow, params);
         EXPECT_EQ(frame.report.bubbles_filled, count);
-        EXPECT_EQ(piecesOf(frame.mesh.position.size(), frame.mesh.triangles).count, 2 - count);
+        EXPECT_EQ(componentsOf(frame.mesh.position.size(), frame.mesh.triangles).count, 2 - count);
     }
 }
 
@@ -429,12 +430,12 @@ TEST(Voids, WithManyDropsAreFilledWithAllOfThem) {
             for (int x = -10; x <= 10; ++x)
                 if (Vec3(x, y, z).length() < 9.5) particles.position.emplace_back(Vec3(x, y, z) * 2.9);
     const Tessellated made = tessellated(particles, 1.2, Appearance::gradual, 0.7);
-    const std::uint32_t pieces = piecesOf(made.mesh.vertex.size(), made.mesh.triangles).count;
+    const std::uint32_t pieces = componentsOf(made.mesh.vertex.size(), made.mesh.triangles).count;
     EXPECT_GT(pieces, 2000u);
     const Filled kept = filled(made, 4.5), full = filled(made, 9);
-    EXPECT_EQ(piecesOf(kept.mesh.position.size(), kept.mesh.triangles).count, pieces);
+    EXPECT_EQ(componentsOf(kept.mesh.position.size(), kept.mesh.triangles).count, pieces);
     EXPECT_EQ(full.count, 1u);
-    EXPECT_EQ(piecesOf(full.mesh.position.size(), full.mesh.triangles).count, 1u);
+    EXPECT_EQ(componentsOf(full.mesh.position.size(), full.mesh.triangles).count, 1u);
 }
 
 }  // namespace betamesh

@@ -35,7 +35,7 @@ Points moved(Points points, const Vec3& by) {
     return points;
 }
 
-Points joined(Points a, const Points& b) {
+Points concatenate(Points a, const Points& b) {
     a.insert(a.end(), b.begin(), b.end());
     return a;
 }
@@ -111,8 +111,8 @@ void addFew(std::vector<Cloud>& clouds) {
     const Points tetrahedron = {{1, 1, 1}, {1, -1, -1}, {-1, 1, -1}, {-1, -1, 1}};
     for (const double radius : {1.25, 1.5, 1.625, 1.75, 2.0, 4.0})
         clouds.push_back(cloud("four: regular tetrahedron, r = " + std::to_string(radius), tetrahedron, radius));
-    clouds.push_back(cloud("five: tetrahedron and its centre", joined(tetrahedron, {{0, 0, 0}}), 2));
-    clouds.push_back(cloud("five: square pyramid", joined(lattice({2, 2, 1}), {{0.5, 0.5, 0.75}}), 1));
+    clouds.push_back(cloud("five: tetrahedron and its centre", concatenate(tetrahedron, {{0, 0, 0}}), 2));
+    clouds.push_back(cloud("five: square pyramid", concatenate(lattice({2, 2, 1}), {{0.5, 0.5, 0.75}}), 1));
     clouds.push_back(
         cloud("six: octahedron", {{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}}, 1.5));
 }
@@ -142,9 +142,9 @@ void addExactTies(std::vector<Cloud>& clouds) {
         const std::string name = "all on one sphere of radius " + std::to_string(radius);
         clouds.push_back(cloud(name + " = r", sphere, r));
         clouds.push_back(cloud(name + " < r", sphere, r + 0.5));
-        clouds.push_back(cloud(name + " = r, and its centre", joined(sphere, {{0, 0, 0}}), r));
+        clouds.push_back(cloud(name + " = r, and its centre", concatenate(sphere, {{0, 0, 0}}), r));
     }
-    const Points two_spheres = joined(sphereOfWholeNumbers(5), moved(sphereOfWholeNumbers(5), {10, 0, 0}));
+    const Points two_spheres = concatenate(sphereOfWholeNumbers(5), moved(sphereOfWholeNumbers(5), {10, 0, 0}));
     clouds.push_back(cloud("two spheres of radius r that share a point", two_spheres, 5));
     Points circle;
     for (const Vec3& p : sphereOfWholeNumbers(5))
@@ -152,30 +152,30 @@ void addExactTies(std::vector<Cloud>& clouds) {
     clouds.push_back(cloud("all on one circle of radius r", circle, 5));
     clouds.push_back(cloud("all on one circle, r-balls on both sides", circle, 13));
     clouds.push_back(cloud("circle and apex on one sphere of radius 13 = r",
-                           joined(moved(circle, {0, 0, 12}), {{0, 0, -13}, {12, 0, 5}}), 13));
+                           concatenate(moved(circle, {0, 0, 12}), {{0, 0, -13}, {12, 0, 5}}), 13));
 }
 
 void addLiquids(std::vector<Cloud>& clouds) {
     clouds.push_back(cloud("sheet", jittered(lattice({12, 12, 1}), 0.25, 1), 1.5));
     clouds.push_back(cloud(
-        "double sheet", joined(jittered(lattice({10, 10, 1}), 0.2, 2), moved(lattice({10, 10, 1}), {0, 0, 4})), 1.5));
+        "double sheet", concatenate(jittered(lattice({10, 10, 1}), 0.2, 2), moved(lattice({10, 10, 1}), {0, 0, 4})), 1.5));
     clouds.push_back(cloud("two sheets that just interact",
-                           joined(lattice({8, 8, 1}), moved(lattice({8, 8, 1}), {0.5, 0.5, 2.5})), 1.5));
+                           concatenate(lattice({8, 8, 1}), moved(lattice({8, 8, 1}), {0.5, 0.5, 2.5})), 1.5));
     Points tendril;
     for (int i = 0; i < 40; ++i) tendril.push_back({0.1 * i * std::sqrt(i), std::sin(0.7 * i), std::cos(0.5 * i)});
     clouds.push_back(cloud("tendril, thinning into drops", tendril, 1.5));
     clouds.push_back(
         cloud("tendril with a sheet at its end",
-              joined(jittered(lattice({6, 6, 1}), 0.2, 3), moved(lattice({1, 1, 9}, {1, 1, 1.25}), {2, 2, 1})), 1.5));
+              concatenate(jittered(lattice({6, 6, 1}), 0.2, 3), moved(lattice({1, 1, 9}, {1, 1, 1.25}), {2, 2, 1})), 1.5));
     clouds.push_back(cloud("ball of a lattice", latticeBall(4), 1.5));
     clouds.push_back(cloud("ball, jittered", jittered(latticeBall(4), 0.25, 4), 1.5));
     clouds.push_back(cloud("bubble: hollow shell", jittered(latticeBall(6, 4.5), 0.25, 5), 1.5));
     clouds.push_back(cloud("bubble: shell of one layer", latticeBall(4.2, 3.7), 1.5));
-    clouds.push_back(cloud("drop inside a bubble", joined(latticeBall(7, 6), latticeBall(1.5)), 1.5));
-    clouds.push_back(cloud("two balls that touch", joined(latticeBall(3), moved(latticeBall(3), {7, 0, 0})), 1.5));
+    clouds.push_back(cloud("drop inside a bubble", concatenate(latticeBall(7, 6), latticeBall(1.5)), 1.5));
+    clouds.push_back(cloud("two balls that touch", concatenate(latticeBall(3), moved(latticeBall(3), {7, 0, 0})), 1.5));
     clouds.push_back(
-        cloud("two balls with surfaces at exactly 2r", joined(latticeBall(3), moved(latticeBall(3), {9, 0, 0})), 1.5));
-    clouds.push_back(cloud("drop over a sheet", joined(lattice({9, 9, 1}), moved(latticeBall(2), {4, 4, 4.5})), 1.5));
+        cloud("two balls with surfaces at exactly 2r", concatenate(latticeBall(3), moved(latticeBall(3), {9, 0, 0})), 1.5));
+    clouds.push_back(cloud("drop over a sheet", concatenate(lattice({9, 9, 1}), moved(latticeBall(2), {4, 4, 4.5})), 1.5));
     Points ring;
     for (int i = 0; i < 48; ++i) {
         const double angle = 2 * std::numbers::pi * i / 48;
@@ -202,8 +202,8 @@ void addDense(std::vector<Cloud>& clouds) {
     for (std::size_t i = 0; i < 300; ++i) sphere.push_back(Random(18, i).ball().normalized() * 1.5);
     clouds.push_back(cloud("three hundred on one sphere of radius r, but for rounding", sphere, 1.5));
     const Points ball = jittered(latticeBall(3), 0.25, 7);
-    clouds.push_back(cloud("every particle twice", joined(ball, ball), 1.5));
-    clouds.push_back(cloud("every particle nearly twice", joined(ball, jittered(ball, 1e-6, 8)), 1.5));
+    clouds.push_back(cloud("every particle twice", concatenate(ball, ball), 1.5));
+    clouds.push_back(cloud("every particle nearly twice", concatenate(ball, jittered(ball, 1e-6, 8)), 1.5));
     clouds.push_back(cloud("nearly coincident", jittered(Points(40, {1, 1, 1}), 1e-6, 9), 1));
     Points pairs;
     for (const Vec3& p : lattice({4, 4, 4})) pairs.insert(pairs.end(), {p, p + Vec3(0x1p-16, 0, 0)});
@@ -219,7 +219,7 @@ void addScales(std::vector<Cloud>& clouds) {
     for (Vec3& p : large) p *= 1e5;
     clouds.push_back(cloud("tiny", small, 1.5e-6));
     clouds.push_back(cloud("large", large, 1.5e5));
-    clouds.push_back(cloud("two groups, a thousand radii apart", joined(ball, moved(ball, {1500, 700, -300})), 1.5));
+    clouds.push_back(cloud("two groups, a thousand radii apart", concatenate(ball, moved(ball, {1500, 700, -300})), 1.5));
     clouds.push_back(cloud("sparse: nobody meets anybody", randomBox(60, {400, 400, 400}, 11), 1));
 }
 

@@ -26,14 +26,14 @@ struct Arcs {
     ArcNetwork network;
 };
 
-Arcs arcsOf(const Particles& particles, double calm_angle) {
+Arcs arcsOf(const Particles& particles, double flat_angle) {
     const SnappedParticles snapped = snapParticles(particles, kRadius);
-    BallBoundary boundary = ballBoundary(snapped, survivors(snapped));
+    BallBoundary boundary = ballBoundary(snapped, exposureCandidates(snapped));
     groupFaces(snapped, boundary);
-    const std::vector<Moving> balls = movingBalls(boundary, particles);
+    const std::vector<DualVec3> balls = ballCentres(boundary, particles);
     ArcNetwork network =
         arcPoints(boundary, balls,
-                  movingVertices(particles, snapped, boundary, balls), {kLongest, 0, Appearance::gradual, calm_angle});
+                  boundaryVertices(particles, snapped, boundary, balls), {kLongest, 0, Appearance::gradual, flat_angle});
     return {std::move(boundary), std::move(network)};
 }
 
@@ -180,8 +180,8 @@ Particles jitteredBlock(int nx, int ny, int nz) {
     return particles;
 }
 
-std::size_t pointsWith(const Particles& particles, double calm_angle) {
-    return arcsOf(particles, calm_angle).network.point.size();
+std::size_t pointsWith(const Particles& particles, double flat_angle) {
+    return arcsOf(particles, flat_angle).network.point.size();
 }
 
 TEST(ArcPoints, InTheSurfaceOfALiquidAndOfSheetsAreFewer) {
@@ -210,10 +210,10 @@ TEST(ArcPoints, AreFewerByDegreesThatChangeAsTheySay) {
     const auto calmOf = [](const Arcs& arcs) {  // by row of the particle, where its ball has one face
         std::vector<int> faces(arcs.boundary.row.size());
         for (const std::uint32_t ball : arcs.boundary.face_ball) ++faces[ball];
-        std::map<std::uint32_t, Rate> calm;
-        for (std::size_t h = 0; h < arcs.network.calm.size(); ++h) {
+        std::map<std::uint32_t, Dual> calm;
+        for (std::size_t h = 0; h < arcs.network.flatness.size(); ++h) {
             const std::uint32_t ball = arcs.boundary.triangle[h / 3][h % 3];
-            if (faces[ball] == 1) calm[arcs.boundary.row[ball]] = arcs.network.calm[h];
+            if (faces[ball] == 1) calm[arcs.boundary.row[ball]] = arcs.network.flatness[h];
         }
         return calm;
     };

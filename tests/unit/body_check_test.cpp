@@ -31,17 +31,17 @@ BetaMesh ring(std::uint32_t m, std::uint32_t n, double radius, double thickness)
 
 std::vector<Vec3> positionsOf(const BetaMesh& mesh) {
     std::vector<Vec3> positions;
-    for (const Moving& v : mesh.vertex) positions.push_back(v.position);
+    for (const DualVec3& v : mesh.vertex) positions.push_back(v.position);
     return positions;
 }
 
 bool crossesNothing(const BetaMesh& mesh, const std::vector<Vec3>& before, std::uint32_t cut = 0) {
     std::vector<std::uint64_t> room(mesh.vertex.size());
     const auto n = static_cast<std::uint32_t>(mesh.triangles.size());
-    return BodyCheck(mesh, before, room).crossesNothing(std::vector<TriangleRange>{{0, cut}, {cut, n}});
+    return ComponentCrossings(mesh, before, room).crossesNothing(std::vector<TriangleRange>{{0, cut}, {cut, n}});
 }
 
-TEST(BodyCheck, RingsThatStayAsTheyAreCrossNothing) {
+TEST(ComponentCrossings, RingsThatStayAsTheyAreCrossNothing) {
     for (const double size : {1e-30, 1.0, 1e30})
         for (std::uint32_t n = 3; n < 12; ++n) {
             const BetaMesh mesh = ring(4 * n, n, 3 * size, size);
@@ -50,7 +50,7 @@ TEST(BodyCheck, RingsThatStayAsTheyAreCrossNothing) {
         }
 }
 
-TEST(BodyCheck, RingsThatShrinkPassThroughThemselves) {
+TEST(ComponentCrossings, RingsThatShrinkPassThroughThemselves) {
     const BetaMesh from = ring(24, 10, 3, 1);
     for (const double radius : {2.0, 1.5, 1.2, 0.9, 0.6, 0.3}) {
         const BetaMesh to = ring(24, 10, radius, 1);
@@ -59,7 +59,7 @@ TEST(BodyCheck, RingsThatShrinkPassThroughThemselves) {
     }
 }
 
-TEST(BodyCheck, NothingThatCrossesItself) {
+TEST(ComponentCrossings, NothingThatCrossesItself) {
     std::mt19937 random(3);
     std::uniform_real_distribution<double> step(-1, 1);
     const BetaMesh from = ring(16, 8, 2, 1);
@@ -68,7 +68,7 @@ TEST(BodyCheck, NothingThatCrossesItself) {
     for (int trial = 0; trial < 400; ++trial) {
         BetaMesh mesh = from;
         const double most = 0.01 * (trial % 50);
-        for (Moving& v : mesh.vertex)
+        for (DualVec3& v : mesh.vertex)
             if (trial % 3 != 0 || step(random) > 0.8)
                 v.position += Vec3(step(random), step(random), step(random)) * most;
         const bool crosses = crossesItself(positionsOf(mesh), mesh.triangles), is_free = crossesNothing(mesh, before);
@@ -80,7 +80,7 @@ TEST(BodyCheck, NothingThatCrossesItself) {
     EXPECT_GT(crossing, 50);
 }
 
-TEST(BodyCheck, NotWhatHasTurnedOver) {
+TEST(ComponentCrossings, NotWhatHasTurnedOver) {
     BetaMesh mesh = ring(16, 8, 2, 1);
     const std::vector<Vec3> before = positionsOf(mesh);
     mesh.vertex[0].position = before[9] + (before[9] - before[0]) * 0.1;

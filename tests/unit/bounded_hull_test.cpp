@@ -1,3 +1,4 @@
+#include "base/index.h"
 #include "skin/hull.h"
 
 #include <gtest/gtest.h>
@@ -111,7 +112,7 @@ TEST(BoundedHull, WhatLiesAcrossASideHasItBackwards) {
         for (std::size_t t = 0; t < filling.triangles.size(); ++t)
             for (std::size_t k = 0; k < 3; ++k) {
                 const auto back = sides.find({filling.triangles[t][(k + 1) % 3], filling.triangles[t][k]});
-                if (filling.across[t][k] != kNoTriangle) {
+                if (filling.across[t][k] != kInvalidIndex) {
                     ASSERT_TRUE(back != sides.end() && back->second == filling.across[t][k]) << "trial " << trial;
                     ++across;
                 }

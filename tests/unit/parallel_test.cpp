@@ -18,7 +18,7 @@ TEST(Parallel, RowsHoldTheirItemsInTheOrderOfTheCallsForAnyThreadCount) {
             for (std::size_t i = 0; i < n; ++i)
                 for (std::size_t k = 0; k < i % 3; ++k)
                     expected[rowOf(i, k)].push_back(static_cast<std::uint32_t>(3 * i + k));
-            Rows sorted;
+            IndexRows sorted;
             withThreads(threads, [&] {
                 sorted = sortedIntoRows<std::uint32_t>(rows, n, [&](std::size_t i, const auto& visit) {
                     for (std::size_t k = 0; k < i % 3; ++k) visit(rowOf(i, k), static_cast<std::uint32_t>(3 * i + k));
@@ -35,7 +35,7 @@ TEST(Parallel, RowsWhereAreAscendingAndAll) {
     std::vector<std::uint32_t> expected;
     for (std::uint32_t i = 0; i < 100'000; ++i)
         if (i % 7 < 3) expected.push_back(i);
-    withThreads(3, [&] { EXPECT_EQ(rowsWhere(100'000, [](std::uint32_t i) { return i % 7 < 3; }), expected); });
+    withThreads(3, [&] { EXPECT_EQ(indicesWhere(100'000, [](std::uint32_t i) { return i % 7 < 3; }), expected); });
 }
 
 TEST(Parallel, TheFirstRowIsTheLowestOnAnyNumberOfThreads) {

@@ -565,7 +565,7 @@ TEST(Preview, ExrKeepsEveryPlane) {
 
 TEST(Preview, DamagedPicturesAreErrorsThatNameTheFile) {
     const Picture picture = renderFrame({}, ballAt({0, 0, 0}), facing({0, 0, 0}), smallLook());
-    for (const std::string& whole : {encodeExr(picture), encodePng(developed(picture))})
+    for (const std::string& whole : {encodeExr(picture), encodePng(toneMapped(picture))})
         for (const std::size_t length : {std::size_t{0}, std::size_t{10}, whole.size() / 2}) {
             const std::string cut = whole.substr(0, length);
             EXPECT_THROW(decodeExr(cut, "a.exr"), std::runtime_error);

@@ -25,7 +25,7 @@ TEST(RigidMotionFit, FindsTheMotionOfARigidBodyWhateverItsDrift) {
 TEST(RigidMotionFit, APairDoesNotTurnAboutItsLineHoweverLittleOneWeighs) {
     Random random(3);
     for (const double short_of : {0.5, 1e-2, 1e-3, 1e-5}) {
-        const Moving centre{random.cube(), random.cube()};
+        const DualVec3 centre{random.cube(), random.cube()};
         const Vec3 along = random.cube().normalized();
         RigidMotionFit fit;
         fit.add(centre.position, centre.velocity, 1);

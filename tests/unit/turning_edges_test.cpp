@@ -16,35 +16,35 @@ namespace betamesh {
 namespace {
 
 // A quad whose diagonals pass each other inside, its corners on their way.
-std::array<Moving, 4> randomQuad(Random& random, double apart) {
-    std::array<Moving, 4> at{Moving{{-1, 0, 0}, {}}, Moving{{1, 0, 0}, {}}, Moving{{0, -1, apart}, {}},
-                             Moving{{0, 1, apart}, {}}};
-    for (Moving& p : at) p = {p.position + Vec3(random.unit(), random.unit(), 0) * 0.5, random.cube()};
+std::array<DualVec3, 4> randomQuad(Random& random, double apart) {
+    std::array<DualVec3, 4> at{DualVec3{{-1, 0, 0}, {}}, DualVec3{{1, 0, 0}, {}}, DualVec3{{0, -1, apart}, {}},
+                             DualVec3{{0, 1, apart}, {}}};
+    for (DualVec3& p : at) p = {p.position + Vec3(random.unit(), random.unit(), 0) * 0.5, random.cube()};
     return at;
 }
 
-Vec3 vertexOf(const std::array<Vec3, 4>& corner, const TurningEdge& edge) {
+Vec3 vertexOf(const std::array<Vec3, 4>& corner, const EdgeFlip& edge) {
     Vec3 sum(0, 0, 0);
     for (std::size_t k = 0; k < 4; ++k) sum += corner[k] * edge.weight[k].value;
     return sum;
 }
 
-TEST(TurningEdge, WeightsSumToOneAndKnowTheirRates) {
+TEST(EdgeFlip, WeightsSumToOneAndKnowTheirRates) {
     Random random(1);
     constexpr double kStep = 1e-6;
     int found = 0;
     for (int trial = 0; trial < 1000; ++trial) {
         const auto at = randomQuad(random, 0.1 * random.unit());
-        const auto edge = turningEdge(at, 0.1);
+        const auto edge = edgeFlip(at, 0.1);
         auto before = at, after = at;
         for (std::size_t k = 0; k < 4; ++k) {
             before[k].position += at[k].velocity * -kStep;
             after[k].position += at[k].velocity * kStep;
         }
-        const auto edge_before = turningEdge(before, 0.1), edge_after = turningEdge(after, 0.1);
+        const auto edge_before = edgeFlip(before, 0.1), edge_after = edgeFlip(after, 0.1);
         if (!edge || !edge_before || !edge_after) continue;
         ++found;
-        Rate sum = 0;
+        Dual sum = 0;
         for (std::size_t k = 0; k < 4; ++k) {
             sum = sum + edge->weight[k];
             EXPECT_GE(edge->weight[k].value, 0);
@@ -57,11 +57,11 @@ TEST(TurningEdge, WeightsSumToOneAndKnowTheirRates) {
     EXPECT_GE(found, 500);
 }
 
-TEST(TurningEdge, IsTheSameSeenFromEitherSideAsItTurnsWhereverItsCornersGo) {
+TEST(EdgeFlip, IsTheSameSeenFromEitherSideAsItTurnsWhereverItsCornersGo) {
     Random random(2);
     for (int trial = 0; trial < 1000; ++trial) {
         const auto at = randomQuad(random, 1e-9);
-        const auto edge = turningEdge(at, 0.1), other = turningEdge({at[2], at[3], at[0], at[1]}, 0.1);
+        const auto edge = edgeFlip(at, 0.1), other = edgeFlip({at[2], at[3], at[0], at[1]}, 0.1);
         ASSERT_TRUE(edge && other);
         std::array<Vec3, 4> to;
         for (Vec3& p : to) p = random.cube();
@@ -69,13 +69,13 @@ TEST(TurningEdge, IsTheSameSeenFromEitherSideAsItTurnsWhereverItsCornersGo) {
     }
 }
 
-TEST(TurningEdge, BeginsOnTheEdge) {
+TEST(EdgeFlip, BeginsOnTheEdge) {
     Random random(3);
     int found = 0;
     for (int trial = 0; trial < 1000; ++trial) {
         const auto at = randomQuad(random, 0.0985);
-        const auto edge = turningEdge(at, 0.1);
-        EXPECT_FALSE(turningEdge(randomQuad(random, 0.1 + 1e-6), 0.1));
+        const auto edge = edgeFlip(at, 0.1);
+        EXPECT_FALSE(edgeFlip(randomQuad(random, 0.1 + 1e-6), 0.1));
         if (!edge) continue;
         ++found;
         EXPECT_LE(edge->shareOfOther(), 5e-4);
@@ -84,7 +84,7 @@ TEST(TurningEdge, BeginsOnTheEdge) {
     EXPECT_GE(found, 500);
 }
 
-TEST(TurningEdge, NeverHasItsVertexAtACorner) {
+TEST(EdgeFlip, NeverHasItsVertexAtACorner) {
     Random random(5);
     for (int trial = 0; trial < 1000; ++trial) {
         auto at = randomQuad(random, 0.05 * random.unit());
@@ -93,16 +93,16 @@ TEST(TurningEdge, NeverHasItsVertexAtACorner) {
         const Vec3 inwards = (at[1 - corner].position - at[corner].position) * off;
         const Vec3 middle = (at[2].position + at[3].position) / 2;
         for (std::size_t k : {2, 3}) at[k].position += at[corner].position + inwards - middle;
-        const auto edge = turningEdge(at, 0.1);
+        const auto edge = edgeFlip(at, 0.1);
         EXPECT_TRUE(!edge || (edge->on_edge.position - at[corner].position).length() >= 1e-4);
     }
 }
 
-TEST(TurningEdge, IsNoneWhereDiagonalsPassOutsideTheQuadOrNever) {
-    const auto at = [](const Vec3& p) { return Moving{p, {}}; };
-    EXPECT_FALSE(turningEdge({at({0, 0, 0}), at({1, 0, 0}), at({2, -1, 0}), at({2, 1, 0})}, 0.1));
-    EXPECT_FALSE(turningEdge({at({0, 0, 0}), at({1, 0, 0}), at({0, 1, 0}), at({1, 1, 0})}, 0.1));
-    EXPECT_FALSE(turningEdge({at({0, 0, 0}), at({0, 0, 0}), at({0, 1, 0}), at({1, 1, 0})}, 0.1));
+TEST(EdgeFlip, IsNoneWhereDiagonalsPassOutsideTheQuadOrNever) {
+    const auto at = [](const Vec3& p) { return DualVec3{p, {}}; };
+    EXPECT_FALSE(edgeFlip({at({0, 0, 0}), at({1, 0, 0}), at({2, -1, 0}), at({2, 1, 0})}, 0.1));
+    EXPECT_FALSE(edgeFlip({at({0, 0, 0}), at({1, 0, 0}), at({0, 1, 0}), at({1, 1, 0})}, 0.1));
+    EXPECT_FALSE(edgeFlip({at({0, 0, 0}), at({0, 0, 0}), at({0, 1, 0}), at({1, 1, 0})}, 0.1));
 }
 
 TEST(TurningEdges, LeaveAMeshClosedWhicheverTurn) {
@@ -112,7 +112,7 @@ TEST(TurningEdges, LeaveAMeshClosedWhicheverTurn) {
         for (std::size_t k = 0; k < 3; ++k) left_of[{ball.triangles[t][k], ball.triangles[t][(k + 1) % 3]}] = t;
     Random random(4);
     for (const double share_turning : {0.05, 0.3, 0.7, 1.0}) {
-        std::vector<TurningEdge> edges;
+        std::vector<EdgeFlip> edges;
         for (const auto& [e, t] : left_of) {
             if (e[0] > e[1] || random.unit() > share_turning) continue;
             const double half = random.unit() / 4;
@@ -126,7 +126,7 @@ TEST(TurningEdges, LeaveAMeshClosedWhicheverTurn) {
         mesh.triangles = {{0, 0, 0}};  // of another ball
         mesh.triangles.insert(mesh.triangles.end(), ball.triangles.begin(), ball.triangles.end());
         const auto first_vertex = static_cast<std::uint32_t>(mesh.position.size());
-        splitTurningEdges(edges, 1, first_vertex, mesh.triangles);
+        splitFlippingEdges(edges, 1, first_vertex, mesh.triangles);
         for (std::size_t e = 0; e < edges.size(); ++e) {
             mesh.position.push_back(edges[e].on_edge.position);
             EXPECT_LE(edges[e].shareOfOther(), edges[e == 0 ? 0 : e - 1].shareOfOther());

@@ -19,7 +19,7 @@ ResolvedRadius resolved(const LengthText& radius, double spacing, std::string or
 }  // namespace
 
 std::optional<ResolvedRadius> resolveRadius(const Config& config, const std::map<int, std::string>& frames_on_disk,
-                                            const FrameNotes& notes) {
+                                            const WorkerEvents& notes) {
     const LengthText& radius = config.surface.radius;
     if (config.surface.spacing > 0) return resolved(radius, config.surface.spacing, "as given");
     if (!radius.in_spacings) return resolved(radius, radius.value / kUsualRadius, "radius / 1.5");
@@ -27,7 +27,7 @@ std::optional<ResolvedRadius> resolveRadius(const Config& config, const std::map
     std::vector<std::string> warnings;
     bool any_readable = false;
     for (const auto& [frame, file] : frames_on_disk) {
-        const FrameNotes::AtWork note(notes, frame, FrameNotes::Doing::measuring);
+        const WorkerEvents::AtWork note(notes, frame, WorkerEvents::Doing::measuring);
         try {
             std::vector<Vec3f> positions;
             forPositions(file, [&](std::span<const Vec3f> some) {

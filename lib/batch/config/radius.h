@@ -25,6 +25,6 @@ struct ResolvedRadius {
 /// out     nothing when the spacing must be measured and no frame can be read
 /// errors  the spacing must be measured and no readable frame has seven distinct particles
 std::optional<ResolvedRadius> resolveRadius(const Config& config, const std::map<int, std::string>& frames_on_disk,
-                                            const FrameNotes& notes = {});
+                                            const WorkerEvents& notes = {});
 
 }  // namespace betamesh

@@ -36,7 +36,7 @@ struct FarmJob {
 std::vector<std::vector<int>> piecesOfEqualCost(const std::vector<FrameTask>& tasks, int threads, double seconds,
                                                 std::size_t most);
 
-/// Pieces of so many frames, the last one maybe of fewer.
+/// Components of so many frames, the last one maybe of fewer.
 std::vector<std::vector<int>> piecesOfFrames(const std::vector<FrameTask>& tasks, std::size_t frames);
 
 /// A batch script whose array has a task for each piece. Tasks go back to the queue when a node fails.

@@ -162,9 +162,9 @@ bool needsOnlySurface(const Plan& plan) {
 }
 
 /// A file that changes while it is read is one that a simulation has not finished.
-Liquid readInput(const FrameTask& task, const Plan& plan, bool near_surface, Origin& origin, JobState& job) {
+Liquid readInput(const FrameTask& task, const Plan& plan, bool near_surface, Provenance& origin, JobState& job) {
     const AttributeNames names{plan.config.input.velocity, plan.config.input.id};
-    const FileStamp before = stampOf(task.input);
+    const FileFingerprint before = stampOf(task.input);
     Liquid liquid;
     const auto read = [&] {
         if (near_surface && needsOnlySurface(plan))
@@ -179,7 +179,7 @@ Liquid readInput(const FrameTask& task, const Plan& plan, bool near_surface, Ori
 }
 
 /// What was written: its size tells whether it is still there.
-void rememberFile(const fs::path& file, const FrameTask& task, Origin& origin) {
+void rememberFile(const fs::path& file, const FrameTask& task, Provenance& origin) {
     const fs::path name = file.lexically_relative(fs::path(task.output).parent_path());
     origin.files[name.string()] = stampOf(file.string()).bytes;
 }
@@ -438,7 +438,7 @@ int JobResult::exitCode() const {
     return failed > 0 ? kSomeFailed : kAllWritten;
 }
 
-JobResult runJob(const Plan& plan, SignalWatch& signals, const FrameNotes& notes, const FrameEnded& frameEnded) {
+JobResult runJob(const Plan& plan, SignalWatch& signals, const WorkerEvents& notes, const FrameEnded& frameEnded) {
     const std::map<std::string, bool> folders = foldersOf(plan.tasks);
     for (const auto& [folder, is_written_to] : folders) {
         std::error_code error;
@@ -464,7 +464,7 @@ JobResult runJob(const Plan& plan, SignalWatch& signals, const FrameNotes& notes
     };
     const auto doFrame = [&](std::size_t i, bool alone) {
         const FrameTask& task = plan.tasks[i];
-        const FrameNotes::AtWork note(notes, task.frame);
+        const WorkerEvents::AtWork note(notes, task.frame);
         try {
             if ((alone || task.near_surface) && task.action == FrameAction::mesh) job.useScratch(plan, task);
             tell(frameReport(task, plan, alone || task.near_surface, job));

@@ -39,6 +39,6 @@ using FrameEnded = std::function<void(const FrameReport&)>;
 /// same    bytes of meshes and spheres for any number of threads and frames in flight
 /// errors  an output folder that cannot be made, before any frame begins; what else goes wrong is in the
 ///         reports
-JobResult runJob(const Plan& plan, SignalWatch& signals, const FrameNotes& notes, const FrameEnded& frameEnded);
+JobResult runJob(const Plan& plan, SignalWatch& signals, const WorkerEvents& notes, const FrameEnded& frameEnded);
 
 }  // namespace betamesh

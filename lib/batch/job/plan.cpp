@@ -49,7 +49,7 @@ void noteGaps(const Config& config, const std::vector<int>& frames, std::vector<
 std::string whyAgain(const FrameTask& task, bool input_exists, const Plan& plan) {
     const auto report = readReport(reportPath(task.output));
     if (!report || !report->origin) return "no manifest";
-    const Origin* origin = &*report->origin;
+    const Provenance* origin = &*report->origin;
     if (origin->version != version()) return "made by version " + origin->version;
     if (origin->configuration != plan.configuration) return "other configuration";
     const bool resolved = plan.skin.radius > 0;  // not where there is no input left

@@ -42,7 +42,7 @@ struct PlanOptions {
     bool skip_existing = false;
     bool dry_run = false;  ///< an existing output does not end the planning; reads only to tell what may be skipped
     JobHistory history{};  ///< frames that ended are left out, those that began may have left files
-    FrameNotes notes{};    ///< told what is read to measure the spacing
+    WorkerEvents notes{};    ///< told what is read to measure the spacing
 };
 
 struct Plan {

@@ -94,12 +94,12 @@ void Extent::add(const Extent& other) {
 
 double Extent::speed() const { return speeds > 0 ? std::sqrt(squares / static_cast<double>(speeds)) : 0; }
 
-Extent extentOf(const std::map<int, std::string>& files, const Config& config, double radius, const FrameNotes& notes,
+Extent extentOf(const std::map<int, std::string>& files, const Config& config, double radius, const WorkerEvents& notes,
                 bool several_at_once) {
     const std::vector<std::pair<int, std::string>> rows(files.begin(), files.end());
     std::vector<Extent> extents(rows.size(), Extent(config.preview));
     parallelFor(rows.size(), several_at_once ? 1 : rows.size(), [&](std::size_t i) {
-        const FrameNotes::AtWork note(notes, rows[i].first, FrameNotes::Doing::measuring);
+        const WorkerEvents::AtWork note(notes, rows[i].first, WorkerEvents::Doing::measuring);
         try {
             extents[i].add(readSubject(rows[i].second, config, radius));
         } catch (const Error&) {  // its own frame will tell
@@ -172,7 +172,7 @@ bool isExr(const std::string& path) {
 }
 
 std::string encodePicture(const Picture& picture, const std::string& path) {
-    return isExr(path) ? encodeExr(picture) : encodePng(developed(picture));
+    return isExr(path) ? encodeExr(picture) : encodePng(toneMapped(picture));
 }
 
 }  // namespace betamesh

@@ -44,7 +44,7 @@ struct Extent {
 /// Reads the files, several at once or one after the other, and keeps none. One that cannot be read does not count.
 ///
 /// same    for any thread count
-Extent extentOf(const std::map<int, std::string>& files, const Config& config, double radius, const FrameNotes& notes,
+Extent extentOf(const std::map<int, std::string>& files, const Config& config, double radius, const WorkerEvents& notes,
                 bool several_at_once);
 
 /// How all pictures of a sequence are taken.

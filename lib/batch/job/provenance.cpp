@@ -70,7 +70,7 @@ std::string fingerprintOf(const Config& config) {
     return fingerprintOf(std::string_view(text));
 }
 
-FileStamp stampOf(const std::string& file) {
+FileFingerprint stampOf(const std::string& file) {
     struct stat status = {};
     if (::stat(file.c_str(), &status) != 0) failReading(file);
     return {static_cast<std::uint64_t>(status.st_size),
@@ -87,7 +87,7 @@ FileIdentity identityOf(const std::string& file) {
 }
 
 bool isSame(const std::string& file, const FileIdentity& identity) {
-    const FileStamp stamp = stampOf(file);
+    const FileFingerprint stamp = stampOf(file);
     if (stamp.bytes != identity.stamp.bytes) return false;
     if (identity.stamp.modified != 0 && stamp.modified == identity.stamp.modified) return true;
     return fingerprintOfFile(file) == identity.content;

@@ -13,19 +13,19 @@
 namespace betamesh {
 
 /// What the file system says of a file without reading it.
-struct FileStamp {
+struct FileFingerprint {
     std::uint64_t bytes = 0;
     std::int64_t modified = 0;  ///< nanoseconds of the system's clock
-    bool operator==(const FileStamp&) const = default;
+    bool operator==(const FileFingerprint&) const = default;
 };
 
 struct FileIdentity {
-    FileStamp stamp;      ///< modified is 0 where a change in the same tick of a clock could have gone unnoticed
+    FileFingerprint stamp;      ///< modified is 0 where a change in the same tick of a clock could have gone unnoticed
     std::string content;  ///< its fingerprint
 };
 
 /// What a manifest tells of how its frame was made.
-struct Origin {
+struct Provenance {
     std::string version;        ///< of the program
     std::string configuration;  ///< fingerprint of the keys that shape the mesh
     double radius = 0;          ///< world units, as they came out of the configuration and the first frame
@@ -42,7 +42,7 @@ std::string fingerprintOf(std::string_view bytes);
 std::string fingerprintOf(const Config& config);
 
 /// errors  a file that cannot be looked at
-FileStamp stampOf(const std::string& file);
+FileFingerprint stampOf(const std::string& file);
 
 /// Reads the file.
 ///

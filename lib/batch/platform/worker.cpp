@@ -170,19 +170,19 @@ std::map<int, std::string> measurableOf(std::map<int, std::string> files, const 
     return files;
 }
 
-FrameNotes::AtWork::AtWork(const FrameNotes& notes, int frame, Doing doing) : notes_(notes), frame_(frame) {
+WorkerEvents::AtWork::AtWork(const WorkerEvents& notes, int frame, Doing doing) : notes_(notes), frame_(frame) {
     writeNote(notes_.pipe_, {frame_, doing == Doing::measuring ? Note::measuring : Note::meshing});
 }
 
-FrameNotes::AtWork::~AtWork() { writeNote(notes_.pipe_, {frame_, Note::left}); }
+WorkerEvents::AtWork::~AtWork() { writeNote(notes_.pipe_, {frame_, Note::left}); }
 
-void FrameNotes::ended(int frame, FrameStatus status) const {
+void WorkerEvents::ended(int frame, FrameStatus status) const {
     writeNote(pipe_, {frame, status == FrameStatus::failed    ? Note::failed
                              : status == FrameStatus::skipped ? Note::skipped
                                                               : Note::written});
 }
 
-Watched watchOverWorkers(bool reads_vdb, double timeout) {
+Watched superviseWorkers(bool reads_vdb, double timeout) {
     const std::chrono::duration<double> longest(timeout);
     JobHistory history;
     for (;;) {
@@ -190,7 +190,7 @@ Watched watchOverWorkers(bool reads_vdb, double timeout) {
         if (worker.process == 0) {
             keepFreedMemory();  // here: huge pages that two processes have would be copied in small ones
             if (reads_vdb) startVdbProcess();
-            return {true, FrameNotes(worker.pipe), std::move(history), 0};
+            return {true, WorkerEvents(worker.pipe), std::move(history), 0};
         }
         const Unfinished left = follow(worker, history, longest);
         const int status = statusOf(worker);

@@ -28,25 +28,25 @@ struct JobHistory {
 std::map<int, std::string> measurableOf(std::map<int, std::string> files, const JobHistory& history);
 
 /// What a worker says of its frames to the process that watches over it. From any thread.
-class FrameNotes {
+class WorkerEvents {
 public:
     /// Tells nobody.
-    FrameNotes() = default;
+    WorkerEvents() = default;
     /// Writes to a pipe.
-    explicit FrameNotes(int pipe) : pipe_(pipe) {}
+    explicit WorkerEvents(int pipe) : pipe_(pipe) {}
 
     enum class Doing { meshing, measuring };  // what the job is planned by
 
     /// While it lives, a frame is at work.
     class AtWork {
     public:
-        AtWork(const FrameNotes& notes, int frame, Doing doing = Doing::meshing);
+        AtWork(const WorkerEvents& notes, int frame, Doing doing = Doing::meshing);
         ~AtWork();
         AtWork(const AtWork&) = delete;
         AtWork& operator=(const AtWork&) = delete;
 
     private:
-        const FrameNotes& notes_;
+        const WorkerEvents& notes_;
         int frame_;
     };
 
@@ -68,10 +68,10 @@ private:
 /// before.
 struct Watched {
     bool working = false;
-    FrameNotes notes;
+    WorkerEvents notes;
     JobHistory history;
     int exit_code = 0;
 };
-Watched watchOverWorkers(bool reads_vdb, double timeout = 0);
+Watched superviseWorkers(bool reads_vdb, double timeout = 0);
 
 }  // namespace betamesh

@@ -40,22 +40,22 @@ FrameStatus statusNamed(const std::string& name) {
 }
 
 /// json: the whole report.
-Origin originFrom(const Json& json) {
+Provenance originFrom(const Json& json) {
     const Json& from = json.at("origin");
-    Origin origin;
+    Provenance origin;
     from.at("version").get_to(origin.version);
     from.at("configuration").get_to(origin.configuration);
     json.at("radius").get_to(origin.radius);
     json.at("spacing").get_to(origin.spacing);
     if (const Json& input = from.at("input"); !input.is_null()) {
-        const FileStamp stamp{input.at("bytes").get<std::uint64_t>(), input.at("modified").get<std::int64_t>()};
+        const FileFingerprint stamp{input.at("bytes").get<std::uint64_t>(), input.at("modified").get<std::int64_t>()};
         origin.input = FileIdentity{stamp, input.at("content").get<std::string>()};
     }
     for (const auto& [name, bytes] : from.at("files").items()) origin.files[name] = bytes.get<std::uint64_t>();
     return origin;
 }
 
-Json originJson(const Origin& origin) {
+Json originJson(const Provenance& origin) {
     Json json;
     json["version"] = origin.version;
     json["configuration"] = origin.configuration;

@@ -68,7 +68,7 @@ struct FrameReport {
     std::uint64_t peak_bytes = 0;     ///< the most memory the whole process has held so far
     std::uint64_t scratch_bytes = 0;  ///< and the most that had no room and lay in a file
     std::vector<std::string> warnings;
-    std::optional<Origin> origin;  ///< of a frame that was written
+    std::optional<Provenance> origin;  ///< of a frame that was written
 };
 
 /// One line without a line break.
