@@ -351,7 +351,7 @@ void writeLines(ByteWriter& out, const std::vector<std::span<const Edge>>& lines
     }
 }
 
-/// Of a mesh or of curves.
+/// Writes the points of a mesh or of curves.
 template <typename Surface>
 void writePoints(ByteWriter& out, const Surface& surface) {
     writeDeclaration(out, "v", 3, Type::vector);

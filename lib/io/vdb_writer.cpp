@@ -58,8 +58,8 @@ double voxelSize(const std::vector<Vec3f>& positions) {
     }
     const double voxels = std::max(1.0, static_cast<double>(positions.size()) / kPointsPerVoxel);
     const double exponent = axes == 0 ? 0 : (log_volume - std::log2(voxels)) / axes;
-    const double least = farthest > 0 ? std::ceil(std::log2(farthest / kMaxVoxelIndex)) : exponent;
-    return std::exp2(std::round(std::clamp(std::max(exponent, least), kMinExponent, kMaxExponent)));
+    const double min_exponent = farthest > 0 ? std::ceil(std::log2(farthest / kMaxVoxelIndex)) : exponent;
+    return std::exp2(std::round(std::clamp(std::max(exponent, min_exponent), kMinExponent, kMaxExponent)));
 }
 
 /// Position of a point in the grid, and its row among the particles.

@@ -334,7 +334,7 @@ void moveOutOfSolids(const Surroundings& surroundings, Vec3& position, Vec3& vel
         const double before = position[axis] - near[axis], after = far[axis] - position[axis];
         if (before <= 0 || after <= 0) return;
         if (axis == 1 ? (nearest < 0 || after < shortest) : (nearest < 0 || std::min(before, after) < shortest)) {
-            const bool down = axis != 1 && before < after;  // never through the floor
+            const bool down = axis != 1 && before < after;  // never down through the floor
             nearest = axis;
             shortest = down ? before : after;
             to = down ? near[axis] : far[axis];

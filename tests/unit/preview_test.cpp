@@ -508,7 +508,7 @@ TEST(Preview, TheAutomaticCameraFitsEverythingTightly) {
         for (const Vec3& p : points) {
             ASSERT_GT(view.depth(p), 0);
             nearest = std::min(nearest, view.depth(p));
-            const auto [x, y] = view.seen(p);
+            const auto [x, y] = view.projected(p);
             seen.add({x / width, y / height, 0}, 0);
             room = std::min({room, x / width, 1 - x / width, y / height, 1 - y / height});
         }
