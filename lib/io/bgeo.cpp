@@ -17,9 +17,9 @@ namespace {
 //               indexed string, its table: int32 count, then uint16 length and characters of each string
 //   point       x y z w as float, then its attributes
 //   primitive   int32 key; or kRun, uint16 count and int32 key for a run of primitives with the same key. Then, for
-//   each
-//               primitive, the data that the key defines and its attributes. Polygon: int32 corners, '<' closed or
-//               ':' open, corners. Particle system: int32 corners, corners. Corner: point index and vertex attributes.
+//               each primitive, the data that the key defines and its attributes. Polygon: int32 corners, '<' closed
+//               or ':' open, corners. Particle system: int32 corners, corners. Corner: point index and vertex
+//               attributes.
 //   afterwards  detail attributes, groups, 00 ff: not read
 enum class Type : std::int32_t { real = 0, integer = 1, string = 4, vector = 5 };
 

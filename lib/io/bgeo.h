@@ -2,9 +2,10 @@
 // SPlisHSPlasH and many solvers still do.
 //
 // Read: points, point attributes (float, int, vector; strings are skipped), polygons and particle systems, and the
-// integer primitive attribute `component`; gzip is decompressed. Written: the same, without particle systems. Format:
-// "GPD, version 5", once shipped with Houdini, and files of Houdini, partio and SPlisHSPlasH. The layout is described
-// in bgeo.cpp.
+// integer primitive attribute `component`. Gzip is decompressed.
+// Written: points, float and int attributes, polygons and `component`.
+// Format: "GPD, version 5", once shipped with Houdini, and files of Houdini, partio and SPlisHSPlasH. The layout is
+// described in bgeo.cpp.
 
 #pragma once
 

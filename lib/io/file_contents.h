@@ -45,8 +45,7 @@ struct ReadOptions {
     bool skip_unknown_faces = false;  ///< stop at a primitive that is not a polygon instead of reporting an error
 };
 
-/// Passes points to options.points if that is set, otherwise appends them to contents. total: number that the file
-/// declares.
+/// Passes points to options.points if that is set, else appends them to contents. total: number that the file declares.
 void deliver(FileContents&& points, std::uint64_t total, const ReadOptions& options, FileContents& contents);
 
 /// Decodes and delivers all points of a format that stores each point as a row of row_bytes >= 1 bytes. Several threads
@@ -61,8 +60,7 @@ void append(FileContents&& points, std::uint64_t total, FileContents& contents);
 /// Removes all points but the given rows, which must be ascending.
 void keepRows(const std::vector<std::uint32_t>& rows, FileContents& points);
 
-/// Throws Error if a position or velocity is not finite. first_row: index of the first point in the file, for the
-/// message.
+/// Throws Error if a position or velocity is not finite. first_row: index in the file of the first point, for messages.
 void requireFinite(const FileContents& points, const AttributeNames& names, std::size_t first_row,
                    const std::string& file);
 

@@ -1,6 +1,8 @@
 // Gzip streams; wrapper of zlib.
 //
-// Read: one or more gzip members. Written: one member. Format: RFC 1952 (gzip) and RFC 1951 (deflate).
+// Read: one or more gzip members.
+// Written: one member.
+// Format: RFC 1952 (gzip) and RFC 1951 (deflate).
 
 #pragma once
 

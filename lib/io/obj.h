@@ -1,8 +1,9 @@
 // Wavefront OBJ.
 //
-// Read: v, f (a, a/b, a//c, a/b/c; negative indices count from the last vertex), l, and o for components; other lines
-// are skipped. Written: v, f, l, o. The format has no velocity and no attributes. Format: Wavefront, "Advanced
-// Visualizer" manual, appendix B1.
+// Read: v, f (a, a/b, a//c, a/b/c; negative indices count from the last vertex), l, and o for components. Other lines
+// are skipped.
+// Written: v, f, l and o. The format has no velocity and no attributes.
+// Format: Wavefront, "Advanced Visualizer" manual, appendix B1.
 
 #pragma once
 

@@ -1,8 +1,9 @@
 // Stanford PLY.
 //
-// Read: ascii and both binary encodings; elements vertex, face and edge; other elements and lists are skipped. Written:
-// binary little-endian. Format: Greg Turk, "The PLY Polygon File Format", 1994; type names with sizes (int32, float64)
-// are later usage. Reader: ply_reader.cpp, ply_header.cpp, ply_numbers.h; writer: ply_writer.cpp.
+// Read: ascii and both binary encodings; elements vertex, face and edge. Other elements and lists are skipped.
+// Written: binary little-endian.
+// Format: Greg Turk, "The PLY Polygon File Format", 1994. Type names with sizes (int32, float64) are later usage.
+// Files: the reader is ply_reader.cpp with ply_header and ply_numbers, the writer ply_writer.cpp.
 
 #pragma once
 

@@ -1,6 +1,7 @@
 // SVG drawings of two-dimensional results: particles, discs, alpha mesh and curves.
 //
-// Written only. Format: "Scalable Vector Graphics (SVG) 1.1", W3C; shapes used: rect, g, circle, path.
+// Written: the shapes rect, g, circle and path. Not read.
+// Format: "Scalable Vector Graphics (SVG) 1.1", W3C.
 
 #pragma once
 

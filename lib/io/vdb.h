@@ -1,7 +1,9 @@
 // OpenVDB points (.vdb).
 //
-// Read: point positions and numeric attributes of all grids of type PointDataGrid, with any codec. Skipped: strings,
-// groups, matrices, quaternions and grids of other types. Written: one PointDataGrid. Format: see vdb_file.cpp.
+// Read: point positions and numeric attributes of all grids of type PointDataGrid, with any codec. Strings, groups,
+// matrices, quaternions and grids of other types are skipped.
+// Written: one PointDataGrid.
+// Format: see vdb_file.cpp.
 
 #pragma once
 
@@ -20,8 +22,7 @@ void loadVdb();
 /// Reads the points of all point grids, in world units, leaf by leaf.
 ///
 /// errors  a file without point grids, a truncated file, whatever else OpenVDB reports. OpenVDB does not check the
-/// contents
-///         of grids: damaged bytes there can terminate the process, unless another process reads the file
+///         contents of grids: damaged bytes there can terminate the process, unless another process reads the file
 ///         (io/vdb_process.h).
 FileContents readVdb(const std::filesystem::path& path, const ReadOptions& options = {});
 

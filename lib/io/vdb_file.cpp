@@ -1,7 +1,8 @@
 // Wrapper of OpenVDB: reads OpenVDB points, and exports reader and writer from the module betamesh_vdb.
 //
-// Read: all grids of type PointDataGrid, with any codec. The file layout that requireComplete() checks is described
-// there. Format: OpenVDB, io/Archive.cc, io/GridDescriptor.cc and points/ of its sources.
+// Read: all grids of type PointDataGrid, with any codec.
+// Format: sources of OpenVDB, io/Archive.cc, io/GridDescriptor.cc and points/. The parts that are parsed here are
+// described at requireComplete().
 
 #include "io/vdb_module.h"
 
@@ -51,11 +52,10 @@ void skipMetadata(Cursor& in) {
 /// this: it reads on, allocates gigabytes and may terminate the process. Files truncated by a full disk or a killed
 /// simulation are common.
 ///
-/// source  OpenVDB, io/Archive.cc and io/GridDescriptor.cc. Layout, little-endian: magic (8 bytes), file version,
-/// library
-///         version (2 times 4), flag for grid offsets (1), UUID (36), metadata, int32 number of grids. For each grid:
-///         name, type, parent, and the offsets of its header, its blocks and its end from the start of the file. Grid
-///         header: compression (4), metadata, type of the transform.
+/// source  OpenVDB, io/Archive.cc and io/GridDescriptor.cc. Layout, little-endian: magic (8 bytes), file version and
+///         library version (2 times 4), flag for grid offsets (1), UUID (36), metadata, int32 number of grids. For
+///         each grid: name, type, parent, and the offsets of its header, its blocks and its end from the start of the
+///         file. Grid header: compression (4), metadata, type of the transform.
 void requireComplete(const std::string& path) {
     constexpr std::size_t kBlock = std::size_t{1} << 20;  // larger than any sequence of names and metadata
     constexpr std::uint32_t kOldestVersion = 222;
@@ -307,8 +307,8 @@ FileContents readGrids(const std::string& path, const ReadOptions& options) {
         reader.read(*grid);
     }
     if (point_grids == 0)
-        throw Error("contains no point grid, but " + (others.empty() ? "no grids at all" : others) +
-                    ". Export the particles as OpenVDB points.");
+        throw Error("contains no point grid (found " + (others.empty() ? "no grids" : others) +
+                    "). Export the particles as OpenVDB points.");
     if (contents.format.empty()) contents.format = "vdb points";
     if (point_grids > 1) contents.format += ", " + std::to_string(point_grids) + " grids";
     return contents;

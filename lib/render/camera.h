@@ -98,8 +98,7 @@ private:
     Bounds bounds_;             // along right, up and forward
 };
 
-/// Maps pixels to viewing directions and points to pixels. Pixel (x, y) covers [x, x + 1) × [y, y + 1) from the top
-/// left.
+/// Maps pixels to viewing directions and points to pixels. Pixel (0, 0) is at the top left and covers [0, 1) × [0, 1).
 class View {
 public:
     View(const Camera& camera, int width, int height);

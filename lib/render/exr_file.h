@@ -1,7 +1,8 @@
 // EXR files; wrapper of OpenEXR.
 //
 // Written: one part, scan lines, ZIP compression. Channels R G B A shadow N.X N.Y N.Z are half floats, Z P.X P.Y P.Z
-// forward.u forward.v floats, id an unsigned integer. Read: the same channels, of any EXR file that OpenEXR reads.
+// forward.u forward.v floats, id an unsigned integer.
+// Read: the same channels, from any EXR file that OpenEXR reads.
 // Format: "Technical Introduction to OpenEXR", openexr.com.
 
 #pragma once

@@ -1,6 +1,7 @@
 // PNG files; wrapper of libpng.
 //
-// Written: 8 bits per channel, RGB, sRGB. Read: any PNG file, converted to that.
+// Written: 8 bits per channel, RGB, sRGB.
+// Read: any PNG file, converted to that.
 // Format: "Portable Network Graphics (PNG) Specification", W3C.
 
 #pragma once
