@@ -28,8 +28,8 @@ void validate(const Particles& particles) {
     if (!particles.velocity.empty()) requireRows(particles.velocity.size(), n, "velocity");
     if (!particles.id.empty()) requireRows(particles.id.size(), n, "id");
     for (const Attribute& a : particles.attributes) {
-        const std::size_t numbers = a.real.size() + a.integer.size();
-        requireRows(a.components == 0 ? numbers : numbers / a.components, n, a.name);
+        const std::size_t entries = a.real.size() + a.integer.size();
+        requireRows(a.components == 0 ? entries : entries / a.components, n, a.name);
     }
     requireFinite(particles.position, "position", 0);
     requireFinite(particles.velocity, "velocity", 0);
