@@ -1,4 +1,5 @@
-// Arctangent, sine and cosine with the same bits on every machine; those of the C library depend on the instruction set.
+// Arctangent, sine and cosine with the same bits on every machine; those of the C library depend on the instruction
+// set.
 
 #pragma once
 

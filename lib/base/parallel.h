@@ -202,8 +202,8 @@ inline void startThreads(int threads) {
 }
 
 /// Calls body(i) for i = 0, 1 … n - 1, started in this order, with at most in_flight >= 1 of them running at once.
-/// Starts no further one once goOn() is false. Bodies may use parallel loops; a thread that waits for such a loop starts
-/// no other body.
+/// Starts no further one once goOn() is false. Bodies may use parallel loops; a thread that waits for such a loop
+/// starts no other body.
 template <typename GoOn, typename Body>
 void parallelInFlight(std::size_t n, std::size_t in_flight, const GoOn& goOn, const Body& body) {
     std::size_t next = 0;

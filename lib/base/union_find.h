@@ -9,7 +9,7 @@
 
 namespace betamesh {
 
-/// Rows 0 … n - 1, each in a group of its own at first. The representative of a group is its smallest row.
+/// The rows 0 … n - 1, initially each in a group of its own. The representative of a group is its smallest row.
 class UnionFind {
 public:
     explicit UnionFind(std::size_t n) : parent_(n), groups_(n) { std::iota(parent_.begin(), parent_.end(), 0u); }

@@ -1,7 +1,7 @@
 // Exact predicates for discs of one radius R in a plane of constant z. No epsilon is involved.
 //
-// Points are offsets from a common origin, which is itself the centre of a disc: doubles that hold integers. Offsets are
-// at most 2R long and R is at most 2^20, so every intermediate result fits in 128 bits.
+// Points are offsets from a common origin, which is itself the centre of a disc: doubles that hold integers. Offsets
+// are at most 2R long and R is at most 2^20, so every intermediate result fits in 128 bits.
 //
 // Ties are broken symbolically: where a sign is zero, the answer is the one for an infinitesimally larger R. Then no
 // three circles share a point and no two are tangent, so the configuration is in general position and results do not

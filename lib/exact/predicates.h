@@ -27,9 +27,9 @@ inline bool before(const Vec3i& a, const Vec3i& b) {
 /// Is there a sphere of radius R through 0, u and v? True also where there is exactly one.
 bool ballExists(const Vec3i& u, const Vec3i& v, std::int64_t radius);
 
-/// Is w inside the ball of radius R whose sphere passes through 0, u and v and whose centre is on the positive (side +1)
-/// or negative (side -1) side of the plane with normal u × v? Requires ballExists(u, v, radius) and w different from 0,
-/// u and v.
+/// Is w inside the ball of radius R whose sphere passes through 0, u and v and whose centre is on the positive (side
+/// +1) or negative (side -1) side of the plane with normal u × v? Requires ballExists(u, v, radius) and w different
+/// from 0, u and v.
 bool insideBall(const Vec3i& u, const Vec3i& v, const Vec3i& w, int side, std::int64_t radius);
 
 /// For spheres at 0 and u whose intersection circle the sphere at w does not cross (no ball exists for the three): is

@@ -81,8 +81,8 @@ ParticlesByCell groupedByCell(std::size_t n, const PositionAt& positionAt, std::
     return grouped;
 }
 
-// Sorts the particles of each cell by position and keeps one of those that coincide. positionAt and rowAt take an item of
-// cells.particles; such items are what the result has in `row`.
+// Sorts the particles of each cell by position and keeps one of those that coincide. positionAt and rowAt take an item
+// of cells.particles; such items are what the result has in `row`.
 template <typename PositionAt, typename RowAt>
 SnappedParticles sortedWithinCells(ParticlesByCell&& cells, const PositionAt& positionAt, const RowAt& rowAt,
                                    const Particles& particles) {

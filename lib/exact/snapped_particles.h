@@ -31,7 +31,8 @@ public:
     double perUnit() const { return per_unit_; }
     /// The ball radius R in quanta, in (2^19, 2^20].
     std::int64_t radius() const { return radius_; }
-    /// The nearest grid point; halves round away from zero. Coordinates have 24 bits, so adding half a quantum is exact.
+    /// The nearest grid point; halves round away from zero. Coordinates have 24 bits, so adding half a quantum is
+    /// exact.
     Vec3i at(const Vec3f& position) const {
         const auto nearest = [&](double x) { return static_cast<std::int64_t>(x + std::copysign(0.5, x)); };
         return {nearest(position.x * per_unit_), nearest(position.y * per_unit_), nearest(position.z * per_unit_)};
@@ -85,8 +86,8 @@ struct SnappedParticles {
 };
 
 /// Snaps particles to the grid, in the same way in every frame and for every order of the particles. A coordinate moves
-/// by at most half a quantum, which is less than 1e-6 radii. Of particles at one grid point the one with the smallest id
-/// is kept (without ids: the one with the smallest bytes of velocity, then of the attributes).
+/// by at most half a quantum, which is less than 1e-6 radii. Of particles at one grid point the one with the smallest
+/// id is kept (without ids: the one with the smallest bytes of velocity, then of the attributes).
 ///
 /// in      n >= 0 valid particles, radius > 0 in world units
 /// cost    O(n log n)
@@ -160,8 +161,8 @@ public:
     explicit NeighbourFinder(const SnappedParticles& particles) : particles_(particles), around_(particles.cell) {}
     /// All neighbours within 2R.
     void find(std::uint32_t particle, std::vector<Neighbour>& neighbours);
-    /// For a particle in a dense cell all neighbours within R, about a fifth of those within 2R. Returns false, and finds
-    /// nothing, for a particle in any other cell.
+    /// For a particle in a dense cell all neighbours within R, about a fifth of those within 2R. Returns false, and
+    /// finds nothing, for a particle in any other cell.
     bool findInDenseCell(std::uint32_t particle, std::vector<Neighbour>& neighbours);
     /// For a particle in a dense cell with at least a thousand candidates within R: several hundred of its neighbours
     /// within R, spread over all directions. Returns false, and finds nothing, for any other particle.
