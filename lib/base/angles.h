@@ -13,14 +13,14 @@ namespace betamesh {
 /// source  Taylor series of the arctangent about the nearest multiple of 1/8
 inline double angleOf(double y, double x) {
     constexpr std::array<double, 9> kArctanOfEighths = {0,
-                                                  0.12435499454676144,
-                                                  0.24497866312686414,
-                                                  0.35877067027057225,
-                                                  0.46364760900080609,
-                                                  0.5585993153435624,
-                                                  0.64350110879328437,
-                                                  0.71882999962162453,
-                                                  0.78539816339744828};
+                                                        0.12435499454676144,
+                                                        0.24497866312686414,
+                                                        0.35877067027057225,
+                                                        0.46364760900080609,
+                                                        0.5585993153435624,
+                                                        0.64350110879328437,
+                                                        0.71882999962162453,
+                                                        0.78539816339744828};
     constexpr double kPi = 3.141592653589793;
     const double ax = std::abs(x), ay = std::abs(y), larger = ax > ay ? ax : ay, smaller = ax > ay ? ay : ax;
     if (!(larger > 0)) return 0;

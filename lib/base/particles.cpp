@@ -10,7 +10,7 @@ namespace {
 
 void requireRows(std::size_t rows, std::size_t expected, const std::string& name) {
     if (rows != expected)
-        throw Error("attribute '" + name + "' has " + std::to_string(rows) + " rows, expected one for each of the " +
+        throw Error("attribute '" + name + "' has " + std::to_string(rows) + " rows; expected one for each of the " +
                     std::to_string(expected) + " particles");
 }
 
@@ -20,7 +20,7 @@ void requireFinite(std::span<const Vec3f> rows, const char* what, std::size_t fi
     const std::size_t i = firstRowWhere(rows.size(), [&](std::size_t row) { return !isFinite(rows[row]); });
     if (i == rows.size()) return;
     throw Error("particle " + std::to_string(first_row + i) + ": " + what + " is (" + std::to_string(rows[i].x) + ", " +
-                std::to_string(rows[i].y) + ", " + std::to_string(rows[i].z) + "), expected finite numbers");
+                std::to_string(rows[i].y) + ", " + std::to_string(rows[i].z) + "); expected finite numbers");
 }
 
 void validate(const Particles& particles) {

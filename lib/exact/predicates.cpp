@@ -152,9 +152,8 @@ ExactBalls::ExactBalls(const Vec3&, const Vec3& u, const Vec3& v, double radius)
     const double root = std::sqrt(d), n_length = std::sqrt(triangle.n_squared);
     circumcentre_ = triangle.circumcentre(u, v);
     height_ = triangle.normal * (root / (2 * triangle.n_squared));
-    const double centre_error =
-        32 * kRounding * (triangle.cancellingTerms() / n_length + radius) +
-        (root > 0 ? d_error / (root * n_length) : 0);
+    const double centre_error = 32 * kRounding * (triangle.cancellingTerms() / n_length + radius) +
+                                (root > 0 ? d_error / (root * n_length) : 0);
     tolerance_ = 4 * radius * centre_error + 64 * kRounding * radius * radius;
 }
 

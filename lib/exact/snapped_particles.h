@@ -188,11 +188,11 @@ private:
 
     const SnappedParticles& particles_;
     CellsAround around_;
-    std::size_t cell_ = ~std::size_t{0};                   // the current cell
-    Candidates of_cell_;                                   // for all particles of the current cell
-    std::array<std::array<Candidates, 8>, 3> of_octant_;   // [reach][octant of the current cell]; empty: not made yet
-    std::vector<std::uint32_t> found_;                     // buffer: indices of candidates within reach
-    std::vector<double> squared_;                          // buffer: squared distances of all candidates
+    std::size_t cell_ = ~std::size_t{0};                  // the current cell
+    Candidates of_cell_;                                  // for all particles of the current cell
+    std::array<std::array<Candidates, 8>, 3> of_octant_;  // [reach][octant of the current cell]; empty: not made yet
+    std::vector<std::uint32_t> found_;                    // buffer: indices of candidates within reach
+    std::vector<double> squared_;                         // buffer: squared distances of all candidates
 };
 
 }  // namespace betamesh

@@ -19,7 +19,7 @@ constexpr double kAreaAtCorners = 0.25;  // share of the area; integrates square
 constexpr double kMostCuts = 64;         // segments into which a triangle's side is divided
 constexpr double kQuantile = 0.999;
 constexpr double kRounding = 1e-15;     // of distances, relative to the largest coordinate
-constexpr double kInscribedBall = 0.8;  // diameters; below 1 because inscribed balls of curved liquid touch it repeatedly
+constexpr double kInscribedBall = 0.8;  // diameters; below 1 because liquid is curved
 
 struct Sample {
     double weight;  // area
@@ -113,9 +113,8 @@ private:
             const double radius = kInscribedBall * thinner / 2;
             if (own.distanceTo(point - normal * (thinner / 2), hint) < radius) sample = {0};
         };
-        const std::vector<Vec3> normal =
-            vertexNormals(position.size(), surface_.triangles(),
-                          [&](std::uint32_t v) -> const Vec3& { return position[v]; });
+        const std::vector<Vec3> normal = vertexNormals(position.size(), surface_.triangles(),
+                                                       [&](std::uint32_t v) -> const Vec3& { return position[v]; });
         inBlocks(position.size(), [&](std::size_t v, std::size_t& hint) {
             if (out[v].weight > 0) test(position[v], normal[v], hint, out[v]);
         });
