@@ -1,9 +1,9 @@
 // Jump sites and their events in scenes with known changes of topology.
 
+#include "mesh/jump_sites.h"
 #include "base/icosphere.h"
 #include "base/parallel.h"
 #include "base/random.h"
-#include "mesh/jump_sites.h"
 #include "mesh/local_topology.h"
 #include "mesh/mesh_measure.h"
 #include "skin/pipeline.h"
@@ -88,9 +88,7 @@ struct Scene {
 };
 
 const std::vector<Scene>& scenes() {
-    const auto rods = [](double gap) {
-        return Cloud{{0, 0, 0}, {0.9, 0, 0}, {0.9 + gap, 0, 0}, {1.8 + gap, 0, 0}};
-    };
+    const auto rods = [](double gap) { return Cloud{{0, 0, 0}, {0.9, 0, 0}, {0.9 + gap, 0, 0}, {1.8 + gap, 0, 0}}; };
     const Cloud pool = lattice(9, 9, 4, 0.7), drop{{0, 0, 0}, {0.3, 0.2, 0}, {-0.2, 0.3, 0.2}};
     const auto outside = [](double radius) { return [=](const Vec3& p) { return p.length() > radius; }; };
     static const std::vector<Scene> all{
@@ -183,12 +181,12 @@ TEST(JumpSites, FarApartHaveIndependentEvents) {
     std::sort(events.begin(), events.end());
     std::sort(expected.begin(), expected.end());
     EXPECT_EQ(events, expected) << description(sites);
-    EXPECT_TRUE(
-        std::is_sorted(sites.begin(), sites.end(), [](const JumpSite& a, const JumpSite& b) { return a.jump > b.jump; }));
+    EXPECT_TRUE(std::is_sorted(sites.begin(), sites.end(),
+                               [](const JumpSite& a, const JumpSite& b) { return a.jump > b.jump; }));
 }
 
-// Spray, threads and sheets of balls that move by a hundredth of their radius. Where every event is classified, the events
-// sum up to the change of the whole mesh; few clouds have sites that are too tangled to classify.
+// Spray, threads and sheets of balls that move by a hundredth of their radius. Where every event is classified, the
+// events sum up to the change of the whole mesh; few clouds have sites that are too tangled to classify.
 TEST(JumpSites, EventsSumUpInTangledClouds) {
     std::size_t changed = 0, unclassified = 0;
     for (std::uint64_t seed = 0; seed < 40; ++seed) {
@@ -248,7 +246,8 @@ TEST(LocalTopology, OfASphere) {
     const std::vector<std::array<std::int64_t, 4>> expected{{0, 0, 0, 0}, {1, 1, 1, 0}, {1, 1, 1, 0}, {2, 0, 1, 0}};
     for (std::size_t i = 0; i < found.size(); ++i) {
         const LocalTopology& topology = found[i];
-        EXPECT_EQ((std::array{topology.euler, topology.rims, topology.outer_surfaces, topology.voids}), expected[i]) << i;
+        EXPECT_EQ((std::array{topology.euler, topology.rims, topology.outer_surfaces, topology.voids}), expected[i])
+            << i;
         EXPECT_TRUE(topology.closed);
     }
     // Near both poles: two caps, then all but a ring, then all.
