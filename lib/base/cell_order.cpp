@@ -6,7 +6,7 @@ namespace betamesh {
 // Sorts the cells of all parts and turns each part's counts into the positions at which it writes its rows.
 void CellOrder::listCells(std::vector<Part>& parts) {
     struct CellOfPart {
-        CellPlace place;
+        CellPlace cell;
         std::uint32_t part, number;  // number: of the cell within the part
         auto operator<=>(const CellOfPart&) const = default;
     };
@@ -19,11 +19,11 @@ void CellOrder::listCells(std::vector<Part>& parts) {
     parallelSort(cells, std::less<>());
 
     std::uint32_t rows = 0;
-    for (const auto& [place, p, number] : cells) {
-        if (cell_.empty() || place != cell_.back()) {
-            if (lines_.add({place.z, place.y, 0}) == line_begin_.size())
+    for (const auto& [cell, p, number] : cells) {
+        if (cell_.empty() || cell != cell_.back()) {
+            if (lines_.add({cell.z, cell.y, 0}) == line_begin_.size())
                 line_begin_.push_back(static_cast<std::uint32_t>(cell_.size()));
-            cell_.push_back(place);
+            cell_.push_back(cell);
             begin_.push_back(rows);
         }
         parts[p].next[number] = rows;

@@ -27,39 +27,39 @@ class CellNumbers {
 public:
     CellNumbers() : slot_(std::size_t{1} << kInitialBits, kInvalidIndex) {}
     /// The number of a cell, a new one if the cell has none yet.
-    std::uint32_t add(const CellPlace& place) {
-        const std::size_t slot = slotOf(place);
+    std::uint32_t add(const CellPlace& cell) {
+        const std::size_t slot = slotOf(cell);
         if (slot_[slot] != kInvalidIndex) return slot_[slot];
-        const auto number = slot_[slot] = static_cast<std::uint32_t>(place_.size());
-        place_.push_back(place);
-        if (2 * place_.size() > slot_.size()) grow();
+        const auto number = slot_[slot] = static_cast<std::uint32_t>(cell_.size());
+        cell_.push_back(cell);
+        if (2 * cell_.size() > slot_.size()) grow();
         return number;
     }
     /// The number of a cell, or kInvalidIndex.
-    std::uint32_t find(const CellPlace& place) const { return slot_[slotOf(place)]; }
+    std::uint32_t find(const CellPlace& cell) const { return slot_[slotOf(cell)]; }
     /// Cells by number.
-    const std::vector<CellPlace>& places() const { return place_; }
+    const std::vector<CellPlace>& places() const { return cell_; }
 
 private:
     // The slot of a cell: the first one from its hash on that is free or already holds it.
-    std::size_t slotOf(const CellPlace& place) const {
-        const auto [z, y, x] = place;
+    std::size_t slotOf(const CellPlace& cell) const {
+        const auto [z, y, x] = cell;
         const std::uint64_t hash = static_cast<std::uint64_t>(z) * 0x9E3779B97F4A7C15 +
                                    static_cast<std::uint64_t>(y) * 0xC2B2AE3D27D4EB4F +
                                    static_cast<std::uint64_t>(x) * 0x165667B19E3779F9;
         std::size_t slot = hash >> shift_;  // the high bits of the products depend on every bit of the coordinates
-        while (slot_[slot] != kInvalidIndex && place_[slot_[slot]] != place) slot = (slot + 1) & (slot_.size() - 1);
+        while (slot_[slot] != kInvalidIndex && cell_[slot_[slot]] != cell) slot = (slot + 1) & (slot_.size() - 1);
         return slot;
     }
     void grow() {
         slot_.assign(2 * slot_.size(), kInvalidIndex);
         --shift_;
-        for (std::uint32_t number = 0; number < place_.size(); ++number) slot_[slotOf(place_[number])] = number;
+        for (std::uint32_t number = 0; number < cell_.size(); ++number) slot_[slotOf(cell_[number])] = number;
     }
 
     static constexpr int kInitialBits = 6;
 
-    std::vector<CellPlace> place_;
+    std::vector<CellPlace> cell_;
     std::vector<std::uint32_t> slot_;  // numbers of cells; 2^k slots, at most half of them in use
     int shift_ = 64 - kInitialBits;    // 64 - k
 };
@@ -130,12 +130,12 @@ private:
         CellNumbers numbers;
         std::vector<std::uint32_t> count;  // points of each cell
         std::vector<std::uint32_t> next;   // position in row_ at which the cell's next point is written
-        CellPlace last_place{};
+        CellPlace last_cell{};
         std::uint32_t last = kInvalidIndex;
 
-        std::uint32_t add(const CellPlace& place) {
-            if (last == kInvalidIndex || place != last_place) {
-                last = numbers.add(last_place = place);
+        std::uint32_t add(const CellPlace& cell) {
+            if (last == kInvalidIndex || cell != last_cell) {
+                last = numbers.add(last_cell = cell);
                 if (last == count.size()) count.push_back(0);
             }
             ++count[last];

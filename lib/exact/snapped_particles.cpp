@@ -20,8 +20,8 @@ namespace betamesh {
 namespace {
 
 constexpr double kLargestCoordinate = 0x1p50;     // quanta: still exact in double precision
-constexpr std::size_t kSampledCandidates = 1024;  // so many candidates of an octant are replaced by a sample
-constexpr std::size_t kSampleSize = 512;          // and so many of them evenly chosen
+constexpr std::size_t kSampledCandidates = 1024;  // candidates of an octant from which on a sample replaces them
+constexpr std::size_t kSampleSize = 512;          // evenly chosen candidates of a sample
 constexpr std::size_t kMostInCell = 50000;        // on average; usual are about thirty, thousands in clumped liquids
 
 std::uint64_t mix(std::uint64_t x) {  // the finaliser of splitmix64

@@ -82,7 +82,7 @@ public:
         : surface_(surface), s_(s), t_(t), a_(surface.triangles[s]), b_(surface.triangles[t]) {
         for (int i = 0; i < 3; ++i)
             for (int j = 0; j < 3; ++j) {
-                if (surface.place[a_[i]] != surface.place[b_[j]]) continue;
+                if (surface.first_at[a_[i]] != surface.first_at[b_[j]]) continue;
                 shared_.partner[i] = j;
                 ++shared_.positions;
                 if (a_[i] == b_[j]) ++shared_.vertices;
@@ -119,7 +119,7 @@ private:
     int order(const Crossing& x, const Crossing& y) const {
         for (const std::uint32_t v : {x.above, x.below})
             for (const std::uint32_t w : {y.above, y.below})
-                if (surface_.place[v] == surface_.place[w]) return 0;
+                if (surface_.first_at[v] == surface_.first_at[w]) return 0;
         return sideOfPlane(at(x.above), at(x.below), at(y.above), at(y.below));
     }
 
@@ -232,7 +232,8 @@ private:
                 Signs signs{};
                 for (int j = 0; j < 3; ++j) {
                     const std::uint32_t v = other[j], p = own[m], q = own[after(m)];
-                    if (surface_.place[v] == surface_.place[p] || surface_.place[v] == surface_.place[q]) continue;
+                    if (surface_.first_at[v] == surface_.first_at[p] || surface_.first_at[v] == surface_.first_at[q])
+                        continue;
                     signs[j] = sense * turnAlong(axis, at(p), at(q), at(v));
                 }
                 if (signs[0] <= 0 && signs[1] <= 0 && signs[2] <= 0) return onSeparatingLine(of_s, m, signs);
