@@ -90,7 +90,7 @@ std::string ratio(const CoherenceReport& report, double way) {
 
 /// Where nothing opens, closes, meets or parts. Far from the other surface is only what is left behind or only what has
 /// come, where a dent or a tip does one of these.
-std::string shapeAt(const Place& place) {
+std::string shapeAt(const JumpSite& place) {
     const std::string words = "no change of topology";
     if (place.liquid == LiquidChange::both || (place.vanished > 0 && place.appeared > 0)) return words;
     const bool gained = place.liquid == LiquidChange::gained, left = place.vanished > 0;
@@ -98,7 +98,7 @@ std::string shapeAt(const Place& place) {
     return words + (gained ? ": tip rose" : ": tip sank");
 }
 
-std::string eventsAt(const Place& place) {
+std::string eventsAt(const JumpSite& place) {
     std::string words;
     for (const auto& [event, times] : place.events) {
         if (!words.empty()) words += ", ";
@@ -113,7 +113,7 @@ void printPlaces(const CoherenceReport& report, std::size_t listed) {
     std::cout << "    " << filled("jump", 12) << filled("ratio", 10) << filled("expected", 12) << filled("points", 8)
               << filled("vanished", 11) << filled("appeared", 11) << filled("liquid", 8) << filled("what happened", 36) << "at\n";
     for (std::size_t i = 0; i < std::min(listed, report.places.size()); ++i) {
-        const Place& place = report.places[i];
+        const JumpSite& place = report.places[i];
         std::cout << "    " << filled(text(place.jump), 12) << filled(ratio(report, place.jump), 10)
                   << filled(text(report.expectedAt(place)), 12) << filled(std::to_string(place.points), 8)
                   << filled(text(place.vanished), 11) << filled(text(place.appeared), 11) << filled(std::string(nameOf(place.liquid)), 8)
@@ -279,7 +279,7 @@ CoherenceReport compared(const Moment& before, const Moment& after, const Sequen
     report.distance = surfaceDistance(before.mesh, after.mesh, sampling);
     if (!report.distance.far.empty()) {
         report.radius = reachOf(*before.particles, sequence, report.distance);
-        report.places = placesOf(before.mesh, after.mesh, report.distance.far, report.radius);
+        report.places = jumpSites(before.mesh, after.mesh, report.distance.far, report.radius);
     }
     report.distance.far.clear();
     return report;

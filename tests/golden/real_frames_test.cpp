@@ -27,7 +27,7 @@ void expectWithinOneInTenThousand(std::size_t found, std::size_t expected, const
 }
 
 // Change of the Euler characteristic by the events at a place.
-int eulerChange(const Place& place) {
+int eulerChange(const JumpSite& place) {
     using enum SurfaceEvent;
     const std::set<SurfaceEvent> adding{void_appeared, void_closed_off, hole_closed,
                                         neck_broke,    pieces_parted,   piece_appeared};
@@ -117,10 +117,10 @@ TEST(RealFrames, EventsAgreeWithTheTopologyOfTheBallsAroundThem) {
     const Mesh before = skinFrame(frames[0], params).mesh, after = skinFrame(frames[1], params).mesh;
     DistanceSampling sampling;
     sampling.beyond = particleMotion(frames[0], frames[1])->max;
-    const auto places = placesOf(before, after, surfaceDistance(before, after, sampling).far, params.radius);
+    const auto places = jumpSites(before, after, surfaceDistance(before, after, sampling).far, params.radius);
 
     params.smoothing = SmoothingMethod::none;
-    for (const Place& place : places) {
+    for (const JumpSite& place : places) {
         std::set<std::uint64_t> near;
         for (std::size_t i = 0; i < frames[0].size(); ++i)
             if ((Vec3(frames[0].position[i]) - place.position).length() < 2.5 * params.radius)

@@ -1,4 +1,4 @@
-// What is true of the ball boundary of every cloud.
+// Properties of the ball boundary of every cloud.
 
 #include "base/icosphere.h"
 #include "base/random.h"
@@ -50,7 +50,7 @@ void expectEveryEdgePaired(const std::vector<Triangle>& triangles) {
         ASSERT_EQ(count, 0) << "edge " << edge.first << " - " << edge.second << " has no opposite";
 }
 
-// Nobody farther from anybody than a radius of 1.
+// Particles within one radius (1) of each other.
 Particles hugeCrowd() {
     constexpr std::size_t kParticles = 12000;
     Particles particles;
@@ -116,8 +116,8 @@ TEST(BallBoundary, DirectionsAreExposedWhereNoOtherBallCoversThem) {
     EXPECT_GT(hidden, 10000u);
 }
 
-TEST(BallBoundary, TiesAreThoseOfBallsOfSlightlyDifferentRadius) {
-    // corners of small grids: nearly every predicate is a tie
+TEST(BallBoundary, TiesAreBrokenAsForSlightlyDifferentRadii) {
+    // points of small grids: nearly every predicate is a tie
     const auto compare = [](const Particles& particles, double radius) {
         EXPECT_EQ(canonical(trianglesOfRows(boundaryOf(particles, radius))),
                   perturbedAlphaTriangles(particles, radius));
@@ -191,7 +191,7 @@ TEST(BallBoundary, EveryComponentIsAClosedSurface) {
     });
 }
 
-TEST(BallBoundary, VerticesLieOnThreeSpheresAndInsideNone) {
+TEST(BallBoundary, VerticesAreOnThreeSpheresAndInsideNone) {
     forEveryCloud(200, [](const Cloud& cloud) {
         const BallBoundary boundary = boundaryOf(cloud.particles, cloud.radius);
         const SnappedParticles snapped = snapParticles(cloud.particles, cloud.radius);
@@ -221,7 +221,7 @@ TEST(BallBoundary, DoesNotDependOnParticleOrder) {
     });
 }
 
-TEST(BallBoundary, IsTheSameWithoutThoseHiddenInAHugeCrowd) {
+TEST(BallBoundary, IsTheSameWithoutCoveredParticlesOfADenseCell) {
     const Particles crowd = hugeCrowd();
     const BallBoundary all = boundaryOf(crowd, 1);
     std::vector<std::uint32_t> rows = all.row;
@@ -233,14 +233,14 @@ TEST(BallBoundary, IsTheSameWithoutThoseHiddenInAHugeCrowd) {
     EXPECT_LT(exposed.size(), crowd.size() / 10);
 }
 
-TEST(BallBoundary, ClosesWhereThousandsOfSpheresPassByAPoint) {
+TEST(BallBoundary, IsClosedWhereThousandsOfSpheresNearlyShareAPoint) {
     constexpr std::size_t kParticles = 8000;
     const BallBoundary boundary = boundaryOf(spiralOnSphere(kParticles, 1.5), 1.5);
     expectEveryEdgePaired(boundary.triangle);
     EXPECT_EQ(boundary.position.size(), kParticles);
 }
 
-TEST(NeighbourFinder, FindsSomeOfAHugeCrowd) {
+TEST(NeighbourFinder, SamplesADenseCell) {
     const SnappedParticles snapped = snapParticles(hugeCrowd(), 1);
     NeighbourFinder finder(snapped);
     std::vector<Neighbour> some, all;
@@ -255,7 +255,7 @@ TEST(NeighbourFinder, FindsSomeOfAHugeCrowd) {
     }
 }
 
-TEST(NeighbourFinder, FindsAllWithinItsReach) {
+TEST(NeighbourFinder, FindsAllWithinReach) {
     std::size_t in_crowds = 0;
     forEveryCloud(300, [&](const Cloud& cloud) {
         const SnappedParticles snapped = snapParticles(cloud.particles, cloud.radius);
@@ -287,7 +287,7 @@ TEST(NeighbourFinder, FindsAllWithinItsReach) {
     EXPECT_GT(in_crowds, 100U);  // which are looked at in parts
 }
 
-TEST(ExposedRegion, NamesWhoeverCoversAnyOfIt) {
+TEST(ExposedRegion, NamesEveryBallThatClipsIt) {
     const Icosphere sphere = icosphere(5);
     forEveryCloud(1000, [&](const Cloud& cloud) {
         if (cloud.particles.size() > 400) return;
@@ -320,7 +320,7 @@ TEST(ExposedRegion, NamesWhoeverCoversAnyOfIt) {
     });
 }
 
-TEST(Survivors, NoExposedParticleIsCulled) {
+TEST(ExposureCandidates, IncludeEveryExposedParticle) {
     forEveryCloud(500, [](const Cloud& cloud) {
         if (cloud.particles.size() > 400) return;  // without the cull, pairs of neighbours are many
         const SnappedParticles snapped = snapParticles(cloud.particles, cloud.radius);
@@ -333,7 +333,7 @@ TEST(Survivors, NoExposedParticleIsCulled) {
     });
 }
 
-TEST(BallFaces, WhatTwoCrowdsLeaveOfTheBallBetweenThemIsOneRing) {
+TEST(BallFaces, ABallBetweenTwoDenseClustersIsExposedInOneRing) {
     std::mt19937 random(17);
     std::uniform_real_distribution<float> apart(0, 0.02F);
     Particles particles;
@@ -349,8 +349,9 @@ TEST(BallFaces, WhatTwoCrowdsLeaveOfTheBallBetweenThemIsOneRing) {
     EXPECT_EQ(cycles, std::vector<std::size_t>{2});
 }
 
-// A slab thinner than a cell: every ball reaches into cells without particles, and a good half lie deep enough.
-TEST(Survivors, OfACrowdThatReachesIntoCellsWithoutParticlesManyAreCulled) {
+// A slab thinner than a cell: every ball reaches into empty cells, and more than half of the balls are deep enough to
+// be culled.
+TEST(ExposureCandidates, ExcludeMostOfADenseSlabBesideEmptyCells) {
     std::mt19937 random(3);
     std::uniform_real_distribution<float> along(0, 10), across(0, 2);
     Particles slab;

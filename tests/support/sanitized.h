@@ -1,10 +1,11 @@
-// What tests leave out on sanitizers.
+// Whether tests run under a sanitizer, so that some can be skipped.
 
 #pragma once
 
 namespace betamesh {
 
-/// Sanitizers hold memory of their own, are to be loaded before any other library, and end a process that lacks memory.
+/// Sanitizers need memory of their own, have to be loaded before any other library, and abort a process that runs out
+/// of memory.
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 inline constexpr bool kSanitized = true;
 #else

@@ -1,4 +1,4 @@
-// What is true of points in cells, and of samples near them.
+// Properties of points sorted into grid cells, and of samples near them.
 
 #include "base/cell_order.h"
 
@@ -14,7 +14,7 @@ namespace betamesh {
 
 namespace {
 
-// Near the origin and far from it, on corners of cells, and several at one place.
+// Points near the origin and far from it, at corners of cells, and several at one position.
 std::vector<Vec3> awkwardPoints(std::size_t n) {
     Random random(1);
     std::vector<Vec3> points;
@@ -34,7 +34,7 @@ std::vector<std::uint32_t> rowsIn(const CellOrder& order, const Vec3& low, const
     return rows;
 }
 
-TEST(CellOrder, HasEveryPointOnceInCellsThatAscend) {
+TEST(CellOrder, HasEveryPointOnceAndSortedCells) {
     for (const std::size_t n : {0, 1, 2, 100, 30000}) {
         const std::vector<Vec3> points = awkwardPoints(n);
         const CellOrder order(points.size(), 0.7, [&](std::size_t i) { return points[i]; });
@@ -57,7 +57,7 @@ TEST(CellOrder, HasEveryPointOnceInCellsThatAscend) {
     }
 }
 
-TEST(CellOrder, FindsWhateverIsInABoxAndNothingFarFromIt) {
+TEST(CellOrder, FindsAllPointsInABoxAndNoneFarFromIt) {
     const std::vector<Vec3> points = awkwardPoints(4000);
     const double edge = 0.9;
     const CellOrder order(points.size(), edge, [&](std::size_t i) { return points[i]; });

@@ -127,7 +127,7 @@ public:
     void releaseGaps() {
         constexpr std::size_t kPiece = 4 * kHugePage;
         const std::scoped_lock lock(mutex_);
-        alone([&] {
+        runIsolated([&] {
             parallelFor((taken_ + kPiece - 1) / kPiece, 1, [&](std::size_t piece) {
                 const std::size_t begin = piece * kPiece, end = begin + kPiece;
                 const auto& gaps = places_.gaps();

@@ -355,14 +355,14 @@ std::string checkJson(const CheckReport& report) {
     return oneLine(json);
 }
 
-double CoherenceReport::expectedAt(const Place& place) const {
+double CoherenceReport::expectedAt(const JumpSite& place) const {
     const double way = particles ? particles->max : 0;
     return place.events.empty() ? way : std::sqrt(way * radius);
 }
 
 double CoherenceReport::largestOfExpected() const {
     double largest = 0;
-    for (const Place& place : places) largest = std::max(largest, place.jump / expectedAt(place));
+    for (const JumpSite& place : places) largest = std::max(largest, place.jump / expectedAt(place));
     return largest;
 }
 
@@ -387,7 +387,7 @@ std::string coherenceJson(const CoherenceReport& report) {
                              {"farthest", asJson(report.particles->farthest)}};
         json["ratio"] = ratio(report.distance.max);
         json["places"] = Json::array();
-        for (const Place& place : report.places) {
+        for (const JumpSite& place : report.places) {
             Json& entry = json["places"].emplace_back();
             entry["position"] = asJson(place.position);
             entry["jump"] = place.jump;

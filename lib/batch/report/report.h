@@ -125,7 +125,7 @@ struct CoherenceReport {
     std::string error;                        ///< of a file that could not be read; then nothing below is filled in
     SurfaceDistance distance;                 ///< world units
     std::optional<ParticleMotion> particles;  ///< if asked for
-    std::vector<Place> places;                ///< where the surface went farther than particles, as asked for
+    std::vector<JumpSite> places;             ///< where the surface went farther than particles, as asked for
     double radius = 0;                        ///< of the balls, world units, known or guessed; where there are places
 
     /// A way of the surface in those of the fastest particle, if that moved at all.
@@ -136,7 +136,7 @@ struct CoherenceReport {
     /// How far the surface goes at a place, world units: as far as the fastest particle, or, where something meets,
     /// parts, opens or closes, the root of that times the radius, for round things that are a little apart approach in
     /// the root of time.
-    double expectedAt(const Place& place) const;
+    double expectedAt(const JumpSite& place) const;
     /// The jumps of places in what is expected of them, the largest; infinite where something jumps and nothing moves.
     double largestOfExpected() const;
 };

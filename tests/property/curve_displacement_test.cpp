@@ -1,9 +1,9 @@
-// Steps that would let edges of a curve cross, and what becomes of them.
+// Displacements that would make edges of a curve cross are shortened until they do not.
 
+#include "planar/curve_displacement.h"
 #include "base/random.h"
 #include "mesh/curve_check.h"
 #include "planar/skin_plane.h"
-#include "planar/uncrossed_curve.h"
 #include "support/planar_clouds.h"
 
 #include <gtest/gtest.h>
@@ -35,7 +35,7 @@ std::size_t crossingsOf(const BetaCurve& curve, double radius) {
     return checkCurves(curves, params).crossings.count;
 }
 
-TEST(UncrossedCurve, RandomStepsCrossNothing) {
+TEST(CurveDisplacement, RandomDisplacementsMakeNoCrossings) {
     std::size_t would_cross = 0;
     forEveryPlanarCloud(100, [&](const Cloud& cloud) {
         for (const double size : {0.05, 0.5, 2.0}) {
@@ -46,19 +46,19 @@ TEST(UncrossedCurve, RandomStepsCrossNothing) {
                 moved.vertex[v] = moved.vertex[v] + step[v];
             }
             would_cross += crossingsOf(moved, cloud.radius) > 0;
-            moveUncrossed(curve, step, cloud.radius);
+            moveWithoutCrossings(curve, step, cloud.radius);
             EXPECT_EQ(crossingsOf(curve, cloud.radius), 0u);
         }
     });
     EXPECT_GT(would_cross, 100u);
 }
 
-TEST(UncrossedCurve, StepsThatCrossNothingAreTakenWhole) {
+TEST(CurveDisplacement, HarmlessDisplacementsAreNotShortened) {
     forEveryPlanarCloud(100, [](const Cloud& cloud) {
         const BetaCurve before = curveOf(cloud);
         BetaCurve curve = before;
         const DualVec3 step{Vec3(0.3, -0.2, 0) * cloud.radius, Vec3(1, 2, 0)};
-        moveUncrossed(curve, std::vector<DualVec3>(curve.vertex.size(), step), cloud.radius);
+        moveWithoutCrossings(curve, std::vector<DualVec3>(curve.vertex.size(), step), cloud.radius);
         for (std::size_t v = 0; v < curve.vertex.size(); ++v) {
             EXPECT_EQ(curve.vertex[v].position, before.vertex[v].position + step.position);
             EXPECT_EQ(curve.vertex[v].velocity, step.velocity);
