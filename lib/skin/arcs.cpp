@@ -156,16 +156,16 @@ DualVec3 pointAt(const IntersectionCircle& circle, Dual angle) {
 // them, counting angles from `from`. pointOf(first - 1) and pointOf(last + 1) are the neighbours of the ends. Returns
 // one past the last fading point added.
 template <typename PointOf>
-FadingVertex* setPoints(const IntersectionCircle& circle, Dual from, Dual angle, const Subdivision& cut,
+FadingVertex* setPoints(const IntersectionCircle& circle, Dual from, Dual angle, const Subdivision& division,
                         std::uint32_t first, std::uint32_t last, const PointOf& pointOf, ArcNetwork& network,
                         FadingVertex* fading) {
-    const auto at = [&](std::uint32_t m) { return pointAt(circle, from + angle * cut.at(m)); };
+    const auto at = [&](std::uint32_t m) { return pointAt(circle, from + angle * division.at(m)); };
     for (std::uint32_t m = first; m <= last; ++m) network.point[pointOf(m)] = at(m);
-    for (std::uint32_t k = 0; k < cut.fading(); ++k) {
-        const std::uint32_t m = cut.firstFading() + 2 * k, before = pointOf(m - 1), after = pointOf(m + 1);
+    for (std::uint32_t k = 0; k < division.fading(); ++k) {
+        const std::uint32_t m = division.firstFading() + 2 * k, before = pointOf(m - 1), after = pointOf(m + 1);
         DualVec3& point = network.point[pointOf(m)];
-        *fading++ = {pointOf(m), {before, after, after, after}, {0.5, 0.5, 0, 0}, cut.fadeWeight(), point};
-        const Dual weight = kMinFadeWeight + cut.fadeWeight() * (1 - kMinFadeWeight);
+        *fading++ = {pointOf(m), {before, after, after, after}, {0.5, 0.5, 0, 0}, division.fadeWeight(), point};
+        const Dual weight = kMinFadeWeight + division.fadeWeight() * (1 - kMinFadeWeight);
         point = point * weight + (at(m - 1) + at(m + 1)) * (0.5 * (1 - weight));
     }
     return fading;
@@ -238,14 +238,14 @@ ArcNetwork arcPoints(const BallBoundary& boundary, const std::vector<DualVec3>& 
 
     std::vector<std::uint32_t> inside(arcs + circles), fading_inside(arcs + circles);
     parallelFor(arcs, 512, [&](std::size_t a) {
-        const Subdivision cut = subdivisionOfArc(a);
-        inside[a] = cut.segments() - 1;
-        fading_inside[a] = cut.fading();
+        const Subdivision division = subdivisionOfArc(a);
+        inside[a] = division.segments() - 1;
+        fading_inside[a] = division.fading();
     });
     for (std::size_t k = 0; k < circles; ++k) {
-        const Subdivision cut = subdivisionOfHalf(k);
-        inside[arcs + k] = 2 * cut.segments();
-        fading_inside[arcs + k] = 2 * cut.fading();
+        const Subdivision division = subdivisionOfHalf(k);
+        inside[arcs + k] = 2 * division.segments();
+        fading_inside[arcs + k] = 2 * division.fading();
     }
     std::vector<std::uint32_t> begin = exclusiveScan(inside);
     for (std::uint32_t& b : begin) b += static_cast<std::uint32_t>(network.vertices);
@@ -268,13 +268,14 @@ ArcNetwork arcPoints(const BallBoundary& boundary, const std::vector<DualVec3>& 
     parallelFor(circles, 64, [&](std::size_t k) {
         IntersectionCircle circle = circleAt(k);
         circle.beginAnywhere();
-        const Subdivision cut = subdivisionOfHalf(k);
+        const Subdivision division = subdivisionOfHalf(k);
         FadingVertex* next = network.fading.data() + fading[arcs + k];
         for (const std::uint32_t half : {0U, 1U}) {
             const auto pointOf = [&](std::uint32_t m) {
-                return network.circle_begin[k] + (half * cut.segments() + m) % inside[arcs + k];
+                return network.circle_begin[k] + (half * division.segments() + m) % inside[arcs + k];
             };
-            next = setPoints(circle, half * kTurn / 2, kTurn / 2, cut, 0, cut.segments() - 1, pointOf, network, next);
+            next = setPoints(circle, half * kTurn / 2, kTurn / 2, division, 0, division.segments() - 1, pointOf,
+                             network, next);
         }
     });
     return network;
