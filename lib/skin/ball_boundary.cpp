@@ -5,7 +5,6 @@
 #include "base/parallel.h"
 #include "exact/predicates.h"
 #include "mesh/mesh_edges.h"
-#include "skin/exposed_directions.h"
 #include "skin/exposed_region.h"
 
 #include <algorithm>

@@ -10,24 +10,18 @@
 #include "base/index.h"
 #include "betamesh/mesh.h"
 #include "exact/snapped_particles.h"
+#include "skin/exposed_directions.h"
 
 #include <string_view>
 #include <variant>
 
 namespace betamesh {
 
-/// One of a set of directions in which a ball's sphere is exposed.
-struct ExposedDirection {
-    std::uint32_t direction;  ///< index in the set
-    std::uint32_t nearest;    ///< the ball whose cap is nearest by rim distance; kInvalidIndex if it is not exposed
-    float rim_distance;       ///< from the rim of the exposed part, see FacePoints
-};
-
-/// Its balls are the exposed ones, in the order of SnappedParticles. Vertex v is the centre of an empty r-ball and the
-/// dual of one oriented alpha triangle; if both sides of a triplet are exposed, its two vertices follow one another in
-/// the list. Half-edge 3v + m runs from triangle[v][m] to triangle[v][(m + 1) % 3] and stands for one end of an arc,
-/// its twin for the other end. A triangle can be adjacent to its own reverse side: there the boundary goes round the
-/// rim of a sheet.
+/// The boundary of a union of balls. Its balls are the exposed ones, in the order of SnappedParticles. Vertex v is the
+/// centre of an empty r-ball and the dual of one oriented alpha triangle; if both sides of a triplet are exposed, its
+/// two vertices follow one another in the list. Half-edge 3v + m runs from triangle[v][m] to triangle[v][(m + 1) % 3]
+/// and stands for one end of an arc, its twin for the other end. A triangle can be adjacent to its own reverse side:
+/// there the boundary goes round the rim of a sheet.
 struct BallBoundary {
     double quantum = 1;                      ///< world units
     std::int64_t radius = 0;                 ///< quanta

@@ -5,13 +5,19 @@
 
 #include "base/icosphere.h"
 #include "base/index.h"
-#include "skin/ball_boundary.h"
 #include "skin/exposed_region.h"
 
 #include <cstdint>
 #include <vector>
 
 namespace betamesh {
+
+/// One of a set of directions in which a ball's sphere is exposed.
+struct ExposedDirection {
+    std::uint32_t direction;  ///< index in the set
+    std::uint32_t nearest;    ///< the ball whose cap is nearest by rim distance; kInvalidIndex if it is not exposed
+    float rim_distance;       ///< from the rim of the exposed part, see FacePoints
+};
 
 /// Finds which of a set of directions are exposed on a ball. One object serves many balls in turn.
 class ExposedDirections {
