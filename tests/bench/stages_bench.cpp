@@ -7,7 +7,7 @@
 #include "io/mesh_file.h"
 #include "io/particle_file.h"
 #include "skin/ball_boundary.h"
-#include "skin/exposure_candidates.h"
+#include "skin/coverage.h"
 #include "skin/near_surface.h"
 #include "skin/pipeline.h"
 #include "skin/spacing.h"

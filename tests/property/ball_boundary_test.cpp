@@ -6,10 +6,10 @@
 #include "mesh/mesh_measure.h"
 #include "skin/alpha_mesh.h"
 #include "skin/ball_boundary.h"
-#include "skin/ball_faces.h"
+#include "skin/coverage.h"
 #include "skin/exposed_region.h"
-#include "skin/exposure_candidates.h"
 #include "skin/face_points.h"
+#include "skin/faces.h"
 #include "support/clouds.h"
 #include "support/oracles.h"
 
@@ -77,7 +77,7 @@ TEST(BallBoundary, AgreesWithBruteForceTriangleForTriangle) {
 TEST(BallBoundary, DirectionsAreExposedWhereNoOtherBallCoversThem) {
     constexpr double kInDoubt = 1e-5;  // of cosines in single precision
     const std::vector<Vec3> directions = icosphere(3).position;
-    std::size_t exposed = 0, hidden = 0;
+    std::size_t exposed = 0, covered = 0;
     forEveryCloud(kRandomClouds / 3, [&](const Cloud& cloud) {
         if (cloud.particles.size() > 200) return;
         const SnappedParticles snapped = snapParticles(cloud.particles, cloud.radius);
@@ -87,7 +87,7 @@ TEST(BallBoundary, DirectionsAreExposedWhereNoOtherBallCoversThem) {
         for (std::size_t b = 0; b < boundary.position.size(); ++b) {
             std::span<const ExposedDirection> listed = boundary.exposed[b];
             for (std::uint32_t d = 0; d < directions.size(); ++d) {
-                double least = kFullClearance;  // rim_distance, by its definition
+                double least = kMaxRimDistance;  // rim_distance, by its definition
                 double least_of_cosines = 1;    // cos α - cos β
                 for (const Vec3i& position : snapped.position) {
                     const Vec3 offset = toDouble(position - boundary.position[b]);
@@ -97,13 +97,13 @@ TEST(BallBoundary, DirectionsAreExposedWhereNoOtherBallCoversThem) {
                     if (sine < 1e-4) continue;  // hides next to nothing
                     const double apart = cosine - dot(offset, directions[d]) / distance;
                     least_of_cosines = std::min(least_of_cosines, apart);
-                    least = std::min(least, apart / (sine * std::min(1.0, sine / kWideCap)));
+                    least = std::min(least, apart / (sine * std::min(1.0, sine / kWideCapSine)));
                 }
                 const bool is_listed = !listed.empty() && listed.front().direction == d;
                 if (std::abs(least_of_cosines) > kInDoubt) {
                     ASSERT_EQ(is_listed, least_of_cosines > 0) << cloud.name << ", ball " << b;
                 }
-                is_listed ? ++exposed : ++hidden;
+                is_listed ? ++exposed : ++covered;
                 if (!is_listed) continue;
                 const double rounding = least * kInDoubt / std::max(least_of_cosines, kInDoubt);
                 EXPECT_NEAR(listed.front().rim_distance, least, 1e-3 + rounding) << cloud.name << ", ball " << b;
@@ -113,7 +113,7 @@ TEST(BallBoundary, DirectionsAreExposedWhereNoOtherBallCoversThem) {
         }
     });
     EXPECT_GT(exposed, 10000u);
-    EXPECT_GT(hidden, 10000u);
+    EXPECT_GT(covered, 10000u);
 }
 
 TEST(BallBoundary, TiesAreBrokenAsForSlightlyDifferentRadii) {
@@ -298,8 +298,8 @@ TEST(ExposedRegion, NamesEveryBallThatClipsIt) {
         std::vector<Neighbour> neighbours;
         for (std::uint32_t i = 0; i < snapped.size(); ++i) {
             finder.find(i, neighbours);
-            const bool hidden = region.isHiddenBy(neighbours);
-            region.enclose(neighbours);
+            const bool covered = region.isCoveredBy(neighbours);
+            region.construct(neighbours);
             for (const Vec3& direction : sphere.position) {
                 const Vec3 point = direction * radius;
                 const auto hides = [&](const Neighbour& n) {
@@ -310,7 +310,7 @@ TEST(ExposedRegion, NamesEveryBallThatClipsIt) {
                 };
                 const bool exposed = !hidesFromAny(neighbours);
                 if (exposed) {
-                    ASSERT_TRUE(!region.empty() && !hidden) << "particle " << i;
+                    ASSERT_TRUE(!region.empty() && !covered) << "particle " << i;
                 }
                 if (!region.empty()) {
                     ASSERT_EQ(exposed, !hidesFromAny(region.neighbours())) << "particle " << i;

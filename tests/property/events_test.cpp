@@ -5,7 +5,7 @@
 #include "exact/snapped_particles.h"
 #include "mesh/coherence.h"
 #include "skin/ball_boundary.h"
-#include "skin/exposure_candidates.h"
+#include "skin/coverage.h"
 #include "skin/pipeline.h"
 #include "support/oracles.h"
 

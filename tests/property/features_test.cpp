@@ -1,6 +1,5 @@
 // Properties of droplets, tendrils, bubbles and components of every cloud.
 
-#include "skin/droplets.h"
 #include "skin/features.h"
 
 #include "base/parallel.h"
@@ -11,7 +10,7 @@
 #include "mesh/mesh_check.h"
 #include "mesh/mesh_measure.h"
 #include "skin/ball_boundary.h"
-#include "skin/exposure_candidates.h"
+#include "skin/coverage.h"
 #include "skin/pipeline.h"
 #include "support/clouds.h"
 #include "support/oracles.h"

@@ -8,7 +8,7 @@
 #include "betamesh/error.h"
 #include "mesh/mesh_measure.h"
 #include "skin/ball_boundary.h"
-#include "skin/exposure_candidates.h"
+#include "skin/coverage.h"
 #include "skin/spacing.h"
 #include "support/clouds.h"
 #include "support/oracles.h"

@@ -1,5 +1,4 @@
-
-#include "skin/ball_faces.h"
+#include "skin/faces.h"
 
 #include "base/angles.h"
 #include "base/compressed_rows.h"
@@ -16,21 +15,21 @@ namespace betamesh {
 
 namespace {
 
-constexpr double kMargin = 1e-9;  // radians: what is closer than this is left undecided, never guessed
+constexpr double kAngleMargin = 1e-9;  // radians: closer calls are left undecided, never guessed
 constexpr std::size_t kBallsPerTask = 256;
-constexpr int kDirections = 16;               // great circles tried from each place
-constexpr std::size_t kManyNeighbours = 256;  // of which few bound what is exposed
+constexpr int kGreatCirclesPerArc = 16;       // tried in turn, from different points of the arc
+constexpr std::size_t kManyNeighbours = 256;  // from here on only those that bound the exposed part are looked at
 
-// How many connected groups the neighbours' caps on one sphere form: exact signs.
+// The number of connected groups that the neighbours' caps on one sphere form, by exact signs.
 std::size_t capGroups(std::vector<Neighbour> neighbours, std::int64_t radius) {
-    // The widest caps first. One that lies within another meets nobody whom that one does not meet: in crowds nearly
-    // all do. Where those before are one group, it is enough to meet one.
+    // The widest caps first: a cap within another meets no third cap that the other does not meet, and in dense cells
+    // nearly all caps are within another. While the caps so far form one group, it is enough to meet one of them.
     std::sort(neighbours.begin(), neighbours.end(), [](const auto& a, const auto& b) { return a.squared < b.squared; });
     std::vector<Vec3i> caps;
     std::vector<std::uint32_t> met;
     UnionFind touching(neighbours.size());
     const auto groups = [&] { return touching.groups() - (neighbours.size() - caps.size()); };
-    const auto liesWithin = [&](const Vec3i& cap) {
+    const auto isWithinAnother = [&](const Vec3i& cap) {
         met.clear();
         const bool one_group = groups() == 1;
         for (std::uint32_t b = 0; b < caps.size() && !(one_group && !met.empty()); ++b) {
@@ -43,7 +42,7 @@ std::size_t capGroups(std::vector<Neighbour> neighbours, std::int64_t radius) {
     };
     for (const Neighbour& neighbour : neighbours) {
         const Vec3i cap(neighbour.offset);
-        if (liesWithin(cap)) continue;
+        if (isWithinAnother(cap)) continue;
         const auto number = static_cast<std::uint32_t>(caps.size());
         for (const std::uint32_t b : met) touching.join(b, number);
         caps.push_back(cap);
@@ -51,11 +50,11 @@ std::size_t capGroups(std::vector<Neighbour> neighbours, std::int64_t radius) {
     return groups();
 }
 
-// An exposed arc as its ball sees it, on the unit sphere: counter-clockwise round `axis` from angle `begin`,
-// `sweep` long.
+// An exposed arc on the unit sphere of its ball: counter-clockwise round `axis` from angle `begin`, `sweep` radians
+// long.
 struct Arc {
     Vec3 axis, x, y;  // orthonormal
-    double height;    // of the circle's plane along the axis
+    double height;    // of the circle's plane along the axis, radii
     double begin, sweep;
     std::uint32_t cycle;  // index among the cycles of the ball
 
@@ -72,6 +71,7 @@ double positiveAngle(double angle) {
     return angle < 0 ? angle + 2 * std::numbers::pi : angle;
 }
 
+// The full circle of a ball with another, as an arc.
 Arc circleOf(const BallBoundary& boundary, std::uint32_t ball, std::uint32_t other, std::uint32_t cycle) {
     const Vec3 offset = toDouble(boundary.position[other] - boundary.position[ball]);
     const double distance = offset.length();
@@ -113,58 +113,58 @@ std::vector<Arc> arcsOf(const BallBoundary& boundary, std::uint32_t ball, std::s
     return arcs;
 }
 
-// Leaves `start`, on the circle of arcs[own], along a great circle in the direction `heading`; names the
-// cycle that it meets first, unless that is too close to call.
-std::optional<std::uint32_t> firstMet(const std::vector<Arc>& arcs, std::size_t own, const Vec3& start,
-                                      const Vec3& heading) {
-    constexpr double kNever = 4 * std::numbers::pi;
-    double first = kNever, unclear = kNever;  // how far it is to the first meeting, and to the first close call
+// The cycle that the great circle from `start`, a point of arcs[own], in the direction `heading` meets first; none if
+// that is too close to call.
+std::optional<std::uint32_t> firstCycleMet(const std::vector<Arc>& arcs, std::size_t own, const Vec3& start,
+                                           const Vec3& heading) {
+    constexpr double kNotMet = 4 * std::numbers::pi;
+    double first = kNotMet, undecided = kNotMet;  // angles to the first cycle met, and to the first close call
     std::size_t met = arcs.size();
     for (std::size_t a = 0; a < arcs.size(); ++a) {
         const bool own_circle = arcs[a].axis == arcs[own].axis;
-        if (own_circle && arcs[a].height > 1 - kMargin) continue;  // balls that touch in a point
+        if (own_circle && arcs[a].height > 1 - kAngleMargin) continue;  // the balls touch in a point
         const double along = dot(start, arcs[a].axis), across = dot(heading, arcs[a].axis);
         const double reach = std::sqrt(along * along + across * across), nearest = angleOf(across, along);
-        if (reach < arcs[a].height - kMargin) continue;
-        if (reach < arcs[a].height + kMargin) {
-            unclear = std::min(unclear, positiveAngle(nearest - 1e-3));
+        if (reach < arcs[a].height - kAngleMargin) continue;
+        if (reach < arcs[a].height + kAngleMargin) {
+            undecided = std::min(undecided, positiveAngle(nearest - 1e-3));
             continue;
         }
         const double cosine = arcs[a].height / reach;
         double angle = positiveAngle(nearest - angleOf(std::sqrt(1 - cosine * cosine), cosine));
-        const bool at_start = angle < kMargin || angle > 2 * std::numbers::pi - kMargin;
-        if (at_start && !own_circle) return std::nullopt;
-        if (at_start) angle = 2 * std::numbers::pi;
-        if (met < arcs.size() && arcs[a].axis == arcs[met].axis) continue;  // another arc of that circle
-        unclear = std::min(unclear, std::max(angle, first));
+        const bool meets_at_start = angle < kAngleMargin || angle > 2 * std::numbers::pi - kAngleMargin;
+        if (meets_at_start && !own_circle) return std::nullopt;
+        if (meets_at_start) angle = 2 * std::numbers::pi;
+        if (met < arcs.size() && arcs[a].axis == arcs[met].axis) continue;  // another arc of the circle met
+        undecided = std::min(undecided, std::max(angle, first));
         if (angle < first) first = angle, met = a;
     }
-    if (met == arcs.size() || unclear - first < kMargin) return std::nullopt;
+    if (met == arcs.size() || undecided - first < kAngleMargin) return std::nullopt;
     const auto [sine, cosine] = sineCosine(first);
     const Vec3 hit = start * cosine + heading * sine;
-    for (const Arc& arc : arcs) {  // several arcs may lie on the circle that was met
+    for (const Arc& arc : arcs) {  // several arcs may lie on that circle
         if (arc.axis != arcs[met].axis) continue;
         const double angle = positiveAngle(arc.angleTo(hit) - arc.begin);
-        if (angle > kMargin && angle < arc.sweep - kMargin) return arc.cycle;
+        if (angle > kAngleMargin && angle < arc.sweep - kAngleMargin) return arc.cycle;
     }
     return std::nullopt;
 }
 
-// Joins cycles that an exposed path connects until `faces` groups are left.
+// Joins cycles that exposed pieces of great circles connect, until `faces` groups are left.
 void joinAlongGreatCircles(const std::vector<Arc>& arcs, std::size_t faces, UnionFind& groups) {
-    for (int round = 0; round < kDirections; ++round)
+    for (int round = 0; round < kGreatCirclesPerArc; ++round)
         for (std::size_t a = 0; a < arcs.size(); ++a) {
             if (groups.groups() <= faces) return;
-            // fractions that never repeat: multiples of the golden ratio
-            const double part = std::fmod(0.5 + round * 0.6180339887498949, 1.0);
+            // low-discrepancy fractions: multiples of the golden ratio and of 1 / the plastic number
+            const double fraction = std::fmod(0.5 + round * 0.6180339887498949, 1.0);
             const double tilt = (std::fmod(0.5 + round * 0.7548776662466927, 1.0) - 0.5) * std::numbers::pi * 0.9;
-            const Vec3 start = arcs[a].at(arcs[a].begin + part * arcs[a].sweep);
+            const Vec3 start = arcs[a].at(arcs[a].begin + fraction * arcs[a].sweep);
             Vec3 outward = start * arcs[a].height - arcs[a].axis;
-            if (!(outward.length() > kMargin)) outward = arcs[a].x;  // balls that touch in a point
+            if (!(outward.length() > kAngleMargin)) outward = arcs[a].x;  // the balls touch in a point
             outward.normalize();
             const auto [sine, cosine] = sineCosine(tilt);
             const Vec3 heading = outward * cosine + cross(start, outward) * sine;
-            if (const auto cycle = firstMet(arcs, a, start, heading)) groups.join(arcs[a].cycle, *cycle);
+            if (const auto cycle = firstCycleMet(arcs, a, start, heading)) groups.join(arcs[a].cycle, *cycle);
         }
 }
 
@@ -182,7 +182,7 @@ void groupFaces(const SnappedParticles& particles, BallBoundary& boundary) {
         balls, rows + 2 * boundary.circle.size(),
         [&](std::size_t c, const auto& visit) { visit(ballOfCycle(c), static_cast<std::uint32_t>(c)); });
 
-    // Of each the first of its ball's that it shares a face with.
+    // For each cycle of cycles_of the first cycle of its ball that it shares a face with.
     std::vector<std::uint32_t> group(cycles_of.item.size());
     parallelRanges(balls, kBallsPerTask, [&](std::size_t first_ball, std::size_t last_ball) {
         NeighbourFinder finder(particles);
@@ -193,8 +193,8 @@ void groupFaces(const SnappedParticles& particles, BallBoundary& boundary) {
             if (cycles.size() < 2) continue;
             UnionFind groups(cycles.size());
             finder.find(boundary.snapped_row[ball], neighbours);
-            const bool many = neighbours.size() >= kManyNeighbours;  // the caps of some cover as much as all
-            if (many) region.enclose(neighbours);
+            const bool many = neighbours.size() >= kManyNeighbours;  // the caps of few cover as much as all
+            if (many) region.construct(neighbours);
             const std::size_t groups_of_caps = capGroups(many ? region.neighbours() : neighbours, particles.radius);
             const std::size_t faces = cycles.size() + 1 - groups_of_caps;
             if (faces == 1)
