@@ -1,5 +1,5 @@
-// The table of keys, a function for each section. A new key is a member of Config and a row in one of them; everything
-// else follows.
+// The table of configuration keys, one function per section. To add a key, add a member to Config and a row to one of
+// these functions; YAML, --set, options, `config print`, the man page and completions follow from that row.
 
 #pragma once
 
@@ -9,7 +9,7 @@
 
 namespace betamesh {
 
-/// Each appends the keys of its section; addInputKeys also `frames`.
+/// Each function appends the keys of its section; addInputKeys() also appends `frames`.
 void addPresetKey(std::vector<ConfigKey>& keys);
 void addInputKeys(std::vector<ConfigKey>& keys);
 void addSurfaceKeys(std::vector<ConfigKey>& keys);
