@@ -5,9 +5,7 @@
 #include "betamesh/curves.h"
 #include "betamesh/mesh.h"
 #include "betamesh/skin_params.h"
-
-#include <functional>
-#include <string_view>
+#include "skin/pipeline.h"
 
 namespace betamesh {
 
@@ -49,7 +47,7 @@ struct SkinnedPlane {
 ///         the particles have not; particles beyond the integer range
 /// source  beta mesh paper, section 3 and Figure 8
 SkinnedPlane skinPlane(const Particles& particles, const SkinParams& params,
-                       const std::function<void(std::string_view stage)>& watch = {});
+                       const Watch& watch = {});
 
 /// errors  parameters that only three dimensions know; the paper's smoothing of another tessellation than the paper's
 void requirePlanar(const SkinParams& params);
