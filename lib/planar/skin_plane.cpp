@@ -39,8 +39,6 @@ void requireOnePlane(const Particles& particles) {
     }
 }
 
-using Watch = std::function<void(std::string_view)>;
-
 // The union of discs always has the complete tessellation.
 bool usesPaperTessellation(const SkinParams& params) {
     return params.surface == SurfaceKind::beta && params.tessellation == Tessellation::paper;
@@ -180,9 +178,7 @@ PlaneReport reportOf(const Particles& particles, const DiscBoundary& boundary) {
 }  // namespace
 
 SkinnedPlane skinPlane(const Particles& particles, const SkinParams& params, const Watch& watch_or_none) {
-    const auto watch = [&](std::string_view stage) {
-        if (watch_or_none) watch_or_none(stage);
-    };
+    const Watch watch = watch_or_none ? watch_or_none : [](Stage) {};
     requirePlanar(params);
     requireSkin(params);
     requireOnePlane(particles);
@@ -192,7 +188,7 @@ SkinnedPlane skinPlane(const Particles& particles, const SkinParams& params, con
     const LeftOut left_out = leaveOutDroplets(particles, params.features, snapped, plane.spheres);
     const DiscBoundary boundary = discBoundary(snapped);
     const std::vector<DualVec3> discs = movingDiscs(boundary, particles);
-    watch("structure");
+    watch(Stage::structure);
 
     plane.report = reportOf(particles, boundary);
     plane.report.distinct_particles = distinct_particles;
@@ -203,18 +199,17 @@ SkinnedPlane skinPlane(const Particles& particles, const SkinParams& params, con
         plane.curves = plane.alpha;
     } else {
         const std::vector<DualVec3> vertices = boundaryVertices(boundary, discs);
-        watch("velocity");
         BetaCurve curve = tessellated(boundary, discs, vertices, params);
         if (params.features.bubbles == Bubbles::fill)
             plane.report.bubbles_filled = fillSmallHoles(particles, snapped, boundary, params, curve);
         plane.before = asCurves(curve);
         plane.pure = curve.pure;
-        watch("tessellate");
+        watch(Stage::tessellate);
         if (skinDepth(params, 2) > 0) moveToSkin(particles, snapped, boundary, params, curve);
         if (params.surface == SurfaceKind::beta) smooth(boundary, discs, vertices, params, curve);
-        watch("smooth");
+        watch(Stage::smooth);
         if (!particles.velocity.empty()) projectTangentialVelocity(boundary, discs, curve);
-        watch("velocity");
+        watch(Stage::velocity);
         plane.curves = asCurves(curve);
         if (usesPaperTessellation(params)) addSpheres(particles, snapped, isolatedRows(boundary), plane.spheres);
     }

@@ -5,9 +5,7 @@
 #include "betamesh/curves.h"
 #include "betamesh/mesh.h"
 #include "betamesh/skin_params.h"
-
-#include <functional>
-#include <string_view>
+#include "skin/pipeline.h"
 
 namespace betamesh {
 
@@ -50,7 +48,7 @@ struct SkinnedPlane {
 ///         the particles do not have; particles beyond the integer range
 /// source  beta mesh paper, section 3 and Figure 8
 SkinnedPlane skinPlane(const Particles& particles, const SkinParams& params,
-                       const std::function<void(std::string_view stage)>& watch = {});
+                       const Watch& watch = {});
 
 /// Checks that the parameters are supported in two dimensions.
 ///

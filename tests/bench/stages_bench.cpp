@@ -77,9 +77,9 @@ void wholeFrame(benchmark::State& state, Particles (*cloud)(std::size_t n), int 
     withThreads(threads > 0 ? threads : static_cast<int>(threadsHere()), [&] {
         for (auto _ : state) {
             Clock::time_point begin = Clock::now();
-            benchmark::DoNotOptimize(skinFrame(particles, params, [&](std::string_view stage) {
+            benchmark::DoNotOptimize(skinFrame(particles, params, [&](Stage stage) {
                 const Clock::time_point end = Clock::now();
-                seconds[std::string(stage)] += std::chrono::duration<double>(end - std::exchange(begin, end)).count();
+                seconds[std::string(nameOf(stage))] += std::chrono::duration<double>(end - std::exchange(begin, end)).count();
             }));
         }
     });

@@ -140,7 +140,7 @@ bool crossesItself(const std::vector<Vec3>& position, const std::vector<Triangle
     const auto positionOf = [&](std::uint32_t v) { return position[v]; };
     for (std::size_t s = 0; s < triangles.size(); ++s)
         for (std::size_t t = 0; t < s; ++t)
-            if (meetingOf(triangles[s], triangles[t], positionOf) == Meeting::crossing) return true;
+            if (relationOf(triangles[s], triangles[t], positionOf) == TriangleRelation::crossing) return true;
     return false;
 }
 

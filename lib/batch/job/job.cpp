@@ -188,16 +188,16 @@ void rememberFile(const fs::path& file, const FrameTask& task, Provenance& origi
 class StageWatch {
 public:
     explicit StageWatch(StageSeconds& seconds) : seconds_(seconds) {}
-    void operator()(std::string_view stage) {
+    void operator()(Stage stage) {
         const double lap = stopwatch_.lap();
-        if (stage == "read") seconds_.read += lap;
-        if (stage == "structure") seconds_.structure += lap;
-        if (stage == "tessellate") seconds_.tessellate += lap;
-        if (stage == "smooth") seconds_.smooth += lap;
-        if (stage == "velocity") seconds_.velocity += lap;
-        if (stage == "picture") seconds_.picture += lap;
-        if (stage == "write") seconds_.write += lap;
-        if (stage != "write") leaveIfInterrupted();
+        if (stage == Stage::read) seconds_.read += lap;
+        if (stage == Stage::structure) seconds_.structure += lap;
+        if (stage == Stage::tessellate) seconds_.tessellate += lap;
+        if (stage == Stage::smooth) seconds_.smooth += lap;
+        if (stage == Stage::velocity) seconds_.velocity += lap;
+        if (stage == Stage::picture) seconds_.picture += lap;
+        if (stage == Stage::write) seconds_.write += lap;
+        if (stage != Stage::write) leaveIfInterrupted();
     }
 
 private:
@@ -226,7 +226,7 @@ Surface surfaceOf(const Liquid& liquid, const FrameTask& task, const Plan& plan,
     report.vertices = skinned.mesh.position.size();
     report.triangles = skinned.mesh.triangles.size();
     std::string picture = pictureOf(task, plan, skinned, particles);
-    watch("picture");
+    watch(Stage::picture);
     const auto mesh = std::make_shared<Mesh>(std::move(skinned.mesh));
     const auto write = [mesh, &task, &report] {
         std::optional<OutputFile> file;
@@ -250,7 +250,7 @@ Surface planarSurfaceOf(const Liquid& liquid, const FrameTask& task, const Plan&
     if (task.action == FrameAction::mesh) *plane = skinPlane(particles, plan.skin, std::ref(watch));
     report.plane = {plane->report, measureCurves(plane->curves), plane->curves.edges.size()};
     report.vertices = plane->curves.position.size();
-    watch("measure");
+    watch(Stage::measure);
     return {plane->spheres, {}, [=, &particles, &task, &plan] {
                 writePlane(task.output, *plane, particles.position, plan.skin, plan.config);
             }};
@@ -287,7 +287,7 @@ void meshFrame(const FrameTask& task, const Plan& plan, bool near_surface, Frame
             throw Error(task.input + ": could not be read when the spacing was measured, but can be now");
         declareVelocity(particles, report, job.warned_of_velocity);
         if (!planar) hintAtPlane(particles, report, job.hinted_at_plane);
-        watch("read");
+        watch(Stage::read);
     } else {
         report.warnings.push_back("no input: an empty mesh written, as run.on_missing says");
     }
@@ -301,7 +301,7 @@ void meshFrame(const FrameTask& task, const Plan& plan, bool near_surface, Frame
     rememberFile(task.output, task, *report.origin);
     if (report.spheres > 0) rememberFile(spheresPath(task.output), task, *report.origin);
     if (!surface.picture.empty()) rememberFile(task.picture, task, *report.origin);
-    watch("write");
+    watch(Stage::write);
     report.seconds.total = total.lap();
     noteMemory(report);
     retrying(config.run.retries, [&] { writeFile(reportPath(task.output), reportJson(report) + '\n'); });
