@@ -178,7 +178,6 @@ int runWithOptions(const std::string& pipeline, std::vector<KeyValue> given, con
     if (config.run.memory_limit > 0) {
         const int threads = threadsOf(config);
         withThreads(threads, [&] { startThreads(threads); });
-        if (!config.input.path.empty()) prepareToReadParticles(config.input.path);
         limitMemory(config.run.memory_limit);
     }
 

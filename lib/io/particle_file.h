@@ -33,9 +33,6 @@ Particles readParticles(const std::filesystem::path& path, const AttributeNames&
 /// Calls visit(positions) for all particles, some thousands at a time in the order of their rows; finite ones.
 void forPositions(const std::filesystem::path& path, const std::function<void(std::span<const Vec3f>)>& visit);
 
-/// Loads what reading such a file takes: done before memory is limited, it does not count.
-void prepareToReadParticles(const std::filesystem::path& path);
-
 /// Writes .bgeo, .bgeo.gz, .ply or .vdb; nothing stands under that name before it is complete.
 /// Velocity becomes `v` (PLY: vx vy vz), the id becomes `id`. An id that the format cannot hold
 /// (PLY and BGEO: 32 bits) is an error.

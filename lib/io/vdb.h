@@ -9,17 +9,12 @@
 
 namespace betamesh {
 
-/// Loads OpenVDB, which otherwise happens when it is first needed.
-///
-/// errors  where it cannot be found
-void loadVdb();
-
 /// The points of all point grids of a file, whatever their codecs, in world units; leaf after leaf. Attributes
 /// of strings, groups, matrices and quaternions are passed over.
 ///
-/// errors  a file without a point grid, one that is cut short, whatever else OpenVDB finds wrong. It trusts
-///         what stands inside the grids: bytes altered there can end the process, unless files are read by another
-///         (io/vdb_process.h).
+/// errors  a file without a point grid, one that is cut short, whatever else OpenVDB finds wrong. OpenVDB trusts the
+///         sizes inside grids: a damaged file can make it write out of bounds, which may end the process. Programs
+///         that read files of unknown origin should do so in a process of their own.
 FileContents readVdb(const std::filesystem::path& path, const ReadOptions& options = {});
 
 /// One grid `points`: P, v (both float, not quantised), id (int64), attributes. The voxel size is a power of

@@ -1,13 +1,14 @@
-// The door of OpenVDB, and all of betamesh_vdb.so.
+// The wrapper of OpenVDB.
 
-#include "io/vdb_module.h"
+#include "io/vdb.h"
 
 #include "base/parallel.h"
 #include "betamesh/error.h"
 #include "io/bytes.h"
 
 #include <openvdb/io/Archive.h>
-#include <openvdb/io/File.h>
+#include <openvdb/io/GridDescriptor.h>
+#include <openvdb/io/io.h>
 #include <openvdb/openvdb.h>
 #include <openvdb/points/PointAttribute.h>
 #include <openvdb/points/PointCount.h>
@@ -21,6 +22,7 @@
 #include <fstream>
 #include <limits>
 #include <map>
+#include <memory>
 #include <mutex>
 #include <new>
 #include <span>
@@ -295,25 +297,82 @@ private:
     std::vector<Column> columns_;
 };
 
+/// The grids of a file, read one at a time. Unlike vdb::io::File it fails at the end of the file: OpenVDB does not
+/// check its streams while it reads a grid, and goes on with the last size it has read until memory runs out.
+class GridFile : public vdb::io::Archive {
+public:
+    using Descriptor = vdb::io::GridDescriptor;
+
+    explicit GridFile(const std::string& path) : stream_(path, std::ios::binary) {
+        stream_.exceptions(std::ios::failbit | std::ios::badbit);
+        auto state = std::make_shared<vdb::io::StreamMetadata>();
+        state->setSeekable(true);
+        vdb::io::setStreamMetadataPtr(stream_, state, /*transfer=*/false);
+        readHeader(stream_);
+        setFormatVersion(stream_);
+        setLibraryVersion(stream_);
+        setDataCompression(stream_);
+        vdb::MetaMap().readMeta(stream_);
+        for (std::int32_t left = readGridCount(stream_); left > 0; --left) {
+            Descriptor descriptor;
+            descriptor.read(stream_);
+            if (inputHasGridOffsets())
+                descriptor.seekToEnd(stream_);
+            else  // the grid itself follows, and tells its end in no other way
+                loaded_[descriptor.uniqueName()] = readHere(descriptor);
+            descriptors_.emplace(descriptor.gridName(), descriptor);
+        }
+    }
+
+    /// Sorted by name.
+    const std::multimap<std::string, Descriptor>& descriptors() const { return descriptors_; }
+
+    vdb::GridBase::Ptr read(const Descriptor& descriptor) {
+        const vdb::GridBase::Ptr grid = readTree(descriptor);
+        if (!descriptor.isInstance()) return grid;
+        for (const auto& [name, parent] : descriptors_)
+            if (parent.uniqueName() == descriptor.instanceParentName()) {
+                grid->setTree(readTree(parent)->baseTreePtr());
+                return grid;
+            }
+        throw Error("grid '" + descriptor.gridName() + "' shares the tree of a grid that is missing");
+    }
+
+private:
+    vdb::GridBase::Ptr readTree(const Descriptor& descriptor) {
+        if (!inputHasGridOffsets()) return loaded_.at(descriptor.uniqueName());
+        descriptor.seekToGrid(stream_);
+        return readHere(descriptor);
+    }
+
+    vdb::GridBase::Ptr readHere(const Descriptor& descriptor) {
+        const vdb::GridBase::Ptr grid = vdb::GridBase::createGrid(descriptor.gridType());
+        grid->setSaveFloatAsHalf(descriptor.saveFloatAsHalf());
+        readGrid(grid, descriptor, stream_);
+        return grid;
+    }
+
+    std::ifstream stream_;
+    std::multimap<std::string, Descriptor> descriptors_;
+    std::map<std::string, vdb::GridBase::Ptr> loaded_;  // by unique name; only of files that cannot be read in parts
+};
+
 FileContents readGrids(const std::string& path, const ReadOptions& options) {
     requireComplete(path);
-    vdb::io::File file(path);
-    file.setCopyMaxBytes(0);
-    file.open(/*delayLoad=*/false);
+    GridFile file(path);
     FileContents contents;
     GridReader reader(contents, options);
     std::size_t point_grids = 0;
     std::string others;
-    for (auto name = file.beginName(); name != file.endName(); ++name) {
-        const vdb::GridBase::Ptr metadata = file.readGridMetadata(name.gridName());
-        if (!metadata || !metadata->isType<points::PointDataGrid>()) {
-            others += (others.empty() ? "'" : ", '") + name.gridName() + "'";
+    for (const auto& [name, descriptor] : file.descriptors()) {
+        if (descriptor.gridType() != points::PointDataGrid::gridType()) {
+            others += (others.empty() ? "'" : ", '") + name + "'";
             continue;
         }
         ++point_grids;
-        const auto compression = metadata->getMetadata<vdb::StringMetadata>(vdb::GridBase::META_FILE_COMPRESSION);
+        const auto grid = vdb::gridPtrCast<points::PointDataGrid>(file.read(descriptor));
+        const auto compression = grid->getMetadata<vdb::StringMetadata>(vdb::GridBase::META_FILE_COMPRESSION);
         if (compression && contents.format.empty()) contents.format = "vdb points, " + compression->value();
-        const auto grid = vdb::gridPtrCast<points::PointDataGrid>(file.readGrid(name.gridName()));
         reader.read(*grid);
     }
     if (point_grids == 0)
@@ -502,7 +561,9 @@ bool memoryFor(const std::filesystem::path& path, std::uintmax_t bytes_per_byte)
     return block != nullptr;
 }
 
-FileContents readFile(const std::filesystem::path& path, const ReadOptions& options) {
+}  // namespace
+
+FileContents readVdb(const std::filesystem::path& path, const ReadOptions& options) {
     // A frame takes far more than this in the end.
     constexpr std::uintmax_t kLeast = 8, kMost = 64;
     initialize();
@@ -511,6 +572,8 @@ FileContents readFile(const std::filesystem::path& path, const ReadOptions& opti
         return readGrids(path.string(), options);
     } catch (const NotOfReading& error) {
         std::rethrow_exception(error.what);
+    } catch (const std::ios_base::failure&) {
+        throw Error(path.string() + ": the file is damaged, or cannot be read to its end");
     } catch (const std::bad_alloc&) {
         if (!memoryFor(path, kMost)) throw;
         throw Error(path.string() + ": the file is damaged and asks for too much memory");
@@ -519,7 +582,7 @@ FileContents readFile(const std::filesystem::path& path, const ReadOptions& opti
     }
 }
 
-std::string encode(const Particles& particles, const std::string& file) {
+std::string encodeVdb(const Particles& particles, const std::string& file) {
     initialize();
     requireWritable(particles, file);
     requireWritable(particles.attributes, particles.size(), {"P", "v", "id"}, file);
@@ -541,11 +604,4 @@ std::string encode(const Particles& particles, const std::string& file) {
     }
 }
 
-}  // namespace
-
 }  // namespace betamesh
-
-extern "C" {
-extern const betamesh::VdbModule betamesh_vdb;  // or it would be known in this file alone
-const betamesh::VdbModule betamesh_vdb{betamesh::readFile, betamesh::encode};
-}

@@ -27,7 +27,6 @@ const std::vector<std::pair<std::string, std::vector<std::string>>> kDoors{
     {"Imath/", {"core/vec3.h"}},
     {"OpenEXR/", {"preview/exr_file.cpp"}},
     {"boost/multiprecision/", {"exact/orientation.cpp"}},
-    {"dlfcn.h", {"core/module.cpp"}},
     {"embree3/", {"preview/ray_tracer.cpp"}},
     {"freetype/", {"preview/text.cpp"}},
     {"nlohmann/", {"batch/report.cpp"}},

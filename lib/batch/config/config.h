@@ -114,7 +114,7 @@ struct Config {
         double timeout = 0;  ///< seconds; 0: none
         OnMissing on_missing = OnMissing::error;
         std::uint64_t memory_limit = 0;
-        std::string scratch;  ///< empty: beside the output
+        std::string scratch;  ///< deprecated, has no effect
     } run;
 };
 

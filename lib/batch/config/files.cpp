@@ -135,18 +135,15 @@ void addRunKeys(std::vector<ConfigKey>& keys) {
                              [](Config& c) -> OnMissing& { return c.run.on_missing; }));
     keys.push_back(bytesKey(
         {"run.memory_limit", "--memory-limit", "bytes",
-         "For all frames at once. Frames wait until there is room for them, by the sizes of their files and by "
-         "what earlier ones took; of one that is too large only the particles near its surface are kept, and what "
-         "has no room even so, beyond a quarter of this, lies in a file in run.scratch. auto: what the machine, its "
-         "container or Slurm grants. A size is also enforced: a frame that needs more even so fails, and the job ends "
-         "with exit code 33."},
+         "Memory for all frames together. A frame starts when its estimated memory fits; of a frame that is too large, "
+         "only the particles near its surface are kept in memory. auto: what the machine, its container or Slurm "
+         "grants. A size given here is also enforced: a frame that needs more fails, and the job ends with exit code "
+         "33."},
         [](Config& c) -> std::uint64_t& { return c.run.memory_limit; }));
-    keys.push_back(textKey(
-        {"run.scratch", "--scratch", "",
-         "Where the file is in which lies what of a frame has no room in memory. It has no name, and goes when the "
-         "process does. A fast disk of this machine's own is best; a folder that is in memory itself is of no use. "
-         "Empty: in the folder of the output."},
-        "a folder that exists, or empty", [](Config& c) -> std::string& { return c.run.scratch; }));
+    ConfigKey scratch = textKey({"run.scratch", "--scratch", "", "Deprecated, has no effect."}, "any text",
+                                [](Config& c) -> std::string& { return c.run.scratch; });
+    scratch.replaced_by = "run.memory_limit";
+    keys.push_back(scratch);
 }
 
 }  // namespace betamesh
