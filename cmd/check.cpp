@@ -1,7 +1,6 @@
 #include "batch/job/frames.h"
 #include "batch/job/plan.h"
-#include "batch/platform/machine.h"
-#include "batch/platform/scratch_memory.h"
+#include "batch/report/log.h"
 #include "batch/report/report.h"
 #include "betamesh/error.h"
 #include "command.h"
@@ -21,13 +20,12 @@ namespace betamesh {
 namespace {
 
 constexpr std::size_t kMaxGeneraPrinted = 8;
-constexpr std::uint64_t kBytesPerTriangle = 200;  // that judging takes, the mesh itself left out
 
 struct Arguments {
     std::vector<std::string> meshes;
     std::string particles;
     double radius = 0;
-    std::string scratch;  // empty: beside each mesh
+    std::string scratch;  // deprecated, has no effect
     CheckParams params;
     bool weld = false;
     bool strict = false;
@@ -226,14 +224,6 @@ bool finish(const Surface& surface, const Check& check, CheckReport& report, con
     return report.faults.empty();
 }
 
-/// Lets what has no room in memory, while a mesh is judged, lie in a file.
-void useScratch(const Mesh& mesh, const std::string& file, const Arguments& arguments,
-                std::optional<ScratchMemory>& scratch) {
-    const std::uint64_t budget = memoryBudget(Config{}), left = budget - std::min(budget, currentMemory());
-    if (mesh.triangles.size() * kBytesPerTriangle > left)
-        scratch.emplace(left, arguments.scratch.empty() ? folderOf(file) : arguments.scratch);
-}
-
 /// Checks the mesh or the curves in a file. Returns whether they have no fault.
 bool checkFile(const std::string& file, const Arguments& arguments) {
     CheckReport report;
@@ -244,14 +234,13 @@ bool checkFile(const std::string& file, const Arguments& arguments) {
         report.curves = checkCurves(curves, arguments.params);
         return finish(curves, *report.curves, report, arguments);
     }
-    std::optional<ScratchMemory> scratch;
-    useScratch(mesh, file, arguments, scratch);
     if (arguments.weld) mesh = weldVertices(mesh);
     report.check = checkMesh(mesh, arguments.params);
     return finish(mesh, report.check, report, arguments);
 }
 
 int checkFiles(const Arguments& arguments) {
+    if (!arguments.scratch.empty()) logWarning("--scratch has no effect any more: meshes are checked in memory alone");
     for (const std::string& mesh : arguments.meshes) requireMeshExtension(mesh);
     if (!arguments.particles.empty()) requireParticleExtension(arguments.particles);
     const std::vector<std::string>& meshes = arguments.meshes;
@@ -311,11 +300,7 @@ void addCheckCommand(CLI::App& program, int& exit_code) {
         ->type_name("R")
         ->check(CLI::PositiveNumber)
         ->needs(particles);
-    command
-        ->add_option("--scratch", arguments->scratch,
-                     "Where the file is in which lies what has no room in memory; it has no name, and goes when the "
-                     "mesh is judged (default: in the folder of the mesh).")
-        ->type_name("FOLDER");
+    command->add_option("--scratch", arguments->scratch, "Deprecated, has no effect.")->type_name("FOLDER");
 }
 
 }  // namespace betamesh

@@ -104,12 +104,10 @@ int printPlan(const Plan& plan, bool json) {
     return refused ? kWrongUsage : failing ? kSomeFailed : kAllWritten;
 }
 
-/// Limits the memory, after starting the threads and loading the libraries that the job needs, so that these do not
-/// count.
+/// Limits the memory, after starting the threads that the job needs, so that these do not count.
 void enforceMemoryLimit(const Config& config) {
     const int threads = threadsOf(config);
     withThreads(threads, [&] { startThreads(threads); });
-    if (!config.input.path.empty()) prepareToReadParticles(config.input.path);
     limitMemory(config.run.memory_limit);
 }
 

@@ -3,7 +3,7 @@
 #include "base/parallel.h"
 #include "batch/job/frames.h"
 #include "batch/job/job.h"
-#include "batch/job/movie.h"
+#include "batch/job/movie_file.h"
 #include "batch/report/log.h"
 #include "betamesh/error.h"
 #include "io/bytes.h"

@@ -1,5 +1,5 @@
 #include "batch/config/radius.h"
-#include "batch/job/preview.h"
+#include "batch/job/render_frames.h"
 #include "batch/report/log.h"
 #include "betamesh/error.h"
 #include "command.h"

@@ -75,10 +75,6 @@ void forPositions(const std::filesystem::path& path, const std::function<void(st
     readPoints(path, options);
 }
 
-void prepareToReadParticles(const std::filesystem::path& path) {
-    if (isVdb(path)) loadVdb();
-}
-
 void writeParticles(const std::filesystem::path& path, const Particles& particles) {
     const std::string file = path.string();
     switch (particleExtension(path)) {

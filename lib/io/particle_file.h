@@ -34,9 +34,6 @@ Particles readParticles(const std::filesystem::path& path, const AttributeNames&
 /// is not finite.
 void forPositions(const std::filesystem::path& path, const std::function<void(std::span<const Vec3f>)>& visit);
 
-/// Loads the libraries that reading this format needs. Call before limiting memory, so that they do not count.
-void prepareToReadParticles(const std::filesystem::path& path);
-
 /// Writes .bgeo, .bgeo.gz, .ply or .vdb. The file appears under its name only when it is complete.
 /// Velocity is named `v` (PLY: vx vy vz), the id `id`.
 ///

@@ -14,16 +14,11 @@
 
 namespace betamesh {
 
-/// Loads OpenVDB, which is otherwise loaded when it is first needed.
-///
-/// errors  OpenVDB cannot be found
-void loadVdb();
-
 /// Reads the points of all point grids, in world units, leaf by leaf.
 ///
 /// errors  a file without point grids, a truncated file, whatever else OpenVDB reports. OpenVDB does not check the
-///         contents of grids: damaged bytes there can terminate the process, unless another process reads the file
-///         (io/vdb_process.h).
+///         contents of grids: damaged bytes there can terminate the process.
+///         Programs that read files of unknown origin should do so in a process of their own.
 FileContents readVdb(const std::filesystem::path& path, const ReadOptions& options = {});
 
 /// Encodes one grid `points` with the attributes P and v (float, not quantised), id (int64) and the other attributes.

@@ -1,17 +1,18 @@
-// Wrapper of OpenVDB: reads OpenVDB points, and exports reader and writer from the module betamesh_vdb.
+// Wrapper of OpenVDB: reads OpenVDB points.
 //
 // Read: all grids of type PointDataGrid, with any codec.
 // Format: sources of OpenVDB, io/Archive.cc, io/GridDescriptor.cc and points/. The parts that are parsed here are
 // described at requireComplete().
 
-#include "io/vdb_module.h"
+#include "io/vdb.h"
 
 #include "betamesh/error.h"
 #include "io/bytes.h"
 #include "io/vdb_file.h"
 
 #include <openvdb/io/Archive.h>
-#include <openvdb/io/File.h>
+#include <openvdb/io/GridDescriptor.h>
+#include <openvdb/io/io.h>
 #include <openvdb/openvdb.h>
 #include <openvdb/points/PointCount.h>
 #include <openvdb/points/PointDataGrid.h>
@@ -21,6 +22,7 @@
 #include <exception>
 #include <fstream>
 #include <map>
+#include <memory>
 #include <mutex>
 #include <new>
 #include <system_error>
@@ -285,25 +287,82 @@ private:
     std::vector<Column> columns_;
 };
 
+/// The grids of a file, read one at a time. Unlike vdb::io::File it fails at the end of the file: OpenVDB does not
+/// check its streams while it reads a grid, and goes on with the last size it has read until memory runs out.
+class GridFile : public vdb::io::Archive {
+public:
+    using Descriptor = vdb::io::GridDescriptor;
+
+    explicit GridFile(const std::string& path) : stream_(path, std::ios::binary) {
+        stream_.exceptions(std::ios::failbit | std::ios::badbit);
+        auto state = std::make_shared<vdb::io::StreamMetadata>();
+        state->setSeekable(true);
+        vdb::io::setStreamMetadataPtr(stream_, state, /*transfer=*/false);
+        readHeader(stream_);
+        setFormatVersion(stream_);
+        setLibraryVersion(stream_);
+        setDataCompression(stream_);
+        vdb::MetaMap().readMeta(stream_);
+        for (std::int32_t left = readGridCount(stream_); left > 0; --left) {
+            Descriptor descriptor;
+            descriptor.read(stream_);
+            if (inputHasGridOffsets())
+                descriptor.seekToEnd(stream_);
+            else  // the grid itself follows, and tells its end in no other way
+                loaded_[descriptor.uniqueName()] = readHere(descriptor);
+            descriptors_.emplace(descriptor.gridName(), descriptor);
+        }
+    }
+
+    /// Sorted by name.
+    const std::multimap<std::string, Descriptor>& descriptors() const { return descriptors_; }
+
+    vdb::GridBase::Ptr read(const Descriptor& descriptor) {
+        const vdb::GridBase::Ptr grid = readTree(descriptor);
+        if (!descriptor.isInstance()) return grid;
+        for (const auto& [name, parent] : descriptors_)
+            if (parent.uniqueName() == descriptor.instanceParentName()) {
+                grid->setTree(readTree(parent)->baseTreePtr());
+                return grid;
+            }
+        throw Error("grid '" + descriptor.gridName() + "' shares the tree of a grid that is missing");
+    }
+
+private:
+    vdb::GridBase::Ptr readTree(const Descriptor& descriptor) {
+        if (!inputHasGridOffsets()) return loaded_.at(descriptor.uniqueName());
+        descriptor.seekToGrid(stream_);
+        return readHere(descriptor);
+    }
+
+    vdb::GridBase::Ptr readHere(const Descriptor& descriptor) {
+        const vdb::GridBase::Ptr grid = vdb::GridBase::createGrid(descriptor.gridType());
+        grid->setSaveFloatAsHalf(descriptor.saveFloatAsHalf());
+        readGrid(grid, descriptor, stream_);
+        return grid;
+    }
+
+    std::ifstream stream_;
+    std::multimap<std::string, Descriptor> descriptors_;
+    std::map<std::string, vdb::GridBase::Ptr> loaded_;  // by unique name; only of files that cannot be read in parts
+};
+
 FileContents readGrids(const std::string& path, const ReadOptions& options) {
     requireComplete(path);
-    vdb::io::File file(path);
-    file.setCopyMaxBytes(0);
-    file.open(/*delayLoad=*/false);
+    GridFile file(path);
     FileContents contents;
     GridReader reader(contents, options);
     std::size_t point_grids = 0;
     std::string others;
-    for (auto name = file.beginName(); name != file.endName(); ++name) {
-        const vdb::GridBase::Ptr metadata = file.readGridMetadata(name.gridName());
-        if (!metadata || !metadata->isType<points::PointDataGrid>()) {
-            others += (others.empty() ? "'" : ", '") + name.gridName() + "'";
+    for (const auto& [name, descriptor] : file.descriptors()) {
+        if (descriptor.gridType() != points::PointDataGrid::gridType()) {
+            others += (others.empty() ? "'" : ", '") + name + "'";
             continue;
         }
         ++point_grids;
-        const auto compression = metadata->getMetadata<vdb::StringMetadata>(vdb::GridBase::META_FILE_COMPRESSION);
+        const auto grid = vdb::gridPtrCast<points::PointDataGrid>(file.read(descriptor));
+        const auto compression = grid->getMetadata<vdb::StringMetadata>(vdb::GridBase::META_FILE_COMPRESSION);
         if (compression && contents.format.empty()) contents.format = "vdb points, " + compression->value();
-        const auto grid = vdb::gridPtrCast<points::PointDataGrid>(file.readGrid(name.gridName()));
         reader.read(*grid);
     }
     if (point_grids == 0)
@@ -325,7 +384,9 @@ bool hasMemoryFor(const std::filesystem::path& path, std::uintmax_t bytes_per_by
     return block != nullptr;
 }
 
-FileContents readFile(const std::filesystem::path& path, const ReadOptions& options) {
+}  // namespace
+
+FileContents readVdb(const std::filesystem::path& path, const ReadOptions& options) {
     // Bytes per byte of the file: fewer than any frame needs, and more than any undamaged file needs.
     constexpr std::uintmax_t kMinMemory = 8, kMaxMemory = 64;
     initializeVdb();
@@ -334,6 +395,8 @@ FileContents readFile(const std::filesystem::path& path, const ReadOptions& opti
         return readGrids(path.string(), options);
     } catch (const ReceiverError& error) {
         std::rethrow_exception(error.exception);
+    } catch (const std::ios_base::failure&) {
+        throw Error(path.string() + ": the file is damaged, or cannot be read to its end");
     } catch (const std::bad_alloc&) {
         if (!hasMemoryFor(path, kMaxMemory)) throw;
         throw Error(path.string() + ": the file is damaged: it asks for too much memory");
@@ -342,16 +405,9 @@ FileContents readFile(const std::filesystem::path& path, const ReadOptions& opti
     }
 }
 
-}  // namespace
-
 void initializeVdb() {
     static std::once_flag once;
     std::call_once(once, [] { vdb::initialize(); });
 }
 
 }  // namespace betamesh
-
-extern "C" {
-extern const betamesh::VdbModule betamesh_vdb;  // a constant has internal linkage unless it is declared extern
-const betamesh::VdbModule betamesh_vdb{betamesh::readFile, betamesh::encodeVdbPoints};
-}

@@ -2,16 +2,9 @@
 
 #pragma once
 
-#include "betamesh/particles.h"
-
-#include <string>
-
 namespace betamesh {
 
 /// Initialises OpenVDB once; may be called from any thread.
 void initializeVdb();
-
-/// As encodeVdb().
-std::string encodeVdbPoints(const Particles& particles, const std::string& file);
 
 }  // namespace betamesh

@@ -1,10 +1,11 @@
 // Writes OpenVDB points.
 
-#include "io/vdb_file.h"
+#include "io/vdb.h"
 
 #include "base/parallel.h"
 #include "betamesh/error.h"
 #include "io/file_contents.h"
+#include "io/vdb_file.h"
 
 #include <openvdb/io/Archive.h>
 #include <openvdb/openvdb.h>
@@ -199,7 +200,7 @@ void replaceUuid(std::string& bytes) {
 
 }  // namespace
 
-std::string encodeVdbPoints(const Particles& particles, const std::string& file) {
+std::string encodeVdb(const Particles& particles, const std::string& file) {
     initializeVdb();
     requireWritable(particles, file);
     requireWritable(particles.attributes, particles.size(), {"P", "v", "id"}, file);

@@ -47,22 +47,14 @@ TEST(Check, ClosedMeshesPassAndOpenOnesFail) {
     EXPECT_EQ(reports[1]["component"][0]["genus"], 0);
 }
 
-TEST(Check, MeshesLargerThanTheMemoryAreJudgedAlike) {
+TEST(Check, TheDeprecatedScratchFolderIsWarnedOf) {
     const TemporaryFolder folder;
-    std::filesystem::create_directory(folder / "disk");
-    const Icosphere ball = icosphere(128);  // 327,680 triangles
-    writeMesh(folder / "a.ply", {ball.position, {}, ball.triangles, {}});
-    const Outcome outcome = runProgram({"check", "--json", "a.ply"}, folder.path());
+    writeMesh(folder / "a.ply", sphere(1, Vec3(0)));
+    const Outcome without = runProgram({"check", "--json", "a.ply"}, folder.path());
+    const Outcome outcome = runProgram({"check", "--json", "a.ply", "--scratch", "absent"}, folder.path());
     EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
-    const std::vector<std::string> little{"SLURM_MEM_PER_NODE=64"};  // MB
-    for (const char* scratch : {"", "disk", "absent"}) {
-        const Outcome within = runProgram({"check", "--json", "a.ply", "--scratch", scratch}, folder.path(), little);
-        EXPECT_EQ(within.exit_code, 0) << within.err;
-        EXPECT_EQ(within.out, outcome.out);
-        EXPECT_EQ(within.err.find("absent/scratch: cannot be written") != std::string::npos, *scratch == 'a')
-            << within.err;
-    }
-    EXPECT_TRUE(std::filesystem::is_empty(folder / "disk"));
+    EXPECT_EQ(outcome.out, without.out);
+    EXPECT_NE(outcome.err.find("--scratch has no effect any more"), std::string::npos) << outcome.err;
 }
 
 TEST(Check, CrossingsAreListedAndShallowOnesAreTolerated) {

@@ -631,7 +631,7 @@ TEST_F(Job, AFrameLargerThanTheMemoryGivesTheSameBytes) {
         words.insert(words.end(), further.begin(), further.end());
         const Outcome outcome = runProgram(words, folder_.path());
         EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
-        return outcome.err.find(" particles lie near the surface") != std::string::npos;
+        return outcome.err.find(" particles are near the surface") != std::string::npos;
     };
     EXPECT_FALSE(run("in/a.0001.ply", {}));
     const auto meshes = meshesIn("out");
@@ -649,27 +649,12 @@ TEST_F(Job, AFrameLargerThanTheMemoryGivesTheSameBytes) {
     EXPECT_LT(report(1)["peak_bytes"], whole["peak_bytes"]);
 }
 
-TEST_F(Job, ASurfaceLargerThanTheMemoryGivesTheSameBytes) {
-    if (!memoryLimitsWork()) GTEST_SKIP() << "memory cannot be limited here";
-    writeFrames(1, 2, 100000);
-    fs::create_directory(folder_ / "disk");
-    const auto run = [&](std::vector<std::string> further) {
-        std::vector<std::string> words{"--radius", "0.02", "--overwrite", "-j", "2"};
-        words.insert(words.end(), further.begin(), further.end());
-        const Outcome outcome = mesh(words);
-        EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
-        return meshesIn("out");
-    };
-    const auto meshes = run({});
-    EXPECT_EQ(report(1)["scratch_bytes"], 0);
-    for (const char* limit : {"48MiB", "32MiB"})
-        for (const char* scratch : {"", "disk"}) {
-            SCOPED_TRACE(limit);
-            EXPECT_TRUE(run({"--memory-limit", limit, "--scratch", scratch}) == meshes);
-            for (const int frame : {1, 2}) EXPECT_GT(report(frame)["scratch_bytes"], 10'000'000);
-            EXPECT_TRUE(fs::is_empty(folder_ / "disk"));
-            EXPECT_EQ(hiddenFiles("out"), 0U);
-        }
+TEST_F(Job, TheDeprecatedScratchFolderIsWarnedOfOnce) {
+    writeFrames(1, 3);
+    const Outcome outcome = mesh({"--scratch", "absent"});
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+    EXPECT_EQ(count(outcome.err, "run.scratch has no effect any more"), 1U) << outcome.err;
+    EXPECT_FALSE(exists("absent"));
 }
 
 TEST_F(Job, AMemoryLimitThrottlesRatherThanFails) {
@@ -688,10 +673,9 @@ TEST_F(Job, AFrameTooLargeForTheMemoryDoesNotLoseTheOthers) {
     if (!memoryLimitsWork()) GTEST_SKIP() << "memory cannot be limited here";
     writeFrames(1, 5, 1000);
     writeFrames(3, 3, 300000);
-    const Outcome outcome = mesh({"--memory-limit", "60MiB", "-j", "2", "--radius", "0.02", "--scratch", "absent"});
+    const Outcome outcome = mesh({"--memory-limit", "60MiB", "-j", "2", "--radius", "0.02"});
     EXPECT_EQ(outcome.exit_code, 33) << outcome.err;
-    for (const char* words : {"absent/scratch: cannot be written: No such file", "run.scratch",
-                              "frame 3: out of memory", "particles lie near the surface and take about", "MiB"})
+    for (const char* words : {"frame 3: out of memory", "particles are near the surface", "MiB"})
         EXPECT_NE(outcome.err.find(words), std::string::npos) << outcome.err;
     for (int frame = 1; frame <= 5; ++frame) EXPECT_TRUE(frame == 3 ? absent(frame) : written(frame)) << frame;
 }

@@ -116,7 +116,7 @@ struct Config {
         double timeout = 0;  ///< seconds per frame; 0: no limit
         OnMissing on_missing = OnMissing::error;
         std::uint64_t memory_limit = 0;
-        std::string scratch;  ///< empty: beside the output
+        std::string scratch;  ///< deprecated, has no effect
     } run;
 };
 

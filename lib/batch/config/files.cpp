@@ -144,12 +144,10 @@ void addRunKeys(std::vector<ConfigKey>& keys) {
          "grants. A size given here is also enforced: a frame that needs more fails, and the job ends with exit code "
          "33."},
         [](Config& c) -> std::uint64_t& { return c.run.memory_limit; }));
-    keys.push_back(textKey(
-        {"run.scratch", "--scratch", "",
-         "Where the file is in which lies what of a frame has no room in memory. It has no name, and goes when the "
-         "process does. A fast disk of this machine's own is best; a folder that is in memory itself is of no use. "
-         "Empty: in the folder of the output."},
-        "a folder that exists, or empty", [](Config& c) -> std::string& { return c.run.scratch; }));
+    ConfigKey scratch = textKey({"run.scratch", "--scratch", "", "Deprecated, has no effect."}, "any text",
+                                [](Config& c) -> std::string& { return c.run.scratch; });
+    scratch.replaced_by = "run.memory_limit";
+    keys.push_back(scratch);
 }
 
 }  // namespace betamesh

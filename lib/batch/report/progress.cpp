@@ -60,8 +60,7 @@ std::string detailLine(const FrameReport& report) {
            secondsText(seconds.structure) + ", tessellate " + secondsText(seconds.tessellate) + ", smooth " +
            secondsText(seconds.smooth) + ", velocity " + secondsText(seconds.velocity) +
            (seconds.picture > 0 ? ", picture " + secondsText(seconds.picture) : "") + ", write " +
-           secondsText(seconds.write) + "; peak " + std::to_string(report.peak_bytes >> 20) + " MiB" +
-           (report.scratch_bytes > 0 ? ", and " + std::to_string(report.scratch_bytes >> 20) + " MiB on disk" : "");
+           secondsText(seconds.write) + "; peak " + std::to_string(report.peak_bytes >> 20) + " MiB";
 }
 
 /// ", 350k particles/s, 1:05 left"

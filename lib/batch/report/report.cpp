@@ -236,7 +236,6 @@ std::string reportJson(const FrameReport& report) {
                        {"smooth", seconds.smooth}, {"velocity", seconds.velocity},   {"picture", seconds.picture},
                        {"write", seconds.write},   {"total", seconds.total}};
     json["peak_bytes"] = report.peak_bytes;
-    json["scratch_bytes"] = report.scratch_bytes;
     json["warnings"] = report.warnings;
     if (report.origin) json["origin"] = originJson(*report.origin);
     return oneLine(json);
@@ -287,7 +286,6 @@ std::optional<FrameReport> readReport(const std::filesystem::path& file) {
         take(json, "volume", report.measure.volume);
         take(json, "area", report.measure.area);
         take(json, "peak_bytes", report.peak_bytes);
-        take(json, "scratch_bytes", report.scratch_bytes);
         take(json, "warnings", report.warnings);
         const Json seconds = json.value("seconds", Json::object());
         take(seconds, "read", report.seconds.read);

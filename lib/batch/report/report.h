@@ -69,7 +69,6 @@ struct FrameReport {
     std::size_t spheres = 0;
     StageSeconds seconds;
     std::uint64_t peak_bytes = 0;     ///< the most memory the whole process has held so far
-    std::uint64_t scratch_bytes = 0;  ///< and the most that had no room and lay in a file
     std::vector<std::string> warnings;
     std::optional<Provenance> origin;  ///< set if the frame was written
 };

@@ -1,4 +1,4 @@
-// Pictures one after the other, as a movie that ffmpeg makes.
+// Encodes pictures as a movie with ffmpeg.
 
 #pragma once
 
@@ -11,23 +11,28 @@
 
 namespace betamesh {
 
-/// An .mp4 (H.264) that appears under its name once it is finished, and not at all otherwise.
+/// Writes an .mp4 file (H.264), which appears under its name only when finish() has succeeded.
 class Movie {
 public:
-    /// fps: pictures per second, > 0.
+    /// Starts ffmpeg.
     ///
-    /// errors  there is no ffmpeg on the PATH
+    /// in      size of the pictures in pixels; fps: pictures per second, > 0
+    /// errors  no ffmpeg on the PATH; the system refuses a process
     Movie(const std::string& path, int width, int height, double fps);
     ~Movie();
     Movie(const Movie&) = delete;
     Movie& operator=(const Movie&) = delete;
 
-    /// in      pictures of the size that was told
+    /// Appends a picture of the size given to the constructor.
+    ///
     /// errors  ffmpeg has ended
     void add(const Image& image);
+    /// Waits for ffmpeg and moves the file to its name.
+    ///
+    /// errors  ffmpeg failed
     void finish();
 
-    /// errors  there is no ffmpeg on the PATH
+    /// errors  no ffmpeg on the PATH
     static void requireMaker();
 
 private:

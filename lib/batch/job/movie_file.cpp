@@ -1,5 +1,5 @@
 
-#include "batch/job/movie.h"
+#include "batch/job/movie_file.h"
 
 #include "betamesh/error.h"
 
@@ -15,10 +15,10 @@
 namespace betamesh {
 namespace {
 
-constexpr const char* kMaker = "ffmpeg";
+constexpr const char* kEncoder = "ffmpeg";
 
-/// In the child: becomes the program, with the pipe as its input.
-[[noreturn]] void become(const std::vector<std::string>& words, int input) {
+/// Replaces the child process by a program that reads from the pipe.
+[[noreturn]] void executeProgram(const std::vector<std::string>& words, int input) {
     std::vector<char*> arguments;
     for (const std::string& word : words) arguments.push_back(const_cast<char*>(word.c_str()));
     arguments.push_back(nullptr);
@@ -33,25 +33,25 @@ void Movie::requireMaker() {
     const char* path = std::getenv("PATH");
     std::istringstream folders(path == nullptr ? "" : path);
     for (std::string folder; std::getline(folders, folder, ':');)
-        if (::access((folder + '/' + kMaker).c_str(), X_OK) == 0) return;
-    throw Error("a movie needs ffmpeg, which is not on the PATH; expected it (package ffmpeg), or pictures alone");
+        if (::access((folder + '/' + kEncoder).c_str(), X_OK) == 0) return;
+    throw Error("a movie needs ffmpeg, which is not on the PATH. Install the package ffmpeg, or write pictures only");
 }
 
 Movie::Movie(const std::string& path, int width, int height, double fps) : path_(path), file_(path) {
     requireMaker();
     const std::vector<std::string> words{
-        kMaker, "-y", "-loglevel", "error",
-        // what comes
+        kEncoder, "-y", "-loglevel", "error",
+        // input
         "-f", "rawvideo", "-pix_fmt", "rgb24", "-video_size", std::to_string(width) + 'x' + std::to_string(height),
         "-framerate", std::to_string(fps), "-i", "-",
-        // what is made: what every player shows, which takes even sizes
+        // output that every player shows, which needs even sizes
         "-vf", "scale=out_color_matrix=bt709:out_range=tv,pad=ceil(iw/2)*2:ceil(ih/2)*2:color=white", "-c:v", "libx264",
         "-crf", "17", "-pix_fmt", "yuv420p", "-colorspace", "bt709", "-color_primaries", "bt709", "-color_trc", "bt709",
         "-movflags", "+faststart", "-f", "mp4", file_.temporaryPath().string()};
     int ends[2];
     if (::pipe2(ends, O_CLOEXEC) != 0) throw Error(path + ": cannot be written: no pipe to ffmpeg");
     process_ = ::fork();
-    if (process_ == 0) become(words, ends[0]);
+    if (process_ == 0) executeProgram(words, ends[0]);
     ::close(ends[0]);
     pipe_ = ends[1];
     if (process_ < 0) throw Error(path + ": cannot be written: ffmpeg cannot be started");

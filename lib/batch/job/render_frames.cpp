@@ -1,5 +1,5 @@
 
-#include "batch/job/preview.h"
+#include "batch/job/render_frames.h"
 
 #include "base/parallel.h"
 #include "batch/job/plan.h"
@@ -19,8 +19,8 @@
 namespace betamesh {
 namespace {
 
-constexpr double kFast = 2.5;        // usual speeds: the upper end of the scale
-constexpr double kGroundGap = 1e-3;  // of the size of everything: how far the ground lies below it
+constexpr double kColourScaleEnd = 2.5;  // root mean square speeds
+constexpr double kGroundGap = 1e-3;      // below the lowest point, as a fraction of the diagonal of the bounds
 
 bool hasExtension(const std::string& path, const std::string& extension) {
     std::string found = std::filesystem::path(path).extension().string();
@@ -94,15 +94,15 @@ void Extent::add(const Extent& other) {
 
 double Extent::speed() const { return speeds > 0 ? std::sqrt(squares / static_cast<double>(speeds)) : 0; }
 
-Extent extentOf(const std::map<int, std::string>& files, const Config& config, double radius, const WorkerEvents& notes,
-                bool several_at_once) {
+Extent extentOf(const std::map<int, std::string>& files, const Config& config, double radius,
+                const WorkerEvents& events, bool several_at_once) {
     const std::vector<std::pair<int, std::string>> rows(files.begin(), files.end());
     std::vector<Extent> extents(rows.size(), Extent(config.preview));
     parallelFor(rows.size(), several_at_once ? 1 : rows.size(), [&](std::size_t i) {
-        const WorkerEvents::AtWork note(notes, rows[i].first, WorkerEvents::Doing::measuring);
+        const WorkerEvents::AtWork in_progress(events, rows[i].first, WorkerEvents::Doing::measuring);
         try {
             extents[i].add(readSubject(rows[i].second, config, radius));
-        } catch (const Error&) {  // its own frame will tell
+        } catch (const Error&) {  // reported when this frame is meshed
         }
     });
     Extent all(config.preview);
@@ -134,7 +134,7 @@ PreviewPlan planPreview(const Config& config, const Extent& extent, double ball)
     settings.colouring.low = preview.colour_range[0];
     settings.colouring.high = preview.colour_range[1];
     if (settings.colouring.by == ColourBy::velocity && !(settings.colouring.high > settings.colouring.low))
-        settings.colouring.low = 0, settings.colouring.high = kFast * extent.speed();
+        settings.colouring.low = 0, settings.colouring.high = kColourScaleEnd * extent.speed();
 
     plan.camera = extent.finder.camera();
     if (preview.camera_position) plan.camera.position = vectorOf(*preview.camera_position);
@@ -149,7 +149,7 @@ PreviewPlan planPreview(const Config& config, const Extent& extent, double ball)
 std::string describe(const PreviewPlan& plan) {
     const Camera& camera = plan.camera;
     const double distance = (camera.look_at - camera.position).length();
-    // Digits enough for a thousandth of a pixel, however far from the origin.
+    // Enough digits for a thousandth of a pixel at any distance from the origin.
     const double step = distance > 0 ? std::pow(10, std::floor(std::log10(distance)) - 6) : 1;
     const auto rounded = [&](double x) {
         char text[40];
@@ -158,17 +158,17 @@ std::string describe(const PreviewPlan& plan) {
         std::snprintf(text, sizeof text, "%.*g", digits, x);
         return std::string(text);
     };
-    const auto place = [&](const Vec3& p) { return rounded(p.x) + ',' + rounded(p.y) + ',' + rounded(p.z); };
+    const auto coordinates = [&](const Vec3& p) { return rounded(p.x) + ',' + rounded(p.y) + ',' + rounded(p.z); };
     char fov[40];
     std::snprintf(fov, sizeof fov, "%.6g", camera.fov);
-    return "--camera-position " + place(camera.position) + " --look-at " + place(camera.look_at) + " --fov " + fov +
-           " --ground " + (plan.settings.ground ? rounded(*plan.settings.ground) : "none");
+    return "--camera-position " + coordinates(camera.position) + " --look-at " + coordinates(camera.look_at) +
+           " --fov " + fov + " --ground " + (plan.settings.ground ? rounded(*plan.settings.ground) : "none");
 }
 
 bool isExr(const std::string& path) {
     if (hasExtension(path, ".exr")) return true;
     if (hasExtension(path, ".png")) return false;
-    throw Error("'" + path + "': a picture's name ends in .png or .exr");
+    throw Error(path + ": unknown picture format. Use a name that ends in .png or .exr");
 }
 
 std::string encodePicture(const Picture& picture, const std::string& path) {
