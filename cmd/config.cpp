@@ -19,8 +19,8 @@ void addConfigCommand(CLI::App& program, int&) {
     };
     const auto arguments = std::make_shared<Arguments>();
 
-    CLI::App* print = command->add_subcommand(
-        "print", "Prints every key of the configuration with its value, explanation, valid values and unit.");
+    CLI::App* print =
+        command->add_subcommand("print", "Prints every key with its value, explanation, valid values and unit.");
     print->add_option("FILE", arguments->file, "A pipeline file. Without it, the defaults are printed.");
     print->add_option("--set", arguments->assignments, "Set any key, as for `betamesh run`.")
         ->type_name("KEY=VALUE")
@@ -32,7 +32,7 @@ void addConfigCommand(CLI::App& program, int&) {
     });
 
     CLI::App* check = command->add_subcommand(
-        "check", "Checks a pipeline file: exit code 0 if it is valid, otherwise 2 and an error with line and column.");
+        "check", "Checks a pipeline file; if it is invalid, prints the line and column and exits with 2.");
     check->add_option("FILE", arguments->file, "The pipeline file.")->required();
     check->callback([arguments] { readConfig(arguments->file); });
 
