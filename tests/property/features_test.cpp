@@ -53,19 +53,19 @@ void forEveryCombination(const Cloud& cloud, const std::function<void(const Skin
 }
 
 // The component of each distinct particle, by comparing all with all, and how many each has.
-struct Components {
+struct BallComponents {
     std::vector<std::uint32_t> of;
     std::map<std::uint32_t, std::size_t> size;
 };
 
-Components bruteForceComponents(const SnappedParticles& snapped) {
+BallComponents bruteForceComponents(const SnappedParticles& snapped) {
     const auto n = static_cast<std::uint32_t>(snapped.size());
     UnionFind sets(n);
     for (std::uint32_t a = 0; a < n; ++a)
         for (std::uint32_t b = 0; b < a; ++b)
             if ((snapped.position[a] - snapped.position[b]).length2() <= 4 * snapped.radius * snapped.radius)
                 sets.join(a, b);
-    Components components;
+    BallComponents components;
     for (std::uint32_t a = 0; a < n; ++a) ++components.size[components.of.emplace_back(sets.find(a))];
     return components;
 }
@@ -137,7 +137,7 @@ Cloud swissCheese() {
 TEST(Features, DropletsAreTheComponentsOfFewParticlesOfEveryCloud) {
     forEveryCloud(2000, [](const Cloud& cloud) {
         const SnappedParticles snapped = snapParticles(cloud.particles, cloud.radius);
-        const Components components = bruteForceComponents(snapped);
+        const BallComponents components = bruteForceComponents(snapped);
         for (const std::size_t least : {1u, 2u, 3u, 8u, 30u, 100000u}) {
             const SmallComponents small = smallComponents(snapped, least);
             std::vector<std::uint32_t> expected;
@@ -154,7 +154,7 @@ TEST(Features, DropletsAreTheComponentsOfFewParticlesOfEveryCloud) {
 TEST(Features, WithoutDropletsTheMeshIsThatOfTheOtherParticles) {
     forEveryCloud(300, [](const Cloud& cloud) {
         const SnappedParticles snapped = snapParticles(cloud.particles, cloud.radius);
-        const Components components = bruteForceComponents(snapped);
+        const BallComponents components = bruteForceComponents(snapped);
         std::vector<std::uint32_t> small, large;
         for (std::uint32_t i = 0; i < snapped.size(); ++i)
             (components.size.at(components.of[i]) < 8 ? small : large).push_back(snapped.row[i]);
