@@ -127,7 +127,7 @@ Sequence meshFiles(const Arguments& arguments) {
     if (!arguments.particles.empty()) {
         requireParticleExtension(arguments.particles);
         particles = framePattern(arguments.particles);
-        requirePlaceFor(sequence.names.size(), *particles);
+        requirePlaceholder(sequence.names.size(), *particles);
     }
     sequence.moment = [names = sequence.names, particles](std::size_t i) {
         Moment moment{readMesh(names[i]), std::nullopt};
@@ -140,7 +140,7 @@ Sequence meshFiles(const Arguments& arguments) {
 /// The particles of the frame of a pipeline from which the steps start.
 std::shared_ptr<const Particles> startingParticles(const std::string& file, const Config& config, int frame,
                                                    const WorkerEvents& events) {
-    const WorkerEvents::AtWork at_work(events, frame);
+    const WorkerEvents::FrameInProgress at_work(events, frame);
     auto particles = std::make_shared<Particles>(readParticles(file, {config.input.velocity, config.input.id}));
     if (particles->size() > 0 && particles->velocity.empty())
         throw Error(file + ": the particles have no velocity (v, velocity or vel), so they cannot be moved in steps. " +
@@ -149,7 +149,7 @@ std::shared_ptr<const Particles> startingParticles(const std::string& file, cons
 }
 
 /// The particles of one frame, moved along their velocities in small steps and meshed at each.
-Sequence fineSteps(const Arguments& arguments, const Watched& watched) {
+Sequence fineSteps(const Arguments& arguments, const Supervision& watched) {
     Config config = readConfig(arguments.pipeline, keyValuesOf(arguments.assignments));
     config.frames = std::to_string(arguments.frame);
     if (config.output.path.empty())
@@ -230,7 +230,7 @@ int measure(const Sequence& sequence, const Arguments& arguments, const WorkerEv
         CoherenceReport report;
         std::optional<Moment> after;
         try {
-            const WorkerEvents::AtWork at_work(events, static_cast<int>(i));
+            const WorkerEvents::FrameInProgress at_work(events, static_cast<int>(i));
             after = sequence.moment(i);
             if (before) report = compared(*before, *after, sequence, arguments);
         } catch (const Error& error) {
@@ -269,8 +269,8 @@ void checkUsage(const Arguments& arguments) {
 
 int run(const Arguments& arguments) {
     checkUsage(arguments);
-    const Watched watched = superviseWorkers(true);
-    if (!watched.working) return watched.exit_code;
+    const Supervision watched = superviseWorkers(true);
+    if (!watched.is_worker) return watched.exit_code;
     const Sequence sequence = arguments.pipeline.empty() ? meshFiles(arguments) : fineSteps(arguments, watched);
     if (!watched.history.lost.empty() && arguments.pipeline.empty()) {
         const auto& [i, reason] = *watched.history.lost.begin();

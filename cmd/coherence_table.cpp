@@ -52,7 +52,7 @@ void printPlace(const CoherenceReport& report, const JumpSite& place) {
               << text(place.position) << '\n';
 }
 
-void printPlaces(const CoherenceReport& report, std::size_t max_places) {
+void printJumpSites(const CoherenceReport& report, std::size_t max_places) {
     if (report.places.empty()) return;
     std::cout << "    " << padded("jump", 12) << padded("ratio", 10) << padded("expected", 12) << padded("points", 8)
               << padded("vanished", 11) << padded("appeared", 11) << padded("liquid", 8)
@@ -90,7 +90,7 @@ void printTableRow(const CoherenceReport& report, bool with_particles, std::size
         std::cout << padded(report.particles ? shortText(report.particles->max) : "-", 12)
                   << padded(ratioText(report, distance.max), 10);
     std::cout << text(distance.worst) << '\n';
-    printPlaces(report, max_places);
+    printJumpSites(report, max_places);
     std::cout.flush();
 }
 

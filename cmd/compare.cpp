@@ -46,7 +46,7 @@ Config withSharedValues(Config config, const Plan& plan) {
     const RenderSettings& settings = plan.preview->settings;
     Config::Preview& preview = config.preview;
     config.surface.spacing = plan.spacing;
-    if (std::exchange(config.surface.inset, {})) config.surface.skin = LengthText{plan.skin.skin.value_or(0), false};
+    if (std::exchange(config.surface.inset, {})) config.surface.skin = Length{plan.skin.skin.value_or(0), false};
     preview.camera_position = {camera.position.x, camera.position.y, camera.position.z};
     preview.look_at = {camera.look_at.x, camera.look_at.y, camera.look_at.z};
     preview.ground = settings.ground ? Config::Preview::Ground::given : Config::Preview::Ground::none;
@@ -74,9 +74,9 @@ Panel panelOf(const std::string& text, Config base, const PictureWorker& worker)
 }
 
 Picture rendered(const Plan& plan, const Particles& particles) {
-    const PreviewPlan& preview = *plan.preview;
+    const RenderPlan& preview = *plan.preview;
     if (plan.config.preview.show != ShownGeometry::surface)  // exact spheres instead of a tessellated union
-        return renderFrame({}, ballsOf(particles, preview.ball), preview.camera, preview.settings);
+        return renderFrame({}, ballsAround(particles, preview.ball), preview.camera, preview.settings);
     const SkinnedFrame skinned = skinFrame(particles, plan.skin);
     return renderFrame(skinned.mesh, skinned.spheres, preview.camera, preview.settings);
 }

@@ -13,14 +13,14 @@ namespace betamesh {
 int forEachFile(std::size_t files, const std::function<std::string(std::size_t)>& nameOf,
                 const std::function<bool(std::size_t)>& process,
                 const std::function<void(std::size_t, const std::string& error)>& failed) {
-    const Watched watched = superviseWorkers(true);
-    if (!watched.working) return watched.exit_code;
+    const Supervision watched = superviseWorkers(true);
+    if (!watched.is_worker) return watched.exit_code;
     const JobHistory& history = watched.history;
     bool any_failed = history.failed > 0;
     const auto processFile = [&](std::size_t i) {
         const int number = static_cast<int>(i);
         if (history.ended.contains(number)) return;
-        const WorkerEvents::AtWork at_work(watched.notes, number);
+        const WorkerEvents::FrameInProgress at_work(watched.notes, number);
         bool is_good = false;
         try {
             if (const auto lost = history.lost.find(number); lost != history.lost.end())

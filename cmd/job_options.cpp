@@ -219,8 +219,8 @@ int runWithOptions(const std::string& pipeline, std::vector<KeyValue> given, con
     const ProgressKind progress_kind = silent ? ProgressKind::none : progressNamed(options.progress);
     rememberSignals();
     const auto begin = std::chrono::steady_clock::now();
-    const Watched watched = superviseWorkers(isVdb(config.input.path), config.run.timeout);
-    if (!watched.working) return watched.exit_code;
+    const Supervision watched = superviseWorkers(isVdb(config.input.path), config.run.timeout);
+    if (!watched.is_worker) return watched.exit_code;
     if (!options.log_file.empty()) setLogFile(options.log_file);
     if (config.run.memory_limit > 0) enforceMemoryLimit(config);
 

@@ -155,7 +155,7 @@ PictureJob planPictures(const PictureOptions& options, const Config& defaults) {
     setLogLevel(options.quiet ? LogLevel::quiet : LogLevel::normal);
     if (options.overwrite && options.skip_existing)
         throw Error("--overwrite and --skip-existing contradict each other. Use one of them.");
-    if (!options.movie.empty()) Movie::requireMaker();
+    if (!options.movie.empty()) Movie::requireEncoder();
     std::vector<KeyValue> given{{"frames", Config{}.frames, ""}};  // instead of the frames of the pipeline
     const auto from_options = keyValuesOf(options.assignments, options.values);
     given.insert(given.end(), from_options.begin(), from_options.end());
@@ -168,7 +168,7 @@ PictureJob planPictures(const PictureOptions& options, const Config& defaults) {
     std::vector<FramePattern> outputs;
     for (const std::string& output : options.outputs) {
         outputs.push_back(framePattern(output));
-        requirePlaceFor(frames.size(), outputs.back());
+        requirePlaceholder(frames.size(), outputs.back());
     }
     for (const int frame : frames) {
         PictureTask task{frame, frameName(input, frame), {}, false};
@@ -183,8 +183,8 @@ PictureJob planPictures(const PictureOptions& options, const Config& defaults) {
 
 int inPictureWorker(const PictureJob& job, const std::function<int(const PictureWorker&)>& work) {
     rememberSignals();
-    const Watched watched = superviseWorkers(isVdb(job.config.input.path), job.config.run.timeout);
-    if (!watched.working) return watched.exit_code;
+    const Supervision watched = superviseWorkers(isVdb(job.config.input.path), job.config.run.timeout);
+    if (!watched.is_worker) return watched.exit_code;
     SignalWatch signals;
     int exit_code = kAllWritten;
     withThreads(threadsOf(job.config), [&] { exit_code = work({watched.notes, watched.history, signals}); });
@@ -218,7 +218,7 @@ int writePictures(const PictureJob& job, const PictureWorker& worker,
     for (std::size_t i = 0; i < job.tasks.size(); ++i) {
         const int frame = job.tasks[i].frame;
         if (caughtSignal() != 0) return kSignalBase + caughtSignal();
-        const WorkerEvents::AtWork at_work(worker.events, frame);
+        const WorkerEvents::FrameInProgress at_work(worker.events, frame);
         FrameStatus status = FrameStatus::ok;
         try {
             write(i);

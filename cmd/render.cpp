@@ -21,25 +21,25 @@ double ballRadius(const Config& config, const std::map<int, std::string>& on_dis
     if (!resolved) return 0;
     logInfo("particle spacing " + std::to_string(resolved->spacing) + " (" + resolved->origin + ')');
     if (config.preview.show == ShownGeometry::union_) return resolved->radius;
-    const LengthText& radius = config.preview.particle_radius;
+    const Length& radius = config.preview.particle_radius;
     return radius.value * (radius.in_spacings ? resolved->spacing : 1);
 }
 
-bool isEmpty(const Subject& subject) { return subject.mesh.triangles.empty() && subject.spheres.size() == 0; }
+bool isEmpty(const FrameGeometry& subject) { return subject.mesh.triangles.empty() && subject.spheres.size() == 0; }
 
 /// The first frame on disk that can be read and is not empty, kept so that it is read only once.
 struct FirstFrame {
     std::string file;
-    Subject subject;
+    FrameGeometry subject;
     double ball_radius = 0;  ///< world units; 0 if the files are meshes
 };
 
 FirstFrame firstFrame(const Config& config, const std::map<int, std::string>& on_disk, const WorkerEvents& events) {
     FirstFrame first;
     for (const auto& [frame, file] : on_disk) {
-        const WorkerEvents::AtWork at_work(events, frame, WorkerEvents::Doing::measuring);
+        const WorkerEvents::FrameInProgress at_work(events, frame, WorkerEvents::Doing::measuring);
         try {
-            first.subject = readSubject(file, config, 0);
+            first.subject = readFrameGeometry(file, config, 0);
         } catch (const Error&) {  // reported when this frame is drawn
             continue;
         }
@@ -48,7 +48,7 @@ FirstFrame firstFrame(const Config& config, const std::map<int, std::string>& on
     }
     if (first.subject.mesh.triangles.empty() && !isEmpty(first.subject)) {
         first.ball_radius = ballRadius(config, on_disk, events);
-        first.subject = readSubject(first.file, config, first.ball_radius);
+        first.subject = readFrameGeometry(first.file, config, first.ball_radius);
     }
     return first;
 }
@@ -60,16 +60,16 @@ int render(const PictureJob& job, const PictureWorker& worker) {
     const double ball_radius = first.ball_radius;
     Extent extent(config.preview);
     if (on_disk.size() > 1 && needsExtent(config)) {
-        extent = extentOf(on_disk, config, ball_radius, worker.events, worker.history.last_loss.empty());
+        extent = sequenceExtent(on_disk, config, ball_radius, worker.events, worker.history.last_loss.empty());
     } else {
         extent.add(first.subject);
     }
-    PreviewPlan plan = planPreview(config, extent, ball_radius);
+    RenderPlan plan = planRendering(config, extent, ball_radius);
     logInfo("camera " + describe(plan));
     plan.settings.layers = std::any_of(job.tasks[0].outputs.begin(), job.tasks[0].outputs.end(), isExr);
     return writePictures(job, worker, [&](const PictureTask& task) {
-        const Subject subject =
-            task.input == first.file ? std::move(first.subject) : readSubject(task.input, config, ball_radius);
+        const FrameGeometry subject =
+            task.input == first.file ? std::move(first.subject) : readFrameGeometry(task.input, config, ball_radius);
         const Picture picture = renderFrame(subject.mesh, subject.spheres, plan.camera, plan.settings);
         Drawn drawn{{}, toneMapped(picture)};
         for (const std::string& output : task.outputs)

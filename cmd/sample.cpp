@@ -45,7 +45,7 @@ std::vector<int> framesOf(const Arguments& arguments, const FramePattern& patter
         return pattern.numbered ? parseFrames(kDefaultFrames) : std::vector<int>{std::max(1, singleFrame(pattern))};
     }
     std::vector<int> frames = parseFrames(arguments.frames);
-    requirePlaceFor(frames.size(), pattern);
+    requirePlaceholder(frames.size(), pattern);
     return frames;
 }
 

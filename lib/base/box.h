@@ -35,7 +35,7 @@ void squaredDistances(const Box& box, const double* x, const double* y, const do
 
 /// Morton code of a box's centre within the bounds of all boxes, 21 bits per axis.
 template <typename T>
-std::uint64_t placeOnCurve(const Imath::Box<Imath::Vec3<T>>& box, const Imath::Box<Imath::Vec3<T>>& bounds) {
+std::uint64_t mortonCode(const Imath::Box<Imath::Vec3<T>>& box, const Imath::Box<Imath::Vec3<T>>& bounds) {
     const auto spreadBits = [](std::uint64_t x) {  // inserts two zeros after each bit
         x = (x | x << 32) & 0x001f00000000ffffu;
         x = (x | x << 16) & 0x001f0000ff0000ffu;

@@ -29,23 +29,23 @@ DualVec3 IntersectionCircle::rejection(const DualVec3& point) const {
     return offset - axis_ * dot(offset, axis_);
 }
 
-void IntersectionCircle::beginTowards(const DualVec3& point) {
+void IntersectionCircle::setZeroTowards(const DualVec3& point) {
     const DualVec3 offset = rejection(point);
-    if (!(offset.position.length2() > 0)) return beginAnywhere();
+    if (!(offset.position.length2() > 0)) return setZeroAnywhere();
     first_ = normalized(offset);
     const double distance = offset.position.length();
     if (distance < kLeastRadius * sphere_) first_.velocity *= distance / (kLeastRadius * sphere_);
     second_ = cross(axis_, first_);
 }
 
-void IntersectionCircle::beginAnywhere() {
+void IntersectionCircle::setZeroAnywhere() {
     const Vec3 other = std::abs(axis_.position.x) < 0.6 ? Vec3(1, 0, 0) : Vec3(0, 1, 0);
     first_.position = cross(axis_.position, other).normalized();
     first_.velocity = axis_.position * -dot(axis_.velocity, first_.position);
     second_ = cross(axis_, first_);
 }
 
-Dual IntersectionCircle::angleRate(const DualVec3& point, double angle) const {
+Dual IntersectionCircle::angleOfPoint(const DualVec3& point, double angle) const {
     const DualVec3 offset = rejection(point);
     const Dual x = dot(offset, first_), y = dot(offset, second_);
     const double least = kLeastRadius * sphere_;

@@ -6,7 +6,7 @@
 
 namespace betamesh {
 
-/// Angles are measured counter-clockwise round the axis from sphere a to sphere b. beginTowards() or beginAnywhere()
+/// Angles are measured counter-clockwise round the axis from sphere a to sphere b. setZeroTowards() or setZeroAnywhere()
 /// chooses the direction of angle zero and has to be called before angles are used.
 class IntersectionCircle {
 public:
@@ -15,9 +15,9 @@ public:
     IntersectionCircle(const DualVec3& a, const DualVec3& b, double sphere_radius);
 
     /// Angle zero points towards this moving point; an arbitrary direction if the point is on the axis.
-    void beginTowards(const DualVec3& point);
+    void setZeroTowards(const DualVec3& point);
     /// Angle zero is an arbitrary direction, which does not rotate about the axis.
-    void beginAnywhere();
+    void setZeroAnywhere();
 
     Dual radius() const { return radius_; }
     double sphereRadius() const { return sphere_; }
@@ -29,7 +29,7 @@ public:
         return offset - axis_.position * dot(offset, axis_.position);
     }
     /// A point's angle with its derivative; the value of the angle is given.
-    Dual angleRate(const DualVec3& point, double angle) const;
+    Dual angleOfPoint(const DualVec3& point, double angle) const;
     /// Unit vector from the centre of the circle in the direction of an angle.
     DualVec3 outwards(Dual angle) const;
 

@@ -153,7 +153,7 @@ std::size_t countWhere(std::size_t n, const Predicate& holds) {
 /// The first index i of [0, n) for which holds(i), or n. holds() is evaluated for whole ranges without branching, so it
 /// is vectorised if it has no branches itself.
 template <typename Predicate>
-std::size_t firstRowWhere(std::size_t n, const Predicate& holds) {
+std::size_t firstIndexWhere(std::size_t n, const Predicate& holds) {
     constexpr std::size_t kRowsPerTask = 16384;
     std::atomic<std::size_t> first = n;
     parallelRanges(n, kRowsPerTask, [&](std::size_t begin, std::size_t end) {

@@ -17,7 +17,7 @@ void requireRows(std::size_t rows, std::size_t expected, const std::string& name
 }  // namespace
 
 void requireFinite(std::span<const Vec3f> rows, const char* what, std::size_t first_row) {
-    const std::size_t i = firstRowWhere(rows.size(), [&](std::size_t row) { return !isFinite(rows[row]); });
+    const std::size_t i = firstIndexWhere(rows.size(), [&](std::size_t row) { return !isFinite(rows[row]); });
     if (i == rows.size()) return;
     throw Error("particle " + std::to_string(first_row + i) + ": " + what + " is (" + std::to_string(rows[i].x) + ", " +
                 std::to_string(rows[i].y) + ", " + std::to_string(rows[i].z) + "); expected finite numbers");

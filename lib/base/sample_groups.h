@@ -2,7 +2,7 @@
 
 #pragma once
 
-#include "base/cell_order.h"
+#include "base/cell_grid.h"
 #include "base/simd.h"
 
 #include <array>
@@ -130,7 +130,7 @@ public:
     void forPoints(std::size_t points, const PointAt& pointAt, Grouping grouping, const Visit& visit) const {
         // Cells of points are larger than those of samples: fewer groups are not full. Smaller cells of samples contain
         // fewer samples beyond reach.
-        const CellOrder near(points, 1.5 * reach_, pointAt);
+        const CellGrid near(points, 1.5 * reach_, pointAt);
         // Slightly more than the reach, so that rounding never excludes a sample within reach.
         const auto square = static_cast<float>(reach_ * scale_ * reach_ * scale_ * (1 + 1e-5));
         parallelRanges(near.cells(), 4, [&](std::size_t first, std::size_t last) {
@@ -172,7 +172,7 @@ private:
     using Fields = SampleFields<kFields>;
 
     double reach_, scale_;
-    CellOrder cells_;
+    CellGrid cells_;
     std::unique_ptr<Fields[]> field_;  // in the order of cells; positions relative to the cell's lowest corner
 };
 

@@ -47,28 +47,28 @@ __attribute__((always_inline)) inline void setLanes(Lanes (&lanes)[n], std::size
 
 /// Sets lane i to i.
 template <std::size_t kWidth>
-__attribute__((always_inline)) inline void setNumbers(Floats<kWidth>& numbers) {
+__attribute__((always_inline)) inline void setLaneNumbers(Floats<kWidth>& numbers) {
     for (std::size_t lane = 0; lane < kWidth; ++lane) numbers[lane] = static_cast<float>(lane);
 }
 
 /// The largest lane.
 template <std::size_t kWidth>
-__attribute__((always_inline)) inline void takeLargest(const Floats<kWidth>& values, float& largest) {
+__attribute__((always_inline)) inline void largestLane(const Floats<kWidth>& values, float& largest) {
     if constexpr (kWidth == 1) {
         largest = values[0];
     } else {
         Floats<kWidth / 2> low, high;
         std::memcpy(&low, &values, sizeof low);
         std::memcpy(&high, reinterpret_cast<const float*>(&values) + kWidth / 2, sizeof high);
-        takeLargest<kWidth / 2>(high > low ? high : low, largest);
+        largestLane<kWidth / 2>(high > low ? high : low, largest);
     }
 }
 /// The smallest of `numbers` among the lanes whose value equals `value`.
 template <std::size_t kWidth>
-__attribute__((always_inline)) inline void takeFirst(const Floats<kWidth>& values, float value,
+__attribute__((always_inline)) inline void firstLaneEqual(const Floats<kWidth>& values, float value,
                                                      const Floats<kWidth>& numbers, float& first) {
     const Floats<kWidth> never = Floats<kWidth>{} - 1e30F, minus = 0 - numbers;
-    takeLargest<kWidth>(values < value ? never : minus, first);
+    largestLane<kWidth>(values < value ? never : minus, first);
     first = -first;
 }
 

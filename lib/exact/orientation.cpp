@@ -163,7 +163,7 @@ int sideOfPlane(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& p) {
     return -exactSign(Axis<3>(a.x, b.x, c.x, p.x), Axis<3>(a.y, b.y, c.y, p.y), Axis<3>(a.z, b.z, c.z, p.z));
 }
 
-int turnAlong(int axis, const Vec3& a, const Vec3& b, const Vec3& c) {
+int orientationAlong(int axis, const Vec3& a, const Vec3& b, const Vec3& c) {
     const int k = (axis + 1) % 3, m = (axis + 2) % 3;
     const double left = (a[k] - c[k]) * (b[m] - c[m]), right = (a[m] - c[m]) * (b[k] - c[k]);
     const double determinant = left - right;

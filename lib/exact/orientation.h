@@ -26,11 +26,11 @@ int sideOfPlane(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& p);
 
 /// Orientation of a, b, c projected along an axis (0, 1, 2: x, y, z), seen from its positive end: +1 counter-clockwise,
 /// -1 clockwise, 0 collinear.
-int turnAlong(int axis, const Vec3& a, const Vec3& b, const Vec3& c);
+int orientationAlong(int axis, const Vec3& a, const Vec3& b, const Vec3& c);
 
 /// Are the three points collinear?
-inline bool onOneLine(const Vec3& a, const Vec3& b, const Vec3& c) {
-    return turnAlong(0, a, b, c) == 0 && turnAlong(1, a, b, c) == 0 && turnAlong(2, a, b, c) == 0;
+inline bool areCollinear(const Vec3& a, const Vec3& b, const Vec3& c) {
+    return orientationAlong(0, a, b, c) == 0 && orientationAlong(1, a, b, c) == 0 && orientationAlong(2, a, b, c) == 0;
 }
 
 }  // namespace betamesh

@@ -2,7 +2,7 @@
 #include "exact/snapped_particles.h"
 
 #include "base/box.h"
-#include "base/cell_order.h"
+#include "base/cell_grid.h"
 #include "base/compressed_rows.h"
 #include "base/icosphere.h"
 #include "base/parallel.h"
@@ -70,10 +70,10 @@ struct ParticlesByCell {
 
 template <typename PositionAt>
 ParticlesByCell groupedByCell(std::size_t n, const PositionAt& positionAt, std::int64_t radius) {
-    const CellOrder grid(n, static_cast<double>(2 * radius), [&](std::size_t i) { return toDouble(positionAt(i)); });
+    const CellGrid grid(n, static_cast<double>(2 * radius), [&](std::size_t i) { return toDouble(positionAt(i)); });
     ParticlesByCell grouped;
     for (std::uint32_t c = 0; c < grid.cells(); ++c) {
-        const auto [z, y, x] = grid.place(c);
+        const auto [z, y, x] = grid.cell(c);
         grouped.cell.emplace_back(x, y, z);
         grouped.particles.begin.push_back(grid.begin(c + 1));
     }
@@ -129,13 +129,13 @@ SnappedParticles sortedWithinCells(ParticlesByCell&& cells, const PositionAt& po
 
 // row[i]: the row in `particles` of item i in cells; empty where the two are the same.
 SnappedParticles snapInCells(ParticlesByCell&& cells, std::span<const std::uint32_t> row, const Particles& particles,
-                             const SnapGrid& grid, std::span<const std::uint8_t> is_buried = {}) {
+                             const SnapGrid& grid, std::span<const std::uint8_t> is_covered = {}) {
     const auto rowAt = [&](std::uint32_t i) { return row.empty() ? i : row[i]; };
     SnappedParticles snapped = sortedWithinCells(
         std::move(cells), [&](std::uint32_t i) { return grid.at(particles.position[rowAt(i)]); }, rowAt, particles);
-    snapped.is_buried.resize(is_buried.empty() ? 0 : snapped.size());
+    snapped.is_covered.resize(is_covered.empty() ? 0 : snapped.size());
     parallelFor(snapped.size(), 4096, [&](std::size_t i) {
-        if (!is_buried.empty()) snapped.is_buried[i] = is_buried[snapped.row[i]];
+        if (!is_covered.empty()) snapped.is_covered[i] = is_covered[snapped.row[i]];
         snapped.row[i] = rowAt(snapped.row[i]);
     });
     snapped.quantum = 1 / grid.perUnit();
@@ -165,7 +165,7 @@ SnapGrid::SnapGrid(double world_radius) {
 
 void SnapGrid::requireWithin(std::span<const Vec3f> positions, std::size_t first_row) const {
     const double reach = kLargestCoordinate / per_unit_;
-    const std::size_t i = firstRowWhere(positions.size(), [&](std::size_t row) {
+    const std::size_t i = firstIndexWhere(positions.size(), [&](std::size_t row) {
         const Vec3f& p = positions[row];
         return !((std::abs(p.x) <= reach) & (std::abs(p.y) <= reach) & (std::abs(p.z) <= reach));
     });
@@ -208,8 +208,8 @@ SnappedParticles snapParticles(const Particles& particles, double radius, const 
     const bool selected = particles.size() == near.row.size();
     const std::span<const std::uint32_t> row(near.row);
     SnappedParticles snapped =
-        snapInCells(std::move(cells), selected ? row.first(0) : row, particles, SnapGrid(radius), near.is_buried);
-    snapped.is_rim = near.is_rim;
+        snapInCells(std::move(cells), selected ? row.first(0) : row, particles, SnapGrid(radius), near.is_covered);
+    snapped.is_incomplete = near.is_incomplete;
     return snapped;
 }
 

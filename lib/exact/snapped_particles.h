@@ -62,25 +62,25 @@ struct NearSurface {
     bool all = true;                      ///< no selection was made: all particles are used, and the arrays are empty
     std::vector<std::uint32_t> row;       ///< selected particles, ascending
     std::vector<std::uint32_t> cell_of;   ///< cell of each selected particle, an index into cell
-    std::vector<std::uint8_t> is_buried;  ///< of each selected particle: 1 where its ball is known to be covered
+    std::vector<std::uint8_t> is_covered;  ///< of each selected particle: 1 where its ball is known to be covered
     std::vector<Vec3i> cell;              ///< occupied cells, sorted by cellBefore()
-    std::vector<std::uint8_t> is_rim;     ///< of each cell: 1 where particles of it or of an adjacent cell are left out
+    std::vector<std::uint8_t> is_incomplete;     ///< of each cell: 1 where particles of it or of an adjacent cell are left out
 
-    std::size_t leftOut() const { return all ? 0 : particles - row.size(); }
+    std::size_t omitted() const { return all ? 0 : particles - row.size(); }
 };
 
 /// Distinct particles, sorted by cell of edge 2R (z, then y, then x) and within a cell by position.
-/// World position = quantum · position. position, row and is_buried have one row per distinct particle.
+/// World position = quantum · position. position, row and is_covered have one row per distinct particle.
 struct SnappedParticles {
     double quantum = 1;                   ///< a power of two, world units
     std::int64_t radius = 0;              ///< the ball radius R in quanta, in (2^19, 2^20]
     std::vector<Vec3i> position;          ///< in quanta
     std::vector<std::uint32_t> row;       ///< row of the particle in the input
-    std::vector<std::uint8_t> is_buried;  ///< 1 where the ball is known to be covered; empty: not known
+    std::vector<std::uint8_t> is_covered;  ///< 1 where the ball is known to be covered; empty: not known
 
     std::vector<Vec3i> cell;                ///< occupied cells, sorted by cellBefore()
     std::vector<std::uint32_t> cell_begin;  ///< first particle of each cell, and one entry past the last
-    std::vector<std::uint8_t> is_rim;       ///< of each cell, as NearSurface::is_rim; empty: all 0
+    std::vector<std::uint8_t> is_incomplete;       ///< of each cell, as NearSurface::is_incomplete; empty: all 0
 
     std::size_t size() const { return position.size(); }
 };
@@ -103,10 +103,10 @@ SnappedParticles snapParticles(const Particles& particles, double radius, const 
 inline bool cellBefore(const Vec3i& a, const Vec3i& b) { return std::tuple(a.z, a.y, a.x) < std::tuple(b.z, b.y, b.x); }
 
 /// Finds the occupied cells among the 27 around a cell. Fastest when cells are queried in ascending order.
-class CellsAround {
+class NeighbourCells {
 public:
     /// cells: sorted by cellBefore(); referred to.
-    explicit CellsAround(const std::vector<Vec3i>& cells) : cells_(cells) {}
+    explicit NeighbourCells(const std::vector<Vec3i>& cells) : cells_(cells) {}
 
     /// Calls visit(offset from (0, 0, 0) to (2, 2, 2), index of the cell) for the occupied ones of the 27 cells, in
     /// order; the centre cell has offset (1, 1, 1). They contain every particle within 2R of one in the centre cell.
@@ -187,7 +187,7 @@ private:
     const Candidates& candidatesFor(const Vec3& position, Reach reach);
 
     const SnappedParticles& particles_;
-    CellsAround around_;
+    NeighbourCells around_;
     std::size_t cell_ = ~std::size_t{0};                  // the current cell
     Candidates of_cell_;                                  // for all particles of the current cell
     std::array<std::array<Candidates, 8>, 3> of_octant_;  // [reach][octant of the current cell]; empty: not made yet

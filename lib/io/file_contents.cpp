@@ -64,7 +64,7 @@ std::vector<Vec3f> takeVelocity(FileContents& contents, const std::string& reque
 
 template <typename Vector>
 void requireFiniteVertices(const std::vector<Vector>& rows, const char* what, const std::string& file) {
-    const std::size_t i = firstRowWhere(rows.size(), [&](std::size_t row) { return !isFinite(rows[row]); });
+    const std::size_t i = firstIndexWhere(rows.size(), [&](std::size_t row) { return !isFinite(rows[row]); });
     if (i < rows.size())
         throw Error(file + ": vertex " + std::to_string(i) + ": " + what + " is (" + std::to_string(rows[i].x) + ", " +
                     std::to_string(rows[i].y) + ", " + std::to_string(rows[i].z) + "), which is not finite");
@@ -92,7 +92,7 @@ void requireWritableVertices(const Surface& surface, const std::string& file) {
 template <typename Corners>
 void requireCorners(const std::vector<Corners>& rows, const char* what, std::size_t n, const std::string& file) {
     const auto lastCorner = [&](std::size_t i) { return *std::max_element(rows[i].begin(), rows[i].end()); };
-    const std::size_t i = firstRowWhere(rows.size(), [&](std::size_t row) { return lastCorner(row) >= n; });
+    const std::size_t i = firstIndexWhere(rows.size(), [&](std::size_t row) { return lastCorner(row) >= n; });
     if (i < rows.size())
         throw Error(file + ": " + what + " " + std::to_string(i) + " has vertex " + std::to_string(lastCorner(i)) +
                     ", but there are only " + std::to_string(n) + " vertices");

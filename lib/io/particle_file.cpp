@@ -63,7 +63,7 @@ Particles readParticles(const std::filesystem::path& path, const AttributeNames&
     return readRows(path, names, &rows);
 }
 
-void forPositions(const std::filesystem::path& path, const std::function<void(std::span<const Vec3f>)>& visit) {
+void visitPositions(const std::filesystem::path& path, const std::function<void(std::span<const Vec3f>)>& visit) {
     ReadOptions options;
     options.attributes = false;
     std::size_t row = 0;

@@ -32,7 +32,7 @@ Particles readParticles(const std::filesystem::path& path, const AttributeNames&
 
 /// Calls visit(positions) for blocks of a few thousand particles, in the order of the file. Throws Error if a position
 /// is not finite.
-void forPositions(const std::filesystem::path& path, const std::function<void(std::span<const Vec3f>)>& visit);
+void visitPositions(const std::filesystem::path& path, const std::function<void(std::span<const Vec3f>)>& visit);
 
 /// Writes .bgeo, .bgeo.gz, .ply or .vdb. The file appears under its name only when it is complete.
 /// Velocity is named `v` (PLY: vx vy vz), the id `id`.

@@ -121,7 +121,7 @@ private:
 
 }  // namespace
 
-void writePicture(const std::filesystem::path& path, const PlanePicture& picture, const std::vector<Layer>& layers,
+void writeSvg(const std::filesystem::path& path, const PlanePicture& picture, const std::vector<Layer>& layers,
                   const PlaneBounds& bounds) {
     writeEncoded(path, [&](ByteWriter& out) {
         Drawing drawing(out, picture, bounds);
@@ -130,6 +130,6 @@ void writePicture(const std::filesystem::path& path, const PlanePicture& picture
     });
 }
 
-bool isPicture(const std::filesystem::path& path) { return curveExtension(path) == Extension::svg; }
+bool isSvg(const std::filesystem::path& path) { return curveExtension(path) == Extension::svg; }
 
 }  // namespace betamesh

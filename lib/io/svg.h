@@ -42,10 +42,10 @@ struct PlaneBounds {
 /// it is complete.
 ///
 /// in      bounds: the part that is drawn; low == high: all discs
-void writePicture(const std::filesystem::path& path, const PlanePicture& picture, const std::vector<Layer>& layers,
+void writeSvg(const std::filesystem::path& path, const PlanePicture& picture, const std::vector<Layer>& layers,
                   const PlaneBounds& bounds = {});
 
 /// Whether the extension is .svg. Throws Error if curves cannot be written in the format of the extension.
-bool isPicture(const std::filesystem::path& path);
+bool isSvg(const std::filesystem::path& path);
 
 }  // namespace betamesh

@@ -21,6 +21,6 @@ Components componentsOf(std::size_t vertices, std::span<const Triangle> triangle
 
 /// Signed volume of the tetrahedron of the origin and a triangle; negative where the triangle faces the origin. The sum
 /// over a closed mesh is the volume that it encloses. World units cubed.
-inline double volumeBelow(const Vec3& a, const Vec3& b, const Vec3& c) { return dot(a, cross(b, c)) / 6; }
+inline double signedVolume(const Vec3& a, const Vec3& b, const Vec3& c) { return dot(a, cross(b, c)) / 6; }
 
 }  // namespace betamesh

@@ -23,8 +23,8 @@ double distanceToLine(const Vec3& p, const Vec3& a, const Vec3& b) {
 }
 
 bool properlyCross(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d) {
-    return turnAlong(kAxis, a, b, c) * turnAlong(kAxis, a, b, d) < 0 &&
-           turnAlong(kAxis, c, d, a) * turnAlong(kAxis, c, d, b) < 0;
+    return orientationAlong(kAxis, a, b, c) * orientationAlong(kAxis, a, b, d) < 0 &&
+           orientationAlong(kAxis, c, d, a) * orientationAlong(kAxis, c, d, b) < 0;
 }
 
 EdgeCrossing crossingOf(const Curves& curves, std::uint32_t first, std::uint32_t second) {
@@ -151,7 +151,7 @@ std::vector<double> distancesOutside(const Curves& curves, const Spheres& beside
             const double t = along.length2() > 0 ? std::clamp(dot(p - a, along) / along.length2(), 0.0, 1.0) : 0;
             nearest = std::min(nearest, (a + along * t - p).length2());
             if ((a.y <= p.y) == (b.y <= p.y)) continue;  // the horizontal line through p does not cross the edge
-            const int side = turnAlong(kAxis, a, b, p);
+            const int side = orientationAlong(kAxis, a, b, p);
             if (side == 0) return;  // p is on the edge
             if (side == (b.y > a.y ? 1 : -1)) winding += side;
         }

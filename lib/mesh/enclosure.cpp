@@ -12,10 +12,10 @@ namespace betamesh {
 
 namespace {
 
-// turnAlong z with p displaced by an infinitesimal (ε, ε²), which breaks ties: 0 only where a and b project to one
+// orientationAlong z with p displaced by an infinitesimal (ε, ε²), which breaks ties: 0 only where a and b project to one
 // point.
 int turnOfPerturbed(const Vec3& a, const Vec3& b, const Vec3& p) {
-    const int turn = turnAlong(2, a, b, p);
+    const int turn = orientationAlong(2, a, b, p);
     if (turn != 0) return turn;
     if (a.y != b.y) return a.y > b.y ? 1 : -1;
     if (a.x != b.x) return b.x > a.x ? 1 : -1;
@@ -25,10 +25,10 @@ int turnOfPerturbed(const Vec3& a, const Vec3& b, const Vec3& p) {
 // Is p, which is in the plane of a non-degenerate triangle, on the triangle?
 bool covers(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& p) {
     for (int axis = 0; axis < 3; ++axis) {
-        const int sense = turnAlong(axis, a, b, c);
+        const int sense = orientationAlong(axis, a, b, c);
         if (sense == 0) continue;
-        return sense * turnAlong(axis, a, b, p) >= 0 && sense * turnAlong(axis, b, c, p) >= 0 &&
-               sense * turnAlong(axis, c, a, p) >= 0;
+        return sense * orientationAlong(axis, a, b, p) >= 0 && sense * orientationAlong(axis, b, c, p) >= 0 &&
+               sense * orientationAlong(axis, c, a, p) >= 0;
     }
     return false;
 }
@@ -95,7 +95,7 @@ std::vector<double> distancesOutside(const Mesh& mesh, const Spheres& beside, co
     double volume = 0;
     const Vec3 origin = triangles.empty() ? Vec3(0) : mesh.position[triangles[0][0]];
     for (const Triangle& t : triangles)
-        volume += volumeBelow(mesh.position[t[0]] - origin, mesh.position[t[1]] - origin, mesh.position[t[2]] - origin);
+        volume += signedVolume(mesh.position[t[0]] - origin, mesh.position[t[1]] - origin, mesh.position[t[2]] - origin);
     const int outward = volume < 0 ? -1 : 1;
     const TriangleTree tree(mesh.position, triangles);
     const SortedSpheres spheres(beside);

@@ -1,7 +1,7 @@
 
 #include "mesh/jump_sites.h"
 
-#include "base/cell_order.h"
+#include "base/cell_grid.h"
 #include "base/union_find.h"
 #include "mesh/enclosure.h"
 #include "mesh/local_topology.h"
@@ -20,7 +20,7 @@ constexpr double kBothFrom = 1.0 / 3;  // of those points' area: the smaller of 
 // Clusters of points no farther apart than `reach`: rows of `far`, clusters in the order of their first points.
 std::vector<std::vector<std::uint32_t>> clustersOf(const std::vector<FarPoint>& far, double reach) {
     const auto positionOf = [&](std::size_t row) { return far[row].position; };
-    const CellOrder cells(far.size(), reach, positionOf);
+    const CellGrid cells(far.size(), reach, positionOf);
     UnionFind groups(far.size());
     for (std::uint32_t i = 0; i < far.size(); ++i) {
         const Vec3 p = positionOf(i);

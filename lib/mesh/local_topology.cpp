@@ -53,7 +53,7 @@ LocalTopologyQuery::LocalTopologyQuery(const Mesh& mesh)
     for (const Triangle& t : triangles_) {
         const Vec3& origin = position_[triangles_[0][0]];
         volume_[components_.of_vertex[t[0]]] +=
-            volumeBelow(position_[t[0]] - origin, position_[t[1]] - origin, position_[t[2]] - origin);
+            signedVolume(position_[t[0]] - origin, position_[t[1]] - origin, position_[t[2]] - origin);
     }
 }
 

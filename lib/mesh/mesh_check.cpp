@@ -152,7 +152,7 @@ void measure(const Mesh& mesh, const Selection& solid, const Components& compone
     for (const Triangle& t : solid.triangles) {
         ComponentCheck& component = check.components[components.of_vertex[t[0]]];
         const Vec3 a = mesh.position[t[0]] - origin, b = mesh.position[t[1]] - origin, c = mesh.position[t[2]] - origin;
-        component.volume += volumeBelow(a, b, c);
+        component.volume += signedVolume(a, b, c);
         component.area += areaOf(a, b, c);
     }
     for (const ComponentCheck& component : check.components) {
@@ -246,7 +246,7 @@ MeshCheck checkMesh(const Mesh& mesh, const CheckParams& params) {
     countDuplicates(valid, check);
     const Topology topology(n, valid.triangles, check);
 
-    const std::vector<std::uint32_t> first_at = placesOfVertices(mesh.position);
+    const std::vector<std::uint32_t> first_at = firstVerticesAtPositions(mesh.position);
     for (std::size_t v = 0; v < n; ++v)
         if (first_at[v] != v) count(check.coincident_vertices, v);
     enum Shape : std::uint8_t { not_finite, degenerate, solid };
@@ -255,7 +255,7 @@ MeshCheck checkMesh(const Mesh& mesh, const CheckParams& params) {
         const Triangle& t = valid.triangles[i];
         const Vec3 &a = mesh.position[t[0]], &b = mesh.position[t[1]], &c = mesh.position[t[2]];
         const bool finite = isInRange(a) && isInRange(b) && isInRange(c);
-        shape[i] = !finite ? not_finite : onOneLine(a, b, c) ? degenerate : solid;
+        shape[i] = !finite ? not_finite : areCollinear(a, b, c) ? degenerate : solid;
     });
     for (std::size_t i = 0; i < shape.size(); ++i)
         if (shape[i] == degenerate) count(check.zero_area, valid.row[i]);
@@ -292,7 +292,7 @@ std::vector<std::string_view> faultsOf(const MeshCheck& check, bool strict) {
 
 Mesh weldVertices(const Mesh& mesh) {
     const std::size_t n = mesh.position.size();
-    const std::vector<std::uint32_t> first_at = placesOfVertices(mesh.position);
+    const std::vector<std::uint32_t> first_at = firstVerticesAtPositions(mesh.position);
     std::vector<std::uint32_t> row(n, 0);
     Mesh welded;
     for (const Attribute& attribute : mesh.attributes)

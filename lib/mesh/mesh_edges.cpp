@@ -49,7 +49,7 @@ std::vector<std::uint32_t> trianglesAcross(const std::vector<TriangleSide>& side
     return across;
 }
 
-std::vector<std::uint32_t> placesOfVertices(const std::vector<Vec3>& position) {
+std::vector<std::uint32_t> firstVerticesAtPositions(const std::vector<Vec3>& position) {
     std::vector<std::uint32_t> order(position.size()), first(position.size());
     parallelFor(order.size(), 4096, [&](std::size_t v) { order[v] = static_cast<std::uint32_t>(v); });
     std::erase_if(order, [&](std::uint32_t v) {

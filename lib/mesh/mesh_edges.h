@@ -36,7 +36,7 @@ std::vector<std::uint32_t> trianglesAcross(const std::vector<TriangleSide>& side
 ///
 /// same    result for any thread count
 /// cost    O(n log n)
-std::vector<std::uint32_t> placesOfVertices(const std::vector<Vec3>& position);
+std::vector<std::uint32_t> firstVerticesAtPositions(const std::vector<Vec3>& position);
 
 /// For sorted sides: one past the last side that belongs to the same edge as side `at`.
 inline std::size_t endOfEdge(std::span<const TriangleSide> sides, std::size_t at) {

@@ -61,7 +61,7 @@ Size sizeOf(const Mesh& mesh) {
         for (std::size_t t = p * kBlock; t < std::min(mesh.triangles.size(), (p + 1) * kBlock); ++t) {
             const auto at = [&](std::size_t k) { return mesh.position[mesh.triangles[t][k]] - origin; };
             const Vec3 a = at(0), b = at(1), c = at(2);
-            part[p].volume += volumeBelow(a, b, c);
+            part[p].volume += signedVolume(a, b, c);
             part[p].area += areaOf(a, b, c);
         }
     });

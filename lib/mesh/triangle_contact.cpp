@@ -181,7 +181,7 @@ private:
             if (t == kInvalidIndex) return kInvalidIndex;
             const Triangle& other = surface_.triangles[t];
             const int apex = other[0] != from && other[0] != to ? 0 : other[1] != from && other[1] != to ? 1 : 2;
-            if (!onOneLine(p, q, at(other[apex]))) return other[apex];
+            if (!areCollinear(p, q, at(other[apex]))) return other[apex];
             side = between(at(other[apex]), at(other[before(apex)]), at(other[after(apex)])) ? before(apex) : apex;
         }
         return kInvalidIndex;
@@ -206,8 +206,8 @@ private:
     // Are a and b, which are coplanar with the line from p to q, on different sides of it?
     bool opposite(std::uint32_t p, std::uint32_t q, std::uint32_t a, std::uint32_t b) const {
         for (int axis = 0; axis < 3; ++axis) {
-            const int side = turnAlong(axis, at(p), at(q), at(a));
-            if (side != 0) return turnAlong(axis, at(p), at(q), at(b)) == -side;
+            const int side = orientationAlong(axis, at(p), at(q), at(a));
+            if (side != 0) return orientationAlong(axis, at(p), at(q), at(b)) == -side;
         }
         return false;
     }
@@ -218,7 +218,7 @@ private:
         int axis = std::abs(normal.x) > std::abs(normal.y) ? 0 : 1;
         if (std::abs(normal.z) > std::abs(normal[axis])) axis = 2;
         for (int k = 0; k < 3; ++k, axis = after(axis))
-            if (turnAlong(axis, at(a_[0]), at(a_[1]), at(a_[2])) != 0) break;
+            if (orientationAlong(axis, at(a_[0]), at(a_[1]), at(a_[2])) != 0) break;
         return axis;
     }
 
@@ -227,14 +227,14 @@ private:
         const int axis = projectionAxis();
         for (const bool of_s : {true, false}) {
             const Triangle &own = of_s ? a_ : b_, &other = of_s ? b_ : a_;
-            const int sense = turnAlong(axis, at(own[0]), at(own[1]), at(own[2]));
+            const int sense = orientationAlong(axis, at(own[0]), at(own[1]), at(own[2]));
             for (int m = 0; m < 3; ++m) {
                 Signs signs{};
                 for (int j = 0; j < 3; ++j) {
                     const std::uint32_t v = other[j], p = own[m], q = own[after(m)];
                     if (surface_.first_at[v] == surface_.first_at[p] || surface_.first_at[v] == surface_.first_at[q])
                         continue;
-                    signs[j] = sense * turnAlong(axis, at(p), at(q), at(v));
+                    signs[j] = sense * orientationAlong(axis, at(p), at(q), at(v));
                 }
                 if (signs[0] <= 0 && signs[1] <= 0 && signs[2] <= 0) return onSeparatingLine(of_s, m, signs);
             }

@@ -53,7 +53,7 @@ TriangleTree::TriangleTree(std::span<const Vec3> position, std::span<const Trian
         for (const std::uint32_t v : t) bounds.extendBy(position[v]);
     std::vector<CodedTriangle> sorted(n);
     parallelFor(n, 4096, [&](std::size_t t) {
-        sorted[t] = {placeOnCurve(boxOf(position, triangles[t]), bounds), static_cast<std::uint32_t>(t)};
+        sorted[t] = {mortonCode(boxOf(position, triangles[t]), bounds), static_cast<std::uint32_t>(t)};
     });
     parallelSort(sorted, [](const CodedTriangle& a, const CodedTriangle& b) {
         return a.morton_code != b.morton_code ? a.morton_code < b.morton_code : a.triangle < b.triangle;

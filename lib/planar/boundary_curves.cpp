@@ -2,7 +2,7 @@
 #include "planar/boundary_curves.h"
 
 #include "base/angles.h"
-#include "base/cell_order.h"
+#include "base/cell_grid.h"
 #include "base/index.h"
 
 #include <algorithm>
@@ -150,7 +150,7 @@ std::vector<bool> cyclesWithRoom(const DiscBoundary& boundary, const DiscBoundar
     for (std::size_t c = 0; c < boundary.cycle.size(); ++c)
         for (const std::uint32_t v : boundary.cycle[c]) cycle_of[v] = c;
     const double same = kSameParticle * wider.worldRadius();
-    const CellOrder discs(boundary.position.size(), boundary.worldRadius(),
+    const CellGrid discs(boundary.position.size(), boundary.worldRadius(),
                           [&](std::size_t d) { return boundary.centre(d); });
     std::vector<bool> has_room(boundary.cycle.size(), false);
     for (std::size_t v = 0; v < wider.segment.size(); ++v) {

@@ -1,7 +1,7 @@
 
 #include "planar/curve_displacement.h"
 
-#include "base/cell_order.h"
+#include "base/cell_grid.h"
 #include "base/parallel.h"
 #include "exact/orientation.h"
 
@@ -33,8 +33,8 @@ std::vector<DualVec3> smoothedValues(const std::vector<DualVec3>& values, const 
     std::vector<DualVec3> means(values.size());
     const double inverse_square = 1 / (width * width);
     const auto positionOf = [&](std::size_t v) -> const Vec3& { return curve.vertex[v].position; };
-    const CellOrder cells(values.size(), width / 2, positionOf);
-    forCellsWithin(width, cells, cells, positionOf, [&](std::uint32_t cell, std::span<const std::uint32_t> near) {
+    const CellGrid cells(values.size(), width / 2, positionOf);
+    forCellsAndNeighbours(width, cells, cells, positionOf, [&](std::uint32_t cell, std::span<const std::uint32_t> near) {
         for (const std::uint32_t v : cells.rowsOf(cell)) {
             DualVec3 sum = values[v] * (kOwnWeight * width);
             Dual total = kOwnWeight * width;
@@ -66,8 +66,8 @@ bool edgesCross(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d, doub
     if (std::max(a.x, b.x) < std::min(c.x, d.x) || std::max(c.x, d.x) < std::min(a.x, b.x) ||
         std::max(a.y, b.y) < std::min(c.y, d.y) || std::max(c.y, d.y) < std::min(a.y, b.y))
         return false;
-    if (turnAlong(kAxis, a, b, c) * turnAlong(kAxis, a, b, d) >= 0 ||
-        turnAlong(kAxis, c, d, a) * turnAlong(kAxis, c, d, b) >= 0)
+    if (orientationAlong(kAxis, a, b, c) * orientationAlong(kAxis, a, b, d) >= 0 ||
+        orientationAlong(kAxis, c, d, a) * orientationAlong(kAxis, c, d, b) >= 0)
         return false;
     return std::min({distanceToLine(c, a, b), distanceToLine(d, a, b), distanceToLine(a, c, d),
                      distanceToLine(b, c, d)}) > shallow;
@@ -91,7 +91,7 @@ std::vector<std::uint8_t> crossingEdges(const std::vector<Vec3>& position, const
     for (std::size_t v = 0; v < n; ++v)
         longest = std::max(longest, (position[neighbours.after[v]] - position[v]).length());
     if (!(longest > 0)) return crosses;
-    const CellOrder cells(n, longest, [&](std::size_t v) { return position[v]; });
+    const CellGrid cells(n, longest, [&](std::size_t v) { return position[v]; });
     parallelFor(n, 512, [&](std::size_t v) {
         const Vec3 &a = position[v], &b = position[neighbours.after[v]], middle = (a + b) / 2;
         cells.forRowsIn(middle - Vec3(1.5, 1.5, 0) * longest, middle + Vec3(1.5, 1.5, 0) * longest,

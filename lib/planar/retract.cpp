@@ -48,9 +48,9 @@ public:
     template <typename Visit>
     void forVertices(const std::vector<DualVec3>& vertices, const Visit& visit) const {
         const auto positionOf = [&](std::size_t i) -> const Vec3& { return point(i).position; };
-        const CellOrder points(boundary_.samples.size() + boundary_.corners.size(), reach_ / 4, positionOf);
-        const CellOrder cells(vertices.size(), reach_ / 4, [&](std::size_t v) { return vertices[v].position; });
-        forCellsWithin(reach_, cells, points, positionOf, [&](std::uint32_t cell, std::span<const std::uint32_t> near) {
+        const CellGrid points(boundary_.samples.size() + boundary_.corners.size(), reach_ / 4, positionOf);
+        const CellGrid cells(vertices.size(), reach_ / 4, [&](std::size_t v) { return vertices[v].position; });
+        forCellsAndNeighbours(reach_, cells, points, positionOf, [&](std::uint32_t cell, std::span<const std::uint32_t> near) {
             for (const std::uint32_t v : cells.rowsOf(cell)) visit(v, near);
         });
     }

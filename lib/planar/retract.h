@@ -2,7 +2,7 @@
 
 #pragma once
 
-#include "base/cell_order.h"
+#include "base/cell_grid.h"
 #include "planar/boundary_curves.h"
 #include "skin/boundary_samples.h"
 
@@ -57,7 +57,7 @@ public:
 private:
     std::vector<DualVec3> particles_;
     double reach_;
-    CellOrder cells_;
+    CellGrid cells_;
     std::vector<Dual> isolation_;
 };
 

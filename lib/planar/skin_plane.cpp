@@ -1,7 +1,7 @@
 
 #include "planar/skin_plane.h"
 
-#include "base/cell_order.h"
+#include "base/cell_grid.h"
 #include "base/parallel.h"
 #include "betamesh/error.h"
 #include "planar/boundary_curves.h"
@@ -11,7 +11,7 @@
 #include "planar/smooth.h"
 #include "planar/velocity.h"
 #include "skin/attributes.h"
-#include "skin/droplets.h"
+#include "skin/features.h"
 
 #include <algorithm>
 #include <cmath>
@@ -78,7 +78,7 @@ Particles particlesAt(const std::vector<std::uint32_t>& rows, const Particles& p
 OuterBoundary outerBoundary(const Particles& particles, const SnappedParticles& snapped, const DiscBoundary& boundary,
                             const CurveSkin& skin) {
     const double reach = skin.joining + skin.reach() + skin.outer();
-    const CellOrder exposed(boundary.position.size(), reach / 2, [&](std::size_t d) { return boundary.centre(d); });
+    const CellGrid exposed(boundary.position.size(), reach / 2, [&](std::size_t d) { return boundary.centre(d); });
     const std::vector<std::uint32_t> near = indicesWhere(snapped.size(), [&](std::uint32_t i) {
         const Vec3 centre = toDouble(snapped.position[i]) * snapped.quantum;
         bool is_near = false;
@@ -103,7 +103,7 @@ void moveToSkin(const Particles& particles, const SnappedParticles& snapped, con
                 const SkinParams& params, BetaCurve& curve) {
     const CurveSkin skin{params.radius, effectiveSkin(params), lengthUnit(params)};
     const OuterBoundary outer = outerBoundary(particles, snapped, boundary, skin);
-    const double extra = loneSkinDepth(params) - skinDepth(params, 2);
+    const double extra = isolatedSkinDepth(params) - skinDepth(params, 2);
     std::optional<IsolationField> isolation;
     if (extra > 0) {
         std::vector<DualVec3> moving;
@@ -185,7 +185,7 @@ SkinnedPlane skinPlane(const Particles& particles, const SkinParams& params, con
     SkinnedPlane plane;
     SnappedParticles snapped = snapParticles(particles, params.radius);
     const std::size_t distinct_particles = snapped.size();
-    const LeftOut left_out = leaveOutDroplets(particles, params.features, snapped, plane.spheres);
+    const RemovedDroplets left_out = removeDroplets(particles, params.features, snapped, plane.spheres);
     const DiscBoundary boundary = discBoundary(snapped);
     const std::vector<DualVec3> discs = movingDiscs(boundary, particles);
     watch(Stage::structure);

@@ -1,7 +1,7 @@
 
 #include "planar/skin_smoothing.h"
 
-#include "base/cell_order.h"
+#include "base/cell_grid.h"
 #include "planar/curve_displacement.h"
 
 #include <algorithm>
@@ -154,9 +154,9 @@ private:
     template <typename Visit>
     void forEdgesNear(double reach, const Visit& visit) const {
         const auto middleOf = [&](std::size_t e) -> const Vec3& { return edges_[e].middle.position; };
-        const CellOrder middles(edges_.size(), reach / 2, middleOf);
-        const CellOrder cells(size(), std::min(reach / 2, 1.0), [&](std::size_t v) { return position_[v].position; });
-        forCellsWithin(reach, cells, middles, middleOf, [&](std::uint32_t cell, std::span<const std::uint32_t> near) {
+        const CellGrid middles(edges_.size(), reach / 2, middleOf);
+        const CellGrid cells(size(), std::min(reach / 2, 1.0), [&](std::size_t v) { return position_[v].position; });
+        forCellsAndNeighbours(reach, cells, middles, middleOf, [&](std::uint32_t cell, std::span<const std::uint32_t> near) {
             for (const std::uint32_t v : cells.rowsOf(cell)) visit(v, near);
         });
     }

@@ -1,7 +1,7 @@
 
 #include "planar/smooth.h"
 
-#include "base/cell_order.h"
+#include "base/cell_grid.h"
 #include "base/simd.h"
 
 #include <algorithm>
@@ -182,10 +182,10 @@ std::vector<Fit> fitAll(std::size_t n, const PointAt& pointAt, const BoundarySam
                         const CurveSmoothing& params) {
     const double reach = params.width, scale = 1 / params.radius, edge = std::max(reach / 4, 0.5 * params.radius);
     const auto samplePosition = [&](std::size_t i) { return samples[i].position.position; };
-    const CellOrder sample_cells(samples.size(), std::max(reach, edge), samplePosition);
-    const CellOrder cells(n, edge, [&](std::size_t i) { return pointAt(i).position; });
+    const CellGrid sample_cells(samples.size(), std::max(reach, edge), samplePosition);
+    const CellGrid cells(n, edge, [&](std::size_t i) { return pointAt(i).position; });
     std::vector<Fit> fits(n);
-    forCellsWithin(reach, cells, sample_cells, samplePosition,
+    forCellsAndNeighbours(reach, cells, sample_cells, samplePosition,
                    [&](std::uint32_t cell, std::span<const std::uint32_t> around) {
                        const DualVec3 middle{cells.lowestCorner(cell) + Vec3(edge / 2), Vec3(0)};
                        std::vector<SamplePack> packs((around.size() + kPackSize - 1) / kPackSize);

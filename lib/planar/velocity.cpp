@@ -1,7 +1,7 @@
 
 #include "planar/velocity.h"
 
-#include "base/cell_order.h"
+#include "base/cell_grid.h"
 #include "base/parallel.h"
 #include "base/rigid_motion.h"
 
@@ -38,7 +38,7 @@ public:
 private:
     const std::vector<DualVec3>& discs_;
     double reach_;
-    CellOrder cells_;
+    CellGrid cells_;
 };
 
 // Solves q1·ċ = q1·v1 and q2·ċ = q2·v2 for ċ, regularised towards `prior` where they are ill-conditioned.

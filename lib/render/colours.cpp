@@ -129,7 +129,7 @@ void colourByKind(const Mesh& mesh, const Spheres& spheres, SurfaceColours& colo
     std::vector<double> volume(components.count, 0);
     for (const Triangle& t : mesh.triangles)
         volume[components.of_vertex[t[0]]] +=
-            volumeBelow(mesh.position[t[0]], mesh.position[t[1]], mesh.position[t[2]]);
+            signedVolume(mesh.position[t[0]], mesh.position[t[1]], mesh.position[t[2]]);
     const std::vector<std::uint8_t> two_sided = twoSided(mesh);
     colours.triangle.resize(mesh.triangles.size());
     for (std::size_t i = 0; i < mesh.triangles.size(); ++i)

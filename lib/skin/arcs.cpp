@@ -192,7 +192,7 @@ ArcNetwork arcPoints(const BallBoundary& boundary, const std::vector<DualVec3>& 
     const auto circleOfArc = [&](std::size_t a) {
         const std::uint32_t start = network.arc_start[a];
         IntersectionCircle circle(balls[from(start)], balls[from(boundary.twin[start])], radius);
-        circle.beginTowards(network.point[start / 3]);
+        circle.setZeroTowards(network.point[start / 3]);
         return circle;
     };
     const bool by_flatness = subdivision.segments == 0 && subdivision.flat_angle > subdivision.max_angle;
@@ -220,7 +220,7 @@ ArcNetwork arcPoints(const BallBoundary& boundary, const std::vector<DualVec3>& 
     parallelFor(arcs, 512, [&](std::size_t a) {
         const std::uint32_t start = network.arc_start[a], end = boundary.twin[start];
         const IntersectionCircle circle = circleOfArc(a);
-        network.arc_angle[a] = circle.angleRate(network.point[end / 3], arcAngle(boundary, circle, start));
+        network.arc_angle[a] = circle.angleOfPoint(network.point[end / 3], arcAngle(boundary, circle, start));
         network.line[a] = {{from(start), from(end)},
                            circle.radius(),
                            circle.radius() * network.arc_angle[a],
@@ -267,7 +267,7 @@ ArcNetwork arcPoints(const BallBoundary& boundary, const std::vector<DualVec3>& 
     });
     parallelFor(circles, 64, [&](std::size_t k) {
         IntersectionCircle circle = circleAt(k);
-        circle.beginAnywhere();
+        circle.setZeroAnywhere();
         const Subdivision division = subdivisionOfHalf(k);
         FadingVertex* next = network.fading.data() + fading[arcs + k];
         for (const std::uint32_t half : {0U, 1U}) {

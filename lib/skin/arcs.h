@@ -54,7 +54,7 @@ struct ArcSubdivision {
                                            ///< a segment would exceed kMaxSegmentAngle; max_angle is not used then
     Appearance appearance = Appearance::on_boundary;
     double flat_angle = 0;   ///< > max_angle: radians per segment between flat faces; otherwise not used
-    bool moves_far = false;  ///< the mesh is retracted far below the balls afterwards: face points are lowered below
+    bool is_retracted = false;  ///< the mesh is retracted far below the balls afterwards: face points are lowered below
                              ///< the chords of arcs, and edge flips begin sooner
 };
 

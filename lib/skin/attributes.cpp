@@ -1,7 +1,7 @@
 
 #include "skin/attributes.h"
 
-#include "base/cell_order.h"
+#include "base/cell_grid.h"
 #include "betamesh/error.h"
 
 #include <algorithm>
@@ -51,9 +51,9 @@ std::vector<Attribute> carriedAttributes(const Particles& particles, const std::
     if (carried.empty() || position.empty()) return carried;
 
     const double reach = 2 * radius;
-    const CellOrder far(balls.size(), reach, [&](std::size_t b) { return balls[b].position; });
-    const CellOrder near(position.size(), reach / 2, [&](std::size_t v) { return position[v]; });
-    forCellsWithin(
+    const CellGrid far(balls.size(), reach, [&](std::size_t b) { return balls[b].position; });
+    const CellGrid near(position.size(), reach / 2, [&](std::size_t v) { return position[v]; });
+    forCellsAndNeighbours(
         reach, near, far, [&](std::uint32_t b) { return balls[b].position; },
         [&](std::uint32_t cell, std::span<const std::uint32_t> around) {
             struct WeightedRow {

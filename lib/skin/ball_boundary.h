@@ -67,7 +67,7 @@ struct UnpairedEdge {
 };
 
 /// Whether to compute twins and cycles, which the alpha mesh does not need.
-enum class Arcs { left_out, traced };
+enum class ArcTracing { none, traced };
 
 /// Computes the boundary with exact predicates: valid for every input. Faces are left to groupFaces(). Also tells in
 /// which of the given directions each ball is exposed: here, where its neighbours are known, this takes a quarter of
@@ -78,7 +78,7 @@ enum class Arcs { left_out, traced };
 /// cost    O(n) for a bounded number of neighbours; 1-4 µs per exposed ball
 /// source  beta mesh paper, sections 3.2 and 3.3; Edelsbrunner 1993
 BallBoundary ballBoundary(const SnappedParticles& particles, const std::vector<std::uint32_t>& exposed,
-                          const std::vector<Vec3>& directions = {}, Arcs arcs = Arcs::traced);
+                          const std::vector<Vec3>& directions = {}, ArcTracing arcs = ArcTracing::traced);
 
 /// The same with the paper's floating-point test, validated by the paper's edge count and by two checks the edge count
 /// cannot replace: the triangles round every edge pair up in turn, and no exposed ball is without a triangle.

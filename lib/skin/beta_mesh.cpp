@@ -25,9 +25,9 @@ Mesh asMesh(const std::vector<DualVec3>& vertex, std::vector<Triangle> triangles
     return mesh;
 }
 
-void moveToWritten(BetaMesh& mesh) {
+void roundToFloats(BetaMesh& mesh) {
     parallelFor(mesh.vertex.size(), 8192,
-                [&](std::size_t v) { mesh.vertex[v].position = asWritten(mesh.vertex[v].position); });
+                [&](std::size_t v) { mesh.vertex[v].position = roundedToFloats(mesh.vertex[v].position); });
 }
 
 void reorderVertices(BetaMesh& mesh, const std::vector<std::uint32_t>& order) {
@@ -47,12 +47,12 @@ void reorderVertices(BetaMesh& mesh, const std::vector<std::uint32_t>& order) {
     for (std::vector<FadingVertex>& group : mesh.fading)
         parallelFor(group.size(), 4096, [&](std::size_t i) {
             group[i].vertex = new_index[group[i].vertex];
-            for (std::uint32_t& from : group[i].from) from = new_index[from];
+            for (std::uint32_t& from : group[i].anchor) from = new_index[from];
         });
     for (VolumeOffset& offset : mesh.volume_offsets) offset.vertex = new_index[offset.vertex];
 }
 
-DualPoints copyOf(const std::vector<DualVec3>& points) {
+DualPoints dualPoints(const std::vector<DualVec3>& points) {
     DualPoints copy;
     copy.position.resize(points.size());
     copy.velocity.resize(points.size());

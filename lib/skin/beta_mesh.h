@@ -16,16 +16,16 @@ enum class Appearance {
     gradual,      ///< continuously in time, fading in from chords and facets, so that smoothed surfaces do not jump
 };
 
-/// A vertex that fades in on an edge or facet of others, or fades out there. Its weight `share` is 0 on that edge or
+/// A vertex that fades in on an edge or facet of others, or fades out there. Its weight `fade` is 0 on that edge or
 /// facet, where the vertex makes no difference, and grows to 1. Before smoothing the vertex has the position that its
 /// weight gives it; after smoothing it must be blended again, by the same weight, towards the smoothed edge or facet.
 /// A vertex of an edge flip in progress is a combination of the four corners of its quad: its weight stays 0.
 struct FadingVertex {
     std::uint32_t vertex;
-    std::array<std::uint32_t, 4> from;  ///< vertices of the edge, facet or quad; the last one repeated if fewer
-    std::array<Dual, 4> weight;         ///< barycentric weights of these; they sum to 1
-    Dual share;                         ///< weight of the vertex's own position, 0 to 1
-    DualVec3 whole;                     ///< where the vertex would be at weight 1
+    std::array<std::uint32_t, 4> anchor;  ///< vertices of the edge, facet or quad; the last one repeated if fewer
+    std::array<Dual, 4> anchor_weight;         ///< barycentric weights of these; they sum to 1
+    Dual fade;                         ///< weight of the vertex's own position, 0 to 1
+    DualVec3 unfaded;                     ///< where the vertex would be at weight 1
 };
 
 /// The fading vertices by what they fade in on: edges, then facets, then quads. Those on facets may refer to one
@@ -66,10 +66,10 @@ struct DualPoints {
     DualVec3 operator[](std::size_t row) const { return {position[row], Vec3(velocity[row])}; }
     std::size_t size() const { return position.size(); }
 };
-DualPoints copyOf(const std::vector<DualVec3>& points);
+DualPoints dualPoints(const std::vector<DualVec3>& points);
 
 /// A position rounded to floats, as files store it.
-inline Vec3 asWritten(const Vec3& position) {
+inline Vec3 roundedToFloats(const Vec3& position) {
     const auto rounded = [](double x) {
         const volatile float nearest = static_cast<float>(x);  // g++ 12 -O3 drops a cast there and back
         return static_cast<double>(nearest);
@@ -77,7 +77,7 @@ inline Vec3 asWritten(const Vec3& position) {
     return {rounded(position.x), rounded(position.y), rounded(position.z)};
 }
 /// Rounds all vertices as files will.
-void moveToWritten(BetaMesh& mesh);
+void roundToFloats(BetaMesh& mesh);
 
 /// As in mesh/vertex_normals.h.
 std::vector<Vec3> vertexNormals(const BetaMesh& mesh);

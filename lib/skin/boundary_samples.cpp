@@ -191,10 +191,10 @@ SamplesInRadii boundarySamples(const BallBoundary& boundary, const std::vector<D
         IntersectionCircle circle(balls[low], balls[high], radius);
         Dual angle = kTurn;
         if (l < arcs) {
-            circle.beginTowards(network.point[network.arc_start[l] / 3]);
+            circle.setZeroTowards(network.point[network.arc_start[l] / 3]);
             angle = network.arc_angle[l];
         } else {
-            circle.beginAnywhere();
+            circle.setZeroAnywhere();
         }
         const int n = std::max(1, static_cast<int>(std::ceil(angle.value / kMaxPieceAngle)));
         for (int k = 0; k < n; ++k) visit(arcSample(circle, angle * ((k + 0.5) / n), angle / n));

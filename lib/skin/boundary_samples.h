@@ -3,7 +3,7 @@
 #pragma once
 
 #include "base/dual.h"
-#include "skin/arc_network.h"
+#include "skin/arcs.h"
 #include "skin/ball_boundary.h"
 #include "skin/face_points.h"
 

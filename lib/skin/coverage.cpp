@@ -160,7 +160,7 @@ void addToWindow(const Brick& brick, Window& window, const Vec3i& where) {
 std::vector<Vec3i> emptyBesideDenseCells(const std::vector<Vec3i>& cell, const std::vector<std::uint32_t>& cell_begin) {
     std::vector<std::vector<Vec3i>> parts((cell.size() + kCellsPerListTask - 1) / kCellsPerListTask);
     parallelFor(parts.size(), 1, [&](std::size_t part) {
-        CellsAround around(cell);
+        NeighbourCells around(cell);
         for (std::size_t c = part * kCellsPerListTask; c < std::min(cell.size(), (part + 1) * kCellsPerListTask); ++c) {
             if (cell_begin[c + 1] - cell_begin[c] < kDenseCell) continue;
             std::uint32_t occupied = 0;  // one bit for each of the 27 cells
@@ -183,7 +183,7 @@ std::vector<std::uint8_t> coveredInCells(const std::vector<Vec3i>& cell, const s
     constexpr std::size_t kCellsPerTask = 16;
     std::vector<Brick> bricks(cell.size(), Brick{});
     parallelRanges(bricks.size(), kCellsPerTask, [&](std::size_t first, std::size_t last) {
-        CellsAround around(cell);
+        NeighbourCells around(cell);
         for (std::size_t c = first; c < last; ++c) {
             Window window{};
             for (std::uint32_t i = cell_begin[c]; i < cell_begin[c + 1]; ++i) {
@@ -199,7 +199,7 @@ std::vector<std::uint8_t> coveredInCells(const std::vector<Vec3i>& cell, const s
     std::vector<std::uint8_t> is_full(bricks.size()), is_covered(offset.size(), 1);
     parallelFor(bricks.size(), 1024, [&](std::size_t c) { is_full[c] = bricks[c].isFull(); });
     parallelRanges(bricks.size(), kCellsPerTask, [&](std::size_t first, std::size_t last) {
-        CellsAround around(cell);
+        NeighbourCells around(cell);
         for (std::size_t c = first; c < last; ++c) {
             int full = 0;
             around.forEach(c, [&](const Vec3i&, std::size_t other) { full += is_full[other]; });
@@ -238,7 +238,7 @@ std::vector<std::uint32_t> exposureCandidates(const SnappedParticles& particles)
     const auto uncovered = [](const std::vector<std::uint8_t>& is_covered) {
         return indicesWhere(is_covered.size(), [&](std::uint32_t i) { return !is_covered[i]; });
     };
-    if (!particles.is_buried.empty()) return uncovered(particles.is_buried);
+    if (!particles.is_covered.empty()) return uncovered(particles.is_covered);
     std::vector<CellOffset> offset(particles.size());
     parallelFor(particles.cell.size(), 64, [&](std::size_t c) {
         const Vec3i corner = particles.cell[c] * (2 * particles.radius);

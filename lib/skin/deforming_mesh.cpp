@@ -94,8 +94,8 @@ void DeformingMesh::listConstraints() {
         parallelFor(group.size(), 4096, [&](std::size_t i) {
             const FadingVertex& fading = group[i];
             all[i] = {
-                fading.vertex, static_cast<std::uint32_t>(i), fading.from, {}, static_cast<float>(fading.share.value)};
-            for (std::size_t k = 0; k < 4; ++k) all[i].weight[k] = static_cast<float>(fading.weight[k].value);
+                fading.vertex, static_cast<std::uint32_t>(i), fading.anchor, {}, static_cast<float>(fading.fade.value)};
+            for (std::size_t k = 0; k < 4; ++k) all[i].weight[k] = static_cast<float>(fading.anchor_weight[k].value);
         });
         for (const Constraint& v : all) in_group[v.vertex] = 1;
         const auto isDependent = [&](const Constraint& v) {

@@ -16,7 +16,7 @@ inline constexpr std::size_t kRefinements = (std::tuple_size_v<FadingVertices> -
 
 /// A mesh whose vertices are moved step by step, with the area and the normal that each vertex represents.
 ///
-/// A vertex represents a third of the triangles of its one-ring. One that fades in with weight s (FadingVertex::share)
+/// A vertex represents a third of the triangles of its one-ring. One that fades in with weight s (FadingVertex::fade)
 /// passes 1 - s of that to the vertices it fades in from, and takes 1 - s of its displacements from them. Areas,
 /// normals and displacements therefore change continuously when vertices appear or vanish and when edges flip, because
 /// a plane polygon's area is distributed alike before and after. Lengths are in particle spacings, positions in world

@@ -73,7 +73,7 @@ template <typename Visit>
 void DisplacementLimits::forSupports(std::uint32_t v, const Visit& visit) {
     visit(v);
     if (!fading_[v]) return;
-    for (const std::uint32_t u : fading_[v]->from) visit(u);
+    for (const std::uint32_t u : fading_[v]->anchor) visit(u);
 }
 
 DisplacementLimits::VertexLimit& DisplacementLimits::limitOf(std::uint32_t v) {
@@ -107,7 +107,7 @@ void DisplacementLimits::gatherElements(const PatchTree& tree) {
         for (int k = 0; k < 3; ++k) largest = std::max(largest, std::abs(middle.position[k]));
     });
     const double min_edge = largest * 0x1p-30;  // of cells, whose indices have 32 bits
-    const CellOrder cells(triangle.size(), std::max(kDisplacementCell * radius_, min_edge),
+    const CellGrid cells(triangle.size(), std::max(kDisplacementCell * radius_, min_edge),
                           [&](std::size_t i) { return triangle[i].middle.position; });
     element_.clear();
     for (std::uint32_t cell = 0; cell < cells.cells(); ++cell) {
@@ -220,12 +220,12 @@ DualVec3 DisplacementLimits::limitedPosition(std::uint32_t v) const {
     if (fading_[v]) {
         const FadingVertex& fading = *fading_[v];
         Dual of_supports = 0;
-        for (std::size_t k = 0; k < 4; ++k) of_supports = of_supports + fractionOf(fading.from[k]) * fading.weight[k];
-        fraction = fraction * fading.share + of_supports * (1 - fading.share);
+        for (std::size_t k = 0; k < 4; ++k) of_supports = of_supports + fractionOf(fading.anchor[k]) * fading.anchor_weight[k];
+        fraction = fraction * fading.fade + of_supports * (1 - fading.fade);
     }
     if (fraction.value >= 1) return limit.to;
     const DualVec3 position = limit.base + (limit.to - limit.base) * fraction;
-    return {asWritten(position.position), position.velocity};
+    return {roundedToFloats(position.position), position.velocity};
 }
 
 }  // namespace betamesh

@@ -2,7 +2,7 @@
 
 #pragma once
 
-#include "base/cell_order.h"
+#include "base/cell_grid.h"
 #include "skin/beta_mesh.h"
 #include "skin/patch_tree.h"
 
@@ -59,7 +59,7 @@ private:
     std::vector<VertexLimit> limit_;
     std::vector<std::uint32_t> without_base_;  // vertices whose base is still to be set
     std::vector<Element> element_;             // of the active triangles
-    std::optional<CellOrder> element_cells_;
+    std::optional<CellGrid> element_cells_;
 };
 
 }  // namespace betamesh

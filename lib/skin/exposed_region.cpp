@@ -75,7 +75,7 @@ struct FarthestBeyond {
         using Pack = Floats<kWidth>;
         Pack most[kPoints], most_at[kPoints] = {}, at;
         for (Pack& m : most) m = Pack{} - kOutOfReach;
-        setNumbers<kWidth>(at);
+        setLaneNumbers<kWidth>(at);
         for (std::size_t i = 0; i < planes.x.size(); i += kWidth, at += static_cast<float>(kWidth)) {
             Pack x, y, z, distance;
             std::memcpy(&x, &planes.x[i], sizeof x);
@@ -89,8 +89,8 @@ struct FarthestBeyond {
             }
         }
         for (std::size_t p = 0; p < kPoints; ++p) {
-            takeLargest<kWidth>(most[p], beyond[p]);
-            if (beyond[p] > -static_cast<float>(kSlack)) takeFirst<kWidth>(most[p], beyond[p], most_at[p], plane[p]);
+            largestLane<kWidth>(most[p], beyond[p]);
+            if (beyond[p] > -static_cast<float>(kSlack)) firstLaneEqual<kWidth>(most[p], beyond[p], most_at[p], plane[p]);
         }
     }
 };
@@ -152,7 +152,7 @@ struct CoverAllDirections {
                     const Pack excess = rim[i] - (x * planes.x[i] + y * planes.y[i] + z * planes.z[i]);
                     least_excess = excess < least_excess ? excess : least_excess;
                 }
-                takeLargest<kWidth>(least_excess, worst);
+                largestLane<kWidth>(least_excess, worst);
             }
             if (worst > 0) return;
         }

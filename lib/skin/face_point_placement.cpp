@@ -36,8 +36,8 @@ FacePointPlacement::FacePointPlacement(const FacePoints& points, const ArcSubdiv
     }
     const double longest = std::max(subdivision.max_angle, subdivision.flat_angle);
     lowering_depth_ =
-        subdivision.moves_far ? kLoweringDepthSagittas * longest * longest / 8 : kLoweringDepth * spacing_ * spacing_;
-    flip_distance_ = (subdivision.moves_far ? kRetractedFlipDistance : kFlipDistance) * spacing_ * spacing_;
+        subdivision.is_retracted ? kLoweringDepthSagittas * longest * longest / 8 : kLoweringDepth * spacing_ * spacing_;
+    flip_distance_ = (subdivision.is_retracted ? kRetractedFlipDistance : kFlipDistance) * spacing_ * spacing_;
     offset_ = std::cbrt(4 * std::numbers::pi / 3 / volume) - 1;
 }
 

@@ -1,7 +1,7 @@
 #include "skin/face_points.h"
 
 #include "base/box.h"
-#include "base/cell_order.h"
+#include "base/cell_grid.h"
 #include "base/index.h"
 #include "base/parallel.h"
 
@@ -85,13 +85,13 @@ std::vector<std::vector<std::uint32_t>> ballsNearContact(const BallBoundary& bou
     std::vector<Vec3> position(boundary.position.size());
     parallelFor(position.size(), 4096, [&](std::size_t b) { position[b] = toDouble(boundary.position[b]); });
     const auto positionOf = [&](std::size_t b) -> const Vec3& { return position[b]; };
-    const CellOrder order(boundary.position.size(), reach, positionOf);
+    const CellGrid order(boundary.position.size(), reach, positionOf);
     std::vector<std::vector<std::uint32_t>> near(boundary.position.size());
     struct Buffers {
         std::vector<double> x, y, z, squared;
         std::vector<std::uint32_t> found, covering;
     };
-    forCellsWithin(reach, order, order, positionOf, [&, buffers = Buffers()](auto cell, auto around) mutable {
+    forCellsAndNeighbours(reach, order, order, positionOf, [&, buffers = Buffers()](auto cell, auto around) mutable {
         auto& [x, y, z, squared, found, covering] = buffers;
         const std::size_t n = around.size();
         for (std::vector<double>* column : {&x, &y, &z, &squared}) column->resize(n);

@@ -1,6 +1,6 @@
 #include "skin/features.h"
 
-#include "base/cell_order.h"
+#include "base/cell_grid.h"
 #include "base/index.h"
 #include "base/union_find.h"
 #include "mesh/components.h"
@@ -42,24 +42,24 @@ public:
     void forPairs(std::int32_t dz, std::int32_t dy, std::int32_t first, std::int32_t last, const Visit& visit) const {
         std::uint32_t begin = 0;
         for (std::uint32_t cell = 0; cell < size(); ++cell) {
-            const auto [z, y, x] = order_.place(cell);
-            const CellPlace from{z + dz, y + dy, x + first}, to{z + dz, y + dy, x + last};
-            while (begin < size() && order_.place(begin) < from) ++begin;
-            for (std::uint32_t other = begin; other < size() && order_.place(other) <= to; ++other) visit(cell, other);
+            const auto [z, y, x] = order_.cell(cell);
+            const GridCell from{z + dz, y + dy, x + first}, to{z + dz, y + dy, x + last};
+            while (begin < size() && order_.cell(begin) < from) ++begin;
+            for (std::uint32_t other = begin; other < size() && order_.cell(other) <= to; ++other) visit(cell, other);
         }
     }
 
 private:
     const SnappedParticles& particles_;
     std::int64_t reach_;
-    CellOrder order_;
+    CellGrid order_;
 };
 
 // Particles of rim cells. Their components continue among the particles left out, and are not small.
 std::vector<bool> particlesOnRim(const SnappedParticles& particles) {
     std::vector<bool> on_rim(particles.size(), false);
-    for (std::size_t c = 0; c < particles.is_rim.size(); ++c)
-        if (particles.is_rim[c])
+    for (std::size_t c = 0; c < particles.is_incomplete.size(); ++c)
+        if (particles.is_incomplete[c])
             std::fill(on_rim.begin() + particles.cell_begin[c], on_rim.begin() + particles.cell_begin[c + 1], true);
     return on_rim;
 }
@@ -78,7 +78,7 @@ std::vector<double> volumesOf(const Components& components, const std::vector<Tr
         const std::uint32_t component = components.of_vertex[t[0]];
         if (origin[component] == kInvalidIndex) origin[component] = t[0];
         const Vec3 o = positionOf(origin[component]);
-        volume[component] += volumeBelow(positionOf(t[0]) - o, positionOf(t[1]) - o, positionOf(t[2]) - o);
+        volume[component] += signedVolume(positionOf(t[0]) - o, positionOf(t[1]) - o, positionOf(t[2]) - o);
     }
     return volume;
 }
@@ -112,7 +112,7 @@ void removeComponents(BetaMesh& mesh, const Components& components, const std::v
         std::erase_if(group, isGone);
         for (FadingVertex& fading : group) {
             fading.vertex = new_index[fading.vertex];
-            for (std::uint32_t& v : fading.from) v = new_index[v];
+            for (std::uint32_t& v : fading.anchor) v = new_index[v];
         }
     }
     std::erase_if(mesh.volume_offsets, isGone);
@@ -148,7 +148,7 @@ SmallComponents smallComponents(const SnappedParticles& particles, std::size_t l
     return small;
 }
 
-SnappedParticles without(const SnappedParticles& particles, const std::vector<std::uint32_t>& rows) {
+SnappedParticles withoutRows(const SnappedParticles& particles, const std::vector<std::uint32_t>& rows) {
     SnappedParticles rest;
     rest.quantum = particles.quantum;
     rest.radius = particles.radius;
@@ -162,11 +162,11 @@ SnappedParticles without(const SnappedParticles& particles, const std::vector<st
             }
             rest.position.push_back(particles.position[i]);
             rest.row.push_back(particles.row[i]);
-            if (!particles.is_buried.empty()) rest.is_buried.push_back(particles.is_buried[i]);
+            if (!particles.is_covered.empty()) rest.is_covered.push_back(particles.is_covered[i]);
         }
         if (rest.position.size() == first) continue;
         rest.cell.push_back(particles.cell[cell]);
-        if (!particles.is_rim.empty()) rest.is_rim.push_back(particles.is_rim[cell]);
+        if (!particles.is_incomplete.empty()) rest.is_incomplete.push_back(particles.is_incomplete[cell]);
         rest.cell_begin.push_back(first);
     }
     rest.cell_begin.push_back(static_cast<std::uint32_t>(rest.position.size()));
@@ -184,13 +184,13 @@ void addSpheres(const Particles& particles, const SnappedParticles& snapped, con
     }
 }
 
-LeftOut leaveOutDroplets(const Particles& particles, const Features& features, SnappedParticles& snapped,
+RemovedDroplets removeDroplets(const Particles& particles, const Features& features, SnappedParticles& snapped,
                          Spheres& apart) {
     if (features.droplets == Droplets::mesh) return {};
     const auto least = static_cast<std::size_t>(std::max(1, features.droplet_particles));
     const SmallComponents small = smallComponents(snapped, least);
     if (features.droplets == Droplets::points) addSpheres(particles, snapped, small.particle, apart);
-    snapped = without(snapped, small.particle);
+    snapped = withoutRows(snapped, small.particle);
     return {small.count, small.particle.size()};
 }
 

@@ -23,19 +23,19 @@ struct SmallComponents {
 SmallComponents smallComponents(const SnappedParticles& particles, std::size_t least);
 
 /// All particles except the given rows, which are ascending.
-SnappedParticles without(const SnappedParticles& particles, const std::vector<std::uint32_t>& rows);
+SnappedParticles withoutRows(const SnappedParticles& particles, const std::vector<std::uint32_t>& rows);
 
 /// Appends the given rows, in their order, as spheres of the balls' radius.
 void addSpheres(const Particles& particles, const SnappedParticles& snapped, const std::vector<std::uint32_t>& rows,
                 Spheres& spheres);
 
 /// Numbers of droplets removed, and of the distinct particles in them.
-struct LeftOut {
+struct RemovedDroplets {
     std::size_t droplets = 0, particles = 0;
 };
 
 /// Removes droplets from the particles as the features ask; droplets to be kept as points are appended to `apart`.
-LeftOut leaveOutDroplets(const Particles& particles, const Features& features, SnappedParticles& snapped,
+RemovedDroplets removeDroplets(const Particles& particles, const Features& features, SnappedParticles& snapped,
                          Spheres& apart);
 
 /// Particles of threads that are a single particle thick: those that a degenerate edge uses, but no alpha triangle.

@@ -137,7 +137,7 @@ struct FirstPointTurnedTo {
         using Pack = Floats<kWidth>;
         const Pack zero{}, least = zero + 1e-12F, never = zero - 1e30F;
         Pack most = never, most_at{}, at;
-        setNumbers<kWidth>(at);
+        setLaneNumbers<kWidth>(at);
         for (std::size_t i = 0; i < points.x.size(); i += kWidth, at += static_cast<float>(kWidth)) {
             Pack x, y, z;
             std::memcpy(&x, &points.x[i], sizeof x);

@@ -1,6 +1,6 @@
 #include "skin/near_surface.h"
 
-#include "base/cell_order.h"
+#include "base/cell_grid.h"
 #include "base/parallel.h"
 #include "betamesh/error.h"
 #include "skin/coverage.h"
@@ -65,7 +65,7 @@ std::vector<int> distancesToExposed(const std::vector<Vec3i>& cells, const std::
     for (int step = 1; step < limit; ++step) {
         std::vector<std::uint8_t> reached(cells.size());
         parallelRanges(cells.size(), kCellsPerTask, [&](std::size_t first, std::size_t last) {
-            CellsAround around(cells);
+            NeighbourCells around(cells);
             for (std::size_t c = first; c < last; ++c)
                 if (distance[c] == limit)
                     around.forEach(c, [&](const Vec3i&, std::size_t other) { reached[c] |= distance[other] < limit; });
@@ -81,7 +81,7 @@ std::vector<int> distancesToExposed(const std::vector<Vec3i>& cells, const std::
 int marginCells(const SkinParams& params) {
     const Features& features = params.features;
     int margin = 1;
-    if (const double skin = leastSkin(params); skin > 0) {
+    if (const double skin = effectiveSkinDepth(params); skin > 0) {
         const double rolling = (params.radius * params.radius - skin * skin) / (2 * skin);
         const double farthest = params.radius + 2 * rolling + skin + particleSpacing(params);
         margin = static_cast<int>(std::ceil(farthest / (2 * params.radius)));
@@ -100,7 +100,7 @@ struct NearSurfaceFinder::State {
     std::size_t particles = 0;
     std::vector<Batch> batches{};
     std::mutex mutex{};  // guards numbers
-    CellNumbers numbers{};
+    CellNumbering numbers{};
 
     void process(std::span<const Vec3f> positions, Batch& batch);
     std::vector<Vec3i> sortedCells();
@@ -116,17 +116,17 @@ NearSurfaceFinder::~NearSurfaceFinder() = default;
 void NearSurfaceFinder::State::process(std::span<const Vec3f> positions, Batch& batch) {
     batch.cell.resize(positions.size());
     batch.offset.resize(positions.size());
-    CellNumbers own;
+    CellNumbering own;
     for (std::size_t i = 0; i < positions.size(); ++i) {
         const Vec3i position = grid.at(positions[i]), cell = grid.cellOf(position);
         batch.cell[i] = own.add({static_cast<std::int32_t>(cell.z), static_cast<std::int32_t>(cell.y),
                                  static_cast<std::int32_t>(cell.x)});  // far below 2^31: coordinates are below 2^50
         batch.offset[i] = cellOffset(position - cell * (2 * grid.radius()), grid.radius());
     }
-    std::vector<std::uint32_t> shared(own.places().size());
+    std::vector<std::uint32_t> shared(own.cells().size());
     {
         const std::scoped_lock lock(mutex);
-        for (std::size_t c = 0; c < shared.size(); ++c) shared[c] = numbers.add(own.places()[c]);
+        for (std::size_t c = 0; c < shared.size(); ++c) shared[c] = numbers.add(own.cells()[c]);
     }
     for (std::uint32_t& cell : batch.cell) cell = shared[cell];
 }
@@ -152,11 +152,11 @@ void NearSurfaceFinder::add(std::span<const Vec3f> positions) {
 // The occupied cells in order. The cell numbers of all batches become indices into them.
 std::vector<Vec3i> NearSurfaceFinder::State::sortedCells() {
     struct Numbered {
-        CellPlace cell;
+        GridCell cell;
         std::uint32_t number;
     };
     std::vector<Numbered> sorted;
-    for (const CellPlace& cell : numbers.places()) sorted.push_back({cell, static_cast<std::uint32_t>(sorted.size())});
+    for (const GridCell& cell : numbers.cells()) sorted.push_back({cell, static_cast<std::uint32_t>(sorted.size())});
     numbers = {};
     parallelSort(sorted, [](const Numbered& a, const Numbered& b) { return a.cell < b.cell; });
     std::vector<Vec3i> cells;
@@ -210,14 +210,14 @@ NearSurface NearSurfaceFinder::find() {
     const std::vector<int> distance = distancesToExposed(cells, cell_begin, is_covered, limit);
 
     // Cells at the limit keep only particles whose offset is shared, all others keep every particle.
-    std::vector<std::uint8_t> is_kept(cells.size(), 1), is_rim(cells.size()), is_shared(offsets.size());
+    std::vector<std::uint8_t> is_kept(cells.size(), 1), is_incomplete(cells.size()), is_shared(offsets.size());
     parallelRanges(cells.size(), kCellsPerTask, [&](std::size_t first, std::size_t last) {
-        CellsAround around(cells);
+        NeighbourCells around(cells);
         SharedOffsets shared;
         for (std::size_t c = first; c < last; ++c) {
             int farthest = 0;
             around.forEach(c, [&](const Vec3i&, std::size_t other) { farthest = std::max(farthest, distance[other]); });
-            is_rim[c] = distance[c] > 0 && farthest == limit;
+            is_incomplete[c] = distance[c] > 0 && farthest == limit;
             if (distance[c] < limit) continue;
             const std::size_t begin = cell_begin[c], count = cell_begin[c + 1] - begin;
             is_kept[c] =
@@ -229,7 +229,7 @@ NearSurface NearSurfaceFinder::find() {
         if (!is_kept[c]) continue;
         number[c] = static_cast<std::uint32_t>(near.cell.size());
         near.cell.push_back(cells[c]);
-        near.is_rim.push_back(is_rim[c]);
+        near.is_incomplete.push_back(is_incomplete[c]);
     }
 
     struct KeptRows {
@@ -249,7 +249,7 @@ NearSurface NearSurfaceFinder::find() {
     });
     near.row = concatenate(rows, &KeptRows::row);
     near.cell_of = concatenate(rows, &KeptRows::cell);
-    near.is_buried = concatenate(rows, &KeptRows::covered);
+    near.is_covered = concatenate(rows, &KeptRows::covered);
     return near;
 }
 

@@ -4,7 +4,7 @@
 namespace betamesh {
 
 PointGroups::PointGroups(const std::vector<Vec3>& position, double edge, std::vector<std::uint32_t>& order) {
-    const CellOrder cells(position.size(), edge, [&](std::size_t i) -> const Vec3& { return position[i]; });
+    const CellGrid cells(position.size(), edge, [&](std::size_t i) -> const Vec3& { return position[i]; });
     order = cells.rows();
     std::vector<std::uint32_t> count(cells.cells());
     for (std::uint32_t c = 0; c < cells.cells(); ++c)

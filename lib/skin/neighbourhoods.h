@@ -3,7 +3,7 @@
 #pragma once
 
 #include "base/box.h"
-#include "base/cell_order.h"
+#include "base/cell_grid.h"
 #include "base/sample_groups.h"
 
 #include <memory>
@@ -48,7 +48,7 @@ public:
 private:
     std::vector<std::uint32_t> begin_{0};
     std::vector<Box> box_;
-    std::optional<CellOrder> cells_;  // of groups
+    std::optional<CellGrid> cells_;  // of groups
     double overhang_ = 0;             // largest distance by which a box extends beyond its cell
 };
 

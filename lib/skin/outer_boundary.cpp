@@ -6,7 +6,7 @@
 #include "skin/arcs.h"
 #include "skin/ball_boundary.h"
 #include "skin/constants.h"
-#include "skin/exposure_candidates.h"
+#include "skin/coverage.h"
 #include "skin/face_points.h"
 #include "skin/near_surface.h"
 #include "skin/velocity.h"
@@ -67,7 +67,7 @@ OuterSamples outerSamples(const Particles& particles, const SnappedParticles& sn
 
     OuterSamples samples;
     samples.point = std::move(network.point);
-    for (const FadingVertex& fading : network.fading) samples.point[fading.vertex] = fading.whole;
+    for (const FadingVertex& fading : network.fading) samples.point[fading.vertex] = fading.unfaded;
     const std::size_t on_arcs = samples.point.size();
     samples.weight.assign(on_arcs, 0);
     samples.fading.assign(on_arcs, 0);
@@ -87,10 +87,10 @@ OuterSamples outerSamples(const Particles& particles, const SnappedParticles& sn
             addSegment(std::exchange(last, p), p);
     }
     for (const FadingVertex& fading : network.fading) {  // what they lack of their weight belongs to their neighbours
-        const auto rest = static_cast<float>(1 - fading.share.value), moved = samples.weight[fading.vertex] * rest;
+        const auto rest = static_cast<float>(1 - fading.fade.value), moved = samples.weight[fading.vertex] * rest;
         samples.fading[fading.vertex] = rest;
         samples.weight[fading.vertex] -= moved;
-        for (const std::size_t k : {0U, 1U}) samples.weight[fading.from[k]] += moved / 2;
+        for (const std::size_t k : {0U, 1U}) samples.weight[fading.anchor[k]] += moved / 2;
     }
     samples.exposure.assign(on_arcs, 0);
 

@@ -100,7 +100,7 @@ void PatchTree::makeTree(const std::vector<Patch>& patches) {
     std::vector<CurvePosition> sorted;
     firstTouchResize(sorted, patches.size());
     parallelFor(patches.size(), 1024, [&](std::size_t p) {
-        sorted[p] = {placeOnCurve(patches[p].node.box, whole), static_cast<std::uint32_t>(p)};
+        sorted[p] = {mortonCode(patches[p].node.box, whole), static_cast<std::uint32_t>(p)};
     });
     parallelSort(sorted, [](const CurvePosition& a, const CurvePosition& b) {
         return a.on_curve != b.on_curve ? a.on_curve < b.on_curve : a.patch < b.patch;

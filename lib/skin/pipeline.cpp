@@ -3,7 +3,7 @@
 #include "mesh/mesh_edges.h"
 #include "skin/alpha_mesh.h"
 #include "skin/attributes.h"
-#include "skin/ball_faces.h"
+#include "skin/faces.h"
 #include "skin/boundary_samples.h"
 #include "skin/constants.h"
 #include "skin/features.h"
@@ -61,10 +61,10 @@ BaseSurface baseSurface(const Particles& particles, Structure& structure, const 
 void moveToSkin(const OuterSamples& outer, const BallBoundary& boundary, const SkinParams& params, BetaMesh& mesh) {
     DeformingMesh surface(mesh, particleSpacing(params));
     retract(outer, skinLengths(params), surface);
-    const DualPoints on_balls = copyOf(mesh.vertex);
+    const DualPoints on_balls = dualPoints(mesh.vertex);
     surface.writePositions();
     if (coherentPasses(params) > 0) {
-        const DualPoints retracted = copyOf(mesh.vertex);
+        const DualPoints retracted = dualPoints(mesh.vertex);
         smoothSkin(surface, widestSkinFit(params), farthestSkinSmoothing(params), coherentPasses(params));
         surface.writePositions();
         if (resolveSelfIntersections(boundary, retracted, mesh, kCornerRelaxations, false)) return;
@@ -80,7 +80,7 @@ BetaMesh smoothedSurface(BaseSurface&& base, const BallBoundary& boundary, const
         std::exchange(base.outer, {});
         return mesh;
     }
-    const DualPoints from = base.smoother ? base.smoother->smooth(mesh) : copyOf(mesh.vertex);
+    const DualPoints from = base.smoother ? base.smoother->smooth(mesh) : dualPoints(mesh.vertex);
     base.smoother.reset();
     std::exchange(mesh.rim_distance, {});  // large
     resolveSelfIntersections(boundary, from, mesh);
@@ -129,7 +129,7 @@ SkinReport reportOf(const NearSurface& near, const Structure& structure) {
     const BallBoundary& boundary = structure.boundary;
     SkinReport report;
     report.particles = near.particles;
-    report.distinct_particles = structure.distinct_particles + near.leftOut();
+    report.distinct_particles = structure.distinct_particles + near.omitted();
     report.droplets = structure.left_out.droplets;
     report.droplet_particles = structure.left_out.particles;
     report.tendril_particles = structure.tendril_particles;
@@ -174,7 +174,7 @@ SkinnedFrame skinFrame(const Particles& particles, const NearSurface& near, cons
         watch(Stage::tessellate);
         BetaMesh mesh = smoothedSurface(std::move(base), boundary, params);
         watch(Stage::smooth);
-        if (is_moving) limitVelocities(balls, liquidReach(params), vertexNormals(mesh), mesh.vertex);
+        if (is_moving) limitVelocities(balls, motionReach(params), vertexNormals(mesh), mesh.vertex);
         frame.mesh = asMesh(std::move(mesh));
     } else {
         frame.mesh = comparisonSurface(particles, structure, balls, params, watch);

@@ -25,15 +25,15 @@ struct LongEdge {
 std::vector<float> DeformingMesh::fadeWeights() const {
     std::vector<float> fade(size(), 1);
     for (const auto& group : mesh_.fading)
-        for (const FadingVertex& fading : group) fade[fading.vertex] = static_cast<float>(fading.share.value);
+        for (const FadingVertex& fading : group) fade[fading.vertex] = static_cast<float>(fading.fade.value);
     return fade;
 }
 
 // Weighs the diagonals of quads by the fade weights of their ends, because quads appear and vanish with such corners.
 void DeformingMesh::weighDiagonals(const std::vector<float>& fade) {
     for (FadingVertex& fading : mesh_.fading[2]) {
-        const auto& [a, b, c, d] = fading.from;
-        const double of_other = fading.weight[2].value + fading.weight[3].value;
+        const auto& [a, b, c, d] = fading.anchor;
+        const double of_other = fading.anchor_weight[2].value + fading.anchor_weight[3].value;
         const double edge = (1 - of_other) * fade[a] * fade[b], other = of_other * fade[c] * fade[d];
         if (edge + other > 0) placeOnDiagonals(fading, other / (edge + other), 0);
     }
@@ -45,12 +45,12 @@ void DeformingMesh::placeOnDiagonals(FadingVertex& fading, double of_other, doub
     Vec3 position(0);
     for (std::size_t k = 0; k < 4; k += 2) {
         const double share = k == 0 ? 1 - of_other : of_other;
-        const double sum = fading.weight[k].value + fading.weight[k + 1].value;
-        double of_first = sum > 0 ? fading.weight[k].value / sum : 0.5;
+        const double sum = fading.anchor_weight[k].value + fading.anchor_weight[k + 1].value;
+        double of_first = sum > 0 ? fading.anchor_weight[k].value / sum : 0.5;
         of_first += (0.5 - of_first) * middle;
-        fading.weight[k] = share * of_first;
-        fading.weight[k + 1] = share * (1 - of_first);
-        for (const std::size_t m : {k, k + 1}) position += position_[fading.from[m]] * fading.weight[m].value;
+        fading.anchor_weight[k] = share * of_first;
+        fading.anchor_weight[k + 1] = share * (1 - of_first);
+        for (const std::size_t m : {k, k + 1}) position += position_[fading.anchor[m]] * fading.anchor_weight[m].value;
     }
     position_[fading.vertex] = position;
 }
@@ -96,15 +96,15 @@ void DeformingMesh::refine(double radius, double edge_factor) {
     });
     // A vertex that fades in on a long edge replaces one that would split the edge, and gets at least its fade weight.
     const auto increaseFade = [&](FadingVertex& fading, double demanded) {
-        fading.share = 1 - (1 - fading.share.value) * (1 - demanded);
-        demand.fade[fading.vertex] = static_cast<float>(fading.share.value);
+        fading.fade = 1 - (1 - fading.fade.value) * (1 - demanded);
+        demand.fade[fading.vertex] = static_cast<float>(fading.fade.value);
     };
     auto &on_edges = mesh_.fading[0], &in_quads = mesh_.fading[2];
-    for (FadingVertex& fading : on_edges) increaseFade(fading, demand(fading.from[0], fading.from[1]));
+    for (FadingVertex& fading : on_edges) increaseFade(fading, demand(fading.anchor[0], fading.anchor[1]));
     for (FadingVertex& fading : in_quads) {
-        const double of_other = fading.weight[2].value + fading.weight[3].value;
+        const double of_other = fading.anchor_weight[2].value + fading.anchor_weight[3].value;
         const double demanded =
-            demand(fading.from[0], fading.from[1]) * (1 - of_other) + demand(fading.from[2], fading.from[3]) * of_other;
+            demand(fading.anchor[0], fading.anchor[1]) * (1 - of_other) + demand(fading.anchor[2], fading.anchor[3]) * of_other;
         if (!(demanded > 0)) continue;
         placeOnDiagonals(fading, of_other, smoothStep(demanded / kQuadCentreFade).value);
         increaseFade(fading, demanded);
@@ -147,14 +147,14 @@ void DeformingMesh::splitLongEdges(std::size_t refinement, SplitDemand& demand) 
         double longest = 0, curved = 0;
         Vec3f normal(0);
         for (std::size_t k = 0; k < 4; ++k) {
-            fading.weight[k] = weight[k];
-            fading.whole = fading.whole + mesh_.vertex[from[k]] * weight[k];
+            fading.anchor_weight[k] = weight[k];
+            fading.unfaded = fading.unfaded + mesh_.vertex[from[k]] * weight[k];
             position += position_[from[k]] * weight[k];
             longest += demand.longest[from[k]] * weight[k];
             curved += demand.curved[from[k]] * weight[k];
             normal += demand.normal[from[k]] * static_cast<float>(weight[k]);
         }
-        mesh_.vertex.push_back(fading.whole);
+        mesh_.vertex.push_back(fading.unfaded);
         position_.push_back(position);
         demand.longest.push_back(static_cast<float>(longest));
         demand.fade.push_back(static_cast<float>(fade));

@@ -48,7 +48,7 @@ public:
                 v = local[v];
             }
         }
-        coincident_ = placesOfVertices(position_);
+        coincident_ = firstVerticesAtPositions(position_);
         across_ = trianglesAcross(sortedSides(triangles_));
     }
 
@@ -92,8 +92,8 @@ void moveToSupports(const std::vector<TrianglePair>& pairs, BetaMesh& mesh) {
             if (!is_corner[fading.vertex]) continue;
             std::size_t largest = 0;
             for (std::size_t k = 1; k < 4; ++k)
-                if (fading.weight[k].value > fading.weight[largest].value) largest = k;
-            mesh.vertex[fading.vertex].position = mesh.vertex[fading.from[largest]].position;
+                if (fading.anchor_weight[k].value > fading.anchor_weight[largest].value) largest = k;
+            mesh.vertex[fading.vertex].position = mesh.vertex[fading.anchor[largest]].position;
         }
 }
 
@@ -118,7 +118,7 @@ void moveToRingMeans(const std::vector<TrianglePair>& pairs, const PatchTree& tr
     for (std::size_t i = 0; i < corners.size(); ++i) {
         DualVec3& vertex = mesh.vertex[corners[i]];
         if (const auto& [sum, count] = one_ring[i]; count > 0) vertex = (vertex + sum / Dual(count)) * 0.5;
-        vertex.position = asWritten(vertex.position);
+        vertex.position = roundedToFloats(vertex.position);
     }
 }
 
@@ -144,7 +144,7 @@ void moveOffPlanes(const std::vector<TrianglePair>& pairs, double distance, Beta
         Vec3 sum(0);
         for (; i < directions.size() && directions[i].first == v; ++i) sum += directions[i].second;
         Vec3& position = mesh.vertex[v].position;
-        position = asWritten(position + sum.normalized() * distance);
+        position = roundedToFloats(position + sum.normalized() * distance);
     }
 }
 
@@ -153,7 +153,7 @@ void moveOffPlanes(const std::vector<TrianglePair>& pairs, double distance, Beta
 bool resolveSelfIntersections(const BallBoundary& boundary, const DualPoints& from, BetaMesh& mesh,
                               int corner_relaxations, bool is_last) {
     if (mesh.triangles.empty()) return true;
-    moveToWritten(mesh);
+    roundToFloats(mesh);
     const double radius = boundary.worldRadius();
     PatchTree tree(mesh, from.position, radius, crossingFreeComponents(boundary, from.position, mesh));
     std::vector<TrianglePair> pairs = crossingPairs(tree, mesh);

@@ -25,7 +25,7 @@ double particleSpacing(const SkinParams& params) {
     return params.spacing > 0 ? params.spacing : params.radius / kPaperRadius;
 }
 
-double liquidReach(const SkinParams& params) {
+double motionReach(const SkinParams& params) {
     return std::max(kLiquidReachSpacings * particleSpacing(params), kLiquidReachRadii * params.radius);
 }
 
@@ -36,12 +36,12 @@ double skinDepth(const SkinParams& params, int dimension) {
     return automaticSkin(params, dimension == 2 ? kAutomaticPlanarSkin : kAutomaticSkin);
 }
 
-double leastSkin(const SkinParams& params) {
+double effectiveSkinDepth(const SkinParams& params) {
     const double depth = skinDepth(params);
     return depth > 0 ? std::max(depth, params.radius / kMaxRadiusInSkins) : 0;
 }
 
-double loneSkinDepth(const SkinParams& params) {
+double isolatedSkinDepth(const SkinParams& params) {
     const double depth = skinDepth(params, 2);
     return params.skin || depth == 0 ? depth : automaticSkin(params, kLonePlanarSkin);
 }

@@ -328,8 +328,8 @@ void limitDisplacements(Displacements& moves, double longest) {
 void blendFadingVertices(BetaMesh& mesh) {
     const auto blended = [&](const FadingVertex& fading) {
         DualVec3 from;
-        for (std::size_t k = 0; k < 4; ++k) from = from + mesh.vertex[fading.from[k]] * fading.weight[k];
-        return mesh.vertex[fading.vertex] * fading.share + from * (1 - fading.share);
+        for (std::size_t k = 0; k < 4; ++k) from = from + mesh.vertex[fading.anchor[k]] * fading.anchor_weight[k];
+        return mesh.vertex[fading.vertex] * fading.fade + from * (1 - fading.fade);
     };
     for (const std::vector<FadingVertex>& group : mesh.fading) {
         std::vector<DualVec3> position(group.size());
@@ -363,12 +363,12 @@ void CoherentSmoother::buildCloud(int pass) {
 
 DualPoints CoherentSmoother::smooth(BetaMesh& mesh) {
     const CoherentSmoothing& params = params_;
-    DualPoints from = copyOf(mesh.vertex);
+    DualPoints from = dualPoints(mesh.vertex);
     const std::vector<std::uint32_t> moving = indicesWhere(mesh.vertex.size(), [&](std::uint32_t v) {
         return params.inset > 0 || mesh.rim_distance.empty() || mesh.rim_distance[v].value < kStayFull;
     });
     for (const auto& group : mesh.fading)
-        parallelFor(group.size(), 4096, [&](std::size_t i) { mesh.vertex[group[i].vertex] = group[i].whole; });
+        parallelFor(group.size(), 4096, [&](std::size_t i) { mesh.vertex[group[i].vertex] = group[i].unfaded; });
 
     const bool inwards = params.inset > 0;
     const std::vector<DualVec3> begin = params.passes > 1 ? mesh.vertex : std::vector<DualVec3>();

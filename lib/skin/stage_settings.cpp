@@ -44,7 +44,7 @@ ArcSubdivision arcSubdivision(const SkinParams& params) {
     subdivision.appearance = Appearance::gradual;
     subdivision.max_angle = kSmoothedArcAngle;
     if (hasSkin(params)) {
-        subdivision.moves_far = true;
+        subdivision.is_retracted = true;
         subdivision.max_angle = kSkinArcAngle;
         subdivision.flat_angle = kSkinFlatArcAngle;
     } else if (coherentPasses(params) > 0 && smoothingWidth(params) >= kSmoothingWidth * params.radius) {
@@ -59,7 +59,7 @@ CoherentSmoothing coherentSmoothing(const SkinParams& params) {
 
 SkinLengths skinLengths(const SkinParams& params) {
     const double spacing = particleSpacing(params);
-    return {params.radius / spacing, leastSkin(params) / spacing, !params.skin,
+    return {params.radius / spacing, effectiveSkinDepth(params) / spacing, !params.skin,
             params.arc_subdivisions == 1 ? kSingleSegmentEdgeFactor : 1};
 }
 
@@ -68,7 +68,7 @@ double widestSkinFit(const SkinParams& params) {
 }
 
 double farthestSkinSmoothing(const SkinParams& params) {
-    return kMaxSkinSmoothing * leastSkin(params) / particleSpacing(params);
+    return kMaxSkinSmoothing * effectiveSkinDepth(params) / particleSpacing(params);
 }
 
 void requireConsistent(const SkinParams& params) {

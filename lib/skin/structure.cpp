@@ -1,7 +1,7 @@
 #include "skin/structure.h"
 
 #include "betamesh/error.h"
-#include "skin/exposure_candidates.h"
+#include "skin/coverage.h"
 #include "skin/features.h"
 
 #include <optional>
@@ -28,7 +28,7 @@ std::optional<UnpairedEdge> buildStructure(const Particles& particles, const Ski
     structure = {};
     structure.snapped = std::move(snapped);
     structure.distinct_particles = structure.snapped.size();
-    structure.left_out = leaveOutDroplets(particles, params.features, structure.snapped, structure.spheres);
+    structure.left_out = removeDroplets(particles, params.features, structure.snapped, structure.spheres);
     for (;;) {
         std::variant<BallBoundary, UnpairedEdge> built =
             boundaryOf(structure.snapped, exposureCandidates(structure.snapped), directions);
@@ -40,7 +40,7 @@ std::optional<UnpairedEdge> buildStructure(const Particles& particles, const Ski
         if (tendrils.empty()) return std::nullopt;
         addSpheres(particles, structure.snapped, tendrils, structure.spheres);
         structure.tendril_particles += tendrils.size();
-        structure.snapped = without(structure.snapped, tendrils);
+        structure.snapped = withoutRows(structure.snapped, tendrils);
     }
 }
 
@@ -49,7 +49,7 @@ Structure exactStructure(const Particles& particles, const NearSurface& near, co
     const auto boundaryOf = [&](const SnappedParticles& snapped, const std::vector<std::uint32_t>& exposed,
                                 const std::vector<Vec3>& towards) {
         return ballBoundary(snapped, exposed, towards,
-                            params.surface == SurfaceKind::alpha ? Arcs::left_out : Arcs::traced);
+                            params.surface == SurfaceKind::alpha ? ArcTracing::none : ArcTracing::traced);
     };
     Structure structure;
     buildStructure(particles, params, snapParticles(particles, params.radius, near), boundaryOf, directions, structure);

@@ -8,7 +8,7 @@
 #include "betamesh/skin_params.h"
 #include "exact/snapped_particles.h"
 #include "skin/ball_boundary.h"
-#include "skin/droplets.h"
+#include "skin/features.h"
 #include "skin/near_surface.h"
 
 namespace betamesh {
@@ -20,7 +20,7 @@ struct Structure {
     Icosphere directions;  ///< directions in which points inside faces are sought; none where they are not needed
     Spheres spheres;       ///< left-out particles that are kept as spheres
     std::size_t distinct_particles = 0;
-    LeftOut left_out;
+    RemovedDroplets left_out;
     std::size_t tendril_particles = 0;
     int retries = 0;  ///< perturbations that floating-point predicates needed
 };

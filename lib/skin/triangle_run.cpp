@@ -15,7 +15,7 @@ constexpr double kFacingCosine = 0.35;  // least cosine between a normal and a d
 
 bool isFlat(const std::vector<Vec3>& position, const Triangle& triangle) {
     const auto& [a, b, c] = triangle;
-    return onOneLine(position[a], position[b], position[c]);
+    return areCollinear(position[a], position[b], position[c]);
 }
 
 // Corners of consecutive triangles, [corner][axis][triangle], before the displacement and now.
@@ -85,7 +85,7 @@ void facingOf(const RunShape& shape, const std::vector<Vec3>& directions, std::a
 
 bool isFlat(const std::vector<DualVec3>& vertex, const Triangle& triangle) {
     const auto& [a, b, c] = triangle;
-    return onOneLine(vertex[a].position, vertex[b].position, vertex[c].position);
+    return areCollinear(vertex[a].position, vertex[b].position, vertex[c].position);
 }
 
 TriangleRun::TriangleRun(const BetaMesh& mesh, const std::vector<Vec3>& before, std::uint32_t begin,

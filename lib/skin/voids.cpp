@@ -1,6 +1,6 @@
 #include "skin/voids.h"
 
-#include "base/cell_order.h"
+#include "base/cell_grid.h"
 #include "base/index.h"
 #include "base/parallel.h"
 #include "skin/ball_boundary.h"
@@ -200,7 +200,7 @@ std::vector<bool> voidsFittingBall(const BetaMesh& mesh, const BallBoundary& bou
     });
     const auto centreOf = [&](std::size_t i) { return boundary.centre(balls[i]); };
     if (balls.size() > kMaxPerCell &&
-        balls.size() > kMaxPerCell * CellOrder(balls.size(), 2 * radius, centreOf).cells()) {
+        balls.size() > kMaxPerCell * CellGrid(balls.size(), 2 * radius, centreOf).cells()) {
         for (const std::uint32_t void_component : void_of)
             if (void_component != kInvalidIndex) fits[void_component] = true;
         return fits;
@@ -209,7 +209,7 @@ std::vector<bool> voidsFittingBall(const BetaMesh& mesh, const BallBoundary& bou
     particles.position.resize(balls.size());
     parallelFor(balls.size(), 4096, [&](std::size_t i) { particles.position[i] = Vec3f(centreOf(i)); });
     const SnappedParticles snapped = snapParticles(particles, radius);
-    const BallBoundary larger = ballBoundary(snapped, exposureCandidates(snapped), {}, Arcs::left_out);
+    const BallBoundary larger = ballBoundary(snapped, exposureCandidates(snapped), {}, ArcTracing::none);
 
     std::vector<std::uint32_t> void_at(larger.vertex.size(), kInvalidIndex);
     parallelFor(void_at.size(), 256, [&](std::size_t v) {

@@ -1,6 +1,6 @@
 // Frames of real simulations: velocities, comparison with CGAL's fixed alpha shapes, topological events.
 
-#include "base/cell_order.h"
+#include "base/cell_grid.h"
 #include "base/rigid_motion.h"
 #include "io/particle_file.h"
 #include "mesh/jump_sites.h"
@@ -51,7 +51,7 @@ TEST(RealFrames, NoVertexIsMuchFasterThanTheParticlesAroundIt) {
         params.spacing = spacing;
         const Mesh mesh = skinFrame(particles, params).mesh;
         const double reach = 3 * spacing;
-        const CellOrder cells(particles.size(), reach, [&](std::size_t i) { return Vec3(particles.position[i]); });
+        const CellGrid cells(particles.size(), reach, [&](std::size_t i) { return Vec3(particles.position[i]); });
         std::size_t judged = 0, over = 0;
         double worst = 0;
         std::vector<std::uint32_t> near;

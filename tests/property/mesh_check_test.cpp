@@ -233,12 +233,12 @@ TEST(Orientation, IsTheSignOfRationalArithmetic) {
         for (int axis = 0; axis < 3; ++axis) {
             const int k = (axis + 1) % 3, m = (axis + 2) % 3;
             const Rational turn = d(0, k) * d(1, m) - d(0, m) * d(1, k);
-            EXPECT_EQ(turnAlong(axis, p[0], p[1], p[3]), signOf(turn));
+            EXPECT_EQ(orientationAlong(axis, p[0], p[1], p[3]), signOf(turn));
         }
     }
     EXPECT_GT(zeros, 100);
     EXPECT_EQ(sideOfPlane({0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}), 1);
-    EXPECT_EQ(turnAlong(2, {0, 0, 0}, {1, 0, 0}, {0, 1, 0}), 1);
+    EXPECT_EQ(orientationAlong(2, {0, 0, 0}, {1, 0, 0}, {0, 1, 0}), 1);
 }
 
 TEST(SelfIntersection, DisjointTrianglesIntersectExactlyWhereTheirSidesDo) {

@@ -134,7 +134,7 @@ void expectNothingChanges(const Cloud& cloud, const SkinParams& params, std::siz
     for (const std::size_t rows_at_once : {std::size_t{7777}, std::numeric_limits<std::size_t>::max() / 2}) {
         const NearSurface near = nearOf(cloud.particles, params, rows_at_once);
         expectSame(skinFrame(rowsOf(cloud.particles, near.row), near, params), expected);
-        *left_out += near.leftOut();
+        *left_out += near.omitted();
     }
 }
 
@@ -154,8 +154,8 @@ TEST(NearSurface, DoesNotChangeTheFrameOfAnyBlock) {
             expectNothingChanges(cloud, params, &left_out);
         }
         EXPECT_EQ(left_out > 0, cloud.name.find("every particle twice") == std::string::npos);
-        EXPECT_EQ(nearOf(shuffled(cloud.particles, 1), params, 10000).leftOut(),
-                  nearOf(cloud.particles, params, 10000).leftOut());
+        EXPECT_EQ(nearOf(shuffled(cloud.particles, 1), params, 10000).omitted(),
+                  nearOf(cloud.particles, params, 10000).omitted());
     }
 }
 

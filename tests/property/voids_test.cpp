@@ -119,7 +119,7 @@ struct Anatomy {
         for (const Mesh& own : piece) {
             volume.push_back(0);
             for (const Triangle& t : own.triangles)
-                volume.back() += volumeBelow(own.position[t[0]] - own.position[0], own.position[t[1]] - own.position[0],
+                volume.back() += signedVolume(own.position[t[0]] - own.position[0], own.position[t[1]] - own.position[0],
                                              own.position[t[2]] - own.position[0]);
             is_void.push_back(volume.back() < 1e-9 * radius * radius * radius);
         }

@@ -111,11 +111,11 @@ TEST_F(ConfigFile, TheSkinIsAutoNoneOrALength) {
     };
     EXPECT_EQ(Config{}.surface.skin, std::nullopt);
     EXPECT_EQ(skinOf("auto"), std::nullopt);
-    EXPECT_EQ(skinOf("none"), (LengthText{0, false}));
-    EXPECT_EQ(skinOf("0"), (LengthText{0, false}));
-    EXPECT_EQ(skinOf("0dx"), (LengthText{0, false}));
-    EXPECT_EQ(skinOf("0.5dx"), (LengthText{0.5, true}));
-    EXPECT_EQ(skinOf("0.02"), (LengthText{0.02, false}));
+    EXPECT_EQ(skinOf("none"), (Length{0, false}));
+    EXPECT_EQ(skinOf("0"), (Length{0, false}));
+    EXPECT_EQ(skinOf("0dx"), (Length{0, false}));
+    EXPECT_EQ(skinOf("0.5dx"), (Length{0.5, true}));
+    EXPECT_EQ(skinOf("0.02"), (Length{0.02, false}));
     for (const char* wrong : {"-1", "-0.5dx", "dx", "nan", "inf", "0.5 dx", "automatic", "true", "\"\"", "[0.5dx]"})
         expectError(std::string("surface: {skin: ") + wrong + "}\n", {"job.yaml:2:17", "surface.skin", "auto, none"});
 }
@@ -126,7 +126,7 @@ TEST_F(ConfigFile, TheLaterOfTheTwoBubbleKeysWins) {
     EXPECT_EQ(by_volume.features.bubble_volume, 30);
     Config config = by_volume;
     setConfigKey(config, "features.bubble_gap=3dx");
-    EXPECT_EQ(config.features.bubble_gap, (LengthText{3, true}));
+    EXPECT_EQ(config.features.bubble_gap, (Length{3, true}));
     EXPECT_EQ(config.features.bubble_volume, 0);
 }
 
@@ -198,7 +198,7 @@ TEST_F(ConfigFile, LaterKeysWinOverIncludes) {
         readConfig(file("job.yaml", "version: 1\nsurface: {radius: 3dx}\ninclude: [base/b.yaml, c.yaml]\n"));
     EXPECT_EQ(config.smoothing.passes, 5);
     EXPECT_EQ(config.surface.kind, SurfaceKind::union_);
-    EXPECT_EQ(config.surface.radius, (LengthText{3, true}));
+    EXPECT_EQ(config.surface.radius, (Length{3, true}));
 }
 
 TEST_F(ConfigFile, AFileMayBeIncludedTwiceButNotInACircle) {
@@ -226,31 +226,31 @@ TEST_F(ConfigFile, LaterValuesWinInTheOrderPresetsIncludesFileCommandLine) {
     const std::string job = file("job.yaml", "version: 1\npreset: [viscous, flip]\ninclude: base.yaml\n");
     const Config config = readConfig(job);
     EXPECT_EQ(config.preset, (std::vector<std::string>{"viscous", "flip"}));
-    EXPECT_EQ(config.surface.radius, (LengthText{2, true}));  // the later preset wins
+    EXPECT_EQ(config.surface.radius, (Length{2, true}));  // the later preset wins
     EXPECT_EQ(config.smoothing.passes, 3);                    // the included file wins
 
     const std::string own = file("own.yaml", "version: 1\nsurface: {radius: 3dx}\npreset: viscous\n");
-    EXPECT_EQ(readConfig(own).surface.radius, (LengthText{3, true}));  // wherever `preset` is in the file
+    EXPECT_EQ(readConfig(own).surface.radius, (Length{3, true}));  // wherever `preset` is in the file
     EXPECT_EQ(readConfig(own).smoothing.passes, 2);
     const std::vector<KeyValue> splash{{"preset", "splash", "--preset"}};
-    EXPECT_EQ(readConfig(own, splash).surface.radius, (LengthText{3, true}));
+    EXPECT_EQ(readConfig(own, splash).surface.radius, (Length{3, true}));
     EXPECT_EQ(readConfig(own, splash).smoothing.passes, 1);  // instead of the file's preset
     EXPECT_EQ(readConfig(own, splash).preset, std::vector<std::string>{"splash"});
     EXPECT_EQ(readConfig(own, {{"preset", "", "--preset"}}).smoothing.passes, 1);
     const std::vector<KeyValue> both{{"surface.radius", "4dx", "--radius"}, {"preset", "splash", "--preset"}};
-    EXPECT_EQ(readConfig(own, both).surface.radius, (LengthText{4, true}));
-    EXPECT_EQ(readConfig("", both).surface.radius, (LengthText{4, true}));
-    EXPECT_EQ(readConfig("", splash).surface.radius, (LengthText{1.2, true}));
+    EXPECT_EQ(readConfig(own, both).surface.radius, (Length{4, true}));
+    EXPECT_EQ(readConfig("", both).surface.radius, (Length{4, true}));
+    EXPECT_EQ(readConfig("", splash).surface.radius, (Length{1.2, true}));
     Config base;
     base.surface.radius = {5, true}, base.smoothing.passes = 7;
-    EXPECT_EQ(readConfig("", splash, base).surface.radius, (LengthText{1.2, true}));
+    EXPECT_EQ(readConfig("", splash, base).surface.radius, (Length{1.2, true}));
     EXPECT_EQ(readConfig("", splash, base).smoothing.passes, 7);
 
     file("included.yaml", "version: 1\npreset: flip\n");
     EXPECT_EQ(readConfig(file("job.yaml", "version: 1\ninclude: included.yaml\n")).surface.radius,
-              (LengthText{2, true}));
+              (Length{2, true}));
     EXPECT_EQ(readConfig(file("job.yaml", "version: 1\ninclude: included.yaml\npreset: splash\n")).surface.radius,
-              (LengthText{1.2, true}));
+              (Length{1.2, true}));
 }
 
 TEST_F(ConfigFile, AConfigurationWithPresetsIsReadBack) {

@@ -85,7 +85,7 @@ TEST(Picture, DrawsTheRequestedLayersOnly) {
     picture.pure = {1, 0, 1, 0, 1, 1, 1, 1, 1, 1};
     picture.apart = {{9, 9, 0}};
     const auto drawn = [&](const std::vector<Layer>& layers) {
-        writePicture(folder / "p.svg", picture, layers);
+        writeSvg(folder / "p.svg", picture, layers);
         const std::string text = contentsOf(folder / "p.svg");
         EXPECT_TRUE(text.starts_with("<svg ") && text.ends_with("</svg>\n"));
         return std::pair(count(text, "<circle"), count(text, "<path"));
@@ -107,7 +107,7 @@ TEST(Picture, DrawsTheRequestedBounds) {
     PlanePicture picture;
     picture.particles = {{3, 4, 0}};
     picture.radius = 1;
-    writePicture(folder / "p.svg", picture, {Layer::discs}, {{1, 2, 0}, {5, 4, 0}});
+    writeSvg(folder / "p.svg", picture, {Layer::discs}, {{1, 2, 0}, {5, 4, 0}});
     const std::string text = contentsOf(folder / "p.svg");
     EXPECT_NE(text.find("width='1000.00' height='500.00'"), std::string::npos) << text;
     EXPECT_NE(text.find("cx='500.00' cy='0.00' r='250.00'"), std::string::npos) << text;  // y points up

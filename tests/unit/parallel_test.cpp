@@ -43,11 +43,11 @@ TEST(Parallel, FirstRowWhereFindsTheLowestForAnyThreadCount) {
     for (const int threads : {1, 2, 3, 8})
         withThreads(threads, [&] {
             for (const std::size_t first : {std::size_t{0}, std::size_t{1}, std::size_t{16'384}, n / 3, n - 1, n}) {
-                EXPECT_EQ(firstRowWhere(n, [&](std::size_t i) { return i >= first; }), first);
-                EXPECT_EQ(firstRowWhere(n, [&](std::size_t i) { return i == first || i + 1 == n; }),
+                EXPECT_EQ(firstIndexWhere(n, [&](std::size_t i) { return i >= first; }), first);
+                EXPECT_EQ(firstIndexWhere(n, [&](std::size_t i) { return i == first || i + 1 == n; }),
                           std::min(first, n - 1));
             }
-            EXPECT_EQ(firstRowWhere(0, [](std::size_t) { return true; }), 0U);
+            EXPECT_EQ(firstIndexWhere(0, [](std::size_t) { return true; }), 0U);
         });
 }
 

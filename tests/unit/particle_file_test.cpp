@@ -44,7 +44,7 @@ TEST(ParticleFile, SelectedRowsEqualThoseOfTheWholeFile) {
         const Particles all = readParticles(file);
         ASSERT_EQ(all.size(), particles.size());
         std::vector<Vec3f> positions;
-        forPositions(file,
+        visitPositions(file,
                      [&](std::span<const Vec3f> some) { positions.insert(positions.end(), some.begin(), some.end()); });
         EXPECT_EQ(positions, all.position);
         std::vector<std::uint32_t> every, few, late{49998, 49999};
@@ -91,7 +91,7 @@ TEST(ParticleFile, NonFiniteValuesAreFoundInRowsThatAreNotSelected) {
         expectError([&] { readParticles(folder / "b.ply"); }, {"b.ply: particle 20001: " + what});
         expectError([&] { readParticles(folder / "b.ply", {}, {1, 2}); }, {"b.ply: particle 20001: " + what});
         if (number == 1)
-            expectError([&] { forPositions(folder / "b.ply", [](std::span<const Vec3f>) {}); },
+            expectError([&] { visitPositions(folder / "b.ply", [](std::span<const Vec3f>) {}); },
                         {"b.ply: particle 20001: position"});
     }
 }
@@ -102,8 +102,8 @@ TEST(ParticleFile, ExceptionsOfTheReceiverArePropagated) {
         SCOPED_TRACE(format);
         const auto file = folder / ("a" + std::string(format));
         writeParticles(file, sampleParticles(10, true, true, false));
-        EXPECT_THROW(forPositions(file, [](std::span<const Vec3f>) { throw std::bad_alloc(); }), std::bad_alloc);
-        EXPECT_THROW(forPositions(file, [](std::span<const Vec3f>) { throw 7; }), int);
+        EXPECT_THROW(visitPositions(file, [](std::span<const Vec3f>) { throw std::bad_alloc(); }), std::bad_alloc);
+        EXPECT_THROW(visitPositions(file, [](std::span<const Vec3f>) { throw 7; }), int);
     }
 }
 

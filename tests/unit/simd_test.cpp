@@ -21,15 +21,15 @@ struct FirstLargest {
     template <std::size_t kWidth>
     __attribute__((always_inline)) void operator()() const {
         Floats<kWidth> most = Floats<kWidth>{} - 1e30F, most_at{}, at;
-        setNumbers<kWidth>(at);
+        setLaneNumbers<kWidth>(at);
         for (std::size_t i = 0; i < values.size(); i += kWidth, at += static_cast<float>(kWidth)) {
             Floats<kWidth> some;
             std::memcpy(&some, &values[i], sizeof some);
             most_at = some > most ? at : most_at;
             most = some > most ? some : most;
         }
-        takeLargest<kWidth>(most, largest);
-        takeFirst<kWidth>(most, largest, most_at, first);
+        largestLane<kWidth>(most, largest);
+        firstLaneEqual<kWidth>(most, largest, most_at, first);
     }
 };
 

@@ -44,15 +44,15 @@ TEST(SkinParams, TheSkinIsDeepOnTheCompleteTessellationAlone) {
 
 TEST(SkinParams, InTwoDimensionsTheSkinIsTrueToTheArea) {
     EXPECT_DOUBLE_EQ(skinDepth(withSkin({}), 2), 0.5);
-    EXPECT_NEAR(loneSkinDepth(withSkin({})) * loneSkinDepth(withSkin({})) * 3.14159265, 1, 1e-6);
+    EXPECT_NEAR(isolatedSkinDepth(withSkin({})) * isolatedSkinDepth(withSkin({})) * 3.14159265, 1, 1e-6);
     for (const double given : {0.0, 0.25}) {
         EXPECT_EQ(skinDepth(withSkin(given), 2), given);
-        EXPECT_EQ(loneSkinDepth(withSkin(given)), given);
+        EXPECT_EQ(isolatedSkinDepth(withSkin(given)), given);
     }
     SkinParams rough = withSkin({});
     rough.passes = 0;
     EXPECT_EQ(skinDepth(rough, 2), 0);
-    EXPECT_EQ(loneSkinDepth(rough), 0);
+    EXPECT_EQ(isolatedSkinDepth(rough), 0);
     rough.skin = 0.25;
     EXPECT_EQ(skinDepth(rough, 2), 0.25);
 }

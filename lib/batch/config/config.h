@@ -19,10 +19,10 @@ namespace betamesh {
 inline constexpr double kDefaultRadiusSpacings = 1.5;  ///< ball radius in particle spacings, as in the paper
 
 /// A length in world units or in particle spacings.
-struct LengthText {
+struct Length {
     double value = 0;
     bool in_spacings = false;
-    bool operator==(const LengthText&) const = default;
+    bool operator==(const Length&) const = default;
 };
 
 enum class OnMissing { error, skip, empty };  ///< what to do with a frame whose input is missing
@@ -48,15 +48,15 @@ struct Config {
     } input;
     std::string frames = "all";
     struct Surface {
-        LengthText radius{kDefaultRadiusSpacings, true};
+        Length radius{kDefaultRadiusSpacings, true};
         double spacing = 0;
         SurfaceKind kind = SurfaceKind::beta;
         int dimension = 3;
         Tessellation tessellation = Tessellation::complete;
         int arc_subdivisions = 0;
         PredicateKind predicates = PredicateKind::exact;
-        std::optional<LengthText> skin;   ///< nullopt: auto; 0: the surface of the balls
-        std::optional<LengthText> inset;  ///< deprecated: the skin is the radius minus this; nullopt: not set
+        std::optional<Length> skin;   ///< nullopt: auto; 0: the surface of the balls
+        std::optional<Length> inset;  ///< deprecated: the skin is the radius minus this; nullopt: not set
         bool resolve_intersections = false;
     } surface;
     struct Perturbation {
@@ -65,7 +65,7 @@ struct Config {
     } perturbation;
     struct Smoothing {
         SmoothingMethod method = SmoothingMethod::coherent;
-        LengthText width{0, false};
+        Length width{0, false};
         int passes = 1;
     } smoothing;
     struct Features {
@@ -73,7 +73,7 @@ struct Config {
         int droplet_particles = 8;
         Tendrils tendrils = Tendrils::mesh;
         std::optional<Bubbles> bubbles;  ///< nullopt: fill, unless the surface does not allow it
-        LengthText bubble_gap{5, true};
+        Length bubble_gap{5, true};
         double bubble_volume = 0;  ///< deprecated, replaces bubble_gap; spacings cubed (2D: squared); 0: not set
     } features;
     struct Output {
@@ -88,7 +88,7 @@ struct Config {
     struct Preview {
         std::string path;
         ShownGeometry show = ShownGeometry::surface;
-        LengthText particle_radius{0.5, true};
+        Length particle_radius{0.5, true};
         int width = 1920;
         int height = 1080;
         int samples = 8;

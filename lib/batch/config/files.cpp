@@ -1,7 +1,7 @@
 // Configuration keys of inputs and outputs, and of how a job runs.
 
 #include "batch/config/key_tables.h"
-#include "batch/config/kinds.h"
+#include "batch/config/key_types.h"
 #include "batch/config/presets.h"
 #include "batch/job/frames.h"
 #include "batch/job/plane.h"
@@ -101,13 +101,13 @@ void addPictureKeys(std::vector<ConfigKey>& keys) {
          "beta vertices in red and alphabeta vertices in blue."},
         "some of discs, particles, alpha, before, beta and vertices, each at most once, separated by commas",
         [](Config& c) -> std::vector<std::string>& { return c.picture.layers; },
-        [](const auto& names) { layersOf(names); }));
+        [](const auto& names) { parseLayers(names); }));
     keys.push_back(textKey(
         {"picture.bounds", "--bounds", "world units",
          "Part of the plane that an .svg picture shows: lowest x, lowest y, highest x, highest y. auto: the bounding "
          "box of the discs, separately for each frame."},
         "auto, or four numbers separated by commas", [](Config& c) -> std::string& { return c.picture.bounds; },
-        [](const std::string& text) { boundsOf(text); }));
+        [](const std::string& text) { parseBounds(text); }));
 }
 
 void addRunKeys(std::vector<ConfigKey>& keys) {

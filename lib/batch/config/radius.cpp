@@ -10,7 +10,7 @@
 namespace betamesh {
 namespace {
 
-ResolvedRadius resolved(const LengthText& radius, double spacing, std::string origin) {
+ResolvedRadius resolved(const Length& radius, double spacing, std::string origin) {
     return {radius.in_spacings ? radius.value * spacing : radius.value, spacing, std::move(origin), {}};
 }
 
@@ -18,17 +18,17 @@ ResolvedRadius resolved(const LengthText& radius, double spacing, std::string or
 
 std::optional<ResolvedRadius> resolveRadius(const Config& config, const std::map<int, std::string>& frames_on_disk,
                                             const WorkerEvents& events) {
-    const LengthText& radius = config.surface.radius;
+    const Length& radius = config.surface.radius;
     if (config.surface.spacing > 0) return resolved(radius, config.surface.spacing, "as given");
     if (!radius.in_spacings) return resolved(radius, radius.value / kDefaultRadiusSpacings, "radius / 1.5");
 
     std::vector<std::string> warnings;
     bool any_readable = false;
     for (const auto& [frame, file] : frames_on_disk) {
-        const WorkerEvents::AtWork at_work(events, frame, WorkerEvents::Doing::measuring);
+        const WorkerEvents::FrameInProgress at_work(events, frame, WorkerEvents::Doing::measuring);
         try {
             std::vector<Vec3f> positions;
-            forPositions(file, [&](std::span<const Vec3f> block) {
+            visitPositions(file, [&](std::span<const Vec3f> block) {
                 positions.insert(positions.end(), block.begin(), block.end());
             });
             any_readable = true;

@@ -1,7 +1,7 @@
 // Configuration keys of preview pictures of meshes and particles.
 
 #include "batch/config/key_tables.h"
-#include "batch/config/kinds.h"
+#include "batch/config/key_types.h"
 #include "batch/job/frames.h"
 
 #include <cmath>
@@ -96,7 +96,7 @@ void addPreviewKeys(std::vector<ConfigKey>& keys) {
         [](Config& c) -> ShownGeometry& { return c.preview.show; }));
     keys.push_back(lengthKey({"preview.particle_radius", "--particle-radius", "",
                               "Radius of the small balls that preview.show particles draws."},
-                             "", [](Config& c) -> LengthText& { return c.preview.particle_radius; }));
+                             "", [](Config& c) -> Length& { return c.preview.particle_radius; }));
     keys.push_back(integerKey({"preview.width", "--width", "pixels", "Width of the picture."}, 16, 16384, false,
                               [](Config& c) -> int& { return c.preview.width; }));
     keys.push_back(integerKey({"preview.height", "--height", "pixels", "Height of the picture."}, 16, 16384, false,

@@ -1,7 +1,7 @@
 // Configuration keys that shape the surface.
 
 #include "batch/config/key_tables.h"
-#include "batch/config/kinds.h"
+#include "batch/config/key_types.h"
 #include "skin/skin_smoothing.h"
 
 #include <limits>
@@ -14,7 +14,7 @@ void addSurfaceKeys(std::vector<ConfigKey>& keys) {
          "Ball radius: `0.03` in world units, or `1.5dx` in particle spacings. The paper uses 1.5 spacings, which "
          "closes the surface of still liquid. A larger radius gives a smoother surface and merges drops earlier; a "
          "smaller one keeps more detail but may open holes."},
-        "", [](Config& c) -> LengthText& { return c.surface.radius; }));
+        "", [](Config& c) -> Length& { return c.surface.radius; }));
     keys.push_back(positiveKey(
         {"surface.spacing", "--spacing", "world units",
          "Particle spacing, which `dx` stands for: the distance at which the simulation seeded its particles. auto: "
@@ -61,11 +61,11 @@ void addSurfaceKeys(std::vector<ConfigKey>& keys) {
          "volume of the liquid. none: the surface of the balls themselves, one radius outside the particles, which "
          "makes thin sheets two radii thick. A length requires surface.kind beta with the complete tessellation; for "
          "other surfaces auto means none."},
-        "none", [](Config& c) -> std::optional<LengthText>& { return c.surface.skin; }));
+        "none", [](Config& c) -> std::optional<Length>& { return c.surface.skin; }));
     ConfigKey inset =
         optionalLengthKey({"surface.inset", "--inset", "",
                            "Deprecated; use surface.skin. An inset of D equals a skin of radius - D. auto: not set."},
-                          "0", [](Config& c) -> std::optional<LengthText>& { return c.surface.inset; });
+                          "0", [](Config& c) -> std::optional<Length>& { return c.surface.inset; });
     inset.replaced_by = "surface.skin";
     keys.push_back(inset);
     keys.push_back(
@@ -99,7 +99,7 @@ void addSmoothingKeys(std::vector<ConfigKey>& keys) {
          "Coherent smoothing: width of the neighbourhood to which each vertex is fitted. Bumps much shorter than this "
          "vanish; waves twice as long are kept. auto: " +
              textOf(kWidestFit) + "dx."},
-        "auto", [](Config& c) -> LengthText& { return c.smoothing.width; }));
+        "auto", [](Config& c) -> Length& { return c.smoothing.width; }));
     keys.push_back(integerKey(
         {"smoothing.passes", "--passes", "",
          "Number of smoothing passes. The paper uses 1; each additional pass removes some detail and volume."},
@@ -139,7 +139,7 @@ void addFeaturesKeys(std::vector<ConfigKey>& keys) {
         lengthKey({"features.bubble_gap", "--bubble-gap", "",
                    "A void is small, and filled, if no empty ball of this diameter fits between its particles; in two "
                    "dimensions, no empty disc."},
-                  "", [](Config& c) -> LengthText& { return c.features.bubble_gap; });
+                  "", [](Config& c) -> Length& { return c.features.bubble_gap; });
     gap.set = [setGap = gap.set](Config& config, const std::string& value) {
         setGap(config, value);
         config.features.bubble_volume = 0;

@@ -155,7 +155,7 @@ std::string nameForFrameOf(const FramePattern& pattern, std::string_view other) 
     return pattern.numbered ? frameName(pattern, singleFrame(framePattern(other))) : pattern.text;
 }
 
-void requirePlaceFor(std::size_t frames, const FramePattern& pattern) {
+void requirePlaceholder(std::size_t frames, const FramePattern& pattern) {
     if (frames <= 1 || pattern.numbered) return;
     throw Error("'" + pattern.text + "' is one file for " + std::to_string(frames) +
                 " frames. Add a placeholder for the frame number to its name, such as ####");
@@ -236,7 +236,7 @@ std::vector<int> chosenFrames(const std::string& frames, const FramePattern& inp
                               const std::map<int, std::string>& on_disk) {
     if (frames != "all") {
         std::vector<int> chosen = parseFrames(frames);
-        requirePlaceFor(chosen.size(), input);
+        requirePlaceholder(chosen.size(), input);
         return chosen;
     }
     if (!input.numbered) return {singleFrame(input)};

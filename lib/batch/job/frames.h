@@ -34,7 +34,7 @@ int singleFrame(const FramePattern& pattern);
 std::string nameForFrameOf(const FramePattern& pattern, std::string_view other);
 
 /// errors  several frames but no placeholder
-void requirePlaceFor(std::size_t frames, const FramePattern& pattern);
+void requirePlaceholder(std::size_t frames, const FramePattern& pattern);
 
 /// The folder of a file; "." for a name without folders.
 std::string folderOf(const std::string& file);

@@ -93,9 +93,9 @@ void declareVelocity(Particles& particles, FrameReport& report, std::atomic<bool
 std::string pictureOf(const FrameTask& task, const Plan& plan, const SkinnedFrame& skinned,
                       const Particles& particles) {
     if (!plan.preview) return {};
-    const PreviewPlan& preview = *plan.preview;
+    const RenderPlan& preview = *plan.preview;
     const bool balls = plan.config.preview.show != ShownGeometry::surface;
-    const Picture picture = balls ? renderFrame({}, ballsOf(particles, preview.ball), preview.camera, preview.settings)
+    const Picture picture = balls ? renderFrame({}, ballsAround(particles, preview.ball), preview.camera, preview.settings)
                                   : renderFrame(skinned.mesh, skinned.spheres, preview.camera, preview.settings);
     return encodePicture(picture, task.picture);
 }
@@ -112,7 +112,7 @@ struct Liquid {
 };
 
 void recordNearSurface(const NearSurface& near, const FrameTask& task, JobState& job) {
-    const std::size_t kept = near.particles - near.leftOut();
+    const std::size_t kept = near.particles - near.omitted();
     const std::string found = std::to_string(kept) + " of " + std::to_string(near.particles) +
                               " particles are near the surface and need about " +
                               std::to_string((memoryOf(static_cast<double>(kept)) >> 20) + 1) + " MiB to mesh";
@@ -130,7 +130,7 @@ NearSurface nearSurfaceOf(const std::string& file, const SkinParams& skin) {
         batch.clear();
         leaveIfInterrupted();
     };
-    forPositions(file, [&](std::span<const Vec3f> positions) {
+    visitPositions(file, [&](std::span<const Vec3f> positions) {
         batch.insert(batch.end(), positions.begin(), positions.end());
         if (batch.size() >= kRowsAtOnce) handOver();
     });
@@ -157,7 +157,7 @@ bool needsOnlySurface(const Plan& plan) {
 /// errors  the file changes while it is read: the simulation is still writing it
 Liquid readInput(const FrameTask& task, const Plan& plan, bool near_surface, Provenance& origin, JobState& job) {
     const AttributeNames names{plan.config.input.velocity, plan.config.input.id};
-    const FileFingerprint before = stampOf(task.input);
+    const FileFingerprint before = fileFingerprint(task.input);
     Liquid liquid;
     const auto read = [&] {
         if (near_surface && needsOnlySurface(plan))
@@ -165,8 +165,8 @@ Liquid readInput(const FrameTask& task, const Plan& plan, bool near_surface, Pro
         else
             liquid.particles = readParticles(task.input, names);
     };
-    parallelBoth(read, [&] { origin.input = identityOf(task.input); });
-    if (stampOf(task.input) != before)
+    parallelBoth(read, [&] { origin.input = fileIdentity(task.input); });
+    if (fileFingerprint(task.input) != before)
         throw Error(task.input + ": changed while it was read. Wait until the simulation has finished the file");
     return liquid;
 }
@@ -174,7 +174,7 @@ Liquid readInput(const FrameTask& task, const Plan& plan, bool near_surface, Pro
 /// Records a written file with its size, by which a later run tells whether it is still intact.
 void recordFile(const fs::path& file, const FrameTask& task, Provenance& origin) {
     const fs::path name = file.lexically_relative(fs::path(task.output).parent_path());
-    origin.files[name.string()] = stampOf(file.string()).bytes;
+    origin.files[name.string()] = fileFingerprint(file.string()).bytes;
 }
 
 /// Adds up the seconds of each stage. Throws Interrupted between stages once a signal has come.
@@ -455,7 +455,7 @@ JobResult runJob(const Plan& plan, SignalWatch& signals, const WorkerEvents& eve
     };
     const auto doFrame = [&](std::size_t i, bool alone) {
         const FrameTask& task = plan.tasks[i];
-        const WorkerEvents::AtWork in_progress(events, task.frame);
+        const WorkerEvents::FrameInProgress in_progress(events, task.frame);
         try {
             finish(frameReport(task, plan, alone || task.near_surface, job));
         } catch (const Interrupted&) {

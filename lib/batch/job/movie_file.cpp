@@ -29,7 +29,7 @@ constexpr const char* kEncoder = "ffmpeg";
 
 }  // namespace
 
-void Movie::requireMaker() {
+void Movie::requireEncoder() {
     const char* path = std::getenv("PATH");
     std::istringstream folders(path == nullptr ? "" : path);
     for (std::string folder; std::getline(folders, folder, ':');)
@@ -38,7 +38,7 @@ void Movie::requireMaker() {
 }
 
 Movie::Movie(const std::string& path, int width, int height, double fps) : path_(path), file_(path) {
-    requireMaker();
+    requireEncoder();
     const std::vector<std::string> words{
         kEncoder, "-y", "-loglevel", "error",
         // input

@@ -33,7 +33,7 @@ public:
     void finish();
 
     /// errors  no ffmpeg on the PATH
-    static void requireMaker();
+    static void requireEncoder();
 
 private:
     void end();

@@ -2,7 +2,7 @@
 #include "batch/job/plan.h"
 
 #include "base/parallel.h"
-#include "batch/config/kinds.h"
+#include "batch/config/key_types.h"
 #include "batch/config/radius.h"
 #include "batch/job/plane.h"
 #include "batch/job/provenance.h"
@@ -110,12 +110,12 @@ void agreeOnBubbles(Plan& plan) {
     bubbles = can_fill ? bubbles.value_or(Bubbles::fill) : Bubbles::mesh;
 }
 
-double worldLength(const LengthText& length, double spacing) {
+double worldLength(const Length& length, double spacing) {
     return length.value * (length.in_spacings ? spacing : 1);
 }
 
 /// surface.skin, or the deprecated surface.inset; nullopt for auto.
-const std::optional<LengthText>& skinText(const Config::Surface& surface) {
+const std::optional<Length>& skinText(const Config::Surface& surface) {
     return surface.inset ? surface.inset : surface.skin;
 }
 
@@ -123,7 +123,7 @@ const std::optional<LengthText>& skinText(const Config::Surface& surface) {
 SkinParams withLengths(SkinParams params, const Config::Surface& surface, double radius, double spacing) {
     params.radius = radius;
     params.spacing = spacing;
-    const std::optional<LengthText>& given = skinText(surface);
+    const std::optional<Length>& given = skinText(surface);
     if (!given) return params;
     const std::string key = surface.inset ? "surface.inset" : "surface.skin";
     const double length = worldLength(*given, spacing);
@@ -143,7 +143,7 @@ SkinParams withLengths(SkinParams params, const Config::Surface& surface, double
 }
 
 /// The skin that replaces an inset, for a warning.
-std::string skinForInset(const LengthText& inset, const LengthText& radius) {
+std::string skinForInset(const Length& inset, const Length& radius) {
     if (inset.value == 0) return "none";
     const std::string rule = "the radius less the inset";
     if (inset.in_spacings != radius.in_spacings) return rule;
@@ -158,7 +158,7 @@ void agreeOnSkin(Plan& plan) {
     if (surface.inset)
         plan.warnings.push_back("surface.inset (--inset) is deprecated. Use surface.skin (--skin) instead: " +
                                 skinForInset(*surface.inset, surface.radius));
-    const std::optional<LengthText>& length = skinText(surface);
+    const std::optional<Length>& length = skinText(surface);
     if (!length) return;
     if (surface.spacing > 0 || !surface.radius.in_spacings) {
         const auto resolved = resolveRadius(plan.config, {});
@@ -215,9 +215,9 @@ void planPictures(Plan& plan, const std::map<int, std::string>& on_disk, const P
     const double small = preview.particle_radius.value * (preview.particle_radius.in_spacings ? plan.spacing : 1);
     Extent extent(plan.config.preview);
     if (needsExtent(plan.config))
-        extent = extentOf(on_disk, plan.config, plan.skin.radius, options.notes, options.history.last_loss.empty());
+        extent = sequenceExtent(on_disk, plan.config, plan.skin.radius, options.notes, options.history.last_loss.empty());
     plan.preview =
-        planPreview(plan.config, extent, preview.show == ShownGeometry::particles ? small : plan.skin.radius);
+        planRendering(plan.config, extent, preview.show == ShownGeometry::particles ? small : plan.skin.radius);
     plan.preview->settings.layers = isExr(preview.path);
     plan.notes.push_back("camera " + describe(*plan.preview));
 }
@@ -286,8 +286,8 @@ Plan planJob(const Config& config, const PlanOptions& options) {
 
     const auto on_disk = framesOnDisk(input);
     const std::vector<int> frames = chosenFrames(config.frames, input, on_disk);
-    requirePlaceFor(frames.size(), output);
-    if (!config.preview.path.empty()) requirePlaceFor(frames.size(), picture);
+    requirePlaceholder(frames.size(), output);
+    if (!config.preview.path.empty()) requirePlaceholder(frames.size(), picture);
     noteGaps(config, frames, plan.warnings);
     for (const int frame : chunkOf(frames, options.chunk)) {
         if (options.history.ended.contains(frame)) continue;

@@ -51,7 +51,7 @@ struct Plan {
     std::vector<FrameTask> tasks;  ///< ascending frames
     SkinParams skin;               ///< radius is 0 if no frame could be read to measure the spacing
     double spacing = 0;            ///< world units
-    std::optional<PreviewPlan> preview;
+    std::optional<RenderPlan> preview;
     int threads = 1;
     std::size_t frames_in_flight = 1;   ///< at most; fewer if memory is short
     std::uint64_t memory_budget = 0;    ///< for all frames in progress together, bytes

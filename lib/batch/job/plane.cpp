@@ -19,7 +19,7 @@ const std::vector<std::pair<std::string, Layer>> kLayers{{"discs", Layer::discs}
 
 }  // namespace
 
-std::vector<Layer> layersOf(const std::vector<std::string>& names) {
+std::vector<Layer> parseLayers(const std::vector<std::string>& names) {
     std::vector<Layer> layers;
     for (const std::string& name : names) {
         const auto found =
@@ -31,7 +31,7 @@ std::vector<Layer> layersOf(const std::vector<std::string>& names) {
     return layers;
 }
 
-PlaneBounds boundsOf(const std::string& text) {
+PlaneBounds parseBounds(const std::string& text) {
     if (text == "auto") return {};
     std::istringstream in(text);
     PlaneBounds bounds;
@@ -50,14 +50,14 @@ void requireDimension(const Config& config, const SkinParams& params) {
     } else {
         requirePlanar(params);
     }
-    if (isPicture(config.output.path)) return;
+    if (isSvg(config.output.path)) return;
     if (config.picture.layers != Config{}.picture.layers || config.picture.bounds != Config{}.picture.bounds)
         throw Error("picture.layers and picture.bounds are for .svg output; the output is " + config.output.path);
 }
 
 void writePlane(const std::string& output, const SkinnedPlane& plane, const std::vector<Vec3f>& centres,
                 const SkinParams& params, const Config& config) {
-    if (!isPicture(output)) return writeCurves(output, plane.curves);
+    if (!isSvg(output)) return writeCurves(output, plane.curves);
     PlanePicture picture;
     picture.particles.assign(centres.begin(), centres.end());
     picture.radius = params.radius;
@@ -66,7 +66,7 @@ void writePlane(const std::string& output, const SkinnedPlane& plane, const std:
     picture.beta = plane.curves;
     picture.pure = plane.pure;
     picture.apart = plane.spheres.position;
-    writePicture(output, picture, layersOf(config.picture.layers), boundsOf(config.picture.bounds));
+    writeSvg(output, picture, parseLayers(config.picture.layers), parseBounds(config.picture.bounds));
 }
 
 }  // namespace betamesh

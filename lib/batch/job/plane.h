@@ -18,8 +18,8 @@ namespace betamesh {
 void requireDimension(const Config& config, const SkinParams& params);
 
 /// The values of picture.layers and picture.bounds.
-std::vector<Layer> layersOf(const std::vector<std::string>& names);
-PlaneBounds boundsOf(const std::string& text);
+std::vector<Layer> parseLayers(const std::vector<std::string>& names);
+PlaneBounds parseBounds(const std::string& text);
 
 /// Writes the curves; to an .svg, the layers in picture.layers. centres: of all discs, world units.
 void writePlane(const std::string& output, const SkinnedPlane& plane, const std::vector<Vec3f>& centres,

@@ -71,24 +71,24 @@ std::string fingerprintOf(const Config& config) {
     return fingerprintOf(std::string_view(text));
 }
 
-FileFingerprint stampOf(const std::string& file) {
+FileFingerprint fileFingerprint(const std::string& file) {
     struct stat status = {};
     if (::stat(file.c_str(), &status) != 0) failReading(file);
     return {static_cast<std::uint64_t>(status.st_size),
             std::int64_t{status.st_mtim.tv_sec} * 1'000'000'000 + status.st_mtim.tv_nsec};
 }
 
-FileIdentity identityOf(const std::string& file) {
+FileIdentity fileIdentity(const std::string& file) {
     const std::int64_t start = now();
     FileIdentity identity;
-    identity.stamp = stampOf(file);
+    identity.stamp = fileFingerprint(file);
     if (identity.stamp.modified > start - kCoarsestClock) identity.stamp.modified = 0;
     identity.content = fingerprintOfFile(file);
     return identity;
 }
 
 bool isSame(const std::string& file, const FileIdentity& identity) {
-    const FileFingerprint stamp = stampOf(file);
+    const FileFingerprint stamp = fileFingerprint(file);
     if (stamp.bytes != identity.stamp.bytes) return false;
     if (identity.stamp.modified != 0 && stamp.modified == identity.stamp.modified) return true;
     return fingerprintOfFile(file) == identity.content;

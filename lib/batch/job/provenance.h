@@ -42,12 +42,12 @@ std::string fingerprintOf(std::string_view bytes);
 std::string fingerprintOf(const Config& config);
 
 /// errors  a file that cannot be accessed
-FileFingerprint stampOf(const std::string& file);
+FileFingerprint fileFingerprint(const std::string& file);
 
 /// Reads the whole file.
 ///
 /// errors  a file that cannot be read
-FileIdentity identityOf(const std::string& file);
+FileIdentity fileIdentity(const std::string& file);
 
 /// Whether the file has the same content. Reads it only if its size is the same and its time is not.
 bool isSame(const std::string& file, const FileIdentity& identity);

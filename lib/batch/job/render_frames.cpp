@@ -46,7 +46,7 @@ Vec3 vectorOf(const std::array<double, 3>& numbers) { return {numbers[0], number
 
 }  // namespace
 
-Spheres ballsOf(const Particles& particles, double radius) {
+Spheres ballsAround(const Particles& particles, double radius) {
     Spheres balls;
     balls.position.assign(particles.position.begin(), particles.position.end());
     balls.velocity.assign(particles.velocity.begin(), particles.velocity.end());
@@ -54,10 +54,10 @@ Spheres ballsOf(const Particles& particles, double radius) {
     return balls;
 }
 
-Subject readSubject(const std::string& file, const Config& config, double radius) {
-    Subject subject;
+FrameGeometry readFrameGeometry(const std::string& file, const Config& config, double radius) {
+    FrameGeometry subject;
     if (hasExtension(file, ".vdb")) {
-        subject.spheres = ballsOf(readParticles(file, {config.input.velocity, config.input.id}), radius);
+        subject.spheres = ballsAround(readParticles(file, {config.input.velocity, config.input.id}), radius);
         return subject;
     }
     subject.mesh = readMesh(file);
@@ -75,7 +75,7 @@ Extent::Extent(const Config::Preview& preview)
              static_cast<double>(preview.width) / preview.height),
       cut(preview.cut) {}
 
-void Extent::add(const Subject& subject) {
+void Extent::add(const FrameGeometry& subject) {
     visitBulk(subject.mesh, subject.spheres, cut, [&](const Vec3& p, double radius) {
         bounds.add(p, radius);
         finder.add(p, radius);
@@ -94,14 +94,14 @@ void Extent::add(const Extent& other) {
 
 double Extent::speed() const { return speeds > 0 ? std::sqrt(squares / static_cast<double>(speeds)) : 0; }
 
-Extent extentOf(const std::map<int, std::string>& files, const Config& config, double radius,
+Extent sequenceExtent(const std::map<int, std::string>& files, const Config& config, double radius,
                 const WorkerEvents& events, bool several_at_once) {
     const std::vector<std::pair<int, std::string>> rows(files.begin(), files.end());
     std::vector<Extent> extents(rows.size(), Extent(config.preview));
     parallelFor(rows.size(), several_at_once ? 1 : rows.size(), [&](std::size_t i) {
-        const WorkerEvents::AtWork in_progress(events, rows[i].first, WorkerEvents::Doing::measuring);
+        const WorkerEvents::FrameInProgress in_progress(events, rows[i].first, WorkerEvents::Doing::measuring);
         try {
-            extents[i].add(readSubject(rows[i].second, config, radius));
+            extents[i].add(readFrameGeometry(rows[i].second, config, radius));
         } catch (const Error&) {  // reported when this frame is meshed
         }
     });
@@ -116,9 +116,9 @@ bool needsExtent(const Config& config) {
            (preview.colouring.by == ColourBy::velocity && !(preview.colour_range[1] > preview.colour_range[0]));
 }
 
-PreviewPlan planPreview(const Config& config, const Extent& extent, double ball) {
+RenderPlan planRendering(const Config& config, const Extent& extent, double ball) {
     const Config::Preview& preview = config.preview;
-    PreviewPlan plan;
+    RenderPlan plan;
     plan.ball = ball;
     RenderSettings& settings = plan.settings;
     settings.width = preview.width;
@@ -146,7 +146,7 @@ PreviewPlan planPreview(const Config& config, const Extent& extent, double ball)
     return plan;
 }
 
-std::string describe(const PreviewPlan& plan) {
+std::string describe(const RenderPlan& plan) {
     const Camera& camera = plan.camera;
     const double distance = (camera.look_at - camera.position).length();
     // Enough digits for a thousandth of a pixel at any distance from the origin.

@@ -12,7 +12,7 @@
 namespace betamesh {
 
 /// The geometry that is rendered for one frame.
-struct Subject {
+struct FrameGeometry {
     Mesh mesh;
     Spheres spheres;
 };
@@ -22,10 +22,10 @@ struct Subject {
 ///
 /// in      radius of the balls, world units
 /// errors  those of readMesh() and readParticles()
-Subject readSubject(const std::string& file, const Config& config, double radius);
+FrameGeometry readFrameGeometry(const std::string& file, const Config& config, double radius);
 
 /// One ball per particle, with its velocity. radius: world units.
-Spheres ballsOf(const Particles& particles, double radius);
+Spheres ballsAround(const Particles& particles, double radius);
 
 /// The extent of all frames of a sequence together, from which the automatic camera, ground and colours follow.
 struct Extent {
@@ -36,7 +36,7 @@ struct Extent {
     std::optional<CutawayPlane> cut;  ///< geometry that it cuts away is ignored
 
     explicit Extent(const Config::Preview& preview);
-    void add(const Subject& subject);
+    void add(const FrameGeometry& subject);
     void add(const Extent& other);
     /// Root mean square speed, world units per second; 0 if nothing has a velocity.
     double speed() const;
@@ -48,11 +48,11 @@ struct Extent {
 /// in      files by frame; radius of the balls of particles; events are told which frames are measured;
 ///         several_at_once: in parallel, otherwise one at a time
 /// same    results for any number of threads
-Extent extentOf(const std::map<int, std::string>& files, const Config& config, double radius,
+Extent sequenceExtent(const std::map<int, std::string>& files, const Config& config, double radius,
                 const WorkerEvents& events, bool several_at_once);
 
 /// Camera and settings for all pictures of a sequence.
-struct PreviewPlan {
+struct RenderPlan {
     Camera camera;
     RenderSettings settings;
     double ball = 0;  ///< radius of particles that are shown as balls, world units
@@ -61,11 +61,11 @@ struct PreviewPlan {
 /// Whether camera, ground or colours depend on the extent of the sequence.
 bool needsExtent(const Config& config);
 
-/// in      extent: needed only if needsExtent(); ball: PreviewPlan::ball
-PreviewPlan planPreview(const Config& config, const Extent& extent, double ball);
+/// in      extent: needed only if needsExtent(); ball: RenderPlan::ball
+RenderPlan planRendering(const Config& config, const Extent& extent, double ball);
 
 /// The options that reproduce this camera and ground.
-std::string describe(const PreviewPlan& plan);
+std::string describe(const RenderPlan& plan);
 
 /// Whether the extension is .exr.
 ///

@@ -187,7 +187,7 @@ int exitStatusOf(const Worker& worker) {
     return status;
 }
 
-Watched inWorker(int pipe, JobHistory history, bool reads_vdb) {
+Supervision inWorker(int pipe, JobHistory history, bool reads_vdb) {
     keepFreedMemory();
     if (reads_vdb) limitToMachine();
     return {true, WorkerEvents(pipe), std::move(history), 0};
@@ -200,11 +200,11 @@ std::map<int, std::string> measurableOf(std::map<int, std::string> files, const 
     return files;
 }
 
-WorkerEvents::AtWork::AtWork(const WorkerEvents& events, int frame, Doing doing) : events_(events), frame_(frame) {
+WorkerEvents::FrameInProgress::FrameInProgress(const WorkerEvents& events, int frame, Doing doing) : events_(events), frame_(frame) {
     writeEvent(events_.pipe_, {frame_, doing == Doing::measuring ? Event::measuring : Event::meshing});
 }
 
-WorkerEvents::AtWork::~AtWork() { writeEvent(events_.pipe_, {frame_, Event::left}); }
+WorkerEvents::FrameInProgress::~FrameInProgress() { writeEvent(events_.pipe_, {frame_, Event::left}); }
 
 void WorkerEvents::ended(int frame, FrameStatus status) const {
     writeEvent(pipe_, {frame, status == FrameStatus::failed    ? Event::failed
@@ -212,7 +212,7 @@ void WorkerEvents::ended(int frame, FrameStatus status) const {
                                                                : Event::written});
 }
 
-Watched superviseWorkers(bool reads_vdb, double timeout) {
+Supervision superviseWorkers(bool reads_vdb, double timeout) {
 #if defined(__SANITIZE_THREAD__)
     return inWorker(-1, {}, reads_vdb);  // ThreadSanitizer checks nothing in the child of a process that has threads
 #endif

@@ -38,12 +38,12 @@ public:
     enum class Doing { meshing, measuring };  ///< measuring: reading a frame to plan the job (spacing, camera)
 
     /// Marks a frame as in progress during the lifetime of the object.
-    class AtWork {
+    class FrameInProgress {
     public:
-        AtWork(const WorkerEvents& events, int frame, Doing doing = Doing::meshing);
-        ~AtWork();
-        AtWork(const AtWork&) = delete;
-        AtWork& operator=(const AtWork&) = delete;
+        FrameInProgress(const WorkerEvents& events, int frame, Doing doing = Doing::meshing);
+        ~FrameInProgress();
+        FrameInProgress(const FrameInProgress&) = delete;
+        FrameInProgress& operator=(const FrameInProgress&) = delete;
 
     private:
         const WorkerEvents& events_;
@@ -58,8 +58,8 @@ private:
 };
 
 /// Where superviseWorkers() has returned.
-struct Watched {
-    bool working = false;  ///< true in a worker, false in the supervisor
+struct Supervision {
+    bool is_worker = false;  ///< true in a worker, false in the supervisor
     WorkerEvents notes;    ///< in a worker: reports to the supervisor
     JobHistory history;    ///< in a worker: what earlier workers have done
     int exit_code = 0;     ///< in the supervisor: the exit code of the job
@@ -80,6 +80,6 @@ struct Watched {
 ///         are then limited to the memory of the machine (availableMemory())
 ///         timeout: seconds per frame; 0: no limit
 /// errors  the system refuses a process or a pipe
-Watched superviseWorkers(bool reads_vdb, double timeout = 0);
+Supervision superviseWorkers(bool reads_vdb, double timeout = 0);
 
 }  // namespace betamesh

@@ -79,7 +79,7 @@ struct SkinParams {
 /// The particle spacing dx, world units.
 double particleSpacing(const SkinParams& params);
 /// Radius of the neighbourhood whose motion limits vertex velocities, world units.
-double liquidReach(const SkinParams& params);
+double motionReach(const SkinParams& params);
 
 /// Distance of the surface from the outermost particles, world units. 0 if the surface is the boundary of the union of
 /// balls, the paper's beta mesh or the alpha mesh. Without smoothing it is 0 unless a skin is given.
@@ -87,11 +87,11 @@ double skinDepth(const SkinParams& params, int dimension = 3);
 
 /// The same in three dimensions, raised to at least a seventh of the radius unless it is 0. The depth of a thinner skin
 /// would have to be measured from balls that reach beyond the neighbourhood of the surface.
-double leastSkin(const SkinParams& params);
+double effectiveSkinDepth(const SkinParams& params);
 
 /// The skin of an isolated particle in two dimensions, world units. Unless a skin is given, its circle has the area of
 /// one particle, dx².
-double loneSkinDepth(const SkinParams& params);
+double isolatedSkinDepth(const SkinParams& params);
 
 /// Checks a given skin.
 ///

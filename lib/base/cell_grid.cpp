@@ -1,12 +1,12 @@
 
-#include "base/cell_order.h"
+#include "base/cell_grid.h"
 
 namespace betamesh {
 
 // Sorts the cells of all parts and turns each part's counts into the positions at which it writes its rows.
-void CellOrder::listCells(std::vector<Part>& parts) {
+void CellGrid::sortCells(std::vector<Part>& parts) {
     struct CellOfPart {
-        CellPlace cell;
+        GridCell cell;
         std::uint32_t part, number;  // number: of the cell within the part
         auto operator<=>(const CellOfPart&) const = default;
     };
@@ -14,7 +14,7 @@ void CellOrder::listCells(std::vector<Part>& parts) {
     for (std::uint32_t p = 0; p < parts.size(); ++p) {
         parts[p].next.resize(parts[p].count.size());
         for (std::uint32_t number = 0; number < parts[p].count.size(); ++number)
-            cells.push_back({parts[p].numbers.places()[number], p, number});
+            cells.push_back({parts[p].numbers.cells()[number], p, number});
     }
     parallelSort(cells, std::less<>());
 

@@ -17,17 +17,17 @@
 namespace betamesh {
 
 /// Integer coordinates of a grid cell, ordered by z, then y, then x.
-struct CellPlace {
+struct GridCell {
     std::int32_t z, y, x;
-    friend auto operator<=>(const CellPlace&, const CellPlace&) = default;
+    friend auto operator<=>(const GridCell&, const GridCell&) = default;
 };
 
 /// Numbers cells 0, 1, 2 … in the order in which they are first added: a hash table with open addressing.
-class CellNumbers {
+class CellNumbering {
 public:
-    CellNumbers() : slot_(std::size_t{1} << kInitialBits, kInvalidIndex) {}
+    CellNumbering() : slot_(std::size_t{1} << kInitialBits, kInvalidIndex) {}
     /// The number of a cell, a new one if the cell has none yet.
-    std::uint32_t add(const CellPlace& cell) {
+    std::uint32_t add(const GridCell& cell) {
         const std::size_t slot = slotOf(cell);
         if (slot_[slot] != kInvalidIndex) return slot_[slot];
         const auto number = slot_[slot] = static_cast<std::uint32_t>(cell_.size());
@@ -36,13 +36,13 @@ public:
         return number;
     }
     /// The number of a cell, or kInvalidIndex.
-    std::uint32_t find(const CellPlace& cell) const { return slot_[slotOf(cell)]; }
+    std::uint32_t find(const GridCell& cell) const { return slot_[slotOf(cell)]; }
     /// Cells by number.
-    const std::vector<CellPlace>& places() const { return cell_; }
+    const std::vector<GridCell>& cells() const { return cell_; }
 
 private:
     // The slot of a cell: the first one from its hash on that is free or already holds it.
-    std::size_t slotOf(const CellPlace& cell) const {
+    std::size_t slotOf(const GridCell& cell) const {
         const auto [z, y, x] = cell;
         const std::uint64_t hash = static_cast<std::uint64_t>(z) * 0x9E3779B97F4A7C15 +
                                    static_cast<std::uint64_t>(y) * 0xC2B2AE3D27D4EB4F +
@@ -59,19 +59,19 @@ private:
 
     static constexpr int kInitialBits = 6;
 
-    std::vector<CellPlace> cell_;
+    std::vector<GridCell> cell_;
     std::vector<std::uint32_t> slot_;  // numbers of cells; 2^k slots, at most half of them in use
     int shift_ = 64 - kInitialBits;    // 64 - k
 };
 
 /// The rows of n points sorted by cell (z, y, x) and ascending within a cell; only occupied cells are stored.
-class CellOrder {
+class CellGrid {
 public:
     /// in      edge: of a cell; |coordinate| / edge below 2^31. positionOf(row): position of a point
     /// same    order for any thread count
     /// cost    O(n + cells log cells)
     template <typename PositionOf>
-    CellOrder(std::size_t n, double edge, const PositionOf& positionOf) : edge_(edge), row_(n) {
+    CellGrid(std::size_t n, double edge, const PositionOf& positionOf) : edge_(edge), row_(n) {
         std::vector<Part> parts(std::clamp<std::size_t>(n / 4096, 1, threadsHere()));
         std::vector<std::uint32_t> number(n);  // of each point's cell within its part
         parallelFor(parts.size(), 1, [&](std::size_t p) {
@@ -82,7 +82,7 @@ public:
             }
             parts[p] = std::move(part);
         });
-        listCells(parts);
+        sortCells(parts);
         parallelFor(parts.size(), 1, [&](std::size_t p) {
             for (std::size_t row = n * p / parts.size(); row < n * (p + 1) / parts.size(); ++row)
                 row_[parts[p].next[number[row]]++] = static_cast<std::uint32_t>(row);
@@ -94,7 +94,7 @@ public:
 
     /// Number of occupied cells.
     std::uint32_t cells() const { return static_cast<std::uint32_t>(cell_.size()); }
-    const CellPlace& place(std::uint32_t cell) const { return cell_[cell]; }
+    const GridCell& cell(std::uint32_t index) const { return cell_[index]; }
     Vec3 lowestCorner(std::uint32_t cell) const { return Vec3(cell_[cell].x, cell_[cell].y, cell_[cell].z) * edge_; }
     /// Position of the cell's first point in rows(); n for cell == cells().
     std::uint32_t begin(std::uint32_t cell) const { return begin_[cell]; }
@@ -111,7 +111,7 @@ public:
                 const std::uint32_t line = lines_.find({z, y, 0});
                 if (line == kInvalidIndex) continue;
                 const auto end = cell_.begin() + line_begin_[line + 1];
-                for (auto at = std::lower_bound(cell_.begin() + line_begin_[line], end, CellPlace{z, y, first});
+                for (auto at = std::lower_bound(cell_.begin() + line_begin_[line], end, GridCell{z, y, first});
                      at != end && at->x <= last; ++at)
                     visit(static_cast<std::uint32_t>(at - cell_.begin()));
             }
@@ -127,13 +127,13 @@ public:
 private:
     // A range of consecutive points, counted and then placed by one thread.
     struct Part {
-        CellNumbers numbers;
+        CellNumbering numbers;
         std::vector<std::uint32_t> count;  // points of each cell
         std::vector<std::uint32_t> next;   // position in row_ at which the cell's next point is written
-        CellPlace last_cell{};
+        GridCell last_cell{};
         std::uint32_t last = kInvalidIndex;
 
-        std::uint32_t add(const CellPlace& cell) {
+        std::uint32_t add(const GridCell& cell) {
             if (last == kInvalidIndex || cell != last_cell) {
                 last = numbers.add(last_cell = cell);
                 if (last == count.size()) count.push_back(0);
@@ -143,7 +143,7 @@ private:
         }
     };
 
-    void listCells(std::vector<Part>& parts);
+    void sortCells(std::vector<Part>& parts);
     std::int32_t indexOf(double coordinate) const {
         const double cells = coordinate / edge_;
         const auto towards_zero = static_cast<std::int32_t>(cells);
@@ -152,15 +152,15 @@ private:
 
     double edge_;
     std::vector<std::uint32_t> row_, begin_;
-    std::vector<CellPlace> cell_;
-    CellNumbers lines_;                      // lines of cells with the same z and y
+    std::vector<GridCell> cell_;
+    CellNumbering lines_;                      // lines of cells with the same z and y
     std::vector<std::uint32_t> line_begin_;  // first cell of each line, and one entry past the last
 };
 
 /// Calls visit(cell, rows of `around` within reach of the cell's box) for each cell of `points`, in parallel. Every
 /// thread calls its own copy of `visit`, which may therefore keep buffers from cell to cell.
 template <typename PositionOf, typename Visit>
-void forCellsWithin(double reach, const CellOrder& points, const CellOrder& around, const PositionOf& positionAround,
+void forCellsAndNeighbours(double reach, const CellGrid& points, const CellGrid& around, const PositionOf& positionAround,
                     const Visit& visit) {
     parallelRanges(points.cells(), 16, [&](std::size_t first, std::size_t last) {
         Visit own(visit);

@@ -1,6 +1,6 @@
 // Properties of points sorted into grid cells, and of samples near them.
 
-#include "base/cell_order.h"
+#include "base/cell_grid.h"
 
 #include "base/random.h"
 #include "base/sample_groups.h"
@@ -28,21 +28,21 @@ std::vector<Vec3> awkwardPoints(std::size_t n) {
     return points;
 }
 
-std::vector<std::uint32_t> rowsIn(const CellOrder& order, const Vec3& low, const Vec3& high) {
+std::vector<std::uint32_t> rowsIn(const CellGrid& order, const Vec3& low, const Vec3& high) {
     std::vector<std::uint32_t> rows;
     order.forRowsIn(low, high, [&](std::uint32_t row) { rows.push_back(row); });
     return rows;
 }
 
-TEST(CellOrder, HasEveryPointOnceAndSortedCells) {
+TEST(CellGrid, HasEveryPointOnceAndSortedCells) {
     for (const std::size_t n : {0, 1, 2, 100, 30000}) {
         const std::vector<Vec3> points = awkwardPoints(n);
-        const CellOrder order(points.size(), 0.7, [&](std::size_t i) { return points[i]; });
+        const CellGrid order(points.size(), 0.7, [&](std::size_t i) { return points[i]; });
         std::vector<bool> seen(points.size(), false);
         for (std::uint32_t cell = 0; cell < order.cells(); ++cell) {
             ASSERT_FALSE(order.rowsOf(cell).empty());
             EXPECT_TRUE(std::is_sorted(order.rowsOf(cell).begin(), order.rowsOf(cell).end()));
-            EXPECT_TRUE(cell == 0 || order.place(cell - 1) < order.place(cell));
+            EXPECT_TRUE(cell == 0 || order.cell(cell - 1) < order.cell(cell));
             for (const std::uint32_t row : order.rowsOf(cell)) {
                 EXPECT_FALSE(seen[row]);
                 seen[row] = true;
@@ -57,10 +57,10 @@ TEST(CellOrder, HasEveryPointOnceAndSortedCells) {
     }
 }
 
-TEST(CellOrder, FindsAllPointsInABoxAndNoneFarFromIt) {
+TEST(CellGrid, FindsAllPointsInABoxAndNoneFarFromIt) {
     const std::vector<Vec3> points = awkwardPoints(4000);
     const double edge = 0.9;
-    const CellOrder order(points.size(), edge, [&](std::size_t i) { return points[i]; });
+    const CellGrid order(points.size(), edge, [&](std::size_t i) { return points[i]; });
     Random random(2);
     for (int trial = 0; trial < 300; ++trial) {
         const Vec3 low = random.cube() * 9, high = low + Vec3(random.unit(), random.unit(), random.unit()) * 4;
@@ -78,12 +78,12 @@ TEST(CellOrder, FindsAllPointsInABoxAndNoneFarFromIt) {
     }
 }
 
-TEST(CellOrder, IsTheSameForAnyThreadCount) {
+TEST(CellGrid, IsTheSameForAnyThreadCount) {
     const std::vector<Vec3> points = awkwardPoints(50000);
     const auto orderOn = [&](int threads) {
         std::vector<std::uint32_t> rows;
         withThreads(threads,
-                    [&] { rows = CellOrder(points.size(), 0.8, [&](std::size_t i) { return points[i]; }).rows(); });
+                    [&] { rows = CellGrid(points.size(), 0.8, [&](std::size_t i) { return points[i]; }).rows(); });
         return rows;
     };
     const std::vector<std::uint32_t> on_one = orderOn(1);

@@ -244,14 +244,14 @@ ConfigKey choiceKey(const KeyText& text, const Choices<Choice>& choices, Member 
 inline constexpr const char* kLengthAboveZero =
     "a number above 0 in world units, or a multiple of the particle spacing such as 1.5dx";
 
-inline std::string textOf(const LengthText& length) { return textOf(length.value) + (length.in_spacings ? "dx" : ""); }
+inline std::string textOf(const Length& length) { return textOf(length.value) + (length.in_spacings ? "dx" : ""); }
 
 /// A length of 0 or more such as "0.02" or "1.5dx"; nullopt if the text is anything else.
-inline std::optional<LengthText> lengthOf(std::string_view text) {
+inline std::optional<Length> lengthOf(std::string_view text) {
     const bool in_spacings = text.ends_with("dx");
     const auto number = numberOf<double>(text.substr(0, text.size() - (in_spacings ? 2 : 0)));
     if (!number || !(*number >= 0) || !std::isfinite(*number)) return std::nullopt;
-    return LengthText{*number, in_spacings && *number > 0};
+    return Length{*number, in_spacings && *number > 0};
 }
 
 /// A length above 0. `zero` is a word for the value 0, which may be "0" itself; empty if 0 is not allowed.
@@ -261,11 +261,11 @@ ConfigKey lengthKey(const KeyText& text, const std::string& zero, Member member)
     return makeKey(
         text, ConfigKey::Kind::length, accepts,
         [=](const Config& config) {
-            const LengthText& length = readOnly(config, member);
+            const Length& length = readOnly(config, member);
             return !zero.empty() && length.value == 0 ? zero : textOf(length);
         },
         [=](Config& config, const std::string& value) {
-            const auto length = !zero.empty() && value == zero ? std::optional(LengthText{0, false}) : lengthOf(value);
+            const auto length = !zero.empty() && value == zero ? std::optional(Length{0, false}) : lengthOf(value);
             if (!length || (length->value == 0 && value != zero && zero != "0")) failValue(value, accepts);
             member(config) = *length;
         });
@@ -278,11 +278,11 @@ ConfigKey optionalLengthKey(const KeyText& text, const std::string& zero, Member
     return makeKey(
         text, ConfigKey::Kind::length, accepts,
         [=](const Config& config) -> std::string {
-            const std::optional<LengthText>& length = readOnly(config, member);
+            const std::optional<Length>& length = readOnly(config, member);
             return !length ? "auto" : length->value == 0 ? zero : textOf(*length);
         },
         [=](Config& config, const std::string& value) {
-            const auto length = value == zero ? std::optional(LengthText{0, false}) : lengthOf(value);
+            const auto length = value == zero ? std::optional(Length{0, false}) : lengthOf(value);
             if (!length && value != "auto") failValue(value, accepts);
             member(config) = length;
         });
