@@ -295,9 +295,8 @@ public:
 
     explicit GridFile(const std::string& path) : stream_(path, std::ios::binary) {
         stream_.exceptions(std::ios::failbit | std::ios::badbit);
-        auto state = std::make_shared<vdb::io::StreamMetadata>();
-        state->setSeekable(true);
-        vdb::io::setStreamMetadataPtr(stream_, state, /*transfer=*/false);
+        stream_state_->setSeekable(true);
+        vdb::io::setStreamMetadataPtr(stream_, stream_state_, /*transfer=*/false);
         readHeader(stream_);
         setFormatVersion(stream_);
         setLibraryVersion(stream_);
@@ -342,7 +341,8 @@ private:
         return grid;
     }
 
-    std::ifstream stream_;
+    vdb::io::StreamMetadata::Ptr stream_state_ = std::make_shared<vdb::io::StreamMetadata>();
+    std::ifstream stream_;  // refers to stream_state_
     std::multimap<std::string, Descriptor> descriptors_;
     std::map<std::string, vdb::GridBase::Ptr> loaded_;  // by unique name; only of files that cannot be read in parts
 };

@@ -185,7 +185,7 @@ void returnFreedMemory() {
     malloc_trim(0);
 }
 
-void limitToMachine() { setDataLimit(availableMemory()); }
+void limitToMachine() { setDataLimit(availableMemory() + statmBytes(5)); }
 
 void limitMemory(std::uint64_t bytes) {
     returnFreedMemory();

@@ -30,8 +30,8 @@ void releaseFreeMemory();
 /// Undoes keepFreedMemory(): from now on freed memory returns to the system early.
 void returnFreedMemory();
 
-/// Makes allocations throw std::bad_alloc if this process would exceed availableMemory(). Where the system refuses
-/// the limit there is none.
+/// Makes allocations throw std::bad_alloc if this process would exceed its present memory by more than
+/// availableMemory(). There is no limit if the system refuses it.
 void limitToMachine();
 
 /// Makes allocations throw std::bad_alloc if this process would exceed its present memory by more than this many bytes.
