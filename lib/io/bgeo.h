@@ -14,7 +14,7 @@ namespace betamesh {
 /// Points, point attributes (float, int, vector; strings are passed over) and polygons with their
 /// attribute `component`, if it is one integer. Gzip is undone.
 ///
-/// errors  a damaged file, with the byte; the JSON formats of Houdini 12 and later, with advice
+/// errors  a damaged file, with the byte; other formats
 FileContents parseBgeo(Cursor in, const ReadOptions& options = {});
 
 void encodeBgeo(ByteWriter& out, const Particles& particles, const std::string& file);

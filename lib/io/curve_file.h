@@ -8,14 +8,14 @@
 
 namespace betamesh {
 
-/// Reads the edges of a .ply, open polygons of a .bgeo (classic) or lines of an .obj.
+/// Reads the edges of a .ply, open polygons of a .bgeo or lines of an .obj.
 ///
 /// errors  an unknown extension (lists the known ones); a file that is missing, damaged or of another
 ///         kind: the text begins with the file's name
 Curves readCurves(const std::filesystem::path& path);
 
-/// Writes .ply, .bgeo, .bgeo.gz or .obj; nothing stands under that name before it is complete. Positions are rounded to
-/// float. Velocity is always declared (zeros where the curves have none).
+/// Writes .ply, .bgeo, .bgeo.gz, .bgeo.sc, .bhclassic or .obj; nothing stands under that name before it is complete.
+/// Positions are rounded to float. Velocity is always declared (zeros where the curves have none).
 void writeCurves(const std::filesystem::path& path, const Curves& curves);
 
 /// Throws the Error for an extension that neither curves nor pictures of them have, without touching the disk.

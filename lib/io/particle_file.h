@@ -18,7 +18,7 @@ struct AttributeNames {
     std::string id;
 };
 
-/// Reads .bgeo (plain or gzip, classic), .ply and .vdb.
+/// Reads .bgeo, .bgeo.gz, .bgeo.sc and .geo (Houdini's JSON or its classic format), .ply and .vdb.
 ///
 /// out     valid particles: validate() has passed; rows in the order of the file
 /// same    rows for the same bytes
@@ -36,9 +36,9 @@ void forPositions(const std::filesystem::path& path, const std::function<void(st
 /// Loads what reading such a file takes: done before memory is limited, it does not count.
 void prepareToReadParticles(const std::filesystem::path& path);
 
-/// Writes .bgeo, .bgeo.gz, .ply or .vdb; nothing stands under that name before it is complete.
+/// Writes .bgeo, .bgeo.gz, .bgeo.sc, .bhclassic, .ply or .vdb; nothing stands under that name before it is complete.
 /// Velocity becomes `v` (PLY: vx vy vz), the id becomes `id`. An id that the format cannot hold
-/// (PLY and BGEO: 32 bits) is an error.
+/// (.ply and .bhclassic: 32 bits) is an error.
 void writeParticles(const std::filesystem::path& path, const Particles& particles);
 
 /// Throws the Error for an unknown extension without touching the disk.

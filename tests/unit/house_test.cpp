@@ -26,6 +26,7 @@ const std::vector<std::pair<std::string, std::vector<std::string>>> kDoors{
     {"CLI/", {"cmd/command.h", "cmd/job_options.h", "cmd/picture_options.h"}},
     {"Imath/", {"core/vec3.h"}},
     {"OpenEXR/", {"preview/exr_file.cpp"}},
+    {"blosc.h", {"io/houdini_scf.cpp"}},
     {"boost/multiprecision/", {"exact/orientation.cpp"}},
     {"dlfcn.h", {"core/module.cpp"}},
     {"embree3/", {"preview/ray_tracer.cpp"}},
