@@ -26,7 +26,8 @@ struct AttributeNames {
 ///         kind: the text begins with the file's name
 Particles readParticles(const std::filesystem::path& path, const AttributeNames& names = {});
 
-/// The same of some rows, ascending; the others are looked at, too, but never all in memory.
+/// The same of some rows, ascending. The others are looked at, too, but never all in memory, save for Houdini's JSON,
+/// which stores attribute after attribute.
 Particles readParticles(const std::filesystem::path& path, const AttributeNames& names,
                         const std::vector<std::uint32_t>& rows);
 
