@@ -1,7 +1,6 @@
 #include "batch/job/frames.h"
 #include "batch/job/plan.h"
-#include "batch/platform/machine.h"
-#include "batch/platform/scratch_memory.h"
+#include "batch/report/log.h"
 #include "batch/report/report.h"
 #include "betamesh/error.h"
 #include "command.h"
@@ -20,20 +19,20 @@
 namespace betamesh {
 namespace {
 
-constexpr std::size_t kMostGeneraPrinted = 8;
-constexpr std::uint64_t kBytesPerTriangle = 200;  // that judging takes, the mesh itself left out
+constexpr std::size_t kMaxGeneraPrinted = 8;
 
 struct Arguments {
     std::vector<std::string> meshes;
     std::string particles;
     double radius = 0;
-    std::string scratch;  // empty: beside each mesh
+    std::string scratch;  // deprecated, has no effect
     CheckParams params;
     bool weld = false;
     bool strict = false;
     bool json = false;
 };
 
+/// Prints what was found in a mesh or in curves, one line per finding.
 class Printer {
 public:
     explicit Printer(const Mesh& mesh) : mesh_(mesh) {}
@@ -49,13 +48,13 @@ public:
                   << text << '\n';
     }
     void line(const char* name, std::size_t count) const { line(name, std::to_string(count)); }
-    void atVertex(const char* name, const Found& found) const {
-        if (found) line(name, counted(found, "vertex") + place(found.first));
+    void vertexFound(const char* name, const Found& found) const {
+        if (found) line(name, counted(found, "vertex") + positionText(found.first));
     }
-    void atTriangle(const char* name, const Found& found) const {
+    void triangleFound(const char* name, const Found& found) const {
         if (!found) return;
         const std::uint32_t corner = mesh_.triangles[found.first][0];
-        line(name, counted(found, "triangle") + (corner < mesh_.position.size() ? place(corner) : ""));
+        line(name, counted(found, "triangle") + (corner < mesh_.position.size() ? positionText(corner) : ""));
     }
     static std::string text(const Vec3& p) { return "(" + text(p.x) + ", " + text(p.y) + ", " + text(p.z) + ")"; }
     static std::string text(double x) {
@@ -68,7 +67,7 @@ private:
     static std::string counted(const Found& found, const char* row) {
         return std::to_string(found.count) + ", first at " + row + " " + std::to_string(found.first);
     }
-    std::string place(std::uint32_t vertex) const { return " " + text(mesh_.position[vertex]); }
+    std::string positionText(std::uint32_t vertex) const { return " " + text(mesh_.position[vertex]); }
 
     const Mesh& mesh_;
 };
@@ -77,24 +76,25 @@ void printParticles(const Printer& out, const ParticleCheck& particles) {
     out.line("particles",
              std::to_string(particles.particles) + ", " + std::to_string(particles.outside.count) + " outside");
     if (!particles.outside) return;
-    std::string how_far = Printer::text(particles.farthest);
-    if (particles.radius > 0) how_far += " (" + Printer::text(particles.farthest / particles.radius) + " radii)";
-    out.line("farthest outside", how_far + ", particle " + std::to_string(particles.farthest_row) + " " +
+    std::string distance = Printer::text(particles.farthest);
+    if (particles.radius > 0) distance += " (" + Printer::text(particles.farthest / particles.radius) + " radii)";
+    out.line("farthest outside", distance + ", particle " + std::to_string(particles.farthest_row) + " " +
                                      Printer::text(particles.farthest_position));
 }
 
-/// ": 51 of genus 0, 1 of genus 14, 3 not a closed manifold", in the order of genera.
+/// ": 51 of genus 0, 1 of genus 14, 3 not a closed manifold", in ascending order of genus.
 std::string genera(const std::vector<ComponentCheck>& components) {
     std::map<std::int64_t, std::size_t> count;
-    std::size_t without = 0;
-    for (const ComponentCheck& component : components) ++(component.genus ? count[*component.genus] : without);
+    std::size_t without_genus = 0;
+    for (const ComponentCheck& component : components) ++(component.genus ? count[*component.genus] : without_genus);
     std::string text;
     std::size_t printed = 0;
     for (const auto& [genus, components_of_it] : count) {
-        if (++printed > kMostGeneraPrinted) return text + ", ...";
+        if (++printed > kMaxGeneraPrinted) return text + ", ...";
         text += (text.empty() ? ": " : ", ") + std::to_string(components_of_it) + " of genus " + std::to_string(genus);
     }
-    if (without > 0) text += (text.empty() ? ": " : ", ") + std::to_string(without) + " not a closed manifold";
+    if (without_genus > 0)
+        text += (text.empty() ? ": " : ", ") + std::to_string(without_genus) + " not a closed manifold";
     return text;
 }
 
@@ -108,40 +108,40 @@ void print(const Mesh& mesh, const CheckReport& report) {
     out.line("Euler characteristic", std::to_string(check.euler));
     out.line("volume", Printer::text(check.volume));
     out.line("area", Printer::text(check.area));
-    out.atVertex("positions not finite", check.not_finite);
-    out.atVertex("velocity not finite", check.velocity_not_finite);
-    out.atTriangle("missing vertices", check.missing_vertices);
-    out.atTriangle("repeated vertices", check.repeated_vertices);
-    out.atTriangle("duplicate triangles", check.duplicates);
-    out.atVertex("open edges", check.open_edges);
-    out.atVertex("misoriented edges", check.misoriented_edges);
+    out.vertexFound("positions not finite", check.not_finite);
+    out.vertexFound("velocity not finite", check.velocity_not_finite);
+    out.triangleFound("missing vertices", check.missing_vertices);
+    out.triangleFound("repeated vertices", check.repeated_vertices);
+    out.triangleFound("duplicate triangles", check.duplicates);
+    out.vertexFound("open edges", check.open_edges);
+    out.vertexFound("misoriented edges", check.misoriented_edges);
     if (check.inside_out) out.line("inside out", "the triangles face inwards");
-    out.atVertex("non-manifold edges", check.nonmanifold_edges);
-    out.atVertex("non-manifold vertices", check.nonmanifold_vertices);
+    out.vertexFound("non-manifold edges", check.nonmanifold_edges);
+    out.vertexFound("non-manifold vertices", check.nonmanifold_vertices);
     if (check.crossings) {
         out.line("crossings",
                  std::to_string(check.crossings.count) + ", up to " + Printer::text(check.deepest) + " deep");
         for (const SelfCrossing& crossing : check.deepest_crossings)
             std::cout << "    triangles " << crossing.first << " and " << crossing.second << " at "
                       << Printer::text(crossing.position)
-                      << (crossing.coplanar ? ", one on the other" : ", " + Printer::text(crossing.depth) + " deep")
+                      << (crossing.coplanar ? ", in one plane" : ", " + Printer::text(crossing.depth) + " deep")
                       << '\n';
     }
     if (check.shallow > 0) out.line("shallow crossings", std::to_string(check.shallow) + ", below the tolerance");
     if (check.touching > 0) out.line("touching triangles", std::to_string(check.touching) + " pairs");
-    out.atTriangle("without area", check.zero_area);
-    out.atVertex("unused vertices", check.unused_vertices);
-    out.atVertex("coincident vertices", check.coincident_vertices);
+    out.triangleFound("zero-area triangles", check.zero_area);
+    out.vertexFound("unused vertices", check.unused_vertices);
+    out.vertexFound("coincident vertices", check.coincident_vertices);
     if (report.particles) printParticles(out, *report.particles);
     if (check.coincident_vertices && check.open_edges)
-        std::cout << "  hint: vertices stand where others stand; --weld joins them before judging\n";
+        std::cout << "  hint: several vertices share a position; --weld joins them before the check\n";
 }
 
 void print(const Curves& curves, const CheckReport& report) {
     const CurveCheck& check = *report.curves;
-    Mesh places;
-    places.position = curves.position;
-    const Printer out(places);
+    Mesh vertices;
+    vertices.position = curves.position;
+    const Printer out(vertices);
     out.title(report);
     out.line("vertices", check.vertices);
     out.line("edges", check.edges);
@@ -149,10 +149,10 @@ void print(const Curves& curves, const CheckReport& report) {
     out.line("Euler characteristic", std::to_string(check.measure.turning));
     out.line("area", Printer::text(check.measure.area));
     out.line("length", Printer::text(check.measure.length));
-    out.atVertex("positions not finite", check.not_finite);
-    out.atVertex("velocity not finite", check.velocity_not_finite);
+    out.vertexFound("positions not finite", check.not_finite);
+    out.vertexFound("velocity not finite", check.velocity_not_finite);
     if (check.repeated_vertices) out.line("repeated vertices", check.repeated_vertices.count);
-    out.atVertex("open ends", check.open_ends);
+    out.vertexFound("open ends", check.open_ends);
     if (check.inside_out) out.line("inside out", "the curves run clockwise");
     if (check.crossings) {
         out.line("crossings",
@@ -161,9 +161,9 @@ void print(const Curves& curves, const CheckReport& report) {
             std::cout << "    edges " << crossing.first << " and " << crossing.second << " at "
                       << Printer::text(crossing.position) << ", " << Printer::text(crossing.depth) << " deep\n";
     }
-    out.atVertex("not in one plane", check.off_plane);
-    out.atVertex("branches", check.branches);
-    out.atVertex("unused vertices", check.unused_vertices);
+    out.vertexFound("not in one plane", check.off_plane);
+    out.vertexFound("branches", check.branches);
+    out.vertexFound("unused vertices", check.unused_vertices);
     if (report.particles) printParticles(out, *report.particles);
 }
 
@@ -176,19 +176,20 @@ Spheres spheresBeside(const std::string& mesh) {
         if (attribute.name == "radius" || attribute.name == "pscale") spheres.radius = attribute.real;
     spheres.position.assign(found.position.begin(), found.position.end());
     if (spheres.radius.size() != spheres.position.size())
-        throw Error(file + ": expected one radius (.bgeo: pscale) for each sphere");
+        throw Error(file + ": the spheres have no radius. Each needs the attribute radius (.ply) or pscale (.bgeo).");
     return spheres;
 }
 
-std::string particlesOf(const std::string& mesh_file, const Arguments& arguments) {
+/// The particle file of the same frame as a mesh.
+std::string particleFileOf(const std::string& mesh_file, const Arguments& arguments) {
     return nameForFrameOf(framePattern(arguments.particles), mesh_file);
 }
 
-/// Of a mesh or of curves.
+/// Checks that all particles are inside a mesh or curves, or in the spheres beside it.
 template <typename Surface>
-ParticleCheck judgeParticles(const Surface& surface, const std::string& mesh_file, const Arguments& arguments) {
+ParticleCheck checkParticles(const Surface& surface, const std::string& mesh_file, const Arguments& arguments) {
     ParticleCheck check;
-    check.file = particlesOf(mesh_file, arguments);
+    check.file = particleFileOf(mesh_file, arguments);
     check.radius = arguments.radius;
     const Particles particles = readParticles(check.file);
     const Spheres spheres = spheresBeside(mesh_file);
@@ -207,12 +208,12 @@ ParticleCheck judgeParticles(const Surface& surface, const std::string& mesh_fil
     return check;
 }
 
-/// Is what was found good? surface: a mesh or curves; check: of it.
+/// Adds the faults to the report and prints it. Returns whether there are none. `surface` is a mesh or curves.
 template <typename Surface, typename Check>
-bool tell(const Surface& surface, const Check& check, CheckReport& report, const Arguments& arguments) {
+bool finish(const Surface& surface, const Check& check, CheckReport& report, const Arguments& arguments) {
     for (const std::string_view fault : faultsOf(check, arguments.strict)) report.faults.emplace_back(fault);
     if (!arguments.particles.empty()) {
-        report.particles = judgeParticles(surface, report.file, arguments);
+        report.particles = checkParticles(surface, report.file, arguments);
         if (report.particles->outside) report.faults.emplace_back("particles_outside");
     }
     if (arguments.json) {
@@ -223,40 +224,31 @@ bool tell(const Surface& surface, const Check& check, CheckReport& report, const
     return report.faults.empty();
 }
 
-/// Lets what has no room in memory, while a mesh is judged, lie in a file.
-void useScratch(const Mesh& mesh, const std::string& file, const Arguments& arguments,
-                std::optional<ScratchMemory>& scratch) {
-    const std::uint64_t budget = memoryBudget(Config{}), left = budget - std::min(budget, currentMemory());
-    if (mesh.triangles.size() * kBytesPerTriangle > left)
-        scratch.emplace(left, arguments.scratch.empty() ? folderOf(file) : arguments.scratch);
-}
-
-/// Is the mesh good, or the curves, if it holds any?
-bool judge(const std::string& file, const Arguments& arguments) {
+/// Checks the mesh or the curves in a file. Returns whether they have no fault.
+bool checkFile(const std::string& file, const Arguments& arguments) {
     CheckReport report;
     report.file = file;
     Mesh mesh = readMesh(file);
     if (mesh.triangles.empty() && inspectFile(file).kind == FileKind::curves) {
         const Curves curves = readCurves(file);
         report.curves = checkCurves(curves, arguments.params);
-        return tell(curves, *report.curves, report, arguments);
+        return finish(curves, *report.curves, report, arguments);
     }
-    std::optional<ScratchMemory> scratch;
-    useScratch(mesh, file, arguments, scratch);
     if (arguments.weld) mesh = weldVertices(mesh);
     report.check = checkMesh(mesh, arguments.params);
-    return tell(mesh, report.check, report, arguments);
+    return finish(mesh, report.check, report, arguments);
 }
 
-int judgeAll(const Arguments& arguments) {
+int checkFiles(const Arguments& arguments) {
+    if (!arguments.scratch.empty()) logWarning("--scratch has no effect any more: meshes are checked in memory alone");
     for (const std::string& mesh : arguments.meshes) requireMeshExtension(mesh);
     if (!arguments.particles.empty()) requireParticleExtension(arguments.particles);
     const std::vector<std::string>& meshes = arguments.meshes;
     const auto nameOf = [&](std::size_t i) {
-        return meshes[i] + (arguments.particles.empty() ? "" : ", " + particlesOf(meshes[i], arguments));
+        return meshes[i] + (arguments.particles.empty() ? "" : ", " + particleFileOf(meshes[i], arguments));
     };
     return forEachFile(
-        meshes.size(), nameOf, [&](std::size_t i) { return judge(meshes[i], arguments); },
+        meshes.size(), nameOf, [&](std::size_t i) { return checkFile(meshes[i], arguments); },
         [&](std::size_t i, const std::string& error) {
             if (arguments.json) std::cout << checkJson({meshes[i], error, {}, {}, {}, {}}) << '\n';
         });
@@ -266,52 +258,49 @@ int judgeAll(const Arguments& arguments) {
 
 void addCheckCommand(CLI::App& program, int& exit_code) {
     const auto [command, arguments] =
-        addCommand(program, exit_code, "check", "Judges meshes, of this program or of others.", judgeAll);
+        addCommand(program, exit_code, "check",
+                   "Checks that meshes of any program are closed, manifold and free of crossings.", checkFiles);
     command->footer(
-        "Faults: not_finite velocity_not_finite repeated_vertices duplicates open_edges misoriented_edges\n"
-        "inside_out nonmanifold_edges nonmanifold_vertices crossings particles_outside; with --strict also\n"
-        "zero_area unused_vertices coincident_vertices touching. Of curves: open_ends; with --strict off_plane, "
-        "branches.\n"
-        "Exit codes: 0 no fault; 1 a fault, or a file that cannot be read; 2 wrong usage.\n"
+        "Faults of meshes: not_finite, velocity_not_finite, repeated_vertices, duplicates, open_edges,\n"
+        "misoriented_edges, inside_out, nonmanifold_edges, nonmanifold_vertices, crossings, particles_outside;\n"
+        "with --strict also zero_area, unused_vertices, coincident_vertices and touching.\n"
+        "Faults of curves: also open_ends; with --strict off_plane and branches.\n"
+        "Exit codes: 0 no faults; 1 a fault, or a file that cannot be read; 2 wrong usage.\n"
         "Example:\n"
         "  betamesh check mesh/splash.????.ply --particles 'sim/splash.####.vdb' --radius 0.03");
     command
         ->add_option("MESH", arguments->meshes,
-                     "Meshes, or curves in a plane: .ply .bgeo .bgeo.gz .obj; polygons are cut into triangles.")
+                     "Files with meshes or planar curves (.ply, .bgeo, .bgeo.gz, .obj). Polygons are triangulated.")
         ->required();
-    command->add_flag("--json", arguments->json, "One JSON object per mesh on stdout, with every component.");
-    command->add_flag("--strict", arguments->strict,
-                      "What is only reported otherwise is a fault too: triangles without area, unused and coincident "
-                      "vertices, triangles that touch.");
-    command->add_flag("--weld", arguments->weld, "Join vertices at identical positions before judging.");
+    command->add_flag("--json", arguments->json, "Print one JSON object per mesh on stdout, with all components.");
+    command->add_flag(
+        "--strict", arguments->strict,
+        "Also count as faults: triangles without area, unused vertices, several vertices at one position, "
+        "and triangles that touch. Without it, these are only reported.");
+    command->add_flag("--weld", arguments->weld, "Join vertices at identical positions before the check.");
     command
         ->add_option("--tolerance", arguments->params.tolerance,
-                     "World units: shallower crossings, and particles no farther outside, are no faults (default 0).")
+                     "Accept crossings that are no deeper than D, and particles no farther outside, in world units.")
         ->type_name("D")
+        ->capture_default_str()
         ->check(CLI::NonNegativeNumber);
-    command
-        ->add_option("--examples", arguments->params.examples,
-                     "How many crossings are listed, the deepest first "
-                     "(default 8).")
+    command->add_option("--examples", arguments->params.examples, "Number of crossings to list, the deepest first.")
         ->type_name("N")
+        ->capture_default_str()
         ->check(CLI::NonNegativeNumber);
     CLI::Option* particles =
         command
             ->add_option("--particles", arguments->particles,
-                         "All of these have to be inside, on the surface, or in the spheres beside the mesh. A place "
-                         "for the frame number (####) takes the number of each mesh.")
+                         "Also check that all these particles are inside the mesh, on it, or in the spheres beside it. "
+                         "A frame number (####) in the name is replaced by that of each mesh.")
             ->type_name("IN");
     command
         ->add_option("--radius", arguments->radius,
-                     "Of the balls, world units: says in radii, too, how far outside particles are.")
+                     "Ball radius in world units. With it, distances of particles are also given in radii.")
         ->type_name("R")
         ->check(CLI::PositiveNumber)
         ->needs(particles);
-    command
-        ->add_option("--scratch", arguments->scratch,
-                     "Where the file is in which lies what has no room in memory; it has no name, and goes when the "
-                     "mesh is judged (default: in the folder of the mesh).")
-        ->type_name("FOLDER");
+    command->add_option("--scratch", arguments->scratch, "Deprecated, has no effect.")->type_name("FOLDER");
 }
 
 }  // namespace betamesh

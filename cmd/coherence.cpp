@@ -8,6 +8,7 @@
 #include "batch/report/plot.h"
 #include "batch/report/report.h"
 #include "betamesh/error.h"
+#include "coherence_table.h"
 #include "command.h"
 #include "io/mesh_file.h"
 #include "io/output_file.h"
@@ -28,8 +29,7 @@
 namespace betamesh {
 namespace {
 
-constexpr std::size_t kNameColumns = 20;
-constexpr double kRadiusInSpacings = 1.5;
+constexpr double kDefaultPlacesAbove = 1;
 
 struct Arguments {
     std::vector<std::string> meshes;
@@ -40,127 +40,45 @@ struct Arguments {
     double step = 0;
     int steps = 10;
     DistanceSampling sampling;
-    std::optional<double> places_above;  ///< ways of the fastest particle
-    std::size_t listed = 10;             ///< places of a pair in a table
+    std::optional<double> places_above;  ///< multiple of the displacement of the fastest particle
+    std::size_t max_places = 10;         ///< per pair in the table
     double max_jump = std::numeric_limits<double>::infinity();
-    double max_ratio = std::numeric_limits<double>::infinity();  ///< of jumps to what is expected at their places
+    double max_ratio = std::numeric_limits<double>::infinity();  ///< of a jump to the displacement expected there
     std::string plot;
-    std::string against;  ///< a file; empty: none
+    std::string against;  ///< file with the JSON lines of another run; empty: none
     bool json = false;
 };
 
-/// The surface at one moment, and the particles if their motion is wanted.
+/// The surface at one moment, and the particles if their motion is measured.
 struct Moment {
     Mesh mesh;
     std::optional<Particles> particles;
 };
 
-/// Moments by their names; at: where they stand in a plot, ascending.
+/// The moments to compare.
 struct Sequence {
     std::vector<std::string> names;
-    std::vector<double> at;
-    std::string across;
-    std::function<Moment(std::size_t)> moment;  ///< throws Error for one that cannot be had
-    std::optional<double> radius;               ///< world units; where it is not known it is guessed from particles
+    std::vector<double> at;                     ///< position of each moment on the horizontal axis of a plot, ascending
+    std::string axis_label;                     ///< of that axis
+    std::function<Moment(std::size_t)> moment;  ///< throws Error if moment i cannot be made
+    std::optional<double> radius;               ///< ball radius, world units; nullopt: estimated from the particles
     int threads = 1;
 };
 
-std::string text(double x) {
-    char buffer[32];
-    std::snprintf(buffer, sizeof buffer, "%.4g", x);
-    return buffer;
-}
-
-std::string text(const Vec3& p) { return "(" + text(p.x) + ", " + text(p.y) + ", " + text(p.z) + ")"; }
-
-std::string filled(const std::string& text, std::size_t columns) {
-    return text.size() < columns ? text + std::string(columns - text.size(), ' ') : text + ' ';
-}
-
-void printHead(const Sequence& sequence, bool particles) {
-    std::cout << filled("to", kNameColumns) << filled("max", 12) << filled("99.9 %", 12) << filled("RMS", 12)
-              << (particles ? filled("particles", 12) + filled("ratio", 10) : "") << "farthest at\n"
-              << sequence.names[0] << '\n';
-}
-
-std::string ratio(const CoherenceReport& report, double way) {
-    const std::optional<double> in_ways = report.ratio(way);
-    return in_ways ? text(*in_ways) : "-";
-}
-
-/// Where nothing opens, closes, meets or parts. Far from the other surface is only what is left behind or only what has
-/// come, where a dent or a tip does one of these.
-std::string shapeAt(const Place& place) {
-    const std::string words = "no change of topology";
-    if (place.liquid == LiquidChange::both || (place.vanished > 0 && place.appeared > 0)) return words;
-    const bool gained = place.liquid == LiquidChange::gained, left = place.vanished > 0;
-    if (gained == left) return words + (gained ? ": dent filled" : ": dent opened");
-    return words + (gained ? ": tip rose" : ": tip sank");
-}
-
-std::string eventsAt(const Place& place) {
-    std::string words;
-    for (const auto& [event, times] : place.events) {
-        if (!words.empty()) words += ", ";
-        words += nameOf(event);
-        if (times > 1) words += " (" + std::to_string(times) + " times)";
-    }
-    return words.empty() ? shapeAt(place) : words;
-}
-
-void printPlaces(const CoherenceReport& report, std::size_t listed) {
-    if (report.places.empty()) return;
-    std::cout << "    " << filled("jump", 12) << filled("ratio", 10) << filled("expected", 12) << filled("points", 8)
-              << filled("vanished", 11) << filled("appeared", 11) << filled("liquid", 8) << filled("what happened", 36) << "at\n";
-    for (std::size_t i = 0; i < std::min(listed, report.places.size()); ++i) {
-        const Place& place = report.places[i];
-        std::cout << "    " << filled(text(place.jump), 12) << filled(ratio(report, place.jump), 10)
-                  << filled(text(report.expectedAt(place)), 12) << filled(std::to_string(place.points), 8)
-                  << filled(text(place.vanished), 11) << filled(text(place.appeared), 11) << filled(std::string(nameOf(place.liquid)), 8)
-                  << filled(eventsAt(place), 36) << text(place.position) << '\n';
-    }
-    if (report.places.size() <= listed) return;
-    const std::size_t more = report.places.size() - listed;
-    std::cout << "    and " << more << (more == 1 ? " more place\n" : " more places\n");
-}
-
-void print(const CoherenceReport& report, bool particles, std::size_t listed) {
-    std::cout << filled(report.to, kNameColumns);
-    if (!report.error.empty()) {
-        std::cout << "not measured\n";
-        return;
-    }
-    const SurfaceDistance& distance = report.distance;
-    std::cout << filled(text(distance.max), 12) << filled(text(distance.quantile999), 12)
-              << filled(text(distance.rms), 12);
-    if (particles)
-        std::cout << filled(report.particles ? text(report.particles->max) : "-", 12)
-                  << filled(ratio(report, distance.max), 10);
-    std::cout << text(distance.worst) << '\n';
-    printPlaces(report, listed);
-    std::cout.flush();
-}
-
-void printLargest(const std::vector<CoherenceReport>& reports) {
-    const auto largest = std::max_element(reports.begin(), reports.end(),
-                                          [](const auto& a, const auto& b) { return a.distance.max < b.distance.max; });
-    std::cout << "largest: " << text(largest->distance.max) << ", from " << largest->from << " to " << largest->to
-              << " at " << text(largest->distance.worst) << '\n';
-}
-
-/// The largest ways that another run found, under the name of its file; as many as this run's.
+/// The largest distances of another run, from its JSON lines, named after the file.
+/// errors  the number of lines is not `rows`
 PlotLine lineOf(const std::string& file, std::size_t rows) {
     PlotLine line{"max, " + std::filesystem::path(file).stem().string(), "#20262e", {}};
     for (const CoherenceReport& report : readCoherence(file)) line.value.push_back(report.distance.max);
     if (line.value.size() != rows)
-        throw Error(file + ": " + std::to_string(line.value.size()) + " lines; expected one for each of the " +
-                    std::to_string(rows) + " pairs that were measured here");
+        throw Error(file + " has " + std::to_string(line.value.size()) + " lines, but " + std::to_string(rows) +
+                    " pairs are measured here. Use the --json output of a run over the same frames.");
     return line;
 }
 
 void writePlot(const std::string& file, const Sequence& sequence, const std::vector<CoherenceReport>& reports,
                const std::optional<PlotLine>& against) {
-    Plot plot{"How far the surface moves from one moment to the next", sequence.across, "world units", {}, {}, true};
+    Plot plot{"Distance between consecutive surfaces", sequence.axis_label, "world units", {}, {}, true};
     plot.lines = {
         {"max", "#c8372d", {}}, {"99.9 %", "#d98a1f", {}}, {"RMS", "#2f6fb7", {}}, {"particles", "#7b8590", {}}};
     for (std::size_t i = 0; i < reports.size(); ++i) {
@@ -170,13 +88,13 @@ void writePlot(const std::string& file, const Sequence& sequence, const std::vec
                                  report.particles ? report.particles->max : 0};
         for (std::size_t line = 0; line < plot.lines.size(); ++line) plot.lines[line].value.push_back(values[line]);
     }
-    const auto& way = plot.lines.back().value;
-    if (std::all_of(way.begin(), way.end(), [](double d) { return d == 0; })) plot.lines.pop_back();
+    const auto& particles = plot.lines.back().value;
+    if (std::all_of(particles.begin(), particles.end(), [](double d) { return d == 0; })) plot.lines.pop_back();
     if (against) plot.lines.insert(plot.lines.begin(), *against);
     writeFile(file, svgOf(plot));
 }
 
-/// Files of meshes: a name with a place for the frame number stands for all of its frames on disk.
+/// The mesh files of the given names. A name with a frame number (####) stands for all of its frames on disk.
 std::vector<std::string> filesOf(const std::vector<std::string>& names) {
     std::vector<std::string> files;
     for (const std::string& name : names) {
@@ -189,18 +107,19 @@ std::vector<std::string> filesOf(const std::vector<std::string>& names) {
         for (const auto& [frame, file] : framesOnDisk(pattern)) files.push_back(file);
     }
     if (files.size() < 2)
-        throw Error("expected two meshes or more, found " + std::to_string(files.size()) +
-                    (files.empty() ? "" : ": '" + files[0] + "'"));
+        throw Error(std::string("at least two meshes are needed to measure a movement, but there is ") +
+                    (files.empty() ? "none" : "only " + files[0]) +
+                    ". Give more files or a pattern such as m.####.ply.");
     return files;
 }
 
 Sequence meshFiles(const Arguments& arguments) {
     Sequence sequence;
     sequence.names = filesOf(arguments.meshes);
-    sequence.across = "frame";
+    sequence.axis_label = "frame";
     for (const std::string& file : sequence.names) sequence.at.push_back(singleFrame(framePattern(file)));
     if (std::adjacent_find(sequence.at.begin(), sequence.at.end(), std::greater_equal<>()) != sequence.at.end()) {
-        sequence.across = "mesh";
+        sequence.axis_label = "mesh";
         for (std::size_t i = 0; i < sequence.at.size(); ++i) sequence.at[i] = static_cast<double>(i + 1);
     }
     sequence.threads = threadsOf(Config{});
@@ -218,30 +137,38 @@ Sequence meshFiles(const Arguments& arguments) {
     return sequence;
 }
 
+/// The particles of the frame of a pipeline from which the steps start.
+std::shared_ptr<const Particles> startingParticles(const std::string& file, const Config& config, int frame,
+                                                   const WorkerEvents& events) {
+    const WorkerEvents::AtWork at_work(events, frame);
+    auto particles = std::make_shared<Particles>(readParticles(file, {config.input.velocity, config.input.id}));
+    if (particles->size() > 0 && particles->velocity.empty())
+        throw Error(file + ": the particles have no velocity (v, velocity or vel), so they cannot be moved in steps. " +
+                    "Name the attribute with --set input.velocity=NAME.");
+    return particles;
+}
+
+/// The particles of one frame, moved along their velocities in small steps and meshed at each.
 Sequence fineSteps(const Arguments& arguments, const Watched& watched) {
     Config config = readConfig(arguments.pipeline, keyValuesOf(arguments.assignments));
     config.frames = std::to_string(arguments.frame);
-    if (config.output.path.empty()) config.output.path = "nothing.####.ply";  // nothing is written
+    if (config.output.path.empty())
+        config.output.path = "nothing.####.ply";  // planning needs a path; no file is written
     PlanOptions options;
     options.overwrite = true;
     options.history.unmeasured = watched.history.unmeasured;
     options.notes = watched.notes;
-    if (config.surface.dimension != 3) throw Error("surface.dimension is 2; expected 3, for surfaces are measured");
+    if (config.surface.dimension != 3) throw Error("surface.dimension is 2, but only surfaces can be measured. Use 3.");
     const Plan plan = planJob(config, options);
     for (const std::string& warning : plan.warnings) logWarning(warning);
     for (const std::string& note : plan.notes) logInfo(note);
     const std::string& file = plan.tasks.at(0).input;
     if (const auto lost = watched.history.lost.find(arguments.frame); lost != watched.history.lost.end())
         throw Error(file + ": " + lost->second);
-    const auto start = [&] {
-        const WorkerEvents::AtWork note(watched.notes, arguments.frame);
-        return std::make_shared<Particles>(readParticles(file, {config.input.velocity, config.input.id}));
-    }();
-    if (start->size() > 0 && start->velocity.empty())
-        throw Error(file + ": no velocity (v, velocity or vel); expected one that moves the particles between frames");
+    const auto start = startingParticles(file, config, arguments.frame, watched.notes);
 
     Sequence sequence;
-    sequence.across = "seconds after frame " + std::to_string(arguments.frame);
+    sequence.axis_label = "seconds after frame " + std::to_string(arguments.frame);
     sequence.threads = plan.threads;
     sequence.radius = plan.skin.radius;
     for (int i = 0; i <= arguments.steps; ++i) {
@@ -259,11 +186,11 @@ Sequence fineSteps(const Arguments& arguments, const Watched& watched) {
     return sequence;
 }
 
-/// What is one place: things within a radius of each other.
-double reachOf(const Particles& particles, const Sequence& sequence, const SurfaceDistance& distance) {
+/// Jumps within this distance of each other belong to one place: the ball radius, known or estimated. World units.
+double placeRadius(const Particles& particles, const Sequence& sequence, const SurfaceDistance& distance) {
     if (sequence.radius) return *sequence.radius;
-    const std::optional<double> between = spacing(particles.position);
-    return between ? kRadiusInSpacings * *between : distance.max;
+    const std::optional<double> particle_spacing = spacing(particles.position);
+    return particle_spacing ? kDefaultRadiusSpacings * *particle_spacing : distance.max;
 }
 
 CoherenceReport compared(const Moment& before, const Moment& after, const Sequence& sequence,
@@ -273,33 +200,39 @@ CoherenceReport compared(const Moment& before, const Moment& after, const Sequen
     if (before.particles) {
         report.particles = particleMotion(*before.particles, *after.particles);
         if (!report.particles)
-            throw Error("particles cannot be matched: expected ids in both frames, or the same number of particles");
-        sampling.beyond = arguments.places_above.value_or(1) * report.particles->max;
+            throw Error(
+                "the particles of the two frames cannot be matched: they have no ids, and their numbers differ. Give "
+                "particles with ids.");
+        sampling.beyond = arguments.places_above.value_or(kDefaultPlacesAbove) * report.particles->max;
     }
     report.distance = surfaceDistance(before.mesh, after.mesh, sampling);
     if (!report.distance.far.empty()) {
-        report.radius = reachOf(*before.particles, sequence, report.distance);
-        report.places = placesOf(before.mesh, after.mesh, report.distance.far, report.radius);
+        report.radius = placeRadius(*before.particles, sequence, report.distance);
+        report.places = jumpSites(before.mesh, after.mesh, report.distance.far, report.radius);
     }
     report.distance.far.clear();
     return report;
 }
 
-int measure(const Sequence& sequence, const Arguments& arguments, const WorkerEvents& notes) {
+bool isBeyondLimits(const CoherenceReport& report, const Arguments& arguments) {
+    return report.distance.max > arguments.max_jump || report.largestExpectedRatio() > arguments.max_ratio;
+}
+
+int measure(const Sequence& sequence, const Arguments& arguments, const WorkerEvents& events) {
     std::optional<PlotLine> against;
     if (!arguments.against.empty()) against = lineOf(arguments.against, sequence.names.size() - 1);
+    const bool with_particles = !arguments.particles.empty() || !arguments.pipeline.empty();
+    if (!arguments.json) printTableHead(sequence.names[0], with_particles);
     std::vector<CoherenceReport> reports;
-    int exit_code = kAllWritten;
-    const bool particles = !arguments.particles.empty() || !arguments.pipeline.empty();
-    if (!arguments.json) printHead(sequence, particles);
+    bool failed = false;
     std::optional<Moment> before;
     for (std::size_t i = 0; i < sequence.names.size(); ++i) {
         CoherenceReport report;
-        std::optional<Moment> now;
+        std::optional<Moment> after;
         try {
-            const WorkerEvents::AtWork note(notes, static_cast<int>(i));
-            now = sequence.moment(i);
-            if (before) report = compared(*before, *now, sequence, arguments);
+            const WorkerEvents::AtWork at_work(events, static_cast<int>(i));
+            after = sequence.moment(i);
+            if (before) report = compared(*before, *after, sequence, arguments);
         } catch (const Error& error) {
             report.error = error.what();
             logError(report.error);
@@ -311,33 +244,37 @@ int measure(const Sequence& sequence, const Arguments& arguments, const WorkerEv
             if (arguments.json) {
                 std::cout << coherenceJson(report) << std::endl;
             } else {
-                print(report, particles, arguments.listed);
+                printTableRow(report, with_particles, arguments.max_places);
             }
             reports.push_back(report);
         }
-        if (!report.error.empty() || report.distance.max > arguments.max_jump ||
-            report.largestOfExpected() > arguments.max_ratio)
-            exit_code = kSomeFailed;
-        before = std::move(now);
+        failed = failed || !report.error.empty() || isBeyondLimits(report, arguments);
+        before = std::move(after);
     }
     if (!arguments.json) printLargest(reports);
     if (!arguments.plot.empty()) writePlot(arguments.plot, sequence, reports, against);
-    return exit_code;
+    return failed ? kSomeFailed : kAllWritten;
+}
+
+/// Refuses options that contradict each other or lack what they refer to.
+void checkUsage(const Arguments& arguments) {
+    if (arguments.meshes.empty() == arguments.pipeline.empty())
+        throw Error("Give either mesh files, or --pipeline with --frame and --step.");
+    if (!arguments.particles.empty() || !arguments.pipeline.empty()) return;
+    if (arguments.places_above)
+        throw Error("--places-above compares with the fastest particle. Add --particles or use --pipeline.");
+    if (std::isfinite(arguments.max_ratio))
+        throw Error("--max-ratio compares with the fastest particle. Add --particles or use --pipeline.");
 }
 
 int run(const Arguments& arguments) {
-    if (arguments.meshes.empty() == arguments.pipeline.empty())
-        throw Error("expected either meshes, or --pipeline with --frame and --step");
-    if (arguments.places_above && arguments.particles.empty() && arguments.pipeline.empty())
-        throw Error("--places-above counts in ways of the fastest particle; expected --particles or --pipeline");
-    if (std::isfinite(arguments.max_ratio) && arguments.particles.empty() && arguments.pipeline.empty())
-        throw Error("--max-ratio compares with the way of the fastest particle; expected --particles or --pipeline");
+    checkUsage(arguments);
     const Watched watched = superviseWorkers(true);
     if (!watched.working) return watched.exit_code;
     const Sequence sequence = arguments.pipeline.empty() ? meshFiles(arguments) : fineSteps(arguments, watched);
     if (!watched.history.lost.empty() && arguments.pipeline.empty()) {
-        const auto& [i, why] = *watched.history.lost.begin();
-        logError(sequence.names[static_cast<std::size_t>(i)] + ", or its particles: " + why);
+        const auto& [i, reason] = *watched.history.lost.begin();
+        logError(sequence.names[static_cast<std::size_t>(i)] + ", or its particles: " + reason);
         return watched.history.out_of_memory ? kOutOfMemory : kSomeFailed;
     }
     int exit_code = kAllWritten;
@@ -350,95 +287,98 @@ int run(const Arguments& arguments) {
 }  // namespace
 
 void addCoherenceCommand(CLI::App& program, int& exit_code) {
-    const auto [command, arguments] = addCommand(
-        program, exit_code, "coherence", "Measures how far the surface moves, or jumps, from frame to frame.", run);
+    const auto [command, arguments] =
+        addCommand(program, exit_code, "coherence", "Measures how far the surface moves or jumps between frames.", run);
     command->footer(
-        "For each two neighbours: the largest way from a point of either surface to the other one, what 99.9 % of\n"
-        "the area stays below, the root of the mean square; all in world units.\n"
-        "At each place with a jump, `expected` is the way of the fastest particle; where pieces join or part, or a "
-        "neck, a\n"
-        "hole or a void opens or closes, the root of this way times the radius, for surfaces that meet do so as the "
-        "root\n"
-        "of time.\n"
-        "Exit codes: 0 measured; 1 a way beyond --max-jump or --max-ratio, or a mesh that cannot be read; 2 wrong "
-        "usage,\n"
-        "or a pipeline whose frame cannot be read.\n"
+        "For every two consecutive meshes the table shows distances between the two surfaces in world units: the\n"
+        "largest distance (Hausdorff), the distance below which 99.9 % of the area lies, and the root mean square.\n"
+        "Below a pair it lists the places where the surface moved farther than the particles. `expected` is the\n"
+        "displacement of the fastest particle; where liquid merges or separates, or a neck, hole or void opens or\n"
+        "closes, it is the square root of that displacement times the radius, because surfaces that meet approach\n"
+        "each other as the square root of time.\n"
+        "Exit codes: 0 measured; 1 a distance beyond --max-jump or --max-ratio, or a mesh that cannot be read;\n"
+        "2 wrong usage, or a pipeline whose frame cannot be read.\n"
         "Examples:\n"
         "  betamesh coherence 'mesh/splash.####.ply' --particles 'sim/splash.####.vdb' --plot splash.svg\n"
         "  betamesh coherence --pipeline splash.yaml --frame 40 --step 1e-5 --steps 60 --max-jump 1e-4");
     command->add_option("MESH", arguments->meshes,
-                        "Meshes in the order of time, of this program or of others: .ply .bgeo .bgeo.gz .obj. A place "
-                        "for the frame number (####) stands for every frame on disk.");
+                        "Mesh files of any program in the order of time (.ply, .bgeo, .bgeo.gz, .obj). A pattern with "
+                        "a frame number (####) stands for every frame on disk.");
     command
-        ->add_option(
-            "--particles", arguments->particles,
-            "Tells, too, how far the fastest particle went between the two, by id or, without ids, by row. Has "
-            "a place for the frame number, which is that of each mesh.")
+        ->add_option("--particles", arguments->particles,
+                     "Also measure how far the fastest particle moved. Particles are matched by id or, without ids, by "
+                     "row. Give a pattern with a frame number (####), which is that of each mesh.")
         ->type_name("IN");
     CLI::Option* pipeline =
         command
             ->add_option("--pipeline", arguments->pipeline,
-                         "No meshes on disk: the particles of one frame, moved on by their velocity in fine steps and "
-                         "skinned as this pipeline file says. Nothing is written.")
+                         "Instead of meshes on disk, take the particles of one frame, move them along their velocities "
+                         "in small time steps, and mesh each step as this pipeline file says. Nothing is written.")
             ->type_name("FILE");
-    CLI::Option* frame =
-        command->add_option("--frame", arguments->frame, "The frame to start from.")->type_name("F")->needs(pipeline);
-    CLI::Option* step = command->add_option("--step", arguments->step, "The time between two surfaces, seconds.")
+    CLI::Option* frame = command->add_option("--frame", arguments->frame, "With --pipeline: the frame to start from.")
+                             ->type_name("F")
+                             ->needs(pipeline);
+    CLI::Option* step = command->add_option("--step", arguments->step, "With --pipeline: the time step in seconds.")
                             ->type_name("DT")
                             ->check(CLI::PositiveNumber)
                             ->needs(pipeline);
     pipeline->needs(frame)->needs(step);
-    command->add_option("--steps", arguments->steps, "How many (default 10).")
+    command->add_option("--steps", arguments->steps, "With --pipeline: the number of time steps.")
         ->type_name("N")
+        ->capture_default_str()
         ->check(CLI::Range(1, 1000000))
         ->needs(pipeline);
     command
         ->add_option("--set", arguments->assignments,
-                     "Any key of the pipeline file, as in --set smoothing.method=none.")
+                     "With --pipeline: set any key, as in --set smoothing.method=none.")
         ->type_name("KEY=VALUE")
         ->expected(1)
         ->take_all()
         ->needs(pipeline);
     command
         ->add_option("--places-above", arguments->places_above,
-                     "Lists the places where the surface went farther than so many ways of the fastest particle, and "
-                     "what happened there (default 1; with --particles or --pipeline).")
+                     "List the places where the surface moved more than X times as far as the fastest particle, and "
+                     "what happened there. Requires --particles or --pipeline.")
         ->type_name("X")
+        ->default_str(shortText(kDefaultPlacesAbove))
         ->check(CLI::NonNegativeNumber);
     command
-        ->add_option("--places", arguments->listed,
-                     "So many of them in the table of each pair, the largest jumps (default 10; --json tells all).")
-        ->type_name("N");
-    command->add_option("--max-jump", arguments->max_jump, "World units: a way beyond this is a fault.")
+        ->add_option("--places", arguments->max_places,
+                     "Number of places listed for each pair in the table, the largest jumps first; --json lists all.")
+        ->type_name("N")
+        ->capture_default_str();
+    command
+        ->add_option("--max-jump", arguments->max_jump,
+                     "Exit with 1 if a surface moves farther than this, in world units.")
         ->type_name("D")
         ->check(CLI::NonNegativeNumber);
     command
         ->add_option("--max-ratio", arguments->max_ratio,
-                     "A place whose jump is more than so many times what is expected there is a fault (with "
-                     "--particles or --pipeline).")
+                     "Exit with 1 if a jump is more than R times the displacement expected at its place. Requires "
+                     "--particles or --pipeline.")
         ->type_name("R")
         ->check(CLI::NonNegativeNumber);
     command
         ->add_option("--ignore-thinner", arguments->sampling.thinner,
-                     "World units: leaves out of account where the liquid is thinner than this, such as films and "
-                     "small drops.")
+                     "Ignore the surface where the liquid is thinner than D world units, as in films and small drops.")
         ->type_name("D")
         ->check(CLI::NonNegativeNumber);
     command
         ->add_option("--sample-spacing", arguments->sampling.spacing,
-                     "World units: how far apart the points inside a triangle are at most, but for 64 to a side "
-                     "(default: twice the mean side of all triangles).")
+                     "Largest distance between sample points inside a triangle in world units, with at most 64 points "
+                     "along a side. Without it, twice the mean side of all triangles.")
         ->type_name("D")
         ->check(CLI::PositiveNumber);
-    CLI::Option* plot = command->add_option("--plot", arguments->plot, "Writes the same over time, as an .svg picture.")
-                            ->type_name("FILE.svg");
+    CLI::Option* plot =
+        command->add_option("--plot", arguments->plot, "Also write the distances over time as an .svg picture.")
+            ->type_name("FILE.svg");
     command
         ->add_option("--against", arguments->against,
-                     "Lines that --json wrote of another run, such as one with another smoothing: their largest ways "
-                     "are in the plot too, under the name of the file.")
+                     "With --plot: also plot the largest distances of another run, such as one with other smoothing. "
+                     "FILE contains the --json output of that run; its name appears in the plot.")
         ->type_name("FILE")
         ->needs(plot);
-    command->add_flag("--json", arguments->json, "One JSON object per pair on stdout.");
+    command->add_flag("--json", arguments->json, "Print one JSON object per pair on stdout.");
 }
 
 }  // namespace betamesh

@@ -1,4 +1,4 @@
-// The commands of the program. Each file here adds one: its flags, a call of the library, an exit code.
+// The commands of the program. Each command has a file: its options, a call of the library, an exit code.
 
 #pragma once
 
@@ -8,14 +8,14 @@
 
 namespace betamesh {
 
-/// A command and what the command line says to it.
+/// A command and the arguments that its options fill in.
 template <typename Arguments>
 struct Command {
     CLI::App* app;
-    std::shared_ptr<Arguments> arguments;  ///< lives as long as the program does
+    std::shared_ptr<Arguments> arguments;  ///< kept alive by the callback of the command
 };
 
-/// When the command is given, exit_code becomes run(arguments).
+/// Adds a command that calls run(arguments) and stores its result in exit_code.
 template <typename Arguments>
 Command<Arguments> addCommand(CLI::App& program, int& exit_code, const char* name, const char* description,
                               int (*run)(const Arguments&)) {
@@ -25,7 +25,7 @@ Command<Arguments> addCommand(CLI::App& program, int& exit_code, const char* nam
     return {app, arguments};
 }
 
-/// Adds the command to the program. When the command was run, exit_code holds what main() returns.
+/// Each function adds a command to the program; running the command stores the exit code of main() in exit_code.
 void addMeshCommand(CLI::App& program, int& exit_code);
 void addRunCommand(CLI::App& program, int& exit_code);
 void addSampleCommand(CLI::App& program, int& exit_code);

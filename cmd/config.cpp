@@ -10,7 +10,7 @@
 namespace betamesh {
 
 void addConfigCommand(CLI::App& program, int&) {
-    CLI::App* command = program.add_subcommand("config", "Explains and checks pipeline files.");
+    CLI::App* command = program.add_subcommand("config", "Explains and checks pipeline files, and lists presets.");
     command->require_subcommand(1);
     struct Arguments {
         std::string file;
@@ -19,10 +19,10 @@ void addConfigCommand(CLI::App& program, int&) {
     };
     const auto arguments = std::make_shared<Arguments>();
 
-    CLI::App* print =
-        command->add_subcommand("print", "Prints the merged configuration: every key with its unit, range and reason.");
-    print->add_option("FILE", arguments->file, "A pipeline file; without one the defaults are printed.");
-    print->add_option("--set", arguments->assignments, "As for `run`.")
+    CLI::App* print = command->add_subcommand(
+        "print", "Prints every key of the configuration with its value, explanation, valid values and unit.");
+    print->add_option("FILE", arguments->file, "A pipeline file. Without it, the defaults are printed.");
+    print->add_option("--set", arguments->assignments, "Set any key, as for `betamesh run`.")
         ->type_name("KEY=VALUE")
         ->expected(1)
         ->take_all();
@@ -31,12 +31,12 @@ void addConfigCommand(CLI::App& program, int&) {
         std::cout << printConfig(readConfig(arguments->file, keyValuesOf(arguments->assignments, arguments->values)));
     });
 
-    CLI::App* check =
-        command->add_subcommand("check", "Exit code 0 if the file is right, 2 and the place if it is not.");
-    check->add_option("FILE", arguments->file, "A pipeline file.")->required();
+    CLI::App* check = command->add_subcommand(
+        "check", "Checks a pipeline file: exit code 0 if it is valid, otherwise 2 and an error with line and column.");
+    check->add_option("FILE", arguments->file, "The pipeline file.")->required();
     check->callback([arguments] { readConfig(arguments->file); });
 
-    command->add_subcommand("presets", "Lists the presets: their names, and what they are for.")->callback([] {
+    command->add_subcommand("presets", "Lists the presets and what they are for.")->callback([] {
         std::size_t longest = 0;
         for (const Preset& preset : presets()) longest = std::max(longest, preset.name.size());
         for (const Preset& preset : presets())

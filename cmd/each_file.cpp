@@ -11,31 +11,31 @@
 namespace betamesh {
 
 int forEachFile(std::size_t files, const std::function<std::string(std::size_t)>& nameOf,
-                const std::function<bool(std::size_t)>& good,
+                const std::function<bool(std::size_t)>& process,
                 const std::function<void(std::size_t, const std::string& error)>& failed) {
     const Watched watched = superviseWorkers(true);
     if (!watched.working) return watched.exit_code;
     const JobHistory& history = watched.history;
     bool any_failed = history.failed > 0;
-    const auto look = [&](std::size_t i) {
+    const auto processFile = [&](std::size_t i) {
         const int number = static_cast<int>(i);
         if (history.ended.contains(number)) return;
-        const WorkerEvents::AtWork note(watched.notes, number);
+        const WorkerEvents::AtWork at_work(watched.notes, number);
         bool is_good = false;
         try {
             if (const auto lost = history.lost.find(number); lost != history.lost.end())
                 throw Error(nameOf(i) + ": " + lost->second);
-            is_good = good(i);
+            is_good = process(i);
         } catch (const Error& error) {
             logError(error.what());
             failed(i, error.what());
         }
         any_failed = any_failed || !is_good;
-        std::cout.flush();  // what is said is neither lost nor said again
+        std::cout.flush();  // before the file counts as ended, so that its output is neither lost nor repeated
         watched.notes.ended(number, is_good ? FrameStatus::ok : FrameStatus::failed);
     };
     withThreads(threadsOf(Config{}), [&] {
-        for (std::size_t i = 0; i < files; ++i) look(i);
+        for (std::size_t i = 0; i < files; ++i) processFile(i);
     });
     return history.out_of_memory ? kOutOfMemory : any_failed ? kSomeFailed : kAllWritten;
 }

@@ -1,4 +1,4 @@
-// Commands that look at one file after the other.
+// Processing one file after the other, for `info` and `check`.
 
 #pragma once
 
@@ -8,16 +8,15 @@
 
 namespace betamesh {
 
-/// Looks at files in a process of its own, which one of them may end, as a system does that runs out of memory: that is
-/// an error of this file, and another process goes on with the next. To be called before the process has a second
-/// thread.
+/// Processes files in a worker process. If a file ends the worker, for example because memory runs out, that file fails
+/// and another worker continues with the next one. Has to be called before the process has a second thread.
 ///
-/// in      nameOf(i): what is looked at, for errors
-///         good(i): says on stdout what it finds; false where that is a fault
-///         failed(i, error): told of each error, which is logged
-/// out     an exit code
+/// in      nameOf(i): the name of file i, for errors
+///         process(i): prints what it finds on stdout; returns false if it finds a fault
+///         failed(i, error): called for each error after it is logged
+/// out     exit code
 int forEachFile(std::size_t files, const std::function<std::string(std::size_t)>& nameOf,
-                const std::function<bool(std::size_t)>& good,
+                const std::function<bool(std::size_t)>& process,
                 const std::function<void(std::size_t, const std::string& error)>& failed);
 
 }  // namespace betamesh

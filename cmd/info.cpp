@@ -42,7 +42,7 @@ struct Arguments {
     bool json = false;
 };
 
-void inform(const std::string& file, bool json) {
+void showFile(const std::string& file, bool json) {
     const FileInfo info = inspectFile(file);
     std::optional<double> particle_spacing;
     if (info.kind == FileKind::particles) particle_spacing = spacing(readParticles(file).position);
@@ -53,23 +53,24 @@ void inform(const std::string& file, bool json) {
     }
 }
 
-int informOfAll(const Arguments& arguments) {
+int showFiles(const Arguments& arguments) {
     const std::vector<std::string>& files = arguments.files;
-    const auto informOf = [&](std::size_t i) {
-        inform(files[i], arguments.json);
+    const auto show = [&](std::size_t i) {
+        showFile(files[i], arguments.json);
         return true;
     };
     return forEachFile(
-        files.size(), [&](std::size_t i) { return files[i]; }, informOf, [](std::size_t, const std::string&) {});
+        files.size(), [&](std::size_t i) { return files[i]; }, show, [](std::size_t, const std::string&) {});
 }
 
 }  // namespace
 
 void addInfoCommand(CLI::App& program, int& exit_code) {
     const auto [command, arguments] =
-        addCommand(program, exit_code, "info", "Says what is in particle and mesh files.", informOfAll);
-    command->add_option("FILE", arguments->files, "Particles or meshes: .vdb .bgeo .bgeo.gz .ply .obj")->required();
-    command->add_flag("--json", arguments->json, "One JSON object per file on stdout.");
+        addCommand(program, exit_code, "info", "Shows what particle and mesh files contain.", showFiles);
+    command->add_option("FILE", arguments->files, "Particle or mesh files (.vdb, .bgeo, .bgeo.gz, .ply, .obj).")
+        ->required();
+    command->add_flag("--json", arguments->json, "Print one JSON object per file on stdout.");
 }
 
 }  // namespace betamesh

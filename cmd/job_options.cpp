@@ -9,6 +9,7 @@
 #include "batch/platform/worker.h"
 #include "batch/report/log.h"
 #include "batch/report/progress.h"
+#include "help.h"
 #include "io/extension.h"
 #include "io/particle_file.h"
 
@@ -22,19 +23,40 @@ namespace {
 
 bool isPreview(const ConfigKey& key) { return key.path.starts_with("preview."); }
 
+/// The group of a key's option in the help.
 const char* groupOf(const ConfigKey& key) {
-    if (!key.replaced_by.empty()) return "Deprecated";
-    return key.path.starts_with("run.") ? "Running" : isPreview(key) ? "Picture" : "Surface and input";
+    if (!key.replaced_by.empty()) return kDeprecatedGroup;
+    const std::string section = key.path.substr(0, key.path.find('.'));
+    if (section == "surface" || section == "perturbation" || section == "features") return "Surface";
+    if (section == "smoothing") return "Smoothing";
+    if (section == "output" || section == "picture") return "Output";
+    if (section == "preview") return "Picture";
+    if (section == "run") return "Running";
+    return "Input";
 }
 
-/// "beta|alpha|union" where these are all there is.
-std::string valueOf(const ConfigKey& key) {
+/// What stands for the value in the help of a key's option: "LENGTH", "beta|alpha|union".
+std::string placeholderOf(const ConfigKey& key) {
     if (key.path == "preset") return presetNames("|");
-    constexpr std::string_view kOneOf = "one of ";
-    if (key.kind != ConfigKey::Kind::choice || !key.expects.starts_with(kOneOf)) return "VALUE";
-    std::string words = key.expects.substr(kOneOf.size());
-    std::replace(words.begin(), words.end(), ' ', '|');
-    return words;
+    if (key.path == "frames") return "FRAMES";
+    if (key.unit == "bytes") return "SIZE";
+    switch (key.kind) {
+        case ConfigKey::Kind::length:
+            return "LENGTH";
+        case ConfigKey::Kind::number:
+            return "N";
+        case ConfigKey::Kind::list:
+            return "A,B,...";
+        case ConfigKey::Kind::choice: {
+            std::string choices;
+            for (const std::string& choice : key.choices) choices += (choices.empty() ? "" : "|") + choice;
+            return choices;
+        }
+        case ConfigKey::Kind::text:
+        case ConfigKey::Kind::boolean:
+            break;
+    }
+    return "VALUE";
 }
 
 std::string summary(const JobResult& result, std::size_t frames, double seconds) {
@@ -52,24 +74,25 @@ void add(JobResult& sum, const JobResult& result) {
     if (result.signal != 0) sum.signal = result.signal;
 }
 
-/// What is left of a job after workers were lost: frames that may be to blame one after the other, then all others.
-JobResult runRest(Plan plan, SignalWatch& signals, const WorkerEvents& notes, const JobHistory& history,
+/// Runs what is left of a job after a worker process was lost: first, one at a time, the frames that were in progress
+/// then, because one of them may be the cause; then all others.
+JobResult runRest(Plan plan, SignalWatch& signals, const WorkerEvents& events, const JobHistory& history,
                   const FrameEnded& frameEnded) {
     JobResult result{history.written, history.skipped, history.failed, history.out_of_memory, 0};
-    logWarning(history.last_loss + "; frames at work then are begun again, one after the other");
+    logWarning(history.last_loss + "; the frames in progress at that time are restarted one at a time");
     Plan others = plan;
-    const auto begun = [&](const FrameTask& task) { return history.begun.contains(task.frame); };
-    std::erase_if(others.tasks, begun);
-    std::erase_if(plan.tasks, [&](const FrameTask& task) { return !begun(task); });
+    const auto wasInProgress = [&](const FrameTask& task) { return history.begun.contains(task.frame); };
+    std::erase_if(others.tasks, wasInProgress);
+    std::erase_if(plan.tasks, [&](const FrameTask& task) { return !wasInProgress(task); });
     plan.frames_in_flight = 1;
     others.frames_in_flight = std::max<std::size_t>(1, others.frames_in_flight >> history.kills);
-    add(result, runJob(plan, signals, notes, frameEnded));
-    add(result, runJob(others, signals, notes, frameEnded));
+    add(result, runJob(plan, signals, events, frameEnded));
+    add(result, runJob(others, signals, events, frameEnded));
     return result;
 }
 
-/// A plan with --dry-run ends as the job would, but writes nothing.
-int showPlan(const Plan& plan, bool json) {
+/// Prints the plan for --dry-run. Returns the exit code that running the job would have, as far as the plan tells.
+int printPlan(const Plan& plan, bool json) {
     bool refused = false;
     bool failing = false;
     for (const FrameTask& task : plan.tasks) {
@@ -77,8 +100,32 @@ int showPlan(const Plan& plan, bool json) {
         failing = failing || task.action == FrameAction::fail_missing;
         std::cout << (json ? taskJson(task) : taskLine(task)) << '\n';
     }
-    if (refused) logError("outputs exist; expected none, or --overwrite or --skip-existing");
+    if (refused) logError("Some outputs already exist. Use --overwrite to replace them or --skip-existing to resume.");
     return refused ? kWrongUsage : failing ? kSomeFailed : kAllWritten;
+}
+
+/// Limits the memory, after starting the threads that the job needs, so that these do not count.
+void enforceMemoryLimit(const Config& config) {
+    const int threads = threadsOf(config);
+    withThreads(threads, [&] { startThreads(threads); });
+    limitMemory(config.run.memory_limit);
+}
+
+void logPlan(const Plan& plan) {
+    for (const std::string& note : plan.notes) logInfo(note);
+    logDetail(std::to_string(plan.tasks.size()) + " frames, " + std::to_string(plan.threads) + " threads, at most " +
+              std::to_string(plan.frames_in_flight) + " frames in flight in " +
+              std::to_string(plan.memory_budget >> 20) + " MiB");
+}
+
+void logResult(const JobResult& result, const std::string& summary, Progress& progress) {
+    if (result.exitCode() == kAllWritten) {
+        logInfo(summary);
+        return;
+    }
+    const std::string reason = result.signal != 0 ? "interrupted: " : result.out_of_memory ? "out of memory: " : "";
+    logError(reason + summary);
+    progress.jobFailed(reason + summary);
 }
 
 }  // namespace
@@ -89,15 +136,15 @@ void addKeyOptions(CLI::App& command, std::map<std::string, std::string>& values
     for (const ConfigKey& key : configKeys()) {
         if (key.option.empty() || !wanted(key)) continue;
         const std::string standard = key.get(defaults);
-        const std::string help =
-            key.reason + " [" + key.path + ", default " + (standard.empty() ? "empty" : standard) + "]";
+        const std::string help = key.help + (key.unit.empty() ? "" : " Unit: " + key.unit + '.') + " [" + key.path +
+                                 ", default: " + (standard.empty() ? "empty" : standard) + "]";
         CLI::Option* option = nullptr;
-        const auto remember = [&values, path = key.path](const std::string& value) { values[path] = value; };
+        const auto store = [&values, path = key.path](const std::string& value) { values[path] = value; };
         if (key.kind == ConfigKey::Kind::boolean) {
             option = command.add_flag_callback(
-                key.option, [remember] { remember("true"); }, help);
+                key.option, [store] { store("true"); }, help);
         } else {
-            option = command.add_option_function<std::string>(key.option, remember, help)->type_name(valueOf(key));
+            option = command.add_option_function<std::string>(key.option, store, help)->type_name(placeholderOf(key));
         }
         option->group(groupOf(key));
     }
@@ -117,82 +164,73 @@ std::vector<KeyValue> keyValuesOf(const std::vector<std::string>& assignments,
 void addJobOptions(CLI::App& command, JobOptions& options) {
     addKeyOptions(command, options.values, [](const ConfigKey& key) { return !isPreview(key); });
     command
-        .add_option(
-            "--set", options.assignments,
-            "Any key of a pipeline file, as in --set smoothing.passes=2; may be repeated. The options above win.")
+        .add_option("--set", options.assignments,
+                    "Set any key of a pipeline file, as in --set smoothing.passes=2; may be repeated. An option for "
+                    "the same key wins over --set.")
         ->type_name("KEY=VALUE")
         ->expected(1)
         ->take_all()
         ->group("Running");
+    command.add_flag("--overwrite", options.overwrite, "Replace outputs that already exist.")->group("Running");
+    command
+        .add_flag("--skip-existing", options.skip_existing,
+                  "Resume a job: skip every frame whose mesh exists and whose manifest names the same input, "
+                  "configuration and program version.")
+        ->group("Running");
+    command
+        .add_flag("--dry-run", options.dry_run,
+                  "List the input, output, planned action and estimated memory of every frame, but write nothing.")
+        ->group("Running");
     command
         .add_option("--chunk", options.chunk,
-                    "Only the i-th of N contiguous pieces of the frames, 1 <= i <= N: for farms.")
+                    "For farms: divide the frames into N contiguous chunks and process only the i-th, 1 <= i <= N.")
         ->type_name("i/N")
-        ->group("Running");
-    command.add_flag("--overwrite", options.overwrite, "Replace outputs that exist.")->group("Running");
+        ->capture_default_str()
+        ->group("Farm and log");
     command
-        .add_flag(
-            "--skip-existing", options.skip_existing,
-            "Leave out frames that would be made the same again: the mesh is there, and its report names the same "
-            "input, configuration and version of this program.")
-        ->group("Running");
-    command
-        .add_flag(
-            "--dry-run", options.dry_run,
-            "Print each frame with its input, output, what would be done and about how much memory that would take; "
-            "do nothing.")
-        ->group("Running");
-    command
-        .add_flag(
-            "--json", options.json,
-            "Print one JSON object per frame on stdout, in the order in which frames end; nothing else goes there.")
-        ->group("Messages");
-    command.add_flag("-q,--quiet", options.quiet, "Only errors.")->group("Messages");
-    command.add_flag("-v,--verbose", options.verbose, "Timings of every frame.")->group("Messages");
+        .add_flag("--json", options.json,
+                  "Print one JSON object per frame on stdout, in the order in which frames finish, and nothing else.")
+        ->group("Farm and log");
     command
         .add_option("--progress", options.progress,
-                    "auto: a bar on a terminal, otherwise a line a frame, on stderr. openjd, tractor: their lines on "
-                    "stdout, or on stderr with --json; json: an object a frame there.")
-        ->type_name("auto|bar|none|openjd|tractor|json")
-        ->group("Messages");
+                    "How to report progress. auto: a bar on a terminal, otherwise one line per frame, both on stderr. "
+                    "openjd, tractor: the lines that these farm engines read. json: one object per frame. These three "
+                    "print on stdout, or on stderr if --json is given.")
+        ->type_name(progressNames("|"))
+        ->capture_default_str()
+        ->group("Farm and log");
     command
-        .add_option(
-            "--log-file", options.log_file,
-            "All messages, those of -v too, into this file as well; it is begun anew at 10 MB, and five are kept.")
+        .add_option("--log-file", options.log_file,
+                    "Also append all messages, including those of --verbose, to this file. It is renamed at " +
+                        std::to_string(kMaxLogFileBytes / 1'000'000) + " MB; the last " + std::to_string(kOldLogFiles) +
+                        " old files are kept.")
         ->type_name("FILE")
-        ->group("Messages");
+        ->group("Farm and log");
+    command.add_flag("-q,--quiet", options.quiet, "Print only errors.")->group("Farm and log");
+    command.add_flag("-v,--verbose", options.verbose, "Also print the timings of every frame.")->group("Farm and log");
 }
 
 int runWithOptions(const std::string& pipeline, std::vector<KeyValue> given, const JobOptions& options) {
     setLogLevel(options.quiet ? LogLevel::quiet : options.verbose ? LogLevel::verbose : LogLevel::normal);
-    const auto by_options = keyValuesOf(options.assignments, options.values);
-    given.insert(given.end(), by_options.begin(), by_options.end());
+    const auto from_options = keyValuesOf(options.assignments, options.values);
+    given.insert(given.end(), from_options.begin(), from_options.end());
     const Config config = readConfig(pipeline, given);
     const bool silent = options.quiet && options.progress == "auto";
-    const ProgressKind progress_kind = silent ? ProgressKind::none : progressKind(options.progress);
+    const ProgressKind progress_kind = silent ? ProgressKind::none : progressNamed(options.progress);
     rememberSignals();
     const auto begin = std::chrono::steady_clock::now();
     const Watched watched = superviseWorkers(isVdb(config.input.path), config.run.timeout);
     if (!watched.working) return watched.exit_code;
     if (!options.log_file.empty()) setLogFile(options.log_file);
-    if (config.run.memory_limit > 0) {
-        const int threads = threadsOf(config);
-        withThreads(threads, [&] { startThreads(threads); });
-        if (!config.input.path.empty()) prepareToReadParticles(config.input.path);
-        limitMemory(config.run.memory_limit);
-    }
+    if (config.run.memory_limit > 0) enforceMemoryLimit(config);
 
     SignalWatch signals;
-
     const JobHistory& history = watched.history;
     const Plan plan = planJob(config, {parseChunk(options.chunk), options.overwrite, options.skip_existing,
                                        options.dry_run, history, watched.notes});
     for (const std::string& warning : plan.warnings) logWarning(warning);
-    if (options.dry_run) return showPlan(plan, options.json);
-    for (const std::string& note : plan.notes) logInfo(note);
-    logDetail(std::to_string(plan.tasks.size()) + " frames, " + std::to_string(plan.threads) + " threads, at most " +
-              std::to_string(plan.frames_in_flight) + " frames in flight in " +
-              std::to_string(plan.memory_budget >> 20) + " MiB");
+    if (options.dry_run) return printPlan(plan, options.json);
+    logPlan(plan);
 
     const std::size_t frames = history.ended.size() + plan.tasks.size();
     Progress progress(progress_kind, {frames, history.ended.size(), history.failed, 0, 0, {}}, options.json);
@@ -203,14 +241,7 @@ int runWithOptions(const std::string& pipeline, std::vector<KeyValue> given, con
     const JobResult result = history.last_loss.empty() ? runJob(plan, signals, watched.notes, frameEnded)
                                                        : runRest(plan, signals, watched.notes, history, frameEnded);
     const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - begin;
-    const std::string words = summary(result, frames, seconds.count());
-    if (result.exitCode() == kAllWritten) {
-        logInfo(words);
-    } else {
-        const std::string why = result.signal != 0 ? "interrupted: " : result.out_of_memory ? "out of memory: " : "";
-        logError(why + words);
-        progress.jobFailed(why + words);
-    }
+    logResult(result, summary(result, frames, seconds.count()), progress);
     return result.exitCode();
 }
 

@@ -1,4 +1,4 @@
-// What `mesh` and `run` share: the options of a job, and running it.
+// Options of a job, shared by `mesh` and `run`, and running the job they describe.
 
 #pragma once
 
@@ -14,8 +14,8 @@
 namespace betamesh {
 
 struct JobOptions {
-    std::map<std::string, std::string> values;  ///< by key; what the command line says
-    std::vector<std::string> assignments;       ///< of --set, in order
+    std::map<std::string, std::string> values;  ///< key -> value given by its option
+    std::vector<std::string> assignments;       ///< KEY=VALUE of each --set, in order
     std::string chunk = "1/1";
     std::string progress = "auto";
     std::string log_file;
@@ -27,22 +27,24 @@ struct JobOptions {
     bool verbose = false;
 };
 
-/// Adds an option for every wanted key that has one; it puts what it is told into values, which must outlive it.
+/// Adds the options of all configuration keys that are wanted. They store their values in `values`, which must outlive
+/// the command.
 void addKeyOptions(CLI::App& command, std::map<std::string, std::string>& values,
                    const std::function<bool(const ConfigKey&)>& wanted);
 
-/// What the command line says of keys, in the order in which it counts: --set, then the options.
+/// The keys given on the command line in ascending precedence: --set, then options.
 std::vector<KeyValue> keyValuesOf(const std::vector<std::string>& assignments,
                                   const std::map<std::string, std::string>& values = {});
 
-/// Adds an option for every key that shapes a job and has one, and those that are about this one run. The options must
-/// outlive the command.
+/// Adds all options of a job: those of configuration keys and those of a single run, such as --overwrite. `options`
+/// must outlive the command.
 void addJobOptions(CLI::App& command, JobOptions& options);
 
 /// Plans and runs the job.
 ///
-/// in      pipeline, a file; empty: none
-///         given, by the command line in other ways than options
+/// in      pipeline: a pipeline file; empty: none
+///         given: keys from arguments of the command, such as IN and OUT of `mesh`
+/// out     exit code
 int runWithOptions(const std::string& pipeline, std::vector<KeyValue> given, const JobOptions& options);
 
 }  // namespace betamesh

@@ -2,6 +2,7 @@
 #include "batch/report/log.h"
 #include "batch/version.h"
 #include "command.h"
+#include "help.h"
 
 #include <algorithm>
 #include <array>
@@ -9,40 +10,24 @@
 #include <cstdlib>
 #include <exception>
 #include <iostream>
-#include <memory>
 #include <new>
-#include <sstream>
 #include <string>
 #include <string_view>
+
+#if defined(__SANITIZE_ADDRESS__)
+#include <sanitizer/lsan_interface.h>
+#endif
 
 namespace {
 
 constexpr const char* kExitCodes =
     "Exit codes:\n"
-    "  0 all done; 1 some frame failed, the others are written; 2 wrong usage or configuration, nothing written;\n"
-    "  33 out of memory; 143 ended by SIGTERM, 130 by SIGINT: finished frames stay, nothing is half-written.";
-
-constexpr std::size_t kHelpColumns = 84;  // right of the names
-
-/// Breaks the words of long descriptions into lines.
-class LineBreakingFormatter : public CLI::Formatter {
-public:
-    std::string make_option_desc(const CLI::Option* option) const override {
-        std::istringstream words(CLI::Formatter::make_option_desc(option));
-        std::string text;
-        std::size_t column = 0;
-        for (std::string word; words >> word; column += word.size() + 1) {
-            if (column > 0 && column + word.size() > kHelpColumns) {
-                text += '\n';
-                column = 0;
-            } else if (column > 0) {
-                text += ' ';
-            }
-            text += word;
-        }
-        return text;
-    }
-};
+    "  0    everything was done\n"
+    "  1    some frames failed; the others were written\n"
+    "  2    wrong usage or configuration; nothing was written\n"
+    "  33   out of memory\n"
+    "  130  interrupted by SIGINT, 143 by SIGTERM; finished frames stay, and no file is half-written\n"
+    "`betamesh COMMAND --help` explains a command.";
 
 struct NamedCommand {
     std::string_view name;
@@ -64,32 +49,38 @@ constexpr std::array kCommands = std::to_array<NamedCommand>({
     {"manual", betamesh::addManualCommand},
 });
 
-/// The one that is asked for: what the options of all others are takes a tenth of the start. All of them for help, and
-/// for the manual.
-void addCommands(CLI::App& program, int& exit_code, std::string_view asked) {
-    const auto isAsked = [&](const NamedCommand& command) { return command.name == asked; };
-    const bool all = asked == "manual" || std::none_of(kCommands.begin(), kCommands.end(), isAsked);
+/// Adds only the given command, because adding all of them takes a tenth of the startup time; adds all of them for help
+/// and for the manual.
+void addCommands(CLI::App& program, int& exit_code, std::string_view name) {
+    const auto isNamed = [&](const NamedCommand& command) { return command.name == name; };
+    const bool all = name == "manual" || std::none_of(kCommands.begin(), kCommands.end(), isNamed);
     for (const NamedCommand& command : kCommands)
-        if (all || isAsked(command)) command.add(program, exit_code);
+        if (all || isNamed(command)) command.add(program, exit_code);
 }
 
-/// What main() returns. What a program holds at its end the system takes back faster than destructors do; sanitizers
-/// look at it first.
+/// Ends the program without destructors of static objects: the system frees memory faster, and in a worker process the
+/// destructor of OpenVDB's log would wait for threads that a fork does not copy.
 int leave(int exit_code) {
-#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+#if defined(__SANITIZE_THREAD__)
+    return exit_code;  // ThreadSanitizer reports at a normal exit
+#endif
+#if defined(__SANITIZE_ADDRESS__)
+    __lsan_do_leak_check();
+#endif
     std::cout.flush();
     std::fflush(nullptr);
     std::quick_exit(exit_code);
-#endif
-    return exit_code;
 }
 
 int run(int argc, char** argv) {
     using namespace betamesh;
-    CLI::App program("Turns frames of simulated particles into closed triangle meshes: the beta mesh method.",
+    CLI::App program("Turns particles of liquid simulations into closed triangle meshes with the beta mesh method.",
                      "betamesh");
-    program.formatter(std::make_shared<LineBreakingFormatter>());  // commands take it over
-    program.set_version_flag("--version", std::string("betamesh ") + version());
+    program.formatter(helpFormatter());  // commands inherit this, the group and the help flags
+    program.group("Commands");
+    program.set_help_flag("-h,--help", "Show this help.");
+    program.set_help_all_flag("--help-all", "Show this help with all options.");
+    program.set_version_flag("--version", std::string("betamesh ") + version(), "Show the version of the program.");
     program.require_subcommand(1);
     program.footer(kExitCodes);
     int exit_code = kAllWritten;
@@ -98,12 +89,12 @@ int run(int argc, char** argv) {
         program.parse(argc, argv);
         std::cout.flush();
         if (!std::cout && exit_code == kAllWritten) {
-            logError("stdout cannot be written");
+            logError("stdout cannot be written. Is the disk full or the pipe closed?");
             return kSomeFailed;
         }
         return exit_code;
     } catch (const CLI::ParseError& error) {
-        return program.exit(error) == 0 ? kAllWritten : kWrongUsage;  // --help and --version are no errors
+        return program.exit(error) == 0 ? kAllWritten : kWrongUsage;  // --help and --version are not errors
     } catch (const std::bad_alloc&) {
         logError("out of memory");
         return kOutOfMemory;

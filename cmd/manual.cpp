@@ -1,8 +1,9 @@
-// The man page and the completion of shells, made from the definitions of the commands themselves.
+// The man page and the shell completions, generated from the definitions of the commands.
 
 #include "batch/job/job.h"
 #include "batch/version.h"
 #include "command.h"
+#include "help.h"
 
 #include <functional>
 #include <iostream>
@@ -16,27 +17,28 @@ struct Arguments {
     std::string form;
 };
 
-/// A command and those below it: "config", "config print".
+/// A command with its full name: "config", "config print".
 struct Entry {
     std::string name;
     const CLI::App* app;
 };
 
-std::vector<Entry> entriesOf(const CLI::App& app, const std::string& above = "") {
+/// The commands below an app, each followed by its own subcommands.
+std::vector<Entry> entriesOf(const CLI::App& app, const std::string& prefix = "") {
     std::vector<Entry> entries;
     for (const CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; })) {
-        entries.push_back({above + command->get_name(), command});
-        for (const Entry& below : entriesOf(*command, command->get_name() + ' ')) entries.push_back(below);
+        entries.push_back({prefix + command->get_name(), command});
+        for (const Entry& entry : entriesOf(*command, command->get_name() + ' ')) entries.push_back(entry);
     }
     return entries;
 }
 
 bool takesValue(const CLI::Option& option) { return option.get_type_size() != 0; }
 
-/// The words of "beta|alpha|union"; none where the value is something else.
+/// The words of the placeholder "beta|alpha|union"; none if the placeholder is not a list of words.
 std::vector<std::string> choicesOf(const CLI::Option& option) {
     std::vector<std::string> choices;
-    const std::string type = option.get_type_name();
+    const std::string type = placeholderOf(option);
     if (!takesValue(option) || type.find('|') == std::string::npos) return choices;
     std::istringstream in(type);
     for (std::string choice; std::getline(in, choice, '|');) choices.push_back(choice);
@@ -50,9 +52,9 @@ std::vector<std::string> namesOf(const CLI::Option& option) {
     return names;
 }
 
-std::string concatenate(const std::vector<std::string>& words, const std::string& between) {
+std::string concatenate(const std::vector<std::string>& words, const std::string& separator) {
     std::string text;
-    for (const std::string& word : words) text += (text.empty() ? "" : between) + word;
+    for (const std::string& word : words) text += (text.empty() ? "" : separator) + word;
     return text;
 }
 
@@ -60,7 +62,7 @@ void forOptions(const CLI::App& app, const std::function<void(const CLI::Option&
     for (const CLI::Option* option : app.get_options()) visit(*option);
 }
 
-/// Text that troff prints as it is.
+/// Text escaped so that troff prints it literally.
 std::string troff(const std::string& text) {
     std::string out;
     for (const char c : text) {
@@ -70,17 +72,29 @@ std::string troff(const std::string& text) {
     return out;
 }
 
-/// Lines as they stand.
+/// Text whose line breaks troff keeps.
 std::string verbatim(const std::string& text) { return ".nf\n" + troff(text) + "\n.fi\n"; }
 
+std::string optionEntry(const CLI::Option& option) {
+    std::string head = option.get_positional() ? option.get_name(true) : concatenate(namesOf(option), ", ");
+    if (takesValue(option) && !option.get_positional()) head += ' ' + placeholderOf(option);
+    return ".TP\n.B " + troff(head) + '\n' + troff(descriptionOf(option)) + '\n';
+}
+
+/// The arguments and options of a command, with a heading for each group if there are several.
 std::string optionsPage(const CLI::App& app) {
-    std::string text;
+    const std::vector<std::string> groups = optionGroups(app);
+    std::string arguments, text;
     forOptions(app, [&](const CLI::Option& option) {
-        std::string head = option.get_positional() ? option.get_name(true) : concatenate(namesOf(option), ", ");
-        if (takesValue(option) && !option.get_positional()) head += ' ' + option.get_type_name();
-        text += ".TP\n.B " + troff(head) + '\n' + troff(option.get_description()) + '\n';
+        if (option.get_positional()) arguments += optionEntry(option);
     });
-    return text;
+    for (const std::string& group : groups) {
+        if (groups.size() > 1) text += ".PP\n.I " + troff(group) + '\n';
+        forOptions(app, [&](const CLI::Option& option) {
+            if (!option.get_positional() && option.get_group() == group) text += optionEntry(option);
+        });
+    }
+    return arguments + text;
 }
 
 std::string manPage(const CLI::App& program) {
@@ -96,25 +110,26 @@ std::string manPage(const CLI::App& program) {
     return text + ".SH EXIT STATUS\n" + verbatim(program.get_footer());
 }
 
-std::vector<std::string> namesBelow(const CLI::App& app) {
+/// Names of the subcommands of an app.
+std::vector<std::string> subcommandsOf(const CLI::App& app) {
     std::vector<std::string> names;
     for (const CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; }))
         names.push_back(command->get_name());
     return names;
 }
 
-/// Commands that have others below them.
+/// Names of commands that have subcommands.
 std::vector<std::string> parentsOf(const CLI::App& program) {
     std::vector<std::string> parents;
     for (const CLI::App* command : program.get_subcommands([](const CLI::App*) { return true; }))
-        if (!namesBelow(*command).empty()) parents.push_back(command->get_name());
+        if (!subcommandsOf(*command).empty()) parents.push_back(command->get_name());
     return parents;
 }
 
 std::string bashCompletion(const CLI::App& program) {
-    std::string below, options, values;  // of `case`: what may stand behind which words
+    std::string below, options, values;  // entries of `case`: completions by command, and by command and option
     for (const Entry& entry : entriesOf(program)) {
-        const std::vector<std::string> names = namesBelow(*entry.app);
+        const std::vector<std::string> names = subcommandsOf(*entry.app);
         if (!names.empty()) below += "        '" + entry.name + "') words='" + concatenate(names, " ") + "' ;;\n";
         std::string words;
         forOptions(*entry.app, [&](const CLI::Option& option) {
@@ -122,17 +137,18 @@ std::string bashCompletion(const CLI::App& program) {
                 words += ' ' + name;
                 const auto choices = choicesOf(option);
                 if (!choices.empty())
-                    values += "        '" + entry.name + ' ' + name + "') words='" + concatenate(choices, " ") + "' ;;\n";
+                    values +=
+                        "        '" + entry.name + ' ' + name + "') words='" + concatenate(choices, " ") + "' ;;\n";
             }
         });
         options += "        '" + entry.name + "') words='" + words + "' ;;\n";
     }
-    return "# bash completion for betamesh; made by `betamesh manual bash`.\n"
+    return "# bash completion for betamesh; generated by `betamesh manual bash`.\n"
            "_betamesh() {\n"
            "    local current=${COMP_WORDS[COMP_CWORD]} before=${COMP_WORDS[COMP_CWORD-1]}\n"
            "    local command=${COMP_WORDS[1]} words=\n"
            "    ((COMP_CWORD > 1)) || words='" +
-           concatenate(namesBelow(program), " ") +
+           concatenate(subcommandsOf(program), " ") +
            " --help --version'\n"
            "    case $command in " +
            concatenate(parentsOf(program), "|") +
@@ -152,7 +168,7 @@ std::string bashCompletion(const CLI::App& program) {
            "complete -o default -F _betamesh betamesh\n";
 }
 
-/// Inside single quotes, where brackets and colons mean something to _arguments.
+/// Text escaped for single quotes and for _arguments, to which brackets and colons are special.
 std::string zshText(const std::string& text) {
     std::string out;
     for (const char c : text) {
@@ -168,9 +184,9 @@ std::string zshOptions(const CLI::App& app) {
     forOptions(app, [&](const CLI::Option& option) {
         const auto choices = choicesOf(option);
         for (const std::string& name : namesOf(option)) {
-            text += " \\\n            '*" + name + '[' + zshText(option.get_description()) + ']';
+            text += " \\\n            '*" + name + '[' + zshText(descriptionOf(option)) + ']';
             if (!choices.empty()) text += ":value:(" + concatenate(choices, " ") + ')';
-            if (choices.empty() && takesValue(option)) text += ':' + zshText(option.get_type_name()) + ":_files";
+            if (choices.empty() && takesValue(option)) text += ':' + zshText(placeholderOf(option)) + ":_files";
             text += '\'';
         }
     });
@@ -180,8 +196,8 @@ std::string zshOptions(const CLI::App& app) {
 std::string zshCompletion(const CLI::App& program) {
     std::string commands, cases, below;
     for (const std::string& parent : parentsOf(program))
-        below +=
-            "        " + parent + ") compadd " + concatenate(namesBelow(*program.get_subcommand(parent)), " ") + " ;;\n";
+        below += "        " + parent + ") compadd " + concatenate(subcommandsOf(*program.get_subcommand(parent)), " ") +
+                 " ;;\n";
     for (const Entry& entry : entriesOf(program)) {
         if (entry.name.find(' ') == std::string::npos)
             commands += " \\\n            '" + entry.name + ':' + zshText(entry.app->get_description()) + '\'';
@@ -189,7 +205,7 @@ std::string zshCompletion(const CLI::App& program) {
             "        '" + entry.name + "')\n            _arguments" + zshOptions(*entry.app) + "\n            ;;\n";
     }
     return "#compdef betamesh\n"
-           "# zsh completion for betamesh; made by `betamesh manual zsh`.\n"
+           "# zsh completion for betamesh; generated by `betamesh manual zsh`.\n"
            "_betamesh() {\n"
            "    if ((CURRENT == 2)); then\n"
            "        local -a commands=(" +
@@ -232,13 +248,13 @@ int print(const Arguments& arguments) {
 
 void addManualCommand(CLI::App& program, int& exit_code) {
     const auto [command, arguments] =
-        addCommand(program, exit_code, "manual", "Prints the man page, or the completion of a shell.", print);
+        addCommand(program, exit_code, "manual", "Prints the man page or the completion for a shell.", print);
     command->footer(
         "Examples:\n"
-        "  betamesh manual man | man -l -\n"
-        "  source <(betamesh manual bash)");
+        "  betamesh manual man | man -l -         # show the man page\n"
+        "  source <(betamesh manual bash)         # complete commands and options in this bash");
     arguments->program = &program;
-    command->add_option("FORM", arguments->form, "What to print.")
+    command->add_option("FORM", arguments->form, "What to print: the man page or the completion for bash or zsh.")
         ->type_name("man|bash|zsh")
         ->required()
         ->check(CLI::IsMember({"man", "bash", "zsh"}));

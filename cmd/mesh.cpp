@@ -1,4 +1,5 @@
 #include "command.h"
+#include "help.h"
 #include "job_options.h"
 
 namespace betamesh {
@@ -17,8 +18,8 @@ int run(const Arguments& arguments) {
 }  // namespace
 
 void addMeshCommand(CLI::App& program, int& exit_code) {
-    const auto [command, arguments] =
-        addCommand(program, exit_code, "mesh", "Skins one frame or a sequence, without a pipeline file.", run);
+    const auto [command, arguments] = addCommand(
+        program, exit_code, "mesh", "Meshes one frame or a sequence of particle files, without a pipeline file.", run);
     command->footer(
         "Examples:\n"
         "  betamesh mesh splash.0012.bgeo splash.0012.ply\n"
@@ -27,14 +28,16 @@ void addMeshCommand(CLI::App& program, int& exit_code) {
     command
         ->add_option(
             "IN", arguments->input,
-            "Particles (.vdb .bgeo .bgeo.gz .ply); #### @@@@ %04d $F4 $F stand for the frame number. Quote $F4: shells "
-            "read it otherwise.")
+            "Particle files (.vdb, .bgeo, .bgeo.gz, .ply). Write the frame number as ####, @@@@, %04d, '$F4' or '$F'; "
+            "the last two need quotes in a shell.")
         ->required();
     command
         ->add_option("OUT", arguments->output,
-                     "Meshes (.ply .bgeo .bgeo.gz .obj), with a frame number where IN has several frames.")
+                     "Mesh files to write (.ply, .bgeo, .bgeo.gz, .obj), with a frame number if IN has one.")
         ->required();
     addJobOptions(*command, arguments->options);
+    showInShortHelp(*command, {"--preset", "--frames", "--radius", "--spacing", "--dimension", "--skin", "--passes",
+                               "--attributes", "--threads", "--overwrite", "--skip-existing", "--dry-run"});
 }
 
 }  // namespace betamesh

@@ -3,7 +3,7 @@
 #include "base/parallel.h"
 #include "batch/job/frames.h"
 #include "batch/job/job.h"
-#include "batch/job/movie.h"
+#include "batch/job/movie_file.h"
 #include "batch/report/log.h"
 #include "betamesh/error.h"
 #include "io/bytes.h"
@@ -33,7 +33,7 @@ bool allExist(const std::vector<std::string>& files) {
 void refuseExisting(const std::vector<std::string>& outputs) {
     for (const std::string& output : outputs)
         if (!output.empty() && fs::exists(output))
-            throw Error("'" + output + "' exists; expected none, or --overwrite or --skip-existing");
+            throw Error(output + " already exists. Use --overwrite to replace it or --skip-existing to keep it.");
 }
 
 void makeFolderOf(const std::string& file) {
@@ -53,13 +53,13 @@ Image readPicture(const std::string& file) {
     return fs::path(file).extension() == ".exr" ? toneMapped(decodeExr(text, file)) : decodePng(text, file);
 }
 
-/// What is made of all pictures together, as they come.
+/// Collects the pictures for the contact sheet and the movie.
 class Collection {
 public:
     Collection(const PictureOptions& options, double fps, std::size_t pictures)
         : options_(options), fps_(fps), pictures_(pictures) {}
 
-    bool wanted() const { return !options_.contact_sheet.empty() || !options_.movie.empty(); }
+    bool isWanted() const { return !options_.contact_sheet.empty() || !options_.movie.empty(); }
     void add(std::size_t i, int frame, const Image& image) {
         if (!options_.movie.empty()) {
             if (!movie_) {
@@ -83,7 +83,7 @@ public:
     }
 
 private:
-    /// Evenly chosen, the first and the last among them.
+    /// Whether picture i is one of the evenly chosen ones, which include the first and the last.
     bool isOnSheet(std::size_t i) const {
         const auto cells = static_cast<std::size_t>(options_.sheet_pictures);
         if (pictures_ <= cells) return true;
@@ -106,53 +106,60 @@ void addPictureOptions(CLI::App& command, PictureOptions& options,
     addKeyOptions(command, options.values, wanted);
     command
         .add_option("--pipeline", options.pipeline,
-                    "A pipeline file whose keys apply here too, but for its paths and frames; options win.")
+                    "Also use the keys of this pipeline file, except its paths and frames. Options win.")
         ->type_name("FILE.yaml")
         ->group("Running");
     command
-        .add_option("--set", options.assignments,
-                    "Any key of a pipeline file, as in --set preview.samples=32; may be repeated.")
+        .add_option(
+            "--set", options.assignments,
+            "Set any key of a pipeline file, as in --set preview.samples=32; may be repeated. An option for the "
+            "same key wins over --set.")
         ->type_name("KEY=VALUE")
         ->expected(1)
         ->take_all()
         ->group("Running");
     command
         .add_option("--contact-sheet", options.contact_sheet,
-                    "Also writes small pictures of the sequence on one sheet.")
+                    "Also write small pictures of the sequence side by side on one sheet.")
         ->type_name("FILE.png")
         ->group("Sequence");
-    command.add_option("--sheet-pictures", options.sheet_pictures, "How many at most, evenly chosen (default 12).")
+    command
+        .add_option("--sheet-pictures", options.sheet_pictures,
+                    "Largest number of pictures on the contact sheet, chosen evenly from the sequence.")
         ->type_name("N")
+        ->capture_default_str()
         ->check(CLI::Range(1, 1000))
         ->group("Sequence");
-    command.add_option("--sheet-width", options.sheet_width, "How wide each of them is at most, pixels (default 600).")
+    command
+        .add_option("--sheet-width", options.sheet_width, "Largest width of a picture on the contact sheet, in pixels.")
         ->type_name("N")
+        ->capture_default_str()
         ->check(CLI::Range(16, 16384))
         ->group("Sequence");
     command
         .add_option("--sheet-columns", options.sheet_columns,
-                    "How many stand side by side (default: about as many as there are rows).")
+                    "Number of columns of the contact sheet. Without it, about as many as there are rows.")
         ->type_name("N")
         ->check(CLI::Range(1, 1000))
         ->group("Sequence");
-    command.add_option("--movie", options.movie, "Also writes the sequence as a movie, with ffmpeg, at --fps.")
+    command.add_option("--movie", options.movie, "Also write the sequence as a movie at --fps; requires ffmpeg.")
         ->type_name("FILE.mp4")
         ->group("Sequence");
-    command.add_flag("--overwrite", options.overwrite, "Replace outputs that exist.")->group("Running");
-    command.add_flag("--skip-existing", options.skip_existing, "Leave out frames whose pictures exist.")
+    command.add_flag("--overwrite", options.overwrite, "Replace outputs that already exist.")->group("Running");
+    command.add_flag("--skip-existing", options.skip_existing, "Skip frames whose pictures already exist.")
         ->group("Running");
-    command.add_flag("-q,--quiet", options.quiet, "Only errors.")->group("Messages");
+    command.add_flag("-q,--quiet", options.quiet, "Print only errors.")->group("Running");
 }
 
-PictureJob planPictures(const PictureOptions& options, const Config& usual) {
+PictureJob planPictures(const PictureOptions& options, const Config& defaults) {
     setLogLevel(options.quiet ? LogLevel::quiet : LogLevel::normal);
     if (options.overwrite && options.skip_existing)
-        throw Error("--overwrite and --skip-existing: expected one of them");
+        throw Error("--overwrite and --skip-existing contradict each other. Use one of them.");
     if (!options.movie.empty()) Movie::requireMaker();
-    std::vector<KeyValue> given{{"frames", Config{}.frames, ""}};  // rather than those of the pipeline
-    const auto by_options = keyValuesOf(options.assignments, options.values);
-    given.insert(given.end(), by_options.begin(), by_options.end());
-    const Config base = options.pipeline.empty() ? usual : Config{};
+    std::vector<KeyValue> given{{"frames", Config{}.frames, ""}};  // instead of the frames of the pipeline
+    const auto from_options = keyValuesOf(options.assignments, options.values);
+    given.insert(given.end(), from_options.begin(), from_options.end());
+    const Config base = options.pipeline.empty() ? defaults : Config{};
     PictureJob job{readConfig(options.pipeline, given, base), {}, {}, options};
     job.config.input.path = options.input;
     const FramePattern input = framePattern(options.input);
@@ -166,7 +173,7 @@ PictureJob planPictures(const PictureOptions& options, const Config& usual) {
     for (const int frame : frames) {
         PictureTask task{frame, frameName(input, frame), {}, false};
         for (const FramePattern& output : outputs) task.outputs.push_back(frameName(output, frame));
-        task.exists = options.skip_existing && allExist(task.outputs);
+        task.keep = options.skip_existing && allExist(task.outputs);
         if (!options.skip_existing && !options.overwrite) refuseExisting(task.outputs);
         job.tasks.push_back(std::move(task));
     }
@@ -191,8 +198,8 @@ int writePictures(const PictureJob& job, const PictureWorker& worker,
     bool any_failed = history.failed > 0;
     const auto write = [&](std::size_t i) {
         const PictureTask& task = job.tasks[i];
-        if (task.exists || history.ended.contains(task.frame)) {
-            if (collection.wanted() && allExist(task.outputs))
+        if (task.keep || history.ended.contains(task.frame)) {
+            if (collection.isWanted() && allExist(task.outputs))
                 collection.add(i, task.frame, readPicture(task.outputs.front()));
             return;
         }
@@ -202,7 +209,7 @@ int writePictures(const PictureJob& job, const PictureWorker& worker,
         const Drawn drawn = draw(task);
         const SignalWatch::Writing writing(worker.signals);
         for (std::size_t k = 0; k < drawn.files.size(); ++k) writeWhole(task.outputs[k], drawn.files[k]);
-        if (collection.wanted()) collection.add(i, task.frame, drawn.image);
+        if (collection.isWanted()) collection.add(i, task.frame, drawn.image);
         const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - begin;
         char time[32];
         std::snprintf(time, sizeof time, "%.2f s", seconds.count());
@@ -211,7 +218,7 @@ int writePictures(const PictureJob& job, const PictureWorker& worker,
     for (std::size_t i = 0; i < job.tasks.size(); ++i) {
         const int frame = job.tasks[i].frame;
         if (caughtSignal() != 0) return kSignalBase + caughtSignal();
-        const WorkerEvents::AtWork note(worker.notes, frame);
+        const WorkerEvents::AtWork at_work(worker.events, frame);
         FrameStatus status = FrameStatus::ok;
         try {
             write(i);
@@ -224,7 +231,7 @@ int writePictures(const PictureJob& job, const PictureWorker& worker,
             status = FrameStatus::failed;
             any_failed = true;
         }
-        worker.notes.ended(frame, status);
+        worker.events.ended(frame, status);
     }
     try {
         collection.finish();

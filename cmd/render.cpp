@@ -1,8 +1,9 @@
 #include "batch/config/radius.h"
-#include "batch/job/preview.h"
+#include "batch/job/render_frames.h"
 #include "batch/report/log.h"
 #include "betamesh/error.h"
 #include "command.h"
+#include "help.h"
 #include "picture_options.h"
 #include "render/exr_file.h"
 #include "render/png_file.h"
@@ -14,40 +15,40 @@
 namespace betamesh {
 namespace {
 
-/// Of balls that show particles.
-double ballRadius(const Config& config, const std::map<int, std::string>& on_disk, const WorkerEvents& notes) {
-    const auto resolved = resolveRadius(config, on_disk, notes);
+/// Radius of the balls that show particles, world units; 0 if no frame can be read.
+double ballRadius(const Config& config, const std::map<int, std::string>& on_disk, const WorkerEvents& events) {
+    const auto resolved = resolveRadius(config, on_disk, events);
     if (!resolved) return 0;
-    logInfo("spacing " + std::to_string(resolved->spacing) + " (" + resolved->origin + ')');
-    if (config.preview.show == Show::union_) return resolved->radius;
+    logInfo("particle spacing " + std::to_string(resolved->spacing) + " (" + resolved->origin + ')');
+    if (config.preview.show == ShownGeometry::union_) return resolved->radius;
     const LengthText& radius = config.preview.particle_radius;
     return radius.value * (radius.in_spacings ? resolved->spacing : 1);
 }
 
 bool isEmpty(const Subject& subject) { return subject.mesh.triangles.empty() && subject.spheres.size() == 0; }
 
-/// The first frame on disk that can be read and is not empty, kept so that it need not be read again.
-struct First {
+/// The first frame on disk that can be read and is not empty, kept so that it is read only once.
+struct FirstFrame {
     std::string file;
     Subject subject;
-    double ball = 0;  ///< of particles, if that is what the files hold
+    double ball_radius = 0;  ///< world units; 0 if the files are meshes
 };
 
-First firstFrame(const Config& config, const std::map<int, std::string>& on_disk, const WorkerEvents& notes) {
-    First first;
+FirstFrame firstFrame(const Config& config, const std::map<int, std::string>& on_disk, const WorkerEvents& events) {
+    FirstFrame first;
     for (const auto& [frame, file] : on_disk) {
-        const WorkerEvents::AtWork note(notes, frame, WorkerEvents::Doing::measuring);
+        const WorkerEvents::AtWork at_work(events, frame, WorkerEvents::Doing::measuring);
         try {
             first.subject = readSubject(file, config, 0);
-        } catch (const Error&) {  // its own frame will tell
+        } catch (const Error&) {  // reported when this frame is drawn
             continue;
         }
         first.file = file;
         if (!isEmpty(first.subject)) break;
     }
     if (first.subject.mesh.triangles.empty() && !isEmpty(first.subject)) {
-        first.ball = ballRadius(config, on_disk, notes);
-        first.subject = readSubject(first.file, config, first.ball);
+        first.ball_radius = ballRadius(config, on_disk, events);
+        first.subject = readSubject(first.file, config, first.ball_radius);
     }
     return first;
 }
@@ -55,21 +56,21 @@ First firstFrame(const Config& config, const std::map<int, std::string>& on_disk
 int render(const PictureJob& job, const PictureWorker& worker) {
     const Config& config = job.config;
     const auto on_disk = measurableOf(job.on_disk, worker.history);
-    First first = firstFrame(config, on_disk, worker.notes);
-    const double ball = first.ball;
+    FirstFrame first = firstFrame(config, on_disk, worker.events);
+    const double ball_radius = first.ball_radius;
     Extent extent(config.preview);
     if (on_disk.size() > 1 && needsExtent(config)) {
-        extent = extentOf(on_disk, config, ball, worker.notes, worker.history.last_loss.empty());
+        extent = extentOf(on_disk, config, ball_radius, worker.events, worker.history.last_loss.empty());
     } else {
         extent.add(first.subject);
     }
-    PreviewPlan plan = planPreview(config, extent, ball);
+    PreviewPlan plan = planPreview(config, extent, ball_radius);
     logInfo("camera " + describe(plan));
-    plan.look.layers = std::any_of(job.tasks[0].outputs.begin(), job.tasks[0].outputs.end(), isExr);
+    plan.settings.layers = std::any_of(job.tasks[0].outputs.begin(), job.tasks[0].outputs.end(), isExr);
     return writePictures(job, worker, [&](const PictureTask& task) {
         const Subject subject =
-            task.input == first.file ? std::move(first.subject) : readSubject(task.input, config, ball);
-        const Picture picture = renderFrame(subject.mesh, subject.spheres, plan.camera, plan.look);
+            task.input == first.file ? std::move(first.subject) : readSubject(task.input, config, ball_radius);
+        const Picture picture = renderFrame(subject.mesh, subject.spheres, plan.camera, plan.settings);
         Drawn drawn{{}, toneMapped(picture)};
         for (const std::string& output : task.outputs)
             drawn.files.push_back(isExr(output) ? encodeExr(picture) : encodePng(drawn.image));
@@ -80,10 +81,11 @@ int render(const PictureJob& job, const PictureWorker& worker) {
 }  // namespace
 
 void addRenderCommand(CLI::App& program, int& exit_code) {
-    CLI::App* command = program.add_subcommand("render", "Pictures of meshes or particles, one frame or a sequence.");
+    CLI::App* command =
+        program.add_subcommand("render", "Renders pictures of meshes or particles, one frame or a sequence.");
     command->footer(
-        "Meshes are shown with the spheres beside them; particles as small balls, or with --show union as the balls\n"
-        "that the surface is made from.\n"
+        "Meshes are shown together with the spheres beside them. Particles are shown as small balls, or with\n"
+        "--show union as the balls that the surface is built from.\n"
         "Examples:\n"
         "  betamesh render mesh/splash.0012.ply splash.png\n"
         "  betamesh render 'mesh/splash.####.ply' look/splash.####.exr look/splash.####.png --shutter 0.5\n"
@@ -91,18 +93,24 @@ void addRenderCommand(CLI::App& program, int& exit_code) {
         "0.5,0.2,0.5");
     const auto options = std::make_shared<PictureOptions>();
     command
-        ->add_option("IN", options->input,
-                     "Meshes (.ply .bgeo .bgeo.gz .obj) or particles (.vdb .bgeo .bgeo.gz .ply), with a place for the "
-                     "frame number where there are several.")
+        ->add_option(
+            "IN", options->input,
+            "Mesh files (.ply, .bgeo, .bgeo.gz, .obj) or particle files (.vdb, .bgeo, .bgeo.gz, .ply). Write the "
+            "frame number of a sequence as ####.")
         ->required();
-    command->add_option("OUT", options->outputs, "Pictures: .png, .exr, or one of each.")->required()->expected(1, 2);
-    const std::set<std::string> others{"frames",         "run.threads",    "run.timeout",
-                                       "input.velocity", "surface.radius", "surface.spacing"};
+    command->add_option("OUT", options->outputs, "Pictures to write: .png, .exr, or one of each.")
+        ->required()
+        ->expected(1, 2);
+    const std::set<std::string> other_keys{"frames",         "run.threads",    "run.timeout",
+                                           "input.velocity", "surface.radius", "surface.spacing"};
     addPictureOptions(*command, *options, [&](const ConfigKey& key) {
-        return key.path.starts_with("preview.") || others.contains(key.path);
+        return key.path.starts_with("preview.") || other_keys.contains(key.path);
     });
+    showInShortHelp(*command, {"--frames", "--camera-position", "--look-at", "--azimuth", "--elevation", "--width",
+                               "--height", "--samples", "--colour", "--shading", "--contact-sheet", "--movie",
+                               "--threads", "--overwrite", "--skip-existing"});
     command->callback([options, &exit_code] {
-        for (const std::string& output : options->outputs) isExr(output);
+        for (const std::string& output : options->outputs) isExr(output);  // throws for other extensions
         const PictureJob job = planPictures(*options);
         exit_code = inPictureWorker(job, [&](const PictureWorker& worker) { return render(job, worker); });
     });

@@ -25,12 +25,12 @@ struct Arguments {
     std::string title;
 };
 
-/// A place for the frame number stands for every frame on disk.
-std::vector<std::string> filesOf(const std::vector<std::string>& words) {
+/// The files of the given names. A name with a frame number (####) stands for every frame on disk.
+std::vector<std::string> filesOf(const std::vector<std::string>& names) {
     std::vector<std::string> files;
-    for (const std::string& word : words) {
-        const FramePattern pattern = framePattern(word);
-        if (!pattern.numbered) files.push_back(word);
+    for (const std::string& name : names) {
+        const FramePattern pattern = framePattern(name);
+        if (!pattern.numbered) files.push_back(name);
         if (pattern.numbered)
             for (const auto& file : framesOnDisk(pattern)) files.push_back(file.second);
     }
@@ -39,7 +39,7 @@ std::vector<std::string> filesOf(const std::vector<std::string>& words) {
 
 std::string bytesOf(const std::string& file) {
     std::ifstream in(file, std::ios::binary);
-    if (!in) throw Error(file + ": cannot be read; expected a picture (.png)");
+    if (!in) throw Error(file + ": cannot be read. Give pictures (.png) to --previews.");
     return {std::istreambuf_iterator<char>(in), {}};
 }
 
@@ -49,7 +49,10 @@ ReportPage pageOf(const Arguments& arguments) {
     std::vector<int> found;
     for (const std::string& file : filesOf(arguments.manifests)) {
         const auto report = readReport(file);
-        if (!report) throw Error(file + ": expected the manifest of a frame (NAME.json beside a mesh)");
+        if (!report)
+            throw Error(
+                file +
+                ": this is not the manifest of a frame. Give the NAME.json files that are written beside the meshes.");
         page.frames.push_back(*report);
         found.push_back(report->frame);
     }
@@ -75,7 +78,8 @@ int report(const Arguments& arguments) {
     writeFile(arguments.output, htmlOf(page));
     logInfo(std::to_string(page.frames.size()) + " frames -> " + arguments.output);
     if (page.missing.empty()) return kAllWritten;
-    logError("no manifest of frames " + printFrames(page.missing));
+    logError("There are no manifests of frames " + printFrames(page.missing) +
+             ". Run the job again with --skip-existing.");
     return kSomeFailed;
 }
 
@@ -83,28 +87,34 @@ int report(const Arguments& arguments) {
 
 void addReportCommand(CLI::App& program, int& exit_code) {
     const auto [command, arguments] =
-        addCommand(program, exit_code, "report", "Shows a whole job on one page, with plots over time.", report);
+        addCommand(program, exit_code, "report", "Makes an HTML page of a whole job, with plots over time.", report);
     command->footer(
-        "Exit codes: 0 written; 1 written, and manifests of --frames are missing; 2 wrong usage.\n"
+        "Exit codes: 0 written; 1 written, but manifests of some --frames are missing; 2 wrong usage.\n"
         "Example:\n"
         "  betamesh report 'mesh/splash.####.ply.json' -o splash.html --frames 1-240");
     command
         ->add_option("MANIFEST", arguments->manifests,
-                     "What stands beside each mesh (NAME.json). A place for the frame number (####) stands for every "
-                     "frame on disk.")
+                     "Manifests of frames, which are written beside the meshes as NAME.json. A pattern with a frame "
+                     "number (####) "
+                     "stands for every frame on disk.")
         ->required();
-    command->add_option("-o,--output", arguments->output, "The page; it needs no other file and no network.")
+    command->add_option("-o,--output", arguments->output, "The page to write. It needs no other files and no network.")
         ->type_name("FILE.html")
         ->required();
-    command->add_option("--frames", arguments->frames, "Frames that have to be there, such as 1-240.")
+    command
+        ->add_option("--frames", arguments->frames,
+                     "Frames that must be present, such as 1-240; missing ones are listed.")
         ->type_name("FRAMES");
-    command->add_option("--coherence", arguments->coherence, "What `betamesh coherence --json` printed of the meshes.")
+    command
+        ->add_option("--coherence", arguments->coherence,
+                     "Output of `betamesh coherence --json` for the meshes, to plot how far the surface moved.")
         ->type_name("FILE");
     command
         ->add_option("--previews", arguments->previews,
-                     "Pictures of the frames (.png), with a place for the frame number; they become part of the page.")
+                     "Pictures of the frames (.png), with a frame number (####) in the name, to include in the page.")
         ->type_name("FILES");
-    command->add_option("--title", arguments->title, "Default: the name of the page.")->type_name("TEXT");
+    command->add_option("--title", arguments->title, "Title of the page. Without it, the name of the file.")
+        ->type_name("TEXT");
 }
 
 }  // namespace betamesh

@@ -1,4 +1,5 @@
 #include "command.h"
+#include "help.h"
 #include "job_options.h"
 
 namespace betamesh {
@@ -15,15 +16,17 @@ int run(const Arguments& arguments) { return runWithOptions(arguments.pipeline, 
 
 void addRunCommand(CLI::App& program, int& exit_code) {
     const auto [command, arguments] =
-        addCommand(program, exit_code, "run", "Runs the batch job of a pipeline file.", run);
+        addCommand(program, exit_code, "run", "Meshes the frames of a pipeline file.", run);
     command->footer(
         "Examples:\n"
         "  betamesh run pipelines/dambreak.yaml\n"
         "  betamesh run splash.yaml --frames 1-240 --chunk 3/8 --set surface.radius=1.4dx\n"
-        "`betamesh config print` explains every key. Relative paths of input and output start at the\n"
-        "current folder; those of include at the pipeline file's folder.");
+        "`betamesh config print` explains every key of a pipeline file. Relative paths of input and output start in\n"
+        "the current folder; those of `include` start in the folder of the pipeline file.");
     command->add_option("PIPELINE", arguments->pipeline, "The pipeline file (.yaml).")->required();
     addJobOptions(*command, arguments->options);
+    showInShortHelp(*command, {"--set", "--preset", "--frames", "--chunk", "--threads", "--memory-limit", "--overwrite",
+                               "--skip-existing", "--dry-run", "--json", "--progress", "--log-file"});
 }
 
 }  // namespace betamesh

@@ -17,7 +17,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* kUsualFrames = "1-24";
+constexpr const char* kDefaultFrames = "1-24";
 
 struct Arguments {
     std::string output;
@@ -30,9 +30,9 @@ struct Arguments {
 
 std::string listOfSamples() {
     std::string list =
-        "Particles carry v and id. One build of this program writes the same bytes each time, on any number of\n"
-        "threads; with another C library or compiler, sines and roots may be rounded differently, and a splash\n"
-        "with them. Samples:\n";
+        "Particles have the attributes v and id. The same program always writes the same bytes, on any number of\n"
+        "threads. Another compiler or C library may round differently and so give a slightly different splash.\n"
+        "Samples:\n";
     for (const SampleInfo& sample : samples()) {
         list += "  " + sample.name + std::string(sample.name.size() < 12 ? 12 - sample.name.size() : 1, ' ') +
                 sample.description + " (" + std::to_string(sample.particles) + " particles)\n";
@@ -42,7 +42,7 @@ std::string listOfSamples() {
 
 std::vector<int> framesOf(const Arguments& arguments, const FramePattern& pattern) {
     if (arguments.frames.empty()) {
-        return pattern.numbered ? parseFrames(kUsualFrames) : std::vector<int>{std::max(1, singleFrame(pattern))};
+        return pattern.numbered ? parseFrames(kDefaultFrames) : std::vector<int>{std::max(1, singleFrame(pattern))};
     }
     std::vector<int> frames = parseFrames(arguments.frames);
     requirePlaceFor(frames.size(), pattern);
@@ -54,7 +54,7 @@ int writeSample(const Arguments& arguments) {
     setLogLevel(arguments.quiet ? LogLevel::quiet : LogLevel::normal);
     requireParticleExtension(arguments.output);
     if (arguments.overwrite && arguments.skip_existing) {
-        throw Error("--overwrite and --skip-existing: expected one of them");
+        throw Error("--overwrite and --skip-existing contradict each other. Use one of them.");
     }
     const FramePattern pattern = framePattern(arguments.output);
     std::vector<int> frames = framesOf(arguments, pattern);
@@ -62,7 +62,8 @@ int writeSample(const Arguments& arguments) {
     if (arguments.skip_existing) std::erase_if(frames, exists);
     for (const int frame : frames) {
         if (!arguments.overwrite && exists(frame)) {
-            throw Error("'" + frameName(pattern, frame) + "' exists; expected none, or --overwrite or --skip-existing");
+            throw Error(frameName(pattern, frame) +
+                        " already exists. Use --overwrite to replace it or --skip-existing to resume.");
         }
     }
     Sample sample(arguments.params);
@@ -77,7 +78,8 @@ int writeSample(const Arguments& arguments) {
         logInfo("frame " + std::to_string(frame) + ": " + std::to_string(particles.size()) + " particles -> " +
                 frameName(pattern, frame));
     }
-    logInfo(std::to_string(frames.size()) + " frames written; nominal spacing " + std::to_string(sample.spacing()));
+    logInfo(std::to_string(frames.size()) + " frames written; nominal particle spacing " +
+            std::to_string(sample.spacing()));
     return kAllWritten;
 }
 
@@ -85,24 +87,29 @@ int writeSample(const Arguments& arguments) {
 
 void addSampleCommand(CLI::App& program, int& exit_code) {
     const auto [command, arguments] = addCommand(
-        program, exit_code, "sample", "Writes an animated particle sequence to try and test with.", writeSample);
+        program, exit_code, "sample", "Writes an animated particle sequence to try betamesh with.", writeSample);
     command->footer(listOfSamples());
-    command->add_option("NAME", arguments->params.name, "Which sample; see below.")->required();
-    command->add_option("OUT", arguments->output, "Particles (.vdb .bgeo .bgeo.gz .ply), such as sim/drop.####.vdb")
+    command->add_option("NAME", arguments->params.name, "Name of the sample; listed below.")->required();
+    command
+        ->add_option("OUT", arguments->output,
+                     "Particle files to write (.vdb, .bgeo, .bgeo.gz, .ply), such as sim/drop.####.vdb.")
         ->required();
     command
-        ->add_option("--particles", arguments->params.particles, "About how many; without it, the sample's own number.")
+        ->add_option("--particles", arguments->params.particles,
+                     "Approximate number of particles. Without it, the number listed below.")
         ->type_name("N")
         ->check(CLI::PositiveNumber);
     command
         ->add_option("--frames", arguments->frames,
-                     "Which frames, such as 1-100; without it, 1-24, or the one in the name of a single file.")
+                     std::string("Frames to write, such as 1-100. Without it, ") + kDefaultFrames +
+                         ", or the frame in the name of a single file.")
         ->type_name("FRAMES");
-    command->add_option("--seed", arguments->params.seed, "Another number, another sequence (default 1).")
-        ->type_name("S");
-    command->add_flag("--overwrite", arguments->overwrite, "Replace files that exist.");
-    command->add_flag("--skip-existing", arguments->skip_existing, "Leave out frames that exist.");
-    command->add_flag("-q,--quiet", arguments->quiet, "Only errors.");
+    command->add_option("--seed", arguments->params.seed, "Random seed; each seed gives another sequence.")
+        ->type_name("S")
+        ->capture_default_str();
+    command->add_flag("--overwrite", arguments->overwrite, "Replace files that already exist.");
+    command->add_flag("--skip-existing", arguments->skip_existing, "Skip frames that already exist.");
+    command->add_flag("-q,--quiet", arguments->quiet, "Print only errors.");
 }
 
 }  // namespace betamesh

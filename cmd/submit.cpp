@@ -15,22 +15,22 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr double kMemorySpare = 1.5;  // estimates are rough, and a farm kills without a word
-constexpr std::uint64_t kMemoryOfProgram = std::uint64_t{256} << 20;  // without any frame
+constexpr double kMemoryMargin = 1.5;  // estimates are rough, and farms kill tasks that exceed their memory
+constexpr std::uint64_t kProgramMemory = std::uint64_t{256} << 20;  // bytes without any frame
 
 struct Arguments {
     std::string pipeline;
     std::string farm;
     std::string frames;
     std::vector<std::string> assignments;
-    std::size_t chunk_size = 0;  ///< frames; 0: by cost
+    std::size_t chunk_size = 0;  ///< frames per task; 0: by estimated duration
     double minutes = 5;
     std::string report;
     bool no_report = false;
     std::string program;
     std::string output;
     bool print = false;
-    std::vector<std::string> further;
+    std::vector<std::string> sbatch_options;
 };
 
 std::vector<int> framesOf(const std::vector<FrameTask>& tasks) {
@@ -39,13 +39,47 @@ std::vector<int> framesOf(const std::vector<FrameTask>& tasks) {
     return frames;
 }
 
+Plan planOf(const Config& config) {
+    PlanOptions options;
+    options.dry_run = options.overwrite = true;
+    Plan plan = planJob(config, options);
+    for (const std::string& warning : plan.warnings) logWarning(warning);
+    return plan;
+}
+
+/// The command that makes the final report, in `<meshes>/<job>.html` unless --report names another file.
+std::vector<std::string> reportCommand(const Arguments& arguments, const FarmJob& job, const Config& config,
+                                       const Plan& plan) {
+    const fs::path page = arguments.report.empty() ? fs::path(config.output.path).parent_path() / (job.name + ".html")
+                                                   : fs::path(arguments.report);
+    return {job.run.front(), "report",   reportPath(config.output.path),   "-o",
+            page.string(),   "--frames", printFrames(framesOf(plan.tasks))};
+}
+
+/// Memory to request for each task in bytes; 0 if it cannot be estimated.
+std::uint64_t taskMemory(const Config& config, const Plan& plan) {
+    if (config.run.memory_limit > 0) return config.run.memory_limit + kProgramMemory;
+    std::uint64_t largest = 0;
+    for (const FrameTask& task : plan.tasks) largest = std::max(largest, task.memory);
+    if (largest == 0) return 0;
+    return static_cast<std::uint64_t>(static_cast<double>(largest) * kMemoryMargin) + kProgramMemory;
+}
+
+std::vector<std::vector<int>> chunksOf(const Arguments& arguments, const FarmJob& job, const Plan& plan, Farm farm) {
+    const std::size_t max_tasks = farm == Farm::slurm ? maxSlurmTasks() : plan.tasks.size();
+    if (arguments.chunk_size == 0) return chunksOfEqualCost(plan.tasks, job.threads, job.task_seconds, max_tasks);
+    const auto chunks = chunksOfSize(plan.tasks, arguments.chunk_size);
+    if (chunks.size() > max_tasks)
+        throw Error("--chunk-size " + std::to_string(arguments.chunk_size) + " makes " + std::to_string(chunks.size()) +
+                    " tasks, but Slurm accepts at most " + std::to_string(max_tasks) +
+                    " in an array (MaxArraySize). Use a larger --chunk-size.");
+    return chunks;
+}
+
 FarmJob farmJob(const Arguments& arguments, Farm farm) {
     Config config = readConfig(arguments.pipeline, keyValuesOf(arguments.assignments));
     if (!arguments.frames.empty()) setConfigKey(config, "frames", arguments.frames, "--frames");
-    PlanOptions options;
-    options.dry_run = options.overwrite = true;
-    const Plan plan = planJob(config, options);
-    for (const std::string& warning : plan.warnings) logWarning(warning);
+    const Plan plan = planOf(config);
 
     FarmJob job;
     job.name = fs::path(arguments.pipeline).stem().string();
@@ -54,26 +88,11 @@ FarmJob farmJob(const Arguments& arguments, Farm farm) {
         arguments.program.empty() ? fs::read_symlink("/proc/self/exe").string() : arguments.program;
     job.run = {program, "run", arguments.pipeline};
     for (const std::string& assignment : arguments.assignments) job.run.insert(job.run.end(), {"--set", assignment});
-    const fs::path page = arguments.report.empty() ? fs::path(config.output.path).parent_path() / (job.name + ".html")
-                                                   : fs::path(arguments.report);
-    if (!arguments.no_report)
-        job.report = {program,       "report",   reportPath(config.output.path),   "-o",
-                      page.string(), "--frames", printFrames(framesOf(plan.tasks))};
+    if (!arguments.no_report) job.report = reportCommand(arguments, job, config, plan);
     job.task_seconds = arguments.minutes * 60;
     job.threads = config.run.threads;
-    std::uint64_t largest = 0;
-    for (const FrameTask& task : plan.tasks) largest = std::max(largest, task.memory);
-    job.memory = config.run.memory_limit > 0 ? config.run.memory_limit + kMemoryOfProgram
-                 : largest > 0
-                     ? static_cast<std::uint64_t>(static_cast<double>(largest) * kMemorySpare) + kMemoryOfProgram
-                     : 0;
-    const std::size_t most = farm == Farm::slurm ? slurmMostTasks() : plan.tasks.size();
-    job.pieces = arguments.chunk_size > 0 ? piecesOfFrames(plan.tasks, arguments.chunk_size)
-                                          : piecesOfEqualCost(plan.tasks, job.threads, job.task_seconds, most);
-    if (job.pieces.size() > most)
-        throw Error("--chunk-size " + std::to_string(arguments.chunk_size) + " makes " +
-                    std::to_string(job.pieces.size()) + " tasks; expected at most " + std::to_string(most) +
-                    ", what Slurm takes in an array (MaxArraySize)");
+    job.memory = taskMemory(config, plan);
+    job.chunks = chunksOf(arguments, job, plan, farm);
     return job;
 }
 
@@ -94,14 +113,15 @@ std::string textFor(Farm farm, const FarmJob& job) {
 }
 
 int submit(const Arguments& arguments) {
-    const Farm farm = farmOf(arguments.farm);
-    if (!arguments.further.empty() && farm != Farm::slurm)
-        throw Error("'" + arguments.further.front() + "': words after -- are for sbatch; expected --to slurm");
+    const Farm farm = farmNamed(arguments.farm);
+    if (!arguments.sbatch_options.empty() && farm != Farm::slurm)
+        throw Error("'" + arguments.sbatch_options.front() +
+                    "': options after -- are for sbatch. Use them with --to slurm only.");
     const FarmJob job = farmJob(arguments, farm);
     if (farm == Farm::slurm && !arguments.print) {
-        const Submitted submitted = submitToSlurm(job, arguments.further);
+        const SlurmJobs submitted = submitToSlurm(job, arguments.sbatch_options);
         std::cout << submitted.array_job << '\n';
-        logInfo(std::to_string(job.pieces.size()) + " tasks: job " + submitted.array_job +
+        logInfo(std::to_string(job.chunks.size()) + " tasks: job " + submitted.array_job +
                 (submitted.report_job.empty() ? "" : "; report: job " + submitted.report_job));
         return submitted.ok ? kAllWritten : kSomeFailed;
     }
@@ -119,45 +139,50 @@ int submit(const Arguments& arguments) {
 
 void addSubmitCommand(CLI::App& program, int& exit_code) {
     const auto [command, arguments] =
-        addCommand(program, exit_code, "submit", "Hands the frames of a pipeline to a farm engine.", submit);
+        addCommand(program, exit_code, "submit", "Submits the frames of a pipeline file to a farm engine.", submit);
     command->footer(
-        "slurm      submits a job array with sbatch, and a report that follows it; prints the array's id\n"
+        "slurm      submits a job array and, after it, a report with sbatch; prints the id of the array\n"
         "openjd     writes an Open Job Description template\n"
         "opencue    prints the command of a layer\n"
-        "deadline   prints the deadlinecommand that submits the job\n"
+        "deadline   prints the deadlinecommand command line that submits the job\n"
         "tractor    prints a job script for tractor-spool\n"
-        "Tasks start in this folder and see the same files; they skip what is finished, so a task may run again.\n"
+        "Tasks run in the current folder, which all machines must share. They skip finished frames, so the engine\n"
+        "may run a task again at any time.\n"
         "Examples:\n"
         "  betamesh submit splash.yaml --to slurm -- --partition=long --time=4:00:00\n"
         "  betamesh submit splash.yaml --to opencue --frames 1-240");
     command->add_option("PIPELINE", arguments->pipeline, "The pipeline file (.yaml).")->required();
-    command->add_option("--to", arguments->farm, "The engine.")
-        ->type_name("slurm|openjd|opencue|deadline|tractor")
-        ->required();
-    command->add_flag("--print", arguments->print, "Show what would be submitted or written, and do neither.");
-    command->add_option("--frames", arguments->frames, "As for `run`.")->type_name("FRAMES");
-    command->add_option("--set", arguments->assignments, "As for `run`.")
+    command->add_option("--to", arguments->farm, "The farm engine.")->type_name(farmNames("|"))->required();
+    command->add_flag("--print", arguments->print, "Print what would be submitted or written, and do neither.");
+    command->add_option("--frames", arguments->frames, "Frames to process, as for `betamesh run`.")
+        ->type_name("FRAMES");
+    command->add_option("--set", arguments->assignments, "Set any key, as for `betamesh run`.")
         ->type_name("KEY=VALUE")
         ->expected(1)
         ->take_all();
     command
         ->add_option("--task-minutes", arguments->minutes,
-                     "About how long a task takes, guessed from the sizes of the inputs (default 5).")
+                     "Intended duration of a task in minutes, estimated from the sizes of the inputs.")
         ->type_name("M")
+        ->capture_default_str()
         ->check(CLI::PositiveNumber);
-    command->add_option("--chunk-size", arguments->chunk_size, "So many frames a task instead.")
+    command->add_option("--chunk-size", arguments->chunk_size, "Frames per task, instead of --task-minutes.")
         ->type_name("N")
         ->check(CLI::Range(std::size_t{1}, std::size_t{10000000}));
     command
         ->add_option("--report", arguments->report,
-                     "The page of the final report; default PIPELINE.html beside the meshes.")
+                     "Page of the final report. Without it, PIPELINE.html beside the meshes.")
         ->type_name("FILE.html");
-    command->add_flag("--no-report", arguments->no_report, "No final report.");
-    command->add_option("--program", arguments->program, "betamesh on the farm's machines; default: this one.")
+    command->add_flag("--no-report", arguments->no_report, "Do not make a final report.");
+    command
+        ->add_option("--program", arguments->program,
+                     "Path of betamesh on the machines of the farm. Without it, the path of this program.")
         ->type_name("FILE");
-    command->add_option("-o,--output", arguments->output, "openjd: the template; default PIPELINE.openjd.yaml here.")
+    command
+        ->add_option("-o,--output", arguments->output,
+                     "For openjd: the template to write. Without it, PIPELINE.openjd.yaml in the current folder.")
         ->type_name("FILE");
-    command->add_option("SBATCH", arguments->further, "Behind --: further words for sbatch.");
+    command->add_option("SBATCH", arguments->sbatch_options, "After --: more options for sbatch.");
 }
 
 }  // namespace betamesh

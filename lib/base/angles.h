@@ -1,4 +1,5 @@
-// Angles, to the same bits on every machine: the C library's depend on the instruction set.
+// Arctangent, sine and cosine with the same bits on every machine; those of the C library depend on the instruction
+// set.
 
 #pragma once
 
@@ -7,18 +8,19 @@
 
 namespace betamesh {
 
-/// The angle of (x, y) from the x axis, in (-π, π]; 0 at the origin. To 3e-16.
-/// source  Taylor series round the nearest of eight tangents
+/// Angle of (x, y) from the x axis, radians in (-π, π]; 0 at the origin. Absolute error below 3e-16.
+///
+/// source  Taylor series of the arctangent about the nearest multiple of 1/8
 inline double angleOf(double y, double x) {
-    constexpr std::array<double, 9> kOfEighths = {0,
-                                                  0.12435499454676144,
-                                                  0.24497866312686414,
-                                                  0.35877067027057225,
-                                                  0.46364760900080609,
-                                                  0.5585993153435624,
-                                                  0.64350110879328437,
-                                                  0.71882999962162453,
-                                                  0.78539816339744828};
+    constexpr std::array<double, 9> kArctanOfEighths = {0,
+                                                        0.12435499454676144,
+                                                        0.24497866312686414,
+                                                        0.35877067027057225,
+                                                        0.46364760900080609,
+                                                        0.5585993153435624,
+                                                        0.64350110879328437,
+                                                        0.71882999962162453,
+                                                        0.78539816339744828};
     constexpr double kPi = 3.141592653589793;
     const double ax = std::abs(x), ay = std::abs(y), larger = ax > ay ? ax : ay, smaller = ax > ay ? ay : ax;
     if (!(larger > 0)) return 0;
@@ -26,7 +28,7 @@ inline double angleOf(double y, double x) {
     const auto eighths = static_cast<std::size_t>(t * 8 + 0.5);
     const double near = static_cast<double>(eighths) / 8, u = (t - near) / (1 + near * t), s = u * u;
     const double series = u * (1 - s * (1.0 / 3 - s * (1.0 / 5 - s * (1.0 / 7 - s * (1.0 / 9 - s * (1.0 / 11))))));
-    double angle = kOfEighths[eighths] + series;
+    double angle = kArctanOfEighths[eighths] + series;
     if (ay > ax) angle = kPi / 2 - angle;
     if (x < 0) angle = kPi - angle;
     return y < 0 ? -angle : angle;
@@ -36,12 +38,13 @@ struct SineCosine {
     double sine, cosine;
 };
 
-/// For angles of a few turns, to 3e-16.
-/// source  Cody & Waite 1980, with Taylor series
+/// Sine and cosine of an angle of at most a few turns, radians. Absolute error below 3e-16.
+///
+/// source  argument reduction of Cody & Waite 1980, then Taylor series
 inline SineCosine sineCosine(double angle) {
-    constexpr double kQuarter = 1.5707963267341256, kRest = 6.0771005065061922e-11;  // π/2: 33 bits, and what is left
-    const double quarters = std::floor(angle / kQuarter + 0.5);
-    const double x = (angle - quarters * kQuarter) - quarters * kRest, s = x * x;
+    constexpr double kQuarterHigh = 1.5707963267341256, kQuarterLow = 6.0771005065061922e-11;  // π/2: 33 bits + rest
+    const double quarters = std::floor(angle / kQuarterHigh + 0.5);
+    const double x = (angle - quarters * kQuarterHigh) - quarters * kQuarterLow, s = x * x;
     const double sine =
         x *
         (1 - s * (1.0 / 6) *

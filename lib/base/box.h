@@ -1,4 +1,4 @@
-// What is asked of boxes along the axes, and an order in which near ones are near each other.
+// Axis-aligned boxes: squared distances, and the Morton order that keeps nearby boxes close in memory.
 
 #pragma once
 
@@ -8,8 +8,8 @@
 
 namespace betamesh {
 
-/// Rounding is monotone: what is computed of the distance to a box is never more than what is computed of that to a
-/// point or a box in it.
+/// Squared distance from a point to a box; 0 inside. Rounding is monotone: the computed distance to a box never exceeds
+/// the computed distance to a point or box inside it, so it is safe for culling.
 inline double squaredDistance(const Box& box, const Vec3& p) {
     double sum = 0;
     for (int k = 0; k < 3; ++k) {
@@ -19,37 +19,38 @@ inline double squaredDistance(const Box& box, const Vec3& p) {
     return sum;
 }
 
+/// Squared distance between two boxes; 0 where they overlap. Monotone in the same way.
 inline double squaredDistance(const Box& a, const Box& b) {
     double sum = 0;
     for (int k = 0; k < 3; ++k) {
-        const double apart = std::max({a.min[k] - b.max[k], b.min[k] - a.max[k], 0.0});
-        sum += apart * apart;
+        const double gap = std::max({a.min[k] - b.max[k], b.min[k] - a.max[k], 0.0});
+        sum += gap * gap;
     }
     return sum;
 }
 
-/// Of n points from a box, many at once.
+/// Squared distances of n points (x[i], y[i], z[i]) to a box, computed in vector registers.
 void squaredDistances(const Box& box, const double* x, const double* y, const double* z, std::size_t n,
                       double* squared);
 
-/// The place of a box's middle on Morton's curve through the whole, to 21 bits an axis.
+/// Morton code of a box's centre within the bounds of all boxes, 21 bits per axis.
 template <typename T>
-std::uint64_t placeOnCurve(const Imath::Box<Imath::Vec3<T>>& box, const Imath::Box<Imath::Vec3<T>>& whole) {
-    const auto spread = [](std::uint64_t x) {  // two zeros after each bit
+std::uint64_t placeOnCurve(const Imath::Box<Imath::Vec3<T>>& box, const Imath::Box<Imath::Vec3<T>>& bounds) {
+    const auto spreadBits = [](std::uint64_t x) {  // inserts two zeros after each bit
         x = (x | x << 32) & 0x001f00000000ffffu;
         x = (x | x << 16) & 0x001f0000ff0000ffu;
         x = (x | x << 8) & 0x100f00f00f00f00fu;
         x = (x | x << 4) & 0x10c30c30c30c30c3u;
         return (x | x << 2) & 0x1249249249249249u;
     };
-    std::uint64_t place = 0;
+    std::uint64_t code = 0;
     for (int k = 0; k < 3; ++k) {
-        const double low = whole.min[k], extent = whole.max[k] - low;
+        const double low = bounds.min[k], extent = bounds.max[k] - low;
         const double middle = (static_cast<double>(box.min[k]) / 2 + static_cast<double>(box.max[k]) / 2) - low;
-        const double step = extent > 0 ? std::clamp(middle / extent, 0.0, 1.0) * 0x1fffff : 0;
-        place |= spread(static_cast<std::uint64_t>(step)) << k;
+        const double scaled = extent > 0 ? std::clamp(middle / extent, 0.0, 1.0) * 0x1fffff : 0;
+        code |= spreadBits(static_cast<std::uint64_t>(scaled)) << k;
     }
-    return place;
+    return code;
 }
 
 }  // namespace betamesh

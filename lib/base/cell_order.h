@@ -1,4 +1,4 @@
-// Points sorted into cells, to find those near a place.
+// A uniform grid over points: points sorted by cell, to find those in a box or near a cell.
 
 #pragma once
 
@@ -16,66 +16,66 @@
 
 namespace betamesh {
 
-/// A cell of a grid, by its place along each axis.
+/// Integer coordinates of a grid cell, ordered by z, then y, then x.
 struct CellPlace {
     std::int32_t z, y, x;
     friend auto operator<=>(const CellPlace&, const CellPlace&) = default;
 };
 
-/// Numbers for cells, 0, 1, 2 … as they come.
+/// Numbers cells 0, 1, 2 … in the order in which they are first added: a hash table with open addressing.
 class CellNumbers {
 public:
-
-    CellNumbers() : slot_(std::size_t{1} << kFirstBits, kInvalidIndex) {}
-    std::uint32_t add(const CellPlace& place) {
-        const std::size_t slot = slotOf(place);
+    CellNumbers() : slot_(std::size_t{1} << kInitialBits, kInvalidIndex) {}
+    /// The number of a cell, a new one if the cell has none yet.
+    std::uint32_t add(const CellPlace& cell) {
+        const std::size_t slot = slotOf(cell);
         if (slot_[slot] != kInvalidIndex) return slot_[slot];
-        const auto number = slot_[slot] = static_cast<std::uint32_t>(place_.size());
-        place_.push_back(place);
-        if (2 * place_.size() > slot_.size()) grow();
+        const auto number = slot_[slot] = static_cast<std::uint32_t>(cell_.size());
+        cell_.push_back(cell);
+        if (2 * cell_.size() > slot_.size()) grow();
         return number;
     }
-    /// kInvalidIndex where it has none.
-    std::uint32_t find(const CellPlace& place) const { return slot_[slotOf(place)]; }
-    /// In the order of numbers.
-    const std::vector<CellPlace>& places() const { return place_; }
+    /// The number of a cell, or kInvalidIndex.
+    std::uint32_t find(const CellPlace& cell) const { return slot_[slotOf(cell)]; }
+    /// Cells by number.
+    const std::vector<CellPlace>& places() const { return cell_; }
 
 private:
-    // Where a cell stands, or would: the first slot from its hash on that is free or its own.
-    std::size_t slotOf(const CellPlace& place) const {
-        const auto [z, y, x] = place;
+    // The slot of a cell: the first one from its hash on that is free or already holds it.
+    std::size_t slotOf(const CellPlace& cell) const {
+        const auto [z, y, x] = cell;
         const std::uint64_t hash = static_cast<std::uint64_t>(z) * 0x9E3779B97F4A7C15 +
                                    static_cast<std::uint64_t>(y) * 0xC2B2AE3D27D4EB4F +
                                    static_cast<std::uint64_t>(x) * 0x165667B19E3779F9;
-        std::size_t slot = hash >> shift_;  // the highest bits: all of a cell's place has a say in them
-        while (slot_[slot] != kInvalidIndex && place_[slot_[slot]] != place) slot = (slot + 1) & (slot_.size() - 1);
+        std::size_t slot = hash >> shift_;  // the high bits of the products depend on every bit of the coordinates
+        while (slot_[slot] != kInvalidIndex && cell_[slot_[slot]] != cell) slot = (slot + 1) & (slot_.size() - 1);
         return slot;
     }
     void grow() {
         slot_.assign(2 * slot_.size(), kInvalidIndex);
         --shift_;
-        for (std::uint32_t number = 0; number < place_.size(); ++number) slot_[slotOf(place_[number])] = number;
+        for (std::uint32_t number = 0; number < cell_.size(); ++number) slot_[slotOf(cell_[number])] = number;
     }
 
-    static constexpr int kFirstBits = 6;
+    static constexpr int kInitialBits = 6;
 
-    std::vector<CellPlace> place_;
-    std::vector<std::uint32_t> slot_;  // 2^k of them, at most half in use
-    int shift_ = 64 - kFirstBits;      // 64 - k
+    std::vector<CellPlace> cell_;
+    std::vector<std::uint32_t> slot_;  // numbers of cells; 2^k slots, at most half of them in use
+    int shift_ = 64 - kInitialBits;    // 64 - k
 };
 
-/// Row numbers of n points, in an order that depends on nothing but where the points are and on their numbers: cell
-/// after cell (z, y, x), and ascending in each. Coordinates divided by the edge of a cell have to stay below 2^31.
+/// The rows of n points sorted by cell (z, y, x) and ascending within a cell; only occupied cells are stored.
 class CellOrder {
 public:
+    /// in      edge: of a cell; |coordinate| / edge below 2^31. positionOf(row): position of a point
     /// same    order for any thread count
     /// cost    O(n + cells log cells)
     template <typename PositionOf>
     CellOrder(std::size_t n, double edge, const PositionOf& positionOf) : edge_(edge), row_(n) {
         std::vector<Part> parts(std::clamp<std::size_t>(n / 4096, 1, threadsHere()));
-        std::vector<std::uint32_t> number(n);  // of each point's cell, in its part
+        std::vector<std::uint32_t> number(n);  // of each point's cell within its part
         parallelFor(parts.size(), 1, [&](std::size_t p) {
-            Part part;  // not beside others that are filled: cores would ask each other for it all the time
+            Part part;  // a local variable, to avoid false sharing between threads
             for (std::size_t row = n * p / parts.size(); row < n * (p + 1) / parts.size(); ++row) {
                 const Vec3 at = positionOf(row);
                 number[row] = part.add({indexOf(at.z), indexOf(at.y), indexOf(at.x)});
@@ -92,17 +92,17 @@ public:
     double edge() const { return edge_; }
     const std::vector<std::uint32_t>& rows() const { return row_; }
 
-    /// Of cells that have points.
+    /// Number of occupied cells.
     std::uint32_t cells() const { return static_cast<std::uint32_t>(cell_.size()); }
     const CellPlace& place(std::uint32_t cell) const { return cell_[cell]; }
     Vec3 lowestCorner(std::uint32_t cell) const { return Vec3(cell_[cell].x, cell_[cell].y, cell_[cell].z) * edge_; }
-    /// Its first point among the rows; of one past the last cell n.
+    /// Position of the cell's first point in rows(); n for cell == cells().
     std::uint32_t begin(std::uint32_t cell) const { return begin_[cell]; }
     std::span<const std::uint32_t> rowsOf(std::uint32_t cell) const {
         return std::span(row_).subspan(begin_[cell], begin_[cell + 1] - begin_[cell]);
     }
 
-    /// Calls visit(cell) for every cell that meets a box, in order.
+    /// Calls visit(cell) for every occupied cell that overlaps a box, in order.
     template <typename Visit>
     void forCellsIn(const Vec3& low, const Vec3& high, const Visit& visit) const {
         const std::int32_t first = indexOf(low.x), last = indexOf(high.x);
@@ -116,7 +116,7 @@ public:
                     visit(static_cast<std::uint32_t>(at - cell_.begin()));
             }
     }
-    /// Calls visit(row) for all points in them.
+    /// Calls visit(row) for all points of the cells that overlap a box: those in the box and some beside it.
     template <typename Visit>
     void forRowsIn(const Vec3& low, const Vec3& high, const Visit& visit) const {
         forCellsIn(low, high, [&](std::uint32_t cell) {
@@ -125,16 +125,17 @@ public:
     }
 
 private:
-    // Points one after another: their cells, how many each has, and then where its next one goes.
+    // A range of consecutive points, counted and then placed by one thread.
     struct Part {
         CellNumbers numbers;
-        std::vector<std::uint32_t> count, next;
-        CellPlace last_place{};
+        std::vector<std::uint32_t> count;  // points of each cell
+        std::vector<std::uint32_t> next;   // position in row_ at which the cell's next point is written
+        CellPlace last_cell{};
         std::uint32_t last = kInvalidIndex;
 
-        std::uint32_t add(const CellPlace& place) {
-            if (last == kInvalidIndex || place != last_place) {
-                last = numbers.add(last_place = place);
+        std::uint32_t add(const CellPlace& cell) {
+            if (last == kInvalidIndex || cell != last_cell) {
+                last = numbers.add(last_cell = cell);
                 if (last == count.size()) count.push_back(0);
             }
             ++count[last];
@@ -152,12 +153,12 @@ private:
     double edge_;
     std::vector<std::uint32_t> row_, begin_;
     std::vector<CellPlace> cell_;
-    CellNumbers lines_;  // of cells along x
-    std::vector<std::uint32_t> line_begin_;
+    CellNumbers lines_;                      // lines of cells with the same z and y
+    std::vector<std::uint32_t> line_begin_;  // first cell of each line, and one entry past the last
 };
 
-/// Goes through points cell by cell: calls visit(cell, rows of `around` within reach of its box) for each, on several
-/// threads. Copies of `visit` are called one after another, each by one thread, and may keep room from cell to cell.
+/// Calls visit(cell, rows of `around` within reach of the cell's box) for each cell of `points`, in parallel. Every
+/// thread calls its own copy of `visit`, which may therefore keep buffers from cell to cell.
 template <typename PositionOf, typename Visit>
 void forCellsWithin(double reach, const CellOrder& points, const CellOrder& around, const PositionOf& positionAround,
                     const Visit& visit) {
@@ -169,12 +170,12 @@ void forCellsWithin(double reach, const CellOrder& points, const CellOrder& arou
             rows.clear();
             around.forRowsIn(low - Vec3(reach), high + Vec3(reach), [&](std::uint32_t row) {
                 const Vec3 p = positionAround(row);
-                double beyond = 0;
+                double squared = 0;
                 for (int k = 0; k < 3; ++k) {
-                    const double out = std::max({0.0, low[k] - p[k], p[k] - high[k]});
-                    beyond += out * out;
+                    const double outside = std::max({0.0, low[k] - p[k], p[k] - high[k]});
+                    squared += outside * outside;
                 }
-                if (beyond < reach * reach) rows.push_back(row);
+                if (squared < reach * reach) rows.push_back(row);
             });
             own(cell, std::span<const std::uint32_t>(rows));
         }

@@ -1,4 +1,4 @@
-// Compressed rows: a list of lists in two arrays.
+// Compressed rows (CSR): a list of lists in two arrays.
 
 #pragma once
 
@@ -26,14 +26,15 @@ struct CompressedRows {
 
 using IndexRows = CompressedRows<std::uint32_t>;
 
-/// What forItemsOf(i, visit) tells for i = 0 … n - 1 by calls visit(row, item), row by row; in each the order of the
-/// calls stays. forItemsOf is called twice for each i, for several at once, and has to tell the same both times.
+/// Counting sort of items into rows. forItemsOf(i, visit) calls visit(row, item) for every item that element i of
+/// [0, n) contributes; items of one row keep the order of these calls.
 ///
+/// in      forItemsOf: called twice for each i, concurrently for different i, with the same items both times
 /// same    rows for any thread count
-/// cost    O(n + items + rows), the rows once for each thread
+/// cost    O(n + items + rows · threads)
 template <typename T, typename ForItemsOf>
 CompressedRows<T> sortedIntoRows(std::size_t rows, std::size_t n, const ForItemsOf& forItemsOf) {
-    std::vector<std::vector<std::uint32_t>> next(sharesOf(n));  // of each share, in each row: how many, then where
+    std::vector<std::vector<std::uint32_t>> next(sharesOf(n));  // [share][row]: number of items, then next position
     parallelShares(n, [&](std::size_t share, std::size_t first, std::size_t last) {
         next[share].resize(rows);
         const auto count = [&](std::size_t row, const T&) { ++next[share][row]; };
@@ -41,13 +42,13 @@ CompressedRows<T> sortedIntoRows(std::size_t rows, std::size_t n, const ForItems
     });
     CompressedRows<T> sorted;
     firstTouchResize(sorted.begin, rows + 1);
-    std::uint32_t place = 0;
+    std::uint32_t end = 0;
     for (std::size_t row = 0; row < rows; ++row) {
-        sorted.begin[row] = place;
-        for (std::vector<std::uint32_t>& of_share : next) place += std::exchange(of_share[row], place);
+        sorted.begin[row] = end;
+        for (std::vector<std::uint32_t>& of_share : next) end += std::exchange(of_share[row], end);
     }
-    sorted.begin[rows] = place;
-    firstTouchResize(sorted.item, place);
+    sorted.begin[rows] = end;
+    firstTouchResize(sorted.item, end);
     parallelShares(n, [&](std::size_t share, std::size_t first, std::size_t last) {
         const auto put = [&](std::size_t row, const T& item) { sorted.item[next[share][row]++] = item; };
         for (std::size_t i = first; i < last; ++i) forItemsOf(i, put);

@@ -1,4 +1,4 @@
-// Numbers and points that know how fast they change: forward-mode derivatives with respect to time.
+// Dual numbers and vectors: values together with their forward-mode derivatives with respect to time.
 
 #pragma once
 
@@ -9,7 +9,7 @@
 
 namespace betamesh {
 
-/// A number and its rate of change per second.
+/// A number and its derivative with respect to time, per second.
 struct Dual {
     double value = 0, rate = 0;
 
@@ -26,20 +26,20 @@ struct Dual {
     }
 };
 
-/// At zero the rate is taken as zero.
+/// Negative values count as zero; there the derivative, which does not exist, is taken as zero.
 inline Dual squareRoot(Dual a) {
     const double value = std::sqrt(std::max(0.0, a.value));
     return {value, value > 0 ? a.rate / (2 * value) : 0};
 }
 
-/// From 0, at t <= 0, to 1, at t >= 1, with no slope at either end.
+/// Cubic smooth step: 0 for t <= 0, 1 for t >= 1, with zero slope at both ends.
 inline Dual smoothStep(Dual t) {
     const double rate = t.value > 0 ? t.rate : 0;
     const Dual part(std::max(0.0, std::min(t.value, 1.0)), t.value < 1 ? rate : 0);
     return part * part * (3 - part * 2);
 }
 
-/// A point or vector and its velocity per second.
+/// A point or vector and its derivative with respect to time, per second.
 struct DualVec3 {
     Vec3 position{0, 0, 0}, velocity{0, 0, 0};
 
@@ -64,13 +64,13 @@ inline DualVec3 cross(const DualVec3& a, const DualVec3& b) {
     return {cross(a.position, b.position), cross(a.velocity, b.position) + cross(a.position, b.velocity)};
 }
 
-/// At length zero the rate is taken as zero.
+/// At length zero the derivative is taken as zero.
 inline Dual length(const DualVec3& a) {
     const double value = a.position.length();
     return {value, value > 0 ? dot(a.position, a.velocity) / value : 0};
 }
 
-/// A vector of length zero stays what it is, and does not move.
+/// The zero vector gives the zero vector, with derivative zero.
 inline DualVec3 normalized(const DualVec3& a) {
     const Dual size = length(a);
     return size.value > 0 ? a / size : DualVec3{};

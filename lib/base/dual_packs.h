@@ -1,4 +1,4 @@
-// Rates and moving points, sixteen at a time: loops over the lanes of these are compiled for vector registers.
+// Packs of kLanes dual numbers or vectors, as structures of arrays: the compiler vectorises loops over their lanes.
 
 #pragma once
 

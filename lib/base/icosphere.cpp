@@ -18,36 +18,36 @@ Icosphere icosphere(std::uint32_t cuts) {
          {11, 10, 2}, {10, 7, 6}, {7, 1, 8},  {3, 9, 4},  {3, 4, 2},   {3, 2, 6}, {3, 6, 8},
          {3, 8, 9},   {4, 9, 5},  {2, 4, 11}, {6, 2, 10}, {8, 6, 7},   {9, 8, 1}}};
 
-    // A point is named by how many cuts it is away from which corners: the same on both faces of an edge.
-    using Name = std::array<std::uint32_t, 12>;
-    std::map<Name, std::uint32_t> known;
+    // Integer barycentric weights with respect to the 12 corners identify a vertex, on either face of an edge.
+    using Weights = std::array<std::uint32_t, 12>;
+    std::map<Weights, std::uint32_t> vertex_of;
     Icosphere sphere;
-    const auto pointAt = [&](const std::array<std::uint32_t, 3>& corners, std::uint32_t i, std::uint32_t j) {
-        Name name{};
-        name[corners[0]] += cuts - i - j, name[corners[1]] += i, name[corners[2]] += j;
-        const auto [place, is_new] = known.try_emplace(name, static_cast<std::uint32_t>(sphere.position.size()));
+    const auto vertexAt = [&](const std::array<std::uint32_t, 3>& corners, std::uint32_t i, std::uint32_t j) {
+        Weights weights{};
+        weights[corners[0]] += cuts - i - j, weights[corners[1]] += i, weights[corners[2]] += j;
+        const auto [at, is_new] = vertex_of.try_emplace(weights, static_cast<std::uint32_t>(sphere.position.size()));
         if (is_new) {
             Vec3 sum(0, 0, 0);
-            for (std::size_t k = 0; k < 12; ++k) sum += corner[k] * name[k];
+            for (std::size_t k = 0; k < 12; ++k) sum += corner[k] * weights[k];
             sphere.position.push_back(sum.normalized());
         }
-        return place->second;
+        return at->second;
     };
     for (const auto& corners : face) {
-        const auto point = [&](std::uint32_t i, std::uint32_t j) { return pointAt(corners, i, j); };
+        const auto vertex = [&](std::uint32_t i, std::uint32_t j) { return vertexAt(corners, i, j); };
         for (std::uint32_t i = 0; i < cuts; ++i)
             for (std::uint32_t j = 0; i + j < cuts; ++j) {
-                sphere.triangles.push_back({point(i, j), point(i + 1, j), point(i, j + 1)});
+                sphere.triangles.push_back({vertex(i, j), vertex(i + 1, j), vertex(i, j + 1)});
                 if (i + j + 1 < cuts)
-                    sphere.triangles.push_back({point(i + 1, j), point(i + 1, j + 1), point(i, j + 1)});
+                    sphere.triangles.push_back({vertex(i + 1, j), vertex(i + 1, j + 1), vertex(i, j + 1)});
             }
     }
     return sphere;
 }
 
 Icosphere icosphereOf(double angle) {
-    constexpr double kEdgeOfIcosahedron = 1.1071487177940904;
-    return icosphere(static_cast<std::uint32_t>(std::ceil(kEdgeOfIcosahedron / angle)));
+    constexpr double kIcosahedronEdge = 1.1071487177940904;  // angle that an edge subtends, radians
+    return icosphere(static_cast<std::uint32_t>(std::ceil(kIcosahedronEdge / angle)));
 }
 
 DirectionColumns::DirectionColumns(const std::vector<Vec3>& directions) {

@@ -11,12 +11,13 @@ struct Icosphere {
     std::vector<Triangle> triangles;  ///< counter-clockwise seen from outside
 };
 
-/// Every edge of the icosahedron is cut into `cuts` >= 1 pieces: 20 cuts² triangles, 10 cuts² + 2 vertices.
+/// The icosphere whose icosahedron edges are divided into `cuts` >= 1 segments: 20 cuts² triangles, 10 cuts² + 2
+/// vertices.
 Icosphere icosphere(std::uint32_t cuts);
-/// Whose edges are at most this many radians long, about.
+/// The coarsest icosphere whose edges subtend at most about `angle` radians.
 Icosphere icosphereOf(double angle);
 
-/// Directions by column, filled up to whole registers with the last one.
+/// Directions as one array per axis, padded with copies of the last one to a multiple of kLanes.
 struct DirectionColumns {
     std::vector<float> x, y, z;
 

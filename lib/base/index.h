@@ -1,4 +1,4 @@
-// Rows of arrays by number.
+// The index that refers to no row.
 
 #pragma once
 
@@ -7,7 +7,7 @@
 
 namespace betamesh {
 
-/// Stands for no row: nothing there, or left out.
+/// Means "no row": there is nothing, or it was left out.
 inline constexpr std::uint32_t kInvalidIndex = std::numeric_limits<std::uint32_t>::max();
 
 }  // namespace betamesh

@@ -10,7 +10,8 @@ namespace betamesh {
 
 namespace {
 
-constexpr double kFollowed = 0.1;  // sphere radii; circles smaller than this are not followed exactly
+// Sphere radii. Derivatives divide by at least this radius, so those of smaller circles are damped.
+constexpr double kLeastRadius = 0.1;
 
 }  // namespace
 
@@ -20,20 +21,20 @@ IntersectionCircle::IntersectionCircle(const DualVec3& a, const DualVec3& b, dou
     const Dual half = length(span) / 2;
     axis_ = normalized(span);
     radius_.value = std::sqrt(std::max(0.0, (sphere_ - half.value) * (sphere_ + half.value)));
-    radius_.rate = -half.value * half.rate / std::max(radius_.value, kFollowed * sphere_);
+    radius_.rate = -half.value * half.rate / std::max(radius_.value, kLeastRadius * sphere_);
 }
 
-DualVec3 IntersectionCircle::across(const DualVec3& point) const {
+DualVec3 IntersectionCircle::rejection(const DualVec3& point) const {
     const DualVec3 offset = point - centre_;
     return offset - axis_ * dot(offset, axis_);
 }
 
 void IntersectionCircle::beginTowards(const DualVec3& point) {
-    const DualVec3 offset = across(point);
+    const DualVec3 offset = rejection(point);
     if (!(offset.position.length2() > 0)) return beginAnywhere();
     first_ = normalized(offset);
-    const double size = offset.position.length();
-    if (size < kFollowed * sphere_) first_.velocity *= size / (kFollowed * sphere_);
+    const double distance = offset.position.length();
+    if (distance < kLeastRadius * sphere_) first_.velocity *= distance / (kLeastRadius * sphere_);
     second_ = cross(axis_, first_);
 }
 
@@ -45,9 +46,9 @@ void IntersectionCircle::beginAnywhere() {
 }
 
 Dual IntersectionCircle::angleRate(const DualVec3& point, double angle) const {
-    const DualVec3 offset = across(point);
+    const DualVec3 offset = rejection(point);
     const Dual x = dot(offset, first_), y = dot(offset, second_);
-    const double least = kFollowed * sphere_;
+    const double least = kLeastRadius * sphere_;
     return {angle,
             (x.value * y.rate - y.value * x.rate) / std::max(x.value * x.value + y.value * y.value, least * least)};
 }

@@ -1,4 +1,4 @@
-// The circle in which two equal spheres meet, and how it moves with them.
+// The intersection circle of two equal spheres, with its derivative with respect to time.
 
 #pragma once
 
@@ -6,38 +6,39 @@
 
 namespace betamesh {
 
-/// Angles run counter-clockwise round the axis from ball a to ball b, from where begin() put their zero.
+/// Angles are measured counter-clockwise round the axis from sphere a to sphere b. beginTowards() or beginAnywhere()
+/// chooses the direction of angle zero and has to be called before angles are used.
 class IntersectionCircle {
 public:
-    /// a, b: centres of the spheres, distinct. Where the spheres barely meet, the circle grows without bound in
-    /// speed: below a tenth of the spheres' radius it is followed more and more slowly.
+    /// a, b: centres of the spheres, distinct. Where the spheres barely touch, the radius changes arbitrarily fast; for
+    /// circles smaller than a tenth of the spheres' radius the derivatives are damped.
     IntersectionCircle(const DualVec3& a, const DualVec3& b, double sphere_radius);
 
-    /// Angle zero is towards this point, which moves; anywhere, where it lies on the axis.
+    /// Angle zero points towards this moving point; an arbitrary direction if the point is on the axis.
     void beginTowards(const DualVec3& point);
-    /// Angle zero is anywhere, and does not turn about the axis.
+    /// Angle zero is an arbitrary direction, which does not rotate about the axis.
     void beginAnywhere();
 
     Dual radius() const { return radius_; }
     double sphereRadius() const { return sphere_; }
     const DualVec3& centre() const { return centre_; }
     const DualVec3& axis() const { return axis_; }
-    /// From the axis to a point, across it.
+    /// The vector from the axis to a point, perpendicular to the axis.
     Vec3 fromAxis(const Vec3& point) const {
         const Vec3 offset = point - centre_.position;
         return offset - axis_.position * dot(offset, axis_.position);
     }
-    /// The rate of change of a point's angle, whose value is known.
+    /// A point's angle with its derivative; the value of the angle is given.
     Dual angleRate(const DualVec3& point, double angle) const;
-    /// Unit vector from the centre.
+    /// Unit vector from the centre of the circle in the direction of an angle.
     DualVec3 outwards(Dual angle) const;
 
 private:
-    DualVec3 across(const DualVec3& point) const;
+    DualVec3 rejection(const DualVec3& point) const;  // fromAxis() as a dual vector
 
-    DualVec3 centre_, axis_, first_, second_;
+    DualVec3 centre_, axis_, first_, second_;  // first_, second_: unit vectors of angles 0 and π/2
     Dual radius_;
-    double sphere_;
+    double sphere_;  // radius of the spheres
 };
 
 }  // namespace betamesh

@@ -1,8 +1,8 @@
-// The door of oneTBB: every loop that runs on several cores goes through these functions.
+// The wrapper of oneTBB: every parallel loop goes through these functions.
 
 #pragma once
 
-#include "base/fork.h"
+#include "base/tsan_fork_join.h"
 
 #include <tbb/blocked_range.h>
 #include <tbb/global_control.h>
@@ -26,30 +26,30 @@
 
 namespace betamesh {
 
-/// How many threads loops may run on here, about.
+/// The number of threads that loops started here may use, approximately.
 inline std::size_t threadsHere() { return static_cast<std::size_t>(tbb::this_task_arena::max_concurrency()); }
 
-/// What a loop throws that was left undone because one round it has failed: nothing may go on with what it did not
-/// make. The loop round it ends with its own exception.
-struct LoopLeft {};
-inline void throwIfLeft() {
-    if (tbb::is_current_task_group_canceling()) throw LoopLeft();
+/// Thrown by an inner loop that TBB cancelled because the loop around it has failed: its result is incomplete and must
+/// not be used. The outer loop ends with the exception that made it fail.
+struct LoopCancelled {};
+inline void throwIfCancelled() {
+    if (tbb::is_current_task_group_canceling()) throw LoopCancelled();
 }
 
-/// Calls body(begin, end) over pieces that cover [0, n) once. A body writes only its own rows, so the
-/// result is the same for any number of threads. grain: the smallest piece worth a task.
+/// Calls body(begin, end) for ranges that cover [0, n) exactly once. A body writes only its own rows, so the result is
+/// the same for any number of threads. grain: the smallest range worth a task.
 template <typename Body>
 void parallelRanges(std::size_t n, std::size_t grain, const Body& body) {
     if (n <= grain) {
         if (n > 0) body(std::size_t{0}, n);
         return;
     }
-    Fork fork;
+    TsanForkJoin loop;
     tbb::parallel_for(tbb::blocked_range<std::size_t>(0, n, grain), [&](const tbb::blocked_range<std::size_t>& range) {
-        const Fork::Branch branch(fork);
+        const TsanForkJoin::Branch branch(loop);
         body(range.begin(), range.end());
     });
-    throwIfLeft();
+    throwIfCancelled();
 }
 
 /// Calls body(i) for every i in [0, n).
@@ -60,26 +60,28 @@ void parallelFor(std::size_t n, std::size_t grain, const Body& body) {
     });
 }
 
-/// How many shares of n rows are worth a task of their own: as many as there are threads, eight at most.
+/// The number of equal shares into which n rows are split where each share needs memory of its own: one per thread, at
+/// most eight, each of at least 1024 rows.
 inline std::size_t sharesOf(std::size_t n) {
-    constexpr std::size_t kLeast = 1024, kMost = 8;
-    return std::clamp<std::size_t>(std::min(threadsHere(), n / kLeast), 1, kMost);
+    constexpr std::size_t kLeastRows = 1024, kMostShares = 8;
+    return std::clamp<std::size_t>(std::min(threadsHere(), n / kLeastRows), 1, kMostShares);
 }
 
-/// Calls body(share, begin, end) for so many parts of [0, n), in any order.
+/// Calls body(share, begin, end) for each of the sharesOf(n) shares of [0, n), in any order.
 template <typename Body>
 void parallelShares(std::size_t n, const Body& body) {
     const std::size_t shares = sharesOf(n);
     parallelFor(shares, 1, [&](std::size_t share) { body(share, n * share / shares, n * (share + 1) / shares); });
 }
 
-/// Calls body(). While it waits for loops in it, its thread begins nothing else: it may hold a lock.
+/// Calls body() as an isolated task: while its thread waits for loops inside body, it starts no unrelated task. So body
+/// may hold a lock.
 template <typename Body>
-void alone(const Body& body) {
+void runIsolated(const Body& body) {
     tbb::this_task_arena::isolate(body);
 }
 
-/// Calls both, at the same time where there are threads for it.
+/// Calls both functions, concurrently if a second thread is available.
 template <typename First, typename Second>
 void parallelBoth(const First& first, const Second& second) {
     parallelFor(2, 1, [&](std::size_t i) {
@@ -90,8 +92,8 @@ void parallelBoth(const First& first, const Second& second) {
     });
 }
 
-/// Makes room for n rows. Memory is handed out page by page as it is touched for the first time, which takes longer
-/// than to fill it: all threads do the touching.
+/// As rows.reserve(n). The system maps memory page by page on first touch, which takes longer than filling it, so all
+/// threads touch the new pages in parallel.
 template <typename T>
 void firstTouchReserve(std::vector<T>& rows, std::size_t n) {
     constexpr std::size_t kPage = 4096;
@@ -102,125 +104,126 @@ void firstTouchReserve(std::vector<T>& rows, std::size_t n) {
     parallelFor((bytes + kPage - 1) / kPage, 64, [&](std::size_t page) { begin[page * kPage] = 0; });
 }
 
-/// As rows.resize(n), in such room.
+/// As rows.resize(n), with memory from firstTouchReserve().
 template <typename T>
 void firstTouchResize(std::vector<T>& rows, std::size_t n) {
     firstTouchReserve(rows, n);
     rows.resize(n);
 }
 
-/// The rows of some parts, one part after another; rowsOf(part): a member, where the part is not itself a list of them.
-template <typename Part, typename CompressedRows = std::identity>
-auto concatenate(const std::vector<Part>& parts, const CompressedRows& rowsOf = {}) {
+/// The concatenated vectors of all parts. vectorOf(part): the vector, usually a member pointer; by default the part
+/// itself.
+template <typename Part, typename VectorOf = std::identity>
+auto concatenate(const std::vector<Part>& parts, const VectorOf& vectorOf = {}) {
     std::vector<std::size_t> first(parts.size() + 1, 0);
-    for (std::size_t p = 0; p < parts.size(); ++p) first[p + 1] = first[p] + std::invoke(rowsOf, parts[p]).size();
-    std::remove_cvref_t<std::invoke_result_t<CompressedRows, const Part&>> rows;
+    for (std::size_t p = 0; p < parts.size(); ++p) first[p + 1] = first[p] + std::invoke(vectorOf, parts[p]).size();
+    std::remove_cvref_t<std::invoke_result_t<VectorOf, const Part&>> rows;
     firstTouchResize(rows, first.back());
     parallelFor(parts.size(), 1, [&](std::size_t p) {
-        const auto& some = std::invoke(rowsOf, parts[p]);
-        std::copy(some.begin(), some.end(), rows.begin() + static_cast<std::ptrdiff_t>(first[p]));
+        const auto& part = std::invoke(vectorOf, parts[p]);
+        std::copy(part.begin(), part.end(), rows.begin() + static_cast<std::ptrdiff_t>(first[p]));
     });
     return rows;
 }
 
-/// The rows i of [0, n) for which is(i), ascending.
-template <typename Is>
-std::vector<std::uint32_t> indicesWhere(std::size_t n, const Is& is) {
+/// The indices i of [0, n) for which holds(i), ascending.
+template <typename Predicate>
+std::vector<std::uint32_t> indicesWhere(std::size_t n, const Predicate& holds) {
     constexpr std::size_t kRowsPerTask = 16384;
     std::vector<std::vector<std::uint32_t>> rows((n + kRowsPerTask - 1) / kRowsPerTask);
     parallelFor(rows.size(), 1, [&](std::size_t task) {
         for (std::size_t i = task * kRowsPerTask; i < std::min(n, (task + 1) * kRowsPerTask); ++i)
-            if (is(static_cast<std::uint32_t>(i))) rows[task].push_back(static_cast<std::uint32_t>(i));
+            if (holds(static_cast<std::uint32_t>(i))) rows[task].push_back(static_cast<std::uint32_t>(i));
     });
     return concatenate(rows);
 }
 
-/// How many rows i of [0, n) there are for which is(i).
-template <typename Is>
-std::size_t countWhere(std::size_t n, const Is& is) {
+/// The number of indices i of [0, n) for which holds(i).
+template <typename Predicate>
+std::size_t countWhere(std::size_t n, const Predicate& holds) {
     std::atomic<std::size_t> count = 0;
     parallelRanges(n, 16384, [&](std::size_t begin, std::size_t end) {
-        std::size_t here = 0;
-        for (std::size_t i = begin; i < end; ++i) here += is(static_cast<std::uint32_t>(i));
-        count += here;
+        std::size_t in_range = 0;
+        for (std::size_t i = begin; i < end; ++i) in_range += holds(static_cast<std::uint32_t>(i));
+        count += in_range;
     });
     return count;
 }
 
-/// The first row i of [0, n) for which is(i), n where there is none. is: asked of all rows of a range without a branch,
-/// so several at a time where it has none itself.
-template <typename Is>
-std::size_t firstRowWhere(std::size_t n, const Is& is) {
+/// The first index i of [0, n) for which holds(i), or n. holds() is evaluated for whole ranges without branching, so it
+/// is vectorised if it has no branches itself.
+template <typename Predicate>
+std::size_t firstRowWhere(std::size_t n, const Predicate& holds) {
     constexpr std::size_t kRowsPerTask = 16384;
     std::atomic<std::size_t> first = n;
     parallelRanges(n, kRowsPerTask, [&](std::size_t begin, std::size_t end) {
         bool any = false;
-        for (std::size_t i = begin; i < end; ++i) any |= is(i);
+        for (std::size_t i = begin; i < end; ++i) any |= holds(i);
         if (!any) return;
-        while (!is(begin)) ++begin;
+        while (!holds(begin)) ++begin;
         for (std::size_t least = first; begin < least && !first.compare_exchange_weak(least, begin);) {
         }
     });
     return first;
 }
 
-/// Sorts by a strict total order, so the result is the same for any number of threads.
+/// Sorts by a strict total order, so that the result is the same for any number of threads.
 template <typename T, typename Less>
 void parallelSort(std::vector<T>& rows, const Less& less) {
 #if defined(__SANITIZE_THREAD__)
-    std::sort(rows.begin(), rows.end(), less);  // pieces go from thread to thread, and nobody tells what that orders
+    std::sort(rows.begin(), rows.end(), less);  // TBB's sort hands ranges between threads without annotations
 #else
     tbb::parallel_sort(rows.begin(), rows.end(), less);
-    throwIfLeft();
+    throwIfCancelled();
 #endif
 }
 
-/// Runs body() with at most this many threads (>= 1), its own included, in everything it calls.
+/// Runs body() with at most `threads` >= 1 threads, its own included, for all loops that it starts.
 template <typename Body>
 void withThreads(int threads, const Body& body) {
     const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, static_cast<std::size_t>(threads));
     tbb::task_arena(threads).execute(body);
 }
 
-/// Makes sure that the threads of withThreads(threads) are there, so that none need be made when memory is short. Gives
-/// up waiting for them after half a second.
+/// Starts the threads that withThreads(threads) will use, so that none has to be created later, when memory may be
+/// short. Waits for them at most half a second.
 inline void startThreads(int threads) {
     std::atomic<int> arrived = 0;
     const auto latest = std::chrono::steady_clock::now() + std::chrono::milliseconds(500);
-    Fork fork;
+    TsanForkJoin loop;
     tbb::parallel_for(
         0, threads,
         [&](int) {
-            const Fork::Branch branch(fork);
+            const TsanForkJoin::Branch branch(loop);
             ++arrived;
             while (arrived < threads && std::chrono::steady_clock::now() < latest) std::this_thread::yield();
         },
         tbb::simple_partitioner());
 }
 
-/// Calls body(i) for i = 0, 1 … n - 1, begun in this order, at most in_flight (>= 1) of them at once; begins
-/// no further one once goOn() is false. A body may use parallel loops; while it waits for them its thread
-/// begins no other body.
+/// Calls body(i) for i = 0, 1 … n - 1, started in this order, with at most in_flight >= 1 of them running at once.
+/// Starts no further one once goOn() is false. Bodies may use parallel loops; a thread that waits for such a loop
+/// starts no other body.
 template <typename GoOn, typename Body>
 void parallelInFlight(std::size_t n, std::size_t in_flight, const GoOn& goOn, const Body& body) {
     std::size_t next = 0;
-    Fork fork;
+    TsanForkJoin loop;
     const auto take = [&](tbb::flow_control& control) {
-        const Fork::Turn turn(fork);
+        const TsanForkJoin::OrderedBranch branch(loop);
         if (next == n || !goOn()) control.stop();
         return next++;
     };
     const auto work = [&](std::size_t i) {
-        const Fork::Branch branch(fork);
-        alone([&] { body(i); });
+        const TsanForkJoin::Branch branch(loop);
+        runIsolated([&] { body(i); });
     };
     tbb::parallel_pipeline(in_flight, tbb::make_filter<void, std::size_t>(tbb::filter_mode::serial_in_order, take) &
                                           tbb::make_filter<std::size_t, void>(tbb::filter_mode::parallel, work));
 }
 
-/// Goes through what take() gives, an optional that is empty at the end: make(item) is called for several items at
-/// once, while the next are taken; give(made) for one after the other, in the order in which they were taken. Ends with
-/// the first exception of any of them in this order.
+/// An ordered pipeline. take() gives the next item, an empty optional at the end; make(item) turns items into results,
+/// several at once; give(result) is called for one result after another, in the order of the items. Ends with the first
+/// exception of any of the three, in the order of the items.
 template <typename Take, typename Make, typename Give>
 void parallelInOrder(const Take& take, const Make& make, const Give& give) {
     struct Step {
@@ -228,12 +231,12 @@ void parallelInOrder(const Take& take, const Make& make, const Give& give) {
         std::optional<std::invoke_result_t<Make, typename decltype(item)::value_type&&>> made;
         std::exception_ptr failure;
     };
-    std::vector<Step> steps(2 * threadsHere());  // as many as are under way; the next begins where the first has ended
+    std::vector<Step> steps(2 * threadsHere());  // a ring buffer of the items in flight
     std::size_t next = 0;
     bool ended = false;
-    Fork fork;
+    TsanForkJoin loop;
     const auto taking = [&](tbb::flow_control& control) {
-        const Fork::Turn turn(fork);
+        const TsanForkJoin::OrderedBranch branch(loop);
         Step& step = steps[next++ % steps.size()] = {};
         try {
             if (!ended) step.item = take();
@@ -245,7 +248,7 @@ void parallelInOrder(const Take& take, const Make& make, const Give& give) {
         return &step;
     };
     const auto making = [&](Step* step) {
-        const Fork::Turn turn(fork);
+        const TsanForkJoin::OrderedBranch branch(loop);
         try {
             if (step->item) step->made = make(*std::move(step->item));
         } catch (...) {
@@ -254,22 +257,23 @@ void parallelInOrder(const Take& take, const Make& make, const Give& give) {
         return step;
     };
     const auto giving = [&](Step* step) {
-        const Fork::Turn turn(fork);
+        const TsanForkJoin::OrderedBranch branch(loop);
         if (step->failure) std::rethrow_exception(step->failure);
-        alone([&] { give(*std::move(step->made)); });
+        runIsolated([&] { give(*std::move(step->made)); });
     };
     tbb::parallel_pipeline(steps.size(), tbb::make_filter<void, Step*>(tbb::filter_mode::serial_in_order, taking) &
                                              tbb::make_filter<Step*, Step*>(tbb::filter_mode::parallel, making) &
                                              tbb::make_filter<Step*, void>(tbb::filter_mode::serial_in_order, giving));
-    throwIfLeft();
+    throwIfCancelled();
 }
 
-/// Turns counts into places: returns n + 1 entries, the sums of all counts before each, then of all.
+/// The exclusive prefix sums of n counts: n + 1 entries, of which the last is the sum of all counts. With counts of
+/// items per row, entry i is the position of row i's first item.
 template <typename Count>
 std::vector<Count> exclusiveScan(const std::vector<Count>& counts) {
-    std::vector<Count> places(counts.size() + 1, 0);
-    std::partial_sum(counts.begin(), counts.end(), places.begin() + 1);
-    return places;
+    std::vector<Count> sums(counts.size() + 1, 0);
+    std::partial_sum(counts.begin(), counts.end(), sums.begin() + 1);
+    return sums;
 }
 
 }  // namespace betamesh

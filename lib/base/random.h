@@ -1,5 +1,5 @@
-// Numbers that look random and are the same on every machine: hashes of counters, so that row i can be
-// asked for without row i - 1.
+// Pseudo-random numbers that are the same on every machine. They are hashes of counters, so row i can be computed
+// without row i - 1.
 
 #pragma once
 
@@ -9,7 +9,9 @@
 
 namespace betamesh {
 
-/// Source: Steele, Lea & Flood 2014, splitmix64: the n-th state, then its finaliser.
+/// The n-th output of the generator with this seed.
+///
+/// source  splitmix64: Steele, Lea & Flood 2014
 constexpr std::uint64_t hash(std::uint64_t seed, std::uint64_t n) {
     std::uint64_t x = seed + (n + 1) * 0x9e3779b97f4a7c15u;
     x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9u;
@@ -17,16 +19,16 @@ constexpr std::uint64_t hash(std::uint64_t seed, std::uint64_t n) {
     return x ^ (x >> 31);
 }
 
-/// A stream of numbers: `Random(seed)` for a test, `Random(seed, row)` for one row of something.
+/// A stream of pseudo-random numbers: `Random(seed)` for a test, `Random(seed, row)` for row `row` of an array.
 class Random {
 public:
     explicit constexpr Random(std::uint64_t seed, std::uint64_t row = 0) : seed_(hash(hash(seed, 0), row)) {}
 
     constexpr std::uint64_t bits() { return hash(seed_, next_++); }
-    /// In [0, 1).
+    /// Uniform in [0, 1).
     constexpr double unit() { return static_cast<double>(bits() >> 11) * 0x1p-53; }
     constexpr double between(double low, double high) { return low + (high - low) * unit(); }
-    /// In [0, n), n > 0.
+    /// Nearly uniform in [0, n), n > 0.
     constexpr std::uint64_t below(std::uint64_t n) { return bits() % n; }
     /// Uniform in the cube [-1, 1)³.
     Vec3 cube() {

@@ -1,4 +1,4 @@
-// Points, sixteen at a time, and the samples near them: what sums over a neighbourhood go through.
+// Points in groups of one SIMD register, and the samples near each group: what neighbourhood sums iterate over.
 
 #pragma once
 
@@ -13,73 +13,94 @@
 
 namespace betamesh {
 
-/// A sample as sums take it; the first three fields are its position.
+/// A sample as sums read it; the first three fields are its position.
 template <std::size_t kFields>
 using SampleFields = std::array<float, kFields>;
 
-/// Some of many samples.
+/// Samples given by their indices in an array.
 template <std::size_t kFields>
-class SomeSamples {
+class SampleSubset {
 public:
     struct Iterator {
         const SampleFields<kFields>* all;
-        const std::uint32_t* number;
-        const SampleFields<kFields>& operator*() const { return all[*number]; }
-        Iterator& operator++() { return ++number, *this; }
-        bool operator!=(const Iterator& other) const { return number != other.number; }
+        const std::uint32_t* index;
+        const SampleFields<kFields>& operator*() const { return all[*index]; }
+        Iterator& operator++() { return ++index, *this; }
+        bool operator!=(const Iterator& other) const { return index != other.index; }
     };
 
-    SomeSamples(const SampleFields<kFields>* all, std::span<const std::uint32_t> numbers)
-        : all_(all), numbers_(numbers) {}
-    Iterator begin() const { return {all_, numbers_.data()}; }
-    Iterator end() const { return {all_, numbers_.data() + numbers_.size()}; }
+    SampleSubset(const SampleFields<kFields>* all, std::span<const std::uint32_t> indices)
+        : all_(all), indices_(indices) {}
+    Iterator begin() const { return {all_, indices_.data()}; }
+    Iterator end() const { return {all_, indices_.data() + indices_.size()}; }
 
 private:
     const SampleFields<kFields>* all_;
-    std::span<const std::uint32_t> numbers_;
+    std::span<const std::uint32_t> indices_;
 };
 
-/// A point of many: its row and where it is.
-struct PlacedRow {
-    Vec3f place;
+/// A point and its row in the arrays of all points.
+struct PointRow {
+    Vec3f position;
     std::uint32_t row;
 };
 
-/// Points that lie together, a lane each. Lanes without a point of their own repeat the first.
+/// Up to kLanes nearby points, one per lane. Unused lanes repeat the first point.
 struct PointGroup {
     std::size_t size;
     std::uint32_t row[kLanes];
-    Lanes place[3];
+    Lanes position[3];
 
-    explicit PointGroup(std::span<const PlacedRow> points) : size(points.size()) {
+    /// pointAt(i): the PointRow of point i < points.
+    template <typename PointAt>
+    PointGroup(std::size_t points, const PointAt& pointAt) : size(points) {
         for (std::size_t lane = 0; lane < kLanes; ++lane) {
-            const PlacedRow& point = points[lane < size ? lane : 0];
+            const PointRow point = pointAt(lane < size ? lane : 0);
             row[lane] = point.row;
-            for (int k = 0; k < 3; ++k) place[k][lane] = point.place[k];
+            for (int k = 0; k < 3; ++k) position[k][lane] = point.position[k];
         }
+    }
+
+    struct Vectors {
+        Lanes lanes[3];
+    };
+    /// Vectors of the points, from an array with a row per point.
+    Vectors gather(const std::vector<Vec3f>& vectors) const {
+        Vectors gathered;
+        for (std::size_t lane = 0; lane < kLanes; ++lane)
+            for (int k = 0; k < 3; ++k) gathered.lanes[k][lane] = vectors[row[lane]][k];
+        return gathered;
     }
 };
 
-/// The numbers of those places that are less than sqrt(square) away from the box, in order, at the front of `near`,
-/// which has room for all; returns how many.
-std::size_t findNear(const Boxf& box, const std::array<std::vector<float>, 3>& places, float square,
+/// Coordinates of many points, axis by axis.
+using Columns = std::array<std::vector<float>, 3>;
+
+/// Writes the ascending indices of all boxes low[i], high[i] nearer than sqrt(squared_distance) to `box` to the front
+/// of `near`, which grows as needed, and returns their number. For points low and high are the same.
+std::size_t findNear(const Boxf& box, const Columns& low, const Columns& high, float squared_distance,
                      std::vector<std::uint32_t>& near);
 
-Boxf boxOf(std::span<const PlacedRow> points);
+Boxf boundsOf(std::span<const PointRow> points);
 
-/// Reorders points so that the first kLanes, the next, and so on lie together, and of these the first half, too.
-void groupTogether(std::span<PlacedRow> points);
+/// Reorders points so that each run of kLanes points is compact in space, and so is the first half of each run.
+void sortIntoGroups(std::span<PointRow> points);
 
-/// How near each other the points of a group are: groups that lie closely have fewer samples near them, but it takes
-/// time to find them.
-enum class Grouping { close, coarse };
+/// Compact groups have fewer samples near them, but sorting points into them takes time.
+enum class Grouping { compact, unsorted };
 
-/// Samples in an order that depends on nothing but their places and rows, to be gone through near points. Their
-/// positions, from a place near them and in units of `unit`, are exact enough as floats.
+/// Samples in an order that depends only on their positions and rows, searched by groups of points. Positions are kept
+/// in single precision, in units of `unit`, relative to a point nearby.
+///
+/// forGroups() in skin/neighbourhoods.h does the same for points that are grouped once and then moved many times. It
+/// accepts or rejects runs of samples, not single ones: finding samples is cheaper, but the sums see more of them. With
+/// it, coherent smoothing and limitVelocities() together took 1.08 to 1.10 times, limitVelocities() alone 1.05 times
+/// the whole program's time on a frame without a skin, and the other way round a skin's short sums would pay for the
+/// search.
 template <std::size_t kFields>
 class SampleCloud {
 public:
-    /// fieldsOf    sample's row -> its fields after the position, kFields - 3 floats
+    /// fieldsOf    row of a sample -> its fields after the position, kFields - 3 floats
     /// cost        O(samples)
     template <typename SampleAt, typename FieldsOf>
     SampleCloud(std::size_t samples, const SampleAt& sampleAt, const FieldsOf& fieldsOf, double reach, double unit)
@@ -91,30 +112,32 @@ public:
             const auto cell = static_cast<std::uint32_t>(c);
             for (std::uint32_t i = cells_.begin(cell); i < cells_.begin(cell + 1); ++i) {
                 const std::uint32_t row = cells_.rows()[i];
-                const Vec3f place((sampleAt(row) - cells_.lowestCorner(cell)) * scale_);
+                const Vec3f position((sampleAt(row) - cells_.lowestCorner(cell)) * scale_);
                 const std::array<float, kFields - 3> given = fieldsOf(row);
-                for (std::size_t k = 0; k < 3; ++k) field_[i][k] = place[static_cast<int>(k)];
+                for (std::size_t k = 0; k < 3; ++k) field_[i][k] = position[static_cast<int>(k)];
                 std::copy(given.begin(), given.end(), field_[i].begin() + 3);
             }
         });
     }
 
-    /// Calls visit(group, samples) on several threads, each point in one group, where the samples are at least all
-    /// those within reach of it: what becomes of a point does not depend on other points, if samples out of its reach
-    /// count for nothing. Places and positions of samples count from one place near both.
+    /// Calls visit(group, samples) on several threads for groups that contain each point once. `samples` contains at
+    /// least all samples within reach of any point of the group; if samples beyond a point's reach contribute zero, the
+    /// result at a point does not depend on the other points. Positions of points and samples have a common origin
+    /// near both.
     ///
-    /// cost        O(points + samples near them), and what visit does
+    /// cost        O(points + samples near them), plus visit
     template <typename PointAt, typename Visit>
     void forPoints(std::size_t points, const PointAt& pointAt, Grouping grouping, const Visit& visit) const {
-        // Of each cell's groups one is not full: few cells. Those of samples are smaller, for fewer beyond reach.
+        // Cells of points are larger than those of samples: fewer groups are not full. Smaller cells of samples contain
+        // fewer samples beyond reach.
         const CellOrder near(points, 1.5 * reach_, pointAt);
-        // A hair more than the reach: what is left out is beyond it however sums round.
+        // Slightly more than the reach, so that rounding never excludes a sample within reach.
         const auto square = static_cast<float>(reach_ * scale_ * reach_ * scale_ * (1 + 1e-5));
         parallelRanges(near.cells(), 4, [&](std::size_t first, std::size_t last) {
             std::vector<Fields> candidate;
-            std::array<std::vector<float>, 3> place;  // of candidates
-            std::vector<std::uint32_t> number;
-            std::vector<PlacedRow> point;
+            Columns position;  // of candidates
+            std::vector<std::uint32_t> index;
+            std::vector<PointRow> point;
             for (auto cell = static_cast<std::uint32_t>(first); cell < last; ++cell) {
                 const Vec3 low = near.lowestCorner(cell), high = low + Vec3(near.edge()), middle = (low + high) / 2;
                 candidate.clear();
@@ -127,20 +150,19 @@ public:
                 });
                 const std::size_t n = candidate.size();
                 for (std::size_t k = 0; k < 3; ++k) {
-                    place[k].resize(n);
-                    for (std::size_t i = 0; i < n; ++i) place[k][i] = candidate[i][k];
+                    position[k].resize(n);
+                    for (std::size_t i = 0; i < n; ++i) position[k][i] = candidate[i][k];
                 }
-                number.resize(n);
 
                 point.clear();
                 for (const std::uint32_t row : near.rowsOf(cell))
                     point.push_back({Vec3f((pointAt(row) - middle) * scale_), row});
-                if (grouping == Grouping::close) groupTogether(point);
+                if (grouping == Grouping::compact) sortIntoGroups(point);
                 for (std::size_t begin = 0; begin < point.size(); begin += kLanes) {
-                    const std::span together = std::span(point).subspan(begin, std::min(kLanes, point.size() - begin));
-                    const PointGroup group(together);
-                    const std::size_t used = findNear(boxOf(together), place, square, number);
-                    visit(group, SomeSamples<kFields>(candidate.data(), std::span(number).first(used)));
+                    const std::span members = std::span(point).subspan(begin, std::min(kLanes, point.size() - begin));
+                    const PointGroup group(members.size(), [&](std::size_t i) { return members[i]; });
+                    const std::size_t used = findNear(boundsOf(members), position, position, square, index);
+                    visit(group, SampleSubset<kFields>(candidate.data(), std::span(index).first(used)));
                 }
             }
         });
@@ -151,7 +173,7 @@ private:
 
     double reach_, scale_;
     CellOrder cells_;
-    std::unique_ptr<Fields[]> field_;  // in the order of cells; positions from the cell's lowest corner
+    std::unique_ptr<Fields[]> field_;  // in the order of cells; positions relative to the cell's lowest corner
 };
 
 }  // namespace betamesh

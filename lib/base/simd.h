@@ -1,5 +1,6 @@
-// One binary, several instruction sets: a function marked so is compiled for each and chosen at run time.
-// Its results must not depend on the choice; contraction to fused multiply-add is off everywhere.
+// Vector code for several instruction sets in one binary. A function marked BETAMESH_EVERY_CPU is compiled for each of
+// them, and the best version is chosen at run time. Results must not depend on the choice; contraction to fused
+// multiply-add is off everywhere.
 
 #pragma once
 
@@ -20,19 +21,17 @@ template <typename T, std::size_t kWidth>
 struct VectorOf {
     typedef T Type __attribute__((vector_size(kWidth * sizeof(T))));
 };
-/// Numbers that one register holds, or few.
+/// Vectors of kWidth numbers, held in one register or a few.
 template <std::size_t kWidth>
 using Floats = typename VectorOf<float, kWidth>::Type;
 template <std::size_t kWidth>
 using Doubles = typename VectorOf<double, kWidth>::Type;
 
-/// As many floats as the widest registers hold. Narrower ones take a few for it; all of them work lane by lane.
+/// The number of floats in the widest registers (512 bits). With narrower ones a pack takes several registers.
 inline constexpr std::size_t kLanes = 16;
 using Lanes = Floats<kLanes>;
-/// As many as every processor has registers for.
-using Quad = Floats<4>;
 
-/// Lanes first to first + kWidth of several.
+/// Copies lanes [first, first + kWidth) of n packs into n narrower vectors.
 template <std::size_t kWidth, std::size_t n>
 __attribute__((always_inline)) inline void getLanes(const Lanes (&lanes)[n], std::size_t first,
                                                     Floats<kWidth> (&part)[n]) {
@@ -46,13 +45,13 @@ __attribute__((always_inline)) inline void setLanes(Lanes (&lanes)[n], std::size
         std::memcpy(reinterpret_cast<float*>(&lanes[i]) + first, &part[i], sizeof part[i]);
 }
 
-/// 0, 1, 2 …
+/// Sets lane i to i.
 template <std::size_t kWidth>
 __attribute__((always_inline)) inline void setNumbers(Floats<kWidth>& numbers) {
     for (std::size_t lane = 0; lane < kWidth; ++lane) numbers[lane] = static_cast<float>(lane);
 }
 
-/// The largest of these.
+/// The largest lane.
 template <std::size_t kWidth>
 __attribute__((always_inline)) inline void takeLargest(const Floats<kWidth>& values, float& largest) {
     if constexpr (kWidth == 1) {
@@ -64,7 +63,7 @@ __attribute__((always_inline)) inline void takeLargest(const Floats<kWidth>& val
         takeLargest<kWidth / 2>(high > low ? high : low, largest);
     }
 }
-/// The smallest number, of those of lanes with this value.
+/// The smallest of `numbers` among the lanes whose value equals `value`.
 template <std::size_t kWidth>
 __attribute__((always_inline)) inline void takeFirst(const Floats<kWidth>& values, float value,
                                                      const Floats<kWidth>& numbers, float& first) {
@@ -84,9 +83,9 @@ __attribute__((target("arch=x86-64-v3"))) void onV3(const Kernel& kernel) {
 }
 #endif
 
-/// Calls kernel<kWidth>() compiled for this processor, which has that many floats in a register. All of it has to be
-/// inlined always. For kernels that need the width: those that compare lanes and keep numbers by that, which g++ takes
-/// apart where they are wider, or keep much in registers.
+/// Calls kernel.operator()<kWidth>(), compiled for this processor, whose registers hold kWidth floats. The kernel and
+/// all that it calls have to be always_inline. Needed by kernels that select by comparing lanes, which g++ does not
+/// vectorise for packs wider than a register, and by kernels that keep many values in registers.
 template <typename Kernel>
 void onThisCpu(const Kernel& kernel) {
 #if defined(BETAMESH_SEVERAL_CPUS)
@@ -106,7 +105,7 @@ struct AllLanes {
         for (std::size_t first = 0; first < kLanes; first += kWidth) kernel.template operator()<kWidth>(first);
     }
 };
-/// Calls kernel<kWidth>(first) for all lanes, kWidth of them at once, likewise.
+/// Likewise calls kernel.operator()<kWidth>(first) until all kLanes lanes are done, kWidth of them per call.
 template <typename Kernel>
 void forLanes(const Kernel& kernel) {
     onThisCpu(AllLanes<Kernel>{kernel});

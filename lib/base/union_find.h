@@ -1,4 +1,4 @@
-// Disjoint groups of rows that are joined one pair at a time.
+// Union-find: disjoint groups of rows, merged pair by pair.
 
 #pragma once
 
@@ -9,11 +9,12 @@
 
 namespace betamesh {
 
-/// Every group is named by its smallest row.
+/// The rows 0 … n - 1, initially each in a group of its own. The representative of a group is its smallest row.
 class UnionFind {
 public:
     explicit UnionFind(std::size_t n) : parent_(n), groups_(n) { std::iota(parent_.begin(), parent_.end(), 0u); }
 
+    /// The smallest row of the group of a.
     std::uint32_t find(std::uint32_t a) {
         for (std::uint32_t up = parent_[a]; up != a;) {
             const std::uint32_t above = parent_[up];
@@ -31,6 +32,7 @@ public:
         parent_[std::max(a, b)] = std::min(a, b);
         --groups_;
     }
+    /// The number of groups.
     std::size_t groups() const { return groups_; }
 
 private:

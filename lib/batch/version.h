@@ -1,4 +1,4 @@
-// Which betamesh this is.
+// The version of betamesh.
 
 #pragma once
 

@@ -1,4 +1,4 @@
-// The door of Boost.Multiprecision.
+// The wrapper of Boost.Multiprecision.
 
 #include "exact/orientation.h"
 
@@ -13,8 +13,8 @@ namespace betamesh {
 
 namespace {
 
-// Fixed widths, which need no allocation. No double is finer than 2^-1074, so that differences of those below
-// kLargestCoordinate have at most 200 + 1074 + 1 bits: the widest holds products of three.
+// Integers of fixed width, which need no allocation. Doubles are multiples of 2^-1074, so differences of coordinates
+// below kLargestCoordinate have at most 200 + 1074 + 1 bits; Widest holds the product of three of them.
 template <unsigned bits>
 using Fixed = boost::multiprecision::number<
     boost::multiprecision::cpp_int_backend<bits, bits, boost::multiprecision::signed_magnitude,
@@ -23,15 +23,15 @@ using Fixed = boost::multiprecision::number<
 using Usual = Fixed<512>;
 using Widest = Fixed<4096>;
 
-// Error bounds, with u = 2^-53: a difference of two coordinates carries a factor within 1 ± u, and so does
-// every product and sum. A term of three factors passes through at most eight of them, one of two factors
-// through five; ((1 + u)^8 - 1) < 9u of the terms' magnitudes, whose own sum is at most as wrong. Underflow
-// adds less than 2^-800, as nothing is larger than 2^202.
+// Error bounds, with u = 2^-53. Each difference, product and sum has a relative error of at most u. A term of three
+// factors accumulates at most eight such errors, a term of two factors five; (1 + u)^8 - 1 < 9u, relative to the sum of
+// the terms' magnitudes, which has itself a relative error of at most that size. Underflow adds less than 2^-800,
+// because no value exceeds 2^202.
 constexpr double kErrorOfThree = 16 * 0x1p-53, kErrorOfTwo = 10 * 0x1p-53, kUnderflow = 0x1p-800;
 
 int sign(double x) { return (x > 0) - (x < 0); }
 
-int widthOf(std::uint64_t x) { return 64 - std::countl_zero(x); }
+int bitWidth(std::uint64_t x) { return 64 - std::countl_zero(x); }
 
 // A double as an integer times a power of two.
 struct Dyadic {
@@ -48,11 +48,11 @@ struct Dyadic {
         if (x < 0) number = -number;
         exponent = std::max(biased, 1) - 1075 + zeros;
     }
-    int end() const { return exponent + widthOf(static_cast<std::uint64_t>(std::abs(number))); }
+    int end() const { return exponent + bitWidth(static_cast<std::uint64_t>(std::abs(number))); }
 };
 
-// Along one axis, the differences of some coordinates to the last, as integers in a unit of its own: that
-// does not change signs.
+// Differences between n coordinates of one axis and the last coordinate, as integers. The axis has a unit of its own, a
+// power of two, which does not change the sign of a determinant.
 template <std::size_t n>
 class Axis {
 public:
@@ -72,9 +72,9 @@ public:
             magnitudes |= static_cast<unsigned __int128>(difference_[i] < 0 ? -difference_[i] : difference_[i]);
         }
         const auto high = static_cast<std::uint64_t>(magnitudes >> 64), low = static_cast<std::uint64_t>(magnitudes);
-        bits_ = high != 0 ? 64 + widthOf(high) : widthOf(low);
+        bits_ = high != 0 ? 64 + bitWidth(high) : bitWidth(low);
     }
-    /// Of the largest difference, without its sign; more than 127: at most so many.
+    /// Bits of the largest difference, without its sign. Exact up to 127, an upper bound above.
     int bits() const { return bits_; }
     template <typename Number>
     Number difference(std::size_t i) const {
@@ -118,8 +118,8 @@ int determinantSign(const Axis<2>& x, const Axis<2>& y) {
     return signOf(determinant);
 }
 
-// For differences of at most 62 bits: the minors fit 128, their products by differences are added in two
-// parts, that above and that below 2^64.
+// For differences of at most 62 bits: the minors fit 128 bits; their products with differences are summed in two parts,
+// the bits below 2^64 and those above.
 int determinantSignIn192Bits(const Axis<3>& x, const Axis<3>& y, const Axis<3>& z) {
     __int128 high = 0;
     unsigned __int128 low = 0;
@@ -140,7 +140,7 @@ bool fits192Bits(const Axis<3>& x, const Axis<3>& y, const Axis<3>& z) {
     return x.bits() <= 62 && y.bits() <= 62 && z.bits() <= 62;
 }
 
-// In the narrowest integers that hold a product of differences along each axis, and the sum of six such.
+// Uses the narrowest integers that hold the sum of six products of one difference per axis.
 template <typename... Axes>
 int exactSign(const Axes&... axes) {
     if (((axes.bits() == 0) || ...)) return 0;

@@ -1,7 +1,7 @@
-// Exact signs about points given in floating point. No epsilon decides anything.
+// Exact orientation predicates for points in floating point. No epsilon is involved.
 //
-// Coordinates are doubles as they stand, whether they were read as float or computed. Each sign is first
-// taken in doubles; where that is too small for its proven rounding error, it is computed in integers.
+// Coordinates are taken exactly as the doubles are, whether read from float or computed. Each determinant is first
+// evaluated in doubles; where it does not exceed its proven rounding error, its sign is computed in integers.
 
 #pragma once
 
@@ -11,24 +11,24 @@
 
 namespace betamesh {
 
-/// All coordinates have to be smaller than this (any float is): then nothing below overflows.
+/// Magnitudes of all coordinates have to be below this, as those of any float are; then no predicate overflows.
 inline constexpr double kLargestCoordinate = 0x1p200;
 
-/// Also false for what is not a number.
+/// False also for NaN and infinity.
 inline bool isInRange(const Vec3& p) {
     return std::abs(p.x) < kLargestCoordinate && std::abs(p.y) < kLargestCoordinate &&
            std::abs(p.z) < kLargestCoordinate;
 }
 
-/// +1 where p lies on the side of the plane through a, b, c from which they run counter-clockwise, -1 on
-/// the other side, 0 on the plane or where a, b, c are on one line.
+/// Orientation of p against the plane through a, b, c: +1 on the side from which a, b, c are counter-clockwise, -1 on
+/// the other side, 0 on the plane or where a, b, c are collinear.
 int sideOfPlane(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& p);
 
-/// +1 where a, b, c, seen from the positive end of the axis (0, 1, 2: x, y, z), run counter-clockwise, -1
-/// where clockwise, 0 where on one line.
+/// Orientation of a, b, c projected along an axis (0, 1, 2: x, y, z), seen from its positive end: +1 counter-clockwise,
+/// -1 clockwise, 0 collinear.
 int turnAlong(int axis, const Vec3& a, const Vec3& b, const Vec3& c);
 
-/// Are the three points on one line?
+/// Are the three points collinear?
 inline bool onOneLine(const Vec3& a, const Vec3& b, const Vec3& c) {
     return turnAlong(0, a, b, c) == 0 && turnAlong(1, a, b, c) == 0 && turnAlong(2, a, b, c) == 0;
 }

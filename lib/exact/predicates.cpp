@@ -11,7 +11,7 @@ namespace {
 using Int = __int128;
 using Unsigned = unsigned __int128;
 
-struct Wide {  // of 128-bit parts: an unsigned number of 256 bits
+struct Wide {  // an unsigned integer of 256 bits
     Unsigned high, low;
     friend bool operator==(const Wide&, const Wide&) = default;
 };
@@ -33,7 +33,7 @@ int compare(const Wide& a, const Wide& b) {
 int sign(Int x) { return (x > 0) - (x < 0); }
 Unsigned magnitude(Int x) { return x < 0 ? -static_cast<Unsigned>(x) : static_cast<Unsigned>(x); }
 
-// Sums wrap modulo 2^128; what is returned to callers fits whenever the triangle has a circumradius <= R.
+// Sums wrap modulo 2^128. The final values fit whenever the triangle has a circumradius of at most R.
 Unsigned dotWide(const Vec3i& a, const Vec3i& b) {
     return static_cast<Unsigned>(Int{a.x} * b.x) + static_cast<Unsigned>(Int{a.y} * b.y) +
            static_cast<Unsigned>(Int{a.z} * b.z);
@@ -41,7 +41,8 @@ Unsigned dotWide(const Vec3i& a, const Vec3i& b) {
 
 std::int64_t square(const Vec3i& a) { return a.x * a.x + a.y * a.y + a.z * a.z; }
 
-// D = 4R²N - UVW, zero where the circumradius of the triangle is exactly R, negative where it is larger.
+// D = 4R²N - UVW, where N = |u × v|² and U, V, W are the squared sides: zero where the circumradius of the triangle is
+// exactly R, negative where it is larger.
 Int discriminant(const Vec3i& u, const Vec3i& v, std::int64_t radius, Int n_squared) {
     return Int{4 * radius * radius} * n_squared - Int{square(u)} * square(v) * square(u - v);
 }
@@ -55,11 +56,11 @@ Vec3i toInteger(const Vec3& v) {
     return {static_cast<std::int64_t>(v.x), static_cast<std::int64_t>(v.y), static_cast<std::int64_t>(v.z)};
 }
 
-// Four cocircular points 0, u, v, w: the sign of w's power when every squared radius has its own ε.
+// For four cocircular points 0, u, v, w: the sign of w's power when every squared radius has an ε of its own.
 int cocircularSign(const Vec3i& u, const Vec3i& v, const Vec3i& w, const Vec3i& n) {
     const Vec3i zero(0, 0, 0);
     if (before(w, zero) && before(w, u) && before(w, v)) return -1;
-    // w = α·0 + β·u + γ·v; the coordinate of the first of the three decides.
+    // w = α·0 + β·u + γ·v; the coefficient of the lexicographically first of the three decides.
     if (before(zero, u) && before(zero, v)) return sign(static_cast<Int>(dotWide(cross(u - w, v - w), n)));
     if (before(u, v)) return sign(static_cast<Int>(dotWide(cross(w, v), n)));
     return sign(static_cast<Int>(dotWide(cross(u, w), n)));
@@ -75,7 +76,7 @@ bool ballExists(const Vec3i& u, const Vec3i& v, std::int64_t radius) {
 }
 
 bool insideBall(const Vec3i& u, const Vec3i& v, const Vec3i& w, int side, std::int64_t radius) {
-    // N (|w - c|² - R²) = A + B √D, c the centre of the ball
+    // N (|w - c|² - R²) = A + B √D, with the centre c of the ball
     const Vec3i n = cross(u, v);
     const Int n_squared = static_cast<Int>(dotWide(n, n));
     const Int d = discriminant(u, v, radius, n_squared);
@@ -106,39 +107,39 @@ int sameSide(const Vec3i& u, const Vec3i& a, const Vec3i& b) {
 
 namespace {
 
-// Of the triangle 0, u, v.
-struct Sides {
-    double uu, vv;     // their squared lengths
+// Quantities of the triangle 0, u, v, in floating point.
+struct TriangleTerms {
+    double uu, vv;     // |u|², |v|²
     Vec3 normal;       // u × v
-    double n_squared;  // its squared length
-    double uvw;        // product of the squared sides
+    double n_squared;  // |u × v|²
+    double uvw;        // |u|² |v|² |u - v|²
 
-    Sides(const Vec3& u, const Vec3& v)
+    TriangleTerms(const Vec3& u, const Vec3& v)
         : uu(dot(u, u)), vv(dot(v, v)), normal(cross(u, v)), n_squared(dot(normal, normal)) {
         const Vec3 edge = u - v;
         uvw = uu * vv * dot(edge, edge);
     }
-    // Of the circle through the three.
-    Vec3 centre(const Vec3& u, const Vec3& v) const { return cross(uu * v - vv * u, normal) / (2 * n_squared); }
-    // |u|²|v| + |v|²|u|, the size of what cancels in it.
-    double terms() const { return uu * std::sqrt(vv) + vv * std::sqrt(uu); }
+    Vec3 circumcentre(const Vec3& u, const Vec3& v) const { return cross(uu * v - vv * u, normal) / (2 * n_squared); }
+    // |u|²|v| + |v|²|u|: magnitude of the terms that cancel in circumcentre().
+    double cancellingTerms() const { return uu * std::sqrt(vv) + vv * std::sqrt(uu); }
 };
 
 }  // namespace
 
-// The error bounds: u, v, u × v and squared lengths are integers below 2^53, hence exact. With e = 2^-53,
-// N carries 3e, D at most 8e·(4R²N + UVW), the circumcentre 12e·terms/|n|, the height what D hands on. All
-// are doubled or more here; R is at most 2^20, so nothing overflows or underflows.
+// Error bounds. u, v, u × v and squared lengths are integers below 2^53, hence exact. With e = 2^-53, the error of N is
+// at most 3e relative, that of D at most 8e·(4R²N + UVW), that of the circumcentre at most 12e·cancellingTerms()/|n|;
+// the error of the height follows from that of D. All bounds are at least doubled here. R is at most 2^20, so nothing
+// overflows or underflows.
 ExactBalls::ExactBalls(const Vec3&, const Vec3& u, const Vec3& v, double radius) : u_(u), v_(v), radius_(radius) {
     constexpr double kRounding = 0x1p-53;
     const Vec3 edge = u - v;
     if (dot(edge, edge) > 4 * radius * radius) return;
-    const Sides circle(u, v);
-    if (circle.n_squared == 0) return;
+    const TriangleTerms triangle(u, v);
+    if (triangle.n_squared == 0) return;
 
-    const double four_rr_n = 4 * radius * radius * circle.n_squared;
-    double d = four_rr_n - circle.uvw;
-    double d_error = 16 * kRounding * (four_rr_n + circle.uvw);
+    const double four_rr_n = 4 * radius * radius * triangle.n_squared;
+    double d = four_rr_n - triangle.uvw;
+    double d_error = 16 * kRounding * (four_rr_n + triangle.uvw);
     if (d < -d_error) return;
     if (d <= d_error) {
         const Vec3i iu = toInteger(u), iv = toInteger(v), n = cross(iu, iv);
@@ -148,26 +149,26 @@ ExactBalls::ExactBalls(const Vec3&, const Vec3& u, const Vec3& v, double radius)
         d_error = 2 * kRounding * d;
     }
     exist_ = true;
-    const double root = std::sqrt(d), n_length = std::sqrt(circle.n_squared);
-    mid_ = circle.centre(u, v);
-    rise_ = circle.normal * (root / (2 * circle.n_squared));
-    const double centre_error =
-        32 * kRounding * (circle.terms() / n_length + radius) + (root > 0 ? d_error / (root * n_length) : 0);
+    const double root = std::sqrt(d), n_length = std::sqrt(triangle.n_squared);
+    circumcentre_ = triangle.circumcentre(u, v);
+    height_ = triangle.normal * (root / (2 * triangle.n_squared));
+    const double centre_error = 32 * kRounding * (triangle.cancellingTerms() / n_length + radius) +
+                                (root > 0 ? d_error / (root * n_length) : 0);
     tolerance_ = 4 * radius * centre_error + 64 * kRounding * radius * radius;
 }
 
-bool ExactBalls::decide(int side, const Vec3& w) const {
+bool ExactBalls::containsExactly(int side, const Vec3& w) const {
     return insideBall(toInteger(u_), toInteger(v_), toInteger(w), side, static_cast<std::int64_t>(radius_));
 }
 
 FloatBalls::FloatBalls(const Vec3& origin, const Vec3& u, const Vec3& v, double radius)
     : origin_(origin), radius_(radius) {
-    const Sides circle(u, v);
-    const double circumradius = std::sqrt(circle.uvw) / (2 * std::sqrt(circle.n_squared));
+    const TriangleTerms triangle(u, v);
+    const double circumradius = std::sqrt(triangle.uvw) / (2 * std::sqrt(triangle.n_squared));
     if (!(circumradius <= radius)) return;  // collinear triplets give infinity or NaN
     exist_ = true;
-    foot_ = origin + circle.centre(u, v);
-    rise_ = circle.normal * std::sqrt((radius * radius - circumradius * circumradius) / circle.n_squared);
+    circumcentre_ = origin + triangle.circumcentre(u, v);
+    height_ = triangle.normal * std::sqrt((radius * radius - circumradius * circumradius) / triangle.n_squared);
 }
 
 }  // namespace betamesh

@@ -1,4 +1,4 @@
-// Particles on an integer grid, in an order that depends on nothing but where they are.
+// Particles snapped to an integer grid and sorted by cell, in an order that depends only on their positions.
 
 #pragma once
 
@@ -14,8 +14,8 @@
 
 namespace betamesh {
 
-/// The paper's perturbation: every particle moves by up to `tolerance` radii along each axis, by a hash of
-/// its id (of its position, without ids) and of `attempt`. Attempt 0 moves nothing.
+/// The paper's perturbation: every particle is displaced by at most `tolerance` radii along each axis. The displacement
+/// is a hash of its id (without ids: of its position) and of `attempt`. Attempt 0 moves nothing.
 struct Jitter {
     double tolerance = 0;
     int attempt = 0;
@@ -27,85 +27,89 @@ public:
     /// errors  a radius that is not a normal number
     explicit SnapGrid(double world_radius);
 
-    /// Quanta in a world unit, a power of two.
+    /// Quanta per world unit, a power of two.
     double perUnit() const { return per_unit_; }
-    /// R, in quanta, in (2^19, 2^20].
+    /// The ball radius R in quanta, in (2^19, 2^20].
     std::int64_t radius() const { return radius_; }
-    /// The nearest place, halves away from zero: coordinates have 24 bits, so that half a quantum more is exact.
+    /// The nearest grid point; halves round away from zero. Coordinates have 24 bits, so adding half a quantum is
+    /// exact.
     Vec3i at(const Vec3f& position) const {
         const auto nearest = [&](double x) { return static_cast<std::int64_t>(x + std::copysign(0.5, x)); };
         return {nearest(position.x * per_unit_), nearest(position.y * per_unit_), nearest(position.z * per_unit_)};
     }
-    /// Of edge 2R.
+    /// The cell that contains a grid point; cells have edge 2R.
     Vec3i cellOf(const Vec3i& position) const { return {cell(position.x), cell(position.y), cell(position.z)}; }
-    /// Throws Error for the first position farther from the origin than 2^50 quanta; first_row: its number, for
-    /// messages.
+    /// Throws Error for the first position with a coordinate beyond 2^50 quanta. first_row: row number of positions[0]
+    /// for the message.
     void requireWithin(std::span<const Vec3f> positions, std::size_t first_row) const;
 
 private:
-    // The quotient is one off at most, which the rest tells.
+    // The rounded quotient is off by at most one, which the remainder shows.
     std::int64_t cell(std::int64_t x) const {
-        const std::int64_t edge = 2 * radius_, near = static_cast<std::int64_t>(static_cast<double>(x) * per_quantum_);
-        const std::int64_t rest = x - near * edge;
-        return near - (rest < 0) + (rest >= edge);
+        const std::int64_t edge = 2 * radius_;
+        const auto quotient = static_cast<std::int64_t>(static_cast<double>(x) * per_quantum_);
+        const std::int64_t remainder = x - quotient * edge;
+        return quotient - (remainder < 0) + (remainder >= edge);
     }
 
-    double per_unit_ = 1, per_quantum_ = 1;  // quanta in a world unit, cells in a quantum
+    double per_unit_ = 1, per_quantum_ = 1;  // quanta per world unit, cells per quantum
     std::int64_t radius_ = 0;
 };
 
-/// Which of n particles matter to the surface: see exact/near_surface.h.
+/// Which of n particles can influence the surface; made by nearSurface() in skin/near_surface.h.
 struct NearSurface {
     std::size_t particles = 0;            ///< n
-    bool all = true;                      ///< they all do, and nothing is known of them; the arrays are empty
-    std::vector<std::uint32_t> row;       ///< theirs, ascending
-    std::vector<std::uint32_t> cell_of;   ///< for each row which of the cells it lies in
-    std::vector<std::uint8_t> is_buried;  ///< for each row whether the ball surely is
-    std::vector<Vec3i> cell;              ///< theirs, in order
-    std::vector<std::uint8_t> is_rim;     ///< of each cell: particles of it or of a cell beside it were left out
+    bool all = true;                      ///< no selection was made: all particles are used, and the arrays are empty
+    std::vector<std::uint32_t> row;       ///< selected particles, ascending
+    std::vector<std::uint32_t> cell_of;   ///< cell of each selected particle, an index into cell
+    std::vector<std::uint8_t> is_buried;  ///< of each selected particle: 1 where its ball is known to be covered
+    std::vector<Vec3i> cell;              ///< occupied cells, sorted by cellBefore()
+    std::vector<std::uint8_t> is_rim;     ///< of each cell: 1 where particles of it or of an adjacent cell are left out
 
     std::size_t leftOut() const { return all ? 0 : particles - row.size(); }
 };
 
-/// Distinct particles, sorted by cell (z, y, x, the edge of a cell is 2R) and inside a cell by position.
-/// World position = quantum · position. Every array but the cells' has one row per distinct particle.
+/// Distinct particles, sorted by cell of edge 2R (z, then y, then x) and within a cell by position.
+/// World position = quantum · position. position, row and is_buried have one row per distinct particle.
 struct SnappedParticles {
-    double quantum = 1;       ///< a power of two, world units
-    std::int64_t radius = 0;  ///< R, in quanta, in (2^19, 2^20]
-    std::vector<Vec3i> position;
-    std::vector<std::uint32_t> row;       ///< of the particle as it was given
-    std::vector<std::uint8_t> is_buried;  ///< whether the ball surely is; empty: not known
+    double quantum = 1;                   ///< a power of two, world units
+    std::int64_t radius = 0;              ///< the ball radius R in quanta, in (2^19, 2^20]
+    std::vector<Vec3i> position;          ///< in quanta
+    std::vector<std::uint32_t> row;       ///< row of the particle in the input
+    std::vector<std::uint8_t> is_buried;  ///< 1 where the ball is known to be covered; empty: not known
 
-    std::vector<Vec3i> cell;                ///< occupied cells, in order
+    std::vector<Vec3i> cell;                ///< occupied cells, sorted by cellBefore()
     std::vector<std::uint32_t> cell_begin;  ///< first particle of each cell, and one entry past the last
-    std::vector<std::uint8_t> is_rim;       ///< of each cell, as NearSurface::is_rim; empty: none is
+    std::vector<std::uint8_t> is_rim;       ///< of each cell, as NearSurface::is_rim; empty: all 0
 
     std::size_t size() const { return position.size(); }
 };
 
-/// Snaps once: the same way in every frame and for every order of the particles; a coordinate moves by at
-/// most half a quantum, less than 1e-6 radii. Exact duplicates collapse onto the smallest id (without ids:
-/// onto the smallest bytes of velocity, then of the attributes).
+/// Snaps particles to the grid, in the same way in every frame and for every order of the particles. A coordinate moves
+/// by at most half a quantum, which is less than 1e-6 radii. Of particles at one grid point the one with the smallest
+/// id is kept (without ids: the one with the smallest bytes of velocity, then of the attributes).
 ///
 /// in      n >= 0 valid particles, radius > 0 in world units
 /// cost    O(n log n)
-/// errors  a particle farther from the origin than 2^50 quanta; a radius that is not a normal number, or so large that
-///         there are more than 50,000 distinct particles for each cell
+/// errors  a particle with a coordinate beyond 2^50 quanta; a radius that is not a normal number, or so large that
+///         cells have more than 50,000 distinct particles on average
 SnappedParticles snapParticles(const Particles& particles, double radius, const Jitter& jitter = {});
 
-/// The same of those near the surface alone. particles: all, or where near.row is empty, only those.
+/// The same for the particles near the surface only. particles: all of them, or only the selected ones in the order of
+/// near.row.
 SnappedParticles snapParticles(const Particles& particles, double radius, const NearSurface& near);
 
 /// The order of cells: by z, then y, then x.
 inline bool cellBefore(const Vec3i& a, const Vec3i& b) { return std::tuple(a.z, a.y, a.x) < std::tuple(b.z, b.y, b.x); }
 
-/// Finds the cells round one among cells in order; quickest when asked for one after another.
+/// Finds the occupied cells among the 27 around a cell. Fastest when cells are queried in ascending order.
 class CellsAround {
 public:
+    /// cells: sorted by cellBefore(); referred to.
     explicit CellsAround(const std::vector<Vec3i>& cells) : cells_(cells) {}
 
-    /// Calls visit(place from (0, 0, 0) to (2, 2, 2), number of the cell there) for those of the 27 cells round one
-    /// that have particles, in order. Everything within 2R of a particle in the middle one is among theirs.
+    /// Calls visit(offset from (0, 0, 0) to (2, 2, 2), index of the cell) for the occupied ones of the 27 cells, in
+    /// order; the centre cell has offset (1, 1, 1). They contain every particle within 2R of one in the centre cell.
     template <typename Visit>
     void forEach(std::size_t cell, const Visit& visit) {
         const Vec3i centre = cells_[cell];
@@ -120,72 +124,75 @@ public:
     }
 
 private:
-    /// The first that does not come before a place; it is not far from the one it was last.
-    std::size_t firstFrom(std::size_t last, const Vec3i& place) const {
-        std::size_t low = last, high = cells_.size();
+    /// Index of the first cell that is not before `cell`: a galloping search from the previous result.
+    std::size_t firstFrom(std::size_t previous, const Vec3i& cell) const {
+        std::size_t low = previous, high = cells_.size();
         for (std::size_t step = 1; low + step < high; step *= 2) {
-            if (!cellBefore(cells_[low + step], place))
+            if (!cellBefore(cells_[low + step], cell))
                 high = low + step;
             else
                 low += step;
         }
-        if (low > 0 && !cellBefore(cells_[low - 1], place)) low = 0;
+        if (low > 0 && !cellBefore(cells_[low - 1], cell)) low = 0;
         const auto begin = cells_.begin();
         return static_cast<std::size_t>(std::lower_bound(begin + static_cast<std::ptrdiff_t>(low),
-                                                         begin + static_cast<std::ptrdiff_t>(high), place, cellBefore) -
+                                                         begin + static_cast<std::ptrdiff_t>(high), cell, cellBefore) -
                                         begin);
     }
 
     const std::vector<Vec3i>& cells_;
-    std::array<std::size_t, 9> first_{};  // of each row of three, where it was last
+    std::array<std::size_t, 9> first_{};  // previous result for each of the nine lines of cells along x
 };
 
-/// Another particle seen from one: offset and its squared length in quanta, whole numbers.
+/// A neighbour of a particle: its offset and the squared length of that, in quanta; both hold integers.
 struct Neighbour {
     Vec3 offset;
     double squared;
     std::uint32_t particle;
 };
 
-/// A cell with so many particles is a crowd; the radius of 1.5 spacings leaves some thirty in one.
+/// Cells with at least this many particles are dense. With a radius of 1.5 spacings a cell has about thirty.
 inline constexpr std::uint32_t kDenseCell = 64;
 
-/// Finds particles near one, itself left out, in the order of SnappedParticles. Quickest when asked for one particle of
-/// a cell after another.
+/// Finds the neighbours of a particle, itself excluded, in the order of SnappedParticles. Fastest when the particles of
+/// one cell are queried in succession.
 class NeighbourFinder {
 public:
     explicit NeighbourFinder(const SnappedParticles& particles) : particles_(particles), around_(particles.cell) {}
-    /// All within 2R.
+    /// All neighbours within 2R.
     void find(std::uint32_t particle, std::vector<Neighbour>& neighbours);
-    /// Of a particle in a crowd all within R, a fifth of them; false where it is in none.
+    /// For a particle in a dense cell all neighbours within R, about a fifth of those within 2R. Returns false, and
+    /// finds nothing, for a particle in any other cell.
     bool findInDenseCell(std::uint32_t particle, std::vector<Neighbour>& neighbours);
-    /// Likewise some hundreds of those, from all over, where there are a thousand and more; false where there are not.
+    /// For a particle in a dense cell with at least a thousand candidates within R: several hundred of its neighbours
+    /// within R, spread over all directions. Returns false, and finds nothing, for any other particle.
     bool findSomeInDenseCell(std::uint32_t particle, std::vector<Neighbour>& neighbours);
 
 private:
+    // Particles that may be neighbours, with positions relative to the lowest corner of the current cell.
     struct Candidates {
         std::vector<std::uint32_t> particle;
-        std::vector<double> x, y, z;  // from the cell's corner
+        std::vector<double> x, y, z;
         Vec3 at(std::size_t k) const { return {x[k], y[k], z[k]}; }
     };
     enum Reach { some_within_radius, within_radius, within_diameter };
 
-    void goTo(std::uint32_t particle);
-    void gather(std::size_t cell);
-    Vec3 placeInCell(std::uint32_t particle) const;
+    void enterCellOf(std::uint32_t particle);
+    void gatherCandidates(std::size_t cell);
+    Vec3 positionInCell(std::uint32_t particle) const;
     bool isInDenseCell() const;
     void find(std::uint32_t particle, Reach reach, std::vector<Neighbour>& neighbours);
     std::span<const std::uint32_t> within(Reach reach, const Candidates& candidates, const Box& box);
-    std::span<const std::uint32_t> someOf(const Candidates& candidates);
-    const Candidates& candidatesFor(const Vec3& place, Reach reach);
+    std::span<const std::uint32_t> sampleOf(const Candidates& candidates);
+    const Candidates& candidatesFor(const Vec3& position, Reach reach);
 
     const SnappedParticles& particles_;
     CellsAround around_;
-    std::size_t cell_ = ~std::size_t{0};
-    Candidates of_cell_;                                  // all that may be near a particle of the cell
-    std::array<std::array<Candidates, 8>, 3> of_eighth_;  // those in reach of a part of it; empty: not made yet
-    std::vector<std::uint32_t> found_;                    // of candidates, those that are near
-    std::vector<double> squared_;                         // distances of all of them
+    std::size_t cell_ = ~std::size_t{0};                  // the current cell
+    Candidates of_cell_;                                  // for all particles of the current cell
+    std::array<std::array<Candidates, 8>, 3> of_octant_;  // [reach][octant of the current cell]; empty: not made yet
+    std::vector<std::uint32_t> found_;                    // buffer: indices of candidates within reach
+    std::vector<double> squared_;                         // buffer: squared distances of all candidates
 };
 
 }  // namespace betamesh

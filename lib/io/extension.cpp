@@ -19,7 +19,7 @@ std::string lowerName(const std::filesystem::path& path) {
     return name;
 }
 
-std::optional<Extension> find(const std::string& name) {
+std::optional<Extension> extensionOf(const std::string& name) {
     for (const char* ending : {".bgeo", ".bgeo.gz", ".bgeo.sc", ".geo"})
         if (name.ends_with(ending)) return Extension::bgeo;
     if (name.ends_with(".bhclassic")) return Extension::bhclassic;
@@ -30,46 +30,46 @@ std::optional<Extension> find(const std::string& name) {
     return std::nullopt;
 }
 
-[[noreturn]] void failUnknown(const std::filesystem::path& path, const char* kind, const char* known) {
-    throw Error(path.string() + ": unknown extension for " + kind + ", expected one of " + known);
+[[noreturn]] void failUnknownExtension(const std::filesystem::path& path, const char* kind, const char* known) {
+    throw Error(path.string() + ": unknown extension for " + kind + ". Use one of " + known + ".");
 }
 
 }  // namespace
 
-bool isVdb(const std::filesystem::path& path) { return find(lowerName(path)) == Extension::vdb; }
+bool isVdb(const std::filesystem::path& path) { return extensionOf(lowerName(path)) == Extension::vdb; }
 
 Extension particleExtension(const std::filesystem::path& path) {
-    const auto extension = find(lowerName(path));
+    const auto extension = extensionOf(lowerName(path));
     if (!extension || *extension == Extension::obj || *extension == Extension::svg)
-        failUnknown(path, "particles", ".bgeo .bgeo.gz .bgeo.sc .bhclassic .ply .vdb");
+        failUnknownExtension(path, "particles", ".bgeo .bgeo.gz .bgeo.sc .bhclassic .ply .vdb");
     return *extension;
 }
 
 Extension meshExtension(const std::filesystem::path& path) {
-    const auto extension = find(lowerName(path));
+    const auto extension = extensionOf(lowerName(path));
     if (!extension || *extension == Extension::vdb || *extension == Extension::svg)
-        failUnknown(path, "a mesh", ".bgeo .bgeo.gz .bgeo.sc .bhclassic .obj .ply");
+        failUnknownExtension(path, "a mesh", ".bgeo .bgeo.gz .bgeo.sc .bhclassic .obj .ply");
     return *extension;
 }
 
 Extension curveExtension(const std::filesystem::path& path) {
-    const auto extension = find(lowerName(path));
+    const auto extension = extensionOf(lowerName(path));
     if (!extension || *extension == Extension::vdb)
-        failUnknown(path, "curves", ".bgeo .bgeo.gz .bgeo.sc .bhclassic .obj .ply .svg");
+        failUnknownExtension(path, "curves", ".bgeo .bgeo.gz .bgeo.sc .bhclassic .obj .ply .svg");
     return *extension;
 }
 
 Extension anyExtension(const std::filesystem::path& path) {
-    const auto extension = find(lowerName(path));
+    const auto extension = extensionOf(lowerName(path));
     if (!extension || *extension == Extension::svg)
-        failUnknown(path, "particles or a mesh", ".bgeo .bgeo.gz .bgeo.sc .bhclassic .obj .ply .vdb");
+        failUnknownExtension(path, "particles or a mesh", ".bgeo .bgeo.gz .bgeo.sc .bhclassic .obj .ply .vdb");
     return *extension;
 }
 
 OutputFile encodedFile(const std::filesystem::path& path, const std::function<void(ByteWriter&)>& encode) {
     const std::string name = lowerName(path);
     if (name.ends_with(".geo"))
-        throw Error(path.string() + ": .geo can be read, but not written. Use .bgeo or .bgeo.sc");
+        throw Error(path.string() + ": .geo can be read, but not written. Use .bgeo or .bgeo.sc.");
     OutputFile file(path);
     if (name.ends_with(".gz")) {
         GzipWriter packed([&](std::span<const std::byte> piece) { file.write(piece); });

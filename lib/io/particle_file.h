@@ -1,4 +1,4 @@
-// Particle frames on disk, in whichever format the extension says.
+// Reads and writes particles; the extension selects the format.
 
 #pragma once
 
@@ -11,38 +11,37 @@
 
 namespace betamesh {
 
-/// Which attributes of a file are the velocity and the id. Empty: the usual names, in this order:
-/// v, velocity, vel (PLY: vx vy vz and velocity_x … too) and id. A name that is given must exist.
+/// Names of the velocity and id attributes in a file. Empty: the first that exists of v, velocity, vel (in PLY also vx
+/// vy vz and velocity_x …), and id. A velocity name that is given must exist.
 struct AttributeNames {
     std::string velocity;
     std::string id;
 };
 
-/// Reads .bgeo, .bgeo.gz, .bgeo.sc and .geo (Houdini's JSON or its classic format), .ply and .vdb.
+/// Reads .bgeo, .bgeo.gz, .bgeo.sc, .bhclassic and .geo (any geometry format of Houdini), .ply and .vdb.
 ///
-/// out     valid particles: validate() has passed; rows in the order of the file
+/// out     valid particles (validate() has passed) in the order of the file
 /// same    rows for the same bytes
-/// errors  an unknown extension (lists the known ones); a file that is missing, damaged or of another
-///         kind: the text begins with the file's name
+/// errors  an unknown extension (the message lists the known ones); a file that is missing, damaged or contains no
+///         particles. Messages begin with the file's name
 Particles readParticles(const std::filesystem::path& path, const AttributeNames& names = {});
 
-/// The same of some rows, ascending. The others are looked at, too, but never all in memory, save for Houdini's JSON,
-/// which stores attribute after attribute.
+/// Reads only the given rows (ascending). The other rows are checked, too, but never all in memory at once, except for
+/// JSON geometry of Houdini, which stores one attribute after another.
 Particles readParticles(const std::filesystem::path& path, const AttributeNames& names,
                         const std::vector<std::uint32_t>& rows);
 
-/// Calls visit(positions) for all particles, some thousands at a time in the order of their rows; finite ones.
+/// Calls visit(positions) for blocks of particles, in the order of the file. Throws Error if a position
+/// is not finite.
 void forPositions(const std::filesystem::path& path, const std::function<void(std::span<const Vec3f>)>& visit);
 
-/// Loads what reading such a file takes: done before memory is limited, it does not count.
-void prepareToReadParticles(const std::filesystem::path& path);
-
-/// Writes .bgeo, .bgeo.gz, .bgeo.sc, .bhclassic, .ply or .vdb; nothing stands under that name before it is complete.
-/// Velocity becomes `v` (PLY: vx vy vz), the id becomes `id`. An id that the format cannot hold
-/// (.ply and .bhclassic: 32 bits) is an error.
+/// Writes .bgeo, .bgeo.gz, .bgeo.sc, .bhclassic, .ply or .vdb. The file appears under its name only when it is
+/// complete. Velocity is named `v` (PLY: vx vy vz), the id `id`.
+///
+/// errors  an id of more than 32 bits in PLY or .bhclassic
 void writeParticles(const std::filesystem::path& path, const Particles& particles);
 
-/// Throws the Error for an unknown extension without touching the disk.
+/// Throws Error unless particles can be written in the format of this extension. Does not access the disk.
 void requireParticleExtension(const std::filesystem::path& path);
 
 }  // namespace betamesh

@@ -1,4 +1,4 @@
-// How far a surface moves, or jumps, from one moment to the next.
+// Temporal coherence: how far a surface, and the particles inside, move from one frame to the next.
 
 #pragma once
 
@@ -10,58 +10,58 @@
 namespace betamesh {
 
 struct DistanceSampling {
-    double spacing =
-        0;  ///< of points inside triangles, world units, >= 0; 0: twice a common side, one in most triangles
+    /// Of sample points inside triangles, world units, >= 0. 0: twice the mean longest side of the triangles, which
+    /// gives one point in most of them.
+    double spacing = 0;
     double beyond = std::numeric_limits<double>::infinity();  ///< world units: points farther than this are listed
-    double thinner = 0;  ///< world units, >= 0: points where the liquid is thinner are left out
+    double thinner = 0;  ///< world units, >= 0: points where the liquid is thinner than this are excluded
 };
 
-/// A point of one of two surfaces that is far from the other.
+/// A point of one of two surfaces that is far from the other surface.
 struct FarPoint {
     Vec3 position;
-    double distance;  ///< world units
-    double area;      ///< that it stands for, world units squared
-    bool after;       ///< on the second surface
+    double distance;  ///< to the other surface, world units
+    double area;      ///< surface area that the point represents, world units squared
+    bool after;       ///< the point is on the second surface
 };
 
-/// Between two surfaces, both ways: points of each and the way from there to the nearest point of the other.
+/// Distances between two surfaces in both directions, from sample points of either to the nearest point of the other.
 /// World units.
 struct SurfaceDistance {
-    double max = 0;          ///< infinite where only one of them has triangles, 0 where none has
+    double max = 0;          ///< Hausdorff distance; infinite if only one surface has triangles, 0 if none has
     double quantile999 = 0;  ///< 99.9 % of the two areas are nearer than this
-    double rms = 0;          ///< over the two areas
+    double rms = 0;          ///< root mean square over the two areas
     Vec3 worst{0, 0, 0};     ///< the point of either surface that is farthest from the other
     std::size_t samples = 0;
-    std::vector<FarPoint> far;  ///< where asked for; none where only one of them has triangles
+    std::vector<FarPoint> far;  ///< points beyond DistanceSampling::beyond; empty if only one surface has triangles
 };
 
-/// The points are all corners of triangles and at least one inside each: a quarter of a triangle's area is at
-/// its corners, the rest inside. What is nearer than 1e-15 of the largest coordinate counts as 0.
+/// Measures at all corners of triangles and at one or more points inside each. A quarter of a triangle's area is
+/// assigned to its corners, the rest to the points inside. Distances below 1e-15 of the largest coordinate count as 0.
 ///
-/// Where the liquid is thinner than a length: there is no room in it for a ball of four fifths of this diameter that
-/// touches the surface at the point.
+/// The liquid is thinner than a length at a surface point if no ball of 0.8 times that diameter fits inside the surface
+/// and touches it there.
 ///
-/// in      any meshes; triangles with missing vertices or positions that are not finite are left out; outward normals
-///         where thin liquid is left out
+/// in      any meshes; triangles with missing vertices or non-finite positions are ignored. sampling.thinner requires
+///         normals that point out of the liquid
 /// same    bytes for any thread count
-/// cost    O(samples log triangles), about 1 µs each where the surfaces are close; 24 bytes of memory each, 48 more
-/// where
-///         far
+/// cost    O(samples log triangles), about 1 µs per sample where the surfaces are close; 24 bytes of memory per sample,
+///         48 more per far point
 SurfaceDistance surfaceDistance(const Mesh& from, const Mesh& to, const DistanceSampling& sampling = {});
 
-/// How far particles went. World units.
+/// How far particles moved between two frames. World units.
 struct ParticleMotion {
     std::size_t matched = 0;
-    double max = 0;          ///< 0 where none were matched
-    Vec3 farthest{0, 0, 0};  ///< where the one that went farthest was
+    double max = 0;          ///< largest displacement; 0 if no particle was matched
+    Vec3 farthest{0, 0, 0};  ///< earlier position of the particle with the largest displacement
 };
 
-/// Matches particles by id where both have ids (the k-th of an id with the k-th), else by row.
+/// Matches particles by id if both frames have ids (the k-th particle of an id with the k-th one), else by row.
 ///
-/// out     nothing where neither is possible: no ids and different numbers of particles
+/// out     nothing if particles cannot be matched: no ids and different numbers of particles
 std::optional<ParticleMotion> particleMotion(const Particles& from, const Particles& to);
 
-/// The particles where their velocity takes them in a time.
+/// The particles advected by their own velocities.
 ///
 /// in      particles with velocity
 Particles moved(const Particles& particles, double seconds);

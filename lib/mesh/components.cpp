@@ -14,13 +14,13 @@ Components componentsOf(std::size_t vertices, std::span<const Triangle> triangle
         groups.join(t[0], t[1]);
         groups.join(t[1], t[2]);
     }
-    Components pieces{std::vector<std::uint32_t>(vertices, kInvalidIndex), 0};
+    Components components{std::vector<std::uint32_t>(vertices, kInvalidIndex), 0};
     for (std::uint32_t v = 0; v < vertices; ++v) {
         if (!used[v]) continue;
         const std::uint32_t first = groups.find(v);  // the smallest of its group
-        pieces.of_vertex[v] = first == v ? pieces.count++ : pieces.of_vertex[first];
+        components.of_vertex[v] = first == v ? components.count++ : components.of_vertex[first];
     }
-    return pieces;
+    return components;
 }
 
 }  // namespace betamesh

@@ -1,4 +1,4 @@
-// Connected pieces of a triangle mesh.
+// Connected components of a triangle mesh.
 
 #pragma once
 
@@ -10,17 +10,17 @@
 
 namespace betamesh {
 
-
-/// Groups of triangles that share no vertex.
+/// Connected components, numbered in the order of their first vertices. Triangles are connected by shared vertices.
 struct Components {
-    std::vector<std::uint32_t> of_vertex;  ///< kInvalidIndex where no triangle uses it
-    std::uint32_t count = 0;               ///< numbered in the order of their first vertices
+    std::vector<std::uint32_t> of_vertex;  ///< component of each vertex; kInvalidIndex where no triangle uses it
+    std::uint32_t count = 0;
 };
 
-/// in      triangles of vertices that exist
+/// in      triangles whose vertices exist
 Components componentsOf(std::size_t vertices, std::span<const Triangle> triangles);
 
-/// Between the origin and a triangle, negative where the triangle faces it. World units cubed.
+/// Signed volume of the tetrahedron of the origin and a triangle; negative where the triangle faces the origin. The sum
+/// over a closed mesh is the volume that it encloses. World units cubed.
 inline double volumeBelow(const Vec3& a, const Vec3& b, const Vec3& c) { return dot(a, cross(b, c)) / 6; }
 
 }  // namespace betamesh

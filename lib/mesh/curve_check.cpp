@@ -12,13 +12,13 @@ namespace betamesh {
 
 namespace {
 
-constexpr int kAxis = 2;  // seen from +z
+constexpr int kAxis = 2;  // predicates project along z
 
-void note(Found& found, std::size_t row) {
+void count(Found& found, std::size_t row) {
     if (found.count++ == 0) found.first = static_cast<std::uint32_t>(row);
 }
 
-double fromLine(const Vec3& p, const Vec3& a, const Vec3& b) {
+double distanceToLine(const Vec3& p, const Vec3& a, const Vec3& b) {
     return std::abs(crossZ(b - a, p - a)) / std::hypot(b.x - a.x, b.y - a.y);
 }
 
@@ -30,20 +30,21 @@ bool properlyCross(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d) {
 EdgeCrossing crossingOf(const Curves& curves, std::uint32_t first, std::uint32_t second) {
     const Vec3 &a = curves.position[curves.edges[first][0]], &b = curves.position[curves.edges[first][1]],
                &c = curves.position[curves.edges[second][0]], &d = curves.position[curves.edges[second][1]];
-    const double on_left = fromLine(c, a, b), on_right = fromLine(d, a, b);
-    const double depth = std::min({on_left, on_right, fromLine(a, c, d), fromLine(b, c, d)});
+    const double on_left = distanceToLine(c, a, b), on_right = distanceToLine(d, a, b);
+    const double depth = std::min({on_left, on_right, distanceToLine(a, c, d), distanceToLine(b, c, d)});
     const double t = on_left + on_right > 0 ? on_left / (on_left + on_right) : 0.5;
     return {first, second, c * (1 - t) + d * t, depth};
 }
 
-void findCrossings(const Curves& curves, const std::vector<std::uint32_t>& sound, const CheckParams& params,
+// Sweeps over the edges' bounding boxes in x. valid: rows of the edges that take part.
+void findCrossings(const Curves& curves, const std::vector<std::uint32_t>& valid, const CheckParams& params,
                    CurveCheck& check) {
     struct Box {
         double low, high, bottom, top;
         std::uint32_t edge;
     };
     std::vector<Box> boxes;
-    for (const std::uint32_t e : sound) {
+    for (const std::uint32_t e : valid) {
         const Vec3 &a = curves.position[curves.edges[e][0]], &b = curves.position[curves.edges[e][1]];
         boxes.push_back({std::min(a.x, b.x), std::max(a.x, b.x), std::min(a.y, b.y), std::max(a.y, b.y), e});
     }
@@ -85,31 +86,31 @@ CurveCheck checkCurves(const Curves& curves, const CheckParams& params) {
     check.vertices = n;
     check.edges = curves.edges.size();
     for (std::size_t v = 0; v < n; ++v) {
-        if (!isInRange(curves.position[v])) note(check.not_finite, v);
-        if (curves.position[v].z != curves.position[0].z) note(check.off_plane, v);
+        if (!isInRange(curves.position[v])) count(check.not_finite, v);
+        if (curves.position[v].z != curves.position[0].z) count(check.off_plane, v);
         if (curves.velocity.empty()) continue;
         const Vec3& velocity = curves.velocity[v];
-        if (!isFinite(velocity)) note(check.velocity_not_finite, v);
+        if (!isFinite(velocity)) count(check.velocity_not_finite, v);
     }
-    Curves sound;
-    std::vector<std::uint32_t> rows, leaving(n, 0), coming(n, 0);
-    sound.position = curves.position;
+    Curves valid;
+    std::vector<std::uint32_t> rows, outgoing(n, 0), incoming(n, 0);
+    valid.position = curves.position;
     for (std::uint32_t e = 0; e < curves.edges.size(); ++e) {
         const Edge& edge = curves.edges[e];
-        if (edge[0] == edge[1]) note(check.repeated_vertices, e);
+        if (edge[0] == edge[1]) count(check.repeated_vertices, e);
         if (edge[0] == edge[1] || !isInRange(curves.position[edge[0]]) || !isInRange(curves.position[edge[1]]))
             continue;
-        sound.edges.push_back(edge);
+        valid.edges.push_back(edge);
         rows.push_back(e);
-        ++leaving[edge[0]];
-        ++coming[edge[1]];
+        ++outgoing[edge[0]];
+        ++incoming[edge[1]];
     }
     for (std::size_t v = 0; v < n; ++v) {
-        if (leaving[v] != coming[v]) note(check.open_ends, v);
-        if (leaving[v] > 1) note(check.branches, v);
-        if (leaving[v] + coming[v] == 0) note(check.unused_vertices, v);
+        if (outgoing[v] != incoming[v]) count(check.open_ends, v);
+        if (outgoing[v] > 1) count(check.branches, v);
+        if (outgoing[v] + incoming[v] == 0) count(check.unused_vertices, v);
     }
-    check.measure = measureCurves(sound);
+    check.measure = measureCurves(valid);
     check.inside_out = !check.open_ends && check.measure.area < 0;
     findCrossings(curves, rows, params, check);
     return check;
@@ -146,12 +147,12 @@ std::vector<double> distancesOutside(const Curves& curves, const Spheres& beside
         for (const Edge& edge : curves.edges) {
             Vec3 a = curves.position[edge[0]], b = curves.position[edge[1]];
             a.z = b.z = 0;
-            const Vec3 way = b - a;
-            const double t = way.length2() > 0 ? std::clamp(dot(p - a, way) / way.length2(), 0.0, 1.0) : 0;
-            nearest = std::min(nearest, (a + way * t - p).length2());
-            if ((a.y <= p.y) == (b.y <= p.y)) continue;  // the level through p does not cross it
+            const Vec3 along = b - a;
+            const double t = along.length2() > 0 ? std::clamp(dot(p - a, along) / along.length2(), 0.0, 1.0) : 0;
+            nearest = std::min(nearest, (a + along * t - p).length2());
+            if ((a.y <= p.y) == (b.y <= p.y)) continue;  // the horizontal line through p does not cross the edge
             const int side = turnAlong(kAxis, a, b, p);
-            if (side == 0) return;  // on the edge
+            if (side == 0) return;  // p is on the edge
             if (side == (b.y > a.y ? 1 : -1)) winding += side;
         }
         if (winding <= 0) distances[i] = std::sqrt(nearest);

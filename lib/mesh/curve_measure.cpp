@@ -10,9 +10,21 @@ namespace betamesh {
 
 namespace {
 
-constexpr double kLeastEdge = 1e-6;  // of the largest coordinate: what files in single precision still tell apart
+constexpr double kLeastEdge = 1e-6;  // relative to the largest coordinate: the resolution of single precision
 
 }  // namespace
+
+std::vector<std::span<const Edge>> linesOf(const Curves& curves) {
+    std::vector<std::span<const Edge>> lines;
+    const std::span<const Edge> edges = curves.edges;
+    for (std::size_t first = 0, i = 0; i < edges.size(); ++i) {
+        const bool closed = edges[i][1] == edges[first][0];
+        if (!closed && i + 1 < edges.size() && edges[i + 1][0] == edges[i][1]) continue;
+        lines.push_back(edges.subspan(first, i + 1 - first));
+        first = i + 1;
+    }
+    return lines;
+}
 
 std::int64_t turningNumber(const Curves& curves, std::span<const Edge> line) {
     double largest = 0;
@@ -20,21 +32,21 @@ std::int64_t turningNumber(const Curves& curves, std::span<const Edge> line) {
         const Vec3& p = curves.position[edge[0]];
         largest = std::max({largest, std::abs(p.x), std::abs(p.y)});
     }
-    const auto way = [](const Vec3& a, const Vec3& b) { return Vec3(b.x - a.x, b.y - a.y, 0); };
+    const auto offset = [](const Vec3& a, const Vec3& b) { return Vec3(b.x - a.x, b.y - a.y, 0); };
     const double least = kLeastEdge * largest;
     std::vector<Vec3> corners;
     for (const Edge& edge : line) {
         const Vec3& p = curves.position[edge[0]];
-        if (corners.empty() || way(corners.back(), p).length() > least) corners.push_back(p);
+        if (corners.empty() || offset(corners.back(), p).length() > least) corners.push_back(p);
     }
-    while (corners.size() > 1 && way(corners.back(), corners.front()).length() <= least) corners.pop_back();
+    while (corners.size() > 1 && offset(corners.back(), corners.front()).length() <= least) corners.pop_back();
     const std::size_t n = corners.size();
     double turn = 0;
     for (std::size_t i = 0; n > 1 && i < n; ++i) {
-        const Vec3 before = way(corners[i], corners[(i + 1) % n]),
-                   after = way(corners[(i + 1) % n], corners[(i + 2) % n]);
+        const Vec3 before = offset(corners[i], corners[(i + 1) % n]),
+                   after = offset(corners[(i + 1) % n], corners[(i + 2) % n]);
         const double cross = crossZ(before, after);
-        turn += std::atan2(cross == 0 ? 0.0 : cross, dot(before, after));  // -0 would turn back to the right
+        turn += std::atan2(cross == 0 ? 0.0 : cross, dot(before, after));  // atan2 of -0 would be a right turn
     }
     return std::llround(turn / (2 * std::numbers::pi));
 }

@@ -1,4 +1,4 @@
-// What curves in a plane are, in numbers.
+// Measures of plane curves: count, turning number, area, length.
 
 #pragma once
 
@@ -9,18 +9,18 @@
 namespace betamesh {
 
 struct CurveMeasure {
-    std::size_t curves = 0;    ///< lines, closed or not
-    std::int64_t turning = 0;  ///< how often closed ones turn round to the left, in sum: pieces of liquid less holes
-    double area = 0;           ///< enclosed, world units squared; meaningful for closed curves
-    double length = 0;         ///< world units
-    std::size_t unpaired_ends = 0;  ///< at vertices that more edges leave than come to, or fewer; 0 when closed
+    std::size_t curves = 0;         ///< lines, closed or open
+    std::int64_t turning = 0;       ///< sum of the closed lines' turning numbers: components of liquid minus holes
+    double area = 0;                ///< enclosed, world units squared; meaningful for closed curves
+    double length = 0;              ///< world units
+    std::size_t unpaired_ends = 0;  ///< sum over vertices of |outgoing - incoming edges|; 0 when closed
 };
 
-/// How often a closed line turns round to the left. Vertices nearer to each other than single precision tells apart
-/// count once; where it turns right round, as at the end of something thin, it turns to the left.
+/// The turning number of a closed line: full left turns minus full right turns. Vertices that coincide in single
+/// precision count once; a reversal of direction, as at the tip of a double-sided line, counts as a left turn.
 std::int64_t turningNumber(const Curves& curves, std::span<const Edge> line);
 
-/// in      edges of vertices that exist; z does not matter
+/// in      edges whose vertices exist; z is ignored
 /// cost    O(edges)
 CurveMeasure measureCurves(const Curves& curves);
 

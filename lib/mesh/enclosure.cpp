@@ -12,9 +12,9 @@ namespace betamesh {
 
 namespace {
 
-// +1, -1: on which side of the line from a to b, seen along z, is p, moved by an infinitesimal (ε, ε²)? 0 only
-// where the line is a point.
-int turnOfMoved(const Vec3& a, const Vec3& b, const Vec3& p) {
+// turnAlong z with p displaced by an infinitesimal (ε, ε²), which breaks ties: 0 only where a and b project to one
+// point.
+int turnOfPerturbed(const Vec3& a, const Vec3& b, const Vec3& p) {
     const int turn = turnAlong(2, a, b, p);
     if (turn != 0) return turn;
     if (a.y != b.y) return a.y > b.y ? 1 : -1;
@@ -22,7 +22,7 @@ int turnOfMoved(const Vec3& a, const Vec3& b, const Vec3& p) {
     return 0;
 }
 
-// p is on the plane: also on the triangle, which has an area?
+// Is p, which is in the plane of a non-degenerate triangle, on the triangle?
 bool covers(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& p) {
     for (int axis = 0; axis < 3; ++axis) {
         const int sense = turnAlong(axis, a, b, c);
@@ -33,14 +33,14 @@ bool covers(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& p) {
     return false;
 }
 
-struct Place {
+struct PointLocation {
     int winding = 0;
     bool on_surface = false;
 };
 
-// Counts the triangles above, each with the sign of the side from which it is seen.
-Place placeOf(const TriangleTree& tree, const Vec3& p) {
-    Place place;
+// The winding number: the number of triangles above the point, each with the sign of the side that faces it.
+PointLocation locate(const TriangleTree& tree, const Vec3& p) {
+    PointLocation location;
     const auto above = [&](const Box& box) {
         return box.min.x <= p.x && p.x <= box.max.x && box.min.y <= p.y && p.y <= box.max.y && p.z <= box.max.z;
     };
@@ -49,21 +49,21 @@ Place placeOf(const TriangleTree& tree, const Vec3& p) {
         const Vec3 &a = tree.position()[t[0]], &b = tree.position()[t[1]], &c = tree.position()[t[2]];
         const int side = sideOfPlane(a, b, c, p);
         if (side == 0) {
-            place.on_surface = covers(a, b, c, p);
-            return !place.on_surface;
+            location.on_surface = covers(a, b, c, p);
+            return !location.on_surface;
         }
-        const int sense = turnOfMoved(a, b, p);
-        if (sense != 0 && turnOfMoved(b, c, p) == sense && turnOfMoved(c, a, p) == sense && side == -sense)
-            place.winding += sense;
+        const int sense = turnOfPerturbed(a, b, p);
+        if (sense != 0 && turnOfPerturbed(b, c, p) == sense && turnOfPerturbed(c, a, p) == sense && side == -sense)
+            location.winding += sense;
         return true;
     });
-    return place;
+    return location;
 }
 
-// Spheres along x, so that those which may hold a point stand together.
-class SphereRow {
+// Spheres sorted by x, so that those that may contain a point are consecutive.
+class SortedSpheres {
 public:
-    explicit SphereRow(const Spheres& spheres) {
+    explicit SortedSpheres(const Spheres& spheres) {
         for (std::size_t i = 0; i < spheres.size(); ++i) {
             sphere_.push_back({spheres.position[i], spheres.radius[i]});
             largest_ = std::max<double>(largest_, spheres.radius[i]);
@@ -71,7 +71,7 @@ public:
         std::sort(sphere_.begin(), sphere_.end(),
                   [](const Sphere& a, const Sphere& b) { return a.centre.x < b.centre.x; });
     }
-    bool holds(const Vec3& p) const {
+    bool contain(const Vec3& p) const {
         auto next = std::lower_bound(sphere_.begin(), sphere_.end(), p.x - largest_,
                                      [](const Sphere& sphere, double x) { return sphere.centre.x < x; });
         for (; next != sphere_.end() && next->centre.x <= p.x + largest_; ++next)
@@ -91,18 +91,18 @@ private:
 }  // namespace
 
 std::vector<double> distancesOutside(const Mesh& mesh, const Spheres& beside, const std::vector<Vec3>& points) {
-    const std::vector<Triangle> placed = placedTriangles(mesh);
+    const std::vector<Triangle> triangles = measurableTriangles(mesh);
     double volume = 0;
-    const Vec3 origin = placed.empty() ? Vec3(0) : mesh.position[placed[0][0]];
-    for (const Triangle& t : placed)
+    const Vec3 origin = triangles.empty() ? Vec3(0) : mesh.position[triangles[0][0]];
+    for (const Triangle& t : triangles)
         volume += volumeBelow(mesh.position[t[0]] - origin, mesh.position[t[1]] - origin, mesh.position[t[2]] - origin);
     const int outward = volume < 0 ? -1 : 1;
-    const TriangleTree tree(mesh.position, placed);
-    const SphereRow spheres(beside);
+    const TriangleTree tree(mesh.position, triangles);
+    const SortedSpheres spheres(beside);
     std::vector<double> distances(points.size());
     parallelFor(points.size(), 256, [&](std::size_t i) {
-        const Place place = placeOf(tree, points[i]);
-        const bool inside = place.on_surface || place.winding * outward > 0 || spheres.holds(points[i]);
+        const PointLocation location = locate(tree, points[i]);
+        const bool inside = location.on_surface || location.winding * outward > 0 || spheres.contain(points[i]);
         distances[i] = inside ? 0 : tree.distanceTo(points[i]);
     });
     return distances;

@@ -1,4 +1,4 @@
-// Which points does a mesh enclose?
+// Point-in-mesh queries: which points a mesh encloses, and how far outside the others are.
 
 #pragma once
 
@@ -6,13 +6,13 @@
 
 namespace betamesh {
 
-/// How far each point is outside: 0 where the mesh encloses it, where it lies on the surface, or within one of
-/// the spheres beside it; else the distance to the nearest triangle, infinite where there is none. Enclosed
-/// means that the winding number is positive (negative for meshes whose volume is); that is decided exactly.
+/// Distance of each point to the enclosed region: 0 where the mesh encloses the point, on the surface, or inside one of
+/// the spheres `beside`; else the distance to the nearest triangle, infinite without triangles. Enclosed means a
+/// positive winding number (negative for meshes of negative volume), which is decided exactly.
 ///
-/// in      any mesh: triangles with missing vertices or positions that are not finite are left out; finite points
+/// in      any mesh; triangles with missing vertices or non-finite positions are ignored. points: finite
 /// same    result for any thread count
-/// cost    for each point O(triangles above it + log triangles), more where it is far outside
+/// cost    O(triangles above + log triangles) per point, more for points far outside
 std::vector<double> distancesOutside(const Mesh& mesh, const Spheres& beside, const std::vector<Vec3>& points);
 
 }  // namespace betamesh

@@ -1,4 +1,4 @@
-// What a mesh is like near some points: in how many pieces, with how many handles.
+// The topology of a mesh near some points: Euler characteristic, connected patches, rims.
 
 #pragma once
 
@@ -7,34 +7,35 @@
 
 namespace betamesh {
 
-/// Of the corners within a distance, and what the mesh spans between them. That has the topology of what a surface
-/// cuts out on which the distance changes evenly along edges.
+/// Topology of the part of a mesh within a distance: the vertices within it, and the edges and triangles between them.
+/// This is the topology of the sublevel set if the distance is interpolated linearly along edges.
 struct LocalTopology {
-    std::int64_t euler = 0;              ///< vertices - edges + triangles
-    std::int64_t parts = 0;              ///< connected there
-    std::int64_t rims = 0;               ///< closed curves along which it is cut out
-    std::int64_t pieces = 0, voids = 0;  ///< of the whole mesh, that have a corner there: of positive, negative volume
-    bool closed = true;                  ///< two triangles at every edge there
+    std::int64_t euler = 0;           ///< vertices - edges + triangles
+    std::int64_t patches = 0;         ///< connected components of the part
+    std::int64_t rims = 0;            ///< closed curves along which the part is cut out
+    std::int64_t outer_surfaces = 0;  ///< components of the whole mesh with a vertex in the part and positive volume
+    std::int64_t voids = 0;           ///< the same with negative volume
+    bool closed = true;               ///< every edge with a vertex in the part has two triangles
 };
 
-/// A mesh, made ready to be looked at here and there. Refers to the mesh; triangles with missing vertices or positions
-/// that are not finite are left out.
-class MeshParts {
+/// Answers LocalTopology queries for one mesh, which it refers to. Triangles with missing vertices or non-finite
+/// positions are ignored.
+class LocalTopologyQuery {
 public:
     /// cost    O(triangles log triangles)
-    explicit MeshParts(const Mesh& mesh);
+    explicit LocalTopologyQuery(const Mesh& mesh);
 
-    /// Near the points, within each of the distances: to the nearest of the points, world units.
+    /// One result per distance: the topology of the part within that distance of the nearest point. World units.
     ///
-    /// cost    O((triangles in the box round all that) × (distances + log points))
+    /// cost    O(triangles in the bounding box · (distances + log points))
     std::vector<LocalTopology> near(std::span<const Vec3> points, std::span<const double> distances) const;
 
 private:
     std::span<const Vec3> position_;
     std::vector<Triangle> triangles_;
     TriangleTree tree_;
-    Components pieces_;
-    std::vector<double> volume_;  // of each
+    Components components_;
+    std::vector<double> volume_;  // of each component
 };
 
 }  // namespace betamesh

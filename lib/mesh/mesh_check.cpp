@@ -19,42 +19,42 @@ namespace betamesh {
 
 namespace {
 
-constexpr std::size_t kLeavesAtATime = 128;
+constexpr std::size_t kLeavesPerTask = 128;
 
 void count(Found& found, std::size_t row) {
     if (found.count++ == 0 || row < found.first) found.first = static_cast<std::uint32_t>(row);
 }
 
-bool namesMissing(const Triangle& t, std::size_t vertices) { return std::max({t[0], t[1], t[2]}) >= vertices; }
-bool namesTwice(const Triangle& t) { return t[0] == t[1] || t[1] == t[2] || t[2] == t[0]; }
+bool hasMissingVertex(const Triangle& t, std::size_t vertices) { return std::max({t[0], t[1], t[2]}) >= vertices; }
+bool hasRepeatedVertex(const Triangle& t) { return t[0] == t[1] || t[1] == t[2] || t[2] == t[0]; }
 
-// Some of a mesh's triangles, and which rows they are.
+// Selected triangles of a mesh with their rows.
 struct Selection {
     std::vector<Triangle> triangles;
     std::vector<std::uint32_t> row;
 };
 
-template <typename Wanted>
-Selection select(std::span<const Triangle> triangles, const Wanted& wanted) {
-    Selection some;
-    some.triangles.reserve(triangles.size());
-    some.row.reserve(triangles.size());
+template <typename Predicate>
+Selection select(std::span<const Triangle> triangles, const Predicate& isWanted) {
+    Selection selected;
+    selected.triangles.reserve(triangles.size());
+    selected.row.reserve(triangles.size());
     for (std::uint32_t t = 0; t < triangles.size(); ++t) {
-        if (!wanted(t)) continue;
-        some.triangles.push_back(triangles[t]);
-        some.row.push_back(t);
+        if (!isWanted(t)) continue;
+        selected.triangles.push_back(triangles[t]);
+        selected.row.push_back(t);
     }
-    return some;
+    return selected;
 }
 
-void countDuplicates(const Selection& sound, MeshCheck& check) {
+void countDuplicates(const Selection& valid, MeshCheck& check) {
     struct Corners {
         Triangle sorted;
         std::uint32_t row;
     };
-    std::vector<Corners> all(sound.row.size());
+    std::vector<Corners> all(valid.row.size());
     parallelFor(all.size(), 4096, [&](std::size_t t) {
-        all[t] = {sound.triangles[t], sound.row[t]};
+        all[t] = {valid.triangles[t], valid.row[t]};
         std::sort(all[t].sorted.begin(), all[t].sorted.end());
     });
     parallelSort(all, [](const Corners& a, const Corners& b) {
@@ -64,37 +64,37 @@ void countDuplicates(const Selection& sound, MeshCheck& check) {
         if (all[i].sorted == all[i - 1].sorted) count(check.duplicates, all[i].row);
 }
 
-// Edges and what they join: counts edges and vertices, fills in the triangle beyond every side.
+// Edge adjacency: counts edges, vertices and components with their faults, and finds the triangle across every side.
 class Topology {
 public:
     Topology(std::size_t vertices, std::span<const Triangle> triangles, MeshCheck& check)
-        : pieces(componentsOf(vertices, triangles)),
+        : components(componentsOf(vertices, triangles)),
           triangles_(triangles),
           fans_(3 * triangles.size()),
-          is_manifold_(pieces.count, true) {
-        check.components.resize(pieces.count);
+          is_manifold_(components.count, true) {
+        check.components.resize(components.count);
         for (std::uint32_t v = 0; v < vertices; ++v) {
-            if (pieces.of_vertex[v] == kInvalidIndex) {
+            if (components.of_vertex[v] == kInvalidIndex) {
                 count(check.unused_vertices, v);
             } else {
-                ++check.components[pieces.of_vertex[v]].vertices;
+                ++check.components[components.of_vertex[v]].vertices;
             }
         }
-        for (const Triangle& t : triangles) ++check.components[pieces.of_vertex[t[0]]].triangles;
+        for (const Triangle& t : triangles) ++check.components[components.of_vertex[t[0]]].triangles;
         const std::vector<TriangleSide> sides = sortedSides(triangles);
         across = trianglesAcross(sides);
         forEveryEdge(sides, [&](std::span<const TriangleSide> edge) { visit(edge, check); });
         countFans(vertices, check);
-        for (std::uint32_t piece = 0; piece < pieces.count; ++piece) conclude(piece, check);
+        for (std::uint32_t c = 0; c < components.count; ++c) summarize(c, check);
     }
 
     std::vector<std::uint32_t> across;
-    Components pieces;
+    Components components;
 
 private:
     void visit(std::span<const TriangleSide> sides, MeshCheck& check) {
-        const std::uint32_t low = sides[0].low, piece = pieces.of_vertex[low];
-        ComponentCheck& component = check.components[piece];
+        const std::uint32_t low = sides[0].low, c = components.of_vertex[low];
+        ComponentCheck& component = check.components[c];
         ++component.edges;
         std::int64_t surplus = 0;
         for (const TriangleSide& side : sides) {
@@ -108,10 +108,10 @@ private:
         if (misoriented) count(check.misoriented_edges, low);
         if (!manifold) count(check.nonmanifold_edges, low);
         if (open) component.closed = false;
-        if (misoriented || !manifold) is_manifold_[piece] = false;
+        if (misoriented || !manifold) is_manifold_[c] = false;
     }
 
-    // The corners of a side's triangle at its low and its high vertex.
+    // The corners of the side's triangle at the low and at the high vertex.
     std::array<std::uint32_t, 2> cornersAt(const TriangleSide& side) const {
         const std::uint32_t from = side.side, to = from % 3 == 2 ? from - 2 : from + 1;
         return side.direction > 0 ? std::array{from, to} : std::array{to, from};
@@ -128,29 +128,29 @@ private:
         for (std::uint32_t v = 0; v < vertices; ++v) {
             if (!several[v]) continue;
             count(check.nonmanifold_vertices, v);
-            is_manifold_[pieces.of_vertex[v]] = false;
+            is_manifold_[components.of_vertex[v]] = false;
         }
     }
 
-    void conclude(std::uint32_t piece, MeshCheck& check) const {
-        ComponentCheck& component = check.components[piece];
+    void summarize(std::uint32_t c, MeshCheck& check) const {
+        ComponentCheck& component = check.components[c];
         component.euler = static_cast<std::int64_t>(component.vertices) - static_cast<std::int64_t>(component.edges) +
                           static_cast<std::int64_t>(component.triangles);
-        if (component.closed && is_manifold_[piece]) component.genus = (2 - component.euler) / 2;
+        if (component.closed && is_manifold_[c]) component.genus = (2 - component.euler) / 2;
         check.edges += component.edges;
         check.euler += component.euler;
     }
 
     std::span<const Triangle> triangles_;
-    UnionFind fans_;  // of corners 3t + m: joined at each vertex across edges
+    UnionFind fans_;  // of corners 3t + m: corners at one vertex are joined across shared edges
     std::vector<bool> is_manifold_;
 };
 
-void measure(const Mesh& mesh, const Selection& standing, const Components& pieces, MeshCheck& check) {
-    if (standing.triangles.empty()) return;
-    const Vec3 origin = mesh.position[standing.triangles[0][0]];
-    for (const Triangle& t : standing.triangles) {
-        ComponentCheck& component = check.components[pieces.of_vertex[t[0]]];
+void measure(const Mesh& mesh, const Selection& solid, const Components& components, MeshCheck& check) {
+    if (solid.triangles.empty()) return;
+    const Vec3 origin = mesh.position[solid.triangles[0][0]];
+    for (const Triangle& t : solid.triangles) {
+        ComponentCheck& component = check.components[components.of_vertex[t[0]]];
         const Vec3 a = mesh.position[t[0]] - origin, b = mesh.position[t[1]] - origin, c = mesh.position[t[2]] - origin;
         component.volume += volumeBelow(a, b, c);
         component.area += areaOf(a, b, c);
@@ -161,12 +161,12 @@ void measure(const Mesh& mesh, const Selection& standing, const Components& piec
     }
 }
 
-// What was found between some triangles and others.
+// Contacts found by one task, or in all.
 struct Contacts {
     Found crossings;
     std::size_t touching = 0, shallow = 0;
     double deepest = 0;
-    std::vector<SelfCrossing> listed;  // sorted, the deepest first
+    std::vector<SelfCrossing> listed;  // sorted by depth, deepest first
 
     void list(const SelfCrossing& crossing, std::size_t examples) {
         const auto before = [](const SelfCrossing& a, const SelfCrossing& b) {
@@ -179,14 +179,15 @@ struct Contacts {
     }
 };
 
-void findContacts(const JudgedSurface& surface, const Selection& solid, const Selection& sound,
+// solid: rows of `valid`; valid: rows of the mesh.
+void findContacts(const TestedSurface& surface, const Selection& solid, const Selection& valid,
                   const CheckParams& params, MeshCheck& check) {
     const TriangleTree tree(surface.position, solid.triangles);
-    std::vector<Contacts> found((tree.leaves() + kLeavesAtATime - 1) / kLeavesAtATime);
-    parallelFor(found.size(), 1, [&](std::size_t piece) {
-        Contacts& contacts = found[piece];
-        const std::size_t end = std::min(tree.leaves(), (piece + 1) * kLeavesAtATime);
-        for (std::size_t leaf = piece * kLeavesAtATime; leaf < end; ++leaf)
+    std::vector<Contacts> found((tree.leaves() + kLeavesPerTask - 1) / kLeavesPerTask);
+    parallelFor(found.size(), 1, [&](std::size_t task) {
+        Contacts& contacts = found[task];
+        const std::size_t end = std::min(tree.leaves(), (task + 1) * kLeavesPerTask);
+        for (std::size_t leaf = task * kLeavesPerTask; leaf < end; ++leaf)
             tree.forPairsOfLeaf(leaf, [&](std::uint32_t s, std::uint32_t t) {
                 const Contact contact = contactOf(surface, solid.row[s], solid.row[t]);
                 if (contact.kind == ContactKind::none) return;
@@ -199,7 +200,7 @@ void findContacts(const JudgedSurface& surface, const Selection& solid, const Se
                     ++contacts.shallow;
                     return;
                 }
-                const std::uint32_t first = sound.row[solid.row[s]], second = sound.row[solid.row[t]];
+                const std::uint32_t first = valid.row[solid.row[s]], second = valid.row[solid.row[t]];
                 count(contacts.crossings, first);
                 contacts.list({first, second, contact.position, contact.depth, contact.coplanar}, params.examples);
             });
@@ -235,32 +236,33 @@ MeshCheck checkMesh(const Mesh& mesh, const CheckParams& params) {
         if (!isFinite(u)) count(check.velocity_not_finite, v);
     }
 
-    const Selection sound = select(mesh.triangles, [&](std::uint32_t row) {
+    const Selection valid = select(mesh.triangles, [&](std::uint32_t row) {
         const Triangle& t = mesh.triangles[row];
-        const bool missing = namesMissing(t, n), twice = namesTwice(t);
+        const bool missing = hasMissingVertex(t, n), repeated = hasRepeatedVertex(t);
         if (missing) count(check.missing_vertices, row);
-        if (twice) count(check.repeated_vertices, row);
-        return !missing && !twice;
+        if (repeated) count(check.repeated_vertices, row);
+        return !missing && !repeated;
     });
-    countDuplicates(sound, check);
-    const Topology topology(n, sound.triangles, check);
+    countDuplicates(valid, check);
+    const Topology topology(n, valid.triangles, check);
 
-    const std::vector<std::uint32_t> place = placesOfVertices(mesh.position);
+    const std::vector<std::uint32_t> first_at = placesOfVertices(mesh.position);
     for (std::size_t v = 0; v < n; ++v)
-        if (place[v] != v) count(check.coincident_vertices, v);
-    enum Standing : std::uint8_t { not_finite, flat, solid };
-    std::vector<Standing> standing(sound.row.size());
-    parallelFor(standing.size(), 1024, [&](std::size_t i) {
-        const Triangle& t = sound.triangles[i];
+        if (first_at[v] != v) count(check.coincident_vertices, v);
+    enum Shape : std::uint8_t { not_finite, degenerate, solid };
+    std::vector<Shape> shape(valid.row.size());
+    parallelFor(shape.size(), 1024, [&](std::size_t i) {
+        const Triangle& t = valid.triangles[i];
         const Vec3 &a = mesh.position[t[0]], &b = mesh.position[t[1]], &c = mesh.position[t[2]];
-        standing[i] = !isInRange(a) || !isInRange(b) || !isInRange(c) ? not_finite : onOneLine(a, b, c) ? flat : solid;
+        const bool finite = isInRange(a) && isInRange(b) && isInRange(c);
+        shape[i] = !finite ? not_finite : onOneLine(a, b, c) ? degenerate : solid;
     });
-    for (std::size_t i = 0; i < standing.size(); ++i)
-        if (standing[i] == flat) count(check.zero_area, sound.row[i]);
-    const Selection solids = select(sound.triangles, [&](std::uint32_t i) { return standing[i] == solid; });
-    measure(mesh, solids, topology.pieces, check);
+    for (std::size_t i = 0; i < shape.size(); ++i)
+        if (shape[i] == degenerate) count(check.zero_area, valid.row[i]);
+    const Selection solids = select(valid.triangles, [&](std::uint32_t i) { return shape[i] == solid; });
+    measure(mesh, solids, topology.components, check);
     check.inside_out = check.closed() && !check.misoriented_edges && check.volume < 0;
-    findContacts({mesh.position, sound.triangles, place, topology.across}, solids, sound, params, check);
+    findContacts({mesh.position, valid.triangles, first_at, topology.across}, solids, valid, params, check);
     return check;
 }
 
@@ -290,7 +292,7 @@ std::vector<std::string_view> faultsOf(const MeshCheck& check, bool strict) {
 
 Mesh weldVertices(const Mesh& mesh) {
     const std::size_t n = mesh.position.size();
-    const std::vector<std::uint32_t> place = placesOfVertices(mesh.position);
+    const std::vector<std::uint32_t> first_at = placesOfVertices(mesh.position);
     std::vector<std::uint32_t> row(n, 0);
     Mesh welded;
     for (const Attribute& attribute : mesh.attributes)
@@ -298,7 +300,7 @@ Mesh weldVertices(const Mesh& mesh) {
     std::vector<bool> used(n, false);
     for (const Triangle& t : mesh.triangles)
         for (const std::uint32_t v : t)
-            if (v < n) used[place[v]] = true;
+            if (v < n) used[first_at[v]] = true;
     for (std::size_t v = 0; v < n; ++v) {
         if (!used[v]) continue;
         row[v] = static_cast<std::uint32_t>(welded.position.size());
@@ -316,9 +318,9 @@ Mesh weldVertices(const Mesh& mesh) {
     if (mesh.component) welded.component.emplace();
     for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
         Triangle t = mesh.triangles[i];
-        const bool bad = namesMissing(t, n) || namesTwice(t);
-        for (std::uint32_t& v : t) v = v < n ? row[place[v]] : kInvalidIndex;
-        if (!bad && namesTwice(t)) continue;
+        const bool invalid = hasMissingVertex(t, n) || hasRepeatedVertex(t);
+        for (std::uint32_t& v : t) v = v < n ? row[first_at[v]] : kInvalidIndex;
+        if (!invalid && hasRepeatedVertex(t)) continue;
         welded.triangles.push_back(t);
         if (mesh.component) welded.component->push_back((*mesh.component)[i]);
     }

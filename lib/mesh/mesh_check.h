@@ -1,4 +1,4 @@
-// Is a mesh fit for use? What is wrong with it, how often, and where first.
+// Validation of triangle meshes: which faults a mesh has, how many of each, and where the first one is.
 
 #pragma once
 
@@ -10,39 +10,39 @@
 namespace betamesh {
 
 struct CheckParams {
-    double tolerance = 0;      ///< world units, >= 0: crossings shallower than this do not count
-    std::size_t examples = 8;  ///< how many crossings are listed
+    double tolerance = 0;      ///< world units, >= 0: crossings shallower than this are not faults
+    std::size_t examples = 8;  ///< number of crossings to list
 };
 
-/// IndexRows of one kind.
+/// Occurrences of one fault.
 struct Found {
     std::size_t count = 0;
-    std::uint32_t first = 0;  ///< the smallest such row, if there is one
+    std::uint32_t first = 0;  ///< the smallest row that has it; meaningful if count > 0
 
     explicit operator bool() const { return count > 0; }
 };
 
-/// Two triangles that pass through or cover each other.
+/// Two triangles that pass through each other or overlap in a plane.
 struct SelfCrossing {
     std::uint32_t first = 0, second = 0;  ///< triangle rows, ascending
-    Vec3 position{0, 0, 0};               ///< in the middle of what is common, but for rounding
-    double depth = 0;                     ///< the shortest way that parts the two, world units; see triangle_contact.h
-    bool coplanar = false;                ///< they cover a common area
+    Vec3 position{0, 0, 0};               ///< centre of the intersection, rounded
+    double depth = 0;       ///< smallest displacement that separates the two, world units; see triangle_contact.h
+    bool coplanar = false;  ///< they are in one plane and overlap
 };
 
-/// Triangles that share no vertex with others.
+/// A connected component of the mesh.
 struct ComponentCheck {
     std::size_t vertices = 0, edges = 0, triangles = 0;
     std::int64_t euler = 0;             ///< vertices - edges + triangles
-    std::optional<std::int64_t> genus;  ///< handles; only where the component is a closed, oriented manifold
+    std::optional<std::int64_t> genus;  ///< only for closed, oriented manifolds
     bool closed = true;
-    double volume = 0;  ///< world units cubed, positive where triangles face outwards; meaningful where closed
+    double volume = 0;  ///< world units cubed, positive where triangles face outwards; meaningful if closed
     double area = 0;    ///< world units squared
 };
 
-/// Counts of edges are at their vertex with the smaller row. Triangles with missing or repeated vertices are
-/// counted as such and left out of all that follows; those with positions that are not finite are left out of
-/// volumes, areas and contacts, zero-area ones of contacts.
+/// Result of checkMesh(). An edge is reported by its vertex with the smaller row. Triangles with missing or repeated
+/// vertices are counted as such and excluded from everything else; those with non-finite positions are excluded from
+/// volumes, areas and contacts, and zero-area ones from contacts.
 struct MeshCheck {
     std::size_t vertices = 0, triangles = 0;  ///< rows of the mesh
     std::size_t edges = 0;
@@ -51,29 +51,29 @@ struct MeshCheck {
     double area = 0;         ///< world units squared
     std::vector<ComponentCheck> components;
 
-    // Faults. IndexRows of vertices:
+    // Faults found at vertices and edges; rows are vertices:
     Found not_finite;  ///< positions that are NaN, infinite or beyond 2^200
     Found velocity_not_finite;
-    Found open_edges;            ///< with an odd number of triangles
-    Found misoriented_edges;     ///< run through at least twice more often in one direction than in the other
-    Found nonmanifold_edges;     ///< with more than two triangles
-    Found nonmanifold_vertices;  ///< round which triangles form several fans that share no edge
-    // IndexRows of triangles:
-    Found missing_vertices;   ///< that name a vertex which does not exist
-    Found repeated_vertices;  ///< that name one vertex twice
-    Found duplicates;         ///< with the same three vertices, in any order, as one before
-    Found crossings;          ///< pairs, those below the tolerance left out; first is that of the smallest pair
+    Found open_edges;            ///< edges with an odd number of triangles
+    Found misoriented_edges;     ///< edges used in one direction at least twice more often than in the other
+    Found nonmanifold_edges;     ///< edges with more than two triangles
+    Found nonmanifold_vertices;  ///< vertices whose triangles form several fans that share no edge
+    // Faults of triangles; rows are triangles:
+    Found missing_vertices;   ///< a vertex that does not exist
+    Found repeated_vertices;  ///< the same vertex twice
+    Found duplicates;         ///< the same three vertices, in any order, as an earlier triangle
+    Found crossings;          ///< pairs that cross by at least the tolerance; first is that of the smallest pair
     bool inside_out = false;  ///< closed and oriented, with a negative volume
 
-    // No faults, unless one is strict:
-    Found zero_area;  ///< triangles whose corners are on one line, exactly
+    // Faults only in strict mode:
+    Found zero_area;  ///< triangles with exactly collinear corners
     Found unused_vertices;
-    Found coincident_vertices;  ///< at the same position as one before: mendable by weldVertices
-    std::size_t touching = 0;   ///< pairs of triangles that touch where the mesh does not join them
+    Found coincident_vertices;  ///< at exactly the position of an earlier vertex; weldVertices() repairs them
+    std::size_t touching = 0;   ///< pairs of triangles that touch where they share no vertex or edge
     std::size_t shallow = 0;    ///< crossings below the tolerance
 
-    double deepest = 0;                           ///< of all crossings, world units
-    std::vector<SelfCrossing> deepest_crossings;  ///< the deepest first, as many as asked for
+    double deepest = 0;                           ///< largest depth of all crossings, world units
+    std::vector<SelfCrossing> deepest_crossings;  ///< sorted by depth, deepest first; at most params.examples
 
     bool closed() const { return !open_edges; }
     bool oriented() const { return !misoriented_edges && !inside_out; }
@@ -81,19 +81,19 @@ struct MeshCheck {
     bool vertexManifold() const { return !nonmanifold_vertices; }
 };
 
-/// Judges a mesh. Every decision is exact for the doubles that the mesh holds; lengths, areas, volumes and
-/// depths are rounded.
+/// Checks a mesh. Every decision is exact for the mesh's double-precision positions; lengths, areas, volumes and depths
+/// are rounded.
 ///
-/// in      any mesh, whatever is wrong with it
+/// in      any mesh, however broken
 /// same    result for any thread count
-/// cost    O(triangles log triangles) and the pairs of triangles whose boxes meet
+/// cost    O(triangles log triangles + pairs of triangles whose bounding boxes overlap)
 MeshCheck checkMesh(const Mesh& mesh, const CheckParams& params = {});
 
-/// The names of the faults, as in reports; none where the mesh is fit for use.
+/// Names of the faults found, as used in reports; empty for a valid mesh.
 std::vector<std::string_view> faultsOf(const MeshCheck& check, bool strict = false);
 
-/// Joins vertices at identical positions into the first of them, whose velocity and attributes stay; unused
-/// ones go, and so do triangles that lose a corner by it.
+/// Merges vertices at identical positions into the first of them, which keeps its velocity and attributes. Removes
+/// unused vertices, and triangles that become degenerate by the merge.
 Mesh weldVertices(const Mesh& mesh);
 
 }  // namespace betamesh

@@ -20,7 +20,7 @@ std::vector<std::uint32_t> verticesOf(std::span<const Triangle> triangles, std::
 }
 
 std::vector<TriangleSide> sortedSides(std::span<const Triangle> triangles) {
-    // Into buckets by the lower vertex, then each bucket, some three sides, by the rest.
+    // Bucket sort by the lower vertex, then a sort of each bucket, which has about three sides.
     std::uint32_t vertices = 0;
     for (const Triangle& t : triangles) vertices = std::max({vertices, t[0] + 1, t[1] + 1, t[2] + 1});
     CompressedRows<TriangleSide> sides =
@@ -50,10 +50,10 @@ std::vector<std::uint32_t> trianglesAcross(const std::vector<TriangleSide>& side
 }
 
 std::vector<std::uint32_t> placesOfVertices(const std::vector<Vec3>& position) {
-    std::vector<std::uint32_t> order(position.size()), place(position.size());
+    std::vector<std::uint32_t> order(position.size()), first(position.size());
     parallelFor(order.size(), 4096, [&](std::size_t v) { order[v] = static_cast<std::uint32_t>(v); });
     std::erase_if(order, [&](std::uint32_t v) {
-        place[v] = v;
+        first[v] = v;
         return !isFinite(position[v]);
     });
     parallelSort(order, [&](std::uint32_t v, std::uint32_t w) {
@@ -64,8 +64,8 @@ std::vector<std::uint32_t> placesOfVertices(const std::vector<Vec3>& position) {
         return v < w;
     });
     for (std::size_t i = 1; i < order.size(); ++i)
-        if (position[order[i]] == position[order[i - 1]]) place[order[i]] = place[order[i - 1]];
-    return place;
+        if (position[order[i]] == position[order[i - 1]]) first[order[i]] = first[order[i - 1]];
+    return first;
 }
 
 }  // namespace betamesh

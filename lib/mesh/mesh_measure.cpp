@@ -14,13 +14,13 @@ namespace betamesh {
 
 namespace {
 
-constexpr std::size_t kBlock = 1 << 16;  // rows whose sums are taken one after the other
+constexpr std::size_t kBlock = 1 << 16;  // triangles that one task sums up in order
 
 struct EdgeCount {
     std::size_t edges = 0, unpaired = 0;
 };
 
-// Each side is kept by its lower vertex: the higher one, below 2^31, and in the last bit which way it runs.
+// Each side is stored in the row of its lower vertex: the higher vertex, below 2^31, and its direction in the last bit.
 EdgeCount countEdges(const std::vector<Triangle>& triangles, std::size_t vertices) {
     IndexRows others = sortedIntoRows<std::uint32_t>(vertices, triangles.size(), [&](std::size_t t, const auto& visit) {
         const auto add = [&](std::uint32_t from, std::uint32_t to) {
@@ -74,31 +74,32 @@ Size sizeOf(const Mesh& mesh) {
 
 MeshMeasure measureMesh(const Mesh& mesh) {
     MeshMeasure measure;
-    Components pieces;
+    Components components;
     EdgeCount edges;
     Size size;
-    parallelBoth([&] { pieces = componentsOf(mesh.position.size(), mesh.triangles); },  // on one thread, for as long
+    // componentsOf() runs on one thread and takes about as long as the other two together.
+    parallelBoth([&] { components = componentsOf(mesh.position.size(), mesh.triangles); },
                  [&] {
                      edges = countEdges(mesh.triangles, mesh.position.size());
                      size = sizeOf(mesh);
                  });
-    measure.components = pieces.count;
+    measure.components = components.count;
     measure.unpaired_edges = edges.unpaired;
     measure.volume = size.volume;
     measure.area = size.area;
-    measure.euler = std::count_if(pieces.of_vertex.begin(), pieces.of_vertex.end(),
-                                  [](std::uint32_t piece) { return piece != kInvalidIndex; });
+    measure.euler = std::count_if(components.of_vertex.begin(), components.of_vertex.end(),
+                                  [](std::uint32_t component) { return component != kInvalidIndex; });
     measure.euler += static_cast<std::int64_t>(mesh.triangles.size()) - static_cast<std::int64_t>(edges.edges);
     return measure;
 }
 
-std::vector<Triangle> placedTriangles(const Mesh& mesh) {
-    std::vector<Triangle> placed;
-    std::copy_if(mesh.triangles.begin(), mesh.triangles.end(), std::back_inserter(placed), [&](const Triangle& t) {
+std::vector<Triangle> measurableTriangles(const Mesh& mesh) {
+    std::vector<Triangle> measurable;
+    std::copy_if(mesh.triangles.begin(), mesh.triangles.end(), std::back_inserter(measurable), [&](const Triangle& t) {
         return std::all_of(t.begin(), t.end(),
                            [&](std::uint32_t v) { return v < mesh.position.size() && isInRange(mesh.position[v]); });
     });
-    return placed;
+    return measurable;
 }
 
 }  // namespace betamesh

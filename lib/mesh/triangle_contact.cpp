@@ -15,30 +15,31 @@ namespace {
 
 using Signs = std::array<int, 3>;
 
-constexpr int kMostFlatTriangles = 16;  // without area, one beyond the other
+constexpr int kMostDegenerateTriangles = 16;  // that are passed in a row to find a proper one
 
-// What two triangles have in common, apart from their positions.
-struct Shared {
-    std::array<int, 3> partner{-1, -1, -1};  // corner of t at the place of each corner of s
-    int places = 0;                          // how many
-    int vertices = 0;                        // how many of them are one vertex of the mesh
+// Corners that two triangles share.
+struct SharedCorners {
+    std::array<int, 3> partner{-1, -1, -1};  // for each corner of s the corner of t at the same position, or -1
+    int positions = 0;                       // number of such corners
+    int vertices = 0;                        // number of them that are one vertex of the mesh
 
     bool inT(int corner) const { return std::find(partner.begin(), partner.end(), corner) != partner.end(); }
-    // Where two corners are shared: the other one.
+    // Where two corners are shared: the third one.
     int restOfS() const { return partner[0] < 0 ? 0 : partner[1] < 0 ? 1 : 2; }
     int restOfT() const { return !inT(0) ? 0 : !inT(1) ? 1 : 2; }
 };
 
-// A point of the line where the planes meet: there an edge of a triangle passes the other's plane, or ends on it.
+// The intersection of an edge of one triangle with the other triangle's plane: a point on the intersection line of the
+// two planes.
 struct Crossing {
     std::uint32_t above, below;  // ends of the edge; one of them may be on the plane
 };
 
-// The stretch of the line inside one triangle.
-struct Stretch {
-    Crossing first, last;  // in the order of the line
-    bool point = false;    // the triangle only reaches the line with a corner
-    int side = -1;         // the side of the triangle that lies on the line, if one does
+// The segment of the intersection line that is inside one triangle.
+struct Segment {
+    Crossing first, last;  // in the order along the line
+    bool point = false;    // the triangle only touches the line with a corner
+    int side = -1;         // the side of the triangle that is on the line, or -1
 };
 
 int after(int corner) { return corner == 2 ? 0 : corner + 1; }
@@ -54,47 +55,48 @@ int longestAxis(const Vec3& v) {
 bool allOn(const Signs& signs, int side) { return signs[0] == side && signs[1] == side && signs[2] == side; }
 bool allOnOneSide(const Signs& signs) { return signs[0] != 0 && allOn(signs, signs[0]); }
 
-// The line runs so that the plane's positive side lies to its left, seen from where the triangle is
-// counter-clockwise (not `mirrored`) or clockwise. Both triangles of a pair order it alike when exactly one is.
-Stretch stretchOf(const Triangle& t, const Signs& signs, bool mirrored) {
+// The line is directed so that the plane's positive side is on its left, seen from where the triangle is
+// counter-clockwise (not `mirrored`) or clockwise. The two triangles of a pair give the line the same direction when
+// exactly one of them is mirrored.
+Segment segmentOf(const Triangle& t, const Signs& signs, bool mirrored) {
     const auto positive = std::count(signs.begin(), signs.end(), 1),
                negative = std::count(signs.begin(), signs.end(), -1);
-    Stretch stretch;
-    // The corner that is alone on its side of the line.
+    Segment segment;
+    // Find the corner that is separated by the line from the other two.
     const bool above = positive == 1 || (positive == 0 && negative == 2);
     const int wanted = positive == 1 ? 1 : positive == 2 ? (negative == 1 ? -1 : 0) : negative == 1 ? -1 : 0;
-    const int alone = static_cast<int>(std::find(signs.begin(), signs.end(), wanted) - signs.begin());
+    const int apex = static_cast<int>(std::find(signs.begin(), signs.end(), wanted) - signs.begin());
     const auto crossing = [&](int corner) {
-        return above ? Crossing{t[alone], t[corner]} : Crossing{t[corner], t[alone]};
+        return above ? Crossing{t[apex], t[corner]} : Crossing{t[corner], t[apex]};
     };
-    stretch.first = crossing(above != mirrored ? after(alone) : before(alone));
-    stretch.last = crossing(above != mirrored ? before(alone) : after(alone));
-    stretch.point = wanted == 0;
-    if (positive + negative == 1) stretch.side = after(alone);
-    return stretch;
+    segment.first = crossing(above != mirrored ? after(apex) : before(apex));
+    segment.last = crossing(above != mirrored ? before(apex) : after(apex));
+    segment.point = wanted == 0;
+    if (positive + negative == 1) segment.side = after(apex);
+    return segment;
 }
 
-class Pair {
+class TrianglePair {
 public:
-    Pair(const JudgedSurface& surface, std::uint32_t s, std::uint32_t t)
+    TrianglePair(const TestedSurface& surface, std::uint32_t s, std::uint32_t t)
         : surface_(surface), s_(s), t_(t), a_(surface.triangles[s]), b_(surface.triangles[t]) {
         for (int i = 0; i < 3; ++i)
             for (int j = 0; j < 3; ++j) {
-                if (surface.place[a_[i]] != surface.place[b_[j]]) continue;
+                if (surface.first_at[a_[i]] != surface.first_at[b_[j]]) continue;
                 shared_.partner[i] = j;
-                ++shared_.places;
+                ++shared_.positions;
                 if (a_[i] == b_[j]) ++shared_.vertices;
             }
     }
 
-    Contact judge() const {
-        if (shared_.places == 3) return shared_.vertices == 3 ? Contact{} : covering();
+    Contact contact() const {
+        if (shared_.positions == 3) return shared_.vertices == 3 ? Contact{} : overlap();
         Signs of_b{};
         for (int j = 0; j < 3; ++j)
             if (!shared_.inT(j)) of_b[j] = sideOfPlane(at(a_[0]), at(a_[1]), at(a_[2]), at(b_[j]));
         if (allOnOneSide(of_b)) return {};
         if (allOn(of_b, 0)) return coplanar();
-        if (shared_.places == 2) return alongEdges(after(shared_.restOfS()), after(shared_.restOfT()));
+        if (shared_.positions == 2) return alongEdges(after(shared_.restOfS()), after(shared_.restOfT()));
         Signs of_a{};
         for (int i = 0; i < 3; ++i)
             if (shared_.partner[i] < 0) of_a[i] = sideOfPlane(at(b_[0]), at(b_[1]), at(b_[2]), at(a_[i]));
@@ -105,19 +107,19 @@ public:
 private:
     const Vec3& at(std::uint32_t vertex) const { return surface_.position[vertex]; }
 
-    // The common point of the shared corner alone.
+    // For triangles that have only a shared corner in common.
     Contact sharedCorner() const {
-        if (shared_.vertices == shared_.places) return {};
+        if (shared_.vertices == shared_.positions) return {};
         for (int i = 0; i < 3; ++i)
             if (shared_.partner[i] >= 0) return {ContactKind::touching, false, at(a_[i]), 0};
         return {};
     }
 
-    // -1, 0, 1 as x, of s, comes before, with or after y, of t.
+    // Order along the line: -1, 0, 1 where x, of s, is before, at or after y, of t.
     int order(const Crossing& x, const Crossing& y) const {
         for (const std::uint32_t v : {x.above, x.below})
             for (const std::uint32_t w : {y.above, y.below})
-                if (surface_.place[v] == surface_.place[w]) return 0;
+                if (surface_.first_at[v] == surface_.first_at[w]) return 0;
         return sideOfPlane(at(x.above), at(x.below), at(y.above), at(y.below));
     }
 
@@ -130,14 +132,14 @@ private:
     }
 
     Contact transversal(const Signs& of_a, const Signs& of_b) const {
-        const Stretch x = stretchOf(a_, of_a, false), y = stretchOf(b_, of_b, true);
+        const Segment x = segmentOf(a_, of_a, false), y = segmentOf(b_, of_b, true);
         const int from = order(x.first, y.last), to = order(x.last, y.first);
         if (from > 0 || to < 0) return {};
         const Vec3 begin = order(x.first, y.first) >= 0 ? pointOf(x.first, b_) : pointOf(y.first, a_);
         const Vec3 end = order(x.last, y.last) <= 0 ? pointOf(x.last, b_) : pointOf(y.last, a_);
         const Vec3 middle = (begin + end) / 2;
         if (x.point || y.point || from == 0 || to == 0)
-            return shared_.places == 0 ? Contact{ContactKind::touching, false, middle, 0} : sharedCorner();
+            return shared_.positions == 0 ? Contact{ContactKind::touching, false, middle, 0} : sharedCorner();
 
         if (x.side < 0 && y.side < 0) return {ContactKind::crossing, false, middle, depth({}, {})};
         if (x.side >= 0 && y.side >= 0) return alongEdges(x.side, y.side, middle);
@@ -145,7 +147,7 @@ private:
         return edgeOnFace(t_, y.side, of_b[before(y.side)], a_, middle);
     }
 
-    // A side of triangle `of` lies on `face`; its own third corner is on the given side of that.
+    // A side of triangle `of` is on `face`, whose plane has the third corner of `of` on its side `apex_side`.
     Contact edgeOnFace(std::uint32_t of, int side, int apex_side, const Triangle& face, const Vec3& middle) const {
         const std::uint32_t apex = apexAcross(of, side);
         const bool crosses =
@@ -154,26 +156,26 @@ private:
         return {ContactKind::crossing, false, middle, of == s_ ? depth({apex}, {}) : depth({}, {apex})};
     }
 
-    // Sides m of s and n of t lie along each other.
+    // Sides m of s and n of t overlap along one line.
     Contact alongEdges(int m, int n) const { return alongEdges(m, n, (at(a_[m]) + at(a_[after(m)])) / 2); }
     Contact alongEdges(int m, int n, const Vec3& middle) const {
         if (shared_.vertices == 2) return {};
-        const std::uint32_t beyond_s = apexAcross(s_, m), beyond_t = apexAcross(t_, n);
-        if (beyond_s == kInvalidIndex || beyond_t == kInvalidIndex ||
-            !interleaved(a_[m], a_[after(m)], a_[before(m)], beyond_s, b_[before(n)], beyond_t))
+        const std::uint32_t across_s = apexAcross(s_, m), across_t = apexAcross(t_, n);
+        if (across_s == kInvalidIndex || across_t == kInvalidIndex ||
+            !interleaved(a_[m], a_[after(m)], a_[before(m)], across_s, b_[before(n)], across_t))
             return {ContactKind::touching, false, middle, 0};
-        return {ContactKind::crossing, false, middle, depth({beyond_s}, {beyond_t})};
+        return {ContactKind::crossing, false, middle, depth({across_s}, {across_t})};
     }
 
-    // The third corner of the triangle beyond a side, a vertex, or kInvalidIndex. Triangles without area are
-    // passed, towards one that stands along the same line.
+    // The third vertex of the triangle across a side, or kInvalidIndex. Degenerate triangles are passed, towards the
+    // proper triangle at the same line.
     std::uint32_t apexAcross(std::uint32_t t, int side) const {
         const Vec3 &p = at(surface_.triangles[t][side]), &q = at(surface_.triangles[t][after(side)]);
         const int k = longestAxis(q - p);
         const auto between = [&](const Vec3& v, const Vec3& w, const Vec3& x) {
             return std::min(v[k], w[k]) <= x[k] && x[k] <= std::max(v[k], w[k]);
         };
-        for (int steps = 0; steps < kMostFlatTriangles; ++steps) {
+        for (int steps = 0; steps < kMostDegenerateTriangles; ++steps) {
             const std::uint32_t from = surface_.triangles[t][side], to = surface_.triangles[t][after(side)];
             t = surface_.across[3 * t + static_cast<std::uint32_t>(side)];
             if (t == kInvalidIndex) return kInvalidIndex;
@@ -185,8 +187,8 @@ private:
         return kInvalidIndex;
     }
 
-    // Round the line from p to q stand half-planes through a, b and through c, d: does one of c, d stand
-    // strictly between a and b, the other strictly between b and a?
+    // For the half-planes bounded by the line from p to q through a, b, c, d: is one of c, d strictly between a and b
+    // in counter-clockwise order, the other one strictly between b and a?
     bool interleaved(std::uint32_t p, std::uint32_t q, std::uint32_t a, std::uint32_t b, std::uint32_t c,
                      std::uint32_t d) const {
         const auto turn = [&](std::uint32_t v, std::uint32_t w) { return sideOfPlane(at(p), at(q), at(v), at(w)); };
@@ -201,7 +203,7 @@ private:
                (between(a, d, b, half) && between(b, c, a, -half));
     }
 
-    // a and b lie in one plane with the line from p to q: on different sides of it?
+    // Are a and b, which are coplanar with the line from p to q, on different sides of it?
     bool opposite(std::uint32_t p, std::uint32_t q, std::uint32_t a, std::uint32_t b) const {
         for (int axis = 0; axis < 3; ++axis) {
             const int side = turnAlong(axis, at(p), at(q), at(a));
@@ -210,7 +212,8 @@ private:
         return false;
     }
 
-    int projection() const {
+    // An axis along which triangle s projects to a non-degenerate triangle, preferably the largest one.
+    int projectionAxis() const {
         const Vec3 normal = cross(at(a_[1]) - at(a_[0]), at(a_[2]) - at(a_[0]));
         int axis = std::abs(normal.x) > std::abs(normal.y) ? 0 : 1;
         if (std::abs(normal.z) > std::abs(normal[axis])) axis = 2;
@@ -219,9 +222,9 @@ private:
         return axis;
     }
 
-    // Two triangles in one plane cover a common area unless some side of one has the other wholly beyond it.
+    // Two triangles in one plane overlap unless a side of one of them separates it from the other.
     Contact coplanar() const {
-        const int axis = projection();
+        const int axis = projectionAxis();
         for (const bool of_s : {true, false}) {
             const Triangle &own = of_s ? a_ : b_, &other = of_s ? b_ : a_;
             const int sense = turnAlong(axis, at(own[0]), at(own[1]), at(own[2]));
@@ -229,16 +232,17 @@ private:
                 Signs signs{};
                 for (int j = 0; j < 3; ++j) {
                     const std::uint32_t v = other[j], p = own[m], q = own[after(m)];
-                    if (surface_.place[v] == surface_.place[p] || surface_.place[v] == surface_.place[q]) continue;
+                    if (surface_.first_at[v] == surface_.first_at[p] || surface_.first_at[v] == surface_.first_at[q])
+                        continue;
                     signs[j] = sense * turnAlong(axis, at(p), at(q), at(v));
                 }
                 if (signs[0] <= 0 && signs[1] <= 0 && signs[2] <= 0) return onSeparatingLine(of_s, m, signs);
             }
         }
-        return covering();
+        return overlap();
     }
 
-    // All that is common lies on the line of side m of one triangle; the signs tell which corners of the other do.
+    // The line of side m of one triangle separates the two. Corners of the other triangle with sign 0 are on the line.
     Contact onSeparatingLine(bool of_s, int m, const Signs& signs) const {
         const Triangle &own = of_s ? a_ : b_, &other = of_s ? b_ : a_;
         const Vec3 &p = at(own[m]), &q = at(own[after(m)]);
@@ -257,34 +261,35 @@ private:
         if (along(end, begin)) return {};
         const Vec3 middle = (begin + end) / 2;
         if (!along(begin, end))
-            return shared_.places == 0 ? Contact{ContactKind::touching, false, middle, 0} : sharedCorner();
+            return shared_.positions == 0 ? Contact{ContactKind::touching, false, middle, 0} : sharedCorner();
         return of_s ? alongEdges(m, n, middle) : alongEdges(n, m, middle);
     }
 
-    // Triangles that cover an area in common: its middle, from s cut by the sides of t.
-    Contact covering() const {
-        std::vector<Vec3> polygon{at(a_[0]), at(a_[1]), at(a_[2])}, rest;
+    // For coplanar triangles that overlap: the centre of the overlap, which is s clipped by the sides of t.
+    Contact overlap() const {
+        std::vector<Vec3> polygon{at(a_[0]), at(a_[1]), at(a_[2])}, clipped;
         const Vec3 normal = cross(at(b_[1]) - at(b_[0]), at(b_[2]) - at(b_[0]));
         for (int m = 0; m < 3; ++m) {
             const Vec3 &p = at(b_[m]), inward = cross(normal, at(b_[after(m)]) - p);
-            rest.clear();
+            clipped.clear();
             for (std::size_t i = 0; i < polygon.size(); ++i) {
                 const Vec3 &v = polygon[i], &w = polygon[(i + 1) % polygon.size()];
                 const double from = dot(v - p, inward), to = dot(w - p, inward);
-                if (from >= 0) rest.push_back(v);
-                if ((from < 0) != (to < 0)) rest.push_back(v + (w - v) * (from / (from - to)));
+                if (from >= 0) clipped.push_back(v);
+                if ((from < 0) != (to < 0)) clipped.push_back(v + (w - v) * (from / (from - to)));
             }
-            if (rest.empty()) break;  // by rounding
-            polygon.swap(rest);
+            if (clipped.empty()) break;  // possible by rounding
+            polygon.swap(clipped);
         }
         Vec3 middle(0);
         for (const Vec3& v : polygon) middle += v / static_cast<double>(polygon.size());
         return {ContactKind::crossing, true, middle, 0};
     }
 
-    // Of convex hulls: the corners of each triangle, and of its neighbour where the crossing is at an edge.
-    // Any direction gives an upper bound; for two triangles the smallest across their planes and pairs of edges is
-    // exact. Those along edges part what has a short stretch of one in common.
+    // Penetration depth of two convex hulls, those of each triangle's corners and, where the crossing is at an edge,
+    // the apex of its neighbour. Every direction gives an upper bound. For two triangles the minimum over their normals
+    // and the cross products of their edges is exact; directions along edges help where the triangles share a short
+    // segment of an edge.
     double depth(const std::vector<std::uint32_t>& more_of_a, const std::vector<std::uint32_t>& more_of_b) const {
         std::vector<std::uint32_t> a(a_.begin(), a_.end()), b(b_.begin(), b_.end());
         a.insert(a.end(), more_of_a.begin(), more_of_a.end());
@@ -320,16 +325,16 @@ private:
         return std::max(0.0, smallest);
     }
 
-    const JudgedSurface& surface_;
+    const TestedSurface& surface_;
     std::uint32_t s_, t_;
     const Triangle &a_, &b_;
-    Shared shared_;
+    SharedCorners shared_;
 };
 
 }  // namespace
 
-Contact contactOf(const JudgedSurface& surface, std::uint32_t s, std::uint32_t t) {
-    return Pair(surface, s, t).judge();
+Contact contactOf(const TestedSurface& surface, std::uint32_t s, std::uint32_t t) {
+    return TrianglePair(surface, s, t).contact();
 }
 
 }  // namespace betamesh

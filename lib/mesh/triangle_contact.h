@@ -1,4 +1,4 @@
-// How two triangles of one surface meet, decided by exact signs.
+// How two triangles of one surface intersect, decided by exact predicates.
 
 #pragma once
 
@@ -10,37 +10,38 @@
 
 namespace betamesh {
 
-/// A surface to be judged. Triangles have three distinct vertices each, which exist, with finite positions.
-struct JudgedSurface {
+/// The surface whose triangles are tested. Each triangle has three distinct vertices, which exist and have finite
+/// positions.
+struct TestedSurface {
     std::span<const Vec3> position;
     std::span<const Triangle> triangles;
-    std::span<const std::uint32_t> place;   ///< of each vertex: equal where positions are
-    std::span<const std::uint32_t> across;  ///< of each side 3t + m: the triangle beyond it, or kInvalidIndex
+    std::span<const std::uint32_t> first_at;  ///< of each vertex: the first vertex at its position, placesOfVertices()
+    std::span<const std::uint32_t> across;    ///< of each side: the triangle across it, trianglesAcross()
 };
 
 enum class ContactKind {
-    none,      ///< nothing but the corner or edge that the triangles share
-    touching,  ///< a common point or stretch of an edge, where the surface stays on one side
-    crossing,  ///< the surface passes through itself, or covers itself
+    none,      ///< nothing in common but the corner or edge that the triangles share
+    touching,  ///< a common point or edge segment, where the surface stays on one side
+    crossing,  ///< the surface passes through itself or overlaps itself
 };
 
 struct Contact {
     ContactKind kind = ContactKind::none;
-    bool coplanar = false;   ///< a crossing that covers an area
-    Vec3 position{0, 0, 0};  ///< in the middle of what is common, but for rounding
+    bool coplanar = false;   ///< a crossing of coplanar triangles that overlap
+    Vec3 position{0, 0, 0};  ///< centre of the intersection, rounded
     double depth = 0;        ///< of a crossing, world units
 };
 
-/// Judges triangles s and t, neither of which may be degenerate.
+/// The contact of triangles s and t, neither of which may be degenerate.
 ///
-/// Corners that stand at the same place count as the same corner; where the mesh does not share them, the
-/// triangles touch there. A stretch of an edge that lies on the other triangle, or along one of its edges, is
-/// a crossing where the two triangles at that edge lie on different sides of the other surface, else a touch.
+/// Corners at the same position count as one corner; if they are different vertices of the mesh, the triangles touch
+/// there. An edge segment that is on the other triangle, or along one of its edges, is a crossing where the two
+/// triangles at that edge are on different sides of the other surface, else a touch.
 ///
-/// The depth is the shortest way by which one triangle (with its neighbour, where an edge crosses) can be
-/// moved off the other: 0 where they lie in one plane.
+/// The depth is the smallest displacement that separates the two triangles (with the neighbour, where an edge crosses);
+/// 0 for coplanar ones.
 ///
-/// source  the order of crossings with the line where two planes meet: Guigue & Devillers 2003
-Contact contactOf(const JudgedSurface& surface, std::uint32_t s, std::uint32_t t);
+/// source  the order of intersections along the line of the two planes: Guigue & Devillers 2003
+Contact contactOf(const TestedSurface& surface, std::uint32_t s, std::uint32_t t);
 
 }  // namespace betamesh

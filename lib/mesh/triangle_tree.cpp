@@ -26,7 +26,7 @@ double squaredDistanceToSegment(const Vec3& p, const Vec3& a, const Vec3& b) {
     return (p - a - along * t).length2();
 }
 
-// The plane's distance where the foot of the perpendicular is inside, else that of the nearest side.
+// Distance to the plane where the foot of the perpendicular is inside the triangle, else to the nearest side.
 double squaredDistance(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c) {
     const Vec3 normal = cross(b - a, c - a);
     const double squared = normal.length2();
@@ -44,35 +44,35 @@ double squaredDistance(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& 
 TriangleTree::TriangleTree(std::span<const Vec3> position, std::span<const Triangle> triangles)
     : position_(position), triangles_(triangles), order_(triangles.size()), box_(triangles.size()) {
     const std::size_t n = triangles.size();
-    struct Placed {
-        std::uint64_t place;
+    struct CodedTriangle {
+        std::uint64_t morton_code;
         std::uint32_t triangle;
     };
-    Box whole;
+    Box bounds;
     for (const Triangle& t : triangles)
-        for (const std::uint32_t v : t) whole.extendBy(position[v]);
-    std::vector<Placed> placed(n);
+        for (const std::uint32_t v : t) bounds.extendBy(position[v]);
+    std::vector<CodedTriangle> sorted(n);
     parallelFor(n, 4096, [&](std::size_t t) {
-        placed[t] = {placeOnCurve(boxOf(position, triangles[t]), whole), static_cast<std::uint32_t>(t)};
+        sorted[t] = {placeOnCurve(boxOf(position, triangles[t]), bounds), static_cast<std::uint32_t>(t)};
     });
-    parallelSort(placed, [](const Placed& a, const Placed& b) {
-        return a.place != b.place ? a.place < b.place : a.triangle < b.triangle;
+    parallelSort(sorted, [](const CodedTriangle& a, const CodedTriangle& b) {
+        return a.morton_code != b.morton_code ? a.morton_code < b.morton_code : a.triangle < b.triangle;
     });
 
     first_leaf_ = std::bit_ceil(std::max<std::size_t>(leaves(), 1));
     node_.assign(2 * first_leaf_, {});
     parallelFor(leaves(), 1024, [&](std::size_t leaf) {
-        Box& around = node_[first_leaf_ + leaf];
+        Box& leaf_box = node_[first_leaf_ + leaf];
         for (std::size_t i = leaf * kLeaf; i < std::min(n, (leaf + 1) * kLeaf); ++i) {
-            order_[i] = placed[i].triangle;
+            order_[i] = sorted[i].triangle;
             box_[i] = boxOf(position, triangles[order_[i]]);
-            around.extendBy(box_[i]);
+            leaf_box.extendBy(box_[i]);
         }
     });
     for (std::size_t level = first_leaf_ / 2; level > 0; level /= 2)
         parallelFor(level, 1024, [&](std::size_t i) {
-            Box& around = node_[level + i];
-            for (const std::size_t child : {2 * (level + i), 2 * (level + i) + 1}) around.extendBy(node_[child]);
+            Box& box = node_[level + i];
+            for (const std::size_t child : {2 * (level + i), 2 * (level + i) + 1}) box.extendBy(node_[child]);
         });
 }
 
@@ -81,23 +81,23 @@ std::size_t TriangleTree::lastLeaf(std::size_t node) const {
     return ((node + 1) << down) - 1 - first_leaf_;
 }
 
-double TriangleTree::distanceTo(const Vec3& point, std::size_t& near) const {
+double TriangleTree::distanceTo(const Vec3& point, std::size_t& hint) const {
     if (order_.empty()) return kInfinity;
     const auto squaredTo = [&](std::size_t i) {
         const Triangle& t = triangles_[order_[i]];
         return squaredDistance(point, position_[t[0]], position_[t[1]], position_[t[2]]);
     };
-    near = std::min(near, order_.size() - 1);
-    double nearest = squaredTo(near);
-    struct Waiting {
+    hint = std::min(hint, order_.size() - 1);
+    double nearest = squaredTo(hint);
+    struct Entry {
         std::size_t node;
         double distance;
     };
-    Waiting stack[64];
+    Entry stack[64];
     std::size_t depth = 0;
     stack[depth++] = {1, squaredDistance(node_[1], point)};
     while (depth > 0) {
-        const Waiting next = stack[--depth];
+        const Entry next = stack[--depth];
         if (next.distance >= nearest) continue;
         if (next.node >= first_leaf_) {
             const std::size_t leaf = next.node - first_leaf_;
@@ -106,12 +106,12 @@ double TriangleTree::distanceTo(const Vec3& point, std::size_t& near) const {
                 const double squared = squaredTo(i);
                 if (squared >= nearest) continue;
                 nearest = squared;
-                near = i;
+                hint = i;
             }
             continue;
         }
-        Waiting closer{2 * next.node, squaredDistance(node_[2 * next.node], point)};
-        Waiting farther{2 * next.node + 1, squaredDistance(node_[2 * next.node + 1], point)};
+        Entry closer{2 * next.node, squaredDistance(node_[2 * next.node], point)};
+        Entry farther{2 * next.node + 1, squaredDistance(node_[2 * next.node + 1], point)};
         if (farther.distance < closer.distance) std::swap(closer, farther);
         if (farther.distance < nearest) stack[depth++] = farther;
         if (closer.distance < nearest) stack[depth++] = closer;

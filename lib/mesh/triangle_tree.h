@@ -1,4 +1,4 @@
-// Triangles in a tree of boxes: who meets whom, who is nearest, how often a point is enclosed.
+// A bounding-volume tree over triangles: overlapping pairs, nearest triangles, ray-like queries.
 
 #pragma once
 
@@ -10,13 +10,13 @@
 
 namespace betamesh {
 
-/// A binary tree over triangles in the order of a space-filling curve. Leaf j holds kLeaf of them; the nodes
-/// lie in one array, the children of i at 2i and 2i + 1, the leaves last. Refers to the mesh it was made of.
+/// A complete binary tree over triangles in Morton order, kLeaf triangles per leaf. Nodes are stored in one array, root
+/// at 1, children of node i at 2i and 2i + 1, leaves last. Refers to the mesh it was made of.
 class TriangleTree {
 public:
     static constexpr std::size_t kLeaf = 4;
 
-    /// in      corners that exist, with finite coordinates
+    /// in      triangles whose vertices exist and have finite positions
     /// same    tree for any thread count
     /// cost    O(triangles log triangles)
     TriangleTree(std::span<const Vec3> position, std::span<const Triangle> triangles);
@@ -25,8 +25,8 @@ public:
     std::span<const Vec3> position() const { return position_; }
     std::span<const Triangle> triangles() const { return triangles_; }
 
-    /// Calls visit(s, t), s < t, for every pair of triangles whose boxes meet and whose first leaf is this
-    /// one: over all leaves, every pair once.
+    /// Calls visit(s, t), s < t, for every pair of triangles whose boxes overlap and whose lower leaf is this one. Over
+    /// all leaves every pair is visited once.
     template <typename Visit>
     void forPairsOfLeaf(std::size_t leaf, const Visit& visit) const {
         const std::size_t end = std::min(order_.size(), (leaf + 1) * kLeaf);
@@ -44,8 +44,8 @@ public:
              });
     }
 
-    /// Calls visit(t) for every triangle whose box `wanted` accepts; wanted must accept the boxes round
-    /// those it accepts. Stops when visit returns false.
+    /// Calls visit(t) for every triangle whose box satisfies `wanted`, until visit returns false. wanted must hold for
+    /// every box that contains one for which it holds.
     template <typename Wanted, typename Visit>
     void forTriangles(const Wanted& wanted, const Visit& visit) const {
         bool go_on = true;
@@ -57,15 +57,15 @@ public:
              });
     }
 
-    /// From a point to the nearest point of any triangle; infinite where there is none. Correct to rounding.
+    /// Distance from a point to the nearest triangle, to rounding; infinite without triangles.
     double distanceTo(const Vec3& point) const {
-        std::size_t near = 0;
-        return distanceTo(point, near);
+        std::size_t hint = 0;
+        return distanceTo(point, hint);
     }
 
-    /// The same, much quicker where a triangle close by is known: `near` is its place in the tree, and becomes that
-    /// of the nearest triangle. Any number does; it may change the distance by rounding.
-    double distanceTo(const Vec3& point, std::size_t& near) const;
+    /// The same, much faster if `hint` is the position in the tree of a triangle nearby. It is set to the position of
+    /// the nearest triangle. Any value is allowed; it may change the distance by rounding.
+    double distanceTo(const Vec3& point, std::size_t& hint) const;
 
 private:
     template <typename Visit>
@@ -73,7 +73,7 @@ private:
         if (box_[i].intersects(box_[j])) visit(std::min(order_[i], order_[j]), std::max(order_[i], order_[j]));
     }
 
-    /// Descends where wanted(box, last leaf below it), first children first.
+    /// Calls atLeaf(leaf) for the leaves reached through nodes with wanted(box, last leaf below the node), in order.
     template <typename Wanted, typename AtLeaf>
     void walk(const Wanted& wanted, const AtLeaf& atLeaf) const {
         if (order_.empty()) return;
@@ -94,10 +94,10 @@ private:
 
     std::span<const Vec3> position_;
     std::span<const Triangle> triangles_;
-    std::vector<std::uint32_t> order_;  ///< triangles along the curve
-    std::vector<Box> box_;              ///< of each, along the curve
-    std::vector<Box> node_;             ///< 1 is the root
-    std::size_t first_leaf_ = 1;        ///< a power of two
+    std::vector<std::uint32_t> order_;  ///< triangles in Morton order
+    std::vector<Box> box_;              ///< of each triangle, in the same order
+    std::vector<Box> node_;             ///< of each node; entry 0 is unused
+    std::size_t first_leaf_ = 1;        ///< node of leaf 0, a power of two
 };
 
 }  // namespace betamesh

@@ -11,9 +11,9 @@ namespace betamesh {
 
 namespace {
 
-// The angle of (x, y) from the x axis, y >= 0; to 3e-8, without a branch. 0 at the origin.
+// Angle of (x, y) from the x axis for y >= 0, radians; 0 at the origin. Branch-free; error below 3e-8.
 // source  Abramowitz & Stegun 1964, 4.4.49
-__attribute__((always_inline)) inline double angleAbove(double y, double x) {
+__attribute__((always_inline)) inline double angleInUpperHalfPlane(double y, double x) {
     const double ax = std::abs(x), larger = ax > y ? ax : y, smaller = ax > y ? y : ax;
     const double t = smaller / (larger + std::numeric_limits<double>::min()), s = t * t;
     const double first =
@@ -40,8 +40,8 @@ void cornerNormals(const TriangleCorners& at, std::size_t count, CornerNormals* 
         const double x = uy * vz - uz * vy, y = uz * vx - ux * vz, z = ux * vy - uy * vx;
         const double doubled_area = std::sqrt(x * x + y * y + z * z);
         const double scale = doubled_area > 0 ? 1 / (doubled_area + std::numeric_limits<double>::min()) : 0;
-        const double at_a = angleAbove(doubled_area, -(wx * ux + wy * uy + wz * uz)),
-                     at_b = angleAbove(doubled_area, -(ux * vx + uy * vy + uz * vz));
+        const double at_a = angleInUpperHalfPlane(doubled_area, -(wx * ux + wy * uy + wz * uz)),
+                     at_b = angleInUpperHalfPlane(doubled_area, -(ux * vx + uy * vy + uz * vz));
         out[0][i] = static_cast<float>(x * scale);
         out[1][i] = static_cast<float>(y * scale);
         out[2][i] = static_cast<float>(z * scale);

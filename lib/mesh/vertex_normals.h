@@ -1,4 +1,4 @@
-// How the triangles round each vertex face.
+// Vertex normals: angle-weighted means of the normals of incident triangles.
 
 #pragma once
 
@@ -14,23 +14,23 @@
 
 namespace betamesh {
 
-/// Corners of triangles, some at a time.
+/// Corner positions of a batch of triangles.
 inline constexpr std::size_t kTrianglesAtOnce = 64;
 using TriangleCorners = std::array<std::array<std::array<double, kTrianglesAtOnce>, 3>, 3>;  ///< [corner][axis]
 
-/// What a triangle adds to the normals of its corners: its own, times the angle there.
+/// What a triangle contributes to the normals of its corners: its normal, weighted by the angle at the corner.
 struct CornerNormals {
-    Vec3f normal;                ///< of unit length; zero without area
-    std::array<float, 3> angle;  ///< radians, to 1e-7
+    Vec3f normal;                ///< unit length; zero for degenerate triangles
+    std::array<float, 3> angle;  ///< radians, error below 1e-7
 };
 
-/// Of the first `count` triangles.
+/// Computes `normals` of the first `count` triangles of a batch.
 void cornerNormals(const TriangleCorners& at, std::size_t count, CornerNormals* normals);
 
-/// Means weighted by the angles of the triangles there: the one mean that does not change when a plane polygon is
-/// triangulated in another way. Unit vectors; zero for vertices without triangles.
+/// Angle-weighted normals. Unlike other means they do not depend on how planar polygons are triangulated. Unit vectors;
+/// zero for vertices without triangles.
 ///
-/// in      positionOf(v): where vertex v < vertices is
+/// in      positionOf(v): position of vertex v < vertices
 /// same    result for any thread count and instruction set
 template <typename PositionOf>
 std::vector<Vec3> vertexNormals(std::size_t vertices, std::span<const Triangle> triangles,
@@ -41,19 +41,19 @@ std::vector<Vec3> vertexNormals(std::size_t vertices, std::span<const Triangle> 
         std::unique_ptr<CornerNormals[]> corners;
     };
     std::size_t next = 0;
-    const auto take = [&]() -> std::optional<std::span<const Triangle>> {
+    const auto nextBlock = [&]() -> std::optional<std::span<const Triangle>> {
         if (next == triangles.size()) return std::nullopt;
         const std::size_t begin = std::exchange(next, std::min(next + kBlock, triangles.size()));
         return triangles.subspan(begin, next - begin);
     };
-    const auto look = [&](std::span<const Triangle> some) {
-        Block block{some, std::make_unique_for_overwrite<CornerNormals[]>(some.size())};
+    const auto normalsOf = [&](std::span<const Triangle> of_block) {
+        Block block{of_block, std::make_unique_for_overwrite<CornerNormals[]>(of_block.size())};
         TriangleCorners at{};
-        for (std::size_t begin = 0; begin < some.size(); begin += kTrianglesAtOnce) {
-            const std::size_t count = std::min(kTrianglesAtOnce, some.size() - begin);
+        for (std::size_t begin = 0; begin < of_block.size(); begin += kTrianglesAtOnce) {
+            const std::size_t count = std::min(kTrianglesAtOnce, of_block.size() - begin);
             for (std::size_t i = 0; i < count; ++i)
                 for (std::size_t m = 0; m < 3; ++m) {
-                    const Vec3& p = positionOf(some[begin + i][m]);
+                    const Vec3& p = positionOf(of_block[begin + i][m]);
                     for (int k = 0; k < 3; ++k) at[m][static_cast<std::size_t>(k)][i] = p[k];
                 }
             cornerNormals(at, count, &block.corners[begin]);
@@ -61,7 +61,7 @@ std::vector<Vec3> vertexNormals(std::size_t vertices, std::span<const Triangle> 
         return block;
     };
     std::vector<Vec3> normals(vertices, Vec3(0, 0, 0));
-    parallelInOrder(take, look, [&](Block&& block) {
+    parallelInOrder(nextBlock, normalsOf, [&](Block&& block) {
         for (std::size_t i = 0; i < block.triangles.size(); ++i)
             for (std::size_t m = 0; m < 3; ++m)
                 normals[block.triangles[i][m]] += Vec3(block.corners[i].normal * block.corners[i].angle[m]);

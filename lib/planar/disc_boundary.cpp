@@ -16,89 +16,89 @@ namespace betamesh {
 
 namespace {
 
-constexpr double kNearlyNothing = 1e-3;  // radians, far above rounding
+constexpr double kTurn = 2 * std::numbers::pi;
+constexpr double kNearlyZero = 1e-3;  // radians, far above rounding
+constexpr std::size_t kParticlesPerTask = 256;
 
-std::int64_t dotPlane(const Vec3i& a, const Vec3i& b) { return a.x * b.x + a.y * b.y; }
+std::int64_t dotXY(const Vec3i& a, const Vec3i& b) { return a.x * b.x + a.y * b.y; }
 
 }  // namespace
 
 double arcAngle(const DiscBoundary& boundary, std::uint32_t v) {
-    constexpr double kTurn = 2 * std::numbers::pi;
     const auto [before, disc] = boundary.segment[v];
     const std::uint32_t after = boundary.segment[boundary.next[v]][1];
     const Vec3 centre = boundary.centre(disc), begin = boundary.vertex[v] - centre,
                end = boundary.vertex[boundary.next[v]] - centre;
     const double angle = angleOf(crossZ(begin, end), begin.x * end.x + begin.y * end.y);
-    if (std::abs(angle) > kNearlyNothing) return angle < 0 ? angle + kTurn : angle;
-    // Next to nothing, or nearly the whole circle? Then what covers the rest begins with the one neighbour and ends
-    // with the other, both far away in nearly the same direction.
+    if (std::abs(angle) > kNearlyZero) return angle < 0 ? angle + kTurn : angle;
+    // The arc is either nearly empty or nearly the whole circle. In the latter case the covered rest begins with one
+    // neighbour and ends with the other, both distant in nearly the same direction.
     const Vec3i from = boundary.position[before] - boundary.position[disc],
                 to = boundary.position[after] - boundary.position[disc];
-    const bool whole = before == after || (crossZ(from, to) < 0 && dotPlane(from, to) > 0);
+    const bool whole = before == after || (crossZ(from, to) < 0 && dotXY(from, to) > 0);
     return whole ? std::min(kTurn, kTurn + angle) : std::max(0.0, angle);
 }
 
 namespace {
 
-constexpr std::size_t kParticlesPerTask = 256;
-
-// Segments that leave one particle, and whether anything comes near it.
-struct Leaving {
+// Alpha segments that start at some particles, and those particles that have no neighbours.
+struct AlphaSegments {
     std::vector<std::array<std::uint32_t, 2>> segment;  // of snapped particles
     std::vector<std::uint32_t> isolated;
 };
 
-// Is the disc to the right of the way to `u` empty? `last` is whoever was in the way the last time, asked first.
-bool isEmpty(const Neighbour& u, const std::vector<Neighbour>& neighbours, double radius, const Neighbour*& last) {
-    const auto inside = [&](const Neighbour& w) {
+// Is the disc to the right of the segment to `u` empty? `blocker` is the neighbour found inside the previous disc; it
+// is tested first, because it is probably inside this one, too.
+bool isEmpty(const Neighbour& u, const std::vector<Neighbour>& neighbours, double radius, const Neighbour*& blocker) {
+    const auto isInside = [&](const Neighbour& w) {
         return w.particle != u.particle && insideDisc(u.offset, w.offset, radius);
     };
-    if (last != nullptr && inside(*last)) return false;
-    const auto found = std::find_if(neighbours.begin(), neighbours.end(), inside);
+    if (blocker != nullptr && isInside(*blocker)) return false;
+    const auto found = std::find_if(neighbours.begin(), neighbours.end(), isInside);
     if (found == neighbours.end()) return true;
-    last = &*found;
+    blocker = &*found;
     return false;
 }
 
-Leaving leavingSegments(const SnappedParticles& particles, std::uint32_t begin, std::uint32_t end) {
+AlphaSegments segmentsFrom(const SnappedParticles& particles, std::uint32_t begin, std::uint32_t end) {
     const auto radius = static_cast<double>(particles.radius);
-    Leaving leaving;
+    AlphaSegments found;
     NeighbourFinder finder(particles);
-    std::vector<Neighbour> neighbours, empty;
+    std::vector<Neighbour> neighbours, ends;
     for (std::uint32_t i = begin; i < end; ++i) {
         finder.find(i, neighbours);
-        if (neighbours.empty()) leaving.isolated.push_back(i);
-        empty.clear();
-        const Neighbour* last = nullptr;
+        if (neighbours.empty()) found.isolated.push_back(i);
+        ends.clear();
+        const Neighbour* blocker = nullptr;
         for (const Neighbour& u : neighbours)
-            if (isEmpty(u, neighbours, radius, last)) empty.push_back(u);
-        std::sort(empty.begin(), empty.end(),
+            if (isEmpty(u, neighbours, radius, blocker)) ends.push_back(u);
+        std::sort(ends.begin(), ends.end(),
                   [](const Neighbour& a, const Neighbour& b) { return directionBefore(a.offset, b.offset); });
-        for (const Neighbour& u : empty) leaving.segment.push_back({i, u.particle});
+        for (const Neighbour& u : ends) found.segment.push_back({i, u.particle});
     }
-    return leaving;
+    return found;
 }
 
-Leaving allSegments(const SnappedParticles& particles) {
+AlphaSegments allSegments(const SnappedParticles& particles) {
     const auto n = static_cast<std::uint32_t>(particles.size());
-    std::vector<Leaving> parts((n + kParticlesPerTask - 1) / kParticlesPerTask);
+    std::vector<AlphaSegments> parts((n + kParticlesPerTask - 1) / kParticlesPerTask);
     parallelFor(parts.size(), 1, [&](std::size_t task) {
         const auto begin = static_cast<std::uint32_t>(task * kParticlesPerTask);
-        parts[task] = leavingSegments(particles, begin, std::min<std::uint32_t>(n, begin + kParticlesPerTask));
+        parts[task] = segmentsFrom(particles, begin, std::min<std::uint32_t>(n, begin + kParticlesPerTask));
     });
-    Leaving all;
-    for (const Leaving& part : parts) {
+    AlphaSegments all;
+    for (const AlphaSegments& part : parts) {
         all.segment.insert(all.segment.end(), part.segment.begin(), part.segment.end());
         all.isolated.insert(all.isolated.end(), part.isolated.begin(), part.isolated.end());
     }
     return all;
 }
 
-// Numbers the exposed particles: they become the discs.
-void nameDiscs(const SnappedParticles& particles, Leaving& leaving, DiscBoundary& boundary) {
+// Numbers the exposed particles, which become the discs, and converts the segments to these numbers.
+void numberDiscs(const SnappedParticles& particles, AlphaSegments& alpha, DiscBoundary& boundary) {
     std::vector<std::uint32_t> disc(particles.size(), 0);
-    for (const auto& [from, to] : leaving.segment) disc[from] = disc[to] = 1;
-    for (const std::uint32_t i : leaving.isolated) disc[i] = 1;
+    for (const auto& [from, to] : alpha.segment) disc[from] = disc[to] = 1;
+    for (const std::uint32_t i : alpha.isolated) disc[i] = 1;
     for (std::uint32_t i = 0; i < disc.size(); ++i) {
         if (disc[i] == 0) continue;
         disc[i] = static_cast<std::uint32_t>(boundary.position.size());
@@ -106,46 +106,48 @@ void nameDiscs(const SnappedParticles& particles, Leaving& leaving, DiscBoundary
         boundary.row.push_back(particles.row[i]);
         boundary.snapped_row.push_back(i);
     }
-    for (auto& segment : leaving.segment) segment = {disc[segment[0]], disc[segment[1]]};
-    for (std::uint32_t& i : leaving.isolated) i = disc[i];
-    boundary.segment = std::move(leaving.segment);
-    boundary.isolated = std::move(leaving.isolated);
+    for (auto& segment : alpha.segment) segment = {disc[segment[0]], disc[segment[1]]};
+    for (std::uint32_t& i : alpha.isolated) i = disc[i];
+    boundary.segment = std::move(alpha.segment);
+    boundary.isolated = std::move(alpha.isolated);
 }
 
-// A vertex on the circle of a disc: where another disc begins or ceases to cover it, seen counter-clockwise.
-struct Mark {
-    Vec3 direction;  // to the other disc
+// An end of an arc on the circle of a disc: a vertex at which the boundary enters or leaves this circle.
+struct ArcEnd {
+    Vec3 direction;  // to the other disc of the vertex
     std::uint32_t vertex;
     bool leaves;
 };
 
-// Each vertex that comes to a disc is followed by the next one that leaves it. What covers the circle between two arcs
-// begins with one disc and ends with another or the same, whose directions follow each other in that order.
+// On each circle the vertex that enters is linked to the next one, counter-clockwise, that leaves. The part of the
+// circle that is covered between two arcs begins with one disc and ends with another or the same one, and the
+// directions of the two follow each other in this order.
 void linkVertices(DiscBoundary& boundary) {
     const std::size_t discs = boundary.position.size();
-    CompressedRows<Mark> marks = sortedIntoRows<Mark>(discs, boundary.segment.size(), [&](std::size_t v, const auto& visit) {
-        const auto [from, to] = boundary.segment[v];
-        const Vec3 way = toDouble(boundary.position[to] - boundary.position[from]);
-        visit(from, {way, static_cast<std::uint32_t>(v), true});
-        visit(to, {-way, static_cast<std::uint32_t>(v), false});
-    });
+    CompressedRows<ArcEnd> ends =
+        sortedIntoRows<ArcEnd>(discs, boundary.segment.size(), [&](std::size_t v, const auto& visit) {
+            const auto [from, to] = boundary.segment[v];
+            const Vec3 offset = toDouble(boundary.position[to] - boundary.position[from]);
+            visit(from, {offset, static_cast<std::uint32_t>(v), true});
+            visit(to, {-offset, static_cast<std::uint32_t>(v), false});
+        });
     boundary.next.resize(boundary.segment.size());
     parallelFor(discs, 256, [&](std::size_t d) {
-        const auto first = marks[d].begin(), last = marks[d].end();
-        std::sort(first, last, [](const Mark& a, const Mark& b) {
+        const auto first = ends[d].begin(), last = ends[d].end();
+        std::sort(first, last, [](const ArcEnd& a, const ArcEnd& b) {
             if (directionBefore(a.direction, b.direction)) return true;
             return !directionBefore(b.direction, a.direction) && a.leaves && !b.leaves;
         });
-        for (auto mark = first; mark != last; ++mark) {
-            if (mark->leaves) continue;
-            const auto& following = mark + 1 == last ? *first : *(mark + 1);
+        for (auto end = first; end != last; ++end) {
+            if (end->leaves) continue;
+            const auto& following = end + 1 == last ? *first : *(end + 1);
             assert(following.leaves);
-            boundary.next[mark->vertex] = following.vertex;
+            boundary.next[end->vertex] = following.vertex;
         }
     });
 }
 
-void followCycles(DiscBoundary& boundary) {
+void collectCycles(DiscBoundary& boundary) {
     std::vector<bool> visited(boundary.next.size(), false);
     for (std::uint32_t start = 0; start < boundary.next.size(); ++start) {
         if (visited[start]) continue;
@@ -163,18 +165,56 @@ DiscBoundary discBoundary(const SnappedParticles& particles) {
     DiscBoundary boundary;
     boundary.quantum = particles.quantum;
     boundary.radius = particles.radius;
-    Leaving leaving = allSegments(particles);
-    nameDiscs(particles, leaving, boundary);
+    AlphaSegments alpha = allSegments(particles);
+    numberDiscs(particles, alpha, boundary);
     const auto radius = static_cast<double>(particles.radius);
     boundary.vertex.resize(boundary.segment.size());
     parallelFor(boundary.segment.size(), 1024, [&](std::size_t v) {
         const auto [from, to] = boundary.segment[v];
-        const Vec3 way = toDouble(boundary.position[to] - boundary.position[from]);
-        boundary.vertex[v] = (toDouble(boundary.position[from]) + discCentre(way, radius)) * particles.quantum;
+        const Vec3 offset = toDouble(boundary.position[to] - boundary.position[from]);
+        boundary.vertex[v] = (toDouble(boundary.position[from]) + discCentre(offset, radius)) * particles.quantum;
     });
     linkVertices(boundary);
-    followCycles(boundary);
+    collectCycles(boundary);
     return boundary;
+}
+
+namespace {
+
+// The sample that represents the part of a circle from one angle to another.
+BoundarySample arcSample(const DualVec3& centre, double radius, Dual begin, Dual end) {
+    const Dual angle = (begin + end) / 2;
+    const auto [s, c] = sineCosine(angle.value);
+    const DualVec3 outwards{{c, s, 0}, Vec3(-s, c, 0) * angle.rate};
+    return {centre + outwards * radius, outwards, (end - begin) * radius};
+}
+
+// The angle of a point about a centre.
+Dual angleAbout(const DualVec3& point, const DualVec3& centre) {
+    const DualVec3 offset = point - centre;
+    return {angleOf(offset.position.y, offset.position.x),
+            crossZ(offset.position, offset.velocity) / offset.position.length2()};
+}
+
+}  // namespace
+
+BoundarySamples boundarySamples(const DiscBoundary& boundary, const std::vector<DualVec3>& discs,
+                                const std::vector<DualVec3>& vertices, int directions) {
+    const double radius = boundary.worldRadius(), step = 2 * std::numbers::pi / directions;
+    BoundarySamples samples;
+    for (std::uint32_t v = 0; v < vertices.size(); ++v) {
+        const DualVec3& centre = discs[boundary.segment[v][1]];
+        Dual begin = angleAbout(vertices[v], centre);
+        const Dual end(begin.value + arcAngle(boundary, v), angleAbout(vertices[boundary.next[v]], centre).rate);
+        for (double k = std::floor(begin.value / step) + 1; k * step < end.value; ++k) {
+            samples.push_back(arcSample(centre, radius, begin, k * step));
+            begin = k * step;
+        }
+        samples.push_back(arcSample(centre, radius, begin, end));
+    }
+    for (const std::uint32_t d : boundary.isolated)
+        for (int k = 0; k < directions; ++k) samples.push_back(arcSample(discs[d], radius, k * step, (k + 1) * step));
+    return samples;
 }
 
 }  // namespace betamesh

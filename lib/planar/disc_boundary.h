@@ -1,52 +1,62 @@
-// The boundary of the union of discs: the one structure behind the alpha mesh and the beta mesh of a plane.
+// The boundary of the union of discs: the common structure behind the alpha mesh and the beta mesh of a plane.
 //
-// What stays exposed of the circles is made of vertices (points on two circles), arcs between them, and bare circles.
-// Each vertex ends one arc and begins another: closed curves, which run counter-clockwise round liquid and clockwise
-// round holes in it.
+// The exposed part of the circles consists of vertices (points on two circles), arcs between them, and whole circles of
+// isolated discs. Each vertex ends one arc and begins another, so they form closed curves, which are counter-clockwise
+// around liquid and clockwise around holes.
 
 #pragma once
 
 #include "base/compressed_rows.h"
 #include "betamesh/vec3.h"
 #include "exact/snapped_particles.h"
+#include "skin/boundary_samples.h"
 
 #include <array>
 
 namespace betamesh {
 
-/// Discs are the exposed ones, in the order of SnappedParticles. Vertex v is the centre of an empty disc of radius r to
-/// the right of segment[v], its dual in the alpha mesh. There the boundary leaves the circle of the first disc for that
-/// of the second, along which it runs counter-clockwise to vertex next[v]. That arc is a face of the paper's alpha
-/// graph, its two segments in order; a segment may be followed by its own reverse, where the boundary rolls round the
-/// end of something thin.
+/// Only exposed discs are stored, in the order of SnappedParticles. Vertex v is the centre of an empty disc of radius r
+/// to the right of segment[v], its dual in the alpha mesh. At vertex v the boundary changes from the circle of the
+/// segment's first disc to that of the second, and follows the latter counter-clockwise to vertex next[v]. This arc is
+/// a face of the paper's alpha graph. A segment may be followed by its own reverse, at the tip of a thin feature.
 struct DiscBoundary {
     double quantum = 1;                      ///< world units
     std::int64_t radius = 0;                 ///< in quanta
     std::vector<Vec3i> position;             ///< of each disc, in quanta; z is that of the plane
-    std::vector<std::uint32_t> row;          ///< of each disc's particle as it was given
-    std::vector<std::uint32_t> snapped_row;  ///< and in SnappedParticles, ascending
+    std::vector<std::uint32_t> row;          ///< row of each disc's particle in the input
+    std::vector<std::uint32_t> snapped_row;  ///< row of each disc's particle in SnappedParticles, ascending
 
-    std::vector<std::array<std::uint32_t, 2>> segment;  ///< of discs, the liquid on the left
+    std::vector<std::array<std::uint32_t, 2>> segment;  ///< pairs of discs, the liquid on the left
     std::vector<Vec3> vertex;                           ///< world units
-    std::vector<std::uint32_t> next;                    ///< where the arc from each vertex ends
-    IndexRows cycle;                                         ///< the closed curves: vertices in the order of `next`
-    std::vector<std::uint32_t> isolated;                    ///< discs that meet no other
+    std::vector<std::uint32_t> next;                    ///< vertex at which the arc from each vertex ends
+    IndexRows cycle;                                    ///< the closed curves: vertices in the order of `next`
+    std::vector<std::uint32_t> isolated;                ///< discs that intersect no other
 
     Vec3 centre(std::size_t disc) const { return toDouble(position[disc]) * quantum; }
     double worldRadius() const { return static_cast<double>(radius) * quantum; }
 };
 
-/// How much of its circle the arc that begins at a vertex covers: 0 to 2π.
+/// Angle subtended by the arc that begins at a vertex, radians in [0, 2π].
 double arcAngle(const DiscBoundary& boundary, std::uint32_t v);
 
-/// Finds every vertex by exact signs: the oriented segments of particles whose r-disc on the right is empty.
+/// Finds every vertex with exact predicates: the oriented segments of particles whose r-disc on the right is empty.
 ///
 /// in      n >= 0 particles of one z
-/// out     vertices sorted by their first disc, then by direction; curves by their smallest vertices. All are closed,
-///         whatever the input
+/// out     vertices sorted by their first disc, then by direction; curves sorted by their smallest vertices. Every
+///         curve is closed, whatever the input
 /// same    result for any thread count and particle order
 /// cost    O(n) for a bounded number of neighbours within two radii
 /// source  beta mesh paper, sections 3.2 and 3.3, in two dimensions
 DiscBoundary discBoundary(const SnappedParticles& particles);
+
+/// Samples of the boundary: all arcs and isolated circles, cut at `directions` fixed directions from each centre. A
+/// sample is the midpoint of its segment of the arc, weighted by the length of that, and points away from the centre.
+/// As a measure the samples change continuously through every event: arcs appear and vanish with length zero. Where
+/// discs begin to touch and cut an arc in two, its samples change slightly.
+///
+/// in      discs, vertices: those of the boundary, with velocities
+/// cost    O(samples)
+BoundarySamples boundarySamples(const DiscBoundary& boundary, const std::vector<DualVec3>& discs,
+                                const std::vector<DualVec3>& vertices, int directions = 24);
 
 }  // namespace betamesh

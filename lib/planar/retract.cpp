@@ -1,9 +1,8 @@
 
 #include "planar/retract.h"
 
-#include "base/cell_order.h"
-#include "planar/curve_means.h"
-#include "planar/uncrossed_curve.h"
+#include "base/parallel.h"
+#include "planar/curve_displacement.h"
 
 #include <algorithm>
 #include <array>
@@ -13,23 +12,25 @@ namespace betamesh {
 
 namespace {
 
-// All in particle spacings.
-constexpr double kBand = 0.25;   // so much farther than the nearest outer point others count, too
-constexpr double kBeyond = 0.3;  // vertices that are so much too deep stay
-constexpr double kFirstWidth = 1.3;
-constexpr std::array<double, 5> kLastWidths{1.1, 0.95, 0.8, 0.7, 0.6};
-constexpr double kLongestInwards = 0.2, kLongestOutwards = 0.1;  // of a step, in widths of the mean
-constexpr double kUsualInwards = 0.17;                           // of the first steps; several follow
+// Lengths in particle spacings.
+constexpr double kBand = 0.25;       // outer points up to this much farther than the nearest one count, too
+constexpr double kTooDeep = 0.3;     // vertices deeper than the target by this are not moved
+constexpr double kFirstWidth = 1.3;  // smoothing width of the first steps
+constexpr std::array<double, 5> kLastWidths{1.1, 0.95, 0.8, 0.7, 0.6};  // of the last steps
+// Lengths of a step, in smoothing widths.
+constexpr double kLongestInwards = 0.2, kLongestOutwards = 0.1;
+constexpr double kPlannedInwards = 0.17;  // determines the number of first steps
 constexpr double kMostSteps = 60;
+constexpr double kIsolationReach = 1.5;  // radii; every point of the curve is within one of its particle
 
 struct Step {
-    double share;  // of the way that is left
-    double width;  // of the mean, spacings
+    double share;  // of the remaining distance
+    double width;  // of the smoothing, spacings
 };
 
 std::vector<Step> stepsFor(const CurveSkin& skin) {
-    const double way = (skin.joining - skin.skin) / skin.spacing / (kUsualInwards * kFirstWidth);
-    const int first = static_cast<int>(std::clamp(std::ceil(way), 3.0, kMostSteps));
+    const double planned = (skin.joining - skin.skin) / skin.spacing / (kPlannedInwards * kFirstWidth);
+    const int first = static_cast<int>(std::clamp(std::ceil(planned), 3.0, kMostSteps));
     std::vector<Step> steps;
     for (int i = 0; i < first; ++i) steps.push_back({1.0 / (first - i), kFirstWidth});
     for (const double width : kLastWidths) steps.push_back({1, width});
@@ -38,18 +39,18 @@ std::vector<Step> stepsFor(const CurveSkin& skin) {
 
 Dual clamped(Dual a, double low, double high) { return a.value < low ? low : a.value > high ? high : a; }
 
-// The boundary's samples and corners, by place.
-class Outer {
+// The samples and corners of the outer boundary, numbered consecutively.
+class OuterPoints {
 public:
-    Outer(const OuterBoundary& boundary, double reach) : boundary_(boundary), reach_(reach) {}
+    OuterPoints(const OuterBoundary& boundary, double reach) : boundary_(boundary), reach_(reach) {}
 
-    // Calls visit(vertex, outer points within reach of it or little farther).
+    // Calls visit(vertex, outer points) for every vertex, with all outer points within reach and some beyond.
     template <typename Visit>
     void forVertices(const std::vector<DualVec3>& vertices, const Visit& visit) const {
-        const auto placeOf = [&](std::size_t i) -> const Vec3& { return point(i).position; };
-        const CellOrder points(boundary_.samples.size() + boundary_.corners.size(), reach_ / 4, placeOf);
+        const auto positionOf = [&](std::size_t i) -> const Vec3& { return point(i).position; };
+        const CellOrder points(boundary_.samples.size() + boundary_.corners.size(), reach_ / 4, positionOf);
         const CellOrder cells(vertices.size(), reach_ / 4, [&](std::size_t v) { return vertices[v].position; });
-        forCellsWithin(reach_, cells, points, placeOf, [&](std::uint32_t cell, std::span<const std::uint32_t> near) {
+        forCellsWithin(reach_, cells, points, positionOf, [&](std::uint32_t cell, std::span<const std::uint32_t> near) {
             for (const std::uint32_t v : cells.rowsOf(cell)) visit(v, near);
         });
     }
@@ -66,16 +67,16 @@ private:
 
 }  // namespace
 
-double CurveSkin::reach() const { return rolling() + (kBeyond + kBand) * spacing; }
+double CurveSkin::reach() const { return rolling() + (kTooDeep + kBand) * spacing; }
 
-void retract(const OuterBoundary& boundary, const CurveSkin& skin, const std::function<Dual(const DualVec3& x)>& swelling,
-             BetaCurve& curve) {
-    const double band = kBand * skin.spacing, beyond = kBeyond * skin.spacing;
+void retract(const OuterBoundary& boundary, const CurveSkin& skin,
+             const std::function<Dual(const DualVec3& x)>& extra_skin, BetaCurve& curve) {
+    const double band = kBand * skin.spacing, too_deep = kTooDeep * skin.spacing;
     const double reach = skin.reach();
-    const Outer outer(boundary, reach);
+    const OuterPoints outer(boundary, reach);
     for (const Step& step : stepsFor(skin)) {
         const double width = step.width * skin.spacing;
-        std::vector<DualVec3> way(curve.vertex.size());
+        std::vector<DualVec3> displacement(curve.vertex.size());
         outer.forVertices(curve.vertex, [&](std::uint32_t v, std::span<const std::uint32_t> near) {
             const DualVec3& x = curve.vertex[v];
             double least = reach * reach;
@@ -87,9 +88,9 @@ void retract(const OuterBoundary& boundary, const CurveSkin& skin, const std::fu
             if (nearest == nullptr) return;
             const DualVec3 shortest = x - outer.point(*nearest);
             const Dual nearest_square = dot(shortest, shortest), depth = length(shortest);
-            const Dual target = skin.rolling() - swelling(x), fade = 1 - smoothStep((depth - target) / beyond);
+            const Dual target = skin.rolling() - extra_skin(x), fade = 1 - smoothStep((depth - target) / too_deep);
             if (!(fade.value > 0)) return;
-            // 1 at the nearest point, 0 a band farther off.
+            // The weight of an outer point falls from 1 at the distance of the nearest one to 0 one band farther.
             const Dual span = band * band + depth * (2 * band);
             DualVec3 away;
             for (const std::uint32_t i : near) {
@@ -99,12 +100,40 @@ void retract(const OuterBoundary& boundary, const CurveSkin& skin, const std::fu
                 const Dual t = 1 - (dot(offset, offset) - nearest_square) / span;
                 away = away + offset * (t * t * outer.weight(i));
             }
-            const Dual size =
+            const Dual distance =
                 clamped((target - depth) * step.share, -kLongestOutwards * width, kLongestInwards * width);
-            way[v] = normalized(away) * (size * fade);
+            displacement[v] = normalized(away) * (distance * fade);
         });
-        moveUncrossed(curve, meansOf(way, curve, width), skin.spacing);
+        moveWithoutCrossings(curve, smoothedValues(displacement, curve, width), skin.spacing);
     }
+}
+
+IsolationField::IsolationField(const std::vector<DualVec3>& particles, double radius, double wide_radius)
+    : particles_(particles),
+      reach_(kIsolationReach * radius),
+      cells_(particles.size(), radius, [&](std::size_t i) { return particles[i].position; }),
+      isolation_(particles.size()) {
+    const double touching = 2 * radius, far = 2 * wide_radius;
+    parallelFor(particles_.size(), 256, [&](std::size_t i) {
+        const Vec3& p = particles_[i].position;
+        Dual isolation = 1;
+        cells_.forRowsIn(p - Vec3(far, far, 0), p + Vec3(far, far, 0), [&](std::uint32_t j) {
+            if (j == i || isolation.value == 0) return;
+            isolation = isolation * smoothStep((length(particles_[j] - particles_[i]) - touching) / (far - touching));
+        });
+        isolation_[i] = isolation;
+    });
+}
+
+Dual IsolationField::at(const DualVec3& x) const {
+    Dual sum = 0, total = 0;
+    cells_.forRowsIn(x.position - Vec3(reach_, reach_, 0), x.position + Vec3(reach_, reach_, 0), [&](std::uint32_t i) {
+        const DualVec3 offset = particles_[i] - x;
+        const Dual t = 1 - dot(offset, offset) / (reach_ * reach_), weight = t.value > 0 ? t * t : Dual(0);
+        sum = sum + isolation_[i] * weight;
+        total = total + weight;
+    });
+    return total.value > 0 ? sum / total : Dual(0);
 }
 
 }  // namespace betamesh

@@ -1,45 +1,64 @@
-// From the boundary of discs to the skin: inwards until every vertex is deep enough.
+// From the boundary of discs to the skin: vertices move inwards to the depth of the skin.
 
 #pragma once
 
-#include "planar/beta_curve.h"
+#include "base/cell_order.h"
+#include "planar/boundary_curves.h"
 #include "skin/boundary_samples.h"
 
 #include <functional>
 
 namespace betamesh {
 
-/// The lengths of a skin, world units; 0 < skin < joining.
+/// The lengths that define a skin, world units; 0 < skin < joining.
 ///
-/// Discs of radius `joining` decide what belongs together. The curve lies `skin` outside the outermost particles: a
-/// disc of radius rolling(), rolled round discs of radius `skin`, stays outside it. The boundary of discs of radius
-/// outer() is where that disc's centre goes; outer² = joining² + rolling², so its two ways past a pair of particles
-/// meet exactly where discs of radius `joining` touch.
+/// Discs of radius `joining` determine which particles are connected. The skin is `skin` outside the outermost
+/// particles: it is the boundary of what a disc of radius rolling() cannot reach when it rolls around discs of radius
+/// `skin`. The centre of the rolling disc follows the boundary of discs of radius outer(). As outer² = joining² +
+/// rolling², the two positions of the rolling disc beside a pair of particles coincide exactly where discs of radius
+/// `joining` touch.
 struct CurveSkin {
     double joining = 0, skin = 0;
-    double spacing = 0;  ///< of the particles: what widths and steps are measured in
+    double spacing = 0;  ///< particle spacing: the unit of widths and steps
 
     double rolling() const { return (joining * joining - skin * skin) / (2 * skin); }
     double outer() const { return skin + rolling(); }
-    double reach() const;  ///< from the curve to what of the outer boundary has a say
+    double reach() const;  ///< distance from the curve within which the outer boundary influences it
 };
 
-/// What depth is measured from: the boundary of discs of the outer radius.
+/// The boundary of discs of the outer radius, from which depth is measured.
 struct OuterBoundary {
-    BoundarySamples samples;      ///< a tenth of a spacing apart
-    std::vector<DualVec3> corners;  ///< where two circles meet
+    BoundarySamples samples;        ///< a tenth of a spacing apart
+    std::vector<DualVec3> corners;  ///< intersections of two circles
 };
 
-/// Moves vertices from the boundary of discs of the joining radius to where they are rolling() deep below the outer
-/// boundary, less swelling(x). Each goes away from the outer boundary's nearest points, softly chosen, in short steps,
-/// every one the mean of such steps of the vertices near: that changes slowly from place to place and folds nothing.
-/// Vertices that are deep enough stay. Velocities are carried through all of it.
+/// Moves vertices from the boundary of discs of radius `joining` inwards until they are rolling() - extra_skin(x) deep
+/// below the outer boundary. Every step is directed away from the nearest points of the outer boundary, with soft
+/// weights, and is smoothed along the curve, so displacements vary slowly and fold nothing. Vertices that are deep
+/// enough stay. Velocities are carried through.
 ///
-/// in      swelling: how much farther from the particles the curve is to lie at a point, world units
+/// in      extra_skin(x): additional distance between the curve and the particles at a point, world units
 /// same    bytes for any thread count
 /// cost    O(vertices · samples within reach)
 /// source  solvent-excluded surface: Connolly 1983
-void retract(const OuterBoundary& outer, const CurveSkin& skin, const std::function<Dual(const DualVec3& x)>& swelling,
-             BetaCurve& curve);
+void retract(const OuterBoundary& outer, const CurveSkin& skin,
+             const std::function<Dual(const DualVec3& x)>& extra_skin, BetaCurve& curve);
+
+/// How isolated the particles near a point are.
+class IsolationField {
+public:
+    /// particles: all of them. A particle's isolation is 1 if discs of the larger radius, wide_radius, do not intersect
+    /// its own, and 0 if discs of the other radius do; it varies smoothly between.
+    IsolationField(const std::vector<DualVec3>& particles, double radius, double wide_radius);
+
+    /// Weighted mean of the isolation of particles near x, in [0, 1]; 0 if there are none. Continuous.
+    Dual at(const DualVec3& x) const;
+
+private:
+    std::vector<DualVec3> particles_;
+    double reach_;
+    CellOrder cells_;
+    std::vector<Dual> isolation_;
+};
 
 }  // namespace betamesh

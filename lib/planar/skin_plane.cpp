@@ -4,17 +4,11 @@
 #include "base/cell_order.h"
 #include "base/parallel.h"
 #include "betamesh/error.h"
-#include "planar/alpha_curve.h"
-#include "planar/boundary_samples.h"
-#include "planar/complete_curve.h"
+#include "planar/boundary_curves.h"
 #include "planar/disc_boundary.h"
-#include "planar/hole_room.h"
-#include "planar/lone_particles.h"
-#include "planar/paper_curve.h"
 #include "planar/retract.h"
-#include "planar/smooth_coherent.h"
-#include "planar/smooth_paper.h"
-#include "planar/smooth_skin.h"
+#include "planar/skin_smoothing.h"
+#include "planar/smooth.h"
 #include "planar/velocity.h"
 #include "skin/attributes.h"
 #include "skin/droplets.h"
@@ -29,12 +23,12 @@ namespace betamesh {
 namespace {
 
 constexpr double kSmoothingWidth = 2.8;       // radii
-constexpr int kDirections = 24;               // a circle: a sagitta of 0.009 radii
-constexpr int kDirectionsPerSubdivision = 8;  // arcs between neighbours on a calm surface cover about an eighth
-constexpr double kSkinWidth = 5.4;            // widest mean that smooths a skin, spacings
-constexpr double kLeastSkin = 0.05;           // radii: what is less would need neighbours a dozen radii away
-constexpr double kMostSkins = 4;              // skins that means and steps are measured in, at most
-constexpr double kOuterSpacing = 0.1;         // of samples of the outer boundary, spacings
+constexpr int kDirections = 24;               // points of a circle: a sagitta of 0.009 radii
+constexpr int kDirectionsPerSubdivision = 8;  // arcs between neighbours on a flat surface are about an eighth turn
+constexpr double kSkinWidth = 5.4;            // spacings: radius of the widest fit that smooths a skin
+constexpr double kLeastSkin = 0.05;           // radii: thinner skins would need neighbours a dozen radii away
+constexpr double kMostSkins = 4;              // skins: largest unit of widths and steps
+constexpr double kOuterSpacing = 0.1;         // spacings: distance of samples of the outer boundary
 
 void requireOnePlane(const Particles& particles) {
     for (std::size_t i = 0; i < particles.size(); ++i) {
@@ -45,58 +39,58 @@ void requireOnePlane(const Particles& particles) {
     }
 }
 
-using Watch = std::function<void(std::string_view)>;
-
-// The union of discs is never anything but complete.
-bool isPapers(const SkinParams& params) {
+// The union of discs always has the complete tessellation.
+bool usesPaperTessellation(const SkinParams& params) {
     return params.surface == SurfaceKind::beta && params.tessellation == Tessellation::paper;
 }
 
 BetaCurve tessellated(const DiscBoundary& boundary, const std::vector<DualVec3>& discs,
                       const std::vector<DualVec3>& vertices, const SkinParams& params) {
-    if (isPapers(params)) return paperCurve(boundary, vertices);
+    if (usesPaperTessellation(params)) return paperCurve(boundary, vertices);
     const int directions =
         params.arc_subdivisions > 0 ? kDirectionsPerSubdivision * params.arc_subdivisions : kDirections;
     return completeCurve(boundary, discs, vertices, directions);
 }
 
-bool isSmoothed(const SkinParams& params) { return params.smoothing == SmoothingMethod::coherent && params.passes > 0; }
-
-// How far the curve lies from the outermost particles, world units.
-double depthOf(const SkinParams& params) { return std::max(skinDepth(params, 2), kLeastSkin * params.radius); }
-
-// The length that means and steps are measured in: the spacing, unless discs or the skin are much smaller than that.
-double resolutionOf(const SkinParams& params) {
-    return std::min({particleSpacing(params), params.radius, kMostSkins * depthOf(params)});
+bool isSmoothedCoherently(const SkinParams& params) {
+    return params.smoothing == SmoothingMethod::coherent && params.passes > 0;
 }
 
-// Some particles, without what the boundary of discs does not need.
+// Distance between the curve and the outermost particles, world units.
+double effectiveSkin(const SkinParams& params) { return std::max(skinDepth(params, 2), kLeastSkin * params.radius); }
+
+// The unit of widths and steps: the particle spacing, unless discs or the skin are much smaller.
+double lengthUnit(const SkinParams& params) {
+    return std::min({particleSpacing(params), params.radius, kMostSkins * effectiveSkin(params)});
+}
+
+// The positions and velocities of selected particles.
 Particles particlesAt(const std::vector<std::uint32_t>& rows, const Particles& particles) {
-    Particles some;
+    Particles selected;
     for (const std::uint32_t row : rows) {
-        some.position.push_back(particles.position[row]);
-        if (!particles.velocity.empty()) some.velocity.push_back(particles.velocity[row]);
+        selected.position.push_back(particles.position[row]);
+        if (!particles.velocity.empty()) selected.velocity.push_back(particles.velocity[row]);
     }
-    return some;
+    return selected;
 }
 
-// The boundary of larger discs round the same particles, as far as the curve is measured from it.
+// The boundary of discs of the outer radius, as far as it influences the curve.
 OuterBoundary outerBoundary(const Particles& particles, const SnappedParticles& snapped, const DiscBoundary& boundary,
                             const CurveSkin& skin) {
     const double reach = skin.joining + skin.reach() + skin.outer();
     const CellOrder exposed(boundary.position.size(), reach / 2, [&](std::size_t d) { return boundary.centre(d); });
     const std::vector<std::uint32_t> near = indicesWhere(snapped.size(), [&](std::uint32_t i) {
         const Vec3 centre = toDouble(snapped.position[i]) * snapped.quantum;
-        bool any = false;
+        bool is_near = false;
         exposed.forCellsIn(centre - Vec3(reach, reach, 0), centre + Vec3(reach, reach, 0),
-                           [&](std::uint32_t) { any = true; });
-        return any;
+                           [&](std::uint32_t) { is_near = true; });
+        return is_near;
     });
     std::vector<std::uint32_t> rows;
     for (const std::uint32_t i : near) rows.push_back(snapped.row[i]);
-    const Particles some = particlesAt(rows, particles);
-    const DiscBoundary outer = discBoundary(snapParticles(some, skin.outer()));
-    const std::vector<DualVec3> discs = movingDiscs(outer, some);
+    const Particles selected = particlesAt(rows, particles);
+    const DiscBoundary outer = discBoundary(snapParticles(selected, skin.outer()));
+    const std::vector<DualVec3> discs = movingDiscs(outer, selected);
     std::vector<DualVec3> corners = boundaryVertices(outer, discs);
     const int directions =
         static_cast<int>(std::ceil(2 * std::numbers::pi * skin.outer() / (kOuterSpacing * skin.spacing)));
@@ -104,23 +98,23 @@ OuterBoundary outerBoundary(const Particles& particles, const SnappedParticles& 
     return {std::move(samples), std::move(corners)};
 }
 
-// From the discs inwards to the skin.
+// Moves the curve from the boundary of discs inwards to the skin. The skin is thicker around isolated particles.
 void moveToSkin(const Particles& particles, const SnappedParticles& snapped, const DiscBoundary& boundary,
                 const SkinParams& params, BetaCurve& curve) {
-    const CurveSkin skin{params.radius, depthOf(params), resolutionOf(params)};
+    const CurveSkin skin{params.radius, effectiveSkin(params), lengthUnit(params)};
     const OuterBoundary outer = outerBoundary(particles, snapped, boundary, skin);
-    const double more = loneSkinDepth(params) - skinDepth(params, 2);
-    std::optional<LoneParticles> lone;
-    if (more > 0) {
+    const double extra = loneSkinDepth(params) - skinDepth(params, 2);
+    std::optional<IsolationField> isolation;
+    if (extra > 0) {
         std::vector<DualVec3> moving;
         for (std::size_t i = 0; i < snapped.size(); ++i) {
             const Vec3f v = particles.velocity.empty() ? Vec3f(0) : particles.velocity[snapped.row[i]];
             moving.push_back({toDouble(snapped.position[i]) * snapped.quantum, Vec3(v.x, v.y, 0)});
         }
-        lone.emplace(moving, params.radius, skin.outer());
+        isolation.emplace(moving, params.radius, skin.outer());
     }
-    const auto swelling = [&](const DualVec3& x) { return lone ? lone->at(x) * more : Dual(0); };
-    retract(outer, skin, swelling, curve);
+    const auto extraSkin = [&](const DualVec3& x) { return isolation ? isolation->at(x) * extra : Dual(0); };
+    retract(outer, skin, extraSkin, curve);
 }
 
 std::size_t fillSmallHoles(const Particles& particles, const SnappedParticles& snapped, const DiscBoundary& boundary,
@@ -141,15 +135,15 @@ std::size_t fillSmallHoles(const Particles& particles, const SnappedParticles& s
 void smooth(const DiscBoundary& boundary, const std::vector<DualVec3>& discs, const std::vector<DualVec3>& vertices,
             const SkinParams& params, BetaCurve& curve) {
     if (params.smoothing == SmoothingMethod::paper) smoothAsInPaper(curve, params.passes);
-    if (isSmoothed(params) && skinDepth(params, 2) > 0) {
+    if (isSmoothedCoherently(params) && skinDepth(params, 2) > 0) {
         const double widest =
             params.smoothing_width > 0 ? params.smoothing_width : kSkinWidth * particleSpacing(params);
-        smoothSkin(curve, {resolutionOf(params), widest, params.passes});
-    } else if (isSmoothed(params)) {
+        smoothSkin(curve, {lengthUnit(params), widest, params.passes});
+    } else if (isSmoothedCoherently(params)) {
         const double width = params.smoothing_width > 0 ? params.smoothing_width : kSmoothingWidth * params.radius;
         smoothCoherently(curve, boundarySamples(boundary, discs, vertices), {params.radius, width, params.passes});
     }
-    if (params.resolve_intersections && isPapers(params)) resolveIntersections(boundary, discs, curve);
+    if (params.resolve_intersections && usesPaperTessellation(params)) resolveIntersections(boundary, discs, curve);
 }
 
 Curves asCurves(const BetaCurve& curve) {
@@ -164,8 +158,8 @@ Curves asCurves(const BetaCurve& curve) {
     return curves;
 }
 
-// IndexRows of SnappedParticles, ascending.
-std::vector<std::uint32_t> isolatedIn(const DiscBoundary& boundary) {
+// Isolated particles as rows of SnappedParticles, ascending.
+std::vector<std::uint32_t> isolatedRows(const DiscBoundary& boundary) {
     std::vector<std::uint32_t> rows;
     for (const std::uint32_t disc : boundary.isolated) rows.push_back(boundary.snapped_row[disc]);
     return rows;
@@ -184,9 +178,7 @@ PlaneReport reportOf(const Particles& particles, const DiscBoundary& boundary) {
 }  // namespace
 
 SkinnedPlane skinPlane(const Particles& particles, const SkinParams& params, const Watch& watch_or_none) {
-    const auto watch = [&](std::string_view stage) {
-        if (watch_or_none) watch_or_none(stage);
-    };
+    const Watch watch = watch_or_none ? watch_or_none : [](Stage) {};
     requirePlanar(params);
     requireSkin(params);
     requireOnePlane(particles);
@@ -196,7 +188,7 @@ SkinnedPlane skinPlane(const Particles& particles, const SkinParams& params, con
     const LeftOut left_out = leaveOutDroplets(particles, params.features, snapped, plane.spheres);
     const DiscBoundary boundary = discBoundary(snapped);
     const std::vector<DualVec3> discs = movingDiscs(boundary, particles);
-    watch("structure");
+    watch(Stage::structure);
 
     plane.report = reportOf(particles, boundary);
     plane.report.distinct_particles = distinct_particles;
@@ -207,20 +199,19 @@ SkinnedPlane skinPlane(const Particles& particles, const SkinParams& params, con
         plane.curves = plane.alpha;
     } else {
         const std::vector<DualVec3> vertices = boundaryVertices(boundary, discs);
-        watch("velocity");
         BetaCurve curve = tessellated(boundary, discs, vertices, params);
         if (params.features.bubbles == Bubbles::fill)
             plane.report.bubbles_filled = fillSmallHoles(particles, snapped, boundary, params, curve);
         plane.before = asCurves(curve);
         plane.pure = curve.pure;
-        watch("tessellate");
+        watch(Stage::tessellate);
         if (skinDepth(params, 2) > 0) moveToSkin(particles, snapped, boundary, params, curve);
         if (params.surface == SurfaceKind::beta) smooth(boundary, discs, vertices, params, curve);
-        watch("smooth");
+        watch(Stage::smooth);
         if (!particles.velocity.empty()) projectTangentialVelocity(boundary, discs, curve);
-        watch("velocity");
+        watch(Stage::velocity);
         plane.curves = asCurves(curve);
-        if (isPapers(params)) addSpheres(particles, snapped, isolatedIn(boundary), plane.spheres);
+        if (usesPaperTessellation(params)) addSpheres(particles, snapped, isolatedRows(boundary), plane.spheres);
     }
     if (particles.velocity.empty()) plane.curves.velocity.clear();
     plane.before.velocity.clear();
@@ -236,16 +227,16 @@ SkinnedPlane skinPlane(const Particles& particles, const SkinParams& params, con
 void requirePlanar(const SkinParams& params) {
     const Features& features = params.features;
     const auto refuse = [](const std::string& what) {
-        throw Error(what + " is known in three dimensions only; expected its default in two");
+        throw Error(what + " works in three dimensions only; expected the default in two");
     };
     if (params.predicates == PredicateKind::floating) refuse("floating predicates (--predicates float)");
     if (features.tendrils != Tendrils::mesh) refuse("leaving out tendrils (--tendrils)");
     if (features.bubbles != Bubbles::mesh &&
         (params.surface != SurfaceKind::beta || params.tessellation != Tessellation::complete))
-        throw Error("only the complete tessellation has bubbles that can be filled; expected that one");
-    if (params.components) refuse("numbering pieces (--components)");
+        throw Error("bubbles can be filled only with the complete tessellation; expected that tessellation");
+    if (params.components) refuse("numbering components (--components)");
     if (params.smoothing == SmoothingMethod::paper && params.tessellation != Tessellation::paper)
-        throw Error("the paper's smoothing is for the paper's tessellation; expected that one too");
+        throw Error("the paper's smoothing works only on the paper's tessellation; expected that tessellation");
 }
 
 bool isPlanar(const Particles& particles) {

@@ -12,12 +12,12 @@ namespace betamesh {
 
 namespace {
 
-constexpr double kWellConditioned = 0.05;  // of |q1 × q2| / r²
-constexpr double kDamping = 0.25;          // weight of the field against the two equations at condition zero
+constexpr double kWellConditioned = 0.05;  // |q1 × q2| / r² from which on the equations are solved exactly
+constexpr double kDamping = 0.25;          // root of the weight of the rigid motion where |q1 × q2| = 0
 
-Vec3 turnedLeft(const Vec3& a) { return {-a.y, a.x, 0}; }
+Vec3 rotatedLeft(const Vec3& a) { return {-a.y, a.x, 0}; }
 
-// How the liquid moves near a point.
+// The motion of the liquid near a point.
 class LocalMotion {
 public:
     LocalMotion(const DiscBoundary& boundary, const std::vector<DualVec3>& discs)
@@ -41,17 +41,18 @@ private:
     CellOrder cells_;
 };
 
-// The ċ that solves both equations, as far as they are well conditioned.
-Vec3 solved(const Vec3& q1, const Vec3& v1, const Vec3& q2, const Vec3& v2, const Vec3& field) {
+// Solves q1·ċ = q1·v1 and q2·ċ = q2·v2 for ċ, regularised towards `prior` where they are ill-conditioned.
+Vec3 vertexVelocity(const Vec3& q1, const Vec3& v1, const Vec3& q2, const Vec3& v2, const Vec3& prior) {
     const double determinant = crossZ(q1, q2), shortfall = 1 - std::abs(determinant) / kWellConditioned;
-    const double s1 = dot(q1, v1 - field), s2 = dot(q2, v2 - field);
-    if (shortfall <= 0) return field + (turnedLeft(q1) * s2 - turnedLeft(q2) * s1) / determinant;
-    // Least squares of both equations and of a weak third: ċ as in the field.
-    const double damping = kDamping * shortfall * shortfall, weak = damping * damping;
-    const double xx = q1.x * q1.x + q2.x * q2.x + weak, yy = q1.y * q1.y + q2.y * q2.y + weak,
+    const double s1 = dot(q1, v1 - prior), s2 = dot(q2, v2 - prior);
+    if (shortfall <= 0) return prior + (rotatedLeft(q1) * s2 - rotatedLeft(q2) * s1) / determinant;
+    // Damped least squares: the third equation, of small weight, is ċ = prior.
+    const double damping = kDamping * shortfall * shortfall, weight = damping * damping;
+    const double xx = q1.x * q1.x + q2.x * q2.x + weight, yy = q1.y * q1.y + q2.y * q2.y + weight,
                  xy = q1.x * q1.y + q2.x * q2.y;
-    const Vec3 right = q1 * s1 + q2 * s2;
-    return field + Vec3(yy * right.x - xy * right.y, xx * right.y - xy * right.x, 0) / (xx * yy - xy * xy);
+    const Vec3 right_side = q1 * s1 + q2 * s2;
+    return prior +
+           Vec3(yy * right_side.x - xy * right_side.y, xx * right_side.y - xy * right_side.x, 0) / (xx * yy - xy * xy);
 }
 
 }  // namespace
@@ -75,8 +76,8 @@ std::vector<DualVec3> boundaryVertices(const DiscBoundary& boundary, const std::
         const Vec3 c = boundary.vertex[v], q1 = (c - discs[from].position).normalized(),
                    q2 = (c - discs[to].position).normalized();
         const bool ill_conditioned = std::abs(crossZ(q1, q2)) < kWellConditioned;
-        const Vec3 field = ill_conditioned ? motion.at(c) : (discs[from].velocity + discs[to].velocity) / 2;
-        vertices[v] = {c, solved(q1, discs[from].velocity, q2, discs[to].velocity, field)};
+        const Vec3 prior = ill_conditioned ? motion.at(c) : (discs[from].velocity + discs[to].velocity) / 2;
+        vertices[v] = {c, vertexVelocity(q1, discs[from].velocity, q2, discs[to].velocity, prior)};
     });
     return vertices;
 }
@@ -86,7 +87,7 @@ void projectTangentialVelocity(const DiscBoundary& boundary, const std::vector<D
     std::vector<Vec3> normals(curve.vertex.size());
     forEveryVertex(curve, [&](std::uint32_t before, std::uint32_t v, std::uint32_t after) {
         const Vec3 &a = curve.vertex[before].position, &b = curve.vertex[v].position, &c = curve.vertex[after].position;
-        normals[v] = -turnedLeft((b - a).normalized() + (c - b).normalized()).normalized();
+        normals[v] = -rotatedLeft((b - a).normalized() + (c - b).normalized()).normalized();
     });
     parallelFor(normals.size(), 256, [&](std::size_t v) {
         DualVec3& vertex = curve.vertex[v];

@@ -1,29 +1,27 @@
-// The curve's own motion.
+// Velocities of discs, of the boundary's vertices and of the finished curve.
 
 #pragma once
 
-#include "exact/snapped_particles.h"
-#include "planar/beta_curve.h"
-#include "planar/disc_boundary.h"
+#include "planar/boundary_curves.h"
 
 namespace betamesh {
 
-/// The discs' centres and how they move in the plane: velocity zero where the particles have none.
+/// The discs' centres with their velocities in the plane; zero velocities if the particles have none.
 std::vector<DualVec3> movingDiscs(const DiscBoundary& boundary, const Particles& particles);
 
-/// The vertices and how they move. A vertex c on the circles round p1 and p2 keeps its distance r from both:
-/// (c - p_m)·ċ = (c - p_m)·v_m, two equations for ċ. They are solved exactly while |q1 × q2| / r² >= 0.05,
-/// q_m = c - p_m; below, where the discs barely meet or nearly coincide, the solution is drawn smoothly towards the
-/// rigid motion of the discs within 2r.
+/// The vertices with their velocities. A vertex c on the circles around p1 and p2 keeps its distance r from both:
+/// q_m·ċ = q_m·v_m with q_m = c - p_m, two equations for ċ. They are solved exactly where |q1 × q2| / r² >= 0.05.
+/// Below, where the discs barely touch or nearly coincide, the solution is blended smoothly with the rigid motion of
+/// the discs within 2r.
 ///
 /// out     one row per vertex of the boundary, world units and world units per second
 /// same    result for any thread count and particle order
 /// cost    O(vertices)
 std::vector<DualVec3> boundaryVertices(const DiscBoundary& boundary, const std::vector<DualVec3>& discs);
 
-/// Turns the velocities of vertices, which so far follow points of the tessellation, into the curve's: along its normal
-/// they stay; across it they become those of the rigid motion of the discs within 2r of the vertex, (1 - d²/4r²)² their
-/// weight. A lone drop moves as its particle.
+/// Replaces the tangential part of the vertices' velocities, which depends on the tessellation, by that of the liquid:
+/// the rigid motion of the discs within 2r of the vertex, weighted by (1 - d²/4r²)². Normal velocities do not change.
+/// An isolated drop moves like its particle.
 ///
 /// same    bytes for any thread count and particle order
 /// cost    O(vertices)

@@ -1,41 +1,81 @@
-// The ball boundary -> points along its arcs and circles.
+// Points along every arc and full circle of the ball boundary, shared by the two faces that meet there.
 
 #pragma once
 
-#include "skin/arc_network.h"
+#include "base/dual.h"
 #include "skin/ball_boundary.h"
 #include "skin/beta_mesh.h"
+#include "skin/tessellation_constants.h"
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
 
 namespace betamesh {
 
-/// How finely arcs are cut.
-struct ArcSubdivision {
-    double max_angle = 0.25;  ///< radians per segment of a great circle: a sagitta of 0.008 r; larger on small circles
-    int segments = 0;         ///< > 0: so many on every arc, half on half a circle; more above 2 radians
-    Appearance appearance = Appearance::on_boundary;
-    double flat_angle = 0;  ///< > max_angle: the same between faces that are only small patches of their balls
-    bool moves_far = false;  ///< what is made of this goes far from the balls: points sink below the chords of arcs, and
-                             ///< edges begin to turn sooner, so that what comes and goes does so from where it is held
+/// An arc or full circle.
+struct ArcLine {
+    std::array<std::uint32_t, 2> balls;
+    Dual radius, length;  ///< world units
+    DualVec3 outwards;    ///< integral along the line of the unit vector from the circle's centre, world units
 };
 
-/// Cuts every arc into segments. The sagitta r·δ²/8 is the same on circles of any size: an arc of angle θ on a circle
-/// of radius ρ wants θ sqrt(ρ/r) / δ segments. Appearance::on_boundary gives it the next whole number, all equal;
-/// Appearance::gradual one or the next even number, whose points rise from chords in the middle as the arc grows, then
-/// part until all segments are equal again: the same from either end, wherever it grows. An arc between the two sides
-/// of one triplet gets at least two, half a circle likewise, so that no two segments share both ends.
+/// Point v < vertices is vertex v of the ball boundary; then come the points inside arcs, then those on full circles.
+/// Arc a runs counter-clockwise round the axis from its lower to its higher ball, from one vertex to another; circle k
+/// likewise, without ends.
+struct ArcNetwork {
+    std::size_t vertices = 0;
+    std::vector<DualVec3> point;
+
+    std::vector<std::uint32_t> arc_of;        ///< of each half-edge of the boundary
+    std::vector<std::uint32_t> arc_start;     ///< of each arc: the half-edge, from the lower ball, at which it begins
+    std::vector<Dual> arc_angle;              ///< of each arc, radians
+    std::vector<std::uint32_t> arc_begin;     ///< first point inside each arc, and one entry past the last
+    std::vector<std::uint32_t> circle_begin;  ///< first point on each circle, and one entry past the last
+
+    std::vector<ArcLine> line;  ///< each arc, then each circle
+    IndexRows at_ball;          ///< the lines round each ball, ascending
+    /// Flatness of the face that each half-edge goes round, 0 to 1: 1 where the face is only a small patch of its ball,
+    /// as a rule in the surface of a liquid. Smoothing lays such patches flat, so their arcs need few segments. Empty:
+    /// 0.
+    std::vector<Dual> flatness;
+
+    std::vector<FadingVertex> fading;  ///< points that are between the chord and the arc
+
+    std::uint32_t arcSize(std::size_t a) const { return arc_begin[a + 1] - arc_begin[a]; }
+    std::uint32_t circleSize(std::size_t k) const { return circle_begin[k + 1] - circle_begin[k]; }
+};
+
+/// How finely arcs are subdivided.
+struct ArcSubdivision {
+    double max_angle = kBoundaryArcAngle;  ///< radians per segment of a great circle; larger on small circles
+    int segments = 0;                      ///< > 0: this many on every arc, half of it on half a circle, and more where
+                                           ///< a segment would exceed kMaxSegmentAngle; max_angle is not used then
+    Appearance appearance = Appearance::on_boundary;
+    double flat_angle = 0;   ///< > max_angle: radians per segment between flat faces; otherwise not used
+    bool moves_far = false;  ///< the mesh is retracted far below the balls afterwards: face points are lowered below
+                             ///< the chords of arcs, and edge flips begin sooner
+};
+
+/// Subdivides every arc. The sagitta r·δ²/8 is the same on circles of any size: an arc of angle θ on a circle of radius
+/// ρ needs θ sqrt(ρ/r) / δ segments. With Appearance::on_boundary that is rounded up, and all segments are equal. With
+/// Appearance::gradual it is rounded up to one or an even number: new points fade in from the chords in the middle as
+/// the arc grows, then move apart until all segments are equal again, symmetrically, so either end may grow. An arc
+/// between the two sides of one triplet gets at least two segments, half a circle likewise, so that no two segments
+/// share both ends.
 ///
-/// Faces that are only small patches of their balls are in the surface of a liquid or on a side of a sheet, as a rule.
-/// Smoothing lays that flat, chords and all, so that arcs between two of them can have longer segments, and the surface
-/// still jumps less where balls begin to meet there than round drops and edges. In between segments are shorter by
-/// degrees, which change continuously but where faces of one ball become one.
+/// Flat faces are in the surface of a liquid or on a side of a sheet, as a rule. Smoothing lays them flat together with
+/// their chords, so arcs between two of them can have longer segments, and the surface still jumps less where balls
+/// begin to meet there than it does on drops and edges. In between the segment length changes gradually; it is
+/// continuous in time except where faces of one ball merge.
 ///
-/// Points move as the ends of their arc and its circle do.
+/// Points have the motion that their arc's ends and its circle give them.
 ///
-/// in      a boundary, where there is a calm angle with its faces; its balls with their motion; its vertices with
-///         theirs
+/// in      a boundary, with its faces if there is a flat angle; its balls and its vertices with their motion
 /// same    result for any thread count
 /// cost    O(points)
-ArcNetwork arcPoints(const BallBoundary& boundary, const std::vector<DualVec3>& balls,
-                     std::vector<DualVec3> vertices, const ArcSubdivision& subdivision);
+ArcNetwork arcPoints(const BallBoundary& boundary, const std::vector<DualVec3>& balls, std::vector<DualVec3> vertices,
+                     const ArcSubdivision& subdivision);
 
 }  // namespace betamesh

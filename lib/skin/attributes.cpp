@@ -10,7 +10,7 @@ namespace betamesh {
 
 namespace {
 
-// None where there are no particles, and nothing is known of them.
+// Null if there are no particles: files without particles often have no attributes either.
 const Attribute* attributeOf(const Particles& particles, const std::string& name) {
     std::string known;
     for (const Attribute& a : particles.attributes) {
@@ -19,7 +19,7 @@ const Attribute* attributeOf(const Particles& particles, const std::string& name
     }
     if (particles.size() == 0) return nullptr;
     throw Error("the particles have no attribute '" + name +
-                "'; expected one of those they have: " + (known.empty() ? "none" : known));
+                "'. Available attributes: " + (known.empty() ? "none" : known));
 }
 
 std::vector<std::string> withAccelerations(std::vector<std::string> names, const Particles& particles) {
@@ -56,34 +56,35 @@ std::vector<Attribute> carriedAttributes(const Particles& particles, const std::
     forCellsWithin(
         reach, near, far, [&](std::uint32_t b) { return balls[b].position; },
         [&](std::uint32_t cell, std::span<const std::uint32_t> around) {
-            struct Share {
+            struct WeightedRow {
                 std::uint32_t row;
                 double weight;
             };
-            std::vector<Share> shares;
+            std::vector<WeightedRow> weighted;
             for (const std::uint32_t row : near.rowsOf(cell)) {
-                shares.clear();
+                weighted.clear();
                 double sum = 0;
                 for (const std::uint32_t b : around) {
                     const double t = 1 - (position[row] - balls[b].position).length2() / (reach * reach);
                     if (!(t > 0)) continue;
-                    shares.push_back({rows[b], t * t});
+                    weighted.push_back({rows[b], t * t});
                     sum += t * t;
                 }
-                if (shares.empty()) continue;
-                const auto nearest = std::max_element(
-                    shares.begin(), shares.end(), [](const Share& a, const Share& b) { return a.weight < b.weight; });
+                if (weighted.empty()) continue;
+                const auto nearest =
+                    std::max_element(weighted.begin(), weighted.end(),
+                                     [](const WeightedRow& a, const WeightedRow& b) { return a.weight < b.weight; });
                 for (std::size_t a = 0; a < carried.size(); ++a) {
-                    const std::size_t components = carried[a].components, place = row * components;
+                    const std::size_t components = carried[a].components, first = row * components;
                     for (std::size_t c = 0; c < components; ++c) {
                         if (!from[a]->integer.empty()) {
-                            carried[a].integer[place + c] = from[a]->integer[nearest->row * components + c];
+                            carried[a].integer[first + c] = from[a]->integer[nearest->row * components + c];
                             continue;
                         }
                         double mean = 0;
-                        for (const Share& s : shares)
-                            mean += s.weight / sum * static_cast<double>(from[a]->real[s.row * components + c]);
-                        carried[a].real[place + c] = static_cast<float>(mean);
+                        for (const WeightedRow& w : weighted)
+                            mean += w.weight / sum * static_cast<double>(from[a]->real[w.row * components + c]);
+                        carried[a].real[first + c] = static_cast<float>(mean);
                     }
                 }
             }

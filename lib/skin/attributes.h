@@ -1,4 +1,4 @@
-// What else particles carry, on the surface.
+// Attributes of the particles, interpolated to the vertices of the surface.
 
 #pragma once
 
@@ -10,17 +10,17 @@
 
 namespace betamesh {
 
-/// The named attributes of the particles as columns for the vertices of a mesh or of curves. Real numbers are means
-/// over the balls within 2r of the vertex, (1 - d²/4r²)² their weight; whole numbers are those of the ball that weighs
-/// most. Where no ball is that near they are zero. Accelerations (accel, acceleration) come unasked: with them motion
-/// blur is curved.
+/// The named attributes of the particles, interpolated to the vertices of a mesh or of curves. Real numbers are means
+/// over the balls within two radii of the vertex, weighted by (1 - d²/4r²)²; integers are copied from the ball with the
+/// largest weight. Without a ball within two radii the values are zero. Accelerations (`accel`, `acceleration`) are
+/// always included, because curved motion blur needs them.
 ///
-/// in      n positions; balls and the rows of their particles; names that the particles have, each once (without
-///         particles, ones they lack are left out)
-/// out     one attribute of n rows for each name, in the order of the names, then accelerations
+/// in      n positions; balls and the rows of their particles; names of attributes, each once. If there are no
+///         particles, unknown names are skipped
+/// out     one attribute of n rows per name, in the order of the names, then accelerations
 /// same    bytes for any thread count and particle order
 /// cost    O(n)
-/// errors  a name that the particles do not have: the text lists those they have
+/// errors  a name that the particles do not have; the message lists those they have
 std::vector<Attribute> carriedAttributes(const Particles& particles, const std::vector<std::uint32_t>& rows,
                                          const std::vector<DualVec3>& balls, double radius,
                                          const std::vector<std::string>& names, const std::vector<Vec3>& position);

@@ -1,4 +1,3 @@
-
 #include "skin/ball_boundary.h"
 
 #include "base/icosphere.h"
@@ -6,7 +5,6 @@
 #include "base/parallel.h"
 #include "exact/predicates.h"
 #include "mesh/mesh_edges.h"
-#include "skin/exposed_directions.h"
 #include "skin/exposed_region.h"
 
 #include <algorithm>
@@ -29,7 +27,7 @@ std::uint32_t reverseSide(const BallBoundary& boundary, std::uint32_t v) {
 
 std::int64_t eulerCharacteristic(const BallBoundary& boundary) {
     const auto vertices = static_cast<std::int64_t>(boundary.vertex.size());
-    std::int64_t faces = 0;  // a face with c cycles is a sphere with c holes; full circles add nothing
+    std::int64_t faces = 0;  // sum of Euler characteristics: a face with c cycles is a sphere with c holes
     for (std::size_t f = 0; f < boundary.face.size(); ++f)
         faces += 2 - static_cast<std::int64_t>(boundary.face[f].size());
     return vertices - 3 * vertices / 2 + faces;
@@ -39,36 +37,36 @@ namespace {
 
 constexpr std::size_t kBallsPerTask = 256;
 
-// What one task finds; balls are rows of SnappedParticles until everything is known.
+// What one task finds. Balls are given by rows of SnappedParticles until all exposed balls are known.
 struct Parts {
     std::vector<Triangle> triangle;
     std::vector<Vec3> vertex;
     std::vector<std::array<std::uint32_t, 2>> circle;
     std::vector<std::uint32_t> isolated;
-    std::vector<std::uint32_t> seen, directions;  // balls that may be exposed, and in how many directions
+    std::vector<std::uint32_t> candidate, directions;  // exposure candidates, and their numbers of exposed directions
     std::vector<ExposedDirection> exposed;
 };
 
-// Is the ball round this centre empty of all but the three particles it rests on? `last` remembers which
-// particle said no: it will often say no again.
+// Does the ball that rests on particles i, j and k contain no other particle? last: index of the neighbour that was
+// inside last time, which often is again.
 template <typename Balls>
 bool isEmpty(const Balls& balls, int side, const ExposedRegion& region, std::uint32_t j, std::uint32_t k,
              std::size_t& last) {
     const Vec3 centre = balls.centre(side);
     const std::vector<Neighbour>& neighbours = region.neighbours();
-    const auto blocks = [&](const Neighbour& n) {
+    const auto isInside = [&](const Neighbour& n) {
         return n.particle != j && n.particle != k && balls.contains(centre, side, n.offset, n.squared);
     };
-    if (last < neighbours.size() && blocks(neighbours[last])) return false;
+    if (last < neighbours.size() && isInside(neighbours[last])) return false;
     for (std::size_t n = 0; n < neighbours.size(); ++n)
-        if (blocks(neighbours[n])) {
+        if (isInside(neighbours[n])) {
             last = n;
             return false;
         }
     return true;
 }
 
-// Is the whole circle in which the sphere at `offset` meets the one at the origin exposed?
+// Is the whole circle in which the sphere of `other` meets the one at the origin exposed?
 template <typename Balls>
 bool isFullCircle(const Vec3& origin, const Neighbour& other, const std::vector<Neighbour>& neighbours, double radius) {
     for (const Neighbour& n : neighbours) {
@@ -79,17 +77,17 @@ bool isFullCircle(const Vec3& origin, const Neighbour& other, const std::vector<
     return true;
 }
 
-// Another ball with which one may share something exposed.
+// A neighbour that may share an exposed circle with the ball.
 struct Partner {
     Neighbour ball;
-    bool is_crossed = false;  // the circle in which the two meet, by another sphere
+    bool is_crossed = false;  // by a third sphere
 };
 
-// Everything whose smallest ball is i. region: what of it is exposed.
+// Adds the vertices and full circles of which i is the lowest ball.
 template <typename Balls>
-void skinBall(const SnappedParticles& particles, const std::vector<bool>& survives, std::uint32_t i,
-              const std::vector<Neighbour>& neighbours, const ExposedRegion& region, std::vector<Partner>& partners,
-              Parts& out) {
+void addBall(const SnappedParticles& particles, const std::vector<bool>& is_candidate, std::uint32_t i,
+             const std::vector<Neighbour>& neighbours, const ExposedRegion& region, std::vector<Partner>& partners,
+             Parts& out) {
     if (neighbours.empty()) {
         out.isolated.push_back(i);
         return;
@@ -97,7 +95,7 @@ void skinBall(const SnappedParticles& particles, const std::vector<bool>& surviv
     const auto radius = static_cast<double>(particles.radius);
     partners.clear();
     for (const std::uint32_t row : region.bounding())
-        if (const Neighbour& n = neighbours[row]; n.particle > i && survives[n.particle]) partners.push_back({n});
+        if (const Neighbour& n = neighbours[row]; n.particle > i && is_candidate[n.particle]) partners.push_back({n});
 
     std::size_t last = 0;
     const Vec3 origin = toDouble(particles.position[i]);
@@ -120,18 +118,18 @@ void skinBall(const SnappedParticles& particles, const std::vector<bool>& surviv
     }
 }
 
-// What is hidden in a crowd is so by those nearest to it, nearly always.
-bool isHiddenInDenseCell(std::uint32_t i, NeighbourFinder& finder, std::vector<Neighbour>& neighbours,
-                     ExposedRegion& region) {
-    return (finder.findSomeInDenseCell(i, neighbours) && region.isHiddenBy(neighbours)) ||
-           (finder.findInDenseCell(i, neighbours) && region.isHiddenBy(neighbours));
+// Is a particle in a dense cell surely covered? Nearly always its nearest neighbours alone cover it.
+bool isCoveredInDenseCell(std::uint32_t i, NeighbourFinder& finder, std::vector<Neighbour>& neighbours,
+                          ExposedRegion& region) {
+    return (finder.findSomeInDenseCell(i, neighbours) && region.isCoveredBy(neighbours)) ||
+           (finder.findInDenseCell(i, neighbours) && region.isCoveredBy(neighbours));
 }
 
 template <typename Balls>
 std::vector<Parts> exposedParts(const SnappedParticles& particles, const std::vector<std::uint32_t>& exposed,
                                 const std::vector<Vec3>& directions) {
-    std::vector<bool> survives(particles.size(), false);
-    for (const std::uint32_t i : exposed) survives[i] = true;
+    std::vector<bool> is_candidate(particles.size(), false);
+    for (const std::uint32_t i : exposed) is_candidate[i] = true;
     const std::size_t n = exposed.size(), tasks = (n + kBallsPerTask - 1) / kBallsPerTask;
     std::vector<Parts> parts(tasks);
     parallelFor(tasks, 1, [&](std::size_t task) {
@@ -141,42 +139,42 @@ std::vector<Parts> exposedParts(const SnappedParticles& particles, const std::ve
         std::vector<Neighbour> neighbours;
         std::vector<Partner> partners;
         Parts& part = parts[task];
-        bool was_hidden = false;
+        bool was_covered = false;
         for (std::size_t s = task * kBallsPerTask; s < std::min(n, (task + 1) * kBallsPerTask); ++s) {
-            if (isHiddenInDenseCell(exposed[s], finder, neighbours, region)) continue;
+            if (isCoveredInDenseCell(exposed[s], finder, neighbours, region)) continue;
             finder.find(exposed[s], neighbours);
-            if (was_hidden) {  // then this one is likely to be hidden, too
-                was_hidden = region.isHiddenBy(neighbours);
+            if (was_covered) {  // then this one probably is, too
+                was_covered = region.isCoveredBy(neighbours);
             } else {
-                region.enclose(neighbours);
-                was_hidden = region.empty();
+                region.construct(neighbours);
+                was_covered = region.empty();
             }
-            if (was_hidden) continue;
-            skinBall<Balls>(particles, survives, exposed[s], neighbours, region, partners, part);
+            if (was_covered) continue;
+            addBall<Balls>(particles, is_candidate, exposed[s], neighbours, region, partners, part);
             if (directions.empty()) continue;
             const std::size_t before = part.exposed.size();
             exposed_directions.find(region, neighbours, part.exposed);
-            part.seen.push_back(exposed[s]);
+            part.candidate.push_back(exposed[s]);
             part.directions.push_back(static_cast<std::uint32_t>(part.exposed.size() - before));
         }
     });
     return parts;
 }
 
-// ball: of each row of SnappedParticles, or kInvalidIndex.
-CompressedRows<ExposedDirection> directionsOf(const std::vector<Parts>& parts, const std::vector<std::uint32_t>& ball,
-                                      std::size_t balls) {
+// The exposed directions of each ball. ball: of each row of SnappedParticles, or kInvalidIndex.
+CompressedRows<ExposedDirection> exposedDirectionsOf(const std::vector<Parts>& parts,
+                                                     const std::vector<std::uint32_t>& ball, std::size_t balls) {
     std::vector<std::uint32_t> count(balls, 0);
     for (const Parts& part : parts)
-        for (std::size_t k = 0; k < part.seen.size(); ++k)
-            if (const std::uint32_t b = ball[part.seen[k]]; b != kInvalidIndex) count[b] = part.directions[k];
+        for (std::size_t k = 0; k < part.candidate.size(); ++k)
+            if (const std::uint32_t b = ball[part.candidate[k]]; b != kInvalidIndex) count[b] = part.directions[k];
     CompressedRows<ExposedDirection> exposed;
     exposed.begin = exclusiveScan(count);
     firstTouchResize(exposed.item, exposed.begin.back());
     parallelFor(parts.size(), 4, [&](std::size_t p) {
         const ExposedDirection* from = parts[p].exposed.data();
-        for (std::size_t k = 0; k < parts[p].seen.size(); from += parts[p].directions[k++]) {
-            const std::uint32_t b = ball[parts[p].seen[k]];
+        for (std::size_t k = 0; k < parts[p].candidate.size(); from += parts[p].directions[k++]) {
+            const std::uint32_t b = ball[parts[p].candidate[k]];
             if (b == kInvalidIndex) continue;
             std::copy_n(from, parts[p].directions[k], exposed[b].begin());
             for (ExposedDirection& direction : exposed[b])
@@ -186,7 +184,7 @@ CompressedRows<ExposedDirection> directionsOf(const std::vector<Parts>& parts, c
     return exposed;
 }
 
-// Joins the parts and numbers the exposed balls. exposed: ascending.
+// Joins the parts and numbers the exposed balls.
 BallBoundary assemble(const SnappedParticles& particles, const std::vector<Parts>& parts) {
     BallBoundary boundary;
     boundary.quantum = particles.quantum;
@@ -196,7 +194,7 @@ BallBoundary assemble(const SnappedParticles& particles, const std::vector<Parts
     boundary.circle = concatenate(parts, &Parts::circle);
     boundary.isolated = concatenate(parts, &Parts::isolated);
     std::vector<std::uint32_t> ball(particles.size(), kInvalidIndex);
-    const auto forEveryUse = [&](const auto& visit) {
+    const auto forEachBallIndex = [&](const auto& visit) {
         constexpr std::size_t kGrain = 4096;
         parallelFor(boundary.triangle.size(), kGrain, [&](std::size_t t) {
             for (std::uint32_t& p : boundary.triangle[t]) visit(p);
@@ -206,7 +204,7 @@ BallBoundary assemble(const SnappedParticles& particles, const std::vector<Parts
         });
         parallelFor(boundary.isolated.size(), kGrain, [&](std::size_t b) { visit(boundary.isolated[b]); });
     };
-    forEveryUse([&](std::uint32_t p) { std::atomic_ref(ball[p]).store(0, std::memory_order_relaxed); });
+    forEachBallIndex([&](std::uint32_t p) { std::atomic_ref(ball[p]).store(0, std::memory_order_relaxed); });
     boundary.snapped_row = indicesWhere(ball.size(), [&](std::uint32_t p) { return ball[p] != kInvalidIndex; });
     firstTouchResize(boundary.position, boundary.snapped_row.size());
     firstTouchResize(boundary.row, boundary.snapped_row.size());
@@ -216,18 +214,19 @@ BallBoundary assemble(const SnappedParticles& particles, const std::vector<Parts
         boundary.position[b] = particles.position[p];
         boundary.row[b] = particles.row[p];
     });
-    forEveryUse([&](std::uint32_t& p) { p = ball[p]; });
-    boundary.exposed = directionsOf(parts, ball, boundary.position.size());
+    forEachBallIndex([&](std::uint32_t& p) { p = ball[p]; });
+    boundary.exposed = exposedDirectionsOf(parts, ball, boundary.position.size());
     return boundary;
 }
 
-// On the circle of balls low < high a side of a triangle is an end of an arc: where, going counter-clockwise round the
-// axis from low to high, one begins (it runs from low to high) or ends.
+// Each side of a triangle, between balls low < high, is an end of an arc on their circle. Going counter-clockwise round
+// the axis from low to high, the arc begins there if the side runs from low to high, otherwise it ends there.
 using ArcEnd = TriangleSide;
 bool begins(const ArcEnd& end) { return end.direction > 0; }
 
-// Sorts the ends on one circle counter-clockwise by the direction of their apex particles, an end before a
-// beginning where these agree. source: §2 of the paper's Algorithm 3, with exact signs.
+// Sorts the ends on one circle counter-clockwise by the direction of their apex particles; at equal directions an end
+// comes before a beginning.
+// source  §2 of the paper's Algorithm 3, with exact signs
 void sortRoundAxis(std::span<ArcEnd> ends, const BallBoundary& boundary) {
     const Vec3i origin = boundary.position[ends[0].low];
     const Vec3i axis = boundary.position[ends[0].high] - origin;
@@ -236,21 +235,21 @@ void sortRoundAxis(std::span<ArcEnd> ends, const BallBoundary& boundary) {
         return boundary.position[boundary.triangle[opposite / 3][opposite % 3]] - origin;
     };
     const Vec3i start = apex(ends[0]);
-    const auto quarter = [&](const Vec3i& a) {  // 0 along start, 1 before half a turn, 2 opposite, 3 after
+    const auto quadrant = [&](const Vec3i& a) {  // 0: along start, 1: less than half a turn on, 2: opposite, 3: more
         const int t = turn(axis, start, a);
         return t > 0 ? 1 : t < 0 ? 3 : sameSide(axis, start, a) > 0 ? 0 : 2;
     };
     std::sort(ends.begin(), ends.end(), [&](const ArcEnd& p, const ArcEnd& q) {
         const Vec3i a = apex(p), b = apex(q);
-        const int quarter_a = quarter(a), quarter_b = quarter(b);
-        if (quarter_a != quarter_b) return quarter_a < quarter_b;
+        const int quadrant_a = quadrant(a), quadrant_b = quadrant(b);
+        if (quadrant_a != quadrant_b) return quadrant_a < quadrant_b;
         if (const int t = turn(axis, a, b)) return t > 0;
         if (begins(p) != begins(q)) return begins(q);
         return p.side < q.side;
     });
 }
 
-// Pairs the two ends of every arc on one circle. Returns what forbids it, if so.
+// Pairs the two ends of every arc on one circle. Returns what is wrong if that is impossible.
 std::optional<UnpairedEdge> pairEndsOnCircle(std::span<ArcEnd> ends, BallBoundary& boundary) {
     const std::uint32_t low = boundary.row[ends[0].low], high = boundary.row[ends[0].high];
     std::ptrdiff_t surplus = 0;
@@ -270,7 +269,7 @@ std::optional<UnpairedEdge> pairEndsOnCircle(std::span<ArcEnd> ends, BallBoundar
     return std::nullopt;
 }
 
-// On all circles. Returns the first edge that cannot be paired, if there is one.
+// Pairs the ends on all circles. Returns the first edge that cannot be paired, if any.
 std::optional<UnpairedEdge> pairArcEnds(BallBoundary& boundary) {
     constexpr std::size_t kEndsPerTask = 4096;  // at least
     std::vector<ArcEnd> ends = sortedSides(boundary.triangle);
@@ -292,39 +291,40 @@ std::optional<UnpairedEdge> pairArcEnds(BallBoundary& boundary) {
     return first == unpaired.end() ? std::nullopt : *first;
 }
 
-// Walks round every face's cycles: at ball i, from half-edge i -> j to the far end of the arc that leaves
-// along the triangle's third particle.
+// Traces the cycles of all faces: on ball i, from half-edge i -> j along the arc that leaves on the side of the
+// triangle's third particle to the far end of that arc.
 void traceCycles(BallBoundary& boundary) {
-    std::vector<bool> seen(boundary.twin.size(), false);
-    for (std::uint32_t first = 0; first < seen.size(); ++first) {
-        if (seen[first]) continue;
-        for (std::uint32_t h = first; !seen[h]; h = boundary.twin[previousInTriangle(h)]) {
-            seen[h] = true;
+    std::vector<bool> visited(boundary.twin.size(), false);
+    for (std::uint32_t first = 0; first < visited.size(); ++first) {
+        if (visited[first]) continue;
+        for (std::uint32_t h = first; !visited[h]; h = boundary.twin[previousInTriangle(h)]) {
+            visited[h] = true;
             boundary.cycle.item.push_back(h);
         }
         boundary.cycle.begin.push_back(static_cast<std::uint32_t>(boundary.cycle.item.size()));
     }
 }
 
-// Twins and cycles. Returns what forbids them, if so.
+// Sets twins and cycles. Returns what is wrong if that is impossible.
 std::optional<UnpairedEdge> traceArcs(BallBoundary& boundary) {
     const auto unpaired = pairArcEnds(boundary);
     if (!unpaired) traceCycles(boundary);
     return unpaired;
 }
 
-// A ball with an exposed point but without triangle or circle: where all of a lattice's triangles were
-// refused alike, nothing is left that could fail to pair up.
-std::optional<UnpairedEdge> forgottenBall(const SnappedParticles& particles, const std::vector<std::uint32_t>& exposed,
-                                          const BallBoundary& boundary) {
-    std::vector<bool> known(particles.size(), false);
-    for (const std::uint32_t p : boundary.snapped_row) known[p] = true;
+// A ball with an exposed point but without triangle or circle, if any. Where all triangles of a lattice were rejected
+// alike, pairing ends finds nothing to object to.
+std::optional<UnpairedEdge> ballWithoutTriangle(const SnappedParticles& particles,
+                                                const std::vector<std::uint32_t>& exposed,
+                                                const BallBoundary& boundary) {
+    std::vector<bool> is_in_boundary(particles.size(), false);
+    for (const std::uint32_t p : boundary.snapped_row) is_in_boundary[p] = true;
     NeighbourFinder finder(particles);
     std::vector<Neighbour> neighbours;
     const Icosphere sphere = icosphere(8);
     const double reach = 2 * static_cast<double>(particles.radius) * (1 + 1e-6);
     for (std::size_t s = 0; s < exposed.size(); ++s) {
-        if (known[exposed[s]]) continue;
+        if (is_in_boundary[exposed[s]]) continue;
         finder.find(exposed[s], neighbours);
         for (const Vec3& direction : sphere.position) {
             const auto covers = [&](const Neighbour& n) { return reach * dot(direction, n.offset) >= n.squared; };
@@ -352,7 +352,7 @@ std::variant<BallBoundary, UnpairedEdge> ballBoundaryInFloats(const SnappedParti
                                                               const std::vector<Vec3>& directions) {
     BallBoundary boundary = assemble(particles, exposedParts<FloatBalls>(particles, exposed, directions));
     if (const auto unpaired = traceArcs(boundary)) return *unpaired;
-    if (const auto forgotten = forgottenBall(particles, exposed, boundary)) return *forgotten;
+    if (const auto missing = ballWithoutTriangle(particles, exposed, boundary)) return *missing;
     return boundary;
 }
 

@@ -1,4 +1,3 @@
-
 #include "skin/beta_mesh.h"
 
 #include "base/parallel.h"
@@ -9,19 +8,19 @@ namespace betamesh {
 
 Mesh asMesh(const std::vector<DualVec3>& vertex, std::vector<Triangle> triangles) {
     const std::vector<std::uint32_t> used = verticesOf(triangles, vertex.size());
-    std::vector<std::uint32_t> place(vertex.size());
+    std::vector<std::uint32_t> new_index(vertex.size());
     Mesh mesh;
     firstTouchResize(mesh.position, used.size());
     firstTouchResize(mesh.velocity, used.size());
     parallelFor(used.size(), 4096, [&](std::size_t i) {
         const std::uint32_t v = used[i];
-        place[v] = static_cast<std::uint32_t>(i);
+        new_index[v] = static_cast<std::uint32_t>(i);
         mesh.position[i] = vertex[v].position;
         mesh.velocity[i] = vertex[v].velocity;
     });
     mesh.triangles = std::move(triangles);
     parallelFor(mesh.triangles.size(), 4096, [&](std::size_t t) {
-        for (std::uint32_t& v : mesh.triangles[t]) v = place[v];
+        for (std::uint32_t& v : mesh.triangles[t]) v = new_index[v];
     });
     return mesh;
 }
@@ -32,25 +31,25 @@ void moveToWritten(BetaMesh& mesh) {
 }
 
 void reorderVertices(BetaMesh& mesh, const std::vector<std::uint32_t>& order) {
-    std::vector<std::uint32_t> place(order.size());
+    std::vector<std::uint32_t> new_index(order.size());
     std::vector<DualVec3> vertex(order.size());
     std::vector<Dual> rim_distance(mesh.rim_distance.size());
     parallelFor(order.size(), 8192, [&](std::size_t i) {
-        place[order[i]] = static_cast<std::uint32_t>(i);
+        new_index[order[i]] = static_cast<std::uint32_t>(i);
         vertex[i] = mesh.vertex[order[i]];
         if (!rim_distance.empty()) rim_distance[i] = mesh.rim_distance[order[i]];
     });
     mesh.vertex = std::move(vertex);
     mesh.rim_distance = std::move(rim_distance);
     parallelFor(mesh.triangles.size(), 8192, [&](std::size_t t) {
-        for (std::uint32_t& v : mesh.triangles[t]) v = place[v];
+        for (std::uint32_t& v : mesh.triangles[t]) v = new_index[v];
     });
     for (std::vector<FadingVertex>& group : mesh.fading)
         parallelFor(group.size(), 4096, [&](std::size_t i) {
-            group[i].vertex = place[group[i].vertex];
-            for (std::uint32_t& from : group[i].from) from = place[from];
+            group[i].vertex = new_index[group[i].vertex];
+            for (std::uint32_t& from : group[i].from) from = new_index[from];
         });
-    for (VolumeOffset& swelling : mesh.volume_offsets) swelling.vertex = place[swelling.vertex];
+    for (VolumeOffset& offset : mesh.volume_offsets) offset.vertex = new_index[offset.vertex];
 }
 
 DualPoints copyOf(const std::vector<DualVec3>& points) {

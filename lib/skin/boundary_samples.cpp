@@ -4,6 +4,7 @@
 #include "base/angles.h"
 #include "base/intersection_circle.h"
 #include "base/parallel.h"
+#include "skin/constants.h"
 
 #include <algorithm>
 #include <array>
@@ -15,63 +16,55 @@ namespace betamesh {
 namespace {
 
 constexpr double kTurn = 2 * std::numbers::pi;
-constexpr double kLongestPiece = 0.8;        // radians
-constexpr double kLift = 0.5;                // of the way from the arc to the sphere round its centre
-constexpr double kAreaWeight = 3;            // length that stands for an area, times the radius
-constexpr double kRim = 0.2, kInside = 0.7;  // faces count in full from this rim_distance on, not below the first
-constexpr double kTight = 0.4;   // squared radii: up to this spread all that is exposed of a ball counts as one sample
-constexpr double kLoose = 0.55;  // and from this on as four, towards the corners of a tetrahedron
-
-// sin(x) / x, of small x >= 0.
+// sin(x) / x for x >= 0; a series near 0.
 Dual sinc(Dual x) {
     const auto [sine, cosine] = sineCosine(x.value);
     if (x.value < 1e-4) return {1 - x.value * x.value / 6, -x.value * x.rate / 3};
     return {sine / x.value, (cosine - sine / x.value) / x.value * x.rate};
 }
 
-// How far from its middle a line counts.
-Dual liftedOf(Dual radius, double sphere_radius) { return radius * (1 - kLift) + kLift * sphere_radius; }
+// Distance from the centre of a circle at which samples of it are placed.
+Dual liftedRadius(Dual radius, double sphere_radius) { return radius * (1 - kArcLift) + kArcLift * sphere_radius; }
 
-// A piece of a circle that covers an angle, round its middle.
-BoundarySample pieceAt(const IntersectionCircle& circle, Dual angle, Dual covered) {
-    const Dual lifted = liftedOf(circle.radius(), circle.sphereRadius());
+// The sample of a piece of a circle: an arc of angle `covered` with its middle at `angle`.
+BoundarySample arcSample(const IntersectionCircle& circle, Dual angle, Dual covered) {
+    const Dual lifted = liftedRadius(circle.radius(), circle.sphereRadius());
     const Dual level = circle.radius() / circle.sphereRadius(), flat = sinc(covered / 2), curved = 1 - flat * flat;
     const DualVec3 outwards = circle.outwards(angle) * flat;
     return {circle.centre() + outwards * lifted, outwards * level, circle.radius() * covered, lifted * lifted * curved,
             lifted * level * curved};
 }
 
-// Points on a ball, of weights of their own, as one: all turn with the ball.
-class PointsOnBall {
+// Sums over weighted points at fixed directions of a ball: weights, and weights times directions.
+class DirectionSum {
 public:
     void add(const Vec3& direction, Dual weight) {
         weight_ = weight_ + weight;
-        towards_ = towards_ + DualVec3{direction, {0, 0, 0}} * weight;
+        direction_ = direction_ + DualVec3{direction, {0, 0, 0}} * weight;
     }
     Dual weight() const { return weight_; }
-    // Σ weight · direction
-    const DualVec3& direction() const { return towards_; }
+    const DualVec3& direction() const { return direction_; }
 
 private:
     Dual weight_;
-    DualVec3 towards_;
+    DualVec3 direction_;
 };
 
-// Samples as one: their mean, and how they lie about it. Sums are taken from an origin near them.
+// Merges samples into one with the same mean and second moments. Sums are relative to an origin near them.
 class MomentAccumulator {
 public:
     explicit MomentAccumulator(const DualVec3& origin = {}) : origin_(origin) {}
-    // Half of a line round the ball that is the origin: all of its pieces, the smallest ones.
+    // Adds half of an arc or circle around the ball at the origin, integrated exactly; middle: the circle's centre.
     void addHalf(const ArcLine& line, const DualVec3& middle, double radius) {
-        const Dual weight = line.length * 0.5, lifted = liftedOf(line.radius, radius), level = line.radius / radius;
+        const Dual weight = line.length * 0.5, lifted = liftedRadius(line.radius, radius), level = line.radius / radius;
         weight_ = weight_ + weight;
         offset_ = offset_ + (middle - origin_) * weight + line.outwards * (lifted * 0.5);
         direction_ = direction_ + line.outwards * (level * 0.5);
         square_ = square_ + (radius * radius - line.radius * line.radius + lifted * lifted) * weight;
         along_ = along_ + level * lifted * weight;
     }
-    // Of the ball that is the origin.
-    void add(const PointsOnBall& points, double radius) {
+    // Adds points on the ball at the origin.
+    void add(const DirectionSum& points, double radius) {
         const Dual weight = points.weight();
         const DualVec3& direction = points.direction();
         weight_ = weight_ + weight;
@@ -80,7 +73,7 @@ public:
         square_ = square_ + weight * (radius * radius);
         along_ = along_ + weight * radius;
     }
-    // A sample as it adds to sums, at an offset from their origin.
+    // A sample relative to the origin, as it is added to the sums.
     struct Summand {
         DualVec3 offset, direction;
         Dual weight, square, along;
@@ -89,8 +82,8 @@ public:
             : offset(sample.position - origin),
               direction(sample.direction),
               weight(sample.weight),
-              square(dot(offset, offset) + sample.spread),
-              along(dot(offset, direction) + sample.bulge) {}
+              square(dot(offset, offset) + sample.variance),
+              along(dot(offset, direction) + sample.convexity) {}
     };
     void add(const Summand& sample, Dual share) {
         const Dual weight = sample.weight * share;
@@ -114,67 +107,70 @@ private:
 
 constexpr std::size_t kCorners = 4;
 
-// How a unit vector is shared out among the corners of a tetrahedron: nearly all goes to the nearest one. (With powers
-// lower than the twelfth, sheets are less flat along some axes than along others; with higher ones, they move faster
-// where holes open.)
+// Weights of the corners of a tetrahedron for a unit vector; they sum to 1, and the nearest corner gets nearly all.
+// With powers below the twelfth, sheets are less flat along some axes than along others; with higher powers, they move
+// faster where holes open.
 template <typename Number>
-std::array<Number, kCorners> sharesOf(Number x, Number y, Number z) {
+std::array<Number, kCorners> cornerWeights(Number x, Number y, Number z) {
     const auto twelfthPower = [](Number number) {
         const Number square = number * number, fourth = square * square;
         return fourth * fourth * fourth;
     };
     constexpr double kLength = std::numbers::sqrt3;  // of (1, 1, 1)
-    std::array<Number, kCorners> share{twelfthPower(kLength + x + y + z), twelfthPower(kLength + x - y - z),
-                                       twelfthPower(kLength + y - x - z), twelfthPower(kLength + z - x - y)};
-    const Number sum = share[0] + share[1] + share[2] + share[3];
-    for (Number& part : share) part = part / sum;
-    return share;
+    std::array<Number, kCorners> weight{twelfthPower(kLength + x + y + z), twelfthPower(kLength + x - y - z),
+                                        twelfthPower(kLength + y - x - z), twelfthPower(kLength + z - x - y)};
+    const Number sum = weight[0] + weight[1] + weight[2] + weight[3];
+    for (Number& part : weight) part = part / sum;
+    return weight;
 }
 
-// A point on a ball, seen from there, how much it counts, and for which corners.
+// A point on a ball: its direction from the centre, its weight, and the share of that for each corner.
 struct WeightedDirection {
     Vec3 direction;
     Dual weight;
-    const std::array<double, kCorners>& share;
+    const std::array<double, kCorners>& corner_weight;
 };
 
-// What is exposed of one ball, as one sample or as four towards the corners of a tetrahedron.
+// The samples of the exposed part of one ball: one, four towards the corners of a tetrahedron, or both with shares of
+// the weight.
 struct ExposedBall {
     BoundarySample whole;
     std::array<BoundarySample, kCorners> part;
 
-    // together: half of each line round the ball, which is the origin; forPieces(visit): calls visit(sample) for the
-    // pieces of these lines, which are half this ball's; inside: points of its faces
+    // moments      of half of each arc and circle around the ball, with the ball as origin
+    // forPieces    forPieces(visit) calls visit(sample) for pieces of these arcs and circles
+    // inside       points of its faces
     template <typename ForPieces>
-    ExposedBall(const DualVec3& ball, double radius, MomentAccumulator together, const ForPieces& forPieces,
+    ExposedBall(const DualVec3& ball, double radius, MomentAccumulator moments, const ForPieces& forPieces,
                 const std::vector<WeightedDirection>& inside) {
-        PointsOnBall all;
-        for (const auto& [direction, weight, share] : inside) all.add(direction, weight);
-        together.add(all, radius);
-        whole = together.sample();
-        const Dual apart = smoothStep((whole.spread / (radius * radius) - kTight) / (kLoose - kTight));
-        whole.weight = whole.weight * (1 - apart);
-        if (apart.value == 0) return;
+        DirectionSum all;
+        for (const auto& [direction, weight, corner_weight] : inside) all.add(direction, weight);
+        moments.add(all, radius);
+        whole = moments.sample();
+        const Dual divided = smoothStep((whole.variance / (radius * radius) - kOneSampleSpread) /
+                                        (kFourSamplesSpread - kOneSampleSpread));
+        whole.weight = whole.weight * (1 - divided);
+        if (divided.value == 0) return;
 
-        std::array<MomentAccumulator, kCorners> towards;
-        towards.fill(MomentAccumulator(ball));
+        std::array<MomentAccumulator, kCorners> corner;
+        corner.fill(MomentAccumulator(ball));
         forPieces([&](const BoundarySample& piece) {
             const MomentAccumulator::Summand summand(piece, ball);
             const DualVec3 direction = normalized(summand.offset);
             const auto along = [&](int k) { return Dual(direction.position[k], direction.velocity[k]); };
-            const auto share = sharesOf(along(0), along(1), along(2));
-            for (std::size_t k = 0; k < kCorners; ++k) towards[k].add(summand, share[k] * 0.5);
+            const auto corner_weight = cornerWeights(along(0), along(1), along(2));
+            for (std::size_t k = 0; k < kCorners; ++k) corner[k].add(summand, corner_weight[k] * 0.5);
         });
-        std::array<PointsOnBall, kCorners> points;
-        for (const auto& [direction, weight, share] : inside)
-            for (std::size_t k = 0; k < kCorners; ++k) points[k].add(direction, weight * share[k]);
+        std::array<DirectionSum, kCorners> points;
+        for (const auto& [direction, weight, corner_weight] : inside)
+            for (std::size_t k = 0; k < kCorners; ++k) points[k].add(direction, weight * corner_weight[k]);
         for (std::size_t k = 0; k < kCorners; ++k) {
-            towards[k].add(points[k], radius);
-            part[k] = towards[k].sample();
-            part[k].weight = part[k].weight * apart;
+            corner[k].add(points[k], radius);
+            part[k] = corner[k].sample();
+            part[k].weight = part[k].weight * divided;
         }
     }
-    // Calls visit(sample) for those that weigh anything.
+    // Calls visit(sample) for those with a weight.
     template <typename Visit>
     void forSamples(const Visit& visit) const {
         if (whole.weight.value > 0) visit(whole);
@@ -200,21 +196,21 @@ SamplesInRadii boundarySamples(const BallBoundary& boundary, const std::vector<D
         } else {
             circle.beginAnywhere();
         }
-        const int n = std::max(1, static_cast<int>(std::ceil(angle.value / kLongestPiece)));
-        for (int k = 0; k < n; ++k) visit(pieceAt(circle, angle * ((k + 0.5) / n), angle / n));
+        const int n = std::max(1, static_cast<int>(std::ceil(angle.value / kMaxPieceAngle)));
+        for (int k = 0; k < n; ++k) visit(arcSample(circle, angle * ((k + 0.5) / n), angle / n));
     };
 
-    std::vector<std::array<double, kCorners>> share(directions);
+    std::vector<std::array<double, kCorners>> corner_weight(directions);
     for (std::size_t d = 0; d < directions; ++d) {
         const Vec3& at = points.directions.position[d];
-        share[d] = sharesOf(at.x, at.y, at.z);
+        corner_weight[d] = cornerWeights(at.x, at.y, at.z);
     }
 
     constexpr std::size_t kBallsPerTask = 256;
     const std::size_t tasks = (balls.size() + kBallsPerTask - 1) / kBallsPerTask;
     std::vector<SamplesInRadii> parts(tasks);
     parallelFor(tasks, 1, [&](std::size_t task) {
-        parts[task].reserve(kBallsPerTask);  // one each, nearly always
+        parts[task].reserve(kBallsPerTask);  // most balls give one sample
         std::vector<WeightedDirection> inside;
         for (std::size_t b = task * kBallsPerTask; b < std::min(balls.size(), (task + 1) * kBallsPerTask); ++b) {
             MomentAccumulator lines(balls[b]);
@@ -224,10 +220,11 @@ SamplesInRadii boundarySamples(const BallBoundary& boundary, const std::vector<D
             }
             inside.clear();
             for (std::uint32_t p = points.begin[b]; p < points.begin[b + 1]; ++p) {
-                if (points.contactOf(p) || points.rim_distance[p].value <= kRim) continue;
-                const Dual free = smoothStep((points.rim_distance[p] - kRim) / (kInside - kRim));
+                if (points.contactOf(p) || points.rim_distance[p].value <= kFaceSampleBegins) continue;
+                const Dual fade =
+                    smoothStep((points.rim_distance[p] - kFaceSampleBegins) / (kFaceSampleFull - kFaceSampleBegins));
                 const std::uint32_t d = points.direction[p];
-                inside.push_back({points.directions.position[d], free * area, share[d]});
+                inside.push_back({points.directions.position[d], fade * area, corner_weight[d]});
             }
             const auto forPiecesHere = [&](const auto& visit) {
                 for (const std::uint32_t l : network.at_ball[b]) forPieces(l, visit);

@@ -1,4 +1,4 @@
-// The ball boundary as a cloud of weighted, directed points: what smoothing averages over.
+// The ball boundary as weighted samples with directions: what coherent smoothing averages over.
 
 #pragma once
 
@@ -11,51 +11,51 @@
 
 namespace betamesh {
 
-/// One point that stands for a piece of the boundary: its mean, and how the piece lies about it. The cloud as a whole,
-/// a measure on positions and directions, changes continuously in time, whatever appears, vanishes or changes
-/// neighbours on the boundary.
+/// A sample that represents a piece of the boundary by its mean position and direction and its second moments. All
+/// samples together are a measure on positions and directions that changes continuously in time, even where parts of
+/// the boundary appear, vanish or change their neighbours.
 struct BoundarySample {
     DualVec3 position;   ///< world units
-    DualVec3 direction;  ///< outwards, length <= 1: short where the boundary is sharply creased
-    Dual weight;       ///< world units of length, >= 0
-    Dual spread = 0;   ///< mean squared distance of the piece from its position, square world units
-    Dual bulge = 0;    ///< mean of (x - position) · (direction at x), world units: positive where the piece is convex
+    DualVec3 direction;  ///< mean outward normal, length <= 1: short where the piece is strongly curved
+    Dual weight;         ///< world units of length, >= 0
+    Dual variance = 0;   ///< mean of |x - position|² over the piece, square world units
+    Dual convexity = 0;  ///< mean of (x - position) · (normal at x) over the piece, world units; > 0 where it is convex
 };
 
 using BoundarySamples = std::vector<BoundarySample>;
 
-/// The same in radii but for where it is, in single precision: as sums take it, and little to keep.
+/// A BoundarySample in single precision, in radii except for its position: compact, and what sums read.
 struct SampleInRadii {
     Vec3 position;  ///< world units
-    Vec3f velocity, direction, turning;
-    float weight, weight_rate, spread, half_spread_rate, bulge, bulge_rate;
+    Vec3f velocity, direction, direction_rate;
+    float weight, weight_rate, variance, half_variance_rate, convexity, convexity_rate;
 
     SampleInRadii() = default;
     SampleInRadii(const BoundarySample& sample, double radius)
         : position(sample.position.position),
           velocity(sample.position.velocity / radius),
           direction(sample.direction.position),
-          turning(sample.direction.velocity),
+          direction_rate(sample.direction.velocity),
           weight(static_cast<float>(sample.weight.value / radius)),
           weight_rate(static_cast<float>(sample.weight.rate / radius)),
-          spread(static_cast<float>(sample.spread.value / (radius * radius))),
-          half_spread_rate(static_cast<float>(sample.spread.rate / (2 * radius * radius))),
-          bulge(static_cast<float>(sample.bulge.value / radius)),
-          bulge_rate(static_cast<float>(sample.bulge.rate / radius)) {}
+          variance(static_cast<float>(sample.variance.value / (radius * radius))),
+          half_variance_rate(static_cast<float>(sample.variance.rate / (2 * radius * radius))),
+          convexity(static_cast<float>(sample.convexity.value / radius)),
+          convexity_rate(static_cast<float>(sample.convexity.rate / radius)) {}
 };
 using SamplesInRadii = std::vector<SampleInRadii>;
 
-/// One sample for what is exposed of a ball, where that is a small patch, as in the surface of a liquid; where it is
-/// spread out, as on drops, sheets and edges, four, one towards each corner of a tetrahedron. In between there are
-/// both, by shares, so that nothing jumps.
+/// Samples of a ball boundary. The exposed part of a ball gives one sample where it is a small patch, as in the surface
+/// of a liquid, and four, one towards each corner of a tetrahedron, where it is large, as on drops, sheets and edges.
+/// In between the weight moves continuously from the one to the four.
 ///
-/// They stand for half of the length of the arcs and full circles round the ball: these change continuously when arcs
-/// appear, vanish or change neighbours, and they are a calmer picture of the surface than the bulging faces are, whose
-/// bumps' own normals cancel. Arcs are the valleys between the balls, so each counts half-way between itself and
-/// the sphere of radius r round its centre; its direction is the mean of the two spheres' normals. Where arcs are
-/// far away a face counts by its area; near arcs it fades out.
+/// The samples of a ball represent half the length of the arcs and full circles around it. That measure changes
+/// continuously when arcs appear, vanish or change their neighbours, and it is smoother than the faces, whose area is
+/// dominated by the bumps of single balls. Arcs are the valleys between balls; each is therefore lifted by kArcLift
+/// towards the sphere of radius r round its centre. Its direction is the mean of the two spheres' normals. Faces far
+/// from any arc count by their area, which fades out near arcs.
 ///
-/// in      a boundary, its balls, its network of arcs and its face points, all with their motion
+/// in      a boundary, its balls, its arcs and its face points, with their velocities
 /// same    result for any thread count
 /// cost    O(arcs + points)
 SamplesInRadii boundarySamples(const BallBoundary& boundary, const std::vector<DualVec3>& balls,

@@ -1,8 +1,11 @@
 
 #include "skin/component_crossings.h"
 
+#include "base/compressed_rows.h"
+#include "base/parallel.h"
 #include "base/simd.h"
-#include "skin/patch_tree.h"
+#include "base/union_find.h"
+#include "skin/star_shaped.h"
 #include "skin/triangle_run.h"
 
 #include <algorithm>
@@ -11,9 +14,11 @@ namespace betamesh {
 
 namespace {
 
-constexpr float kSteps = 126;  // of a body's box: below 2^7
+constexpr std::size_t kMaxBalls = 64;        // of components that are examined
+constexpr std::size_t kMaxTriangles = 4096;  // of those whose triangles are all compared
+constexpr float kSteps = 126;                // along each axis of a component's box: below 2^7
 constexpr std::uint8_t kTopBit = 0x80;
-constexpr float kOverAPlane = 0.05F;  // cosine of the angle to its normal, within which triangles lie over a plane
+constexpr float kOverAPlane = 0.05F;  // least cosine to a plane's normal of triangles that count as over that plane
 
 template <std::size_t kWidth>
 using Bytes = typename VectorOf<std::uint8_t, kWidth>::Type;
@@ -24,9 +29,9 @@ constexpr std::uint8_t sevenBits(std::uint64_t facing, std::size_t column) {
 
 }  // namespace
 
-// Marks the triangles of a block that may meet one with kTopBit: their boxes do, and they face no common way. Numbers
-// of seven bits leave the top one to tell which of two is larger, and whether two have any in common: g++ takes
-// comparisons of bytes apart.
+// Marks with kTopBit the triangles of a block that may cross a given one: their boxes meet, and they face no common
+// direction. With seven bits per number, the top bit of a difference or sum tells which of two numbers is larger and
+// whether two masks have a common bit; g++ would split comparisons of bytes into scalar code.
 struct ComponentCrossings::MarkNear {
     const StepBox& box;
     std::uint64_t facing;
@@ -42,14 +47,14 @@ struct ComponentCrossings::MarkNear {
                 std::memcpy(&column, &block.facing[c][first], kWidth);
                 common |= column & sevenBits(facing, c);
             }
-            Bytes<kWidth> apart = common + static_cast<std::uint8_t>(kTopBit - 1);
+            Bytes<kWidth> excluded = common + static_cast<std::uint8_t>(kTopBit - 1);
             for (std::size_t k = 0; k < 3; ++k) {
                 std::memcpy(&column, &block.low[k][first], kWidth);
-                apart |= box.high[k] - column;
+                excluded |= box.high[k] - column;
                 std::memcpy(&column, &block.high[k][first], kWidth);
-                apart |= column - box.low[k];
+                excluded |= column - box.low[k];
             }
-            const Bytes<kWidth> marks = ~apart & kTopBit;
+            const Bytes<kWidth> marks = ~excluded & kTopBit;
             std::memcpy(&near[first], &marks, kWidth);
         }
     }
@@ -58,10 +63,10 @@ struct ComponentCrossings::MarkNear {
 bool ComponentCrossings::crossesNothing(std::span<const TriangleRange> parts) {
     if (!gather(parts)) return false;
     makeBlocks();
-    return !meetsItself() && !foldsAtAVertex();
+    return !crossesItself() && !hasFoldedOneRing();
 }
 
-// Returns false where one has turned over.
+// Returns false if a triangle has turned over.
 bool ComponentCrossings::gather(std::span<const TriangleRange> parts) {
     triangle_.clear();
     facing_.clear();
@@ -90,7 +95,7 @@ void ComponentCrossings::makeBlocks() {
     const auto inSteps = [&](const Vec3f& corner) {
         std::array<std::uint8_t, 3> steps;
         for (int k = 0; k < 3; ++k) {
-            const float step = (corner[k] - whole.min[k]) * scale[k];  // not a number where floats end
+            const float step = (corner[k] - whole.min[k]) * scale[k];  // not a number if coordinates overflow
             steps[static_cast<std::size_t>(k)] = static_cast<std::uint8_t>(step < kSteps ? step : kSteps);
         }
         return steps;
@@ -100,8 +105,8 @@ void ComponentCrossings::makeBlocks() {
 
     block_.assign((triangle_.size() + kBlock - 1) / kBlock, {});
     for (std::size_t i = 0; i < block_.size() * kBlock; ++i) {
-        const bool is_there = i < triangle_.size();
-        const StepBox box = is_there ? step_box_[i] : StepBox();  // which meets none
+        const bool exists = i < triangle_.size();
+        const StepBox box = exists ? step_box_[i] : StepBox();  // which meets no other
         Block& block = block_[i / kBlock];
         for (std::size_t k = 0; k < 3; ++k) {
             block.low[k][i % kBlock] = box.low[k];
@@ -110,19 +115,19 @@ void ComponentCrossings::makeBlocks() {
             block.box.high[k] = std::max(block.box.high[k], box.high[k]);
         }
         for (std::size_t c = 0; c < kFacingColumns; ++c)
-            block.facing[c][i % kBlock] = sevenBits(is_there ? facing_[i] : 0, c);
+            block.facing[c][i % kBlock] = sevenBits(exists ? facing_[i] : 0, c);
     }
 }
 
 bool ComponentCrossings::mayCross(std::size_t row, std::size_t other) const {
     if (((facing_[row] | facing_[other]) & kFlat) != 0) return false;
     const Triangle &s = mesh_.triangles[triangle_[row]], &t = mesh_.triangles[triangle_[other]];
-    const Meeting meeting = meetingOf(s, t, [&](std::uint32_t v) { return mesh_.vertex[v].position; });
-    if (meeting != Meeting::doubtful) return meeting == Meeting::crossing;
+    const TriangleRelation relation = relationOf(s, t, [&](std::uint32_t v) { return mesh_.vertex[v].position; });
+    if (relation != TriangleRelation::undecided) return relation == TriangleRelation::crossing;
     return !isFlat(mesh_.vertex, s) && !isFlat(mesh_.vertex, t);
 }
 
-bool ComponentCrossings::meetsItself() const {
+bool ComponentCrossings::crossesItself() const {
     std::array<std::uint8_t, kBlock> near;
     for (std::size_t i = 0; i < triangle_.size(); ++i)
         for (std::size_t b = i / kBlock; b < block_.size(); ++b) {
@@ -139,50 +144,96 @@ bool ComponentCrossings::meetsItself() const {
     return false;
 }
 
-// All triangles of a vertex, by a way of their own: the fixed ones lie some 20 degrees from any that is asked for.
-bool ComponentCrossings::isOverAPlane(std::span<const Corner> star) const {
+// Tests the mean normal of a one-ring: the fixed directions of masks may be 20 degrees away from the best plane.
+bool ComponentCrossings::isOverAPlane(std::span<const Corner> one_ring) const {
     Vec3f sum(0);
-    for (const Corner& corner : star) sum += normal_[corner.row];
+    for (const Corner& corner : one_ring) sum += normal_[corner.row];
     const float least = kOverAPlane * sum.length();
-    return std::all_of(star.begin(), star.end(), [&](const Corner& corner) {
+    return std::all_of(one_ring.begin(), one_ring.end(), [&](const Corner& corner) {
         const Vec3f& normal = normal_[corner.row];
         return normal.dot(sum) > least || normal == Vec3f(0);
     });
 }
 
-// Where the triangles at a vertex face no common way, two of them may cross that do, which no others might tell.
-bool ComponentCrossings::foldsAtAVertex() {
+// Where the triangles at a vertex face no common direction, two of them that do face one may cross: masks would miss
+// that.
+bool ComponentCrossings::hasFoldedOneRing() {
     std::uint64_t* const facing = facing_of_vertices_.data();
     for (const std::uint32_t t : triangle_)
         for (const std::uint32_t v : mesh_.triangles[t]) facing[v] = ~std::uint64_t{0};
     for (std::size_t i = 0; i < triangle_.size(); ++i)
         for (const std::uint32_t v : mesh_.triangles[triangle_[i]]) facing[v] &= facing_[i];
-    loose_.clear();
+    corner_.clear();
     for (std::uint32_t i = 0; i < triangle_.size(); ++i)
         for (const std::uint32_t v : mesh_.triangles[triangle_[i]])
-            if (facing[v] == 0) loose_.push_back({v, i});
-    std::sort(loose_.begin(), loose_.end(), [](const Corner& a, const Corner& b) {
+            if (facing[v] == 0) corner_.push_back({v, i});
+    std::sort(corner_.begin(), corner_.end(), [](const Corner& a, const Corner& b) {
         return a.vertex != b.vertex ? a.vertex < b.vertex : a.row < b.row;
     });
-    const auto haveAnEdge = [&](std::size_t row, std::size_t other) {  // in common, so they cannot cross
+    const auto shareEdge = [&](std::size_t row, std::size_t other) {  // and therefore cannot cross
         int common = 0;
         for (const std::uint32_t u : mesh_.triangles[triangle_[row]])
             for (const std::uint32_t v : mesh_.triangles[triangle_[other]]) common += u == v;
         return common > 1;
     };
-    for (std::size_t begin = 0, end; begin < loose_.size(); begin = end) {
+    for (std::size_t begin = 0, end; begin < corner_.size(); begin = end) {
         end = begin + 1;
-        while (end < loose_.size() && loose_[end].vertex == loose_[begin].vertex) ++end;
-        const std::span<const Corner> star(&loose_[begin], end - begin);
-        if (isOverAPlane(star)) continue;
-        for (std::size_t i = 0; i < star.size(); ++i)
-            for (std::size_t j = i + 1; j < star.size(); ++j) {
-                const std::size_t one = star[i].row, other = star[j].row;
-                if ((facing_[one] & facing_[other]) != 0 && !haveAnEdge(one, other) && mayCross(one, other))
-                    return true;
+        while (end < corner_.size() && corner_[end].vertex == corner_[begin].vertex) ++end;
+        const std::span<const Corner> one_ring(&corner_[begin], end - begin);
+        if (isOverAPlane(one_ring)) continue;
+        for (std::size_t i = 0; i < one_ring.size(); ++i)
+            for (std::size_t j = i + 1; j < one_ring.size(); ++j) {
+                const std::size_t one = one_ring[i].row, other = one_ring[j].row;
+                if ((facing_[one] & facing_[other]) != 0 && !shareEdge(one, other) && mayCross(one, other)) return true;
             }
     }
     return false;
+}
+
+std::vector<PatchTree::ComponentPart> crossingFreeComponents(const BallBoundary& boundary,
+                                                             const std::vector<Vec3>& before, const BetaMesh& mesh) {
+    if (mesh.ball_begin.empty()) return {};
+    const auto balls = static_cast<std::uint32_t>(boundary.position.size());
+    UnionFind connected(balls);
+    for (const auto& [a, b, c] : boundary.triangle) {
+        connected.join(a, b);
+        connected.join(a, c);
+    }
+    for (const auto& [a, b] : boundary.circle) connected.join(a, b);
+    std::vector<std::uint32_t> first(balls);  // ball of the component of each
+    for (std::uint32_t b = 0; b < balls; ++b) first[b] = connected.find(b);
+    const IndexRows members = sortedIntoRows<std::uint32_t>(
+        balls, balls, [&](std::size_t b, const auto& visit) { visit(first[b], static_cast<std::uint32_t>(b)); });
+
+    std::vector<std::uint8_t> is_free(balls, 0);
+    const auto facing_of_vertices = std::make_unique_for_overwrite<std::uint64_t[]>(mesh.vertex.size());
+    parallelRanges(balls, 256, [&](std::size_t begin, std::size_t end) {
+        std::vector<std::array<Vec3, 3>> triangles;
+        std::vector<TriangleRange> ranges;
+        ComponentCrossings check(mesh, before, {facing_of_vertices.get(), mesh.vertex.size()});
+        for (std::size_t b = begin; b < end; ++b) {
+            const std::span<const std::uint32_t> component = members[b];
+            if (component.empty() || component.size() > kMaxBalls) continue;
+            Vec3 middle(0);
+            triangles.clear();
+            ranges.clear();
+            for (const std::uint32_t ball : component) {
+                middle += boundary.centre(ball) / static_cast<double>(component.size());
+                ranges.push_back({mesh.ball_begin[ball], mesh.ball_begin[ball + 1]});
+                for (std::uint32_t t = mesh.ball_begin[ball]; t < mesh.ball_begin[ball + 1]; ++t) {
+                    const auto at = [&](std::size_t k) { return mesh.vertex[mesh.triangles[t][k]].position; };
+                    triangles.push_back({at(0), at(1), at(2)});
+                }
+            }
+            is_free[b] =
+                isStarShaped(middle, triangles) || (triangles.size() <= kMaxTriangles && check.crossesNothing(ranges));
+        }
+    });
+    std::vector<PatchTree::ComponentPart> parts;
+    for (std::uint32_t b = 0; b < balls; ++b)
+        if (is_free[first[b]] && mesh.ball_begin[b] < mesh.ball_begin[b + 1])
+            parts.push_back({mesh.ball_begin[b], mesh.ball_begin[b + 1], first[b] + 1});
+    return parts;
 }
 
 }  // namespace betamesh

@@ -1,9 +1,11 @@
-// Small pieces of surface of which every triangle is compared with all others.
+// Small components of the surface whose self-crossings are ruled out by comparing all pairs of triangles.
 
 #pragma once
 
 #include "base/box.h"
+#include "skin/ball_boundary.h"
 #include "skin/beta_mesh.h"
+#include "skin/patch_tree.h"
 
 #include <array>
 #include <span>
@@ -16,29 +18,39 @@ struct TriangleRange {
     std::uint32_t begin, end;
 };
 
-/// Tells whether a drop that has been moved passes through itself, without a tree of its patches: as long as it is
-/// small it is quicker to compare everything, for which an instruction takes as many triangles as fit in a register.
+/// The parts of a mesh that are small connected components and certainly free of self-crossings, in ascending order of
+/// triangles.
 ///
-/// in      a mesh, and where its vertices were before, when nothing crossed; room for a number per vertex, which
-///         several that look at other drops of the same mesh on other threads may share
-/// source  what need not be compared: as in exact/patch_tree.h
+/// in      before: positions of the vertices before the displacement, when nothing crossed
+/// same    result for any thread count
+/// cost    O(triangles · triangles per component / 64)
+std::vector<PatchTree::ComponentPart> crossingFreeComponents(const BallBoundary& boundary,
+                                                             const std::vector<Vec3>& before, const BetaMesh& mesh);
+
+/// Tells whether a component whose vertices have moved crosses itself. For small components it is faster to compare all
+/// pairs, as many per instruction as fit into a register, than to build a PatchTree.
+///
+/// in      a mesh; the positions of its vertices before the displacement, when nothing crossed; scratch space with a
+///         number per vertex, which objects for other components of the same mesh on other threads may share
+/// source  pairs that are not compared: as in PatchTree
 class ComponentCrossings {
 public:
-    ComponentCrossings(const BetaMesh& mesh, const std::vector<Vec3>& before, std::span<std::uint64_t> facing_of_vertices)
+    ComponentCrossings(const BetaMesh& mesh, const std::vector<Vec3>& before,
+                       std::span<std::uint64_t> facing_of_vertices)
         : mesh_(mesh), before_(before), facing_of_vertices_(facing_of_vertices) {}
 
-    /// Does nothing of it cross anything else of it, for certain? Also false where a triangle has turned over, or may
+    /// True if no two triangles of the component cross, for certain. False also if a triangle has turned over or may
     /// touch another one.
     ///
-    /// in      all triangles at their vertices; those that follow one another had better be near each other
+    /// in      parts: all triangles of the component; consecutive ones should be near each other
     /// cost    O(triangles² / 64), some 150 ns a triangle where there are a few hundred
     bool crossesNothing(std::span<const TriangleRange> parts);
 
 private:
     static constexpr std::size_t kBlock = 64;         // triangles compared at once
-    static constexpr std::size_t kFacingColumns = 6;  // of seven bits: the 42 ways that can be faced
+    static constexpr std::size_t kFacingColumns = 6;  // of seven bits: the 42 directions of facing masks
 
-    // In steps of the body's box, rounded alike.
+    // A box on a grid of kSteps steps over the component's box.
     struct StepBox {
         std::array<std::uint8_t, 3> low{127, 127, 127}, high{0, 0, 0};
 
@@ -48,11 +60,11 @@ private:
             return !apart;
         }
     };
-    // Triangles by column.
+    // The boxes and masks of kBlock triangles, column by column.
     struct Block {
         std::array<std::array<std::uint8_t, kBlock>, 3> low, high;
         std::array<std::array<std::uint8_t, kBlock>, kFacingColumns> facing;
-        StepBox box;  // of all
+        StepBox box;  // of all of them
     };
     struct Corner {
         std::uint32_t vertex, row;
@@ -62,20 +74,20 @@ private:
     bool gather(std::span<const TriangleRange> parts);
     void makeBlocks();
     bool mayCross(std::size_t row, std::size_t other) const;
-    bool meetsItself() const;
-    bool isOverAPlane(std::span<const Corner> star) const;
-    bool foldsAtAVertex();
+    bool crossesItself() const;
+    bool isOverAPlane(std::span<const Corner> one_ring) const;
+    bool hasFoldedOneRing();
 
     const BetaMesh& mesh_;
     const std::vector<Vec3>& before_;
-    std::span<std::uint64_t> facing_of_vertices_;  // ways that all triangles at a vertex face
-    std::vector<std::uint32_t> triangle_;          // of the body: rows of the mesh
+    std::span<std::uint64_t> facing_of_vertices_;  // directions that all triangles at a vertex face
+    std::vector<std::uint32_t> triangle_;          // of the component: rows of the mesh
     std::vector<std::uint64_t> facing_;
     std::vector<Vec3f> normal_;
     std::vector<Boxf> box_;
     std::vector<StepBox> step_box_;
     std::vector<Block> block_;
-    std::vector<Corner> loose_;
+    std::vector<Corner> corner_;  // at vertices whose triangles face no common direction
 };
 
 }  // namespace betamesh

@@ -1,4 +1,4 @@
-// A mesh on its way to the skin: where its vertices are, what they stand for, and means over what is near them.
+// The mesh while it is moved to the skin: positions, areas and normals of its vertices, and kernel means over them.
 
 #pragma once
 
@@ -11,18 +11,19 @@
 
 namespace betamesh {
 
-/// How often edges of a DeformingMesh can be split: each time at two groups of vertices that fade in.
+/// How often the edges of a DeformingMesh can be split. Each refinement adds two groups of vertices that fade in.
 inline constexpr std::size_t kRefinements = (std::tuple_size_v<FadingVertices> - kTessellationGroups) / 2;
 
-/// A mesh whose vertices are moved step by step, with the area and the normal that each vertex stands for.
+/// A mesh whose vertices are moved step by step, with the area and the normal that each vertex represents.
 ///
-/// A vertex stands for a third of the triangles round it. One that fades in hands as much of that to the vertices that
-/// it rises from as its share is short of 1, and goes as far as they do by as much: areas, normals and steps then
-/// change continuously as vertices appear and vanish and as edges flip, because neither changes how a plane polygon is
-/// shared out. Lengths are in particle spacings, positions in world units.
+/// A vertex represents a third of the triangles of its one-ring. One that fades in with weight s (FadingVertex::share)
+/// passes 1 - s of that to the vertices it fades in from, and takes 1 - s of its displacements from them. Areas,
+/// normals and displacements therefore change continuously when vertices appear or vanish and when edges flip, because
+/// a plane polygon's area is distributed alike before and after. Lengths are in particle spacings, positions in world
+/// units.
 class DeformingMesh {
 public:
-    /// Brings the vertices of the mesh into an order in space. The mesh has to stay where it is; spacing: of the
+    /// Sorts the vertices of the mesh in space. The mesh is referenced and must outlive this object; spacing: of the
     /// particles, world units.
     DeformingMesh(BetaMesh& mesh, double spacing);
 
@@ -33,102 +34,111 @@ public:
     const std::vector<Vec3f>& normals() const { return normal_; }  ///< unit vectors; zero without triangles
     const BetaMesh& mesh() const { return mesh_; }
 
-    /// Makes values of vertices that fade in those of what they rise from, by what their share is short of 1.
+    /// Constrains the values of vertices that fade in: v = s · v + (1 - s) · Σ weight · value of the vertices it fades
+    /// in from, s its fade weight.
     template <typename Value>
-    void hold(std::vector<Value>& values) const {
-        std::vector<Value> free, held;
-        for (const HeldVertices& group : held_) {
-            held.resize(group.all.size());
+    void constrainFading(std::vector<Value>& values) const {
+        std::vector<Value> free, constrained;
+        for (const ConstraintGroup& group : constraints_) {
+            constrained.resize(group.all.size());
             for (int round = 0; round < group.rounds(); ++round) {
-                // Later rounds change nothing but what rises from others of the group.
-                const std::vector<HeldVertex>& some = round == 0 ? group.all : group.from_one_another;
+                // Later rounds only affect vertices that fade in from others of the group.
+                const std::vector<Constraint>& some = round == 0 ? group.all : group.dependent;
                 if (round == 0) free.resize(some.size());
                 parallelFor(some.size(), 1024, [&](std::size_t i) {
-                    const HeldVertex& v = some[i];
+                    const Constraint& v = some[i];
                     Value from(0);
                     for (std::size_t k = 0; k < 4; ++k) from += values[v.from[k]] * v.weight[k];
                     if (round == 0) free[i] = values[v.vertex];
-                    held[i] = free[v.row] * v.share + from * (1 - v.share);
+                    constrained[i] = free[v.row] * v.fade + from * (1 - v.fade);
                 });
-                for (std::size_t i = 0; i < some.size(); ++i) values[some[i].vertex] = held[i];
+                for (std::size_t i = 0; i < some.size(); ++i) values[some[i].vertex] = constrained[i];
             }
         }
     }
-    /// Moves every vertex by its step, held. Areas and normals stay what they were.
+    /// Constrains the steps of vertices that fade in and moves every vertex by its step. Areas and normals are not
+    /// updated.
     void move(std::vector<Vec3f>& step);
-    /// Works areas and normals out anew.
+    /// Moves vertices by narrow kernel means of their steps, blended with their own steps; own: weight of these per
+    /// vertex, 0 if empty. Overwrites `step` with the displacements.
+    void moveAveraged(std::vector<Vec3f>& step, const std::vector<float>& own = {});
+    /// Recomputes areas and normals.
     void measure();
-    /// Splits edges that are long for how strongly the surface is curved there, kRefinements times, at vertices that
-    /// fade in with the edges' length, and brings all into order again. To be called once.
-    /// radius: of the balls that the mesh comes from, particle spacings; coarser: so many times as long as by default.
-    void refine(double radius, double coarser);
-    /// Draws vertices whose triangles face very different ways towards the vertices round them, and turns triangles
-    /// that lie upside down on the surface. Works areas and normals out anew afterwards.
-    void unfold();
-    /// Sets the velocities of the mesh to these, held; world units per second.
+    /// Splits edges that are long for the local curvature, kRefinements times, at vertices that fade in with the length
+    /// of the edge, and sorts the vertices again. To be called once.
+    /// radius: of the balls that the mesh comes from, particle spacings; edge_factor: scales the longest edges.
+    void refine(double radius, double edge_factor);
+    /// Moves vertices with folded one-rings towards the mean of their one-ring, and turns triangles that are inverted
+    /// relative to the surface. Recomputes areas and normals afterwards.
+    void relaxFolds();
+    /// Constrains the velocities and writes them to the mesh; world units per second.
     void setVelocities(std::vector<Vec3f>& velocity);
     /// Writes the positions to the mesh.
     void writePositions();
 
-    /// Of vertices, where they are now.
+    /// Groups of the vertices at their current positions.
     const PointGroups& groups() const { return groups_; }
-    /// As forGroups, with the vertices within reach.
+    /// forGroups() with vertices as points and as samples. Of a well-shaped surface some 300 samples are near a group.
     template <std::size_t kFields, typename Fill, typename Visit>
-    void forVicinities(double reach, const Fill& fill, const Visit& visit) const {
-        constexpr std::size_t kMostNear = 2048;  // of a surface in good order some 300 are near
+    void forNeighbourhoods(double reach, const Fill& fill, const Visit& visit) const {
+        constexpr std::size_t kMaxSamples = 2048;
         forGroups<kFields>(
-            groups_, position_, groups_, position_, spacing_, kMostNear, [&](std::size_t) { return reach * spacing_; },
-            fill, visit);
+            groups_, position_, groups_, position_, spacing_, kMaxSamples,
+            [&](std::size_t) { return reach * spacing_; }, fill, visit);
     }
 
-    /// Kernel means over what is near in space, whichever way it faces: (1 - d²/width²)² times area is the weight.
-    std::vector<Vec3f> means(double width, const std::vector<Vec3f>& values) const;
+    /// Kernel means over space, whatever the normals; the weight is (1 - d²/width²)² times area.
+    std::vector<Vec3f> kernelMeans(double width, const std::vector<Vec3f>& values) const;
 
-    /// Narrow means of normals, of what faces any way: a vertex of slivers may do so.
+    /// Narrow kernel means of the normals, whatever they are: the normal of a vertex of slivers may be arbitrary.
     std::vector<Vec3f> meanNormals() const;
-    struct SoftNormals {
-        std::vector<Vec3f> normal;  ///< unit vectors
-        std::vector<float> bend;    ///< 0 where all that is near faces one way, 1 where it faces all ways
+    struct KernelNormals {
+        std::vector<Vec3f> normal;     ///< unit vectors
+        std::vector<float> variation;  ///< 0 where all normals near agree, 1 where they cancel
     };
-    /// Kernel means of normals over what is near and faces the way of `from`.
-    SoftNormals softNormals(double width, const std::vector<Vec3f>& from) const;
+    /// Kernel means of `normals` over what faces the same way as the vertex' own.
+    KernelNormals kernelNormals(double width, const std::vector<Vec3f>& normals) const;
+    /// The normals along which smoothing moves vertices: kernel means of the mean normals.
+    std::vector<Vec3f> smoothNormals() const;
 
 private:
-    // A FadingVertex in a fifth of the memory, and its place in its group.
-    struct HeldVertex {
+    // A FadingVertex in a fifth of the memory, and its row in its group.
+    struct Constraint {
         std::uint32_t vertex, row;
         std::array<std::uint32_t, 4> from;
         std::array<float, 4> weight;
-        float share;
+        float fade;
     };
-    // A group of them. On facets they rise from one another: what is held to what is held itself takes several rounds.
-    struct HeldVertices {
-        std::vector<HeldVertex> all, from_one_another, lent_to_others;
-        int rounds() const { return from_one_another.empty() ? 1 : 4; }
+    // A group of FadingVertices. On facets they fade in from each other, and constraints take several rounds to settle.
+    struct ConstraintGroup {
+        std::vector<Constraint> all;
+        std::vector<Constraint> dependent;   // those that fade in from others of the group
+        std::vector<Constraint> supporting;  // those that others of the group fade in from
+        int rounds() const { return dependent.empty() ? 1 : 4; }
     };
 
-    void listHeld();
+    void listConstraints();
     void arrange();
-    std::vector<float> shares() const;
-    void weighDiagonals(const std::vector<float>& share);
-    void placeBetween(FadingVertex& rising, double of_other, double middle);
-    struct Need;
-    void splitLongEdges(std::size_t refinement, Need& need);
-    void turnBack(std::uint32_t triangle, std::vector<Vec3f>& step) const;
+    std::vector<float> fadeWeights() const;
+    void weighDiagonals(const std::vector<float>& fade);
+    void placeOnDiagonals(FadingVertex& fading, double of_other, double middle);
+    struct SplitDemand;
+    void splitLongEdges(std::size_t refinement, SplitDemand& demand);
+    void turnInverted(std::uint32_t triangle, std::vector<Vec3f>& step) const;
 
     BetaMesh& mesh_;
     double spacing_;
     std::vector<Vec3> position_;
     IndexRows triangles_of_;  // of each vertex
-    struct Facing {
-        Vec3f third;  // of a triangle's vector area
-        float area;   // a third of it
+    struct TriangleThird {
+        Vec3f vector_area;  // a third of the triangle's
+        float area;         // a third of the triangle's
     };
-    std::vector<Facing> facing_;
-    std::vector<float> area_, agreement_;  // agreement: of the normals of a vertex' triangles, 1 where they are one
+    std::vector<TriangleThird> third_;
+    std::vector<float> area_, flatness_;  // flatness: |Σ vector areas| / Σ areas of the one-ring, 1 where it is plane
     std::vector<Vec3f> normal_;
 
-    std::array<HeldVertices, std::tuple_size_v<FadingVertices>> held_;
+    std::array<ConstraintGroup, std::tuple_size_v<FadingVertices>> constraints_;
     PointGroups groups_;
 };
 

@@ -1,10 +1,10 @@
-// In which directions a ball's sphere is exposed, and how far from the rim of what is.
+// In which of a set of fixed directions a ball's sphere is exposed, and how far those are from the rim of its exposed
+// part.
 
 #pragma once
 
 #include "base/icosphere.h"
 #include "base/index.h"
-#include "skin/ball_boundary.h"
 #include "skin/exposed_region.h"
 
 #include <cstdint>
@@ -12,23 +12,30 @@
 
 namespace betamesh {
 
-/// Finds out which of fixed directions are exposed. One object serves for many balls in turn.
+/// One of a set of directions in which a ball's sphere is exposed.
+struct ExposedDirection {
+    std::uint32_t direction;  ///< index in the set
+    std::uint32_t nearest;    ///< the ball whose cap is nearest by rim distance; kInvalidIndex if it is not exposed
+    float rim_distance;       ///< from the rim of the exposed part, see FacePoints
+};
+
+/// Finds which of a set of directions are exposed on a ball. One object serves many balls in turn.
 class ExposedDirections {
 public:
     ExposedDirections(const std::vector<Vec3>& directions, std::int64_t radius);
 
-    /// Appends those of a ball with these neighbours, of which the region was made, ascending. Until balls have numbers
-    /// of their own `nearest` is a row of SnappedParticles; kInvalidIndex where there is no cap.
+    /// Appends the exposed directions of a ball, ascending. region: constructed from these neighbours, which are all
+    /// within 2R. ExposedDirection::nearest is a row of SnappedParticles here, kInvalidIndex where there is no cap.
     ///
-    /// cost    O(directions · bounding neighbours + exposed ones · neighbours), in single precision
+    /// cost    O(directions · bounding neighbours + exposed directions · neighbours), in single precision
     void find(const ExposedRegion& region, const std::vector<Neighbour>& neighbours,
               std::vector<ExposedDirection>& exposed);
 
 private:
-    DirectionColumns all_, left_;
-    std::vector<float> clearance_, cap_;
-    std::vector<float> cosine_, scale_;  // of caps
-    std::vector<std::uint32_t> number_;
+    DirectionColumns all_, candidates_;
+    std::vector<float> rim_distance_, nearest_cap_;
+    std::vector<float> cosine_, scale_;  // of each cap, see setScales()
+    std::vector<std::uint32_t> candidate_number_;
     std::size_t directions_;
     double per_diameter_;
 };

@@ -1,4 +1,3 @@
-
 #include "skin/face_points.h"
 
 #include "base/box.h"
@@ -15,10 +14,10 @@ namespace betamesh {
 namespace {
 
 constexpr std::size_t kBallsPerTask = 256;
-constexpr double kNearlyTouching = 0.1;    // between spheres, radii
-constexpr double kOnePoint = 1e-3;         // between directions, and from rims, for a contact to be a point of its own
-constexpr double kBarelyMeet = 1 - 1e-12;  // of two radii, squared: from there on a ball hides nothing of another
-constexpr double kSurely = 1 - 1e-6;       // of a radius: what is so near to a ball's centre is hidden by it
+// Squared distance of balls, in squared diameters, from which on they cover nothing of each other.
+constexpr double kTangentSquared = 1 - 1e-12;
+// Radii: a point closer to a ball's centre is covered by it.
+constexpr double kSurelyInside = 1 - 1e-6;
 
 struct Part {
     std::vector<std::uint32_t> count, direction;
@@ -26,49 +25,52 @@ struct Part {
     std::vector<FacePoints::Contact> contact;
 };
 
-// Is there a point so near already that another one would make no difference?
-bool isThere(const Vec3& towards, const std::vector<Vec3>& directions, const Part& part, std::size_t first) {
+// Is there a point so close that a point in the direction `towards` would coincide with it? first: the ball's first.
+bool hasPointNear(const Vec3& towards, const std::vector<Vec3>& directions, const Part& part, std::size_t first) {
     for (std::size_t p = first; p < part.direction.size(); ++p) {
         const std::uint32_t d = part.direction[p];
         const Vec3& other =
             d < directions.size() ? directions[d] : part.contact[d - directions.size()].direction.position;
-        if ((towards - other).length2() < kOnePoint * kOnePoint) return true;
+        if ((towards - other).length2() < kMinContactSeparation * kMinContactSeparation) return true;
     }
     return false;
 }
 
-// The ball that is a row of SnappedParticles; kInvalidIndex where it is not exposed.
+// The ball of a row of SnappedParticles; kInvalidIndex if it is not exposed.
 std::uint32_t ballOf(const BallBoundary& boundary, std::uint32_t snapped_row) {
     const auto& rows = boundary.snapped_row;
     const auto found = std::lower_bound(rows.begin(), rows.end(), snapped_row);
-    return found != rows.end() && *found == snapped_row ? static_cast<std::uint32_t>(found - rows.begin()) : kInvalidIndex;
+    return found != rows.end() && *found == snapped_row ? static_cast<std::uint32_t>(found - rows.begin())
+                                                        : kInvalidIndex;
 }
 
-// How the rim_distance from one cap changes. offset: from the ball to the other one, in radii.
-Dual movingClearance(const DualVec3& direction, const DualVec3& offset) {
+// Rim distance of a direction from one cap, and its rate. offset: from the ball to the other one, in radii.
+Dual rimDistance(const DualVec3& direction, const DualVec3& offset) {
     const Dual distance = length(offset), cosine = distance / 2;
     const Dual sine = squareRoot(1 - cosine * cosine);
     const Dual along = dot(direction, offset) / distance;
-    const Dual width = sine.value < kWideCap ? sine * sine / kWideCap : sine;
+    const Dual width = sine.value < kWideCapSine ? sine * sine / kWideCapSine : sine;
     return (cosine - along) / width;
 }
 
-// The least rim_distance of a direction from the caps of all neighbours, and whose; or any that is too little.
+// The least rim distance of a direction from the caps of all neighbours, and whose cap that is. Stops at the first one
+// that is at most `least`.
 std::pair<double, std::uint32_t> nearestCap(const Vec3& direction, const std::vector<Neighbour>& neighbours,
-                                            double radius, double too_little) {
-    std::pair<double, std::uint32_t> nearest{kFullClearance, kInvalidIndex};
+                                            double radius, double least) {
+    std::pair<double, std::uint32_t> nearest{kMaxRimDistance, kInvalidIndex};
     for (const Neighbour& n : neighbours) {
-        if (nearest.first <= too_little) break;
-        if (n.squared > 4 * radius * radius * kBarelyMeet) continue;
-        const double rim_distance = movingClearance({direction, Vec3(0)}, {n.offset / radius, Vec3(0)}).value;
+        if (nearest.first <= least) break;
+        if (n.squared > 4 * radius * radius * kTangentSquared) continue;
+        const double rim_distance = rimDistance({direction, Vec3(0)}, {n.offset / radius, Vec3(0)}).value;
         if (rim_distance < nearest.first) nearest = {rim_distance, n.particle};
     }
     return nearest;
 }
 
-// Is this true of any? Goes through them in strides, as those next to each other in the list lie next to each other.
+// Is the predicate true of any item? Visits them in strides: neighbours in the list are neighbours in space, and a
+// spread-out sample finds a covering ball sooner.
 template <typename Is>
-bool anyFromAllOver(std::span<const std::uint32_t> items, const Is& is) {
+bool anyInStrides(std::span<const std::uint32_t> items, const Is& is) {
     const auto stride = static_cast<std::size_t>(std::ceil(std::sqrt(static_cast<double>(items.size()))));
     for (std::size_t first = 0; first < stride; ++first)
         for (std::size_t k = first; k < items.size(); k += stride)
@@ -76,44 +78,46 @@ bool anyFromAllOver(std::span<const std::uint32_t> items, const Is& is) {
     return false;
 }
 
-// Of each ball, the others that are about to touch it, and would where no third one covers it.
-std::vector<std::vector<std::uint32_t>> nearlyTouching(const BallBoundary& boundary) {
+// For each ball the others that are about to touch it in a point that no third ball covers, ascending.
+std::vector<std::vector<std::uint32_t>> ballsNearContact(const BallBoundary& boundary) {
     const double radius = static_cast<double>(boundary.radius), diameter = 2 * radius;
-    const double reach = diameter * (1 + kNearlyTouching / 2), covered = kSurely * radius * kSurely * radius;
+    const double reach = diameter * (1 + kContactGap / 2), covered = kSurelyInside * radius * kSurelyInside * radius;
     std::vector<Vec3> position(boundary.position.size());
     parallelFor(position.size(), 4096, [&](std::size_t b) { position[b] = toDouble(boundary.position[b]); });
     const auto positionOf = [&](std::size_t b) -> const Vec3& { return position[b]; };
     const CellOrder order(boundary.position.size(), reach, positionOf);
     std::vector<std::vector<std::uint32_t>> near(boundary.position.size());
-    struct Room {
+    struct Buffers {
         std::vector<double> x, y, z, squared;
-        std::vector<std::uint32_t> found, hiding;
+        std::vector<std::uint32_t> found, covering;
     };
-    forCellsWithin(reach, order, order, positionOf, [&, room = Room()](auto cell, auto around) mutable {
-        auto& [x, y, z, squared, found, hiding] = room;
+    forCellsWithin(reach, order, order, positionOf, [&, buffers = Buffers()](auto cell, auto around) mutable {
+        auto& [x, y, z, squared, found, covering] = buffers;
         const std::size_t n = around.size();
         for (std::vector<double>* column : {&x, &y, &z, &squared}) column->resize(n);
         for (std::size_t k = 0; k < n; ++k) {
-            const Vec3& place = position[around[k]];
-            x[k] = place.x, y[k] = place.y, z[k] = place.z;
+            const Vec3& p = position[around[k]];
+            x[k] = p.x, y[k] = p.y, z[k] = p.z;
         }
         found.resize(n + 1);
-        hiding.resize(n + 1);  // those that may hide something of the ball, itself among them
+        covering.resize(n + 1);  // balls that may cover part of this one, itself among them
         for (const std::uint32_t row : order.rowsOf(cell)) {
             const Vec3 here = position[row];
             squaredDistances(Box(here), x.data(), y.data(), z.data(), n, squared.data());
-            std::size_t pairs = 0, hide = 0;
+            std::size_t pair_count = 0, cover_count = 0;
             for (std::uint32_t k = 0; k < n; ++k) {
-                found[pairs] = hiding[hide] = k;
-                hide += squared[k] <= diameter * diameter;
-                pairs += (squared[k] > diameter * diameter) & (squared[k] < reach * reach);
+                found[pair_count] = covering[cover_count] = k;
+                cover_count += squared[k] <= diameter * diameter;
+                pair_count += (squared[k] > diameter * diameter) & (squared[k] < reach * reach);
             }
-            for (const std::uint32_t other : std::span(found).first(pairs)) {
-                const Vec3 way = position[around[other]] - here, touching = here + way * (radius / way.length());
-                const auto hides = [&](std::uint32_t k) {
-                    return (position[around[k]] - touching).length2() < covered;
+            for (const std::uint32_t other : std::span(found).first(pair_count)) {
+                const Vec3 offset = position[around[other]] - here,
+                           contact = here + offset * (radius / offset.length());
+                const auto isCovering = [&](std::uint32_t k) {
+                    return (position[around[k]] - contact).length2() < covered;
                 };
-                if (!anyFromAllOver(std::span(hiding).first(hide), hides)) near[row].push_back(around[other]);
+                if (!anyInStrides(std::span(covering).first(cover_count), isCovering))
+                    near[row].push_back(around[other]);
             }
             std::sort(near[row].begin(), near[row].end());
         }
@@ -123,8 +127,8 @@ std::vector<std::vector<std::uint32_t>> nearlyTouching(const BallBoundary& bound
 
 }  // namespace
 
-FacePoints facePoints(const SnappedParticles& particles, const BallBoundary& boundary, const std::vector<DualVec3>& balls,
-                      Icosphere directions) {
+FacePoints facePoints(const SnappedParticles& particles, const BallBoundary& boundary,
+                      const std::vector<DualVec3>& balls, Icosphere directions) {
     FacePoints points;
     points.directions = std::move(directions);
     const std::vector<Vec3>& fixed = points.directions.position;
@@ -132,7 +136,7 @@ FacePoints facePoints(const SnappedParticles& particles, const BallBoundary& bou
     const auto offsetTo = [&](std::size_t b, std::uint32_t other) {
         return (balls[other] - balls[b]) / boundary.worldRadius();
     };
-    const std::vector<std::vector<std::uint32_t>> near = nearlyTouching(boundary);
+    const std::vector<std::vector<std::uint32_t>> near = ballsNearContact(boundary);
     const std::size_t tasks = (balls.size() + kBallsPerTask - 1) / kBallsPerTask;
     std::vector<Part> parts(tasks);
     parallelFor(tasks, 1, [&](std::size_t task) {
@@ -141,10 +145,11 @@ FacePoints facePoints(const SnappedParticles& particles, const BallBoundary& bou
         std::vector<Neighbour> neighbours;
         for (std::size_t b = task * kBallsPerTask; b < std::min(balls.size(), (task + 1) * kBallsPerTask); ++b) {
             const std::size_t before = part.direction.size();
-            const auto add = [&](std::uint32_t d, const DualVec3& outwards, double rim_distance, std::uint32_t nearest) {
+            const auto add = [&](std::uint32_t d, const DualVec3& outwards, double rim_distance,
+                                 std::uint32_t nearest) {
                 part.direction.push_back(d);
                 part.rim_distance.push_back(nearest == kInvalidIndex ? Dual(rim_distance)
-                                                            : movingClearance(outwards, offsetTo(b, nearest)));
+                                                                     : rimDistance(outwards, offsetTo(b, nearest)));
             };
             for (const auto& [d, nearest, rim_distance] : boundary.exposed[b])
                 add(d, {fixed[d], Vec3(0)}, rim_distance, nearest);
@@ -153,18 +158,19 @@ FacePoints facePoints(const SnappedParticles& particles, const BallBoundary& bou
                 const DualVec3 offset = offsetTo(b, other);
                 const Dual distance = length(offset);
                 const DualVec3 towards = offset / distance;
-                const auto [rim_distance, nearest] =
-                    nearestCap(towards.position, neighbours, static_cast<double>(boundary.radius), kOnePoint);
-                if (!(rim_distance > kOnePoint) || isThere(towards.position, fixed, part, before)) continue;
+                const auto [rim_distance, nearest] = nearestCap(
+                    towards.position, neighbours, static_cast<double>(boundary.radius), kMinContactSeparation);
+                if (!(rim_distance > kMinContactSeparation) || hasPointNear(towards.position, fixed, part, before))
+                    continue;
                 add(static_cast<std::uint32_t>(fixed.size() + part.contact.size()), towards, rim_distance,
                     ballOf(boundary, nearest));
-                part.contact.push_back({towards, 1 - (distance - 2) / kNearlyTouching});
+                part.contact.push_back({towards, 1 - (distance - 2) / kContactGap});
             }
             part.count.push_back(static_cast<std::uint32_t>(part.direction.size() - before));
         }
     });
 
-    std::vector<std::uint32_t> contacts;  // of each task; those of earlier ones come first
+    std::vector<std::uint32_t> contacts;  // before each task
     for (const Part& part : parts) contacts.push_back(static_cast<std::uint32_t>(part.contact.size()));
     contacts = exclusiveScan(contacts);
     parallelFor(tasks, 4, [&](std::size_t task) {

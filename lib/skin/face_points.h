@@ -1,4 +1,4 @@
-// Points inside the faces of the ball boundary, in fixed directions from each ball and towards balls about to touch it.
+// Points inside the faces of the ball boundary: in fixed directions from each ball, and towards balls near contact.
 
 #pragma once
 
@@ -6,6 +6,7 @@
 #include "base/icosphere.h"
 #include "exact/snapped_particles.h"
 #include "skin/ball_boundary.h"
+#include "skin/tessellation_constants.h"
 
 #include <cstdint>
 #include <vector>
@@ -14,43 +15,42 @@ namespace betamesh {
 
 /// Points begin[b] … begin[b + 1] - 1 lie on ball b, in directions that no other ball covers.
 ///
-/// Clearance tells how far a point is from the rim of its face, continuously in time: the least over all caps,
-/// each cut out of the sphere by another ball, of (cos α - cos β) / (sin α · min(1, sin α / kWideCap)), α the
-/// half-angle of the cap, β the angle between its axis and the point. On wide caps about the angle to the rim in
-/// radians; round narrow ones it rises quicker, so that a ball which only begins to touch changes nothing at a
-/// distance.
+/// The rim distance of a point says how far it is from the rim of its face, continuously in time. It is the least over
+/// all caps, each cut out of the sphere by another ball, of (cos α - cos β) / (sin α · min(1, sin α / kWideCapSine)),
+/// with α the half-angle of the cap and β the angle between its axis and the point. On wide caps that is about the
+/// angle to the rim in radians; round narrow caps it rises faster, so that a ball which barely touches has no influence
+/// at a distance.
 struct FacePoints {
+    /// A point in the direction of a ball that is about to touch this one.
     struct Contact {
         DualVec3 direction;  ///< unit vector
-        Dual touching;     ///< 0 where the other ball is too far to matter, 1 where the two touch
+        Dual weight;         ///< contact weight: 0 where the gap is kContactGap, 1 where the balls touch
     };
     Icosphere directions;
     std::vector<Contact> contact;
     std::vector<std::uint32_t> begin{0};
-    std::vector<std::uint32_t> direction;  ///< of each point; contacts are numbered after the fixed directions
-    std::vector<Dual> rim_distance;           ///< of each point, > 0; kFullClearance where there is no cap
+    std::vector<std::uint32_t> direction;  ///< of each point: a fixed direction, then contacts
+    std::vector<Dual> rim_distance;        ///< of each point, in (0, kMaxRimDistance]; the latter without caps
 
-    /// Unit vector.
+    /// Unit vector from the ball's centre.
     DualVec3 outwards(std::uint32_t point) const {
-        if (const Contact* touching = contactOf(point)) return touching->direction;
+        if (const Contact* contact_point = contactOf(point)) return contact_point->direction;
         return {directions.position[direction[point]], Vec3(0)};
     }
-    /// Null for a point in a fixed direction.
+    /// Null if the point is in a fixed direction.
     const Contact* contactOf(std::uint32_t point) const {
         const std::size_t fixed = directions.position.size();
         return direction[point] < fixed ? nullptr : &contact[direction[point] - fixed];
     }
 };
-inline constexpr double kFullClearance = 10;
-inline constexpr double kWideCap = 0.28;
 
-/// In those of fixed directions that are exposed on each ball, and towards other balls less than 0.1 radii away. Their
-/// rim_distance changes as that of points which move with the liquid.
+/// The points in those of the fixed directions that are exposed on each ball, and towards balls less than kContactGap
+/// away. Rim distances carry the rate of change of points that move with the liquid.
 ///
-/// in      a boundary that was asked for these directions; its balls with their motion
+/// in      a boundary computed with these directions; its balls with their motion
 /// same    result for any thread count and particle order
-/// cost    O(points + balls that nearly touch others · neighbours)
-FacePoints facePoints(const SnappedParticles& particles, const BallBoundary& boundary, const std::vector<DualVec3>& balls,
-                      Icosphere directions);
+/// cost    O(points + balls near contact · neighbours)
+FacePoints facePoints(const SnappedParticles& particles, const BallBoundary& boundary,
+                      const std::vector<DualVec3>& balls, Icosphere directions);
 
 }  // namespace betamesh

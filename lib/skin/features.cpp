@@ -1,11 +1,14 @@
-
 #include "skin/features.h"
 
+#include "base/cell_order.h"
 #include "base/index.h"
+#include "base/union_find.h"
 #include "mesh/components.h"
+#include "skin/tessellation_constants.h"
 #include "skin/voids.h"
 
 #include <algorithm>
+#include <cmath>
 #include <numbers>
 #include <numeric>
 #include <tuple>
@@ -14,66 +17,182 @@ namespace betamesh {
 
 namespace {
 
-// A component that faces outwards holds at least one whole ball, whose tessellation has more than half of its volume.
-// What has less than this part of it is a bubble, even where rounding gives a tiny one a positive sign.
-constexpr double kLeastBody = 0.25;
+// Occupied cells in order, so small that the balls of any two particles in one cell meet. Particles whose balls meet
+// are at most two cells apart.
+class MeetingCells {
+public:
+    explicit MeetingCells(const SnappedParticles& particles)
+        : particles_(particles),
+          reach_(4 * particles.radius * particles.radius),
+          order_(particles.size(), std::floor(2 * static_cast<double>(particles.radius) / std::numbers::sqrt3),
+                 [&](std::size_t i) { return toDouble(particles.position[i]); }) {}
 
-constexpr double kRounding = 0.999;  // of volumes that may be a little more for it
+    std::uint32_t size() const { return order_.cells(); }
+    std::span<const std::uint32_t> operator[](std::uint32_t cell) const { return order_.rowsOf(cell); }
+    bool meet(std::uint32_t a, std::uint32_t b) const {
+        for (const std::uint32_t p : (*this)[a])
+            for (const std::uint32_t q : (*this)[b])
+                if ((particles_.position[p] - particles_.position[q]).length2() <= reach_) return true;
+        return false;
+    }
+
+    // Calls visit(cell, other) for all pairs in which the other is dy rows and dz layers on, and `first` to `last`
+    // columns. One sweep: both cells only advance.
+    template <typename Visit>
+    void forPairs(std::int32_t dz, std::int32_t dy, std::int32_t first, std::int32_t last, const Visit& visit) const {
+        std::uint32_t begin = 0;
+        for (std::uint32_t cell = 0; cell < size(); ++cell) {
+            const auto [z, y, x] = order_.place(cell);
+            const CellPlace from{z + dz, y + dy, x + first}, to{z + dz, y + dy, x + last};
+            while (begin < size() && order_.place(begin) < from) ++begin;
+            for (std::uint32_t other = begin; other < size() && order_.place(other) <= to; ++other) visit(cell, other);
+        }
+    }
+
+private:
+    const SnappedParticles& particles_;
+    std::int64_t reach_;
+    CellOrder order_;
+};
+
+// Particles of rim cells. Their components continue among the particles left out, and are not small.
+std::vector<bool> particlesOnRim(const SnappedParticles& particles) {
+    std::vector<bool> on_rim(particles.size(), false);
+    for (std::size_t c = 0; c < particles.is_rim.size(); ++c)
+        if (particles.is_rim[c])
+            std::fill(on_rim.begin() + particles.cell_begin[c], on_rim.begin() + particles.cell_begin[c + 1], true);
+    return on_rim;
+}
+
+constexpr double kRounding = 0.999;  // of volumes, to allow for their rounding errors
 
 double ballVolume(double radius) { return 4 * std::numbers::pi / 3 * radius * radius * radius; }
 
-// Of each piece of a mesh, world units cubed.
+// Volume enclosed by each component, world units cubed; negative if it faces inwards.
 template <typename PositionOf>
-std::vector<double> volumesOf(const Components& pieces, const std::vector<Triangle>& triangles,
+std::vector<double> volumesOf(const Components& components, const std::vector<Triangle>& triangles,
                               const PositionOf& positionOf) {
-    std::vector<double> volume(pieces.count, 0);
-    std::vector<std::uint32_t> origin(pieces.count, kInvalidIndex);
+    std::vector<double> volume(components.count, 0);
+    std::vector<std::uint32_t> origin(components.count, kInvalidIndex);
     for (const Triangle& t : triangles) {
-        const std::uint32_t piece = pieces.of_vertex[t[0]];
-        if (origin[piece] == kInvalidIndex) origin[piece] = t[0];
-        const Vec3 o = positionOf(origin[piece]);
-        volume[piece] += volumeBelow(positionOf(t[0]) - o, positionOf(t[1]) - o, positionOf(t[2]) - o);
+        const std::uint32_t component = components.of_vertex[t[0]];
+        if (origin[component] == kInvalidIndex) origin[component] = t[0];
+        const Vec3 o = positionOf(origin[component]);
+        volume[component] += volumeBelow(positionOf(t[0]) - o, positionOf(t[1]) - o, positionOf(t[2]) - o);
     }
     return volume;
 }
 
-void removePieces(BetaMesh& mesh, const Components& pieces, const std::vector<bool>& leaves) {
-    std::size_t stay = 0, ball = 0;
+void removeComponents(BetaMesh& mesh, const Components& components, const std::vector<bool>& is_removed) {
+    std::size_t kept = 0, ball = 0;
     for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
         for (; ball < mesh.ball_begin.size() && mesh.ball_begin[ball] == t; ++ball)
-            mesh.ball_begin[ball] = static_cast<std::uint32_t>(stay);
-        if (!leaves[pieces.of_vertex[mesh.triangles[t][0]]]) mesh.triangles[stay++] = mesh.triangles[t];
+            mesh.ball_begin[ball] = static_cast<std::uint32_t>(kept);
+        if (!is_removed[components.of_vertex[mesh.triangles[t][0]]]) mesh.triangles[kept++] = mesh.triangles[t];
     }
-    for (; ball < mesh.ball_begin.size(); ++ball) mesh.ball_begin[ball] = static_cast<std::uint32_t>(stay);
-    mesh.triangles.resize(stay);
-    std::vector<std::uint32_t> place(mesh.vertex.size());
-    std::uint32_t left = 0;
-    for (std::size_t v = 0; v < place.size(); ++v) {
-        if (pieces.of_vertex[v] == kInvalidIndex || leaves[pieces.of_vertex[v]]) continue;
-        mesh.vertex[left] = mesh.vertex[v];
-        if (!mesh.rim_distance.empty()) mesh.rim_distance[left] = mesh.rim_distance[v];
-        place[v] = left++;
+    for (; ball < mesh.ball_begin.size(); ++ball) mesh.ball_begin[ball] = static_cast<std::uint32_t>(kept);
+    mesh.triangles.resize(kept);
+    std::vector<std::uint32_t> new_index(mesh.vertex.size());
+    std::uint32_t vertices = 0;
+    for (std::size_t v = 0; v < new_index.size(); ++v) {
+        if (components.of_vertex[v] == kInvalidIndex || is_removed[components.of_vertex[v]]) continue;
+        mesh.vertex[vertices] = mesh.vertex[v];
+        if (!mesh.rim_distance.empty()) mesh.rim_distance[vertices] = mesh.rim_distance[v];
+        new_index[v] = vertices++;
     }
-    mesh.vertex.resize(left);
-    if (!mesh.rim_distance.empty()) mesh.rim_distance.resize(left);
+    mesh.vertex.resize(vertices);
+    if (!mesh.rim_distance.empty()) mesh.rim_distance.resize(vertices);
     for (Triangle& t : mesh.triangles)
-        for (std::uint32_t& v : t) v = place[v];
-    const auto has_left = [&](const auto& listed) {
-        const std::uint32_t piece = pieces.of_vertex[listed.vertex];
-        return piece == kInvalidIndex || leaves[piece];
+        for (std::uint32_t& v : t) v = new_index[v];
+    const auto isGone = [&](const auto& listed) {
+        const std::uint32_t component = components.of_vertex[listed.vertex];
+        return component == kInvalidIndex || is_removed[component];
     };
     for (auto& group : mesh.fading) {
-        std::erase_if(group, has_left);
+        std::erase_if(group, isGone);
         for (FadingVertex& fading : group) {
-            fading.vertex = place[fading.vertex];
-            for (std::uint32_t& v : fading.from) v = place[v];
+            fading.vertex = new_index[fading.vertex];
+            for (std::uint32_t& v : fading.from) v = new_index[v];
         }
     }
-    std::erase_if(mesh.volume_offsets, has_left);
-    for (VolumeOffset& swelling : mesh.volume_offsets) swelling.vertex = place[swelling.vertex];
+    std::erase_if(mesh.volume_offsets, isGone);
+    for (VolumeOffset& offset : mesh.volume_offsets) offset.vertex = new_index[offset.vertex];
 }
 
 }  // namespace
+
+SmallComponents smallComponents(const SnappedParticles& particles, std::size_t least) {
+    SmallComponents small;
+    if (particles.size() == 0) return small;
+    const MeetingCells cells(particles);
+    UnionFind components(cells.size());
+    for (std::int32_t dz = 0; dz <= 2; ++dz)
+        for (std::int32_t dy = dz == 0 ? 0 : -2; dy <= 2; ++dy)
+            cells.forPairs(dz, dy, dz == 0 && dy == 0 ? 1 : -2, 2, [&](std::uint32_t a, std::uint32_t b) {
+                if (components.find(a) != components.find(b) && cells.meet(a, b)) components.join(a, b);
+            });
+
+    const std::vector<bool> on_rim = particlesOnRim(particles);
+    std::vector<std::size_t> particles_of(cells.size(), 0);
+    for (std::uint32_t cell = 0; cell < cells.size(); ++cell) {
+        std::size_t& count = particles_of[components.find(cell)];
+        for (const std::uint32_t row : cells[cell]) count += on_rim[row] ? least : 1;
+    }
+    for (std::uint32_t cell = 0; cell < cells.size(); ++cell) {
+        const std::uint32_t component = components.find(cell);
+        if (particles_of[component] >= least) continue;
+        small.count += component == cell;
+        small.particle.insert(small.particle.end(), cells[cell].begin(), cells[cell].end());
+    }
+    parallelSort(small.particle, std::less<>());
+    return small;
+}
+
+SnappedParticles without(const SnappedParticles& particles, const std::vector<std::uint32_t>& rows) {
+    SnappedParticles rest;
+    rest.quantum = particles.quantum;
+    rest.radius = particles.radius;
+    auto next_removed = rows.begin();
+    for (std::size_t cell = 0; cell < particles.cell.size(); ++cell) {
+        const auto first = static_cast<std::uint32_t>(rest.position.size());
+        for (std::uint32_t i = particles.cell_begin[cell]; i < particles.cell_begin[cell + 1]; ++i) {
+            if (next_removed != rows.end() && *next_removed == i) {
+                ++next_removed;
+                continue;
+            }
+            rest.position.push_back(particles.position[i]);
+            rest.row.push_back(particles.row[i]);
+            if (!particles.is_buried.empty()) rest.is_buried.push_back(particles.is_buried[i]);
+        }
+        if (rest.position.size() == first) continue;
+        rest.cell.push_back(particles.cell[cell]);
+        if (!particles.is_rim.empty()) rest.is_rim.push_back(particles.is_rim[cell]);
+        rest.cell_begin.push_back(first);
+    }
+    rest.cell_begin.push_back(static_cast<std::uint32_t>(rest.position.size()));
+    return rest;
+}
+
+void addSpheres(const Particles& particles, const SnappedParticles& snapped, const std::vector<std::uint32_t>& rows,
+                Spheres& spheres) {
+    for (const std::uint32_t i : rows) {
+        const std::uint32_t row = snapped.row[i];
+        spheres.position.emplace_back(particles.position[row]);
+        if (!particles.velocity.empty()) spheres.velocity.emplace_back(particles.velocity[row]);
+        if (!particles.id.empty()) spheres.id.push_back(particles.id[row]);
+        spheres.radius.push_back(static_cast<float>(static_cast<double>(snapped.radius) * snapped.quantum));
+    }
+}
+
+LeftOut leaveOutDroplets(const Particles& particles, const Features& features, SnappedParticles& snapped,
+                         Spheres& apart) {
+    if (features.droplets == Droplets::mesh) return {};
+    const auto least = static_cast<std::size_t>(std::max(1, features.droplet_particles));
+    const SmallComponents small = smallComponents(snapped, least);
+    if (features.droplets == Droplets::points) addSpheres(particles, snapped, small.particle, apart);
+    snapped = without(snapped, small.particle);
+    return {small.count, small.particle.size()};
+}
 
 std::vector<std::uint32_t> tendrilParticles(const BallBoundary& boundary) {
     std::vector<bool> in_triangle(boundary.position.size(), false), in_circle = in_triangle;
@@ -88,68 +207,69 @@ std::vector<std::uint32_t> tendrilParticles(const BallBoundary& boundary) {
 }
 
 std::size_t fillBubbles(BetaMesh& mesh, const BallBoundary& boundary, const Features& features) {
-    const double radius = boundary.worldRadius(), empty = features.bubble_gap / 2;
+    const double radius = boundary.worldRadius(), empty_radius = features.bubble_gap / 2;
     const bool by_gap = features.bubble_gap > 0;
-    if (by_gap && empty <= radius) return 0;
-    const Components pieces = componentsOf(mesh.vertex.size(), mesh.triangles);
+    if (by_gap && empty_radius <= radius) return 0;
+    const Components components = componentsOf(mesh.vertex.size(), mesh.triangles);
     const auto positionOf = [&](std::uint32_t v) -> const Vec3& { return mesh.vertex[v].position; };
-    const std::vector<double> enclosed = volumesOf(pieces, mesh.triangles, positionOf);
-    const double least_body = kLeastBody * ballVolume(radius);
-    // Round the centre of an empty ball the void has room for all but the particles' own radius.
-    const double least_void = by_gap ? kRounding * ballVolume(empty - radius) : features.bubble_volume;
-    std::vector<bool> leaves(pieces.count), is_body(pieces.count);
-    std::vector<std::uint32_t> roomy;  // voids that could hold a drop
-    std::vector<std::uint32_t> void_of(pieces.count, kInvalidIndex);
-    bool in_question = false;
-    for (std::uint32_t piece = 0; piece < pieces.count; ++piece) {
-        is_body[piece] = enclosed[piece] >= least_body;
-        if (is_body[piece]) continue;
-        leaves[piece] = enclosed[piece] > -least_void;
-        if (enclosed[piece] < -least_body) roomy.push_back(piece);
-        if (by_gap && !leaves[piece]) in_question = true, void_of[piece] = piece;
+    const std::vector<double> enclosed = volumesOf(components, mesh.triangles, positionOf);
+    const double least_liquid = kMinLiquidVolume * ballVolume(radius);
+    // A void with an empty ball holds at least the ball of the same centre whose radius is smaller by the particles'
+    // radius.
+    const double least_void = by_gap ? kRounding * ballVolume(empty_radius - radius) : features.bubble_volume;
+    std::vector<bool> is_removed(components.count), is_liquid(components.count);
+    std::vector<std::uint32_t> large_voids;  // voids that could hold a liquid component
+    std::vector<std::uint32_t> void_of(components.count, kInvalidIndex);
+    bool any_undecided = false;
+    for (std::uint32_t component = 0; component < components.count; ++component) {
+        is_liquid[component] = enclosed[component] >= least_liquid;
+        if (is_liquid[component]) continue;
+        is_removed[component] = enclosed[component] > -least_void;
+        if (enclosed[component] < -least_liquid) large_voids.push_back(component);
+        if (by_gap && !is_removed[component]) any_undecided = true, void_of[component] = component;
     }
-    std::sort(roomy.begin(), roomy.end(), [&](std::uint32_t a, std::uint32_t b) {
+    std::sort(large_voids.begin(), large_voids.end(), [&](std::uint32_t a, std::uint32_t b) {
         return enclosed[a] != enclosed[b] ? enclosed[a] < enclosed[b] : a < b;
     });
-    const std::vector<std::uint32_t> round = voidsRoundBodies(mesh, boundary, pieces, roomy, is_body);
-    if (in_question) {
-        for (std::uint32_t piece = 0; piece < pieces.count; ++piece)
-            if (round[piece] != kInvalidIndex) void_of[piece] = void_of[round[piece]];
-        const std::vector<bool> has_room = voidsWithRoom(mesh, boundary, pieces, void_of, empty);
-        for (std::uint32_t piece = 0; piece < pieces.count; ++piece)
-            if (void_of[piece] == piece) leaves[piece] = !has_room[piece];
+    const std::vector<std::uint32_t> enclosing = enclosingVoids(mesh, boundary, components, large_voids, is_liquid);
+    if (any_undecided) {
+        for (std::uint32_t component = 0; component < components.count; ++component)
+            if (enclosing[component] != kInvalidIndex) void_of[component] = void_of[enclosing[component]];
+        const std::vector<bool> fits = voidsFittingBall(mesh, boundary, components, void_of, empty_radius);
+        for (std::uint32_t component = 0; component < components.count; ++component)
+            if (void_of[component] == component) is_removed[component] = !fits[component];
     }
-    const auto filled = static_cast<std::size_t>(std::count(leaves.begin(), leaves.end(), true));
-    for (std::uint32_t piece = 0; piece < pieces.count; ++piece)
-        if (round[piece] != kInvalidIndex) leaves[piece] = leaves[round[piece]];
-    if (filled > 0) removePieces(mesh, pieces, leaves);
+    const auto filled = static_cast<std::size_t>(std::count(is_removed.begin(), is_removed.end(), true));
+    for (std::uint32_t component = 0; component < components.count; ++component)
+        if (enclosing[component] != kInvalidIndex) is_removed[component] = is_removed[enclosing[component]];
+    if (filled > 0) removeComponents(mesh, components, is_removed);
     return filled;
 }
 
 void labelComponents(Mesh& mesh) {
-    const Components pieces = componentsOf(mesh.position.size(), mesh.triangles);
+    const Components components = componentsOf(mesh.position.size(), mesh.triangles);
     const auto positionOf = [&](std::uint32_t v) -> const Vec3& { return mesh.position[v]; };
-    const std::vector<double> volume = volumesOf(pieces, mesh.triangles, positionOf);
-    const auto place = [&](std::uint32_t v) {
+    const std::vector<double> volume = volumesOf(components, mesh.triangles, positionOf);
+    const auto sortKey = [&](std::uint32_t v) {
         const Vec3& p = mesh.position[v];
         return std::tuple(p.x, p.y, p.z, v);
     };
-    std::vector<std::uint32_t> first(pieces.count, kInvalidIndex);
-    for (std::uint32_t v = 0; v < pieces.of_vertex.size(); ++v) {
-        if (pieces.of_vertex[v] == kInvalidIndex) continue;
-        std::uint32_t& best = first[pieces.of_vertex[v]];
-        if (best == kInvalidIndex || place(v) < place(best)) best = v;
+    std::vector<std::uint32_t> first(components.count, kInvalidIndex);
+    for (std::uint32_t v = 0; v < components.of_vertex.size(); ++v) {
+        if (components.of_vertex[v] == kInvalidIndex) continue;
+        std::uint32_t& best = first[components.of_vertex[v]];
+        if (best == kInvalidIndex || sortKey(v) < sortKey(best)) best = v;
     }
-    std::vector<std::uint32_t> order(pieces.count);
+    std::vector<std::uint32_t> order(components.count);
     std::iota(order.begin(), order.end(), 0u);
     std::sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
-        return volume[a] != volume[b] ? volume[a] > volume[b] : place(first[a]) < place(first[b]);
+        return volume[a] != volume[b] ? volume[a] > volume[b] : sortKey(first[a]) < sortKey(first[b]);
     });
-    std::vector<std::int32_t> number(pieces.count);
-    for (std::size_t i = 0; i < order.size(); ++i) number[order[i]] = static_cast<std::int32_t>(i);
-    std::vector<std::int32_t>& component = mesh.component.emplace();
-    component.reserve(mesh.triangles.size());
-    for (const Triangle& t : mesh.triangles) component.push_back(number[pieces.of_vertex[t[0]]]);
+    std::vector<std::int32_t> label(components.count);
+    for (std::size_t i = 0; i < order.size(); ++i) label[order[i]] = static_cast<std::int32_t>(i);
+    std::vector<std::int32_t>& labels = mesh.component.emplace();
+    labels.reserve(mesh.triangles.size());
+    for (const Triangle& t : mesh.triangles) labels.push_back(label[components.of_vertex[t[0]]]);
 }
 
 }  // namespace betamesh

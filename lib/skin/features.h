@@ -1,30 +1,60 @@
-// What of the liquid is told apart: tendrils, bubbles, and the components of the mesh.
+// Features of a liquid that are treated apart: droplets, tendrils, bubbles, and the components of the mesh.
 
 #pragma once
 
 #include "betamesh/skin_params.h"
+#include "exact/snapped_particles.h"
 #include "skin/ball_boundary.h"
 #include "skin/beta_mesh.h"
 
 namespace betamesh {
 
-/// Particles of threads that are a single particle thick: no alpha triangle uses them, but a degenerate edge
-/// does. IndexRows of SnappedParticles, ascending.
+/// Small connected components of the union of balls. Two balls are connected if they meet or touch.
+struct SmallComponents {
+    std::size_t count = 0;
+    std::vector<std::uint32_t> particle;  ///< rows of SnappedParticles in these components, ascending
+};
+
+/// The components of fewer than `least` particles. All particles count, exposed or covered, duplicates once; components
+/// that reach the rim, beyond which particles were left out, count as large.
+///
+/// same    result for any thread count and particle order
+/// cost    O(n log n)
+SmallComponents smallComponents(const SnappedParticles& particles, std::size_t least);
+
+/// All particles except the given rows, which are ascending.
+SnappedParticles without(const SnappedParticles& particles, const std::vector<std::uint32_t>& rows);
+
+/// Appends the given rows, in their order, as spheres of the balls' radius.
+void addSpheres(const Particles& particles, const SnappedParticles& snapped, const std::vector<std::uint32_t>& rows,
+                Spheres& spheres);
+
+/// Numbers of droplets removed, and of the distinct particles in them.
+struct LeftOut {
+    std::size_t droplets = 0, particles = 0;
+};
+
+/// Removes droplets from the particles as the features ask; droplets to be kept as points are appended to `apart`.
+LeftOut leaveOutDroplets(const Particles& particles, const Features& features, SnappedParticles& snapped,
+                         Spheres& apart);
+
+/// Particles of threads that are a single particle thick: those that a degenerate edge uses, but no alpha triangle.
+/// Rows of SnappedParticles, ascending.
 std::vector<std::uint32_t> tendrilParticles(const BallBoundary& boundary);
 
-/// Leaves bubbles out of a mesh: the voids, closed components that face inwards, into which no empty ball of diameter
-/// bubble_gap fits between the particles; without a bubble_gap those that enclose less than bubble_volume. What floats
-/// in them leaves, too, and becomes part of the liquid round them; voids inside of that are judged by themselves. All
-/// other components stay as they are, in their order.
+/// Removes bubbles from a mesh: voids, which are closed components that face inwards, into which no empty ball of
+/// diameter bubble_gap fits between the particles; without a bubble_gap, voids that enclose less than bubble_volume.
+/// Components that float in a removed void are removed with it, as they become part of the liquid; voids inside those
+/// are judged by themselves. All other components stay as they are, in their order.
 ///
 /// in      the complete tessellation of that boundary, its vertices not yet moved
-/// out     how many were filled; vertices that no triangle uses are left out
+/// out     the number of voids filled; vertices that no triangle uses are removed
 /// same    result for any thread count and particle order
 /// cost    O(triangles); 1-4 µs for each ball round a void that is large enough to need a closer look
 std::size_t fillBubbles(BetaMesh& mesh, const BallBoundary& boundary, const Features& features);
 
-/// Sets mesh.component. Components are numbered by volume, the largest first: 0 is the main body, bubbles come
-/// last. Between equal ones the lexicographically first vertex decides.
+/// Sets mesh.component. Components are numbered by enclosed volume, the largest first: 0 is the largest body of liquid,
+/// bubbles come last. Ties are broken by the lexicographically first vertex.
 ///
 /// same    numbers for any thread count
 /// cost    O(triangles)

@@ -1,4 +1,4 @@
-// Vertex velocities for motion blur, bounded by the motion of the liquid.
+// Vertex velocities for motion blur, limited by the motion of the liquid near each vertex.
 
 #pragma once
 
@@ -8,14 +8,15 @@
 
 namespace betamesh {
 
-/// Replaces velocities of vertices, which so far follow points of the tessellation, by ones that hold over a shutter.
-/// The tangential part becomes that of the rigid motion which fits the balls within reach best, with weights
-/// (1 - d²/reach²)⁴. The normal part keeps its difference from that motion, limited to 0.7 of the root mean square of
-/// the balls' own differences. So rims and necks that race at the instant where balls are about to meet or to part are
-/// no faster than the liquid, and where the liquid moves as a rigid body its surface does so exactly.
+/// Replaces the instantaneous velocities of tessellation points by velocities that are valid over a shutter interval.
+/// The tangential part becomes that of the rigid motion that fits the balls within reach best, with weights
+/// (1 - d²/reach²)⁴. The normal part keeps its difference from that motion, limited to kMaxRelativeVelocity times the
+/// root mean square of the balls' own differences. Rims and necks, whose instantaneous speed is unbounded while balls
+/// meet or part, are therefore no faster than the liquid; where the liquid moves as a rigid body, the surface does so
+/// exactly.
 ///
-/// in      reach: more than the distance of any vertex to the nearest ball, or the vertex stays as it is; normals of
-///         the vertices, zero where there is none
+/// in      reach: world units; a vertex farther than this from all balls keeps its velocity. normals: of the vertices,
+///         zero where there is none
 /// same    bytes for any thread count and particle order
 /// cost    O(vertices · balls within reach)
 void limitVelocities(const std::vector<DualVec3>& balls, double reach, const std::vector<Vec3>& normals,

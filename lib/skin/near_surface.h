@@ -1,5 +1,4 @@
-// Which particles matter to the surface, told from their positions as these pass by: the others need never be in
-// memory.
+// Which particles can influence the surface, decided from a stream of positions: the others need never be in memory.
 
 #pragma once
 
@@ -10,17 +9,18 @@
 
 namespace betamesh {
 
-/// Goes through the positions of all particles, some rows after others, and keeps six bytes of each; twelve at the end.
+/// Reads the positions of all particles in batches. Keeps six bytes per particle, at the end twelve.
 ///
-/// What matters: cells with a ball that may be exposed, and those round them, as all that is asked of an exposed ball
-/// lies within 2R of it. Where droplets are to be told apart so many cells m more that none of them reaches a cell
-/// beside one that was left out: no exposed ball is within m - 1 cells of a particle there, so the ball of (2m - 3) R
-/// round it is full, which takes (2m - 3)³ particles at least, all of its component. Particles anywhere that might be
-/// duplicates stay, too, so that those left out are all distinct. Floating-point predicates move particles, and
-/// tendrils that leave uncover others: there all particles matter.
+/// Kept are all particles of cells with an exposure candidate and of the cells round those, since everything that
+/// decides about an exposed ball lies within 2R of it. Where droplets are treated apart, the margin is m cells, so wide
+/// that no droplet reaches a cell beside one left out: no exposed ball is within m - 1 cells of a particle there, so
+/// the ball of radius (2m - 3) R round it is full, which takes at least (2m - 3)³ particles of its component.
+/// Particles elsewhere that might be duplicates are kept as well, so that those left out are distinct. All particles
+/// are kept where coverage is not final: floating-point predicates move particles, and tendrils that are removed
+/// uncover others.
 ///
-/// same    result for any thread count and any division into rows
-/// cost    O(n), some 90 ns a particle; 64 bytes a cell
+/// same    result for any thread count and any division into batches
+/// cost    O(n), about 90 ns per particle; 64 bytes per cell
 /// errors  as snapParticles; 2^32 particles
 class NearSurfaceFinder {
 public:
@@ -29,8 +29,9 @@ public:
     NearSurfaceFinder(const NearSurfaceFinder&) = delete;
     NearSurfaceFinder& operator=(const NearSurfaceFinder&) = delete;
 
+    /// Adds the next batch of positions.
     void add(std::span<const Vec3f> positions);
-    /// To be called once.
+    /// May be called only once.
     NearSurface find();
 
 private:

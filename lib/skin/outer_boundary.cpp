@@ -5,6 +5,7 @@
 #include "betamesh/skin_params.h"
 #include "skin/arcs.h"
 #include "skin/ball_boundary.h"
+#include "skin/constants.h"
 #include "skin/exposure_candidates.h"
 #include "skin/face_points.h"
 #include "skin/near_surface.h"
@@ -18,12 +19,8 @@ namespace betamesh {
 
 namespace {
 
-constexpr double kArcSegment = 0.4;    // radians of a great circle between samples of an arc
-constexpr double kFaceSpacing = 0.5;   // radians between samples inside a face
-constexpr double kFadesWithin = 0.15;  // rim_distance, radians, up to which samples inside faces fade out towards the rim
-
-// The snapped particles as particles, in that order.
-Particles asParticles(const Particles& particles, const SnappedParticles& snapped) {
+// Snapped particles as ordinary particles, in the same order.
+Particles unsnapped(const Particles& particles, const SnappedParticles& snapped) {
     Particles all;
     all.position.resize(snapped.size());
     all.velocity.resize(particles.velocity.empty() ? 0 : snapped.size());
@@ -34,8 +31,9 @@ Particles asParticles(const Particles& particles, const SnappedParticles& snappe
     return all;
 }
 
-// Those that may be exposed at the larger radius: not surely buried, and exposed at the smaller one. Where the coarser
-// grid of the larger radius made two particles one, that is not known of either.
+// Particles that may be exposed at the larger radius: those not certainly covered, and exposed at the smaller radius.
+// If the coarser grid of the larger radius has merged particles, rows no longer correspond and only the first test
+// applies.
 std::vector<std::uint32_t> exposureCandidates(const SnappedParticles& larger, std::size_t particles,
                                               const BallBoundary& boundary) {
     std::vector<std::uint32_t> candidates = exposureCandidates(larger);
@@ -50,19 +48,19 @@ std::vector<std::uint32_t> exposureCandidates(const SnappedParticles& larger, st
 
 OuterSamples outerSamples(const Particles& particles, const SnappedParticles& snapped, const BallBoundary& boundary,
                           double radius, double spacing) {
-    const Particles all = asParticles(particles, snapped);
+    const Particles all = unsnapped(particles, snapped);
     SkinParams params;
     params.radius = radius;
     NearSurfaceFinder finder(params);
     finder.add(all.position);
     const SnappedParticles larger = snapParticles(all, radius, finder.find());
-    Icosphere directions = icosphereOf(kFaceSpacing);
-    const auto in_all_directions = static_cast<double>(directions.position.size());
+    Icosphere directions = icosphereOf(kOuterFaceAngle);
+    const auto direction_count = static_cast<double>(directions.position.size());
     const BallBoundary outer =
         ballBoundary(larger, exposureCandidates(larger, snapped.size(), boundary), directions.position);
     const std::vector<DualVec3> balls = ballCentres(outer, all);
     ArcSubdivision subdivision;
-    subdivision.max_angle = kArcSegment;
+    subdivision.max_angle = kOuterArcAngle;
     subdivision.appearance = Appearance::gradual;
     ArcNetwork network = arcPoints(outer, balls, boundaryVertices(all, larger, outer, balls), subdivision);
     const FacePoints inside = facePoints(larger, outer, balls, std::move(directions));
@@ -88,26 +86,26 @@ OuterSamples outerSamples(const Particles& particles, const SnappedParticles& sn
         for (std::uint32_t p = network.circle_begin[k]; p < network.circle_begin[k + 1]; ++p)
             addSegment(std::exchange(last, p), p);
     }
-    for (const FadingVertex& fading : network.fading) {  // their weight comes from those beside them by degrees
-        const auto rest = static_cast<float>(1 - fading.share.value), handed = samples.weight[fading.vertex] * rest;
+    for (const FadingVertex& fading : network.fading) {  // what they lack of their weight belongs to their neighbours
+        const auto rest = static_cast<float>(1 - fading.share.value), moved = samples.weight[fading.vertex] * rest;
         samples.fading[fading.vertex] = rest;
-        samples.weight[fading.vertex] -= handed;
-        for (const std::size_t k : {0U, 1U}) samples.weight[fading.from[k]] += handed / 2;
+        samples.weight[fading.vertex] -= moved;
+        for (const std::size_t k : {0U, 1U}) samples.weight[fading.from[k]] += moved / 2;
     }
-    samples.isolation.assign(on_arcs, 0);
+    samples.exposure.assign(on_arcs, 0);
 
-    const double face_area = 4 * std::numbers::pi * radius * radius / in_all_directions / (spacing * spacing);
+    const double face_area = 4 * std::numbers::pi * radius * radius / direction_count / (spacing * spacing);
     for (std::size_t b = 0; b < balls.size(); ++b) {
         double exposed = 0;
         for (std::uint32_t p = inside.begin[b]; p < inside.begin[b + 1]; ++p) {
-            const double share = smoothStep(inside.rim_distance[p] / kFadesWithin).value;
-            if (inside.contactOf(p) || !(share > 0)) continue;
+            const double fade = smoothStep(inside.rim_distance[p] / kOuterFadeWidth).value;
+            if (inside.contactOf(p) || !(fade > 0)) continue;
             samples.point.push_back(balls[b] + inside.outwards(p) * radius);
-            samples.weight.push_back(static_cast<float>(face_area * share));
-            samples.fading.push_back(static_cast<float>(1 - share));
-            exposed += share;
+            samples.weight.push_back(static_cast<float>(face_area * fade));
+            samples.fading.push_back(static_cast<float>(1 - fade));
+            exposed += fade;
         }
-        samples.isolation.resize(samples.point.size(), static_cast<float>(exposed / in_all_directions));
+        samples.exposure.resize(samples.point.size(), static_cast<float>(exposed / direction_count));
     }
     return samples;
 }

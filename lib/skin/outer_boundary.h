@@ -1,4 +1,4 @@
-// Samples of the boundary of the union of larger balls: what the depth of the skin is measured from.
+// Samples of the boundary of the union of larger balls, from which the depth of the skin is measured.
 
 #pragma once
 
@@ -11,19 +11,20 @@
 
 namespace betamesh {
 
-/// Points on the boundary of a union of balls. Each has:
+/// Points on the boundary of a union of balls. Row i of every array is sample i.
 struct OuterSamples {
-    std::vector<DualVec3> point;     ///< world units, world units per second
-    std::vector<float> weight;     ///< its share of the boundary, >= 0: spacings of arc length, square spacings of face
-    std::vector<float> fading;     ///< 0 where it is fully there, towards 1 where it has only just appeared
-    std::vector<float> isolation;  ///< inside faces the share of the ball that is exposed, from 0 to 1; on arcs 0
+    std::vector<DualVec3> point;   ///< world units, world units per second
+    std::vector<float> weight;     ///< >= 0: length of arc in particle spacings, or area of face in square spacings
+    std::vector<float> fading;     ///< 0 for a permanent sample, near 1 for one that has just appeared
+    std::vector<float> exposure;   ///< inside faces the exposed share of the ball, 0 to 1; 0 on arcs
 };
 
-/// Samples the boundary of the union of balls of a larger radius round the same particles. Balls that are buried at the
-/// smaller radius are buried at the larger one, too: only those exposed in `boundary` are looked at.
+/// Samples the boundary of the union of balls of a larger radius around the same particles. Balls that are covered at
+/// the smaller radius are covered at the larger one, too; only those exposed in `boundary` are examined.
 ///
-/// in      all particles within four smaller radii of the surface; spacing: of the particles, world units
-/// out     samples no farther than half a radius apart, every vertex of the boundary among them. They appear and vanish
+/// in      all particles within four smaller radii of the surface; radius: the larger one; spacing: of the particles;
+///         both in world units
+/// out     samples at most half a radius apart, including every vertex of the boundary; their weights change
 ///         continuously in time
 /// same    result for any thread count and particle order
 /// cost    O(exposed balls · neighbours within two radii)

@@ -1,4 +1,3 @@
-
 #include "skin/paper_mesh.h"
 
 #include "base/parallel.h"
@@ -9,18 +8,19 @@ namespace betamesh {
 
 namespace {
 
-bool rollsOverRim(const BallBoundary& boundary, std::uint32_t half_edge) {
+// Does the arc of a half-edge lead from a triangle to its own reverse side, round the rim of a sheet?
+bool goesRoundRim(const BallBoundary& boundary, std::uint32_t half_edge) {
     const std::uint32_t v = half_edge / 3, across = boundary.twin[half_edge] / 3;
     return across != v && across == reverseSide(boundary, v);
 }
 
-// The twin of a half-edge from i to j leads from j to i: the arc's two sides. Where fans meet over a rim the
-// fan before and the fan after are remembered by the half-edge that leads there.
+// Where fans of a ball meet at a rim, the fan before and the fan after it, indexed by half-edges towards the fans'
+// ball. The twin of a half-edge from i to j leads from j to i: the two are the sides of one arc.
 struct Rims {
-    std::vector<std::uint32_t> fan_before, fan_after;  // indexed by half-edges towards the fan's ball
+    std::vector<std::uint32_t> fan_before, fan_after;
 };
 
-// Cuts every cycle into fans.
+// Cuts every cycle into fans where it goes round a rim.
 Rims cutIntoFans(const BallBoundary& boundary, PaperMesh& beta) {
     Rims rims;
     rims.fan_before.assign(boundary.twin.size(), 0);
@@ -33,9 +33,9 @@ Rims cutIntoFans(const BallBoundary& boundary, PaperMesh& beta) {
     for (std::size_t c = 0; c < boundary.cycle.size(); ++c) {
         const auto cycle = boundary.cycle[c];
         const std::uint32_t ball = boundary.triangle[cycle[0] / 3][cycle[0] % 3];
-        std::size_t first = 0;  // start behind a rim, if there is one
+        std::size_t first = 0;  // start after a rim, if there is one
         while (first < cycle.size() &&
-               !rollsOverRim(boundary, previousInTriangle(cycle[(first + cycle.size() - 1) % cycle.size()])))
+               !goesRoundRim(boundary, previousInTriangle(cycle[(first + cycle.size() - 1) % cycle.size()])))
             ++first;
         if (first == cycle.size()) {
             beta.fan.item.reserve(beta.fan.item.size() + cycle.size());
@@ -47,7 +47,7 @@ Rims cutIntoFans(const BallBoundary& boundary, PaperMesh& beta) {
         for (std::size_t e = 0; e < cycle.size(); ++e) {
             const std::uint32_t h = cycle[(first + e) % cycle.size()], leaving = previousInTriangle(h);
             beta.fan.item.push_back(h / 3);
-            if (!rollsOverRim(boundary, leaving)) continue;
+            if (!goesRoundRim(boundary, leaving)) continue;
             rims.fan_before[leaving] = static_cast<std::uint32_t>(beta.fan.size());
             closeFan(ball, true);
             rims.fan_after[leaving] = e + 1 == cycle.size() ? first_fan : static_cast<std::uint32_t>(beta.fan.size());
@@ -56,8 +56,9 @@ Rims cutIntoFans(const BallBoundary& boundary, PaperMesh& beta) {
     return rims;
 }
 
-DualVec3 placeAlphabeta(const BallBoundary& boundary, const PaperMesh& beta, std::size_t f,
-                      const std::vector<DualVec3>& balls) {
+// Position and motion of the alphabeta vertex of fan f.
+DualVec3 alphabetaVertex(const BallBoundary& boundary, const PaperMesh& beta, std::size_t f,
+                         const std::vector<DualVec3>& balls) {
     const auto ring = beta.fan[f];
     DualVec3 sum;
     Dual weight;
@@ -67,28 +68,28 @@ DualVec3 placeAlphabeta(const BallBoundary& boundary, const PaperMesh& beta, std
         sum = sum + (a + b) * 0.5 * w;
         weight = weight + w;
     }
-    const DualVec3 middle = weight.value > 0 ? sum / weight : beta.vertex[ring[0]];
-    if (!beta.fan_open[f]) return middle;
+    const DualVec3 mean = weight.value > 0 ? sum / weight : beta.vertex[ring[0]];
+    if (!beta.fan_open[f]) return mean;
     DualVec3 normal;
     for (const std::uint32_t v : ring) {
         const Triangle& t = boundary.triangle[v];
         normal = normal + cross(balls[t[1]] - balls[t[0]], balls[t[2]] - balls[t[0]]);
     }
     const Dual squared = dot(normal, normal);
-    if (!(squared.value > 0)) return middle;
+    if (!(squared.value > 0)) return mean;
     const DualVec3& particle = balls[beta.fan_ball[f]];
-    return particle + normal * (dot(middle - particle, normal) / squared);
+    return particle + normal * (dot(mean - particle, normal) / squared);
 }
 
-// Joins the fans on both sides of every rim. Around one ball the quads leave a polygon of its fans.
+// Joins the fans on both sides of every rim by a quad. Round one ball the quads leave a polygon of its fans.
 void closeRims(const BallBoundary& boundary, const Rims& rims, PaperMesh& beta) {
     const auto add = [&](std::uint32_t a, std::uint32_t b, std::uint32_t c) {
         if (a != b && b != c && c != a) beta.triangles.push_back({a, b, c});
     };
     for (std::uint32_t h = 0; h < boundary.twin.size(); ++h) {
-        // each rim once: h goes i -> j in triangle v, its twin j -> i in the reverse side of v
+        // each rim once: h goes from i to j in triangle v, its twin from j to i in the reverse side of v
         const std::uint32_t twin = boundary.twin[h];
-        if (h > twin || !rollsOverRim(boundary, h)) continue;
+        if (h > twin || !goesRoundRim(boundary, h)) continue;
         // at j the cycle leaves v along h, at i it leaves the reverse side along the twin
         const std::uint32_t j_here = beta.alphabeta(rims.fan_before[h]), j_there = beta.alphabeta(rims.fan_after[h]);
         const std::uint32_t i_there = beta.alphabeta(rims.fan_before[twin]),
@@ -101,12 +102,12 @@ void closeRims(const BallBoundary& boundary, const Rims& rims, PaperMesh& beta) 
     }
 }
 
-// Where a ball's cycle crosses more than two rims, its fans form a polygon that no quad closes.
+// Fills the polygon of fans that quads leave open where a cycle goes round more than two rims.
 void closePolygonsBetweenRims(const BallBoundary& boundary, const Rims& rims, PaperMesh& beta) {
     for (std::size_t c = 0; c < boundary.cycle.size(); ++c) {
         std::vector<std::uint32_t> polygon;
         for (const std::uint32_t h : boundary.cycle[c])
-            if (rollsOverRim(boundary, previousInTriangle(h)))
+            if (goesRoundRim(boundary, previousInTriangle(h)))
                 polygon.push_back(beta.alphabeta(rims.fan_after[previousInTriangle(h)]));
         for (std::size_t k = 2; k < polygon.size(); ++k)
             beta.triangles.push_back({polygon[0], polygon[k - 1], polygon[k]});
@@ -124,7 +125,7 @@ PaperMesh paperTessellation(const BallBoundary& boundary, const std::vector<Dual
     const Rims rims = cutIntoFans(boundary, beta);
     beta.vertex.resize(beta.pure + beta.fan.size());
     parallelFor(beta.fan.size(), 1024,
-                [&](std::size_t f) { beta.vertex[beta.alphabeta(f)] = placeAlphabeta(boundary, beta, f, balls); });
+                [&](std::size_t f) { beta.vertex[beta.alphabeta(f)] = alphabetaVertex(boundary, beta, f, balls); });
     for (std::size_t f = 0; f < beta.fan.size(); ++f) {
         const auto ring = beta.fan[f];
         for (std::size_t e = 0; e < beta.fanEdges(f); ++e)

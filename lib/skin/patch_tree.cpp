@@ -13,12 +13,12 @@ namespace betamesh {
 
 namespace {
 
-constexpr int kFacing = 6;  // so many directions in common, and a run is one patch: else it is parted by octants
-constexpr double kNearTurned = 0.3;                // of a patch that has turned over, radii
-constexpr std::uint32_t kMostInPart = 256 * kRun;  // triangles
-constexpr std::size_t kTasks = 512;                // at least, where there is that much to do
+constexpr int kCommonDirections = 6;  // a run with fewer in common is divided by the octants of its normals
+constexpr double kNearTurned = 0.3;   // radii around a triangle that has turned over within which masks are ignored
+constexpr std::uint32_t kMaxPerTask = 256 * kRun;  // triangles
+constexpr std::size_t kMinTasks = 512;             // of the search, where there are enough nodes
 
-// Holds the point, however it is rounded.
+// Extends a box to a point, whatever its rounding.
 void extend(Boxf& box, const Vec3& point) {
     for (int k = 0; k < 3; ++k) {
         const auto x = static_cast<float>(point[k]);
@@ -27,7 +27,7 @@ void extend(Boxf& box, const Vec3& point) {
     }
 }
 
-// Of the plane of a triangle on which the corners of another are; on it, those in common.
+// The sides of a triangle's plane, -1, 0 or 1, of the corners of another; 0 for common corners.
 std::array<int, 3> sidesOf(const std::array<Vec3, 3>& plane, const std::array<Vec3, 3>& corner,
                            const std::array<bool, 3>& common) {
     std::array<int, 3> sides;
@@ -35,8 +35,8 @@ std::array<int, 3> sidesOf(const std::array<Vec3, 3>& plane, const std::array<Ve
     return sides;
 }
 
-// Does an edge lie in the plane that is not one that the triangles have in common?
-bool edgeLiesIn(const std::array<int, 3>& side, const std::array<bool, 3>& common) {
+// Is an edge in the plane, other than one that the triangles share?
+bool hasEdgeInPlane(const std::array<int, 3>& side, const std::array<bool, 3>& common) {
     int corners = 0, own = 0;
     for (std::size_t m = 0; m < 3; ++m) {
         corners += side[m] == 0;
@@ -45,7 +45,7 @@ bool edgeLiesIn(const std::array<int, 3>& side, const std::array<bool, 3>& commo
     return corners >= 2 && own >= 1;
 }
 
-// Does an edge go from one side of the triangle to the other, through its inside or its edges?
+// Does an edge pass from one side of the triangle to the other through its interior or boundary?
 bool pierces(const std::array<Vec3, 3>& corner, const std::array<int, 3>& side, const std::array<Vec3, 3>& t) {
     for (std::size_t m = 0; m < 3; ++m) {
         const std::size_t next = (m + 1) % 3;
@@ -61,58 +61,58 @@ bool pierces(const std::array<Vec3, 3>& corner, const std::array<int, 3>& side, 
 
 }  // namespace
 
-Meeting meetingOf(const std::array<Vec3, 3>& s, const std::array<Vec3, 3>& t, const std::array<bool, 3>& s_common,
-                  const std::array<bool, 3>& t_common) {
+TriangleRelation relationOf(const std::array<Vec3, 3>& s, const std::array<Vec3, 3>& t,
+                            const std::array<bool, 3>& s_common, const std::array<bool, 3>& t_common) {
     const std::array<int, 3> t_side = sidesOf(s, t, t_common);
     const bool above = std::count(t_side.begin(), t_side.end(), 1) > 0,
                below = std::count(t_side.begin(), t_side.end(), -1) > 0;
-    bool touching = edgeLiesIn(t_side, t_common);
-    if (!touching && (!above || !below)) return Meeting::none;
+    bool touching = hasEdgeInPlane(t_side, t_common);
+    if (!touching && (!above || !below)) return TriangleRelation::apart;
     const std::array<int, 3> s_side = sidesOf(t, s, s_common);
-    if (pierces(t, t_side, s) || pierces(s, s_side, t)) return Meeting::crossing;
-    touching = touching || edgeLiesIn(s_side, s_common);
-    return touching ? Meeting::doubtful : Meeting::none;
+    if (pierces(t, t_side, s) || pierces(s, s_side, t)) return TriangleRelation::crossing;
+    touching = touching || hasEdgeInPlane(s_side, s_common);
+    return touching ? TriangleRelation::undecided : TriangleRelation::apart;
 }
 
 PatchTree::PatchTree(const BetaMesh& mesh, const std::vector<Vec3>& before, double radius,
-                     std::span<const BodyPart> bodies)
+                     std::span<const ComponentPart> components)
     : mesh_(mesh) {
-    const std::vector<Patch> patches = makePatches(before, bodies);
+    const std::vector<Patch> patches = makePatches(before, components);
     std::vector<Box> folded;
-    parallelFor(2, 1, [&](std::size_t part) {  // each is serial in part
-        if (part == 0)
-            folded = foldedStars(patches);
+    parallelFor(2, 1, [&](std::size_t task) {  // both are partly serial
+        if (task == 0)
+            folded = foldedOneRings(patches);
         else
             makeTree(patches);
     });
     for (const Patch& patch : patches)
-        if (patch.turned) wake({Vec3(patch.node.box.min), Vec3(patch.node.box.max)}, kNearTurned * radius);
-    for (const Box& star : folded) wake(star, 0);
+        if (patch.turned) activate({Vec3(patch.node.box.min), Vec3(patch.node.box.max)}, kNearTurned * radius);
+    for (const Box& vertex : folded) activate(vertex, 0);
 }
 
 void PatchTree::makeTree(const std::vector<Patch>& patches) {
     Boxf whole;
     for (const Patch& patch : patches) whole.extendBy(patch.node.box);
-    struct Place {
-        std::uint64_t on_curve;  // through all of them
+    struct CurvePosition {
+        std::uint64_t on_curve;  // a space-filling curve through all patches
         std::uint32_t patch;
     };
-    std::vector<Place> places;
-    firstTouchResize(places, patches.size());
+    std::vector<CurvePosition> sorted;
+    firstTouchResize(sorted, patches.size());
     parallelFor(patches.size(), 1024, [&](std::size_t p) {
-        places[p] = {placeOnCurve(patches[p].node.box, whole), static_cast<std::uint32_t>(p)};
+        sorted[p] = {placeOnCurve(patches[p].node.box, whole), static_cast<std::uint32_t>(p)};
     });
-    parallelSort(places, [](const Place& a, const Place& b) {
+    parallelSort(sorted, [](const CurvePosition& a, const CurvePosition& b) {
         return a.on_curve != b.on_curve ? a.on_curve < b.on_curve : a.patch < b.patch;
     });
 
-    // The leaves of a heap that are one level deeper than the others come first from the left.
+    // Leaves of a heap one level deeper than the others are the leftmost ones.
     const std::size_t n = patches.size(), first_on_the_left = std::bit_ceil(std::max<std::size_t>(n, 1)) - n;
     first_leaf_ = std::max<std::size_t>(n, 1);
     firstTouchResize(node_, 2 * first_leaf_);
     firstTouchResize(range_, n);
     parallelFor(n, 1024, [&](std::size_t p) {
-        const Patch& patch = patches[places[p].patch];
+        const Patch& patch = patches[sorted[p].patch];
         const std::size_t leaf = (first_on_the_left + p) % n;
         range_[leaf] = patch.range;
         node_[first_leaf_ + leaf] = patch.node;
@@ -120,17 +120,17 @@ void PatchTree::makeTree(const std::vector<Patch>& patches) {
     for (std::size_t i = first_leaf_ - 1; i > 0; --i) {
         const Node &a = node_[2 * i], &b = node_[2 * i + 1];
         node_[i].facing = a.facing & b.facing;
-        node_[i].body = a.body == b.body ? a.body : 0;
+        node_[i].component = a.component == b.component ? a.component : 0;
     }
     gatherBoxes();
-    gatherAwake();
+    gatherActive();
 }
 
-// Of vertices whose triangles face no common way: where two of these cross that do, which no others might tell.
-std::vector<Box> PatchTree::foldedStars(const std::vector<Patch>& patches) const {
+// Vertices whose triangles face no common direction, where two triangles that do face one cross: masks would miss that.
+std::vector<Box> PatchTree::foldedOneRings(const std::vector<Patch>& patches) const {
     std::vector<std::uint64_t> facing(mesh_.vertex.size(), ~std::uint64_t{0});
     for (const Patch& patch : patches) {
-        if (patch.node.body) continue;
+        if (patch.node.component) continue;
         for (std::uint32_t i = patch.range.begin; i < patch.range.end; ++i)
             for (const std::uint32_t v : mesh_.triangles[triangle_[i]]) facing[v] &= facing_[i];
     }
@@ -138,7 +138,7 @@ std::vector<Box> PatchTree::foldedStars(const std::vector<Patch>& patches) const
     const IndexRows entries =
         sortedIntoRows<std::uint32_t>(mesh_.vertex.size(), patches.size(), [&](std::size_t p, const auto& visit) {
             const Patch& patch = patches[p];
-            if (!patch.node.awake || patch.node.body) return;
+            if (!patch.node.active || patch.node.component) return;
             for (std::uint32_t i = patch.range.begin; i < patch.range.end; ++i)
                 for (const std::uint32_t v : mesh_.triangles[triangle_[i]])
                     if (facing[v] == 0) visit(v, i);
@@ -147,29 +147,29 @@ std::vector<Box> PatchTree::foldedStars(const std::vector<Patch>& patches) const
     const auto positionOf = [&](std::uint32_t v) { return mesh_.vertex[v].position; };
     std::vector<std::uint8_t> folded(mesh_.vertex.size(), 0);
     parallelFor(mesh_.vertex.size(), 4096, [&](std::size_t v) {
-        const std::span<const std::uint32_t> star = entries[v];
-        for (std::size_t i = 0; i < star.size(); ++i)
-            for (std::size_t j = i + 1; j < star.size(); ++j) {
-                if ((facing_[star[i]] & facing_[star[j]]) == 0) continue;
-                const std::uint32_t one = triangle_[star[i]], other = triangle_[star[j]];
-                if (meetingOf(mesh_.triangles[one], mesh_.triangles[other], positionOf) == Meeting::crossing)
+        const std::span<const std::uint32_t> ring = entries[v];
+        for (std::size_t i = 0; i < ring.size(); ++i)
+            for (std::size_t j = i + 1; j < ring.size(); ++j) {
+                if ((facing_[ring[i]] & facing_[ring[j]]) == 0) continue;
+                const std::uint32_t one = triangle_[ring[i]], other = triangle_[ring[j]];
+                if (relationOf(mesh_.triangles[one], mesh_.triangles[other], positionOf) == TriangleRelation::crossing)
                     folded[v] = 1;
             }
     });
-    std::vector<Box> stars;
+    std::vector<Box> vertices;
     for (std::size_t v = 0; v < folded.size(); ++v)
-        if (folded[v]) stars.emplace_back(mesh_.vertex[v].position);
-    return stars;
+        if (folded[v]) vertices.emplace_back(mesh_.vertex[v].position);
+    return vertices;
 }
 
-// A run of triangles, which are near each other, as the mesh is made ball by ball.
+// Adds the patches of a run of triangles, which are near each other because the mesh is made ball by ball.
 void PatchTree::addPatches(const std::vector<Vec3>& before, std::uint32_t begin, std::uint32_t size,
                            std::vector<Patch>& into) {
     const TriangleRun run(mesh_, before, begin, size);
     std::array<std::uint8_t, kRun> octant{};
     std::uint64_t in_common = ~std::uint64_t{0};
     for (std::uint32_t i = 0; i < size; ++i) in_common &= run.facing[i];
-    if (std::popcount(in_common) < kFacing) octant = run.octant;
+    if (std::popcount(in_common) < kCommonDirections) octant = run.octant;
     std::uint32_t placed = 0;
     for (std::uint8_t wanted = 0; placed < size; ++wanted) {
         Patch patch{{begin + placed, 0}, {}, false};
@@ -178,7 +178,7 @@ void PatchTree::addPatches(const std::vector<Vec3>& before, std::uint32_t begin,
             triangle_[begin + placed] = begin + k;
             facing_[begin + placed++] = run.facing[k];
             patch.node.box.extendBy(run.box(k));
-            patch.node.awake |= run.moved[k];
+            patch.node.active |= run.moved[k];
             patch.turned |= run.turned[k];
             patch.node.facing &= run.facing[k];
         }
@@ -187,20 +187,20 @@ void PatchTree::addPatches(const std::vector<Vec3>& before, std::uint32_t begin,
     }
 }
 
-void PatchTree::addBodyPart(const std::vector<Vec3>& before, const BodyPart& part, std::vector<Patch>& into) {
+void PatchTree::addComponentPart(const std::vector<Vec3>& before, const ComponentPart& part, std::vector<Patch>& into) {
     Patch patch{{part.begin, part.end}, {}, false};
-    patch.node.body = part.body;
-    patch.node.facing = 0;  // all ways
+    patch.node.component = part.component;
+    patch.node.facing = 0;  // no common direction
     for (std::uint32_t t = part.begin; t < part.end; ++t) {
         triangle_[t] = t;
         facing_[t] = 0;
         patch.node.box.extendBy(boxOf(t));
-        for (const std::uint32_t v : mesh_.triangles[t]) patch.node.awake |= before[v] != mesh_.vertex[v].position;
+        for (const std::uint32_t v : mesh_.triangles[t]) patch.node.active |= before[v] != mesh_.vertex[v].position;
     }
     into.push_back(patch);
 }
 
-// Where a run from one triangle on ends: those of a ball with many face other ways than the next one's.
+// The end of a run of triangles. Runs do not continue past a ball with many triangles: the next ball faces elsewhere.
 std::uint32_t PatchTree::endOfRun(std::uint32_t begin, std::uint32_t end) const {
     end = std::min(end, begin + static_cast<std::uint32_t>(kRun));
     const std::vector<std::uint32_t>& balls = mesh_.ball_begin;
@@ -210,16 +210,16 @@ std::uint32_t PatchTree::endOfRun(std::uint32_t begin, std::uint32_t end) const 
 }
 
 std::vector<PatchTree::Patch> PatchTree::makePatches(const std::vector<Vec3>& before,
-                                                     std::span<const BodyPart> bodies) {
+                                                     std::span<const ComponentPart> components) {
     const auto n = static_cast<std::uint32_t>(mesh_.triangles.size());
     triangle_ = std::make_unique_for_overwrite<std::uint32_t[]>(n);
     facing_ = std::make_unique_for_overwrite<std::uint64_t[]>(n);
-    std::vector<BodyPart> parts;  // those of no body as well
+    std::vector<ComponentPart> parts;  // and, as component 0, what is between them
     std::uint32_t done = 0;
     const auto addOthers = [&](std::uint32_t end) {
-        for (; done < end; done = parts.back().end) parts.push_back({done, std::min(end, done + kMostInPart), 0});
+        for (; done < end; done = parts.back().end) parts.push_back({done, std::min(end, done + kMaxPerTask), 0});
     };
-    for (const BodyPart& part : bodies) {
+    for (const ComponentPart& part : components) {
         addOthers(part.begin);
         parts.push_back(part);
         done = part.end;
@@ -228,7 +228,7 @@ std::vector<PatchTree::Patch> PatchTree::makePatches(const std::vector<Vec3>& be
     std::vector<std::size_t> first_part = {0};  // of each task
     std::uint32_t first = 0;
     for (std::size_t p = 0; p < parts.size(); ++p)
-        if (parts[p].end - first >= kMostInPart) {
+        if (parts[p].end - first >= kMaxPerTask) {
             first_part.push_back(p + 1);
             first = parts[p].end;
         }
@@ -237,9 +237,9 @@ std::vector<PatchTree::Patch> PatchTree::makePatches(const std::vector<Vec3>& be
     std::vector<std::vector<Patch>> of_task(first_part.size() - 1);
     parallelFor(of_task.size(), 1, [&](std::size_t task) {
         for (std::size_t p = first_part[task]; p < first_part[task + 1]; ++p) {
-            const auto& [begin, end, body] = parts[p];
-            if (body)
-                addBodyPart(before, parts[p], of_task[task]);
+            const auto& [begin, end, component] = parts[p];
+            if (component)
+                addComponentPart(before, parts[p], of_task[task]);
             else
                 for (std::uint32_t run = begin, next; run < end; run = next) {
                     next = endOfRun(run, end);
@@ -268,28 +268,28 @@ void PatchTree::gatherBoxes() {
     }
 }
 
-void PatchTree::gatherAwake() {
-    for (std::size_t i = first_leaf_ - 1; i > 0; --i) node_[i].awake = node_[2 * i].awake | node_[2 * i + 1].awake;
+void PatchTree::gatherActive() {
+    for (std::size_t i = first_leaf_ - 1; i > 0; --i) node_[i].active = node_[2 * i].active | node_[2 * i + 1].active;
 }
 
-void PatchTree::sleep() {
-    for (Node& node : node_) node.awake = 0;
+void PatchTree::deactivateAll() {
+    for (Node& node : node_) node.active = 0;
 }
 
-void PatchTree::wake(const Box& box, double distance) {
+void PatchTree::activate(const Box& box, double distance) {
     Boxf around;
     extend(around, box.min - Vec3(distance));
     extend(around, box.max + Vec3(distance));
-    std::vector<std::size_t> waiting = {1};
-    while (!waiting.empty()) {
-        const std::size_t i = waiting.back();
-        waiting.pop_back();
+    std::vector<std::size_t> stack = {1};
+    while (!stack.empty()) {
+        const std::size_t i = stack.back();
+        stack.pop_back();
         if (!node_[i].box.intersects(around)) continue;
-        node_[i].awake = 1;
+        node_[i].active = 1;
         node_[i].facing = 0;
-        node_[i].body = 0;
+        node_[i].component = 0;
         if (i < first_leaf_)
-            waiting.insert(waiting.end(), {2 * i, 2 * i + 1});
+            stack.insert(stack.end(), {2 * i, 2 * i + 1});
         else
             for (std::uint32_t k = range_[i - first_leaf_].begin; k < range_[i - first_leaf_].end; ++k)
                 facing_[k] &= kFlat;
@@ -299,7 +299,7 @@ void PatchTree::wake(const Box& box, double distance) {
 void PatchTree::refit() {
     parallelFor(patches(), 64, [&](std::size_t p) {
         Node& node = node_[first_leaf_ + p];
-        if (!node.awake) return;
+        if (!node.active) return;
         node.box.makeEmpty();
         for (std::uint32_t i = range_[p].begin; i < range_[p].end; ++i) {
             facing_[i] &= ~kFlat;
@@ -309,9 +309,9 @@ void PatchTree::refit() {
     gatherBoxes();
 }
 
-Meetings PatchTree::meetings() const {
+CandidatePairs PatchTree::candidatePairs() const {
     std::vector<TrianglePair> tasks = {{1, 1}};  // of nodes
-    for (bool coarse = true; coarse && tasks.size() < kTasks;) {
+    for (bool coarse = true; coarse && tasks.size() < kMinTasks;) {
         std::vector<TrianglePair> finer;
         coarse = false;
         for (const TrianglePair& task : tasks) {
@@ -324,38 +324,38 @@ Meetings PatchTree::meetings() const {
         }
         tasks = std::move(finer);
     }
-    std::vector<Meetings> found(tasks.size());
+    std::vector<CandidatePairs> found(tasks.size());
     parallelFor(tasks.size(), 1, [&](std::size_t i) {
-        std::vector<TrianglePair> waiting = {tasks[i]};
-        while (!waiting.empty()) {
-            const TrianglePair task = waiting.back();
-            waiting.pop_back();
+        std::vector<TrianglePair> stack = {tasks[i]};
+        while (!stack.empty()) {
+            const TrianglePair task = stack.back();
+            stack.pop_back();
             if (areLeaves(task))
-                addMeetings(task, found[i]);
+                addPairs(task, found[i]);
             else
-                descend(task, waiting);
+                descend(task, stack);
         }
     });
-    Meetings all{concatenate(found, &Meetings::crossing), concatenate(found, &Meetings::doubtful)};
+    CandidatePairs all{concatenate(found, &CandidatePairs::crossing), concatenate(found, &CandidatePairs::undecided)};
     std::sort(all.crossing.begin(), all.crossing.end());
-    std::sort(all.doubtful.begin(), all.doubtful.end());
+    std::sort(all.undecided.begin(), all.undecided.end());
     return all;
 }
 
-// Adds what is to be looked at instead of these two nodes.
+// Adds the pairs of nodes to be examined instead of this one.
 void PatchTree::descend(const TrianglePair& nodes, std::vector<TrianglePair>& into) const {
     const auto [i, j] = nodes;
     const auto add = [&](std::uint32_t first, std::uint32_t second) {
         const Node &a = node_[first], &b = node_[second];
-        const bool of_one_body = a.body != 0 && a.body == b.body;
-        if ((a.facing & b.facing) == 0 && !of_one_body && (a.awake || b.awake) && a.box.intersects(b.box))
+        const bool in_one_component = a.component != 0 && a.component == b.component;
+        if ((a.facing & b.facing) == 0 && !in_one_component && (a.active || b.active) && a.box.intersects(b.box))
             into.push_back({first, second});
     };
     if (i == j) {
         add(2 * i, 2 * i);
         add(2 * i + 1, 2 * i + 1);
         add(2 * i, 2 * i + 1);
-    } else if (j < i || i >= first_leaf_) {  // the larger number is nowhere higher
+    } else if (j < i || i >= first_leaf_) {  // the node with the larger number is not above the other
         add(i, 2 * j);
         add(i, 2 * j + 1);
     } else {
@@ -364,7 +364,7 @@ void PatchTree::descend(const TrianglePair& nodes, std::vector<TrianglePair>& in
     }
 }
 
-// Those of a range that may meet one of a node, put into `near`.
+// The triangles of a range whose boxes meet that of a node and that face no common direction, written to `near`.
 std::span<const PatchTree::Boxed> PatchTree::boxesNear(const Range& range, const Node& node,
                                                        std::span<Boxed> near) const {
     std::size_t n = 0;
@@ -376,7 +376,7 @@ std::span<const PatchTree::Boxed> PatchTree::boxesNear(const Range& range, const
     return near.first(n);
 }
 
-void PatchTree::addMeetings(const TrianglePair& leaves, Meetings& out) const {
+void PatchTree::addPairs(const TrianglePair& leaves, CandidatePairs& out) const {
     const auto [i, j] = leaves;
     const auto positionOf = [&](std::uint32_t v) { return mesh_.vertex[v].position; };
     const auto flat = [&](std::uint32_t t) { return isFlat(mesh_.vertex, mesh_.triangles[t]); };
@@ -394,10 +394,10 @@ void PatchTree::addMeetings(const TrianglePair& leaves, Meetings& out) const {
                     const Boxed &one = ones[m], &other = others[k];
                     if ((one.facing & other.facing) != 0 || !one.box.intersects(other.box)) continue;
                     const std::uint32_t s = one.triangle, t = other.triangle;
-                    const Meeting meeting = meetingOf(mesh_.triangles[s], mesh_.triangles[t], positionOf);
-                    if (meeting == Meeting::none) continue;
-                    if (meeting == Meeting::doubtful && (flat(s) || flat(t))) continue;
-                    (meeting == Meeting::crossing ? out.crossing : out.doubtful)
+                    const TriangleRelation relation = relationOf(mesh_.triangles[s], mesh_.triangles[t], positionOf);
+                    if (relation == TriangleRelation::apart) continue;
+                    if (relation == TriangleRelation::undecided && (flat(s) || flat(t))) continue;
+                    (relation == TriangleRelation::crossing ? out.crossing : out.undecided)
                         .push_back({std::min(s, t), std::max(s, t)});
                 }
         }

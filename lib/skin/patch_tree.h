@@ -1,4 +1,4 @@
-// Where a mesh that has been moved passes through itself.
+// Finds the pairs of triangles at which a mesh whose vertices have moved crosses itself.
 
 #pragma once
 
@@ -13,82 +13,84 @@ namespace betamesh {
 /// Two triangles by row, the smaller first.
 using TrianglePair = std::array<std::uint32_t, 2>;
 
-/// How two triangles meet, as far as they alone show it.
-enum class Meeting {
-    none,      ///< or in what they share
-    doubtful,  ///< an edge of one lies in the plane of the other: they may touch, which can be part of a crossing
-    crossing,  ///< an edge of one passes through the other, whichever way
+/// How two triangles relate, without regard to the surface around them.
+enum class TriangleRelation {
+    apart,      ///< disjoint, or in contact only at shared vertices and edges
+    undecided,  ///< an edge of one is in the plane of the other: they may touch, which can be part of a crossing
+    crossing,   ///< an edge of one passes through the other
 };
 
-/// Decided by exact signs. positionOf(v): where vertex v is, which may be elsewhere than in any mesh.
+/// Decided by exact signs. positionOf(v): the position of vertex v, which need not be that in a mesh.
 template <typename PositionOf>
-Meeting meetingOf(const Triangle& s, const Triangle& t, const PositionOf& positionOf);
+TriangleRelation relationOf(const Triangle& s, const Triangle& t, const PositionOf& positionOf);
 
-/// Ascending. Of what is doubtful, no triangle is without area.
-struct Meetings {
-    std::vector<TrianglePair> crossing, doubtful;
+/// Pairs in ascending order. Triangles of undecided pairs have an area.
+struct CandidatePairs {
+    std::vector<TrianglePair> crossing, undecided;
 };
 
-/// Patches of triangles in a binary tree. Each triangle knows which directions it faces, each node which ones all of
-/// its triangles face: two with a common one are parts of a surface over a plane, which cannot cross. Layers that face
-/// the same way have others between them, which would cross first, or meet in a vertex whose triangles face all ways:
-/// there, and where triangles have turned over, no such thing is relied on. Triangles that had no area and have none
-/// cross nothing, nor have they turned over: lattices are full of them.
+/// Patches of triangles in a binary tree. A facing mask tells for 42 directions whether a triangle faces them, the mask
+/// of a node whether all of its triangles do. Two nodes with a common direction are parts of a surface over a plane,
+/// which cannot cross itself, and are not compared. Between two layers that face the same way there is a third one that
+/// would cross first, or they meet in a vertex with a folded one-ring. Masks are therefore ignored at folded one-rings
+/// and at triangles that have turned over. Degenerate triangles, frequent on lattices, cross nothing and do not count
+/// as turned over.
 ///
-/// A body is a piece of surface that does not cross itself, which is known from elsewhere until it is woken. It is cut
-/// into few patches, and these are not compared with each other.
+/// A component is a part of the surface known to be free of self-crossings until it is activated. It is divided into
+/// few patches, which are not compared with each other.
 ///
-/// Patches are awake or asleep. A meeting is found if one of its triangles is in a patch that is awake.
+/// Pairs are found if at least one of the triangles is in an active patch.
 ///
-/// in      a mesh, which has to stay where it is; where its vertices were before, when nothing crossed; the radius of
-///         the balls, world units. Patches that have not moved since then are asleep
-/// same    meetings for any thread count
-/// cost    O(triangles), and the pairs of patches that are near each other and face different ways
+/// in      a mesh, which is referenced; the positions of its vertices before the displacement, when nothing crossed;
+///         radius of the balls, world units. Patches that have moved are active
+/// same    pairs for any thread count
+/// cost    O(triangles), plus the pairs of patches near each other that face different ways
 /// source  a surface over a plane does not cross itself: Volino & Magnenat-Thalmann 1994
 class PatchTree {
 public:
-    struct BodyPart {
+    /// Consecutive triangles of a component known to be free of crossings.
+    struct ComponentPart {
         std::uint32_t begin, end;  ///< of its triangles
-        std::uint32_t body;        ///< from 1
+        std::uint32_t component;   ///< >= 1
     };
-    /// bodies: ascending.
+    /// components: in ascending order of triangles.
     PatchTree(const BetaMesh& mesh, const std::vector<Vec3>& before, double radius,
-              std::span<const BodyPart> bodies = {});
+              std::span<const ComponentPart> components = {});
 
-    Meetings meetings() const;
+    CandidatePairs candidatePairs() const;
 
-    void sleep();
-    /// Patches no farther from the box than this. From now on they are compared with all others, whichever way they
-    /// face.
-    void wake(const Box& box, double distance);
-    /// Patches without a vertex that moves(v) fall asleep.
+    void deactivateAll();
+    /// Activates the patches within `distance` (world units) of a box. From then on they are compared with all others,
+    /// whatever they face.
+    void activate(const Box& box, double distance);
+    /// Deactivates active patches without a vertex for which moves(v) is true.
     template <typename Moves>
-    void sleepUnless(const Moves& moves) {
+    void keepActive(const Moves& moves) {
         for (std::size_t p = 0; p < patches(); ++p)
-            if (std::uint8_t& awake = node_[first_leaf_ + p].awake; awake) {
-                awake = 0;
+            if (std::uint8_t& active = node_[first_leaf_ + p].active; active) {
+                active = 0;
                 for (const std::uint32_t t : trianglesOf(range_[p]))
-                    for (const std::uint32_t v : mesh_.triangles[t]) awake |= moves(v);
+                    for (const std::uint32_t v : mesh_.triangles[t]) active |= moves(v);
             }
-        gatherAwake();
+        gatherActive();
     }
-    /// After vertices of patches that are awake have moved.
+    /// Updates boxes. To be called after vertices of active patches have moved.
     void refit();
 
-    /// Calls visit(triangle) for those in patches that are awake.
+    /// Calls visit(triangle) for the triangles of active patches.
     template <typename Visit>
-    void forTrianglesAwake(const Visit& visit) const {
+    void forActiveTriangles(const Visit& visit) const {
         for (std::size_t p = 0; p < patches(); ++p)
-            if (node_[first_leaf_ + p].awake)
+            if (node_[first_leaf_ + p].active)
                 for (const std::uint32_t t : trianglesOf(range_[p])) visit(mesh_.triangles[t]);
     }
 
 private:
     struct Node {
         Boxf box;
-        std::uint64_t facing = ~std::uint64_t{0};  // directions that all of it faces
-        std::uint32_t body = 0;                    // that all is part of; 0: of none, or of several
-        std::uint8_t awake = 0;
+        std::uint64_t facing = ~std::uint64_t{0};  // directions that all of its triangles face
+        std::uint32_t component = 0;               // of all its triangles; 0: of none, or of several
+        std::uint8_t active = 0;
     };
     struct Range {
         std::uint32_t begin, end;  // of triangle_ and facing_
@@ -101,7 +103,7 @@ private:
     struct Patch {
         Range range;
         Node node;
-        bool turned;  // a triangle of it has turned over
+        bool turned;  // one of its triangles has turned over
     };
 
     std::size_t patches() const { return range_.size(); }
@@ -110,32 +112,32 @@ private:
     }
     Boxf boxOf(std::uint32_t triangle) const;
     std::span<const Boxed> boxesNear(const Range& range, const Node& node, std::span<Boxed> near) const;
-    std::vector<Patch> makePatches(const std::vector<Vec3>& before, std::span<const BodyPart> bodies);
+    std::vector<Patch> makePatches(const std::vector<Vec3>& before, std::span<const ComponentPart> components);
     void addPatches(const std::vector<Vec3>& before, std::uint32_t begin, std::uint32_t size, std::vector<Patch>& into);
     std::uint32_t endOfRun(std::uint32_t begin, std::uint32_t end) const;
-    void addBodyPart(const std::vector<Vec3>& before, const BodyPart& part, std::vector<Patch>& into);
+    void addComponentPart(const std::vector<Vec3>& before, const ComponentPart& part, std::vector<Patch>& into);
     void makeTree(const std::vector<Patch>& patches);
-    std::vector<Box> foldedStars(const std::vector<Patch>& patches) const;
+    std::vector<Box> foldedOneRings(const std::vector<Patch>& patches) const;
     void gatherBoxes();
-    void gatherAwake();
+    void gatherActive();
     bool areLeaves(const TrianglePair& nodes) const { return nodes[0] >= first_leaf_ && nodes[1] >= first_leaf_; }
     void descend(const TrianglePair& nodes, std::vector<TrianglePair>& into) const;
-    void addMeetings(const TrianglePair& leaves, Meetings& out) const;
+    void addPairs(const TrianglePair& leaves, CandidatePairs& out) const;
 
     const BetaMesh& mesh_;
-    std::unique_ptr<std::uint32_t[]> triangle_;  // those of a patch are neighbours
-    std::unique_ptr<std::uint64_t[]> facing_;    // of these: a bit for each direction, and kFlat
-    std::vector<Range> range_;                   // of patches, in the order of leaves
-    std::size_t first_leaf_ = 1;                 // so many leaves; node 1 is the root, those below i are 2i and 2i + 1
+    std::unique_ptr<std::uint32_t[]> triangle_;  // the triangles of a patch are consecutive
+    std::unique_ptr<std::uint64_t[]> facing_;    // facing mask of each, and kFlat
+    std::vector<Range> range_;                   // of patches, in the order of the leaves
+    std::size_t first_leaf_ = 1;                 // and their number; node i has the children 2i, 2i + 1
     std::vector<Node> node_;
 };
 
-/// The same of triangles that are given by their corners, and by which of these they have in common.
-Meeting meetingOf(const std::array<Vec3, 3>& s, const std::array<Vec3, 3>& t, const std::array<bool, 3>& s_common,
-                  const std::array<bool, 3>& t_common);
+/// The same for triangles given by the positions of their corners; s_common, t_common: which corners they share.
+TriangleRelation relationOf(const std::array<Vec3, 3>& s, const std::array<Vec3, 3>& t,
+                            const std::array<bool, 3>& s_common, const std::array<bool, 3>& t_common);
 
 template <typename PositionOf>
-Meeting meetingOf(const Triangle& s, const Triangle& t, const PositionOf& positionOf) {
+TriangleRelation relationOf(const Triangle& s, const Triangle& t, const PositionOf& positionOf) {
     std::array<Vec3, 3> at_s, at_t;
     std::array<bool, 3> s_common, t_common;
     for (std::size_t m = 0; m < 3; ++m) {
@@ -144,7 +146,7 @@ Meeting meetingOf(const Triangle& s, const Triangle& t, const PositionOf& positi
         s_common[m] = s[m] == t[0] || s[m] == t[1] || s[m] == t[2];
         t_common[m] = t[m] == s[0] || t[m] == s[1] || t[m] == s[2];
     }
-    return meetingOf(at_s, at_t, s_common, t_common);
+    return relationOf(at_s, at_t, s_common, t_common);
 }
 
 }  // namespace betamesh

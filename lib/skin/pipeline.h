@@ -13,18 +13,35 @@ namespace betamesh {
 
 struct NearSurface;
 
-/// What was found on the way; the numbers of the per-frame report. Those of the alpha mesh are without what left it as
-/// a feature.
+/// The stages of a frame, in order. skinFrame() and skinPlane() run `structure` to `velocity`; reading, pictures,
+/// measurements and writing belong to jobs.
+enum class Stage {
+    read,
+    structure,   ///< the exact boundary of the union of balls
+    tessellate,  ///< its points and triangles, and the samples that smoothing needs
+    smooth,      ///< retraction to the skin, smoothing, removal of self-intersections
+    velocity,    ///< velocities and attributes of the vertices
+    measure,
+    picture,
+    write,
+};
+/// The name of a stage in reports.
+std::string_view nameOf(Stage stage);
+
+/// Called as each stage ends, once a frame and in order.
+using Watch = std::function<void(Stage)>;
+
+/// Counts of one frame for its report. Those of the alpha mesh exclude what was left out as a feature.
 struct SkinReport {
     std::size_t particles = 0;
-    std::size_t distinct_particles = 0;  ///< after exact duplicates collapsed
+    std::size_t distinct_particles = 0;  ///< after exact duplicates were merged
     std::size_t alpha_triangles = 0;     ///< oriented: a double-sided one counts twice
     std::size_t double_sided_triangles = 0;
     std::size_t degenerate_edges = 0;
     std::size_t isolated_particles = 0;
-    std::size_t alpha_vertices = 0;  ///< particles that some alpha triangle uses
+    std::size_t alpha_vertices = 0;  ///< particles used by at least one alpha triangle
     int perturbation_retries = 0;
-    // What left the mesh, as the parameters ask for:
+    // What the features in the parameters removed from the mesh:
     std::size_t droplets = 0;
     std::size_t droplet_particles = 0;  ///< distinct
     std::size_t tendril_particles = 0;  ///< distinct
@@ -32,29 +49,26 @@ struct SkinReport {
 };
 
 struct SkinnedFrame {
-    Mesh mesh;        ///< has velocity exactly when the particles have
-    Spheres spheres;  ///< what is no part of the mesh: droplets and tendrils where asked for; with the paper's
-                      ///< tessellation isolated particles and ends of degenerate edges
+    Mesh mesh;        ///< has velocities exactly when the particles have
+    Spheres spheres;  ///< what is not part of the mesh: droplets and tendrils that are kept as points; with the paper's
+                      ///< tessellation isolated particles and the ends of degenerate edges
     SkinReport report;
 };
 
-/// Called with the name of each stage as it ends: "structure", "tessellate", "smooth", "velocity".
-using Watch = std::function<void(std::string_view stage)>;
-
-/// Skins one frame.
+/// Computes the surface of one frame.
 ///
 /// in      n >= 0 valid particles
 /// out     a closed mesh; no particles give an empty mesh
 /// same    bytes for any thread count and particle order
-/// cost    O(n) for a bounded number of neighbours within two radii
-/// errors  the paper's smoothing of another tessellation than the paper's; bubbles filled of another than the complete
-///         one; what requireSkin() throws; particles beyond the integer range; floating predicates that stay invalid
-///         after all retries
+/// cost    O(n) if the number of neighbours within two radii is bounded
+/// errors  the paper's smoothing with another tessellation than the paper's; filled bubbles with another tessellation
+///         than the complete one; what requireSkin() throws; particles beyond the integer range; floating-point
+///         predicates that stay inconsistent after all retries
 /// source  beta mesh paper, section 3
 SkinnedFrame skinFrame(const Particles& particles, const SkinParams& params, const Watch& watch = {});
 
-/// The same bytes where particles are too many for the memory: near is what a NearSurfaceFinder made from these
-/// parameters says of all of them, the particles are those in near.row alone.
+/// The same bytes for clouds that do not fit into memory. `near` is the result of a NearSurfaceFinder with these
+/// parameters that has seen all particles; `particles` are only those listed in near.row.
 SkinnedFrame skinFrame(const Particles& particles, const NearSurface& near, const SkinParams& params,
                        const Watch& watch = {});
 

@@ -1,4 +1,4 @@
-// Surfaces that face each other across little room, and do not pass through each other for all that moves them.
+// Removes the self-intersections that moving the vertices of a mesh has caused.
 
 #pragma once
 
@@ -7,25 +7,26 @@
 
 namespace betamesh {
 
-/// Takes vertices back on the way that smoothing or an inset took them, by as little as it takes that no triangle
-/// passes through another. What is near each other keeps its mean way, which parts nobody; of what each vertex goes
-/// beside it, the share remains at which the first two triangles would meet. Vertices near them along the surface go
-/// back too, by less; shares change by at most one per radius. They change continuously as the liquid moves, and
-/// velocities follow them.
+/// Reduces the displacements of vertices, by as little as possible, until no two triangles cross. Vertices near a
+/// crossing keep the locally averaged displacement, which cannot cause crossings. Of the rest of its displacement, each
+/// vertex keeps the fraction at which the first two triangles would meet. Vertices near it along the surface are
+/// limited, too: fractions differ by at most the distance in radii. Fractions change continuously as the liquid moves,
+/// and velocities are differentiated through them.
 ///
-/// Where asked to, it first draws corners of triangles that cross to the means of the vertices round them, which opens
-/// folds of slivers without taking anything back; that does not change continuously.
+/// Before that, it can move the corners of crossing triangles to the means of their one-rings, which opens folds of
+/// slivers without undoing any displacement but does not change continuously. If no displacement is left to reduce, it
+/// can finally move crossing triangles apart by a few units of single precision.
 ///
-/// All of it happens among positions that files can hold, so that what is written is what was judged.
+/// Positions are rounded to those that files hold before they are tested, so the written mesh is the tested one.
 ///
-/// in      from: where each vertex of the mesh came from; no two triangles cross there but by rounding; loosenings: how
-///         often to draw corners together at most; last: there is no other place to come from, so triangles that cross
-///         even there are moved apart by a few of the steps between such positions
-/// out     positions as files hold them; whether no triangles cross any more
+/// in      from: positions of the vertices before the displacement, where no two triangles cross except by rounding.
+///         corner_relaxations: largest number of attempts to move corners to the means of their one-rings. is_last: no
+///         other initial positions can be tried, so triangles that cross even there are moved apart
+/// out     rounded positions; true if no triangles cross
 /// same    bytes for any thread count
-/// cost    a look at every triangle, and at those pairs that are near each other and face different ways
+/// cost    O(triangles), plus the pairs of triangles near each other that face different ways
 /// source  a surface over a plane does not cross itself: Volino & Magnenat-Thalmann 1994
-bool resolveSelfIntersections(const BallBoundary& boundary, const DualPoints& from, BetaMesh& mesh, int loosenings = 0,
-               bool last = true);
+bool resolveSelfIntersections(const BallBoundary& boundary, const DualPoints& from, BetaMesh& mesh,
+                              int corner_relaxations = 0, bool is_last = true);
 
 }  // namespace betamesh

@@ -1,4 +1,4 @@
-// What makes the skin calm: one wide fit where the liquid is wide, and narrow smoothing that shrinks nothing.
+// The smoothing of the skin: wide sphere fits in thick liquid, and narrow smoothing that does not shrink.
 
 #pragma once
 
@@ -6,25 +6,20 @@
 
 namespace betamesh {
 
-/// Smooths a retracted surface. In each pass:
+/// Smooths a retracted surface. Each pass consists of:
 ///
-/// 1. A sphere is fitted to what is near each vertex and faces its way, as far as the surface does not turn sideways
-///    but at most `widest` away; the vertex goes onto it. Where that is near, as on threads, this fades out. Edges of
-///    what is thick are rounded all the same.
-/// 2. Narrow steps along the normal: the height of what is near over the tangent plane, less the mean of these heights
-///    round it (a bi-Laplacian), which is zero on planes, spheres and cylinders.
-/// 3. What was taken from long waves returns: the mean of what was lost, over what is near and faces the same way.
-/// 4. Vertices at folds are drawn together, and triangles that lie upside down turned.
+/// 1. fitSpheres(): vertices move onto spheres fitted with kernels at most `widest` wide.
+/// 2. kBiLaplacianSteps steps along the normals: the mean height over the tangent plane minus the mean of these heights
+///    near the vertex (a bi-Laplacian), which is zero on planes, spheres and cylinders.
+/// 3. returnLongWaves(): the part of long waves that the fits have removed is added again.
+/// 4. DeformingMesh::relaxFolds(), as before the pass.
 ///
-/// In the end no vertex is `farthest` from where it was, however many passes there are.
+/// Afterwards no vertex is `farthest` or more from its initial position, whatever the number of passes.
 ///
 /// in      widest, farthest: particle spacings
 /// same    bytes for any thread count and instruction set
 /// cost    O(passes · vertices · samples within reach)
 /// source  Guennebaud & Gross 2007, Algebraic point set surfaces; Vollmer et al. 1999, Improved Laplacian smoothing
 void smoothSkin(DeformingMesh& surface, double widest, double farthest, int passes);
-
-/// Of a fit, in particle spacings.
-inline constexpr double kWidestFit = 5.8;
 
 }  // namespace betamesh

@@ -1,4 +1,4 @@
-// Positions -> calmer positions, continuously in time.
+// Smoothing of the union of balls that is continuous in time.
 
 #pragma once
 
@@ -11,36 +11,37 @@ namespace betamesh {
 
 struct CoherentSmoothing {
     double radius = 0;  ///< of the balls, world units
-    double width = 0;   ///< how far a sample reaches, world units; 2.8 radii unless there is a reason
+    double width = 0;   ///< kernel width, world units; by default 2.8 radii
     int passes = 1;     ///< >= 0
-    double inset = 0;   ///< how far the surface is taken inwards where the liquid is thick, world units, >= 0
+    double inset = 0;   ///< displacement inwards where the liquid is thick, world units, >= 0
 };
 
-/// Moves vertices onto spheres fitted to the boundary's samples round them.
+/// Moves vertices onto spheres fitted to the samples of the boundary near them.
 ///
-/// Nothing here knows which vertices or faces are neighbours. Every term is a sum over a measure that changes
-/// continuously in time, weighted by smooth functions of position and direction, so the surface moves continuously
-/// through every change of the boundary's connectivity. In relative positions y, directions d, weights w, where |y|²
-/// and y·d are means over the piece that a sample stands for:
+/// The connectivity of vertices and faces is not used. Every term is a sum over a measure that changes continuously in
+/// time, weighted by smooth functions of position and direction; the surface therefore moves continuously through every
+/// change of the boundary's connectivity. With positions y relative to the vertex x, directions d and weights w of the
+/// samples, where |y|² and y·d are means over the piece that a sample represents, and lengths in radii:
 ///
-///     m = Σ w K d / Σ w K,  K = (1 - |y|²/width²)₊²               the mean direction
-///     k = w K (m·d)₊² / (|m|² + 0.01) · (1 - (m·y)² / (0.5 (|m|² + 0.01) (|y|² + r²)))₊²
+///     m = Σ w K d / Σ w K,  K = (1 - |y|²/width²)₊²                                 mean direction
+///     k = w K (m·d)₊² / (|m|² + ε) · (1 - (m·y)² / (s (|m|² + ε) (|y|² + 1)))₊²     weight of a sample
 ///
-/// keeps the two sides of a sheet, and surfaces far below or above, apart; then the algebraic sphere
-/// u_c + u_l·y + u_q |y|² whose gradient fits the directions best passes near x at x + τ u_l. That counts by
-/// W² / (W² + 1.5²), W = Σ k in radii, about 20 on a plane surface, little round a neck that has just appeared; and by
-/// |m|⁶ / (|m|⁶ + 0.15³), nearly 1 where the surface faces one way, 0 where two parts of it meet in a point: both leave
-/// that point where it is, so they join there without a jump. A vertex with rim_distance above 1.4 (a drop, the tip of a
-/// tendril) stays where it is, from 0.7 on it goes part of the way; and no vertex goes farther than half a radius, so
-/// that no particle is ever left outside. Spheres, cylinders and planes of balls keep their size. Vertices that only
-/// begin to rise from an edge or a facet are held back towards what becomes of that, or the triangles, which are plane,
-/// would jump.
+/// ε = kMinSquaredMean, s = kMaxSquaredSlope. The weights k separate the two sides of a sheet, and surfaces far above
+/// or below. The algebraic sphere u_c + u_l·y + u_q |y|² whose gradient fits the directions best passes near x at
+/// x + τ u_l. That step is multiplied by two trust factors. With W = Σ k, about 20 on a plane surface and small at a
+/// neck that has just appeared, the first is W² / (W² + kHalfTrustWeight²). The second, |m|⁶ / (|m|⁶ +
+/// kHalfTrustDirection³), is near 1 where the surface faces one way and 0 where two parts of it meet in a point. Both
+/// leave such a point where it is, so parts join without a jump. Vertices with a rim_distance above kStayFull (drops,
+/// tips of tendrils) stay, from kStayBegins on they take part of the step, and no vertex moves farther than
+/// kMaxSmoothingStep, so that no particle is left outside. Spheres, cylinders and planes of balls keep their size.
+/// Vertices that fade in are blended with the smoothed positions of the vertices they fade in from; otherwise the
+/// triangles there would jump.
 ///
-/// An inset takes vertices inwards along the fitted spheres' directions, by at most 0.45 of the liquid's thickness
-/// there, whose inverse square is a sum over the samples on the other side: (m·d)₋² (m·y)₋² / (|m|⁴ (|y|² + 0.04 r²)³).
-/// It vanishes at a pinch, where the directions do.
+/// An inset moves vertices inwards along the gradients of the fitted spheres, by at most kMaxInsetShare of the local
+/// thickness. The inverse square of the thickness is a sum over samples on the opposite side,
+/// (m·d)₋² (m·y)₋² / (|m|⁴ (|y|² + kOppositeSoftening)³). The inset vanishes where parts meet in a point, as m does.
 ///
-/// Velocities are carried through all of it.
+/// Velocities are differentiated through all of it.
 ///
 /// same    bytes for any thread count and instruction set
 /// cost    O(passes · vertices · samples within reach)
@@ -48,20 +49,21 @@ struct CoherentSmoothing {
 class CoherentSmoother {
 public:
     CoherentSmoother(SamplesInRadii samples, const CoherentSmoothing& params);
+    CoherentSmoother(CoherentSmoother&&) noexcept;
     ~CoherentSmoother();
 
-    /// All of a mesh, once; returns where its vertices were before.
+    /// Smooths a mesh and returns the previous positions of its vertices. To be called once.
     DualPoints smooth(BetaMesh& mesh);
 
 private:
     class Cloud;
 
     bool isLast(int pass) const;
-    void takeSamples(int pass);
+    void buildCloud(int pass);
 
     CoherentSmoothing params_;
-    SamplesInRadii samples_;        // none in the last pass
-    std::unique_ptr<Cloud> cloud_;  // of them, as sums take them
+    SamplesInRadii samples_;        // released in the last pass
+    std::unique_ptr<Cloud> cloud_;  // the samples, arranged for sums
 };
 
 }  // namespace betamesh

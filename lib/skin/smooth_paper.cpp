@@ -8,7 +8,7 @@ namespace betamesh {
 
 namespace {
 
-// Edge midpoints of a fan, weighted by edge length.
+// Sum of edge midpoints of fans, weighted by edge length.
 struct WeightedSum {
     DualVec3 sum;
     Dual weight;
@@ -17,8 +17,8 @@ struct WeightedSum {
         sum = sum + other.sum;
         weight = weight + other.weight;
     }
-    // Where all edges have length zero there is nothing to average.
-    DualVec3 meanOr(const DualVec3& other) const { return weight.value > 0 ? sum / weight : other; }
+    // The mean, or a fallback where all edges have length zero.
+    DualVec3 meanOr(const DualVec3& fallback) const { return weight.value > 0 ? sum / weight : fallback; }
 };
 
 WeightedSum sumOverFan(const PaperMesh& mesh, std::size_t f) {
@@ -32,7 +32,7 @@ WeightedSum sumOverFan(const PaperMesh& mesh, std::size_t f) {
     return total;
 }
 
-// The fans round each pure beta vertex: the other way round than mesh.fan.
+// The fans at each pure beta vertex: the inverse of mesh.fan.
 IndexRows fansOfVertices(const PaperMesh& mesh) {
     return sortedIntoRows<std::uint32_t>(mesh.pure, mesh.fan.size(), [&](std::size_t f, const auto& visit) {
         for (const std::uint32_t v : mesh.fan[f]) visit(v, static_cast<std::uint32_t>(f));

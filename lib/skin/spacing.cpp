@@ -1,4 +1,3 @@
-
 #include "skin/spacing.h"
 
 #include "base/box.h"
@@ -15,13 +14,13 @@ namespace betamesh {
 
 namespace {
 
-constexpr std::size_t kNearest = 6;
-constexpr std::size_t kLeaf = 64;       // points, at most
-constexpr double kReach = 1.4;          // squared; in the farthest of the six nearest that the leaf before has
-constexpr std::size_t kMostNear = 512;  // points that are gathered; a leaf in spray may reach far into a dense liquid
-constexpr std::size_t kSample = 63;     // points whose median parts the others, if that leaves
-constexpr std::size_t kLeastShare = 8;  // one of so many on either side
-constexpr std::size_t kBranch = 16384;  // points from which on both halves are sorted at the same time
+constexpr std::size_t kNearest = 6;    // neighbours averaged over: as many as in a cubic lattice
+constexpr std::size_t kLeafSize = 64;  // largest number of points in a leaf
+constexpr double kReachGrowth = 1.4;   // squared reach of a leaf's search, in squared reaches that the last one needed
+constexpr std::size_t kMostGathered = 512;    // points; in spray a leaf may reach far into dense liquid
+constexpr std::size_t kSample = 63;           // points whose median splits a node, if that is balanced enough
+constexpr std::size_t kLeastFraction = 8;     // balanced enough: at least one point in this many on either side
+constexpr std::size_t kParallelSize = 16384;  // number of points from which on both sides are built in parallel
 
 using Points = std::vector<Vec3f>;
 
@@ -31,10 +30,10 @@ struct Leaf {
 using Columns = std::array<std::vector<double>, 3>;  // x, y, z of points
 
 using Nearest = std::array<double, kNearest>;  // squared distances, ascending
-constexpr double kFarOff = std::numeric_limits<double>::infinity();
-constexpr Nearest kNowhere{kFarOff, kFarOff, kFarOff, kFarOff, kFarOff, kFarOff};
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr Nearest kNoneFound{kInfinity, kInfinity, kInfinity, kInfinity, kInfinity, kInfinity};
 
-// Keeps the least, ascending; without branches.
+// Inserts a number into an ascending list and drops the largest; without branches.
 template <typename Number, typename Numbers>
 __attribute__((always_inline)) inline void insert(Number squared, Numbers& nearest) {
     for (Number& kept : nearest) {
@@ -44,37 +43,37 @@ __attribute__((always_inline)) inline void insert(Number squared, Numbers& neare
     }
 }
 
-// Distinct points are never as near as nothing.
+// Inserts a squared distance if it is small enough; 0 is the point itself.
 void offer(double squared, Nearest& nearest) {
     if (squared < nearest.back() && squared != 0) insert(squared, nearest);
 }
 
-// The squared distances from each point of a leaf to its six nearest of some, ascending: [which][point].
-using NearestOfLeaf = std::array<std::array<double, kLeaf>, kNearest>;
+// Squared distances from each point of a leaf to its six nearest neighbours, ascending: [neighbour][point].
+using NearestOfLeaf = std::array<std::array<double, kLeafSize>, kNearest>;
 
 struct FindNearest {
-    const Columns& some;
-    std::size_t size;                     // of these
-    std::array<const double*, 3> points;  // of the leaf; there is room to read kLeaf
-    std::size_t count;                    // of them
+    const Columns& candidates;
+    std::size_t size;                     // number of candidates
+    std::array<const double*, 3> points;  // of the leaf; kLeafSize of them can be read
+    std::size_t count;                    // number of points in the leaf
     NearestOfLeaf& nearest;
 
-    // A point in each lane.
+    // One point of the leaf per lane.
     template <std::size_t kWidth>
     __attribute__((always_inline)) void operator()() const {
         constexpr std::size_t kPoints = kWidth / 2;
-        using Some = Doubles<kPoints>;
-        const Some far_off = Some{} + kFarOff;
+        using Pack = Doubles<kPoints>;
+        const Pack infinity = Pack{} + kInfinity;
         for (std::size_t first = 0; first < count; first += kPoints) {
-            Some x, y, z, kept[kNearest];
+            Pack x, y, z, kept[kNearest];
             std::memcpy(&x, points[0] + first, sizeof x);
             std::memcpy(&y, points[1] + first, sizeof y);
             std::memcpy(&z, points[2] + first, sizeof z);
-            for (Some& k : kept) k = far_off;
+            for (Pack& k : kept) k = infinity;
             for (std::size_t i = 0; i < size; ++i) {
-                const Some dx = x - some[0][i], dy = y - some[1][i], dz = z - some[2][i];
-                Some squared = dx * dx + dy * dy + dz * dz;
-                squared = squared == 0 ? far_off : squared;  // distinct points are never as near as nothing
+                const Pack dx = x - candidates[0][i], dy = y - candidates[1][i], dz = z - candidates[2][i];
+                Pack squared = dx * dx + dy * dy + dz * dz;
+                squared = squared == 0 ? infinity : squared;  // the point itself
                 insert(squared, kept);
             }
             for (std::size_t k = 0; k < kNearest; ++k) std::memcpy(&nearest[k][first], &kept[k], sizeof kept[k]);
@@ -82,17 +81,17 @@ struct FindNearest {
     }
 };
 
-// The points near those of a leaf.
-class Search {
+// The points near those of a leaf: candidates for their nearest neighbours.
+class NearPoints {
 public:
-    double farthest = kFarOff;  // of the six nearest of the leaf before, squared
+    double farthest = kInfinity;  // squared distance of the farthest neighbour found for the last leaf
 
     void clear() { size_ = 0; }
     std::size_t size() const { return size_; }
     void add(const Columns& points, const Leaf& leaf, const Box& box, double squared_reach) {
         for (std::vector<double>& column : near_)
-            if (column.size() < size_ + kLeaf) column.resize(2 * size_ + kLeaf);
-        std::array<double, kLeaf> squared;
+            if (column.size() < size_ + kLeafSize) column.resize(2 * size_ + kLeafSize);
+        std::array<double, kLeafSize> squared;
         const std::size_t count = leaf.end - leaf.begin;
         squaredDistances(box, &points[0][leaf.begin], &points[1][leaf.begin], &points[2][leaf.begin], count,
                          squared.data());
@@ -112,13 +111,13 @@ private:
     Columns near_;
 };
 
-// Distinct points in the leaves of a k-d tree.
+// A k-d tree of points. Duplicates are dropped within leaves.
 class NearestFinder {
 public:
     explicit NearestFinder(Points points) {
         if (!points.empty()) split(points, 0, static_cast<std::uint32_t>(points.size()), node_);
         leaf_ = indicesWhere(node_.size(), [&](std::uint32_t i) { return node_[i].isLeaf(); });
-        for (std::vector<double>& column : points_) column.resize(points.size() + kLeaf);
+        for (std::vector<double>& column : points_) column.resize(points.size() + kLeafSize);
         parallelFor(leaf_.size(), 64, [&](std::size_t l) {
             const Leaf& leaf = node_[leaf_[l]].leaf;
             for (std::uint32_t i = leaf.begin; i < leaf.end; ++i)
@@ -128,19 +127,19 @@ public:
 
     std::size_t leaves() const { return leaf_.size(); }
 
-    /// Mean distances of the points of a leaf to their six nearest others.
-    void addMeanDistances(std::size_t number, Search& search, std::vector<double>& means) const {
+    /// Appends the mean distance of each point of a leaf to its six nearest neighbours.
+    void addMeanDistances(std::size_t number, NearPoints& search, std::vector<double>& means) const {
         const auto& [box, leaf, size] = node_[leaf_[number]];
         const auto [begin, end] = leaf;
-        double squared_reach = std::min(kReach * search.farthest, (box.max - box.min).length2());
+        double squared_reach = std::min(kReachGrowth * search.farthest, (box.max - box.min).length2());
         search.clear();
         gather(0, box, squared_reach, search);
-        if (search.size() > kMostNear) squared_reach = 0;
+        if (search.size() > kMostGathered) squared_reach = 0;
         NearestOfLeaf found;
         if (squared_reach > 0) search.findNearest(points_, leaf, found);
         double farthest = 0;
         for (std::uint32_t i = begin; i < end; ++i) {
-            Nearest nearest = kNowhere;
+            Nearest nearest = kNoneFound;
             if (squared_reach > 0 && found.back()[i - begin] < squared_reach)
                 for (std::size_t k = 0; k < kNearest; ++k) nearest[k] = found[k][i - begin];
             else
@@ -157,18 +156,18 @@ private:
     struct Node {
         Box box;
         Leaf leaf{};
-        std::size_t size = 1;  // nodes, itself included; those below follow it, the lower side first
+        std::size_t size = 1;  // nodes of the subtree, which follow this one, the lower side first
 
         bool isLeaf() const { return size == 1; }
     };
 
-    // The same points never come apart.
+    // Appends the tree of points begin to end, which it sorts. Duplicates stay together.
     static void split(Points& points, std::uint32_t begin, std::uint32_t end, std::vector<Node>& nodes) {
         const auto first = points.begin() + begin, last = points.begin() + end;
         const std::size_t here = nodes.size();
         nodes.emplace_back();
         for (auto p = first; p != last; ++p) nodes[here].box.extendBy(Vec3(*p));
-        if (end - begin <= kLeaf) {
+        if (end - begin <= kLeafSize) {
             const auto before = [](const Vec3f& a, const Vec3f& b) {
                 return a.x != b.x ? a.x < b.x : a.y != b.y ? a.y < b.y : a.z < b.z;
             };
@@ -182,8 +181,8 @@ private:
             return;
         }
         const int axis = size.x >= size.y && size.x >= size.z ? 0 : size.y >= size.z ? 1 : 2;
-        const auto cut = static_cast<std::uint32_t>(cutAcross(axis, first, last) - points.begin());
-        if (end - begin < kBranch) {
+        const auto cut = static_cast<std::uint32_t>(splitAlong(axis, first, last) - points.begin());
+        if (end - begin < kParallelSize) {
             split(points, begin, cut, nodes);
             split(points, cut, end, nodes);
         } else {
@@ -193,15 +192,15 @@ private:
         }
         nodes[here].size = nodes.size() - here;
     }
-    // Sorts points to both sides along an axis, about as many to each. Returns where the higher ones begin.
-    static Points::iterator cutAcross(int axis, Points::iterator first, Points::iterator last) {
+    // Partitions points along an axis into two sides of about equal size. Returns where the higher side begins.
+    static Points::iterator splitAlong(int axis, Points::iterator first, Points::iterator last) {
         const auto n = static_cast<std::size_t>(last - first);
         std::array<float, kSample> sample;
         for (std::size_t i = 0; i < kSample; ++i) sample[i] = first[static_cast<std::ptrdiff_t>(i * n / kSample)][axis];
         std::nth_element(sample.begin(), sample.begin() + kSample / 2, sample.end());
         const auto cut = partition(first, last, axis, sample[kSample / 2]);
         const auto below = static_cast<std::size_t>(cut - first);
-        if (std::min(below, n - below) >= n / kLeastShare) return cut;
+        if (std::min(below, n - below) >= n / kLeastFraction) return cut;
 
         const auto middle = first + static_cast<std::ptrdiff_t>(n / 2);
         std::nth_element(first, middle, last, [axis](const Vec3f& a, const Vec3f& b) { return a[axis] < b[axis]; });
@@ -210,7 +209,7 @@ private:
         if (lower != first) return lower;
         return partition(middle, last, axis, std::nextafter(at, std::numeric_limits<float>::infinity()));
     }
-    // Those below come first. Without branches, as it takes turns.
+    // Moves points below `at` to the front, without branches. Returns where the others begin.
     static Points::iterator partition(Points::iterator first, Points::iterator last, int axis, float at) {
         for (auto low = first;; ++first) {
             if (first == last) return low;
@@ -221,35 +220,35 @@ private:
         }
     }
 
-    // Those below a node.
-    std::array<std::size_t, 2> below(std::size_t node) const { return {node + 1, node + 1 + node_[node + 1].size}; }
+    // The two children of a node.
+    std::array<std::size_t, 2> children(std::size_t node) const { return {node + 1, node + 1 + node_[node + 1].size}; }
 
-    // Points of all leaves less far from a box than this, or more than there may be.
-    void gather(std::size_t node, const Box& box, double squared_reach, Search& search) const {
-        if (search.size() > kMostNear || !(squaredDistance(node_[node].box, box) < squared_reach)) return;
+    // Gathers the points closer to a box than this; stops once there are more than kMostGathered.
+    void gather(std::size_t node, const Box& box, double squared_reach, NearPoints& search) const {
+        if (search.size() > kMostGathered || !(squaredDistance(node_[node].box, box) < squared_reach)) return;
         if (node_[node].isLeaf()) return search.add(points_, node_[node].leaf, box, squared_reach);
-        for (const std::size_t side : below(node)) gather(side, box, squared_reach, search);
+        for (const std::size_t side : children(node)) gather(side, box, squared_reach, search);
     }
 
-    // Branch and bound.
-    void visit(std::size_t node, const Vec3& place, Nearest& nearest) const {
+    // Finds the nearest neighbours of one point by branch and bound.
+    void visit(std::size_t node, const Vec3& position, Nearest& nearest) const {
         if (node_[node].isLeaf()) {
             const auto [begin, end] = node_[node].leaf;
             for (std::uint32_t i = begin; i < end; ++i)
-                offer((Vec3(points_[0][i], points_[1][i], points_[2][i]) - place).length2(), nearest);
+                offer((Vec3(points_[0][i], points_[1][i], points_[2][i]) - position).length2(), nearest);
             return;
         }
-        const std::array<std::size_t, 2> side = below(node);
-        const std::array<double, 2> apart{squaredDistance(node_[side[0]].box, place),
-                                          squaredDistance(node_[side[1]].box, place)};
-        const std::size_t nearer = apart[1] < apart[0];
+        const std::array<std::size_t, 2> side = children(node);
+        const std::array<double, 2> distance{squaredDistance(node_[side[0]].box, position),
+                                             squaredDistance(node_[side[1]].box, position)};
+        const std::size_t nearer = distance[1] < distance[0];
         for (const std::size_t k : {nearer, 1 - nearer})
-            if (apart[k] < nearest.back()) visit(side[k], place, nearest);
+            if (distance[k] < nearest.back()) visit(side[k], position, nearest);
     }
 
     std::vector<Node> node_;
-    std::vector<std::uint32_t> leaf_;  // nodes
-    Columns points_;                   // and room for a leaf
+    std::vector<std::uint32_t> leaf_;  // the nodes that are leaves
+    Columns points_;                   // padded by one leaf
 };
 
 }  // namespace
@@ -258,7 +257,7 @@ std::optional<double> spacing(std::vector<Vec3f> points) {
     const NearestFinder finder(std::move(points));
     std::vector<std::vector<double>> of_leaves((finder.leaves() + 31) / 32);
     parallelFor(of_leaves.size(), 1, [&](std::size_t task) {
-        Search search;
+        NearPoints search;
         for (std::size_t l = 32 * task; l < std::min(finder.leaves(), 32 * (task + 1)); ++l)
             finder.addMeanDistances(l, search, of_leaves[task]);
     });

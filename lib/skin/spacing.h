@@ -9,12 +9,11 @@
 
 namespace betamesh {
 
-/// The median over distinct particles of the mean distance to their six nearest, world units: 0.84 to
-/// 1.01 of the nominal spacing on SPH, FLIP and jittered lattices. The plain nearest neighbour is 0.50 to
-/// 0.78 of it and would ruin the radius.
+/// The median over distinct particles of the mean distance to their six nearest neighbours, world units. That is 0.84
+/// to 1.01 of the nominal spacing on SPH, FLIP and jittered lattices; the nearest neighbour alone gives 0.50 to 0.78.
 ///
 /// in      the positions of n >= 0 particles
-/// out     nothing when fewer than seven distinct particles exist
+/// out     nothing if there are fewer than seven distinct particles
 /// same    value for any thread count and particle order
 /// cost    O(n log n)
 std::optional<double> spacing(std::vector<Vec3f> positions);

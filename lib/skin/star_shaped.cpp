@@ -1,4 +1,3 @@
-
 #include "skin/star_shaped.h"
 
 #include "exact/orientation.h"
@@ -8,7 +7,7 @@
 namespace betamesh {
 
 bool isStarShaped(const Vec3& centre, std::span<const std::array<Vec3, 3>> triangles) {
-    const Vec3 on_ray = centre + Vec3(0.6123, 0.5347, 0.5821);
+    const Vec3 on_ray = centre + Vec3(0.6123, 0.5347, 0.5821);  // an arbitrary direction, along no likely symmetry
     int covering = 0;
     for (const auto& [a, b, c] : triangles) {
         if (sideOfPlane(a, b, c, centre) >= 0) return false;

@@ -2,7 +2,6 @@
 
 #pragma once
 
-#include "skin/arc_network.h"
 #include "skin/arcs.h"
 #include "skin/ball_boundary.h"
 #include "skin/beta_mesh.h"
@@ -10,21 +9,22 @@
 
 namespace betamesh {
 
-/// Every exposed piece of every ball as part of one convex hull: the hull of the points on its arcs and circles
-/// and of some points inside. Each ball's part ends at its arcs, whose points both neighbours share, so the
-/// whole is closed, oriented and manifold. Facets of one hull cannot cross, nor can those of two balls, each
-/// of which stays in its own Voronoi cell.
+/// The mesh of every exposed face of every ball is part of one convex hull per ball: the hull of the points on its arcs
+/// and circles and of points inside its faces. It ends at the ball's arcs, whose points both balls share, so the whole
+/// is closed, oriented and manifold. Facets of one hull cannot cross, nor can those of two balls, each of which stays
+/// in its own Voronoi cell.
 ///
-/// Points inside faces appear and vanish with their rim_distance from the rim. Appearance::on_boundary: as far from the
-/// rim as good triangles need. Appearance::gradual: they sink below the sphere, where what is made of them
-/// moves far deeper than the chords of arcs, until the hull passes over them. Edges of a hull that are about to turn have
-/// a vertex each (see core/turning_edges.h), and points far from any rim swell when smoothed.
+/// Points inside faces come and go with their distance from the rim. With Appearance::on_boundary they lie on the
+/// sphere and keep the distance from rims that good triangles need. With Appearance::gradual they are lowered below the
+/// sphere (deeper than the chords of arcs where the mesh is retracted afterwards) until the hull passes over them;
+/// edges of a hull whose flip is in progress have a vertex (see skin/edge_flips.h), and points far from any rim get
+/// volume-compensating offsets.
 ///
 /// in      a boundary with its faces; its balls' motion; points on its arcs, and inside its faces
-/// out     vertices: the network's points, then those inside faces, then those on edges that turn; every one lies on
-///         the union's boundary or, where it sinks or turns, inside
+/// out     vertices: the network's points, then those inside faces, then those of edge flips; every one lies on the
+///         union's boundary or, while it is lowered or belongs to an edge flip, inside
 /// same    bytes for any thread count and particle order
-/// cost    O(boundary); smoothed, about 31 triangles per exposed ball of a dam break, 180 on a lone drop
+/// cost    O(boundary); smoothed, about 31 triangles per exposed ball of a dam break, 180 on an isolated drop
 /// source  beta mesh paper, section 3.4, completed
 BetaMesh completeTessellation(const BallBoundary& boundary, const std::vector<DualVec3>& balls, ArcNetwork network,
                               FacePoints points, const ArcSubdivision& subdivision);

@@ -11,23 +11,23 @@ namespace betamesh {
 
 namespace {
 
-constexpr double kSameSide = 0.35;  // cosine of the angle to a normal within which a direction is faced
+constexpr double kFacingCosine = 0.35;  // least cosine between a normal and a direction that the triangle faces
 
 bool isFlat(const std::vector<Vec3>& position, const Triangle& triangle) {
     const auto& [a, b, c] = triangle;
     return onOneLine(position[a], position[b], position[c]);
 }
 
-// Consecutive triangles: where their corners were before and are now, [corner][axis].
+// Corners of consecutive triangles, [corner][axis][triangle], before the displacement and now.
 using Corners = std::array<std::array<std::array<double, kRun>, 3>, 3>;
 struct Run {
     Corners before{}, now{};
 };
 struct RunShape {
-    std::array<std::array<double, kRun>, 3> normal;  // by axis; of unit length, zero without area
-    std::array<double, kRun> way;                    // of the corners, 0 where none moves
-    std::array<double, kRun> turned;                 // <= 0 where the normal is a right angle or more from what it was
-    std::array<std::array<float, kRun>, 3> low, high;  // boxes that hold the triangles, however they are rounded
+    std::array<std::array<double, kRun>, 3> normal;    // by axis; of unit length, zero without area
+    std::array<double, kRun> movement;                 // 0 if no corner moves, > 0 otherwise
+    std::array<double, kRun> turned;                   // <= 0 if the normal has turned by 90 degrees or more
+    std::array<std::array<float, kRun>, 3> low, high;  // boxes that contain the triangles
 };
 
 BETAMESH_EVERY_CPU
@@ -47,10 +47,11 @@ void shapeOf(const Run& run, RunShape& shape) {
         shape.normal[1][i] = y * scale;
         shape.normal[2][i] = z * scale;
     }
-    shape.way = {};
+    shape.movement = {};
     for (std::size_t k = 0; k < 3; ++k) {
         for (std::size_t m = 0; m < 3; ++m)
-            for (std::size_t i = 0; i < kRun; ++i) shape.way[i] += std::abs(run.now[m][k][i] - run.before[m][k][i]);
+            for (std::size_t i = 0; i < kRun; ++i)
+                shape.movement[i] += std::abs(run.now[m][k][i] - run.before[m][k][i]);
         for (std::size_t i = 0; i < kRun; ++i) {
             const double p = a[k][i], q = b[k][i], r = c[k][i];
             const double lower = p < q ? p : q, higher = p < q ? q : p;
@@ -62,7 +63,7 @@ void shapeOf(const Run& run, RunShape& shape) {
     }
 }
 
-// The directions that each triangle faces, one bit for each; all of them without area.
+// The facing mask of each triangle; all bits of one without area.
 BETAMESH_EVERY_CPU
 void facingOf(const RunShape& shape, const std::vector<Vec3>& directions, std::array<std::uint64_t, kRun>& facing) {
     const auto& [x, y, z] = shape.normal;
@@ -75,7 +76,7 @@ void facingOf(const RunShape& shape, const std::vector<Vec3>& directions, std::a
         const std::uint64_t bit = std::uint64_t{1} << d;
         for (std::size_t i = 0; i < kRun; ++i) {
             const double cosine = x[i] * direction.x + y[i] * direction.y + z[i] * direction.z;
-            facing[i] |= cosine >= kSameSide ? bit : 0;
+            facing[i] |= cosine >= kFacingCosine ? bit : 0;
         }
     }
 }
@@ -111,7 +112,7 @@ TriangleRun::TriangleRun(const BetaMesh& mesh, const std::vector<Vec3>& before, 
         const Triangle& triangle = mesh.triangles[begin + i];
         const bool flat = shape.turned[i] <= 0 && isFlat(mesh.vertex, triangle) && isFlat(before, triangle);
         if (flat) facing[i] = ~std::uint64_t{0};
-        moved[i] = shape.way[i] > 0;
+        moved[i] = shape.movement[i] > 0;
         turned[i] = moved[i] && shape.turned[i] <= 0 && !flat;
         octant[i] = static_cast<std::uint8_t>((shape.normal[0][i] > 0) + 2 * (shape.normal[1][i] > 0) +
                                               4 * (shape.normal[2][i] > 0));

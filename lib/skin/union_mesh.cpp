@@ -1,4 +1,3 @@
-
 #include "skin/union_mesh.h"
 
 #include "base/icosphere.h"
@@ -11,33 +10,33 @@ namespace betamesh {
 
 namespace {
 
-constexpr std::uint32_t kCuts = 5;
+constexpr std::uint32_t kEdgeDivisions = 5;  // of the icosahedron: 20 · 5² triangles
 constexpr std::size_t kBallsPerTask = 64;
 
-// The sphere's triangles that no single neighbour contains.
+// Appends the sphere's triangles that no single neighbour contains.
 void addExposed(const Icosphere& sphere, double radius, double quantum, const std::vector<Neighbour>& neighbours,
-                const DualVec3& ball, std::vector<std::uint8_t>& hidden, Mesh& mesh) {
-    hidden.assign(sphere.triangles.size(), 0);
+                const DualVec3& ball, std::vector<std::uint8_t>& is_covered, Mesh& mesh) {
+    is_covered.assign(sphere.triangles.size(), 0);
     std::vector<std::uint8_t> inside(sphere.position.size());
     for (const Neighbour& n : neighbours) {
         for (std::size_t v = 0; v < inside.size(); ++v)
             inside[v] = 2 * radius * dot(sphere.position[v], n.offset) > n.squared;
-        for (std::size_t t = 0; t < hidden.size(); ++t) {
+        for (std::size_t t = 0; t < is_covered.size(); ++t) {
             const Triangle& corners = sphere.triangles[t];
-            if (inside[corners[0]] && inside[corners[1]] && inside[corners[2]]) hidden[t] = 1;
+            if (inside[corners[0]] && inside[corners[1]] && inside[corners[2]]) is_covered[t] = 1;
         }
     }
-    std::vector<std::uint32_t> place(sphere.position.size(), kInvalidIndex);
-    for (std::size_t t = 0; t < hidden.size(); ++t) {
-        if (hidden[t]) continue;
+    std::vector<std::uint32_t> vertex_of(sphere.position.size(), kInvalidIndex);
+    for (std::size_t t = 0; t < is_covered.size(); ++t) {
+        if (is_covered[t]) continue;
         Triangle corners = sphere.triangles[t];
         for (std::uint32_t& v : corners) {
-            if (place[v] == kInvalidIndex) {
-                place[v] = static_cast<std::uint32_t>(mesh.position.size());
+            if (vertex_of[v] == kInvalidIndex) {
+                vertex_of[v] = static_cast<std::uint32_t>(mesh.position.size());
                 mesh.position.push_back(ball.position + sphere.position[v] * (radius * quantum));
                 mesh.velocity.push_back(ball.velocity);
             }
-            v = place[v];
+            v = vertex_of[v];
         }
         mesh.triangles.push_back(corners);
     }
@@ -46,16 +45,16 @@ void addExposed(const Icosphere& sphere, double radius, double quantum, const st
 }  // namespace
 
 Mesh unionOfBalls(const SnappedParticles& particles, const BallBoundary& boundary, const std::vector<DualVec3>& balls) {
-    const Icosphere sphere = icosphere(kCuts);
+    const Icosphere sphere = icosphere(kEdgeDivisions);
     const std::size_t tasks = (balls.size() + kBallsPerTask - 1) / kBallsPerTask;
     std::vector<Mesh> parts(tasks);
     parallelFor(tasks, 1, [&](std::size_t task) {
         NeighbourFinder finder(particles);
         std::vector<Neighbour> neighbours;
-        std::vector<std::uint8_t> hidden;
+        std::vector<std::uint8_t> is_covered;
         for (std::size_t b = task * kBallsPerTask; b < std::min(balls.size(), (task + 1) * kBallsPerTask); ++b) {
             finder.find(boundary.snapped_row[b], neighbours);
-            addExposed(sphere, static_cast<double>(boundary.radius), boundary.quantum, neighbours, balls[b], hidden,
+            addExposed(sphere, static_cast<double>(boundary.radius), boundary.quantum, neighbours, balls[b], is_covered,
                        parts[task]);
         }
     });

@@ -1,4 +1,4 @@
-// The union of balls as it is, bumps and all: the ground truth to look at.
+// The union of balls as spheres: a reference to compare surfaces with.
 
 #pragma once
 
@@ -8,9 +8,8 @@
 
 namespace betamesh {
 
-/// A sphere of 500 triangles round every exposed ball, less the triangles that lie wholly inside one other
-/// ball. Spheres poke into each other: a picture of the union, not a closed surface. Every vertex moves with
-/// its particle.
+/// A sphere of 500 triangles for every exposed ball, without the triangles that lie wholly inside one other ball. The
+/// spheres intersect: this shows the union but is no closed surface. Every vertex moves with its particle.
 ///
 /// same    bytes for any thread count and particle order
 /// cost    O(exposed balls)

@@ -4,6 +4,7 @@
 #include "base/index.h"
 #include "base/parallel.h"
 #include "base/rigid_motion.h"
+#include "skin/constants.h"
 
 #include <algorithm>
 #include <utility>
@@ -11,9 +12,6 @@
 namespace betamesh {
 
 namespace {
-
-constexpr double kWellConditioned = 0.01;  // of |q1·(q2 × q3)| / r³; 99.9% of vertices lie above
-constexpr double kDamping = 0.25;          // weight of the field against the three equations at condition zero
 
 // The ċ that minimises Σ (q_m·ċ - q_m·v_m)² + damping² |ċ|², q_m of unit length.
 Vec3 dampedSolution(const Vec3 q[3], const double speed[3], double damping) {
@@ -28,7 +26,7 @@ Vec3 dampedSolution(const Vec3 q[3], const double speed[3], double damping) {
     return right * normal.inverse();
 }
 
-// The three equations of a vertex, as unit directions and the balls' speeds along them.
+// The three equations of a vertex: unit directions q from the balls to it, and the velocities of the balls.
 struct SphereEquations {
     Vec3 q[3];
     Vec3 velocity[3];
@@ -39,26 +37,28 @@ struct SphereEquations {
           velocity{a.velocity, b.velocity, c.velocity},
           determinant(dot(q[0], cross(q[1], q[2]))) {}
 
-    double shortfall() const { return 1 - std::abs(determinant) / kWellConditioned; }
-    // What the spheres ask for beyond a given velocity.
-    void speedsBeyond(const Vec3& field, double speed[3]) const {
-        for (int m = 0; m < 3; ++m) speed[m] = dot(q[m], velocity[m] - field);
+    // 1 where the equations are singular, 0 and below where they are well-conditioned.
+    double illConditioning() const { return 1 - std::abs(determinant) / kWellConditioned; }
+    // The right-hand sides q_m·(v_m - base): speeds along q relative to a base velocity.
+    void relativeSpeeds(const Vec3& base, double speed[3]) const {
+        for (int m = 0; m < 3; ++m) speed[m] = dot(q[m], velocity[m] - base);
     }
     Vec3 solved() const {
         const Vec3 mean = (velocity[0] + velocity[1] + velocity[2]) / 3;
         double speed[3];
-        speedsBeyond(mean, speed);
+        relativeSpeeds(mean, speed);
         return mean + (cross(q[1], q[2]) * speed[0] + cross(q[2], q[0]) * speed[1] + cross(q[0], q[1]) * speed[2]) /
                           determinant;
     }
-    Vec3 damped(const Vec3& field) const {
+    // The solution damped towards a base velocity.
+    Vec3 damped(const Vec3& base) const {
         double speed[3];
-        speedsBeyond(field, speed);
-        return field + dampedSolution(q, speed, kDamping * shortfall() * shortfall());
+        relativeSpeeds(base, speed);
+        return base + dampedSolution(q, speed, kRigidMotionDamping * illConditioning() * illConditioning());
     }
 };
 
-// The rigid motion of the particles round one, by offsets from it (in quanta).
+// Rigid motion of the particles near one, as a function of the offset from it in quanta.
 RigidMotionFit rigidMotion(const Particles& particles, const SnappedParticles& snapped, std::uint32_t around,
                            NeighbourFinder& finder, std::vector<Neighbour>& neighbours) {
     const auto reach = 4 * static_cast<double>(snapped.radius) * static_cast<double>(snapped.radius);
@@ -85,20 +85,20 @@ std::vector<DualVec3> ballCentres(const BallBoundary& boundary, const Particles&
 }
 
 std::vector<DualVec3> boundaryVertices(const Particles& particles, const SnappedParticles& snapped,
-                                   const BallBoundary& boundary, const std::vector<DualVec3>& balls) {
+                                       const BallBoundary& boundary, const std::vector<DualVec3>& balls) {
     std::vector<DualVec3> vertices;
     firstTouchResize(vertices, boundary.vertex.size());
     parallelRanges(vertices.size(), 1024, [&](std::size_t begin, std::size_t end) {
         NeighbourFinder finder(snapped);
         std::vector<Neighbour> neighbours;
         RigidMotionFit motion;
-        std::uint32_t fitted = kInvalidIndex;  // the ball round which that was
+        std::uint32_t fitted = kInvalidIndex;  // ball of the last fit: neighbouring vertices share it
         for (std::size_t v = begin; v < end; ++v) {
             vertices[v].position = boundary.vertex[v];
             if (particles.velocity.empty()) continue;
             const Triangle& t = boundary.triangle[v];
             const SphereEquations spheres(boundary.vertex[v], balls[t[0]], balls[t[1]], balls[t[2]]);
-            if (spheres.shortfall() <= 0) {
+            if (spheres.illConditioning() <= 0) {
                 vertices[v].velocity = spheres.solved();
                 continue;
             }

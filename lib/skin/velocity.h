@@ -1,4 +1,4 @@
-// The surface's own motion.
+// Velocities of the pure beta vertices, from the motion of the balls they touch.
 
 #pragma once
 
@@ -9,18 +9,18 @@
 
 namespace betamesh {
 
-/// The balls' centres and how they move: velocity zero where the particles have none.
+/// Centres and velocities of the balls; velocities are zero if the particles have none.
 std::vector<DualVec3> ballCentres(const BallBoundary& boundary, const Particles& particles);
 
-/// The pure beta vertices and how they move. A vertex c on the spheres round p1, p2, p3 keeps its distance r
-/// from each: (c - p_m)·ċ = (c - p_m)·v_m, three equations for ċ. They are solved exactly while
-/// |q1·(q2 × q3)| / r³ >= 0.05, q_m = c - p_m; below, where the balls barely meet or two particles nearly
-/// coincide, the solution is drawn smoothly towards the rigid motion of the particles within 2r of p1.
+/// The pure beta vertices with their velocities. A vertex c on the spheres round p1, p2, p3 keeps its distance r from
+/// each of them: q_m·ċ = q_m·v_m with q_m = c - p_m, three equations for ċ. They are solved exactly where
+/// |q1·(q2 × q3)| / r³ >= kWellConditioned. Below that, where the balls barely meet or two particles nearly coincide,
+/// the solution is blended continuously into the rigid motion of the particles within two radii of p1.
 ///
-/// out     one row per vertex of the boundary, world units and world units per second
+/// out     one row per vertex of the boundary; world units, world units per second
 /// same    result for any thread count and particle order
 /// cost    O(vertices)
 std::vector<DualVec3> boundaryVertices(const Particles& particles, const SnappedParticles& snapped,
-                                   const BallBoundary& boundary, const std::vector<DualVec3>& balls);
+                                       const BallBoundary& boundary, const std::vector<DualVec3>& balls);
 
 }  // namespace betamesh

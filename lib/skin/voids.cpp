@@ -1,11 +1,10 @@
-
 #include "skin/voids.h"
 
 #include "base/cell_order.h"
 #include "base/index.h"
 #include "base/parallel.h"
 #include "skin/ball_boundary.h"
-#include "skin/exposure_candidates.h"
+#include "skin/coverage.h"
 
 #include <algorithm>
 #include <cmath>
@@ -16,13 +15,13 @@ namespace betamesh {
 
 namespace {
 
-constexpr double kOnEdge = 1e-9;            // how far a ray may pass by a triangle that it hits, as a sine
-constexpr std::size_t kMostInCell = 20000;  // as wide as the ball, on average: many more take for ever, and then throw
+constexpr double kEdgeTolerance = 1e-9;     // sine of the angle by which a ray may miss a triangle and still meet it
+constexpr std::size_t kMaxPerCell = 20000;  // mean number of balls per cell as wide as the ball; more take too long
 
-// Closed triangles in columns along x, to tell how often they enclose a point.
-class Columns {
+// Triangles of a closed surface sorted into columns along x, to compute winding numbers of points.
+class TriangleColumns {
 public:
-    Columns(const BetaMesh& mesh, std::span<const std::uint32_t> triangles, const Box& box)
+    TriangleColumns(const BetaMesh& mesh, std::span<const std::uint32_t> triangles, const Box& box)
         : mesh_(mesh), triangles_(triangles), low_(box.min) {
         const Vec3 size = box.size();
         edge_ = std::max({std::sqrt(size.y * size.z * 2 / static_cast<double>(triangles.size())),
@@ -34,21 +33,21 @@ public:
             columns_y_ * columns_z_, triangles.size(), [&](std::size_t i, const auto& visit) {
                 Box around;
                 for (const std::uint32_t v : mesh.triangles[triangles[i]]) around.extendBy(mesh.vertex[v].position);
-                for (std::size_t z = placeOf(around.min.z - low_.z, columns_z_),
-                                 last_z = placeOf(around.max.z - low_.z, columns_z_);
+                for (std::size_t z = columnIndex(around.min.z - low_.z, columns_z_),
+                                 last_z = columnIndex(around.max.z - low_.z, columns_z_);
                      z <= last_z; ++z)
-                    for (std::size_t y = placeOf(around.min.y - low_.y, columns_y_),
-                                     last_y = placeOf(around.max.y - low_.y, columns_y_);
+                    for (std::size_t y = columnIndex(around.min.y - low_.y, columns_y_),
+                                     last_y = columnIndex(around.max.y - low_.y, columns_y_);
                          y <= last_y; ++y)
                         visit(z * columns_y_ + y, static_cast<std::uint32_t>(i));
             });
     }
 
-    // Of a point in the box that is not near a triangle: what a ray along x crosses, by the side from which it does.
+    // Winding number of a point in the box that is not near a triangle: the signed crossings of a ray along x.
     int windingNumber(const Vec3& point) const {
         int winding = 0;
         const std::size_t column =
-            placeOf(point.z - low_.z, columns_z_) * columns_y_ + placeOf(point.y - low_.y, columns_y_);
+            columnIndex(point.z - low_.z, columns_z_) * columns_y_ + columnIndex(point.y - low_.y, columns_y_);
         for (const std::uint32_t i : in_column_[column]) {
             const Triangle& t = mesh_.triangles[triangles_[i]];
             const Vec3 a = mesh_.vertex[t[0]].position - point, b = mesh_.vertex[t[1]].position - point,
@@ -61,11 +60,11 @@ public:
     }
 
 private:
-    std::size_t placeOf(double offset, std::size_t columns) const {
+    std::size_t columnIndex(double offset, std::size_t columns) const {
         return std::min(static_cast<std::size_t>(std::max(offset, 0.0) / edge_), columns - 1);
     }
-    // On which side of an edge the ray passes, seen along x: 1 to its left, -1 to its right, the opposite for the edge
-    // the other way. A ray that meets the edge counts as moved a little along y, and yet less along z.
+    // The side of an edge on which the ray passes, seen along x: 1 for left, -1 for right; opposite for the reverse
+    // edge. A ray that meets the edge is moved by an infinitesimal amount along y, and by a smaller one along z.
     static int sideOf(const Vec3& from, const Vec3& to) {
         for (const double side : {from.y * to.z - from.z * to.y, from.z - to.z, to.y - from.y})
             if (side != 0) return side > 0 ? 1 : -1;
@@ -77,129 +76,134 @@ private:
     Vec3 low_;
     double edge_ = 1;
     std::size_t columns_y_ = 1, columns_z_ = 1;
-    IndexRows in_column_;  // places in triangles_
+    IndexRows in_column_;  // indices of triangles_
 };
 
-// One that a triangle was made for.
+// The ball that a triangle belongs to.
 std::uint32_t ballOf(const BetaMesh& mesh, std::uint32_t triangle) {
     const auto after = std::upper_bound(mesh.ball_begin.begin(), mesh.ball_begin.end(), triangle);
     return static_cast<std::uint32_t>(after - mesh.ball_begin.begin()) - 1;
 }
 
-// The piece whose triangle a ray from a ball's centre leaves the ball by; kInvalidIndex where it does by none.
-std::uint32_t pieceTowards(const BetaMesh& mesh, const BallBoundary& boundary, const Components& pieces, std::uint32_t ball,
-                           const Vec3& direction) {
+// The component whose triangle a ray from a ball's centre meets on that ball; kInvalidIndex if it meets none.
+std::uint32_t componentTowards(const BetaMesh& mesh, const BallBoundary& boundary, const Components& components,
+                               std::uint32_t ball, const Vec3& direction) {
     const Vec3 centre = boundary.centre(ball);
-    const double least = -kOnEdge * boundary.worldRadius() * boundary.worldRadius() * direction.length();
+    const double least = -kEdgeTolerance * boundary.worldRadius() * boundary.worldRadius() * direction.length();
     for (std::uint32_t row = mesh.ball_begin[ball]; row < mesh.ball_begin[ball + 1]; ++row) {
         const Triangle& t = mesh.triangles[row];
         const Vec3 a = mesh.vertex[t[0]].position - centre, b = mesh.vertex[t[1]].position - centre,
                    c = mesh.vertex[t[2]].position - centre;
         if (dot(direction, cross(a, b)) >= least && dot(direction, cross(b, c)) >= least &&
             dot(direction, cross(c, a)) >= least && dot(a, cross(b, c)) > 0)
-            return pieces.of_vertex[t[0]];
+            return components.of_vertex[t[0]];
     }
     return kInvalidIndex;
 }
 
-// The same answer as voidsWithRoom, where the ball fits round the mean of a void's vertices: in round voids, where with
-// a ball nearly as large all particles are neighbours of each other. False where it does not.
-std::vector<bool> haveRoomInTheMiddle(const BetaMesh& mesh, const BallBoundary& boundary, const Components& pieces,
-                                      const std::vector<std::uint32_t>& void_of, double radius) {
-    struct Middle {
-        Vec3 place{0};
-        double corners = 0, squared = std::numeric_limits<double>::infinity();
-        std::uint32_t nearest = 0;  // ball round the void
+// A quick form of voidsFittingBall(): is the ball round the centroid of a void's vertices empty and in the void?
+// Decides round voids with a ball nearly as large, where all particles would be neighbours of each other. If false,
+// the void is undecided.
+std::vector<bool> fitsAtCentroid(const BetaMesh& mesh, const BallBoundary& boundary, const Components& components,
+                                 const std::vector<std::uint32_t>& void_of, double radius) {
+    struct Centroid {
+        Vec3 position{0};
+        double corners = 0, squared = std::numeric_limits<double>::infinity();  // distance of the nearest ball
+        std::uint32_t nearest = 0;                                              // ball that bounds the void
     };
-    std::vector<Middle> middle(pieces.count);
+    std::vector<Centroid> centroid(components.count);
     for (const Triangle& t : mesh.triangles) {
-        const std::uint32_t piece = pieces.of_vertex[t[0]];
-        if (void_of[piece] != piece) continue;
-        for (const std::uint32_t v : t) middle[piece].place += mesh.vertex[v].position;
-        middle[piece].corners += 3;
+        const std::uint32_t component = components.of_vertex[t[0]];
+        if (void_of[component] != component) continue;
+        for (const std::uint32_t v : t) centroid[component].position += mesh.vertex[v].position;
+        centroid[component].corners += 3;
     }
-    for (Middle& m : middle)
-        if (m.corners > 0) m.place /= m.corners;
+    for (Centroid& m : centroid)
+        if (m.corners > 0) m.position /= m.corners;
     for (std::uint32_t ball = 0; ball < boundary.position.size(); ++ball) {
         std::uint32_t last = kInvalidIndex;
         for (std::uint32_t row = mesh.ball_begin[ball]; row < mesh.ball_begin[ball + 1]; ++row) {
-            const std::uint32_t hollow = void_of[pieces.of_vertex[mesh.triangles[row][0]]];
-            if (hollow == kInvalidIndex || hollow == last) continue;
-            last = hollow;
-            Middle& m = middle[hollow];
-            const double squared = (m.place - boundary.centre(ball)).length2();
+            const std::uint32_t void_component = void_of[components.of_vertex[mesh.triangles[row][0]]];
+            if (void_component == kInvalidIndex || void_component == last) continue;
+            last = void_component;
+            Centroid& m = centroid[void_component];
+            const double squared = (m.position - boundary.centre(ball)).length2();
             if (squared < m.squared) m.squared = squared, m.nearest = ball;
         }
     }
-    std::vector<bool> has_room(pieces.count, false);
-    for (std::uint32_t piece = 0; piece < pieces.count; ++piece) {
-        const Middle& m = middle[piece];
-        if (void_of[piece] != piece || m.squared < radius * radius) continue;
+    std::vector<bool> fits(components.count, false);
+    for (std::uint32_t component = 0; component < components.count; ++component) {
+        const Centroid& m = centroid[component];
+        if (void_of[component] != component || m.squared < radius * radius) continue;
         const std::uint32_t towards =
-            pieceTowards(mesh, boundary, pieces, m.nearest, m.place - boundary.centre(m.nearest));
-        has_room[piece] = towards != kInvalidIndex && void_of[towards] == piece;
+            componentTowards(mesh, boundary, components, m.nearest, m.position - boundary.centre(m.nearest));
+        fits[component] = towards != kInvalidIndex && void_of[towards] == component;
     }
-    return has_room;
+    return fits;
 }
 
 }  // namespace
 
-std::vector<std::uint32_t> voidsRoundBodies(const BetaMesh& mesh, const BallBoundary& boundary, const Components& pieces,
-                                            const std::vector<std::uint32_t>& voids, const std::vector<bool>& is_body) {
-    std::vector<std::uint32_t> round(pieces.count, kInvalidIndex);
-    if (voids.empty()) return round;
+std::vector<std::uint32_t> enclosingVoids(const BetaMesh& mesh, const BallBoundary& boundary,
+                                          const Components& components, const std::vector<std::uint32_t>& voids,
+                                          const std::vector<bool>& is_liquid) {
+    std::vector<std::uint32_t> enclosing(components.count, kInvalidIndex);
+    if (voids.empty()) return enclosing;
     const IndexRows triangles =
-        sortedIntoRows<std::uint32_t>(pieces.count, mesh.triangles.size(), [&](std::size_t t, const auto& visit) {
-            visit(pieces.of_vertex[mesh.triangles[t][0]], static_cast<std::uint32_t>(t));
+        sortedIntoRows<std::uint32_t>(components.count, mesh.triangles.size(), [&](std::size_t t, const auto& visit) {
+            visit(components.of_vertex[mesh.triangles[t][0]], static_cast<std::uint32_t>(t));
         });
-    struct Body {
-        Vec3 particle;  // one of its own: a radius away from the triangles of voids that it floats in
-        std::uint32_t piece;
+    struct LiquidComponent {
+        Vec3 particle;  // one of the component's: a radius away from the triangles of voids that it floats in
+        std::uint32_t component;
     };
-    std::vector<Body> bodies;
-    for (std::uint32_t piece = 0; piece < pieces.count; ++piece)
-        if (is_body[piece]) bodies.push_back({boundary.centre(ballOf(mesh, triangles[piece][0])), piece});
-    std::sort(bodies.begin(), bodies.end(), [](const Body& a, const Body& b) {
-        return a.particle.x != b.particle.x ? a.particle.x < b.particle.x : a.piece < b.piece;
-    });
-    std::vector<Body> in_box;
+    std::vector<LiquidComponent> liquid_components;
+    for (std::uint32_t component = 0; component < components.count; ++component)
+        if (is_liquid[component])
+            liquid_components.push_back({boundary.centre(ballOf(mesh, triangles[component][0])), component});
+    std::sort(liquid_components.begin(), liquid_components.end(),
+              [](const LiquidComponent& a, const LiquidComponent& b) {
+                  return a.particle.x != b.particle.x ? a.particle.x < b.particle.x : a.component < b.component;
+              });
+    std::vector<LiquidComponent> in_box;
     std::vector<std::uint8_t> is_inside;
-    for (const std::uint32_t hollow : voids) {
+    for (const std::uint32_t void_component : voids) {
         Box box;
-        for (const std::uint32_t t : triangles[hollow])
+        for (const std::uint32_t t : triangles[void_component])
             for (const std::uint32_t v : mesh.triangles[t]) box.extendBy(mesh.vertex[v].position);
         in_box.clear();
-        for (auto body = std::lower_bound(bodies.begin(), bodies.end(), box.min.x,
-                                          [](const Body&b, double x) { return b.particle.x < x; });
-             body != bodies.end() && body->particle.x <= box.max.x; ++body)
-            if (box.intersects(body->particle)) in_box.push_back(*body);
+        for (auto liquid = std::lower_bound(liquid_components.begin(), liquid_components.end(), box.min.x,
+                                            [](const LiquidComponent&b, double x) { return b.particle.x < x; });
+             liquid != liquid_components.end() && liquid->particle.x <= box.max.x; ++liquid)
+            if (box.intersects(liquid->particle)) in_box.push_back(*liquid);
         if (in_box.empty()) continue;
-        const Columns columns(mesh, triangles[hollow], box);
+        const TriangleColumns columns(mesh, triangles[void_component], box);
         is_inside.resize(in_box.size());
         parallelFor(in_box.size(), 64,
                     [&](std::size_t i) { is_inside[i] = columns.windingNumber(in_box[i].particle) != 0; });
         for (std::size_t i = 0; i < in_box.size(); ++i)
-            if (is_inside[i]) round[in_box[i].piece] = hollow;
+            if (is_inside[i]) enclosing[in_box[i].component] = void_component;
     }
-    return round;
+    return enclosing;
 }
 
-std::vector<bool> voidsWithRoom(const BetaMesh& mesh, const BallBoundary& boundary, const Components& pieces,
-                                std::vector<std::uint32_t> void_of, double radius) {
-    std::vector<bool> has_room = haveRoomInTheMiddle(mesh, boundary, pieces, void_of, radius);
-    for (std::uint32_t& hollow : void_of)
-        if (hollow != kInvalidIndex && has_room[hollow]) hollow = kInvalidIndex;
+std::vector<bool> voidsFittingBall(const BetaMesh& mesh, const BallBoundary& boundary, const Components& components,
+                                   std::vector<std::uint32_t> void_of, double radius) {
+    std::vector<bool> fits = fitsAtCentroid(mesh, boundary, components, void_of, radius);
+    for (std::uint32_t& void_component : void_of)
+        if (void_component != kInvalidIndex && fits[void_component]) void_component = kInvalidIndex;
     const std::vector<std::uint32_t> balls = indicesWhere(boundary.position.size(), [&](std::uint32_t ball) {
         const auto first = mesh.triangles.begin() + mesh.ball_begin[ball];
         const auto last = mesh.triangles.begin() + mesh.ball_begin[ball + 1];
-        return std::any_of(first, last, [&](const Triangle& t) { return void_of[pieces.of_vertex[t[0]]] != kInvalidIndex; });
+        return std::any_of(first, last,
+                           [&](const Triangle& t) { return void_of[components.of_vertex[t[0]]] != kInvalidIndex; });
     });
     const auto centreOf = [&](std::size_t i) { return boundary.centre(balls[i]); };
-    if (balls.size() > kMostInCell &&
-        balls.size() > kMostInCell * CellOrder(balls.size(), 2 * radius, centreOf).cells()) {
-        for (const std::uint32_t hollow : void_of)
-            if (hollow != kInvalidIndex) has_room[hollow] = true;
-        return has_room;
+    if (balls.size() > kMaxPerCell &&
+        balls.size() > kMaxPerCell * CellOrder(balls.size(), 2 * radius, centreOf).cells()) {
+        for (const std::uint32_t void_component : void_of)
+            if (void_component != kInvalidIndex) fits[void_component] = true;
+        return fits;
     }
     Particles particles;
     particles.position.resize(balls.size());
@@ -210,13 +214,13 @@ std::vector<bool> voidsWithRoom(const BetaMesh& mesh, const BallBoundary& bounda
     std::vector<std::uint32_t> void_at(larger.vertex.size(), kInvalidIndex);
     parallelFor(void_at.size(), 256, [&](std::size_t v) {
         const std::uint32_t ball = balls[larger.row[larger.triangle[v][0]]];
-        const std::uint32_t piece =
-            pieceTowards(mesh, boundary, pieces, ball, larger.vertex[v] - boundary.centre(ball));
-        if (piece != kInvalidIndex) void_at[v] = void_of[piece];
+        const std::uint32_t component =
+            componentTowards(mesh, boundary, components, ball, larger.vertex[v] - boundary.centre(ball));
+        if (component != kInvalidIndex) void_at[v] = void_of[component];
     });
-    for (const std::uint32_t hollow : void_at)
-        if (hollow != kInvalidIndex) has_room[hollow] = true;
-    return has_room;
+    for (const std::uint32_t void_component : void_at)
+        if (void_component != kInvalidIndex) fits[void_component] = true;
+    return fits;
 }
 
 }  // namespace betamesh

@@ -1,4 +1,7 @@
-// Voids of the liquid: what floats in them, and into which of them an empty ball fits.
+// Voids of the liquid: which components float in them, and which of them an empty ball fits into.
+//
+// A void is bounded by a component of the mesh that faces inwards, and by the liquid components, which face outwards,
+// that float in it.
 
 #pragma once
 
@@ -9,39 +12,42 @@
 
 namespace betamesh {
 
-/// For each piece of a mesh the smallest of these voids that it floats in; kInvalidIndex where there is none, and for pieces
-/// that are no bodies.
+/// For each liquid component the smallest of the given voids that it floats in; kInvalidIndex if it floats in none, and
+/// for all other components.
 ///
-/// in      the complete tessellation of that boundary, its vertices not yet moved, and its pieces; voids: pieces that
-///         face inwards, those that enclose more first; is_body: of each piece, whether it faces outwards
+/// in      the complete tessellation of that boundary, its vertices not yet moved, and its components; voids:
+///         components that face inwards, by enclosed volume, the largest first; is_liquid: of each component, whether
+///         it faces outwards
 /// same    result for any thread count
-/// cost    O(triangles), and O(bodies in the box round a void) for each
-std::vector<std::uint32_t> voidsRoundBodies(const BetaMesh& mesh, const BallBoundary& boundary, const Components& pieces,
-                                            const std::vector<std::uint32_t>& voids, const std::vector<bool>& is_body);
+/// cost    O(triangles), and per void O(liquid components in its bounding box)
+std::vector<std::uint32_t> enclosingVoids(const BetaMesh& mesh, const BallBoundary& boundary,
+                                          const Components& components, const std::vector<std::uint32_t>& voids,
+                                          const std::vector<bool>& is_liquid);
 
-/// Of each piece, whether it is a void with room for a ball of this radius that holds no particle, those of bodies that
-/// float in the void included.
+/// For each component whether it is a void into which a ball of the given radius fits that contains no particle, not
+/// even of the liquid components that float in the void.
 ///
-/// A void is the space between one piece that faces inwards and the bodies that float in it. There is room in it where
-/// the boundary of the union of balls of the larger radius has a vertex in it: a part of that boundary which closes off
-/// a space is never made of full circles and bare spheres alone, as its outermost ball is exposed on the far side.
+/// A ball fits if the boundary of the union of balls of the larger radius has a vertex in the void: a part of that
+/// boundary that encloses a space never consists of full circles and isolated spheres alone, as its outermost ball is
+/// exposed on the far side.
 ///
-/// The balls that bound the void decide, with radius r. Let x be a point of the void and q any particle: the way from x
-/// to q leaves the void at a point y on one of these balls, of particle b say, and no particle is nearer to y than b.
-/// So b is no farther from x than q: |x - b| <= |x - y| + |y - b| <= |x - y| + |y - q| = |x - q|.
+/// Only the balls that bound the void matter. Let r be their radius, x a point of the void and q any particle. The
+/// segment from x to q leaves the void at a point y on one of these balls, of particle b say, and no particle is nearer
+/// to y than b. So b is no farther from x than q: |x - b| <= |x - y| + |y - b| <= |x - y| + |y - q| = |x - q|.
 ///
-/// Nor are others in the way where the balls of several voids are looked at together. They have vertices outside the
-/// voids as well. Which void one is in is told by a particle that it touches: x at distance R from particle b, towards
-/// b. Balls round points of that way shrink in the one round x, so there is no particle in them, and the way stays in
-/// the space that x is in as far as b's own ball: x is in the void if and only if the way ends on a triangle of it.
+/// Balls of several voids can be looked at together. They have vertices outside the voids as well; which void a vertex
+/// x is in is told by any particle b that its ball touches: balls round points of the segment from x to b lie within
+/// the one round x, so they contain no particle, and the segment stays in the space of x until it meets b's own ball.
+/// Hence x is in the void if and only if the segment meets a triangle of the void there.
 ///
-/// in      as above; void_of: of each void that is in question, itself, of each body that floats in one, that void,
-///         of all other pieces kInvalidIndex; radius: above that of the boundary's balls, world units
-/// out     true for all voids that no ball fits into the middle of, where there are more than 20,000 particles round
-///         these in each cell as wide as the ball
+/// in      mesh, boundary and components as above; void_of: of each void in question, itself; of each liquid component
+///         that floats in one, that void; of all others kInvalidIndex; radius: above that of the boundary's balls,
+///         world units
+/// out     where there are more than 20,000 particles per cell as wide as the ball round the voids that no ball fits
+///         the centroid of, true for all of these
 /// same    result for any thread count and particle order
 /// cost    O(triangles + balls that bound these voids), the latter at 1-4 µs while few of them lie within two radii
-std::vector<bool> voidsWithRoom(const BetaMesh& mesh, const BallBoundary& boundary, const Components& pieces,
-                                std::vector<std::uint32_t> void_of, double radius);
+std::vector<bool> voidsFittingBall(const BetaMesh& mesh, const BallBoundary& boundary, const Components& components,
+                                   std::vector<std::uint32_t> void_of, double radius);
 
 }  // namespace betamesh

@@ -24,7 +24,7 @@ Mesh sphere(const Vec3& centre) {
     return mesh;
 }
 
-// Five spheres, the third of which jumps aside; particles go up by 0.125 each frame.
+// Five spheres, the third of which jumps aside; particles move up by 0.125 per frame.
 void writeSequence(const TemporaryFolder& folder) {
     for (int frame = 1; frame <= 5; ++frame) {
         const std::string number = "000" + std::to_string(frame);
@@ -56,7 +56,7 @@ TEST(Coherence, MeasuresEachPairOfAPattern) {
     EXPECT_LE(pairs[0]["quantile_999"].get<double>(), pairs[0]["max"].get<double>());
 }
 
-TEST(Coherence, SaysWhereAndEndsWithOneBeyondTheLimit) {
+TEST(Coherence, PrintsWhereAndExitsWithOneBeyondTheLimit) {
     const TemporaryFolder folder;
     writeSequence(folder);
     const Outcome outcome = runProgram({"coherence", "m.####.ply", "--max-jump", "0.2"}, folder.path());
@@ -67,7 +67,7 @@ TEST(Coherence, SaysWhereAndEndsWithOneBeyondTheLimit) {
     EXPECT_EQ(runProgram({"coherence", "m.0001.ply", "m.0001.ply", "--max-jump", "0"}, folder.path()).exit_code, 0);
 }
 
-TEST(Coherence, EmptyMeshesAndUnreadableOnesDoNotEndTheSequence) {
+TEST(Coherence, EmptyAndUnreadableMeshesDoNotEndTheSequence) {
     const TemporaryFolder folder;
     writeSequence(folder);
     writeMesh(folder / "m.0002.ply", {});
@@ -88,8 +88,8 @@ TEST(Coherence, EmptyMeshesAndUnreadableOnesDoNotEndTheSequence) {
               1);
 }
 
-// The third sphere jumps aside and back: each time liquid goes on one side and comes on the other, in one piece.
-TEST(Coherence, ListsPlacesBeyondTheParticlesWay) {
+// The third sphere jumps aside and back: each time liquid is lost on one side and gained on the other, at one place.
+TEST(Coherence, ListsPlacesWhereTheSurfaceMovesFartherThanTheParticles) {
     const TemporaryFolder folder;
     writeSequence(folder);
     const std::vector<std::string> words{"coherence", "m.####.ply", "--particles", "p.####.bgeo"};
@@ -125,7 +125,7 @@ TEST(Coherence, ListsPlacesBeyondTheParticlesWay) {
 }
 
 // A lone particle comes to touch another.
-TEST(Coherence, NamesWhatHappensAtAPlace) {
+TEST(Coherence, NamesTheEventsAtAPlace) {
     const TemporaryFolder folder;
     for (int frame = 1; frame <= 2; ++frame) {
         Particles particles;
@@ -137,16 +137,17 @@ TEST(Coherence, NamesWhatHappensAtAPlace) {
     EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
     EXPECT_NE(outcome.out.find("pieces joined"), std::string::npos) << outcome.out;
 
-    // Two particles tell no radius: the largest jump stands for it. What meets goes the root of the way.
+    // Two particles give no spacing, so the largest jump replaces the radius. Surfaces that meet are expected to move
+    // by the square root of displacement times radius.
     const Json pair =
         jsonLines(runProgram({"coherence", "m.####.ply", "--particles", "p.####.bgeo", "--json"}, folder.path()).out)
             .at(0);
-    const double way = pair["particles"]["max"], jump = pair["max"], expected = pair["places"][0]["expected"];
-    EXPECT_NEAR(expected, std::sqrt(way * jump), 1e-12);
+    const double displacement = pair["particles"]["max"], jump = pair["max"], expected = pair["places"][0]["expected"];
+    EXPECT_NEAR(expected, std::sqrt(displacement * jump), 1e-12);
 }
 
-// One vertex of a sphere goes out and back, in and back.
-TEST(Coherence, TellsDentsFromTips) {
+// One vertex of a sphere moves out and back, then in and back.
+TEST(Coherence, DistinguishesDentsFromTips) {
     const TemporaryFolder folder;
     const std::vector<double> length = {1, 1.3, 1, 0.7, 1};
     for (std::size_t frame = 0; frame < length.size(); ++frame) {
@@ -169,16 +170,16 @@ TEST(Coherence, PlotsOverTime) {
     const TemporaryFolder folder;
     writeSequence(folder);
     const Outcome outcome =
-        runProgram({"coherence", "m.####.ply", "--particles", "p.####.bgeo", "--plot", "way.svg"}, folder.path());
+        runProgram({"coherence", "m.####.ply", "--particles", "p.####.bgeo", "--plot", "distance.svg"}, folder.path());
     EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
-    const std::string svg = contentsOf(folder / "way.svg");
+    const std::string svg = contentsOf(folder / "distance.svg");
     EXPECT_TRUE(svg.starts_with("<svg ")) << svg;
     EXPECT_TRUE(svg.ends_with("</svg>\n"));
     for (const char* part : {">max<", ">99.9 %<", ">RMS<", ">particles<", ">frame<", ">0.1<", ">1<", ">2<", ">5<"})
         EXPECT_NE(svg.find(part), std::string::npos) << part;
     EXPECT_EQ(svg.find("nan"), std::string::npos);
     EXPECT_EQ(svg.find("inf"), std::string::npos);
-    // Nothing moves, or only one is there: axes without lines.
+    // If nothing moves, the plot has axes but no lines.
     EXPECT_EQ(runProgram({"coherence", "m.0001.ply", "m.0001.ply", "--plot", "still.svg"}, folder.path()).exit_code, 0);
     EXPECT_EQ(contentsOf(folder / "still.svg").find("nan"), std::string::npos);
     EXPECT_EQ(runProgram({"coherence", "m.####.ply", "--plot", "absent/way.svg"}, folder.path()).exit_code, 2);
@@ -196,11 +197,11 @@ TEST(Coherence, PlotsAgainstAnotherRun) {
     std::ofstream(folder / "other.json") << first.out.substr(0, first.out.find('\n') + 1);
     const Outcome shorter = runProgram(words, folder.path());
     EXPECT_EQ(shorter.exit_code, 2);
-    EXPECT_NE(shorter.err.find("1 lines; expected one for each of the 4 pairs"), std::string::npos) << shorter.err;
+    EXPECT_NE(shorter.err.find("has 1 lines, but 4 pairs are measured"), std::string::npos) << shorter.err;
     EXPECT_FALSE(std::filesystem::exists(folder / "p.svg"));
 }
 
-TEST(Coherence, FollowsAPipelineInFineSteps) {
+TEST(Coherence, MeasuresAPipelineInFineSteps) {
     const TemporaryFolder folder;
     const int particles = kSanitized ? 50 : 500;  // many take a quarter of an hour there
     ASSERT_EQ(runProgram({"sample", "drop", "p.####.vdb", "--particles", std::to_string(particles), "--frames", "1-2"},
@@ -228,7 +229,7 @@ TEST(Coherence, FollowsAPipelineInFineSteps) {
     EXPECT_NE(runProgram(raw, folder.path()).out, outcome.out);
 }
 
-TEST(Coherence, WrongUsageIsTold) {
+TEST(Coherence, RefusesWrongUsage) {
     const TemporaryFolder folder;
     writeSequence(folder);
     write(folder / "p.yaml",

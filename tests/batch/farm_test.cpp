@@ -1,4 +1,4 @@
-// What `submit` says to farm engines, judged by their rules, by shells, and by doing it.
+// Checks what `submit` hands to farm engines: by their rules, with shells, and by running it.
 
 #include "batch/farm/farm.h"
 
@@ -27,21 +27,21 @@ std::vector<FrameTask> tasksOf(std::size_t count, std::uint64_t seed) {
     return tasks;
 }
 
-TEST(Farm, PiecesHoldEveryFrameOnceInOrderAndCostAboutTheSame) {
+TEST(Farm, ChunksContainEveryFrameOnceInOrderAndCostAboutTheSame) {
     for (std::uint64_t seed = 0; seed < 200; ++seed) {
         SCOPED_TRACE(seed);
         Random random(seed);
         const std::vector<FrameTask> tasks = tasksOf(1 + random.below(300), seed);
         const std::size_t most = 1 + random.below(40);
-        const auto pieces = piecesOfEqualCost(tasks, static_cast<int>(random.below(9)), random.between(0.1, 500), most);
-        ASSERT_GE(pieces.size(), 1U);
-        EXPECT_LE(pieces.size(), most);
+        const auto chunks = chunksOfEqualCost(tasks, static_cast<int>(random.below(9)), random.between(0.1, 500), most);
+        ASSERT_GE(chunks.size(), 1U);
+        EXPECT_LE(chunks.size(), most);
         std::size_t next = 0;
         double total = 0, largest = 0, dearest = 0;
-        for (const auto& piece : pieces) {
-            EXPECT_FALSE(piece.empty());
+        for (const auto& chunk : chunks) {
+            EXPECT_FALSE(chunk.empty());
             double cost = 0;
-            for (const int frame : piece) {
+            for (const int frame : chunk) {
                 ASSERT_EQ(frame, tasks.at(next).frame);
                 const double of_frame = static_cast<double>(tasks[next++].memory);
                 cost += of_frame;
@@ -51,16 +51,16 @@ TEST(Farm, PiecesHoldEveryFrameOnceInOrderAndCostAboutTheSame) {
             dearest = std::max(dearest, cost);
         }
         EXPECT_EQ(next, tasks.size());
-        EXPECT_LE(dearest, total / static_cast<double>(pieces.size()) * 1.5 + 2 * largest);
+        EXPECT_LE(dearest, total / static_cast<double>(chunks.size()) * 1.5 + 2 * largest);
 
-        const auto equal = piecesOfFrames(tasks, most);
+        const auto equal = chunksOfSize(tasks, most);
         EXPECT_EQ(equal.size(), (tasks.size() + most - 1) / most);
         EXPECT_EQ(equal.front().front(), tasks.front().frame);
         EXPECT_EQ(equal.back().back(), tasks.back().frame);
     }
 }
 
-TEST(Farm, AShellReadsWordsBackAsTheyAre) {
+TEST(Farm, AShellReadsQuotedWordsBackUnchanged) {
     const TemporaryFolder folder;
     const std::vector<std::string> words{"plain", "",     "two words", "it's",     "$HOME",
                                          "`ls`",  "a\"b", "*",         "#IFRAME#", "\\"};
@@ -86,7 +86,7 @@ protected:
         EXPECT_FALSE(exists("out"));
         return outcome.out;
     }
-    /// Somewhere else, as farms do.
+    /// Runs a command in another folder, as farms do.
     int shell(const std::string& command) { return std::system(("cd / && " + command + " 2> /dev/null").c_str()); }
 };
 
@@ -96,14 +96,14 @@ std::string replaced(std::string text, const std::string& from, const std::strin
     return text;
 }
 
-TEST_F(Submit, OpenCuesCommandMeshesTheFramesOfItsToken) {
+TEST_F(Submit, TheOpenCueCommandMeshesTheFramesOfItsToken) {
     const std::string command = submitted("opencue");
     EXPECT_NE(command.find(" #FRAMESPEC#"), std::string::npos) << command;
     EXPECT_EQ(shell(replaced(replaced(command, "\n", ""), "#FRAMESPEC#", "2-3")), 0);
     EXPECT_TRUE(absent(1) && written(2) && written(3) && absent(4));
 }
 
-TEST_F(Submit, DeadlinesArgumentsMeshTheFramesOfItsTokens) {
+TEST_F(Submit, TheDeadlineArgumentsMeshTheFramesOfTheirTokens) {
     const std::string command = submitted("deadline");
     std::smatch found;
     ASSERT_TRUE(
@@ -115,7 +115,7 @@ TEST_F(Submit, DeadlinesArgumentsMeshTheFramesOfItsTokens) {
     EXPECT_TRUE(absent(3) && written(4) && written(5));
 }
 
-TEST_F(Submit, TractorsTasksAreTheFramesAndTheReportComesLast) {
+TEST_F(Submit, TractorTasksAreChunksOfFramesAndThenTheReport) {
     const std::string job = submitted("tractor");
     EXPECT_EQ(count(job, "{"), count(job, "}"));
     for (const char* frames : {"{--frames} {1-2}}", "{--frames} {3-4}}", "{--frames} {5}}"})
@@ -186,7 +186,7 @@ TEST_F(Submit, TractorRunsTheTasksAsTclReadsThem) {
     EXPECT_TRUE(exists("out/my job.html"));
 }
 
-TEST_F(Submit, SlurmsScriptMeshesThePieceOfItsTask) {
+TEST_F(Submit, TheSlurmScriptMeshesTheChunkOfItsTask) {
     write(folder_ / "array.sh", submitted("slurm", {"--no-report", "--set", "smoothing.passes=2"}));
     const std::string text = contentsOf(folder_ / "array.sh");
     for (const char* line :
@@ -242,7 +242,7 @@ public:
     }
 };
 
-TEST_F(Submit, OpenJobDescriptionsKeepToTheSchema) {
+TEST_F(Submit, OpenJobDescriptionsFollowTheSchema) {
     const std::string text = submitted("openjd", {"--frames", "1-5x2", "--set", "smoothing.passes=2"});
     const YAML::Node root = YAML::Load(text);
     using Rules = OpenJobRules;

@@ -1,4 +1,4 @@
-// The man page and the completions tell what the commands take.
+// The help, the man page and the completions show the options of every command.
 
 #include "support/program.h"
 
@@ -21,6 +21,8 @@ const std::vector<std::vector<std::string>> kCommands{{"mesh"},
                                                       {"report"},
                                                       {"config", "print"},
                                                       {"config", "presets"},
+                                                      {"render"},
+                                                      {"compare"},
                                                       {"coherence"},
                                                       {"manual"}};
 
@@ -30,6 +32,7 @@ std::string printed(const TemporaryFolder& folder, const std::vector<std::string
     return outcome.out;
 }
 
+/// The long names of the options in a help text.
 std::set<std::string> longOptions(const std::string& help) {
     std::set<std::string> names;
     static const std::regex option("(^|,| )(--[a-z][a-z-]*)[ ,\n]");
@@ -47,13 +50,13 @@ bool isInstalled(const char* program) {
     return std::system((std::string("command -v ") + program + " > /dev/null").c_str()) == 0;
 }
 
-TEST(Manual, TellsEveryOptionOfEveryCommand) {
+TEST(Manual, ContainsEveryOptionOfEveryCommand) {
     const TemporaryFolder folder;
     std::string man = printed(folder, {"manual", "man"});
     for (std::size_t at = man.find("\\-"); at != std::string::npos; at = man.find("\\-", at)) man.erase(at, 1);
     const std::string bash = printed(folder, {"manual", "bash"}), zsh = printed(folder, {"manual", "zsh"});
     for (std::vector<std::string> words : kCommands) {
-        words.push_back("--help");
+        words.push_back("--help-all");
         const auto options = longOptions(printed(folder, words));
         EXPECT_GE(options.size(), 1U) << words.front();
         for (const std::string& option : options)
@@ -64,7 +67,31 @@ TEST(Manual, TellsEveryOptionOfEveryCommand) {
     EXPECT_EQ(runProgram({"manual", "fish"}, folder.path()).exit_code, 2);
 }
 
-TEST(Manual, ManFindsNoFault) {
+TEST(Manual, HelpShowsTheOptionsUsedFirstAndHelpAllTheRest) {
+    const TemporaryFolder folder;
+    const std::string help = printed(folder, {"mesh", "--help"}), all = printed(folder, {"mesh", "--help-all"});
+    EXPECT_NE(help.find("`betamesh mesh --help-all` shows all options."), std::string::npos) << help;
+    EXPECT_EQ(all.find("shows all options"), std::string::npos) << all;
+    EXPECT_EQ(longOptions(help),
+              (std::set<std::string>{"--help", "--help-all", "--preset", "--frames", "--radius", "--spacing",
+                                     "--dimension", "--skin", "--passes", "--attributes", "--threads", "--overwrite",
+                                     "--skip-existing", "--dry-run"}));
+    for (const char* group : {"Options", "Input", "Surface", "Smoothing", "Output", "Running", "Farm and log"}) {
+        EXPECT_EQ(help.find(std::string("\n") + group + ":\n") != std::string::npos, std::string(group) == "Options");
+        EXPECT_NE(all.find(std::string("\n") + group + ":\n"), std::string::npos) << group;
+    }
+    EXPECT_GT(all.find("\nDeprecated:\n"), all.find("\nFarm and log:\n"));
+    for (const char* command : {"run", "render", "compare"}) {
+        const std::string short_help = printed(folder, {command, "--help"});
+        EXPECT_LE(longOptions(short_help).size(), 18U) << short_help;
+        EXPECT_LT(longOptions(short_help).size(), longOptions(printed(folder, {command, "--help-all"})).size());
+        EXPECT_NE(short_help.find(std::string("`betamesh ") + command + " --help-all`"), std::string::npos);
+    }
+    EXPECT_EQ(printed(folder, {"check", "--help"}).find("shows all options"), std::string::npos);
+    EXPECT_NE(printed(folder, {"--help-all"}).find("--bubble-gap"), std::string::npos);
+}
+
+TEST(Manual, GroffHasNoWarnings) {
     if (!isInstalled("groff")) GTEST_SKIP() << "groff is not installed";
     const TemporaryFolder folder;
     write(folder / "betamesh.1", printed(folder, {"manual", "man"}));
@@ -97,7 +124,7 @@ TEST(Manual, BashCompletes) {
     EXPECT_EQ(completed("betamesh mesh a.v"), "\n");  // files, by bash itself
 }
 
-TEST(Manual, ZshReadsItsCompletion) {
+TEST(Manual, ZshParsesItsCompletion) {
     if (!isInstalled("zsh")) GTEST_SKIP() << "zsh is not installed";
     const TemporaryFolder folder;
     write(folder / "_betamesh", printed(folder, {"manual", "zsh"}));

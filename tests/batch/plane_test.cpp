@@ -31,7 +31,7 @@ protected:
     TemporaryFolder folder_;
 };
 
-TEST_F(PlaneJob, EveryFormatHoldsTheSameClosedCurves) {
+TEST_F(PlaneJob, EveryFormatContainsTheSameClosedCurves) {
     std::vector<Curves> found;
     for (const std::string name : {"c.ply", "c.bgeo", "c.obj"}) {
         const Outcome outcome = run("flat.bgeo", name, {"--dimension", "2", "--progress", "json"});
@@ -51,7 +51,7 @@ TEST_F(PlaneJob, EveryFormatHoldsTheSameClosedCurves) {
     }
 }
 
-TEST_F(PlaneJob, PicturesShowWhatIsAskedFor) {
+TEST_F(PlaneJob, PicturesShowTheChosenLayersAndBounds) {
     ASSERT_EQ(run("flat.bgeo", "p.svg", {"--dimension", "2"}).exit_code, 0);
     const std::string usual = contentsOf(folder_ / "p.svg");
     ASSERT_EQ(run("flat.bgeo", "p.svg", {"--dimension", "2", "--layers", "beta", "--bounds", "0,0,4,4"}).exit_code, 0);
@@ -61,7 +61,7 @@ TEST_F(PlaneJob, PicturesShowWhatIsAskedFor) {
     EXPECT_NE(curve.find("height='1000.00'"), std::string::npos);
 }
 
-TEST_F(PlaneJob, TheSkinIsReportedAndAnInsetIsTheRadiusLessIt) {
+TEST_F(PlaneJob, TheSkinIsReportedAndAnInsetIsTheRadiusMinusTheSkin) {
     const auto skinOf = [&](const std::string& name, std::vector<std::string> words) {
         words.insert(words.end(), {"--dimension", "2"});
         EXPECT_EQ(run("flat.bgeo", name, words).exit_code, 0);
@@ -76,14 +76,14 @@ TEST_F(PlaneJob, TheSkinIsReportedAndAnInsetIsTheRadiusLessIt) {
     EXPECT_NE(contentsOf(folder_ / "skin.ply"), contentsOf(folder_ / "auto.ply"));
 }
 
-TEST_F(PlaneJob, WhatGoesTogetherIsCheckedBeforeAnythingIsWritten) {
+TEST_F(PlaneJob, ContradictingOptionsAreRefusedBeforeAnythingIsWritten) {
     const auto refused = [&](const std::string& out, const std::vector<std::string>& words, const std::string& why) {
         const Outcome outcome = run("flat.bgeo", out, words);
         EXPECT_EQ(outcome.exit_code, 2);
         EXPECT_NE(outcome.err.find(why), std::string::npos) << outcome.err;
         EXPECT_FALSE(std::filesystem::exists(folder_ / out));
     };
-    refused("c.svg", {}, "expected one of .bgeo");
+    refused("c.svg", {}, "Use one of .bgeo");
     refused("c.ply", {"--dimension", "4"}, "2 to 3");
     refused("c.ply", {"--dimension", "2", "--layers", "beta"}, "is no picture");
     refused("c.ply", {"--bounds", "0,0,1,1"}, "is no picture");
@@ -95,7 +95,7 @@ TEST_F(PlaneJob, WhatGoesTogetherIsCheckedBeforeAnythingIsWritten) {
     refused("c.svg", {"--dimension", "2", "--bounds", "1,1,0,0"}, "lowest");
 }
 
-TEST_F(PlaneJob, ParticlesOutOfThePlaneFailTheirFrameAndEqualHeightsAreHintedAt) {
+TEST_F(PlaneJob, ParticlesOutsideThePlaneFailTheirFrameAndFlatInputGivesAHint) {
     const Outcome bent = run("bent.bgeo", "c.ply", {"--dimension", "2"});
     EXPECT_EQ(bent.exit_code, 1);
     EXPECT_NE(bent.err.find("expected one z"), std::string::npos) << bent.err;

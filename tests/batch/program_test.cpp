@@ -1,4 +1,4 @@
-// The commands around the batch job.
+// The commands besides the batch job, and how the program uses the resources it is granted.
 
 #include "io/particle_file.h"
 #include "support/program.h"
@@ -11,21 +11,23 @@ namespace {
 
 using Json = nlohmann::json;
 
-TEST(Program, SaysItsVersionAndHelps) {
+TEST(Program, PrintsItsVersionAndHelp) {
     const TemporaryFolder folder;
     const Outcome version = runProgram({"--version"}, folder.path());
     EXPECT_EQ(version.exit_code, 0);
     EXPECT_TRUE(version.out.starts_with("betamesh ")) << version.out;
     for (const char* command : {"mesh", "run", "sample", "info", "check", "render", "compare", "config"}) {
-        const Outcome help = runProgram({command, "--help"}, folder.path());
-        EXPECT_EQ(help.exit_code, 0);
-        EXPECT_NE(help.out.find("Usage:"), std::string::npos);
-        std::istringstream lines(help.out);
-        for (std::string line; std::getline(lines, line);) EXPECT_LE(line.size(), 120U) << line;
+        for (const char* option : {"--help", "--help-all"}) {
+            const Outcome help = runProgram({command, option}, folder.path());
+            EXPECT_EQ(help.exit_code, 0);
+            EXPECT_NE(help.out.find("Usage:"), std::string::npos);
+            std::istringstream lines(help.out);
+            for (std::string line; std::getline(lines, line);) EXPECT_LE(line.size(), 120U) << line;
+        }
     }
 }
 
-TEST(Program, SamplesAreTheSameEveryTimeAndNotOverwrittenUnasked) {
+TEST(Program, SamplesAreTheSameEveryTimeAndOverwrittenOnlyOnRequest) {
     const TemporaryFolder folder;
     const std::vector<std::string> words{"sample", "drop", "a/d.####.ply", "--particles", "500", "--frames", "2-4x2"};
     ASSERT_EQ(runProgram(words, folder.path()).exit_code, 0);
@@ -50,7 +52,7 @@ TEST(Program, SamplesAreTheSameEveryTimeAndNotOverwrittenUnasked) {
     EXPECT_EQ(runProgram({"sample", "drop", "x.0003.ply", "--particles", "500"}, folder.path()).exit_code, 0);
 }
 
-TEST(Program, InfoSaysWhatIsInAFile) {
+TEST(Program, InfoShowsWhatAFileContains) {
     const TemporaryFolder folder;
     ASSERT_EQ(runProgram({"sample", "jitter", "a.vdb", "--particles", "500"}, folder.path()).exit_code, 0);
     ASSERT_EQ(runProgram({"mesh", "a.vdb", "a.ply"}, folder.path()).exit_code, 0);
@@ -76,7 +78,7 @@ TEST(Program, InfoSaysWhatIsInAFile) {
     EXPECT_NE(broken.out.find("a.ply"), std::string::npos);
 }
 
-TEST(Program, ConfigPrintsWhatConfigChecks) {
+TEST(Program, ConfigCheckAcceptsTheOutputOfConfigPrint) {
     const TemporaryFolder folder;
     const Outcome defaults = runProgram({"config", "print"}, folder.path());
     EXPECT_EQ(defaults.exit_code, 0);
@@ -89,7 +91,7 @@ TEST(Program, ConfigPrintsWhatConfigChecks) {
     EXPECT_EQ(runProgram({"config"}, folder.path()).exit_code, 2);
 }
 
-TEST(Program, HonoursTheThreadsThatAFarmGrants) {
+TEST(Program, UsesTheThreadsThatAFarmGrants) {
     const TemporaryFolder folder;
     ASSERT_EQ(runProgram({"sample", "jitter", "a.####.ply", "--particles", "100"}, folder.path()).exit_code, 0);
     for (const char* grant : {"SLURM_CPUS_PER_TASK=1", "CUE_THREADS=1"}) {
@@ -99,7 +101,7 @@ TEST(Program, HonoursTheThreadsThatAFarmGrants) {
     }
 }
 
-TEST(Program, HonoursTheMemoryThatAFarmGrants) {
+TEST(Program, UsesTheMemoryThatAFarmGrants) {
     const TemporaryFolder folder;
     ASSERT_EQ(runProgram({"sample", "jitter", "a.0001.ply", "--particles", "100"}, folder.path()).exit_code, 0);
     const Outcome outcome =
@@ -107,7 +109,7 @@ TEST(Program, HonoursTheMemoryThatAFarmGrants) {
     EXPECT_NE(outcome.err.find(" in 800 MiB"), std::string::npos) << outcome.err;  // four fifths of it
 }
 
-/// A control group of its own, of either version; gone at the end.
+/// A control group (version 1 or 2), removed with this object.
 class ControlGroup {
 public:
     /// file, value: a limit of the controller.
@@ -131,7 +133,7 @@ public:
     ControlGroup& operator=(const ControlGroup&) = delete;
 
     bool works() const { return limits_ > 0; }
-    /// Runs a command of the shell in it.
+    /// Runs a shell command in the group.
     bool run(const std::string& command) const {
         return std::system(("echo $$ > " + folder_ + "/cgroup.procs && " + command).c_str()) == 0;
     }
@@ -147,7 +149,7 @@ private:
     int limits_ = 0;
 };
 
-TEST(Program, HonoursTheLimitsOfItsControlGroup) {
+TEST(Program, KeepsToTheLimitsOfItsControlGroup) {
     const ControlGroup processors("cpu", {{"cpu.max", "100000 100000"}, {"cpu.cfs_quota_us", "100000"}});
     if (!processors.works()) GTEST_SKIP() << "no control group can be made here";
     const TemporaryFolder folder;

@@ -1,4 +1,4 @@
-// Pictures as a user asks for them.
+// `betamesh render`, `compare` and previews of pipelines, as a user runs them.
 
 #include "render/exr_file.h"
 #include "render/png_file.h"
@@ -53,7 +53,7 @@ std::string outputOf(const std::string& command) {
     return ::pclose(pipe) == 0 ? text : "failed: " + text;
 }
 
-TEST_F(Pictures, OfASequenceShareOneCameraThatSeesAllOfIt) {
+TEST_F(Pictures, OfASequenceShareACameraThatFramesAllFrames) {
     const Outcome outcome = run(small({"render", "mesh.####.ply", "look/a.####.exr", "look/a.####.png"}));
     ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
     for (int frame = 1; frame <= 3; ++frame) {
@@ -64,10 +64,10 @@ TEST_F(Pictures, OfASequenceShareOneCameraThatSeesAllOfIt) {
         const auto width = static_cast<std::size_t>(picture.width);
         for (std::size_t i = 0; i < picture.size(); ++i)
             if (i < width || i + width >= picture.size() || i % width == 0 || (i + 1) % width == 0) {
-                EXPECT_EQ(picture.alpha[i], 0) << "the edge of the picture is free";
+                EXPECT_EQ(picture.alpha[i], 0) << "the surface reaches the edge of the picture";
             }
     }
-    // Frame 2 alone, with the camera that was found for all.
+    // Frame 2 alone, with the camera of the whole sequence.
     const std::size_t begin = outcome.err.find("--camera-position");
     ASSERT_NE(begin, std::string::npos) << outcome.err;
     std::istringstream words(outcome.err.substr(begin, outcome.err.find('\n', begin) - begin));
@@ -100,7 +100,7 @@ TEST_F(Pictures, ParticlesAreBallsAndTheirUnionIsLarger) {
     EXPECT_GT(coverage(exr("u.exr")), coverage(picture));
 }
 
-TEST_F(Pictures, EveryLookIsAnother) {
+TEST_F(Pictures, DifferForEverySetting) {
     std::vector<std::string> seen;
     const std::vector<std::vector<std::string>> looks{{},
                                                       {"--shading", "zebra"},
@@ -123,7 +123,7 @@ TEST_F(Pictures, EveryLookIsAnother) {
     }
 }
 
-TEST_F(Pictures, APipelineMakesThemBesideItsMeshes) {
+TEST_F(Pictures, AreRenderedBesideTheMeshesOfAPipeline) {
     std::ofstream(folder / "job.yaml")
         << "version: 1\n"
            "input: {path: sim.####.vdb}\n"
@@ -134,14 +134,14 @@ TEST_F(Pictures, APipelineMakesThemBesideItsMeshes) {
     const std::string alone = bytes("look/a.0002.exr");
     EXPECT_EQ(run({"run", "job.yaml", "--frames", "2"}).exit_code, 2);
     fs::remove(folder / "out/a.0002.ply");
-    EXPECT_EQ(run({"run", "job.yaml", "--frames", "2"}).exit_code, 2) << "the picture is in the way";
+    EXPECT_EQ(run({"run", "job.yaml", "--frames", "2"}).exit_code, 2) << "the picture already exists";
     fs::remove(folder / "look/a.0002.exr");
     ASSERT_EQ(run({"run", "job.yaml", "--frames", "1-2"}).exit_code, 0);
     fs::remove(folder / "look/a.0002.exr");
     ASSERT_EQ(run({"run", "job.yaml", "--frames", "1-2", "--skip-existing"}).exit_code, 0);
     EXPECT_EQ(bytes("look/a.0002.exr"), alone) << "a frame without its picture is not finished";
     ASSERT_EQ(run({"run", "job.yaml", "--frames", "2", "--skip-existing", "--set", "preview.up=z"}).exit_code, 0);
-    EXPECT_NE(bytes("look/a.0002.exr"), alone) << "nor is one with a picture of another look";
+    EXPECT_NE(bytes("look/a.0002.exr"), alone) << "nor is one whose picture has other settings";
     ASSERT_EQ(run({"run", "job.yaml", "--overwrite", "--frames-in-flight", "2"}).exit_code, 0);
     EXPECT_TRUE(fs::exists(folder / "look/a.0003.exr"));
     EXPECT_EQ(bytes("look/a.0002.exr"), alone);
@@ -150,13 +150,13 @@ TEST_F(Pictures, APipelineMakesThemBesideItsMeshes) {
     EXPECT_NE(bytes("look/a.0002.exr"), alone);
 }
 
-TEST_F(Pictures, CompareShowsFourSurfacesOfOneFrame) {
+TEST_F(Pictures, CompareShowsFourSurfacesOfAFrame) {
     ASSERT_EQ(run(small({"compare", "sim.0002.vdb", "a.png"})).exit_code, 0);
     const Image sheet = image("a.png");
     EXPECT_GT(sheet.width, 2 * 160);
     EXPECT_LT(sheet.width, 2 * 160 + 40);
     EXPECT_GT(sheet.height, 2 * 90);
-    // The first panel holds the balls that `render` shows from the same place.
+    // The first panel shows the same balls as `render --show union`, with the same camera.
     const auto panel = [&](int left, int top) {
         Image part(160, 90, {});
         paste(sheet, -left, -top, part);
@@ -178,7 +178,7 @@ TEST_F(Pictures, CompareShowsFourSurfacesOfOneFrame) {
     EXPECT_EQ(run({"compare", "sim.0002.vdb", "a.png"}).exit_code, 2);
 }
 
-TEST_F(Pictures, PanelsDifferInNothingButWhatTheySay) {
+TEST_F(Pictures, PanelsDifferOnlyInTheKeysTheySet) {
     const auto compared = [&](const std::vector<std::string>& panels) {
         std::vector<std::string> words = small({"compare", "sim.0002.vdb", "a.png", "--columns", "2", "--overwrite"});
         for (const std::string& panel : panels) words.insert(words.end(), {"--panel", panel});
@@ -203,13 +203,13 @@ TEST_F(Pictures, PanelsDifferInNothingButWhatTheySay) {
         EXPECT_EQ(compared({"one:", wrong}).exit_code, 2) << wrong;
 }
 
-TEST_F(Pictures, AContactSheetHoldsTheChosenFrames) {
+TEST_F(Pictures, AContactSheetContainsTheChosenFrames) {
     const std::vector<std::string> words = small({"render", "mesh.####.ply", "a.####.png", "--contact-sheet", "s.png"});
     ASSERT_EQ(run(words).exit_code, 0);
     const Image all = image("s.png");
     EXPECT_EQ(run(words).exit_code, 2);
     std::vector<std::string> again = words;
-    again.push_back("--skip-existing");  // made of the pictures that are there
+    again.push_back("--skip-existing");  // made from the existing pictures
     ASSERT_EQ(run(again).exit_code, 0);
     EXPECT_EQ(image("s.png").pixel, all.pixel);
     again.insert(again.end(), {"--sheet-pictures", "2"});
@@ -234,7 +234,7 @@ TEST_F(Pictures, AMovieNeedsFfmpeg) {
               "160,90,3\n");
 }
 
-TEST_F(Pictures, WrongWordsEndBeforeAnythingIsWritten) {
+TEST_F(Pictures, WrongUsageIsRefusedBeforeAnythingIsWritten) {
     EXPECT_EQ(run({"render", "mesh.####.ply", "a.####.jpg"}).exit_code, 2);
     EXPECT_EQ(run({"render", "mesh.####.ply", "a.png"}).exit_code, 2);
     EXPECT_EQ(run({"render", "nothing.####.ply", "a.####.png"}).exit_code, 2);

@@ -1,4 +1,4 @@
-// The page of a job: what it tells, and that a browser shows it without any network.
+// The HTML page of a job: what it contains, and that a browser shows it without a network.
 
 #include "support/job_folder.h"
 
@@ -35,11 +35,11 @@ protected:
     std::string preview_;
 };
 
-TEST_F(Report, TellsEveryFrameAndWhatIsMissing) {
+TEST_F(Report, ListsEveryFrameAndMissingOnes) {
     EXPECT_EQ(page().exit_code, 0);
     const Outcome outcome = page({"--frames", "1-5"});
     EXPECT_EQ(outcome.exit_code, 1);
-    EXPECT_NE(outcome.err.find("no manifest of frames 4"), std::string::npos) << outcome.err;
+    EXPECT_NE(outcome.err.find("no manifests of frames 4"), std::string::npos) << outcome.err;
     const std::string html = contentsOf(folder_ / "page.html");
     EXPECT_EQ(count(html, "<tr class=\"ok\">"), 3U);
     EXPECT_EQ(count(html, "<tr class=\"empty\">"), 1U);
@@ -54,7 +54,7 @@ TEST_F(Report, TellsEveryFrameAndWhatIsMissing) {
     EXPECT_FALSE(std::regex_search(html, std::regex("(src|href)=.(https?:)?//|@import|<script")));
 }
 
-TEST_F(Report, RefusesWhatIsNoManifest) {
+TEST_F(Report, RefusesFilesThatAreNotManifests) {
     EXPECT_EQ(runProgram({"report", "in/a.0001.ply", "-o", "page.html"}, folder_.path()).exit_code, 2);
     EXPECT_EQ(runProgram({"report", "out/b.0001.ply.json", "-o", "page.html"}, folder_.path()).exit_code, 2);
     const Outcome outcome = runProgram(
@@ -64,21 +64,21 @@ TEST_F(Report, RefusesWhatIsNoManifest) {
     EXPECT_FALSE(exists("page.html"));
 }
 
-TEST_F(Report, ABrowserShowsIt) {
+TEST_F(Report, ABrowserShowsThePage) {
     if (!fs::exists(kBrowser)) GTEST_SKIP() << kBrowser << " is not installed (docker/test-packages.txt)";
     page({"--frames", "1-5"});
     const std::string browser = std::string(kBrowser) +
                                 " --no-sandbox --disable-gpu --user-data-dir=" + folder_ / "user" +
                                 " --host-resolver-rules='MAP * ~NOTFOUND' ";
     const std::string url = "file://" + folder_ / "page.html";
-    // What the browser makes of the page.
+    // The document as the browser parses it.
     ASSERT_EQ(std::system((browser + "--dump-dom " + url + " > " + folder_ / "dom 2> " + folder_ / "said").c_str()), 0)
         << contentsOf(folder_ / "said");
     const std::string dom = contentsOf(folder_ / "dom");
     EXPECT_EQ(count(dom, "<tr class="), 5U);
     EXPECT_EQ(count(dom, "</svg>"), 7U);
     EXPECT_EQ(count(dom, "<img "), 1U);
-    // And how it looks: not all of one colour.
+    // A screenshot that is not a single colour, and so not tiny.
     const std::string picture = folder_ / "page.png";
     ASSERT_EQ(std::system(
                   (browser + "--window-size=1200,1600 --screenshot=" + picture + ' ' + url + " 2> /dev/null").c_str()),

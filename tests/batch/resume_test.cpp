@@ -1,4 +1,4 @@
-// Jobs that are ended, changed, doubled and taken up again: what is on disk is always what one undisturbed run writes.
+// Jobs that are killed, changed, run twice at a time and resumed: the files are always those of one undisturbed run.
 
 #include "base/random.h"
 #include "support/job_folder.h"
@@ -11,7 +11,7 @@ namespace {
 
 class Resume : public JobFolder {
 protected:
-    /// What `--skip-existing` does with each frame.
+    /// The status of each frame with `--skip-existing`.
     std::map<int, std::string> actions(std::vector<std::string> further = {}) {
         further.insert(further.end(), {"--skip-existing", "--json"});
         const Outcome outcome = mesh(further);
@@ -20,7 +20,7 @@ protected:
         for (const Json& line : jsonLines(outcome.out)) status[line["frame"]] = line["status"];
         return status;
     }
-    /// Every frame of `expected` was made again but no other.
+    /// Exactly the frames of `expected` are meshed again.
     void expectAgain(const std::set<int>& expected, const std::vector<std::string>& further = {}) {
         const Outcome planned = [&] {
             std::vector<std::string> words = further;
@@ -37,7 +37,7 @@ protected:
     }
 };
 
-TEST_F(Resume, ExactlyTheFramesWhoseManifestDoesNotMatchAreMadeAgain) {
+TEST_F(Resume, FramesAreMeshedAgainExactlyIfTheirManifestDoesNotMatch) {
     writeFrames(1, 4);
     ASSERT_EQ(mesh().exit_code, 0);
     const auto before = meshesIn("out");
@@ -82,7 +82,7 @@ TEST_F(Resume, ExactlyTheFramesWhoseManifestDoesNotMatchAreMadeAgain) {
     for (const auto& [frame, status] : actions({"--frames", "1-4"})) EXPECT_EQ(status, "skipped") << frame;
 }
 
-TEST_F(Resume, AnEmptyMeshForAMissingFrameIsMadeAgainWhenTheFrameCame) {
+TEST_F(Resume, AnEmptyMeshOfAMissingFrameIsReplacedWhenTheFrameArrives) {
     writeFrames(1, 2);
     fs::rename(folder_ / "in/a.0002.ply", folder_ / "late.ply");
     ASSERT_EQ(mesh({"--frames", "1-2", "--on-missing", "empty"}).exit_code, 0);
@@ -93,8 +93,8 @@ TEST_F(Resume, AnEmptyMeshForAMissingFrameIsMadeAgainWhenTheFrameCame) {
     EXPECT_EQ(statusOf(2), "skipped");
 }
 
-/// A process may die when its last manifest is written but its lock not yet gone.
-TEST_F(Resume, NothingHiddenStaysBesideFramesThatAreAllThere) {
+/// A process may be killed after it has written its last manifest and before it removes its lock.
+TEST_F(Resume, NoHiddenFilesRemainBesideFinishedFrames) {
     writeFrames(1, 2);
     ASSERT_EQ(mesh().exit_code, 0);
     write(folder_ / "out/.a.0002.ply.betamesh-lock", "");
@@ -102,7 +102,7 @@ TEST_F(Resume, NothingHiddenStaysBesideFramesThatAreAllThere) {
     EXPECT_EQ(hiddenFiles("out"), 0U);
 }
 
-TEST_F(Resume, AfterBeingKilledAtAnyMomentEverythingIsAsIfUndisturbed) {
+TEST_F(Resume, AJobKilledAtAnyMomentIsCompletedToTheSameBytes) {
     constexpr int kFrames = 12, kKillsARound = 5, kRounds = kSanitized ? 2 : 10, kMostAttempts = 50;
     Sample sample({"drop", 1500, 1, 24});
     for (int frame = 1; frame <= kFrames; ++frame) writeFrame(frame, sample.frame(frame));
@@ -123,13 +123,13 @@ TEST_F(Resume, AfterBeingKilledAtAnyMomentEverythingIsAsIfUndisturbed) {
             RunningProgram program(words, folder_.path());
             if (attempts > 0) std::this_thread::sleep_for(whole_run * random.between(0, 0.5));  // the first at once
             program.send(SIGKILL);
-            if (program.wait().exit_code != -SIGKILL) {  // had ended: all over again
+            if (program.wait().exit_code != -SIGKILL) {  // it had ended already: start over
                 fs::remove_all(folder_ / "out");
                 continue;
             }
             ++kills, ++killed;
             for (int frame = 1; frame <= kFrames; ++frame) {
-                // Files under their names are whole, and where there is a manifest there is everything.
+                // Files are complete, and if there is a manifest, all files of the frame exist.
                 for (const std::string& name : {numbered("a", frame, ".ply"), numbered("a", frame, ".spheres.ply")}) {
                     if (exists("out/" + name)) {
                         EXPECT_TRUE(contentsOf(folder_ / ("out/" + name)) == undisturbed.at(name)) << name;
@@ -147,7 +147,7 @@ TEST_F(Resume, AfterBeingKilledAtAnyMomentEverythingIsAsIfUndisturbed) {
     EXPECT_EQ(killed, kRounds * kKillsARound);
 }
 
-TEST_F(Resume, WhatAnotherProcessLeavesThatDiesMeanwhileGoes) {
+TEST_F(Resume, TemporaryFilesOfAKilledProcessAreRemoved) {
     writeFrames(1, 24, 3000);
     const auto stopWhen = [](RunningProgram& program, const auto& isSo) {
         for (int attempt = 0; attempt < 50000; ++attempt) {
@@ -178,7 +178,7 @@ TEST_F(Resume, WhatAnotherProcessLeavesThatDiesMeanwhileGoes) {
     EXPECT_EQ(hiddenFiles("out"), 0U);
 }
 
-TEST_F(Resume, TwoProcessesOnTheSameFramesLeaveEachFrameOfOneOfThem) {
+TEST_F(Resume, IfTwoProcessesWriteAFrameOneCompleteSetOfFilesWins) {
     constexpr int kFrames = 6;
     Sample sample({"drop", 600, 1, 24});
     for (int frame = 1; frame <= kFrames; ++frame) writeFrame(frame, sample.frame(frame));

@@ -1,4 +1,4 @@
-// A real Slurm runs a pipeline: what it writes, and what is left when its tasks are killed.
+// A real Slurm runs a pipeline: what is written, also after tasks were killed.
 
 #include "support/job_folder.h"
 #include "support/slurm.h"
@@ -22,7 +22,7 @@ protected:
         write(folder_ / "job.yaml", "version: 1\ninput: {path: in/a.####.ply}\noutput: {path: out/a.####.ply}\n");
     }
 
-    /// The id of the array that `submit` makes; expected: its exit code.
+    /// Submits the pipeline and returns the id of the array. expected: the exit code of `submit`.
     std::string submit(const std::vector<std::string>& further, int expected = 0) {
         std::vector<std::string> words{"submit",       "job.yaml", "--to",  "slurm",
                                        "--chunk-size", "4",        "--set", "run.threads=1"};
@@ -37,7 +37,7 @@ protected:
 
 std::unique_ptr<Slurm> OnSlurm::slurm_;
 
-TEST_F(OnSlurm, AnArrayWithATaskThatIsKilledAndRequeuedWritesWhatALocalRunWrites) {
+TEST_F(OnSlurm, AnArrayWithAKilledAndRequeuedTaskWritesTheSameMeshesAsALocalRun) {
     ASSERT_EQ(mesh({}, "local/a.####.ply").exit_code, 0);
     const std::string job = submit({"--", "--output=" + folder_ / "task.%a.log"});
     ASSERT_FALSE(job.empty());
@@ -81,7 +81,7 @@ TEST_F(OnSlurm, AFrameThatFailsMakesTheJobFail) {
     for (int frame = 1; frame <= kFrames; ++frame) EXPECT_EQ(written(frame), frame != 6) << frame;
 }
 
-TEST_F(OnSlurm, AnArrayIsNotLargerThanSlurmTakes) {  // 100 here
+TEST_F(OnSlurm, AnArrayIsNoLargerThanSlurmAccepts) {  // 100 here
     for (int frame = kFrames + 1; frame <= 250; ++frame)
         fs::create_hard_link(folder_ / "in/a.0001.ply", folder_ / numbered("in/a", frame, ".ply"));
     const Outcome by_cost = runProgram({"submit", "job.yaml", "--to", "slurm", "--print", "--task-minutes", "0.001"},

@@ -1,4 +1,4 @@
-// What the mesh's vertices inherit from the particles.
+// Particle attributes on the vertices of the mesh.
 
 #include "skin/pipeline.h"
 
@@ -63,7 +63,7 @@ TEST(Attributes, DoNotDependOnParticleOrder) {
     }
 }
 
-TEST(Attributes, ThatAreMissingAreAnError) {
+TEST(Attributes, MissingNamesAreAnError) {
     Particles particles;
     particles.position = {{0, 0, 0}};
     particles.attributes = {{"Cd", 3, {1, 0, 0}, {}}};
@@ -77,7 +77,7 @@ TEST(Attributes, ThatAreMissingAreAnError) {
     EXPECT_TRUE(skinFrame(Particles{}, carrying(1, {"colour"})).mesh.attributes.empty());
 }
 
-TEST(Attributes, AccelerationsAreCarriedUnasked) {
+TEST(Attributes, AccelerationsAreCarriedWithoutBeingRequested) {
     Particles particles;
     particles.position = {{0, 0, 0}};
     particles.attributes = {{"accel", 3, {0, -9.81f, 0}, {}}};

@@ -1,4 +1,4 @@
-// What is true of the ball boundary of every cloud.
+// Properties of the ball boundary of every cloud.
 
 #include "base/icosphere.h"
 #include "base/random.h"
@@ -6,10 +6,10 @@
 #include "mesh/mesh_measure.h"
 #include "skin/alpha_mesh.h"
 #include "skin/ball_boundary.h"
-#include "skin/ball_faces.h"
+#include "skin/coverage.h"
 #include "skin/exposed_region.h"
-#include "skin/exposure_candidates.h"
 #include "skin/face_points.h"
+#include "skin/faces.h"
 #include "support/clouds.h"
 #include "support/oracles.h"
 
@@ -50,7 +50,7 @@ void expectEveryEdgePaired(const std::vector<Triangle>& triangles) {
         ASSERT_EQ(count, 0) << "edge " << edge.first << " - " << edge.second << " has no opposite";
 }
 
-// Nobody farther from anybody than a radius of 1.
+// Particles within one radius (1) of each other.
 Particles hugeCrowd() {
     constexpr std::size_t kParticles = 12000;
     Particles particles;
@@ -77,7 +77,7 @@ TEST(BallBoundary, AgreesWithBruteForceTriangleForTriangle) {
 TEST(BallBoundary, DirectionsAreExposedWhereNoOtherBallCoversThem) {
     constexpr double kInDoubt = 1e-5;  // of cosines in single precision
     const std::vector<Vec3> directions = icosphere(3).position;
-    std::size_t exposed = 0, hidden = 0;
+    std::size_t exposed = 0, covered = 0;
     forEveryCloud(kRandomClouds / 3, [&](const Cloud& cloud) {
         if (cloud.particles.size() > 200) return;
         const SnappedParticles snapped = snapParticles(cloud.particles, cloud.radius);
@@ -87,7 +87,7 @@ TEST(BallBoundary, DirectionsAreExposedWhereNoOtherBallCoversThem) {
         for (std::size_t b = 0; b < boundary.position.size(); ++b) {
             std::span<const ExposedDirection> listed = boundary.exposed[b];
             for (std::uint32_t d = 0; d < directions.size(); ++d) {
-                double least = kFullClearance;  // rim_distance, by its definition
+                double least = kMaxRimDistance;  // rim_distance, by its definition
                 double least_of_cosines = 1;    // cos α - cos β
                 for (const Vec3i& position : snapped.position) {
                     const Vec3 offset = toDouble(position - boundary.position[b]);
@@ -97,13 +97,13 @@ TEST(BallBoundary, DirectionsAreExposedWhereNoOtherBallCoversThem) {
                     if (sine < 1e-4) continue;  // hides next to nothing
                     const double apart = cosine - dot(offset, directions[d]) / distance;
                     least_of_cosines = std::min(least_of_cosines, apart);
-                    least = std::min(least, apart / (sine * std::min(1.0, sine / kWideCap)));
+                    least = std::min(least, apart / (sine * std::min(1.0, sine / kWideCapSine)));
                 }
                 const bool is_listed = !listed.empty() && listed.front().direction == d;
                 if (std::abs(least_of_cosines) > kInDoubt) {
                     ASSERT_EQ(is_listed, least_of_cosines > 0) << cloud.name << ", ball " << b;
                 }
-                is_listed ? ++exposed : ++hidden;
+                is_listed ? ++exposed : ++covered;
                 if (!is_listed) continue;
                 const double rounding = least * kInDoubt / std::max(least_of_cosines, kInDoubt);
                 EXPECT_NEAR(listed.front().rim_distance, least, 1e-3 + rounding) << cloud.name << ", ball " << b;
@@ -113,11 +113,11 @@ TEST(BallBoundary, DirectionsAreExposedWhereNoOtherBallCoversThem) {
         }
     });
     EXPECT_GT(exposed, 10000u);
-    EXPECT_GT(hidden, 10000u);
+    EXPECT_GT(covered, 10000u);
 }
 
-TEST(BallBoundary, TiesAreThoseOfBallsOfSlightlyDifferentRadius) {
-    // corners of small grids: nearly every predicate is a tie
+TEST(BallBoundary, TiesAreBrokenAsForSlightlyDifferentRadii) {
+    // points of small grids: nearly every predicate is a tie
     const auto compare = [](const Particles& particles, double radius) {
         EXPECT_EQ(canonical(trianglesOfRows(boundaryOf(particles, radius))),
                   perturbedAlphaTriangles(particles, radius));
@@ -191,7 +191,7 @@ TEST(BallBoundary, EveryComponentIsAClosedSurface) {
     });
 }
 
-TEST(BallBoundary, VerticesLieOnThreeSpheresAndInsideNone) {
+TEST(BallBoundary, VerticesAreOnThreeSpheresAndInsideNone) {
     forEveryCloud(200, [](const Cloud& cloud) {
         const BallBoundary boundary = boundaryOf(cloud.particles, cloud.radius);
         const SnappedParticles snapped = snapParticles(cloud.particles, cloud.radius);
@@ -221,7 +221,7 @@ TEST(BallBoundary, DoesNotDependOnParticleOrder) {
     });
 }
 
-TEST(BallBoundary, IsTheSameWithoutThoseHiddenInAHugeCrowd) {
+TEST(BallBoundary, IsTheSameWithoutCoveredParticlesOfADenseCell) {
     const Particles crowd = hugeCrowd();
     const BallBoundary all = boundaryOf(crowd, 1);
     std::vector<std::uint32_t> rows = all.row;
@@ -233,14 +233,14 @@ TEST(BallBoundary, IsTheSameWithoutThoseHiddenInAHugeCrowd) {
     EXPECT_LT(exposed.size(), crowd.size() / 10);
 }
 
-TEST(BallBoundary, ClosesWhereThousandsOfSpheresPassByAPoint) {
+TEST(BallBoundary, IsClosedWhereThousandsOfSpheresNearlyShareAPoint) {
     constexpr std::size_t kParticles = 8000;
     const BallBoundary boundary = boundaryOf(spiralOnSphere(kParticles, 1.5), 1.5);
     expectEveryEdgePaired(boundary.triangle);
     EXPECT_EQ(boundary.position.size(), kParticles);
 }
 
-TEST(NeighbourFinder, FindsSomeOfAHugeCrowd) {
+TEST(NeighbourFinder, SamplesADenseCell) {
     const SnappedParticles snapped = snapParticles(hugeCrowd(), 1);
     NeighbourFinder finder(snapped);
     std::vector<Neighbour> some, all;
@@ -255,7 +255,7 @@ TEST(NeighbourFinder, FindsSomeOfAHugeCrowd) {
     }
 }
 
-TEST(NeighbourFinder, FindsAllWithinItsReach) {
+TEST(NeighbourFinder, FindsAllWithinReach) {
     std::size_t in_crowds = 0;
     forEveryCloud(300, [&](const Cloud& cloud) {
         const SnappedParticles snapped = snapParticles(cloud.particles, cloud.radius);
@@ -287,7 +287,7 @@ TEST(NeighbourFinder, FindsAllWithinItsReach) {
     EXPECT_GT(in_crowds, 100U);  // which are looked at in parts
 }
 
-TEST(ExposedRegion, NamesWhoeverCoversAnyOfIt) {
+TEST(ExposedRegion, NamesEveryBallThatClipsIt) {
     const Icosphere sphere = icosphere(5);
     forEveryCloud(1000, [&](const Cloud& cloud) {
         if (cloud.particles.size() > 400) return;
@@ -298,8 +298,8 @@ TEST(ExposedRegion, NamesWhoeverCoversAnyOfIt) {
         std::vector<Neighbour> neighbours;
         for (std::uint32_t i = 0; i < snapped.size(); ++i) {
             finder.find(i, neighbours);
-            const bool hidden = region.isHiddenBy(neighbours);
-            region.enclose(neighbours);
+            const bool covered = region.isCoveredBy(neighbours);
+            region.construct(neighbours);
             for (const Vec3& direction : sphere.position) {
                 const Vec3 point = direction * radius;
                 const auto hides = [&](const Neighbour& n) {
@@ -310,7 +310,7 @@ TEST(ExposedRegion, NamesWhoeverCoversAnyOfIt) {
                 };
                 const bool exposed = !hidesFromAny(neighbours);
                 if (exposed) {
-                    ASSERT_TRUE(!region.empty() && !hidden) << "particle " << i;
+                    ASSERT_TRUE(!region.empty() && !covered) << "particle " << i;
                 }
                 if (!region.empty()) {
                     ASSERT_EQ(exposed, !hidesFromAny(region.neighbours())) << "particle " << i;
@@ -320,7 +320,7 @@ TEST(ExposedRegion, NamesWhoeverCoversAnyOfIt) {
     });
 }
 
-TEST(Survivors, NoExposedParticleIsCulled) {
+TEST(ExposureCandidates, IncludeEveryExposedParticle) {
     forEveryCloud(500, [](const Cloud& cloud) {
         if (cloud.particles.size() > 400) return;  // without the cull, pairs of neighbours are many
         const SnappedParticles snapped = snapParticles(cloud.particles, cloud.radius);
@@ -333,7 +333,7 @@ TEST(Survivors, NoExposedParticleIsCulled) {
     });
 }
 
-TEST(BallFaces, WhatTwoCrowdsLeaveOfTheBallBetweenThemIsOneRing) {
+TEST(BallFaces, ABallBetweenTwoDenseClustersIsExposedInOneRing) {
     std::mt19937 random(17);
     std::uniform_real_distribution<float> apart(0, 0.02F);
     Particles particles;
@@ -349,8 +349,9 @@ TEST(BallFaces, WhatTwoCrowdsLeaveOfTheBallBetweenThemIsOneRing) {
     EXPECT_EQ(cycles, std::vector<std::size_t>{2});
 }
 
-// A slab thinner than a cell: every ball reaches into cells without particles, and a good half lie deep enough.
-TEST(Survivors, OfACrowdThatReachesIntoCellsWithoutParticlesManyAreCulled) {
+// A slab thinner than a cell: every ball reaches into empty cells, and more than half of the balls are deep enough to
+// be culled.
+TEST(ExposureCandidates, ExcludeMostOfADenseSlabBesideEmptyCells) {
     std::mt19937 random(3);
     std::uniform_real_distribution<float> along(0, 10), across(0, 2);
     Particles slab;

@@ -1,4 +1,4 @@
-// What is true of the complete tessellation of every cloud.
+// Properties of the complete tessellation of every cloud.
 
 #include "skin/tessellate.h"
 
@@ -8,9 +8,9 @@
 #include "mesh/mesh_measure.h"
 #include "skin/arcs.h"
 #include "skin/ball_boundary.h"
-#include "skin/ball_faces.h"
-#include "skin/exposure_candidates.h"
+#include "skin/coverage.h"
 #include "skin/face_points.h"
+#include "skin/faces.h"
 #include "skin/pipeline.h"
 #include "skin/velocity.h"
 #include "support/clouds.h"
@@ -59,7 +59,7 @@ Tessellated tessellated(const Particles& particles, double radius, Appearance ap
     return {std::move(boundary), std::move(mesh)};
 }
 
-// In radii: how far the vertex farthest from the boundary of the union is from it.
+// Largest distance of a vertex from the boundary of the union, radii.
 double farthestFromBoundary(const Particles& particles, const Mesh& mesh, double radius) {
     double farthest = 0;
     for (const Vec3& v : mesh.position) {
@@ -85,7 +85,7 @@ MeshCheck expectAClosedManifold(const Tessellated& made) {
 
 }  // namespace
 
-TEST(CompleteMesh, IsAClosedManifoldThatCrossesItselfNowhereForEveryCloud) {
+TEST(CompleteMesh, IsAClosedManifoldWithoutCrossingsForEveryCloud) {
     forEveryCloud(1500, [](const Cloud& cloud) {
         for (const Appearance appearance : {Appearance::on_boundary, Appearance::gradual}) {
             const MeshCheck check = expectAClosedManifold(tessellated(cloud.particles, cloud.radius, appearance));
@@ -94,7 +94,7 @@ TEST(CompleteMesh, IsAClosedManifoldThatCrossesItselfNowhereForEveryCloud) {
     });
 }
 
-TEST(CompleteMesh, IsAClosedManifoldThatCrossesItselfNowhereForEverySubdivision) {
+TEST(CompleteMesh, IsAClosedManifoldWithoutCrossingsForEverySubdivision) {
     forEveryCloud(150, [](const Cloud& cloud) {
         for (const int segments : {1, 2, 5}) {
             const MeshCheck check = expectAClosedManifold(tessellated(
@@ -104,8 +104,8 @@ TEST(CompleteMesh, IsAClosedManifoldThatCrossesItselfNowhereForEverySubdivision)
     });
 }
 
-// Spheres that nearly all meet in one point or two have arcs, lenses and gaps of any size down to rounding.
-TEST(CompleteMesh, IsThatWhereBallsNearlyMeetInOnePoint) {
+// Spheres that nearly share one point or two have arcs, lenses and gaps of all sizes down to rounding.
+TEST(CompleteMesh, IsAClosedManifoldWhereBallsNearlyShareAPoint) {
     for (std::uint64_t seed = 0; seed < 3000; ++seed) {
         Random random(seed);
         const double radius = seed % 3 == 0 ? 1 : 0.3 + 0.75 * random.unit();
@@ -124,9 +124,9 @@ TEST(CompleteMesh, IsThatWhereBallsNearlyMeetInOnePoint) {
     }
 }
 
-// Each new ball touches one that is there, but for a gap or an overlap of any size down to rounding; some of them twice
-// in nearly the same place, some where a mesh has a vertex anyhow.
-TEST(CompleteMesh, IsThatWhereBallsNearlyTouch) {
+// Each new ball touches an earlier one, apart from a gap or overlap of any size down to rounding; some touch twice at
+// nearly the same point, some at a vertex of the mesh.
+TEST(CompleteMesh, IsAClosedManifoldWhereBallsNearlyTouch) {
     const std::vector<Vec3> vertices = icosphere(4).position;
     for (std::uint64_t seed = 0; seed < 1000; ++seed) {
         Random random(seed);
@@ -152,7 +152,7 @@ TEST(CompleteMesh, IsThatWhereBallsNearlyTouch) {
     }
 }
 
-TEST(CompleteMesh, LiesOnTheBoundaryOfTheUnion) {
+TEST(CompleteMesh, IsOnTheBoundaryOfTheUnion) {
     forEveryCloud(300, [](const Cloud& cloud) {
         if (cloud.particles.size() > 1500) return;
         EXPECT_LE(farthestFromBoundary(cloud.particles, tessellated(cloud.particles, cloud.radius).mesh, cloud.radius),
@@ -191,7 +191,7 @@ TEST(CompleteMesh, VolumeOfABlockIsThatOfTheUnion) {
         }
 }
 
-TEST(CompleteMesh, HoldsEverythingThatThePaperLeavesOut) {
+TEST(CompleteMesh, IncludesWhatThePaperOmits) {
     Particles particles;  // a drop, a pair, and a tendril
     particles.position = {{0, 0, 0}, {10, 0, 0}, {11, 0, 0}};
     for (int i = 0; i < 8; ++i) particles.position.emplace_back(20.0f, 1.8f * static_cast<float>(i), 0.0f);

@@ -1,7 +1,7 @@
-// What checkCurves() finds, and finds not.
+// checkCurves() on good and on broken curves.
 
-#include "base/random.h"
 #include "mesh/curve_check.h"
+#include "base/random.h"
 #include "planar/skin_plane.h"
 #include "support/planar_clouds.h"
 
@@ -36,8 +36,9 @@ Curves reversed(Curves curves) {
     return curves;
 }
 
-TEST(CurveCheck, TellsPiecesAndHoles) {
-    const CurveCheck check = checkCurves(concatenate(concatenate(square(0, 4), reversed(square(1, 2))), square(6, 7)), {});
+TEST(CurveCheck, DistinguishesComponentsAndHoles) {
+    const CurveCheck check =
+        checkCurves(concatenate(concatenate(square(0, 4), reversed(square(1, 2))), square(6, 7)), {});
     EXPECT_EQ(faultsOf(check, true), Faults{});
     EXPECT_EQ(check.measure.curves, 3U);
     EXPECT_EQ(check.measure.turning, 1);
@@ -45,7 +46,7 @@ TEST(CurveCheck, TellsPiecesAndHoles) {
     EXPECT_DOUBLE_EQ(check.measure.length, 24);
 }
 
-TEST(CurveCheck, NamesWhatIsWrong) {
+TEST(CurveCheck, NamesTheFaults) {
     EXPECT_EQ(faultsOf(checkCurves(reversed(square(0, 1)), {})), Faults{"inside_out"});
     Curves open = square(0, 1);
     open.edges.pop_back();
@@ -67,7 +68,7 @@ TEST(CurveCheck, NamesWhatIsWrong) {
     EXPECT_EQ(faultsOf(checkCurves(bad, {}), true), (Faults{"off_plane", "unused_vertices"}));
 }
 
-TEST(CurveCheck, MeasuresHowDeepEdgesCross) {
+TEST(CurveCheck, MeasuresTheDepthOfCrossings) {
     const Curves both = concatenate(square(0, 2), square(1.75, 4));  // two edges cross, by a quarter each
     const CurveCheck check = checkCurves(both, {});
     EXPECT_EQ(faultsOf(check), Faults{"crossings"});
@@ -79,7 +80,7 @@ TEST(CurveCheck, MeasuresHowDeepEdgesCross) {
     EXPECT_EQ(faultsOf(checkCurves(concatenate(square(0, 2), square(2, 4)), {})), Faults{});  // they touch
 }
 
-// Whole numbers, so that the slow answer is exact, too; many edges touch, or lie on one line.
+// Integer coordinates, so that brute force is exact, too; many edges touch or are collinear.
 TEST(CurveCheck, FindsTheCrossingsThatBruteForceFinds) {
     for (std::uint64_t seed = 0; seed < 200; ++seed) {
         SCOPED_TRACE("seed " + std::to_string(seed));
@@ -105,7 +106,7 @@ TEST(CurveCheck, FindsTheCrossingsThatBruteForceFinds) {
     }
 }
 
-TEST(CurveCheck, PointsAreOutsideByTheirDistance) {
+TEST(CurveCheck, DistancesOutsideAreThoseToTheNearestEdge) {
     const Curves ring = concatenate(square(0, 4), reversed(square(1, 2)));
     Spheres beside;
     beside.position = {{10, 0, 0}};
@@ -115,7 +116,7 @@ TEST(CurveCheck, PointsAreOutsideByTheirDistance) {
     EXPECT_EQ(distancesOutside(ring, beside, points), (std::vector<double>{0, 0, 0, 0.25, 5, 0, 0}));
 }
 
-TEST(CurveCheck, CurvesOfEveryCloudAreGoodBeforeSmoothingAndEncloseAllParticlesAfter) {
+TEST(CurveCheck, CurvesOfEveryCloudAreValidBeforeSmoothingAndEncloseAllParticlesAfter) {
     forEveryPlanarCloud(400, [](const Cloud& cloud) {
         SkinParams params;
         params.radius = cloud.radius;

@@ -1,4 +1,4 @@
-// What is true of the boundary of discs of every cloud in a plane.
+// Properties of the boundary of discs of every planar cloud.
 
 #include "base/union_find.h"
 #include "planar/disc_boundary.h"
@@ -23,7 +23,7 @@ SegmentSet segmentsOfRows(const DiscBoundary& boundary) {
     return segments;
 }
 
-// How often a curve turns round: arcs to the left, vertices to the right.
+// Turning number of a curve: arcs turn left, vertices turn right.
 double turningNumber(const DiscBoundary& boundary, std::size_t c) {
     double turn = 0;
     for (const std::uint32_t v : boundary.cycle[c]) {
@@ -45,7 +45,7 @@ std::size_t componentsOfDiscs(const Cloud& cloud) {
     return groups.groups();
 }
 
-// How often the curves go round a point: what the angle to it adds up to along all arcs.
+// Winding number of the curves about a point: the sum of the angles that all arcs subtend.
 double windingNumber(const DiscBoundary& boundary, const Vec3& point) {
     double turn = 0;
     const auto along = [&](const Vec3& centre, double begin, double angle) {
@@ -76,7 +76,7 @@ TEST(DiscBoundary, AgreesWithBruteForceSegmentForSegment) {
     });
 }
 
-TEST(DiscBoundary, EveryArcLiesOnTheDiscItsVerticesShare) {
+TEST(DiscBoundary, EveryArcIsOnTheDiscThatItsVerticesShare) {
     forEveryPlanarCloud(3000, [](const Cloud& cloud) {
         const DiscBoundary boundary = boundaryOf(cloud);
         std::vector<int> reached(boundary.vertex.size(), 0);
@@ -90,7 +90,7 @@ TEST(DiscBoundary, EveryArcLiesOnTheDiscItsVerticesShare) {
     });
 }
 
-TEST(DiscBoundary, CurvesTurnOnceToTheLeftRoundEachPieceAndOnceToTheRightRoundEachHole) {
+TEST(DiscBoundary, CurvesTurnLeftAroundComponentsAndRightAroundHoles) {
     forEveryPlanarCloud(3000, [](const Cloud& cloud) {
         const DiscBoundary boundary = boundaryOf(cloud);
         std::size_t outer = boundary.isolated.size();
@@ -103,7 +103,7 @@ TEST(DiscBoundary, CurvesTurnOnceToTheLeftRoundEachPieceAndOnceToTheRightRoundEa
     });
 }
 
-TEST(DiscBoundary, CurvesGoOnceRoundEveryPointOfADiscAndRoundNoOther) {
+TEST(DiscBoundary, CurvesWindOnceAroundExactlyThePointsOfTheDiscs) {
     forEveryPlanarCloud(150, [](const Cloud& cloud) {
         if (cloud.particles.size() > 100) return;
         const DiscBoundary boundary = boundaryOf(cloud);
@@ -122,7 +122,7 @@ TEST(DiscBoundary, CurvesGoOnceRoundEveryPointOfADiscAndRoundNoOther) {
     });
 }
 
-TEST(DiscBoundary, VerticesLieOnTwoCirclesAndInsideNone) {
+TEST(DiscBoundary, VerticesAreOnTwoCirclesAndInsideNone) {
     forEveryPlanarCloud(500, [](const Cloud& cloud) {
         const DiscBoundary boundary = boundaryOf(cloud);
         const SnappedParticles snapped = snapParticles(cloud.particles, cloud.radius);

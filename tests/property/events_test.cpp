@@ -1,11 +1,11 @@
-// A laboratory of single events: clouds in motion, the moments at which the boundary of the union of balls changes
-// its combinatorics, and how far each surface jumps there. See README.md for what was measured.
+// Single events: moments at which the boundary of the union of moving balls changes its combinatorics, and how far each
+// surface jumps there. README.md has the measurements.
 
 #include "base/random.h"
 #include "exact/snapped_particles.h"
 #include "mesh/coherence.h"
 #include "skin/ball_boundary.h"
-#include "skin/exposure_candidates.h"
+#include "skin/coverage.h"
 #include "skin/pipeline.h"
 #include "support/oracles.h"
 
@@ -22,13 +22,13 @@ namespace {
 
 constexpr double kRadius = 1.5;  // in spacings, as by default
 constexpr std::array<double, 5> kSpans = {1e-3, 1e-4, 1e-5, 1e-6, 1e-7};
-// Radii a second that a surface may move where particles move by up to 0.67 of them: vertices of nearly flat triplets
-// are faster than particles.
+// Radii per second: allowed speed of a surface whose particles move at up to 0.67 of that; vertices of nearly coplanar
+// triplets are faster than particles.
 constexpr double kSteepest = 50;
-// Radii. Coordinates are snapped to a grid of r / 2^19 or finer, and vertices magnify that.
+// Radii. Coordinates are snapped to a grid of r / 2^19 or finer, which vertices magnify.
 constexpr double kNoise = 3e-5;
 
-// What the boundary of the union of balls consists of, by rows of particles.
+// The combinatorics of the boundary of the union of balls, in rows of particles.
 struct Combinatorics {
     TriangleSet triangles;
     std::set<std::array<std::uint32_t, 2>> circles;
@@ -47,17 +47,17 @@ Combinatorics combinatoricsOf(const Particles& particles) {
     return found;
 }
 
-// Kinds of events, told by the vertices (oriented triangles of particles) that come and go:
+// Kinds of events, by the numbers of vertices (oriented triangles of particles) that vanish and appear:
 //
 //     flip     2 -> 2  four particles become cocircular on the boundary, an arc shrinks to a point and another grows
 //     birth    1 -> 3  a ball emerges at a vertex: a face of three arcs
 //     void     0 -> 4  a bubble inside a tetrahedron
-//     hole     0 -> 2  three balls come to meet in two points, their centres an acute triangle: what was open between
-//                      them closes, or the reverse
+//     hole     0 -> 2  three balls begin to share two points, their centres an acute triangle: the opening between
+//                      them closes
 //     graze    0 -> 2  the same with an obtuse one: a ball reaches an arc or circle and cuts it
 //     contact  circles only: two balls touch
 //
-// Each stands for its reverse, too.
+// Each includes its reverse.
 struct Event {
     std::string kind;
     bool in_block;        // not in a thin sheet or in spray
@@ -89,7 +89,7 @@ std::string kindOf(const Combinatorics& before, const Combinatorics& after, cons
     return "several";
 }
 
-// Halves a span of time until a single event is left, or the span is too short to be halved; every event of it.
+// Bisects a time interval until single events are isolated or the interval cannot be halved; returns all its events.
 void findEvents(const Particles& start, double begin, const Combinatorics& before, double end,
                 const Combinatorics& after, const std::function<void(double, const std::string&)>& found) {
     if (before == after) return;
@@ -103,8 +103,8 @@ void findEvents(const Particles& start, double begin, const Combinatorics& befor
     findEvents(start, middle, between, end, after, found);
 }
 
-// About as many particles as a box of this many spacings holds, near the origin, where floats are finest; speeds up to
-// one spacing a second.
+// About as many particles as fit into a box of this many spacings, near the origin, where floats are finest; speeds up
+// to one spacing per second.
 Particles cloud(std::uint64_t seed, std::array<int, 3> size, double jitter, double keep) {
     Random random(seed);
     Particles particles;
@@ -193,7 +193,7 @@ double jumpOf(std::size_t e, std::size_t s, std::size_t k) {
     return jump(events()[e].particles, events()[e].time, kSpans[k], surfaces()[s].params) / kRadius;
 }
 
-// What README.md shows: the median and the largest of each kind.
+// The table of README.md: the median and the largest jump of each kind.
 TEST(Events, TableOfJumps) {
     for (std::size_t first = 0, last = 0; first < events().size(); first = last) {
         const Event& event = events()[first];
@@ -221,8 +221,8 @@ TEST(Events, OfEveryKindAreFound) {
     for (const char* kind : {"flip", "birth", "void", "hole", "graze", "contact"}) EXPECT_GE(count[kind], 4u) << kind;
 }
 
-// Over longer times other things happen, too: larger balls of the same cloud touch or part.
-TEST(Events, OursMovesOnThroughFlipsAndBirths) {
+// Over longer times there are other events, too: larger balls of the same cloud touch or separate.
+TEST(Events, OurSurfaceIsContinuousThroughFlipsAndBirths) {
     for (std::size_t e = 0; e < events().size(); ++e) {
         if (events()[e].kind != "flip" && events()[e].kind != "birth") continue;
         for (const std::size_t k : {3, 4})
@@ -232,8 +232,8 @@ TEST(Events, OursMovesOnThroughFlipsAndBirths) {
     }
 }
 
-// Most of these events do not move the skin at all. What is left at the others is how vertices that split long edges
-// come and go, and what facets of a few thin parts miss.
+// Most of these events do not move the skin at all. The remaining jumps are due to vertices that split long edges, and
+// to facets of a few thin features.
 TEST(Events, TheSkinHardlyJumpsAtFlipsAndBirths) {
     std::vector<double> found;
     for (std::size_t e = 0; e < events().size(); ++e) {
@@ -247,15 +247,15 @@ TEST(Events, TheSkinHardlyJumpsAtFlipsAndBirths) {
     EXPECT_LE(found.back(), 0.03);
 }
 
-// Where balls begin to meet, the surface is as far from where it will be as its triangles are from the balls.
-TEST(Events, OursHardlyJumpsWhereBallsBeginToMeet) {
+// Where balls begin to touch, the jump is as large as the distance between triangles and balls.
+TEST(Events, OurSurfaceHardlyJumpsWhereBallsBeginToTouch) {
     for (std::size_t e = 0; e < events().size(); ++e) {
         if (events()[e].kind == "flip" || events()[e].kind == "birth" || events()[e].kind == "void") continue;
         EXPECT_LE(jumpOf(e, kOurs, 2), 0.01) << events()[e].name;
     }
 }
 
-// The paper's smoothing averages over neighbouring faces: who is a neighbour changes at a flip.
+// The paper's smoothing averages over neighbouring faces, and neighbours change at a flip.
 TEST(Events, AlgorithmFourJumpsAtFlipsHoweverShortTheTime) {
     std::vector<double> found;
     for (std::size_t e = 0; e < events().size(); ++e) {
@@ -271,9 +271,9 @@ TEST(Events, AlgorithmFourJumpsAtFlipsHoweverShortTheTime) {
     EXPECT_LE(found[found.size() / 2], 0.3);
 }
 
-// Nothing happens to the boundary here: a point inside a face sinks below the facet that three others span. All four
-// are on one plane at that moment, and, smoothed, on one surface only if smoothing keeps planes plane.
-TEST(Events, PointsInsideFacesLeaveWithoutAJump) {
+// The boundary has no event here: a point inside a face sinks below the facet of three others. At that moment all four
+// are coplanar; after smoothing they are still on one surface only if smoothing preserves planes.
+TEST(Events, PointsInsideFacesVanishWithoutAJump) {
     Particles three;
     three.position = {{0.777068675f, 0.804629683f, -1.56435454f},
                       {1.56641459f, 0.0210944861f, -0.733647585f},
@@ -286,7 +286,7 @@ TEST(Events, PointsInsideFacesLeaveWithoutAJump) {
         EXPECT_LE(jump(three, kTime, span, surfaces()[kOurs].params), kRadius * (kSteepest * span + kNoise)) << span;
 }
 
-// The jump, in radii, when balls come closer by `way` radii; turned, so that no axis is special.
+// The jump, in radii, when balls approach by `way` radii; rotated, so that nothing is aligned with an axis.
 double jumpAt(const std::function<std::vector<Vec3>(double)>& ballsAt, double way, const SkinParams& params) {
     const auto mesh = [&](double closer) {
         Particles particles;
@@ -298,7 +298,7 @@ double jumpAt(const std::function<std::vector<Vec3>(double)>& ballsAt, double wa
     return surfaceDistance(mesh(-way / 2), mesh(way / 2)).max / kRadius;
 }
 
-// Whichever points inside their faces are near.
+// For any points inside faces nearby.
 TEST(Events, ANeckGrowsFromNothing) {
     Random random(1);
     for (int i = 0; i < 50; ++i) {
@@ -319,8 +319,8 @@ TEST(Events, AHoleBetweenThreeBallsCloses) {
     EXPECT_LE(jumpAt(threeBalls, 1e-5, surfaces()[kOurs].params), 0.01);
 }
 
-// Exactly on a lattice arcs' points coincide, and slivers tell them apart; shaken by a hair none do.
-TEST(Events, ALatticeLiesWhereItLiesShakenByAHair) {
+// Exactly on a lattice points of arcs coincide and are connected by slivers; after a tiny perturbation none coincide.
+TEST(Events, ALatticeHasTheSurfaceOfItsTinyPerturbation) {
     for (const int side : {3, 5, 6}) {
         Random random(5);
         Particles lattice, shaken;
@@ -336,8 +336,8 @@ TEST(Events, ALatticeLiesWhereItLiesShakenByAHair) {
     }
 }
 
-// A ball of 2,109 jittered particles in fine steps, in which none goes farther than this many spacings: the largest
-// jump between two steps, and the largest below which 99.9 % of the surface stay.
+// A ball of 2,109 jittered particles in fine steps, in which no particle moves by more than this many spacings: the
+// largest jump between two steps, and the largest 99.9 % quantile.
 struct Jumps {
     double largest = 0, of_nearly_all = 0;
 };
@@ -370,14 +370,14 @@ Jumps jumpsOf(std::size_t surface, unsigned seed, double farthest, int steps) {
     return jumps;
 }
 
-TEST(Events, ABallMovesOnWithoutAJump) {
+TEST(Events, AMovingBallDoesNotJump) {
     for (const unsigned seed : {1, 4, 7, 11}) EXPECT_LE(jumpsOf(kOurs, seed, 0.0003, 60).largest, 0.003);
     EXPECT_LE(jumpsOf(kOurs, 15, 0.0003, 60).largest, 0.0015);  // edges turn beneath points that sink
     EXPECT_LE(jumpsOf(kOurs, 1, 0.003, 20).largest, 0.03);
 }
 
-// A few places still jump where vertices come or go.
-TEST(Events, TheSkinOfABallMovesOnButForAFewPlaces) {
+// A few sites still jump where vertices appear or vanish.
+TEST(Events, TheSkinOfAMovingBallJumpsAtFewSites) {
     for (const unsigned seed : {1, 4, 7, 11}) {
         const Jumps jumps = jumpsOf(kSkin, seed, 0.0003, 20);
         EXPECT_LE(jumps.of_nearly_all, 0.015);

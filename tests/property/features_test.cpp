@@ -1,6 +1,5 @@
-// What is true of droplets, tendrils, bubbles and components of every cloud.
+// Properties of droplets, tendrils, bubbles and components of every cloud.
 
-#include "skin/droplets.h"
 #include "skin/features.h"
 
 #include "base/parallel.h"
@@ -11,7 +10,7 @@
 #include "mesh/mesh_check.h"
 #include "mesh/mesh_measure.h"
 #include "skin/ball_boundary.h"
-#include "skin/exposure_candidates.h"
+#include "skin/coverage.h"
 #include "skin/pipeline.h"
 #include "support/clouds.h"
 #include "support/oracles.h"
@@ -53,7 +52,7 @@ void forEveryCombination(const Cloud& cloud, const std::function<void(const Skin
             }
 }
 
-// The component of each distinct particle, by comparing all with all, and how many each has.
+// The component of each distinct particle, by brute force over all pairs, and the size of each component.
 struct Components {
     std::vector<std::uint32_t> of;
     std::map<std::uint32_t, std::size_t> size;
@@ -92,7 +91,7 @@ void expectSame(const SkinnedFrame& one, const SkinnedFrame& other) {
     EXPECT_EQ(one.spheres.id, other.spheres.id);
 }
 
-// The mesh without some of its pieces, numbered as componentsOf does.
+// The mesh without some of its components, which are numbered as in componentsOf().
 Mesh withoutPieces(const Mesh& mesh, const Components& pieces, const std::set<std::uint32_t>& gone) {
     Mesh rest;
     std::vector<std::uint32_t> place(mesh.position.size());
@@ -116,7 +115,7 @@ Mesh piece(const Mesh& mesh, const Components& pieces, std::uint32_t wanted) {
 
 double ballVolume(double radius) { return 4 * std::numbers::pi / 3 * radius * radius * radius; }
 
-// Spacing 1: a block with holes of several sizes in it, one of them with a drop inside.
+// Spacing 1: a block with voids of several sizes, one of them with a drop inside.
 Cloud swissCheese() {
     Cloud cloud{"cheese", {}, 1.5};
     const std::vector<std::pair<Vec3, double>> holes{
@@ -197,7 +196,7 @@ TEST(Features, WithoutTendrilsTheMeshIsThatOfTheOtherParticlesAndHasNone) {
         const SnappedParticles snapped_rest = snapParticles(rest, cloud.radius);
         EXPECT_TRUE(tendrilParticles(ballBoundary(snapped_rest, exposureCandidates(snapped_rest))).empty());
 
-        // None left that would have been in a triangle: those of the alpha mesh are there with and without tendrils.
+        // The particles of alpha triangles are the same with and without tendrils.
         const SnappedParticles all = snapParticles(cloud.particles, cloud.radius);
         const BallBoundary boundary = ballBoundary(all, exposureCandidates(all));
         for (const Triangle& t : boundary.triangle)
@@ -238,7 +237,7 @@ TEST(Features, TheMeshIsAClosedManifoldUnderEveryCombination) {
     });
 }
 
-TEST(Features, ComponentsOfTheUnsmoothedMeshAreBubblesOrHoldMostOfABall) {
+TEST(Features, ComponentsOfTheUnsmoothedMeshAreBubblesOrContainMostOfABall) {
     forEveryCloud(1000, [](const Cloud& cloud) {
         for (const int segments : {0, 1}) {
             SkinParams params = withFeatures(cloud, Droplets::mesh);
@@ -291,7 +290,7 @@ TEST(Features, FillingRemovesTheBubblesBelowTheThresholdAndNothingElse) {
     EXPECT_GT(filled, 100u);
 }
 
-// The skin is smoothed as if what was filled had never been there.
+// The skin is different: it is smoothed as if the filled voids had never existed.
 TEST(Features, FillingChangesNoOtherVertexOfTheMeshSmoothedOnTheBalls) {
     const Cloud cheese = swissCheese();
     SkinParams params = withFeatures(cheese, Droplets::mesh);
@@ -335,7 +334,7 @@ TEST(Features, AreTheSameForEveryParticleOrderAndThreadCount) {
     });
 }
 
-TEST(Features, ComponentsAreThePiecesOfTheMeshTheLargestFirst) {
+TEST(Features, ComponentsAreNumberedFromTheLargest) {
     forEveryCloud(300, [](const Cloud& cloud) {
         for (const SurfaceKind kind : {SurfaceKind::beta, SurfaceKind::alpha}) {
             SkinParams params = withFeatures(cloud, Droplets::mesh);

@@ -1,5 +1,5 @@
-// The judge is judged: by brute force on small integer coordinates, where degeneracies abound, and by meshes
-// whose faults are known.
+// checkMesh() against brute force on small integer coordinates, where degeneracies abound, and on meshes with known
+// faults.
 
 #include "base/index.h"
 #include "mesh/mesh_check.h"
@@ -87,7 +87,7 @@ Mesh box(const Vec3& low = Vec3(0), const Vec3& high = Vec3(1)) {
     return mesh;
 }
 
-// A ring of m x n vertices; with `klein`, glued so that it has one side only.
+// A torus of m x n vertices; with `klein`, a Klein bottle.
 Mesh torus(std::uint32_t m, std::uint32_t n, bool klein = false) {
     Mesh mesh;
     for (std::uint32_t i = 0; i < m; ++i)
@@ -112,7 +112,7 @@ const std::vector<Triangle> kTetrahedron{{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {2, 0,
 
 // --- oracles on integers ---
 
-// A stretch [from, to] of [0, 1], its ends fractions with positive denominators.
+// An interval [from, to] of [0, 1] whose ends are fractions with positive denominators.
 struct Stretch {
     std::int64_t from = 0, from_over = 1, to = 1, to_over = 1;
     // Keeps where a + (b - a) x >= 0.
@@ -127,7 +127,7 @@ struct Stretch {
     bool empty() const { return from * to_over > to * from_over; }
 };
 
-// Does the closed segment from p to q meet the closed triangle a, b, c, which has an area?
+// Does the closed segment from p to q intersect the closed, non-degenerate triangle a, b, c?
 bool meets(const Vec3i& p, const Vec3i& q, const std::array<Vec3i, 3>& t) {
     const Vec3i normal = cross(t[1] - t[0], t[2] - t[0]);
     Stretch stretch;
@@ -143,7 +143,7 @@ bool meets(const Vec3i& p, const Vec3i& q, const std::array<Vec3i, 3>& t) {
 
 bool hasArea(const std::array<Vec3i, 3>& t) { return cross(t[1] - t[0], t[2] - t[0]) != Vec3i(0, 0, 0); }
 
-// Is there a plane with this normal that has one set on each side, touching allowed?
+// Does a plane with this normal separate the two sets, which may touch it?
 bool parts(const Vec3i& normal, const Points& a, const Points& b) {
     if (normal == Vec3i(0, 0, 0)) return false;
     const auto range = [&](const Points& points) {
@@ -177,7 +177,7 @@ bool contains(const Points& outer, const Points& inner) {
     return true;
 }
 
-// Do two faces cover an area in common?
+// Do two coplanar faces overlap?
 bool facesOverlap(const Points& a, const Points& b) {
     for (const Triangle& s : kTetrahedron)
         for (const Triangle& t : kTetrahedron) {
@@ -208,7 +208,7 @@ TEST(Orientation, IsTheSignOfRationalArithmetic) {
     for (std::uint64_t trial = 0; trial < 4000; ++trial) {
         SCOPED_TRACE(trial);
         Random random(trial);
-        // Nearly or exactly in one plane, at many scales, some coordinates much finer than others.
+        // Nearly or exactly coplanar, at many scales, some coordinates much finer than others.
         std::array<Vec3, 4> p;
         const double scale = std::ldexp(1, static_cast<int>(random.below(40)) * 10 - 200);
         for (Vec3& q : p) q = random.cube() * scale;
@@ -241,7 +241,7 @@ TEST(Orientation, IsTheSignOfRationalArithmetic) {
     EXPECT_EQ(turnAlong(2, {0, 0, 0}, {1, 0, 0}, {0, 1, 0}), 1);
 }
 
-TEST(SelfIntersection, TrianglesApartMeetExactlyWhereSegmentsDo) {
+TEST(SelfIntersection, DisjointTrianglesIntersectExactlyWhereTheirSidesDo) {
     int none = 0, touching = 0, crossing = 0;
     for (std::uint64_t trial = 0; trial < 60000; ++trial) {
         SCOPED_TRACE(trial);
@@ -258,7 +258,7 @@ TEST(SelfIntersection, TrianglesApartMeetExactlyWhereSegmentsDo) {
                 const Vec3i &p = own[m], &q = own[(m + 1) % 3];
                 if (!meets(p, q, other)) continue;
                 meet = true;
-                // Through the inside: every corner of the other keeps clear of it, and its sides do.
+                // A crossing through the inside: no corner or side of the other triangle touches it.
                 const Vec3i normal = cross(other[1] - other[0], other[2] - other[0]);
                 bool inside = dot(normal, p - other[0]) * dot(normal, q - other[0]) < 0;
                 for (std::size_t k = 0; k < 3; ++k)
@@ -273,7 +273,7 @@ TEST(SelfIntersection, TrianglesApartMeetExactlyWhereSegmentsDo) {
         }
         ++(kind == ContactKind::none ? none : kind == ContactKind::touching ? touching : crossing);
 
-        // The same where nothing can be decided in doubles: as far finer grids, sheared and moved.
+        // The same on a much finer grid, sheared and translated, where doubles cannot decide.
         Mesh far = mesh;
         for (Vec3& p : far.position)
             p = Vec3(7 + (p.x + 1000 * p.y + 77 * p.z) * 0x1p-38, 5 + (p.y + 900 * p.z) * 0x1p-40, 1 + p.z * 0x1p-52);
@@ -284,7 +284,7 @@ TEST(SelfIntersection, TrianglesApartMeetExactlyWhereSegmentsDo) {
     EXPECT_GT(crossing, 1000);
 }
 
-TEST(SelfIntersection, TrianglesThatShareACornerMayMeetNowhereElse) {
+TEST(SelfIntersection, TrianglesThatShareACornerIntersectNowhereElse) {
     int crossing = 0, none = 0;
     for (std::uint64_t trial = 0; trial < 40000; ++trial) {
         SCOPED_TRACE(trial);
@@ -295,7 +295,7 @@ TEST(SelfIntersection, TrianglesThatShareACornerMayMeetNowhereElse) {
         t[0] = s[0];
         if (!hasArea(s) || !hasArea(t)) continue;
         if (s[1] == t[1] || s[1] == t[2] || s[2] == t[1] || s[2] == t[2]) continue;
-        // They have more in common than the corner when the opposite side of one reaches the other.
+        // They intersect beyond the corner when the opposite side of one reaches the other.
         const bool meet = meets(s[1], s[2], t) || meets(t[1], t[2], s);
         const ContactKind kind = kindOf(meshOf({s[0], s[1], s[2], t[1], t[2]}, {{0, 1, 2}, {3, 4, 0}}));
         EXPECT_EQ(kind != ContactKind::none, meet);
@@ -307,7 +307,7 @@ TEST(SelfIntersection, TrianglesThatShareACornerMayMeetNowhereElse) {
             EXPECT_EQ(kind, meet ? ContactKind::crossing : ContactKind::none);
         }
         ++(kind == ContactKind::crossing ? crossing : none);
-        // Not joined by the mesh: the corner itself is a touch.
+        // As different vertices of the mesh: the corner itself is a touch.
         const ContactKind apart = kindOf(meshOf({s[0], s[1], s[2], t[0], t[1], t[2]}, {{0, 1, 2}, {4, 5, 3}}));
         EXPECT_NE(apart, ContactKind::none);
         if (!meet) {
@@ -334,7 +334,7 @@ TEST(SelfIntersection, TrianglesThatShareAnEdgeOverlapOnlyWhenFolded) {
     EXPECT_GT(folded, 100);
 }
 
-TEST(SelfIntersection, TetrahedraCrossWhereTheirInteriorsOverlapAndNeitherHoldsTheOther) {
+TEST(SelfIntersection, TetrahedraCrossWhereTheirInteriorsOverlapAndNeitherContainsTheOther) {
     int crossing = 0, disjoint = 0, nested = 0, touching = 0;
     for (std::uint64_t trial = 0; trial < 40000; ++trial) {
         SCOPED_TRACE(trial);
@@ -356,7 +356,7 @@ TEST(SelfIntersection, TetrahedraCrossWhereTheirInteriorsOverlapAndNeitherHoldsT
         const bool apart = interiorsDisjoint(a, b), held = contains(a, b) || contains(b, a);
         EXPECT_EQ(check.crossings.count > 0, (!apart && !held) || facesOverlap(a, b));
 
-        // The same with one edge split on one side only, and a triangle without area between.
+        // The same with an edge split on one side only, and a degenerate triangle between.
         Points split;
         for (const Vec3i& p : a) split.push_back(p * std::int64_t{2});
         split.push_back(a[0] + a[1]);
@@ -373,7 +373,7 @@ TEST(SelfIntersection, TetrahedraCrossWhereTheirInteriorsOverlapAndNeitherHoldsT
         touching += !check.crossings && check.touching > 0;
         disjoint += apart;
         nested += held;
-        // Crossings are as deep as it takes to part the two, or less.
+        // Crossings are at most as deep as the displacement that separates the two.
         EXPECT_LE(check.deepest, 8);
         for (const SelfCrossing& found : check.deepest_crossings)
             for (int k = 0; k < 3; ++k) {
@@ -386,7 +386,7 @@ TEST(SelfIntersection, TetrahedraCrossWhereTheirInteriorsOverlapAndNeitherHoldsT
     for (const int seen : {crossing, disjoint, nested, touching}) EXPECT_GT(seen, 100);
 }
 
-TEST(SelfIntersection, AnEdgeOnAFaceCrossesWhereItsTrianglesAreOnBothSides) {
+TEST(SelfIntersection, AnEdgeOnAFaceCrossesIfItsTrianglesAreOnBothSides) {
     const auto judge = [](const Vec3& apex, const std::vector<Triangle>& roof) {
         Mesh mesh =
             meshOf({{-9, -9, 0}, {9, -9, 0}, {0, 9, 0}, {-2, 0, 0}, {2, 0, 0}, {0, 0, 0}, {0, 1, 3}}, {{0, 1, 2}});
@@ -405,7 +405,7 @@ TEST(SelfIntersection, AnEdgeOnAFaceCrossesWhereItsTrianglesAreOnBothSides) {
     EXPECT_EQ(judge({0, -1, 3}, split).touching, 5u);  // two of them where the split edge lies along itself
 }
 
-TEST(SelfIntersection, EdgesAlongEachOtherCrossWhereTheirTrianglesAlternate) {
+TEST(SelfIntersection, OverlappingEdgesCrossIfTheirTrianglesAlternate) {
     int crossing = 0;
     for (std::uint64_t trial = 0; trial < 5000; ++trial) {
         SCOPED_TRACE(trial);
@@ -456,7 +456,7 @@ TEST(SelfIntersection, IsTheSameForAnyThreadCountAndOrder) {
     std::reverse(turned.triangles.begin(), turned.triangles.end());
     EXPECT_EQ(checkMesh(turned).crossings.count, check.crossings.count);
 
-    // Every pair, without a tree.
+    // All pairs, without a tree.
     const std::vector<std::uint32_t> across(3 * mesh.triangles.size(), kInvalidIndex);
     std::vector<std::uint32_t> place(mesh.position.size());
     std::iota(place.begin(), place.end(), 0u);
@@ -469,7 +469,7 @@ TEST(SelfIntersection, IsTheSameForAnyThreadCountAndOrder) {
     EXPECT_EQ(checkMesh(few).crossings.count, crossings);
 }
 
-TEST(SelfIntersection, DepthIsWhatItTakesToPartTwoTriangles) {
+TEST(SelfIntersection, DepthIsTheDisplacementThatSeparatesTwoTriangles) {
     for (const double depth : {0.25, 1e-3, 1e-9}) {
         // A needle through a large triangle.
         Mesh mesh;
@@ -486,8 +486,8 @@ TEST(SelfIntersection, DepthIsWhatItTakesToPartTwoTriangles) {
     }
 }
 
-// They run along one line, and end a little way into each other.
-TEST(SelfIntersection, DepthOfTwoRidgesIsAtMostHowFarOneIsPastTheOther) {
+// Two ridges along one line, whose ends overlap slightly.
+TEST(SelfIntersection, DepthOfTwoRidgesIsAtMostTheirOverlap) {
     for (const double overlap : {0.25, 1e-3, 1e-9}) {
         Mesh mesh;
         mesh.position = {{0, 0, -1}, {0, 0, overlap}, {1, 0.25, -0.5}, {-1, 0.25, -0.5},
@@ -500,7 +500,7 @@ TEST(SelfIntersection, DepthOfTwoRidgesIsAtMostHowFarOneIsPastTheOther) {
     }
 }
 
-TEST(MeshCheck, FindsNothingWrongWithGoodMeshes) {
+TEST(MeshCheck, FindsNoFaultsInValidMeshes) {
     for (const Mesh& mesh : {Mesh{}, box(), sphere(1), sphere(7), both(sphere(5, 3), insideOut(sphere(4))),
                              both(sphere(3), moved(sphere(4), Vec3(3))), torus(12, 8)}) {
         const MeshCheck check = checkMesh(mesh);
@@ -524,7 +524,7 @@ TEST(MeshCheck, FindsNothingWrongWithGoodMeshes) {
     EXPECT_LT(hollow.components[1].volume, 0);
 }
 
-TEST(MeshCheck, FindsWhatIsWrongWithBadOnes) {
+TEST(MeshCheck, FindsTheFaultsOfBrokenMeshes) {
     const double nan = std::numeric_limits<double>::quiet_NaN();
     Mesh open = box();
     open.triangles.pop_back();
@@ -579,7 +579,7 @@ TEST(MeshCheck, FindsWhatIsWrongWithBadOnes) {
     EXPECT_EQ(checkMesh(degenerate).missing_vertices.first, 13u);
     EXPECT_EQ(faultsOf(checkMesh(degenerate)), (Faults{"missing_vertices", "repeated_vertices"}));
 
-    // A square as two triangles and one without area between them.
+    // A square as two triangles with a degenerate one between them.
     Mesh sliver = box();
     sliver.position.push_back(Vec3(0.5, 0.5, 0));
     const Triangle first = sliver.triangles[0];  // 0 2 3, beside 0 3 1
@@ -598,7 +598,7 @@ TEST(MeshCheck, FindsWhatIsWrongWithBadOnes) {
     EXPECT_EQ(faultsOf(tip), Faults{});
 }
 
-TEST(MeshCheck, WeldingMendsVerticesSplitPerCorner) {
+TEST(MeshCheck, WeldingRepairsVerticesSplitPerCorner) {
     Mesh split;
     const Mesh whole = sphere(4);
     split.attributes = {{"row", 1, {}, {}}};
@@ -624,7 +624,7 @@ TEST(MeshCheck, WeldingMendsVerticesSplitPerCorner) {
         EXPECT_EQ(welded.position[v], whole.position[static_cast<std::size_t>(welded.attributes[0].integer[v])]);
 }
 
-TEST(MeshCheck, SaysTheSameAfterAFile) {
+TEST(MeshCheck, IsTheSameAfterAFileRoundTrip) {
     const TemporaryFolder folder;
     const Mesh mesh = both(both(sphere(5), moved(sphere(5), Vec3(0.5))), moved(torus(9, 5), Vec3(10)));
     writeMesh(folder / "a.ply", mesh);
@@ -640,7 +640,7 @@ TEST(MeshCheck, SaysTheSameAfterAFile) {
     }
 }
 
-TEST(Outside, AgreesWithSolidAnglesAndAllTriangles) {
+TEST(DistancesOutside, AgreeWithSolidAnglesAndBruteForce) {
     const std::vector<Mesh> meshes{box(),
                                    sphere(3),
                                    torus(12, 8),
@@ -664,8 +664,8 @@ TEST(Outside, AgreesWithSolidAnglesAndAllTriangles) {
     }
 }
 
-TEST(Outside, TiesAreNoSpecialCase) {
-    // Points of a grid on, in and round boxes whose faces, edges and corners lie on the grid.
+TEST(DistancesOutside, AreRightForTies) {
+    // Grid points on, in and around boxes whose faces, edges and corners are on the grid.
     const Mesh boxes = both(box(Vec3(0), Vec3(2)), box(Vec3(2, 0, 0), Vec3(4)));
     std::vector<Vec3> points;
     std::vector<double> expected;
@@ -685,7 +685,7 @@ TEST(Outside, TiesAreNoSpecialCase) {
     for (std::size_t i = 0; i < points.size(); ++i) EXPECT_NEAR(distances[i], expected[i], 1e-15) << points[i];
 }
 
-TEST(Outside, SpheresBesideTheMeshHoldTheirParticles) {
+TEST(DistancesOutside, AreZeroInsideSpheresBesideTheMesh) {
     Spheres spheres;
     for (std::uint64_t i = 0; i < 60; ++i) {
         spheres.position.push_back(Random(i).cube() * 3);

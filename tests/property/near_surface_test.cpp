@@ -1,4 +1,4 @@
-// What is left out before a frame is skinned changes nothing.
+// Particles that nearSurface() omits before a frame is skinned do not change the result.
 
 #include "skin/near_surface.h"
 
@@ -15,7 +15,7 @@
 namespace betamesh {
 namespace {
 
-// Of those in a box of n³ the particles that are kept, jittered; with velocity, id and an attribute.
+// The selected particles of a lattice of n³, jittered; with velocity, id and an attribute.
 Cloud block(const std::string& name, int n, double jitter, const std::function<bool(const Vec3&)>& kept,
             std::uint64_t seed) {
     Cloud cloud{name, {}, 1.5};
@@ -34,7 +34,7 @@ Cloud block(const std::string& name, int n, double jitter, const std::function<b
     return cloud;
 }
 
-// IndexRows again, the copies with other ids and velocities.
+// The particles with some of them duplicated; the copies have other ids and velocities.
 void addDuplicates(Cloud& cloud, std::size_t every) {
     Particles& particles = cloud.particles;
     for (std::size_t row = 0, n = particles.size(); row < n; row += every) {
@@ -45,7 +45,7 @@ void addDuplicates(Cloud& cloud, std::size_t every) {
     }
 }
 
-// Large enough that something is deep inside.
+// Large enough to have particles deep inside.
 std::vector<Cloud> blocks() {
     const auto everything = [](const Vec3&) { return true; };
     const auto outside = [](const Vec3& p, const Vec3& centre, double radius) {
@@ -127,7 +127,7 @@ void expectSame(const SkinnedFrame& one, const SkinnedFrame& other) {
                          s.degenerate_edges, s.isolated_particles, s.alpha_vertices, s.droplets, s.droplet_particles));
 }
 
-// In memory, and read again, in rows of several lengths; against the frame of which nothing is left out.
+// From memory and from files read in blocks of several sizes, compared with the frame that omits nothing.
 void expectNothingChanges(const Cloud& cloud, const SkinParams& params, std::size_t* left_out) {
     const SkinnedFrame expected = skinFrame(cloud.particles, everything(cloud.particles), params);
     expectSame(skinFrame(cloud.particles, params), expected);
@@ -138,7 +138,7 @@ void expectNothingChanges(const Cloud& cloud, const SkinParams& params, std::siz
     }
 }
 
-TEST(NearSurface, LeavesTheFrameOfEveryBlockAsItIs) {
+TEST(NearSurface, DoesNotChangeTheFrameOfAnyBlock) {
     for (const Cloud& cloud : blocks()) {
         SCOPED_TRACE(cloud.name);
         SkinParams params;
@@ -159,7 +159,7 @@ TEST(NearSurface, LeavesTheFrameOfEveryBlockAsItIs) {
     }
 }
 
-TEST(NearSurface, LeavesTheFrameOfEveryCloudAsItIs) {
+TEST(NearSurface, DoesNotChangeTheFrameOfAnyCloud) {
     forEveryCloud(100, [](const Cloud& cloud) {
         SkinParams params;
         params.radius = cloud.radius;

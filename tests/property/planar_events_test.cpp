@@ -1,4 +1,5 @@
-// What happens to curves when the boundary of discs changes: single events in time, from just before to just after.
+// Single events: moments at which the boundary of moving discs changes its combinatorics, and how far curves jump
+// there.
 
 #include "base/random.h"
 #include "exact/snapped_particles.h"
@@ -35,11 +36,11 @@ SegmentSet combinatoricsOf(const Particles& particles) {
     return segments;
 }
 
-// Kinds of events, told by the vertices that come and go; each stands for its reverse, too.
+// Kinds of events, by the numbers of vertices that vanish and appear; each includes its reverse.
 //
 //     birth    1 -> 2  a disc emerges at a vertex
 //     contact  0 -> 2  two discs touch
-//     hole     0 -> 3  what three discs enclose opens
+//     hole     0 -> 3  a hole opens between three discs
 struct Event {
     std::string kind, name;
     Particles particles;  // at time 0
@@ -68,7 +69,7 @@ void findEvents(const Particles& start, double begin, const SegmentSet& before, 
     findEvents(start, middle, between, end, after, found);
 }
 
-// Near the origin, where floats are finest; speeds up to one spacing a second.
+// Near the origin, where floats are finest; speeds up to one spacing per second.
 Particles cloud(std::uint64_t seed) {
     Random random(seed);
     const double jitter = seed % 2 == 0 ? 0.25 : 1, keep = seed % 2 == 0 ? 0.9 : 0.35;
@@ -117,7 +118,7 @@ double distanceTo(const Curves& curves, const Vec3& point) {
     return nearest;
 }
 
-// The farthest that a point of either is from the other; in radii.
+// The Hausdorff distance of two curves, radii.
 double distance(const Curves& one, const Curves& other) {
     double farthest = 0;
     for (const auto& [from, to] : {std::pair(&one, &other), std::pair(&other, &one)})
@@ -181,9 +182,9 @@ TEST(PlanarEvents, TableOfJumps) {
     }
 }
 
-// The map that smooths is continuous, and so is what it is applied to; the faster of the discs' speeds, of the vertices
-// where they barely overlap, and of the map's own steepness count.
-TEST(PlanarEvents, OursMovesOnThroughBirths) {
+// Smoothing is a continuous function of continuous input. The allowed speed covers that of the discs, of vertices where
+// discs barely overlap, and the steepness of the smoothing.
+TEST(PlanarEvents, OurCurveIsContinuousThroughBirths) {
     for (const Event& event : events()) {
         if (event.kind != "birth") continue;
         for (const char* name :
@@ -194,8 +195,8 @@ TEST(PlanarEvents, OursMovesOnThroughBirths) {
     }
 }
 
-// A point of contact lies on both circles, but not on the chords of them.
-TEST(PlanarEvents, OursHardlyJumpsWhereDiscsBeginToTouch) {
+// A point of contact is on both circles, but not on their chords.
+TEST(PlanarEvents, OurCurveHardlyJumpsWhereDiscsBeginToTouch) {
     for (const Event& event : events()) {
         if (event.kind != "contact") continue;
         EXPECT_LE(jump(event, 1e-5, surfaces().at("ours, not smoothed")), 0.01) << event.name;
@@ -216,7 +217,7 @@ TEST(PlanarEvents, ThePapersSmoothingAndTheAlphaMeshJumpAtBirthsHoweverShortTheT
     }
 }
 
-// Away from events: along its normal a vertex moves as fast as it says.
+// Between events the normal displacement of a vertex agrees with its velocity.
 TEST(PlanarEvents, VelocitiesAreThoseOfTheCurve) {
     for (const char* name : {"ours", "ours, not smoothed", "ours, three passes", "ours, on the discs",
                              "ours, bare skin", "paper's", "paper's, not smoothed"}) {

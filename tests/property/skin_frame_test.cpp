@@ -1,4 +1,4 @@
-// What is true of every skinned frame.
+// Properties of every skinned frame.
 
 #include "base/random.h"
 #include "skin/pipeline.h"
@@ -8,7 +8,7 @@
 #include "betamesh/error.h"
 #include "mesh/mesh_measure.h"
 #include "skin/ball_boundary.h"
-#include "skin/exposure_candidates.h"
+#include "skin/coverage.h"
 #include "skin/spacing.h"
 #include "support/clouds.h"
 #include "support/oracles.h"
@@ -26,7 +26,7 @@ namespace betamesh {
 
 namespace {
 
-// Spacing 1, every coordinate moved by up to a quarter of it.
+// Spacing 1, every coordinate jittered by up to a quarter of it.
 Particles jitteredBox(int nx, int ny, int nz, unsigned seed) {
     std::mt19937 random(seed);
     std::uniform_real_distribution<float> jitter(-0.25f, 0.25f);
@@ -53,8 +53,8 @@ SkinParams asInThePaper(double radius) {
     return params;
 }
 
-// RMS angle between the triangles of a slab's top face, far from its sides, and the plane, by area. A dent
-// where the jitter left a gap is not roughness: what is steeper than 60 degrees does not count.
+// Area-weighted RMS angle between the triangles of a slab's top face, far from its sides, and the plane. Triangles
+// steeper than 60 degrees are ignored: they belong to gaps that the jitter left.
 double roughness(const Mesh& mesh, double low, double high, double bottom) {
     double sum = 0, area = 0;
     for (const Triangle& t : mesh.triangles) {
@@ -114,8 +114,8 @@ TEST(SkinFrame, TheAlphaMeshIsThatOfTheBoundaryWithAllItsArcs) {
     });
 }
 
-// All balls are exposed, and hundreds are near each.
-TEST(SkinFrame, CrowdsAreOneBodyWithAsManyHolesAsTheyHave) {
+// All balls are exposed, and each has hundreds of neighbours.
+TEST(SkinFrame, DenseClustersAreOneComponentOfTheRightGenus) {
     std::mt19937 random(13);
     std::uniform_real_distribution<double> share(0, 1);
     Particles plane, cylinder;
@@ -245,7 +245,7 @@ TEST(SkinFrame, FloatAndExactPredicatesAgreeAwayFromTies) {
     EXPECT_EQ(exact.mesh.triangles, floating.mesh.triangles);
 }
 
-TEST(SkinFrame, ACompleteMeshIsJudgedWhereFilesPutIt) {
+TEST(SkinFrame, ACompleteMeshIsCheckedAtThePrecisionOfFiles) {
     forEveryCloud(40, [](const Cloud& cloud) {
         if (cloud.particles.size() > 400) return;
         for (const int passes : {0, 1}) {
@@ -337,8 +337,8 @@ TEST(SkinFrame, NoParticleOfAClosedVolumeIsOutsideAfterResolvingIntersections) {
     check(tetrahedron, 1.5);
 }
 
-// Spheres of a small circle all pass by two points, where smoothing pushes their tips through each other.
-TEST(SkinFrame, ASmallCircleIsClosedHoweverFarOut) {
+// All spheres of a small circle nearly share two points, where smoothing makes their tips cross.
+TEST(SkinFrame, ASmallCircleIsClosedAtAnyDistanceFromTheOrigin) {
     for (const float far : {0.0F, 4e8F}) {
         Particles circle;
         for (int i = 0; i < 200; ++i) {
@@ -359,7 +359,7 @@ TEST(SkinFrame, PositionsBeyondTheIntegerRangeAreAnError) {
     EXPECT_THROW(skinFrame(far, withRadius(0)), Error);
 }
 
-TEST(SkinFrame, ARadiusThatHoldsEverythingIsAnError) {
+TEST(SkinFrame, ARadiusLargerThanTheWholeCloudIsAnError) {
     Particles particles;
     Random random(1);
     for (int i = 0; i < 60000; ++i) particles.position.emplace_back(random.cube() + Vec3(5));
@@ -381,7 +381,7 @@ TEST(Spacing, IsThatOfTheLattice) {
     EXPECT_FALSE(spacing(lattice.position));
 }
 
-// Every particle against every other.
+// By brute force over all pairs.
 std::optional<double> spacingByBruteForce(std::vector<Vec3f> points) {
     const auto before = [](const Vec3f& a, const Vec3f& b) {
         return a.x != b.x ? a.x < b.x : a.y != b.y ? a.y < b.y : a.z < b.z;
@@ -402,7 +402,7 @@ std::optional<double> spacingByBruteForce(std::vector<Vec3f> points) {
     return means[means.size() / 2];
 }
 
-TEST(Spacing, IsWhatBruteForceSays) {
+TEST(Spacing, AgreesWithBruteForce) {
     forEveryCloud(300, [](const Cloud& cloud) {
         EXPECT_EQ(spacing(cloud.particles.position), spacingByBruteForce(cloud.particles.position));
     });

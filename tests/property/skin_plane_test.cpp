@@ -1,4 +1,4 @@
-// What is true of the curves of every cloud in a plane.
+// Properties of the curves of every planar cloud.
 
 #include "base/parallel.h"
 #include "base/random.h"
@@ -68,7 +68,7 @@ double distanceTo(const Curves& curves, const Vec3& point) {
     return nearest;
 }
 
-// The farthest that a vertex of either is from the other.
+// The largest distance of a vertex of either curve from the other curve.
 double farthestApart(const Curves& one, const Curves& other) {
     double farthest = 0;
     for (const Vec3& p : one.position) farthest = std::max(farthest, distanceTo(other, p));
@@ -153,7 +153,7 @@ TEST(SkinPlane, AttributesAreMeansOfTheParticles) {
     });
 }
 
-TEST(SkinPlane, DropletsLeaveAsIfTheyHadNeverBeenThere) {
+TEST(SkinPlane, WithoutDropletsTheCurvesAreThoseOfTheOtherParticles) {
     std::size_t left = 0;
     forEveryPlanarCloud(400, [&](const Cloud& cloud) {
         const SnappedParticles snapped = snapParticles(cloud.particles, cloud.radius);
@@ -192,7 +192,7 @@ TEST(SkinPlane, DropletsLeaveAsIfTheyHadNeverBeenThere) {
     EXPECT_GT(left, 100u);
 }
 
-TEST(SkinPlane, HolesThatAreFilledAreTheSmallOnesAndWhatIsInThem) {
+TEST(SkinPlane, FillingRemovesTheSmallHolesAndTheirContents) {
     std::size_t filled = 0;
     forEveryPlanarCloud(1000, [&](const Cloud& cloud) {
         SkinParams params = paramsFor(cloud, SmoothingMethod::none);
@@ -225,7 +225,7 @@ TEST(SkinPlane, HolesThatAreFilledAreTheSmallOnesAndWhatIsInThem) {
             }
             return std::abs(angle) > std::numbers::pi;
         };
-        // Lines keep their order, so those that are gone show in one sweep.
+        // Lines keep their order, so one sweep finds the removed ones.
         const auto rest = linesOf(plane.curves);
         std::size_t next = 0, small = 0;
         std::vector<std::vector<std::pair<double, double>>> holes, islands;
@@ -250,8 +250,8 @@ TEST(SkinPlane, HolesThatAreFilledAreTheSmallOnesAndWhatIsInThem) {
     EXPECT_GT(filled, 100u);
 }
 
-// Kept: the larger disc fits in there, as the points at its radius from two particles tell that are no nearer to any.
-TEST(SkinPlane, HolesThatAreKeptHaveRoomForADiscAsWideAsTheGap) {
+// Holes are kept if the larger disc fits: if a point at its radius from two particles is not nearer to any other.
+TEST(SkinPlane, HolesAreKeptIfADiscAsWideAsTheGapFits) {
     std::size_t filled = 0, kept = 0;
     forEveryPlanarCloud(1000, [&](const Cloud& cloud) {
         SkinParams params = paramsFor(cloud, SmoothingMethod::none);
@@ -272,7 +272,7 @@ TEST(SkinPlane, HolesThatAreKeptHaveRoomForADiscAsWideAsTheGap) {
                     }))
                     middles.push_back(centre);
             }
-        // Lines keep their order, so those that are gone show in one sweep.
+        // Lines keep their order, so one sweep finds the removed ones.
         const auto rest = linesOf(plane.curves);
         std::size_t next = 0, holes_filled = 0, others_gone = 0;
         for (const std::span<const Edge> line : linesOf(all)) {
@@ -304,8 +304,8 @@ TEST(SkinPlane, HolesThatAreKeptHaveRoomForADiscAsWideAsTheGap) {
     EXPECT_GT(kept, 20u);
 }
 
-// The curve's area in squared spacings for each particle.
-TEST(SkinPlane, TheSkinHoldsTheAreaOfTheParticles) {
+// The enclosed area per particle, squared spacings.
+TEST(SkinPlane, TheSkinEnclosesTheAreaOfTheParticles) {
     const auto areaOf = [](const Particles& particles) {
         return measureCurves(skinPlane(particles, paramsFor({"", particles, 1.5})).curves).area /
                static_cast<double>(particles.size());
@@ -325,7 +325,7 @@ TEST(SkinPlane, TheSkinHoldsTheAreaOfTheParticles) {
     for (std::uint64_t seed = 0; seed < 4; ++seed) EXPECT_NEAR(areaOf(lattice(20, 20, 0.25, seed)), 1.01, 0.04) << seed;
 }
 
-TEST(SkinPlane, SkinsDoNotCrossAndHoldEveryParticleInTheSamePieces) {
+TEST(SkinPlane, SkinsDoNotCrossAndEncloseEveryParticleInTheSameComponents) {
     forEveryPlanarCloud(400, [](const Cloud& cloud) {
         std::vector<SkinParams> all(5, paramsFor(cloud));
         all[1].arc_subdivisions = 1;
@@ -348,7 +348,7 @@ TEST(SkinPlane, SkinsDoNotCrossAndHoldEveryParticleInTheSamePieces) {
     });
 }
 
-TEST(SkinPlane, WithoutSmoothingOnlyAGivenSkinLeavesTheDiscs) {
+TEST(SkinPlane, WithoutSmoothingTheCurveIsOnTheDiscsUnlessASkinIsGiven) {
     const Cloud cloud{"", {{{0, 0, 0}, {1, 0, 0}}, {}, {}, {}}, 1.5};
     const auto farthest = [&](std::optional<double> skin) {
         SkinParams params = paramsFor(cloud, SmoothingMethod::none);
@@ -364,7 +364,7 @@ TEST(SkinPlane, WithoutSmoothingOnlyAGivenSkinLeavesTheDiscs) {
     EXPECT_THROW(farthest(1.5), Error);
 }
 
-// A disc comes down on a jittered block in small steps, far from it, where it joins and inside.
+// A disc descends onto a jittered block in small steps: far from it, where it joins, and inside.
 TEST(SkinPlane, ASkinMovesNoFasterThanItsParticlesInBulk) {
     constexpr double kStep = 0.0003;
     for (std::uint64_t seed = 0; seed < 3; ++seed) {
@@ -388,7 +388,7 @@ TEST(SkinPlane, ASkinMovesNoFasterThanItsParticlesInBulk) {
     }
 }
 
-TEST(SkinPlane, LoneDiscsAndRingsKeepTheirSizeOnTheDiscs) {
+TEST(SkinPlane, IsolatedDiscsAndRingsKeepTheirSizeOnTheDiscs) {
     const auto areas = [](const Particles& particles) {
         Cloud cloud{"", particles, 1.5};
         SkinParams params = paramsFor(cloud);
@@ -427,7 +427,7 @@ TEST(SkinPlane, ADropNearAPoolStaysRoundOnTheDiscs) {
     }
 }
 
-// Angles to the plane of a slab jittered by a quarter of the spacing; 16° before smoothing.
+// RMS angle to the plane of a slab jittered by a quarter of the spacing; 16° before smoothing.
 TEST(SkinPlane, JitteredSlabsBecomeFlat) {
     for (const auto skin : {std::optional<double>(), std::optional(0.0)}) {
         double squares = 0, lengths = 0;
@@ -452,7 +452,7 @@ TEST(SkinPlane, JitteredSlabsBecomeFlat) {
     }
 }
 
-// What is left of the height of a wave in a pool, half a spacing high.
+// The remaining share of the height of a wave in a pool, half a spacing high.
 TEST(SkinPlane, WavesAreKept) {
     const auto keptOf = [](double wavelength, std::optional<double> skin) {
         constexpr double kHeight = 0.5;
@@ -483,7 +483,7 @@ TEST(SkinPlane, WavesAreKept) {
     EXPECT_GE(keptOf(16, {}), keptOf(16, 0));
 }
 
-TEST(SkinPlane, RefusesWhatLeavesThePlaneByItsFirstParticle) {
+TEST(SkinPlane, RefusesParticlesOutsideThePlaneAndNamesTheFirst) {
     Particles particles;
     particles.position = {{0, 0, 1}, {1, 0, 1}, {2, 0, 1.5F}, {3, 0, 2}};
     EXPECT_FALSE(isPlanar(particles));

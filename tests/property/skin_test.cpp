@@ -1,4 +1,5 @@
-// What the skin promises: it lies where the liquid is, is calm, closed and free of crossings, and loses nothing.
+// Properties of the skin: it encloses the volume of the liquid, is smooth, closed and free of crossings, and keeps all
+// components.
 
 #include "skin/pipeline.h"
 
@@ -26,7 +27,7 @@ SkinParams withSpacing(double spacing, double radius = 1.5) {
     return params;
 }
 
-// nx · ny · nz particles at distances of 1, every coordinate moved by up to `jitter`.
+// nx · ny · nz particles with spacing 1, every coordinate moved by up to `jitter`.
 Particles box(int nx, int ny, int nz, double jitter, unsigned seed, double wavelength = 0) {
     std::mt19937 random(seed);
     std::uniform_real_distribution<double> off(-1, 1);
@@ -82,7 +83,7 @@ TEST(Skin, IsFlatWhereTheLiquidIsAndKeepsWaves) {
     EXPECT_GE(kept_of_16, 0.975);
 }
 
-TEST(Skin, FurtherPassesAreCalmerAndKeepTheVolume) {
+TEST(Skin, MorePassesAreSmootherAndKeepTheVolume) {
     const Particles slab = box(56, 56, 6, 0.25, 3);
     SkinParams params = withSpacing(1);
     const Mesh once = skinFrame(slab, params).mesh;
@@ -92,7 +93,7 @@ TEST(Skin, FurtherPassesAreCalmerAndKeepTheVolume) {
     EXPECT_NEAR(measureMesh(thrice).volume / measureMesh(once).volume, 1, 0.02);
 }
 
-// Seen along z, edges between triangles that face up and down are the outline; of holes in a sheet, their rims.
+// Edges between triangles that face up and down are the outline along z; for holes in a sheet these are the rims.
 TEST(Skin, RimsOfHolesAreRound) {
     double all = 0, straight = 0;
     for (const double radius : {1.7, 2.2, 3.0, 4.5})

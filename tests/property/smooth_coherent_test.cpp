@@ -1,4 +1,4 @@
-// What coherent smoothing of the surface on the balls promises.
+// Properties of coherent smoothing of the surface on the balls.
 
 #include "skin/pipeline.h"
 
@@ -6,10 +6,10 @@
 #include "mesh/mesh_measure.h"
 #include "skin/arcs.h"
 #include "skin/ball_boundary.h"
-#include "skin/ball_faces.h"
 #include "skin/boundary_samples.h"
-#include "skin/exposure_candidates.h"
+#include "skin/coverage.h"
 #include "skin/face_points.h"
+#include "skin/faces.h"
 #include "skin/smooth_coherent.h"
 #include "skin/tessellate.h"
 #include "skin/velocity.h"
@@ -34,7 +34,7 @@ SkinParams withRadius(double radius, SmoothingMethod smoothing = SmoothingMethod
     return params;
 }
 
-// Spacing 1, every coordinate moved by up to a quarter of it, then lifted by a wave along x of amplitude 1.
+// Spacing 1, every coordinate jittered by up to a quarter of it, then raised by a wave along x of amplitude 1.
 Particles slab(unsigned seed, double wavelength) {
     constexpr int kSide = 56, kLayers = 6;
     std::mt19937 random(seed);
@@ -51,7 +51,7 @@ Particles slab(unsigned seed, double wavelength) {
     return particles;
 }
 
-// RMS angle to the plane, degrees, by area. Dents steeper than 60 degrees do not count: a gap is not roughness.
+// Area-weighted RMS angle to the plane, degrees. Triangles steeper than 60 degrees are ignored: they belong to gaps.
 double roughness(const Mesh& mesh) {
     double sum = 0, area = 0;
     forTopOf(mesh, 9, 46, [&](const Vec3&, const Vec3& normal) {
@@ -76,7 +76,7 @@ Particles box(int nx, int ny, int nz, unsigned seed, double jitter_size = 0.25) 
     return particles;
 }
 
-// Along the line through a point, the signed way to the nearest triangle it meets; infinite where none is within reach.
+// Signed distance along a line from a point to the nearest triangle; infinite if none is within reach.
 double wayAlong(const Mesh& mesh, const Vec3& point, const Vec3& direction, double reach) {
     double best = std::numeric_limits<double>::infinity();
     for (const Triangle& t : mesh.triangles) {
@@ -110,7 +110,7 @@ TEST(CoherentSmoothing, IsFlatAndKeepsWaves) {
     }
 }
 
-// Samples lie in directions of their own.
+// The directions of samples are fixed, so results could depend on the axis.
 TEST(CoherentSmoothing, SheetsAreAsFlatAlongEveryAxis) {
     const Particles sheet = box(56, 56, 1, 1);
     for (const Vec3& towards : {Vec3(0, 0, 1), Vec3(1, 1, 1), Vec3(1, 1, 0), Vec3(1, 2, 3)}) {
@@ -168,7 +168,7 @@ TEST(CoherentSmoothing, LeavesAMeshClosedAndFinite) {
     });
 }
 
-TEST(CoherentSmoothing, FurtherPassesAndAWiderKernelAreSmoother) {
+TEST(CoherentSmoothing, MorePassesAndAWiderKernelAreSmoother) {
     const Particles particles = slab(3, 0);
     const double once = roughness(skinFrame(particles, withRadius(1.5)).mesh);
     SkinParams params = withRadius(1.5);
@@ -179,7 +179,7 @@ TEST(CoherentSmoothing, FurtherPassesAndAWiderKernelAreSmoother) {
     EXPECT_LE(roughness(skinFrame(particles, params).mesh), 0.8 * once);
 }
 
-TEST(CoherentSmoothing, AndInsetsLeaveSurfacesThatCrossThemselvesNowhere) {
+TEST(CoherentSmoothing, AndInsetsMakeNoCrossings) {
     const auto expectNoCrossings = [](const Cloud& cloud, double inset, int subdivisions) {
         SkinParams params = withRadius(cloud.radius);
         params.inset = inset * cloud.radius;
@@ -198,7 +198,7 @@ TEST(CoherentSmoothing, AndInsetsLeaveSurfacesThatCrossThemselvesNowhere) {
     });
 }
 
-TEST(Inset, TakesThickLiquidInByItsDepth) {
+TEST(Inset, MovesThickLiquidInwardsByItsDepth) {
     SkinParams params = withRadius(1.5);
     const Particles particles = slab(1, 0);
     const auto height = [&] {
@@ -239,7 +239,7 @@ TEST(CoherentSmoothing, VelocitiesAreTheRatesAtWhichVerticesMove) {
         for (std::size_t i = 0; i < particles.size(); ++i)
             particles.velocity.emplace_back(speed(random), speed(random), speed(random));
         constexpr double kStep = 2e-4;
-        // Angular velocities are left out: vertices are followed as they are numbered, in fixed directions.
+        // Angular velocities are ignored: vertices are matched by number, in fixed directions.
         const auto moved = [&](double time) {
             Particles later = particles;
             for (std::size_t i = 0; i < particles.size(); ++i)
@@ -283,7 +283,7 @@ TEST(CoherentSmoothing, VelocitiesAreTheRatesAtWhichVerticesMove) {
     EXPECT_LE(errors[errors.size() * 95 / 100], 0.05);
 }
 
-TEST(SurfaceVelocity, TakesEveryVertexAlongWithTheSurface) {
+TEST(SurfaceVelocity, MovesEveryVertexWithTheSurface) {
     for (const double inset : {0.0, 0.5}) {
         double error = 0, size = 0;
         for (unsigned seed = 0; seed < 4; ++seed) {
@@ -315,12 +315,13 @@ TEST(SurfaceVelocity, TakesEveryVertexAlongWithTheSurface) {
                 size += weight * speed * speed;
             }
         }
-        // Where the surface goes its own way faster than the balls differ from one another, it is held back.
+        // Where the surface moves relative to the balls faster than they do relative to each other, its velocity is
+        // limited.
         EXPECT_LE(std::sqrt(error / size), 0.06) << "inset " << inset;
     }
 }
 
-TEST(SurfaceVelocity, OfALoneDropIsThatOfItsParticle) {
+TEST(SurfaceVelocity, OfAnIsolatedDropIsThatOfItsParticle) {
     Particles drop;
     drop.position = {{1, 2, 3}};
     drop.velocity.emplace_back(4.0F, -5.0F, 6.0F);

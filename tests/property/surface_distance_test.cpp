@@ -1,4 +1,4 @@
-// Distances between surfaces, and how far particles went.
+// Distances between surfaces, and displacements of particles.
 
 #include "base/icosphere.h"
 #include "base/parallel.h"
@@ -21,7 +21,7 @@ Mesh sphere(const Vec3& centre, double radius, int cuts = 8) {
     return mesh;
 }
 
-// Triangles of all sizes, some without area.
+// Triangles of all sizes, some degenerate.
 Mesh soup(std::uint64_t seed) {
     Random random(seed);
     Mesh mesh;
@@ -37,7 +37,7 @@ Mesh soup(std::uint64_t seed) {
     return mesh;
 }
 
-// The largest distance from points all over a mesh, by looking at all triangles.
+// The largest distance from points all over a mesh, by brute force.
 double farthestByBruteForce(const Mesh& from, const Mesh& to, int cuts) {
     double farthest = 0;
     for (const Triangle& t : from.triangles) {
@@ -55,7 +55,7 @@ TEST(SurfaceDistance, AgreesWithBruteForce) {
         const Mesh one = soup(seed), other = soup(seed + 1000);
         const SurfaceDistance found = surfaceDistance(one, other, {0.05});
         const double expected = std::max(farthestByBruteForce(one, other, 24), farthestByBruteForce(other, one, 24));
-        // Both look at points no farther apart than a part of the longest side, 11.
+        // Both sample at most this far apart; the longest side is 11.
         EXPECT_NEAR(found.max, expected, 11.0 / 24);
         EXPECT_GE(found.max, expected - 11.0 / 64);
         const double at_worst = std::max(distanceTo(one, found.worst), distanceTo(other, found.worst));
@@ -65,8 +65,8 @@ TEST(SurfaceDistance, AgreesWithBruteForce) {
     }
 }
 
-// Balls that are gone count for as long as they are thicker than what is ignored; balls that move do as before.
-TEST(SurfaceDistance, LeavesOutWhatIsThinner) {
+// Balls that vanish count only if they are thicker than the limit; balls that move count as before.
+TEST(SurfaceDistance, IgnoresThinLiquid) {
     for (const double small : {0.05, 0.1, 0.2}) {
         SCOPED_TRACE("radius " + std::to_string(small));
         Mesh before = sphere(Vec3(0), 1, 24);
@@ -103,7 +103,7 @@ TEST(SurfaceDistance, IsTheSameBothWaysAndForEveryThreadCount) {
     EXPECT_NEAR(two_threads.rms, back.rms, 1e-12);
 }
 
-TEST(SurfaceDistance, OfASphereThatMoves) {
+TEST(SurfaceDistance, OfAMovingSphereIsItsDisplacement) {
     for (const double way : {1e-6, 1e-3, 0.05}) {
         const Mesh before = sphere(Vec3(100, 0, 0), 1, 60), after = sphere(Vec3(100, 0, way), 1, 60);
         const SurfaceDistance found = surfaceDistance(before, after);
@@ -121,7 +121,7 @@ TEST(SurfaceDistance, OfSpheresOfTwoSizes) {
     EXPECT_NEAR(found.quantile999, 0.5, 1e-3);
 }
 
-TEST(SurfaceDistance, SameSurfacesAreNowhereApart) {
+TEST(SurfaceDistance, OfEqualSurfacesIsZero) {
     for (std::uint64_t seed = 0; seed < 20; ++seed) {
         const Mesh mesh = soup(seed);
         const SurfaceDistance found = surfaceDistance(mesh, mesh);
@@ -130,7 +130,7 @@ TEST(SurfaceDistance, SameSurfacesAreNowhereApart) {
         EXPECT_EQ(found.quantile999, 0);
         EXPECT_GT(found.samples, 0u);
     }
-    // Cut otherwise, still the same surface.
+    // A different triangulation of the same surface.
     Mesh square;
     square.position = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}};
     square.triangles = {{0, 1, 2}, {0, 2, 3}};
@@ -139,7 +139,7 @@ TEST(SurfaceDistance, SameSurfacesAreNowhereApart) {
     EXPECT_EQ(surfaceDistance(square, flipped).max, 0);
 }
 
-TEST(SurfaceDistance, OfWhatIsEmptyOrBroken) {
+TEST(SurfaceDistance, OfEmptyOrBrokenMeshes) {
     const Mesh nothing, ball = sphere(Vec3(0), 1);
     EXPECT_EQ(surfaceDistance(nothing, nothing).max, 0);
     EXPECT_EQ(surfaceDistance(nothing, ball).max, std::numeric_limits<double>::infinity());
@@ -179,7 +179,7 @@ TEST(ParticleMotion, IsMatchedByIdOrByRow) {
     EXPECT_EQ(particleMotion(Particles{}, Particles{})->matched, 0u);
 }
 
-TEST(ParticleMotion, MovedParticlesGoWithTheirVelocity) {
+TEST(ParticleMotion, MovedParticlesFollowTheirVelocity) {
     Particles particles;
     particles.position = {{1, 2, 3}, {4, 5, 6}};
     particles.velocity = {{0, 0, 2}, {-1, 0, 0}};

@@ -1,4 +1,4 @@
-// Velocities that a shutter can be open over: no vertex outruns the liquid.
+// Velocities suit motion blur: no vertex is much faster than the liquid.
 
 #include "base/random.h"
 #include "base/rigid_motion.h"
@@ -39,7 +39,7 @@ Particles splash(std::uint64_t seed) {  // drops, threads and a body of liquid, 
 
 }  // namespace
 
-TEST(Velocity, NoVertexIsMuchFasterThanParticlesNearItAreToOneAnother) {
+TEST(Velocity, NoVertexIsMuchFasterThanTheRelativeMotionOfParticlesNearby) {
     forEveryCloud(60, [](const Cloud& cloud) {
         if (cloud.particles.size() > 400) return;
         SkinParams params;
@@ -64,7 +64,7 @@ TEST(Velocity, NoVertexIsMuchFasterThanParticlesNearItAreToOneAnother) {
     });
 }
 
-TEST(Velocity, LeavesTheRigidMotionByNoMoreThanParticlesDo) {
+TEST(Velocity, DeviatesFromRigidMotionNoMoreThanParticlesDo) {
     for (std::uint64_t seed = 0; seed < 6; ++seed) {
         const Particles particles = splash(seed);
         SkinParams params;

@@ -1,13 +1,13 @@
-// What is true of voids that are filled by the empty ball that fits into them.
+// Properties of voids, which are filled depending on the largest empty ball that fits into them.
 
 #include "base/index.h"
 #include "base/random.h"
 #include "mesh/components.h"
 #include "skin/arcs.h"
 #include "skin/ball_boundary.h"
-#include "skin/ball_faces.h"
-#include "skin/exposure_candidates.h"
+#include "skin/coverage.h"
 #include "skin/face_points.h"
+#include "skin/faces.h"
 #include "skin/features.h"
 #include "skin/pipeline.h"
 #include "skin/tessellate.h"
@@ -73,7 +73,7 @@ void add(Particles& to, const Particles& from, const Vec3& by = Vec3(0)) {
     for (const Vec3f& p : from.position) to.position.emplace_back(Vec3(p) + by);
 }
 
-// Layers of particles round a ball of this radius, into which nothing larger fits.
+// Layers of particles around an empty ball of this radius; no larger one fits.
 Particles shell(double inner, double spacing = 0.7, int layers = 2) {
     Particles particles;
     for (int layer = 0; layer < layers; ++layer) {
@@ -83,7 +83,7 @@ Particles shell(double inner, double spacing = 0.7, int layers = 2) {
     return particles;
 }
 
-// A lattice with some of it left out.
+// A lattice without some of its points.
 template <typename IsEmpty>
 Particles blockWithout(int edge, double jitter, const IsEmpty& isEmpty) {
     Particles particles;
@@ -96,7 +96,7 @@ Particles blockWithout(int edge, double jitter, const IsEmpty& isEmpty) {
     return particles;
 }
 
-// The pieces of a mesh, each as a mesh of its own, and what is inside what.
+// The components of a mesh as separate meshes, and which contains which.
 struct Anatomy {
     Mesh mesh;
     Components pieces;
@@ -132,7 +132,7 @@ struct Anatomy {
                     around[p] = q;
         }
     }
-    // The void that a point is in that is farther than a radius from all particles; kInvalidIndex where it is in none.
+    // The void that contains a point farther than a radius from all particles, or kInvalidIndex.
     std::uint32_t voidAt(const Vec3& point) const {
         for (std::uint32_t q = 0; q < pieces.count; ++q) {
             if (!is_void[q]) continue;
@@ -156,7 +156,7 @@ struct Anatomy {
                 rest.triangles.push_back({place[t[0]], place[t[1]], place[t[2]]});
         return rest;
     }
-    // Which voids are not in a mesh that is this one but for filled voids and what floats in them.
+    // The voids missing from a mesh that equals this one except for filled voids and the drops in them.
     std::set<std::uint32_t> voidsFilledIn(const Filled& other) const {
         std::set<std::tuple<double, double, double>> left;
         for (const Vec3& p : other.mesh.position) left.emplace(p.x, p.y, p.z);
@@ -190,7 +190,7 @@ bool enclosesOrigin(const Mesh& mesh) { return std::abs(windingNumber(mesh, Vec3
 
 }  // namespace
 
-TEST(Voids, OfHollowSpheresAreKeptFromTheirOwnDiameterOnWhateverTheRadius) {
+TEST(Voids, OfHollowSpheresAreKeptFromTheirDiameterOnForAnyRadius) {
     for (const double inner : {1.6, 2.5, 4.1})
         for (const double radius : {0.8, 1.2, 1.5, 2.0, 3.0}) {
             if (radius >= inner) continue;
@@ -213,7 +213,7 @@ TEST(Voids, OfHollowSpheresAreKeptFromTheirOwnDiameterOnWhateverTheRadius) {
         }
 }
 
-TEST(Voids, AreAllKeptWhereTheGapIsNoWiderThanABall) {
+TEST(Voids, AreAllKeptIfTheGapIsNoWiderThanABall) {
     forEveryCloud(100, [](const Cloud& cloud) {
         if (cloud.particles.size() > 400) return;
         const Tessellated made = tessellated(cloud.particles, cloud.radius);
@@ -225,7 +225,7 @@ TEST(Voids, AreAllKeptWhereTheGapIsNoWiderThanABall) {
     });
 }
 
-TEST(Voids, DropsInThemTakeTheRoomThatAnEmptyBallNeeds) {
+TEST(Voids, DropsInsideReduceTheLargestEmptyBall) {
     for (const double radius : {0.8, 1.2, 1.5}) {
         SCOPED_TRACE(radius);
         const Particles hollow = shell(6);
@@ -240,8 +240,8 @@ TEST(Voids, DropsInThemTakeTheRoomThatAnEmptyBallNeeds) {
     }
 }
 
-// A cup in a void: the only ball that fits touches the cup alone.
-TEST(Voids, AreKeptForTheEmptyBallInsideOfWhatFloatsInThem) {
+// A cup in a void: the only ball that fits touches nothing but the cup.
+TEST(Voids, AreKeptIfAnEmptyBallFitsIntoAComponentInside) {
     Particles cup, particles = shell(5.6, 0.5);
     for (const Vec3f& p : shell(3.3, 0.5, 1).position)
         if (p.z < 2.4F) cup.position.push_back(p);
@@ -254,7 +254,7 @@ TEST(Voids, AreKeptForTheEmptyBallInsideOfWhatFloatsInThem) {
     EXPECT_EQ(filled(particles, radius, 7.6).count, 1u);
 }
 
-TEST(Voids, InsideOfDropsInVoidsAreJudgedByThemselves) {
+TEST(Voids, InsideDropsInVoidsAreFilledIndependently) {
     Particles particles = shell(7.2, 0.6, 2);
     add(particles, shell(4, 0.6, 2));
     const double radius = 0.8;
@@ -269,8 +269,8 @@ TEST(Voids, InsideOfDropsInVoidsAreJudgedByThemselves) {
     }
 }
 
-// Every particle moves straight away from a point, as water does round a bubble that is blown up.
-TEST(Voids, ThatGrowAreFilledUntilTheirEmptyBallReachesTheGapAndThenStay) {
+// Every particle moves radially away from a point, like liquid around a growing bubble.
+TEST(Voids, ThatGrowAreFilledUntilTheirEmptyBallReachesTheGap) {
     const Particles block = blockWithout(15, 0.2, [](const Vec3& p) { return (p - Vec3(7)).length() > 7; });
     const double gap = 5;
     std::vector<int> first_kept;
@@ -324,14 +324,15 @@ TEST(Voids, AreFilledOneByOneAndNothingElseChanges) {
     }
 }
 
-TEST(Voids, AreFilledWhereNoEmptyBallFitsByBruteForce) {
+TEST(Voids, AgreeWithBruteForceSearchForEmptyBalls) {
     std::size_t kept = 0, gone = 0, with_bodies = 0;
     const auto check = [&](const Cloud& cloud, Appearance appearance) {
         const double radius = cloud.radius;
         const Tessellated made = tessellated(cloud.particles, radius, appearance);
         const Anatomy anatomy(asMesh(BetaMesh(made.mesh)), radius);
         if (std::count(anatomy.is_void.begin(), anatomy.is_void.end(), true) == 0) return;
-        // The largest empty ball round a point of a grid in each void; no other is larger by half a cell's diagonal.
+        // The largest empty ball centred at a grid point in each void; others are larger by at most half a cell
+        // diagonal.
         constexpr int kSteps = 24;
         std::vector<double> room(anatomy.pieces.count, 0), slack = room;
         for (std::uint32_t q = 0; q < anatomy.pieces.count; ++q) {

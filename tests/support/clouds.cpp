@@ -40,7 +40,7 @@ Points concatenate(Points a, const Points& b) {
     return a;
 }
 
-// Every point of a box of whole numbers that `wanted` accepts, times the scale.
+// All integer points of a box that `wanted` accepts, times the scale.
 template <typename Wanted>
 Points wholeNumbers(const Vec3i& low, const Vec3i& high, double scale, const Wanted& wanted) {
     Points points;
@@ -57,13 +57,13 @@ Points lattice(const Vec3i& size, const Vec3& step = {1, 1, 1}) {
     return points;
 }
 
-// Points of whole numbers at exactly that distance from the origin.
+// All integer points at exactly that distance from the origin.
 Points sphereOfWholeNumbers(std::int64_t radius) {
     const Vec3i corner(radius, radius, radius);
     return wholeNumbers(-corner, corner, 1, [&](const Vec3i& p) { return p.length2() == radius * radius; });
 }
 
-// A lattice of whole numbers cut to a ball or, with a hollow, to a shell, in units of its step.
+// The integer points of a ball or, with a hollow, of a shell.
 Points latticeBall(double outer, double hollow = 0, double scale = 1) {
     const auto n = static_cast<std::int64_t>(outer) + 1;
     return wholeNumbers({-n, -n, -n}, {n, n, n}, scale, [&](const Vec3i& p) {
@@ -83,7 +83,7 @@ Points randomBox(std::size_t n, const Vec3& size, std::uint64_t seed) {
     return points;
 }
 
-// Nearly parallel to the axis but no axis of the grid: a frame that makes nothing exact.
+// A frame not aligned with the grid, so that no coordinate is exact.
 Points rotated(Points points) {
     const Vec3 u = Vec3(1, 2, 3).normalized(), v = Vec3(1, 2, 3).cross(Vec3(3, -1, 1)).normalized();
     const Vec3 w = u.cross(v);
@@ -157,25 +157,27 @@ void addExactTies(std::vector<Cloud>& clouds) {
 
 void addLiquids(std::vector<Cloud>& clouds) {
     clouds.push_back(cloud("sheet", jittered(lattice({12, 12, 1}), 0.25, 1), 1.5));
-    clouds.push_back(cloud(
-        "double sheet", concatenate(jittered(lattice({10, 10, 1}), 0.2, 2), moved(lattice({10, 10, 1}), {0, 0, 4})), 1.5));
+    clouds.push_back(cloud("double sheet",
+                           concatenate(jittered(lattice({10, 10, 1}), 0.2, 2), moved(lattice({10, 10, 1}), {0, 0, 4})),
+                           1.5));
     clouds.push_back(cloud("two sheets that just interact",
                            concatenate(lattice({8, 8, 1}), moved(lattice({8, 8, 1}), {0.5, 0.5, 2.5})), 1.5));
     Points tendril;
     for (int i = 0; i < 40; ++i) tendril.push_back({0.1 * i * std::sqrt(i), std::sin(0.7 * i), std::cos(0.5 * i)});
     clouds.push_back(cloud("tendril, thinning into drops", tendril, 1.5));
-    clouds.push_back(
-        cloud("tendril with a sheet at its end",
-              concatenate(jittered(lattice({6, 6, 1}), 0.2, 3), moved(lattice({1, 1, 9}, {1, 1, 1.25}), {2, 2, 1})), 1.5));
+    clouds.push_back(cloud(
+        "tendril with a sheet at its end",
+        concatenate(jittered(lattice({6, 6, 1}), 0.2, 3), moved(lattice({1, 1, 9}, {1, 1, 1.25}), {2, 2, 1})), 1.5));
     clouds.push_back(cloud("ball of a lattice", latticeBall(4), 1.5));
     clouds.push_back(cloud("ball, jittered", jittered(latticeBall(4), 0.25, 4), 1.5));
     clouds.push_back(cloud("bubble: hollow shell", jittered(latticeBall(6, 4.5), 0.25, 5), 1.5));
     clouds.push_back(cloud("bubble: shell of one layer", latticeBall(4.2, 3.7), 1.5));
     clouds.push_back(cloud("drop inside a bubble", concatenate(latticeBall(7, 6), latticeBall(1.5)), 1.5));
     clouds.push_back(cloud("two balls that touch", concatenate(latticeBall(3), moved(latticeBall(3), {7, 0, 0})), 1.5));
+    clouds.push_back(cloud("two balls with surfaces at exactly 2r",
+                           concatenate(latticeBall(3), moved(latticeBall(3), {9, 0, 0})), 1.5));
     clouds.push_back(
-        cloud("two balls with surfaces at exactly 2r", concatenate(latticeBall(3), moved(latticeBall(3), {9, 0, 0})), 1.5));
-    clouds.push_back(cloud("drop over a sheet", concatenate(lattice({9, 9, 1}), moved(latticeBall(2), {4, 4, 4.5})), 1.5));
+        cloud("drop over a sheet", concatenate(lattice({9, 9, 1}), moved(latticeBall(2), {4, 4, 4.5})), 1.5));
     Points ring;
     for (int i = 0; i < 48; ++i) {
         const double angle = 2 * std::numbers::pi * i / 48;
@@ -219,7 +221,8 @@ void addScales(std::vector<Cloud>& clouds) {
     for (Vec3& p : large) p *= 1e5;
     clouds.push_back(cloud("tiny", small, 1.5e-6));
     clouds.push_back(cloud("large", large, 1.5e5));
-    clouds.push_back(cloud("two groups, a thousand radii apart", concatenate(ball, moved(ball, {1500, 700, -300})), 1.5));
+    clouds.push_back(
+        cloud("two groups, a thousand radii apart", concatenate(ball, moved(ball, {1500, 700, -300})), 1.5));
     clouds.push_back(cloud("sparse: nobody meets anybody", randomBox(60, {400, 400, 400}, 11), 1));
 }
 
@@ -250,14 +253,14 @@ Cloud randomCloud(std::uint64_t seed) {
     const bool snapped = random.below(3) == 0;
     const auto dimension = static_cast<int>(random.below(8) == 0 ? 1 + random.below(2) : 3);
 
-    // A mean spacing of 1, so that the radius is r/dx; on the grid steps of 1 as well, but crowded.
+    // A mean spacing of 1, so that the radius is r/dx; grid points have spacing 1, too, but there are more of them.
     const double edge = std::ceil(std::pow(static_cast<double>(n), 1.0 / dimension));
     Points points(n, Vec3(0));
     for (Vec3& p : points) {
         for (int axis = 0; axis < dimension; ++axis)
             p[axis] = snapped ? static_cast<double>(random.below(static_cast<std::uint64_t>(edge) + 1))
                               : random.between(0, edge);
-        // The plane and the line of half of the flat ones are no axis of the grid.
+        // For half of the flat clouds the plane or line is not aligned with the grid.
         if (dimension < 3 && seed % 2 == 1) p = {p.x, p.y, p.x + p.y};
     }
     if (random.below(5) == 0)

@@ -1,4 +1,4 @@
-// Awkward clouds: what every stage has to survive, each with a name for SCOPED_TRACE.
+// Awkward clouds, which every stage has to handle. Each has a name for SCOPED_TRACE.
 
 #pragma once
 
@@ -11,31 +11,33 @@
 
 namespace betamesh {
 
-/// The radius is that of the balls, in the units of the particles. All clouds have id = row and a velocity
-/// of up to one radius per second that differs from particle to particle, among duplicates too.
+/// All clouds have id = row and a velocity of up to one radius per second, which differs from particle to particle,
+/// also among duplicates.
 struct Cloud {
     std::string name;
     Particles particles;
-    double radius = 0;
+    double radius = 0;  ///< of the balls, in the unit of the positions
 };
 
-/// Nothing, a few, degenerate, flat, thin, dense, huge and plain random ones. Where exactness is the point
-/// (contact at 2r, r-balls through four points and more) coordinates and radius are exact in float32.
-/// Most have fewer than 400 particles, a few about 2,000.
+/// Empty, tiny, degenerate, flat, thin, dense, huge and random clouds. Where exact ties matter (contact at 2r, r-balls
+/// through four or more points) coordinates and radius are exact in float32. Most have fewer than 400 particles, a few
+/// about 2,000.
 std::vector<Cloud> awkwardClouds();
 
-/// 3 to 40 particles in a box whose mean spacing dx gives r/dx from 0.6 to 3. A third is snapped to a small
-/// integer grid with a radius that makes exact ties, some are flattened to a plane or a line, some hold
-/// exact duplicates.
+/// 3 to 40 particles in a box with mean spacing dx and r/dx from 0.6 to 3. A third of the clouds is snapped to a small
+/// integer grid with a radius that gives exact ties, some are flattened to a plane or a line, some have exact
+/// duplicates.
 Cloud randomCloud(std::uint64_t seed);
 
-/// Checks all awkward clouds and random ones from seed 0 on, each under its name, up to the first failure.
+/// Calls check for all awkward clouds and for random ones from seed 0 on, with the cloud's name as trace, until a check
+/// fails.
 void forEveryCloud(std::uint64_t random_clouds, const std::function<void(const Cloud&)>& check);
 
 /// The same particles in another order: all arrays permuted alike.
 Particles shuffled(const Particles& particles, std::uint64_t seed);
 
-/// n particles all over a sphere round the origin, but for rounding: balls of its radius all pass by one point.
+/// n particles on a sphere around the origin, to rounding: all spheres of the same radius around them pass close to the
+/// origin.
 Particles spiralOnSphere(std::size_t n, double radius);
 
 }  // namespace betamesh

@@ -63,7 +63,7 @@ inline void expectSame(const Mesh& a, const Mesh& b) {
     expectSame(a.attributes, b.attributes);
 }
 
-/// For names of a format that keeps the order of particles.
+/// Whether a file name belongs to a format that keeps the order of particles.
 inline void expectParticlesComeBack(const std::string& name) {
     const TemporaryFolder folder;
     for (const std::size_t n : {1U, 2U, 1000U})
@@ -75,7 +75,7 @@ inline void expectParticlesComeBack(const std::string& name) {
         }
 }
 
-/// The text of the Error that an action must end with.
+/// The message of the Error that an action throws; the test fails if it throws none.
 inline std::string errorOf(const std::function<void()>& action) {
     try {
         action();

@@ -11,7 +11,7 @@
 
 namespace betamesh {
 
-/// n particles on a crooked line; velocity, ids that use all 32 bits, and attributes of several shapes.
+/// n particles on a bent line, with velocities, ids that use all 32 bits, and attributes of several types and sizes.
 inline Particles sampleParticles(std::size_t n, bool velocity, bool id, bool attributes) {
     Particles p;
     Attribute density{"density", 1, {}, {}};
@@ -46,7 +46,7 @@ inline Mesh sampleMesh(std::size_t n, bool velocity, bool attributes) {
     return mesh;
 }
 
-/// Numbers for its triangles, not in order.
+/// Component numbers for its triangles, unsorted.
 inline Mesh withComponents(Mesh mesh) {
     mesh.component.emplace();
     for (std::size_t i = 0; i < mesh.triangles.size(); ++i)
@@ -54,7 +54,7 @@ inline Mesh withComponents(Mesh mesh) {
     return mesh;
 }
 
-/// What an encoder writes, in memory.
+/// The bytes that an encoder writes.
 inline Bytes bytesOf(const std::function<void(ByteWriter&)>& encode) {
     Bytes bytes;
     ByteWriter out([&](std::span<const std::byte> piece) { bytes.insert(bytes.end(), piece.begin(), piece.end()); });
@@ -68,7 +68,7 @@ inline Bytes bytesOf(std::string_view text) {
     return {raw.begin(), raw.end()};
 }
 
-/// A string that may hold zero bytes.
+/// A string that may contain zero bytes.
 template <std::size_t n>
 std::string raw(const char (&literal)[n]) {
     return std::string(literal, n - 1);

@@ -1,4 +1,4 @@
-// What tests of batch jobs share: a folder with frames, a program to run on them, a look at what it left.
+// Fixtures of batch tests: a folder with frames, running the program on it, and reading its output.
 
 #pragma once
 
@@ -39,7 +39,7 @@ protected:
         for (int frame = first; frame <= last; ++frame) writeFrame(frame, sample.frame(frame));
     }
 
-    /// Particle 17 of 20 has no place.
+    /// Writes a frame of 20 particles whose particle 17 has a position that is not finite.
     void writeFrameWithNaN(int frame) {
         std::string text =
             "ply\nformat ascii 1.0\nelement vertex 20\n"
@@ -48,7 +48,7 @@ protected:
         write(folder_ / numbered("in/a", frame, ".ply"), text);
     }
 
-    /// `mesh` from in/ to out/, with further words.
+    /// Runs `mesh` from in/ to out/ with further arguments.
     Outcome mesh(const std::vector<std::string>& further = {}, const std::string& output = "out/a.####.ply") {
         std::vector<std::string> words{"mesh", "in/a.####.ply", output};
         words.insert(words.end(), further.begin(), further.end());
@@ -65,7 +65,7 @@ protected:
 
     Json report(int frame) { return Json::parse(contentsOf(folder_ / numbered("out/a", frame, ".ply.json"))); }
 
-    /// Names and bytes of everything in a folder but the reports, which hold times.
+    /// Names and contents of all files in a folder except reports, which contain times.
     std::map<std::string, std::string> meshesIn(const std::string& name) {
         std::map<std::string, std::string> files;
         for (const auto& entry : fs::directory_iterator(folder_ / name)) {
@@ -91,9 +91,9 @@ inline std::size_t count(const std::string& text, const std::string& part) {
     return found;
 }
 
-inline constexpr int kSecondsToStart = 300;  // on a machine that does much else
+inline constexpr int kSecondsToStart = 300;  // generous, for a busy machine
 
-/// Waits until it is true, or for so many seconds; returns whether it became true.
+/// Waits until the condition is true, or for that many seconds. Returns whether it became true.
 inline bool within(int seconds, const std::function<bool()>& isTrue) {
     const auto latest = std::chrono::steady_clock::now() + std::chrono::seconds(seconds);
     while (!isTrue()) {

@@ -85,7 +85,7 @@ TriangleSet perturbedAlphaTriangles(const Particles& particles, double radius) {
         const Point u = minus(centre[b], centre[a]), v = minus(centre[c], centre[a]), normal = outer(u, v);
         const Real n_squared = inner(normal, normal);
         if (n_squared == 0) return;
-        // the foot x of the point with equal power to all three: x·u = f, x·v = g, x·normal = 0
+        // x: the point of equal power to all three in their plane: x·u = f, x·v = g, x·normal = 0
         const Real f = (inner(u, u) + squared_radius[a] - squared_radius[b]) / 2;
         const Real g = (inner(v, v) + squared_radius[a] - squared_radius[c]) / 2;
         const Point vn = outer(v, normal), nu = outer(normal, u);
@@ -140,7 +140,7 @@ bool crossesItself(const std::vector<Vec3>& position, const std::vector<Triangle
     const auto positionOf = [&](std::uint32_t v) { return position[v]; };
     for (std::size_t s = 0; s < triangles.size(); ++s)
         for (std::size_t t = 0; t < s; ++t)
-            if (meetingOf(triangles[s], triangles[t], positionOf) == Meeting::crossing) return true;
+            if (relationOf(triangles[s], triangles[t], positionOf) == TriangleRelation::crossing) return true;
     return false;
 }
 

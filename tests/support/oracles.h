@@ -1,4 +1,4 @@
-// Slow and obvious answers to judge fast ones by.
+// Oracles: slow, obvious algorithms against which fast ones are tested.
 
 #pragma once
 
@@ -9,26 +9,26 @@
 
 namespace betamesh {
 
-/// Oriented triangles of particle rows, each turned so that its smallest row comes first.
+/// Oriented triangles of particle rows, each rotated so that its smallest row comes first.
 using TriangleSet = std::set<Triangle>;
 
 TriangleSet canonical(const std::vector<Triangle>& triangles);
 
-/// The paper's Algorithm 1: every triplet, both sides, every other particle; with exact predicates.
+/// The paper's Algorithm 1 with exact predicates: every triplet, both sides, every other particle.
 /// Coincident particles count once, as the smallest row. O(n⁴).
 TriangleSet bruteForceAlphaTriangles(const Particles& particles, double radius);
 
-/// The same for balls whose squared radii really differ by the tiny amounts that break ties, in floating
-/// point of 3,000 bits: knows nothing of tie rules. O(n⁴), for at most 12 particles.
+/// The same without tie rules: in floating point of 3,000 bits, for balls whose squared radii differ by the tiny
+/// amounts that break ties. O(n⁴), for at most 12 particles.
 TriangleSet perturbedAlphaTriangles(const Particles& particles, double radius);
 
-/// How often a point is enclosed by a closed mesh: its generalised winding number, from solid angles.
+/// The generalised winding number of a closed mesh about a point, from solid angles.
 double windingNumber(const Mesh& mesh, const Vec3& point);
 
-/// From a point to the nearest point of any triangle, by looking at all of them.
+/// Distance from a point to the nearest triangle, by brute force.
 double distanceTo(const Mesh& mesh, const Vec3& point);
 
-/// Does a triangle cross another one? By all pairs of them.
+/// Do any two triangles cross? By brute force over all pairs.
 bool crossesItself(const std::vector<Vec3>& position, const std::vector<Triangle>& triangles);
 
 }  // namespace betamesh

@@ -53,7 +53,7 @@ Points ring(int n, double radius) {
     return points;
 }
 
-// Points of whole numbers at exactly that distance from the origin.
+// All integer points at exactly that distance from the origin.
 Points wholeCircle(int radius) {
     Points points;
     for (int y = -radius; y <= radius; ++y)
@@ -102,8 +102,8 @@ void addTies(std::vector<Cloud>& clouds) {
         clouds.push_back(cloud(name + " > r", circle, radius - 0.5));
         clouds.push_back(cloud(name + " = r, and its centre", concatenate(circle, {{0, 0, 0}}), radius));
     }
-    clouds.push_back(
-        cloud("two circles of radius r that share a point", concatenate(wholeCircle(5), wholeCircle(5), {10, 0, 0}), 5));
+    clouds.push_back(cloud("two circles of radius r that share a point",
+                           concatenate(wholeCircle(5), wholeCircle(5), {10, 0, 0}), 5));
 }
 
 void addLiquids(std::vector<Cloud>& clouds) {
@@ -114,14 +114,15 @@ void addLiquids(std::vector<Cloud>& clouds) {
     clouds.push_back(cloud("ring", ring(40, 6), 1.5));
     clouds.push_back(cloud("ring that nearly closes over", ring(48, 6), 5.75));
     clouds.push_back(cloud("drop inside a ring", concatenate(ring(40, 6), {{0.25, 0, 0}}), 1.5));
-    clouds.push_back(
-        cloud("ring inside a ring inside a ring", concatenate(concatenate(ring(30, 4), ring(60, 9)), ring(90, 14)), 1.25));
+    clouds.push_back(cloud("ring inside a ring inside a ring",
+                           concatenate(concatenate(ring(30, 4), ring(60, 9)), ring(90, 14)), 1.25));
     clouds.push_back(cloud("spray", jittered(lattice(8, 8, {4, 4, 0}), 2, 4), 1.5));
     clouds.push_back(cloud("clump", jittered(Points(300, {0, 0, 0}), 0.7, 5), 1));
     clouds.push_back(cloud("nearly coincident", jittered(Points(40, {1, 1, 0}), 1e-6, 6), 1));
+    clouds.push_back(cloud("every particle twice",
+                           concatenate(jittered(lattice(6, 6), 0.25, 7), jittered(lattice(6, 6), 0.25, 7)), 1.5));
     clouds.push_back(
-        cloud("every particle twice", concatenate(jittered(lattice(6, 6), 0.25, 7), jittered(lattice(6, 6), 0.25, 7)), 1.5));
-    clouds.push_back(cloud("pairs that nearly coincide", concatenate(lattice(6, 6), lattice(6, 6), {0x1p-16, 0, 0}), 1.5));
+        cloud("pairs that nearly coincide", concatenate(lattice(6, 6), lattice(6, 6), {0x1p-16, 0, 0}), 1.5));
     clouds.push_back(
         cloud("far from the origin", concatenate({}, jittered(lattice(8, 8), 0.25, 8), {1e5, -1e5, 0}), 1.5, 1e5));
 }

@@ -40,7 +40,7 @@ RunningProgram::RunningProgram(const std::vector<std::string>& words, const std:
     arguments.push_back(nullptr);
     std::vector<std::string> settings = environment;
     const std::string out = talk_ / "out", err = talk_ / "err";
-    for (const std::string& file : {out, err}) write(file, "");  // there, however soon the process is killed
+    for (const std::string& file : {out, err}) write(file, "");  // exist even if the process is killed immediately
     process_ = fork();
     if (process_ != 0) return;
     if (chdir(folder.c_str()) != 0) _exit(127);
@@ -74,7 +74,7 @@ Outcome RunningProgram::wait() {
     int status = 0;
     waitpid(process_, &status, 0);
     process_ = -1;
-    // A worker whose process was killed is killed, too, but a moment later.
+    // A worker is killed shortly after the process that started it.
     for (int i = 0; i < 500 && isAlive(orphan_); ++i) std::this_thread::sleep_for(std::chrono::milliseconds(10));
     return {WIFEXITED(status) ? WEXITSTATUS(status) : -WTERMSIG(status), contentsOf(talk_ / "out"),
             contentsOf(talk_ / "err")};

@@ -1,4 +1,4 @@
-// The program as a user runs it: words in; exit code, stdout and stderr out.
+// Runs the program as a user does: arguments in; exit code, stdout and stderr out.
 
 #pragma once
 
@@ -14,12 +14,12 @@
 namespace betamesh {
 
 struct Outcome {
-    int exit_code = 0;  ///< minus the signal's number when a signal killed it
+    int exit_code = 0;  ///< the negative signal number if a signal killed it
     std::string out;
     std::string err;
 };
 
-/// The program at work in a folder.
+/// The program running in a folder.
 class RunningProgram {
 public:
     RunningProgram(const std::vector<std::string>& words, const std::filesystem::path& folder,
@@ -28,7 +28,7 @@ public:
     RunningProgram(const RunningProgram&) = delete;
     RunningProgram& operator=(const RunningProgram&) = delete;
 
-    /// The process that does the work; -1 where there is none.
+    /// The worker process; -1 if there is none.
     pid_t worker() const;
     void send(int signal);
     Outcome wait();
@@ -43,7 +43,7 @@ private:
 Outcome runProgram(const std::vector<std::string>& words, const std::filesystem::path& folder,
                    const std::vector<std::string>& environment = {});
 
-/// Every line of what --json prints; what is no JSON becomes a discarded value.
+/// Every line of --json output, parsed; lines that are not JSON become discarded values.
 std::vector<nlohmann::json> jsonLines(const std::string& text);
 
 }  // namespace betamesh

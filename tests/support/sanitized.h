@@ -1,14 +1,21 @@
-// What tests leave out on sanitizers.
+// Whether tests run under sanitizers, where some are left out.
 
 #pragma once
 
 namespace betamesh {
 
-/// Sanitizers hold memory of their own, are to be loaded before any other library, and end a process that lacks memory.
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+#if defined(__SANITIZE_THREAD__)
+inline constexpr bool kThreadSanitized = true;
+#else
+inline constexpr bool kThreadSanitized = false;
+#endif
+
+/// Sanitizers use memory of their own, have to be loaded before any other library, and end a process that runs out of
+/// memory.
+#if defined(__SANITIZE_ADDRESS__)
 inline constexpr bool kSanitized = true;
 #else
-inline constexpr bool kSanitized = false;
+inline constexpr bool kSanitized = kThreadSanitized;
 #endif
 
 }  // namespace betamesh

@@ -1,4 +1,4 @@
-// What is asked of the top of a slab of particles at distances of 1: is it flat, are waves left?
+// Measures of the top face of a slab of particles with spacing 1: flatness, and the remaining height of waves.
 
 #pragma once
 
@@ -10,8 +10,8 @@
 
 namespace betamesh {
 
-/// Calls visit(middle, normal) for each triangle of the top, far from the sides; the normal is as long as twice the
-/// area.
+/// Calls visit(centroid, normal) for each triangle of the top face with centroid x and y in [low, high]. The length of
+/// the normal is twice the area.
 template <typename Visit>
 void forTopOf(const Mesh& mesh, double low, double high, const Visit& visit) {
     for (const Triangle& t : mesh.triangles) {
@@ -22,7 +22,8 @@ void forTopOf(const Mesh& mesh, double low, double high, const Visit& visit) {
     }
 }
 
-/// How much of the wave is left, over whole wavelengths: least squares with a constant term.
+/// The remaining amplitude of a wave of amplitude 1 along x: a least-squares fit with a constant term. [low, high] has
+/// to span whole wavelengths.
 inline double waveKept(const Mesh& mesh, double wavelength, double low, double high) {
     double w = 0, s = 0, ss = 0, z = 0, zs = 0;
     forTopOf(mesh, low, high, [&](const Vec3& middle, const Vec3& normal) {

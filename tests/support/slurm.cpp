@@ -23,7 +23,7 @@ namespace fs = std::filesystem;
 constexpr int kSecondsToStart = 60;
 constexpr int kSecondsOfAJob = 300;
 
-/// A port that nobody has at the moment.
+/// A port that is currently unused.
 int freePort() {
     const int probe = socket(AF_INET, SOCK_STREAM, 0);
     sockaddr_in address{};
@@ -105,7 +105,7 @@ void Slurm::start() {
             "AuthType=auth/munge\nCredType=cred/munge\n"
             "AuthInfo=socket=" +
             socket +
-            ",cred_expire=5\n"  // also how long a task that is put back waits
+            ",cred_expire=5\n"  // also the delay before a requeued task starts
             "SlurmctldPort=" +
             std::to_string(freePort()) + "\nSlurmdPort=" + std::to_string(freePort()) + "\nStateSaveLocation=" + state +
             "\nSlurmdSpoolDir=" + (folder_ / "spool") + "\nSlurmctldPidFile=" + (folder_ / "slurmctld.pid") +

@@ -1,5 +1,5 @@
-// A Slurm of our own on this host: a controller, a node with four processors, munge. Nothing outside its folder is
-// used.
+// A private Slurm cluster on this host: a controller, a node with four processors, munge. It uses nothing outside its
+// folder.
 
 #pragma once
 
@@ -14,22 +14,22 @@ namespace betamesh {
 
 class Slurm {
 public:
-    /// Starts it; where that cannot be done, whyNot() tells.
+    /// Starts the cluster. If that fails, whyNot() has the reason.
     Slurm();
     ~Slurm();
     Slurm(const Slurm&) = delete;
     Slurm& operator=(const Slurm&) = delete;
 
-    /// Empty when it runs.
+    /// Empty if the cluster is running.
     const std::string& whyNot() const { return why_not_; }
 
-    /// NAME=value, for commands of Slurm and programs that call them.
+    /// Environment (NAME=value) for Slurm commands and for programs that call them.
     std::vector<std::string> environment() const { return {"SLURM_CONF=" + folder_ / "slurm.conf"}; }
 
-    /// stdout of one of Slurm's commands.
+    /// Runs a Slurm command and returns its stdout.
     std::string command(const std::string& words) const;
 
-    /// Waits until no task of a job is pending or running; false if that takes longer than some minutes.
+    /// Waits until no task of a job is pending or running. Returns false after a few minutes.
     bool ended(const std::string& job) const;
 
 private:

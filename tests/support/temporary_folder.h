@@ -1,4 +1,4 @@
-// A folder of its own for one test.
+// A temporary folder for one test.
 
 #pragma once
 
@@ -12,7 +12,7 @@
 
 namespace betamesh {
 
-/// Removed, with all that is in it, at the end.
+/// Removed with its contents by the destructor.
 class TemporaryFolder {
 public:
     TemporaryFolder() {

@@ -1,4 +1,4 @@
-// Angles of our own against the C library's.
+// Portable angle functions against those of the C library.
 
 #include "base/angles.h"
 
@@ -9,7 +9,7 @@
 
 namespace betamesh {
 
-TEST(Angles, AreThoseOfTheCLibrary) {
+TEST(Angles, AgreeWithTheCLibrary) {
     std::mt19937_64 random(1);
     std::uniform_real_distribution<double> anywhere(-20, 20), small(-1e-9, 1e-9);
     for (int i = 0; i < 200000; ++i) {
@@ -20,7 +20,7 @@ TEST(Angles, AreThoseOfTheCLibrary) {
     }
 }
 
-TEST(Angles, AreRightAlongTheAxes) {
+TEST(Angles, AreExactAlongTheAxes) {
     constexpr double kPi = std::numbers::pi;
     EXPECT_EQ(angleOf(0, 0), 0);
     EXPECT_EQ(angleOf(0, 2), 0);

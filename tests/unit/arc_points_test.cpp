@@ -2,8 +2,8 @@
 
 #include "exact/snapped_particles.h"
 #include "skin/ball_boundary.h"
-#include "skin/ball_faces.h"
-#include "skin/exposure_candidates.h"
+#include "skin/coverage.h"
+#include "skin/faces.h"
 #include "skin/velocity.h"
 
 #include <gtest/gtest.h>

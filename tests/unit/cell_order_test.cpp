@@ -1,4 +1,4 @@
-// What is true of points in cells, and of samples near them.
+// Properties of points sorted into grid cells, and of samples near them.
 
 #include "base/cell_order.h"
 
@@ -14,7 +14,7 @@ namespace betamesh {
 
 namespace {
 
-// Near the origin and far from it, on corners of cells, and several at one place.
+// Points near the origin and far from it, at corners of cells, and several at one position.
 std::vector<Vec3> awkwardPoints(std::size_t n) {
     Random random(1);
     std::vector<Vec3> points;
@@ -34,7 +34,7 @@ std::vector<std::uint32_t> rowsIn(const CellOrder& order, const Vec3& low, const
     return rows;
 }
 
-TEST(CellOrder, HasEveryPointOnceInCellsThatAscend) {
+TEST(CellOrder, HasEveryPointOnceAndSortedCells) {
     for (const std::size_t n : {0, 1, 2, 100, 30000}) {
         const std::vector<Vec3> points = awkwardPoints(n);
         const CellOrder order(points.size(), 0.7, [&](std::size_t i) { return points[i]; });
@@ -57,7 +57,7 @@ TEST(CellOrder, HasEveryPointOnceInCellsThatAscend) {
     }
 }
 
-TEST(CellOrder, FindsWhateverIsInABoxAndNothingFarFromIt) {
+TEST(CellOrder, FindsAllPointsInABoxAndNoneFarFromIt) {
     const std::vector<Vec3> points = awkwardPoints(4000);
     const double edge = 0.9;
     const CellOrder order(points.size(), edge, [&](std::size_t i) { return points[i]; });
@@ -104,11 +104,11 @@ TEST(SampleGroups, HaveEveryPointOnceAndWhateverIsWithinItsReach) {
     };
     const SampleCloud<kFields> cloud(
         samples.size(), [&](std::size_t i) { return samples[i]; }, fieldsOf, kReach, kUnit);
-    for (const Grouping grouping : {Grouping::close, Grouping::coarse}) {
+    for (const Grouping grouping : {Grouping::compact, Grouping::unsorted}) {
         std::vector<int> visits(points.size(), 0);
         cloud.forPoints(
             points.size(), [&](std::size_t i) { return points[i]; }, grouping,
-            [&](const PointGroup& group, SomeSamples<kFields> near) {
+            [&](const PointGroup& group, SampleSubset<kFields> near) {
                 ASSERT_GE(group.size, 1U);
                 for (std::size_t lane = 0; lane < kLanes; ++lane) {
                     const std::uint32_t row = group.row[lane];
@@ -116,7 +116,7 @@ TEST(SampleGroups, HaveEveryPointOnceAndWhateverIsWithinItsReach) {
                         ++visits[row];
                     else
                         EXPECT_EQ(row, group.row[0]);
-                    const Vec3f x(group.place[0][lane], group.place[1][lane], group.place[2][lane]);
+                    const Vec3f x(group.position[0][lane], group.position[1][lane], group.position[2][lane]);
                     std::vector<bool> seen(samples.size(), false);
                     for (const SampleFields<kFields>& sample : near) {
                         const auto i = static_cast<std::size_t>(sample[3]) / 10;
@@ -137,7 +137,7 @@ TEST(SampleGroups, HaveEveryPointOnceAndWhateverIsWithinItsReach) {
 
 /// Σ (1 - |y|²)² over samples within one unit.
 struct SumNear {
-    SomeSamples<3> samples;
+    SampleSubset<3> samples;
     const Lanes (&point)[3];
     Lanes (&sum)[1];
 
@@ -164,14 +164,14 @@ TEST(SampleGroups, WhatBecomesOfAPointDependsOnNoOtherNorOnTheWidthOfRegisters) 
     const SampleCloud<3> cloud(
         samples.size(), [&](std::size_t i) { return samples[i]; }, [](std::size_t) { return std::array<float, 0>(); },
         0.9, 0.9);
-    Grouping grouping = Grouping::close;
+    Grouping grouping = Grouping::compact;
     const auto sumsAt = [&](std::size_t stride, const auto& forAllLanes) {
         std::vector<float> sums((points.size() + stride - 1) / stride);
         cloud.forPoints(
             sums.size(), [&](std::size_t i) { return points[i * stride]; }, grouping,
-            [&](const PointGroup& group, SomeSamples<3> near) {
+            [&](const PointGroup& group, SampleSubset<3> near) {
                 Lanes sum[1];
-                forAllLanes(SumNear{near, group.place, sum});
+                forAllLanes(SumNear{near, group.position, sum});
                 for (std::size_t lane = 0; lane < group.size; ++lane) sums[group.row[lane]] = sum[0][lane];
             });
         return sums;
@@ -181,7 +181,7 @@ TEST(SampleGroups, WhatBecomesOfAPointDependsOnNoOtherNorOnTheWidthOfRegisters) 
         for (std::size_t first = 0; first < kLanes; first += 8) kernel.operator()<8>(first);
     };
     const auto asThisProcessorDoes = [](const SumNear& kernel) { forLanes(kernel); };
-    for (const Grouping each : {Grouping::close, Grouping::coarse}) {
+    for (const Grouping each : {Grouping::compact, Grouping::unsorted}) {
         grouping = each;
         const std::vector<float> all = sumsAt(1, asThisProcessorDoes);
         EXPECT_GT(*std::max_element(all.begin(), all.end()), 1);

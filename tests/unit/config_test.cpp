@@ -25,7 +25,7 @@ protected:
         return folder_ / name;
     }
 
-    /// What readConfig() says of a pipeline file with these lines after the version.
+    /// The error of readConfig() for a pipeline file with these lines after the version.
     std::string messageOf(const std::string& lines) {
         try {
             readConfig(file("job.yaml", "version: 1\n" + lines));
@@ -44,16 +44,16 @@ protected:
     TemporaryFolder folder_;
 };
 
-TEST_F(ConfigFile, DefaultYamlIsWhatConfigPrintWrites) {
+TEST_F(ConfigFile, DefaultYamlIsTheOutputOfConfigPrint) {
     const std::string path = BETAMESH_SOURCE "/configs/default.yaml";
     EXPECT_EQ(valuesOf(readConfig(path)), valuesOf(Config{}));
     const std::string text = contentsOf(path);
     EXPECT_NE(text.find(printConfig(Config{})), std::string::npos)
-        << "configs/default.yaml is its heading, then the output of `betamesh config print`:\n"
+        << "configs/default.yaml must be its heading and the output of `betamesh config print`:\n"
         << printConfig(Config{});
 }
 
-TEST_F(ConfigFile, WhatIsPrintedIsReadBack) {
+TEST_F(ConfigFile, APrintedConfigurationIsReadBack) {
     Config config;
     for (const char* assignment : {"input.path=sim/a.####.vdb",
                                    "input.velocity=vel: \"x\" #",
@@ -90,7 +90,7 @@ TEST_F(ConfigFile, WhatIsPrintedIsReadBack) {
     EXPECT_EQ(again.run.memory_limit, 1536ULL << 20);
 }
 
-TEST_F(ConfigFile, DeprecatedKeysArePrintedWhereTheyAreGiven) {
+TEST_F(ConfigFile, DeprecatedKeysArePrintedOnlyIfTheyAreSet) {
     for (const ConfigKey& key : configKeys()) {
         if (key.replaced_by.empty()) continue;
         SCOPED_TRACE(key.path);
@@ -105,7 +105,7 @@ TEST_F(ConfigFile, DeprecatedKeysArePrintedWhereTheyAreGiven) {
     }
 }
 
-TEST_F(ConfigFile, TheSkinIsAutomaticNoneOrALength) {
+TEST_F(ConfigFile, TheSkinIsAutoNoneOrALength) {
     const auto skinOf = [&](const std::string& text) {
         return readConfig(file("job.yaml", "version: 1\nsurface: {skin: " + text + "}\n")).surface.skin;
     };
@@ -120,7 +120,7 @@ TEST_F(ConfigFile, TheSkinIsAutomaticNoneOrALength) {
         expectError(std::string("surface: {skin: ") + wrong + "}\n", {"job.yaml:2:17", "surface.skin", "auto, none"});
 }
 
-TEST_F(ConfigFile, TheLaterMeasureOfBubblesCounts) {
+TEST_F(ConfigFile, TheLaterOfTheTwoBubbleKeysWins) {
     EXPECT_EQ(readConfig(file("job.yaml", "version: 1\n")).features.bubble_volume, 0);
     const Config by_volume = readConfig(file("job.yaml", "version: 1\nfeatures: {bubble_volume: 30}\n"));
     EXPECT_EQ(by_volume.features.bubble_volume, 30);
@@ -130,15 +130,15 @@ TEST_F(ConfigFile, TheLaterMeasureOfBubblesCounts) {
     EXPECT_EQ(config.features.bubble_volume, 0);
 }
 
-TEST_F(ConfigFile, EveryKeyReadsItsOwnDefaultBackAndExplainsItself) {
+TEST_F(ConfigFile, EveryKeyReadsItsDefaultBackAndHasHelp) {
     std::set<std::string> paths;
     for (const ConfigKey& key : configKeys()) {
         SCOPED_TRACE(key.path);
         Config config;
         EXPECT_NO_THROW(key.set(config, key.get(config)));
         EXPECT_EQ(valuesOf(config), valuesOf(Config{}));
-        EXPECT_FALSE(key.reason.empty());
-        EXPECT_FALSE(key.expects.empty());
+        EXPECT_FALSE(key.help.empty());
+        EXPECT_FALSE(key.accepts.empty());
         EXPECT_TRUE(paths.insert(key.path).second);
     }
 }
@@ -151,36 +151,37 @@ TEST_F(ConfigFile, ErrorsNameFileLineColumnAndTheNearestKey) {
     expectError("frame: 1\n", {"job.yaml:2:1", "'frames'"});
 }
 
-TEST_F(ConfigFile, RefusesWrongTypesAndImpossibleValues) {
+TEST_F(ConfigFile, RefusesWrongTypesAndInvalidValues) {
     expectError("surface:\n  radius: -1\n", {"job.yaml:3:11", "'-1'", "above 0"});
     for (const char* radius :
          {"0", "dx", "1.5d", "1.5 dx", "nan", "inf", "1e999", "infdx", "0x10", "[1]", "~", "{a: 1}"}) {
-        expectError(std::string("surface:\n  radius: ") + radius + "\n", {"job.yaml:3:", "surface.radius", "expected"});
+        expectError(std::string("surface:\n  radius: ") + radius + "\n",
+                    {"job.yaml:3:", "surface.radius", "Use a number above 0"});
     }
-    expectError("smoothing: {passes: 1.5}\n", {"job.yaml:2:21", "a whole number, 0 to 100"});
+    expectError("smoothing: {passes: 1.5}\n", {"job.yaml:2:21", "a whole number from 0 to 100"});
     expectError("smoothing: {passes: \"1\"}\n", {"text in quotes", "a whole number"});
     expectError("smoothing: {passes: 101}\n", {"0 to 100"});
     expectError("smoothing: {passes: 99999999999999}\n", {"0 to 100"});
-    expectError("smoothing: {method: laplace}\n", {"'laplace'", "one of coherent paper none"});
+    expectError("smoothing: {method: laplace}\n", {"'laplace'", "one of coherent, paper, none"});
     expectError("smoothing: {width: 3}\nsurface: {radius: auto}\n", {"'auto'", "a number above 0"});
     expectError("surface: {resolve_intersections: yes}\n", {"true or false"});
-    expectError("surface: {kind: [beta]}\n", {"a list", "one of beta alpha union"});
+    expectError("surface: {kind: [beta]}\n", {"a list", "one of beta, alpha, union"});
     expectError("perturbation: {tolerance: 0.2}\n", {"at most 0.1"});
     expectError("run: {memory_limit: 16}\n", {"with its unit"});
-    expectError("run: {on_missing: ignore}\n", {"one of error skip empty"});
+    expectError("run: {on_missing: ignore}\n", {"one of error, skip, empty"});
     expectError("frames: 1-10:2\n", {"job.yaml:2:9", "OpenJD"});
-    expectError("surface: 1\n", {"job.yaml:2:10", "expected a map"});
-    expectError("surface:\n", {"job.yaml:2:1", "nothing", "expected a map"});
+    expectError("surface: 1\n", {"job.yaml:2:10", "Use a map"});
+    expectError("surface:\n", {"job.yaml:2:1", "nothing", "Use a map"});
     expectError("input: {path: a.####.xyz}\n", {"job.yaml:2:15", "input.path", "xyz"});
     expectError("output: {path: a.####.vdb}\n", {"job.yaml:2:16", "output.path"});
-    expectError("output: {path: a.##.##.ply}\n", {"job.yaml:2:16", "2 places"});
+    expectError("output: {path: a.##.##.ply}\n", {"job.yaml:2:16", "2 placeholders"});
 }
 
-TEST_F(ConfigFile, RefusesWhatIsNotOnePipelineFile) {
+TEST_F(ConfigFile, RefusesFilesThatAreNotOnePipelineFile) {
     expectError("frames: 1\nframes: 2\n", {"job.yaml:3:1", "second time"});
     expectError("run: {threads: 1, threads: 2}\n", {"job.yaml:2:19", "second time"});
-    expectError("surface: {radius: 1\n", {"job.yaml:", "not YAML"});
-    expectError("---\nversion: 1\n", {"second document"});
+    expectError("surface: {radius: 1\n", {"job.yaml:", "not valid YAML"});
+    expectError("---\nversion: 1\n", {"second YAML document"});
     EXPECT_THROW(readConfig(folder_ / "absent.yaml"), Error);
     EXPECT_THROW(readConfig(folder_.path()), Error);
     EXPECT_THROW(readConfig(file("empty.yaml", "")), Error);
@@ -200,7 +201,7 @@ TEST_F(ConfigFile, LaterKeysWinOverIncludes) {
     EXPECT_EQ(config.surface.radius, (LengthText{3, true}));
 }
 
-TEST_F(ConfigFile, AFileMayBeIncludedTwiceButNotByItself) {
+TEST_F(ConfigFile, AFileMayBeIncludedTwiceButNotInACircle) {
     file("a.yaml", "version: 1\nsmoothing: {passes: 2}\n");
     EXPECT_EQ(readConfig(file("job.yaml", "version: 1\ninclude: [a.yaml, a.yaml]\n")).smoothing.passes, 2);
     file("b.yaml", "version: 1\ninclude: ./c.yaml\n");
@@ -217,10 +218,10 @@ TEST_F(ConfigFile, ErrorsInAnIncludeNameTheIncludedFile) {
     file("preset.yaml", "version: 1\nsurface:\n  kind: gamma\n");
     expectError("include: preset.yaml\n", {"preset.yaml:3:9", "'gamma'"});
     expectError("include: nowhere.yaml\n", {"job.yaml:2:10", "nowhere.yaml"});
-    expectError("include: {a: b}\n", {"job.yaml:2:10", "expected a path"});
+    expectError("include: {a: b}\n", {"job.yaml:2:10", "Use a path"});
 }
 
-TEST_F(ConfigFile, PresetsGiveWayToIncludesTheseToTheFileAndThatToTheCommandLine) {
+TEST_F(ConfigFile, LaterValuesWinInTheOrderPresetsIncludesFileCommandLine) {
     file("base.yaml", "version: 1\nsmoothing: {passes: 3}\n");
     const std::string job = file("job.yaml", "version: 1\npreset: [viscous, flip]\ninclude: base.yaml\n");
     const Config config = readConfig(job);
@@ -229,7 +230,7 @@ TEST_F(ConfigFile, PresetsGiveWayToIncludesTheseToTheFileAndThatToTheCommandLine
     EXPECT_EQ(config.smoothing.passes, 3);                    // the included file wins
 
     const std::string own = file("own.yaml", "version: 1\nsurface: {radius: 3dx}\npreset: viscous\n");
-    EXPECT_EQ(readConfig(own).surface.radius, (LengthText{3, true}));  // wherever `preset` stands in the file
+    EXPECT_EQ(readConfig(own).surface.radius, (LengthText{3, true}));  // wherever `preset` is in the file
     EXPECT_EQ(readConfig(own).smoothing.passes, 2);
     const std::vector<KeyValue> splash{{"preset", "splash", "--preset"}};
     EXPECT_EQ(readConfig(own, splash).surface.radius, (LengthText{3, true}));
@@ -257,11 +258,11 @@ TEST_F(ConfigFile, AConfigurationWithPresetsIsReadBack) {
     EXPECT_EQ(valuesOf(readConfig(file("printed.yaml", printConfig(config)))), valuesOf(config));
 }
 
-TEST_F(ConfigFile, AnUnknownPresetIsAnErrorThatNamesAllOthers) {
+TEST_F(ConfigFile, AnUnknownPresetIsAnErrorThatListsAllPresets) {
     for (const Preset& preset : presets())
         expectError("preset: slash\n", {"job.yaml:2:9", "'slash'", "'splash'", std::string(preset.name)});
     expectError("preset: {flip: 1}\n", {"job.yaml:2:9", "a map"});
-    expectError("preset: flip,flip\n", {"job.yaml:2:9", "each once"});
+    expectError("preset: flip,flip\n", {"job.yaml:2:9", "each at most once"});
     expectError("presets: flip\n", {"job.yaml:2:1", "'preset'"});
 }
 
@@ -289,7 +290,7 @@ TEST_F(ConfigFile, PresetsAreTheFilesInConfigs) {
                                [](const Preset& a, const Preset& b) { return a.name < b.name; }));
 }
 
-TEST_F(ConfigFile, EveryPresetAndPipelineOfTheProjectIsRight) {
+TEST_F(ConfigFile, EveryPresetAndPipelineOfTheProjectIsValid) {
     for (const char* folder : {"/configs", "/pipelines"}) {
         for (const auto& entry : std::filesystem::recursive_directory_iterator(std::string(BETAMESH_SOURCE) + folder)) {
             if (entry.path().extension() != ".yaml") continue;
@@ -299,7 +300,7 @@ TEST_F(ConfigFile, EveryPresetAndPipelineOfTheProjectIsRight) {
     }
 }
 
-TEST(SetConfigKey, NamesWhatWasWrittenOnTheCommandLine) {
+TEST(SetConfigKey, ErrorsQuoteTheCommandLine) {
     Config config;
     for (const char* wrong :
          {"surface.radus=1", "surface.radius", "=1", "surface.radius=big", "surface=1", "version=1"}) {

@@ -12,7 +12,7 @@
 namespace betamesh {
 namespace {
 
-/// Ascending frames, each once: runs, steps and loners mixed, on both sides of zero.
+/// Ascending frames, each once: runs, steps and single frames, negative and positive.
 std::vector<int> randomFrames(unsigned seed) {
     std::mt19937 random(seed);
     std::set<int> frames;
@@ -34,7 +34,7 @@ std::string messageOf(const std::string& frames) {
     return "";
 }
 
-TEST(Frames, WhatIsPrintedIsReadBack) {
+TEST(Frames, PrintedFramesAreParsedBack) {
     for (unsigned seed = 0; seed < 500; ++seed) {
         SCOPED_TRACE(seed);
         const auto frames = randomFrames(seed);
@@ -42,7 +42,7 @@ TEST(Frames, WhatIsPrintedIsReadBack) {
     }
 }
 
-TEST(Frames, ReadsEveryFormThatTheInterfaceNames) {
+TEST(Frames, ParsesEveryDocumentedForm) {
     EXPECT_EQ(parseFrames("7"), (std::vector<int>{7}));
     EXPECT_EQ(parseFrames("1-4"), (std::vector<int>{1, 2, 3, 4}));
     EXPECT_EQ(parseFrames("1-8x3"), (std::vector<int>{1, 4, 7}));
@@ -53,12 +53,12 @@ TEST(Frames, ReadsEveryFormThatTheInterfaceNames) {
               (std::vector<int>{std::numeric_limits<int>::max() - 1, std::numeric_limits<int>::max()}));
 }
 
-TEST(Frames, RefusesWhatIsNotARangeAndSaysWhatIsExpected) {
+TEST(Frames, RefusesInvalidTextAndNamesTheValidForms) {
     for (const char* text :
          {"",        " ",     "a",     "1-",  "-",   "1,,2",        "1,",         ",1", "5-1",   "1-10x0",
           "1-10x-2", "1-10x", "1 - 3", "1;2", "1.5", "99999999999", "1-99999999", "+3", "1-3-5", "1x2"}) {
         SCOPED_TRACE(text);
-        EXPECT_NE(messageOf(text).find("expected frames such as"), std::string::npos) << messageOf(text);
+        EXPECT_NE(messageOf(text).find("Use a form such as"), std::string::npos) << messageOf(text);
     }
 }
 
@@ -77,10 +77,10 @@ TEST(Frames, ChunksAreAContiguousPartitionOfEvenSizes) {
         std::size_t smallest = frames.size();
         std::size_t largest = 0;
         for (int index = 1; index <= count; ++index) {
-            const auto piece = chunkOf(frames, {index, count});
-            joined.insert(joined.end(), piece.begin(), piece.end());
-            smallest = std::min(smallest, piece.size());
-            largest = std::max(largest, piece.size());
+            const auto chunk = chunkOf(frames, {index, count});
+            joined.insert(joined.end(), chunk.begin(), chunk.end());
+            smallest = std::min(smallest, chunk.size());
+            largest = std::max(largest, chunk.size());
         }
         EXPECT_EQ(joined, frames);
         EXPECT_LE(largest - smallest, 1U);
@@ -113,7 +113,7 @@ TEST(FramePattern, WritesLongAndNegativeNumbersInFull) {
     EXPECT_EQ(frameName(framePattern("a.#.ply"), 10), "a.10.ply");
 }
 
-TEST(FramePattern, ANameWithoutAPlaceIsOneFile) {
+TEST(FramePattern, ANameWithoutPlaceholderIsOneFile) {
     const auto frameIn = [](const char* name) { return singleFrame(framePattern(name)); };
     EXPECT_FALSE(framePattern("a.0012.ply").numbered);
     EXPECT_EQ(frameIn("sim/a.0012.ply"), 12);
@@ -124,7 +124,7 @@ TEST(FramePattern, ANameWithoutAPlaceIsOneFile) {
     EXPECT_EQ(frameIn("drop.ply"), 0);
 }
 
-TEST(FramePattern, RefusesTwoPlacesAndPlacesInFolders) {
+TEST(FramePattern, RefusesTwoPlaceholdersAndPlaceholdersInFolders) {
     EXPECT_THROW(framePattern("a.##.@@.ply"), Error);
     EXPECT_THROW(framePattern("####/a.ply"), Error);
     EXPECT_THROW(framePattern("a.$F4/b.ply"), Error);

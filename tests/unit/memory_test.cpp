@@ -1,4 +1,4 @@
-// How much memory frames may take together.
+// Estimates of the memory of frames, and how many may be in progress at once.
 
 #include "batch/platform/memory.h"
 
@@ -13,7 +13,7 @@ namespace {
 
 constexpr std::uint64_t kMiB = 1 << 20;
 
-TEST(Memory, AFileTakesMoreTheLargerItIsAndThePackedFormatMost) {
+TEST(Memory, EstimatesGrowWithTheFileAndAreLargestForCompressedFormats) {
     const TemporaryFolder folder;
     write(folder / "a.ply", std::string(1000, 'a'));
     write(folder / "b.ply", std::string(3000, 'a'));
@@ -24,7 +24,7 @@ TEST(Memory, AFileTakesMoreTheLargerItIsAndThePackedFormatMost) {
     EXPECT_EQ(workingMemory(folder / "absent.vdb"), 0U);
 }
 
-TEST(Memory, FramesAtWorkStayWithinTheBudgetButOneMayAlwaysBegin) {
+TEST(Memory, FramesInProgressStayWithinTheBudgetButOneMayAlwaysBegin) {
     MemoryWatch memory(100 * kMiB);
     EXPECT_EQ(memory.fitting(10 * kMiB), 10U);
     EXPECT_EQ(memory.fitting(1000 * kMiB), 1U);
@@ -39,19 +39,19 @@ TEST(Memory, FramesAtWorkStayWithinTheBudgetButOneMayAlwaysBegin) {
     EXPECT_TRUE(memory.hasRoomFor(1000 * kMiB));
 }
 
-TEST(Memory, WhatFramesTookCorrectsTheEstimates) {
-    std::ofstream("/proc/self/clear_refs") << 5;  // what tests before took is no peak of this one
+TEST(Memory, MeasuredMemoryCorrectsTheEstimates) {
+    std::ofstream("/proc/self/clear_refs") << 5;  // resets the peak, which includes earlier tests
     MemoryWatch memory(1000 * kMiB);
-    memory.begins(10 * kMiB);  // but takes 232, of which 32 are the program's
+    memory.begins(10 * kMiB);  // but uses 232 MiB, of which 32 are for the program itself
     std::string much(232 * kMiB, 'a');
     EXPECT_EQ(much.back(), 'a');
     much.clear();
     much.shrink_to_fit();
     memory.ends(10 * kMiB);
-    EXPECT_LE(memory.fitting(10 * kMiB), 6U);  // 100 were thought to fit
+    EXPECT_LE(memory.fitting(10 * kMiB), 6U);  // 100 by the estimate
     EXPECT_GE(memory.fitting(10 * kMiB), 2U);
 
-    MemoryWatch other(1000 * kMiB);  // nothing above the peak before
+    MemoryWatch other(1000 * kMiB);  // allocates nothing above the earlier peak
     other.begins(1000 * kMiB);
     other.ends(1000 * kMiB);
     EXPECT_GE(other.fitting(1000 * kMiB), 2U);

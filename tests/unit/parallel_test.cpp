@@ -9,7 +9,7 @@
 namespace betamesh {
 namespace {
 
-TEST(Parallel, RowsHoldTheirItemsInTheOrderOfTheCallsForAnyThreadCount) {
+TEST(Parallel, SortingIntoRowsKeepsTheOrderOfItemsForAnyThreadCount) {
     for (const int threads : {1, 2, 3, 8}) {
         for (const std::size_t n : {0, 1, 1023, 20'000}) {
             const std::size_t rows = 1 + n / 3;
@@ -31,14 +31,14 @@ TEST(Parallel, RowsHoldTheirItemsInTheOrderOfTheCallsForAnyThreadCount) {
     }
 }
 
-TEST(Parallel, RowsWhereAreAscendingAndAll) {
+TEST(Parallel, IndicesWhereFindsAllIndicesInAscendingOrder) {
     std::vector<std::uint32_t> expected;
     for (std::uint32_t i = 0; i < 100'000; ++i)
         if (i % 7 < 3) expected.push_back(i);
     withThreads(3, [&] { EXPECT_EQ(indicesWhere(100'000, [](std::uint32_t i) { return i % 7 < 3; }), expected); });
 }
 
-TEST(Parallel, TheFirstRowIsTheLowestOnAnyNumberOfThreads) {
+TEST(Parallel, FirstRowWhereFindsTheLowestForAnyThreadCount) {
     const std::size_t n = 200'000;
     for (const int threads : {1, 2, 3, 8})
         withThreads(threads, [&] {
@@ -51,7 +51,7 @@ TEST(Parallel, TheFirstRowIsTheLowestOnAnyNumberOfThreads) {
         });
 }
 
-// Goes through 0 … 999; what fails with i throws its name.
+// Runs 0 … 999 through the pipeline; a stage for which fails(stage, i) holds throws its name and i.
 template <typename Fails>
 std::pair<std::vector<int>, std::string> givenInOrder(int threads, const Fails& fails) {
     std::vector<int> given;
@@ -83,8 +83,8 @@ std::pair<std::vector<int>, std::string> givenInOrder(int threads, const Fails& 
     return {given, what};
 }
 
-// Of two branches one fails, while the other goes through loops whose results it relies on.
-TEST(Parallel, ALoopInsideOneThatFailedIsNotTakenForDone) {
+// One of two branches fails while the other runs loops and relies on their results.
+TEST(Parallel, ALoopInsideAFailedOneNeverReturnsIncomplete) {
     withThreads(3, [] {
         for (int trial = 0; trial < 200; ++trial) {
             std::atomic<bool> relied_on_nothing = false, begun = false;
@@ -106,7 +106,7 @@ TEST(Parallel, ALoopInsideOneThatFailedIsNotTakenForDone) {
     });
 }
 
-TEST(Parallel, WhatIsTakenIsGivenInOrderUntilTheFirstFailure) {
+TEST(Parallel, ThePipelineKeepsTheOrderUntilTheFirstFailure) {
     const auto firstOnes = [](int n) {
         std::vector<int> twice(static_cast<std::size_t>(n));
         for (int i = 0; i < n; ++i) twice[static_cast<std::size_t>(i)] = 2 * i;

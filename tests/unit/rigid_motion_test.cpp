@@ -17,7 +17,7 @@ TEST(RigidMotionFit, FindsTheMotionOfARigidBodyWhateverItsDrift) {
             const Vec3 x = random.cube();
             fit.add(x, velocity + cross(spin, x), random.unit());
         }
-        EXPECT_LE((fit.spin() - spin).length(), 1e-8 * (1 + drift));
+        EXPECT_LE((fit.angularVelocity() - spin).length(), 1e-8 * (1 + drift));
         EXPECT_LE((fit.velocityAt(Vec3(1, 2, 3)) - velocity - cross(spin, Vec3(1, 2, 3))).length(), 1e-8 * (1 + drift));
     }
 }
@@ -30,7 +30,7 @@ TEST(RigidMotionFit, APairDoesNotTurnAboutItsLineHoweverLittleOneWeighs) {
         RigidMotionFit fit;
         fit.add(centre.position, centre.velocity, 1);
         fit.add(centre.position + along * (1 - short_of), random.cube(), short_of * short_of);
-        const Vec3 spin = fit.spin();
+        const Vec3 spin = fit.angularVelocity();
         EXPECT_LE(std::abs(dot(spin, along)), 1e-5 * spin.length()) << short_of;
     }
 }

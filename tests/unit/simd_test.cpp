@@ -1,4 +1,4 @@
-// What is true of kernels that compare lanes, however wide registers are.
+// Kernels that compare lanes give the same results for every register width.
 
 #include "base/simd.h"
 
@@ -13,9 +13,9 @@ namespace betamesh {
 
 namespace {
 
-// The largest of some values, and where the first of these is, as kernels find them.
+// The largest value and the index of its first occurrence, as kernels find them.
 struct FirstLargest {
-    const std::vector<float>& values;  // filled up to whole registers
+    const std::vector<float>& values;  // size: a multiple of kLanes
     float &largest, &first;
 
     template <std::size_t kWidth>

@@ -8,11 +8,11 @@
 namespace betamesh {
 namespace {
 
-TEST(SnapGrid, PlacesAreTheNearestHalvesAwayFromZero) {
+TEST(SnapGrid, RoundsToTheNearestPointHalvesAwayFromZero) {
     const SnapGrid grid(1);
     std::mt19937 random(3);
     std::vector<float> coordinates = {0, -0.0F, 0x1p-149F, 0x1p29F, std::nextafter(0x1p29F, 0.0F)};
-    for (int k = -40; k < 50; ++k)  // in quanta, and what lies beside a half
+    for (int k = -40; k < 50; ++k)  // quanta, and the numbers next to a half
         for (const double quanta : {0.5, 1.5, 2.0, 1023.5})
             for (const float direction : {-1e9F, 1e9F}) {
                 const auto x = static_cast<float>((k + quanta) / grid.perUnit());

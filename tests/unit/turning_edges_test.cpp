@@ -78,7 +78,7 @@ TEST(EdgeFlip, BeginsOnTheEdge) {
         EXPECT_FALSE(edgeFlip(randomQuad(random, 0.1 + 1e-6), 0.1));
         if (!edge) continue;
         ++found;
-        EXPECT_LE(edge->shareOfOther(), 5e-4);
+        EXPECT_LE(edge->otherWeight(), 5e-4);
         EXPECT_LE(cross(edge->on_edge.position - at[0].position, at[1].position - at[0].position).length(), 1e-12);
     }
     EXPECT_GE(found, 500);
@@ -129,7 +129,7 @@ TEST(TurningEdges, LeaveAMeshClosedWhicheverTurn) {
         splitFlippingEdges(edges, 1, first_vertex, mesh.triangles);
         for (std::size_t e = 0; e < edges.size(); ++e) {
             mesh.position.push_back(edges[e].on_edge.position);
-            EXPECT_LE(edges[e].shareOfOther(), edges[e == 0 ? 0 : e - 1].shareOfOther());
+            EXPECT_LE(edges[e].otherWeight(), edges[e == 0 ? 0 : e - 1].otherWeight());
         }
         EXPECT_EQ(mesh.triangles[0], (Triangle{0, 0, 0}));
         mesh.triangles.erase(mesh.triangles.begin());

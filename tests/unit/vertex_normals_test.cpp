@@ -1,4 +1,4 @@
-// What is true of normals of vertices.
+// Properties of vertex normals.
 
 #include "mesh/vertex_normals.h"
 
@@ -17,7 +17,7 @@ std::vector<Vec3> normalsOf(const std::vector<Vec3>& position, const std::vector
     return vertexNormals(position.size(), triangles, [&](std::uint32_t v) -> const Vec3& { return position[v]; });
 }
 
-TEST(VertexNormals, AreMeansByTheAnglesOfTriangles) {
+TEST(VertexNormals, AreAngleWeightedMeans) {
     Random random(1);
     for (const double size : {1e-30, 1e-3, 1.0, 1e12}) {
         std::vector<Vec3> position(300);
@@ -47,7 +47,7 @@ TEST(VertexNormals, AreTheSameForAnyThreadCount) {
     }
 }
 
-TEST(VertexNormals, OfTrianglesWithoutAreaAreZeroOrThoseOfTheOthers) {
+TEST(VertexNormals, IgnoreDegenerateTriangles) {
     const std::vector<Vec3> position{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {2, 0, 0}, {5, 5, 5}};
     const std::vector<Vec3> normals = normalsOf(position, {{0, 1, 2}, {0, 1, 3}, {0, 0, 3}, {3, 3, 3}});
     for (const std::size_t v : {0, 1, 2}) EXPECT_EQ(normals[v], Vec3(0, 0, 1));

@@ -1,4 +1,4 @@
-// The door of yaml-cpp.
+// Reads and prints pipeline files. The only file that uses yaml-cpp.
 
 #include "batch/config/config.h"
 
@@ -16,9 +16,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int kVersion = 1;
-constexpr std::size_t kMaxDepth = 32;  // of includes
-constexpr std::size_t kColumns = 116;  // of printed comments
+constexpr int kVersion = 1;  // of the pipeline file format
+constexpr std::size_t kMaxIncludeDepth = 32;
+constexpr std::size_t kCommentColumns = 116;
 
 std::string located(const fs::path& file, const YAML::Mark& mark) {
     if (mark.line < 0) return file.string();
@@ -43,13 +43,14 @@ const ConfigKey* keyAt(const std::string& path) {
     return key == keys.end() ? nullptr : &*key;
 }
 
-/// The name of a row in a map; refuses names that are not plain and names that came before.
+/// The name of an entry of a map. `seen` collects the names of the map, to refuse a second entry of the same name.
 std::string nameOf(const YAML::Node& name, std::set<std::string>& seen, const fs::path& file) {
     if (!name.IsScalar()) {
-        throw Error(located(file, name.Mark()) + ": the name of a key is " + typeName(name) + "; expected a word");
+        throw Error(located(file, name.Mark()) + ": a key is " + typeName(name) + ". Use a plain name such as radius.");
     }
     if (!seen.insert(name.Scalar()).second) {
-        throw Error(located(file, name.Mark()) + ": the key '" + name.Scalar() + "' stands here a second time");
+        throw Error(located(file, name.Mark()) + ": the key '" + name.Scalar() +
+                    "' is set a second time. Remove one of the two.");
     }
     return name.Scalar();
 }
@@ -60,22 +61,23 @@ void set(Config& config, const KeyValue& key_value) {
 
 KeyValue keyValueOf(const YAML::Node& name, const std::string& path, const YAML::Node& value, const fs::path& file) {
     const ConfigKey* key = keyAt(path);
-    if (key == nullptr) return {path, "", located(file, name.Mark())};  // refused where it is set, with the nearest key
-    if (key->kind == ConfigKey::Kind::names && value.IsSequence()) {
+    if (key == nullptr) return {path, "", located(file, name.Mark())};  // setConfigKey() refuses it
+    if (key->kind == ConfigKey::Kind::list && value.IsSequence()) {
         std::string names;
         for (const auto& one : value) {
             if (!one.IsScalar())
-                throw Error(located(file, one.Mark()) + ": " + path + ": " + typeName(one) +
-                            " was found; expected a name");
+                throw Error(located(file, one.Mark()) + ": " + path + ": an entry of the list is " + typeName(one) +
+                            ". Use a name.");
             names += (names.empty() ? "" : ",") + one.Scalar();
         }
         return {path, names, located(file, value.Mark())};
     }
-    const bool quoted_number = value.IsScalar() && value.Tag() == "!" &&
-                               (key->kind == ConfigKey::Kind::number || key->kind == ConfigKey::Kind::boolean);
+    const bool takes_text = key->kind == ConfigKey::Kind::text || key->kind == ConfigKey::Kind::list ||
+                            key->kind == ConfigKey::Kind::choice;
+    const bool quoted_number = value.IsScalar() && value.Tag() == "!" && !takes_text;
     if (!value.IsScalar() || quoted_number) {
-        throw Error(located(file, value.IsNull() ? name.Mark() : value.Mark()) + ": " + path + ": " + typeName(value) +
-                    " was found; expected " + key->expects);
+        throw Error(located(file, value.IsNull() ? name.Mark() : value.Mark()) + ": " + path + ": the value is " +
+                    typeName(value) + ". Use " + key->accepts + '.');
     }
     return {path, value.Scalar(), located(file, value.Mark())};
 }
@@ -83,8 +85,8 @@ KeyValue keyValueOf(const YAML::Node& name, const std::string& path, const YAML:
 void applySection(Config& config, const YAML::Node& name, const std::string& section, const YAML::Node& rows,
                   const fs::path& file) {
     if (!rows.IsMap()) {
-        throw Error(located(file, rows.IsNull() ? name.Mark() : rows.Mark()) + ": " + section + ": " + typeName(rows) +
-                    " was found; expected a map such as " + section + ": {key: value}");
+        throw Error(located(file, rows.IsNull() ? name.Mark() : rows.Mark()) + ": " + section + ": the value is " +
+                    typeName(rows) + ". Use a map such as " + section + ": {key: value}.");
     }
     std::set<std::string> seen;
     for (const auto& row : rows) {
@@ -92,7 +94,7 @@ void applySection(Config& config, const YAML::Node& name, const std::string& sec
     }
 }
 
-/// All rows of a file but `version` and `include`. Returns what it says of presets, which it does not apply.
+/// Applies all entries of a file except `version`, `include` and `preset`. Returns the value of `preset`.
 std::optional<KeyValue> applyRows(Config& config, const YAML::Node& root, const fs::path& file) {
     std::optional<KeyValue> preset;
     std::set<std::string> seen;
@@ -112,19 +114,19 @@ std::optional<KeyValue> applyRows(Config& config, const YAML::Node& root, const 
 
 void checkVersion(const YAML::Node& root, const fs::path& file) {
     const YAML::Node version = root["version"];
-    if (!version) throw Error(file.string() + ":1:1: no version; expected the line 'version: 1'");
+    if (!version) throw Error(file.string() + ":1:1: the version is missing. Add the line 'version: 1'.");
     if (!version.IsScalar() || version.Scalar() != std::to_string(kVersion)) {
         throw Error(located(file, version.Mark()) +
                     ": version: " + (version.IsScalar() ? "'" + version.Scalar() + "'" : typeName(version)) +
-                    " was found; expected 1, the only one there is");
+                    " is not supported. Use 'version: 1'.");
     }
 }
 
-/// The file that an include names: relative to the including file, then to the folder the command runs in.
+/// The file that an include names, relative to the including file or else to the current folder.
 fs::path includedFile(const YAML::Node& include, const fs::path& file) {
     if (!include.IsScalar() || include.Scalar().empty()) {
-        throw Error(located(file, include.Mark()) + ": include: " + typeName(include) +
-                    " was found; expected a path or a list of paths");
+        throw Error(located(file, include.Mark()) + ": include: the value is " + typeName(include) +
+                    ". Use a path or a list of paths.");
     }
     const fs::path name(include.Scalar());
     const fs::path beside = file.parent_path() / name;
@@ -132,8 +134,8 @@ fs::path includedFile(const YAML::Node& include, const fs::path& file) {
         std::error_code ignored;
         if (fs::is_regular_file(candidate, ignored)) return candidate;
     }
-    throw Error(located(file, include.Mark()) + ": include: no file '" + name.string() + "' (looked for " +
-                beside.lexically_normal().string() + " and " + fs::absolute(name).lexically_normal().string() + ")");
+    throw Error(located(file, include.Mark()) + ": include: '" + name.string() + "' does not exist. Looked for " +
+                beside.lexically_normal().string() + " and " + fs::absolute(name).lexically_normal().string() + '.');
 }
 
 template <typename Load>
@@ -141,31 +143,33 @@ YAML::Node readYaml(const fs::path& file, const Load& load) {
     try {
         const std::vector<YAML::Node> documents = load();
         if (documents.size() > 1) {
-            throw Error(located(file, documents[1].Mark()) + ": a second document begins; expected one");
+            throw Error(located(file, documents[1].Mark()) +
+                        ": a second YAML document begins here. Use one document per file.");
         }
         const YAML::Node root = documents.empty() ? YAML::Node() : documents.front();
         if (!root.IsMap()) {
-            throw Error(file.string() + ":1:1: " + typeName(root) +
-                        " was found; expected a pipeline file that begins with 'version: 1'");
+            throw Error(file.string() + ":1:1: the file contains " + typeName(root) +
+                        ". A pipeline file begins with 'version: 1'.");
         }
         return root;
     } catch (const YAML::BadFile&) {
-        throw Error(file.string() + ": cannot be read; expected a pipeline file (.yaml)");
+        throw Error(file.string() + ": cannot be read. Give the path of a pipeline file (.yaml).");
     } catch (const YAML::Exception& error) {
-        throw Error(located(file, error.mark) + ": not YAML: " + error.msg);
+        throw Error(located(file, error.mark) + ": this is not valid YAML: " + error.msg);
     }
 }
 
-/// What the file and those it includes say of presets is returned, not applied.
+/// Applies a file and those it includes, except `preset`, whose value is returned. `chain` lists the including files.
 std::optional<KeyValue> applyFile(Config& config, const fs::path& file, std::vector<fs::path>& chain) {
     std::error_code error;
     const fs::path identity = fs::canonical(file, error);
-    if (error) throw Error(file.string() + ": " + error.message() + "; expected a pipeline file (.yaml)");
-    if (fs::is_directory(identity)) throw Error(file.string() + ": is a folder; expected a pipeline file (.yaml)");
-    if (std::find(chain.begin(), chain.end(), identity) != chain.end() || chain.size() >= kMaxDepth) {
+    if (error) throw Error(file.string() + ": " + error.message() + ". Give the path of a pipeline file (.yaml).");
+    if (fs::is_directory(identity))
+        throw Error(file.string() + ": this is a folder. Give the path of a pipeline file (.yaml).");
+    if (std::find(chain.begin(), chain.end(), identity) != chain.end() || chain.size() >= kMaxIncludeDepth) {
         std::string circle;
         for (const fs::path& link : chain) circle += link.filename().string() + " -> ";
-        throw Error(file.string() + ": include: the files include each other in a circle: " + circle +
+        throw Error(file.string() + ": include: these files include each other in a circle: " + circle +
                     identity.filename().string());
     }
     chain.push_back(identity);
@@ -188,12 +192,12 @@ std::optional<KeyValue> applyFile(Config& config, const fs::path& file, std::vec
     return preset;
 }
 
-/// Words as comment lines that stay within the columns.
+/// Prints text as comment lines of at most kCommentColumns.
 void printComment(std::ostream& out, const std::string& indent, const std::string& text) {
     std::istringstream words(text);
     std::string line = indent + '#';
     for (std::string word; words >> word;) {
-        if (line.size() + 1 + word.size() > kColumns) {
+        if (line.size() + 1 + word.size() > kCommentColumns) {
             out << line << '\n';
             line = indent + '#';
         }
@@ -255,9 +259,9 @@ std::string printConfig(const Config& config) {
         } else {
             out << '\n';
         }
-        printComment(out, indent, key.reason);
+        printComment(out, indent, key.help);
         printComment(out, indent,
-                     "Expected: " + key.expects + '.' + (key.unit.empty() ? "" : " Unit: " + key.unit + '.'));
+                     "Values: " + key.accepts + '.' + (key.unit.empty() ? "" : " Unit: " + key.unit + '.'));
         out << indent << key.path.substr(inside ? dot + 1 : 0) << ": " << yamlScalar(key.get(config)) << '\n';
     }
     return out.str();

@@ -1,4 +1,4 @@
-// Everything a job can be told, and where each word of it comes from.
+// The configuration of a job: its values, the table of its keys, and how pipeline files are read and printed.
 
 #pragma once
 
@@ -16,29 +16,31 @@
 
 namespace betamesh {
 
+inline constexpr double kDefaultRadiusSpacings = 1.5;  ///< ball radius in particle spacings, as in the paper
+
 /// A length in world units or in particle spacings.
 struct LengthText {
-    double value = 1.5;
-    bool in_spacings = true;
+    double value = 0;
+    bool in_spacings = false;
     bool operator==(const LengthText&) const = default;
 };
 
-enum class OnMissing { error, skip, empty };
+enum class OnMissing { error, skip, empty };  ///< what to do with a frame whose input is missing
 
-/// What a picture of a frame shows.
-enum class Show {
+/// What a preview picture shows.
+enum class ShownGeometry {
     surface,
     particles,  ///< small balls
-    union_      ///< balls of the surface's radius
+    union_      ///< balls with the radius of the surface
 };
 enum class PreviewNormals { smooth, flat };
 enum class UpAxis { y, z };
 
-/// One job. The defaults are these initialisers; configKeys() says what each means.
-/// Zero stands for `auto` in spacing, arc_subdivisions, smoothing.width, bubble_volume, frames_in_flight, threads and
-/// memory_limit.
+/// The configuration of one job. The initialisers below are the only place where defaults are written; configKeys()
+/// explains each member. Zero means `auto` for spacing, arc_subdivisions, smoothing.width, bubble_volume,
+/// frames_in_flight, threads and memory_limit.
 struct Config {
-    std::vector<std::string> preset;  ///< names; their settings are in the other keys already
+    std::vector<std::string> preset;  ///< names, already applied to the members below
     struct Input {
         std::string path;
         std::string velocity;
@@ -46,15 +48,15 @@ struct Config {
     } input;
     std::string frames = "all";
     struct Surface {
-        LengthText radius;
+        LengthText radius{kDefaultRadiusSpacings, true};
         double spacing = 0;
         SurfaceKind kind = SurfaceKind::beta;
         int dimension = 3;
         Tessellation tessellation = Tessellation::complete;
         int arc_subdivisions = 0;
         PredicateKind predicates = PredicateKind::exact;
-        std::optional<LengthText> skin;   ///< none: auto; 0: the surface of the balls
-        std::optional<LengthText> inset;  ///< another way to say the skin: the radius less this; deprecated
+        std::optional<LengthText> skin;   ///< nullopt: auto; 0: the surface of the balls
+        std::optional<LengthText> inset;  ///< deprecated: the skin is the radius minus this; nullopt: not set
         bool resolve_intersections = false;
     } surface;
     struct Perturbation {
@@ -70,9 +72,9 @@ struct Config {
         Droplets droplets = Droplets::mesh;
         int droplet_particles = 8;
         Tendrils tendrils = Tendrils::mesh;
-        std::optional<Bubbles> bubbles;  ///< none: fill where bubbles can be filled
+        std::optional<Bubbles> bubbles;  ///< nullopt: fill, unless the surface does not allow it
         LengthText bubble_gap{5, true};
-        double bubble_volume = 0;  ///< instead of bubble_gap; spacings cubed, in two dimensions squared; 0: not given
+        double bubble_volume = 0;  ///< deprecated, replaces bubble_gap; spacings cubed (2D: squared); 0: not set
     } features;
     struct Output {
         std::string path;
@@ -85,88 +87,89 @@ struct Config {
     } picture;
     struct Preview {
         std::string path;
-        Show show = Show::surface;
+        ShownGeometry show = ShownGeometry::surface;
         LengthText particle_radius{0.5, true};
         int width = 1920;
         int height = 1080;
         int samples = 8;
-        std::optional<std::array<double, 3>> camera_position;  ///< none: auto
-        std::optional<std::array<double, 3>> look_at;          ///< none: auto
+        std::optional<std::array<double, 3>> camera_position;  ///< nullopt: auto
+        std::optional<std::array<double, 3>> look_at;          ///< nullopt: auto
         double azimuth = 30;
         double elevation = 20;
         double fov = 30;
         UpAxis up = UpAxis::y;
         Shading shading = Shading::studio;
         PreviewNormals normals = PreviewNormals::smooth;
-        std::optional<Cut> cut;
+        std::optional<CutawayPlane> cut;
         double wireframe = 0;
-        Colouring colouring;                       ///< its range is that below
+        Colouring colouring;                       ///< without its range, which follows
         std::array<double, 2> colour_range{0, 0};  ///< equal: auto
         double shutter = 0;
         double fps = 24;
         enum class Ground { automatic, none, given } ground = Ground::automatic;
-        double ground_height = 0;  ///< of a given one
+        double ground_height = 0;  ///< world units, if ground is given
     } preview;
     struct Run {
         int frames_in_flight = 0;
         int threads = 0;
         int retries = 1;
-        double timeout = 0;  ///< seconds; 0: none
+        double timeout = 0;  ///< seconds per frame; 0: no limit
         OnMissing on_missing = OnMissing::error;
         std::uint64_t memory_limit = 0;
-        std::string scratch;  ///< empty: beside the output
+        std::string scratch;  ///< deprecated, has no effect
     } run;
 };
 
-/// One key: the row from which YAML, --set, command line options, `config print` and default.yaml come.
+/// One configuration key. YAML, --set, options, `config print`, default.yaml and the manual are derived from it.
 struct ConfigKey {
-    enum class Kind { text, names, number, choice, boolean };
+    enum class Kind { text, list, number, length, choice, boolean };
 
     std::string path;    ///< "surface.radius"
-    std::string option;  ///< "--radius"; empty where the command line gives the value in another way
+    std::string option;  ///< "--radius"; empty if no option sets this key
     Kind kind = Kind::text;
-    std::string expects;                            ///< type and range in words: "a whole number, 0 to 100"
-    std::string unit;                               ///< empty where there is none
-    std::string reason;                             ///< what it does and why one would change it
-    std::function<std::string(const Config&)> get;  ///< as text that set() reads back
-    std::function<void(Config&, const std::string& value)> set;  ///< throws Error with what was found and expected
-    std::string replaced_by{};  ///< the key to use instead; empty: this one is not deprecated
+    std::string accepts;                                         ///< valid values: "a whole number from 0 to 100"
+    std::string unit;                                            ///< empty if the value has no unit or names its own
+    std::string help;                                            ///< what the key does and why one would change it
+    std::function<std::string(const Config&)> get;               ///< the value as text, which set() reads back
+    std::function<void(Config&, const std::string& value)> set;  ///< throws Error that names the valid values
+    std::string replaced_by{};                                   ///< for a deprecated key, the key to use instead
+    std::vector<std::string> choices{};                          ///< the valid words of a choice
 };
 
-/// All keys, in the order in which they are printed; those of one section stand together.
+/// All keys in the order in which they are printed, section by section.
 const std::vector<ConfigKey>& configKeys();
 
-/// The known key or section that was most likely meant.
+/// The key or section most similar to an unknown one, for error messages.
 std::string nearestConfigKey(std::string_view unknown);
 
-/// A value for a key from the command line.
+/// A key with a value for it.
 struct KeyValue {
     std::string path, value;
-    std::string where;  ///< its origin in errors: "--radius", "--set surface.radius=1.5dx"
+    std::string where;  ///< where the value comes from, for errors: "--radius", "--set surface.radius=1.5dx"
 };
 
-/// From `a.b=c`, as --set takes it.
+/// The key and value in `a.b=c`, the argument of --set.
 KeyValue keyValueOf(const std::string& assignment);
 
-/// Sets one key by its path. `where` names the origin in errors: "--set", "splash.yaml:4:11". `preset` sets all keys of
-/// the presets at once, so it comes before the keys that are to win.
+/// Sets one key. `where` names the origin of the value in errors: "--set", "splash.yaml:4:11". Setting `preset` sets
+/// all keys of those presets, so it has to come before keys that override them.
 void setConfigKey(Config& config, const std::string& path, const std::string& value, const std::string& where);
 
 /// Sets one key from `a.b=c`.
 void setConfigKey(Config& config, const std::string& assignment);
 
-/// The whole configuration of a job. The later value wins: base, presets, included files in their order, the keys of
-/// the pipeline file, those of the command line in their order. A `preset` of the command line replaces that of the
-/// file, and that of a file those of the files it includes.
+/// The whole configuration of a job. Later values win, in this order: base, presets, included files one after the
+/// other, the keys of the pipeline file, those of the command line one after the other. A `preset` on the command line
+/// replaces the `preset` of the file, and that of a file replaces those of the files it includes.
 ///
-/// in      file of the pipeline; empty: none
-/// errors  file, line and column of an unknown key (and the nearest known one), a key given twice, a wrong
-///         type, an impossible value, a missing or circular include, YAML that cannot be read; an unknown preset
+/// in      file: a pipeline file; empty: none
+/// errors  file, line and column of an unknown key (with the most similar one), a key set twice, a wrong type, an
+///         invalid value, a missing or circular include, invalid YAML; an unknown preset
 Config readConfig(const std::filesystem::path& file, const std::vector<KeyValue>& command_line = {},
                   const Config& base = {});
 
-/// A pipeline file with every key, its unit, range and reason, but for deprecated ones that are not given; readConfig()
-/// gives the same Config back.
+/// A pipeline file with every key, its value, and its help, valid values and unit as comments. Deprecated keys are left
+/// out unless they are set. readConfig() reads the same Config back.
 std::string printConfig(const Config& config);
 
 }  // namespace betamesh

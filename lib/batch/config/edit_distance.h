@@ -1,4 +1,4 @@
-// How far one word is from another, to suggest what was meant.
+// Edit distance between words, to suggest the word that was meant.
 
 #pragma once
 
@@ -9,7 +9,7 @@
 
 namespace betamesh {
 
-/// Levenshtein's distance: single characters inserted, removed or replaced.
+/// Levenshtein distance: the number of single characters to insert, remove or replace.
 inline std::size_t editDistance(std::string_view a, std::string_view b) {
     std::vector<std::size_t> row(b.size() + 1);
     for (std::size_t j = 0; j <= b.size(); ++j) row[j] = j;

@@ -1,8 +1,8 @@
-// The keys of what is read and written, and how a job runs.
+// Configuration keys of inputs and outputs, and of how a job runs.
 
+#include "batch/config/key_tables.h"
 #include "batch/config/kinds.h"
 #include "batch/config/presets.h"
-#include "batch/config/tables.h"
 #include "batch/job/frames.h"
 #include "batch/job/plane.h"
 #include "io/curve_file.h"
@@ -20,20 +20,22 @@ void checkInputPath(const std::string& path) {
 void checkOutputPath(const std::string& path) {
     if (path.empty()) return;
     framePattern(path);
-    requireCurveExtension(path);  // meshes have no more
+    requireCurveExtension(path);  // includes every mesh format
 }
+
 void checkFrames(const std::string& frames) {
     if (frames != "all") parseFrames(frames);
 }
+
 }  // namespace
 
 void addPresetKey(std::vector<ConfigKey>& keys) {
-    ConfigKey key =
-        namesKey({"preset", "--preset", "",
-                  "Settings for a kind of simulation; `betamesh config presets` lists them. Of several, later ones "
-                  "win. Included files, the keys of a pipeline file and options all override presets."},
-                 "names of presets, each once, with commas between them; or empty",
-                 [](Config& c) -> std::vector<std::string>& { return c.preset; });
+    ConfigKey key = namesKey(
+        {"preset", "--preset", "",
+         "Settings for a kind of simulation; `betamesh config presets` lists them. When several are given, later ones "
+         "win. Included files, the keys of the pipeline file and options all override presets."},
+        "names of presets, each at most once, separated by commas; or leave it empty",
+        [](Config& c) -> std::vector<std::string>& { return c.preset; });
     key.set = [setNames = key.set](Config& config, const std::string& value) {
         setNames(config, value);
         for (const std::string& name : std::vector<std::string>(config.preset)) applyPreset(config, name);
@@ -44,109 +46,108 @@ void addPresetKey(std::vector<ConfigKey>& keys) {
 void addInputKeys(std::vector<ConfigKey>& keys) {
     keys.push_back(textKey(
         {"input.path", "", "",
-         "The particles, one file a frame. The frame number stands at #### or @@@@ (a digit each), %04d, "
-         "$F4 or $F; numbers with more digits are written in full. A relative path starts at the folder "
-         "in which the command runs."},
-        "a path ending in .vdb, .bgeo, .bgeo.gz or .ply; needed by `run`",
+         "Particle files, one per frame. The frame number is written as #### or @@@@ (one digit each), %04d, $F4 or "
+         "$F; numbers with more digits are written in full. A relative path starts in the folder in which the command "
+         "runs."},
+        "a path ending in .vdb, .bgeo, .bgeo.gz or .ply; `betamesh run` requires it",
         [](Config& c) -> std::string& { return c.input.path; }, checkInputPath));
-    keys.push_back(textKey({"input.velocity", "--velocity", "world units per second",
-                            "The attribute that is the velocity. Empty: the first of v, velocity, vel; where none "
-                            "exists, zero velocities are written and a warning says so. A name given here must exist."},
-                           "the name of an attribute with three components, or empty",
-                           [](Config& c) -> std::string& { return c.input.velocity; }));
+    keys.push_back(textKey(
+        {"input.velocity", "--velocity", "world units per second",
+         "Particle attribute that contains the velocity. Empty: the first of v, velocity and vel that exists; if none "
+         "does, zero velocities are written and a warning says so. An attribute named here must exist."},
+        "the name of an attribute with three components, or leave it empty",
+        [](Config& c) -> std::string& { return c.input.velocity; }));
     keys.push_back(textKey(
         {"input.id", "--id", "",
-         "The attribute that stays with a particle from frame to frame. Empty: id, where it exists. A "
-         "name given here must exist."},
-        "the name of a whole-number attribute, or empty", [](Config& c) -> std::string& { return c.input.id; }));
+         "Particle attribute that identifies a particle in every frame. Empty: id, if it exists. An attribute named "
+         "here must exist."},
+        "the name of a whole-number attribute, or leave it empty",
+        [](Config& c) -> std::string& { return c.input.id; }));
     keys.push_back(textKey(
         {"frames", "--frames", "",
-         "Which frames to mesh; all: every frame found on disk. A step is written x, as in 1-100x2; ':' "
-         "is refused because farm engines disagree about it."},
-        "all, or frames such as 12, 1-100, 1-100x2, -5--1, 1-10,15,20-30",
+         "Frames to process. all: every frame found on disk. A step is written with x, as in 1-100x2; a colon is "
+         "refused because farm engines disagree about its meaning."},
+        "all, or frames such as 12, 1-100, 1-100x2, -5--1 or 1-10,15,20-30",
         [](Config& c) -> std::string& { return c.frames; }, checkFrames));
 }
 
 void addOutputKeys(std::vector<ConfigKey>& keys) {
     keys.push_back(textKey(
         {"output.path", "", "",
-         "The meshes, one file a frame, with a place for the frame number as in input.path. Beside each "
-         "stand NAME.json, its report, and NAME.spheres.EXT where particles are left out of the mesh as spheres."},
-        "a path ending in .ply, .bgeo, .bgeo.gz or .obj, in two dimensions also .svg; needed by `run`",
+         "Mesh files, one per frame, with the frame number written as in input.path. Beside each mesh the job writes "
+         "its manifest NAME.json, and NAME.spheres.EXT if particles are left out of the mesh as spheres."},
+        "a path ending in .ply, .bgeo, .bgeo.gz or .obj, in two dimensions also .svg; `betamesh run` requires it",
         [](Config& c) -> std::string& { return c.output.path; }, checkOutputPath));
     keys.push_back(namesKey(
         {"output.attributes", "--attributes", "",
-         "Attributes of the particles, such as Cd or temperature, that the mesh's vertices get too: means over the "
-         "particles near them; whole numbers from the nearest. Accelerations (accel, acceleration) are carried "
-         "unasked."},
-        "names of attributes that every input has, each once, with commas between them; or empty",
+         "Particle attributes, such as Cd or temperature, to transfer to the mesh vertices. Real numbers are averaged "
+         "over nearby particles, whole numbers are taken from the nearest one. accel and acceleration are always "
+         "transferred."},
+        "names of attributes that every input has, each at most once, separated by commas; or leave it empty",
         [](Config& c) -> std::vector<std::string>& { return c.output.attributes; }));
     keys.push_back(booleanKey(
         {"output.components", "--components", "",
-         "Numbers the connected pieces of each mesh by volume, 0 the largest, bubbles last: a whole number `component` "
-         "of every face in .ply and of every primitive in .bgeo, objects component_N in .obj. Numbers change from "
-         "frame to frame."},
+         "Numbers the connected components of each mesh by volume: 0 is the largest, bubbles come last. The number is "
+         "the whole-number attribute `component` of faces (.ply) or primitives (.bgeo), or an object component_N "
+         "(.obj). A component may get another number in the next frame."},
         [](Config& c) -> bool& { return c.output.components; }));
 }
 
 void addPictureKeys(std::vector<ConfigKey>& keys) {
     keys.push_back(namesKey(
         {"picture.layers", "--layers", "",
-         "What an .svg shows, in two dimensions. discs: their union. particles: dots. alpha: the alpha mesh. before: "
-         "the curves before smoothing, dotted. beta: the curves. vertices: theirs, pure beta vertices red, alphabeta "
-         "vertices blue."},
-        "some of discs, particles, alpha, before, beta, vertices, each once, with commas between them",
-        [](Config& c) -> std::vector<std::string>& { return c.picture.layers; }, [](const auto& n) { layersOf(n); }));
+         "Layers of an .svg picture, in two dimensions. discs: the union of the discs. particles: dots. alpha: the "
+         "alpha mesh. before: the curves before smoothing, dotted. beta: the curves. vertices: their vertices, pure "
+         "beta vertices in red and alphabeta vertices in blue."},
+        "some of discs, particles, alpha, before, beta and vertices, each at most once, separated by commas",
+        [](Config& c) -> std::vector<std::string>& { return c.picture.layers; },
+        [](const auto& names) { layersOf(names); }));
     keys.push_back(textKey(
         {"picture.bounds", "--bounds", "world units",
-         "The part of the plane that an .svg shows: lowest x, lowest y, highest x, highest y. auto: all discs, of each "
-         "frame for itself."},
-        "auto or four numbers with commas between them", [](Config& c) -> std::string& { return c.picture.bounds; },
+         "Part of the plane that an .svg picture shows: lowest x, lowest y, highest x, highest y. auto: the bounding "
+         "box of the discs, separately for each frame."},
+        "auto, or four numbers separated by commas", [](Config& c) -> std::string& { return c.picture.bounds; },
         [](const std::string& text) { boundsOf(text); }));
 }
 
 void addRunKeys(std::vector<ConfigKey>& keys) {
     keys.push_back(integerKey(
-        {"run.frames_in_flight", "--frames-in-flight", "frames",
-         "How many frames are worked on at once, at most; fewer where memory is short. auto: as many as there "
-         "are threads. The meshes do not depend on it."},
+        {"run.frames_in_flight", "--frames-in-flight", "",
+         "How many frames may be processed at the same time; fewer run when memory is short. auto: as many as there "
+         "are threads. This setting does not change the meshes."},
         1, 4096, true, [](Config& c) -> int& { return c.run.frames_in_flight; }));
-    keys.push_back(
-        integerKey({"run.threads", "-j,--threads", "threads",
-                    "auto: the processors this process may use, or fewer if SLURM_CPUS_PER_TASK or CUE_THREADS "
-                    "says so. The meshes do not depend on it."},
-                   1, 4096, true, [](Config& c) -> int& { return c.run.threads; }));
-    keys.push_back(
-        integerKey({"run.retries", "--io-retries", "",
-                    "How often reading or writing a frame is tried again, after a short wait, before the frame "
-                    "fails: shared disks stumble."},
-                   0, 100, false, [](Config& c) -> int& { return c.run.retries; }));
-    keys.push_back(realKey({"run.timeout", "--timeout", "seconds",
-                            "How long a frame may take, from reading to writing; one that takes longer fails, the "
-                            "others are written. Servers that are gone never answer. A farm's own limit ends a "
-                            "whole task. 0: as long as it takes."},
-                           0, 604800, [](Config& c) -> double& { return c.run.timeout; }));
-    keys.push_back(
-        choiceKey<OnMissing>({"run.on_missing", "--on-missing", "",
-                              "What a frame without an input file is. error: it fails, the others are written. skip: "
-                              "it is left out. empty: an "
-                              "empty mesh is written for it."},
-                             {{"error", OnMissing::error}, {"skip", OnMissing::skip}, {"empty", OnMissing::empty}},
-                             [](Config& c) -> OnMissing& { return c.run.on_missing; }));
+    keys.push_back(integerKey(
+        {"run.threads", "-j,--threads", "",
+         "Number of threads. auto: the processors that this process may use, or fewer if SLURM_CPUS_PER_TASK or "
+         "CUE_THREADS says so. This setting does not change the meshes."},
+        1, 4096, true, [](Config& c) -> int& { return c.run.threads; }));
+    keys.push_back(integerKey(
+        {"run.retries", "--io-retries", "",
+         "How many times reading or writing a frame is tried again, after a short pause, before the frame fails. "
+         "Network storage sometimes fails for a moment."},
+        0, 100, false, [](Config& c) -> int& { return c.run.retries; }));
+    keys.push_back(realKey(
+        {"run.timeout", "--timeout", "seconds",
+         "Time limit for each frame, from reading to writing, in case a file server stops responding. A frame that "
+         "takes longer fails; the others are written. 0: no limit."},
+        0, 604800, [](Config& c) -> double& { return c.run.timeout; }));
+    keys.push_back(choiceKey<OnMissing>(
+        {"run.on_missing", "--on-missing", "",
+         "What to do with a frame whose input file is missing. error: the frame fails; the others are written. skip: "
+         "leave it out. empty: write an empty mesh."},
+        {{"error", OnMissing::error}, {"skip", OnMissing::skip}, {"empty", OnMissing::empty}},
+        [](Config& c) -> OnMissing& { return c.run.on_missing; }));
     keys.push_back(bytesKey(
         {"run.memory_limit", "--memory-limit", "bytes",
-         "For all frames at once. Frames wait until there is room for them, by the sizes of their files and by "
-         "what earlier ones took; of one that is too large only the particles near its surface are kept, and what "
-         "has no room even so, beyond a quarter of this, lies in a file in run.scratch. auto: what the machine, its "
-         "container or Slurm grants. A size is also enforced: a frame that needs more even so fails, and the job ends "
-         "with exit code 33."},
+         "Memory for all frames together. A frame starts when its estimated memory fits; of a frame that is too large, "
+         "only the particles near its surface are kept in memory. auto: what the machine, its container or Slurm "
+         "grants. A size given here is also enforced: a frame that needs more fails, and the job ends with exit code "
+         "33."},
         [](Config& c) -> std::uint64_t& { return c.run.memory_limit; }));
-    keys.push_back(textKey(
-        {"run.scratch", "--scratch", "",
-         "Where the file is in which lies what of a frame has no room in memory. It has no name, and goes when the "
-         "process does. A fast disk of this machine's own is best; a folder that is in memory itself is of no use. "
-         "Empty: in the folder of the output."},
-        "a folder that exists, or empty", [](Config& c) -> std::string& { return c.run.scratch; }));
+    ConfigKey scratch = textKey({"run.scratch", "--scratch", "", "Deprecated, has no effect."}, "any text",
+                                [](Config& c) -> std::string& { return c.run.scratch; });
+    scratch.replaced_by = "run.memory_limit";
+    keys.push_back(scratch);
 }
 
 }  // namespace betamesh

@@ -1,7 +1,7 @@
-// Keys by their names.
+// The table of keys, and finding and setting keys by name.
 
 #include "batch/config/edit_distance.h"
-#include "batch/config/tables.h"
+#include "batch/config/key_tables.h"
 #include "betamesh/error.h"
 
 #include <algorithm>
@@ -9,9 +9,10 @@
 namespace betamesh {
 namespace {
 
+/// "radius" of "surface.radius".
 std::string_view lastWord(std::string_view path) { return path.substr(path.rfind('.') + 1); }
 
-/// Empty at the top level.
+/// "surface." of "surface.radius"; empty for a key at the top level.
 std::string_view sectionOf(std::string_view path) { return path.substr(0, path.size() - lastWord(path).size()); }
 
 }  // namespace
@@ -34,13 +35,12 @@ std::string nearestConfigKey(std::string_view unknown) {
         const std::string section = key.path.substr(0, key.path.find('.'));
         if (section != key.path && section != names[names.size() - 2]) names.push_back(section);
     }
-    // A right word in a wrong section is nearer than a wrong word in the right one; between equals the whole path
-    // decides.
-    constexpr std::size_t kWrongSection = 2;
+    // The last word counts most, so that a correct key in the wrong section is found; the whole path breaks ties.
+    constexpr std::size_t kWrongSectionCost = 2;
     const auto distance = [&](const std::string& name) {
-        const std::size_t words = editDistance(lastWord(unknown), lastWord(name));
+        const std::size_t last_word = editDistance(lastWord(unknown), lastWord(name));
         const std::size_t whole = editDistance(unknown, name);
-        return std::pair(words + (sectionOf(unknown) == sectionOf(name) ? 0 : kWrongSection), whole);
+        return std::pair(last_word + (sectionOf(unknown) == sectionOf(name) ? 0 : kWrongSectionCost), whole);
     };
     return *std::min_element(names.begin(), names.end(),
                              [&](const std::string& a, const std::string& b) { return distance(a) < distance(b); });
@@ -50,7 +50,7 @@ void setConfigKey(Config& config, const std::string& path, const std::string& va
     const auto& keys = configKeys();
     const auto key = std::find_if(keys.begin(), keys.end(), [&](const ConfigKey& k) { return k.path == path; });
     if (key == keys.end()) {
-        throw Error(where + ": unknown key '" + path + "'; the nearest known key is '" + nearestConfigKey(path) + "'");
+        throw Error(where + ": unknown key '" + path + "'. Did you mean '" + nearestConfigKey(path) + "'?");
     }
     try {
         key->set(config, value);
@@ -62,7 +62,7 @@ void setConfigKey(Config& config, const std::string& path, const std::string& va
 KeyValue keyValueOf(const std::string& assignment) {
     const std::size_t equals = assignment.find('=');
     if (equals == std::string::npos || equals == 0) {
-        throw Error("--set " + assignment + ": expected key=value, such as surface.radius=1.5dx");
+        throw Error("--set " + assignment + " is not a setting. Use KEY=VALUE, as in --set surface.radius=1.5dx.");
     }
     return {assignment.substr(0, equals), assignment.substr(equals + 1), "--set " + assignment};
 }

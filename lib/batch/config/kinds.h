@@ -1,4 +1,4 @@
-// What the value of a key may be: how it is read from text, and written.
+// Types of configuration values: how a value is read from text, checked, and written as text again.
 
 #pragma once
 
@@ -18,19 +18,20 @@
 
 namespace betamesh {
 
-/// What is told of a key.
-struct KeyWords {
-    std::string path, option, unit, reason;
+/// What the user reads about a key.
+struct KeyText {
+    std::string path, option, unit, help;
 };
 
-inline ConfigKey keyOf(const KeyWords& words, ConfigKey::Kind kind, const std::string& expects,
-                       std::function<std::string(const Config&)> get,
-                       std::function<void(Config&, const std::string& value)> set) {
-    return {words.path, words.option, kind, expects, words.unit, words.reason, std::move(get), std::move(set)};
+/// `accepts` describes the valid values so that it completes the sentence "Use ...".
+inline ConfigKey makeKey(const KeyText& text, ConfigKey::Kind kind, const std::string& accepts,
+                         std::function<std::string(const Config&)> get,
+                         std::function<void(Config&, const std::string& value)> set) {
+    return {text.path, text.option, kind, accepts, text.unit, text.help, std::move(get), std::move(set)};
 }
 
-[[noreturn]] inline void failValue(const std::string& value, const std::string& expects) {
-    throw Error("'" + value + "' was found; expected " + expects);
+[[noreturn]] inline void failValue(const std::string& value, const std::string& accepts) {
+    throw Error("'" + value + "' is not valid. Use " + accepts + '.');
 }
 
 template <typename Number>
@@ -50,57 +51,58 @@ inline std::string textOf(double number) {
 
 template <typename Member>
 const auto& readOnly(const Config& config, Member member) {
-    return member(const_cast<Config&>(config));  // members are plain accessors: they change nothing
+    return member(const_cast<Config&>(config));  // an accessor returns a reference and changes nothing
 }
 
 template <typename Member>
-ConfigKey textKey(const KeyWords& words, const std::string& expects, Member member,
+ConfigKey textKey(const KeyText& text, const std::string& accepts, Member member,
                   std::function<void(const std::string&)> check = {}) {
-    return keyOf(
-        words, ConfigKey::Kind::text, expects, [=](const Config& config) { return readOnly(config, member); },
+    return makeKey(
+        text, ConfigKey::Kind::text, accepts, [=](const Config& config) { return readOnly(config, member); },
         [=](Config& config, const std::string& value) {
             if (check) check(value);
             member(config) = value;
         });
 }
 
-inline std::vector<std::string> wordsBetweenCommas(const std::string& text) {
-    std::vector<std::string> words;
-    std::istringstream in(text);
-    for (std::string word; std::getline(in, word, ',');) {
-        word.erase(0, word.find_first_not_of(' '));
-        words.push_back(word.substr(0, word.find_last_not_of(' ') + 1));
+/// The entries between commas, without the spaces around them.
+inline std::vector<std::string> entriesOf(const std::string& list) {
+    std::vector<std::string> entries;
+    std::istringstream in(list);
+    for (std::string entry; std::getline(in, entry, ',');) {
+        entry.erase(0, entry.find_first_not_of(' '));
+        entries.push_back(entry.substr(0, entry.find_last_not_of(' ') + 1));
     }
-    return words;
+    return entries;
 }
 
-/// Names with commas between them; a list in YAML.
+/// Names separated by commas, or a list in YAML. Each name may occur once.
 template <typename Member>
-ConfigKey namesKey(const KeyWords& words, const std::string& expects, Member member,
+ConfigKey namesKey(const KeyText& text, const std::string& accepts, Member member,
                    std::function<void(const std::vector<std::string>&)> check = {}) {
-    return keyOf(
-        words, ConfigKey::Kind::names, expects,
+    return makeKey(
+        text, ConfigKey::Kind::list, accepts,
         [=](const Config& config) {
-            std::string text;
-            for (const std::string& name : readOnly(config, member)) text += (text.empty() ? "" : ",") + name;
-            return text;
+            std::string list;
+            for (const std::string& name : readOnly(config, member)) list += (list.empty() ? "" : ",") + name;
+            return list;
         },
         [=](Config& config, const std::string& value) {
-            const std::vector<std::string> names = wordsBetweenCommas(value);
+            const std::vector<std::string> names = entriesOf(value);
             for (const std::string& name : names)
-                if (name.empty() || std::count(names.begin(), names.end(), name) > 1) failValue(value, expects);
+                if (name.empty() || std::count(names.begin(), names.end(), name) > 1) failValue(value, accepts);
             if (check) check(names);
             member(config) = names;
         });
 }
 
-/// zero_is_auto: the word `auto` stands for the value 0.
+/// A whole number from least to most. With zero_is_auto the word `auto` stands for the value 0.
 template <typename Member>
-ConfigKey integerKey(const KeyWords& words, int least, int most, bool zero_is_auto, Member member) {
-    const std::string expects = std::string(zero_is_auto ? "auto or " : "") + "a whole number, " +
+ConfigKey integerKey(const KeyText& text, int least, int most, bool zero_is_auto, Member member) {
+    const std::string accepts = std::string(zero_is_auto ? "auto, or " : "") + "a whole number from " +
                                 std::to_string(least) + " to " + std::to_string(most);
-    return keyOf(
-        words, ConfigKey::Kind::number, expects,
+    return makeKey(
+        text, ConfigKey::Kind::number, accepts,
         [=](const Config& config) {
             const int number = readOnly(config, member);
             return zero_is_auto && number == 0 ? std::string("auto") : std::to_string(number);
@@ -108,17 +110,16 @@ ConfigKey integerKey(const KeyWords& words, int least, int most, bool zero_is_au
         [=](Config& config, const std::string& value) {
             const bool automatic = zero_is_auto && value == "auto";
             const auto number = automatic ? std::optional<int>(0) : numberOf<int>(value);
-            if (!number || (!automatic && (*number < least || *number > most))) failValue(value, expects);
+            if (!number || (!automatic && (*number < least || *number > most))) failValue(value, accepts);
             member(config) = *number;
         });
 }
 
-/// Above zero and finite; most included.
+/// A finite number above 0 and at most `most`. With zero_is_auto the word `auto` stands for the value 0.
 template <typename Member>
-ConfigKey positiveKey(const KeyWords& words, const std::string& expects, double most, bool zero_is_auto,
-                      Member member) {
-    return keyOf(
-        words, ConfigKey::Kind::number, expects,
+ConfigKey positiveKey(const KeyText& text, const std::string& accepts, double most, bool zero_is_auto, Member member) {
+    return makeKey(
+        text, ConfigKey::Kind::number, accepts,
         [=](const Config& config) {
             const double number = readOnly(config, member);
             return zero_is_auto && number == 0 ? std::string("auto") : textOf(number);
@@ -126,32 +127,32 @@ ConfigKey positiveKey(const KeyWords& words, const std::string& expects, double 
         [=](Config& config, const std::string& value) {
             const bool automatic = zero_is_auto && value == "auto";
             const auto number = automatic ? std::optional<double>(0) : numberOf<double>(value);
-            if (!number || (!automatic && !(*number > 0 && *number <= most))) failValue(value, expects);
+            if (!number || (!automatic && !(*number > 0 && *number <= most))) failValue(value, accepts);
             member(config) = *number;
         });
 }
 
-/// Any number from least to most.
+/// A number from least to most.
 template <typename Member>
-ConfigKey realKey(const KeyWords& words, double least, double most, Member member) {
-    const std::string expects = "a number, " + textOf(least) + " to " + textOf(most);
-    return keyOf(
-        words, ConfigKey::Kind::number, expects, [=](const Config& config) { return textOf(readOnly(config, member)); },
+ConfigKey realKey(const KeyText& text, double least, double most, Member member) {
+    const std::string accepts = "a number from " + textOf(least) + " to " + textOf(most);
+    return makeKey(
+        text, ConfigKey::Kind::number, accepts, [=](const Config& config) { return textOf(readOnly(config, member)); },
         [=](Config& config, const std::string& value) {
             const auto number = numberOf<double>(value);
-            if (!number || !(*number >= least && *number <= most)) failValue(value, expects);
+            if (!number || !(*number >= least && *number <= most)) failValue(value, accepts);
             member(config) = *number;
         });
 }
 
-/// Finite numbers with commas between them, or nothing where the text is anything else.
+/// `count` finite numbers separated by commas; nullopt if the text is anything else.
 template <std::size_t count>
 std::optional<std::array<double, count>> numbersOf(const std::string& text) {
-    const std::vector<std::string> words = wordsBetweenCommas(text);
-    if (words.size() != count) return std::nullopt;
+    const std::vector<std::string> entries = entriesOf(text);
+    if (entries.size() != count) return std::nullopt;
     std::array<double, count> numbers{};
     for (std::size_t i = 0; i < count; ++i) {
-        const auto number = numberOf<double>(words[i]);
+        const auto number = numberOf<double>(entries[i]);
         if (!number || !std::isfinite(*number)) return std::nullopt;
         numbers[i] = *number;
     }
@@ -165,48 +166,48 @@ std::string textOfNumbers(const std::array<double, count>& numbers) {
     return text;
 }
 
-/// A point, or `auto`.
+/// A point, or `auto` (nullopt).
 template <typename Member>
-ConfigKey pointKey(const KeyWords& words, Member member) {
-    const std::string expects = "auto or three numbers with commas between them";
-    return keyOf(
-        words, ConfigKey::Kind::names, expects,
+ConfigKey pointKey(const KeyText& text, Member member) {
+    const std::string accepts = "auto, or three numbers separated by commas";
+    return makeKey(
+        text, ConfigKey::Kind::list, accepts,
         [=](const Config& config) {
             const auto& point = readOnly(config, member);
             return point ? textOfNumbers(*point) : "auto";
         },
         [=](Config& config, const std::string& value) {
             const auto numbers = numbersOf<3>(value);
-            if (!numbers && value != "auto") failValue(value, expects);
+            if (!numbers && value != "auto") failValue(value, accepts);
             member(config) = numbers;
         });
 }
 
-/// The ends of a scale, or `auto`.
+/// The lower and upper end of a range, or `auto` (two equal values).
 template <typename Member>
-ConfigKey rangeKey(const KeyWords& words, Member member) {
-    const std::string expects = "auto or two numbers with a comma between them, the lower one first";
-    return keyOf(
-        words, ConfigKey::Kind::names, expects,
+ConfigKey rangeKey(const KeyText& text, Member member) {
+    const std::string accepts = "auto, or two numbers separated by a comma, the lower one first";
+    return makeKey(
+        text, ConfigKey::Kind::list, accepts,
         [=](const Config& config) {
             const auto& range = readOnly(config, member);
             return range[1] > range[0] ? textOfNumbers(range) : "auto";
         },
         [=](Config& config, const std::string& value) {
             const auto numbers = numbersOf<2>(value);
-            if (value != "auto" && !(numbers && (*numbers)[1] > (*numbers)[0])) failValue(value, expects);
+            if (value != "auto" && !(numbers && (*numbers)[1] > (*numbers)[0])) failValue(value, accepts);
             member(config) = numbers.value_or(std::array<double, 2>{0, 0});
         });
 }
 
 template <typename Member>
-ConfigKey booleanKey(const KeyWords& words, Member member) {
-    const std::string expects = "true or false";
-    return keyOf(
-        words, ConfigKey::Kind::boolean, expects,
+ConfigKey booleanKey(const KeyText& text, Member member) {
+    const std::string accepts = "true or false";
+    return makeKey(
+        text, ConfigKey::Kind::boolean, accepts,
         [=](const Config& config) { return std::string(readOnly(config, member) ? "true" : "false"); },
         [=](Config& config, const std::string& value) {
-            if (value != "true" && value != "false") failValue(value, expects);
+            if (value != "true" && value != "false") failValue(value, accepts);
             member(config) = value == "true";
         });
 }
@@ -214,12 +215,17 @@ ConfigKey booleanKey(const KeyWords& words, Member member) {
 template <typename Choice>
 using Choices = std::vector<std::pair<std::string, Choice>>;
 
+/// One of several words.
 template <typename Choice, typename Member>
-ConfigKey choiceKey(const KeyWords& words, const Choices<Choice>& choices, Member member) {
-    std::string expects = choices.size() > 1 ? "one of" : "the word";
-    for (const auto& choice : choices) expects += ' ' + choice.first;
-    return keyOf(
-        words, ConfigKey::Kind::choice, expects,
+ConfigKey choiceKey(const KeyText& text, const Choices<Choice>& choices, Member member) {
+    std::string accepts = "one of ";
+    std::vector<std::string> names;
+    for (const auto& choice : choices) {
+        accepts += (names.empty() ? "" : ", ") + choice.first;
+        names.push_back(choice.first);
+    }
+    ConfigKey key = makeKey(
+        text, ConfigKey::Kind::choice, accepts,
         [=](const Config& config) {
             return std::find_if(choices.begin(), choices.end(),
                                 [&](const auto& choice) { return choice.second == readOnly(config, member); })
@@ -228,16 +234,19 @@ ConfigKey choiceKey(const KeyWords& words, const Choices<Choice>& choices, Membe
         [=](Config& config, const std::string& value) {
             const auto found =
                 std::find_if(choices.begin(), choices.end(), [&](const auto& choice) { return choice.first == value; });
-            if (found == choices.end()) failValue(value, expects);
+            if (found == choices.end()) failValue(value, accepts);
             member(config) = found->second;
         });
+    key.choices = names;
+    return key;
 }
 
-inline constexpr const char* kLengthAboveZero = "a number above 0, or a multiple of the spacing such as 1.5dx";
+inline constexpr const char* kLengthAboveZero =
+    "a number above 0 in world units, or a multiple of the particle spacing such as 1.5dx";
 
 inline std::string textOf(const LengthText& length) { return textOf(length.value) + (length.in_spacings ? "dx" : ""); }
 
-/// "0.02" or "1.5dx", 0 or more; nothing where the text is anything else.
+/// A length of 0 or more such as "0.02" or "1.5dx"; nullopt if the text is anything else.
 inline std::optional<LengthText> lengthOf(std::string_view text) {
     const bool in_spacings = text.ends_with("dx");
     const auto number = numberOf<double>(text.substr(0, text.size() - (in_spacings ? 2 : 0)));
@@ -245,36 +254,36 @@ inline std::optional<LengthText> lengthOf(std::string_view text) {
     return LengthText{*number, in_spacings && *number > 0};
 }
 
-/// A length above 0. zero: the word that stands for the value 0; "0" itself, or empty where there is none.
+/// A length above 0. `zero` is a word for the value 0, which may be "0" itself; empty if 0 is not allowed.
 template <typename Member>
-ConfigKey lengthKey(const KeyWords& words, const std::string& zero, Member member) {
-    const std::string expects = (zero.empty() ? "" : zero + ", ") + kLengthAboveZero;
-    return keyOf(
-        words, ConfigKey::Kind::number, expects,
+ConfigKey lengthKey(const KeyText& text, const std::string& zero, Member member) {
+    const std::string accepts = (zero.empty() ? "" : zero + ", ") + kLengthAboveZero;
+    return makeKey(
+        text, ConfigKey::Kind::length, accepts,
         [=](const Config& config) {
             const LengthText& length = readOnly(config, member);
             return !zero.empty() && length.value == 0 ? zero : textOf(length);
         },
         [=](Config& config, const std::string& value) {
             const auto length = !zero.empty() && value == zero ? std::optional(LengthText{0, false}) : lengthOf(value);
-            if (!length || (length->value == 0 && value != zero && zero != "0")) failValue(value, expects);
+            if (!length || (length->value == 0 && value != zero && zero != "0")) failValue(value, accepts);
             member(config) = *length;
         });
 }
 
-/// A length or `auto`, which stands for none. zero: the word for 0, which is read too.
+/// A length, or `auto` (nullopt). `zero` is a word for the value 0; the number 0 is accepted too.
 template <typename Member>
-ConfigKey optionalLengthKey(const KeyWords& words, const std::string& zero, Member member) {
-    const std::string expects = "auto, " + zero + ", " + kLengthAboveZero;
-    return keyOf(
-        words, ConfigKey::Kind::number, expects,
+ConfigKey optionalLengthKey(const KeyText& text, const std::string& zero, Member member) {
+    const std::string accepts = "auto, " + zero + ", " + kLengthAboveZero;
+    return makeKey(
+        text, ConfigKey::Kind::length, accepts,
         [=](const Config& config) -> std::string {
             const std::optional<LengthText>& length = readOnly(config, member);
             return !length ? "auto" : length->value == 0 ? zero : textOf(*length);
         },
         [=](Config& config, const std::string& value) {
             const auto length = value == zero ? std::optional(LengthText{0, false}) : lengthOf(value);
-            if (!length && value != "auto") failValue(value, expects);
+            if (!length && value != "auto") failValue(value, accepts);
             member(config) = length;
         });
 }
@@ -286,12 +295,12 @@ struct ByteUnit {
 inline constexpr std::array<ByteUnit, 6> kByteUnits{
     {{"TiB", 0x1p40}, {"GiB", 0x1p30}, {"MiB", 0x1p20}, {"TB", 1e12}, {"GB", 1e9}, {"MB", 1e6}}};
 
-/// "16GiB"; zero is `auto`.
+/// A size in bytes with its unit, such as "16GiB", or `auto` (0).
 template <typename Member>
-ConfigKey bytesKey(const KeyWords& words, Member member) {
-    const std::string expects = "auto or a size from 1MiB to 1024TiB with its unit (MiB GiB TiB MB GB TB)";
-    return keyOf(
-        words, ConfigKey::Kind::number, expects,
+ConfigKey bytesKey(const KeyText& text, Member member) {
+    const std::string accepts = "auto, or a size from 1MiB to 1024TiB with its unit (MiB, GiB, TiB, MB, GB or TB)";
+    return makeKey(
+        text, ConfigKey::Kind::number, accepts,
         [=](const Config& config) {
             const std::uint64_t bytes = readOnly(config, member);
             if (bytes == 0) return std::string("auto");
@@ -314,7 +323,8 @@ ConfigKey bytesKey(const KeyWords& words, Member member) {
                 member(config) = static_cast<std::uint64_t>(*number * unit.bytes);
                 return;
             }
-            failValue(value, expects);
+            failValue(value, accepts);
         });
 }
+
 }  // namespace betamesh

@@ -13,10 +13,10 @@ std::string_view descriptionOf(const Preset& preset) {
     return line.substr(std::min(line.find_first_not_of("# "), line.size()));
 }
 
-std::string presetNames(std::string_view between) {
+std::string presetNames(std::string_view separator) {
     std::string names;
     for (const Preset& preset : presets()) {
-        if (!names.empty()) names += between;
+        if (!names.empty()) names += separator;
         names += preset.name;
     }
     return names;
@@ -29,8 +29,8 @@ const Preset& presetNamed(std::string_view name) {
     const auto nearest = std::min_element(all.begin(), all.end(), [&](const Preset& a, const Preset& b) {
         return editDistance(a.name, name) < editDistance(b.name, name);
     });
-    throw Error("unknown preset '" + std::string(name) + "'; the nearest one is '" + std::string(nearest->name) +
-                "'. Presets: " + presetNames(", "));
+    throw Error("unknown preset '" + std::string(name) + "'. Did you mean '" + std::string(nearest->name) +
+                "'? Presets: " + presetNames(", ") + '.');
 }
 
 }  // namespace betamesh

@@ -1,4 +1,4 @@
-// Presets: the settings in configs/NAME.yaml, which are part of the program.
+// Presets: the settings in configs/NAME.yaml, which are compiled into the program.
 
 #pragma once
 
@@ -15,19 +15,19 @@ struct Preset {
     std::string_view text;  ///< a pipeline file; its first line is a comment that describes the preset
 };
 
-/// All of them, in alphabetical order.
+/// All presets in alphabetical order.
 std::span<const Preset> presets();
 
-/// One line, without the sign of a comment.
+/// The first line of the preset, without the comment sign.
 std::string_view descriptionOf(const Preset& preset);
 
-/// The names with something between them.
-std::string presetNames(std::string_view between);
+/// The names of all presets with a separator between them.
+std::string presetNames(std::string_view separator);
 
-/// errors  an unknown name, with the nearest one and all others
+/// errors  an unknown name, with the most similar name and a list of all names
 const Preset& presetNamed(std::string_view name);
 
-/// Sets the keys of a preset; the others stay as they are.
+/// Sets the keys of a preset and leaves all others unchanged.
 void applyPreset(Config& config, std::string_view name);
 
 }  // namespace betamesh

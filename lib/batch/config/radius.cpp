@@ -10,8 +10,6 @@
 namespace betamesh {
 namespace {
 
-constexpr double kUsualRadius = 1.5;  // spacings, as in the paper
-
 ResolvedRadius resolved(const LengthText& radius, double spacing, std::string origin) {
     return {radius.in_spacings ? radius.value * spacing : radius.value, spacing, std::move(origin), {}};
 }
@@ -19,19 +17,19 @@ ResolvedRadius resolved(const LengthText& radius, double spacing, std::string or
 }  // namespace
 
 std::optional<ResolvedRadius> resolveRadius(const Config& config, const std::map<int, std::string>& frames_on_disk,
-                                            const WorkerEvents& notes) {
+                                            const WorkerEvents& events) {
     const LengthText& radius = config.surface.radius;
     if (config.surface.spacing > 0) return resolved(radius, config.surface.spacing, "as given");
-    if (!radius.in_spacings) return resolved(radius, radius.value / kUsualRadius, "radius / 1.5");
+    if (!radius.in_spacings) return resolved(radius, radius.value / kDefaultRadiusSpacings, "radius / 1.5");
 
     std::vector<std::string> warnings;
     bool any_readable = false;
     for (const auto& [frame, file] : frames_on_disk) {
-        const WorkerEvents::AtWork note(notes, frame, WorkerEvents::Doing::measuring);
+        const WorkerEvents::AtWork at_work(events, frame, WorkerEvents::Doing::measuring);
         try {
             std::vector<Vec3f> positions;
-            forPositions(file, [&](std::span<const Vec3f> some) {
-                positions.insert(positions.end(), some.begin(), some.end());
+            forPositions(file, [&](std::span<const Vec3f> block) {
+                positions.insert(positions.end(), block.begin(), block.end());
             });
             any_readable = true;
             if (const auto measured = spacing(std::move(positions))) {
@@ -40,13 +38,14 @@ std::optional<ResolvedRadius> resolveRadius(const Config& config, const std::map
                 return result;
             }
         } catch (const Error& error) {
-            warnings.push_back("not used to measure the spacing: " + std::string(error.what()));
+            warnings.push_back("this frame could not be used to measure the particle spacing: " +
+                               std::string(error.what()));
         }
     }
     if (!any_readable) return std::nullopt;
-    throw Error("'" + config.input.path +
-                "': the particle spacing cannot be measured: no frame has seven distinct "
-                "particles; give --spacing (surface.spacing), or a radius in world units (--radius 0.02)");
+    throw Error("the particle spacing of '" + config.input.path +
+                "' cannot be measured because no frame has seven distinct particles. Give it with --spacing "
+                "(surface.spacing), or give a radius in world units, as in --radius 0.02.");
 }
 
 }  // namespace betamesh

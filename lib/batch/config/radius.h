@@ -1,4 +1,4 @@
-// The radius of the balls in world units: one for all frames of a sequence, whoever meshes which of them.
+// The ball radius and particle spacing of a sequence in world units: the same for all frames, whichever are meshed.
 
 #pragma once
 
@@ -12,19 +12,21 @@
 
 namespace betamesh {
 
-/// World units.
+/// Ball radius and particle spacing in world units.
 struct ResolvedRadius {
     double radius = 0;
     double spacing = 0;
-    std::string origin;  ///< how the spacing was found, for people
+    std::string origin;  ///< where the spacing comes from, for the log: "as given", "measured in a.0001.vdb"
     std::vector<std::string> warnings;
 };
 
-/// in      all frames on disk of the input, whichever of them are to be meshed
-/// notes   told of each frame that is read
-/// out     nothing when the spacing must be measured and no frame can be read
-/// errors  the spacing must be measured and no readable frame has seven distinct particles
+/// Takes the spacing from the configuration or measures it in the first frame on disk that allows it.
+///
+/// in      frames_on_disk: all frames of the input, also those that are not to be meshed
+///         events: reports each frame that is read to the supervising process
+/// out     nullopt if the spacing has to be measured and no frame can be read
+/// errors  the spacing has to be measured and no readable frame has seven distinct particles
 std::optional<ResolvedRadius> resolveRadius(const Config& config, const std::map<int, std::string>& frames_on_disk,
-                                            const WorkerEvents& notes = {});
+                                            const WorkerEvents& events = {});
 
 }  // namespace betamesh

@@ -14,15 +14,22 @@
 #include <cstdio>
 #include <cstdlib>
 #include <tuple>
+#include <utility>
 
 namespace betamesh {
 namespace {
 
-constexpr double kBytesPerSecond = 140e6;         // of working memory that one thread gets through: 100,000 particles
-constexpr double kSecondsOfAFrame = 0.05;         // whatever its size
-constexpr std::size_t kUsualMaxArraySize = 1001;  // Slurm's, where it does not tell
-constexpr int kNotifySeconds = 30;                // between SIGTERM and SIGKILL; a frame being written takes less
-constexpr std::size_t kOpenJobName = 128;         // characters at most
+constexpr double kBytesPerSecond = 140e6;           // estimated memory of a frame that one thread processes in a second
+constexpr double kSecondsPerFrame = 0.05;           // overhead of a frame of any size
+constexpr std::size_t kDefaultMaxArraySize = 1001;  // Slurm's default
+constexpr int kNotifySeconds = 30;                  // between SIGTERM and SIGKILL, enough to finish writing a frame
+constexpr std::size_t kMaxOpenJobNameLength = 128;  // characters, from the specification
+
+constexpr std::array<std::pair<std::string_view, Farm>, 5> kFarms{{{"slurm", Farm::slurm},
+                                                                   {"openjd", Farm::openjd},
+                                                                   {"opencue", Farm::opencue},
+                                                                   {"deadline", Farm::deadline},
+                                                                   {"tractor", Farm::tractor}}};
 
 std::string shellWord(const std::string& word) {
     const auto plain = [](unsigned char c) {
@@ -30,36 +37,36 @@ std::string shellWord(const std::string& word) {
                std::string_view("_-./=:,+@%").find(static_cast<char>(c)) != std::string_view::npos;
     };
     if (!word.empty() && std::all_of(word.begin(), word.end(), plain)) return word;
-    std::string quoted = "'";
-    for (const char c : word) quoted += c == '\'' ? "'\\''" : std::string(1, c);
-    return quoted + "'";
+    std::string in_quotes = "'";
+    for (const char c : word) in_quotes += c == '\'' ? "'\\''" : std::string(1, c);
+    return in_quotes + "'";
 }
 
-/// Farms start tasks wherever they like.
+/// The command line, run in the folder of the job, because farms start tasks in folders of their own.
 std::vector<std::string> inFolder(const FarmJob& job, const std::vector<std::string>& words,
-                                  const std::vector<std::string>& further = {}) {
+                                  const std::vector<std::string>& more_words = {}) {
     std::vector<std::string> all{"env", "-C", job.folder};
     all.insert(all.end(), words.begin(), words.end());
-    all.insert(all.end(), further.begin(), further.end());
+    all.insert(all.end(), more_words.begin(), more_words.end());
     return all;
 }
 
 std::vector<int> allFrames(const FarmJob& job) {
     std::vector<int> frames;
-    for (const auto& piece : job.pieces) frames.insert(frames.end(), piece.begin(), piece.end());
+    for (const auto& chunk : job.chunks) frames.insert(frames.end(), chunk.begin(), chunk.end());
     return frames;
 }
 
-std::size_t largestPiece(const FarmJob& job) {
+std::size_t largestChunk(const FarmJob& job) {
     std::size_t largest = 1;
-    for (const auto& piece : job.pieces) largest = std::max(largest, piece.size());
+    for (const auto& chunk : job.chunks) largest = std::max(largest, chunk.size());
     return largest;
 }
 
 std::uint64_t mebibytes(std::uint64_t bytes) { return (bytes >> 20) + 1; }
 
-/// In double quotes, for YAML and JSON.
-std::string inQuotes(const std::string& text) {
+/// Text in double quotes, for YAML and JSON.
+std::string doubleQuoted(const std::string& text) {
     std::string out = "\"";
     for (const char c : text) {
         if (c == '"' || c == '\\') out += '\\';
@@ -74,50 +81,81 @@ std::string inQuotes(const std::string& text) {
     return out + '"';
 }
 
-/// A word of an Open Job Description: nothing in it is to be replaced.
+/// A word of an Open Job Description without references to be replaced.
 std::string literal(const std::string& word) {
     if (word.find("{{") != std::string::npos)
-        throw Error("'" + word + "': {{ begins a reference in an Open Job Description; expected words without it");
-    return inQuotes(word);
+        throw Error("'" + word +
+                    "' contains {{, which begins a reference in an Open Job Description. Use another name.");
+    return doubleQuoted(word);
 }
 
-std::string action(const std::string& name, const std::vector<std::string>& words, const std::string& further,
+std::string action(const std::string& name, const std::vector<std::string>& words, const std::string& last_argument,
                    const std::string& indent) {
     std::string text =
         indent + name + ":\n" + indent + "  command: " + literal(words.front()) + '\n' + indent + "  args: [";
     for (std::size_t i = 1; i < words.size(); ++i) text += (i > 1 ? ", " : "") + literal(words[i]);
-    text += further.empty() ? "" : ", " + further;
+    text += last_argument.empty() ? "" : ", " + last_argument;
     return text + "]\n" + indent +
            "  cancelation: {mode: NOTIFY_THEN_TERMINATE, notifyPeriodInSeconds: " + std::to_string(kNotifySeconds) +
            "}\n";
 }
 
+std::string openJobParameters(const FarmJob& job) {
+    std::string range = printFrames(allFrames(job));
+    std::replace(range.begin(), range.end(), 'x', ':');  // steps as Open Job Description writes them
+    return "parameterDefinitions:\n- {name: Frames, type: STRING, default: " + doubleQuoted(range) +
+           ", description: \"Frames to mesh; write steps as in 1-10:2.\"}\n"
+           "- {name: FramesPerTask, type: INT, minValue: 1, default: " +
+           std::to_string(largestChunk(job)) + "}\n";
+}
+
+std::string openJobHostRequirements(const FarmJob& job) {
+    if (job.threads == 0 && job.memory == 0) return "";
+    std::string text = "  hostRequirements:\n    amounts:\n";
+    if (job.threads > 0) text += "    - {name: amount.worker.vcpu, min: " + std::to_string(job.threads) + "}\n";
+    if (job.memory > 0)
+        text += "    - {name: amount.worker.memory, min: " + std::to_string(mebibytes(job.memory)) + "}\n";
+    return text;
+}
+
+std::string openJobMeshStep(const FarmJob& job) {
+    return "- name: Mesh\n  parameterSpace:\n    taskParameterDefinitions:\n"
+           "    - name: Frame\n      type: CHUNK[INT]\n      range: \"{{Param.Frames}}\"\n      chunks: "
+           "{defaultTaskCount: \"{{Param.FramesPerTask}}\", targetRuntimeSeconds: " +
+           std::to_string(std::lround(std::ceil(job.task_seconds))) + ", rangeConstraint: CONTIGUOUS}\n" +
+           openJobHostRequirements(job) + "  script:\n    actions:\n" +
+           action("onRun", inFolder(job, job.run, {"--skip-existing", "--progress", "openjd", "--frames"}),
+                  "\"{{Task.Param.Frame}}\"", "      ");
+}
+
 struct CommandOutput {
     std::string out;
-    int status = -1;  ///< exit code; -1: it did not run or a signal ended it
+    int status = -1;  ///< exit code; -1: the command did not run or was ended by a signal
 };
 
 CommandOutput outputOf(const std::string& command) {
     CommandOutput result;
     std::FILE* pipe = ::popen(command.c_str(), "r");
     if (pipe == nullptr) return result;
-    std::array<char, 4096> piece{};
-    for (std::size_t n = 0; (n = std::fread(piece.data(), 1, piece.size(), pipe)) > 0;)
-        result.out.append(piece.data(), n);
+    std::array<char, 4096> block{};
+    for (std::size_t n = 0; (n = std::fread(block.data(), 1, block.size(), pipe)) > 0;)
+        result.out.append(block.data(), n);
     const int status = ::pclose(pipe);
     if (WIFEXITED(status)) result.status = WEXITSTATUS(status);
     return result;
 }
 
-/// A script on disk while sbatch reads it.
+/// A temporary script file for sbatch, deleted with this object.
 class ScriptFile {
 public:
     explicit ScriptFile(const std::string& text) {
         const int file = ::mkstemp(path_.data());
         std::FILE* stream = file < 0 ? nullptr : ::fdopen(file, "w");
-        if (stream == nullptr) throw Error(path_ + ": a script for sbatch cannot be written");
+        if (stream == nullptr)
+            throw Error(path_ + ": this temporary script for sbatch cannot be written. Check the space left in /tmp.");
         const bool whole = std::fwrite(text.data(), 1, text.size(), stream) == text.size();
-        if (std::fclose(stream) != 0 || !whole) throw Error(path_ + ": a script for sbatch cannot be written");
+        if (std::fclose(stream) != 0 || !whole)
+            throw Error(path_ + ": this temporary script for sbatch cannot be written. Check the space left in /tmp.");
     }
     ~ScriptFile() { ::unlink(path_.c_str()); }
     ScriptFile(const ScriptFile&) = delete;
@@ -128,27 +166,35 @@ private:
     std::string path_ = "/tmp/betamesh-sbatch-XXXXXX";
 };
 
-/// The id, and whether sbatch ended well.
-std::pair<std::string, bool> sbatch(const std::string& script, const std::vector<std::string>& further) {
+/// Submits a script. Returns the job id and whether sbatch succeeded.
+std::pair<std::string, bool> sbatch(const std::string& script, const std::vector<std::string>& options) {
     const ScriptFile file(script);
     std::vector<std::string> words{"sbatch", "--parsable"};
-    words.insert(words.end(), further.begin(), further.end());
+    words.insert(words.end(), options.begin(), options.end());
     words.push_back(file.path());
     const CommandOutput result = outputOf(shellWords(words));
     const std::string id = result.out.substr(0, result.out.find_first_of(";\n"));
-    if (id.empty()) throw Error("sbatch did not take the job (exit code " + std::to_string(result.status) + ")");
+    if (id.empty())
+        throw Error("sbatch did not accept the job (exit code " + std::to_string(result.status) +
+                    "). Its message is above.");
     return {id, result.status == 0};
 }
 
 }  // namespace
 
-Farm farmOf(std::string_view word) {
-    if (word == "slurm") return Farm::slurm;
-    if (word == "openjd") return Farm::openjd;
-    if (word == "opencue") return Farm::opencue;
-    if (word == "deadline") return Farm::deadline;
-    if (word == "tractor") return Farm::tractor;
-    throw Error("farm '" + std::string(word) + "': expected one of slurm openjd opencue deadline tractor");
+Farm farmNamed(std::string_view name) {
+    for (const auto& [farm_name, farm] : kFarms)
+        if (farm_name == name) return farm;
+    throw Error("'" + std::string(name) + "' is not a known farm engine. Use one of " + farmNames(", ") + '.');
+}
+
+std::string farmNames(std::string_view separator) {
+    std::string names;
+    for (const auto& entry : kFarms) {
+        if (!names.empty()) names += separator;
+        names += entry.first;
+    }
+    return names;
 }
 
 std::string shellWords(const std::vector<std::string>& words) {
@@ -157,46 +203,46 @@ std::string shellWords(const std::vector<std::string>& words) {
     return text;
 }
 
-std::vector<std::vector<int>> piecesOfEqualCost(const std::vector<FrameTask>& tasks, int threads, double seconds,
-                                                std::size_t most) {
-    std::vector<double> until;  // seconds of all frames up to each
+std::vector<std::vector<int>> chunksOfEqualCost(const std::vector<FrameTask>& tasks, int threads, double seconds,
+                                                std::size_t max_chunks) {
+    std::vector<double> end_seconds;  // estimated time at which each frame ends if all run one after the other
     for (const FrameTask& task : tasks) {
         const double cost = static_cast<double>(task.memory) / (kBytesPerSecond * std::max(1, threads));
-        until.push_back((until.empty() ? 0 : until.back()) + cost + kSecondsOfAFrame);
+        end_seconds.push_back((end_seconds.empty() ? 0 : end_seconds.back()) + cost + kSecondsPerFrame);
     }
-    const double wanted = std::ceil(until.back() / seconds);
+    const double wanted = std::ceil(end_seconds.back() / seconds);
     const std::size_t count =
-        static_cast<std::size_t>(std::clamp(wanted, 1.0, static_cast<double>(std::min(most, tasks.size()))));
-    std::vector<std::vector<int>> pieces(count);
-    for (std::size_t i = 0, piece = 0; i < tasks.size(); ++i) {
-        const std::size_t left = tasks.size() - i;
-        const double middle = until[i] - (until[i] - (i > 0 ? until[i - 1] : 0)) / 2;
-        const double end = until.back() * static_cast<double>(piece + 1) / static_cast<double>(count);
-        const bool full = !pieces[piece].empty() && middle > end;
-        if (piece + 1 < count && (full || left < count - piece)) ++piece;
-        pieces[piece].push_back(tasks[i].frame);
+        static_cast<std::size_t>(std::clamp(wanted, 1.0, static_cast<double>(std::min(max_chunks, tasks.size()))));
+    std::vector<std::vector<int>> chunks(count);
+    for (std::size_t i = 0, chunk = 0; i < tasks.size(); ++i) {
+        const std::size_t frames_left = tasks.size() - i;
+        const double middle = end_seconds[i] - (end_seconds[i] - (i > 0 ? end_seconds[i - 1] : 0)) / 2;
+        const double chunk_end = end_seconds.back() * static_cast<double>(chunk + 1) / static_cast<double>(count);
+        const bool full = !chunks[chunk].empty() && middle > chunk_end;
+        if (chunk + 1 < count && (full || frames_left < count - chunk)) ++chunk;
+        chunks[chunk].push_back(tasks[i].frame);
     }
-    return pieces;
+    return chunks;
 }
 
-std::vector<std::vector<int>> piecesOfFrames(const std::vector<FrameTask>& tasks, std::size_t frames) {
-    std::vector<std::vector<int>> pieces;
+std::vector<std::vector<int>> chunksOfSize(const std::vector<FrameTask>& tasks, std::size_t frames) {
+    std::vector<std::vector<int>> chunks;
     for (std::size_t i = 0; i < tasks.size(); ++i) {
-        if (i % frames == 0) pieces.emplace_back();
-        pieces.back().push_back(tasks[i].frame);
+        if (i % frames == 0) chunks.emplace_back();
+        chunks.back().push_back(tasks[i].frame);
     }
-    return pieces;
+    return chunks;
 }
 
 std::string slurmArray(const FarmJob& job) {
     std::string text = "#!/bin/bash\n#SBATCH --job-name=" + shellWord(job.name) + "\n#SBATCH --array=1-" +
-                       std::to_string(job.pieces.size()) + "\n#SBATCH --requeue\n#SBATCH --open-mode=append\n";
+                       std::to_string(job.chunks.size()) + "\n#SBATCH --requeue\n#SBATCH --open-mode=append\n";
     if (job.threads > 0) text += "#SBATCH --cpus-per-task=" + std::to_string(job.threads) + '\n';
     if (job.memory > 0) text += "#SBATCH --mem=" + std::to_string(mebibytes(job.memory)) + "M\n";
     text += "frames=(";
-    for (std::size_t i = 0; i < job.pieces.size(); ++i) text += (i > 0 ? " " : "") + printFrames(job.pieces[i]);
-    return text + ")\n# exec: scancel and time limits signal this process\nexec " + shellWords(inFolder(job, job.run)) +
-           " --frames \"${frames[SLURM_ARRAY_TASK_ID - 1]}\" --skip-existing\n";
+    for (std::size_t i = 0; i < job.chunks.size(); ++i) text += (i > 0 ? " " : "") + printFrames(job.chunks[i]);
+    return text + ")\n# exec, so that scancel and time limits signal betamesh itself\nexec " +
+           shellWords(inFolder(job, job.run)) + " --frames \"${frames[SLURM_ARRAY_TASK_ID - 1]}\" --skip-existing\n";
 }
 
 std::string slurmReport(const FarmJob& job) {
@@ -205,33 +251,12 @@ std::string slurmReport(const FarmJob& job) {
 }
 
 std::string openJobTemplate(const FarmJob& job) {
-    std::string range = printFrames(allFrames(job));
-    std::replace(range.begin(), range.end(), 'x', ':');
-    const std::vector<std::string> check{job.run.front(), "--version"};
     std::string text =
         "specificationVersion: jobtemplate-2023-09\nextensions: [TASK_CHUNKING]\nname: " +
-        literal(job.name.substr(0, kOpenJobName)) +
-        "\nparameterDefinitions:\n- {name: Frames, type: STRING, default: " + inQuotes(range) +
-        ", description: \"Which frames; steps as in 1-10:2.\"}\n"
-        "- {name: FramesPerTask, type: INT, minValue: 1, default: " +
-        std::to_string(largestPiece(job)) +
-        "}\njobEnvironments:\n# Where the program does not start, no frame is tried.\n- name: betamesh\n  script:\n"
+        literal(job.name.substr(0, kMaxOpenJobNameLength)) + '\n' + openJobParameters(job) +
+        "jobEnvironments:\n# If the program does not start here, no frame is tried.\n- name: betamesh\n  script:\n"
         "    actions:\n" +
-        action("onEnter", check, "", "      ") +
-        "steps:\n- name: Mesh\n  parameterSpace:\n    taskParameterDefinitions:\n"
-        "    - name: Frame\n      type: CHUNK[INT]\n      range: \"{{Param.Frames}}\"\n      chunks: "
-        "{defaultTaskCount: "
-        "\"{{Param.FramesPerTask}}\", targetRuntimeSeconds: " +
-        std::to_string(std::lround(std::ceil(job.task_seconds))) + ", rangeConstraint: CONTIGUOUS}\n";
-    if (job.threads > 0 || job.memory > 0) {
-        text += "  hostRequirements:\n    amounts:\n";
-        if (job.threads > 0) text += "    - {name: amount.worker.vcpu, min: " + std::to_string(job.threads) + "}\n";
-        if (job.memory > 0)
-            text += "    - {name: amount.worker.memory, min: " + std::to_string(mebibytes(job.memory)) + "}\n";
-    }
-    text += "  script:\n    actions:\n" +
-            action("onRun", inFolder(job, job.run, {"--skip-existing", "--progress", "openjd", "--frames"}),
-                   "\"{{Task.Param.Frame}}\"", "      ");
+        action("onEnter", {job.run.front(), "--version"}, "", "      ") + "steps:\n" + openJobMeshStep(job);
     if (!job.report.empty())
         text += "- name: Report\n  dependencies: [{dependsOn: Mesh}]\n  script:\n    actions:\n" +
                 action("onRun", inFolder(job, job.report), "", "      ");
@@ -250,15 +275,16 @@ std::string deadlineCommand(const FarmJob& job) {
     arguments += "--frames <STARTFRAME>-<ENDFRAME>";
     return shellWords({"deadlinecommand", "-SubmitCommandLineJob", "-executable", words.front(), "-arguments",
                        arguments, "-frames", printFrames(allFrames(job)), "-chunksize",
-                       std::to_string(largestPiece(job)), "-name", job.name}) +
+                       std::to_string(largestChunk(job)), "-name", job.name}) +
            '\n';
 }
 
 std::string tractorJob(const FarmJob& job) {
-    // Words in braces are taken as they are, as long as braces in them pair.
+    // Tcl takes a word in braces literally, but a brace or backslash inside could end it early.
     const auto braced = [](const std::string& word) {
         if (word.find_first_of("{}\\") != std::string::npos)
-            throw Error("'" + word + "': a word with a brace or backslash; expected none in a Tractor job");
+            throw Error("'" + word +
+                        "' contains a brace or backslash, which a Tractor job cannot express. Use another name.");
         return '{' + word + '}';
     };
     const auto command = [&](const std::vector<std::string>& words) {
@@ -267,8 +293,8 @@ std::string tractorJob(const FarmJob& job) {
         return text + "} -service {betamesh}";
     };
     std::string text = "Job -title " + braced(job.name) + " -serialsubtasks 1 -subtasks {\n  Task {Mesh} -subtasks {\n";
-    for (const auto& piece : job.pieces) {
-        const std::string frames = printFrames(piece);
+    for (const auto& chunk : job.chunks) {
+        const std::string frames = printFrames(chunk);
         text += "    Task " + braced("frames " + frames) + " -cmds {" +
                 command(inFolder(job, job.run, {"--skip-existing", "--progress", "tractor", "--frames", frames})) +
                 "}\n";
@@ -278,20 +304,20 @@ std::string tractorJob(const FarmJob& job) {
     return text + "}\n";
 }
 
-std::size_t slurmMostTasks() {
+std::size_t maxSlurmTasks() {
     const std::string settings = outputOf("scontrol show config 2>/dev/null").out;
     const std::size_t at = settings.find("MaxArraySize");
     const std::size_t number = at == std::string::npos ? at : settings.find_first_of("0123456789", at);
     const std::size_t size =
-        number == std::string::npos ? kUsualMaxArraySize : std::strtoul(settings.c_str() + number, nullptr, 10);
-    return std::max<std::size_t>(2, size) - 1;  // the largest index is one less, and the first is 1
+        number == std::string::npos ? kDefaultMaxArraySize : std::strtoul(settings.c_str() + number, nullptr, 10);
+    return std::max<std::size_t>(2, size) - 1;  // indices are below MaxArraySize, and ours begin at 1
 }
 
-Submitted submitToSlurm(const FarmJob& job, const std::vector<std::string>& further) {
-    Submitted submitted;
-    std::tie(submitted.array_job, submitted.ok) = sbatch(slurmArray(job), further);
+SlurmJobs submitToSlurm(const FarmJob& job, const std::vector<std::string>& sbatch_options) {
+    SlurmJobs submitted;
+    std::tie(submitted.array_job, submitted.ok) = sbatch(slurmArray(job), sbatch_options);
     if (job.report.empty()) return submitted;
-    // Also after tasks that failed: the report is where one looks then.
+    // afterany: the report also runs after tasks that failed, because it shows which.
     const auto [report, ok] = sbatch(slurmReport(job), {"--dependency=afterany:" + submitted.array_job});
     submitted.report_job = report;
     submitted.ok = submitted.ok && ok;

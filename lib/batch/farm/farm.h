@@ -1,4 +1,4 @@
-// A job in the words of the farm engines that are to run it.
+// Describes a job to farm engines: Slurm, Open Job Description, OpenCue, Deadline and Tractor.
 
 #pragma once
 
@@ -13,65 +13,72 @@ namespace betamesh {
 
 enum class Farm { slurm, openjd, opencue, deadline, tractor };
 
-/// slurm, openjd, opencue, deadline, tractor; throws Error for another word.
-Farm farmOf(std::string_view word);
+/// The engine of a name: slurm, openjd, opencue, deadline or tractor.
+/// errors  any other name
+Farm farmNamed(std::string_view name);
 
-/// A pipeline as tasks for several machines. All share a file system.
+/// The names of all engines with a separator between them.
+std::string farmNames(std::string_view separator);
+
+/// A pipeline divided into tasks for several machines, which share a file system.
 struct FarmJob {
     std::string name;
-    std::string folder;            ///< where relative paths of the pipeline start, absolute
-    std::vector<std::string> run;  ///< words of the command that meshes frames, but for --frames and what is after it
-    std::vector<std::string> report;       ///< words of the command at the end of it all; none: no such task
-    std::vector<std::vector<int>> pieces;  ///< the frames of each task, ascending
-    double task_seconds = 300;             ///< about how long a task is to take
-    int threads = 0;                       ///< of a task; 0: what the farm gives
-    std::uint64_t memory = 0;              ///< a task is likely to take, bytes
+    std::string folder;            ///< absolute path in which tasks start, so that relative paths of the pipeline work
+    std::vector<std::string> run;  ///< command line that meshes frames, without --frames and what follows it
+    std::vector<std::string> report;       ///< command line of the task after all others; empty: no such task
+    std::vector<std::vector<int>> chunks;  ///< the frames of each task, ascending
+    double task_seconds = 300;             ///< intended duration of a task
+    int threads = 0;                       ///< threads per task; 0: what the farm grants
+    std::uint64_t memory = 0;              ///< estimated memory per task in bytes; 0: unknown
 };
 
-/// Frames in contiguous pieces that take about equally long.
+/// Divides the frames into contiguous chunks that take about equally long. Durations are estimated from the sizes of
+/// the input files.
 ///
-/// in      tasks in ascending frames, at least one
-/// seconds that a piece should take, guessed from the sizes of input files
-/// most    pieces; >= 1
-std::vector<std::vector<int>> piecesOfEqualCost(const std::vector<FrameTask>& tasks, int threads, double seconds,
-                                                std::size_t most);
+/// in      tasks: ascending frames, at least one
+///         seconds: intended duration of a chunk
+///         max_chunks: >= 1
+std::vector<std::vector<int>> chunksOfEqualCost(const std::vector<FrameTask>& tasks, int threads, double seconds,
+                                                std::size_t max_chunks);
 
-/// Components of so many frames, the last one maybe of fewer.
-std::vector<std::vector<int>> piecesOfFrames(const std::vector<FrameTask>& tasks, std::size_t frames);
+/// Divides the frames into contiguous chunks of `frames` frames each; the last chunk may have fewer.
+std::vector<std::vector<int>> chunksOfSize(const std::vector<FrameTask>& tasks, std::size_t frames);
 
-/// A batch script whose array has a task for each piece. Tasks go back to the queue when a node fails.
+/// A batch script for an array with one task per chunk. Tasks return to the queue when a node fails.
 std::string slurmArray(const FarmJob& job);
 
-/// A batch script for the end of it all.
+/// A batch script for the report after the array.
 std::string slurmReport(const FarmJob& job);
 
 /// An Open Job Description template, version 2023-09 with TASK_CHUNKING.
-/// errors  words with {{, which would be taken for a reference
+/// errors  a word that contains {{, which the template would take for a reference
 std::string openJobTemplate(const FarmJob& job);
 
-/// The command of a layer of frames, with OpenCue's token.
+/// The command of an OpenCue layer, with OpenCue's token for the frames.
 std::string openCueCommand(const FarmJob& job);
 
-/// A deadlinecommand that submits the job.
+/// A deadlinecommand command line that submits the job to Deadline.
 std::string deadlineCommand(const FarmJob& job);
 
-/// A job script for tractor-spool.
+/// A job script for Tractor's tractor-spool.
 std::string tractorJob(const FarmJob& job);
 
-/// Words that a shell reads back as they are.
+/// Words quoted so that a shell reads them back unchanged.
 std::string shellWords(const std::vector<std::string>& words);
 
-/// Submits with sbatch, first the array, then the report after it. further: words for sbatch, of the array.
-///
-/// out     what was submitted, for people; ok: whether all that sbatch waited for went well
-/// errors  sbatch that is not there or refuses
-struct Submitted {
-    std::string array_job, report_job;  ///< ids; report_job is empty where there is none
-    bool ok = true;
+/// The jobs that were submitted to Slurm.
+struct SlurmJobs {
+    std::string array_job, report_job;  ///< job ids; report_job is empty if there is no report
+    bool ok = true;                     ///< false if sbatch waited for a job that failed
 };
-Submitted submitToSlurm(const FarmJob& job, const std::vector<std::string>& further);
 
-/// How many tasks Slurm takes in one array.
-std::size_t slurmMostTasks();
+/// Submits the array with sbatch, then the report that starts after it.
+///
+/// in      sbatch_options: additional options of sbatch for the array
+/// errors  sbatch is not installed or refuses the job
+SlurmJobs submitToSlurm(const FarmJob& job, const std::vector<std::string>& sbatch_options);
+
+/// The largest number of tasks that Slurm accepts in one array.
+std::size_t maxSlurmTasks();
 
 }  // namespace betamesh

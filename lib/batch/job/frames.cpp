@@ -15,12 +15,12 @@ namespace betamesh {
 namespace {
 
 constexpr std::int64_t kMaxFrames = 10'000'000;
-constexpr int kMaxWidth = 20;  // more zeros than any frame number needs
+constexpr int kMaxWidth = 20;  // digits; no frame number needs as many
 
 bool isDigit(char c) { return c >= '0' && c <= '9'; }
 
-/// A frame number that is the whole text; no plus sign, no spaces.
-std::optional<int> wholeNumber(std::string_view text) {
+/// The frame number if the text is nothing else: no plus sign, no spaces.
+std::optional<int> parseNumber(std::string_view text) {
     int value = 0;
     const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
     if (error != std::errc{} || end != text.data() + text.size()) return std::nullopt;
@@ -36,18 +36,18 @@ std::string zeroFilled(int number, int width) {
     return digits;
 }
 
-struct Place {
+struct Placeholder {
     std::size_t begin = 0;
     std::size_t length = 0;
     int width = 1;
 };
 
-/// The place that begins at this character, if one does.
-std::optional<Place> placeAt(std::string_view text, std::size_t begin) {
+/// The placeholder that begins at this character, if there is one.
+std::optional<Placeholder> placeholderAt(std::string_view text, std::size_t begin) {
     const char first = text[begin];
     if (first == '#' || first == '@') {
         const std::size_t end = std::min(text.find_first_not_of(first, begin), text.size());
-        return Place{begin, end - begin, static_cast<int>(end - begin)};
+        return Placeholder{begin, end - begin, static_cast<int>(end - begin)};
     }
     const bool printf_style = first == '%';
     const bool houdini_style = first == '$' && text.substr(begin + 1, 1) == "F";
@@ -61,24 +61,24 @@ std::optional<Place> placeAt(std::string_view text, std::size_t begin) {
         if (!zero_filled || text.substr(end, 1) != "d") return std::nullopt;
         ++end;
     }
-    const int width = digits.empty() ? 1 : std::max(1, wholeNumber(digits).value_or(1));
-    return Place{begin, end - begin, width};
+    const int width = digits.empty() ? 1 : std::max(1, parseNumber(digits).value_or(1));
+    return Placeholder{begin, end - begin, width};
 }
 
-std::vector<Place> placesIn(std::string_view text) {
-    std::vector<Place> places;
+std::vector<Placeholder> placeholdersIn(std::string_view text) {
+    std::vector<Placeholder> placeholders;
     for (std::size_t i = 0; i < text.size();) {
-        if (const auto place = placeAt(text, i)) {
-            places.push_back(*place);
-            i += place->length;
+        if (const auto placeholder = placeholderAt(text, i)) {
+            placeholders.push_back(*placeholder);
+            i += placeholder->length;
         } else {
             ++i;
         }
     }
-    return places;
+    return placeholders;
 }
 
-/// The number right before the extension: "splash.0012.vdb" -> 12, "drop_-003.ply" -> -3, "drop.ply" -> 0.
+/// The number before the extension: "splash.0012.vdb" -> 12, "drop_-003.ply" -> -3, "drop.ply" -> 0.
 int numberInName(std::string_view name) {
     const std::size_t dot = name.find('.', name.find_last_of("0123456789") + 1);
     std::string_view stem = name.substr(0, dot);
@@ -86,22 +86,22 @@ int numberInName(std::string_view name) {
     while (begin > 0 && isDigit(stem[begin - 1])) --begin;
     if (begin == stem.size()) return 0;
     const bool negative = begin > 1 && stem[begin - 1] == '-' && (stem[begin - 2] == '.' || stem[begin - 2] == '_');
-    return wholeNumber(stem.substr(negative ? begin - 1 : begin)).value_or(0);
+    return parseNumber(stem.substr(negative ? begin - 1 : begin)).value_or(0);
 }
 
 std::string quoted(std::string_view text) { return std::string("'").append(text).append("'"); }
 
 [[noreturn]] void failFrames(std::string_view text, const std::string& why) {
     throw Error("frames '" + std::string(text) + "': " + why +
-                "; expected frames such as 12, 1-100, 1-100x2, -5--1 or 1-10,15,20-30");
+                ". Use a form such as 12, 1-100, 1-100x2, -5--1 or 1-10,15,20-30");
 }
 
-/// One frame number at the front of the rest, which is then shortened.
+/// Parses a frame number at the start of the rest and removes it there.
 int takeNumber(std::string_view text, std::string_view& rest) {
     int value = 0;
     const auto [end, error] = std::from_chars(rest.data(), rest.data() + rest.size(), value);
     if (error == std::errc::result_out_of_range) failFrames(text, "a number is too large");
-    if (error != std::errc{}) failFrames(text, "no frame number at " + quoted(rest));
+    if (error != std::errc{}) failFrames(text, "expected a frame number at " + quoted(rest));
     rest.remove_prefix(static_cast<std::size_t>(end - rest.data()));
     return value;
 }
@@ -113,31 +113,31 @@ FramePattern framePattern(std::string_view path) {
     pattern.text = path;
     const std::size_t slash = path.rfind('/');
     const std::size_t name_begin = slash == std::string_view::npos ? 0 : slash + 1;
-    const auto places = placesIn(path.substr(name_begin));
-    if (places.size() > 1) {
-        throw Error("'" + pattern.text + "': " + std::to_string(places.size()) +
-                    " places for the frame number; expected one, such as name.####.vdb");
+    const auto placeholders = placeholdersIn(path.substr(name_begin));
+    if (placeholders.size() > 1) {
+        throw Error("'" + pattern.text + "': " + std::to_string(placeholders.size()) +
+                    " placeholders for the frame number. Use one, as in name.####.vdb");
     }
-    if (places.empty()) {
-        // A folder called C# is a folder; one called #### was meant to be a frame.
-        for (const Place& place : placesIn(path.substr(0, name_begin))) {
-            if (place.length > 1) {
+    if (placeholders.empty()) {
+        // A folder may be called C#, but #### in a folder name is taken for a mistake.
+        for (const Placeholder& placeholder : placeholdersIn(path.substr(0, name_begin))) {
+            if (placeholder.length > 1) {
                 throw Error("'" + pattern.text +
-                            "': the place for the frame number is in a folder's name; "
-                            "expected it in the file's name, such as folder/name.####.vdb");
+                            "': the placeholder for the frame number is in the name of a folder. Put it into the "
+                            "file name, as in folder/name.####.vdb");
             }
         }
         pattern.head = path;
         return pattern;
     }
-    const Place& place = places.front();
-    if (place.width > kMaxWidth) {
-        throw Error("'" + pattern.text + "': " + std::to_string(place.width) +
-                    " digits for the frame number; at most " + std::to_string(kMaxWidth) + " make sense");
+    const Placeholder& placeholder = placeholders.front();
+    if (placeholder.width > kMaxWidth) {
+        throw Error("'" + pattern.text + "': " + std::to_string(placeholder.width) +
+                    " digits for the frame number. Use at most " + std::to_string(kMaxWidth));
     }
-    pattern.head = path.substr(0, name_begin + place.begin);
-    pattern.tail = path.substr(name_begin + place.begin + place.length);
-    pattern.width = place.width;
+    pattern.head = path.substr(0, name_begin + placeholder.begin);
+    pattern.tail = path.substr(name_begin + placeholder.begin + placeholder.length);
+    pattern.width = placeholder.width;
     pattern.numbered = true;
     return pattern;
 }
@@ -158,7 +158,7 @@ std::string nameForFrameOf(const FramePattern& pattern, std::string_view other) 
 void requirePlaceFor(std::size_t frames, const FramePattern& pattern) {
     if (frames <= 1 || pattern.numbered) return;
     throw Error("'" + pattern.text + "' is one file for " + std::to_string(frames) +
-                " frames; expected a place for the frame number in its name, such as ####");
+                " frames. Add a placeholder for the frame number to its name, such as ####");
 }
 
 std::string folderOf(const std::string& file) {
@@ -179,17 +179,17 @@ std::map<int, std::string> framesOnDisk(const FramePattern& pattern) {
     const std::string folder = folderOf(pattern.head);
     fs::directory_iterator entries(folder, error);
     if (error == std::errc::no_such_file_or_directory || error == std::errc::not_a_directory) return files;
-    if (error) throw Error("'" + folder + "': cannot list the folder: " + error.message());
+    if (error) throw Error("'" + folder + "': the folder cannot be read: " + error.message());
     for (const fs::directory_entry& entry : entries) {
         const std::string name = entry.path().filename().string();
         if (name.size() <= head_name.size() + pattern.tail.size() || !name.starts_with(head_name) ||
             !name.ends_with(pattern.tail)) {
             continue;
         }
-        const auto frame = wholeNumber(
+        const auto frame = parseNumber(
             std::string_view(name).substr(head_name.size(), name.size() - head_name.size() - pattern.tail.size()));
         if (!frame) continue;
-        // Of f.1.vdb and f.0001.vdb only one is what the pattern writes.
+        // Of f.1.vdb and f.0001.vdb only one fits the padding of the pattern.
         std::string file = frameName(pattern, *frame);
         if (fs::path(file).filename().string() == name) files[*frame] = std::move(file);
     }
@@ -199,8 +199,8 @@ std::map<int, std::string> framesOnDisk(const FramePattern& pattern) {
 std::vector<int> parseFrames(std::string_view text) {
     if (text.find(':') != std::string_view::npos) {
         failFrames(text,
-                   "':' is refused because it means a step to OpenJD (1-10:2 is 1,3,5,7,9) and another order of "
-                   "all frames to OpenCue; write the step with x, as in 1-10x2");
+                   "':' is ambiguous: OpenJD reads it as a step (1-10:2 is 1,3,5,7,9), OpenCue as another order of all "
+                   "frames. Write a step with x, as in 1-10x2");
     }
     std::vector<int> frames;
     std::string_view rest = text;
@@ -224,7 +224,7 @@ std::vector<int> parseFrames(std::string_view text) {
         }
         for (std::int64_t frame = first; frame <= last; frame += step) frames.push_back(static_cast<int>(frame));
         if (rest.empty()) break;
-        if (!rest.starts_with(',')) failFrames(text, quoted(rest) + " was not understood");
+        if (!rest.starts_with(',')) failFrames(text, quoted(rest) + " is not understood");
         rest.remove_prefix(1);
     }
     std::sort(frames.begin(), frames.end());
@@ -243,14 +243,14 @@ std::vector<int> chosenFrames(const std::string& frames, const FramePattern& inp
     std::vector<int> chosen;
     for (const auto& file : on_disk) chosen.push_back(file.first);
     if (chosen.empty())
-        throw Error("'" + input.text + "': no such frame on disk; expected files such as " + frameName(input, 1));
+        throw Error("'" + input.text + "': no such file on disk. Expected names such as " + frameName(input, 1));
     return chosen;
 }
 
 std::string printFrames(const std::vector<int>& frames) {
     std::string text;
     for (std::size_t begin = 0; begin < frames.size();) {
-        // The longest run with one step; two frames are a run only when they are neighbours.
+        // The longest run with a constant step. Two frames form a run only if they are neighbours.
         std::size_t end = begin + 1;
         std::int64_t step = 1;
         if (end < frames.size()) {
@@ -272,18 +272,18 @@ std::string printFrames(const std::vector<int>& frames) {
 Chunk parseChunk(std::string_view text) {
     const std::size_t slash = text.find('/');
     if (slash != std::string_view::npos) {
-        const auto index = wholeNumber(text.substr(0, slash));
-        const auto count = wholeNumber(text.substr(slash + 1));
+        const auto index = parseNumber(text.substr(0, slash));
+        const auto count = parseNumber(text.substr(slash + 1));
         if (index && count && 1 <= *index && *index <= *count) return {*index, *count};
     }
-    throw Error("chunk '" + std::string(text) + "': expected i/N with 1 <= i <= N, such as 3/8");
+    throw Error("chunk '" + std::string(text) + "' is invalid. Use i/N with 1 <= i <= N, as in 3/8");
 }
 
 std::vector<int> chunkOf(const std::vector<int>& frames, const Chunk& chunk) {
     const std::size_t count = static_cast<std::size_t>(chunk.count);
     const std::size_t index = static_cast<std::size_t>(chunk.index);
-    const auto place = [&](std::size_t piece) { return static_cast<std::ptrdiff_t>(frames.size() * piece / count); };
-    return {frames.begin() + place(index - 1), frames.begin() + place(index)};
+    const auto end = [&](std::size_t chunks) { return static_cast<std::ptrdiff_t>(frames.size() * chunks / count); };
+    return {frames.begin() + end(index - 1), frames.begin() + end(index)};
 }
 
 }  // namespace betamesh

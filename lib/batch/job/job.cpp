@@ -6,7 +6,6 @@
 #include "batch/platform/frame_lock.h"
 #include "batch/platform/machine.h"
 #include "batch/platform/memory.h"
-#include "batch/platform/scratch_memory.h"
 #include "batch/report/log.h"
 #include "batch/version.h"
 #include "betamesh/error.h"
@@ -36,10 +35,11 @@ namespace {
 namespace fs = std::filesystem;
 using Clock = std::chrono::steady_clock;
 
-constexpr auto kFirstWait = std::chrono::milliseconds(200);  // before an input or output is tried again; then doubled
+constexpr auto kFirstWait =
+    std::chrono::milliseconds(200);  // before reading or writing is tried again; doubles each time
 constexpr auto kLongestWait = std::chrono::milliseconds(5000);
 
-/// Seconds since it was made or last asked.
+/// Seconds since construction or the last call of lap().
 class Stopwatch {
 public:
     double lap() {
@@ -53,31 +53,24 @@ private:
     Clock::time_point begin_ = Clock::now();
 };
 
-/// What the frames of a running job share.
+/// State that the frames of a running job share.
 struct JobState {
     SignalWatch& signals;
     std::atomic<bool> warned_of_velocity = false;
     std::atomic<bool> hinted_at_plane = false;
-    std::mutex mutex{};                         // guards what follows
-    std::map<int, std::string> near_surface{};  ///< what there is of frames of which only that was read
-    std::optional<ScratchMemory> scratch{};     ///< from the first frame on that is too large
-
-    void useScratch(const Plan& plan, const FrameTask& task) {
-        const std::string& folder = plan.config.run.scratch;
-        const std::scoped_lock lock(mutex);
-        if (!scratch) scratch.emplace(plan.memory_budget, folder.empty() ? folderOf(task.output) : folder);
-    }
+    std::mutex mutex{};                         // guards near_surface
+    std::map<int, std::string> near_surface{};  ///< by frame: a line on the particles near its surface
 };
 
-/// Calls what() again after an Error, each time a little later; the last Error is let through.
-template <typename What>
-void retrying(int retries, const What& what) {
+/// Calls attempt(), and again after an Error, up to `retries` times with growing waits. Rethrows the last Error.
+template <typename Attempt>
+void retrying(int retries, const Attempt& attempt) {
     auto wait = kFirstWait;
-    for (int attempt = 0;; ++attempt) {
+    for (int failures = 0;; ++failures) {
         try {
-            return what();
+            return attempt();
         } catch (const Error& error) {
-            if (attempt == retries) throw;
+            if (failures == retries) throw;
             logDetail(std::string(error.what()) + "; trying again");
         }
         std::this_thread::sleep_for(wait);
@@ -89,40 +82,40 @@ void retrying(int retries, const What& what) {
 void declareVelocity(Particles& particles, FrameReport& report, std::atomic<bool>& warned) {
     if (!particles.velocity.empty() || particles.size() == 0) return;
     particles.velocity.assign(particles.size(), Vec3f(0, 0, 0));
-    report.warnings.push_back("no velocity in the input: zero velocities written");
+    report.warnings.push_back("no velocity in the input: zero velocities are written");
     if (!warned.exchange(true)) {
         logWarning(report.input +
-                   ": no velocity (v, velocity or vel): zero velocities are written, here and wherever it is missing");
+                   ": no velocity (v, velocity or vel): zero velocities are written for all frames without it");
     }
 }
 
-/// The file of a frame's picture; empty where none is asked for.
+/// The bytes of the picture of a frame; empty if the plan has no pictures.
 std::string pictureOf(const FrameTask& task, const Plan& plan, const SkinnedFrame& skinned,
                       const Particles& particles) {
     if (!plan.preview) return {};
     const PreviewPlan& preview = *plan.preview;
-    const bool balls = plan.config.preview.show != Show::surface;
-    const Picture picture = balls ? renderFrame({}, ballsOf(particles, preview.ball), preview.camera, preview.look)
-                                  : renderFrame(skinned.mesh, skinned.spheres, preview.camera, preview.look);
+    const bool balls = plan.config.preview.show != ShownGeometry::surface;
+    const Picture picture = balls ? renderFrame({}, ballsOf(particles, preview.ball), preview.camera, preview.settings)
+                                  : renderFrame(skinned.mesh, skinned.spheres, preview.camera, preview.settings);
     return encodePicture(picture, task.picture);
 }
 
 void hintAtPlane(const Particles& particles, const FrameReport& report, std::atomic<bool>& hinted) {
     if (!isPlanar(particles) || hinted.exchange(true)) return;
-    logInfo(report.input + ": all particles have the same z; --dimension 2 makes curves of them");
+    logInfo(report.input + ": all particles have the same z. Use --dimension 2 to get curves");
 }
 
-/// What there is to mesh.
+/// The particles of a frame.
 struct Liquid {
-    Particles particles;              ///< all of them
-    std::optional<NearSurface> near;  ///< or, where they are not all to be in memory, those that this names
+    Particles particles;              ///< all, or those in near->row
+    std::optional<NearSurface> near;  ///< set if only the particles near the surface were read
 };
 
-void noteNearSurface(const NearSurface& near, const FrameTask& task, JobState& job) {
+void recordNearSurface(const NearSurface& near, const FrameTask& task, JobState& job) {
     const std::size_t kept = near.particles - near.leftOut();
     const std::string found = std::to_string(kept) + " of " + std::to_string(near.particles) +
-                              " particles lie near the surface and take about " +
-                              std::to_string((memoryOf(static_cast<double>(kept)) >> 20) + 1) + " MiB with it";
+                              " particles are near the surface and need about " +
+                              std::to_string((memoryOf(static_cast<double>(kept)) >> 20) + 1) + " MiB to mesh";
     logDetail(task.input + ": " + found);
     const std::scoped_lock lock(job.mutex);
     job.near_surface[task.frame] = found;
@@ -131,37 +124,37 @@ void noteNearSurface(const NearSurface& near, const FrameTask& task, JobState& j
 NearSurface nearSurfaceOf(const std::string& file, const SkinParams& skin) {
     constexpr std::size_t kRowsAtOnce = std::size_t{1} << 20;
     NearSurfaceFinder finder(skin);
-    std::vector<Vec3f> waiting;
+    std::vector<Vec3f> batch;
     const auto handOver = [&] {
-        finder.add(waiting);
-        waiting.clear();
+        finder.add(batch);
+        batch.clear();
         leaveIfInterrupted();
     };
     forPositions(file, [&](std::span<const Vec3f> positions) {
-        waiting.insert(waiting.end(), positions.begin(), positions.end());
-        if (waiting.size() >= kRowsAtOnce) handOver();
+        batch.insert(batch.end(), positions.begin(), positions.end());
+        if (batch.size() >= kRowsAtOnce) handOver();
     });
     handOver();
     return finder.find();
 }
 
-/// Reads twice: which particles matter to the surface is known only when all have been seen.
+/// Reads the file twice: first to find the particles near the surface, then to load them.
 Liquid readNearSurface(const FrameTask& task, const AttributeNames& names, const SkinParams& skin, JobState& job) {
     Liquid liquid;
     liquid.near = nearSurfaceOf(task.input, skin);
-    noteNearSurface(*liquid.near, task, job);
+    recordNearSurface(*liquid.near, task, job);
     liquid.particles =
         liquid.near->all ? readParticles(task.input, names) : readParticles(task.input, names, liquid.near->row);
     return liquid;
 }
 
-/// Can a frame be made from the particles near its surface alone?
+/// Whether the output depends on the particles near the surface alone.
 bool needsOnlySurface(const Plan& plan) {
-    const bool shows_particles = plan.preview && plan.config.preview.show != Show::surface;
+    const bool shows_particles = plan.preview && plan.config.preview.show != ShownGeometry::surface;
     return plan.config.surface.dimension == 3 && plan.skin.radius > 0 && !shows_particles;
 }
 
-/// A file that changes while it is read is one that a simulation has not finished.
+/// errors  the file changes while it is read: the simulation is still writing it
 Liquid readInput(const FrameTask& task, const Plan& plan, bool near_surface, Provenance& origin, JobState& job) {
     const AttributeNames names{plan.config.input.velocity, plan.config.input.id};
     const FileFingerprint before = stampOf(task.input);
@@ -174,30 +167,30 @@ Liquid readInput(const FrameTask& task, const Plan& plan, bool near_surface, Pro
     };
     parallelBoth(read, [&] { origin.input = identityOf(task.input); });
     if (stampOf(task.input) != before)
-        throw Error(task.input + ": changed while it was read; expected a finished file");
+        throw Error(task.input + ": changed while it was read. Wait until the simulation has finished the file");
     return liquid;
 }
 
-/// What was written: its size tells whether it is still there.
-void rememberFile(const fs::path& file, const FrameTask& task, Provenance& origin) {
+/// Records a written file with its size, by which a later run tells whether it is still intact.
+void recordFile(const fs::path& file, const FrameTask& task, Provenance& origin) {
     const fs::path name = file.lexically_relative(fs::path(task.output).parent_path());
     origin.files[name.string()] = stampOf(file.string()).bytes;
 }
 
-/// Tells the seconds of each stage as it ends; leaves where nobody waits any more.
+/// Adds up the seconds of each stage. Throws Interrupted between stages once a signal has come.
 class StageWatch {
 public:
     explicit StageWatch(StageSeconds& seconds) : seconds_(seconds) {}
-    void operator()(std::string_view stage) {
+    void operator()(Stage stage) {
         const double lap = stopwatch_.lap();
-        if (stage == "read") seconds_.read += lap;
-        if (stage == "structure") seconds_.structure += lap;
-        if (stage == "tessellate") seconds_.tessellate += lap;
-        if (stage == "smooth") seconds_.smooth += lap;
-        if (stage == "velocity") seconds_.velocity += lap;
-        if (stage == "picture") seconds_.picture += lap;
-        if (stage == "write") seconds_.write += lap;
-        if (stage != "write") leaveIfInterrupted();
+        if (stage == Stage::read) seconds_.read += lap;
+        if (stage == Stage::structure) seconds_.structure += lap;
+        if (stage == Stage::tessellate) seconds_.tessellate += lap;
+        if (stage == Stage::smooth) seconds_.smooth += lap;
+        if (stage == Stage::velocity) seconds_.velocity += lap;
+        if (stage == Stage::picture) seconds_.picture += lap;
+        if (stage == Stage::write) seconds_.write += lap;
+        if (stage != Stage::write) leaveIfInterrupted();
     }
 
 private:
@@ -205,14 +198,14 @@ private:
     Stopwatch stopwatch_;
 };
 
-/// What there is to write of a frame.
+/// The output of a frame.
 struct Surface {
     Spheres spheres;
-    std::string picture;  ///< a file; empty where none is asked for
+    std::string picture;  ///< bytes of the picture file; empty: none
     std::function<void()> write;
 };
 
-/// An empty mesh where there is no input.
+/// The mesh of a frame; empty if its input is missing.
 Surface surfaceOf(const Liquid& liquid, const FrameTask& task, const Plan& plan, StageWatch& watch,
                   FrameReport& report) {
     const Particles& particles = liquid.particles;
@@ -226,15 +219,15 @@ Surface surfaceOf(const Liquid& liquid, const FrameTask& task, const Plan& plan,
     report.vertices = skinned.mesh.position.size();
     report.triangles = skinned.mesh.triangles.size();
     std::string picture = pictureOf(task, plan, skinned, particles);
-    watch("picture");
+    watch(Stage::picture);
     const auto mesh = std::make_shared<Mesh>(std::move(skinned.mesh));
     const auto write = [mesh, &task, &report] {
         std::optional<OutputFile> file;
-        std::future<void> on_disk;  // for which no core need wait
+        std::future<void> on_disk;  // waiting for the disk should occupy no worker thread
         parallelBoth(
             [&] {
                 file.emplace(encodedMesh(task.output, *mesh));
-                on_disk = std::async([&file] { file->commit(); });  // on this thread where there can be no other
+                on_disk = std::async([&file] { file->commit(); });  // on this thread if no other can be started
             },
             [&] { report.measure = measureMesh(*mesh); });
         on_disk.get();
@@ -242,7 +235,7 @@ Surface surfaceOf(const Liquid& liquid, const FrameTask& task, const Plan& plan,
     return {std::move(skinned.spheres), std::move(picture), write};
 }
 
-/// The same in two dimensions.
+/// The curves of a frame in two dimensions.
 Surface planarSurfaceOf(const Liquid& liquid, const FrameTask& task, const Plan& plan, StageWatch& watch,
                         FrameReport& report) {
     const Particles& particles = liquid.particles;
@@ -250,13 +243,13 @@ Surface planarSurfaceOf(const Liquid& liquid, const FrameTask& task, const Plan&
     if (task.action == FrameAction::mesh) *plane = skinPlane(particles, plan.skin, std::ref(watch));
     report.plane = {plane->report, measureCurves(plane->curves), plane->curves.edges.size()};
     report.vertices = plane->curves.position.size();
-    watch("measure");
+    watch(Stage::measure);
     return {plane->spheres, {}, [=, &particles, &task, &plan] {
                 writePlane(task.output, *plane, particles.position, plan.skin, plan.config);
             }};
 }
 
-/// The report is the seal of a frame: it goes first and comes last.
+/// A report beside a mesh means that the frame is complete: it is removed first, and the caller writes it last.
 void writeFrame(const FrameTask& task, const Surface& surface) {
     fs::remove(reportPath(task.output));
     surface.write();
@@ -266,11 +259,6 @@ void writeFrame(const FrameTask& task, const Surface& surface) {
         fs::remove(spheresPath(task.output));
     }
     if (!surface.picture.empty()) writeFile(task.picture, surface.picture);
-}
-
-void noteMemory(FrameReport& report) {
-    report.peak_bytes = peakMemory();
-    report.scratch_bytes = peakScratch();
 }
 
 void meshFrame(const FrameTask& task, const Plan& plan, bool near_surface, FrameReport& report, JobState& job) {
@@ -284,12 +272,13 @@ void meshFrame(const FrameTask& task, const Plan& plan, bool near_surface, Frame
     if (task.action == FrameAction::mesh) {
         retrying(config.run.retries, [&] { liquid = readInput(task, plan, near_surface, *report.origin, job); });
         if (plan.skin.radius == 0)
-            throw Error(task.input + ": could not be read when the spacing was measured, but can be now");
+            throw Error(task.input +
+                        ": could not be read when the spacing was measured, but can be read now. Run the job again");
         declareVelocity(particles, report, job.warned_of_velocity);
         if (!planar) hintAtPlane(particles, report, job.hinted_at_plane);
-        watch("read");
+        watch(Stage::read);
     } else {
-        report.warnings.push_back("no input: an empty mesh written, as run.on_missing says");
+        report.warnings.push_back("no input: an empty mesh is written (run.on_missing)");
     }
     const Surface surface = (planar ? planarSurfaceOf : surfaceOf)(liquid, task, plan, watch, report);
     report.spheres = surface.spheres.size();
@@ -298,12 +287,12 @@ void meshFrame(const FrameTask& task, const Plan& plan, bool near_surface, Frame
     const FrameLock lock(task.output, leaveIfInterrupted);
     const SignalWatch::Writing writing(job.signals);
     retrying(config.run.retries, [&] { writeFrame(task, surface); });
-    rememberFile(task.output, task, *report.origin);
-    if (report.spheres > 0) rememberFile(spheresPath(task.output), task, *report.origin);
-    if (!surface.picture.empty()) rememberFile(task.picture, task, *report.origin);
-    watch("write");
+    recordFile(task.output, task, *report.origin);
+    if (report.spheres > 0) recordFile(spheresPath(task.output), task, *report.origin);
+    if (!surface.picture.empty()) recordFile(task.picture, task, *report.origin);
+    watch(Stage::write);
     report.seconds.total = total.lap();
-    noteMemory(report);
+    report.peak_bytes = peakMemory();
     retrying(config.run.retries, [&] { writeFile(reportPath(task.output), reportJson(report) + '\n'); });
 }
 
@@ -327,22 +316,23 @@ void fail(FrameReport& report, const std::string& why) {
     logError(report.error);
 }
 
-/// What became of one frame; Interrupted and bad_alloc go through.
+/// Processes one frame. Interrupted and std::bad_alloc are passed on.
 FrameReport frameReport(const FrameTask& task, const Plan& plan, bool near_surface, JobState& job) {
     FrameReport report = reportFor(task, plan);
     switch (task.action) {
         case FrameAction::fail_missing:
-            fail(report, task.input + ": no such file; expected it, or run.on_missing (--on-missing) skip or empty");
+            fail(report,
+                 task.input + ": no such file. Use --on-missing skip or empty (run.on_missing) to continue without it");
             break;
         case FrameAction::refuse_existing:
-            fail(report, task.output + " exists");
+            fail(report, task.output + " already exists");
             break;
         case FrameAction::fail_lost:
             fail(report, task.input + ": " + task.why);
             break;
         case FrameAction::skip_missing:
             report.status = FrameStatus::skipped;
-            report.warnings.push_back("no input: frame left out, as run.on_missing says");
+            report.warnings.push_back("no input: frame left out (run.on_missing)");
             break;
         case FrameAction::skip_existing:
             report.status = FrameStatus::skipped;
@@ -357,16 +347,16 @@ FrameReport frameReport(const FrameTask& task, const Plan& plan, bool near_surfa
                 fail(report, error.what());
             }
     }
-    noteMemory(report);
+    report.peak_bytes = peakMemory();
     return report;
 }
 
-/// May it write something? What ended the process that worked on it may have written before.
+/// Whether files of the frame may be written, or may have been written by a worker that was lost.
 bool writes(FrameAction action) {
     return action == FrameAction::mesh || action == FrameAction::write_empty || action == FrameAction::fail_lost;
 }
 
-/// Those of what is written, and of what is there already; tells which are written to.
+/// The folders of all outputs, and whether this job writes to each.
 std::map<std::string, bool> foldersOf(const std::vector<FrameTask>& tasks) {
     std::map<std::string, bool> folders;
     for (const FrameTask& task : tasks)
@@ -375,7 +365,7 @@ std::map<std::string, bool> foldersOf(const std::vector<FrameTask>& tasks) {
     return folders;
 }
 
-/// Clears what dead jobs left; one that died after the last seal leaves a lock beside frames that are all there.
+/// Removes temporary files and locks of jobs that were killed.
 void sweep(const std::map<std::string, bool>& folders) {
     for (const auto& [folder, is_written_to] : folders) {
         sweepTemporaries(folder);
@@ -383,9 +373,10 @@ void sweep(const std::map<std::string, bool>& folders) {
     }
 }
 
-/// Calls doFrame(i, alone) for the tasks in order, some at once; it returns false where memory ran out. How many fit
-/// shows only on the way, so they go in rounds, each with as many in flight as fit by what is known then. What ran out
-/// of memory is done again alone, with outOfMemory(i) where that is of no use either.
+/// Calls doFrame(i, alone) for all tasks in order, several at once; it returns false if memory ran out. How many frames
+/// fit into memory is learnt from those that have ended, so tasks run in rounds: each round has as many in flight as
+/// the estimates allow when it begins. A frame that ran out of memory is repeated alone; outOfMemory(i) is called if
+/// that fails as well.
 template <typename DoFrame, typename OutOfMemory>
 void runInRounds(const Plan& plan, const DoFrame& doFrame, const OutOfMemory& outOfMemory) {
     const std::vector<FrameTask>& tasks = plan.tasks;
@@ -405,16 +396,16 @@ void runInRounds(const Plan& plan, const DoFrame& doFrame, const OutOfMemory& ou
     };
     for (std::size_t next = 0; next < tasks.size() && caughtSignal() == 0;) {
         const std::size_t first = next, in_flight = fitting(first);
-        const auto goOn = [&] {
+        const auto mayBegin = [&] {
             if (caughtSignal() != 0) return false;
             const std::uint64_t estimate = tasks[next].memory;
-            const bool other_round = anyAgain() || fitting(next) > in_flight + in_flight / 2;
-            if (next > first && (other_round || !memory.hasRoomFor(estimate))) return false;
+            const bool next_round = anyAgain() || fitting(next) > in_flight + in_flight / 2;
+            if (next > first && (next_round || !memory.hasRoomFor(estimate))) return false;
             memory.begins(estimate);
             ++next;
             return true;
         };
-        parallelInFlight(tasks.size() - first, in_flight, goOn, [&](std::size_t i) {
+        parallelInFlight(tasks.size() - first, in_flight, mayBegin, [&](std::size_t i) {
             if (!doFrame(first + i, false)) {
                 const std::scoped_lock lock(mutex);
                 again.push_back(first + i);
@@ -438,19 +429,19 @@ int JobResult::exitCode() const {
     return failed > 0 ? kSomeFailed : kAllWritten;
 }
 
-JobResult runJob(const Plan& plan, SignalWatch& signals, const WorkerEvents& notes, const FrameEnded& frameEnded) {
+JobResult runJob(const Plan& plan, SignalWatch& signals, const WorkerEvents& events, const FrameEnded& frameEnded) {
     const std::map<std::string, bool> folders = foldersOf(plan.tasks);
     for (const auto& [folder, is_written_to] : folders) {
         std::error_code error;
         if (is_written_to) fs::create_directories(folder, error);
-        if (error) throw Error("'" + folder + "': cannot make the folder: " + error.message());
+        if (error) throw Error("'" + folder + "': the folder cannot be created: " + error.message());
     }
     sweep(folders);
     JobResult result;
     std::mutex mutex;  // guards result and frameEnded
     JobState job{signals};
 
-    const auto tell = [&](const FrameReport& report) {
+    const auto finish = [&](const FrameReport& report) {
         const std::scoped_lock lock(mutex);
         if (report.status == FrameStatus::failed) {
             ++result.failed;
@@ -460,14 +451,13 @@ JobResult runJob(const Plan& plan, SignalWatch& signals, const WorkerEvents& not
             ++result.written;
         }
         frameEnded(report);
-        notes.ended(report.frame, report.status);
+        events.ended(report.frame, report.status);
     };
     const auto doFrame = [&](std::size_t i, bool alone) {
         const FrameTask& task = plan.tasks[i];
-        const WorkerEvents::AtWork note(notes, task.frame);
+        const WorkerEvents::AtWork in_progress(events, task.frame);
         try {
-            if ((alone || task.near_surface) && task.action == FrameAction::mesh) job.useScratch(plan, task);
-            tell(frameReport(task, plan, alone || task.near_surface, job));
+            finish(frameReport(task, plan, alone || task.near_surface, job));
         } catch (const Interrupted&) {
         } catch (const std::bad_alloc&) {
             return false;
@@ -477,20 +467,15 @@ JobResult runJob(const Plan& plan, SignalWatch& signals, const WorkerEvents& not
     const auto outOfMemory = [&](std::size_t i) {
         result.out_of_memory = true;
         FrameReport report = reportFor(plan.tasks[i], plan);
-        const std::uint64_t on_disk = peakScratch();
         const std::string& near = job.near_surface[plan.tasks[i].frame];
-        fail(report, "out of memory, with no other frame at work; expected " +
-                         std::to_string((plan.memory_budget >> 20) + 1) + " MiB (run.memory_limit) to be enough" +
-                         (near.empty() ? "" : "; " + near) +
-                         (on_disk > 0 ? "; " + std::to_string((on_disk >> 20) + 1) + " MiB lay on disk" : ""));
-        tell(report);
+        fail(report, "out of memory, although no other frame was in progress; " +
+                         std::to_string((plan.memory_budget >> 20) + 1) + " MiB are not enough (run.memory_limit)" +
+                         (near.empty() ? "" : "; " + near));
+        finish(report);
     };
-    withThreads(plan.threads, [&] {
-        runInRounds(plan, doFrame, outOfMemory);
-        releaseFreeMemory();  // at its end the system would take a process's pages back on one thread
-    });
+    withThreads(plan.threads, [&] { runInRounds(plan, doFrame, outOfMemory); });
 
-    sweep(folders);  // once more: who died shortly before the job began, or during it, may have held files till then
+    sweep(folders);  // again: jobs killed since the first time have left files, too
     if (result.written + result.skipped + result.failed < plan.tasks.size()) result.signal = caughtSignal();
     return result;
 }

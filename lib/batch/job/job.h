@@ -1,4 +1,4 @@
-// Runs a plan: many frames at once, each for itself.
+// Runs the frames of a plan in parallel, independently of each other.
 
 #pragma once
 
@@ -10,13 +10,13 @@
 
 namespace betamesh {
 
-/// What all commands return.
+/// Exit codes of all commands.
 enum ExitCode {
     kAllWritten = 0,
     kSomeFailed = 1,
     kWrongUsage = 2,
     kOutOfMemory = 33,
-    kSignalBase = 128  ///< plus the signal: 130 SIGINT, 143 SIGTERM
+    kSignalBase = 128  ///< plus the number of the signal: 130 SIGINT, 143 SIGTERM
 };
 
 struct JobResult {
@@ -24,21 +24,20 @@ struct JobResult {
     std::size_t skipped = 0;
     std::size_t failed = 0;
     bool out_of_memory = false;
-    int signal = 0;  ///< that ended the job before all frames were begun
+    int signal = 0;  ///< that ended the job before all frames were done; 0: none
     int exitCode() const;
 };
 
-/// Called as each frame ends, in the order in which they end; one thread at a time.
+/// Called for each frame when it ends, from one thread at a time.
 using FrameEnded = std::function<void(const FrameReport&)>;
 
-/// Meshes the frames of a plan. Every frame stands for itself: one that fails does not keep the
-/// others from being written, writes no mesh of its own and leaves an older one as it was.
+/// Meshes the frames of a plan. A frame that fails writes no mesh, leaves an older one as it was, and does not keep
+/// other frames from being written.
 ///
-/// out     for each frame the mesh, its spheres if it has any, then its report; each complete or absent, and of one
-///         writer even where several processes mesh the same frame
+/// out     for each frame the mesh, its spheres if it has any, then its report. Each file is complete or absent. If
+///         several processes mesh the same frame, one complete set of files wins
 /// same    bytes of meshes and spheres for any number of threads and frames in flight
-/// errors  an output folder that cannot be made, before any frame begins; what else goes wrong is in the
-///         reports
-JobResult runJob(const Plan& plan, SignalWatch& signals, const WorkerEvents& notes, const FrameEnded& frameEnded);
+/// errors  an output folder that cannot be created, before any frame is begun; all other errors are in the reports
+JobResult runJob(const Plan& plan, SignalWatch& signals, const WorkerEvents& events, const FrameEnded& frameEnded);
 
 }  // namespace betamesh

@@ -31,7 +31,7 @@ bool exists(const std::string& path) {
     return fs::exists(fs::symlink_status(path, ignored));
 }
 
-/// Gaps are easily a simulation that died: say so, unless the frames have a steady step.
+/// Warns of gaps in the frames on disk, which may come from a simulation that failed, unless the step is constant.
 void noteGaps(const Config& config, const std::vector<int>& frames, std::vector<std::string>& warnings) {
     if (config.frames != "all" || frames.size() < 3) return;
     std::int64_t step = std::int64_t{frames[1]} - frames[0];
@@ -39,25 +39,25 @@ void noteGaps(const Config& config, const std::vector<int>& frames, std::vector<
     for (std::size_t i = 1; i < frames.size(); ++i) {
         if (std::int64_t{frames[i]} - frames[i - 1] != step) {
             warnings.push_back("'" + config.input.path + "': the frames on disk have gaps (" + printFrames(frames) +
-                               "); give --frames to have missing ones treated as on_missing says");
+                               "). Use --frames to choose what happens to missing frames (run.on_missing)");
             return;
         }
     }
 }
 
-/// Why a frame has to be made again in spite of what is on disk; empty if it has not.
+/// Why an existing output has to be made again; empty if it is up to date.
 std::string whyAgain(const FrameTask& task, bool input_exists, const Plan& plan) {
     const auto report = readReport(reportPath(task.output));
     if (!report || !report->origin) return "no manifest";
     const Provenance* origin = &*report->origin;
     if (origin->version != version()) return "made by version " + origin->version;
     if (origin->configuration != plan.configuration) return "other configuration";
-    const bool resolved = plan.skin.radius > 0;  // not where there is no input left
+    const bool resolved = plan.skin.radius > 0;  // false if no input is left
     if (resolved && (origin->radius != plan.skin.radius || origin->spacing != plan.spacing)) return "other radius";
     for (const auto& [name, bytes] : origin->files) {
         std::error_code error;
         if (fs::file_size(fs::path(task.output).parent_path() / name, error) != bytes || error)
-            return name + " is missing or not as it was written";
+            return name + " is missing or was changed";
     }
     if (input_exists && !(origin->input && isSame(task.input, *origin->input))) return "other input";
     return "";
@@ -78,9 +78,11 @@ void refuseExisting(const std::vector<FrameTask>& tasks) {
     const auto refused = [](const FrameTask& task) { return task.action == FrameAction::refuse_existing; };
     const auto count = std::count_if(tasks.begin(), tasks.end(), refused);
     if (count == 0) return;
-    throw Error("'" + std::find_if(tasks.begin(), tasks.end(), refused)->output + "' exists" +
-                (count > 1 ? ", and " + std::to_string(count - 1) + " more outputs" : "") +
-                "; expected none, or --overwrite or --skip-existing");
+    throw Error(std::find_if(tasks.begin(), tasks.end(), refused)->output +
+                (count > 1
+                     ? " and " + std::to_string(count - 1) + " more outputs already exist. Use --overwrite to replace "
+                     : " already exists. Use --overwrite to replace ") +
+                (count > 1 ? "them" : "it") + " or --skip-existing to resume.");
 }
 
 std::string shortNumber(double number) {
@@ -89,14 +91,14 @@ std::string shortNumber(double number) {
     return {text, end};
 }
 
-// Where the paper's smoothing is asked for, its tessellation is meant too.
+/// The paper's smoothing needs its tessellation.
 void agreeOnTessellation(Plan& plan) {
     if (plan.config.smoothing.method != SmoothingMethod::paper || plan.config.surface.kind != SurfaceKind::beta ||
         plan.config.surface.tessellation == Tessellation::paper)
         return;
     plan.config.surface.tessellation = Tessellation::paper;
     plan.warnings.push_back(
-        "smoothing.method paper averages over the paper's fans: surface.tessellation paper is used");
+        "smoothing.method paper needs surface.tessellation paper, which is used instead of the given one");
 }
 
 void agreeOnBubbles(Plan& plan) {
@@ -104,13 +106,15 @@ void agreeOnBubbles(Plan& plan) {
     std::optional<Bubbles>& bubbles = plan.config.features.bubbles;
     const bool can_fill = surface.kind == SurfaceKind::beta && surface.tessellation == Tessellation::complete;
     if (bubbles == Bubbles::fill && !can_fill)
-        plan.warnings.push_back("features.bubbles fill is for surface.tessellation complete: bubbles stay");
+        plan.warnings.push_back("features.bubbles fill needs surface.tessellation complete: bubbles are not filled");
     bubbles = can_fill ? bubbles.value_or(Bubbles::fill) : Bubbles::mesh;
 }
 
-double inWorld(const LengthText& length, double spacing) { return length.value * (length.in_spacings ? spacing : 1); }
+double worldLength(const LengthText& length, double spacing) {
+    return length.value * (length.in_spacings ? spacing : 1);
+}
 
-/// What surface.skin says, or surface.inset in its place; nothing for auto.
+/// surface.skin, or the deprecated surface.inset; nullopt for auto.
 const std::optional<LengthText>& skinText(const Config::Surface& surface) {
     return surface.inset ? surface.inset : surface.skin;
 }
@@ -122,7 +126,7 @@ SkinParams withLengths(SkinParams params, const Config::Surface& surface, double
     const std::optional<LengthText>& given = skinText(surface);
     if (!given) return params;
     const std::string key = surface.inset ? "surface.inset" : "surface.skin";
-    const double length = inWorld(*given, spacing);
+    const double length = worldLength(*given, spacing);
     if (length > 0 && length >= radius) {
         const bool same_unit = given->in_spacings == surface.radius.in_spacings;
         throw Error(key + " is " + textOf(*given) + ", but must be less than surface.radius, which is " +
@@ -138,7 +142,7 @@ SkinParams withLengths(SkinParams params, const Config::Surface& surface, double
     return params;
 }
 
-/// In words, for people.
+/// The skin that replaces an inset, for a warning.
 std::string skinForInset(const LengthText& inset, const LengthText& radius) {
     if (inset.value == 0) return "none";
     const std::string rule = "the radius less the inset";
@@ -146,7 +150,7 @@ std::string skinForInset(const LengthText& inset, const LengthText& radius) {
     return rule + ", " + shortNumber(radius.value - inset.value) + (radius.in_spacings ? "dx" : "");
 }
 
-/// Refuses what is wrong with the skin, as far as that can be told before a spacing is measured.
+/// Checks the skin as far as possible before the spacing is measured.
 void agreeOnSkin(Plan& plan) {
     const Config::Surface& surface = plan.config.surface;
     if (surface.inset && surface.skin)
@@ -160,7 +164,7 @@ void agreeOnSkin(Plan& plan) {
         const auto resolved = resolveRadius(plan.config, {});
         withLengths(plan.skin, surface, resolved->radius, resolved->spacing);
     } else {
-        const double large_enough = 2 * length->value;  // where the radius is not known in the same unit
+        const double large_enough = 2 * length->value;  // stands for a radius that is given in the other unit
         withLengths(plan.skin, surface, length->in_spacings ? surface.radius.value : large_enough, 1);
     }
 }
@@ -190,13 +194,13 @@ void planRadius(Plan& plan, const std::map<int, std::string>& on_disk, const Pla
     if (!resolved) return;
     plan.spacing = resolved->spacing;
     plan.skin = withLengths(plan.skin, plan.config.surface, resolved->radius, resolved->spacing);
-    plan.skin.smoothing_width = inWorld(plan.config.smoothing.width, resolved->spacing);
+    plan.skin.smoothing_width = worldLength(plan.config.smoothing.width, resolved->spacing);
     const Config::Features& features = plan.config.features;
     if (features.bubble_volume > 0)
         plan.skin.features.bubble_volume =
             features.bubble_volume * std::pow(resolved->spacing, plan.config.surface.dimension);
     else
-        plan.skin.features.bubble_gap = inWorld(features.bubble_gap, resolved->spacing);
+        plan.skin.features.bubble_gap = worldLength(features.bubble_gap, resolved->spacing);
     const double skin = skinDepth(plan.skin, plan.config.surface.dimension);
     plan.notes.push_back("radius " + shortNumber(resolved->radius) +
                          (skin > 0 ? ", skin " + shortNumber(skin) : std::string()) + ", spacing " +
@@ -204,7 +208,7 @@ void planRadius(Plan& plan, const std::map<int, std::string>& on_disk, const Pla
     plan.warnings.insert(plan.warnings.end(), resolved->warnings.begin(), resolved->warnings.end());
 }
 
-/// Where the camera stands must not depend on which frames are meshed here: every frame on disk is looked at.
+/// The camera is derived from all frames on disk, so that it does not depend on which of them are meshed by this job.
 void planPictures(Plan& plan, const std::map<int, std::string>& on_disk, const PlanOptions& options) {
     const Config::Preview& preview = plan.config.preview;
     if (preview.path.empty()) return;
@@ -212,8 +216,9 @@ void planPictures(Plan& plan, const std::map<int, std::string>& on_disk, const P
     Extent extent(plan.config.preview);
     if (needsExtent(plan.config))
         extent = extentOf(on_disk, plan.config, plan.skin.radius, options.notes, options.history.last_loss.empty());
-    plan.preview = planPreview(plan.config, extent, preview.show == Show::particles ? small : plan.skin.radius);
-    plan.preview->look.layers = isExr(preview.path);
+    plan.preview =
+        planPreview(plan.config, extent, preview.show == ShownGeometry::particles ? small : plan.skin.radius);
+    plan.preview->settings.layers = isExr(preview.path);
     plan.notes.push_back("camera " + describe(*plan.preview));
 }
 
@@ -255,17 +260,16 @@ std::uint64_t memoryBudget(const Config& config) {
 int threadsOf(const Config& config) { return config.run.threads > 0 ? config.run.threads : availableThreads(); }
 
 Plan planJob(const Config& config, const PlanOptions& options) {
-    if (config.input.path.empty()) throw Error("no input; expected input.path, such as sim/splash.####.vdb");
-    if (config.output.path.empty()) throw Error("no output; expected output.path, such as mesh/splash.####.ply");
+    if (config.input.path.empty()) throw Error("no input. Set input.path, as in sim/splash.####.vdb");
+    if (config.output.path.empty()) throw Error("no output. Set output.path, as in mesh/splash.####.ply");
     if (options.overwrite && options.skip_existing)
-        throw Error("--overwrite and --skip-existing: expected one of them");
+        throw Error("--overwrite and --skip-existing cannot be used together");
     requireParticleExtension(config.input.path);
     const FramePattern input = framePattern(config.input.path);
     const FramePattern output = framePattern(config.output.path);
     const FramePattern picture = framePattern(config.preview.path);
     if (!config.preview.path.empty() && config.surface.dimension == 2)
-        throw Error(
-            "preview.path: pictures are of surfaces in three dimensions; expected none, or an .svg as output.path");
+        throw Error("preview.path: pictures need surface.dimension 3. In two dimensions write an .svg (output.path)");
 
     Plan plan;
     plan.config = config;
@@ -276,6 +280,9 @@ Plan planJob(const Config& config, const PlanOptions& options) {
     agreeOnSkin(plan);
     requireDimension(plan.config, plan.skin);
     plan.threads = threadsOf(config);
+    if (!config.run.scratch.empty())
+        plan.warnings.push_back(
+            "run.scratch has no effect any more: data that does not fit into memory is no longer kept on disk");
 
     const auto on_disk = framesOnDisk(input);
     const std::vector<int> frames = chosenFrames(config.frames, input, on_disk);
@@ -288,7 +295,7 @@ Plan planJob(const Config& config, const PlanOptions& options) {
         if (!config.preview.path.empty()) task.picture = frameName(picture, frame);
         std::error_code ignored;
         if (task.input == task.output || fs::equivalent(task.input, task.output, ignored)) {
-            throw Error("'" + task.output + "' is both input and output; expected two files");
+            throw Error(task.output + " is both input and output. Choose another output.path");
         }
         plan.tasks.push_back(std::move(task));
     }

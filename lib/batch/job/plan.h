@@ -1,10 +1,10 @@
-// What a job is going to do, decided before anything is written.
+// Plans a job: what is done with each frame, and with which parameters. Nothing is written yet.
 
 #pragma once
 
 #include "batch/config/config.h"
 #include "batch/job/frames.h"
-#include "batch/job/preview.h"
+#include "batch/job/render_frames.h"
 #include "batch/platform/worker.h"
 
 #include <optional>
@@ -15,12 +15,12 @@ namespace betamesh {
 
 enum class FrameAction {
     mesh,            ///< read, skin, write
-    write_empty,     ///< no input; an empty mesh was asked for
-    skip_missing,    ///< no input; to be left out
-    fail_missing,    ///< no input; an error
-    fail_lost,       ///< ended the process that worked on it
-    skip_existing,   ///< the output is there, and would be made the same again
-    refuse_existing  ///< something is there; only in plans that are not run
+    write_empty,     ///< the input is missing; run.on_missing is empty
+    skip_missing,    ///< the input is missing; run.on_missing is skip
+    fail_missing,    ///< the input is missing; run.on_missing is error
+    fail_lost,       ///< the frame ended an earlier worker process
+    skip_existing,   ///< the output exists and is up to date
+    refuse_existing  ///< an output exists and must not be replaced; only in plans of a dry run
 };
 
 const char* actionName(FrameAction action);
@@ -30,53 +30,56 @@ struct FrameTask {
     std::string input;
     std::string output;
     FrameAction action = FrameAction::mesh;
-    std::string picture{};      ///< empty: none
-    std::string why{};          ///< an output that is there is made again
-    std::uint64_t memory = 0;   ///< that the frame is likely to take at its peak, bytes
-    bool near_surface = false;  ///< that is too much: only particles near the surface are to be in memory
+    std::string picture{};      ///< path; empty: no picture
+    std::string why{};          ///< why an existing output is made again, or why the frame was lost
+    std::uint64_t memory = 0;   ///< estimated peak memory of the frame, bytes
+    bool near_surface = false;  ///< the frame does not fit: load only the particles near its surface
 };
 
 struct PlanOptions {
     Chunk chunk;
     bool overwrite = false;
     bool skip_existing = false;
-    bool dry_run = false;  ///< an existing output does not end the planning; reads only to tell what may be skipped
-    JobHistory history{};  ///< frames that ended are left out, those that began may have left files
-    WorkerEvents notes{};    ///< told what is read to measure the spacing
+    bool dry_run = false;  ///< tolerate existing outputs; read inputs only to find what may be skipped
+    JobHistory history{};  ///< frames that ended are left out; frames that were begun may have left files
+    WorkerEvents notes{};  ///< receives the frames that are read to measure spacing and camera
 };
 
 struct Plan {
     Config config;
-    std::string configuration;     ///< its fingerprint
+    std::string configuration;     ///< fingerprint of the configuration
     std::vector<FrameTask> tasks;  ///< ascending frames
-    SkinParams skin;               ///< its radius is 0 when no frame could be read to measure it
+    SkinParams skin;               ///< radius is 0 if no frame could be read to measure the spacing
     double spacing = 0;            ///< world units
     std::optional<PreviewPlan> preview;
     int threads = 1;
-    std::size_t frames_in_flight = 1;   ///< at most; fewer where memory is short
-    std::uint64_t memory_budget = 0;    ///< for all frames at work, bytes
-    std::vector<std::string> notes;     ///< for the log
-    std::vector<std::string> warnings;  ///< for the log
+    std::size_t frames_in_flight = 1;   ///< at most; fewer if memory is short
+    std::uint64_t memory_budget = 0;    ///< for all frames in progress together, bytes
+    std::vector<std::string> notes;     ///< lines for the log
+    std::vector<std::string> warnings;  ///< lines for the log
 };
 
-/// How many threads a job uses: as many as it says, or as the machine grants.
+/// The threads of a job: run.threads, or availableThreads() if that is auto.
 int threadsOf(const Config& config);
 
-/// For all that is at work at once, bytes. What the machine has is not all for this process, and a limit that is
-/// enforced counts memory that is set aside but not held.
+/// The memory for all frames in progress together, bytes: four fifths of run.memory_limit or of availableMemory(). The
+/// rest is for other processes, and for memory that is allocated but not used, which an enforced limit counts.
 std::uint64_t memoryBudget(const Config& config);
 
-/// errors  paths that are missing or do not fit together; no frame at all; an output that exists while
-///         neither overwrite nor skip_existing is set; a spacing that cannot be measured
+/// Plans a job. Reads inputs to measure the particle spacing and to place the camera, if the configuration needs that.
+///
+/// errors  missing or contradictory paths; no frames; an output that exists although neither overwrite nor
+///         skip_existing is set; a spacing that cannot be measured
 Plan planJob(const Config& config, const PlanOptions& options);
 
-/// A line of --dry-run.
+/// The line of --dry-run for a frame.
 std::string taskLine(const FrameTask& task);
 
-/// The report beside an output: "o.0001.ply" -> "o.0001.ply.json".
+/// The path of the report beside an output: "o.0001.ply" -> "o.0001.ply.json".
 std::string reportPath(const std::string& output);
 
-/// The spheres beside an output: "o.0001.ply" -> "o.0001.spheres.ply". An .obj or .svg cannot hold a radius: .ply then.
+/// The path of the spheres beside an output: "o.0001.ply" -> "o.0001.spheres.ply". .ply for .obj and .svg, which cannot
+/// store a radius.
 std::string spheresPath(const std::string& output);
 
 }  // namespace betamesh

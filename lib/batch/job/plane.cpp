@@ -24,7 +24,7 @@ std::vector<Layer> layersOf(const std::vector<std::string>& names) {
     for (const std::string& name : names) {
         const auto found =
             std::find_if(kLayers.begin(), kLayers.end(), [&](const auto& layer) { return layer.first == name; });
-        if (found == kLayers.end()) throw Error("'" + name + "' was found; expected names of layers");
+        if (found == kLayers.end()) throw Error("'" + name + "' is no layer");
         layers.push_back(found->second);
     }
     std::sort(layers.begin(), layers.end());
@@ -40,7 +40,7 @@ PlaneBounds boundsOf(const std::string& text) {
     const bool read =
         in && in.eof() && std::all_of(std::begin(comma), std::end(comma), [](char c) { return c == ','; });
     if (!read || !(bounds.low.x < bounds.high.x) || !(bounds.low.y < bounds.high.y))
-        throw Error("'" + text + "' was found; expected auto, or the lowest x and y, then the highest: 0,0,4,2.5");
+        throw Error("'" + text + "' is invalid. Use auto, or the lowest x and y and then the highest, as in 0,0,4,2.5");
     return bounds;
 }
 
@@ -52,7 +52,7 @@ void requireDimension(const Config& config, const SkinParams& params) {
     }
     if (isPicture(config.output.path)) return;
     if (config.picture.layers != Config{}.picture.layers || config.picture.bounds != Config{}.picture.bounds)
-        throw Error("'" + config.output.path + "' is no picture; expected an .svg for picture.layers and .bounds");
+        throw Error("picture.layers and picture.bounds are for .svg output; the output is " + config.output.path);
 }
 
 void writePlane(const std::string& output, const SkinnedPlane& plane, const std::vector<Vec3f>& centres,

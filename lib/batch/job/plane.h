@@ -1,4 +1,4 @@
-// Frames in two dimensions: what a job may ask of them, and writing them.
+// Frames in two dimensions: checks of the configuration, output as curves or as a picture.
 
 #pragma once
 
@@ -10,16 +10,18 @@
 
 namespace betamesh {
 
-/// errors  an output that has no place for what surface.dimension asks for; in two dimensions keys that only three
-/// know;
-///         keys of pictures where none are written
+/// Checks that configuration and output fit surface.dimension.
+///
+/// errors  an output format that cannot store meshes or curves, whichever is needed; in two dimensions, keys that are
+/// for
+///         three dimensions only; keys of pictures if the output is not a picture
 void requireDimension(const Config& config, const SkinParams& params);
 
-/// What picture.layers and picture.bounds ask for.
+/// The values of picture.layers and picture.bounds.
 std::vector<Layer> layersOf(const std::vector<std::string>& names);
 PlaneBounds boundsOf(const std::string& text);
 
-/// Curves; or, to an .svg, the layers that picture.layers names. centres: of all discs.
+/// Writes the curves; to an .svg, the layers in picture.layers. centres: of all discs, world units.
 void writePlane(const std::string& output, const SkinnedPlane& plane, const std::vector<Vec3f>& centres,
                 const SkinParams& params, const Config& config);
 

@@ -1,4 +1,4 @@
-// The door of xxHash.
+// The wrapper of xxHash.
 
 #include "batch/job/provenance.h"
 
@@ -22,14 +22,15 @@
 namespace betamesh {
 namespace {
 
-constexpr std::streamsize kPiece = std::streamsize{1} << 17;    // bytes read at once
-constexpr std::int64_t kCoarsestClock = 2LL * 1'000'000'000LL;  // nanoseconds: FAT's; others are finer
+constexpr std::streamsize kBlock = std::streamsize{1} << 17;  // bytes read at once
+constexpr std::int64_t kCoarsestClock =
+    2LL * 1'000'000'000LL;  // resolution of file times in nanoseconds: that of FAT, others are finer
 
 [[noreturn]] void failReading(const std::string& file) {
     throw Error(file + ": cannot be read: " + std::generic_category().message(errno));
 }
 
-std::string digits(const XXH128_hash_t& hash) {
+std::string hexDigits(const XXH128_hash_t& hash) {
     std::array<char, 33> text{};
     std::snprintf(text.data(), text.size(), "%016llx%016llx", static_cast<unsigned long long>(hash.high64),
                   static_cast<unsigned long long>(hash.low64));
@@ -46,19 +47,19 @@ std::string fingerprintOfFile(const std::string& file) {
     if (!state) throw std::bad_alloc();
     XXH3_128bits_reset(state.get());
     std::ifstream in(file, std::ios::binary);
-    const auto piece = std::make_unique_for_overwrite<char[]>(kPiece);
-    while (in.read(piece.get(), kPiece) || in.gcount() > 0)
-        XXH3_128bits_update(state.get(), piece.get(), static_cast<std::size_t>(in.gcount()));
+    const auto block = std::make_unique_for_overwrite<char[]>(kBlock);
+    while (in.read(block.get(), kBlock) || in.gcount() > 0)
+        XXH3_128bits_update(state.get(), block.get(), static_cast<std::size_t>(in.gcount()));
     if (!in.eof()) failReading(file);
-    return digits(XXH3_128bits_digest(state.get()));
+    return hexDigits(XXH3_128bits_digest(state.get()));
 }
 
 }  // namespace
 
-std::string fingerprintOf(std::string_view bytes) { return digits(XXH3_128bits(bytes.data(), bytes.size())); }
+std::string fingerprintOf(std::string_view bytes) { return hexDigits(XXH3_128bits(bytes.data(), bytes.size())); }
 
 std::string fingerprintOf(const Config& config) {
-    const auto shapesNothing = [&](const ConfigKey& key) {
+    const auto isIrrelevant = [&](const ConfigKey& key) {
         return key.path.starts_with("run.") || key.path == "frames" || key.path == "preset" ||
                key.path == "input.path" || key.path == "output.path" || key.path == "preview.path" ||
                (key.path.starts_with("preview.") && config.preview.path.empty()) ||
@@ -66,7 +67,7 @@ std::string fingerprintOf(const Config& config) {
     };
     std::string text;
     for (const ConfigKey& key : configKeys())
-        if (!shapesNothing(key)) text += key.path + '=' + key.get(config) + '\n';
+        if (!isIrrelevant(key)) text += key.path + '=' + key.get(config) + '\n';
     return fingerprintOf(std::string_view(text));
 }
 
@@ -78,10 +79,10 @@ FileFingerprint stampOf(const std::string& file) {
 }
 
 FileIdentity identityOf(const std::string& file) {
-    const std::int64_t begun = now();
+    const std::int64_t start = now();
     FileIdentity identity;
     identity.stamp = stampOf(file);
-    if (identity.stamp.modified > begun - kCoarsestClock) identity.stamp.modified = 0;
+    if (identity.stamp.modified > start - kCoarsestClock) identity.stamp.modified = 0;
     identity.content = fingerprintOfFile(file);
     return identity;
 }

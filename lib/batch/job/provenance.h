@@ -1,4 +1,4 @@
-// What the bytes of a mesh were made from, so that a later run can tell whether it would make the same ones.
+// Provenance of meshes: what they were made from, so that a later run can tell whether they are up to date.
 
 #pragma once
 
@@ -12,44 +12,44 @@
 
 namespace betamesh {
 
-/// What the file system says of a file without reading it.
+/// Size and time of a file, known without reading it.
 struct FileFingerprint {
     std::uint64_t bytes = 0;
-    std::int64_t modified = 0;  ///< nanoseconds of the system's clock
+    std::int64_t modified = 0;  ///< nanoseconds since the epoch
     bool operator==(const FileFingerprint&) const = default;
 };
 
 struct FileIdentity {
-    FileFingerprint stamp;      ///< modified is 0 where a change in the same tick of a clock could have gone unnoticed
-    std::string content;  ///< its fingerprint
+    FileFingerprint stamp;  ///< modified is 0 if the file is so new that its time might miss a later change
+    std::string content;    ///< fingerprint of the bytes
 };
 
-/// What a manifest tells of how its frame was made.
+/// The provenance of a frame, as stored in its report.
 struct Provenance {
-    std::string version;        ///< of the program
-    std::string configuration;  ///< fingerprint of the keys that shape the mesh
-    double radius = 0;          ///< world units, as they came out of the configuration and the first frame
-    double spacing = 0;
-    std::optional<FileIdentity> input;           ///< none: there was no input, an empty mesh was asked for
-    std::map<std::string, std::uint64_t> files;  ///< what was written, seen from the manifest's folder: bytes
+    std::string version;                ///< of the program
+    std::string configuration;          ///< fingerprint of the keys that affect the mesh
+    double radius = 0;                  ///< world units, after measuring the spacing
+    double spacing = 0;                 ///< world units
+    std::optional<FileIdentity> input;  ///< nullopt: the input was missing and an empty mesh was written
+    std::map<std::string, std::uint64_t>
+        files;  ///< sizes in bytes of the written files, by path relative to the report
 };
 
-/// 128 bits in hexadecimal digits. Tells files apart, no adversaries.
+/// A 128 bit hash in hexadecimal digits. Not secure against forgery.
 std::string fingerprintOf(std::string_view bytes);
 
-/// Of every key that shapes a mesh, or its picture where there is one: neither paths and frames nor how the job runs.
-/// The values of other configurations differ where their meshes may.
+/// A hash of every key that can affect a mesh or its picture: not of paths, frames and how the job runs.
 std::string fingerprintOf(const Config& config);
 
-/// errors  a file that cannot be looked at
+/// errors  a file that cannot be accessed
 FileFingerprint stampOf(const std::string& file);
 
-/// Reads the file.
+/// Reads the whole file.
 ///
 /// errors  a file that cannot be read
 FileIdentity identityOf(const std::string& file);
 
-/// Whether the file has still, or again, the content it had. Reads it only where its size is right and its time is not.
+/// Whether the file has the same content. Reads it only if its size is the same and its time is not.
 bool isSame(const std::string& file, const FileIdentity& identity);
 
 }  // namespace betamesh

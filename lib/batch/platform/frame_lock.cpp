@@ -20,14 +20,14 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* kSuffix = ".betamesh-lock";
-constexpr std::size_t kMostStem = 200;  // bytes; outputs that differ only later in their names wait for each other
+constexpr std::size_t kMostStem = 200;  // bytes; longer names that are equal up to there share a lock
 constexpr auto kPoll = std::chrono::milliseconds(10);
 
 enum class Attempt {
     locked,
-    taken,      ///< by another
-    gone,       ///< its last holder has removed the file: there may be another by now
-    impossible  ///< no locks here
+    taken,      ///< another process or thread has the lock
+    gone,       ///< the previous owner has removed the file: try again
+    impossible  ///< the file system has no locks
 };
 
 Attempt tryLock(int file, const fs::path& path) {
@@ -41,7 +41,7 @@ Attempt tryLock(int file, const fs::path& path) {
 
 }  // namespace
 
-FrameLock::FrameLock(const fs::path& output, const std::function<void()>& goOn)
+FrameLock::FrameLock(const fs::path& output, const std::function<void()>& whileWaiting)
     : path_(output.parent_path() / ('.' + output.filename().string().substr(0, kMostStem) + kSuffix)) {
     for (;;) {
         file_ = ::open(path_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0666);
@@ -52,13 +52,13 @@ FrameLock::FrameLock(const fs::path& output, const std::function<void()>& goOn)
         file_ = -1;
         if (attempt == Attempt::gone) continue;
         std::this_thread::sleep_for(kPoll);
-        goOn();
+        whileWaiting();
     }
 }
 
 FrameLock::~FrameLock() {
     if (file_ < 0) return;
-    ::unlink(path_.c_str());  // before others may lock it, so that none holds a file without a name for long
+    ::unlink(path_.c_str());  // before unlocking, so that nobody else locks a file that has no name any more
     ::close(file_);
 }
 

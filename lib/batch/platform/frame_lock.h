@@ -1,4 +1,4 @@
-// One writer at a time for the files of a frame, whichever process it is in.
+// A lock on the output files of a frame, between threads, processes and hosts.
 
 #pragma once
 
@@ -7,13 +7,13 @@
 
 namespace betamesh {
 
-/// While it lives no other FrameLock of the same output does, in this process or another, on this host or, where the
-/// file system knows of locks, another. It is a hidden file beside the output, gone at the end; where no such file can
-/// be made or locked there is no lock, and writing the frame will tell.
+/// At most one FrameLock exists per output, among all processes on this host, and on other hosts if the file system
+/// supports locks. It is a hidden file beside the output, which the destructor removes. If that file cannot be created
+/// or locked there is no lock, and the error is left to whoever writes the output.
 class FrameLock {
 public:
-    /// Waits for its turn; meanwhile calls goOn() now and then, which may throw.
-    FrameLock(const std::filesystem::path& output, const std::function<void()>& goOn);
+    /// Waits for the lock. Calls whileWaiting() repeatedly meanwhile, which may throw to give up.
+    FrameLock(const std::filesystem::path& output, const std::function<void()>& whileWaiting);
     ~FrameLock();
     FrameLock(const FrameLock&) = delete;
     FrameLock& operator=(const FrameLock&) = delete;
@@ -23,7 +23,7 @@ private:
     int file_ = -1;
 };
 
-/// Removes locks that ended processes left in a folder, none that is held.
+/// Removes the locks in a folder that killed processes have left. Locks that are held stay.
 void sweepLocks(const std::filesystem::path& folder);
 
 }  // namespace betamesh

@@ -21,15 +21,16 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 constexpr auto kPoll = std::chrono::milliseconds(50);
-constexpr auto kPatience = std::chrono::milliseconds(3000);  // Slurm kills after 30 s, OpenJD after 120 s
+constexpr auto kPatience =
+    std::chrono::milliseconds(3000);  // then the process is ended; Slurm kills after 30 s, OpenJD after 120 s
 
-std::atomic<int> of_this_process = 0;
-std::atomic<int>* caught_signal = &of_this_process;
-static_assert(std::atomic<int>::is_always_lock_free, "a signal handler may only write what needs no lock");
+std::atomic<int> unshared_signal = 0;
+std::atomic<int>* caught_signal = &unshared_signal;
+static_assert(std::atomic<int>::is_always_lock_free, "a signal handler may only use atomics without lock");
 
-void remember(int signal) { *caught_signal = signal; }
+void recordSignal(int signal) { *caught_signal = signal; }
 
-/// Moves it to memory that processes share with those they start.
+/// Moves caught_signal to memory that forked processes share.
 void shareCaughtSignal() {
     void* const shared =
         ::mmap(nullptr, sizeof(std::atomic<int>), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
@@ -37,7 +38,7 @@ void shareCaughtSignal() {
     caught_signal = new (shared) std::atomic<int>(0);
 }
 
-/// What stops a thread from being made is, as a rule, that its stack finds no memory.
+/// Throws std::bad_alloc if the thread cannot be started, which is for lack of memory for its stack as a rule.
 template <typename Body>
 std::jthread newThread(const Body& body) {
     try {
@@ -50,9 +51,9 @@ std::jthread newThread(const Body& body) {
 }  // namespace
 
 void rememberSignals() {
-    if (caught_signal == &of_this_process) shareCaughtSignal();
+    if (caught_signal == &unshared_signal) shareCaughtSignal();
     struct sigaction action {};
-    action.sa_handler = remember;
+    action.sa_handler = recordSignal;
     action.sa_flags = SA_RESTART | static_cast<int>(SA_RESETHAND);
     sigemptyset(&action.sa_mask);
     sigaction(SIGTERM, &action, nullptr);
@@ -78,7 +79,7 @@ void SignalWatch::run(const std::stop_token& stop) {
         if (caughtSignal() == 0) continue;
         if (!caught) caught = Clock::now();
         if (writing_ == 0 && Clock::now() - *caught > kPatience) {
-            logError("interrupted: frames at work are given up");
+            logError("interrupted: frames in progress are given up");
             std::_Exit(kSignalBase + caughtSignal());
         }
     }

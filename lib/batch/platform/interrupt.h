@@ -1,4 +1,4 @@
-// Signals: farms and people ask a job to end; those who read what it says go away.
+// Signals: SIGTERM and SIGINT end a job in order; SIGPIPE does not end it.
 
 #pragma once
 
@@ -7,27 +7,26 @@
 
 namespace betamesh {
 
-/// From here on the first SIGTERM or SIGINT is only remembered, by processes that this one starts too; the second one
-/// ends the process at once.
-/// A pipe whose reader is gone no longer ends the process: frames matter more than who watches them.
+/// From now on the first SIGTERM or SIGINT is only recorded, here and in processes that this one forks; the second one
+/// ends the process at once. SIGPIPE is ignored, so that a job goes on if the reader of its output ends.
 void rememberSignals();
 
-/// SIGTERM, SIGINT, or 0 when none has come.
+/// The recorded signal, SIGTERM or SIGINT; 0 if there was none.
 int caughtSignal();
 
-/// Thrown to leave work that nobody waits for any more.
+/// Thrown to abandon work after a signal.
 struct Interrupted {};
 
-/// Throws Interrupted once a signal has come.
+/// Throws Interrupted if a signal has been recorded.
 void leaveIfInterrupted();
 
-/// Work leaves by itself when a signal has come, at leaveIfInterrupted(); what is still under way some seconds later is
-/// cut off with the process, because a farm would otherwise kill it. Never while files are being written: while a
-/// Writing lives the process goes on, and once a signal has come none begins.
+/// Ends the process some seconds after a signal, if work has not been abandoned at leaveIfInterrupted() by then: a farm
+/// would kill the process later. It does not end the process while files are being written.
 class SignalWatch {
 public:
     SignalWatch();
 
+    /// Lets the process live while it exists. Throws Interrupted if a signal has been recorded.
     class Writing {
     public:
         explicit Writing(SignalWatch& watch);
@@ -43,7 +42,7 @@ private:
     void run(const std::stop_token& stop);
 
     std::atomic<int> writing_ = 0;
-    std::jthread thread_;  // last: outlived by all
+    std::jthread thread_;  // last member: ends before the others are destroyed
 };
 
 }  // namespace betamesh

@@ -1,15 +1,12 @@
 
 #include "batch/platform/machine.h"
 
-#include "batch/platform/huge_pages.h"
 #include "betamesh/error.h"
 
 #include <malloc.h>
 #include <pthread.h>
 #include <sched.h>
 #include <sys/resource.h>
-#include <sys/stat.h>
-#include <sys/sysmacros.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -33,10 +30,11 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr int kLargeBlock = 1 << 18;  // bytes
-constexpr int kHeaps = 2;
+constexpr int kArenas = 2;
+constexpr std::uint64_t kFurtherThreads = 2;  // that a job starts after its memory is limited: signals, writing
 
-/// Where the files of one control group controller are: from the group of this process up to the root.
-/// Covers version 2 (one tree) and version 1 (a tree a controller).
+/// The folders of a control group controller, from the group of this process up to the root. Covers version 2 (one
+/// hierarchy) and version 1 (one hierarchy per controller).
 std::vector<fs::path> groupFolders(const std::string& controller) {
     std::vector<fs::path> folders;
     std::ifstream groups("/proc/self/cgroup");
@@ -57,7 +55,7 @@ std::vector<fs::path> groupFolders(const std::string& controller) {
     return folders;
 }
 
-/// The number at the front of a file; nothing when the file is absent or says "max".
+/// The number at the start of a file; nullopt if the file is absent or contains "max".
 std::optional<double> numberIn(const fs::path& file) {
     std::ifstream in(file);
     double number = 0;
@@ -65,7 +63,7 @@ std::optional<double> numberIn(const fs::path& file) {
     return std::nullopt;
 }
 
-/// The number behind a word in a file of lines "word number".
+/// The number after a word in a file of lines "word number".
 std::optional<double> valueIn(const fs::path& file, const std::string& word) {
     std::ifstream lines(file);
     for (std::string line; std::getline(lines, line);) {
@@ -77,15 +75,15 @@ std::optional<double> valueIn(const fs::path& file, const std::string& word) {
     return std::nullopt;
 }
 
-/// A column of /proc/self/statm, counted from 0; bytes.
-std::uint64_t pagesOf(int column) {
+/// A column of /proc/self/statm, counted from 0, in bytes.
+std::uint64_t statmBytes(int column) {
     std::ifstream in("/proc/self/statm");
     std::uint64_t pages = 0;
     for (int i = 0; i <= column; ++i) in >> pages;
     return pages * static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE));
 }
 
-/// Processors' worth of time the containers around this process grant it.
+/// The processor time per second that the containers around this process grant it.
 std::optional<double> processorQuota() {
     std::optional<double> least;
     const auto take = [&](double processors) { least = std::min(least.value_or(processors), processors); };
@@ -101,13 +99,21 @@ std::optional<double> processorQuota() {
     return least;
 }
 
-std::uint64_t stackOfAThread() {
+std::uint64_t threadStackBytes() {
     std::size_t bytes = 0;
-    pthread_attr_t usual;
-    if (pthread_getattr_default_np(&usual) != 0) return bytes;
-    pthread_attr_getstacksize(&usual, &bytes);
-    pthread_attr_destroy(&usual);
+    pthread_attr_t attributes;
+    if (pthread_getattr_default_np(&attributes) != 0) return bytes;
+    pthread_attr_getstacksize(&attributes, &bytes);
+    pthread_attr_destroy(&attributes);
     return bytes;
+}
+
+/// Limits the heap of this process. False if the system refuses.
+bool setDataLimit(std::uint64_t bytes) {
+    rlimit limit{};
+    getrlimit(RLIMIT_DATA, &limit);
+    limit.rlim_cur = std::min<rlim_t>(bytes, limit.rlim_max);
+    return setrlimit(RLIMIT_DATA, &limit) == 0;
 }
 
 std::optional<int> numberFromEnvironment(const char* name) {
@@ -140,7 +146,7 @@ std::uint64_t availableMemory() {
             if (const auto limit = numberIn(folder / name)) bytes = std::min(bytes, *limit);
         }
     }
-    // Slurm's own enforcement need not be a container.
+    // Slurm does not have to enforce its limit by a container.
     if (const auto granted = numberFromEnvironment("SLURM_MEM_PER_NODE")) bytes = std::min(bytes, *granted * 1048576.0);
     return static_cast<std::uint64_t>(bytes);
 }
@@ -148,7 +154,7 @@ std::uint64_t availableMemory() {
 std::uint64_t freeMemory() {
     auto bytes = static_cast<double>(availableMemory());
     if (const auto machine = valueIn("/proc/meminfo", "MemAvailable:")) bytes = std::min(bytes, *machine * 1024.0);
-    for (const fs::path& folder : groupFolders("memory")) {  // version 2; the first version tells in other words
+    for (const fs::path& folder : groupFolders("memory")) {  // version 2 only: version 1 names these files differently
         const auto limit = numberIn(folder / "memory.max");
         const auto used = numberIn(folder / "memory.current");
         const auto cached = valueIn(folder / "memory.stat", "inactive_file");
@@ -157,56 +163,35 @@ std::uint64_t freeMemory() {
     return static_cast<std::uint64_t>(bytes);
 }
 
-std::uint64_t currentMemory() { return pagesOf(1); }
+std::uint64_t currentMemory() { return statmBytes(1); }
 
 std::uint64_t peakMemory() {
     rusage usage{};
     getrusage(RUSAGE_SELF, &usage);
-    return static_cast<std::uint64_t>(usage.ru_maxrss) * 1024;  // Linux counts in KiB
-}
-
-std::uint64_t readAhead(int file) {
-    struct stat status = {};
-    if (::fstat(file, &status) != 0) return 0;
-    const std::string device = std::to_string(major(status.st_dev)) + ':' + std::to_string(minor(status.st_dev));
-    for (const fs::path& place :
-         {fs::path("/sys/dev/block") / device / "queue", fs::path("/sys/dev/block") / device / "../queue",
-          fs::path("/sys/class/bdi") / device})
-        if (const auto kibibytes = numberIn(place / "read_ahead_kb"))
-            return static_cast<std::uint64_t>(*kibibytes) * 1024;
-    return 0;
+    return static_cast<std::uint64_t>(usage.ru_maxrss) * 1024;  // ru_maxrss is in KiB
 }
 
 void keepFreedMemory() {
     mallopt(M_MMAP_THRESHOLD, std::numeric_limits<int>::max());
     mallopt(M_TRIM_THRESHOLD, std::numeric_limits<int>::max());
-    useHugePages();
 }
 
-void releaseFreeMemory() {
-    malloc_trim(0);
-    releaseFreeHugePages();
-}
+void releaseFreeMemory() { malloc_trim(0); }
 
 void returnFreedMemory() {
-    // Large blocks go back at once, small ones are not scattered over many heaps.
     mallopt(M_MMAP_THRESHOLD, kLargeBlock);
     mallopt(M_TRIM_THRESHOLD, kLargeBlock);
-    mallopt(M_ARENA_MAX, kHeaps);
+    mallopt(M_ARENA_MAX, kArenas);  // small blocks spread over fewer arenas leave fewer partly used pages
     malloc_trim(0);
-    leaveHugePages();
 }
+
+void limitToMachine() { setDataLimit(availableMemory()); }
 
 void limitMemory(std::uint64_t bytes) {
     returnFreedMemory();
-    std::uint64_t data = pagesOf(5);  // what RLIMIT_DATA counts: the heap, and the stacks of threads in full
-    data += 2 * stackOfAThread();     // a job makes one that waits for signals, and one that trims scratch memory
-    rlimit limit{};
-    getrlimit(RLIMIT_DATA, &limit);
-    limit.rlim_cur = std::min<rlim_t>(bytes + data, limit.rlim_max);
-    if (setrlimit(RLIMIT_DATA, &limit) != 0) {
+    const std::uint64_t now = statmBytes(5);  // RLIMIT_DATA counts the heap and the whole stacks of threads
+    if (!setDataLimit(bytes + now + kFurtherThreads * threadStackBytes()))
         throw Error("memory limit of " + std::to_string(bytes) + " bytes: " + std::strerror(errno));
-    }
 }
 
 }  // namespace betamesh

@@ -1,4 +1,4 @@
-// What this process may use of the machine: processors, memory.
+// The share of the machine that this process may use: processors and memory.
 
 #pragma once
 
@@ -6,36 +6,38 @@
 
 namespace betamesh {
 
-/// The least of: processors this process may run on, its container's quota, SLURM_CPUS_PER_TASK,
+/// The smallest of: the processors this process may run on, the quota of its container, SLURM_CPUS_PER_TASK,
 /// CUE_THREADS. At least 1.
 int availableThreads();
 
-/// The least of: the machine's memory, its container's limit, SLURM_MEM_PER_NODE. Bytes.
+/// The smallest of: the memory of the machine, the limit of its container, SLURM_MEM_PER_NODE. Bytes.
 std::uint64_t availableMemory();
 
-/// What is left of availableMemory() by the use of all processes, bytes. What can be dropped from caches counts as
-/// left.
+/// The part of availableMemory() that no process uses, bytes. Caches that the system can drop count as unused.
 std::uint64_t freeMemory();
 
-/// The memory this process holds, and the most it has held at once, bytes.
+/// The resident memory of this process, now and at its peak, bytes.
 std::uint64_t currentMemory();
 std::uint64_t peakMemory();
 
-/// How much the system reads at once of a file that is mapped, bytes; 0 where it does not tell.
-std::uint64_t readAhead(int file);
-
-/// Keeps what is freed for later allocations: of a frame's time a tenth and more would go into pages that the system
-/// takes back and hands out again, cleared. Large blocks lie in huge pages.
+/// Makes malloc keep freed memory for later allocations. Returning it to the system and getting it back, cleared page
+/// by page, would take a tenth of the time of a frame.
 void keepFreedMemory();
 
-/// Gives the system back what this process holds for later allocations.
+/// Returns the memory that malloc keeps to the system, once.
 void releaseFreeMemory();
 
-/// Gives it back as soon as it is freed, from here on.
+/// Undoes keepFreedMemory(): from now on freed memory returns to the system early.
 void returnFreedMemory();
 
-/// From here on allocations that together would take this many bytes more than the process has now throw
-/// std::bad_alloc. The stacks of two more threads do not count.
+/// Makes allocations throw std::bad_alloc if this process would exceed availableMemory(). Where the system refuses
+/// the limit there is none.
+void limitToMachine();
+
+/// Makes allocations throw std::bad_alloc if this process would exceed its present memory by more than this many bytes.
+/// The stacks of two further threads do not count.
+///
+/// errors  the system refuses the limit
 void limitMemory(std::uint64_t bytes);
 
 }  // namespace betamesh

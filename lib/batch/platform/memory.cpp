@@ -13,13 +13,14 @@
 namespace betamesh {
 namespace {
 
-// A particle of a splash takes 800 to 1500 bytes with its share of the surface, and so many on disk:
-constexpr std::array<std::pair<std::string_view, double>, 4> kFileBytesOfParticle{
+// Measured on splashes: 800 to 1500 bytes per particle with its share of the surface. On disk a particle takes
+constexpr std::array<std::pair<std::string_view, double>, 4> kFileBytesPerParticle{
     {{".vdb", 12}, {".gz", 14}, {".ply", 28}, {".bgeo", 32}}};
-constexpr double kBytesOfParticle = 1400;
+constexpr double kBytesPerParticle = 1400;
 
-constexpr std::uint64_t kProgram = std::uint64_t{32} << 20;  // threads and libraries take as much, whatever the frames
-constexpr double kMargin = 1.25;  // frames that have not been at their peaks together may be so later
+constexpr std::uint64_t kProgram = std::uint64_t{32}
+                                   << 20;  // bytes for threads and libraries, independent of the frames
+constexpr double kMargin = 1.25;  // frames that have not reached their peaks at the same time yet may do so later
 constexpr double kLeastScale = 0.1, kLargestScale = 20;
 
 }  // namespace
@@ -28,13 +29,13 @@ std::uint64_t workingMemory(const std::string& input) {
     std::error_code error;
     const auto bytes = static_cast<double>(std::filesystem::file_size(input, error));
     if (error) return 0;
-    double of_particle = kFileBytesOfParticle.front().second;
-    for (const auto& [extension, file_bytes] : kFileBytesOfParticle)
-        if (input.ends_with(extension)) of_particle = file_bytes;
-    return memoryOf(bytes / of_particle);
+    double per_particle = kFileBytesPerParticle.front().second;
+    for (const auto& [extension, file_bytes] : kFileBytesPerParticle)
+        if (input.ends_with(extension)) per_particle = file_bytes;
+    return memoryOf(bytes / per_particle);
 }
 
-std::uint64_t memoryOf(double particles) { return static_cast<std::uint64_t>(particles * kBytesOfParticle); }
+std::uint64_t memoryOf(double particles) { return static_cast<std::uint64_t>(particles * kBytesPerParticle); }
 
 MemoryWatch::MemoryWatch(std::uint64_t budget)
     : budget_(static_cast<double>(budget)), before_(currentMemory() + kProgram) {}

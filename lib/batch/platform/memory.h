@@ -1,4 +1,4 @@
-// How much memory frames take: guessed before they are read, corrected by what earlier ones took.
+// Estimates the memory of frames before they are read, and corrects the estimates by the memory that frames have used.
 
 #pragma once
 
@@ -8,23 +8,24 @@
 
 namespace betamesh {
 
-/// What a frame is likely to take at its peak, by the size and the format of its file; bytes. 0 where there is no file.
+/// The estimated peak memory of a frame in bytes, from the size and format of its file. 0 if there is no file.
 std::uint64_t workingMemory(const std::string& input);
 
-/// What particles with their share of the surface are likely to take; bytes.
+/// The estimated memory of particles and the surface around them, bytes.
 std::uint64_t memoryOf(double particles);
 
-/// Decides how many frames may be at work at once. Estimates are those of workingMemory(); they are trusted until
-/// frames have ended, then scaled by what the process has held while so and so much was at work.
+/// Decides how many frames may be in progress at once. Estimates are those of workingMemory(). Once frames have ended,
+/// they are scaled by the ratio of the peak memory of the process to the estimates of the frames in progress then.
 class MemoryWatch {
 public:
-    /// budget: bytes that all frames at work may take together.
+    /// budget: memory for all frames in progress together, bytes.
     explicit MemoryWatch(std::uint64_t budget);
 
-    /// Frames of such an estimate that fit at once, at least 1.
+    /// The number of frames with this estimate that fit together, at least 1.
     std::size_t fitting(std::uint64_t estimate) const;
 
-    /// Whether there is room for one more beside those at work, in the budget and on the machine.
+    /// Whether another frame fits, both into the budget and into the free memory of the machine. Always true for the
+    /// first.
     bool hasRoomFor(std::uint64_t estimate) const;
 
     void begins(std::uint64_t estimate);
@@ -34,11 +35,11 @@ public:
 private:
     double scale() const;
 
-    mutable std::mutex mutex_;  // guards what follows
+    mutable std::mutex mutex_;  // guards all members
     double budget_;
-    std::uint64_t before_;  // what the process held when it was made
+    std::uint64_t before_;  // memory of the process at construction, plus a constant
     std::size_t count_ = 0, ended_ = 0;
-    std::uint64_t at_work_ = 0, most_at_work_ = 0;  // sums of estimates
+    std::uint64_t at_work_ = 0, most_at_work_ = 0;  // sums of estimates: now, at most
 };
 
 }  // namespace betamesh

@@ -7,7 +7,6 @@
 #include "batch/report/log.h"
 #include "batch/report/report.h"
 #include "betamesh/error.h"
-#include "io/vdb_process.h"
 
 #include <fcntl.h>
 #include <poll.h>
@@ -21,8 +20,12 @@
 #include <chrono>
 #include <csignal>
 #include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
 #include <optional>
 #include <sstream>
+#include <thread>
 #include <utility>
 
 namespace betamesh {
@@ -32,16 +35,29 @@ using Clock = std::chrono::steady_clock;
 
 constexpr std::chrono::duration<double, std::milli> kLongestPoll = std::chrono::hours(1);
 
-/// In one piece in the pipe, from whichever thread.
-struct Note {
+/// Smaller than PIPE_BUF, so that events from several threads do not mix in the pipe.
+struct Event {
     int frame;
     enum { measuring, meshing, left, written, skipped, failed } what;
 };
 
-void writeNote(int pipe, const Note& note) {
+void writeEvent(int pipe, const Event& event) {
     if (pipe < 0) return;
-    while (::write(pipe, &note, sizeof note) < 0 && errno == EINTR) {
+    while (::write(pipe, &event, sizeof event) < 0 && errno == EINTR) {
     }
+}
+
+/// False at the end of the pipe.
+bool readEvent(int pipe, Event& event) {
+    std::array<char, sizeof(Event)> bytes{};
+    for (std::size_t have = 0; have < bytes.size();) {
+        const ssize_t count = ::read(pipe, bytes.data() + have, bytes.size() - have);
+        if (count < 0 && errno == EINTR) continue;
+        if (count <= 0) return false;
+        have += static_cast<std::size_t>(count);
+    }
+    std::memcpy(&event, bytes.data(), sizeof event);
+    return true;
 }
 
 struct Worker {
@@ -49,78 +65,64 @@ struct Worker {
     int pipe;
 };
 
-bool readNote(int pipe, Note& note) {
-    std::array<char, sizeof(Note)> bytes{};
-    for (std::size_t have = 0; have < bytes.size();) {
-        const ssize_t count = ::read(pipe, bytes.data() + have, bytes.size() - have);
-        if (count < 0 && errno == EINTR) continue;
-        if (count <= 0) return false;
-        have += static_cast<std::size_t>(count);
-    }
-    std::memcpy(&note, bytes.data(), sizeof note);
-    return true;
-}
-
-/// What a worker that has ended leaves unfinished.
+/// What a worker has left unfinished when it ends.
 struct Unfinished {
-    std::map<int, Clock::time_point> frames;  ///< and since when they were at work
+    std::map<int, Clock::time_point> frames;  ///< in progress, with the time at which each was begun
     bool measuring = false;
-    std::optional<int> overdue;    ///< a frame for which it was ended
-    bool overdue_did_end = false;  ///< though, in the same moment
+    std::optional<int> overdue;    ///< the frame that exceeded the time limit, for which the worker was killed
+    bool overdue_did_end = false;  ///< the overdue frame ended just before the kill
 };
 
-/// Waits for the worker to say something, or to end. Returns the first frame that takes too long, if one does.
-std::optional<int> wait(int pipe, const Unfinished& left, std::chrono::duration<double> timeout) {
+/// Waits for an event or the end of the pipe. Returns the first frame to exceed the time limit, if any does meanwhile.
+std::optional<int> waitForEvent(int pipe, const Unfinished& left, std::chrono::duration<double> timeout) {
     const auto begunBefore = [](const auto& a, const auto& b) { return a.second < b.second; };
     for (;;) {
         const auto oldest = std::min_element(left.frames.begin(), left.frames.end(), begunBefore);
         std::chrono::duration<double, std::milli> rest = kLongestPoll;
         if (timeout.count() > 0 && oldest != left.frames.end()) rest = timeout - (Clock::now() - oldest->second);
         if (rest.count() <= 0) return oldest->first;
-        pollfd note{pipe, POLLIN, 0};  // a signal wakes poll(); ThreadSanitizer delivers none to a read() that waits
-        if (::poll(&note, 1, static_cast<int>(std::min(rest, kLongestPoll).count()) + 1) > 0) return std::nullopt;
+        pollfd poll_pipe{pipe, POLLIN,
+                         0};  // poll() rather than read(): ThreadSanitizer delivers no signal during read()
+        if (::poll(&poll_pipe, 1, static_cast<int>(std::min(rest, kLongestPoll).count()) + 1) > 0) return std::nullopt;
     }
 }
 
-/// Until the worker has ended; ends it where a frame takes longer than timeout.
-Unfinished follow(const Worker& worker, JobHistory& history, std::chrono::duration<double> timeout) {
+/// Follows a worker until it ends, updates the history, and kills the worker if a frame exceeds the time limit.
+Unfinished followWorker(const Worker& worker, JobHistory& history, std::chrono::duration<double> timeout) {
     Unfinished left;
     for (;;) {
         if (!left.overdue) {
-            left.overdue = wait(worker.pipe, left, timeout);
+            left.overdue = waitForEvent(worker.pipe, left, timeout);
             if (left.overdue) ::kill(worker.process, SIGKILL);
         }
-        Note note{};
-        if (!readNote(worker.pipe, note)) break;
-        if (note.what == Note::measuring || note.what == Note::meshing) {
-            left.measuring = note.what == Note::measuring;
-            left.frames[note.frame] = Clock::now();
+        Event event{};
+        if (!readEvent(worker.pipe, event)) break;
+        if (event.what == Event::measuring || event.what == Event::meshing) {
+            left.measuring = event.what == Event::measuring;
+            left.frames[event.frame] = Clock::now();
             continue;
         }
-        left.frames.erase(note.frame);
-        if (note.what == Note::left) continue;
-        history.begun.erase(note.frame);
-        history.ended.insert(note.frame);
-        ++(note.what == Note::written   ? history.written
-           : note.what == Note::skipped ? history.skipped
-                                        : history.failed);
+        left.frames.erase(event.frame);
+        if (event.what == Event::left) continue;
+        history.begun.erase(event.frame);
+        history.ended.insert(event.frame);
+        ++(event.what == Event::written   ? history.written
+           : event.what == Event::skipped ? history.skipped
+                                          : history.failed);
     }
     left.overdue_did_end = left.overdue && !left.frames.contains(*left.overdue);
     return left;
 }
 
-/// Signals by which a library or the system ends a process, not a person.
+/// Whether a worker was ended by a signal that means a crash or a lack of memory, rather than a request by the user.
 bool isLoss(int status) {
     constexpr std::array kSignals{SIGABRT, SIGBUS, SIGFPE, SIGILL, SIGKILL, SIGSEGV};
-    if (!WIFSIGNALED(status)) return false;
-    for (const int signal : kSignals)
-        if (WTERMSIG(status) == signal) return true;
-    return false;
+    return WIFSIGNALED(status) && std::find(kSignals.begin(), kSignals.end(), WTERMSIG(status)) != kSignals.end();
 }
 
 std::string lossBy(int signal) {
     const std::string name = "was ended by signal " + std::to_string(signal) + " (" + ::strsignal(signal) + ')';
-    return signal == SIGKILL ? name + ", as systems send it that run out of memory" : name;
+    return signal == SIGKILL ? name + ", which the system sends when memory runs out" : name;
 }
 
 std::string lossBy(std::chrono::duration<double> timeout) {
@@ -129,38 +131,66 @@ std::string lossBy(std::chrono::duration<double> timeout) {
     return text.str();
 }
 
-/// Where a worker was lost, as the end of a sentence.
-std::string placeOf(const Unfinished& left) {
-    if (left.frames.empty()) return ", before frames were begun or after they ended";
+/// Continues the sentence of JobHistory::last_loss where the job cannot go on.
+std::string whenLost(const Unfinished& left) {
+    if (left.frames.empty()) return " while no frame was in progress";
     std::string frames;
     for (const auto& frame : left.frames) frames += (frames.empty() ? "" : ", ") + std::to_string(frame.first);
-    return ", while spacing and camera were measured in frame " + frames +
-           "; expected them to be readable, or --spacing and where the camera stands";
+    return " while spacing and camera were measured in frame " + frames +
+           ". Repair or remove the frame, or set --spacing and the camera";
 }
 
-/// A worker, or in it itself: process 0, and the end of the pipe that is written.
+/// The state of a thread as the kernel names it; S: asleep.
+char stateOfThread(const std::filesystem::path& thread) {
+    std::ifstream file(thread / "stat");
+    const std::string line{std::istreambuf_iterator<char>(file), {}};
+    const std::size_t name_end = line.rfind(')');
+    return name_end + 2 < line.size() ? line[name_end + 2] : 'S';
+}
+
+/// OpenVDB's log (log4cplus) starts a pool of threads when it is loaded. A child inherits locks but not the threads
+/// that hold them, so a fork has to wait until these threads have started and are idle. Gives up after a second.
+void awaitIdleThreads() {
+    const std::string self = std::to_string(::getpid());
+    const auto latest = Clock::now() + std::chrono::seconds(1);
+    for (bool any_running = true; any_running && Clock::now() < latest;) {
+        any_running = false;
+        for (const auto& thread : std::filesystem::directory_iterator("/proc/self/task"))
+            any_running |= thread.path().filename() != self && stateOfThread(thread) != 'S';
+        if (any_running) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+}
+
+/// In the supervisor: the worker and the end of the pipe to read from. In the worker: process 0, the end to write to.
 Worker startWorker() {
-    const pid_t watching = ::getpid();
+    const pid_t supervisor = ::getpid();
     std::array<int, 2> pipe{};
     if (::pipe2(pipe.data(), O_CLOEXEC) != 0)
-        throw Error(std::string("a pipe to a process cannot be made: ") + std::strerror(errno));
+        throw Error(std::string("cannot create a pipe for a worker process: ") + std::strerror(errno));
+    awaitIdleThreads();
     const pid_t worker = ::fork();
-    if (worker < 0) throw Error(std::string("a process cannot be made: ") + std::strerror(errno));
+    if (worker < 0) throw Error(std::string("cannot start a worker process: ") + std::strerror(errno));
     if (worker == 0) {
         ::prctl(PR_SET_PDEATHSIG, SIGKILL);
-        if (::getppid() != watching) ::_exit(kSignalBase + SIGKILL);  // ended in between
+        if (::getppid() != supervisor) ::_exit(kSignalBase + SIGKILL);  // the supervisor ended before prctl()
     }
     ::close(pipe[worker == 0 ? 0 : 1]);
     return {worker, pipe[worker == 0 ? 1 : 0]};
 }
 
-/// Its status, when it has ended.
-int statusOf(const Worker& worker) {
+/// Waits for the end of the process.
+int exitStatusOf(const Worker& worker) {
     ::close(worker.pipe);
     int status = 0;
     while (::waitpid(worker.process, &status, 0) < 0 && errno == EINTR) {
     }
     return status;
+}
+
+Watched inWorker(int pipe, JobHistory history, bool reads_vdb) {
+    keepFreedMemory();
+    if (reads_vdb) limitToMachine();
+    return {true, WorkerEvents(pipe), std::move(history), 0};
 }
 
 }  // namespace
@@ -170,30 +200,29 @@ std::map<int, std::string> measurableOf(std::map<int, std::string> files, const 
     return files;
 }
 
-WorkerEvents::AtWork::AtWork(const WorkerEvents& notes, int frame, Doing doing) : notes_(notes), frame_(frame) {
-    writeNote(notes_.pipe_, {frame_, doing == Doing::measuring ? Note::measuring : Note::meshing});
+WorkerEvents::AtWork::AtWork(const WorkerEvents& events, int frame, Doing doing) : events_(events), frame_(frame) {
+    writeEvent(events_.pipe_, {frame_, doing == Doing::measuring ? Event::measuring : Event::meshing});
 }
 
-WorkerEvents::AtWork::~AtWork() { writeNote(notes_.pipe_, {frame_, Note::left}); }
+WorkerEvents::AtWork::~AtWork() { writeEvent(events_.pipe_, {frame_, Event::left}); }
 
 void WorkerEvents::ended(int frame, FrameStatus status) const {
-    writeNote(pipe_, {frame, status == FrameStatus::failed    ? Note::failed
-                             : status == FrameStatus::skipped ? Note::skipped
-                                                              : Note::written});
+    writeEvent(pipe_, {frame, status == FrameStatus::failed    ? Event::failed
+                              : status == FrameStatus::skipped ? Event::skipped
+                                                               : Event::written});
 }
 
 Watched superviseWorkers(bool reads_vdb, double timeout) {
+#if defined(__SANITIZE_THREAD__)
+    return inWorker(-1, {}, reads_vdb);  // ThreadSanitizer checks nothing in the child of a process that has threads
+#endif
     const std::chrono::duration<double> longest(timeout);
     JobHistory history;
     for (;;) {
         const Worker worker = startWorker();
-        if (worker.process == 0) {
-            keepFreedMemory();  // here: huge pages that two processes have would be copied in small ones
-            if (reads_vdb) startVdbProcess();
-            return {true, WorkerEvents(worker.pipe), std::move(history), 0};
-        }
-        const Unfinished left = follow(worker, history, longest);
-        const int status = statusOf(worker);
+        if (worker.process == 0) return inWorker(worker.pipe, std::move(history), reads_vdb);
+        const Unfinished left = followWorker(worker, history, longest);
+        const int status = exitStatusOf(worker);
         if (WIFEXITED(status)) return {false, {}, {}, WEXITSTATUS(status)};
         const int signal = WTERMSIG(status);
         if (caughtSignal() != 0) return {false, {}, {}, kSignalBase + caughtSignal()};
@@ -201,18 +230,19 @@ Watched superviseWorkers(bool reads_vdb, double timeout) {
         const bool by_memory = signal == SIGKILL && !left.overdue;
         history.kills += by_memory ? 1 : 0;
         history.last_loss = left.overdue ? "frame " + std::to_string(*left.overdue) + ' ' + lossBy(longest)
-                                         : "a process " + lossBy(signal);
+                                         : "a worker process " + lossBy(signal);
         for (const auto& frame : left.frames) history.begun.insert(frame.first);
         if (left.overdue_did_end) continue;
         if (left.frames.empty() || (left.measuring && signal == SIGKILL)) {
-            logError(history.last_loss + placeOf(left));
+            logError(history.last_loss + whenLost(left));
             return {false, {}, {}, by_memory ? kOutOfMemory : kSomeFailed};
         }
         if (left.frames.size() > 1 && !left.overdue) continue;
         const int frame = left.overdue.value_or(left.frames.begin()->first);
-        const std::string why = left.overdue ? lossBy(longest)
-                                             : "the process that worked on it " + lossBy(signal) +
-                                                   "; expected a file that is not damaged, and enough memory";
+        const std::string why =
+            left.overdue ? lossBy(longest)
+                         : "the process that worked on it " + lossBy(signal) +
+                               ". Check whether the file is damaged and whether there is enough memory for it";
         history.lost[frame] = why;
         if (left.measuring) history.unmeasured[frame] = why;
         history.out_of_memory = history.out_of_memory || by_memory;

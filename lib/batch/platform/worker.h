@@ -1,5 +1,5 @@
-// A job in a process of its own: what ends that process, a library that gives up or a system short of memory, does not
-// end the job.
+// Runs a job in a worker process under supervision. A crash in a library, a frame that takes too long or a system that
+// runs out of memory ends the worker, but not the job.
 
 #pragma once
 
@@ -12,66 +12,74 @@ namespace betamesh {
 
 enum class FrameStatus;
 
-/// What workers before this one did; nothing in the first.
+/// What earlier workers of the same job have done. Empty in the first worker.
 struct JobHistory {
     std::set<int> ended;                               ///< frames
-    std::size_t written = 0, skipped = 0, failed = 0;  ///< of these
-    std::set<int> begun;              ///< at work when a worker was lost, and not ended since; may have left files
-    std::map<int, std::string> lost;  ///< those of them that are not to be begun again, and why: words of an error
-    std::map<int, std::string> unmeasured;  ///< those of these that the job was being planned by
-    int kills = 0;                          ///< workers lost as systems do it that run out of memory
-    bool out_of_memory = false;             ///< one frame alone was enough for that
-    std::string last_loss;                  ///< what ended the last worker; empty: there was none
+    std::size_t written = 0, skipped = 0, failed = 0;  ///< how many of the ended frames
+    std::set<int> begun;              ///< in progress when a worker was lost, not ended since; may have left files
+    std::map<int, std::string> lost;  ///< frames that must not be tried again, with the reason for the error message
+    std::map<int, std::string> unmeasured;  ///< the lost frames that were being measured to plan the job
+    int kills = 0;                          ///< workers ended by SIGKILL, as the system does when memory runs out
+    bool out_of_memory = false;             ///< a single frame was enough for that
+    std::string last_loss;                  ///< how the last worker ended; empty if none was lost
 };
 
-/// Those of the files of all frames that a job may be planned by.
+/// The files, by frame, that may be used to plan the job: all but history.unmeasured.
 std::map<int, std::string> measurableOf(std::map<int, std::string> files, const JobHistory& history);
 
-/// What a worker says of its frames to the process that watches over it. From any thread.
+/// Reports the progress of a worker to its supervisor. Safe to call from any thread.
 class WorkerEvents {
 public:
-    /// Tells nobody.
+    /// Reports to nobody.
     WorkerEvents() = default;
-    /// Writes to a pipe.
+    /// Writes to this end of a pipe.
     explicit WorkerEvents(int pipe) : pipe_(pipe) {}
 
-    enum class Doing { meshing, measuring };  // what the job is planned by
+    enum class Doing { meshing, measuring };  ///< measuring: reading a frame to plan the job (spacing, camera)
 
-    /// While it lives, a frame is at work.
+    /// Marks a frame as in progress during the lifetime of the object.
     class AtWork {
     public:
-        AtWork(const WorkerEvents& notes, int frame, Doing doing = Doing::meshing);
+        AtWork(const WorkerEvents& events, int frame, Doing doing = Doing::meshing);
         ~AtWork();
         AtWork(const AtWork&) = delete;
         AtWork& operator=(const AtWork&) = delete;
 
     private:
-        const WorkerEvents& notes_;
+        const WorkerEvents& events_;
         int frame_;
     };
 
-    /// Nothing of a frame is left to do.
+    /// Reports that a frame is complete, or has failed for good.
     void ended(int frame, FrameStatus status) const;
 
 private:
     int pipe_ = -1;
 };
 
-/// Where a worker came from: true in the worker, with what it is to know; false in the process that watched, when all
-/// is over, with the exit code.
-///
-/// To be called once, before the process has a second thread. reads_vdb: .vdb files may be read, which another process
-/// does for a worker (io/vdb_process.h). Frames that were at work when a worker was lost are begun again, one after the
-/// other; one that ends a worker alone is lost. So is one that takes longer than `timeout`, in seconds (0: any time is
-/// well), for which its worker is ended. Where that happens while the job is being planned, or memory runs out then,
-/// all is over: another frame would give another spacing. Signals reach the worker by rememberSignals(), which comes
-/// before.
+/// Where superviseWorkers() has returned.
 struct Watched {
-    bool working = false;
-    WorkerEvents notes;
-    JobHistory history;
-    int exit_code = 0;
+    bool working = false;  ///< true in a worker, false in the supervisor
+    WorkerEvents notes;    ///< in a worker: reports to the supervisor
+    JobHistory history;    ///< in a worker: what earlier workers have done
+    int exit_code = 0;     ///< in the supervisor: the exit code of the job
 };
+
+/// Starts a worker process, which returns at once and does the job. The calling process becomes its supervisor: it
+/// starts a new worker whenever one is lost, and returns when the job has ended.
+///
+/// A worker is lost if a signal such as SIGSEGV or SIGKILL ends it, or if a frame takes longer than `timeout` (then the
+/// supervisor kills it). The next worker repeats the frames that were in progress, one at a time; a frame that ends a
+/// worker alone is given up (JobHistory::lost). The job ends with an error if a worker is lost while no frame is in
+/// progress, or for lack of memory or time while the job is being planned: leaving out that frame would silently
+/// change the measured spacing.
+///
+/// Call it once, before this process has started threads, after rememberSignals(), through which signals reach workers.
+///
+/// in      reads_vdb: the job may read .vdb files. OpenVDB allocates whatever sizes a damaged file contains, so workers
+///         are then limited to the memory of the machine (availableMemory())
+///         timeout: seconds per frame; 0: no limit
+/// errors  the system refuses a process or a pipe
 Watched superviseWorkers(bool reads_vdb, double timeout = 0);
 
 }  // namespace betamesh

@@ -1,4 +1,4 @@
-// The door of spdlog.
+// The only file that uses spdlog.
 
 #include "batch/report/log.h"
 
@@ -15,7 +15,6 @@ namespace betamesh {
 namespace {
 
 constexpr const char* kEraseLine = "\r\033[K";
-constexpr std::size_t kLogFileBytes = 10'000'000, kLogFiles = 5;
 
 struct Log {
     std::mutex mutex;
@@ -32,10 +31,10 @@ struct Log {
 
     void line(spdlog::level::level_enum level, const std::string& text) {
         const std::scoped_lock lock(mutex);
-        const bool seen = terminal->should_log(level);
-        if (seen && !footer.empty()) std::fputs(kEraseLine, stderr);
+        const bool shown = terminal->should_log(level);
+        if (shown && !footer.empty()) std::fputs(kEraseLine, stderr);
         logger.log(level, spdlog::string_view_t(text));
-        if (seen) drawFooter();
+        if (shown) drawFooter();
     }
 
     void drawFooter() {
@@ -60,13 +59,13 @@ void setLogLevel(LogLevel level) {
 void setLogFile(const std::string& file) {
     Log& log = theLog();
     try {
-        auto sink = std::make_shared<spdlog::sinks::rotating_file_sink_st>(file, kLogFileBytes, kLogFiles);
+        auto sink = std::make_shared<spdlog::sinks::rotating_file_sink_st>(file, kMaxLogFileBytes, kOldLogFiles);
         sink->set_pattern("%Y-%m-%d %H:%M:%S.%e %l: %v");
         const std::scoped_lock lock(log.mutex);
         log.logger.sinks().push_back(std::move(sink));
         log.logger.flush_on(spdlog::level::debug);
     } catch (const spdlog::spdlog_ex& error) {
-        throw Error(file + ": the log cannot be written: " + error.what());
+        throw Error(file + ": the log file cannot be written: " + error.what());
     }
 }
 

@@ -1,23 +1,27 @@
-// What a job says to the person who watches it: lines on stderr, with the time.
+// The log: lines with a time on stderr, and in a file if one is set.
 
 #pragma once
 
+#include <cstddef>
 #include <string>
 
 namespace betamesh {
 
 enum class LogLevel {
-    quiet,   ///< errors
-    normal,  ///< warnings and what is being done
-    verbose  ///< details of every frame
+    quiet,   ///< errors only
+    normal,  ///< also warnings and progress
+    verbose  ///< also details of every frame
 };
 
 void setLogLevel(LogLevel level);
 
-/// From here on everything, details too, goes into this file as well, after what is there. At 10 MB it becomes
-/// NAME.1.EXT, and that NAME.2.EXT and so on; five are kept.
+inline constexpr std::size_t kMaxLogFileBytes = 10'000'000;
+inline constexpr std::size_t kOldLogFiles = 5;
+
+/// From now on, also appends all messages, including details, to a file. At kMaxLogFileBytes the file is renamed to
+/// NAME.1.EXT, the previous NAME.1.EXT to NAME.2.EXT and so on; kOldLogFiles of them are kept.
 ///
-/// errors  a file that cannot be written
+/// errors  the file cannot be written
 void setLogFile(const std::string& file);
 
 void logDetail(const std::string& text);
@@ -25,7 +29,7 @@ void logInfo(const std::string& text);
 void logWarning(const std::string& text);
 void logError(const std::string& text);
 
-/// A line that stays below all others on a terminal; empty: none.
+/// Shows a line below all others on a terminal, such as a progress bar; empty: none.
 void setLogFooter(const std::string& text);
 
 }  // namespace betamesh

@@ -1,4 +1,4 @@
-// Numbers over time as a picture that any browser shows.
+// Line plots as SVG pictures.
 
 #pragma once
 
@@ -10,22 +10,22 @@ namespace betamesh {
 struct PlotLine {
     std::string name;
     std::string colour;         ///< as in CSS
-    std::vector<double> value;  ///< one for each of Plot::at; none is drawn where the axis has no place for it
+    std::vector<double> value;  ///< one per entry of Plot::at; not drawn if NaN, or not positive on a logarithmic axis
 };
 
-/// Lines over a plain horizontal axis.
+/// Lines over a linear horizontal axis.
 struct Plot {
     std::string title;
-    std::string across, up;  ///< what the axes show
-    std::vector<double> at;  ///< ascending
+    std::string x_label, y_label;  ///< of the axes
+    std::vector<double> at;        ///< horizontal positions, ascending
     std::vector<PlotLine> lines;
-    bool logarithmic = true;  ///< the axis up, of positive values; otherwise it spans what there is
+    bool logarithmic = true;  ///< whether the vertical axis is logarithmic
 };
 
-/// An SVG file that needs no other.
+/// An SVG file that depends on no other file.
 std::string svgOf(const Plot& plot);
 
-/// Text for SVG and HTML, also inside double quotes.
+/// Text escaped for SVG and HTML, also inside double quotes.
 std::string escaped(const std::string& plain);
 
 }  // namespace betamesh

@@ -7,13 +7,22 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
+#include <utility>
 
 namespace betamesh {
 namespace {
 
 constexpr std::size_t kBarCells = 30;
+
+constexpr std::array<std::pair<std::string_view, ProgressKind>, 6> kKinds{{{"auto", ProgressKind::automatic},
+                                                                           {"bar", ProgressKind::bar},
+                                                                           {"none", ProgressKind::none},
+                                                                           {"openjd", ProgressKind::openjd},
+                                                                           {"tractor", ProgressKind::tractor},
+                                                                           {"json", ProgressKind::json}}};
 
 std::string secondsText(double seconds) {
     char text[32];
@@ -25,7 +34,7 @@ std::size_t particlesOf(const FrameReport& report) {
     return report.plane ? report.plane->skin.particles : report.skin.particles;
 }
 
-/// What a person wants to know of one frame.
+/// One line about a frame for people.
 std::string frameLine(const FrameReport& report) {
     const std::string name = "frame " + std::to_string(report.frame) + ": ";
     switch (report.status) {
@@ -34,7 +43,7 @@ std::string frameLine(const FrameReport& report) {
         case FrameStatus::failed:
             return name + "failed";
         case FrameStatus::empty:
-            return name + "no particles, empty mesh -> " + report.output;
+            return name + "no particles; empty mesh -> " + report.output;
         case FrameStatus::ok:
             break;
     }
@@ -44,14 +53,14 @@ std::string frameLine(const FrameReport& report) {
            secondsText(report.seconds.total) + " -> " + report.output;
 }
 
+/// Timings and memory of a frame.
 std::string detailLine(const FrameReport& report) {
     const StageSeconds& seconds = report.seconds;
     return "frame " + std::to_string(report.frame) + ": read " + secondsText(seconds.read) + ", structure " +
            secondsText(seconds.structure) + ", tessellate " + secondsText(seconds.tessellate) + ", smooth " +
            secondsText(seconds.smooth) + ", velocity " + secondsText(seconds.velocity) +
            (seconds.picture > 0 ? ", picture " + secondsText(seconds.picture) : "") + ", write " +
-           secondsText(seconds.write) + "; peak " + std::to_string(report.peak_bytes >> 20) + " MiB" +
-           (report.scratch_bytes > 0 ? ", and " + std::to_string(report.scratch_bytes >> 20) + " MiB on disk" : "");
+           secondsText(seconds.write) + "; peak " + std::to_string(report.peak_bytes >> 20) + " MiB";
 }
 
 /// ", 350k particles/s, 1:05 left"
@@ -76,18 +85,23 @@ std::string paceText(const JobProgress& job) {
 
 }  // namespace
 
-ProgressKind progressKind(std::string_view word) {
-    if (word == "auto") return ProgressKind::automatic;
-    if (word == "bar") return ProgressKind::bar;
-    if (word == "none") return ProgressKind::none;
-    if (word == "openjd") return ProgressKind::openjd;
-    if (word == "tractor") return ProgressKind::tractor;
-    if (word == "json") return ProgressKind::json;
-    throw Error("progress '" + std::string(word) + "': expected one of auto bar none openjd tractor json");
+ProgressKind progressNamed(std::string_view name) {
+    for (const auto& [kind_name, kind] : kKinds)
+        if (kind_name == name) return kind;
+    throw Error("--progress: '" + std::string(name) + "' is not valid. Use one of " + progressNames(", ") + '.');
+}
+
+std::string progressNames(std::string_view separator) {
+    std::string names;
+    for (const auto& entry : kKinds) {
+        if (!names.empty()) names += separator;
+        names += entry.first;
+    }
+    return names;
 }
 
 Progress::Progress(ProgressKind kind, const JobProgress& so_far, bool stdout_is_taken)
-    : kind_(kind), job_(so_far), farm_(stdout_is_taken ? stderr : stdout) {
+    : kind_(kind), job_(so_far), farm_stream_(stdout_is_taken ? stderr : stdout) {
     if (kind_ == ProgressKind::automatic) kind_ = isatty(STDERR_FILENO) != 0 ? ProgressKind::bar : ProgressKind::lines;
 }
 
@@ -98,12 +112,13 @@ Progress::~Progress() {
 void Progress::frameEnded(const FrameReport& report) {
     ++job_.ended;
     if (report.status == FrameStatus::failed) ++job_.failed;
-    if (report.status != FrameStatus::skipped) ++worked_;
+    if (report.status != FrameStatus::skipped) ++processed_;
     if (report.status == FrameStatus::ok) job_.particles += particlesOf(report);
     const std::chrono::duration<double> since = std::chrono::steady_clock::now() - begin_;
     job_.seconds = since.count();
-    if (worked_ > 0)
-        job_.seconds_left = job_.seconds / static_cast<double>(worked_) * static_cast<double>(job_.frames - job_.ended);
+    if (processed_ > 0)
+        job_.seconds_left =
+            job_.seconds / static_cast<double>(processed_) * static_cast<double>(job_.frames - job_.ended);
     const std::size_t percent = job_.frames == 0 ? 100 : 100 * job_.ended / job_.frames;
     const std::string count = std::to_string(job_.ended) + " of " + std::to_string(job_.frames) + " frames" +
                               (job_.failed > 0 ? ", " + std::to_string(job_.failed) + " failed" : "");
@@ -121,26 +136,26 @@ void Progress::frameEnded(const FrameReport& report) {
             break;
         }
         case ProgressKind::openjd:
-            std::fprintf(farm_, "openjd_progress: %zu\nopenjd_status: %s%s\n", percent, count.c_str(),
+            std::fprintf(farm_stream_, "openjd_progress: %zu\nopenjd_status: %s%s\n", percent, count.c_str(),
                          paceText(job_).c_str());
-            std::fflush(farm_);
+            std::fflush(farm_stream_);
             break;
         case ProgressKind::tractor:
-            std::fprintf(farm_, "TR_PROGRESS %03zu%%\n", percent);
-            std::fflush(farm_);
+            std::fprintf(farm_stream_, "TR_PROGRESS %03zu%%\n", percent);
+            std::fflush(farm_stream_);
             break;
         case ProgressKind::json:
-            std::fprintf(farm_, "%s\n", progressJson(job_).c_str());
-            std::fflush(farm_);
+            std::fprintf(farm_stream_, "%s\n", progressJson(job_).c_str());
+            std::fflush(farm_stream_);
             break;
     }
     if (report.status == FrameStatus::ok) logDetail(detailLine(report));
 }
 
-void Progress::jobFailed(const std::string& why) {
+void Progress::jobFailed(const std::string& reason) {
     if (kind_ != ProgressKind::openjd) return;
-    std::fprintf(farm_, "openjd_fail: %s\n", why.c_str());
-    std::fflush(farm_);
+    std::fprintf(farm_stream_, "openjd_fail: %s\n", reason.c_str());
+    std::fflush(farm_stream_);
 }
 
 }  // namespace betamesh

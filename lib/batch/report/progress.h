@@ -1,4 +1,4 @@
-// How far a job is, in the words of whoever listens.
+// Reports the progress of a job to people and to farm engines.
 
 #pragma once
 
@@ -13,20 +13,25 @@ namespace betamesh {
 enum class ProgressKind {
     automatic,  ///< a bar when stderr is a terminal, otherwise lines
     bar,        ///< on stderr
-    lines,      ///< a line a frame on stderr
+    lines,      ///< one line per frame on stderr
     none,
     openjd,   ///< openjd_progress, openjd_status, openjd_fail
     tractor,  ///< TR_PROGRESS
-    json      ///< an object a frame, see progressJson()
+    json      ///< one object per frame, see progressJson()
 };
 
-/// auto, bar, none, openjd, tractor, json; throws Error for another word.
-ProgressKind progressKind(std::string_view word);
+/// The kind of a name: auto, bar, none, openjd, tractor or json.
+/// errors  any other name
+ProgressKind progressNamed(std::string_view name);
 
-/// Told about every frame as it ends; one thread at a time.
+/// The names that progressNamed() knows with a separator between them.
+std::string progressNames(std::string_view separator);
+
+/// Prints the progress of a job as its frames end. Not for several threads at once.
 class Progress {
 public:
-    /// so_far: frames, and those of them that ended before. stdout_is_taken: lines for machines go to stderr instead.
+    /// in      so_far: the frames of the job, some of which may have ended before
+    ///         stdout_is_taken: print lines for farm engines on stderr instead
     Progress(ProgressKind kind, const JobProgress& so_far, bool stdout_is_taken);
     ~Progress();
     Progress(const Progress&) = delete;
@@ -34,15 +39,15 @@ public:
 
     void frameEnded(const FrameReport& report);
 
-    /// The job did not do all it was asked for.
-    void jobFailed(const std::string& why);
+    /// Reports that the job did not finish all its frames.
+    void jobFailed(const std::string& reason);
 
 private:
     ProgressKind kind_;
     JobProgress job_;
-    std::size_t worked_ = 0;  ///< frames that took time
+    std::size_t processed_ = 0;  ///< frames that were not skipped
     std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
-    std::FILE* farm_;  ///< where machines read
+    std::FILE* farm_stream_;  ///< where farm engines read
 };
 
 }  // namespace betamesh

@@ -1,4 +1,4 @@
-// The door of nlohmann-json.
+// The only file that uses nlohmann-json.
 
 #include "batch/report/report.h"
 
@@ -16,30 +16,16 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-/// Names of files are bytes, JSON is UTF-8: what is not becomes U+FFFD.
+/// File names may be any bytes, but JSON is UTF-8: invalid bytes become U+FFFD.
 std::string oneLine(const Json& json) { return json.dump(-1, ' ', false, Json::error_handler_t::replace); }
-
-const char* statusName(FrameStatus status) {
-    switch (status) {
-        case FrameStatus::ok:
-            return "ok";
-        case FrameStatus::empty:
-            return "empty";
-        case FrameStatus::skipped:
-            return "skipped";
-        case FrameStatus::failed:
-            return "failed";
-    }
-    return "";
-}
 
 FrameStatus statusNamed(const std::string& name) {
     for (const FrameStatus status : {FrameStatus::ok, FrameStatus::empty, FrameStatus::skipped})
-        if (name == statusName(status)) return status;
+        if (name == nameOf(status)) return status;
     return FrameStatus::failed;
 }
 
-/// json: the whole report.
+/// The provenance in the JSON of a frame.
 Provenance originFrom(const Json& json) {
     const Json& from = json.at("origin");
     Provenance origin;
@@ -194,14 +180,51 @@ void addCheck(const CurveCheck& check, Json& json) {
                                                {"depth", crossing.depth}});
 }
 
+Json finiteOrNull(double x) { return std::isfinite(x) ? Json(x) : Json(nullptr); }
+
+Json ratioJson(const CoherenceReport& report, double displacement) {
+    const std::optional<double> ratio = report.ratio(displacement);
+    return ratio ? finiteOrNull(*ratio) : Json(nullptr);
+}
+
+Json placeJson(const CoherenceReport& report, const JumpSite& place) {
+    Json json;
+    json["position"] = asJson(place.position);
+    json["jump"] = place.jump;
+    json["ratio"] = ratioJson(report, place.jump);
+    json["expected"] = report.expectedAt(place);
+    json["points"] = place.points;
+    json["vanished_area"] = place.vanished;
+    json["appeared_area"] = place.appeared;
+    json["liquid"] = nameOf(place.liquid);
+    json["events"] = Json::array();
+    for (const auto& [event, times] : place.events)
+        json["events"].push_back({{"event", nameOf(event)}, {"times", times}});
+    return json;
+}
+
 }  // namespace
+
+const char* nameOf(FrameStatus status) {
+    switch (status) {
+        case FrameStatus::ok:
+            return "ok";
+        case FrameStatus::empty:
+            return "empty";
+        case FrameStatus::skipped:
+            return "skipped";
+        case FrameStatus::failed:
+            return "failed";
+    }
+    return "";
+}
 
 std::string reportJson(const FrameReport& report) {
     Json json;
     json["frame"] = report.frame;
     json["input"] = report.input;
     json["output"] = report.output;
-    json["status"] = statusName(report.status);
+    json["status"] = nameOf(report.status);
     if (report.status == FrameStatus::failed) json["error"] = report.error;
     json["dimension"] = report.plane ? 2 : 3;
     if (report.plane)
@@ -213,7 +236,6 @@ std::string reportJson(const FrameReport& report) {
                        {"smooth", seconds.smooth}, {"velocity", seconds.velocity},   {"picture", seconds.picture},
                        {"write", seconds.write},   {"total", seconds.total}};
     json["peak_bytes"] = report.peak_bytes;
-    json["scratch_bytes"] = report.scratch_bytes;
     json["warnings"] = report.warnings;
     if (report.origin) json["origin"] = originJson(*report.origin);
     return oneLine(json);
@@ -264,7 +286,6 @@ std::optional<FrameReport> readReport(const std::filesystem::path& file) {
         take(json, "volume", report.measure.volume);
         take(json, "area", report.measure.area);
         take(json, "peak_bytes", report.peak_bytes);
-        take(json, "scratch_bytes", report.scratch_bytes);
         take(json, "warnings", report.warnings);
         const Json seconds = json.value("seconds", Json::object());
         take(seconds, "read", report.seconds.read);
@@ -284,7 +305,7 @@ std::optional<FrameReport> readReport(const std::filesystem::path& file) {
 
 std::vector<CoherenceReport> readCoherence(const std::filesystem::path& file) {
     std::ifstream in(file);
-    if (!in) throw Error(file.string() + ": cannot be read; expected lines of betamesh coherence --json");
+    if (!in) throw Error(file.string() + ": cannot be read. Give the output of betamesh coherence --json.");
     std::vector<CoherenceReport> reports;
     for (std::string line; std::getline(in, line);) {
         try {
@@ -298,7 +319,7 @@ std::vector<CoherenceReport> readCoherence(const std::filesystem::path& file) {
             reports.push_back(report);
         } catch (const Json::exception&) {
             throw Error(file.string() + ':' + std::to_string(reports.size() + 1) +
-                        ": expected a line of betamesh coherence --json");
+                        ": this is not a line of betamesh coherence --json.");
         }
     }
     return reports;
@@ -355,20 +376,18 @@ std::string checkJson(const CheckReport& report) {
     return oneLine(json);
 }
 
-double CoherenceReport::expectedAt(const Place& place) const {
-    const double way = particles ? particles->max : 0;
-    return place.events.empty() ? way : std::sqrt(way * radius);
+double CoherenceReport::expectedAt(const JumpSite& place) const {
+    const double displacement = particles ? particles->max : 0;
+    return place.events.empty() ? displacement : std::sqrt(displacement * radius);
 }
 
-double CoherenceReport::largestOfExpected() const {
+double CoherenceReport::largestExpectedRatio() const {
     double largest = 0;
-    for (const Place& place : places) largest = std::max(largest, place.jump / expectedAt(place));
+    for (const JumpSite& place : places) largest = std::max(largest, place.jump / expectedAt(place));
     return largest;
 }
 
 std::string coherenceJson(const CoherenceReport& report) {
-    const auto number = [](double x) { return std::isfinite(x) ? Json(x) : Json(nullptr); };
-    const auto ratio = [&](double way) { return report.ratio(way) ? number(*report.ratio(way)) : Json(nullptr); };
     Json json;
     json["from"] = report.from;
     json["to"] = report.to;
@@ -376,31 +395,18 @@ std::string coherenceJson(const CoherenceReport& report) {
         json["error"] = report.error;
         return oneLine(json);
     }
-    json["max"] = number(report.distance.max);
-    json["quantile_999"] = number(report.distance.quantile999);
-    json["rms"] = number(report.distance.rms);
+    json["max"] = finiteOrNull(report.distance.max);
+    json["quantile_999"] = finiteOrNull(report.distance.quantile999);
+    json["rms"] = finiteOrNull(report.distance.rms);
     json["worst"] = asJson(report.distance.worst);
     json["samples"] = report.distance.samples;
     if (report.particles) {
         json["particles"] = {{"matched", report.particles->matched},
                              {"max", report.particles->max},
                              {"farthest", asJson(report.particles->farthest)}};
-        json["ratio"] = ratio(report.distance.max);
+        json["ratio"] = ratioJson(report, report.distance.max);
         json["places"] = Json::array();
-        for (const Place& place : report.places) {
-            Json& entry = json["places"].emplace_back();
-            entry["position"] = asJson(place.position);
-            entry["jump"] = place.jump;
-            entry["ratio"] = ratio(place.jump);
-            entry["expected"] = report.expectedAt(place);
-            entry["points"] = place.points;
-            entry["vanished_area"] = place.vanished;
-            entry["appeared_area"] = place.appeared;
-            entry["liquid"] = nameOf(place.liquid);
-            entry["events"] = Json::array();
-            for (const auto& [event, times] : place.events)
-                entry["events"].push_back({{"event", nameOf(event)}, {"times", times}});
-        }
+        for (const JumpSite& place : report.places) json["places"].push_back(placeJson(report, place));
     }
     return oneLine(json);
 }

@@ -1,4 +1,4 @@
-// What became of a frame, for people and for machines.
+// Reports as JSON: of frames, progress, checks, coherence and file contents.
 
 #pragma once
 
@@ -23,12 +23,15 @@ namespace betamesh {
 
 enum class FrameStatus {
     ok,
-    empty,    ///< a mesh without triangles was written because there were no particles
-    skipped,  ///< nothing was written, as asked
+    empty,    ///< an empty mesh was written because there were no particles
+    skipped,  ///< nothing was written, as requested
     failed    ///< nothing was written, see error
 };
 
-/// Seconds of wall clock.
+/// "ok", "empty", "skipped" or "failed".
+const char* nameOf(FrameStatus status);
+
+/// Wall-clock seconds of each stage of a frame.
 struct StageSeconds {
     double read = 0;
     double structure = 0;
@@ -40,23 +43,23 @@ struct StageSeconds {
     double total = 0;
 };
 
-/// Of a frame in two dimensions, instead of `skin`, `measure` and `triangles`.
+/// Results of a frame in two dimensions, which replace `skin`, `measure` and `triangles`.
 struct PlaneFrameReport {
     PlaneReport skin;
     CurveMeasure measure;
     std::size_t edges = 0;
 };
 
-/// Lengths in world units.
+/// What happened to one frame. Written beside its mesh as the manifest NAME.json. Lengths in world units.
 struct FrameReport {
     int frame = 0;
     std::string input;
     std::string output;
     FrameStatus status = FrameStatus::ok;
-    std::string error;  ///< of a failed frame
+    std::string error;  ///< why the frame failed
     double radius = 0;
     double spacing = 0;
-    double skin_depth = 0;  ///< how far the surface lies from the outermost particles; 0: on the balls
+    double skin_depth = 0;  ///< distance from the outermost particles to the surface; 0: surface of the balls
     PredicateKind predicates = PredicateKind::exact;
     SkinReport skin;
     MeshMeasure measure;
@@ -66,86 +69,83 @@ struct FrameReport {
     std::size_t spheres = 0;
     StageSeconds seconds;
     std::uint64_t peak_bytes = 0;     ///< the most memory the whole process has held so far
-    std::uint64_t scratch_bytes = 0;  ///< and the most that had no room and lay in a file
     std::vector<std::string> warnings;
-    std::optional<Provenance> origin;  ///< of a frame that was written
+    std::optional<Provenance> origin;  ///< set if the frame was written
 };
 
-/// One line without a line break.
+/// The JSON of a frame. One line without a line break, as from all functions below.
 std::string reportJson(const FrameReport& report);
 
-/// How far a job is.
+/// Progress of a job.
 struct JobProgress {
     std::size_t frames = 0, ended = 0, failed = 0;
-    std::uint64_t particles = 0;         ///< of frames that were written
-    double seconds = 0;                  ///< since it began
-    std::optional<double> seconds_left;  ///< guessed from the frames so far
+    std::uint64_t particles = 0;         ///< of the frames that were written
+    double seconds = 0;                  ///< since the start
+    std::optional<double> seconds_left;  ///< estimated from the frames so far
 };
 
-/// One line without a line break.
 std::string progressJson(const JobProgress& progress);
 
-/// A line of --dry-run. One line without a line break.
+/// The JSON of a planned frame, for --dry-run.
 std::string taskJson(const FrameTask& task);
 
-/// A report on disk; nothing where there is none or it is cut. What it does not tell is as in an empty one.
+/// Reads a manifest; nullopt if the file does not exist or is incomplete. Members that it lacks keep their defaults.
 std::optional<FrameReport> readReport(const std::filesystem::path& file);
 
-/// One line without a line break. spacing: of particles, world units.
+/// The JSON of `betamesh info`. spacing: particle spacing in world units.
 std::string infoJson(const std::string& file, const FileInfo& info, std::optional<double> spacing);
 
-/// Where the particles of a mesh are. Lengths in world units.
+/// Whether the particles are inside a mesh. Lengths in world units.
 struct ParticleCheck {
     std::string file;
     std::size_t particles = 0;
-    std::size_t spheres = 0;  ///< beside the mesh, read with it
-    double radius = 0;        ///< of the balls; 0: not given
-    Found outside;            ///< farther than the tolerance
-    double farthest = 0;      ///< distance of the farthest outside
+    std::size_t spheres = 0;  ///< beside the mesh, which may contain particles too
+    double radius = 0;        ///< ball radius; 0: not given
+    Found outside;            ///< particles farther outside than the tolerance
+    double farthest = 0;      ///< distance of the particle farthest outside
     std::size_t farthest_row = 0;
     Vec3 farthest_position{0, 0, 0};
 };
 
-/// What was found in one mesh file.
+/// The result of `betamesh check` for one file.
 struct CheckReport {
     std::string file;
-    std::string error;  ///< of a mesh or particles that could not be read; then nothing else is filled in
+    std::string error;  ///< why a file could not be read; then nothing else is set
     MeshCheck check;
-    std::optional<CurveCheck> curves;  ///< of a file that holds curves, instead of `check`
+    std::optional<CurveCheck> curves;  ///< replaces `check` if the file contains curves
     std::optional<ParticleCheck> particles;
-    std::vector<std::string> faults;  ///< names; none where the mesh is good, or could not be read
+    std::vector<std::string> faults;  ///< names; empty if there are none, or if a file could not be read
 };
 
-/// One line without a line break.
 std::string checkJson(const CheckReport& report);
 
-/// How far the surface moved between two moments.
+/// Distance between the surfaces at two moments. Lengths in world units.
 struct CoherenceReport {
-    std::string from, to;                     ///< mesh files; or seconds after a frame of a pipeline
-    std::string error;                        ///< of a file that could not be read; then nothing below is filled in
-    SurfaceDistance distance;                 ///< world units
-    std::optional<ParticleMotion> particles;  ///< if asked for
-    std::vector<Place> places;                ///< where the surface went farther than particles, as asked for
-    double radius = 0;                        ///< of the balls, world units, known or guessed; where there are places
+    std::string from, to;  ///< mesh files, or times after a frame of a pipeline
+    std::string error;     ///< why a file could not be read; then nothing below is set
+    SurfaceDistance distance;
+    std::optional<ParticleMotion> particles;  ///< if it was measured
+    std::vector<JumpSite> places;                ///< where the surface moved farther than the particles
+    double radius = 0;                        ///< ball radius, known or estimated; set if there are places
 
-    /// A way of the surface in those of the fastest particle, if that moved at all.
-    std::optional<double> ratio(double way) const {
+    /// A displacement as a multiple of that of the fastest particle; nullopt if no particle moved.
+    std::optional<double> ratio(double displacement) const {
         if (!particles || !(particles->max > 0)) return std::nullopt;
-        return way / particles->max;
+        return displacement / particles->max;
     }
-    /// How far the surface goes at a place, world units: as far as the fastest particle, or, where something meets,
-    /// parts, opens or closes, the root of that times the radius, for round things that are a little apart approach in
-    /// the root of time.
-    double expectedAt(const Place& place) const;
-    /// The jumps of places in what is expected of them, the largest; infinite where something jumps and nothing moves.
-    double largestOfExpected() const;
+    /// The expected displacement of the surface at a place: that of the fastest particle, or, if the topology changes
+    /// there, the square root of that times the radius, because round surfaces that touch approach each other as the
+    /// square root of time.
+    double expectedAt(const JumpSite& place) const;
+    /// The largest ratio of a jump to the expected displacement; infinite if the surface jumps but no particle moves.
+    double largestExpectedRatio() const;
 };
 
-/// One line without a line break. What is infinite becomes null.
+/// Infinite numbers become null.
 std::string coherenceJson(const CoherenceReport& report);
 
-/// Lines that coherenceJson() wrote: from, to, and of the distance its largest.
-/// errors  a file that cannot be read or holds something else
+/// Reads lines written by coherenceJson(); sets `from`, `to` and `distance.max` only.
+/// errors  the file cannot be read or contains anything else
 std::vector<CoherenceReport> readCoherence(const std::filesystem::path& file);
 
 }  // namespace betamesh

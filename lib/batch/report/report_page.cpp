@@ -42,17 +42,17 @@ std::string number(double x) {
 std::string cell(const std::string& text) { return "<td>" + escaped(text) + "</td>"; }
 std::string cell(std::size_t count) { return cell(std::to_string(count)); }
 
-/// Frames that have a mesh, and as NaN those between them that have none, so that no line bridges a gap.
+/// A plot over all frames. Missing frames have the value NaN, so that lines are interrupted there.
 std::string plotOf(const ReportPage& page, const std::string& title, const std::string& unit,
                    const std::vector<Curve>& curves, bool logarithmic) {
     Plot plot{title, "frame", unit, {}, {}, logarithmic};
-    std::map<int, const FrameReport*> at;
-    for (const int frame : page.missing) at[frame] = nullptr;
-    for (const FrameReport& report : page.frames) at[report.frame] = &report;
-    for (const auto& entry : at) plot.at.push_back(entry.first);
+    std::map<int, const FrameReport*> report_at;
+    for (const int frame : page.missing) report_at[frame] = nullptr;
+    for (const FrameReport& report : page.frames) report_at[report.frame] = &report;
+    for (const auto& entry : report_at) plot.at.push_back(entry.first);
     for (std::size_t i = 0; i < curves.size(); ++i) {
         PlotLine line{curves[i].name, kColours[i % kColours.size()], {}};
-        for (const auto& [frame, report] : at)
+        for (const auto& [frame, report] : report_at)
             line.value.push_back(report == nullptr ? std::numeric_limits<double>::quiet_NaN()
                                                    : curves[i].value(*report));
         plot.lines.push_back(std::move(line));
@@ -60,15 +60,16 @@ std::string plotOf(const ReportPage& page, const std::string& title, const std::
     return svgOf(plot);
 }
 
-Value counted(std::size_t (*of)(const FrameReport&)) {
+/// A count as a value to plot.
+Value count(std::size_t (*of)(const FrameReport&)) {
     return [of](const FrameReport& report) { return static_cast<double>(of(report)); };
 }
 
 std::string plots(const ReportPage& page) {
     std::string text = "<div class=\"plots\">\n";
     text += plotOf(page, "Particles and triangles", "",
-                   {{"particles", counted([](const FrameReport& r) { return r.skin.particles; })},
-                    {"triangles", counted([](const FrameReport& r) { return r.triangles; })}},
+                   {{"particles", count([](const FrameReport& r) { return r.skin.particles; })},
+                    {"triangles", count([](const FrameReport& r) { return r.triangles; })}},
                    true);
     text += plotOf(page, "Time by stage", "seconds",
                    {{"total", [](const FrameReport& r) { return r.seconds.total; }},
@@ -81,19 +82,19 @@ std::string plots(const ReportPage& page) {
                     {"write", [](const FrameReport& r) { return r.seconds.write; }}},
                    true);
     text +=
-        plotOf(page, "Memory of the process, at most", "MiB",
+        plotOf(page, "Peak memory of the process", "MiB",
                {{"peak", [](const FrameReport& r) { return static_cast<double>(r.peak_bytes) / (1 << 20); }}}, false);
     text += plotOf(page, "Volume", "world units cubed",
                    {{"volume", [](const FrameReport& r) { return r.measure.volume; }}}, false);
     text += plotOf(page, "Components", "",
-                   {{"components", counted([](const FrameReport& r) { return r.measure.components; })}}, false);
+                   {{"components", count([](const FrameReport& r) { return r.measure.components; })}}, false);
     text += plotOf(page, "Retries and warnings", "",
                    {{"retries", [](const FrameReport& r) { return static_cast<double>(r.skin.perturbation_retries); }},
-                    {"warnings", counted([](const FrameReport& r) { return r.warnings.size(); })}},
+                    {"warnings", count([](const FrameReport& r) { return r.warnings.size(); })}},
                    false);
     if (!page.jump.empty())
-        text += plotOf(page, "How far the surface moved from the frame before", "world units",
-                       {{"largest way",
+        text += plotOf(page, "Distance from the surface of the previous frame", "world units",
+                       {{"largest distance",
                          [&](const FrameReport& r) {
                              const auto jump = page.jump.find(r.frame);
                              return jump == page.jump.end() ? std::numeric_limits<double>::quiet_NaN() : jump->second;
@@ -103,13 +104,11 @@ std::string plots(const ReportPage& page) {
 }
 
 std::string rowOf(const FrameReport& report, const ReportPage& page) {
-    const char* status = report.status == FrameStatus::ok      ? "ok"
-                         : report.status == FrameStatus::empty ? "empty"
-                                                               : "failed";
+    const std::string status = nameOf(report.status);
     std::string notes = report.error;
     for (const std::string& warning : report.warnings) notes += (notes.empty() ? "" : "; ") + warning;
     const auto jump = page.jump.find(report.frame);
-    return std::string("<tr class=\"") + status + "\">" + cell(std::to_string(report.frame)) + cell(status) +
+    return "<tr class=\"" + status + "\">" + cell(std::to_string(report.frame)) + cell(status) +
            cell(report.skin.particles) + cell(report.vertices) + cell(report.triangles) +
            cell(report.measure.components) + cell(number(report.measure.volume)) + cell(number(report.measure.area)) +
            cell(number(report.seconds.total)) + cell(number(static_cast<double>(report.peak_bytes >> 20))) +
@@ -146,8 +145,8 @@ std::string summary(const ReportPage& page) {
     std::string text =
         "<p>" + std::to_string(page.frames.size()) + " frames, " + std::to_string(page.missing.size()) + " missing";
     if (!page.missing.empty()) text += " (" + printFrames(page.missing) + ")";
-    return text + ", " + std::to_string(warnings) + " warnings; " + number(seconds) + " seconds of frames, " +
-           number(seconds > 0 ? static_cast<double>(particles) / seconds : 0) + " particles per second; at most " +
+    return text + ", " + std::to_string(warnings) + " warnings; " + number(seconds) + " seconds in all frames, " +
+           number(seconds > 0 ? static_cast<double>(particles) / seconds : 0) + " particles per second; peak memory " +
            number(static_cast<double>(peak >> 20)) + " MiB</p>\n";
 }
 

@@ -1,4 +1,4 @@
-// A job on one page.
+// A whole job on one HTML page.
 
 #pragma once
 
@@ -13,13 +13,13 @@ namespace betamesh {
 /// What the page shows.
 struct ReportPage {
     std::string title;
-    std::vector<FrameReport> frames;         ///< ascending frames
-    std::vector<int> missing;                ///< frames that were expected, but have no report; ascending
-    std::map<int, double> jump;              ///< how far the surface moved to this frame, world units; where measured
-    std::map<int, std::string> preview_png;  ///< the bytes of pictures, where there are some
+    std::vector<FrameReport> frames;         ///< ascending
+    std::vector<int> missing;                ///< expected frames without a manifest, ascending
+    std::map<int, double> jump;              ///< frame -> distance from the previous surface, world units, if measured
+    std::map<int, std::string> preview_png;  ///< frame -> bytes of its picture, if there is one
 };
 
-/// An HTML file that needs no other and no network.
+/// An HTML file that depends on no other file and no network.
 std::string htmlOf(const ReportPage& page);
 
 }  // namespace betamesh

@@ -1,4 +1,4 @@
-// Closed curves in a plane, made of straight edges. Row i of every array is vertex i.
+// Closed curves in a plane, made of straight edges.
 
 #pragma once
 
@@ -9,20 +9,20 @@
 
 namespace betamesh {
 
-/// Two vertices; the liquid is on the left.
+/// Two vertices, directed so that the liquid is on the left.
 using Edge = std::array<std::uint32_t, 2>;
 
-/// Lengths in world units, time in seconds.
-/// position has n rows; velocity has n rows or none; every attribute has n rows. Edges of one line follow each other.
+/// Row i of every array but edges is vertex i. Lengths in world units, time in seconds.
+/// position has n rows; velocity has n rows or none; every attribute has n rows. Edges of one line are consecutive.
 struct Curves {
     std::vector<Vec3> position;
     std::vector<Vec3> velocity;  ///< world units per second
     std::vector<Edge> edges;
-    std::vector<Attribute> attributes;
+    std::vector<Attribute> attributes;  ///< of vertices
 };
 
-/// The edges of each line: every edge begins where the one before it ends; once a line is back at its first vertex the
-/// next one begins.
+/// Splits the edges into lines. Within a line every edge begins where the previous one ends; a line ends when it
+/// returns to its first vertex.
 std::vector<std::span<const Edge>> linesOf(const Curves& curves);
 
 }  // namespace betamesh

@@ -1,4 +1,4 @@
-// What went wrong, in words for the person who can mend it.
+// The exception for errors that the user can cause and fix.
 
 #pragma once
 
@@ -7,8 +7,8 @@
 
 namespace betamesh {
 
-/// Thrown for everything a user can cause. The text says where (file, frame, particle, line), what was
-/// found and what was expected. Mistakes that only the library can make are asserts.
+/// Thrown for everything that a user can cause. The message says where (file, frame, particle, line), what was found
+/// and what was expected. Errors that only the library can cause are asserts.
 class Error : public std::runtime_error {
 public:
     using std::runtime_error::runtime_error;

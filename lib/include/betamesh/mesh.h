@@ -1,4 +1,4 @@
-// A triangle mesh and the spheres that stand beside it. Row i of every array is vertex i or sphere i.
+// A triangle mesh, and spheres for particles that are not part of the mesh.
 
 #pragma once
 
@@ -12,19 +12,19 @@ namespace betamesh {
 /// Three vertices, counter-clockwise seen from outside the liquid.
 using Triangle = std::array<std::uint32_t, 3>;
 
-/// Lengths in world units, time in seconds.
-/// position has n rows; velocity has n rows or none; every attribute has n rows; component, where there is one, has
-/// a row for each triangle.
+/// Row i of position, velocity and every attribute is vertex i. Lengths in world units, time in seconds.
+/// position has n rows; velocity has n rows or none; every attribute has n rows; component, if present, has one row per
+/// triangle.
 struct Mesh {
     std::vector<Vec3> position;
     std::vector<Vec3> velocity;  ///< world units per second
     std::vector<Triangle> triangles;
-    std::vector<Attribute> attributes;
-    std::optional<std::vector<std::int32_t>> component{};  ///< the connected piece that each triangle belongs to
+    std::vector<Attribute> attributes;                     ///< of vertices
+    std::optional<std::vector<std::int32_t>> component{};  ///< connected component of each triangle
 };
 
-/// Points with a radius: what the paper calls external beta vertices.
-/// Every array has n rows, save velocity and id, which may have none.
+/// Points with a radius; the paper calls them external beta vertices. Row i of every array is sphere i.
+/// Every array has n rows, except velocity and id, which may be empty.
 struct Spheres {
     std::vector<Vec3> position;
     std::vector<Vec3> velocity;  ///< world units per second

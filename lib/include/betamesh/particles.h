@@ -1,4 +1,4 @@
-// One frame of particles as the simulation left them. Row i of every array is particle i.
+// One frame of particles, as written by the simulation.
 
 #pragma once
 
@@ -11,8 +11,8 @@
 
 namespace betamesh {
 
-/// A named column of numbers: `components` of them in every row, row after row.
-/// Exactly one of real and integer is filled, whichever the file declared.
+/// A named attribute with `components` numbers per row, stored row after row.
+/// Either real or integer is used, depending on the type in the file; the other one is empty.
 struct Attribute {
     std::string name;
     std::uint32_t components = 1;
@@ -20,22 +20,26 @@ struct Attribute {
     std::vector<std::int32_t> integer;
 };
 
-/// Lengths in world units, time in seconds.
+/// Row i of every array is particle i. Lengths in world units, time in seconds.
 /// position has n rows; velocity and id have n rows or none; every attribute has n rows.
 struct Particles {
     std::vector<Vec3f> position;        ///< centres
     std::vector<Vec3f> velocity;        ///< world units per second
-    std::vector<std::uint64_t> id;      ///< the same particle keeps its id from frame to frame
-    std::vector<Attribute> attributes;  ///< everything else the file holds
+    std::vector<std::uint64_t> id;      ///< identifies a particle in all frames
+    std::vector<Attribute> attributes;  ///< all other attributes of the file
 
     std::size_t size() const { return position.size(); }
 };
 
-/// Throws Error naming the first row that breaks the lines above or holds a position or velocity that is
-/// not finite. Called where data enters.
+/// Checks array sizes and that positions and velocities are finite. Called where data enters.
+///
+/// errors  an array with a wrong number of rows; the first particle with a non-finite position or velocity
 void validate(const Particles& particles);
 
-/// Throws Error naming the first row that is not finite. what: they are; first_row: the number of the first.
+/// Checks that all rows are finite. what: the name of the quantity, such as "position"; first_row: row number of
+/// rows[0]; both are for the message.
+///
+/// errors  the first row that is not finite
 void requireFinite(std::span<const Vec3f> rows, const char* what, std::size_t first_row);
 
 }  // namespace betamesh

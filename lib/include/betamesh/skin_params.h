@@ -1,4 +1,4 @@
-// What a surface can be asked to be, in space and in a plane.
+// The parameters that shape the surface, in three dimensions and in two.
 
 #pragma once
 
@@ -11,90 +11,91 @@ namespace betamesh {
 enum class SurfaceKind {
     beta,   ///< the beta mesh
     alpha,  ///< the alpha mesh: particles joined by triangles
-    union_  ///< the union of balls, tessellated: the ground truth to look at
+    union_  ///< the tessellated union of balls, for comparison
 };
 enum class Tessellation {
-    complete,  ///< every exposed piece of every ball: closed, manifold, with drops and tendrils
-    paper,     ///< the paper's fans; isolated particles and degenerate edges become external spheres
+    complete,  ///< every exposed part of every ball: closed and manifold, including drops and tendrils
+    paper,     ///< the paper's fans; isolated particles and degenerate edges become separate spheres
 };
 enum class PredicateKind {
     exact,     ///< exact signs with symbolic tie-breaking: never fails
-    floating,  ///< the paper's test in double precision, validated and repeated on jittered particles
+    floating,  ///< the paper's test in double precision, validated, and repeated with perturbed particles
 };
 enum class SmoothingMethod {
     none,
-    coherent,  ///< fits of position and measure: continuous in time
-    paper,     ///< the paper's averages over neighbouring faces; for the paper's tessellation alone
+    coherent,  ///< kernel fits without connectivity: continuous in time
+    paper,     ///< the paper's averages over adjacent faces; only with the paper's tessellation
 };
 
-/// What becomes of droplets: connected components of the union of balls with few particles.
+/// What happens to droplets, the connected components of the union of balls with few particles.
 enum class Droplets {
-    mesh,    ///< surfaces like any other
-    points,  ///< they leave the mesh; their particles become external spheres
-    drop,    ///< they leave altogether
+    mesh,    ///< they are meshed
+    points,  ///< they are not meshed; their particles are written as spheres
+    drop,    ///< they are removed
 };
-/// What becomes of tendrils: particles in no alpha triangle, but in a degenerate edge.
+/// What happens to tendrils, the particles in no alpha triangle but in a degenerate edge.
 enum class Tendrils { mesh, points };
-/// What becomes of small enclosed voids.
+/// What happens to small enclosed voids.
 enum class Bubbles {
     mesh,
-    fill,  ///< they are no part of the mesh; for the complete tessellation alone
+    fill,  ///< they are removed from the mesh; only with the complete tessellation
 };
 
-/// Droplets leave first, whole; then tendrils, until none is left, and where they held things together these are not
-/// judged again.
+/// Small features and what to do with them. Whole droplets are removed first, then tendrils until none is left; parts
+/// that become separate by that are not examined for droplets again.
 struct Features {
     Droplets droplets = Droplets::mesh;
-    int droplet_particles = 8;  ///< what has fewer particles is a droplet, >= 1; all particles count, duplicates once
+    int droplet_particles = 8;  ///< components with fewer particles are droplets, >= 1; duplicates count once
     Tendrils tendrils = Tendrils::mesh;
     Bubbles bubbles = Bubbles::mesh;
-    double bubble_gap = 0;     ///< voids in which no empty ball of this diameter fits between the particles are filled;
-                               ///< world units, >= 0; 0: bubble_volume says which
-    double bubble_volume = 0;  ///< without a bubble_gap: voids that enclose less are filled; world units cubed, >= 0
+    double bubble_gap = 0;     ///< fill voids in which no empty ball of this diameter fits between the particles; world
+                               ///< units, >= 0; 0: use bubble_volume instead
+    double bubble_volume = 0;  ///< if bubble_gap is 0: fill voids of a smaller volume; world units cubed, >= 0
 };
 
-/// Everything that shapes the surface of one frame.
+/// All parameters of one frame's surface.
 struct SkinParams {
-    double radius = 0;   ///< of the balls, world units, > 0; the paper uses 1.5 particle spacings
-    double spacing = 0;  ///< of the particles (dx), world units, >= 0; 0: radius / 1.5
+    double radius = 0;   ///< ball radius, world units, > 0; the paper uses 1.5 particle spacings
+    double spacing = 0;  ///< particle spacing dx, world units, >= 0; 0: radius / 1.5
     SurfaceKind surface = SurfaceKind::beta;
     Tessellation tessellation = Tessellation::complete;
-    int arc_subdivisions = 0;  ///< segments of every arc, >= 0; 0: sagitta below 0.01 radii; 0.02 where smoothed flat
+    int arc_subdivisions = 0;  ///< segments per arc, >= 0; 0: sagitta below 0.01 radii, 0.02 in flat parts
     PredicateKind predicates = PredicateKind::exact;
-    int retries = 3;          ///< floating predicates: how often particles are jittered before giving up, >= 0
-    double tolerance = 1e-5;  ///< floating predicates: size of the jitter in radii, (0, 0.1]
+    int retries = 3;          ///< floating predicates: perturbations before an error is reported, >= 0
+    double tolerance = 1e-5;  ///< floating predicates: size of the perturbation in radii, (0, 0.1]
     SmoothingMethod smoothing = SmoothingMethod::coherent;
-    double smoothing_width = 0;           ///< coherent: its reach, world units, >= 0; 0: 2.8 radii
-    int passes = 1;                       ///< of smoothing, >= 0
-    std::optional<double> skin;           ///< how far the surface lies from the outermost particles, world units, >= 0;
+    double smoothing_width = 0;           ///< coherent smoothing: kernel width, world units, >= 0; 0: automatic
+    int passes = 1;                       ///< smoothing passes, >= 0
+    std::optional<double> skin;           ///< distance of the surface from the outermost particles, world units, >= 0;
                                           ///< none: volume-true; 0: the boundary of the union of balls itself
-    double inset = 0;                     ///< inwards where the liquid is thick, world units, >= 0; not with paper
-    std::vector<std::string> attributes;  ///< of the particles, carried to the mesh's vertices
-    bool resolve_intersections = false;   ///< the paper's tessellation: push vertices out to particles that lie outside
+    double inset = 0;                     ///< displacement inwards where the liquid is thick, world units, >= 0; not
+                                          ///< with the paper's smoothing
+    std::vector<std::string> attributes;  ///< names of particle attributes to interpolate to the vertices
+    bool resolve_intersections = false;   ///< paper's tessellation: move vertices so that no particle is outside
     Features features;
-    bool components = false;  ///< number the connected pieces of the mesh, the largest first
+    bool components = false;  ///< number the connected components of the mesh, the largest first
 };
 
 /// The particle spacing dx, world units.
 double particleSpacing(const SkinParams& params);
-/// Radius of the neighbourhood from which limitVelocities() estimates the liquid's motion, world units.
+/// Radius of the neighbourhood whose motion limits vertex velocities, world units.
 double liquidReach(const SkinParams& params);
 
-/// How far the surface lies from the outermost particles, world units. 0 where it is the boundary of the union of
-/// balls, or what the paper or the alpha mesh make of that. A surface that is not smoothed stays there unless a skin is
-/// given.
+/// Distance of the surface from the outermost particles, world units. 0 if the surface is the boundary of the union of
+/// balls, the paper's beta mesh or the alpha mesh. Without smoothing it is 0 unless a skin is given.
 double skinDepth(const SkinParams& params, int dimension = 3);
 
-/// The same in three dimensions, but at least a seventh of the radius, or 0: thinner skins would need balls too large to
-/// look for, and are drawn so.
+/// The same in three dimensions, raised to at least a seventh of the radius unless it is 0. The depth of a thinner skin
+/// would have to be measured from balls that reach beyond the neighbourhood of the surface.
 double leastSkin(const SkinParams& params);
 
-/// The skin of a particle alone in two dimensions, world units: a circle of the area that a particle stands for, where
-/// no skin is given.
+/// The skin of an isolated particle in two dimensions, world units. Unless a skin is given, its circle has the area of
+/// one particle, dx².
 double loneSkinDepth(const SkinParams& params);
 
-/// errors  a given skin that is negative or at or above the radius; one of a surface other than the complete
-/// tessellation
+/// Checks a given skin.
+///
+/// errors  a skin that is negative or not below the radius; a skin without the complete tessellation
 void requireSkin(const SkinParams& params);
 
 }  // namespace betamesh

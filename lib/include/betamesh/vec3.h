@@ -1,4 +1,4 @@
-// The vector types of the whole library: Imath's, under short names.
+// The vector, matrix and box types of the library: those of Imath, under short names.
 
 #pragma once
 
@@ -11,11 +11,11 @@
 
 namespace betamesh {
 
-using Vec3f = Imath::V3f;                 ///< single precision: what particle files hold
-using Vec3 = Imath::V3d;                  ///< double precision: what is computed with
-using Vec3i = Imath::Vec3<std::int64_t>;  ///< integers: what is decided with
+using Vec3f = Imath::V3f;                 ///< single precision, as in particle files
+using Vec3 = Imath::V3d;                  ///< double precision, for computations
+using Vec3i = Imath::Vec3<std::int64_t>;  ///< integers, for exact predicates
 using Mat33 = Imath::M33d;                ///< multiplied by row vectors from the left
-using Box = Imath::Box3d;                 ///< from min to max, both included; as made, it holds nothing
+using Box = Imath::Box3d;                 ///< from min to max, both included; default-constructed empty
 using Boxf = Imath::Box3f;
 
 inline double dot(const Vec3& a, const Vec3& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
@@ -24,12 +24,12 @@ inline Vec3 cross(const Vec3& a, const Vec3& b) {
     return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
 
-/// Of integers below 2^31, so that nothing overflows.
+/// Coordinates have to be below 2^31 in magnitude, so that nothing overflows.
 inline Vec3i cross(const Vec3i& a, const Vec3i& b) {
     return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
 
-/// The third coordinate of the cross product: positive where b points to the left of a, seen from above.
+/// The z coordinate of the cross product: positive where b points to the left of a, seen from +z.
 template <typename T>
 T crossZ(const Imath::Vec3<T>& a, const Imath::Vec3<T>& b) {
     return a.x * b.y - a.y * b.x;

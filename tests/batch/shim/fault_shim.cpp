@@ -1,8 +1,8 @@
-// Preloaded into the program: makes chosen calls on chosen files fail, as disks and servers do.
+// A library to preload into the program: makes chosen calls on chosen files fail as disks and servers do.
 //
-// BETAMESH_FAULT=CALL:ERRNO:NAME[:TIMES] lets CALL (open, read, write, fsync, rename) fail with the number ERRNO for
-// files whose path contains NAME; with TIMES only so often. Where ERRNO is negative, signal -ERRNO ends the process.
-// CALL is thread for threads that are made; the path of a process's n-th is thread/n/.
+// BETAMESH_FAULT=CALL:ERRNO:NAME[:TIMES] makes CALL (open, read, write, fsync, rename) fail with the number ERRNO for
+// files whose path contains NAME, at most TIMES times. A negative ERRNO ends the process with signal -ERRNO.
+// If CALL is thread, starting the n-th thread of a process fails, whose path is thread/n/.
 
 #include <dlfcn.h>
 #include <fcntl.h>
@@ -45,7 +45,7 @@ bool fails(const char* call, const char* path) {
     if (fault.error == 0 || std::strcmp(call, fault.call) != 0 || std::strstr(path, fault.name) == nullptr)
         return false;
     if (fault.times-- <= 0) return false;
-    if (fault.error < 0) raise(-fault.error);  // of this thread: it goes no further
+    if (fault.error < 0) raise(-fault.error);  // in this thread, which therefore does not go on
     errno = fault.error;
     return true;
 }

@@ -1,0 +1,78 @@
+// Renders frames: reads what is shown, places the camera for a whole sequence, encodes the picture files.
+
+#pragma once
+
+#include "batch/config/config.h"
+#include "batch/platform/worker.h"
+#include "render/render_frame.h"
+
+#include <map>
+#include <string>
+
+namespace betamesh {
+
+/// The geometry that is rendered for one frame.
+struct Subject {
+    Mesh mesh;
+    Spheres spheres;
+};
+
+/// Reads a mesh with its spheres, or particles, which are shown as balls. Points of a mesh file without faces take
+/// their radii from the attribute `radius` or `pscale` if there is one.
+///
+/// in      radius of the balls, world units
+/// errors  those of readMesh() and readParticles()
+Subject readSubject(const std::string& file, const Config& config, double radius);
+
+/// One ball per particle, with its velocity. radius: world units.
+Spheres ballsOf(const Particles& particles, double radius);
+
+/// The extent of all frames of a sequence together, from which the automatic camera, ground and colours follow.
+struct Extent {
+    CameraFinder finder;
+    Bounds bounds;
+    double squares = 0;      ///< sum of squared speeds, (world units per second)²
+    std::size_t speeds = 0;  ///< number of finite velocities
+    std::optional<CutawayPlane> cut;  ///< geometry that it cuts away is ignored
+
+    explicit Extent(const Config::Preview& preview);
+    void add(const Subject& subject);
+    void add(const Extent& other);
+    /// Root mean square speed, world units per second; 0 if nothing has a velocity.
+    double speed() const;
+};
+
+/// Reads all files and returns their extent. Files that cannot be read are ignored here: meshing them reports the
+/// error.
+///
+/// in      files by frame; radius of the balls of particles; events are told which frames are measured;
+///         several_at_once: in parallel, otherwise one at a time
+/// same    results for any number of threads
+Extent extentOf(const std::map<int, std::string>& files, const Config& config, double radius,
+                const WorkerEvents& events, bool several_at_once);
+
+/// Camera and settings for all pictures of a sequence.
+struct PreviewPlan {
+    Camera camera;
+    RenderSettings settings;
+    double ball = 0;  ///< radius of particles that are shown as balls, world units
+};
+
+/// Whether camera, ground or colours depend on the extent of the sequence.
+bool needsExtent(const Config& config);
+
+/// in      extent: needed only if needsExtent(); ball: PreviewPlan::ball
+PreviewPlan planPreview(const Config& config, const Extent& extent, double ball);
+
+/// The options that reproduce this camera and ground.
+std::string describe(const PreviewPlan& plan);
+
+/// Whether the extension is .exr.
+///
+/// errors  an extension other than .exr and .png
+bool isExr(const std::string& path);
+
+/// The bytes of a picture file in the format of the path's extension.
+std::string encodePicture(const Picture& picture, const std::string& path);
+
+}  // namespace betamesh

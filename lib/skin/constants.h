@@ -1,0 +1,234 @@
+// The numbers that shape the surface, stage by stage. Sizes of tasks and bounds of rounding stay beside their code.
+//
+// "dx" is the particle spacing, "radius" the ball radius. Lengths are given in one of them, as each comment says;
+// angles are in radians. Where a comment says "chosen so that", the value comes from trials on the property and golden
+// tests' scenes and on simulated frames; where it says "derived", the derivation is given.
+
+#pragma once
+
+#include <cstddef>
+
+namespace betamesh {
+
+// Lengths of the skin (skin_params.cpp) -------------------------------------------------------------------------------
+
+/// Ball radius in dx, > 0, that is assumed where only a radius is given: the beta mesh paper's.
+inline constexpr double kPaperRadius = 1.5;
+/// Skin depth in dx, > 0: the volume of bulk and sheets is true at 0.5, that of threads at 0.56, of drops at 0.62.
+inline constexpr double kAutomaticSkin = 0.55;
+/// Skin depth in dx in two dimensions: the area of bulk and rows is true at half a spacing (derived).
+inline constexpr double kAutomaticPlanarSkin = 0.5;
+/// Skin depth in dx of a lone particle in two dimensions: sqrt(1/π), the radius of a disc of area dx² (derived).
+inline constexpr double kLonePlanarSkin = 0.5641896;
+/// Largest automatic skin depth in radii, < 1: keeps the skin inside the balls where these are small.
+inline constexpr double kMaxAutomaticSkin = 0.8;
+/// Largest radius in skin depths: a skin thinner than a seventh of the radius is drawn as thick as that. Its depth is
+/// measured from balls of (radius² + skin²) / (2 skin), here 3.57 radii; larger ones need more neighbours than are
+/// near.
+inline constexpr double kMaxRadiusInSkins = 7;
+/// Reach of the neighbourhood whose motion limits vertex velocities: in dx, and at least in radii. Every vertex is
+/// within a radius of a ball, so the neighbourhood is never empty.
+inline constexpr double kLiquidReachSpacings = 3.5, kLiquidReachRadii = 2;
+
+// Resolution of the tessellation (pipeline.cpp) -----------------------------------------------------------------------
+
+/// Radians between samples inside faces for smoothing the paper's tessellation: its faces have no points of their own.
+inline constexpr double kPaperSampleAngle = 0.56;
+/// Radians between points inside faces where every arc has one segment: the angle of a common arc, so that arcs and
+/// faces are equally fine. With n segments it is divided by n and clamped to the following range.
+inline constexpr double kCommonArcAngle = 0.75;
+inline constexpr double kMinFaceAngle = 0.05, kMaxFaceAngle = 0.7;
+/// The union of balls that is smoothed without a skin: radians per arc segment; the same around small patches of balls,
+/// where jumps are smaller; between points inside faces. Chosen so that jumps where balls meet stay small.
+inline constexpr double kSmoothedArcAngle = 0.235, kSmoothedFlatArcAngle = 0.4, kSmoothedFaceAngle = 0.37;
+/// The same where there is a skin: coarser, because retract() splits edges that become too long.
+inline constexpr double kSkinArcAngle = 0.6, kSkinFlatArcAngle = 0.7, kSkinFaceAngle = 0.55;
+/// Factor, >= 1, on the edge lengths at which the skin is refined, where arcs have one segment: the user asked for
+/// coarse.
+inline constexpr double kSingleSegmentEdgeFactor = 1.5;
+
+// Samples of the boundary (boundary_samples.cpp) ----------------------------------------------------------------------
+
+/// Radians: longest piece of an arc that one sample represents.
+inline constexpr double kMaxPieceAngle = 0.8;
+/// How far samples of an arc are lifted from the arc towards the sphere around its centre, 0 to 1: arcs are the valleys
+/// between balls, the sphere their hilltops.
+inline constexpr double kArcLift = 0.5;
+/// Length of arc that counts as much as an area of one, in radii.
+inline constexpr double kAreaWeight = 3;
+/// rim_distance at which points inside faces begin to count, and from which they count in full.
+inline constexpr double kFaceSampleBegins = 0.2, kFaceSampleFull = 0.7;
+/// Mean squared distance, in square radii, of what is exposed of a ball: up to the first it is one sample, from the
+/// second on four, one towards each corner of a tetrahedron.
+inline constexpr double kOneSampleSpread = 0.4, kFourSamplesSpread = 0.55;
+
+// Coherent smoothing without a skin (smooth_coherent.cpp) -------------------------------------------------------------
+
+/// Kernel width in radii, > 0. Chosen so that a jittered slab becomes flat while waves of 8 dx stay.
+inline constexpr double kSmoothingWidth = 2.8;
+/// Largest displacement of a vertex in radii, < 1: no particle is ever left outside.
+inline constexpr double kMaxSmoothingStep = 0.5;
+/// rim_distance up to which vertices take the whole step, and from which they stay: drops and tips keep their shape.
+inline constexpr double kStayBegins = 0.7, kStayFull = 1.4;
+/// Weight that counts as half trust, in radii of arc; on a plane surface the samples weigh about 20.
+inline constexpr double kHalfTrustWeight = 1.5;
+/// Squared length of the mean direction at which a step counts half; 1 on a plane, 0 where parts meet in a point.
+inline constexpr double kHalfTrustDirection = 0.15;
+/// Added to the variance of the samples, square radii: a single sample fits a plane instead of a tiny sphere.
+inline constexpr double kFitVariance = 1e-3;
+/// Added to the squared length of the mean direction, so that it can be divided by.
+inline constexpr float kMinSquaredMean = 0.01F;
+/// Squared slope, height over distance, at which samples cease to count: keeps apart surfaces above one another.
+inline constexpr float kMaxSquaredSlope = 0.5F;
+/// Added to squared distances between opposite sides of the liquid, square radii.
+inline constexpr float kOppositeSoftening = 0.04F;
+/// squared thickness · the sum over the opposite side of a plane sheet (derived from the kernel of SumOpposite).
+inline constexpr double kSheetSum = 4;
+/// Largest inset as a share of the local thickness, < 0.5: the two sides never meet.
+inline constexpr double kMaxInsetShare = 0.45;
+
+// Outer boundary: what the skin's depth is measured from (outer_boundary.cpp) -----------------------------------------
+
+/// Radians of a great circle between samples of an arc, and radians between samples inside a face.
+inline constexpr double kOuterArcAngle = 0.4, kOuterFaceAngle = 0.5;
+/// rim_distance, radians, up to which samples inside faces fade out towards the rim.
+inline constexpr double kOuterFadeWidth = 0.15;
+
+// Retraction to the skin (retract.cpp); lengths in dx -----------------------------------------------------------------
+
+/// Outer samples so much farther away than the nearest one contribute to the direction. Wide enough to vary slowly,
+/// narrow enough to point to the nearest part.
+inline constexpr double kDirectionBand = 0.25;
+/// Vertices so much deeper than the skin are out of reach and stay; in between they fade.
+inline constexpr double kReachFade = 0.3;
+/// Added to the squared distance of an outer sample that has only just appeared (square dx): it comes gradually.
+inline constexpr float kNewSampleSquaredOffset = 0.3F;
+/// Length of a wide step, and their largest number.
+inline constexpr double kWideStep = 0.37, kMaxWideSteps = 16;
+/// Kernel widths over which steps are averaged: of the wide steps, then of each narrower one.
+inline constexpr double kWideKernel = 1.3;
+inline constexpr double kNarrowKernels[] = {1.0, 0.8, 0.6};
+/// The mesh is refined after this many narrower steps: edges around holes grow until then.
+inline constexpr std::size_t kRefineAfter = 1;
+/// Longest step inwards, in kernel widths: an averaged field that changes so slowly does not fold the mesh. Longest
+/// step outwards, in dx.
+inline constexpr double kMaxStepInKernels = 0.2, kMaxOutwardStep = 0.1;
+/// Depth beyond the automatic skin that makes volumes true: of threads, which expose a fifth of each outer ball, and of
+/// lone particles, which expose all of it, in addition (0.55 + 0.1 - 0.02 is near 0.62). Chosen so that the volumes of
+/// threads and drops are true.
+inline constexpr double kThreadExtraDepth = 0.1, kDropExtraDepth = -0.02;
+/// Exposed share of an outer ball, 0 to 1, from which each extra depth counts, and the width over which it fades in.
+inline constexpr double kThreadExposure = 0.1, kThreadExposureFade = 0.1, kDropExposure = 0.8, kDropExposureFade = 0.2;
+
+// Refinement (refine_mesh.cpp); lengths in dx -------------------------------------------------------------------------
+
+/// Longest edges where the surface is flat: in dx, or in radii where that is more, a little longer than arc segments.
+inline constexpr double kMaxFlatEdge = 0.9, kMaxFlatEdgeRadii = 0.55;
+/// Longest edges where it is as round as a thread, and how much shorter they are on rims.
+inline constexpr double kMaxRoundEdge = 0.4, kRimEdgeReduction = 0.12;
+/// Kernel width for the variation of normals, and the variations (0 to 1) that count as flat, as round and as a rim.
+inline constexpr double kVariationKernel = 0.8, kFlatVariation = 0.03, kRoundVariation = 0.1, kRimVariation = 0.2;
+/// Longest edges along rims of holes, where the surface is a saddle: concave along the edge, by radians per dx between
+/// the two values; the variation from which that counts, in full from twice that.
+inline constexpr double kMaxSaddleEdge = 0.2, kSaddleBegins = 0.05, kSaddleFull = 0.15, kSaddleVariation = 0.07;
+/// Excess length, in longest lengths, over which the vertex that splits an edge fades in.
+inline constexpr double kSplitFade = 0.5;
+/// Demand, 0 to 1, over which a vertex in a quad goes to the middles of its diagonals.
+inline constexpr double kQuadCentreFade = 0.05;
+
+// Folds (deforming_mesh.cpp); lengths in dx ---------------------------------------------------------------------------
+
+/// Kernel width of meanNormals().
+inline constexpr double kMeanNormalKernel = 0.3;
+/// Flatness of a one-ring, 0 to 1, at which a vertex begins to move to the mean of its ring, and where it moves in
+/// full.
+inline constexpr double kFoldBegins = 0.95, kFoldFull = 0.8;
+/// Share of the distance to that mean in one step.
+inline constexpr double kFoldRelaxation = 0.7;
+/// Cosine between a triangle's normal and the surface's below which it counts as inverted.
+inline constexpr double kInvertedCosine = 0.5;
+/// An inverted triangle is turned in full where its longest edge's square exceeds the others' by this share.
+inline constexpr double kLongestEdgeMargin = 0.1;
+/// Height over its longest edge, as a share of that edge, of a triangle that has been turned.
+inline constexpr double kTurnedHeight = 0.03;
+/// Longest step of relaxFolds().
+inline constexpr float kMaxFoldStep = 0.25F;
+
+// Smoothing of the skin (skin_smoothing.cpp, long_waves.cpp); lengths in dx -------------------------------------------
+
+/// Steps of the bi-Laplacian in a pass; their gain: as much as four steps of 1, and below where it oscillates.
+inline constexpr int kBiLaplacianSteps = 3;
+inline constexpr float kBiLaplacianGain = 1.6F;
+/// Its kernel width and longest step.
+inline constexpr double kBiLaplacianKernel = 0.8, kMaxBiLaplacianStep = 0.15;
+/// Kernel widths of the mean over steps, which keeps slivers from folding, and of the normals along which vertices
+/// move.
+inline constexpr double kStepKernel = 0.3, kNormalKernel = 0.5;
+/// Widest and narrowest kernel of a sphere fit.
+inline constexpr double kWidestFit = 5.8, kNarrowestFit = 0.8;
+/// Kernel widths between which fits fade in: narrower ones would reproduce creases.
+inline constexpr double kFitBegins = 1, kFitFull = 2;
+/// Kernel widths between which vertices go over from averaged steps to their own.
+inline constexpr double kOwnStepBegins = 4, kOwnStepFull = 5.4;
+/// Longest step onto a fitted sphere.
+inline constexpr double kMaxFitStep = 0.3;
+/// Added to the variance of what is fitted, square dx: a small neighbourhood fits a plane.
+inline constexpr double kSkinFitVariance = 1e-3;
+/// Cosines to a vertex' normal between which a surface faces sideways, neither the same way nor the opposite one, and
+/// the width over which that fades; the kernel width of that normal.
+inline constexpr float kSidewaysMax = 0.5F, kSidewaysMin = -0.3F, kSidewaysFade = 0.25F;
+inline constexpr double kSidewaysKernel = 1.2;
+/// 2 / π: the inverse square distance of a wall across the surface is this times the sum over it (derived).
+inline constexpr double kWallFactor = 0.6366;
+/// Kernel width of fits at edges of thick liquid, which are rounded whatever faces sideways; what faces the opposite
+/// way takes that back by kThinFactor times its nearness, on rims of sheets and on threads.
+inline constexpr double kEdgeFit = 2.5, kThinFactor = 2;
+/// Added to squared distances in those sums, square dx.
+inline constexpr float kSidewaysSoftening = 0.02F;
+/// Agreement of a surface element's normals, 0 to 1, below which it is divided by directions, and the width over which
+/// it fades.
+inline constexpr double kUndividedFlatness = 0.75, kDivisionFade = 0.15;
+/// How often lost long waves are returned, and the kernel width of the means over them.
+inline constexpr int kWaveReturns = 3;
+inline constexpr double kWaveKernel = 5.4;
+/// Calls of relaxFolds() after a pass; there is one before it, because fits depend on how vertices face.
+inline constexpr int kFoldRelaxations = 2;
+/// Largest displacement by smoothing in skin depths, < 1: no vertex passes a particle.
+inline constexpr double kMaxSkinSmoothing = 0.9;
+
+// Self-intersections (self_intersections.cpp); lengths in radii -------------------------------------------------------
+
+/// Attempts to remove crossings of the skin by moving corners to the mean of their one-rings.
+inline constexpr int kCornerRelaxations = 6;
+/// Kernel width of mean displacements, and the edge of cells whose triangles count as one element in them.
+inline constexpr double kMeanDisplacementKernel = 0.5, kDisplacementCell = 0.0625;
+/// Rounds after which vertices that still cross return to where they came from.
+inline constexpr int kMaxReductionRounds = 24;
+/// Share of the crossing-free displacement that is used, < 1: stays clear of the contact.
+inline constexpr double kContactMargin = 0.999;
+/// The contact's rate of change: the time step in which nothing moves further than this; how far the contact may move
+/// in it, as a share of the displacement; the largest speed of a vertex by it, in largest speeds of the triangles.
+inline constexpr double kContactTimeStep = 1e-4, kMaxContactChange = 0.05, kMaxContactSpeed = 2;
+/// Attempts to separate triangles that cross in every known state, the first of which move fading vertices to their
+/// supports; growth of the distance from one attempt to the next, and its largest value.
+inline constexpr int kMaxSeparations = 24, kSupportSeparations = 4;
+inline constexpr double kSeparationGrowth = 1.5, kMaxSeparation = 0.02;
+
+// Velocities (velocity.cpp, limit_velocities.cpp) ---------------------------------------------------------------------
+
+/// |q1·(q2 × q3)|, unit directions to the three balls, from which a vertex' equations are solved exactly: 99.9 % of
+/// vertices (measured).
+inline constexpr double kWellConditioned = 0.01;
+/// Weight of the rigid motion against the three equations where that is 0.
+inline constexpr double kRigidMotionDamping = 0.25;
+/// Added to the inertia of the balls near a vertex, in squares of the reach: always, so that it can be inverted for a
+/// line of balls; and up to the second where they do not move as a rigid body, or noise would make threads spin.
+inline constexpr double kMinInertia = 1e-7, kNoiseInertia = 0.03;
+/// Largest speed by rotation, over the root mean square of what it gives the balls: two balls close together have a
+/// large angular velocity, which must not be extrapolated to the surface.
+inline constexpr double kMaxRotationGain = 8;
+/// Largest normal velocity relative to the rigid motion, over the root mean square of the balls' own. Measured: more is
+/// farther from the surface half a frame later.
+inline constexpr double kMaxRelativeVelocity = 0.7;
+
+}  // namespace betamesh

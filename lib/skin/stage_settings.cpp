@@ -1,0 +1,87 @@
+#include "skin/stage_settings.h"
+
+#include "betamesh/error.h"
+#include "skin/constants.h"
+
+#include <algorithm>
+
+namespace betamesh {
+
+namespace {
+
+double smoothingWidth(const SkinParams& params) {
+    return params.smoothing_width > 0 ? params.smoothing_width : kSmoothingWidth * params.radius;
+}
+
+}  // namespace
+
+bool isComplete(const SkinParams& params) {
+    return params.surface == SurfaceKind::beta && params.tessellation == Tessellation::complete;
+}
+
+bool hasSkin(const SkinParams& params) { return skinDepth(params) > 0; }
+
+bool isSmoothed(const SkinParams& params) { return coherentPasses(params) > 0 || params.inset > 0 || hasSkin(params); }
+
+int coherentPasses(const SkinParams& params) {
+    return params.smoothing == SmoothingMethod::coherent ? params.passes : 0;
+}
+
+Icosphere faceDirections(const SkinParams& params) {
+    if (params.surface != SurfaceKind::beta) return {};
+    if (params.tessellation == Tessellation::paper)
+        return isSmoothed(params) ? icosphereOf(kPaperSampleAngle) : Icosphere();
+    if (params.arc_subdivisions > 0)
+        return icosphereOf(std::clamp(kCommonArcAngle / params.arc_subdivisions, kMinFaceAngle, kMaxFaceAngle));
+    if (hasSkin(params)) return icosphereOf(kSkinFaceAngle);
+    return icosphereOf(isSmoothed(params) ? kSmoothedFaceAngle : ArcSubdivision().max_angle);
+}
+
+ArcSubdivision arcSubdivision(const SkinParams& params) {
+    ArcSubdivision subdivision;
+    subdivision.segments = params.arc_subdivisions;
+    if (!isSmoothed(params)) return subdivision;
+    subdivision.appearance = Appearance::gradual;
+    subdivision.max_angle = kSmoothedArcAngle;
+    if (hasSkin(params)) {
+        subdivision.moves_far = true;
+        subdivision.max_angle = kSkinArcAngle;
+        subdivision.flat_angle = kSkinFlatArcAngle;
+    } else if (coherentPasses(params) > 0 && smoothingWidth(params) >= kSmoothingWidth * params.radius) {
+        subdivision.flat_angle = kSmoothedFlatArcAngle;
+    }
+    return subdivision;
+}
+
+CoherentSmoothing coherentSmoothing(const SkinParams& params) {
+    return {params.radius, smoothingWidth(params), coherentPasses(params), params.inset};
+}
+
+SkinLengths skinLengths(const SkinParams& params) {
+    const double spacing = particleSpacing(params);
+    return {params.radius / spacing, leastSkin(params) / spacing, !params.skin,
+            params.arc_subdivisions == 1 ? kSingleSegmentEdgeFactor : 1};
+}
+
+double widestSkinFit(const SkinParams& params) {
+    return params.smoothing_width > 0 ? params.smoothing_width / particleSpacing(params) : kWidestFit;
+}
+
+double farthestSkinSmoothing(const SkinParams& params) {
+    return kMaxSkinSmoothing * leastSkin(params) / particleSpacing(params);
+}
+
+void requireConsistent(const SkinParams& params) {
+    if (params.surface == SurfaceKind::beta && params.tessellation != Tessellation::paper &&
+        params.smoothing == SmoothingMethod::paper)
+        throw Error(
+            "the paper's smoothing averages over the fans of its own tessellation; expected the paper's "
+            "tessellation or coherent smoothing");
+    if (params.features.bubbles == Bubbles::fill && !isComplete(params))
+        throw Error(
+            "only the complete tessellation has bubbles that can be filled; expected the complete "
+            "tessellation, or bubbles that are meshed");
+    requireSkin(params);
+}
+
+}  // namespace betamesh

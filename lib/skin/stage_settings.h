@@ -1,0 +1,36 @@
+// What the parameters of a frame mean for each stage.
+
+#pragma once
+
+#include "base/icosphere.h"
+#include "betamesh/skin_params.h"
+#include "skin/arcs.h"
+#include "skin/retract.h"
+#include "skin/smooth_coherent.h"
+
+namespace betamesh {
+
+/// Is the surface the complete tessellation, for which all stages exist?
+bool isComplete(const SkinParams& params);
+/// Does the surface leave the boundary of the union of balls for a skin?
+bool hasSkin(const SkinParams& params);
+/// Does any smoothing move the vertices, with a skin or without?
+bool isSmoothed(const SkinParams& params);
+/// Passes of coherent smoothing: 0 with another method.
+int coherentPasses(const SkinParams& params);
+
+/// Directions in which points inside faces are sought; none where the surface has no such points.
+Icosphere faceDirections(const SkinParams& params);
+/// How the complete tessellation cuts arcs.
+ArcSubdivision arcSubdivision(const SkinParams& params);
+CoherentSmoothing coherentSmoothing(const SkinParams& params);
+SkinLengths skinLengths(const SkinParams& params);
+/// Widest kernel of the skin's sphere fits, and farthest displacement by its smoothing; particle spacings.
+double widestSkinFit(const SkinParams& params);
+double farthestSkinSmoothing(const SkinParams& params);
+
+/// errors  the paper's smoothing with another tessellation than the paper's; filled bubbles with another tessellation
+///         than the complete one; what requireSkin() throws
+void requireConsistent(const SkinParams& params);
+
+}  // namespace betamesh

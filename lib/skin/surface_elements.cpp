@@ -1,0 +1,119 @@
+#include "skin/surface_elements.h"
+
+#include "base/parallel.h"
+#include "skin/constants.h"
+
+#include <algorithm>
+
+namespace betamesh {
+
+namespace {
+
+constexpr double kGroupCell = 4;     // edge of the cells in which elements are grouped, particle spacings
+constexpr std::size_t kCorners = 4;  // of a tetrahedron: the directions by which elements are divided
+
+// Integrals over triangles, relative to an origin.
+struct MomentAccumulator {
+    double area = 0, square = 0, along = 0;
+    std::array<double, 2> value{};
+    Vec3 first{0}, direction{0};
+
+    void add(const Vec3& a, const Vec3& b, const Vec3& c, const std::array<double, 2>& value_sum, double share) {
+        const Vec3 vector_area = cross(b - a, c - a) / 2 * share;
+        const double triangle_area = vector_area.length();
+        const Vec3 sum = a + b + c;
+        area += triangle_area;
+        first += sum * (triangle_area / 3);
+        direction += vector_area;
+        square += triangle_area / 12 * (dot(a, a) + dot(b, b) + dot(c, c) + dot(sum, sum));
+        along += dot(a, vector_area);
+        for (std::size_t k = 0; k < 2; ++k) value[k] += value_sum[k] / 3 * triangle_area;
+    }
+    SurfaceElement element(const Vec3& origin, double unit) const {
+        const Vec3 middle = first / area;
+        const Vec3 mean = direction / area;
+        return {origin + middle * unit,
+                Vec3f(mean),
+                static_cast<float>(area),
+                static_cast<float>(std::max(0.0, square / area - dot(middle, middle))),
+                static_cast<float>(along / area - dot(middle, mean)),
+                {static_cast<float>(value[0] / area), static_cast<float>(value[1] / area)}};
+    }
+};
+
+std::vector<SurfaceElement> elementsOf(const DeformingMesh& surface, const std::vector<std::array<float, 2>>& value) {
+    const BetaMesh& mesh = surface.mesh();
+    const double unit = surface.spacing(), scale = 1 / unit;
+    const std::array<Vec3, kCorners> corner{Vec3(1, 1, 1), Vec3(1, -1, -1), Vec3(-1, 1, -1), Vec3(-1, -1, 1)};
+    constexpr std::size_t kBallsPerTask = 256;
+    const std::size_t balls = mesh.ball_begin.empty() ? 0 : mesh.ball_begin.size() - 1;
+    const std::size_t tasks = (balls + kBallsPerTask - 1) / kBallsPerTask;
+    std::vector<std::vector<SurfaceElement>> parts(tasks);
+    parallelFor(tasks, 1, [&](std::size_t task) {
+        for (std::size_t b = task * kBallsPerTask; b < std::min(balls, (task + 1) * kBallsPerTask); ++b) {
+            const std::uint32_t begin = mesh.ball_begin[b], end = mesh.ball_begin[b + 1];
+            if (begin == end) continue;
+            const Vec3 origin = surface.position()[mesh.triangles[begin][0]];
+            const auto forTriangles = [&](const auto& visit) {
+                const auto localOf = [&](std::uint32_t v) { return (surface.position()[v] - origin) * scale; };
+                for (std::uint32_t t = begin; t < end; ++t) {
+                    const auto& [i, j, k] = mesh.triangles[t];
+                    std::array<double, 2> sum{};
+                    if (!value.empty())
+                        for (std::size_t m = 0; m < 2; ++m)
+                            sum[m] = static_cast<double>(value[i][m]) + value[j][m] + value[k][m];
+                    visit(localOf(i), localOf(j), localOf(k), sum);
+                }
+            };
+            MomentAccumulator whole;
+            forTriangles(
+                [&](const Vec3& p, const Vec3& q, const Vec3& r, const auto& sum) { whole.add(p, q, r, sum, 1); });
+            if (!(whole.area > 0)) continue;
+            const double flatness = whole.direction.length() / whole.area;
+            const double divided = 1 - smoothStep((flatness - kUndividedFlatness) / kDivisionFade).value;
+            const auto add = [&](const MomentAccumulator& m, double share) {
+                if (!(m.area * share > 1e-9)) return;
+                parts[task].push_back(m.element(origin, unit));
+                parts[task].back().area *= static_cast<float>(share);
+            };
+            add(whole, 1 - divided);
+            if (!(divided > 0)) continue;
+            std::array<MomentAccumulator, kCorners> part;
+            forTriangles([&](const Vec3& p, const Vec3& q, const Vec3& r, const auto& sum) {
+                const Vec3 normal = cross(q - p, r - p).normalized();
+                std::array<double, kCorners> share;
+                double all = 0;
+                for (std::size_t m = 0; m < kCorners; ++m) {
+                    const double s = 1 + dot(normal, corner[m]) * 0.577, s2 = s * s, s4 = s2 * s2;
+                    all += share[m] = s4 * s4;
+                }
+                for (std::size_t m = 0; m < kCorners; ++m) part[m].add(p, q, r, sum, share[m] / all);
+            });
+            for (const MomentAccumulator& m : part) add(m, divided);
+        }
+    });
+    return concatenate(parts);
+}
+
+}  // namespace
+
+GroupedElements::GroupedElements(const DeformingMesh& surface, const std::vector<std::array<float, 2>>& value)
+    : element(elementsOf(surface, value)), position(element.size()) {
+    const auto setPositions = [&] {
+        parallelFor(position.size(), 8192, [&](std::size_t i) { position[i] = element[i].position; });
+    };
+    setPositions();
+    std::vector<std::uint32_t> order;
+    groups = PointGroups(position, kGroupCell * surface.spacing(), order);
+    element = inOrder(element, order);
+    setPositions();
+    groups.fitBoxes(position);
+}
+
+std::vector<float> inverseSquares(const std::vector<float>& width) {
+    std::vector<float> inverse(width.size());
+    parallelFor(inverse.size(), 8192, [&](std::size_t v) { inverse[v] = 1 / (width[v] * width[v]); });
+    return inverse;
+}
+
+}  // namespace betamesh

@@ -1,0 +1,70 @@
+// The skin divided into elements with their second moments: what wide kernel sums over it iterate over.
+
+#pragma once
+
+#include "skin/deforming_mesh.h"
+
+#include <array>
+#include <vector>
+
+namespace betamesh {
+
+using Normals = std::vector<Vec3f>;
+
+/// A part of the surface that is on one ball and faces roughly one way. Lengths but for the position are in particle
+/// spacings.
+struct SurfaceElement {
+    Vec3 position;               ///< mean, world units
+    Vec3f direction;             ///< mean normal, shorter than 1 where the element is curved
+    float area, variance;        ///< area, and mean squared distance from the position
+    float convexity;             ///< mean of (x - position) · (normal at x): > 0 where the element is convex
+    std::array<float, 2> value;  ///< means of two values of the vertices
+};
+
+/// Elements in compact groups.
+struct GroupedElements {
+    std::vector<SurfaceElement> element;
+    std::vector<Vec3> position;  ///< of the elements
+    PointGroups groups;
+
+    /// The elements of a surface, one per ball or four where its part of the surface is strongly curved. They are exact
+    /// integrals, which do not depend on how a plane polygon is triangulated.
+    /// value: two values per vertex, whose means the elements get; empty: zeros.
+    explicit GroupedElements(const DeformingMesh& surface, const std::vector<std::array<float, 2>>& value = {});
+};
+
+/// Fields of an element in sums.
+enum ElementField { kPx, kPy, kPz, kDx, kDy, kDz, kElementArea, kVariance, kConvexity, kElementValue, kElementFields };
+using ElementSamples = SampleRuns<kElementFields>;
+
+/// Positions and normals of a group of points, one per lane.
+struct Facing {
+    const Lanes (&position)[3];
+    const Lanes (&normal)[3];
+};
+
+/// Calls visit(group of points, elements within reach, positions and normals of the group) for every group; reach: in
+/// units.
+template <typename Visit>
+void forElements(const PointGroups& points, const std::vector<Vec3>& point, const GroupedElements& elements,
+                 double unit, double reach, const Normals& normal, const Visit& visit) {
+    constexpr std::size_t kMaxElements = 4096;
+    forGroups<kElementFields>(
+        points, point, elements.groups, elements.position, unit, kMaxElements,
+        [&](std::size_t) { return reach * unit; },
+        [&](std::uint32_t i, SampleFields<kElementFields>& f) {
+            const SurfaceElement& e = elements.element[i];
+            f[kDx] = e.direction.x, f[kDy] = e.direction.y, f[kDz] = e.direction.z;
+            f[kElementArea] = e.area, f[kVariance] = e.variance, f[kConvexity] = e.convexity;
+            f[kElementValue] = e.value[0];
+        },
+        [&](const PointGroup& group, ElementSamples samples) {
+            const PointGroup::Vectors n = group.gather(normal);
+            visit(group, samples, Facing{group.position, n.lanes});
+        });
+}
+
+/// 1 / width² of each point.
+std::vector<float> inverseSquares(const std::vector<float>& width);
+
+}  // namespace betamesh

@@ -1,0 +1,303 @@
+// The architecture: which file may include which. Read from the sources themselves.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <map>
+#include <set>
+#include <string>
+#include <vector>
+
+namespace betamesh {
+namespace {
+
+namespace fs = std::filesystem;
+
+// The level of each folder. A file may include files of its own folder and of folders at lower levels.
+const std::map<std::string, int> kLevels{{"base", 0}, {"exact", 1},  {"mesh", 2},   {"skin", 3},  {"planar", 4},
+                                         {"io", 3},   {"render", 3}, {"sample", 3}, {"batch", 5}, {"cmd", 6}};
+
+// Public headers, included as "betamesh/NAME", that belong to the lowest level.
+const std::set<std::string> kPublicHeaders{"betamesh/curves.h",    "betamesh/error.h",       "betamesh/mesh.h",
+                                           "betamesh/particles.h", "betamesh/skin_params.h", "betamesh/vec3.h"};
+
+// How the headers of a third-party library begin, and the files that may include them.
+const std::vector<std::pair<std::string, std::vector<std::string>>> kThirdParty{
+    {"CLI/", {"cmd/command.h", "cmd/job_options.h", "cmd/picture_options.h"}},
+    {"Imath/", {"include/betamesh/vec3.h"}},
+    {"OpenEXR/", {"render/exr_file.cpp"}},
+    {"blosc.h", {"io/houdini_scf.cpp"}},
+    {"boost/multiprecision/", {"exact/orientation.cpp"}},
+    {"dlfcn.h", {"base/module.cpp"}},
+    {"embree3/", {"render/ray_tracer.cpp"}},
+    {"freetype/", {"render/text.cpp"}},
+    {"nlohmann/", {"batch/report/report.cpp"}},
+    {"openvdb/", {"io/vdb_file.cpp"}},
+    {"png.h", {"render/png_file.cpp"}},
+    {"spdlog/", {"batch/report/log.cpp"}},
+    {"tbb/", {"base/parallel.h"}},
+    {"xxhash.h", {"batch/job/provenance.cpp"}},
+    {"yaml-cpp/", {"batch/config/config.cpp"}},
+    {"zlib.h", {"io/gzip.cpp"}},
+};
+const std::vector<std::string> kSystem{"fcntl.h",    "linux/",  "malloc.h", "poll.h", "pthread.h",
+                                       "sanitizer/", "sched.h", "signal.h", "sys/",   "unistd.h"};
+
+constexpr std::size_t kMostLines = 500;
+// Files that are still to be split.
+const std::set<std::string> kTooLong{"io/ply.cpp",
+                                     "io/vdb_file.cpp",
+                                     "skin/deforming_mesh.cpp",
+                                     "skin/hull.cpp",
+                                     "skin/self_intersections.cpp",
+                                     "skin/skin_smoothing.cpp",
+                                     "skin/tessellate.cpp"};
+
+// Includes that still close a cycle; a header and its source are one unit.
+const std::set<std::pair<std::string, std::string>> kIncludesToRemove{
+    {"batch/config/presets", "batch/config/config"},
+    {"batch/job/preview", "batch/job/plan"},
+    {"batch/platform/interrupt", "batch/job/job"},
+    {"batch/platform/worker", "batch/job/job"},
+    {"batch/platform/worker", "batch/report/report"},
+    {"batch/report/report", "batch/job/plan"},
+    {"io/file_contents", "io/file_info"},
+    {"io/file_contents", "io/particle_file"},
+    {"io/vdb_process", "io/vdb"},
+    {"sample/scene", "sample/sample"},
+    {"skin/ball_boundary", "skin/exposed_directions"},
+};
+
+// Identifiers that were replaced and must not return.
+const std::set<std::string> kRetiredNames{"Rate",
+                                          "Moving",
+                                          "RateLanes",
+                                          "MovingLanes",
+                                          "MovingCircle",
+                                          "RisingVertex",
+                                          "TurningEdge",
+                                          "SwellingVertex",
+                                          "unborn",
+                                          "LightTouch",
+                                          "placesOf",
+                                          "Rows",
+                                          "RowsOf",
+                                          "makeRoom",
+                                          "resizeOnAll",
+                                          "FileStamp",
+                                          "watchOverWorkers",
+                                          "FrameNotes",
+                                          "slideWithParticles",
+                                          "keepApart",
+                                          "BodyCheck",
+                                          "LeftOfWays",
+                                          "Together",
+                                          "rowsWhere",
+                                          "kNone",
+                                          "kUnused",
+                                          "kAbsent",
+                                          "kHidden"};
+
+struct SourceFile {
+    std::string name;  // relative to lib or, in cmd and tests, to the repository
+    std::vector<std::string> lines;
+};
+
+std::vector<SourceFile> sourcesIn(const std::vector<std::string>& folders) {
+    const fs::path repository(BETAMESH_SOURCE);
+    std::vector<SourceFile> files;
+    for (const std::string& folder : folders) {
+        const fs::path base = folder == "lib" ? repository / "lib" : repository;
+        for (const auto& entry : fs::recursive_directory_iterator(repository / folder)) {
+            if (entry.path().extension() != ".h" && entry.path().extension() != ".cpp") continue;
+            SourceFile& file = files.emplace_back();
+            file.name = entry.path().lexically_relative(base).generic_string();
+            std::ifstream in(entry.path());
+            for (std::string line; std::getline(in, line);) file.lines.push_back(line);
+        }
+    }
+    return files;
+}
+
+std::string folderOf(const std::string& file) { return file.substr(0, file.find('/')); }
+
+std::string withoutExtension(const std::string& file) { return file.substr(0, file.rfind('.')); }
+
+/// The file that a header in quotes stands for, relative to lib (or cmd/NAME).
+std::string includedFile(const std::string& file, const std::string& header) {
+    if (header.starts_with("betamesh/")) return "include/" + header;
+    return header.find('/') == std::string::npos ? folderOf(file) + "/" + header : header;
+}
+
+/// What is wrong with a file, relative to lib or as cmd/NAME, that includes a header of the project; empty if nothing.
+std::string faultOfOwn(const std::string& file, const std::string& header) {
+    if (header.starts_with("betamesh/")) return kPublicHeaders.contains(header) ? "" : "is not a public header";
+    const std::string from = folderOf(file);
+    if (from == "include") return "is included by a public header, but is not public";
+    const std::string to = folderOf(includedFile(file, header));
+    if (!kLevels.contains(from)) return "is included from an unknown folder";
+    if (!kLevels.contains(to)) return "is in an unknown folder";
+    return from == to || kLevels.at(to) < kLevels.at(from) ? "" : "is not at a lower level";
+}
+
+/// The same for a header in angle brackets.
+std::string faultOfThirdParty(const std::string& file, const std::string& header) {
+    const auto begins = [&](const std::string& start) { return header.starts_with(start); };
+    for (const auto& [start, wrappers] : kThirdParty)
+        if (begins(start))
+            return std::count(wrappers.begin(), wrappers.end(), file) > 0 ? "" : "may be included only by its wrapper";
+    const bool standard = header.find_first_of("/.") == std::string::npos;
+    return standard || std::any_of(kSystem.begin(), kSystem.end(), begins) ? ""
+                                                                           : "belongs to a library without a wrapper";
+}
+
+std::string faultOf(const std::string& file, const std::string& line) {
+    const std::size_t begin = line.find_first_of("<\"");
+    const std::size_t end = line.find_last_of(">\"");
+    if (begin == std::string::npos || begin == end) return "has no name";
+    const std::string header = line.substr(begin + 1, end - begin - 1);
+    return line[begin] == '<' ? faultOfThirdParty(file, header) : faultOfOwn(file, header);
+}
+
+TEST(Architecture, IncludesFollowTheLevelsAndWrappers) {
+    int includes = 0;
+    for (const SourceFile& file : sourcesIn({"lib", "cmd"}))
+        for (const std::string& line : file.lines) {
+            if (!line.starts_with("#include")) continue;
+            ++includes;
+            EXPECT_EQ(faultOf(file.name, line), "") << file.name << ": " << line;
+        }
+    EXPECT_GT(includes, 300);
+}
+
+TEST(Architecture, EveryWrapperIncludesItsLibrary) {
+    std::map<std::string, std::vector<std::string>> lines;
+    for (SourceFile& file : sourcesIn({"lib", "cmd"})) lines[file.name] = std::move(file.lines);
+    for (const auto& [start, wrappers] : kThirdParty)
+        for (const std::string& wrapper : wrappers)
+            EXPECT_TRUE(std::any_of(lines[wrapper].begin(), lines[wrapper].end(),
+                                    [&](const std::string& line) { return line.starts_with("#include <" + start); }))
+                << wrapper << " does not include " << start;
+}
+
+// A header and the source of the same name count as one unit, whose includes are those of both files.
+TEST(Architecture, HasNoIncludeCycles) {
+    std::map<std::string, std::set<std::string>> includes;
+    for (const SourceFile& file : sourcesIn({"lib", "cmd"})) {
+        const std::string unit = withoutExtension(file.name);
+        for (const std::string& line : file.lines) {
+            if (!line.starts_with("#include \"")) continue;
+            const std::size_t begin = line.find('"') + 1;
+            const std::string header = line.substr(begin, line.rfind('"') - begin);
+            const std::string other = withoutExtension(includedFile(file.name, header));
+            if (other != unit && !kIncludesToRemove.contains({unit, other})) includes[unit].insert(other);
+        }
+    }
+    std::set<std::string> finished, open;
+    std::string cycle;
+    const std::function<bool(const std::string&)> hasCycle = [&](const std::string& unit) {
+        if (finished.contains(unit)) return false;
+        if (!open.insert(unit).second) return true;
+        const std::set<std::string> others = includes[unit];
+        for (const std::string& other : others)
+            if (hasCycle(other)) {
+                cycle += unit + " includes " + other + "; ";
+                return true;
+            }
+        open.erase(unit);
+        finished.insert(unit);
+        return false;
+    };
+    std::vector<std::string> units;
+    for (const auto& [unit, others] : includes) units.push_back(unit);
+    for (const std::string& unit : units) ASSERT_FALSE(hasCycle(unit)) << cycle;
+    EXPECT_GT(units.size(), 100u);
+}
+
+TEST(Architecture, NoFileOfTheLibraryIsTooLong) {
+    for (const SourceFile& file : sourcesIn({"lib"})) {
+        if (kTooLong.contains(file.name)) continue;
+        EXPECT_LE(file.lines.size(), kMostLines) << file.name;
+    }
+}
+
+/// A line without its comment and string literals.
+std::string codeOf(const std::string& line) {
+    std::string code;
+    bool in_string = false;
+    for (std::size_t i = 0; i < line.size(); ++i) {
+        if (in_string && line[i] == '\\') {
+            ++i;
+        } else if (line[i] == '"') {
+            in_string = !in_string;
+        } else if (!in_string && line.compare(i, 2, "//") == 0) {
+            break;
+        } else if (!in_string) {
+            code += line[i];
+        }
+    }
+    return code;
+}
+
+TEST(Architecture, RetiredNamesDoNotReturn) {
+    const std::string self = "tests/unit/architecture_test.cpp";  // names them itself
+    const auto isWordCharacter = [](char c) { return c == '_' || std::isalnum(static_cast<unsigned char>(c)) != 0; };
+    for (const SourceFile& file : sourcesIn({"lib", "cmd", "tests"})) {
+        if (file.name == self) continue;
+        for (std::size_t i = 0; i < file.lines.size(); ++i) {
+            const std::string line = codeOf(file.lines[i]);
+            for (auto at = line.begin(); at != line.end();) {
+                const auto begin = std::find_if(at, line.end(), isWordCharacter);
+                at = std::find_if_not(begin, line.end(), isWordCharacter);
+                const std::string word(begin, at);
+                EXPECT_FALSE(kRetiredNames.contains(word)) << file.name << ':' << i + 1 << ": " << word;
+            }
+        }
+    }
+}
+
+TEST(Architecture, RulesAcceptAndReject) {
+    const auto accepts = [](const std::string& file, const std::string& header) {
+        EXPECT_EQ(faultOf(file, "#include " + header), "") << file << ' ' << header;
+    };
+    const auto rejects = [](const std::string& file, const std::string& header) {
+        EXPECT_NE(faultOf(file, "#include " + header), "") << file << ' ' << header;
+    };
+    accepts("cmd/mesh.cpp", "\"command.h\"");
+    accepts("cmd/info.cpp", "\"skin/spacing.h\"");
+    accepts("skin/stage.cpp", "\"skin/stage.h\"");
+    accepts("skin/stage.cpp", "\"mesh/mesh_measure.h\"");
+    accepts("skin/stage.cpp", "\"betamesh/mesh.h\"");
+    accepts("planar/skin_plane.cpp", "\"skin/attributes.h\"");
+    accepts("mesh/mesh_check.cpp", "\"exact/orientation.h\"");
+    accepts("io/ply.cpp", "\"io/bytes.h\"");
+    accepts("batch/job/job.cpp", "\"batch/report/log.h\"");
+    accepts("include/betamesh/mesh.h", "\"betamesh/particles.h\"");
+    accepts("base/parallel.h", "<tbb/parallel_for.h>");
+    accepts("io/bytes.cpp", "<sys/stat.h>");
+    accepts("base/random.h", "<vector>");
+
+    rejects("base/box.h", "\"exact/predicates.h\"");
+    rejects("exact/predicates.cpp", "\"skin/stage.h\"");
+    rejects("mesh/mesh_check.cpp", "\"skin/stage.h\"");
+    rejects("skin/stage.cpp", "\"planar/skin_plane.h\"");
+    rejects("io/ply.cpp", "\"batch/report/log.h\"");
+    rejects("io/ply.cpp", "\"skin/spacing.h\"");
+    rejects("render/shade.cpp", "\"io/ply.h\"");
+    rejects("batch/job/job.cpp", "\"cmd/command.h\"");
+    rejects("include/betamesh/mesh.h", "\"base/box.h\"");
+    rejects("base/box.h", "\"betamesh/no_such_header.h\"");
+    rejects("attic/a.cpp", "\"base/box.h\"");
+    rejects("base/box.h", "\"attic/a.h\"");
+    rejects("io/ply.cpp", "<openvdb/openvdb.h>");
+    rejects("skin/stage.cpp", "<tbb/parallel_for.h>");
+    rejects("cmd/info.cpp", "<nlohmann/json.hpp>");
+    rejects("skin/stage.cpp", "<boost/container/small_vector.hpp>");
+    rejects("skin/stage.cpp", "<Eigen/Dense>");
+}
+
+}  // namespace
+}  // namespace betamesh
