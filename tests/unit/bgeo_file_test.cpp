@@ -37,9 +37,7 @@ const std::filesystem::path kData = std::filesystem::path(BETAMESH_SHARED) / "da
 
 }  // namespace
 
-TEST(BgeoFile, ParticlesSurviveARoundTrip) {
-    expectParticlesComeBack("a.bhclassic");
-}
+TEST(BgeoFile, ParticlesSurviveARoundTrip) { expectParticlesComeBack("a.bhclassic"); }
 
 TEST(BgeoFile, MeshesSurviveARoundTripWithShortAndLongIndices) {
     const TemporaryFolder folder;
