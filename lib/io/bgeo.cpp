@@ -51,21 +51,8 @@ std::string readString(Cursor& in, const char* what) {
     return {reinterpret_cast<const char*>(in.take(length, what)), length};
 }
 
-/// Reports a file that is not classic .bgeo; recognises the newer formats that share the extension.
-[[noreturn]] void failNotClassic(Cursor& in) {
-    const std::string_view start = in.peek(64).substr(0, 64);
-    const bool blosc = start.substr(0, 4) == "scb\0" || start.substr(0, 3) == "scb" || in.file().ends_with(".sc");
-    const bool json = start.substr(0, 5) == "\x7fNSJb" || start.substr(0, 1) == "[" || start.substr(0, 1) == "{";
-    if (blosc || json)
-        throw Error(in.file() + ": this is " + (blosc ? "blosc-compressed " : "") +
-                    "geometry of Houdini 12 or later; only the classic .bgeo (version 5) can be read. Export OpenVDB "
-                    "points (.vdb) or .ply from Houdini instead, or convert the file with gconvert to .bhclassic and "
-                    "rename that to .bgeo.");
-    in.fail("not classic Houdini geometry, which begins with 'BgeoV'");
-}
-
 Header readHeader(Cursor& in) {
-    if (in.peek(5).substr(0, 5) != "BgeoV") failNotClassic(in);
+    if (!in.peek(5).starts_with("BgeoV")) in.fail("not geometry of Houdini, whose classic format begins with 'BgeoV'");
     in.take(5, "magic");
     const auto version = in.big<std::int32_t>("version");
     if (version != kVersion)

@@ -17,7 +17,7 @@
 
 namespace betamesh {
 
-/// errors  a damaged file, with the byte offset; the JSON formats of Houdini 12 and later, with advice
+/// errors  a damaged file, with the byte offset; other formats
 FileContents parseBgeo(Cursor in, const ReadOptions& options = {});
 
 void encodeBgeo(ByteWriter& out, const Particles& particles, const std::string& file);

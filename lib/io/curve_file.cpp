@@ -5,6 +5,7 @@
 #include "io/bgeo.h"
 #include "io/bytes.h"
 #include "io/extension.h"
+#include "io/houdini_geo.h"
 #include "io/obj.h"
 #include "io/ply.h"
 
@@ -21,7 +22,7 @@ Curves readCurves(const std::filesystem::path& path) {
         case Extension::obj:
             return curvesFrom(parseObj(readWholeFile(path), file), file);
         default:
-            return curvesFrom(parseBgeo(openFile(path), options), file);
+            return curvesFrom(parseHoudini(openFile(path), options), file);
     }
 }
 
@@ -32,8 +33,10 @@ void writeCurves(const std::filesystem::path& path, const Curves& curves) {
             return writeEncoded(path, [&](ByteWriter& out) { encodePly(out, curves, file); });
         case Extension::obj:
             return writeEncoded(path, [&](ByteWriter& out) { encodeObj(out, curves, file); });
-        default:
+        case Extension::bhclassic:
             return writeEncoded(path, [&](ByteWriter& out) { encodeBgeo(out, curves, file); });
+        default:
+            return writeEncoded(path, [&](ByteWriter& out) { encodeBgeoJson(out, curves, file); });
     }
 }
 

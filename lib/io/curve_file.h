@@ -14,8 +14,9 @@ namespace betamesh {
 ///         curves. Messages begin with the file's name
 Curves readCurves(const std::filesystem::path& path);
 
-/// Writes .ply, .bgeo, .bgeo.gz or .obj. The file appears under its name only when it is complete. Positions are
-/// rounded to float. Velocity is always written (zeros if the curves have none), except to .obj.
+/// Writes .ply, .bgeo, .bgeo.gz, .bgeo.sc, .bhclassic or .obj. The file appears under its name only when it is
+/// complete. Positions are rounded to float. Velocity is always written (zeros if the curves have none), except to
+/// .obj.
 void writeCurves(const std::filesystem::path& path, const Curves& curves);
 
 /// Throws Error unless curves can be written in the format of this extension, .svg included. Does not access the disk.

@@ -3,6 +3,7 @@
 
 #include "betamesh/error.h"
 #include "io/gzip.h"
+#include "io/houdini_scf.h"
 #include "io/output_file.h"
 
 #include <cctype>
@@ -19,9 +20,9 @@ std::string lowerName(const std::filesystem::path& path) {
 }
 
 std::optional<Extension> extensionOf(const std::string& name) {
-    // Houdini now calls the classic format .bhclassic. The reader reports a .bgeo.sc of the newer format.
-    for (const char* ending : {".bgeo", ".bgeo.gz", ".bgeo.sc", ".bhclassic"})
+    for (const char* ending : {".bgeo", ".bgeo.gz", ".bgeo.sc", ".geo"})
         if (name.ends_with(ending)) return Extension::bgeo;
+    if (name.ends_with(".bhclassic")) return Extension::bhclassic;
     if (name.ends_with(".ply")) return Extension::ply;
     if (name.ends_with(".vdb")) return Extension::vdb;
     if (name.ends_with(".obj")) return Extension::obj;
@@ -40,37 +41,43 @@ bool isVdb(const std::filesystem::path& path) { return extensionOf(lowerName(pat
 Extension particleExtension(const std::filesystem::path& path) {
     const auto extension = extensionOf(lowerName(path));
     if (!extension || *extension == Extension::obj || *extension == Extension::svg)
-        failUnknownExtension(path, "particles", ".bgeo .bgeo.gz .ply .vdb");
+        failUnknownExtension(path, "particles", ".bgeo .bgeo.gz .bgeo.sc .bhclassic .ply .vdb");
     return *extension;
 }
 
 Extension meshExtension(const std::filesystem::path& path) {
     const auto extension = extensionOf(lowerName(path));
     if (!extension || *extension == Extension::vdb || *extension == Extension::svg)
-        failUnknownExtension(path, "a mesh", ".bgeo .bgeo.gz .obj .ply");
+        failUnknownExtension(path, "a mesh", ".bgeo .bgeo.gz .bgeo.sc .bhclassic .obj .ply");
     return *extension;
 }
 
 Extension curveExtension(const std::filesystem::path& path) {
     const auto extension = extensionOf(lowerName(path));
     if (!extension || *extension == Extension::vdb)
-        failUnknownExtension(path, "curves", ".bgeo .bgeo.gz .obj .ply .svg");
+        failUnknownExtension(path, "curves", ".bgeo .bgeo.gz .bgeo.sc .bhclassic .obj .ply .svg");
     return *extension;
 }
 
 Extension anyExtension(const std::filesystem::path& path) {
     const auto extension = extensionOf(lowerName(path));
     if (!extension || *extension == Extension::svg)
-        failUnknownExtension(path, "particles or a mesh", ".bgeo .bgeo.gz .obj .ply .vdb");
+        failUnknownExtension(path, "particles or a mesh", ".bgeo .bgeo.gz .bgeo.sc .bhclassic .obj .ply .vdb");
     return *extension;
 }
 
 OutputFile encodedFile(const std::filesystem::path& path, const std::function<void(ByteWriter&)>& encode) {
     const std::string name = lowerName(path);
-    if (name.ends_with(".sc")) throw Error(path.string() + ": .bgeo.sc cannot be written. Use .bgeo or .bgeo.gz.");
+    if (name.ends_with(".geo"))
+        throw Error(path.string() + ": .geo can be read, but not written. Use .bgeo or .bgeo.sc.");
     OutputFile file(path);
     if (name.ends_with(".gz")) {
         GzipWriter packed([&](std::span<const std::byte> piece) { file.write(piece); });
+        ByteWriter out([&](std::span<const std::byte> piece) { packed.write(piece); });
+        encode(out);
+        packed.finish();
+    } else if (name.ends_with(".sc")) {
+        ScfWriter packed([&](std::span<const std::byte> piece) { file.write(piece); });
         ByteWriter out([&](std::span<const std::byte> piece) { packed.write(piece); });
         encode(out);
         packed.finish();

@@ -1,10 +1,10 @@
 
 #include "io/file_info.h"
 
-#include "io/bgeo.h"
 #include "io/bytes.h"
 #include "io/extension.h"
 #include "io/file_contents.h"
+#include "io/houdini_geo.h"
 #include "io/obj.h"
 #include "io/ply.h"
 #include "io/vdb.h"
@@ -27,7 +27,7 @@ FileContents contentsOf(const std::filesystem::path& path) {
         case Extension::obj:
             return parseObj(readWholeFile(path), path.string());
         default:
-            return parseBgeo(openFile(path), options);
+            return parseHoudini(openFile(path), options);
     }
 }
 

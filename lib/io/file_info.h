@@ -24,7 +24,7 @@ struct AttributeInfo {
 /// A file with polygons is a mesh, one with edges or open polygons only contains curves, any other particles.
 struct FileInfo {
     FileKind kind = FileKind::particles;
-    std::string format;       ///< "bgeo V5, gzip", "ply binary_little_endian", "vdb points, blosc"
+    std::string format;       ///< "houdini json binary, blosc", "ply binary_little_endian", "vdb points, blosc"
     std::uint64_t bytes = 0;  ///< on disk
     std::size_t points = 0;
     std::size_t triangles = 0;  ///< after splitting polygons into fans

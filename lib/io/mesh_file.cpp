@@ -5,6 +5,7 @@
 #include "io/bgeo.h"
 #include "io/bytes.h"
 #include "io/extension.h"
+#include "io/houdini_geo.h"
 #include "io/obj.h"
 #include "io/ply.h"
 
@@ -21,7 +22,7 @@ Mesh readMesh(const std::filesystem::path& path) {
         case Extension::obj:
             return meshFrom(parseObj(readWholeFile(path), file), file);
         default:
-            return meshFrom(parseBgeo(openFile(path), options), file);
+            return meshFrom(parseHoudini(openFile(path), options), file);
     }
 }
 
@@ -32,8 +33,10 @@ OutputFile encodedMesh(const std::filesystem::path& path, const Mesh& mesh) {
             return encodedFile(path, [&](ByteWriter& out) { encodePly(out, mesh, file); });
         case Extension::obj:
             return encodedFile(path, [&](ByteWriter& out) { encodeObj(out, mesh, file); });
-        default:
+        case Extension::bhclassic:
             return encodedFile(path, [&](ByteWriter& out) { encodeBgeo(out, mesh, file); });
+        default:
+            return encodedFile(path, [&](ByteWriter& out) { encodeBgeoJson(out, mesh, file); });
     }
 }
 
@@ -46,9 +49,12 @@ void writeSpheres(const std::filesystem::path& path, const Spheres& spheres) {
             return writeEncoded(path, [&](ByteWriter& out) { encodePly(out, spheres, file); });
         case Extension::obj:
             throw Error(file + ": .obj cannot store the radius of spheres. Use .ply or .bgeo.");
-        default:
+        case Extension::bhclassic:
             return writeEncoded(path,
                                 [&](ByteWriter& out) { encodeBgeo(out, particlesOf(spheres, "pscale", file), file); });
+        default:
+            return writeEncoded(
+                path, [&](ByteWriter& out) { encodeBgeoJson(out, particlesOf(spheres, "pscale", file), file); });
     }
 }
 

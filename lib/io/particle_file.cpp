@@ -5,6 +5,7 @@
 #include "io/bytes.h"
 #include "io/extension.h"
 #include "io/file_contents.h"
+#include "io/houdini_geo.h"
 #include "io/output_file.h"
 #include "io/ply.h"
 #include "io/vdb.h"
@@ -24,7 +25,7 @@ FileContents readPoints(const std::filesystem::path& path, ReadOptions& options)
         case Extension::ply:
             return parsePly(openFile(path), options);
         default:
-            return parseBgeo(openFile(path), options);
+            return parseHoudini(openFile(path), options);
     }
 }
 
@@ -82,8 +83,10 @@ void writeParticles(const std::filesystem::path& path, const Particles& particle
             return writeFile(path, encodeVdb(particles, file));
         case Extension::ply:
             return writeEncoded(path, [&](ByteWriter& out) { encodePly(out, particles, file); });
-        default:
+        case Extension::bhclassic:
             return writeEncoded(path, [&](ByteWriter& out) { encodeBgeo(out, particles, file); });
+        default:
+            return writeEncoded(path, [&](ByteWriter& out) { encodeBgeoJson(out, particles, file); });
     }
 }
 

@@ -18,7 +18,7 @@ struct AttributeNames {
     std::string id;
 };
 
-/// Reads .bgeo (plain or gzip, classic), .ply and .vdb.
+/// Reads .bgeo, .bgeo.gz, .bgeo.sc, .bhclassic and .geo (any geometry format of Houdini), .ply and .vdb.
 ///
 /// out     valid particles (validate() has passed) in the order of the file
 /// same    rows for the same bytes
@@ -26,18 +26,19 @@ struct AttributeNames {
 ///         particles. Messages begin with the file's name
 Particles readParticles(const std::filesystem::path& path, const AttributeNames& names = {});
 
-/// Reads only the given rows (ascending). The other rows are checked, too, but never all in memory at once.
+/// Reads only the given rows (ascending). The other rows are checked, too, but never all in memory at once, except for
+/// JSON geometry of Houdini, which stores one attribute after another.
 Particles readParticles(const std::filesystem::path& path, const AttributeNames& names,
                         const std::vector<std::uint32_t>& rows);
 
-/// Calls visit(positions) for blocks of a few thousand particles, in the order of the file. Throws Error if a position
+/// Calls visit(positions) for blocks of particles, in the order of the file. Throws Error if a position
 /// is not finite.
 void visitPositions(const std::filesystem::path& path, const std::function<void(std::span<const Vec3f>)>& visit);
 
-/// Writes .bgeo, .bgeo.gz, .ply or .vdb. The file appears under its name only when it is complete.
-/// Velocity is named `v` (PLY: vx vy vz), the id `id`.
+/// Writes .bgeo, .bgeo.gz, .bgeo.sc, .bhclassic, .ply or .vdb. The file appears under its name only when it is
+/// complete. Velocity is named `v` (PLY: vx vy vz), the id `id`.
 ///
-/// errors  an id of more than 32 bits in PLY or BGEO
+/// errors  an id of more than 32 bits in PLY or .bhclassic
 void writeParticles(const std::filesystem::path& path, const Particles& particles);
 
 /// Throws Error unless particles can be written in the format of this extension. Does not access the disk.

@@ -2,6 +2,8 @@
 // than the file's size justifies. The random seed is printed; trial i of a seed is always the same.
 
 #include "io/bgeo.h"
+#include "io/houdini_geo.h"
+#include "io/houdini_scf.h"
 #include "io/obj.h"
 #include "io/output_file.h"
 #include "io/ply.h"
@@ -129,6 +131,25 @@ const Reader kBgeo{"bgeo", [](const Bytes& bytes) {
                        validate(readAsParticles(contents));
                        meshFrom(contents, "fuzz");
                    }};
+const Reader kHoudini{"houdini", [](const Bytes& bytes) {
+                          ReadOptions points_only;
+                          points_only.faces = false;
+                          points_only.skip_unknown_faces = true;
+                          std::optional<Error> failure;
+                          try {
+                              validate(readAsParticles(parseHoudini({bytes, "fuzz"}, points_only)));
+                          } catch (const Error& error) {
+                              failure = error;
+                          }
+                          const FileContents contents = parseHoudini({bytes, "fuzz"});
+                          for (const Triangle& t : contents.triangles)
+                              for (const std::uint32_t corner : t) ASSERT_LT(corner, contents.position.size());
+                          for (const Edge& e : contents.edges)
+                              for (const std::uint32_t corner : e) ASSERT_LT(corner, contents.position.size());
+                          if (failure) throw *failure;
+                          meshFrom(contents, "fuzz");
+                          curvesFrom(contents, "fuzz");
+                      }};
 const Reader kObj{"obj", [](const Bytes& bytes) { meshFrom(parseObj(bytes, "fuzz"), "fuzz"); }};
 
 /// A number from the environment, by which long runs are configured.
@@ -240,6 +261,52 @@ TEST(ReaderFuzz, BgeoWithStringsVertexAttributesAndAParticleSystem) {
                      "\377\377\377\377\0\1\0\0\0\1\0\0\0\3<\0\0\0\0\0\0\0\1\0\0\0\0\0\2\0\0\0\0\0\0\0\7"
                      "\0\0\200\0\0\0\0\2\0\0\0\0\0\0\0\2\0\0\0\0\0\0\0\7\0\377")),
          kTrials);
+}
+
+Bytes scf(std::span<const std::byte> plain) {
+    Bytes packed;
+    ScfWriter writer(
+        [&](std::span<const std::byte> piece) { packed.insert(packed.end(), piece.begin(), piece.end()); });
+    writer.write(plain);
+    writer.finish();
+    return packed;
+}
+
+TEST(ReaderFuzz, Houdini) {
+    fuzz(kHoudini, bytesOf([](ByteWriter& out) { encodeBgeoJson(out, sampleParticles(40, true, true, true), ""); }),
+         kTrials);
+    const Bytes mesh =
+        bytesOf([](ByteWriter& out) { encodeBgeoJson(out, withComponents(sampleMesh(40, true, true)), ""); });
+    fuzz(kHoudini, mesh, kTrials);
+    fuzz(kHoudini, scf(mesh), kTrials);
+    fuzz(kHoudini, gzip(mesh), kTrials / 10);
+}
+
+TEST(ReaderFuzz, HoudiniText) {
+    fuzz(kHoudini, bytesOf(R"(["fileversion","13.0","pointcount",4,"vertexcount",10,"primitivecount",7,
+"topology",["pointref",["indices",[0,1,2, 0,1,2,3]]],"attributes",["pointattributes",[
+[["type","numeric","name","P"],["size",4,"storage","fpreal32","values",["size",4,"storage","fpreal32","pagesize",2,
+"packing",[3,1],"constantpageflags",[[],[true,true]],"rawpagedata",[0,0,0,1,0,0,1, 0,1,0,0,0,1,1]]]],
+[["type","numeric","name","id"],["size",1,"storage","int64","values",["arrays",[[1,2,3,9007199254740993]]]]],
+[["type","numeric","name","v"],["size",3,"storage","fpreal64","values",["tuples",[[1,2,3],[1,2,3],[1,2,3],[1,2,3]]]]],
+[["type","string","name","s"],["size",1,"storage","int32","strings",["\u00e9"],"indices",["arrays",[[0,0,0,0]]]]]],
+"primitiveattributes",[[["type","numeric","name","component"],["size",1,"storage","int32","values",
+["pagesize",1024,"constantpageflags",[[true]],"rawpagedata",[3]]]]]],
+"primitives",[[["type","p_r"],["s_v",0,"n_p",2,"r_v",[3,1,4,1]]],[["type","c_r"],["s_v",4,"n_p",1,"n_v",[3]]],
+[["type","Poly"],["vertex",[6,5,4],"closed",true]],[["type","run","runtype","Poly","varyingfields",["vertex"],
+"uniformfields",{"closed":false}],[[[0,1]],[[1,2]]]],[["type","Part"],["vertex",[0,1]]]],
+"pointgroups",[[["name","g"],["selection",["unordered",["boolRLE",[1,false,3,true]]]]],
+[["name","h"],["selection",["unordered",["i8",[1,0,0,1]]]]],[["name","o"],["selection",["ordered",[2,1]]]]]])"),
+         kTrials);
+}
+
+// Strings that are defined once, old runs of polygons, pages with constant parts, arrays of booleans.
+TEST(ReaderFuzz, HoudiniFilesOfHoudini) {
+    const std::filesystem::path folder = std::filesystem::path(BETAMESH_SHARED) / "data/formats";
+    if (!std::filesystem::exists(folder)) GTEST_SKIP() << "no real files in " << folder;
+    for (const char* name : {"chunleili__h21_default.bgeo", "houio__test_box.bgeo", "laika__points_partsys_16.bgeo",
+                             "laika__simple_partanim.0017.bgeo", "gamedev__delete_small_parts.1.bgeo.sc"})
+        fuzz(kHoudini, readWholeFile(folder / name), kTrials);
 }
 
 TEST(ReaderFuzz, Obj) {

@@ -29,6 +29,7 @@ const std::vector<std::pair<std::string, std::vector<std::string>>> kThirdParty{
     {"CLI/", {"cmd/command.h", "cmd/job_options.h", "cmd/picture_options.h"}},
     {"Imath/", {"include/betamesh/vec3.h"}},
     {"OpenEXR/", {"render/exr_file.cpp"}},
+    {"blosc.h", {"io/houdini_scf.cpp"}},
     {"boost/multiprecision/", {"exact/orientation.cpp"}},
     {"dlfcn.h", {"base/module.cpp"}},
     {"embree3/", {"render/ray_tracer.cpp"}},

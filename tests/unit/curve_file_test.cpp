@@ -32,7 +32,7 @@ Curves manyCurves() {
 TEST(CurveFile, CurvesSurviveARoundTrip) {
     const TemporaryFolder folder;
     for (const Curves& curves : {Curves{}, someCurves(), manyCurves()})
-        for (const char* name : {"c.ply", "c.bgeo", "c.bgeo.gz", "c.obj"}) {
+        for (const char* name : {"c.ply", "c.bgeo", "c.bgeo.gz", "c.bgeo.sc", "c.bhclassic", "c.obj"}) {
             SCOPED_TRACE(name);
             writeCurves(folder / name, curves);
             const Curves back = readCurves(folder / name);

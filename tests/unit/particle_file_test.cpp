@@ -11,7 +11,7 @@
 namespace betamesh {
 namespace {
 
-constexpr const char* kFormats[] = {".ply", ".bgeo", ".bgeo.gz", ".vdb"};
+constexpr const char* kFormats[] = {".ply", ".bgeo", ".bgeo.gz", ".bgeo.sc", ".bhclassic", ".vdb"};
 
 Particles rowsOf(const Particles& particles, const std::vector<std::uint32_t>& rows) {
     Particles some;

@@ -2,7 +2,7 @@
 
 #include "batch/config/key_tables.h"
 #include "batch/config/key_types.h"
-#include "skin/skin_smoothing.h"
+#include "skin/constants.h"
 
 #include <limits>
 

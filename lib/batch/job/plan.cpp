@@ -226,7 +226,7 @@ void planPictures(Plan& plan, const std::map<int, std::string>& on_disk, const P
 std::pair<std::string, std::string> splitExtension(const std::string& path) {
     const fs::path whole(path);
     std::string extension = whole.extension().string();
-    if (extension == ".gz") extension = whole.stem().extension().string() + extension;
+    if (extension == ".gz" || extension == ".sc") extension = whole.stem().extension().string() + extension;
     return {path.substr(0, path.size() - extension.size()), extension};
 }
 
