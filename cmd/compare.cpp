@@ -39,15 +39,15 @@ Plan planOf(Config config, const PictureWorker& worker) {
 /// The same with everything decided that is to be the same in all panels, unless they say otherwise.
 Config decided(Config config, const Plan& plan) {
     const Camera& camera = plan.preview->camera;
-    const Look& look = plan.preview->look;
+    const RenderSettings& settings = plan.preview->settings;
     Config::Preview& preview = config.preview;
     config.surface.spacing = plan.spacing;
     if (std::exchange(config.surface.inset, {})) config.surface.skin = LengthText{plan.skin.skin.value_or(0), false};
     preview.camera_position = {camera.position.x, camera.position.y, camera.position.z};
     preview.look_at = {camera.look_at.x, camera.look_at.y, camera.look_at.z};
-    preview.ground = look.ground ? Config::Preview::Ground::given : Config::Preview::Ground::none;
-    preview.ground_height = look.ground.value_or(0);
-    preview.colour_range = {look.colouring.low, look.colouring.high};
+    preview.ground = settings.ground ? Config::Preview::Ground::given : Config::Preview::Ground::none;
+    preview.ground_height = settings.ground.value_or(0);
+    preview.colour_range = {settings.colouring.low, settings.colouring.high};
     return config;
 }
 
@@ -69,10 +69,10 @@ Panel panelOf(const std::string& text, Config usual, const PictureWorker& worker
 
 Picture pictured(const Plan& plan, const Particles& particles) {
     const PreviewPlan& preview = *plan.preview;
-    if (plan.config.preview.show != Show::surface)  // smooth balls, rather than what is tessellated
-        return renderFrame({}, ballsOf(particles, preview.ball), preview.camera, preview.look);
+    if (plan.config.preview.show != ShownGeometry::surface)  // smooth balls, rather than what is tessellated
+        return renderFrame({}, ballsOf(particles, preview.ball), preview.camera, preview.settings);
     const SkinnedFrame skinned = skinFrame(particles, plan.skin);
-    return renderFrame(skinned.mesh, skinned.spheres, preview.camera, preview.look);
+    return renderFrame(skinned.mesh, skinned.spheres, preview.camera, preview.settings);
 }
 
 /// texts: of panels; empty: the four.

@@ -19,7 +19,7 @@ double ballRadius(const Config& config, const std::map<int, std::string>& on_dis
     const auto resolved = resolveRadius(config, on_disk, notes);
     if (!resolved) return 0;
     logInfo("spacing " + std::to_string(resolved->spacing) + " (" + resolved->origin + ')');
-    if (config.preview.show == Show::union_) return resolved->radius;
+    if (config.preview.show == ShownGeometry::union_) return resolved->radius;
     const LengthText& radius = config.preview.particle_radius;
     return radius.value * (radius.in_spacings ? resolved->spacing : 1);
 }
@@ -65,11 +65,11 @@ int render(const PictureJob& job, const PictureWorker& worker) {
     }
     PreviewPlan plan = planPreview(config, extent, ball);
     logInfo("camera " + describe(plan));
-    plan.look.layers = std::any_of(job.tasks[0].outputs.begin(), job.tasks[0].outputs.end(), isExr);
+    plan.settings.layers = std::any_of(job.tasks[0].outputs.begin(), job.tasks[0].outputs.end(), isExr);
     return writePictures(job, worker, [&](const PictureTask& task) {
         const Subject subject =
             task.input == first.file ? std::move(first.subject) : readSubject(task.input, config, ball);
-        const Picture picture = renderFrame(subject.mesh, subject.spheres, plan.camera, plan.look);
+        const Picture picture = renderFrame(subject.mesh, subject.spheres, plan.camera, plan.settings);
         Drawn drawn{{}, toneMapped(picture)};
         for (const std::string& output : task.outputs)
             drawn.files.push_back(isExr(output) ? encodeExr(picture) : encodePng(drawn.image));

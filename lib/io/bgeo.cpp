@@ -10,29 +10,29 @@ namespace betamesh {
 
 namespace {
 
-// source  the format's own description ("GPD, version 5", once shipped with Houdini) and files of Houdini,
-//         partio and SPlisHSPlasH. Everything is big-endian:
-//   header      "Bgeo" 'V', then nine int32: version, points, primitives, point groups, primitive groups,
+// Layout. Everything is big-endian:
+//   header      "Bgeo" 'V', then nine int32: version, number of points, primitives, point groups, primitive groups,
 //               point, vertex, primitive and detail attributes
-//   attribute   uint16 length and name, uint16 size, int32 type, defaults: `size` times 4 bytes, or the
-//               table of an indexed string: int32 count, then uint16 length and characters of each
+//   attribute   uint16 length and name, uint16 size, int32 type; then the defaults (`size` times 4 bytes) or, for an
+//               indexed string, its table: int32 count, then uint16 length and characters of each string
 //   point       x y z w as float, then its attributes
-//   primitive   int32 key, or kRun, uint16 count, int32 key for a run of equals; then what the key says and
-//               the primitive's attributes. Polygon: int32 corners, '<' closed or ':' open, corners.
-//               Particle system: int32 corners, corners. Corner: point index and vertex attributes.
-//   after that  detail attributes, groups, 00 ff: nothing of ours
+//   primitive   int32 key; or kRun, uint16 count and int32 key for a run of primitives with the same key. Then, for
+//   each
+//               primitive, the data that the key defines and its attributes. Polygon: int32 corners, '<' closed or
+//               ':' open, corners. Particle system: int32 corners, corners. Corner: point index and vertex attributes.
+//   afterwards  detail attributes, groups, 00 ff: not read
 enum class Type : std::int32_t { real = 0, integer = 1, string = 4, vector = 5 };
 
 constexpr std::int32_t kVersion = 5;
 constexpr std::uint32_t kRun = 0xffffffff;
 constexpr std::uint32_t kPolygon = 0x00000001;
 constexpr std::uint32_t kParticleSystem = 0x00008000;
-constexpr std::size_t kLongestRun = 65535;
-constexpr std::size_t kPointsOfLongIndices = 65536;  ///< from here on a point index is an int32, else a uint16
+constexpr std::size_t kMaxRun = 65535;           ///< primitives
+constexpr std::size_t kLongIndexPoints = 65536;  ///< point indices are uint16 in files with fewer points, else int32
 
 struct Declaration {
     std::string name;
-    std::uint32_t size = 0;  ///< numbers in a row, 4 bytes each
+    std::uint32_t size = 0;  ///< numbers per row, 4 bytes each
     Type type = Type::real;
 };
 
@@ -42,7 +42,7 @@ struct Header {
 
 std::uint32_t readCount(Cursor& in, const char* what) {
     const auto count = in.big<std::int32_t>(what);
-    if (count < 0) in.fail(std::string(what) + " is " + std::to_string(count) + ", expected 0 or more");
+    if (count < 0) in.fail(std::string(what) + " is " + std::to_string(count) + ", but cannot be negative");
     return static_cast<std::uint32_t>(count);
 }
 
@@ -51,17 +51,17 @@ std::string readString(Cursor& in, const char* what) {
     return {reinterpret_cast<const char*>(in.take(length, what)), length};
 }
 
-/// Names the newer formats that share the extension.
+/// Reports a file that is not classic .bgeo; recognises the newer formats that share the extension.
 [[noreturn]] void failNotClassic(Cursor& in) {
     const std::string_view start = in.peek(64).substr(0, 64);
     const bool blosc = start.substr(0, 4) == "scb\0" || start.substr(0, 3) == "scb" || in.file().ends_with(".sc");
     const bool json = start.substr(0, 5) == "\x7fNSJb" || start.substr(0, 1) == "[" || start.substr(0, 1) == "{";
     if (blosc || json)
-        throw Error(in.file() + ": is " + (blosc ? "blosc-compressed " : "") +
-                    "JSON geometry of Houdini 12 or later, expected classic .bgeo (version 5). In Houdini write "
-                    "OpenVDB points (.vdb) or .ply instead, or the classic format: gconvert to .bhclassic, then "
-                    "rename that to .bgeo");
-    in.fail("expected classic Houdini geometry, which begins with 'BgeoV'");
+        throw Error(in.file() + ": this is " + (blosc ? "blosc-compressed " : "") +
+                    "geometry of Houdini 12 or later; only the classic .bgeo (version 5) can be read. Export OpenVDB "
+                    "points (.vdb) or .ply from Houdini instead, or convert the file with gconvert to .bhclassic and "
+                    "rename that to .bgeo.");
+    in.fail("not classic Houdini geometry, which begins with 'BgeoV'");
 }
 
 Header readHeader(Cursor& in) {
@@ -69,7 +69,8 @@ Header readHeader(Cursor& in) {
     in.take(5, "magic");
     const auto version = in.big<std::int32_t>("version");
     if (version != kVersion)
-        in.fail("version is " + std::to_string(version) + ", expected " + std::to_string(kVersion));
+        in.fail("version is " + std::to_string(version) + "; only version " + std::to_string(kVersion) +
+                " can be read");
     Header header = {};
     header.points = readCount(in, "number of points");
     header.primitives = readCount(in, "number of primitives");
@@ -100,8 +101,8 @@ Declaration readDeclaration(Cursor& in) {
             return d;
         }
     }
-    in.fail("attribute '" + d.name + "' has type " + std::to_string(type) +
-            ", expected 0 (float), 1 (int), 4 (string) or 5 (vector)");
+    in.fail("attribute '" + d.name + "' has the unknown type " + std::to_string(type) +
+            ". Known types are 0 (float), 1 (int), 4 (string) and 5 (vector).");
 }
 
 std::vector<Declaration> readDeclarations(Cursor& in, std::uint32_t count) {
@@ -116,7 +117,7 @@ std::size_t rowBytes(const std::vector<Declaration>& declarations) {
     return bytes;
 }
 
-/// One attribute out of interleaved rows. first: its bytes in the first row.
+/// Extracts one attribute from interleaved rows. first: its bytes in the first row.
 template <typename T>
 std::vector<T> readColumn(const std::byte* first, std::size_t rows, std::size_t row_bytes, std::uint32_t size) {
     std::vector<T> column(rows * size);
@@ -126,7 +127,7 @@ std::vector<T> readColumn(const std::byte* first, std::size_t rows, std::size_t 
     return column;
 }
 
-/// Points from interleaved rows.
+/// Decodes interleaved rows of points.
 FileContents pointsFrom(const std::byte* first, std::size_t n, std::size_t row,
                         const std::vector<Declaration>& declarations, const ReadOptions& options) {
     FileContents points;
@@ -142,7 +143,7 @@ FileContents pointsFrom(const std::byte* first, std::size_t n, std::size_t row,
         at += std::size_t{4} * d.size;
         if (d.type == Type::string || d.size == 0 || !options.attributes) continue;
         if (d.type == Type::integer && d.size == 1 && d.name == options.id && !has_id) {
-            // The bits of a signed number: an id above 2^31 comes back as it was written.
+            // An id of 2^31 or more was written as the signed number with the same bits.
             const auto ids = readColumn<std::uint32_t>(column, n, row, 1);
             points.id.assign(ids.begin(), ids.end());
             has_id = true;
@@ -172,7 +173,7 @@ public:
             }
             primitive_bytes_ += std::size_t{4} * d.size;
         }
-        corner_bytes_ = (points_ < kPointsOfLongIndices ? 2 : 4) + rowBytes(vertex);
+        corner_bytes_ = (points_ < kLongIndexPoints ? 2 : 4) + rowBytes(vertex);
     }
 
     void readAll() {
@@ -183,13 +184,14 @@ public:
                 count = in_.big<std::uint16_t>("length of a run of primitives");
                 key = in_.big<std::uint32_t>("primitive");
                 if (count == 0 || count > primitives_ - done)
-                    in_.fail("a run has " + std::to_string(count) + " primitives, expected 1 to " +
+                    in_.fail("a run has " + std::to_string(count) + " primitives; there must be 1 to " +
                              std::to_string(primitives_ - done));
             }
             if (key != kPolygon && key != kParticleSystem) {
                 if (options_.skip_unknown_faces) return;
-                in_.fail("primitive has type " + std::to_string(key) +
-                         ", expected polygons (1) or particle systems (32768)");
+                in_.fail(
+                    "a primitive has type " + std::to_string(key) +
+                    ". Only polygons (1) and particle systems (32768) can be read; convert the geometry to polygons.");
             }
             for (std::uint32_t i = 0; i < count; ++i) readOne(key);
             done += count;
@@ -213,18 +215,18 @@ private:
     void readPolygon(std::uint32_t size) {
         const char closed = in_.big<char>("closed flag of a polygon");
         if (closed != '<' && closed != ':')
-            in_.fail("a polygon is neither closed ('<') nor open (':') but " + std::to_string(int{closed}));
+            in_.fail("a polygon must be closed ('<') or open (':'), but its flag is " + std::to_string(int{closed}));
         in_.requireRows(size, corner_bytes_, "corners of a polygon");
         const std::byte* corners = in_.take(size * corner_bytes_, "corners of a polygon");
         polygon_.resize(size);
         for (std::size_t i = 0; i < size; ++i) {
             polygon_[i] = cornerAt(corners + i * corner_bytes_);
             if (polygon_[i] >= points_)
-                in_.fail("a polygon has corner " + std::to_string(polygon_[i]) + ", expected less than " +
-                         std::to_string(points_));
+                in_.fail("a polygon has corner " + std::to_string(polygon_[i]) + ", but there are only " +
+                         std::to_string(points_) + " points");
         }
         if (closed == '<') {
-            // Houdini's polygons run clockwise seen from outside, ours the other way.
+            // Houdini's polygons are clockwise seen from outside, ours counter-clockwise.
             if (size > 1) std::reverse(polygon_.begin() + 1, polygon_.end());
             appendFan(polygon_, contents_.triangles);
             contents_.declares_faces = true;
@@ -235,7 +237,7 @@ private:
     }
 
     std::uint32_t cornerAt(const std::byte* bytes) const {
-        if (points_ < kPointsOfLongIndices) return loadBig<std::uint16_t>(bytes);
+        if (points_ < kLongIndexPoints) return loadBig<std::uint16_t>(bytes);
         return loadBig<std::uint32_t>(bytes);
     }
 
@@ -246,11 +248,11 @@ private:
     std::uint32_t primitives_;
     std::size_t corner_bytes_ = 0;
     std::size_t primitive_bytes_ = 0;
-    std::size_t component_at_ = 0;  // among the bytes of a primitive's attributes
+    std::size_t component_at_ = 0;  // byte offset among a primitive's attributes
     std::vector<std::uint32_t> polygon_;
 };
 
-std::string wordOf(Type type) {
+std::string typeName(Type type) {
     switch (type) {
         case Type::real:
             return "float";
@@ -271,7 +273,8 @@ void writeHeader(ByteWriter& out, std::size_t points, std::size_t primitives, st
     constexpr std::size_t kMax = std::numeric_limits<std::int32_t>::max();
     if (points > kMax || primitives > kMax)
         throw Error(file + ": " + std::to_string(points) + " points and " + std::to_string(primitives) +
-                    " polygons, expected at most " + std::to_string(kMax) + " in a .bgeo file");
+                    " polygons are too many for a .bgeo file, which can store " + std::to_string(kMax) +
+                    " of each. Use .ply.");
     out.text("BgeoV");
     out.big(kVersion);
     for (const std::size_t count : {points, primitives, std::size_t{0}, std::size_t{0}, attributes, std::size_t{0},
@@ -324,9 +327,9 @@ template <typename Index>
 void writeTriangles(ByteWriter& out, const Mesh& mesh) {
     const std::vector<Triangle>& triangles = mesh.triangles;
     for (std::size_t i = 0; i < triangles.size(); ++i) {
-        if (i % kLongestRun == 0) {
+        if (i % kMaxRun == 0) {
             out.big(kRun);
-            out.big(static_cast<std::uint16_t>(std::min(kLongestRun, triangles.size() - i)));
+            out.big(static_cast<std::uint16_t>(std::min(kMaxRun, triangles.size() - i)));
             out.big(kPolygon);
         }
         out.big(std::int32_t{3});
@@ -360,17 +363,13 @@ void writePoints(ByteWriter& out, const Surface& surface) {
     }
 }
 
-}  // namespace
-
-namespace {
-
-FileContents parsePlain(Cursor& in, const ReadOptions& options) {
+FileContents parseUncompressed(Cursor& in, const ReadOptions& options) {
     const Header header = readHeader(in);
     FileContents contents;
     contents.format = "bgeo V5";
     contents.declared.push_back({"P", "float", 4, {}});
     const auto declarations = readDeclarations(in, header.point_attributes);
-    for (const Declaration& d : declarations) contents.declared.push_back({d.name, wordOf(d.type), d.size, {}});
+    for (const Declaration& d : declarations) contents.declared.push_back({d.name, typeName(d.type), d.size, {}});
     const std::size_t row_bytes = 16 + rowBytes(declarations);
     const auto decode = [&](const std::byte* first, std::size_t rows) {
         return pointsFrom(first, rows, row_bytes, declarations, options);
@@ -383,12 +382,14 @@ FileContents parsePlain(Cursor& in, const ReadOptions& options) {
 }  // namespace
 
 FileContents parseBgeo(Cursor in, const ReadOptions& options) {
-    if (!isGzip(in)) return parsePlain(in, options);
-    Cursor plain = gunzipped(std::move(in));
-    if (isGzip(plain)) throw Error(plain.file() + ": is compressed twice, expected classic .bgeo inside gzip");
-    FileContents contents = parsePlain(plain, options);
+    if (!isGzip(in)) return parseUncompressed(in, options);
+    Cursor unpacked = gunzipped(std::move(in));
+    if (isGzip(unpacked))
+        throw Error(unpacked.file() + ": is compressed with gzip twice. Decompress it once with gunzip.");
+    FileContents contents = parseUncompressed(unpacked, options);
     contents.format += ", gzip";
-    while (!plain.peek(1).empty()) plain.take(plain.peek(1).size(), "gzip");  // whose checksum comes last
+    while (!unpacked.peek(1).empty())
+        unpacked.take(unpacked.peek(1).size(), "gzip");  // to verify the checksum, which comes last
     return contents;
 }
 
@@ -418,7 +419,7 @@ void encodeBgeo(ByteWriter& out, const Mesh& mesh, const std::string& file) {
     writeHeader(out, n, mesh.triangles.size(), mesh.attributes.size() + 1, mesh.component.has_value(), file);
     writePoints(out, mesh);
     if (mesh.component) writeDeclaration(out, kComponent, 1, Type::integer);
-    if (n < kPointsOfLongIndices)
+    if (n < kLongIndexPoints)
         writeTriangles<std::uint16_t>(out, mesh);
     else
         writeTriangles<std::uint32_t>(out, mesh);
@@ -432,7 +433,7 @@ void encodeBgeo(ByteWriter& out, const Curves& curves, const std::string& file) 
     requireWritable(curves.attributes, n, {"P", "v"}, file);
     writeHeader(out, n, lines.size(), curves.attributes.size() + 1, 0, file);
     writePoints(out, curves);
-    if (n < kPointsOfLongIndices)
+    if (n < kLongIndexPoints)
         writeLines<std::uint16_t>(out, lines);
     else
         writeLines<std::uint32_t>(out, lines);

@@ -18,7 +18,7 @@ namespace {
     throw Error(path.string() + ": cannot be read: " + std::generic_category().message(error_number));
 }
 
-// Read, not mapped: a file that shrinks while it is mapped ends the process.
+// A file that is read, not mapped: if a mapped file shrinks, the process gets a signal and ends.
 class File {
 public:
     explicit File(const std::filesystem::path& path)
@@ -27,7 +27,7 @@ public:
         struct stat status = {};
         if (::fstat(number_, &status) != 0) failReading(path, errno);
         if (S_ISDIR(status.st_mode)) failReading(path, EISDIR);
-        if (!S_ISREG(status.st_mode)) throw Error(path.string() + ": cannot be read: expected a regular file");
+        if (!S_ISREG(status.st_mode)) throw Error(path.string() + ": cannot be read: it is not a regular file");
         size_ = static_cast<std::uint64_t>(status.st_size);
     }
     ~File() {
@@ -54,13 +54,13 @@ private:
 }  // namespace
 
 void Cursor::fetch(std::size_t count) {
-    constexpr std::uint64_t kUsual = std::uint64_t{1} << 18;
+    constexpr std::uint64_t kBlock = std::uint64_t{1} << 18;
     if (!source_) return;
     std::size_t kept = bytes_.size() - at_;
     if (kept > 0) std::memmove(buffer_.data(), bytes_.data() + at_, kept);
     before_ += std::exchange(at_, 0);
-    const auto usual = static_cast<std::size_t>(std::min(kUsual, size_ - before_));
-    buffer_.resize(std::max({count, usual, buffer_.size()}));
+    const auto block = static_cast<std::size_t>(std::min(kBlock, size_ - before_));
+    buffer_.resize(std::max({count, block, buffer_.size()}));
     while (kept < count) {
         const std::size_t got = source_(buffer_.data() + kept, buffer_.size() - kept);
         kept += got;

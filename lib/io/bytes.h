@@ -1,4 +1,4 @@
-// Bytes in memory: a bounded cursor to read them, a buffered writer to make them, whole files.
+// Reading and writing bytes: a bounds-checked cursor, a buffered writer, whole files.
 
 #pragma once
 
@@ -23,7 +23,7 @@ namespace betamesh {
 
 using Bytes = std::vector<std::byte>;
 
-/// The same number with its bytes in the other order.
+/// The number with its bytes in reverse order.
 template <typename T>
 T withBytesReversed(T number) {
     if constexpr (sizeof(T) == 8)
@@ -36,18 +36,19 @@ T withBytesReversed(T number) {
         return number;
 }
 
-/// A number from memory of any alignment; other_order: its bytes are in the order this machine does not use.
+/// Loads a number from unaligned memory. swap_bytes: its byte order is not the machine's.
 template <typename T>
-T loadNumber(const std::byte* from, bool other_order) {
+T loadNumber(const std::byte* from, bool swap_bytes) {
     std::array<std::byte, sizeof(T)> raw;
     std::memcpy(raw.data(), from, sizeof(T));
-    if constexpr (std::is_floating_point_v<T>) {  // reversed as an integer: a float could not hold every bit pattern
-        using Whole = std::conditional_t<sizeof(T) == 4, std::uint32_t, std::uint64_t>;
-        const auto bits = std::bit_cast<Whole>(raw);
-        return std::bit_cast<T>(other_order ? withBytesReversed(bits) : bits);
+    if constexpr (std::is_floating_point_v<T>) {  // swapped as an integer, because a float may not preserve every bit
+                                                  // pattern
+        using Bits = std::conditional_t<sizeof(T) == 4, std::uint32_t, std::uint64_t>;
+        const auto bits = std::bit_cast<Bits>(raw);
+        return std::bit_cast<T>(swap_bytes ? withBytesReversed(bits) : bits);
     } else {
         const T number = std::bit_cast<T>(raw);
-        return other_order ? withBytesReversed(number) : number;
+        return swap_bytes ? withBytesReversed(number) : number;
     }
 }
 
@@ -56,17 +57,18 @@ T loadBig(const std::byte* from) {
     return loadNumber<T>(from, std::endian::native == std::endian::little);
 }
 
-/// Walks through the bytes of one file, in memory or read as it goes, and never leaves them: what a damaged count asks
-/// for beyond the end is an Error with file and byte offset, before anything is allocated for it.
+/// Reads the bytes of one file in order, from memory or from a source that is read on demand. Never reads beyond the
+/// end: if a damaged count asks for more, that is an Error with file name and byte offset, before any memory is
+/// allocated.
 class Cursor {
 public:
-    /// Puts the next bytes at `to`, at most so many; returns how many, none at the end.
+    /// Writes up to `count` of the next bytes to `to`; returns their number, 0 at the end.
     using Source = std::function<std::size_t(std::byte* to, std::size_t count)>;
 
-    /// All of them; they have to stay.
+    /// Reads bytes in memory, which must outlive the cursor.
     Cursor(std::span<const std::byte> bytes, std::string file)
         : bytes_(bytes), size_(bytes.size()), file_(std::move(file)) {}
-    /// size: how many the source has, or where that is not known the most it may have.
+    /// size: number of bytes in the source, or an upper limit if that is not known.
     Cursor(Source source, std::uint64_t size, std::string file)
         : source_(std::move(source)), size_(size), file_(std::move(file)) {}
     Cursor(Cursor&&) = default;
@@ -76,7 +78,7 @@ public:
     std::uint64_t remaining() const { return size_ - offset(); }
     const std::string& file() const { return file_; }
 
-    /// The next count bytes, which it steps over. They stay until more is asked for.
+    /// Returns the next `count` bytes and moves past them. They are valid until the next call that reads.
     const std::byte* take(std::size_t count, const char* what) {
         requireRows(1, count, what);
         if (count > bytes_.size() - at_) {
@@ -93,7 +95,7 @@ public:
         return loadBig<T>(take(sizeof(T), what));
     }
 
-    /// Steps over bytes of any number.
+    /// Moves past `count` bytes, however many.
     void skip(std::uint64_t count, const char* what) {
         requireRows(1, count, what);
         constexpr std::uint64_t kPiece = std::uint64_t{1} << 18;
@@ -101,12 +103,12 @@ public:
             take(static_cast<std::size_t>(std::min(count, kPiece)), what);
     }
 
-    /// Fails unless rows of bytes_per_row each still fit in the file.
+    /// Throws Error unless the rest of the file is long enough for rows of bytes_per_row bytes each.
     void requireRows(std::uint64_t rows, std::uint64_t bytes_per_row, const char* what) const {
         if (bytes_per_row != 0 && rows > remaining() / bytes_per_row) failTruncated(rows, bytes_per_row, what);
     }
 
-    /// At least so many of the bytes that follow, or all that are left; it does not step over them.
+    /// At least the next `count` bytes, or all that are left, without moving past them.
     std::string_view peek(std::size_t count) {
         if (count > bytes_.size() - at_) fetch(count);
         return {reinterpret_cast<const char*>(bytes_.data()) + at_, bytes_.size() - at_};
@@ -117,35 +119,35 @@ public:
     }
 
 private:
-    /// Makes count bytes stand in memory, if there are as many.
+    /// Reads until the next `count` bytes are in memory, or the source ends.
     void fetch(std::size_t count);
 
     [[noreturn]] void failTruncated(std::uint64_t rows, std::uint64_t bytes_per_row, const char* what) const {
-        fail(std::string(what) + " needs " + (rows == 1 ? "" : std::to_string(rows) + " times ") +
-             std::to_string(bytes_per_row) + " bytes, the file ends after " + std::to_string(remaining()) +
-             " (truncated, or a damaged count)");
+        fail(std::string(what) + ": " + (rows == 1 ? "" : std::to_string(rows) + " times ") +
+             std::to_string(bytes_per_row) + " bytes were expected, but the file ends after " +
+             std::to_string(remaining()) + ". It is truncated, or a count in it is damaged.");
     }
 
     Source source_;
-    Bytes buffer_;                      // of a source: what stands in memory
-    std::span<const std::byte> bytes_;  // what stands in memory
-    std::uint64_t before_ = 0;          // bytes before these
-    std::size_t at_ = 0;                // in these
+    Bytes buffer_;                      // the part of the source that is in memory
+    std::span<const std::byte> bytes_;  // the part of the file that is in memory
+    std::uint64_t before_ = 0;          // offset of bytes_ in the file
+    std::size_t at_ = 0;                // position in bytes_
     std::uint64_t size_;
     std::string file_;
 };
 
-/// Collects bytes and hands them on in large pieces.
+/// Buffers bytes and passes them to a sink in large blocks.
 class ByteWriter {
 public:
-    using Drain = std::function<void(std::span<const std::byte>)>;
+    using Sink = std::function<void(std::span<const std::byte>)>;
 
-    explicit ByteWriter(Drain drain) : drain_(std::move(drain)) {}
+    explicit ByteWriter(Sink sink) : sink_(std::move(sink)) {}
 
     void text(std::string_view characters) {
         if (characters.size() > kCapacity) {
             flush();
-            drain_(std::as_bytes(std::span(characters)));
+            sink_(std::as_bytes(std::span(characters)));
         } else {
             put(characters.data(), characters.size());
         }
@@ -167,9 +169,9 @@ public:
         putOrdered(number, std::endian::native == std::endian::little);
     }
 
-    /// Must be called at the end.
+    /// Passes buffered bytes to the sink. Must be called at the end.
     void flush() {
-        if (used_ > 0) drain_({buffer_.get(), used_});
+        if (used_ > 0) sink_({buffer_.get(), used_});
         used_ = 0;
     }
 
@@ -184,11 +186,11 @@ private:
     static constexpr std::size_t kCapacity = std::size_t{1} << 18;
 
     template <typename T>
-    void putOrdered(T number, bool other_order) {
+    void putOrdered(T number, bool swap_bytes) {
         if constexpr (std::is_same_v<T, float>)
-            putOrdered(std::bit_cast<std::uint32_t>(number), other_order);
+            putOrdered(std::bit_cast<std::uint32_t>(number), swap_bytes);
         else
-            putRaw(other_order ? withBytesReversed(number) : number);
+            putRaw(swap_bytes ? withBytesReversed(number) : number);
     }
 
     template <typename T>
@@ -196,15 +198,15 @@ private:
         put(&number, sizeof(number));
     }
 
-    Drain drain_;
+    Sink sink_;
     std::unique_ptr<std::byte[]> buffer_ = std::make_unique_for_overwrite<std::byte[]>(kCapacity);
     std::size_t used_ = 0;
 };
 
-/// A file, read as it goes. Throws Error with its name and the system's reason.
+/// Opens a file, which is then read on demand. Throws Error with its name and the system's reason.
 Cursor openFile(const std::filesystem::path& path);
 
-/// The whole file.
+/// Reads a whole file. Throws Error with its name and the system's reason.
 Bytes readWholeFile(const std::filesystem::path& path);
 
 }  // namespace betamesh

@@ -13,7 +13,7 @@ namespace betamesh {
 Curves readCurves(const std::filesystem::path& path) {
     const Extension extension = meshExtension(path);
     ReadOptions options;
-    options.id.clear();  // of curves, an id is an attribute like any other
+    options.id.clear();  // curves have no ids: `id` is an ordinary attribute
     const std::string file = path.string();
     switch (extension) {
         case Extension::ply:

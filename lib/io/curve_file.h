@@ -1,4 +1,4 @@
-// Curves on disk, in whichever format the extension says.
+// Reads and writes curves; the extension selects the format.
 
 #pragma once
 
@@ -10,15 +10,15 @@ namespace betamesh {
 
 /// Reads the edges of a .ply, open polygons of a .bgeo (classic) or lines of an .obj.
 ///
-/// errors  an unknown extension (lists the known ones); a file that is missing, damaged or of another
-///         kind: the text begins with the file's name
+/// errors  an unknown extension (the message lists the known ones); a file that is missing, damaged or contains no
+///         curves. Messages begin with the file's name
 Curves readCurves(const std::filesystem::path& path);
 
-/// Writes .ply, .bgeo, .bgeo.gz or .obj; nothing stands under that name before it is complete. Positions are rounded to
-/// float. Velocity is always declared (zeros where the curves have none).
+/// Writes .ply, .bgeo, .bgeo.gz or .obj. The file appears under its name only when it is complete. Positions are
+/// rounded to float. Velocity is always written (zeros if the curves have none), except to .obj.
 void writeCurves(const std::filesystem::path& path, const Curves& curves);
 
-/// Throws the Error for an extension that neither curves nor pictures of them have, without touching the disk.
+/// Throws Error unless curves can be written in the format of this extension, .svg included. Does not access the disk.
 void requireCurveExtension(const std::filesystem::path& path);
 
 }  // namespace betamesh

@@ -18,8 +18,8 @@ std::string lowerName(const std::filesystem::path& path) {
     return name;
 }
 
-std::optional<Extension> find(const std::string& name) {
-    // .bhclassic is what Houdini calls the classic format today. A modern .bgeo.sc is recognised when read.
+std::optional<Extension> extensionOf(const std::string& name) {
+    // Houdini now calls the classic format .bhclassic. The reader reports a .bgeo.sc of the newer format.
     for (const char* ending : {".bgeo", ".bgeo.gz", ".bgeo.sc", ".bhclassic"})
         if (name.ends_with(ending)) return Extension::bgeo;
     if (name.ends_with(".ply")) return Extension::ply;
@@ -29,44 +29,45 @@ std::optional<Extension> find(const std::string& name) {
     return std::nullopt;
 }
 
-[[noreturn]] void failUnknown(const std::filesystem::path& path, const char* kind, const char* known) {
-    throw Error(path.string() + ": unknown extension for " + kind + ", expected one of " + known);
+[[noreturn]] void failUnknownExtension(const std::filesystem::path& path, const char* kind, const char* known) {
+    throw Error(path.string() + ": unknown extension for " + kind + ". Use one of " + known + ".");
 }
 
 }  // namespace
 
-bool isVdb(const std::filesystem::path& path) { return find(lowerName(path)) == Extension::vdb; }
+bool isVdb(const std::filesystem::path& path) { return extensionOf(lowerName(path)) == Extension::vdb; }
 
 Extension particleExtension(const std::filesystem::path& path) {
-    const auto extension = find(lowerName(path));
+    const auto extension = extensionOf(lowerName(path));
     if (!extension || *extension == Extension::obj || *extension == Extension::svg)
-        failUnknown(path, "particles", ".bgeo .bgeo.gz .ply .vdb");
+        failUnknownExtension(path, "particles", ".bgeo .bgeo.gz .ply .vdb");
     return *extension;
 }
 
 Extension meshExtension(const std::filesystem::path& path) {
-    const auto extension = find(lowerName(path));
+    const auto extension = extensionOf(lowerName(path));
     if (!extension || *extension == Extension::vdb || *extension == Extension::svg)
-        failUnknown(path, "a mesh", ".bgeo .bgeo.gz .obj .ply");
+        failUnknownExtension(path, "a mesh", ".bgeo .bgeo.gz .obj .ply");
     return *extension;
 }
 
 Extension curveExtension(const std::filesystem::path& path) {
-    const auto extension = find(lowerName(path));
-    if (!extension || *extension == Extension::vdb) failUnknown(path, "curves", ".bgeo .bgeo.gz .obj .ply .svg");
+    const auto extension = extensionOf(lowerName(path));
+    if (!extension || *extension == Extension::vdb)
+        failUnknownExtension(path, "curves", ".bgeo .bgeo.gz .obj .ply .svg");
     return *extension;
 }
 
 Extension anyExtension(const std::filesystem::path& path) {
-    const auto extension = find(lowerName(path));
+    const auto extension = extensionOf(lowerName(path));
     if (!extension || *extension == Extension::svg)
-        failUnknown(path, "particles or a mesh", ".bgeo .bgeo.gz .obj .ply .vdb");
+        failUnknownExtension(path, "particles or a mesh", ".bgeo .bgeo.gz .obj .ply .vdb");
     return *extension;
 }
 
 OutputFile encodedFile(const std::filesystem::path& path, const std::function<void(ByteWriter&)>& encode) {
     const std::string name = lowerName(path);
-    if (name.ends_with(".sc")) throw Error(path.string() + ": .bgeo.sc cannot be written, expected .bgeo or .bgeo.gz");
+    if (name.ends_with(".sc")) throw Error(path.string() + ": .bgeo.sc cannot be written. Use .bgeo or .bgeo.gz.");
     OutputFile file(path);
     if (name.ends_with(".gz")) {
         GzipWriter packed([&](std::span<const std::byte> piece) { file.write(piece); });

@@ -1,4 +1,4 @@
-// Which format a name asks for, and writing it.
+// File formats by extension, and writing a file in its format.
 
 #pragma once
 
@@ -12,18 +12,19 @@ namespace betamesh {
 
 enum class Extension { bgeo, ply, vdb, obj, svg };
 
-/// By the name alone, as below; false for names of no format.
+/// Whether the extension is .vdb, in upper or lower case.
 bool isVdb(const std::filesystem::path& path);
 
-/// By the name alone, in upper or lower case; .bgeo.gz is .bgeo. Throws Error that lists the known ones.
+/// The format that a file name selects, in upper or lower case; .bgeo.gz counts as .bgeo. Throws Error with the
+/// extensions allowed, which are named on the right.
 Extension particleExtension(const std::filesystem::path& path);  ///< .bgeo .ply .vdb
 Extension meshExtension(const std::filesystem::path& path);      ///< .bgeo .obj .ply
 Extension curveExtension(const std::filesystem::path& path);     ///< .bgeo .obj .ply .svg
 Extension anyExtension(const std::filesystem::path& path);       ///< .bgeo .obj .ply .vdb
 
-/// Writes what encode writes, through gzip when the name ends in .gz. All that is left to do is to commit().
+/// Creates a file and fills it by calling encode, through gzip if the name ends in .gz. The caller has to commit() it.
 OutputFile encodedFile(const std::filesystem::path& path, const std::function<void(ByteWriter&)>& encode);
-/// The same with commit(): whole or not at all.
+/// The same, and commits the file.
 void writeEncoded(const std::filesystem::path& path, const std::function<void(ByteWriter&)>& encode);
 
 }  // namespace betamesh

@@ -26,35 +26,36 @@ std::vector<Vec3f> rowsOf(const std::vector<float>& numbers) {
     return rows;
 }
 
-std::string namesOf(const FileContents& contents) {
+std::string attributeNames(const FileContents& contents) {
     std::string names;
     for (const AttributeInfo& a : contents.declared) names += (names.empty() ? "'" : ", '") + a.name + "'";
-    return names.empty() ? "none" : names;
+    return names.empty() ? "no attributes" : names;
 }
 
-/// asked_for empty: whichever usual name exists. None where there are no points.
-const Attribute* velocityAmong(const FileContents& contents, const std::string& asked_for, const std::string& file) {
+/// The velocity attribute; null if there is none or there are no points. requested: its name; empty: the usual names.
+const Attribute* findVelocity(const FileContents& contents, const std::string& requested, const std::string& file) {
     const std::size_t n = contents.position.size();
     if (n == 0) return nullptr;
     std::vector<std::string> wanted{"v", "velocity", "vel"};
-    if (!asked_for.empty()) wanted = {asked_for};
+    if (!requested.empty()) wanted = {requested};
     for (const std::string& name : wanted) {
         const auto found = std::find_if(contents.attributes.begin(), contents.attributes.end(),
                                         [&](const Attribute& a) { return a.name == name; });
         if (found == contents.attributes.end()) continue;
         if (isVelocity(*found, n)) return &*found;
-        if (!asked_for.empty())
+        if (!requested.empty())
             throw Error(file + ": velocity attribute '" + name + "' has " + std::to_string(found->components) +
-                        (found->real.empty() ? " integers" : " floats") + " per point, expected 3 floats");
+                        (found->real.empty() ? " integers" : " floats") + " per point, but needs 3 floats");
     }
-    if (!asked_for.empty())
-        throw Error(file + ": has no velocity attribute '" + asked_for + "', found " + namesOf(contents));
+    if (!requested.empty())
+        throw Error(file + ": has no velocity attribute '" + requested + "'. The file has " + attributeNames(contents) +
+                    ".");
     return nullptr;
 }
 
-/// Takes it out of the attributes.
-std::vector<Vec3f> takeVelocity(FileContents& contents, const std::string& asked_for, const std::string& file) {
-    const Attribute* found = velocityAmong(contents, asked_for, file);
+/// Removes the velocity from the attributes and returns it.
+std::vector<Vec3f> takeVelocity(FileContents& contents, const std::string& requested, const std::string& file) {
+    const Attribute* found = findVelocity(contents, requested, file);
     if (found == nullptr) return {};
     std::vector<Vec3f> velocity = rowsOf(found->real);
     contents.attributes.erase(contents.attributes.begin() + (found - contents.attributes.data()));
@@ -66,10 +67,10 @@ void requireFiniteVertices(const std::vector<Vector>& rows, const char* what, co
     const std::size_t i = firstRowWhere(rows.size(), [&](std::size_t row) { return !isFinite(rows[row]); });
     if (i < rows.size())
         throw Error(file + ": vertex " + std::to_string(i) + ": " + what + " is (" + std::to_string(rows[i].x) + ", " +
-                    std::to_string(rows[i].y) + ", " + std::to_string(rows[i].z) + "), expected finite numbers");
+                    std::to_string(rows[i].y) + ", " + std::to_string(rows[i].z) + "), which is not finite");
 }
 
-/// Of a mesh or of curves.
+/// Moves points and attributes into a mesh or curves.
 template <typename Surface>
 void moveVertices(FileContents& contents, Surface& surface, const std::string& file) {
     for (const Vec3f& v : takeVelocity(contents, {}, file)) surface.velocity.emplace_back(v);
@@ -82,8 +83,8 @@ template <typename Surface>
 void requireWritableVertices(const Surface& surface, const std::string& file) {
     const std::size_t n = surface.position.size();
     if (!surface.velocity.empty() && surface.velocity.size() != n)
-        throw Error(file + ": velocity has " + std::to_string(surface.velocity.size()) + " rows, expected none or " +
-                    std::to_string(n));
+        throw Error(file + ": velocity has " + std::to_string(surface.velocity.size()) + " rows, but there are " +
+                    std::to_string(n) + " vertices");
     requireFiniteVertices(surface.position, "position", file);
     requireFiniteVertices(surface.velocity, "velocity", file);
 }
@@ -94,38 +95,35 @@ void requireCorners(const std::vector<Corners>& rows, const char* what, std::siz
     const std::size_t i = firstRowWhere(rows.size(), [&](std::size_t row) { return lastCorner(row) >= n; });
     if (i < rows.size())
         throw Error(file + ": " + what + " " + std::to_string(i) + " has vertex " + std::to_string(lastCorner(i)) +
-                    ", expected less than " + std::to_string(n));
+                    ", but there are only " + std::to_string(n) + " vertices");
 }
 
-}  // namespace
-
-namespace {
-
-/// all: how many there will be; a count that may be damaged, so it is believed only by and by.
+/// Appends numbers. total: number of them in the end; it may be damaged, so that memory is reserved for at most twice
+/// the numbers that are there.
 template <typename T>
-void appendNumbers(std::vector<T>&& more, std::uint64_t all, std::vector<T>& numbers) {
-    if (numbers.capacity() == 0 && more.size() >= all) {
+void appendNumbers(std::vector<T>&& more, std::uint64_t total, std::vector<T>& numbers) {
+    if (numbers.capacity() == 0 && more.size() >= total) {
         numbers = std::move(more);
         return;
     }
     const std::size_t wanted = numbers.size() + more.size();
     if (numbers.capacity() < wanted)
-        firstTouchReserve(numbers, std::max<std::size_t>(wanted, static_cast<std::size_t>(
-                                                            std::min<std::uint64_t>(all, 2 * std::uint64_t{wanted}))));
+        firstTouchReserve(numbers, std::max<std::size_t>(wanted, static_cast<std::size_t>(std::min<std::uint64_t>(
+                                                                     total, 2 * std::uint64_t{wanted}))));
     numbers.insert(numbers.end(), more.begin(), more.end());
 }
 
-/// Whole numbers become real ones where some did not fit in 32 bits.
+/// Converts an integer attribute to floats.
 void makeReal(Attribute& a) {
     a.real.insert(a.real.end(), a.integer.begin(), a.integer.end());
     a.integer.clear();
 }
 
-void appendAttribute(Attribute&& more, std::uint64_t all, Attribute& attribute) {
+void appendAttribute(Attribute&& more, std::uint64_t total, Attribute& attribute) {
     if (!attribute.real.empty() && !more.integer.empty()) makeReal(more);
     if (!attribute.integer.empty() && !more.real.empty()) makeReal(attribute);
-    appendNumbers(std::move(more.real), all * attribute.components, attribute.real);
-    appendNumbers(std::move(more.integer), all * attribute.components, attribute.integer);
+    appendNumbers(std::move(more.real), total * attribute.components, attribute.real);
+    appendNumbers(std::move(more.integer), total * attribute.components, attribute.integer);
 }
 
 template <typename T>
@@ -138,51 +136,51 @@ void keepRowsOf(const std::vector<std::uint32_t>& rows, std::size_t components, 
 
 }  // namespace
 
-void append(FileContents&& points, std::uint64_t all, FileContents& contents) {
+void append(FileContents&& points, std::uint64_t total, FileContents& contents) {
     if (!std::exchange(contents.begun, true)) {
         for (const Attribute& a : points.attributes) contents.attributes.push_back({a.name, a.components, {}, {}});
     }
-    const auto moreOf = [&](const Attribute& a) {
+    const auto matching = [&](const Attribute& a) {
         return std::find_if(points.attributes.begin(), points.attributes.end(),
                             [&](const Attribute& b) { return a.name == b.name && a.components == b.components; });
     };
-    std::erase_if(contents.attributes, [&](const Attribute& a) { return moreOf(a) == points.attributes.end(); });
-    for (Attribute& a : contents.attributes) appendAttribute(std::move(*moreOf(a)), all, a);
+    std::erase_if(contents.attributes, [&](const Attribute& a) { return matching(a) == points.attributes.end(); });
+    for (Attribute& a : contents.attributes) appendAttribute(std::move(*matching(a)), total, a);
     if (contents.id.size() == contents.position.size() && points.id.size() == points.position.size())
-        appendNumbers(std::move(points.id), all, contents.id);
+        appendNumbers(std::move(points.id), total, contents.id);
     else
         contents.id = {};
-    appendNumbers(std::move(points.position), all, contents.position);
+    appendNumbers(std::move(points.position), total, contents.position);
 }
 
-void deliver(FileContents&& points, std::uint64_t all, const ReadOptions& options, FileContents& contents) {
+void deliver(FileContents&& points, std::uint64_t total, const ReadOptions& options, FileContents& contents) {
     if (options.points)
-        options.points(std::move(points), all);
+        options.points(std::move(points), total);
     else
-        append(std::move(points), all, contents);
+        append(std::move(points), total, contents);
 }
 
-void deliverRows(Cursor& in, std::uint64_t all, std::size_t row_bytes,
+void deliverRows(Cursor& in, std::uint64_t total, std::size_t row_bytes,
                  const std::function<FileContents(const std::byte* rows, std::size_t count)>& decode,
                  const ReadOptions& options, FileContents& contents) {
-    in.requireRows(all, row_bytes, "points");
+    in.requireRows(total, row_bytes, "points");
     std::uint64_t taken = 0;
     const auto take = [&]() -> std::optional<Bytes> {
-        const std::uint64_t rows = std::min<std::uint64_t>(kRowsAtOnce, all - taken);
+        const std::uint64_t rows = std::min<std::uint64_t>(kRowsAtOnce, total - taken);
         if (rows == 0) return std::nullopt;
         taken += rows;
         const std::byte* first = in.take(static_cast<std::size_t>(rows) * row_bytes, "points");
         return Bytes(first, first + rows * row_bytes);
     };
-    if (all == 0) return deliver(decode(nullptr, 0), all, options, contents);  // names of attributes are told
+    if (total == 0) return deliver(decode(nullptr, 0), total, options, contents);  // declares the attributes
     parallelInOrder(
         take, [&](Bytes&& rows) { return decode(rows.data(), rows.size() / row_bytes); },
-        [&](FileContents&& points) { deliver(std::move(points), all, options, contents); });
+        [&](FileContents&& points) { deliver(std::move(points), total, options, contents); });
 }
 
 void requireFinite(const FileContents& points, const AttributeNames& names, std::size_t first_row,
                    const std::string& file) {
-    const Attribute* velocity = velocityAmong(points, names.velocity, file);
+    const Attribute* velocity = findVelocity(points, names.velocity, file);
     try {
         requireFinite(points.position, "position", first_row);
         if (velocity != nullptr) requireFinite(rowsOf(velocity->real), "velocity", first_row);
@@ -224,8 +222,8 @@ Particles particlesFrom(FileContents contents, const AttributeNames& names, cons
     Particles particles;
     particles.velocity = takeVelocity(contents, names.velocity, file);
     if (!names.id.empty() && contents.id.empty() && !contents.position.empty())
-        throw Error(file + ": has no id attribute '" + names.id + "' of one integer per point, found " +
-                    namesOf(contents));
+        throw Error(file + ": has no id attribute '" + names.id + "' with one integer per point. The file has " +
+                    attributeNames(contents) + ".");
     particles.position = std::move(contents.position);
     particles.id = std::move(contents.id);
     particles.attributes = std::move(contents.attributes);
@@ -250,40 +248,40 @@ Curves curvesFrom(FileContents contents, const std::string& file) {
     return curves;
 }
 
-void requireWritable(const std::vector<Attribute>& attributes, std::size_t n, std::vector<std::string> taken,
+void requireWritable(const std::vector<Attribute>& attributes, std::size_t n, std::vector<std::string> reserved,
                      const std::string& file) {
     for (const Attribute& a : attributes) {
         const std::string where = file + ": attribute '" + a.name + "'";
         if (a.name.empty() || a.name.size() > 200 || a.name.find_first_of(" \t\r\n\v\f") != std::string::npos ||
             a.name.find('\0') != std::string::npos)
-            throw Error(where + ": expected a name of 1 to 200 characters without white space");
-        if (std::find(taken.begin(), taken.end(), a.name) != taken.end())
-            throw Error(where + ": the name is in use, expected another");
+            throw Error(where + ": a name must have 1 to 200 characters and no white space");
+        if (std::find(reserved.begin(), reserved.end(), a.name) != reserved.end())
+            throw Error(where + ": this name is already in use. Rename the attribute.");
         if (!a.real.empty() && !a.integer.empty())
-            throw Error(where + " has both floats and integers, expected one of them");
+            throw Error(where + " has both floats and integers, but may only have one of them");
         if (a.components == 0 || a.components > 1000)
-            throw Error(where + " has " + std::to_string(a.components) + " components, expected 1 to 1000");
+            throw Error(where + " has " + std::to_string(a.components) + " components, but must have 1 to 1000");
         const std::size_t numbers = std::max(a.real.size(), a.integer.size());
         if (numbers != n * a.components)
-            throw Error(where + " has " + std::to_string(numbers) + " numbers, expected " +
+            throw Error(where + " has " + std::to_string(numbers) + " numbers, but needs " +
                         std::to_string(a.components) + " for each of " + std::to_string(n) + " points");
-        taken.push_back(a.name);
+        reserved.push_back(a.name);
     }
 }
 
 std::uint32_t idOf32Bits(const std::vector<std::uint64_t>& ids, std::size_t i, const std::string& file) {
     constexpr std::uint64_t kMax = std::numeric_limits<std::uint32_t>::max();
     if (ids[i] > kMax)
-        throw Error(file + ": particle " + std::to_string(i) + ": id is " + std::to_string(ids[i]) +
-                    ", expected at most " + std::to_string(kMax) + " in this format; .vdb holds 64 bits");
+        throw Error(file + ": particle " + std::to_string(i) + ": id " + std::to_string(ids[i]) +
+                    " needs more than 32 bits, which this format cannot store. Use .vdb, which stores 64.");
     return static_cast<std::uint32_t>(ids[i]);
 }
 
 Particles particlesOf(const Spheres& spheres, const std::string& radius_name, const std::string& file) {
     const std::size_t n = spheres.size();
     if (spheres.radius.size() != n)
-        throw Error(file + ": radius has " + std::to_string(spheres.radius.size()) + " rows, expected " +
-                    std::to_string(n));
+        throw Error(file + ": radius has " + std::to_string(spheres.radius.size()) + " rows, but there are " +
+                    std::to_string(n) + " spheres");
     Particles particles;
     for (const Vec3& p : spheres.position) particles.position.emplace_back(p);
     for (const Vec3& v : spheres.velocity) particles.velocity.emplace_back(v);
@@ -303,8 +301,8 @@ void requireWritable(const Particles& particles, const std::string& file) {
 
 void requireWritable(const Mesh& mesh, const std::string& file) {
     if (mesh.component && mesh.component->size() != mesh.triangles.size())
-        throw Error(file + ": component has " + std::to_string(mesh.component->size()) +
-                    " rows, expected one for each of " + std::to_string(mesh.triangles.size()) + " triangles");
+        throw Error(file + ": component has " + std::to_string(mesh.component->size()) + " rows, but there are " +
+                    std::to_string(mesh.triangles.size()) + " triangles");
     requireWritableVertices(mesh, file);
     requireCorners(mesh.triangles, "triangle", mesh.position.size(), file);
 }

@@ -1,4 +1,5 @@
-// What every reader of a format makes of a file, before it becomes particles, a mesh or a report.
+// Contents of a geometry file of any format, which become particles, a mesh, curves or a summary. Shared checks of
+// readers and writers.
 
 #pragma once
 
@@ -14,80 +15,84 @@
 
 namespace betamesh {
 
-/// IndexRows are points, in the order of the file. Attributes hold everything but position and the id that was
-/// asked for; velocity is still among them.
+/// Row i of position, id and attributes is point i of the file. Attributes are all point attributes but the position
+/// and the id that was requested; velocity is one of them.
 struct FileContents {
     std::string format;                   ///< as FileInfo::format
     std::vector<AttributeInfo> declared;  ///< as FileInfo::attributes
     std::vector<Vec3f> position;
     std::vector<std::uint64_t> id;  ///< n rows or none
     std::vector<Attribute> attributes;
-    std::vector<Triangle> triangles;  ///< counter-clockwise seen from outside, corners within the points
+    std::vector<Triangle> triangles;  ///< counter-clockwise seen from outside; corners are valid point indices
     std::optional<std::vector<std::int32_t>> component;  ///< as Mesh::component
-    std::vector<Edge> edges;                             ///< of curves: corners within the points, line after line
-    bool declares_faces = false;                         ///< also when there are none
-    bool declares_edges = false;                         ///< also when there are none
-    bool begun = false;                                  ///< points, perhaps none, were appended
+    std::vector<Edge> edges;      ///< of curves, curve after curve; corners are valid point indices
+    bool declares_faces = false;  ///< the file declares faces, perhaps none
+    bool declares_edges = false;  ///< the file declares edges, perhaps none
+    bool begun = false;           ///< append() was called, perhaps with no points
 };
 
 /// The name of Mesh::component in files.
 inline constexpr const char* kComponent = "component";
 
-/// What a reader is to look for.
+/// What a reader has to read.
 struct ReadOptions {
-    std::string id = "id";   ///< attribute that becomes FileContents::id; empty: none
-    bool attributes = true;  ///< false: the positions are enough
-    /// Takes the points, some thousands at a time: position, id and attributes. What is read has none then.
-    std::function<void(FileContents&& points, std::uint64_t all)> points{};  ///< all: how many the file says it has
-    bool faces = true;                                                       ///< false: the points are enough
-    bool skip_unknown_faces = false;  ///< stop at primitives that are no polygons, rather than fail
+    std::string id = "id";   ///< name of the attribute that becomes FileContents::id; empty: none
+    bool attributes = true;  ///< false: read positions only
+    /// If set, gets the points (position, id and attributes) in blocks of a few thousand, and the result of the reader
+    /// has none. total: number of points that the file declares.
+    std::function<void(FileContents&& points, std::uint64_t total)> points{};
+    bool faces = true;                ///< false: read points only
+    bool skip_unknown_faces = false;  ///< stop at a primitive that is not a polygon instead of reporting an error
 };
 
-/// Gives points that a reader found to whoever is to have them. all: how many the file says it has.
-void deliver(FileContents&& points, std::uint64_t all, const ReadOptions& options, FileContents& contents);
+/// Passes points to options.points if that is set, otherwise appends them to contents. total: number that the file
+/// declares.
+void deliver(FileContents&& points, std::uint64_t total, const ReadOptions& options, FileContents& contents);
 
-/// The same for all of them, where each is a row of so many bytes (one or more): several threads decode some thousands
-/// at a time, which stay in the processor's cache, while the next are read.
-void deliverRows(Cursor& in, std::uint64_t all, std::size_t row_bytes,
+/// Decodes and delivers all points of a format that stores each point as a row of row_bytes >= 1 bytes. Several threads
+/// decode blocks of a few thousand rows, small enough for the cache, while the next block is read.
+void deliverRows(Cursor& in, std::uint64_t total, std::size_t row_bytes,
                  const std::function<FileContents(const std::byte* rows, std::size_t count)>& decode,
                  const ReadOptions& options, FileContents& contents);
 
-/// Adds points to those of the same file that came before; an attribute that either lacks is left out.
-void append(FileContents&& points, std::uint64_t all, FileContents& contents);
+/// Appends a block of points to the earlier points of the same file. Removes attributes that one of them lacks.
+void append(FileContents&& points, std::uint64_t total, FileContents& contents);
 
-/// Leaves only some rows of the points, ascending.
+/// Removes all points but the given rows, which must be ascending.
 void keepRows(const std::vector<std::uint32_t>& rows, FileContents& points);
 
-/// Throws Error for a position or velocity that is not finite; first_row: the number of the first, for the text.
+/// Throws Error if a position or velocity is not finite. first_row: index of the first point in the file, for the
+/// message.
 void requireFinite(const FileContents& points, const AttributeNames& names, std::size_t first_row,
                    const std::string& file);
 
-/// Integers as an attribute: float where some do not fit in 32 bits.
+/// An integer attribute; a float attribute if some values need more than 32 bits.
 Attribute integerAttribute(std::string name, std::uint32_t components, std::vector<std::int64_t> values);
 
-/// A corner list as a fan of triangles; fewer than three corners give none.
+/// Appends a polygon as a fan of triangles; nothing for fewer than three corners.
 void appendFan(const std::vector<std::uint32_t>& corners, std::vector<Triangle>& triangles);
 
-/// Finds velocity among the attributes and validates. Errors begin with the file's name.
+/// Convert contents: find the velocity among the attributes and validate. Error messages begin with the file's name.
 Particles particlesFrom(FileContents contents, const AttributeNames& names, const std::string& file);
 Mesh meshFrom(FileContents contents, const std::string& file);
 Curves curvesFrom(FileContents contents, const std::string& file);
 
-/// Spheres as particles with velocity (zeros where there is none) and the radius as an attribute.
+/// Spheres as particles with velocity (zeros if they have none) and the radius as an attribute.
 Particles particlesOf(const Spheres& spheres, const std::string& radius_name, const std::string& file);
 
-/// Throws Error unless every column has one row for each of n points, exactly one kind of numbers, a name
-/// without white space that no other column has; taken: the names that the format uses itself.
-void requireWritable(const std::vector<Attribute>& attributes, std::size_t n, std::vector<std::string> taken,
+/// Throws Error unless every attribute has one row for each of n points, either floats or integers, and a unique name
+/// without white space. reserved: names that the format uses itself.
+void requireWritable(const std::vector<Attribute>& attributes, std::size_t n, std::vector<std::string> reserved,
                      const std::string& file);
 
-/// The id of row i for a format whose ids have 32 bits. Throws Error where it needs more.
+/// The id of row i for a format with 32-bit ids. Throws Error if it needs more bits.
 std::uint32_t idOf32Bits(const std::vector<std::uint64_t>& ids, std::size_t i, const std::string& file);
 
 /// Throws Error unless validate() passes.
 void requireWritable(const Particles& particles, const std::string& file);
 
-/// Throws Error unless rows match, components among them, corners exist and positions and velocities are finite.
+/// Throws Error unless all arrays have matching lengths, corners are valid indices, and positions and velocities are
+/// finite.
 void requireWritable(const Mesh& mesh, const std::string& file);
 void requireWritable(const Curves& curves, const std::string& file);
 

@@ -1,4 +1,4 @@
-// What is in a particle or mesh file, for a person to look at.
+// Summary of a particle, mesh or curve file, for the info command.
 
 #pragma once
 
@@ -13,31 +13,30 @@ namespace betamesh {
 
 enum class FileKind { particles, mesh, curves };
 
-/// One attribute as the file declares it, position included.
+/// One point attribute as the file declares it; position is one of them.
 struct AttributeInfo {
     std::string name;
-    std::string type;              ///< in the words of the format: "float", "vector", "int64"
-    std::uint32_t components = 1;  ///< numbers in a row
-    std::string codec;             ///< how the numbers are packed, empty when plainly
+    std::string type;              ///< as the format names it: "float", "vector", "int64"
+    std::uint32_t components = 1;  ///< numbers per row
+    std::string codec;             ///< how the numbers are compressed; empty: they are not
 };
 
-/// A file with polygons is a mesh, one with edges or open polygons alone holds curves, any other particles.
+/// A file with polygons is a mesh, one with edges or open polygons only contains curves, any other particles.
 struct FileInfo {
     FileKind kind = FileKind::particles;
     std::string format;       ///< "bgeo V5, gzip", "ply binary_little_endian", "vdb points, blosc"
     std::uint64_t bytes = 0;  ///< on disk
     std::size_t points = 0;
-    std::size_t triangles = 0;  ///< after polygons were split into fans
-    std::size_t edges =
-        0;  ///< of two-dimensional curves: `element edge` of a .ply, open polygons of a .bgeo, lines of an .obj
-    Vec3f lower{0, 0, 0};  ///< of the box around all points, world units; zeros without points
+    std::size_t triangles = 0;  ///< after splitting polygons into fans
+    std::size_t edges = 0;      ///< of curves: `element edge` of a .ply, open polygons of a .bgeo, lines of an .obj
+    Vec3f lower{0, 0, 0};       ///< bounding box of all points, world units; zeros without points
     Vec3f upper{0, 0, 0};
-    std::vector<AttributeInfo> attributes;  ///< of the points, in the order of the file
+    std::vector<AttributeInfo> attributes;  ///< point attributes in the order of the file
 };
 
-/// Reads the whole file and reports on it. .bgeo .ply .vdb .obj.
+/// Reads a whole .bgeo, .ply, .vdb or .obj file and summarises it.
 ///
-/// errors  as readParticles and readMesh
+/// errors  as readParticles() and readMesh()
 FileInfo inspectFile(const std::filesystem::path& path);
 
 }  // namespace betamesh

@@ -1,4 +1,6 @@
-// Gzip streams, the door of zlib.
+// Gzip streams; wrapper of zlib.
+//
+// Read: one or more gzip members. Written: one member. Format: RFC 1952 (gzip) and RFC 1951 (deflate).
 
 #pragma once
 
@@ -6,34 +8,36 @@
 
 namespace betamesh {
 
-/// Does what follows begin like gzip?
+/// Whether the next two bytes are the magic number of gzip.
 bool isGzip(Cursor& in);
 
-/// What a stream of one or more gzip members holds, unpacked as it is read.
+/// The contents of a gzip stream, decompressed on demand.
 ///
-/// errors  a damaged stream; one that grows beyond a hundred times its size and 256 MiB, as no particles do
+/// errors  a damaged stream; one that decompresses to more than 256 MiB and more than a hundred times its size, which
+///         particles never do
 Cursor gunzipped(Cursor packed);
 
-/// Packs what comes into one gzip member, on several threads: it is cut into blocks of one size, each packed for itself
-/// with the end of the one before as its dictionary.
+/// Compresses data into one gzip member on several threads. Blocks of fixed size are compressed independently, each
+/// with the end of the previous block as its dictionary.
 ///
-/// same    bytes for the same input, whatever the threads and pieces in which it comes: no name, no time
+/// same    bytes for the same input, for any thread count and however the input is divided among calls; the header
+///         contains neither name nor time
 class GzipWriter {
 public:
-    using Drain = std::function<void(std::span<const std::byte>)>;
-    explicit GzipWriter(Drain drain);
+    using Sink = std::function<void(std::span<const std::byte>)>;
+    explicit GzipWriter(Sink sink);
 
     void write(std::span<const std::byte> bytes);
-    /// Must be called at the end.
+    /// Writes what is still buffered and the trailer. Must be called at the end.
     void finish();
 
 private:
-    void pack();
+    void compressPending();
 
-    Drain drain_;
-    Bytes dictionary_;  // the end of what was packed
-    Bytes waiting_;
-    std::uint32_t check_, size_ = 0;
+    Sink sink_;
+    Bytes dictionary_;  // the last 32 KiB that were compressed
+    Bytes pending_;     // not compressed yet
+    std::uint32_t checksum_, size_ = 0;
 };
 
 }  // namespace betamesh

@@ -13,7 +13,7 @@ namespace betamesh {
 Mesh readMesh(const std::filesystem::path& path) {
     const Extension extension = meshExtension(path);
     ReadOptions options;
-    options.id.clear();  // of a mesh, an id is an attribute like any other
+    options.id.clear();  // meshes have no ids: `id` is an ordinary attribute
     const std::string file = path.string();
     switch (extension) {
         case Extension::ply:
@@ -45,7 +45,7 @@ void writeSpheres(const std::filesystem::path& path, const Spheres& spheres) {
         case Extension::ply:
             return writeEncoded(path, [&](ByteWriter& out) { encodePly(out, spheres, file); });
         case Extension::obj:
-            throw Error(file + ": .obj holds no radius, expected .ply or .bgeo for spheres");
+            throw Error(file + ": .obj cannot store the radius of spheres. Use .ply or .bgeo.");
         default:
             return writeEncoded(path,
                                 [&](ByteWriter& out) { encodeBgeo(out, particlesOf(spheres, "pscale", file), file); });

@@ -12,9 +12,7 @@ namespace betamesh {
 
 namespace {
 
-// source  Wavefront, "Advanced Visualizer" manual, appendix B1: the object file format
-
-constexpr const char* kObject = "component_";
+constexpr const char* kObjectPrefix = "component_";
 
 class ObjReader {
 public:
@@ -28,18 +26,18 @@ public:
             readLine(text_.substr(0, end));
             text_.remove_prefix(std::min(end + 1, text_.size()));
         }
-        if (any_component_ && !stray_face_) contents_.component = std::move(components_);
+        if (any_component_ && !face_without_component_) contents_.component = std::move(components_);
         for (std::size_t i = 0; i < contents_.triangles.size(); ++i)
             for (const std::uint32_t corner : contents_.triangles[i])
                 if (corner >= contents_.position.size())
                     throw Error(file_ + ": triangle " + std::to_string(i) + " has vertex " +
-                                std::to_string(std::uint64_t{corner} + 1) + ", expected at most " +
-                                std::to_string(contents_.position.size()));
+                                std::to_string(std::uint64_t{corner} + 1) + ", but the file has only " +
+                                std::to_string(contents_.position.size()) + " vertices");
         for (const Edge& edge : contents_.edges)
             for (const std::uint32_t end : edge)
                 if (end >= contents_.position.size())
-                    throw Error(file_ + ": a line has vertex " + std::to_string(std::uint64_t{end} + 1) +
-                                ", expected at most " + std::to_string(contents_.position.size()));
+                    throw Error(file_ + ": a line element has vertex " + std::to_string(std::uint64_t{end} + 1) +
+                                ", but the file has only " + std::to_string(contents_.position.size()) + " vertices");
     }
 
 private:
@@ -70,32 +68,33 @@ private:
     void readVertex(std::string_view line) {
         Vec3f p;
         for (int axis = 0; axis < 3; ++axis) p[axis] = number(nextWord(line));
-        if (contents_.position.size() == std::numeric_limits<std::uint32_t>::max()) fail("too many vertices");
+        if (contents_.position.size() == std::numeric_limits<std::uint32_t>::max()) fail("more than 2^32 - 1 vertices");
         contents_.position.push_back(p);
     }
 
     float number(std::string_view word) const {
         if (word.starts_with('+')) word.remove_prefix(1);
         double value = 0;
-        float narrow = 0;
+        float single = 0;
         const char* end = word.data() + word.size();
-        const auto as_float = std::from_chars(word.data(), end, narrow);
-        if (as_float.ec == std::errc() && as_float.ptr == end) return narrow;
+        const auto as_float = std::from_chars(word.data(), end, single);
+        if (as_float.ec == std::errc() && as_float.ptr == end) return single;
         const auto as_double = std::from_chars(word.data(), end, value);
-        if (as_double.ec != std::errc() || as_double.ptr != end) fail("expected a vertex with three numbers");
+        if (as_double.ec != std::errc() || as_double.ptr != end) fail("a vertex needs three numbers");
         return static_cast<float>(value);
     }
 
     void readFace(std::string_view line) {
         readCorners(line);
-        if (corners_.size() < 3) fail("a face has " + std::to_string(corners_.size()) + " corners, expected 3 or more");
+        if (corners_.size() < 3)
+            fail("a face has " + std::to_string(corners_.size()) + " corners; it needs at least 3");
         appendFan(corners_, contents_.triangles);
         components_.resize(contents_.triangles.size(), component_.value_or(0));
-        stray_face_ = stray_face_ || !component_;
+        face_without_component_ = face_without_component_ || !component_;
     }
 
     void readObject(std::string_view line) {
-        const std::string_view name = nextWord(line), start = kObject;
+        const std::string_view name = nextWord(line), start = kObjectPrefix;
         component_.reset();
         if (!name.starts_with(start)) return;
         std::int32_t number = 0;
@@ -116,7 +115,7 @@ private:
             const auto vertices = static_cast<std::int64_t>(contents_.position.size());
             if (error == std::errc() && index < 0) index += vertices + 1;
             if (error != std::errc() || stop != end || index < 1 || index > std::numeric_limits<std::uint32_t>::max())
-                fail("expected the numbers of vertices, from 1, or back from -1");
+                fail("vertex indices must be integers: 1, 2 … or, counted from the last vertex, -1, -2 …");
             corners_.push_back(static_cast<std::uint32_t>(index - 1));
         }
     }
@@ -126,9 +125,9 @@ private:
     FileContents& contents_;
     std::size_t line_ = 0;
     std::vector<std::uint32_t> corners_;
-    std::optional<std::int32_t> component_;  // of the object at hand
-    bool any_component_ = false, stray_face_ = false;
-    std::vector<std::int32_t> components_;  // of the triangles so far
+    std::optional<std::int32_t> component_;  // of the current object
+    bool any_component_ = false, face_without_component_ = false;
+    std::vector<std::int32_t> components_;  // of the triangles read so far
 };
 
 template <typename Value>
@@ -158,7 +157,7 @@ FileContents parseObj(std::span<const std::byte> bytes, const std::string& file)
     contents.declared.push_back({"v", "float", 3, {}});
     const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
     if (text.find('\0') != std::string_view::npos)
-        throw Error(file + ": holds zero bytes, expected the text of an .obj file");
+        throw Error(file + ": contains zero bytes, so it is not an .obj text file");
     ObjReader(text, file, contents).readAll();
     contents.declares_faces = !contents.declares_edges || !contents.triangles.empty();
     return contents;
@@ -186,7 +185,7 @@ void encodeObj(ByteWriter& out, const Mesh& mesh, const std::string& file) {
         for (std::size_t i = 0; i < order.size(); ++i) {
             if (i == 0 || component[order[i]] != component[order[i - 1]]) {
                 out.text("o ");
-                out.text(kObject);
+                out.text(kObjectPrefix);
                 writeNumber(out, component[order[i]]);
                 out.text("\n");
             }

@@ -1,4 +1,8 @@
-// Wavefront OBJ: positions, faces and components, nothing else.
+// Wavefront OBJ.
+//
+// Read: v, f (a, a/b, a//c, a/b/c; negative indices count from the last vertex), l, and o for components; other lines
+// are skipped. Written: v, f, l, o. The format has no velocity and no attributes. Format: Wavefront, "Advanced
+// Visualizer" manual, appendix B1.
 
 #pragma once
 
@@ -9,15 +13,15 @@
 
 namespace betamesh {
 
-/// Lines v, f (a, a/b, a//c, a/b/c; negative indices count back) and l; all others are passed over. Where every face
-/// follows a line `o component_N`, these are the components.
+/// If every face belongs to an object `component_N`, these become the components.
+///
+/// errors  not a text file; a damaged line, with its number
 FileContents parseObj(std::span<const std::byte> bytes, const std::string& file);
 
-/// Positions with as many digits as a float needs to come back the same. Velocity and attributes are left out:
-/// the format has no place for them. Components become objects: faces are sorted by component, otherwise in their
-/// order.
+/// Writes positions with as many digits as needed to read the same floats. Leaves out velocity and attributes. Each
+/// component becomes an object `component_N`: faces are sorted by component and keep their order within it.
 void encodeObj(ByteWriter& out, const Mesh& mesh, const std::string& file);
-/// Each line as an `l`; a closed one ends with the vertex that it begins with.
+/// Writes each curve as one `l`; a closed curve ends with its first vertex.
 void encodeObj(ByteWriter& out, const Curves& curves, const std::string& file);
 
 }  // namespace betamesh

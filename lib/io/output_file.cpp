@@ -30,12 +30,12 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::string_view kSuffix = ".betamesh-tmp";
-constexpr std::size_t kMaxNameBytes = 255;                    // of a file name, on every file system in use
-constexpr std::size_t kStartFlushing = std::size_t{1} << 19;  // bytes after which the disk is set to work
-constexpr auto kForeignAge = std::chrono::hours(24);
+constexpr std::size_t kMaxNameBytes = 255;                 // of a file name, on all common file systems
+constexpr std::size_t kFlushBytes = std::size_t{1} << 19;  // bytes after which write() requests a flush
+constexpr auto kMaxForeignAge = std::chrono::hours(24);    // of temporaries of other hosts
 
-/// This host as a word without dots. Containers may share a name, hence the process number space too.
-std::string hostWord() {
+/// Name of this host, without dots, and of its process namespace, because containers may share a host name.
+std::string hostTag() {
     std::array<char, 256> name{};
     ::gethostname(name.data(), name.size() - 1);
     std::string word(name.data());
@@ -46,25 +46,26 @@ std::string hostWord() {
     return word;
 }
 
-/// When a process began, in clock ticks after the machine did; tells it from a later one of the same number.
-std::string startOf(pid_t pid) {
+/// Start time of a process, in clock ticks since boot; distinguishes it from a later process with the same id. "0" if
+/// there is no such process.
+std::string startTime(pid_t pid) {
     std::ifstream file("/proc/" + std::to_string(pid) + "/stat");
     std::string line;
     std::getline(file, line);
-    const std::size_t end_of_name = line.rfind(')');  // the name may hold anything
+    const std::size_t end_of_name = line.rfind(')');  // the name may contain any character
     if (end_of_name == std::string::npos) return "0";
     std::istringstream fields(line.substr(end_of_name + 1));
     std::string field;
     for (int i = 3; i <= 22 && fields >> field; ++i)
-        if (field == "Z") return "0";  // has ended, and nobody has asked how
+        if (field == "Z") return "0";  // a zombie
     return field;
 }
 
-std::string writerWord() { return hostWord() + "." + std::to_string(::getpid()) + "." + startOf(::getpid()); }
+std::string writerTag() { return hostTag() + "." + std::to_string(::getpid()) + "." + startTime(::getpid()); }
 
 fs::path temporaryFor(const fs::path& final_path) {
     static std::atomic<unsigned> counter{0};
-    const std::string tail = "." + writerWord() + "." + std::to_string(counter++) + std::string(kSuffix);
+    const std::string tail = "." + writerTag() + "." + std::to_string(counter++) + std::string(kSuffix);
     std::string name = final_path.filename().string();
     name.resize(std::min(name.size(), kMaxNameBytes - std::min(kMaxNameBytes, tail.size() + 1)));
     return final_path.parent_path() / ("." + name + tail);
@@ -76,7 +77,7 @@ struct Writer {
     std::string start;
 };
 
-/// Who wrote a temporary, from its name: .<name>.<host>.<pid>.<start>.<number>.betamesh-tmp
+/// The writer of a temporary, from its name .<name>.<host>.<pid>.<start>.<number>.betamesh-tmp
 std::optional<Writer> writerOf(const std::string& file_name) {
     if (!file_name.starts_with('.') || !file_name.ends_with(kSuffix)) return std::nullopt;
     std::string rest = file_name.substr(1, file_name.size() - 1 - kSuffix.size());
@@ -94,12 +95,12 @@ std::optional<Writer> writerOf(const std::string& file_name) {
     return writer;
 }
 
-bool lives(const Writer& writer) {
+bool isRunning(const Writer& writer) {
     if (::kill(writer.pid, 0) != 0 && errno == ESRCH) return false;
-    return startOf(writer.pid) == writer.start;
+    return startTime(writer.pid) == writer.start;
 }
 
-/// A writer holds a lock until it ends, however it ends; network file systems know of it too.
+/// A writer holds a lock until it terminates for whatever reason. Locks also work on network file systems.
 bool isLocked(const fs::path& path) {
     const int file = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW);
     if (file < 0) return true;
@@ -111,25 +112,25 @@ bool isLocked(const fs::path& path) {
 bool isOld(const fs::path& path) {
     std::error_code error;
     const auto written = fs::last_write_time(path, error);
-    return !error && fs::file_time_type::clock::now() - written > kForeignAge;
+    return !error && fs::file_time_type::clock::now() - written > kMaxForeignAge;
 }
 
 }  // namespace
 
 OutputFile::OutputFile(fs::path final_path)
     : final_path_(std::move(final_path)), temporary_path_(temporaryFor(final_path_)) {
-    std::error_code ignored;  // whatever keeps it from being looked at, opening it will tell
+    std::error_code ignored;  // if the path cannot be accessed, open() below reports why
     if (final_path_.filename().empty() || fs::is_directory(final_path_, ignored)) fail("written", EISDIR);
     file_ = ::open(temporary_path_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
     if (file_ < 0) fail("written", errno);
-    ::flock(file_, LOCK_EX | LOCK_NB);  // where locks do not work, the process number must do
+    ::flock(file_, LOCK_EX | LOCK_NB);  // if the file system has no locks, the process id has to suffice
 }
 
 OutputFile::OutputFile(OutputFile&& other) noexcept
     : final_path_(std::move(other.final_path_)),
       temporary_path_(std::move(other.temporary_path_)),
       file_(std::exchange(other.file_, -1)),
-      waiting_(other.waiting_) {}
+      unflushed_(other.unflushed_) {}
 
 OutputFile::~OutputFile() {
     if (file_ < 0) return;
@@ -147,22 +148,22 @@ void OutputFile::write(std::span<const std::byte> bytes) {
         if (count < 0 && errno == EINTR) continue;
         if (count < 0) fail("written", errno);
         bytes = bytes.subspan(static_cast<std::size_t>(count));
-        waiting_ += static_cast<std::size_t>(count);
+        unflushed_ += static_cast<std::size_t>(count);
     }
-    if (waiting_ < kStartFlushing) return;
-    waiting_ = 0;
-    ::sync_file_range(file_, 0, 0, SYNC_FILE_RANGE_WRITE);  // only a hint: commit() waits, and tells of failures
+    if (unflushed_ < kFlushBytes) return;
+    unflushed_ = 0;
+    ::sync_file_range(file_, 0, 0, SYNC_FILE_RANGE_WRITE);  // only a hint: commit() waits and reports failures
 }
 
 void OutputFile::write(std::string_view text) { write(std::as_bytes(std::span(text.data(), text.size()))); }
 
 void OutputFile::commit() {
     if (::fsync(file_) != 0) fail("flushed to the disk", errno);
-    if (::rename(temporary_path_.c_str(), final_path_.c_str()) != 0) fail("given its name", errno);
+    if (::rename(temporary_path_.c_str(), final_path_.c_str()) != 0) fail("renamed to its final name", errno);
     const int file = file_;
     file_ = -1;
     if (::close(file) != 0 && errno != EINTR) fail("closed", errno);
-    // The name itself reaches the disk with the folder. Some file systems cannot flush one; the file is safe.
+    // Flushing the folder makes the new name durable. Some file systems cannot; the contents are durable already.
     const fs::path folder = final_path_.parent_path();
     const int descriptor = ::open(folder.empty() ? "." : folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
     if (descriptor < 0) return;
@@ -182,11 +183,11 @@ void sweepTemporaries(const fs::path& folder) {
     for (fs::directory_iterator entry(folder.empty() ? "." : folder, error), end; !error && entry != end;
          entry.increment(error))
         if (writerOf(entry->path().filename().string())) leftovers.push_back(entry->path());
-    const std::string host = hostWord();
+    const std::string host = hostTag();
     for (const fs::path& path : leftovers) {
         const Writer writer = *writerOf(path.filename().string());
-        const bool gone = writer.host == host ? !lives(writer) : isOld(path);
-        if (gone && !isLocked(path)) fs::remove(path, error);
+        const bool abandoned = writer.host == host ? !isRunning(writer) : isOld(path);
+        if (abandoned && !isLocked(path)) fs::remove(path, error);
     }
 }
 

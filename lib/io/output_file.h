@@ -1,4 +1,4 @@
-// Files that are either complete or absent.
+// Atomic output files: complete under their final name, or absent.
 
 #pragma once
 
@@ -9,26 +9,27 @@
 
 namespace betamesh {
 
-/// A file under a temporary name in the folder of its final one, which it takes when committed.
+/// Writes to a temporary file in the folder of the final one; commit() renames it.
 ///
-/// The temporary is called `.<name>.<host>.<pid>.<start>.<number>.betamesh-tmp`: hidden, without a format's
-/// extension, different for every writer, and recognisable by sweepTemporaries(). The folder must exist. All members
-/// but the destructor throw Error with the file's name and the system's reason.
+/// The temporary is called `.<name>.<host>.<pid>.<start>.<number>.betamesh-tmp`: it is hidden, has no extension of a
+/// geometry format, is different for every writer, and is recognised by sweepTemporaries(). The folder must exist. All
+/// members but the destructor throw Error with the file's name and the system's reason.
 class OutputFile {
 public:
     explicit OutputFile(std::filesystem::path final_path);
-    ~OutputFile();                            ///< removes the temporary unless committed
-    OutputFile(OutputFile&& other) noexcept;  ///< what is left of the other does nothing any more
+    ~OutputFile();                            ///< removes the temporary unless it was committed
+    OutputFile(OutputFile&& other) noexcept;  ///< other may only be destroyed afterwards
     OutputFile& operator=(OutputFile&&) = delete;
 
     void write(std::span<const std::byte> bytes);
     void write(std::string_view text);
 
-    /// Flushes to the disk, takes the final name (replacing what stood there), flushes the folder.
+    /// Flushes the file to the disk, renames it to the final name (replacing a file of that name) and flushes the
+    /// folder.
     void commit();
 
-    /// For libraries that open files by name themselves: they may write here (and must tell of their own
-    /// errors), then commit().
+    /// For libraries that open files by name: they may write to this path and must report their own errors; then
+    /// commit().
     const std::filesystem::path& temporaryPath() const { return temporary_path_; }
 
 private:
@@ -37,16 +38,15 @@ private:
     std::filesystem::path final_path_;
     std::filesystem::path temporary_path_;
     int file_ = -1;
-    std::size_t waiting_ = 0;  // bytes that nobody has asked the disk to take
+    std::size_t unflushed_ = 0;  // bytes written since the last request to flush
 };
 
-/// Writes a whole file at once, or nothing.
+/// Writes a whole file atomically.
 void writeFile(const std::filesystem::path& path, std::string_view text);
 
-/// Removes temporaries that ended processes left in a folder, and none of a live process: those of this host
-/// when the process is gone, those of other hosts when they were last written more than a day ago; either only
-/// when nobody holds the writer's lock. A folder that does not exist has none. Never throws for what it cannot
-/// remove.
+/// Removes the temporaries in a folder that terminated processes left behind: those of this host if their process no
+/// longer runs, those of other hosts if they were last written more than a day ago, both only if the writer's lock is
+/// free. Does nothing if the folder does not exist. Ignores files that cannot be removed.
 void sweepTemporaries(const std::filesystem::path& folder);
 
 }  // namespace betamesh

@@ -15,7 +15,7 @@ namespace betamesh {
 
 namespace {
 
-/// All but the points, which the options' function takes.
+/// Reads a file; options.points gets the points.
 FileContents readPoints(const std::filesystem::path& path, ReadOptions& options) {
     options.faces = false;
     switch (particleExtension(path)) {
@@ -28,25 +28,25 @@ FileContents readPoints(const std::filesystem::path& path, ReadOptions& options)
     }
 }
 
-/// rows: those to be kept; none: all.
+/// rows: those to keep; null: all.
 Particles readRows(const std::filesystem::path& path, const AttributeNames& names,
                    const std::vector<std::uint32_t>* rows) {
     const std::string file = path.string();
     ReadOptions options;
     if (!names.id.empty()) options.id = names.id;
     FileContents kept;
-    std::size_t row = 0, next = 0;  // of the file, and among those to be kept
-    options.points = [&](FileContents&& points, std::uint64_t all) {
+    std::size_t row = 0, next = 0;  // next row of the file; index of the next row to keep
+    options.points = [&](FileContents&& points, std::uint64_t total) {
         const std::size_t first = std::exchange(row, row + points.position.size());
         if (rows) {
-            requireFinite(points, names, first, file);  // those that go, too; all that stay are looked at in the end
-            std::vector<std::uint32_t> among;
+            requireFinite(points, names, first, file);  // particlesFrom() checks only the rows that are kept
+            std::vector<std::uint32_t> rows_of_block;
             for (; next < rows->size() && (*rows)[next] < row; ++next)
-                among.push_back((*rows)[next] - static_cast<std::uint32_t>(first));
-            keepRows(among, points);
-            all = rows->size();
+                rows_of_block.push_back((*rows)[next] - static_cast<std::uint32_t>(first));
+            keepRows(rows_of_block, points);
+            total = rows->size();
         }
-        append(std::move(points), all, kept);
+        append(std::move(points), total, kept);
     };
     kept.declared = readPoints(path, options).declared;
     return particlesFrom(std::move(kept), names, file);

@@ -1,4 +1,8 @@
-// Stanford PLY: ascii and both binary orders in, binary little-endian out.
+// Stanford PLY.
+//
+// Read: ascii and both binary encodings; elements vertex, face and edge; other elements and lists are skipped. Written:
+// binary little-endian. Format: Greg Turk, "The PLY Polygon File Format", 1994; type names with sizes (int32, float64)
+// are later usage. Reader: ply_reader.cpp, ply_header.cpp, ply_numbers.h; writer: ply_writer.cpp.
 
 #pragma once
 
@@ -10,15 +14,17 @@
 
 namespace betamesh {
 
-/// Points are the element `vertex`: x y z, any other scalars as attributes. Neighbours a_x a_y (a_z a_w) or
-/// a_0 a_1 … of one kind become one attribute a; vx vy vz becomes v. Faces are the list vertex_indices or
-/// vertex_index of the element `face`, the whole number `component` beside it; edges are vertex1 vertex2 of
-/// the element `edge`. Other elements and lists are passed over.
+/// Points are the element `vertex`: x y z are the position, other scalar properties become attributes. Adjacent
+/// properties a_x a_y (a_z a_w) or a_0 a_1 … of the same kind become one attribute a; vx vy vz becomes v. Faces are the
+/// list vertex_indices or vertex_index of the element `face`, with the integer property `component`; edges are vertex1
+/// and vertex2 of the element `edge`.
+///
+/// errors  a damaged file, with the header line or byte offset; elements face or edge before vertex
 FileContents parsePly(Cursor in, const ReadOptions& options = {});
 
 void encodePly(ByteWriter& out, const Particles& particles, const std::string& file);
 void encodePly(ByteWriter& out, const Mesh& mesh, const std::string& file);
-/// Edges as `element edge`, int vertex1 vertex2.
+/// Writes edges as the element `edge` with int vertex1 vertex2.
 void encodePly(ByteWriter& out, const Curves& curves, const std::string& file);
 void encodePly(ByteWriter& out, const Spheres& spheres, const std::string& file);
 

@@ -10,20 +10,20 @@ namespace betamesh {
 
 namespace {
 
-constexpr double kWidth = 1000;    // pixels
-constexpr double kTallest = 4000;  // pixels
-constexpr double kMargin = 0.25;   // radii round all discs
-constexpr double kThinnest = 1.2;  // lines, pixels
+constexpr double kWidth = 1000;        // pixels
+constexpr double kMaxHeight = 4000;    // pixels
+constexpr double kMargin = 0.25;       // around all discs, radii
+constexpr double kMinLineWidth = 1.2;  // pixels
 
 class Drawing {
 public:
     Drawing(ByteWriter& out, const PlanePicture& picture, const PlaneBounds& bounds) : out_(out) {
         low_ = bounds.low, high_ = bounds.high;
-        if (bounds == PlaneBounds{}) showAll(picture);
+        if (bounds == PlaneBounds{}) fitDiscs(picture);
         const Vec3 size = high_ - low_;
-        scale_ = std::min(kWidth / size.x, kTallest / size.y);
+        scale_ = std::min(kWidth / size.x, kMaxHeight / size.y);
         radius_ = picture.radius * scale_;
-        line_ = std::clamp(0.05 * radius_, kThinnest, 3.0);
+        line_ = std::clamp(0.05 * radius_, kMinLineWidth, 3.0);
         const std::string width = pixels(size.x * scale_), height = pixels(size.y * scale_);
         out_.text("<svg xmlns='http://www.w3.org/2000/svg' width='" + width + "' height='" + height +
                   "' viewBox='0 0 " + width + " " + height + "'>\n<rect width='100%' height='100%' fill='white'/>\n");
@@ -32,25 +32,27 @@ public:
     void draw(const PlanePicture& picture, Layer layer) {
         switch (layer) {
             case Layer::discs:
-                dots(picture.particles, radius_, "fill='#dbe9f6'");
-                dots(picture.apart, radius_, "fill='#dbe9f6' stroke='#7d9bb8' stroke-width='" + pixels(line_) + "'");
+                drawDiscs(picture.particles, radius_, "fill='#dbe9f6'");
+                drawDiscs(picture.apart, radius_,
+                          "fill='#dbe9f6' stroke='#7d9bb8' stroke-width='" + pixels(line_) + "'");
                 break;
             case Layer::particles:
-                dots(picture.particles, std::max(0.6, 0.07 * radius_), "fill='#5b6470'");
+                drawDiscs(picture.particles, std::max(0.6, 0.07 * radius_), "fill='#5b6470'");
                 break;
             case Layer::alpha:
-                lines(picture.alpha, "stroke='#16191d' stroke-width='" + pixels(0.8 * line_) + "'");
+                drawLines(picture.alpha, "stroke='#16191d' stroke-width='" + pixels(0.8 * line_) + "'");
                 break;
             case Layer::before:
-                lines(picture.before, "stroke='#d3222a' stroke-width='" + pixels(0.8 * line_) +
-                                          "' stroke-linecap='round' stroke-dasharray='0 " + pixels(3 * line_) + "'");
-                vertices(picture.before, picture.pure, true);
+                drawLines(picture.before, "stroke='#d3222a' stroke-width='" + pixels(0.8 * line_) +
+                                              "' stroke-linecap='round' stroke-dasharray='0 " + pixels(3 * line_) +
+                                              "'");
+                drawVertices(picture.before, picture.pure, true);
                 break;
             case Layer::beta:
-                lines(picture.beta, "stroke='#d3222a' stroke-width='" + pixels(1.3 * line_) + "'");
+                drawLines(picture.beta, "stroke='#d3222a' stroke-width='" + pixels(1.3 * line_) + "'");
                 break;
             case Layer::vertices:
-                vertices(picture.beta, picture.pure, false);
+                drawVertices(picture.beta, picture.pure, false);
                 break;
         }
     }
@@ -61,7 +63,7 @@ public:
     }
 
 private:
-    void showAll(const PlanePicture& picture) {
+    void fitDiscs(const PlanePicture& picture) {
         if (picture.particles.empty()) high_ = {1, 1, 0};
         for (std::size_t i = 0; i < picture.particles.size(); ++i)
             for (int axis = 0; axis < 2; ++axis) {
@@ -76,37 +78,37 @@ private:
         std::snprintf(text, sizeof text, "%.2f", x);
         return text;
     }
-    std::string place(const Vec3& p, const char* between) const {
-        return pixels((p.x - low_.x) * scale_) + between + pixels((high_.y - p.y) * scale_);
+    std::string coordinates(const Vec3& p, const char* separator) const {
+        return pixels((p.x - low_.x) * scale_) + separator + pixels((high_.y - p.y) * scale_);
     }
 
-    void dots(const std::vector<Vec3>& centres, double radius, const std::string& style) {
+    void drawDiscs(const std::vector<Vec3>& centres, double radius, const std::string& style) {
         out_.text("<g " + style + ">\n");
         for (const Vec3& p : centres)
-            out_.text("<circle cx='" + place(p, "' cy='") + "' r='" + pixels(radius) + "'/>\n");
+            out_.text("<circle cx='" + coordinates(p, "' cy='") + "' r='" + pixels(radius) + "'/>\n");
         out_.text("</g>\n");
     }
 
-    void lines(const Curves& curves, const std::string& style) {
+    void drawLines(const Curves& curves, const std::string& style) {
         out_.text("<path fill='none' stroke-linejoin='round' " + style + " d='");
         for (const std::span<const Edge> line : linesOf(curves)) {
             const bool closed = line.front()[0] == line.back()[1];
-            out_.text("M" + place(curves.position[line.front()[0]], " "));
+            out_.text("M" + coordinates(curves.position[line.front()[0]], " "));
             for (const Edge& edge : line.first(line.size() - (closed ? 1 : 0)))
-                out_.text("L" + place(curves.position[edge[1]], " "));
+                out_.text("L" + coordinates(curves.position[edge[1]], " "));
             out_.text(closed ? "Z\n" : "\n");
         }
         out_.text("'/>\n");
     }
 
-    void vertices(const Curves& curves, const std::vector<std::uint8_t>& pure, bool hollow) {
+    void drawVertices(const Curves& curves, const std::vector<std::uint8_t>& pure, bool hollow) {
         for (const int kind : {0, 1}) {
             std::vector<Vec3> chosen;
             for (std::size_t v = 0; v < pure.size(); ++v)
                 if (pure[v] == kind) chosen.push_back(curves.position[v]);
             const std::string colour = kind == 1 ? "#d3222a" : "#2456c8";
             const std::string outline = "stroke='" + colour + "' stroke-width='" + pixels(0.7 * line_) + "' fill='";
-            dots(chosen, std::max(1.0, 0.08 * radius_), outline + (hollow ? "white" : colour) + "'");
+            drawDiscs(chosen, std::max(1.0, 0.08 * radius_), outline + (hollow ? "white" : colour) + "'");
         }
     }
 

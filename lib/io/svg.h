@@ -1,4 +1,6 @@
-// Pictures of what happens in a plane, that any browser shows.
+// SVG drawings of two-dimensional results: particles, discs, alpha mesh and curves.
+//
+// Written only. Format: "Scalable Vector Graphics (SVG) 1.1", W3C; shapes used: rect, g, circle, path.
 
 #pragma once
 
@@ -10,38 +12,39 @@
 
 namespace betamesh {
 
-/// What can be drawn, lowest first.
+/// Layers of a drawing, from the bottom up.
 enum class Layer {
-    discs,      ///< their union, and the circles left out of the curves
-    particles,  ///< dots
-    alpha,      ///< the alpha mesh, black
-    before,     ///< the curves before smoothing, dotted, with hollow dots for vertices
-    beta,       ///< the curves, red
-    vertices    ///< of the curves: pure beta vertices red, alphabeta vertices blue
+    discs,      ///< union of the discs, and isolated discs with their outlines
+    particles,  ///< particles as dots
+    alpha,      ///< alpha mesh, black
+    before,     ///< curves before smoothing, dotted, with hollow dots for vertices
+    beta,       ///< curves, red
+    vertices    ///< vertices of the curves: pure beta vertices red, alphabeta vertices blue
 };
 
-/// Everything that layers show; lengths in world units. pure has a row for each vertex of before and of beta.
+/// The data of all layers; lengths in world units. pure has one row per vertex of `before` and of `beta`.
 struct PlanePicture {
     std::vector<Vec3> particles;
     double radius = 0;
     Curves alpha, before, beta;
-    std::vector<std::uint8_t> pure;  ///< 1 where a vertex is a pure beta vertex
-    std::vector<Vec3> apart;         ///< centres of circles beside the curves
+    std::vector<std::uint8_t> pure;  ///< 1 for pure beta vertices
+    std::vector<Vec3> apart;         ///< centres of isolated discs, which are not part of the curves
 };
 
-/// A rectangle of the plane; x and y alone.
+/// A rectangle in the xy plane; z is ignored.
 struct PlaneBounds {
     Vec3 low{0, 0, 0}, high{0, 0, 0};
     bool operator==(const PlaneBounds&) const = default;
 };
 
-/// An .svg 1000 pixels wide; nothing stands under that name before it is complete.
+/// Writes an .svg 1000 pixels wide, less if it would be more than 4000 high. The file appears under its name only when
+/// it is complete.
 ///
-/// bounds  what is shown; low == high: all discs
+/// in      bounds: the part that is drawn; low == high: all discs
 void writePicture(const std::filesystem::path& path, const PlanePicture& picture, const std::vector<Layer>& layers,
                   const PlaneBounds& bounds = {});
 
-/// Is this the name of a picture?
+/// Whether the extension is .svg. Throws Error if curves cannot be written in the format of the extension.
 bool isPicture(const std::filesystem::path& path);
 
 }  // namespace betamesh

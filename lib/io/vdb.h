@@ -1,4 +1,7 @@
-// OpenVDB points (.vdb): PointDataGrid in and out.
+// OpenVDB points (.vdb).
+//
+// Read: point positions and numeric attributes of all grids of type PointDataGrid, with any codec. Skipped: strings,
+// groups, matrices, quaternions and grids of other types. Written: one PointDataGrid. Format: see vdb_file.cpp.
 
 #pragma once
 
@@ -9,21 +12,21 @@
 
 namespace betamesh {
 
-/// Loads OpenVDB, which otherwise happens when it is first needed.
+/// Loads OpenVDB, which is otherwise loaded when it is first needed.
 ///
-/// errors  where it cannot be found
+/// errors  OpenVDB cannot be found
 void loadVdb();
 
-/// The points of all point grids of a file, whatever their codecs, in world units; leaf after leaf. Attributes
-/// of strings, groups, matrices and quaternions are passed over.
+/// Reads the points of all point grids, in world units, leaf by leaf.
 ///
-/// errors  a file without a point grid, one that is cut short, whatever else OpenVDB finds wrong. It trusts
-///         what stands inside the grids: bytes altered there can end the process, unless files are read by another
+/// errors  a file without point grids, a truncated file, whatever else OpenVDB reports. OpenVDB does not check the
+/// contents
+///         of grids: damaged bytes there can terminate the process, unless another process reads the file
 ///         (io/vdb_process.h).
 FileContents readVdb(const std::filesystem::path& path, const ReadOptions& options = {});
 
-/// One grid `points`: P, v (both float, not quantised), id (int64), attributes. The voxel size is a power of
-/// two and offsets in a voxel are kept as float, so every position comes back bit for bit.
+/// Encodes one grid `points` with the attributes P and v (float, not quantised), id (int64) and the other attributes.
+/// The voxel size is a power of two and offsets within voxels are floats, so that positions are preserved exactly.
 ///
 /// same    bytes for the same particles
 std::string encodeVdb(const Particles& particles, const std::string& file);

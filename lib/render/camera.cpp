@@ -12,10 +12,10 @@ namespace betamesh {
 namespace {
 
 constexpr double kRadians = std::numbers::pi / 180;
-constexpr double kLeastDistance = 1e-3;  // of the size of what is seen: how near the camera comes to it
-constexpr double kTail = 0.03;            // of the surface at either end of an axis that is not its bulk
-constexpr double kOutlying = 1;           // of the longest side of the bulk: how far from it outliers begin
-constexpr std::size_t kMostParts = std::size_t{1} << 17;  // of the surface that are looked at to find its bulk
+constexpr double kMinDistance = 1e-3;   // camera to the nearest ball, in diagonals of the bounding box
+constexpr double kTail = 0.03;          // fraction of the area at either end of an axis that is not in the bulk
+constexpr double kOutlierDistance = 1;  // from the bulk, in lengths of its longest side
+constexpr std::size_t kMaxSamples = std::size_t{1} << 17;  // of the surface, to estimate its bulk
 
 struct Axes {
     Vec3 right, up, forward;
@@ -23,7 +23,7 @@ struct Axes {
 
 Axes axesOf(const Vec3& forward, const Vec3& up) {
     Vec3 right = cross(forward, up);
-    if (right.length() < 1e-9)  // straight up or down
+    if (right.length() < 1e-9)  // viewing direction parallel to up
         right = cross(forward, std::abs(up.z) < 0.5 ? Vec3(0, 0, -1) : Vec3(0, 1, 0));
     right.normalize();
     return {right, cross(right, forward), forward};
@@ -31,7 +31,7 @@ Axes axesOf(const Vec3& forward, const Vec3& up) {
 
 /// Calls visit(v) for every finite vertex that a triangle uses.
 template <typename Visit>
-void forVertices(const Mesh& mesh, const Visit& visit) {
+void visitUsedVertices(const Mesh& mesh, const Visit& visit) {
     std::vector<bool> used(mesh.position.size(), false);
     for (const Triangle& t : mesh.triangles)
         for (const std::uint32_t v : t) used[v] = true;
@@ -40,28 +40,30 @@ void forVertices(const Mesh& mesh, const Visit& visit) {
 }
 
 template <typename Visit>
-void forSpheres(const Spheres& spheres, const Visit& visit) {
+void visitSpheres(const Spheres& spheres, const Visit& visit) {
     for (std::size_t i = 0; i < spheres.size(); ++i)
         if (isFinite(spheres.position[i])) visit(spheres.position[i], static_cast<double>(spheres.radius[i]));
 }
 
-bool isCutAway(const std::optional<Cut>& cut, const Vec3& p, double radius) {
-    return cut && (cut->below ? p[cut->axis] - radius > cut->at : p[cut->axis] + radius < cut->at);
+bool isHidden(const std::optional<CutawayPlane>& cutaway, const Vec3& p, double radius) {
+    return cutaway &&
+           (cutaway->below ? p[cutaway->axis] - radius > cutaway->at : p[cutaway->axis] + radius < cutaway->at);
 }
 
-/// A piece of the surface: a corner of a triangle, or a sphere.
-struct SurfacePart {
+/// A triangle corner with a third of the triangle's area, or a sphere.
+struct AreaSample {
     Vec3 position;
     double radius, area;
 };
 
-/// Evenly chosen ones, finite and not cut away.
-std::vector<SurfacePart> surfaceParts(const Mesh& mesh, const Spheres& spheres, const std::optional<Cut>& cut) {
-    std::vector<SurfacePart> parts;
+/// At most about kMaxSamples, evenly chosen. Leaves out what is not finite or hidden by the cutaway plane.
+std::vector<AreaSample> areaSamples(const Mesh& mesh, const Spheres& spheres,
+                                    const std::optional<CutawayPlane>& cutaway) {
+    std::vector<AreaSample> samples;
     const auto add = [&](const Vec3& p, double radius, double area) {
-        if (isFinite(p) && std::isfinite(area) && !isCutAway(cut, p, radius)) parts.push_back({p, radius, area});
+        if (isFinite(p) && std::isfinite(area) && !isHidden(cutaway, p, radius)) samples.push_back({p, radius, area});
     };
-    const std::size_t rows = 3 * mesh.triangles.size() + spheres.size(), step = (rows + kMostParts - 1) / kMostParts;
+    const std::size_t rows = 3 * mesh.triangles.size() + spheres.size(), step = (rows + kMaxSamples - 1) / kMaxSamples;
     for (std::size_t i = 0; i < mesh.triangles.size(); i += step) {
         const Vec3 a = mesh.position[mesh.triangles[i][0]], b = mesh.position[mesh.triangles[i][1]],
                    c = mesh.position[mesh.triangles[i][2]];
@@ -72,31 +74,31 @@ std::vector<SurfacePart> surfaceParts(const Mesh& mesh, const Spheres& spheres, 
         const auto radius = static_cast<double>(spheres.radius[i]);
         add(spheres.position[i], radius, 4 * std::numbers::pi * radius * radius);
     }
-    return parts;
+    return samples;
 }
 
-/// Beyond this box are outliers.
-Bounds fenceOf(std::vector<SurfacePart> parts) {
+/// The box of the bulk, grown by kOutlierDistance: what is outside of it is an outlier.
+Bounds outlierFence(std::vector<AreaSample> samples) {
     Bounds bulk;
-    const double total = std::accumulate(parts.begin(), parts.end(), 0.0,
-                                         [](double sum, const SurfacePart& part) { return sum + part.area; });
-    for (int axis = 0; axis < 3 && !parts.empty(); ++axis) {
-        std::sort(parts.begin(), parts.end(), [&](const SurfacePart& a, const SurfacePart& b) {
+    const double total = std::accumulate(samples.begin(), samples.end(), 0.0,
+                                         [](double sum, const AreaSample& sample) { return sum + sample.area; });
+    for (int axis = 0; axis < 3 && !samples.empty(); ++axis) {
+        std::sort(samples.begin(), samples.end(), [&](const AreaSample& a, const AreaSample& b) {
             return a.position[axis] != b.position[axis] ? a.position[axis] < b.position[axis] : a.radius < b.radius;
         });
-        double before = 0;
-        for (const SurfacePart& part : parts) {
-            const double after = before + part.area;
-            if (after >= kTail * total && before <= (1 - kTail) * total) {
-                bulk.low[axis] = std::min(bulk.low[axis], part.position[axis] - part.radius);
-                bulk.high[axis] = std::max(bulk.high[axis], part.position[axis] + part.radius);
+        double area_before = 0;
+        for (const AreaSample& sample : samples) {
+            const double area_after = area_before + sample.area;
+            if (area_after >= kTail * total && area_before <= (1 - kTail) * total) {
+                bulk.low[axis] = std::min(bulk.low[axis], sample.position[axis] - sample.radius);
+                bulk.high[axis] = std::max(bulk.high[axis], sample.position[axis] + sample.radius);
             }
-            before = after;
+            area_before = area_after;
         }
     }
     const Vec3 size = bulk.high - bulk.low;
-    const double room = kOutlying * std::max({size.x, size.y, size.z});
-    return {bulk.low - Vec3(room, room, room), bulk.high + Vec3(room, room, room)};
+    const double margin = kOutlierDistance * std::max({size.x, size.y, size.z});
+    return {bulk.low - Vec3(margin, margin, margin), bulk.high + Vec3(margin, margin, margin)};
 }
 
 }  // namespace
@@ -117,39 +119,40 @@ void Bounds::add(const Bounds& other) {
 
 Bounds boundsOf(const Mesh& mesh, const Spheres& spheres) {
     Bounds bounds;
-    forVertices(mesh, [&](std::size_t v) { bounds.add(mesh.position[v], 0); });
-    forSpheres(spheres, [&](const Vec3& p, double radius) { bounds.add(p, radius); });
+    visitUsedVertices(mesh, [&](std::size_t v) { bounds.add(mesh.position[v], 0); });
+    visitSpheres(spheres, [&](const Vec3& p, double radius) { bounds.add(p, radius); });
     return bounds;
 }
 
-void forBulk(const Mesh& mesh, const Spheres& spheres, const std::optional<Cut>& cut,
-             const std::function<void(const Vec3& centre, double radius)>& visit) {
-    std::vector<SurfacePart> parts = surfaceParts(mesh, spheres, cut);
-    if (parts.empty()) return;
-    const Bounds fence = fenceOf(std::move(parts));
+void visitBulk(const Mesh& mesh, const Spheres& spheres, const std::optional<CutawayPlane>& cutaway,
+               const std::function<void(const Vec3& centre, double radius)>& visit) {
+    std::vector<AreaSample> samples = areaSamples(mesh, spheres, cutaway);
+    if (samples.empty()) return;
+    const Bounds fence = outlierFence(std::move(samples));
     bool all_near = true;
-    forVertices(mesh, [&](std::size_t v) { all_near = all_near && fence.holds(mesh.position[v]); });
-    Components pieces;
+    visitUsedVertices(mesh, [&](std::size_t v) { all_near = all_near && fence.contains(mesh.position[v]); });
+    Components components;
     std::vector<bool> near;
     if (!all_near) {
-        pieces = componentsOf(mesh.position.size(), mesh.triangles);
-        near.resize(pieces.count, false);
-        forVertices(mesh, [&](std::size_t v) {
-            if (fence.holds(mesh.position[v]) && !isCutAway(cut, mesh.position[v], 0)) near[pieces.of_vertex[v]] = true;
+        components = componentsOf(mesh.position.size(), mesh.triangles);
+        near.resize(components.count, false);
+        visitUsedVertices(mesh, [&](std::size_t v) {
+            if (fence.contains(mesh.position[v]) && !isHidden(cutaway, mesh.position[v], 0))
+                near[components.of_vertex[v]] = true;
         });
     }
-    forVertices(mesh, [&](std::size_t v) {
-        if ((all_near || near[pieces.of_vertex[v]]) && !isCutAway(cut, mesh.position[v], 0))
+    visitUsedVertices(mesh, [&](std::size_t v) {
+        if ((all_near || near[components.of_vertex[v]]) && !isHidden(cutaway, mesh.position[v], 0))
             visit(mesh.position[v], 0);
     });
-    forSpheres(spheres, [&](const Vec3& p, double radius) {
-        if (fence.holds(p) && !isCutAway(cut, p, radius)) visit(p, radius);
+    visitSpheres(spheres, [&](const Vec3& p, double radius) {
+        if (fence.contains(p) && !isHidden(cutaway, p, radius)) visit(p, radius);
     });
 }
 
-Bounds boundsOfBulk(const Mesh& mesh, const Spheres& spheres, const std::optional<Cut>& cut) {
+Bounds boundsOfBulk(const Mesh& mesh, const Spheres& spheres, const std::optional<CutawayPlane>& cutaway) {
     Bounds bounds;
-    forBulk(mesh, spheres, cut, [&](const Vec3& p, double radius) { bounds.add(p, radius); });
+    visitBulk(mesh, spheres, cutaway, [&](const Vec3& p, double radius) { bounds.add(p, radius); });
     return bounds;
 }
 
@@ -167,16 +170,17 @@ CameraFinder::CameraFinder(const Framing& framing, double aspect) : framing_(fra
     }
 }
 
-// A camera at x across and d behind the origin has a point at (a across, b along) in the picture where
-// |a - x| <= slope (b + d). Every point bounds x + slope d and slope d - x from below.
+// Consider the plane of the viewing direction and one picture axis. A camera at lateral position x and distance d
+// behind the origin sees a point at lateral position a and depth b if |a - x| <= slope (b + d). So every point gives a
+// lower bound of x + slope d and one of slope d - x; `above` and `below` are the largest of them.
 void CameraFinder::add(const Vec3& centre, double radius) {
     const Vec3 seen(dot(centre, right_), dot(centre, up_), dot(centre, forward_));
     for (std::size_t i = 0; i < 2; ++i)
         for (Edges& edges : edges_[i]) {
             const double across = seen[static_cast<int>(i)], along = edges.slope * seen.z;
-            const double round = radius * std::sqrt(1 + edges.slope * edges.slope);  // balls touch edges sideways
-            edges.above = std::max(edges.above, across - along + round);
-            edges.below = std::max(edges.below, -across - along + round);
+            const double margin = radius * std::sqrt(1 + edges.slope * edges.slope);  // for a ball tangent to the edge
+            edges.above = std::max(edges.above, across - along + margin);
+            edges.below = std::max(edges.below, -across - along + margin);
         }
     bounds_.add(seen, radius);
 }
@@ -190,9 +194,10 @@ void CameraFinder::add(const CameraFinder& other) {
     bounds_.add(other.bounds_);
 }
 
-// A camera farther away than its width needs has all between narrower edges: where these stand is the middle.
-double CameraFinder::middle(const Side& edges, double distance) {
-    std::size_t k = kEdges - 1;  // the narrowest that distance is enough for
+// Lateral position of a camera at the given distance. If the distance is larger than this picture axis requires, all
+// balls fit between narrower edges, and the camera is centred between the narrowest of those.
+double CameraFinder::middle(const Fan& edges, double distance) {
+    std::size_t k = kEdges - 1;  // narrowest edges that contain all balls at this distance
     while (k > 0 && edges[k - 1].distance() <= distance) --k;
     double middle = edges[k].middle();
     if (k > 0 && edges[k].distance() < edges[k - 1].distance()) {
@@ -208,10 +213,10 @@ double CameraFinder::middle(const Side& edges, double distance) {
 Camera CameraFinder::camera() const {
     if (bounds_.empty()) return {-forward_, {0, 0, 0}, framing_.up, framing_.fov};
     double size = bounds_.diagonal();
-    if (!(size > 0)) size = bounds_.centre().length();  // a single point: any distance that is not lost beside it
+    if (!(size > 0)) size = bounds_.centre().length();  // a single point: a distance that rounding does not swallow
     if (!(size > 0)) size = 1;
-    double distance = -bounds_.low.z + kLeastDistance * size;
-    for (const Side& edges : edges_) distance = std::max(distance, edges.back().distance());
+    double distance = -bounds_.low.z + kMinDistance * size;
+    for (const Fan& edges : edges_) distance = std::max(distance, edges.back().distance());
     const Vec3 position =
         right_ * middle(edges_[0], distance) + up_ * middle(edges_[1], distance) - forward_ * distance;
     return {position, position + forward_ * (bounds_.centre().z + distance), framing_.up, framing_.fov};

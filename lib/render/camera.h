@@ -1,4 +1,4 @@
-// Where a picture is taken from.
+// Cameras: automatic framing of a surface, and the projection of points and pixels.
 
 #pragma once
 
@@ -13,92 +13,93 @@
 
 namespace betamesh {
 
-/// The box round points; low > high where there are none.
+/// Axis-aligned bounding box. Empty as long as nothing was added: then low > high.
 struct Bounds {
-    Vec3 low{kNone, kNone, kNone}, high{-kNone, -kNone, -kNone};
+    Vec3 low{kLargest, kLargest, kLargest}, high{-kLargest, -kLargest, -kLargest};
 
-    static constexpr double kNone = std::numeric_limits<double>::max();
+    static constexpr double kLargest = std::numeric_limits<double>::max();  ///< larger than any coordinate
     bool empty() const { return !(low.x <= high.x); }
     Vec3 centre() const { return empty() ? Vec3(0, 0, 0) : (low + high) / 2; }
     double diagonal() const { return empty() ? 0 : (high - low).length(); }
     void add(const Vec3& point, double radius);
     void add(const Bounds& other);
-    bool holds(const Vec3& point) const {
+    bool contains(const Vec3& point) const {
         return low.x <= point.x && low.y <= point.y && low.z <= point.z && point.x <= high.x && point.y <= high.y &&
                point.z <= high.z;
     }
 };
 
-/// Of every finite vertex that a triangle uses, and every sphere.
+/// Box around every finite vertex that a triangle uses and every sphere.
 Bounds boundsOf(const Mesh& mesh, const Spheres& spheres);
 
-/// Calls visit(centre, radius) for every finite vertex that a triangle uses, and every sphere, but not for what the cut
-/// leaves away, and not for outliers: drops so far from the bulk of the surface that a few of them would make all the
-/// rest small in the picture.
+/// Calls visit(centre, radius) for every sphere and every finite vertex that a triangle uses (with radius 0). Skips
+/// what the cutaway plane hides, and outliers: drops so far from the bulk of the surface that framing them would make
+/// everything else small in the picture.
 ///
-/// The bulk is the box that leaves away 3 % of the surface's area at either end of each axis. Outliers are spheres and
-/// connected pieces of the mesh that are wholly farther from it, along an axis, than its longest side: a jet that is
-/// still connected is none, however long.
+/// The bulk is the box that excludes 3 % of the surface area at either end of each axis. A sphere or a connected
+/// component of the mesh is an outlier if all of it is outside that box by more than the box's longest side along some
+/// axis. A jet that is still connected to the liquid is therefore never an outlier.
 ///
 /// same    for any thread count
-/// cost    O(triangles + spheres); the box is that of at most 2^17 of them, evenly chosen
-void forBulk(const Mesh& mesh, const Spheres& spheres, const std::optional<Cut>& cut,
-             const std::function<void(const Vec3& centre, double radius)>& visit);
+/// cost    O(triangles + spheres); the box is estimated from at most 2^17 triangle corners and spheres, evenly chosen
+void visitBulk(const Mesh& mesh, const Spheres& spheres, const std::optional<CutawayPlane>& cutaway,
+               const std::function<void(const Vec3& centre, double radius)>& visit);
 
-/// The box round what forBulk visits.
-Bounds boundsOfBulk(const Mesh& mesh, const Spheres& spheres, const std::optional<Cut>& cut);
+/// Box around what visitBulk() visits.
+Bounds boundsOfBulk(const Mesh& mesh, const Spheres& spheres, const std::optional<CutawayPlane>& cutaway);
 
-/// A pinhole.
+/// A pinhole camera.
 struct Camera {
     Vec3 position{0, 0, 1};
     Vec3 look_at{0, 0, 0};
     Vec3 up{0, 1, 0};
-    double fov = 30;  ///< degrees, across the height of the picture, (0, 180)
+    double fov = 30;  ///< vertical field of view, degrees, (0, 180)
 };
 
-/// How a camera that finds its own place looks at things.
+/// Viewing direction, field of view and margin of an automatic camera, whose position CameraFinder computes.
 struct Framing {
-    Vec3 up{0, 1, 0};  ///< an axis
-    double azimuth =
-        30;  ///< degrees round `up`, counter-clockwise seen from above; 0: from +z, or from -y where z is up
+    Vec3 up{0, 1, 0};  ///< a coordinate axis
+    /// Degrees around `up`, counter-clockwise seen from above. At 0 the camera is on the +z side (-y if z is up).
+    double azimuth = 30;
     double elevation = 20;  ///< degrees above the horizon, (-90, 90)
-    double fov = 30;        ///< as Camera::fov
-    double margin = 0.06;   ///< of the picture that stays free on each side, [0, 0.5)
+    double fov = 30;        ///< vertical field of view, degrees, (0, 180)
+    double margin = 0.06;   ///< fraction of the picture left empty on each side, [0, 0.5)
 };
 
-/// Finds the nearest camera that has all of many balls in the picture, one by one in any order, and in the middle of
-/// it. It looks at the middle of their depth.
+/// Finds the camera nearest to a set of balls that still has all of them in the picture, and centres them. Balls are
+/// added one by one, in any order: those of all frames, for instance, so that the camera frames the whole sequence.
 class CameraFinder {
 public:
     /// aspect: width / height.
     CameraFinder(const Framing& framing, double aspect);
 
     void add(const Vec3& centre, double radius);
-    /// other: of the same framing.
+    /// Adds the balls of another finder, which must have the same framing and aspect.
     void add(const CameraFinder& other);
-    /// Of nothing: one that looks at the origin.
+    /// Looks at the middle of the balls' depth range; at the origin if there are no balls.
     Camera camera() const;
 
 private:
     Framing framing_;
     Vec3 right_, up_, forward_;
-    // How far to either side the edges of a picture must reach, from a camera at the origin; of the whole picture that
-    // may be filled, and of narrower ones that stand in its middle.
+    // Two parallel lines of the given slope (tangent of half the opening angle) that bound all balls in the plane of
+    // the viewing direction and one picture axis: the picture edges of a camera behind the origin.
     struct Edges {
-        double slope = 0, above = -Bounds::kNone, below = -Bounds::kNone;
-        /// How far behind the origin a camera has all between these edges.
+        double slope = 0, above = -Bounds::kLargest, below = -Bounds::kLargest;  // intercepts at the origin
+        /// Distance behind the origin at which a centred camera has all balls between these edges.
         double distance() const { return (above + below) / (2 * slope); }
         double middle() const { return (above - below) / 2; }
     };
     static constexpr std::size_t kEdges = 8;
-    using Side = std::array<Edges, kEdges>;  // from narrow to wide
-    static double middle(const Side& edges, double distance);
+    using Fan = std::array<Edges, kEdges>;  // from narrow to wide; the last one is the part of the picture to be filled
+    static double middle(const Fan& edges, double distance);
 
-    std::array<Side, 2> edges_;  // across and up
-    Bounds bounds_;              // across, up, along
+    std::array<Fan, 2> edges_;  // horizontal and vertical
+    Bounds bounds_;             // along right, up and forward
 };
 
-/// Pixels and directions of a camera. Pixel (x, y) covers [x, x + 1) × [y, y + 1) from the top left.
+/// Maps pixels to viewing directions and points to pixels. Pixel (x, y) covers [x, x + 1) × [y, y + 1) from the top
+/// left.
 class View {
 public:
     View(const Camera& camera, int width, int height);
@@ -107,19 +108,20 @@ public:
     const Vec3& right() const { return right_; }
     const Vec3& up() const { return up_; }
     const Vec3& forward() const { return forward_; }
-    /// The size of a pixel at a distance of one along the axis.
+    /// Size of a pixel at unit depth.
     double pixel() const { return pixel_; }
 
-    /// As long as its way along the axis is one.
+    /// Viewing direction through a point of the picture, scaled to unit depth.
     Vec3 direction(double x, double y) const {
         return forward_ + right_ * ((x - half_width_) * pixel_) + up_ * ((half_height_ - y) * pixel_);
     }
+    /// Distance from the camera along its axis.
     double depth(const Vec3& point) const { return dot(point - position_, forward_); }
-    /// Where a point in front of the camera is seen: x, y.
-    std::array<double, 2> seen(const Vec3& point) const {
-        const Vec3 way = point - position_;
-        const double scale = 1 / (dot(way, forward_) * pixel_);
-        return {half_width_ + dot(way, right_) * scale, half_height_ - dot(way, up_) * scale};
+    /// Pixel coordinates x, y of a point in front of the camera.
+    std::array<double, 2> projected(const Vec3& point) const {
+        const Vec3 offset = point - position_;
+        const double scale = 1 / (dot(offset, forward_) * pixel_);
+        return {half_width_ + dot(offset, right_) * scale, half_height_ - dot(offset, up_) * scale};
     }
 
 private:

@@ -14,16 +14,16 @@ namespace {
 
 constexpr std::size_t kGrain = 4096;  // rows
 
-// Linear light.
+// Linear red, green, blue.
 const Vec3f kLiquid(0.055f, 0.165f, 0.30f);
 const Vec3f kBubble(0.75f, 0.36f, 0.08f);
 const Vec3f kTwoSided(0.10f, 0.50f, 0.36f);
 const Vec3f kSphere(0.42f, 0.12f, 0.40f);
 
-using Scale = std::vector<Vec3f>;  // from low to high, evenly spaced
+using Scale = std::vector<Vec3f>;  // colours from low to high, evenly spaced
 const Scale kFoam{
     {0.015f, 0.05f, 0.18f}, {0.02f, 0.16f, 0.38f}, {0.05f, 0.38f, 0.52f}, {0.32f, 0.66f, 0.66f}, {0.92f, 0.92f, 0.86f}};
-const Scale kWarmOrCold{
+const Scale kDiverging{
     {0.02f, 0.10f, 0.42f}, {0.20f, 0.45f, 0.75f}, {0.52f, 0.52f, 0.50f}, {0.72f, 0.30f, 0.10f}, {0.45f, 0.03f, 0.03f}};
 
 Vec3f colourAt(const Scale& scale, double share) {
@@ -62,24 +62,27 @@ void colourByVelocity(const Mesh& mesh, const Spheres& spheres, Colouring colour
 void colourByCurvature(const Mesh& mesh, const std::vector<Vec3>& normal, Colouring colouring,
                        SurfaceColours& colours) {
     const std::vector<float> curvature = vertexCurvatures(mesh, normal);
-    if (!(colouring.high > colouring.low) && !curvature.empty()) {  // all but the tenth that bends most
-        std::vector<float> sizes(curvature.size());
-        std::transform(curvature.begin(), curvature.end(), sizes.begin(), [](float x) { return std::abs(x); });
-        const auto most = sizes.begin() + static_cast<std::ptrdiff_t>(sizes.size() * 9 / 10);
-        std::nth_element(sizes.begin(), most, sizes.end());
+    if (!(colouring.high > colouring.low) &&
+        !curvature.empty()) {  // symmetric range that excludes the tenth of largest magnitude
+        std::vector<float> magnitudes(curvature.size());
+        std::transform(curvature.begin(), curvature.end(), magnitudes.begin(), [](float x) { return std::abs(x); });
+        const auto most = magnitudes.begin() + static_cast<std::ptrdiff_t>(magnitudes.size() * 9 / 10);
+        std::nth_element(magnitudes.begin(), most, magnitudes.end());
         colouring.high = static_cast<double>(*most);
         colouring.low = -colouring.high;
     }
-    colours.vertex = scaled(curvature.size(), kWarmOrCold, colouring.low, colouring.high,
+    colours.vertex = scaled(curvature.size(), kDiverging, colouring.low, colouring.high,
                             [&](std::size_t i) { return curvature[i]; });
 }
 
-/// Spread round the circle of hues; the first is plain.
-Vec3f colourOfPiece(std::uint32_t piece) {
-    if (piece == 0) return kLiquid;
-    Random random(piece);
-    const double hue = 2 * 3.14159265358979 * random.unit(), light = random.between(0.25, 0.5);
-    const auto channel = [&](double turn) { return static_cast<float>(light * (0.62 + 0.5 * std::cos(hue - turn))); };
+/// Random hue; component 0 has the plain colour.
+Vec3f colourOfComponent(std::uint32_t component) {
+    if (component == 0) return kLiquid;
+    Random random(component);
+    const double hue = 2 * 3.14159265358979 * random.unit(), brightness = random.between(0.25, 0.5);
+    const auto channel = [&](double turn) {
+        return static_cast<float>(brightness * (0.62 + 0.5 * std::cos(hue - turn)));
+    };
     return {channel(0), channel(2.0944), channel(4.1888)};
 }
 
@@ -87,20 +90,20 @@ void colourByComponent(const Mesh& mesh, SurfaceColours& colours) {
     colours.triangle.resize(mesh.triangles.size());
     if (mesh.component) {
         for (std::size_t i = 0; i < mesh.triangles.size(); ++i)
-            colours.triangle[i] = colourOfPiece(static_cast<std::uint32_t>((*mesh.component)[i]));
+            colours.triangle[i] = colourOfComponent(static_cast<std::uint32_t>((*mesh.component)[i]));
         return;
     }
-    const Components pieces = componentsOf(mesh.position.size(), mesh.triangles);
-    std::vector<std::uint32_t> triangles(pieces.count, 0);
-    for (const Triangle& t : mesh.triangles) ++triangles[pieces.of_vertex[t[0]]];
+    const Components components = componentsOf(mesh.position.size(), mesh.triangles);
+    std::vector<std::uint32_t> triangles(components.count, 0);
+    for (const Triangle& t : mesh.triangles) ++triangles[components.of_vertex[t[0]]];
     const auto largest = std::max_element(triangles.begin(), triangles.end()) - triangles.begin();
     for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
-        const std::uint32_t piece = pieces.of_vertex[mesh.triangles[i][0]];
-        colours.triangle[i] = colourOfPiece(piece == largest ? 0 : piece + 1);
+        const std::uint32_t component = components.of_vertex[mesh.triangles[i][0]];
+        colours.triangle[i] = colourOfComponent(component == largest ? 0 : component + 1);
     }
 }
 
-/// 1 for triangles that stand in the mesh once for each side.
+/// 1 for triangles that are in the mesh twice, once per side.
 std::vector<std::uint8_t> twoSided(const Mesh& mesh) {
     struct Row {
         Triangle corners;  // ascending
@@ -122,16 +125,17 @@ std::vector<std::uint8_t> twoSided(const Mesh& mesh) {
 }
 
 void colourByKind(const Mesh& mesh, const Spheres& spheres, SurfaceColours& colours) {
-    const Components pieces = componentsOf(mesh.position.size(), mesh.triangles);
-    std::vector<double> volume(pieces.count, 0);
+    const Components components = componentsOf(mesh.position.size(), mesh.triangles);
+    std::vector<double> volume(components.count, 0);
     for (const Triangle& t : mesh.triangles)
-        volume[pieces.of_vertex[t[0]]] += volumeBelow(mesh.position[t[0]], mesh.position[t[1]], mesh.position[t[2]]);
+        volume[components.of_vertex[t[0]]] +=
+            volumeBelow(mesh.position[t[0]], mesh.position[t[1]], mesh.position[t[2]]);
     const std::vector<std::uint8_t> two_sided = twoSided(mesh);
     colours.triangle.resize(mesh.triangles.size());
     for (std::size_t i = 0; i < mesh.triangles.size(); ++i)
-        colours.triangle[i] = two_sided[i]                                         ? kTwoSided
-                              : volume[pieces.of_vertex[mesh.triangles[i][0]]] < 0 ? kBubble
-                                                                                   : kLiquid;
+        colours.triangle[i] = two_sided[i]                                             ? kTwoSided
+                              : volume[components.of_vertex[mesh.triangles[i][0]]] < 0 ? kBubble
+                                                                                       : kLiquid;
     colours.sphere.assign(spheres.size(), kSphere);
 }
 
@@ -141,17 +145,18 @@ void colourByAttribute(const Mesh& mesh, const Colouring& colouring, SurfaceColo
     if (found == mesh.attributes.end()) {
         std::string names;
         for (const Attribute& a : mesh.attributes) names += (names.empty() ? "" : ", ") + a.name;
-        throw Error("no attribute '" + colouring.attribute +
-                    "' to colour by; expected one of the mesh's: " + (names.empty() ? "it has none" : names));
+        throw Error("the mesh has no attribute '" + colouring.attribute + "' to colour by. It has " +
+                    (names.empty() ? "no attributes." : "these: " + names + "."));
     }
     const auto value = [&](std::size_t i) {
         return found->integer.empty() ? static_cast<double>(found->real[i]) : static_cast<double>(found->integer[i]);
     };
     const std::size_t n = mesh.position.size();
-    if (found->components == 3) {  // a colour
+    if (found->components == 3) {  // a linear colour
         colours.vertex.resize(n);
-        const auto light = [&](std::size_t i) { return static_cast<float>(std::clamp(value(i), 0.0, 1.0)); };
-        for (std::size_t i = 0; i < n; ++i) colours.vertex[i] = {light(3 * i), light(3 * i + 1), light(3 * i + 2)};
+        const auto channel = [&](std::size_t i) { return static_cast<float>(std::clamp(value(i), 0.0, 1.0)); };
+        for (std::size_t i = 0; i < n; ++i)
+            colours.vertex[i] = {channel(3 * i), channel(3 * i + 1), channel(3 * i + 2)};
         return;
     }
     double low = colouring.low, high = colouring.high;
@@ -173,9 +178,9 @@ std::vector<float> vertexCurvatures(const Mesh& mesh, const std::vector<Vec3>& n
     for (const Triangle& t : mesh.triangles)
         for (std::size_t m = 0; m < 3; ++m) {
             const std::uint32_t a = t[m], b = t[(m + 1) % 3];
-            const Vec3 way = mesh.position[b] - mesh.position[a];
-            if (!(way.length2() > 0)) continue;
-            const double along = dot(normal[b] - normal[a], way) / way.length2();
+            const Vec3 edge = mesh.position[b] - mesh.position[a];
+            if (!(edge.length2() > 0)) continue;
+            const double along = dot(normal[b] - normal[a], edge) / edge.length2();
             for (const std::uint32_t end : {a, b}) sum[end] += along, ++edges[end];
         }
     std::vector<float> curvature(sum.size(), 0);

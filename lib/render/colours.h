@@ -1,4 +1,4 @@
-// What a surface is coloured by.
+// Surface colours from velocity, kind, curvature, component or an attribute.
 
 #pragma once
 
@@ -7,21 +7,20 @@
 
 namespace betamesh {
 
-/// Linear red, green, blue. One of `vertex` and `triangle` has rows, or neither: then all is `plain`.
+/// Linear red, green, blue. At most one of `vertex` and `triangle` has rows; if neither has, the mesh is `plain`.
 struct SurfaceColours {
     Vec3f plain{0, 0, 0};
     std::vector<Vec3f> vertex;
     std::vector<Vec3f> triangle;
-    std::vector<Vec3f> sphere;  ///< none: plain
+    std::vector<Vec3f> sphere;  ///< empty: plain
 };
 
-/// normal: of the vertices; only curvature looks at it, and at none else.
-///
-/// errors  an attribute that the mesh has not
+/// in      normal: of the vertices; may be empty unless the colour is that of curvature
+/// errors  the mesh lacks the attribute to colour by; lists the attributes it has
 SurfaceColours surfaceColours(const Mesh& mesh, const Spheres& spheres, const std::vector<Vec3>& normal,
                               const Colouring& colouring);
 
-/// The mean over the edges of each vertex of the curvature along them, 1 / world units; 0 without triangles.
+/// Mean curvature at each vertex, 1 / world units: the mean of the normal curvatures along its edges. 0 without edges.
 std::vector<float> vertexCurvatures(const Mesh& mesh, const std::vector<Vec3>& normal);
 
 }  // namespace betamesh

@@ -9,7 +9,7 @@ namespace betamesh {
 namespace {
 
 constexpr Colour kPaper{255, 255, 255}, kInk{58, 64, 72};
-constexpr int kLeastText = 11;  // pixels
+constexpr int kMinTextSize = 11;  // pixels
 
 }  // namespace
 
@@ -17,7 +17,7 @@ Image contactSheet(std::span<const CaptionedImage> images, int columns) {
     if (images.empty()) return {};
     const int width = images[0].image.width, height = images[0].image.height;
     const int side = std::min(width, height);
-    const int text = std::max(kLeastText, side / 22), gap = std::max(4, side / 36);
+    const int text = std::max(kMinTextSize, side / 22), gap = std::max(4, side / 36);
     columns = std::min(columns, static_cast<int>(images.size()));
     const int rows = (static_cast<int>(images.size()) + columns - 1) / columns;
     const int cell = height + 2 * text + gap;

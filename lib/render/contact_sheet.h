@@ -1,4 +1,4 @@
-// Many pictures on one sheet.
+// Contact sheets: many pictures in one image.
 
 #pragma once
 
@@ -14,10 +14,10 @@ struct CaptionedImage {
     std::string caption;
 };
 
-/// IndexRows of pictures with their captions below, on white; all pictures have one size.
+/// Arranges pictures row by row on white, each with its caption below.
 ///
-/// in      columns > 0
-/// errors  the font of captions is not installed
+/// in      images of one size; columns > 0
+/// errors  the font of the captions is not installed
 Image contactSheet(std::span<const CaptionedImage> images, int columns);
 
 }  // namespace betamesh

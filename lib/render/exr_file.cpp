@@ -19,7 +19,7 @@
 namespace betamesh {
 namespace {
 
-constexpr int kZipLevel = 1;  // three times as fast as the usual 4, some percent larger
+constexpr int kZipLevel = 1;  // three times as fast as the default 4; files are a few percent larger
 
 class MemoryOut : public Imf::OStream {
 public:
@@ -44,7 +44,7 @@ public:
     explicit MemoryIn(const std::string& bytes) : Imf::IStream("memory"), bytes_(bytes) {}
     bool read(char c[], int n) override {
         const auto count = static_cast<std::size_t>(n);
-        if (at_ > bytes_.size() || count > bytes_.size() - at_) throw std::runtime_error("the file is cut short");
+        if (at_ > bytes_.size() || count > bytes_.size() - at_) throw std::runtime_error("the file is truncated");
         std::memcpy(c, bytes_.data() + at_, count);
         at_ += count;
         return at_ < bytes_.size();
@@ -57,7 +57,7 @@ private:
     std::size_t at_ = 0;
 };
 
-/// Calls visit(name, plane, kept as half) for every plane of floats.
+/// Calls visit(channel name, plane, whether it is stored as half) for every plane of floats.
 template <typename AnyPicture, typename Visit>
 void forPlanes(AnyPicture& picture, const Visit& visit) {
     visit("R", picture.red, true);
@@ -135,7 +135,7 @@ Picture decodeExr(const std::string& bytes, const std::string& file) {
         exr.readPixels(window.min.y, window.max.y);
         return picture;
     } catch (const std::exception& error) {
-        throw Error(file + ": not an EXR picture as this program writes them: " + error.what());
+        throw Error(file + ": cannot be read as an EXR picture: " + error.what());
     }
 }
 

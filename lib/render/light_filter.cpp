@@ -10,28 +10,28 @@
 namespace betamesh {
 namespace {
 
-constexpr std::size_t kGrain = 4;       // lines of the picture
-constexpr int kRadius = 3;              // of the neighbourhood that is averaged, pixels
-constexpr float kErrorOfOneSample = 1;  // at most, of a share that is 0 or 1
-constexpr float kErrorFalls = 0.75f;    // the error of n well spread samples: n to the power of minus this
+constexpr std::size_t kGrain = 4;        // lines of the picture
+constexpr int kRadius = 3;               // of the neighbourhood that is averaged, pixels
+constexpr float kOneSampleError = 1;     // largest error of a visibility estimated from one sample
+constexpr float kErrorExponent = 0.75f;  // the error of n well distributed samples is proportional to n^-0.75
 
-/// 1 at 0, falling to 0 at 1, of the square.
-inline float bump(float squared) {
+/// Filter kernel (1 - x^2)^2 of the squared distance x^2; zero beyond a distance of 1.
+inline float kernel(float squared) {
     const float rest = 1 - squared;
     return rest > 0 ? rest * rest : 0.0f;
 }
 
-/// What is averaged, and the means of it that tell whether pixels are lit alike. IndexRows of lines of the picture.
+/// One line each of the visibilities to be averaged, and of their 3 × 3 means, by which pixels are compared.
 struct Shares {
     const float *key, *sky, *shadow;
     const float *rough_key, *rough_sky, *rough_shadow;
 };
 
-/// A line of the picture.
+/// Pointers to one line of the picture.
 struct Line {
     const float *alpha, *share_of_pixel, *depth, *normal[3];
     Shares share;
-    Vec3f first;  // direction of the ray through its first pixel
+    Vec3f first;  // viewing direction of its first pixel
 };
 
 /// Sums over the neighbours of each pixel of a line.
@@ -39,60 +39,61 @@ struct LineSums {
     explicit LineSums(std::size_t width) {
         for (auto* plane : {&key, &sky, &shadow, &keys, &skies, &shadows}) plane->resize(width);
     }
-    Plane key, sky, shadow;      // of the shares times their weights
-    Plane keys, skies, shadows;  // of the weights
+    Plane key, sky, shadow;      // weighted visibilities
+    Plane keys, skies, shadows;  // weights
 };
 
 struct Sharpness {
-    float plane;  // 1 / square of the distance from a tangent plane at which surfaces differ, at a depth of 1
-    float share;  // 1 / square of the difference of shares at which pixels are lit differently; 0: not looked at
+    float plane;  // 1 / square of the largest distance from the tangent plane, at unit depth
+    float share;  // 1 / square of the largest difference of visibilities; 0: they are not compared
 };
 
-/// Adds to the pixels [begin, end) of a line those that are `aside` pixels aside in another line.
+/// For each pixel i in [begin, end) of a line, adds pixel i + shift_x of another line to the sums.
 BETAMESH_EVERY_CPU
-void addNeighbours(const Line& line, const Line& other, int aside, int begin, int end, const Vec3f& across,
+void addNeighbours(const Line& line, const Line& other, int shift_x, int begin, int end, const Vec3f& across,
                    const Sharpness& sharpness, LineSums& sums) {
     const float x0 = line.first.x, y0 = line.first.y, z0 = line.first.z, dx = across.x, dy = across.y, dz = across.z;
-    const Vec3f shift = other.first + across * static_cast<float>(aside) - line.first;
+    const Vec3f shift = other.first + across * static_cast<float>(shift_x) - line.first;
     const float sx = shift.x, sy = shift.y, sz = shift.z, per_plane = sharpness.plane, per_share = sharpness.share;
     const float *nx = line.normal[0], *ny = line.normal[1], *nz = line.normal[2], *depth = line.depth;
     const float *rough_key = line.share.rough_key, *rough_sky = line.share.rough_sky,
                 *rough_shadow = line.share.rough_shadow;
-    const float *mx = other.normal[0] + aside, *my = other.normal[1] + aside, *mz = other.normal[2] + aside,
-                *far = other.depth + aside, *alpha = other.alpha + aside, *part = other.share_of_pixel + aside,
-                *other_key = other.share.key + aside,
-                *other_sky = other.share.sky + aside, *other_shadow = other.share.shadow + aside,
-                *other_rough_key = other.share.rough_key + aside, *other_rough_sky = other.share.rough_sky + aside,
-                *other_rough_shadow = other.share.rough_shadow + aside;
+    const float *mx = other.normal[0] + shift_x, *my = other.normal[1] + shift_x, *mz = other.normal[2] + shift_x,
+                *far = other.depth + shift_x, *alpha = other.alpha + shift_x, *part = other.share_of_pixel + shift_x,
+                *other_key = other.share.key + shift_x, *other_sky = other.share.sky + shift_x,
+                *other_shadow = other.share.shadow + shift_x, *other_rough_key = other.share.rough_key + shift_x,
+                *other_rough_sky = other.share.rough_sky + shift_x,
+                *other_rough_shadow = other.share.rough_shadow + shift_x;
     float *key = sums.key.data(), *sky = sums.sky.data(), *shadow = sums.shadow.data();
     float *keys = sums.keys.data(), *skies = sums.skies.data(), *shadows = sums.shadows.data();
 #pragma GCC ivdep
     for (int i = begin; i < end; ++i) {
         const float tx = mx[i] - nx[i], ty = my[i] - ny[i], tz = mz[i] - nz[i];
         const float turned = tx * tx + ty * ty + tz * tz;
-        // How far the other pixel's surface is from this one's tangent plane, in parts of the depth.
+        // Distance of the other pixel's surface from this one's tangent plane, relative to the depth.
         const auto at = static_cast<float>(i);
         const float x = x0 + dx * at, y = y0 + dy * at, z = z0 + dz * at;
         const float ratio = far[i] / (depth[i] > 0 ? depth[i] : 1.0f);
         const float off =
             ((x + sx) * ratio - x) * nx[i] + ((y + sy) * ratio - y) * ny[i] + ((z + sz) * ratio - z) * nz[i];
         const float both = (depth[i] > 0) & (far[i] > 0) ? part[i] : 0.0f;
-        const float same = both * bump(turned * (1 / LitSurfaces::kNormalsApart)) * bump(off * off * per_plane);
+        const float same =
+            both * kernel(turned * (1 / LitSurfaces::kMaxNormalDistance2)) * kernel(off * off * per_plane);
         const float more_key = other_rough_key[i] - rough_key[i], more_sky = other_rough_sky[i] - rough_sky[i],
                     more_shadow = other_rough_shadow[i] - rough_shadow[i];
-        const float as_key = same * bump(more_key * more_key * per_share),
-                    as_sky = same * bump(more_sky * more_sky * per_share),
-                    as_ground = (1 - alpha[i]) * bump(more_shadow * more_shadow * per_share);
+        const float as_key = same * kernel(more_key * more_key * per_share),
+                    as_sky = same * kernel(more_sky * more_sky * per_share),
+                    as_ground = (1 - alpha[i]) * kernel(more_shadow * more_shadow * per_share);
         key[i] += as_key * other_key[i], keys[i] += as_key;
         sky[i] += as_sky * other_sky[i], skies[i] += as_sky;
         shadow[i] += as_ground * other_shadow[i], shadows[i] += as_ground;
     }
 }
 
-/// A picture as lines.
-class Lines {
+/// Averages each pixel with similar pixels around it.
+class LineFilter {
 public:
-    Lines(const LitSurfaces& surface, const Plane& shadow, const Picture& picture, const View& view)
+    LineFilter(const LitSurfaces& surface, const Plane& shadow, const Picture& picture, const View& view)
         : surface_(surface),
           shadow_(shadow),
           alpha_(picture.alpha),
@@ -101,10 +102,10 @@ public:
           corner_(view.direction(0.5, 0.5)),
           across_(view.direction(1.5, 0.5) - view.direction(0.5, 0.5)),
           down_(view.direction(0.5, 1.5) - view.direction(0.5, 0.5)),
-          plane_(static_cast<float>(1 / std::pow(LitSurfaces::kOffPlane * view.pixel(), 2))) {}
+          plane_(static_cast<float>(1 / std::pow(LitSurfaces::kMaxPlaneDistance * view.pixel(), 2))) {}
 
-    /// Calls each(row, mean key, mean sky, mean shadow) for every pixel: means over pixels up to `radius` away that
-    /// differ in rough_* no more than `sharpness` says; NaN where there are none.
+    /// Calls each(pixel, mean key, mean sky, mean shadow) for every pixel. The means are taken over pixels up to
+    /// `radius` away, weighted by how similar their rough_* are (Sharpness::share); NaN if all weights are zero.
     template <typename Each>
     void average(int radius, float sharpness, const Plane& rough_key, const Plane& rough_sky,
                  const Plane& rough_shadow, const Each& each) const {
@@ -122,8 +123,8 @@ public:
                             corner_ + down_ * static_cast<float>(v)};
             };
             for (int v = std::max(0, y - radius); v <= std::min(height_ - 1, y + radius); ++v)
-                for (int aside = -radius; aside <= radius; ++aside)
-                    addNeighbours(line(y), line(v), aside, std::max(0, -aside), std::min(width_, width_ - aside),
+                for (int shift_x = -radius; shift_x <= radius; ++shift_x)
+                    addNeighbours(line(y), line(v), shift_x, std::max(0, -shift_x), std::min(width_, width_ - shift_x),
                                   across_, {plane_, sharpness}, sums);
             const std::size_t first = row * static_cast<std::size_t>(width_);
             for (std::size_t x = 0; x < static_cast<std::size_t>(width_); ++x)
@@ -132,7 +133,7 @@ public:
         });
     }
 
-    /// The shares of light of a second surface: means over that surface where neighbours see it as their first.
+    /// Averages the visibilities of a second surface over the neighbouring pixels that see it as their first surface.
     SurfaceSample averaged(const LitSurfaces::Second& second, int radius, float sharpness, const Plane& rough_key,
                            const Plane& rough_sky, float key, float sky) const {
         SurfaceSample sum = second.surface;
@@ -147,11 +148,11 @@ public:
                 if (!(surface_.depth[k] > 0)) continue;
                 const Vec3f turn = Vec3f(surface_.normal[0][k], surface_.normal[1][k], surface_.normal[2][k]) - n;
                 const float off = (direction(u, v) * (surface_.depth[k] / second.surface.depth) - middle).dot(n);
-                const float same = surface_.share[k] * bump(turn.length2() / LitSurfaces::kNormalsApart) *
-                                   bump(off * off * plane_);
+                const float same = surface_.share[k] * kernel(turn.length2() / LitSurfaces::kMaxNormalDistance2) *
+                                   kernel(off * off * plane_);
                 const float more_key = rough_key[k] - key, more_sky = rough_sky[k] - sky;
-                const float as_key = same * bump(more_key * more_key * sharpness),
-                            as_sky = same * bump(more_sky * more_sky * sharpness);
+                const float as_key = same * kernel(more_key * more_key * sharpness),
+                            as_sky = same * kernel(more_sky * more_sky * sharpness);
                 sum.key += as_key * surface_.key[k], keys += as_key;
                 sum.sky += as_sky * surface_.sky[k], skies += as_sky;
             }
@@ -189,32 +190,32 @@ void LitSurfaces::set(std::size_t pixel, const SurfaceSample& surface) {
     }
 }
 
-// Shares of few samples are too uncertain to be compared one by one: their means over 3 × 3 pixels are.
+// Visibilities estimated from few samples are too noisy to be compared; their means over 3 × 3 pixels are compared.
 void filterLight(const LitSurfaces& surfaces, const View& view, int samples, Picture& picture) {
     const Plane shadow = picture.shadow;
-    const Lines lines(surfaces, shadow, picture, view);
+    const LineFilter filter(surfaces, shadow, picture, view);
     Plane rough_key(picture.size()), rough_sky(picture.size()), rough_shadow(picture.size());
-    lines.average(1, 0, surfaces.key, surfaces.sky, shadow, [&](std::size_t i, float key, float sky, float ground) {
+    filter.average(1, 0, surfaces.key, surfaces.sky, shadow, [&](std::size_t i, float key, float sky, float ground) {
         rough_key[i] = surfaces.depth[i] > 0 ? key : 0;
         rough_sky[i] = surfaces.depth[i] > 0 ? sky : 0;
         rough_shadow[i] = picture.alpha[i] < 1 ? ground : 0;
     });
-    const float error = kErrorOfOneSample / std::pow(static_cast<float>(samples), kErrorFalls);
+    const float error = kOneSampleError / std::pow(static_cast<float>(samples), kErrorExponent);
     const float sharpness = 1 / (error * error);
     Plane* const channels[] = {&picture.red, &picture.green, &picture.blue};
-    lines.average(kRadius, sharpness, rough_key, rough_sky, rough_shadow,
-                  [&](std::size_t i, float key, float sky, float ground) {
-                      if (picture.alpha[i] < 1) picture.shadow[i] = ground;
-                      if (!(surfaces.depth[i] > 0)) return;
-                      const float more_key = key - surfaces.key[i], more_sky = sky - surfaces.sky[i];
-                      for (std::size_t c = 0; c < 3; ++c)
-                          (*channels[c])[i] += surfaces.from_key[c][i] * more_key + surfaces.from_sky[c][i] * more_sky;
-                  });
+    filter.average(kRadius, sharpness, rough_key, rough_sky, rough_shadow,
+                   [&](std::size_t i, float key, float sky, float ground) {
+                       if (picture.alpha[i] < 1) picture.shadow[i] = ground;
+                       if (!(surfaces.depth[i] > 0)) return;
+                       const float more_key = key - surfaces.key[i], more_sky = sky - surfaces.sky[i];
+                       for (std::size_t c = 0; c < 3; ++c)
+                           (*channels[c])[i] += surfaces.from_key[c][i] * more_key + surfaces.from_sky[c][i] * more_sky;
+                   });
     parallelFor(surfaces.second.size(), 1, [&](std::size_t list) {
         for (const LitSurfaces::Second& second : surfaces.second[list]) {
-            const SurfaceSample rough = lines.averaged(second, 1, 0, rough_key, rough_sky, 0, 0);
+            const SurfaceSample rough = filter.averaged(second, 1, 0, rough_key, rough_sky, 0, 0);
             const SurfaceSample smooth =
-                lines.averaged(second, kRadius, sharpness, rough_key, rough_sky, rough.key, rough.sky);
+                filter.averaged(second, kRadius, sharpness, rough_key, rough_sky, rough.key, rough.sky);
             const Vec3f more = second.surface.from_key * (smooth.key - second.surface.key) +
                                second.surface.from_sky * (smooth.sky - second.surface.sky);
             const std::size_t i = static_cast<std::size_t>(second.y) * static_cast<std::size_t>(picture.width) +

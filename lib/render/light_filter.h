@@ -1,4 +1,4 @@
-// Takes the grain of few samples out of shadows, and only that.
+// Denoises shadows: removes the noise that few samples per pixel leave in the lighting, and nothing else.
 
 #pragma once
 
@@ -7,20 +7,23 @@
 
 namespace betamesh {
 
-/// One smooth surface as some samples of a pixel see it.
+/// Mean over the samples of a pixel that hit the same smooth surface.
 struct SurfaceSample {
-    float key = 0, sky = 0;   ///< share of each light that arrives, mean over those samples
-    float share = 0;          ///< of the pixel's samples
-    Vec3f from_key{0, 0, 0};  ///< linear light where all of it arrives, times share
+    float key = 0, sky = 0;   ///< fraction of each light that arrives, 0 to 1
+    float share = 0;          ///< fraction of the pixel's samples that hit this surface
+    Vec3f from_key{0, 0, 0};  ///< linear light if all of it arrived, times share
     Vec3f from_sky{0, 0, 0};
     Vec3f normal{0, 0, 0};  ///< unit length
-    float depth = 0;        ///< along the camera's axis, in any unit; 0: none
+    float depth = 0;        ///< along the camera's axis, any unit; 0: no surface
 };
 
-/// What pixels see; a row for each pixel, zeros where it sees nothing. At edges a pixel sees a second surface.
+/// The surfaces that pixels see. Planes have one row per pixel, zeros where it sees nothing. Pixels at silhouettes may
+/// see a second surface.
 struct LitSurfaces {
-    static constexpr float kNormalsApart = 0.25f;  ///< squared distance of unit normals of different surfaces
-    static constexpr float kOffPlane = 2;          ///< distance of one from the other's tangent plane, pixels
+    /// Two samples belong to different surfaces if the squared difference of their unit normals exceeds this,
+    static constexpr float kMaxNormalDistance2 = 0.25f;
+    /// or if one is farther than this from the other's tangent plane, in pixels.
+    static constexpr float kMaxPlaneDistance = 2;
 
     Plane key, sky, share, depth;
     std::array<Plane, 3> from_key, from_sky, normal;
@@ -28,16 +31,17 @@ struct LitSurfaces {
         int x, y;
         SurfaceSample surface;
     };
-    std::vector<std::vector<Second>> second;  ///< in lists of any length
+    std::vector<std::vector<Second>> second;  ///< grouped in lists, one per tile of the picture
 
     LitSurfaces(std::size_t pixels, std::size_t lists);
     void set(std::size_t pixel, const SurfaceSample& surface);
 };
 
-/// Replaces the shares of light in a picture by means over the pixels around that see the same smooth surface in much
-/// the same light, and does so with the ground's shadow. How much the same is measured by the error to be expected of
-/// so many samples: with more of them less is averaged, and the picture is the same as an unfiltered one in the limit.
+/// Averages the fractions of light that arrive at each pixel over neighbouring pixels that see the same smooth surface
+/// in similar light; likewise the shadow on the ground. "Similar" means within the error expected of this many samples,
+/// so that more samples are averaged less and the result converges to the unfiltered picture.
 ///
+/// in      samples: per pixel
 /// same    pixels for any thread count
 /// cost    O(pixels)
 /// source  Tomasi & Manduchi 1998, bilateral filter; as a correction added to the unfiltered picture

@@ -12,12 +12,12 @@ namespace {
 constexpr std::size_t kGrain = 16384;  // pixels
 constexpr float kBackground = 0.84f;
 
-std::uint8_t byteOf(float share) { return static_cast<std::uint8_t>(std::lround(std::clamp(share, 0.0f, 1.0f) * 255)); }
+std::uint8_t byteOf(float value) { return static_cast<std::uint8_t>(std::lround(std::clamp(value, 0.0f, 1.0f) * 255)); }
 
-/// sRGB bytes of linear light, from a table fine enough to be exact to a step of 8 bits.
-class Developer {
+/// Converts linear light to sRGB bytes by a table, accurate to one step of 8 bits.
+class SrgbTable {
 public:
-    Developer() {
+    SrgbTable() {
         for (std::size_t i = 0; i < table_.size(); ++i)
             table_[i] = byteOf(srgbOf(static_cast<float>(i) / static_cast<float>(table_.size() - 1)));
     }
@@ -30,8 +30,8 @@ private:
     std::array<std::uint8_t, 16384> table_{};
 };
 
-const Developer& developer() {
-    static const Developer table;
+const SrgbTable& srgbTable() {
+    static const SrgbTable table;
     return table;
 }
 
@@ -45,7 +45,7 @@ float srgbOf(float linear) {
 
 Image toneMapped(const Picture& picture) {
     Image image(picture.width, picture.height, {});
-    const Developer& bytes = developer();
+    const SrgbTable& bytes = srgbTable();
     parallelFor(picture.size(), kGrain, [&](std::size_t i) {
         const float back = kBackground * (1 - picture.shadow[i]) * (1 - picture.alpha[i]);
         image.pixel[i] = {bytes(picture.red[i] + back), bytes(picture.green[i] + back), bytes(picture.blue[i] + back)};
@@ -68,7 +68,7 @@ Image shrunk(const Image& image, int width, int height) {
                 for (int u = left; u < right; ++u)
                     for (std::size_t c = 0; c < 3; ++c) sum[c] += linear[image.at(u, v)[c]];
             const auto count = static_cast<float>((bottom - top) * (right - left));
-            for (std::size_t c = 0; c < 3; ++c) small.at(x, y)[c] = developer()(sum[c] / count);
+            for (std::size_t c = 0; c < 3; ++c) small.at(x, y)[c] = srgbTable()(sum[c] / count);
         }
     }
     return small;

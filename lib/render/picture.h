@@ -1,4 +1,4 @@
-// Pictures: planes of floats as they are rendered, and bytes as they are looked at.
+// Pictures: planes of floats as rendered, and 8-bit images for display.
 
 #pragma once
 
@@ -10,24 +10,24 @@
 
 namespace betamesh {
 
-using Plane = std::vector<float>;  ///< a number for each pixel, row after row from the top left
+using Plane = std::vector<float>;  ///< one number per pixel, row after row from the top left
 
-/// Light is linear, with the primaries of sRGB. The planes below `shadow` are those of the surface seen through the
-/// middle of each pixel in the middle of the shutter, neither blurred nor averaged; they have rows only where asked
-/// for.
+/// A rendered picture. Light is linear, with the primaries of sRGB. depth, normal, position, motion and id describe the
+/// surface point seen through each pixel's centre at the middle of the exposure; they are neither motion blurred nor
+/// averaged, and empty unless RenderSettings::layers is set.
 struct Picture {
     int width = 0, height = 0;
-    Plane red, green, blue;  ///< of what is seen, times alpha
-    Plane alpha;             ///< how much of the pixel it covers
-    Plane shadow;            ///< how much of the light on the ground behind is missing, 0 to 1
+    Plane red, green, blue;  ///< premultiplied by alpha
+    Plane alpha;             ///< fraction of the pixel that the surface covers
+    Plane shadow;            ///< fraction of the light that is missing on the ground behind, 0 to 1
 
-    Plane depth;                    ///< along the camera's axis, world units; kFarAway where nothing is seen
-    std::array<Plane, 3> normal;    ///< unit length, in the world
-    std::array<Plane, 3> position;  ///< in the world
-    std::array<Plane, 2> motion;    ///< until the next frame, pixels to the right and upwards
-    std::vector<std::uint32_t> id;  ///< kNothing, kMesh, kSphere
+    Plane depth;                    ///< along the camera's axis, world units; kFarAway where no surface is seen
+    std::array<Plane, 3> normal;    ///< unit vector, world axes
+    std::array<Plane, 3> position;  ///< world units
+    std::array<Plane, 2> motion;    ///< to the next frame, pixels to the right and upwards
+    std::vector<std::uint32_t> id;  ///< kNothing, kMesh or kSphere
 
-    static constexpr float kFarAway = 1e30f;  // beyond any scene
+    static constexpr float kFarAway = 1e30f;  ///< larger than any depth
     static constexpr std::uint32_t kNothing = 0, kMesh = 1, kSphere = 2;
 
     std::size_t size() const { return static_cast<std::size_t>(width) * static_cast<std::size_t>(height); }
@@ -35,7 +35,7 @@ struct Picture {
 
 using Colour = std::array<std::uint8_t, 3>;
 
-/// Red, green, blue of each pixel in sRGB.
+/// An 8-bit image: red, green, blue of each pixel in sRGB.
 struct Image {
     int width = 0, height = 0;
     std::vector<Colour> pixel;
@@ -49,19 +49,19 @@ struct Image {
     const Colour& at(int x, int y) const { return const_cast<Image&>(*this).at(x, y); }
 };
 
-/// Linear light of an sRGB value, and back; 0 to 1.
+/// Converts between sRGB values and linear light, both 0 to 1.
 float linearOf(float srgb);
 float srgbOf(float linear);
 
-/// The picture on a light neutral background.
+/// The picture over a light grey background, converted to sRGB. Values above 1 are clamped.
 Image toneMapped(const Picture& picture);
 
-/// Linear light averaged over the area of each pixel.
+/// Scales an image down; averages linear light over the area of each new pixel.
 ///
 /// in      1 <= width <= image.width, 1 <= height <= image.height
 Image shrunk(const Image& image, int width, int height);
 
-/// Puts the whole of `from` on `to`, its top left corner at (x, y); what lies outside is lost.
+/// Copies `from` into `to` with its top left corner at (x, y); clips what is outside.
 void paste(const Image& from, int x, int y, Image& to);
 
 }  // namespace betamesh

@@ -18,8 +18,8 @@ const PictureModule& pictureModule() {
 
 }  // namespace
 
-Picture renderFrame(const Mesh& mesh, const Spheres& spheres, const Camera& camera, const Look& look) {
-    return pictureModule().renderFrame(mesh, spheres, camera, look);
+Picture renderFrame(const Mesh& mesh, const Spheres& spheres, const Camera& camera, const RenderSettings& settings) {
+    return pictureModule().renderFrame(mesh, spheres, camera, settings);
 }
 
 std::string encodeExr(const Picture& picture) { return pictureModule().encodeExr(picture); }

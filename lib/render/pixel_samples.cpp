@@ -9,7 +9,7 @@
 namespace betamesh {
 namespace {
 
-/// Bit i moves to bit 2 i.
+/// Moves bit i to bit 2 i.
 [[gnu::always_inline]] inline std::uint32_t spreadBits(std::uint32_t x) {
     x = (x | x << 8) & 0x00ff00ff;
     x = (x | x << 4) & 0x0f0f0f0f;
@@ -25,7 +25,7 @@ namespace {
     return (x & 0x55555555u) << 1 | (x >> 1 & 0x55555555u);
 }
 
-/// Flips every bit or not, depending on the bits below it.
+/// Flips each bit or not, depending on the seed and the bits below it.
 [[gnu::always_inline]] inline std::uint32_t scrambled(std::uint32_t x, std::uint32_t seed) {
     x ^= x * 0x3d20adeau;
     x += seed;
@@ -34,8 +34,8 @@ namespace {
     return x ^ x * 0x53a22864u;
 }
 
-/// The second coordinate of a point of Sobol's sequence, its bits in reverse. The first one's are the index itself.
-/// Bit j is the sum of those bits of the index whose numbers have all the bits of j: Pascal's triangle modulo 2.
+/// Second coordinate of a point of the Sobol sequence, with reversed bits; the first coordinate, likewise reversed, is
+/// the index itself. Bit j is the parity of the index bits i for which the binomial coefficient (i over j) is odd.
 [[gnu::always_inline]] inline std::uint32_t secondReversed(std::uint32_t x) {
     x ^= x >> 1 & 0x55555555;
     x ^= x >> 2 & 0x33333333;
@@ -44,7 +44,7 @@ namespace {
     return x ^ x >> 16;
 }
 
-/// By way of a signed integer, which every processor converts at once.
+/// A number in [0, 1). Converts a signed integer, for which every processor has an instruction.
 [[gnu::always_inline]] inline float unit(std::uint32_t x) {
     return static_cast<float>(static_cast<std::int32_t>(x >> 8)) * 0x1p-24f;
 }
@@ -63,7 +63,7 @@ namespace {
 
 }  // namespace
 
-// Where pixels times samples are more than 2^32, the pattern begins again, hundreds of pixels away.
+// If pixels times samples exceed 2^32, the pattern repeats hundreds of pixels away.
 PixelSamples::PixelSamples(const std::array<int, kPixels>& x, const std::array<int, kPixels>& y, int count) {
     const int bits = std::bit_width(static_cast<std::uint32_t>(count) - 1);
     for (std::size_t i = 0; i < kPixels; ++i)
@@ -78,7 +78,7 @@ PixelSamples::Pairs PixelSamples::inSquare(Use use, int sample) const {
     return pairs;
 }
 
-// The square's concentric squares become circles, areas kept in proportion.
+// Maps concentric squares to circles and preserves relative areas.
 // source  Shirley & Chiu 1997, "A low distortion map between disk and square"
 BETAMESH_EVERY_CPU
 PixelSamples::Pairs PixelSamples::inDisc(Use use, int sample) const {
@@ -88,7 +88,7 @@ PixelSamples::Pairs PixelSamples::inDisc(Use use, int sample) const {
         const float a = 2 * pairs.x[i] - 1, b = 2 * pairs.y[i] - 1;
         const bool wide = a * a > b * b;
         const float radius = wide ? a : b, other = wide ? b : a;
-        const float angle = other / (radius != 0 ? radius : 1.0f) * 0.78539816f;  // within an eighth of a turn
+        const float angle = other / (radius != 0 ? radius : 1.0f) * 0.78539816f;  // at most pi / 4
         const float t = angle * angle;
         const float cosine = radius * (1 - t * (0.5f - t * (1.0f / 24 - t * (1.0f / 720))));
         const float sine = radius * angle * (1 - t * (1.0f / 6 - t * (1.0f / 120 - t * (1.0f / 5040))));

@@ -1,4 +1,4 @@
-// Where the samples of pixels fall: in the pixel, in the shutter, on the lights.
+// Sample positions for each pixel: within the pixel, in time, on the key light and over the sky.
 
 #pragma once
 
@@ -8,12 +8,11 @@
 
 namespace betamesh {
 
-/// The samples of eight pixels: for every use, a pair of numbers for each sample of each pixel.
+/// The samples of eight pixels: for every use, a pair of numbers per sample and pixel.
 ///
-/// The pairs of one use are a stretch of one Owen-scrambled Sobol sequence over the whole picture, in which pixels
-/// follow each other along a Z curve that is shuffled at every level. So the samples of a pixel are spread evenly, and
-/// so are those of every square of 2^n × 2^n pixels together: what error is left differs from one pixel to the next and
-/// averages out over few of them, without any pattern that repeats.
+/// Each use has one Owen-scrambled Sobol sequence for the whole picture. Pixels take consecutive parts of it in the
+/// order of a Z curve that is shuffled at every level. So the samples of a pixel are well distributed, and so are those
+/// of every block of 2^n × 2^n pixels together: the remaining error is blue noise, without a repeating pattern.
 ///
 /// source  Ahmed & Wonka 2020, "Screen-space blue-noise diffusion of Monte Carlo sampling error via hierarchical
 ///         ordering of pixels"; Laine & Karras 2011 with the constants of Vegdahl 2021 for the scrambling
@@ -25,16 +24,17 @@ public:
         alignas(32) std::array<float, kPixels> x, y;
     };
 
-    /// x, y: of the pixels, 0 to 65535. count: samples of each of them, 1 to 2^20.
+    /// x, y: coordinates of the pixels, 0 to 65535. count: samples per pixel, 1 to 2^20.
     PixelSamples(const std::array<int, kPixels>& x, const std::array<int, kPixels>& y, int count);
 
-    /// In the unit square, [0, 1) × [0, 1).
+    /// One pair per pixel in the unit square [0, 1) × [0, 1).
     Pairs inSquare(Use use, int sample) const;
-    /// In the unit disc.
+    /// One pair per pixel in the unit disc.
     Pairs inDisc(Use use, int sample) const;
 
 private:
-    alignas(32) std::array<std::uint32_t, kPixels> first_;  // sample of each in the sequence, before it is shuffled
+    // Index of each pixel's first sample in the unshuffled sequence.
+    alignas(32) std::array<std::uint32_t, kPixels> first_;
 };
 
 }  // namespace betamesh

@@ -28,7 +28,7 @@ std::string encodePng(const Image& image) {
     png_alloc_size_t size = PNG_IMAGE_PNG_SIZE_MAX(png);
     std::string bytes(size, '\0');
     if (png_image_write_to_memory(&png, bytes.data(), &size, 0, image.pixel.data(), 0, nullptr) == 0)
-        throw std::bad_alloc();  // nothing else goes wrong with pixels in memory
+        throw std::bad_alloc();  // the only thing that can go wrong in memory
     bytes.resize(size);
     return bytes;
 }
@@ -36,11 +36,11 @@ std::string encodePng(const Image& image) {
 Image decodePng(std::string_view bytes, const std::string& file) {
     png_image png = header();
     if (png_image_begin_read_from_memory(&png, bytes.data(), bytes.size()) == 0)
-        throw Error(file + ": not a PNG picture: " + png.message);
+        throw Error(file + ": cannot be read as a PNG picture: " + png.message);
     png.format = PNG_FORMAT_RGB;
     Image image(static_cast<int>(png.width), static_cast<int>(png.height), {});
     if (png_image_finish_read(&png, nullptr, image.pixel.data(), 0, nullptr) == 0)
-        throw Error(file + ": damaged PNG picture: " + png.message);
+        throw Error(file + ": the PNG picture is damaged: " + png.message);
     return image;
 }
 

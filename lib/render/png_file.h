@@ -1,4 +1,7 @@
-// The door of libpng.
+// PNG files; wrapper of libpng.
+//
+// Written: 8 bits per channel, RGB, sRGB. Read: any PNG file, converted to that.
+// Format: "Portable Network Graphics (PNG) Specification", W3C.
 
 #pragma once
 
@@ -9,11 +12,11 @@
 
 namespace betamesh {
 
-/// A .png file: 8 bits a channel, sRGB.
+/// The bytes of a .png file.
 std::string encodePng(const Image& image);
 
-/// file    for messages
-/// errors  what is no PNG
+/// in      file: its name, for error messages
+/// errors  not a PNG file, or a damaged one
 Image decodePng(std::string_view bytes, const std::string& file);
 
 }  // namespace betamesh

@@ -14,15 +14,15 @@ namespace betamesh {
 namespace {
 
 constexpr std::size_t kGrain = 4096;  // rows
-constexpr float kBeyond = 1 + 1e-5f;  // times the distance of one hit: where the next one is looked for
+constexpr float kPastHit = 1 + 1e-5f;  // the search for the next hit starts at this multiple of the last distance
 
 [[noreturn]] void fail(RTCError code) {
     if (code == RTC_ERROR_OUT_OF_MEMORY) throw std::bad_alloc();
-    throw Error("Embree: error " + std::to_string(code) +
-                "; expected a processor with SSE2 and a mesh below 2^32 rows");
+    throw Error("the ray tracer failed (Embree error " + std::to_string(code) +
+                "). It needs a processor with SSE2, and a mesh with fewer than 2^32 vertices and triangles.");
 }
 
-bool moves(const std::vector<Vec3>& velocity, double shutter_seconds) {
+bool isBlurred(const std::vector<Vec3>& velocity, double shutter_seconds) {
     return shutter_seconds > 0 &&
            std::any_of(velocity.begin(), velocity.end(), [](const Vec3& v) { return v != Vec3(0, 0, 0); });
 }
@@ -52,13 +52,13 @@ struct RayTracer::Embree {
         if (code != RTC_ERROR_NONE) fail(code);
     }
 
-    /// One buffer of positions, or two: where things are as the shutter opens and as it closes. place(i) writes the
-    /// floats of row i, given its position.
-    template <typename Place>
+    /// Fills one buffer of positions, or two if there is motion blur: at the start and the end of the exposure.
+    /// finishRow(i, row) may write what follows the position in a row.
+    template <typename FinishRow>
     void addPositions(RTCGeometry geometry, RTCFormat format, std::size_t row_bytes, const std::vector<Vec3>& position,
                       const std::vector<Vec3>& velocity, const SceneSpace& space, double shutter_seconds,
-                      const Place& place) const {
-        const bool blurred = moves(velocity, shutter_seconds);
+                      const FinishRow& finishRow) const {
+        const bool blurred = isBlurred(velocity, shutter_seconds);
         rtcSetGeometryTimeStepCount(geometry, blurred ? 2 : 1);
         for (unsigned step = 0; step < (blurred ? 2u : 1u); ++step) {
             const double later = blurred ? (step == 0 ? -shutter_seconds / 2 : shutter_seconds / 2) : 0;
@@ -69,7 +69,7 @@ struct RayTracer::Embree {
                 const Vec3 at = space.fromWorld(blurred ? position[i] + velocity[i] * later : position[i]);
                 float* row = rows + i * (row_bytes / sizeof(float));
                 for (int axis = 0; axis < 3; ++axis) row[axis] = static_cast<float>(at[axis]);
-                place(i, row);
+                finishRow(i, row);
             });
         }
     }
@@ -85,8 +85,8 @@ struct RayTracer::Embree {
 };
 
 RayTracer::RayTracer(const Mesh& mesh, const Spheres& spheres, const SceneSpace& space, double shutter_seconds,
-                     const std::optional<CutPlane>& cut)
-    : embree_(std::make_unique<Embree>()), cut_(cut) {
+                     const std::optional<ClipPlane>& clip)
+    : embree_(std::make_unique<Embree>()), clip_(clip) {
     const auto radiusOf = [&](std::size_t i) {
         return static_cast<float>(static_cast<double>(spheres.radius[i]) * space.scale);
     };
@@ -105,7 +105,7 @@ RayTracer::RayTracer(const Mesh& mesh, const Spheres& spheres, const SceneSpace&
                               space, shutter_seconds, [&](std::size_t i, float* row) { row[3] = radiusOf(i); });
         embree_->spheres = embree_->add(geometry);
     }
-    rtcSetSceneFlags(embree_->scene, RTC_SCENE_FLAG_ROBUST);  // no ray slips between two triangles
+    rtcSetSceneFlags(embree_->scene, RTC_SCENE_FLAG_ROBUST);  // no ray passes between adjacent triangles
     rtcSetSceneBuildQuality(embree_->scene, RTC_BUILD_QUALITY_MEDIUM);
     rtcCommitScene(embree_->scene);
     embree_->check();
@@ -123,8 +123,8 @@ void fill(RTCRay8& ray, const Rays& rays) {
     copy(ray.dir_x, rays.direction[0]);
     copy(ray.dir_y, rays.direction[1]);
     copy(ray.dir_z, rays.direction[2]);
-    copy(ray.tnear, rays.least);
-    copy(ray.tfar, rays.most);
+    copy(ray.tnear, rays.t_min);
+    copy(ray.tfar, rays.t_max);
     copy(ray.time, rays.time);
     std::fill(std::begin(ray.mask), std::end(ray.mask), ~0u);
     std::fill(std::begin(ray.id), std::end(ray.id), 0u);
@@ -135,53 +135,52 @@ Vec3f rowOf(const std::array<Rays::Row<float>, 3>& rows, std::size_t i) { return
 
 }  // namespace
 
-/// What the cut leaves of each ray.
-Rays RayTracer::uncut(const Rays& rays) const {
-    Rays rest = rays;
+Rays RayTracer::clipped(const Rays& rays) const {
+    Rays visible = rays;
     for (std::size_t i = 0; i < Rays::kCount; ++i) {
-        const float room = cut_->offset - rowOf(rays.origin, i).dot(cut_->normal),
-                    rise = rowOf(rays.direction, i).dot(cut_->normal);
-        if (room < 0 && rise >= 0) rest.active[i] = 0;
-        if (room < 0 && rise < 0) rest.least[i] = std::max(rest.least[i], room / rise);
-        if (room >= 0 && rise > 0) rest.most[i] = std::min(rest.most[i], room / rise);
+        const float distance = clip_->offset - rowOf(rays.origin, i).dot(clip_->normal),
+                    slope = rowOf(rays.direction, i).dot(clip_->normal);
+        if (distance < 0 && slope >= 0) visible.active[i] = 0;
+        if (distance < 0 && slope < 0) visible.t_min[i] = std::max(visible.t_min[i], distance / slope);
+        if (distance >= 0 && slope > 0) visible.t_max[i] = std::min(visible.t_max[i], distance / slope);
     }
-    return rest;
+    return visible;
 }
 
-/// A ray that comes in through the cut has come in inside of a mesh if it leaves that at the first triangle, and inside
-/// of a sphere if it leaves one that holds the place.
+// A ray enters a mesh through the clip plane if it leaves the mesh at the first triangle that it hits. It enters a
+// sphere through the clip plane if the sphere contains the point where the ray crosses the plane.
 Hits RayTracer::nearest(const Rays& rays) const {
-    if (!cut_) return traced(rays);
-    const Rays rest = uncut(rays);
-    Hits hits = traced(rest), next = hits;
-    Rays further = rest;
+    if (!clip_) return trace(rays);
+    const Rays visible = clipped(rays);
+    Hits hits = trace(visible), next = hits;
+    Rays further = visible;
     for (std::size_t i = 0; i < Rays::kCount; ++i)
-        if (!(rest.least[i] > rays.least[i])) further.active[i] = 0;
-    const auto anyLeft = [&] {
+        if (!(visible.t_min[i] > rays.t_min[i])) further.active[i] = 0;
+    const auto anyActive = [&] {
         return std::any_of(further.active.begin(), further.active.end(), [](int active) { return active != 0; });
     };
-    for (; anyLeft(); next = traced(further))
+    for (; anyActive(); next = trace(further))
         for (std::size_t i = 0; i < Rays::kCount; ++i) {
             if (further.active[i] == 0) continue;
             const Vec3f direction = rowOf(rays.direction, i), normal = rowOf(next.normal, i);
-            const float way = (next.distance[i] - rest.least[i]) * direction.length();
+            const float depth = (next.distance[i] - visible.t_min[i]) * direction.length();
             const bool sphere = next.what[i] == Hits::kSphere;
             bool inside = next.what[i] != Hits::kNothing && normal.dot(direction) > 0;
-            if (sphere)  // its normal is a radius
-                inside = (normal - direction.normalized() * way).length2() < normal.length2();
+            if (sphere)  // the normal is the vector from its centre to the hit
+                inside = (normal - direction.normalized() * depth).length2() < normal.length2();
             if (inside) {
                 hits.what[i] = Hits::kSection;
-                hits.distance[i] = rest.least[i];
+                hits.distance[i] = visible.t_min[i];
                 for (int axis = 0; axis < 3; ++axis)
-                    hits.normal[static_cast<std::size_t>(axis)][i] = cut_->normal[axis];
+                    hits.normal[static_cast<std::size_t>(axis)][i] = clip_->normal[axis];
             }
-            further.least[i] = next.distance[i] * kBeyond;
-            if (inside || !sphere || way > 2 * largest_sphere_) further.active[i] = 0;
+            further.t_min[i] = next.distance[i] * kPastHit;
+            if (inside || !sphere || depth > 2 * largest_sphere_) further.active[i] = 0;
         }
     return hits;
 }
 
-Hits RayTracer::traced(const Rays& rays) const {
+Hits RayTracer::trace(const Rays& rays) const {
     RTCIntersectContext context;
     rtcInitIntersectContext(&context);
     context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
@@ -208,12 +207,12 @@ Hits RayTracer::traced(const Rays& rays) const {
 Rays::Row<std::uint8_t> RayTracer::blocked(const Rays& rays) const {
     RTCIntersectContext context;
     rtcInitIntersectContext(&context);
-    const Rays rest = cut_ ? uncut(rays) : rays;
+    const Rays visible = clip_ ? clipped(rays) : rays;
     RTCRay8 ends;
-    fill(ends, rest);
-    rtcOccluded8(rest.active.data(), embree_->scene, &context, &ends);
+    fill(ends, visible);
+    rtcOccluded8(visible.active.data(), embree_->scene, &context, &ends);
     Rays::Row<std::uint8_t> blocked{};
-    for (std::size_t i = 0; i < Rays::kCount; ++i) blocked[i] = rest.active[i] != 0 && ends.tfar[i] < 0;
+    for (std::size_t i = 0; i < Rays::kCount; ++i) blocked[i] = visible.active[i] != 0 && ends.tfar[i] < 0;
     return blocked;
 }
 

@@ -1,4 +1,4 @@
-// A frame as a picture: the whole room on one screen.
+// Renders a frame: a mesh, spheres beside it, a camera and settings become a picture.
 
 #pragma once
 
@@ -8,11 +8,11 @@
 
 namespace betamesh {
 
-/// Casts rays at a mesh and the spheres beside it, with motion blur where they have velocities and the shutter opens.
+/// Ray traces a mesh and spheres. They are motion blurred if they have velocities and the exposure time is positive.
 ///
 /// same    pixels for any thread count
 /// cost    O(triangles log triangles + pixels · samples)
-/// errors  an attribute to colour by that the mesh has not
-Picture renderFrame(const Mesh& mesh, const Spheres& spheres, const Camera& camera, const Look& look);
+/// errors  the mesh lacks the attribute to colour by
+Picture renderFrame(const Mesh& mesh, const Spheres& spheres, const Camera& camera, const RenderSettings& settings);
 
 }  // namespace betamesh

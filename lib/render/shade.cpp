@@ -9,28 +9,29 @@ namespace betamesh {
 namespace {
 
 const Vec3f kKeyLight(1.15f, 1.10f, 1.02f), kRimLight(0.42f, 0.50f, 0.60f);
-const Vec3f kSky(0.55f, 0.58f, 0.62f),
-    kFloor(0.22f, 0.21f, 0.20f);     // light of the room from its bright side and its dark
-constexpr float kKeyRadius = 0.14f;  // of its disc at a distance of 1
-constexpr float kFacing = 0.06f;     // share of light reflected head on, somewhat more than water's
-constexpr float kGloss = 90;         // exponent of the key light's highlight
-constexpr float kHighlight = 0.5f;   // its strength
-constexpr float kStripes = 18;       // from straight down to straight up
+// Light of the room from its bright and its dark side.
+const Vec3f kSky(0.55f, 0.58f, 0.62f), kFloor(0.22f, 0.21f, 0.20f);
+constexpr float kKeyRadius = 0.14f;          // of the key light's disc at unit distance
+constexpr float kNormalReflectance = 0.06f;  // at normal incidence; water has 0.02
+constexpr float kGloss = 90;                 // exponent of the key light's highlight
+constexpr float kHighlight = 0.5f;           // brightness of that highlight
+constexpr float kStripes = 18;               // of the zebra, from straight down to straight up
 
 float smoothStep(float low, float high, float x) {
     const float t = std::clamp((x - low) / (high - low), 0.0f, 1.0f);
     return t * t * (3 - 2 * t);
 }
 
-/// The room: a pale floor, walls that are brighter towards the key light, a large soft box overhead.
-float roomTowards(const Vec3f& direction, const Lights& lights) {
+/// Light of the room from a direction: pale floor, walls that are brighter towards the key light, large softbox
+/// overhead.
+float roomLight(const Vec3f& direction, const Lights& lights) {
     const float height = direction.dot(lights.up), side = direction.dot(lights.bright);
     return 0.30f + 0.30f * smoothStep(-0.3f, 0.4f, height) + 0.30f * smoothStep(-0.2f, 0.9f, side) +
            0.9f * smoothStep(0.80f, 0.90f, side) + 0.3f * smoothStep(0.80f, 0.92f, height);
 }
 
-float raised(float base, int halvings) {  // base^(2^halvings)
-    for (int i = 0; i < halvings; ++i) base *= base;
+float raised(float base, int squarings) {  // base^(2^squarings)
+    for (int i = 0; i < squarings; ++i) base *= base;
     return base;
 }
 
@@ -67,15 +68,15 @@ ShadedLight shadedLight(const Vec3f& normal, const Vec3f& to_eye, const Vec3f& c
         return light;
     }
     const float grazing = raised(1 - facing, 2) * (1 - facing);
-    const float mirror = kFacing + (1 - kFacing) * 0.75f * grazing;
-    const Vec3f body = colour * (1 - mirror);
+    const float reflectance = kNormalReflectance + (1 - kNormalReflectance) * 0.75f * grazing;
+    const Vec3f body = colour * (1 - reflectance);
     const float key = normal.dot(lights.key), rim = std::max(normal.dot(lights.rim), 0.0f);
-    const float up = 0.5f + 0.5f * normal.dot(lights.bright), room = roomTowards(reflected, lights) * mirror;
+    const float up = 0.5f + 0.5f * normal.dot(lights.bright), room = roomLight(reflected, lights) * reflectance;
     light.always = body * kRimLight * rim;
     light.sky = body * (kFloor * (1 - up) + kSky * up) + Vec3f(room, room, room);
     if (key <= 0) return light;
     const Vec3f half = (lights.key + to_eye).normalized();
-    const float above = std::min(key / kKeyRadius, 1.0f);  // of the light's disc above the horizon
+    const float above = std::min(key / kKeyRadius, 1.0f);  // fraction of the light's disc above the horizon
     const float highlight = kHighlight * std::pow(std::max(normal.dot(half), 0.0f), kGloss) * above;
     light.key = body * kKeyLight * key + kKeyLight * highlight;
     return light;

@@ -19,16 +19,16 @@ struct Font {
     explicit Font(int size) {
         if (FT_Init_FreeType(&library) != 0 || FT_New_Face(library, kFont, 0, &face) != 0) {
             FT_Done_FreeType(library);
-            throw Error(std::string(kFont) + ": cannot be read; captions need it (package fonts-dejavu-core)");
+            throw Error(std::string(kFont) + ": the font for captions cannot be read. Install fonts-dejavu-core.");
         }
         FT_Set_Pixel_Sizes(face, 0, static_cast<FT_UInt>(size));
     }
-    ~Font() { FT_Done_FreeType(library); }  // and its faces
+    ~Font() { FT_Done_FreeType(library); }  // frees its faces, too
     Font(const Font&) = delete;
     Font& operator=(const Font&) = delete;
 };
 
-/// cover: 0 to 1.
+/// cover: fraction of the pixel that gets the colour, 0 to 1.
 void blend(Colour& pixel, const Colour& colour, float cover) {
     for (std::size_t c = 0; c < 3; ++c)
         pixel[c] = static_cast<std::uint8_t>(

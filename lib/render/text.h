@@ -1,4 +1,4 @@
-// The door of FreeType: words on pictures.
+// Text on images; wrapper of FreeType.
 
 #pragma once
 
@@ -8,10 +8,10 @@
 
 namespace betamesh {
 
-/// Writes ASCII text in DejaVu Sans, its base line beginning at (x, y), capitals about 0.73 `size` pixels high. What
-/// lies outside the picture is lost.
+/// Draws ASCII text in DejaVu Sans. Its baseline starts at (x, y); capitals are about 0.73 `size` pixels high. Text
+/// outside the image is clipped.
 ///
-/// out     how many pixels wide it is
+/// out     width of the text, pixels
 /// errors  the font is not installed
 int writeText(Image& image, int x, int y, int size, const std::string& text, const Colour& colour);
 

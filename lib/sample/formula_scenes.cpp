@@ -1,5 +1,5 @@
-// Scenes whose particles follow a formula, with its derivative as their velocity. Lengths are in world
-// units, times in seconds, and motion starts at 0, which is frame 1.
+// Scenes given by formulas for position and velocity, its derivative. Lengths are in world units, times in seconds.
+// Motion starts at time 0, which is frame 1.
 
 #include "base/parallel.h"
 #include "base/random.h"
@@ -13,19 +13,19 @@ namespace betamesh {
 
 namespace {
 
-constexpr double kTurn = 2 * std::numbers::pi;
+constexpr double kTwoPi = 2 * std::numbers::pi;
 
 struct State {
     Vec3 position, velocity;
 };
 
-// A function of time with its derivative.
-struct Curve {
+// Value of a function of time, and its derivative.
+struct TimeValue {
     double value, slope;
 };
 
-// 0 before `start`, then rises towards 1, reaching 1/2 after `half`. Its derivative has no jump.
-Curve rise(double seconds, double start, double half) {
+// 0 until `start`, then rises towards 1 and reaches 1/2 after a further `half` seconds. Its derivative is continuous.
+TimeValue rise(double seconds, double start, double half) {
     const double t = (seconds - start) / half;
     if (t <= 0) return {0, 0};
     const double d = 1 + t * t;
@@ -62,7 +62,7 @@ private:
 
 std::size_t atLeastOne(double n) { return static_cast<std::size_t>(std::max(1.0, std::round(n))); }
 
-// A lattice of about n points: as many along x as along y, then as many layers as come nearest.
+// A lattice of about n points: equally many along x and y, and the number of layers that comes closest to n.
 struct Grid {
     std::size_t x, y, z;
     explicit Grid(std::size_t n) {
@@ -75,7 +75,7 @@ struct Grid {
     }
 };
 
-// A power of two, so that every point is exact in single precision.
+// A power of two, so that all coordinates are exact in single precision.
 constexpr double kLatticeSpacing = 0x1p-6;
 
 class Lattice : public FormulaScene {
@@ -99,10 +99,10 @@ protected:
         State state = Lattice::at(i, seconds);
         Random random(seed_, i);
         for (int axis = 0; axis < 3; ++axis) {
-            const double turns_per_second = random.between(0.2, 0.6), phase = random.between(0, kTurn);
-            const double amplitude = 0.25 * kLatticeSpacing, angle = kTurn * turns_per_second * seconds + phase;
+            const double turns_per_second = random.between(0.2, 0.6), phase = random.between(0, kTwoPi);
+            const double amplitude = 0.25 * kLatticeSpacing, angle = kTwoPi * turns_per_second * seconds + phase;
             state.position[axis] += amplitude * std::sin(angle);
-            state.velocity[axis] += amplitude * kTurn * turns_per_second * std::cos(angle);
+            state.velocity[axis] += amplitude * kTwoPi * turns_per_second * std::cos(angle);
         }
         return state;
     }
@@ -111,7 +111,7 @@ private:
     std::uint64_t seed_;
 };
 
-// One unit wide, waving up and down in two directions while it drifts.
+// A sheet one unit wide with two waves of different directions, drifting.
 class Sheet final : public FormulaScene {
 public:
     explicit Sheet(const SampleParams& params)
@@ -123,10 +123,11 @@ protected:
         Random random(seed_, i);
         const double x = (static_cast<double>(i % columns_) + random.between(-0.25, 0.25)) * spacing();
         const double z = (static_cast<double>(i / columns_) + random.between(-0.25, 0.25)) * spacing();
-        const double a = kTurn * (1.25 * x + 0.5 * z - 0.6 * seconds), b = kTurn * (0.9 * z - 0.3 * x + 0.35 * seconds);
+        const double a = kTwoPi * (1.25 * x + 0.5 * z - 0.6 * seconds),
+                     b = kTwoPi * (0.9 * z - 0.3 * x + 0.35 * seconds);
         const Vec3 drift(0.1, 0, 0.05);
         return {Vec3(x, 0.08 * std::sin(a) + 0.05 * std::sin(b), z) + drift * seconds,
-                Vec3(0, kTurn * (0.05 * 0.35 * std::cos(b) - 0.08 * 0.6 * std::cos(a)), 0) + drift};
+                Vec3(0, kTwoPi * (0.05 * 0.35 * std::cos(b) - 0.08 * 0.6 * std::cos(a)), 0) + drift};
     }
 
 private:
@@ -140,13 +141,14 @@ private:
     std::uint64_t seed_;
 };
 
-// A pool two wide, two deep and half high, a drop of radius 0.3 above it, and one particle on its own. They
-// sink slowly, slide into the pool and stay there; the pool answers with a swell that dies out sideways.
+// A pool 2 × 2 units wide and 0.5 deep, a drop of radius 0.3 above it and one isolated particle. The drop and the
+// particle sink slowly into the pool and stay there; a wave spreads over the pool and decays with the distance from the
+// drop.
 class Drop final : public FormulaScene {
 public:
     explicit Drop(const SampleParams& params)
         : FormulaScene(params.frames_per_second,
-                       std::cbrt((kWidth * kWidth * kDepth + kTurn * 2 / 3 * kRadius * kRadius * kRadius) /
+                       std::cbrt((kWidth * kWidth * kDepth + kTwoPi * 2 / 3 * kRadius * kRadius * kRadius) /
                                  static_cast<double>(params.particles))),
           seed_(params.seed) {
         fill({-kWidth / 2, -kDepth, -kWidth / 2}, {kWidth / 2, 0, kWidth / 2}, [](const Vec3&) { return true; });
@@ -154,7 +156,7 @@ public:
         const Vec3 corner(kRadius, kRadius, kRadius);
         fill(-corner, corner, [](const Vec3& p) { return p.length() <= kRadius; });
         for (std::size_t i = 0; i < points_.size(); ++i) points_[i] += Random(seed_, i).cube() * (0.2 * spacing());
-        points_.push_back({0.6 * kWidth / 2, 3 * spacing(), 0});  // the one on its own
+        points_.push_back({0.6 * kWidth / 2, 3 * spacing(), 0});  // the isolated particle
     }
 
 protected:
@@ -162,20 +164,22 @@ protected:
     State at(std::size_t i, double seconds) const override {
         const Vec3 p = points_[i];
         if (i + 1 == points_.size()) {
-            const Curve sunk = rise(seconds, 0, 1.0);
-            return {p - Vec3(0, 3 * spacing() * sunk.value, 0), {0, -3 * spacing() * sunk.slope, 0}};
+            const TimeValue sinking = rise(seconds, 0, 1.0);
+            return {p - Vec3(0, 3 * spacing() * sinking.value, 0), {0, -3 * spacing() * sinking.slope, 0}};
         }
         if (i >= pool_) {
-            const Curve sunk = rise(seconds, 0, 0.6);
+            const TimeValue sinking = rise(seconds, 0, 0.6);
             const double height = kRadius + 4 * spacing(), fall = 1.5 * height;
-            return {p + Vec3(0, height - fall * sunk.value, 0), {0, -fall * sunk.slope, 0}};
+            return {p + Vec3(0, height - fall * sinking.value, 0), {0, -fall * sinking.slope, 0}};
         }
-        // The swell begins when the drop touches; it moves the floor of the pool not at all.
-        const Curve swell = rise(seconds, 0.3, 0.5);
-        const double from_axis = std::hypot(p.x, p.z), angle = kTurn * (1.5 * from_axis - 1.2 * seconds);
-        const double reach = 0.06 * std::exp(-1.5 * from_axis) * (1 + p.y / kDepth);
-        return {p + Vec3(0, reach * swell.value * std::sin(angle), 0),
-                {0, reach * (swell.slope * std::sin(angle) - swell.value * kTurn * 1.2 * std::cos(angle)), 0}};
+        // The wave starts when the drop touches the pool. Its amplitude is zero at the floor.
+        const TimeValue wave_growth = rise(seconds, 0.3, 0.5);
+        const double from_axis = std::hypot(p.x, p.z), angle = kTwoPi * (1.5 * from_axis - 1.2 * seconds);
+        const double amplitude = 0.06 * std::exp(-1.5 * from_axis) * (1 + p.y / kDepth);
+        return {
+            p + Vec3(0, amplitude * wave_growth.value * std::sin(angle), 0),
+            {0, amplitude * (wave_growth.slope * std::sin(angle) - wave_growth.value * kTwoPi * 1.2 * std::cos(angle)),
+             0}};
     }
 
 private:
@@ -191,12 +195,12 @@ private:
     }
 
     std::vector<Vec3> points_;
-    std::size_t pool_ = 0;  // points_ before this one are the pool, the last one is on its own
+    std::size_t pool_ = 0;  // number of points of the pool; the last point is the isolated particle
     std::uint64_t seed_;
 };
 
-// A bubble grows under the surface of a pool two wide and 0.9 deep: every particle moves straight away from a point, as
-// far as volume flows out there. The liquid above becomes a dome, a film, and tears.
+// A bubble grows below the surface of a pool 2 × 2 units wide and 0.9 deep: all particles move radially away from its
+// centre, as an incompressible liquid would. The liquid above becomes a dome and a thin film, and tears.
 class Bubble final : public FormulaScene {
 public:
     explicit Bubble(const SampleParams& params)
@@ -211,29 +215,30 @@ public:
 
 protected:
     std::size_t count() const override { return points_.size(); }
-    // As many units cubed are below a particle as before, and a bubble of this volume, 4π/3 aside: r³ = r₀³ + a³.
+    // The volume within the particle's radius grows by the volume of the bubble; without 4π/3: r³ = r₀³ + a³.
     State at(std::size_t i, double seconds) const override {
         const Vec3& p = points_[i];
-        const Curve grown = rise(seconds, 0, 0.8);
+        const TimeValue growth = rise(seconds, 0, 0.8);
         const double before = std::max(p.length(), 1e-6 * kRadius), volume = kRadius * kRadius * kRadius;
-        const double after = std::cbrt(before * before * before + volume * grown.value);
-        return {p * (after / before), p * (volume * grown.slope / (3 * after * after * before))};
+        const double after = std::cbrt(before * before * before + volume * growth.value);
+        return {p * (after / before), p * (volume * growth.slope / (3 * after * after * before))};
     }
 
 private:
     static constexpr double kWidth = 2, kDepth = 0.9, kRadius = 0.65;
-    static constexpr double kAbove = 0.3;  // the surface above the bubble's middle
+    static constexpr double kAbove = 0.3;  // height of the surface above the bubble's centre
 
     std::vector<Vec3> points_;
 };
 
-// In the plane z = 0: a pool two wide and 0.4 deep with a bubble in it, a jet a single particle thick that is pulled
-// out of it and thins, a drop of radius 0.15 and one particle on its own, which sink into it; it answers with a swell.
+// In the plane z = 0: a pool 2 units wide and 0.4 deep that contains a bubble, a jet one particle thick that is pulled
+// out of the pool and thins out, a drop of radius 0.15 and an isolated particle, which both sink into the pool, and a
+// wave.
 class Puddle final : public FormulaScene {
 public:
     explicit Puddle(const SampleParams& params)
         : FormulaScene(params.frames_per_second,
-                       std::sqrt((kWidth * kDepth + kTurn / 2 * (kRadius * kRadius - kBubble * kBubble)) /
+                       std::sqrt((kWidth * kDepth + kTwoPi / 2 * (kRadius * kRadius - kBubble * kBubble)) /
                                  static_cast<double>(params.particles))),
           seed_(params.seed) {
         const Vec3 bubble(-0.6, -0.2, 0);
@@ -246,7 +251,7 @@ public:
             points_[i] += Random(seed_, i).cube() * Vec3(0.2, 0.2, 0) * spacing();
         for (double height = spacing() / 2; height < kJet; height += 0.9 * spacing())
             points_.emplace_back(0.55 + 0.4 * height * height, height, 0);
-        points_.emplace_back(-0.25, 3.5 * spacing(), 0);  // the one on its own
+        points_.emplace_back(-0.25, 3.5 * spacing(), 0);  // the isolated particle
     }
 
 protected:
@@ -254,23 +259,25 @@ protected:
     State at(std::size_t i, double seconds) const override {
         const Vec3 p = points_[i];
         if (i + 1 == points_.size()) {
-            const Curve sunk = rise(seconds, 0, 1.0);
-            return {p - Vec3(0, 4 * spacing() * sunk.value, 0), {0, -4 * spacing() * sunk.slope, 0}};
+            const TimeValue sinking = rise(seconds, 0, 1.0);
+            return {p - Vec3(0, 4 * spacing() * sinking.value, 0), {0, -4 * spacing() * sinking.slope, 0}};
         }
         if (i >= drop_) {
-            const Curve pulled = rise(seconds, 0, 1.0);
-            return {p * Vec3(1, 1 + 2 * pulled.value, 1), {0, 2 * p.y * pulled.slope, 0}};
+            const TimeValue pulling = rise(seconds, 0, 1.0);
+            return {p * Vec3(1, 1 + 2 * pulling.value, 1), {0, 2 * p.y * pulling.slope, 0}};
         }
         if (i >= pool_) {
-            const Curve sunk = rise(seconds, 0, 0.6);
+            const TimeValue sinking = rise(seconds, 0, 0.6);
             const double height = kRadius + 4 * spacing(), fall = 1.5 * height;
-            return {p + Vec3(0, height - fall * sunk.value, 0), {0, -fall * sunk.slope, 0}};
+            return {p + Vec3(0, height - fall * sinking.value, 0), {0, -fall * sinking.slope, 0}};
         }
-        const Curve swell = rise(seconds, 0.3, 0.5);
-        const double angle = kTurn * (1.5 * std::abs(p.x) - 1.2 * seconds);
-        const double reach = 0.05 * std::exp(-1.5 * std::abs(p.x)) * (1 + p.y / kDepth);
-        return {p + Vec3(0, reach * swell.value * std::sin(angle), 0),
-                {0, reach * (swell.slope * std::sin(angle) - swell.value * kTurn * 1.2 * std::cos(angle)), 0}};
+        const TimeValue wave_growth = rise(seconds, 0.3, 0.5);
+        const double angle = kTwoPi * (1.5 * std::abs(p.x) - 1.2 * seconds);
+        const double amplitude = 0.05 * std::exp(-1.5 * std::abs(p.x)) * (1 + p.y / kDepth);
+        return {
+            p + Vec3(0, amplitude * wave_growth.value * std::sin(angle), 0),
+            {0, amplitude * (wave_growth.slope * std::sin(angle) - wave_growth.value * kTwoPi * 1.2 * std::cos(angle)),
+             0}};
     }
 
 private:
@@ -284,12 +291,12 @@ private:
     }
 
     std::vector<Vec3> points_;
-    std::size_t pool_ = 0, drop_ = 0;  // the pool lies before the one, the drop before the other, then the jet
+    std::size_t pool_ = 0, drop_ = 0;  // ends of the ranges of the pool and the drop; the jet follows
     std::uint64_t seed_;
 };
 
-// Threads side by side, from a single row of particles to a rope. Each is pulled to several times its
-// length; its particles gather in beads, and its width follows so that the volume stays.
+// Parallel threads, from a single row of particles to a rope. Each is stretched to several times its length. Its
+// particles gather in beads, and its width changes so that the volume is preserved.
 class Tendril final : public FormulaScene {
 public:
     explicit Tendril(const SampleParams& params) : Tendril(params, crossSections()) {}
@@ -298,14 +305,14 @@ protected:
     std::size_t count() const override { return points_.size(); }
     State at(std::size_t i, double seconds) const override {
         const Point& p = points_[i];
-        // x runs over [0, 1] along the thread; along(x) = stretch · (x - bead · sin(k x) / k) is where it goes.
-        const Curve stretched = rise(seconds, 0, 1.2), gathered = rise(seconds, 0.2, 1.5);
+        // x in [0, 1] along the thread moves to stretch · (x - bead · sin(k x) / k).
+        const TimeValue stretched = rise(seconds, 0, 1.2), gathered = rise(seconds, 0.2, 1.5);
         const double stretch = 1 + 3 * stretched.value, stretch_slope = 3 * stretched.slope;
         const double bead = 0.85 * gathered.value, bead_slope = 0.85 * gathered.slope;
-        const double k = kTurn * kBeads, wave = std::sin(k * p.x) / k, crest = std::cos(k * p.x);
-        const double density = stretch * (1 - bead * crest);  // length after by length before
-        const double density_slope = stretch_slope * (1 - bead * crest) - stretch * bead_slope * crest;
-        const double width = 1 / std::sqrt(density), width_slope = -0.5 * width * density_slope / density;
+        const double k = kTwoPi * kBeads, wave = std::sin(k * p.x) / k, crest = std::cos(k * p.x);
+        const double elongation = stretch * (1 - bead * crest);  // local stretch: new length divided by original length
+        const double elongation_slope = stretch_slope * (1 - bead * crest) - stretch * bead_slope * crest;
+        const double width = 1 / std::sqrt(elongation), width_slope = -0.5 * width * elongation_slope / elongation;
         const Vec3 across(0, p.y, p.z), row(0, 0, p.row);
         return {Vec3(stretch * (p.x - bead * wave), 0, 0) + across * width + row,
                 Vec3(stretch_slope * (p.x - bead * wave) - stretch * bead_slope * wave, 0, 0) + across * width_slope};
@@ -317,7 +324,7 @@ private:
     };
     static constexpr double kBeads = 5;
 
-    // Offsets across each thread, in spacings.
+    // Offsets of the particles across each thread, in particle spacings.
     static std::vector<std::vector<Vec3>> crossSections() {
         std::vector<std::vector<Vec3>> threads;
         for (const double radius : {0.1, 1.1, 2.1, 3.1}) {

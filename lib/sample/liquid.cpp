@@ -12,17 +12,17 @@ namespace betamesh {
 
 namespace {
 
-constexpr double kCourant = 0.8;       // cells that the fastest particle may cross in one step
-constexpr double kApart = 0.4;         // cells; particles closer than this push each other apart
-constexpr double kPush = 0.1;          // part of the missing distance that one step makes up
-constexpr double kLongestPush = 0.02;  // cells a step
-constexpr double kWall = 0.05;         // cells that particles keep from solids
+constexpr double kCourant = 0.8;        // cells that the largestSpeed particle may cross in one step
+constexpr double kMinDistance = 0.4;    // cells; particles closer than this repel each other
+constexpr double kRepulsion = 0.1;      // fraction of the missing distance that one step restores
+constexpr double kMaxRepulsion = 0.02;  // cells per step
+constexpr double kSolidGap = 0.05;      // cells that particles keep from solids
 
-constexpr double kThinning = 0.1;        // part of the crowding above that which one step lets out
-constexpr int kSweeps = 300;             // of the pressure, at most
-constexpr double kPressureError = 1e-4;  // of the pressure's right-hand side
+constexpr double kDensityCorrection = 0.1;  // fraction of the excess density that one step removes
+constexpr int kMaxIterations = 300;         // of the pressure solver
+constexpr double kPressureError = 1e-4;     // residual, relative to the right-hand side
 
-// Cells are sorted by a key that holds z, y and x, so x neighbours have neighbouring keys.
+// Cells are sorted by a key made of z, y and x, so that neighbours along x have consecutive keys.
 constexpr std::int64_t kBias = 1 << 20, kStepX = 1, kStepY = std::int64_t{1} << 21, kStepZ = std::int64_t{1} << 42;
 
 std::int64_t keyOf(const Vec3i& cell) {
@@ -52,16 +52,15 @@ double sum(std::size_t n, const Term& term) {
     return std::accumulate(blocks.begin(), blocks.end(), 0.0);
 }
 
-
-// Cells with particles and all that touch them. Row r = (dy + 1) + 3 (dz + 1) of a cell's neighbourhood is
-// up to three cells with neighbouring keys: first[r][c] is where they begin in key[].
+// Sparse grid: the cells that contain particles and their 26 neighbours. Row r = (dy + 1) + 3 (dz + 1) of the
+// neighbourhood of cell c is up to three cells with consecutive keys, which start at index first[r][c].
 struct Grid {
     std::vector<std::int64_t> key;        // ascending
-    std::vector<std::uint32_t> particle;  // cell c holds particles particle[c] … particle[c + 1] - 1
+    std::vector<std::uint32_t> particle;  // cell c contains particles particle[c] … particle[c + 1] - 1
     std::vector<std::uint8_t> solid;
     std::array<std::vector<std::uint32_t>, 9> first;
-    std::array<std::vector<double>, 3> speed;          // on the lower face of each cell along each axis
-    std::array<std::vector<std::uint8_t>, 3> settled;  // does the pressure rule that face?
+    std::array<std::vector<double>, 3> speed;         // normal to the lower face of each cell along each axis
+    std::array<std::vector<std::uint8_t>, 3> active;  // 1 where liquid touches that face: the pressure acts on it
 
     std::size_t size() const { return key.size(); }
     bool wet(std::size_t c) const { return particle[c] != particle[c + 1] && !solid[c]; }
@@ -69,8 +68,8 @@ struct Grid {
         return key[c] + (static_cast<std::int64_t>(r % 3) - 1) * kStepY +
                (static_cast<std::int64_t>(r / 3) - 1) * kStepZ;
     }
-    // The cell one step away along an axis, or none.
-    std::uint32_t beside(std::size_t c, int axis, int step) const {
+    // The neighbour of cell c along an axis, step -1 or 1; kInvalidIndex if the grid does not contain it.
+    std::uint32_t neighbourOf(std::size_t c, int axis, int step) const {
         static constexpr std::size_t kRows[3][2] = {{4, 4}, {3, 5}, {1, 7}};
         const std::size_t r = kRows[axis][step > 0];
         const std::int64_t wanted = rowKey(c, r) + (axis == 0 ? step : 0);
@@ -78,7 +77,7 @@ struct Grid {
             if (key[n] == wanted) return n;
         return kInvalidIndex;
     }
-    // Calls body(begin, end) for the particles of the 27 cells round c, in at most nine pieces.
+    // Calls body(begin, end) for up to nine ranges of particles: those in the 27 cells around c.
     template <typename Body>
     void particlesAround(std::size_t c, const Body& body) const {
         for (std::size_t r = 0; r < 9; ++r) {
@@ -116,7 +115,7 @@ std::vector<std::int64_t> sortIntoCells(Liquid& liquid) {
     return key;
 }
 
-std::vector<std::int64_t> widened(const std::vector<std::int64_t>& keys, std::int64_t step) {
+std::vector<std::int64_t> withNeighbours(const std::vector<std::int64_t>& keys, std::int64_t step) {
     std::vector<std::int64_t> up = keys, down = keys, some, all;
     for (std::int64_t& key : up) key += step;
     for (std::int64_t& key : down) key -= step;
@@ -127,9 +126,9 @@ std::vector<std::int64_t> widened(const std::vector<std::int64_t>& keys, std::in
 
 Grid gridOf(const std::vector<std::int64_t>& particle_keys, const Surroundings& surroundings) {
     Grid grid;
-    std::vector<std::int64_t> held;
-    std::unique_copy(particle_keys.begin(), particle_keys.end(), std::back_inserter(held));
-    grid.key = widened(widened(widened(held, kStepX), kStepY), kStepZ);
+    std::vector<std::int64_t> occupied;
+    std::unique_copy(particle_keys.begin(), particle_keys.end(), std::back_inserter(occupied));
+    grid.key = withNeighbours(withNeighbours(withNeighbours(occupied, kStepX), kStepY), kStepZ);
 
     const std::size_t n = grid.size();
     grid.particle.resize(n + 1);
@@ -137,25 +136,25 @@ Grid gridOf(const std::vector<std::int64_t>& particle_keys, const Surroundings& 
     for (std::vector<std::uint32_t>& row : grid.first) row.resize(n);
     grid.particle[n] = static_cast<std::uint32_t>(particle_keys.size());
     parallelRanges(n, 2048, [&](std::size_t begin, std::size_t end) {
-        // Keys ascend, and so do the places they are looked up at: one search, then steps.
-        auto holds = std::lower_bound(particle_keys.begin(), particle_keys.end(), grid.key[begin]);
+        // Keys ascend, and so do the indices found for them: one binary search per range, then a linear scan.
+        auto first_particle = std::lower_bound(particle_keys.begin(), particle_keys.end(), grid.key[begin]);
         for (std::size_t c = begin; c < end; ++c) {
-            while (holds != particle_keys.end() && *holds < grid.key[c]) ++holds;
-            grid.particle[c] = static_cast<std::uint32_t>(holds - particle_keys.begin());
+            while (first_particle != particle_keys.end() && *first_particle < grid.key[c]) ++first_particle;
+            grid.particle[c] = static_cast<std::uint32_t>(first_particle - particle_keys.begin());
             grid.solid[c] = surroundings.solid(cellOf(grid.key[c]));
         }
         for (std::size_t r = 0; r < 9; ++r) {
-            auto at = std::lower_bound(grid.key.begin(), grid.key.end(), grid.rowKey(begin, r) - 1);
+            auto found = std::lower_bound(grid.key.begin(), grid.key.end(), grid.rowKey(begin, r) - 1);
             for (std::size_t c = begin; c < end; ++c) {
-                while (at != grid.key.end() && *at < grid.rowKey(c, r) - 1) ++at;
-                grid.first[r][c] = static_cast<std::uint32_t>(at - grid.key.begin());
+                while (found != grid.key.end() && *found < grid.rowKey(c, r) - 1) ++found;
+                grid.first[r][c] = static_cast<std::uint32_t>(found - grid.key.begin());
             }
         }
     });
     return grid;
 }
 
-// Weight of a face at a particle, both relative to the cell's lower corner; zero one cell away.
+// Trilinear weight of a face at a particle, both relative to the cell's lower corner; zero from a distance of one cell.
 double weight(const Vec3& particle, const Vec3& face) {
     const double x = 1 - std::abs(particle.x - face.x);
     const double y = 1 - std::abs(particle.y - face.y);
@@ -166,7 +165,7 @@ double weight(const Vec3& particle, const Vec3& face) {
 constexpr double kHalf = 0.5;
 Vec3 faceCentre(int axis) { return {axis == 0 ? 0 : kHalf, axis == 1 ? 0 : kHalf, axis == 2 ? 0 : kHalf}; }
 
-// Particles -> speeds on the faces.
+// Transfers velocities from particles to cell faces.
 void gatherSpeeds(Grid& grid, const Liquid& liquid) {
     for (std::vector<double>& speed : grid.speed) speed.assign(grid.size(), 0);
     parallelFor(grid.size(), 64, [&](std::size_t c) {
@@ -189,24 +188,25 @@ void gatherSpeeds(Grid& grid, const Liquid& liquid) {
     });
 }
 
-// Gravity; then stillness where a solid begins; then marks the faces that the pressure rules.
+// Applies gravity, stops the flow at the faces of solids and marks the faces on which the pressure acts.
 void applyForces(Grid& grid, const Surroundings& surroundings, double dt) {
     for (int axis = 0; axis < 3; ++axis) {
         std::vector<double>& speed = grid.speed[static_cast<std::size_t>(axis)];
-        std::vector<std::uint8_t>& settled = grid.settled[static_cast<std::size_t>(axis)];
-        settled.assign(grid.size(), 0);
+        std::vector<std::uint8_t>& active = grid.active[static_cast<std::size_t>(axis)];
+        active.assign(grid.size(), 0);
         parallelFor(grid.size(), 1024, [&](std::size_t c) {
             speed[c] += surroundings.gravity[axis] * dt;
-            const std::uint32_t below = grid.beside(c, axis, -1);
+            const std::uint32_t below = grid.neighbourOf(c, axis, -1);
             if (below == kInvalidIndex) return;
             if (grid.solid[c] != grid.solid[below]) speed[c] = 0;
-            settled[c] = grid.wet(c) || grid.wet(below);
+            active[c] = grid.wet(c) || grid.wet(below);
         });
     }
 }
 
-// Makes the flow free of divergence, save that crowded cells let some out. Air has pressure 0.
-void project(Grid& grid, double full, double dt) {
+// Makes the velocity field free of divergence; in cells with too many particles it diverges to reduce their density.
+// The pressure of air is 0.
+void project(Grid& grid, double particles_per_cell, double dt) {
     std::vector<std::uint32_t> wet;  // cells
     std::vector<std::uint32_t> row(grid.size(), kInvalidIndex);
     for (std::size_t c = 0; c < grid.size(); ++c) {
@@ -215,29 +215,29 @@ void project(Grid& grid, double full, double dt) {
         wet.push_back(static_cast<std::uint32_t>(c));
     }
     const std::size_t n = wet.size();
-    std::vector<std::array<std::uint32_t, 6>> neighbour(n);  // rows, none for air and solid
+    std::vector<std::array<std::uint32_t, 6>> neighbour(n);  // rows; kInvalidIndex for air and solid
     std::vector<double> diagonal(n, 0), residual(n), pressure(n, 0), search(n), image(n);
     parallelFor(n, 512, [&](std::size_t i) {
         const std::size_t c = wet[i];
         double divergence = 0;
         for (int side = 0; side < 6; ++side) {
             const int axis = side / 2, step = side % 2 == 0 ? -1 : 1;
-            const std::uint32_t other = grid.beside(c, axis, step);
+            const std::uint32_t other = grid.neighbourOf(c, axis, step);
             neighbour[i][static_cast<std::size_t>(side)] = row[other];
             if (!grid.solid[other]) diagonal[i] += 1;
             divergence += step * grid.speed[static_cast<std::size_t>(axis)][step < 0 ? c : other];
         }
-        const double crowd = (grid.particle[c + 1] - grid.particle[c]) / full - 1;
-        residual[i] = -divergence + kThinning * std::clamp(crowd, 0.0, 1.0) / dt;
+        const double excess = (grid.particle[c + 1] - grid.particle[c]) / particles_per_cell - 1;
+        residual[i] = -divergence + kDensityCorrection * std::clamp(excess, 0.0, 1.0) / dt;
     });
 
-    // Conjugate gradients with the diagonal as preconditioner.
+    // Conjugate gradients, preconditioned by the diagonal.
     const auto scaled = [&](std::size_t i) { return diagonal[i] > 0 ? residual[i] / diagonal[i] : 0; };
-    const double enough =
+    const double tolerance =
         kPressureError * kPressureError * sum(n, [&](std::size_t i) { return residual[i] * scaled(i); });
     double size = sum(n, [&](std::size_t i) { return residual[i] * scaled(i); });
     parallelFor(n, 4096, [&](std::size_t i) { search[i] = scaled(i); });
-    for (int sweep = 0; sweep < kSweeps && size > enough; ++sweep) {
+    for (int iteration = 0; iteration < kMaxIterations && size > tolerance; ++iteration) {
         parallelFor(n, 1024, [&](std::size_t i) {
             double value = diagonal[i] * search[i];
             for (const std::uint32_t other : neighbour[i])
@@ -258,27 +258,27 @@ void project(Grid& grid, double full, double dt) {
     for (int axis = 0; axis < 3; ++axis) {
         const auto a = static_cast<std::size_t>(axis);
         parallelFor(grid.size(), 1024, [&](std::size_t c) {
-            if (!grid.settled[a][c]) return;
-            const std::uint32_t below = grid.beside(c, axis, -1);
+            if (!grid.active[a][c]) return;
+            const std::uint32_t below = grid.neighbourOf(c, axis, -1);
             if (grid.solid[c] || grid.solid[below]) return;
             grid.speed[a][c] -= pressureIn(static_cast<std::uint32_t>(c)) - pressureIn(below);
         });
     }
 }
 
-// Faces that the pressure does not rule take the mean of neighbours that it does rule.
+// Sets the speed on faces without liquid to the mean of the neighbouring faces with liquid.
 void extrapolate(Grid& grid) {
     for (std::size_t a = 0; a < 3; ++a) {
         std::vector<double> speed = grid.speed[a];
         parallelFor(grid.size(), 1024, [&](std::size_t c) {
-            if (grid.settled[a][c]) return;
-            const std::uint32_t below = grid.beside(c, static_cast<int>(a), -1);
+            if (grid.active[a][c]) return;
+            const std::uint32_t below = grid.neighbourOf(c, static_cast<int>(a), -1);
             if (below == kInvalidIndex || grid.solid[c] != grid.solid[below]) return;
             double total = 0;
             int count = 0;
             for (int side = 0; side < 6; ++side) {
-                const std::uint32_t other = grid.beside(c, side / 2, side % 2 == 0 ? -1 : 1);
-                if (other == kInvalidIndex || !grid.settled[a][other]) continue;
+                const std::uint32_t other = grid.neighbourOf(c, side / 2, side % 2 == 0 ? -1 : 1);
+                if (other == kInvalidIndex || !grid.active[a][other]) continue;
                 total += grid.speed[a][other];
                 ++count;
             }
@@ -288,46 +288,46 @@ void extrapolate(Grid& grid) {
     }
 }
 
-// What a particle feels from others nearby: a push (cells) from those that are too close, which keeps them
-// from clumping, and a pull (sum of unit vectors, weighted) towards those half a cell to a cell away, which
-// cancels inside the liquid and draws its surface, rims and threads together.
-struct Touch {
-    Vec3 push{0, 0, 0}, pull{0, 0, 0};
+// Forces between particles. Repulsion (a displacement in cells) by those that are too close prevents clumps. Attraction
+// (a weighted sum of unit vectors) to those half a cell to a cell away cancels out inside the liquid and acts as
+// surface tension at its surface, rims and threads.
+struct ParticleForces {
+    Vec3 repulsion{0, 0, 0}, attraction{0, 0, 0};
 };
 
-Touch touch(const Grid& grid, const Liquid& liquid, std::size_t c, std::size_t p) {
-    Touch total;
+ParticleForces particleForces(const Grid& grid, const Liquid& liquid, std::size_t c, std::size_t p) {
+    ParticleForces total;
     grid.particlesAround(c, [&](std::uint32_t begin, std::uint32_t end) {
         for (std::uint32_t other = begin; other < end; ++other) {
             const Vec3 away = liquid.position[p] - liquid.position[other];
             const double squared = away.length2();
             if (squared >= 1 || squared == 0) continue;
             const double distance = std::sqrt(squared);
-            if (distance < kApart) total.push += away * (kPush * (kApart - distance) / distance);
-            if (distance > 0.5) total.pull -= away * (16 * (distance - 0.5) * (1 - distance) / distance);
+            if (distance < kMinDistance) total.repulsion += away * (kRepulsion * (kMinDistance - distance) / distance);
+            if (distance > 0.5) total.attraction -= away * (16 * (distance - 0.5) * (1 - distance) / distance);
         }
     });
-    const double length = total.push.length();
-    if (length > kLongestPush) total.push *= kLongestPush / length;
+    const double length = total.repulsion.length();
+    if (length > kMaxRepulsion) total.repulsion *= kMaxRepulsion / length;
     return total;
 }
 
-// Out of the tank's walls and the obstacle by the nearest way; speed into a solid is lost.
-void keepOut(const Surroundings& surroundings, Vec3& position, Vec3& velocity) {
+// Moves a particle out of the tank's walls and the obstacle along the shortest path and removes its velocity into them.
+void moveOutOfSolids(const Surroundings& surroundings, Vec3& position, Vec3& velocity) {
     if (!surroundings.tank) return;
     const Vec3 low = toDouble(surroundings.tank_box.low), high = toDouble(surroundings.tank_box.high);
     for (int axis = 0; axis < 3; ++axis) {
-        if (position[axis] < low[axis] + kWall) {
-            position[axis] = low[axis] + kWall;
+        if (position[axis] < low[axis] + kSolidGap) {
+            position[axis] = low[axis] + kSolidGap;
             velocity[axis] = std::max(velocity[axis], 0.0);
         }
-        if (axis != 1 && position[axis] > high[axis] - kWall) {
-            position[axis] = high[axis] - kWall;
+        if (axis != 1 && position[axis] > high[axis] - kSolidGap) {
+            position[axis] = high[axis] - kSolidGap;
             velocity[axis] = std::min(velocity[axis], 0.0);
         }
     }
-    const Vec3 wall(kWall, kWall, kWall);
-    const Vec3 near = toDouble(surroundings.obstacle.low) - wall, far = toDouble(surroundings.obstacle.high) + wall;
+    const Vec3 gap(kSolidGap, kSolidGap, kSolidGap);
+    const Vec3 near = toDouble(surroundings.obstacle.low) - gap, far = toDouble(surroundings.obstacle.high) + gap;
     int nearest = -1;
     double shortest = 0, to = 0;
     for (int axis = 0; axis < 3; ++axis) {
@@ -344,7 +344,7 @@ void keepOut(const Surroundings& surroundings, Vec3& position, Vec3& velocity) {
     position[nearest] = to;
 }
 
-// Speeds on the faces -> particles, and on they go.
+// Transfers velocities from cell faces to particles and moves the particles.
 void moveParticles(Liquid& liquid, const Grid& grid, const Surroundings& surroundings, double dt) {
     std::vector<Vec3> position(liquid.position.size());
     parallelFor(grid.size(), 64, [&](std::size_t c) {
@@ -359,7 +359,7 @@ void moveParticles(Liquid& liquid, const Grid& grid, const Surroundings& surroun
                     const Vec3 d = at - offset - faceCentre(static_cast<int>(a));
                     const Vec3 w(1 - std::abs(d.x), 1 - std::abs(d.y), 1 - std::abs(d.z));
                     if (w.x <= 0 || w.y <= 0 || w.z <= 0) continue;
-                    // A cell with particles has all 27 cells round it.
+                    // The grid contains all 27 cells around a cell with particles.
                     const std::size_t other =
                         grid.first[static_cast<std::size_t>(n / 3)][c] + static_cast<std::size_t>(n % 3);
                     const double face = grid.speed[a][other];
@@ -371,10 +371,10 @@ void moveParticles(Liquid& liquid, const Grid& grid, const Surroundings& surroun
                 liquid.velocity[p][static_cast<int>(a)] = speed;
                 liquid.gradient[p][a] = gradient;
             }
-            const Touch felt = touch(grid, liquid, c, p);
-            liquid.velocity[p] += felt.pull * (surroundings.cohesion * dt);
-            position[p] = liquid.position[p] + liquid.velocity[p] * dt + felt.push;
-            keepOut(surroundings, position[p], liquid.velocity[p]);
+            const ParticleForces forces = particleForces(grid, liquid, c, p);
+            liquid.velocity[p] += forces.attraction * (surroundings.cohesion * dt);
+            position[p] = liquid.position[p] + liquid.velocity[p] * dt + forces.repulsion;
+            moveOutOfSolids(surroundings, position[p], liquid.velocity[p]);
         }
     });
     liquid.moved.resize(position.size());
@@ -383,7 +383,7 @@ void moveParticles(Liquid& liquid, const Grid& grid, const Surroundings& surroun
     liquid.position = std::move(position);
 }
 
-double fastest(const Liquid& liquid) {
+double largestSpeed(const Liquid& liquid) {
     double squared = 0;
     for (const Vec3& velocity : liquid.velocity) squared = std::max(squared, velocity.length2());
     return std::sqrt(squared);
@@ -399,14 +399,14 @@ bool Surroundings::solid(const Vec3i& cell) const {
 
 void advance(Liquid& liquid, const Surroundings& surroundings, double seconds) {
     if (liquid.position.empty()) return;
-    const double speed = fastest(liquid) + surroundings.gravity.length() * seconds;
+    const double speed = largestSpeed(liquid) + surroundings.gravity.length() * seconds;
     const int steps = std::max(1, static_cast<int>(std::ceil(speed * seconds / kCourant)));
     const double dt = seconds / steps;
     for (int step = 0; step < steps; ++step) {
         Grid grid = gridOf(sortIntoCells(liquid), surroundings);
         gatherSpeeds(grid, liquid);
         applyForces(grid, surroundings, dt);
-        project(grid, surroundings.crowd, dt);
+        project(grid, surroundings.particles_per_cell, dt);
         extrapolate(grid);
         moveParticles(liquid, grid, surroundings, dt);
     }

@@ -1,4 +1,4 @@
-// A small liquid solver, good enough to splash. Incompressible, no viscosity, a crude surface tension.
+// A small particle-in-cell solver for sample scenes: incompressible, without viscosity, with simple surface tension.
 
 #pragma once
 
@@ -10,7 +10,7 @@
 
 namespace betamesh {
 
-/// A box of whole cells: low <= cell < high.
+/// A box of grid cells: low <= cell < high.
 struct CellBox {
     Vec3i low{0, 0, 0}, high{0, 0, 0};
     bool contains(const Vec3i& cell) const {
@@ -19,33 +19,33 @@ struct CellBox {
     }
 };
 
-/// What the liquid lives in. Lengths in cells, time in seconds.
+/// Forces on the liquid and solid obstacles. Lengths in cells, time in seconds.
 struct Surroundings {
     Vec3 gravity{0, 0, 0};  ///< cells per second squared
-    double cohesion = 0;    ///< cells per second squared, of one particle on another, >= 0
-    bool tank = false;      ///< solid beyond tank_box, which has no lid (y is up); otherwise free flight
+    double cohesion = 0;    ///< strength of the attraction between particles, cells per second squared, >= 0
+    bool tank = false;      ///< true: solid outside tank_box, which is open at the top (y is up); false: no solids
     CellBox tank_box;
-    CellBox obstacle;  ///< solid; empty if there is none
-    double crowd = 8;  ///< particles in a full cell
+    CellBox obstacle;               ///< solid; may be empty
+    double particles_per_cell = 8;  ///< of liquid at rest density
 
     bool solid(const Vec3i& cell) const;
 };
 
-/// Row i of every array is a particle; step() changes their order, ids tell which is which.
+/// Row i of every array is one particle. advance() changes the order of the rows; ids identify particles.
 struct Liquid {
     std::vector<Vec3> position;                 ///< cells
-    std::vector<Vec3> velocity;                 ///< cells per second, of the liquid at the particle
-    std::vector<std::array<Vec3, 3>> gradient;  ///< of each component of the velocity, per second
-    std::vector<Vec3> moved;                    ///< cells per second: displacement of the last step over its time
+    std::vector<Vec3> velocity;                 ///< cells per second
+    std::vector<std::array<Vec3, 3>> gradient;  ///< of each component of the velocity, 1 / seconds
+    std::vector<Vec3> moved;  ///< displacement in the last step divided by its duration, cells per second
     std::vector<std::uint32_t> id;
 };
 
-/// Moves the liquid on, in as many steps as it takes for nothing to cross a whole cell at once.
+/// Advances the liquid in time, in as many steps as needed for no particle to cross a whole cell in one step.
 ///
-/// same    bytes for any thread count: loops gather, sums are added in a fixed order
-/// cost    O(n) a step for n particles; the pressure takes some tens of sweeps over the wet cells
-/// source  Harlow & Welch 1965 (staggered grid); Zhu & Bridson 2005 (particles carry the velocity);
-///         Jiang et al. 2015 (and its gradient, so that rotation survives)
+/// same    bytes for any thread count: loops gather, and sums are added in a fixed order
+/// cost    O(n) per step for n particles; the pressure takes some tens of iterations over the cells with liquid
+/// source  Harlow & Welch 1965 (staggered grid); Zhu & Bridson 2005 (velocities on particles);
+///         Jiang et al. 2015 (velocity gradients on particles, which preserve rotation)
 void advance(Liquid& liquid, const Surroundings& surroundings, double seconds);
 
 }  // namespace betamesh

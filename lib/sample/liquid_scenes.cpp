@@ -1,4 +1,4 @@
-// Scenes that the solver moves. World units are metres for dambreak; y is up.
+// Scenes simulated by the liquid solver. y is up; world units are metres in dambreak.
 
 #include "base/random.h"
 #include "sample/liquid.h"
@@ -44,21 +44,21 @@ protected:
 
     double frames_per_second_, cell_;
     Surroundings surroundings_;
-    Vec3 origin_{0, 0, 0};  // of the world, in cells
+    Vec3 origin_{0, 0, 0};  // of the world's coordinates, in cells
 
 private:
     Liquid liquid_;
     int reached_ = 1;
 };
 
-// Two particles a cell along each axis, in layers along y, jittered.
+// Adds a jittered block of particles at half a cell's distance, layer by layer along y. low: cells; size: particles.
 void fill(Liquid& liquid, const Vec3& low, const std::array<std::size_t, 3>& size, std::uint64_t seed) {
     for (std::size_t y = 0; y < size[1]; ++y)
         for (std::size_t z = 0; z < size[2]; ++z)
             for (std::size_t x = 0; x < size[0]; ++x) {
                 const auto id = static_cast<std::uint32_t>(liquid.id.size());
-                const Vec3 place(static_cast<double>(x), static_cast<double>(y), static_cast<double>(z));
-                liquid.position.push_back(low + (place + Vec3(0.5, 0.5, 0.5) + Random(seed, id).cube() * 0.2) * 0.5);
+                const Vec3 index(static_cast<double>(x), static_cast<double>(y), static_cast<double>(z));
+                liquid.position.push_back(low + (index + Vec3(0.5, 0.5, 0.5) + Random(seed, id).cube() * 0.2) * 0.5);
                 liquid.id.push_back(id);
             }
     liquid.velocity.resize(liquid.id.size(), Vec3(0, 0, 0));
@@ -66,7 +66,8 @@ void fill(Liquid& liquid, const Vec3& low, const std::array<std::size_t, 3>& siz
     liquid.moved = liquid.velocity;
 }
 
-// A tank one wide and three long, a column of about one cubed at its near end, an obstacle on the floor.
+// A column of liquid, about one unit along each axis, at the end of a tank three units long and one wide, with an
+// obstacle on the floor.
 class DamBreak final : public LiquidScene {
 public:
     explicit DamBreak(const SampleParams& params) : DamBreak(params, across(params)) {}
@@ -83,7 +84,7 @@ private:
         return static_cast<std::size_t>(
             std::max(1.0, std::round(std::cbrt(static_cast<double>(params.particles) / 8))));
     }
-    // across: cells in one unit
+    // across: cells per world unit
     DamBreak(const SampleParams& params, std::size_t across)
         : LiquidScene(params.frames_per_second, 1 / static_cast<double>(across)),
           across_(across),
@@ -102,8 +103,8 @@ private:
     std::uint64_t seed_;
 };
 
-// In the plane z = 0: a column one wide and one high collapses in a tank three long. The tank is a cell deep, and all
-// particles are half-way: nothing is there to push them out of the plane.
+// In the plane z = 0: a column one unit wide and high collapses in a tank three units long. The tank is one cell deep
+// and all particles are in its middle plane, so that no force acts across the plane.
 class PlaneDamBreak final : public LiquidScene {
 public:
     explicit PlaneDamBreak(const SampleParams& params)
@@ -119,7 +120,7 @@ protected:
     }
 
 private:
-    // across: cells in one unit
+    // across: cells per world unit
     PlaneDamBreak(const SampleParams& params, std::size_t across)
         : LiquidScene(params.frames_per_second, 1 / static_cast<double>(across)),
           across_(across),
@@ -130,7 +131,7 @@ private:
         surroundings_.cohesion = 6;
         surroundings_.tank = true;
         surroundings_.tank_box = {{0, 0, 0}, {3 * n, 0, 1}};
-        surroundings_.crowd = 4;
+        surroundings_.particles_per_cell = 4;
         origin_ = {0, 0, 0.5};
     }
 
@@ -138,7 +139,7 @@ private:
     std::uint64_t seed_;
 };
 
-// A cube one wide round the origin that angular_velocities about an axis aslant to it, at first 0.9 turns a second.
+// A unit cube centred on the origin that rotates about an oblique axis, initially at 0.9 revolutions per second.
 class RotatingCube final : public LiquidScene {
 public:
     explicit RotatingCube(const SampleParams& params)
@@ -155,10 +156,12 @@ protected:
         const Vec3 half(static_cast<double>(side_) / 4, static_cast<double>(layers_) / 4,
                         static_cast<double>(side_) / 4);
         fill(liquid, -half, {side_, layers_, side_}, seed_);
-        const Vec3 spin = Vec3(0.3, 1, 0.2).normalized() * (0.9 * 2 * std::numbers::pi);
+        const Vec3 angular_velocity = Vec3(0.3, 1, 0.2).normalized() * (0.9 * 2 * std::numbers::pi);
         for (std::size_t i = 0; i < liquid.id.size(); ++i) {
-            liquid.velocity[i] = cross(spin, liquid.position[i]);
-            liquid.gradient[i] = {Vec3(0, -spin.z, spin.y), Vec3(spin.z, 0, -spin.x), Vec3(-spin.y, spin.x, 0)};
+            liquid.velocity[i] = cross(angular_velocity, liquid.position[i]);
+            liquid.gradient[i] = {Vec3(0, -angular_velocity.z, angular_velocity.y),
+                                  Vec3(angular_velocity.z, 0, -angular_velocity.x),
+                                  Vec3(-angular_velocity.y, angular_velocity.x, 0)};
         }
         liquid.moved = liquid.velocity;
         return liquid;

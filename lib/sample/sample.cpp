@@ -22,12 +22,12 @@ const std::vector<Entry>& entries() {
          makeRotatingCube},
         {{"drop", "a drop, and a single particle beside it, sink slowly into a pool", 20000}, makeDrop},
         {{"bubble", "a bubble grows in a pool until the film above it tears", 20000}, makeBubble},
-        {{"puddle", "a drop and a jet at a pool with a bubble, all in one plane", 1500}, makePuddle},
-        {{"dambreak2d", "a column of liquid collapses in a tank, all in one plane", 3000}, makePlaneDamBreak},
-        {{"sheet", "a sheet one particle thick waves", 10000}, makeSheet},
-        {{"tendril", "threads of several widths stretch, thin and bead into droplets", 4000}, makeTendril},
-        {{"lattice", "a cubic lattice that stands still: exact ties everywhere", 8000}, makeLattice},
-        {{"jitter", "the same lattice, every particle swinging by up to a quarter of the spacing", 8000}, makeJitter},
+        {{"puddle", "two-dimensional: a drop, a thinning jet and a pool with a bubble", 1500}, makePuddle},
+        {{"dambreak2d", "two-dimensional: a column of liquid collapses in a tank", 3000}, makePlaneDamBreak},
+        {{"sheet", "a waving sheet, one particle thick", 10000}, makeSheet},
+        {{"tendril", "threads of several widths are stretched, thin out and break up into beads", 4000}, makeTendril},
+        {{"lattice", "a cubic lattice at rest, with exactly equal distances everywhere", 8000}, makeLattice},
+        {{"jitter", "the same lattice; every particle oscillates by up to a quarter of the spacing", 8000}, makeJitter},
     };
     return all;
 }
@@ -42,8 +42,8 @@ std::vector<SampleInfo> samples() {
 
 Sample::Sample(const SampleParams& params) {
     if (!(params.frames_per_second > 0) || !std::isfinite(params.frames_per_second))
-        throw Error("sample '" + params.name + "': frames per second are " + std::to_string(params.frames_per_second) +
-                    ", expected a number > 0");
+        throw Error("sample '" + params.name + "': the frame rate is " + std::to_string(params.frames_per_second) +
+                    " frames per second. It must be positive.");
     std::string names;
     for (const Entry& entry : entries()) {
         if (entry.info.name == params.name) {
@@ -54,7 +54,7 @@ Sample::Sample(const SampleParams& params) {
         }
         names += (names.empty() ? "" : ", ") + entry.info.name;
     }
-    throw Error("unknown sample '" + params.name + "', expected one of: " + names);
+    throw Error("unknown sample '" + params.name + "'. Samples are: " + names + ".");
 }
 
 Sample::~Sample() = default;

@@ -1,4 +1,4 @@
-// Particle sequences to try and test with: no file needed, no two runs different.
+// Generated particle sequences for demonstrations and tests, reproducible to the byte.
 
 #pragma once
 
@@ -13,7 +13,7 @@ namespace betamesh {
 
 struct SampleParams {
     std::string name;           ///< one of samples()
-    std::size_t particles = 0;  ///< about so many; 0: the scene's default
+    std::size_t particles = 0;  ///< approximate number; 0: the scene's default
     std::uint64_t seed = 1;
     double frames_per_second = 24;  ///< > 0
 };
@@ -21,22 +21,22 @@ struct SampleParams {
 struct SampleInfo {
     std::string name;
     std::string description;  ///< one line
-    std::size_t particles;    ///< by default
+    std::size_t particles;    ///< default number
 };
 
-/// Every scene there is, in the order in which to list them.
+/// All scenes, in the order in which to list them.
 std::vector<SampleInfo> samples();
 
 class Scene;
 
-/// A sequence. Frame 1 is the initial state; the scenes that a solver moves stand still before it.
+/// A particle sequence. Frame 1 is the initial state; earlier frames of simulated scenes equal it.
 ///
-/// Velocities are world units per second: the derivative of the path where there is a formula, what the
-/// particles last moved with where a solver makes the motion. Row i is the particle with id i.
+/// Velocities are in world units per second. Scenes given by formulas have the derivative of the position, simulated
+/// scenes the displacement in the last time step divided by its duration. Row i is the particle with id i.
 ///
-/// same    bytes for the same params and frame, whatever the order of asking and the number of threads
-/// cost    dambreak and rotcube integrate from frame 1 to the frame asked for and remember where they are:
-///         ascending frames are cheap, an earlier one starts again. The others have a formula
+/// same    bytes for the same parameters and frame, in any order of requests and for any thread count
+/// cost    simulated scenes (dambreak, dambreak2d, rotcube) integrate from the last requested frame, or from frame 1 if
+///         an earlier frame is requested; all others evaluate a formula
 /// errors  an unknown name (lists the known ones); frames per second that are not positive
 class Sample {
 public:

@@ -1,4 +1,4 @@
-// What a sample is made of, and the makers of all scenes.
+// Interface of sample scenes, and the functions that create them.
 
 #pragma once
 
@@ -15,10 +15,10 @@ public:
     virtual double spacing() const = 0;
 };
 
-/// params.particles > 0; the name is not looked at.
+/// in      params.particles > 0; params.name is ignored
 using SceneMaker = std::unique_ptr<Scene> (*)(const SampleParams& params);
 
-// By formula.
+// Scenes given by formulas.
 std::unique_ptr<Scene> makeDrop(const SampleParams& params);
 std::unique_ptr<Scene> makeBubble(const SampleParams& params);
 std::unique_ptr<Scene> makePuddle(const SampleParams& params);
@@ -27,7 +27,7 @@ std::unique_ptr<Scene> makeTendril(const SampleParams& params);
 std::unique_ptr<Scene> makeLattice(const SampleParams& params);
 std::unique_ptr<Scene> makeJitter(const SampleParams& params);
 
-// By solver.
+// Simulated scenes.
 std::unique_ptr<Scene> makeDamBreak(const SampleParams& params);
 std::unique_ptr<Scene> makePlaneDamBreak(const SampleParams& params);
 std::unique_ptr<Scene> makeRotatingCube(const SampleParams& params);

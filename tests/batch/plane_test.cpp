@@ -83,7 +83,7 @@ TEST_F(PlaneJob, WhatGoesTogetherIsCheckedBeforeAnythingIsWritten) {
         EXPECT_NE(outcome.err.find(why), std::string::npos) << outcome.err;
         EXPECT_FALSE(std::filesystem::exists(folder_ / out));
     };
-    refused("c.svg", {}, "expected one of .bgeo");
+    refused("c.svg", {}, "Use one of .bgeo");
     refused("c.ply", {"--dimension", "4"}, "2 to 3");
     refused("c.ply", {"--dimension", "2", "--layers", "beta"}, "is no picture");
     refused("c.ply", {"--bounds", "0,0,1,1"}, "is no picture");

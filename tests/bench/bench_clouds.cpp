@@ -7,10 +7,10 @@ namespace betamesh {
 
 namespace {
 
-// loose: the share in the sheet and in drops
+// loose: fraction of the particles in the sheet and in drops
 Particles blockAndSpray(std::size_t n, double loose) {
     std::mt19937 random(1);
-    std::uniform_real_distribution<float> jitter(-0.25f, 0.25f), part(0, 1);
+    std::uniform_real_distribution<float> jitter(-0.25f, 0.25f), uniform(0, 1);
     std::normal_distribution<float> speed(0, 1);
     Particles particles;
     const auto add = [&](float x, float y, float z) {
@@ -21,16 +21,16 @@ Particles blockAndSpray(std::size_t n, double loose) {
     const int block = static_cast<int>((1 - loose) * total);
     const int side = std::max(1, static_cast<int>(std::lround(std::cbrt(block))));
     const int sheet = static_cast<int>(std::lround(std::sqrt(loose / 2 * total)));
-    for (int i = 0; i < block; ++i)  // the uppermost layer is not full
+    for (int i = 0; i < block; ++i)  // the top layer is incomplete
         add(static_cast<float>(i % side), static_cast<float>(i / side % side), static_cast<float>(i / side / side));
     const auto top = static_cast<float>(block / side / side) + 4;
     for (int y = 0; y < sheet; ++y)
         for (int x = 0; x < sheet; ++x) add(static_cast<float>(x), static_cast<float>(y), top);
-    const float room = static_cast<float>(side) * 2;
+    const float width = static_cast<float>(side) * 2;
     while (particles.size() < n) {
-        const float x = part(random) * room, y = part(random) * room, z = top + 4 + part(random) * room;
-        for (int k = 0; k < 1 + static_cast<int>(part(random) * 8); ++k)
-            add(x + part(random), y + part(random), z + part(random));
+        const float x = uniform(random) * width, y = uniform(random) * width, z = top + 4 + uniform(random) * width;
+        for (int k = 0; k < 1 + static_cast<int>(uniform(random) * 8); ++k)
+            add(x + uniform(random), y + uniform(random), z + uniform(random));
     }
     return particles;
 }
@@ -42,42 +42,42 @@ Particles calm(std::size_t n) { return blockAndSpray(n, 0.02); }
 
 Particles clumped(std::size_t n) {
     constexpr float kCell = 2, kClump = 0.01F;
-    constexpr int kInside = 8, kFewest = 32, kMost = 64;
+    constexpr int kPerInnerCell = 8, kMin = 32, kMax = 64;
     int side = 1;
     const auto particlesIn = [](double cells) {
         const double inside = std::pow(std::max(0.0, cells - 2), 3);
-        return kInside * inside + (kFewest + kMost) / 2.0 * (cells * cells * cells - inside);
+        return kPerInnerCell * inside + (kMin + kMax) / 2.0 * (cells * cells * cells - inside);
     };
     while (particlesIn(side + 0.5) < static_cast<double>(n)) ++side;
 
     std::mt19937 random(1);
-    std::uniform_real_distribution<float> part(0, 1);
+    std::uniform_real_distribution<float> uniform(0, 1);
     std::normal_distribution<float> speed(0, 1);
     Particles particles;
     const auto add = [&](const Vec3f& position) {
         particles.position.push_back(position);
         particles.velocity.emplace_back(speed(random), speed(random), speed(random));
     };
-    const auto somewhere = [&] { return Vec3f(part(random), part(random), part(random)); };
+    const auto inUnitCube = [&] { return Vec3f(uniform(random), uniform(random), uniform(random)); };
     const auto isOutside = [&](int c) { return c == 0 || c == side - 1; };
     for (int z = 0; z < side; ++z)
         for (int y = 0; y < side; ++y)
             for (int x = 0; x < side; ++x) {
                 const Vec3f corner = Vec3f(static_cast<float>(x), static_cast<float>(y), static_cast<float>(z)) * kCell;
                 if (!isOutside(x) && !isOutside(y) && !isOutside(z)) {
-                    for (int k = 0; k < kInside; ++k) {
+                    for (int k = 0; k < kPerInnerCell; ++k) {
                         const Vec3f octant(static_cast<float>(k & 1), static_cast<float>(k >> 1 & 1),
                                            static_cast<float>(k >> 2));
-                        add(corner + (octant + somewhere()) * (kCell / 2));
+                        add(corner + (octant + inUnitCube()) * (kCell / 2));
                     }
                     continue;
                 }
-                const int count = std::uniform_int_distribution(kFewest, kMost)(random);
+                const int count = std::uniform_int_distribution(kMin, kMax)(random);
                 Vec3f clump(0);
                 for (int k = 0; k < count; ++k) {
-                    const Vec3f place = corner + somewhere() * kCell;
+                    const Vec3f place = corner + inUnitCube() * kCell;
                     if (k % 8 == 0) clump = place;
-                    add(k % 2 == 0 ? clump + (somewhere() - Vec3f(0.5F)) * kClump : place);
+                    add(k % 2 == 0 ? clump + (inUnitCube() - Vec3f(0.5F)) * kClump : place);
                 }
             }
     return particles;

@@ -31,7 +31,7 @@ Mesh meshOf(const Particles& particles, std::vector<Triangle> triangles) {
     return mesh;
 }
 
-// Of facet `opposite` of a cell, seen from outside the cell.
+// The triangle of facet `opposite` of a cell, counter-clockwise seen from outside the cell.
 template <typename Cell>
 Triangle facetOf(const Cell& cell, int opposite) {
     Triangle t;
@@ -84,7 +84,7 @@ Mesh cgalDelaunay(const Particles& particles, double radius) {
                CGAL::squared_radius(cell->vertex(0)->point(), cell->vertex(1)->point(), cell->vertex(2)->point(),
                                     cell->vertex(3)->point()) <= alpha;
     };
-    std::vector<std::uint8_t> sides(facets.size());  // 1: as seen from outside its cell, 2: the other
+    std::vector<std::uint8_t> sides(facets.size());  // bit 0: facing out of its cell, bit 1: facing into it
     parallelFor(facets.size(), 4096, [&](std::size_t i) {
         const auto& [cell, opposite] = facets[i];
         const auto other = cell->neighbor(opposite);

@@ -1,6 +1,6 @@
-// Whole processes side by side: ours and others on the same file of particles, in turn, several times over.
+// Times whole processes, betamesh and other methods, in turn on the same particle file, in several rounds.
 //
-//     betamesh_peers [rounds] [particles | cloud=particles]…        prints tables in Markdown
+//     betamesh_peers [rounds] [particles | cloud=particles]…        prints Markdown tables
 
 #include "bench_clouds.h"
 #include "io/file_info.h"
@@ -24,9 +24,9 @@ namespace betamesh {
 
 namespace {
 
-constexpr double kRadius = 1.5;  // of balls, in spacings; the clouds' spacing is 1
+constexpr double kRadius = 1.5;  // of balls; the spacing of the clouds is 1
 constexpr double kVoxel = 0.5, kSphere = 1, kSearch = 2;
-constexpr std::size_t kMostForAlgorithmOne = 20000;
+constexpr std::size_t kMaxForAlgorithmOne = 20000;  // particles
 
 const std::map<std::string, std::function<Mesh(const Particles&)>>& peers() {
     static const std::map<std::string, std::function<Mesh(const Particles&)>> all{
@@ -41,7 +41,7 @@ const std::map<std::string, std::function<Mesh(const Particles&)>>& peers() {
 
 struct Run {
     double seconds = 0;
-    long kib = 0;  // at its peak
+    long kib = 0;  // peak memory
 };
 
 const std::map<std::string, Particles (*)(std::size_t)>& clouds() {
@@ -70,7 +70,8 @@ Run timed(const std::vector<std::string>& words) {
     return {std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count(), usage.ru_maxrss};
 }
 
-// What make() returns, in a process of its own: what a process has taken before it becomes another counts for that one.
+// Calls make() in a child process, because the memory that this process has used would count for the processes that it
+// starts.
 std::size_t inChild(const std::function<std::size_t()>& make) {
     std::array<int, 2> ends{};
     std::size_t made = 0;
@@ -121,12 +122,13 @@ void compare(const std::string& kind, std::size_t particles, int rounds) {
     addOurs("betamesh", {}, false);
     addOurs("betamesh, one segment per arc", {"--arc-subdivisions", "1"}, false);
     for (const auto& [name, make] : peers())
-        if (name != "algorithm-1" || particles <= kMostForAlgorithmOne)
+        if (name != "algorithm-1" || particles <= kMaxForAlgorithmOne)
             tools.push_back({name, {"/proc/self/exe", "--as", name, in, ""}, !name.starts_with("openvdb")});
 
     for (int round = 0; round < rounds; ++round)
         for (std::size_t i = 0; i < tools.size(); ++i) {
-            const std::size_t t = (i + static_cast<std::size_t>(round)) % tools.size();  // nobody always comes first
+            const std::size_t t =
+                (i + static_cast<std::size_t>(round)) % tools.size();  // so that no tool is always the first
             const std::string out = folder / (std::to_string(t) + ".ply");
             for (std::string& word : tools[t].words)
                 if (word.empty() || word == out) word = out;
@@ -136,7 +138,7 @@ void compare(const std::string& kind, std::size_t particles, int rounds) {
             tools[t].triangles = inChild([&] { return inspectFile(out).triangles; });
         }
     std::printf("\n%s: %zu particles, median of %d rounds\n\n", kind.c_str(), made, rounds);
-    std::printf("| | seconds | ns a particle | MiB | triangles | betamesh's time to this | with one segment |\n");
+    std::printf("| | seconds | ns per particle | MiB | triangles | betamesh / this | one segment / this |\n");
     std::printf("|---|---|---|---|---|---|---|\n");
     for (const Tool& tool : tools) {
         const double seconds = median(tool.seconds), ours = median(tools[tool.alpha_mesh ? 0 : 1].seconds);

@@ -1,4 +1,5 @@
-// Each stage over decades of particles. items_per_second is particles per second, where nothing else is said.
+// Benchmarks of each stage for thousands to millions of particles. items_per_second is particles per second unless
+// stated otherwise.
 
 #include "base/dual.h"
 #include "base/parallel.h"
@@ -66,7 +67,7 @@ void boundary(benchmark::State& state) {
     count(state, particles);
 }
 
-// On so many threads, 0: on all. The stages of the frame by name: nanoseconds a particle.
+// threads: 0: all. Counters are the stages of the frame, in nanoseconds per particle.
 void wholeFrame(benchmark::State& state, Particles (*cloud)(std::size_t n), int threads) {
     const Particles particles = cloud(static_cast<std::size_t>(state.range(0)));
     SkinParams params;
@@ -88,8 +89,8 @@ void wholeFrame(benchmark::State& state, Particles (*cloud)(std::size_t n), int 
     count(state, particles);
 }
 
-// What the memory gives: bytes_per_second of copying, those read and those written, and of reading rows as large as
-// vertices with their motion from random places. So many bytes.
+// Memory bandwidth: bytes per second, read and written, of copying an array, and of gathering rows of the size of a
+// vertex with its velocity from random positions. The argument is the size of the array in bytes.
 void copying(benchmark::State& state) {
     const auto bytes = static_cast<std::size_t>(state.range(0));
     const std::vector<std::byte> from(bytes, std::byte{1});
@@ -118,7 +119,7 @@ void gathering(benchmark::State& state) {
     state.SetBytesProcessed(state.iterations() * static_cast<std::int64_t>(rows * sizeof(DualVec3)));
 }
 
-// From the system's cache.
+// Reads from the system's cache.
 void reading(benchmark::State& state, const std::string& extension) {
     const Particles particles = splash(static_cast<std::size_t>(state.range(0)));
     const TemporaryFolder folder;
@@ -128,7 +129,7 @@ void reading(benchmark::State& state, const std::string& extension) {
     count(state, particles);
 }
 
-// Triangles per second; the disk may still be writing.
+// items_per_second is triangles per second. Does not wait for the disk.
 void writing(benchmark::State& state, const std::string& extension) {
     SkinParams params;
     params.radius = kRadius;

@@ -1,5 +1,5 @@
-// Damaged files of every format: a reader gives a valid result or an Error, and asks for no more memory than
-// the file's size warrants. Mutations come from a seed that is printed; trial i of a seed file is always the same.
+// Damaged files of every format. A reader must return a valid result or throw Error, and must not allocate more memory
+// than the file's size justifies. The random seed is printed; trial i of a seed is always the same.
 
 #include "io/bgeo.h"
 #include "io/obj.h"
@@ -20,13 +20,13 @@
 
 namespace {
 
-// The largest single request that operator new is to grant; what is above fails as if memory had run out.
+// Largest single allocation that operator new grants; larger ones fail as if memory were exhausted.
 std::atomic<std::size_t> allowed_bytes{SIZE_MAX};
 std::atomic<std::size_t> refused{0};
 
 }  // namespace
 
-// noinline: the compiler must not pair a malloc it sees with a delete it does not.
+// noinline, so that the compiler does not warn about a visible malloc and a delete that it cannot see.
 [[gnu::noinline]] void* operator new(std::size_t size) {
     if (size > allowed_bytes.load(std::memory_order_relaxed)) {
         ++refused;
@@ -47,7 +47,7 @@ namespace {
 
 using Random = std::mt19937_64;
 
-/// Numbers that break readers: signs, limits, off by one.
+/// Numbers that are likely to break readers: negative, at limits, off by one.
 constexpr std::array<std::uint32_t, 14> kAwkward{
     0, 1, 2, 3, 0x7f, 0xff, 0x7fff, 0xffff, 0x10000, 0x7fffffff, 0x80000000, 0xfffffffe, 0xffffffff, 0x00ffffff};
 
@@ -58,15 +58,15 @@ void overwrite(Bytes& bytes, std::size_t at, std::uint32_t number, std::size_t s
         bytes[at + i] = static_cast<std::byte>(number >> 8 * (big ? size - 1 - i : i));
 }
 
-/// One to four wounds.
+/// The file with one to four random changes.
 Bytes mutated(const Bytes& seed, Random& random) {
     static const std::array<std::string, 8> kWords{"-1",  "99999999999999999999", "nan",  "1e999",
                                                    "inf", "4294967296",           "list", "0x7"};
     Bytes bytes = seed;
-    for (std::size_t wounds = 1 + below(random, 4); wounds > 0 && !bytes.empty(); --wounds) {
-        // Half of them near the start, where the counts are.
-        const std::size_t reach = below(random, 2) == 0 ? std::min<std::size_t>(bytes.size(), 400) : bytes.size();
-        const std::size_t at = below(random, reach);
+    for (std::size_t changes = 1 + below(random, 4); changes > 0 && !bytes.empty(); --changes) {
+        // Half of them near the start, where the counts are stored.
+        const std::size_t range = below(random, 2) == 0 ? std::min<std::size_t>(bytes.size(), 400) : bytes.size();
+        const std::size_t at = below(random, range);
         const auto here = bytes.begin() + static_cast<std::ptrdiff_t>(at);
         switch (below(random, 8)) {
             case 0:
@@ -81,12 +81,12 @@ Bytes mutated(const Bytes& seed, Random& random) {
             case 3:
                 bytes.erase(here, here + static_cast<std::ptrdiff_t>(below(random, bytes.size() - at) % 64));
                 break;
-            case 4: {  // a piece of itself, somewhere else
+            case 4: {  // inserts a copy of another part of the file
                 const std::size_t from = below(random, bytes.size());
                 const std::size_t length = std::min(below(random, 200), bytes.size() - from);
-                const Bytes piece(bytes.begin() + static_cast<std::ptrdiff_t>(from),
-                                  bytes.begin() + static_cast<std::ptrdiff_t>(from + length));
-                bytes.insert(here, piece.begin(), piece.end());
+                const Bytes part(bytes.begin() + static_cast<std::ptrdiff_t>(from),
+                                 bytes.begin() + static_cast<std::ptrdiff_t>(from + length));
+                bytes.insert(here, part.begin(), part.end());
                 break;
             }
             case 5:
@@ -127,10 +127,10 @@ const Reader kBgeo{"bgeo", [](const Bytes& bytes) {
                    }};
 const Reader kObj{"obj", [](const Bytes& bytes) { meshFrom(parseObj(bytes, "fuzz"), "fuzz"); }};
 
-/// A number that long runs change.
-std::uint64_t fromEnvironment(const char* name, std::uint64_t usual) {
+/// A number from the environment, by which long runs are configured.
+std::uint64_t fromEnvironment(const char* name, std::uint64_t fallback) {
     const char* text = std::getenv(name);
-    return text == nullptr ? usual : std::stoull(text);
+    return text == nullptr ? fallback : std::stoull(text);
 }
 
 struct Tally {
@@ -157,14 +157,14 @@ void attempt(const Reader& reader, const Bytes& bytes, std::size_t allowed, Tall
 
 void fuzz(const Reader& reader, const Bytes& seed, std::size_t trials) {
     const std::uint64_t first = fromEnvironment("BETAMESH_FUZZ_SEED", 20240607);
-    // A byte becomes at most a triangle (12 bytes) or a wide integer (8) in a vector that doubles as it grows.
-    // Beside that, what does not depend on the size: buffers, and messages.
+    // A byte of the file becomes at most a triangle (12 bytes) or a 64-bit integer (8) in a vector that doubles as it
+    // grows. 2 MiB are for buffers and messages, whose size does not depend on the file.
     const std::size_t allowed = 40 * seed.size() + (std::size_t{2} << 20);
     Tally tally;
     attempt(reader, seed, allowed, tally);
     ASSERT_EQ(tally.valid, 1U) << "the seed itself must be valid";
 
-    // Every count, wherever it stands.
+    // Overwrites every position near the start, and so every count.
     for (std::size_t at = 0; at < std::min<std::size_t>(seed.size(), 300); ++at)
         for (const std::uint32_t number : kAwkward)
             for (const bool big : {false, true}) {
@@ -172,7 +172,7 @@ void fuzz(const Reader& reader, const Bytes& seed, std::size_t trials) {
                 overwrite(bytes, at, number, 4, big);
                 attempt(reader, bytes, allowed, tally);
             }
-    // Every length.
+    // Truncates the file at up to 600 lengths.
     for (std::size_t length = 0; length < seed.size(); length += 1 + seed.size() / 600)
         attempt(reader, Bytes(seed.begin(), seed.begin() + static_cast<std::ptrdiff_t>(length)), allowed, tally);
 
@@ -253,8 +253,8 @@ Reader vdbReader(const std::string& file) {
             }};
 }
 
-// OpenVDB does the parsing and trusts what stands inside the grids, so only what happens to honest files is
-// promised: a missing end is an Error, wherever it is.
+// OpenVDB parses the file and does not check the contents of grids, so that only truncation is guaranteed to be an
+// Error.
 TEST(ReaderFuzz, VdbTruncated) {
     const TemporaryFolder folder;
     const std::string bytes = encodeVdb(sampleParticles(300, true, true, true), "");
@@ -265,11 +265,11 @@ TEST(ReaderFuzz, VdbTruncated) {
     EXPECT_EQ(tally.valid, 0U);
 }
 
-// What else is damaged makes OpenVDB end its process now and then, write where it should not, or ask for all memory.
-// Read by another process, these are errors like others. Wounds only change bytes, as most others are found before
-// OpenVDB sees them.
+// Other damage may make OpenVDB terminate its process, write out of bounds or allocate all memory. When another process
+// reads the file, these become Errors. Bytes are only overwritten here, because most other changes are detected before
+// OpenVDB reads the file.
 TEST(ReaderFuzz, VdbDamaged) {
-    constexpr std::size_t kTextsEnd = 2000;  // headers and names; values of particles follow
+    constexpr std::size_t kMetadataEnd = 2000;  // headers and names come first, values of particles later
     const std::size_t trials = kTrials / 20;
     const std::uint64_t first = fromEnvironment("BETAMESH_FUZZ_SEED", 20240607);
     const TemporaryFolder folder;
@@ -281,9 +281,9 @@ TEST(ReaderFuzz, VdbDamaged) {
         SCOPED_TRACE("seed " + std::to_string(first) + ", trial " + std::to_string(trial));
         Random random(first + trial);
         Bytes bytes = seed;
-        for (std::size_t wounds = 1 + below(random, 2); wounds > 0; --wounds)
+        for (std::size_t changes = 1 + below(random, 2); changes > 0; --changes)
             overwrite(
-                bytes, below(random, below(random, 2) == 0 ? kTextsEnd : bytes.size()),
+                bytes, below(random, below(random, 2) == 0 ? kMetadataEnd : bytes.size()),
                 below(random, 2) == 0 ? kAwkward[below(random, kAwkward.size())] : static_cast<std::uint32_t>(random()),
                 std::size_t{1} << below(random, 3), false);
         attempt(reader, bytes, std::size_t{1} << 30, tally);

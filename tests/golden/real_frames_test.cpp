@@ -1,4 +1,4 @@
-// Real simulation frames, and what CGAL's fixed alpha shape says of them.
+// Frames of real simulations: velocities, comparison with CGAL's fixed alpha shapes, topological events.
 
 #include "base/cell_order.h"
 #include "base/rigid_motion.h"
@@ -20,14 +20,14 @@ namespace {
 
 const std::filesystem::path kShared = BETAMESH_SHARED;
 
-// Snapping moves particles by up to 1e-6 radii, which may decide a near-tie the other way.
+// Snapping moves particles by up to 1e-6 radii, which may reverse the decision of a near tie.
 void expectWithinOneInTenThousand(std::size_t found, std::size_t expected, const char* what) {
     EXPECT_NEAR(static_cast<double>(found), static_cast<double>(expected), 1e-4 * static_cast<double>(expected))
         << what;
 }
 
-// Of the events at a place, to the Euler characteristic.
-int eulerOf(const Place& place) {
+// Change of the Euler characteristic by the events at a place.
+int eulerChange(const Place& place) {
     using enum SurfaceEvent;
     const std::set<SurfaceEvent> adding{void_appeared, void_closed_off, hole_closed,
                                         neck_broke,    pieces_parted,   piece_appeared};
@@ -38,7 +38,7 @@ int eulerOf(const Place& place) {
 
 }  // namespace
 
-TEST(RealFrames, NoVertexOutrunsTheLiquid) {
+TEST(RealFrames, NoVertexIsMuchFasterThanTheParticlesAroundIt) {
     const auto frames = {std::pair("sph_dam3d/sph_dam3d.0029.bgeo", 0.02),
                          std::pair("flip_rotcube/flip_rotcube.0012.bgeo", 1.0 / 192)};
     for (const auto& [name, spacing] : frames) {
@@ -66,7 +66,7 @@ TEST(RealFrames, NoVertexOutrunsTheLiquid) {
                 fit.add(Vec3(particles.position[i]), Vec3(particles.velocity[i]), 1);
                 speed += particles.velocity[i].length();
             });
-            if (near.size() < 5) continue;  // hardly more than what any rigid motion explains
+            if (near.size() < 5) continue;  // too few to differ from a rigid motion
             double most = 0.05 * speed / static_cast<double>(near.size());
             for (const std::uint32_t i : near)
                 most = std::max(
@@ -81,7 +81,7 @@ TEST(RealFrames, NoVertexOutrunsTheLiquid) {
     }
 }
 
-TEST(RealFrames, AlphaCountsAreThoseOfCgal) {
+TEST(RealFrames, AlphaMeshCountsEqualThoseOfCgal) {
     std::ifstream file(kShared / "oracle/alpha_counts.json");
     if (!file) GTEST_SKIP() << "no recorded alpha counts at " << kShared / "oracle";
     const auto oracle = nlohmann::json::parse(file);
@@ -104,15 +104,16 @@ TEST(RealFrames, AlphaCountsAreThoseOfCgal) {
     }
 }
 
-// Two steps of a splash. Another way to the same: the balls within so many radii of a place, alone and not smoothed.
-TEST(RealFrames, PlacesTellWhatTheBallsRoundThemDo) {
+// Two time steps of a splash. The expected events are computed independently, from the unsmoothed surface of the balls
+// near each place.
+TEST(RealFrames, EventsAgreeWithTheTopologyOfTheBallsAroundThem) {
     const auto folder = kShared / "data/sph_dam3d_tinydt";
     if (!std::filesystem::exists(folder)) GTEST_SKIP() << "no frames at " << folder;
     const Particles frames[] = {readParticles(folder / "sph_dam3d_tinydt.0000.bgeo"),
                                 readParticles(folder / "sph_dam3d_tinydt.0001.bgeo")};
     SkinParams params;
     params.radius = 0.03;
-    params.skin = 0;  // places are told by the balls
+    params.skin = 0;  // events are computed from the surface without the skin
     const Mesh before = skinFrame(frames[0], params).mesh, after = skinFrame(frames[1], params).mesh;
     DistanceSampling sampling;
     sampling.beyond = particleMotion(frames[0], frames[1])->max;
@@ -131,13 +132,14 @@ TEST(RealFrames, PlacesTellWhatTheBallsRoundThemDo) {
                 if (near.contains(frames[k].id[i])) balls.position.push_back(frames[k].position[i]);
             euler[k] = measureMesh(skinFrame(balls, params).mesh).euler;
         }
-        EXPECT_EQ(eulerOf(place), euler[1] - euler[0])
+        EXPECT_EQ(eulerChange(place), euler[1] - euler[0])
             << place.position.x << ' ' << place.position.y << ' ' << place.position.z;
     }
     ASSERT_FALSE(places.empty());
     using Events = std::vector<std::pair<SurfaceEvent, std::size_t>>;
-    EXPECT_EQ(places.at(0).events, (Events{{SurfaceEvent::void_appeared, 2}}));  // the worst: two in the midst
-    EXPECT_NEAR(places.at(0).jump / sampling.beyond, 4.8, 0.5);  // as deep as they lie, however it is smoothed
+    EXPECT_EQ(places.at(0).events,
+              (Events{{SurfaceEvent::void_appeared, 2}}));       // the largest jump: two voids inside the liquid
+    EXPECT_NEAR(places.at(0).jump / sampling.beyond, 4.8, 0.5);  // their depth, for any smoothing
 }
 
 }  // namespace betamesh

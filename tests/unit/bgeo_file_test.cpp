@@ -37,12 +37,12 @@ const std::filesystem::path kData = std::filesystem::path(BETAMESH_SHARED) / "da
 
 }  // namespace
 
-TEST(BgeoFile, ParticlesComeBackAsTheyWere) {
+TEST(BgeoFile, ParticlesSurviveARoundTrip) {
     expectParticlesComeBack("a.bgeo");
     expectParticlesComeBack("a.bgeo.gz");
 }
 
-TEST(BgeoFile, MeshesComeBackAsTheyWereWithShortAndLongIndices) {
+TEST(BgeoFile, MeshesSurviveARoundTripWithShortAndLongIndices) {
     const TemporaryFolder folder;
     for (const std::size_t n : {1U, 3U, 65535U, 65536U, 70000U})
         for (int mask = 0; mask < 4; ++mask) {
@@ -54,7 +54,7 @@ TEST(BgeoFile, MeshesComeBackAsTheyWereWithShortAndLongIndices) {
         }
 }
 
-TEST(BgeoFile, ComponentsComeBackAsTheyWereWithShortAndLongIndices) {
+TEST(BgeoFile, ComponentsSurviveARoundTripWithShortAndLongIndices) {
     const TemporaryFolder folder;
     for (const char* name : {"a.bgeo", "a.bgeo.gz"})
         for (const std::size_t n : {1U, 3U, 65535U, 70000U}) {
@@ -67,7 +67,7 @@ TEST(BgeoFile, ComponentsComeBackAsTheyWereWithShortAndLongIndices) {
     EXPECT_TRUE(readMesh(folder / "b.bgeo").component);
 }
 
-TEST(BgeoFile, EmptyFilesDeclareWhatTheirNeighboursDo) {
+TEST(BgeoFile, EmptyFilesDeclareTheUsualAttributes) {
     const TemporaryFolder folder;
     writeMesh(folder / "m.bgeo", {});
     writeParticles(folder / "p.bgeo", {});
@@ -80,7 +80,7 @@ TEST(BgeoFile, EmptyFilesDeclareWhatTheirNeighboursDo) {
     EXPECT_EQ(readMesh(folder / "m.bgeo").position.size(), 0U);
 }
 
-TEST(BgeoFile, SpheresHaveAPscale) {
+TEST(BgeoFile, SpheresStoreTheirRadiusAsPscale) {
     const TemporaryFolder folder;
     Spheres spheres;
     spheres.position = {{1, 2, 3}};
@@ -94,7 +94,7 @@ TEST(BgeoFile, SpheresHaveAPscale) {
     EXPECT_EQ(read.attributes[0].real, spheres.radius);
 }
 
-TEST(BgeoFile, WritesTheseVeryBytes) {
+TEST(BgeoFile, WritesExactlyTheseBytes) {
     Mesh mesh;
     mesh.position = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
     mesh.triangles = {{0, 1, 2}};
@@ -105,7 +105,7 @@ TEST(BgeoFile, WritesTheseVeryBytes) {
     EXPECT_EQ(bytesOf([&](ByteWriter& out) { encodeBgeo(out, mesh, "a.bgeo"); }), bytesOf(expected));
 }
 
-TEST(BgeoFile, ReadsTheComponentAmongOtherAttributesOfPrimitives) {
+TEST(BgeoFile, ReadsComponentsAmongOtherPrimitiveAttributes) {
     const std::string quad = int32(4) + "<" + int16(0) + int16(1) + int16(2) + int16(3);
     const auto bytes = [&](const std::string& name, std::uint32_t size, std::uint32_t type) {
         return header(4, 2, 0, 0, 2) + point(0, 0, 0) + point(1, 0, 0) + point(1, 1, 0) + point(0, 1, 0) + words("Cd") +
@@ -119,7 +119,7 @@ TEST(BgeoFile, ReadsTheComponentAmongOtherAttributesOfPrimitives) {
     EXPECT_FALSE(parse(bytes("piece", 1, 1)).component);
 }
 
-TEST(BgeoFile, ReadsEveryTypeOfAttributeAndPassesOverStrings) {
+TEST(BgeoFile, ReadsEveryAttributeTypeAndSkipsStrings) {
     const std::string bytes = header(2, 0, 5) + words("name") + int16(1) + int32(4) + int32(2) + words("left") +
                               words("") + words("vel") + int16(3) + int32(0) + real(0) + real(0) + real(0) +
                               words("id") + int16(1) + int32(1) + int32(0) + words("uv") + int16(2) + int32(0) +
@@ -137,8 +137,8 @@ TEST(BgeoFile, ReadsEveryTypeOfAttributeAndPassesOverStrings) {
     EXPECT_EQ(p.attributes[1].integer, (std::vector<std::int32_t>{4, 5, -2, 7}));
 }
 
-TEST(BgeoFile, ReadsRunsSinglePolygonsOpenOnesAndParticleSystems) {
-    // One vertex attribute (3 floats) and one primitive attribute (1 int) stand between the indices.
+TEST(BgeoFile, ReadsRunsSinglePolygonsOpenPolygonsAndParticleSystems) {
+    // One vertex attribute (3 floats) and one primitive attribute (1 int) are stored between the indices.
     const std::string uv = real(0) + real(0) + real(0);
     const auto corner = [&](std::uint32_t i) { return int16(i) + uv; };
     const std::string quad = int32(4) + "<" + corner(0) + corner(1) + corner(2) + corner(3) + int32(42);
@@ -149,13 +149,13 @@ TEST(BgeoFile, ReadsRunsSinglePolygonsOpenOnesAndParticleSystems) {
                               words("piece") + int16(1) + int32(1) + int32(0) + int32(1) + quad + int32(0xffffffff) +
                               int16(3) + int32(1) + quad + line + quad + int32(0x8000) + system + "\0\xff"s;
     const FileContents contents = parse(bytes);
-    const std::vector<Triangle> fan{{0, 3, 2}, {0, 2, 1}};  // the other way round: Houdini's run clockwise
+    const std::vector<Triangle> fan{{0, 3, 2}, {0, 2, 1}};  // reversed, because Houdini's polygons are clockwise
     EXPECT_EQ(contents.triangles, (std::vector<Triangle>{fan[0], fan[1], fan[0], fan[1], fan[0], fan[1]}));
     EXPECT_EQ(contents.edges, (std::vector<Edge>{{0, 1}, {1, 2}}));
     EXPECT_TRUE(contents.declares_faces);
 }
 
-TEST(BgeoFile, OtherPrimitivesDoNotKeepParticlesFromBeingRead) {
+TEST(BgeoFile, ParticlesAreReadFromFilesWithUnknownPrimitives) {
     const TemporaryFolder folder;
     const std::string bytes = header(1, 1, 0) + point(1, 2, 3) + int32(0x10) + "whatever";
     std::ofstream(folder / "a.bgeo", std::ios::binary) << bytes;
@@ -164,10 +164,10 @@ TEST(BgeoFile, OtherPrimitivesDoNotKeepParticlesFromBeingRead) {
     expectError([&] { readMesh(folder / "a.bgeo"); }, {"a.bgeo", "type 16", "polygons"});
 }
 
-TEST(BgeoFile, ErrorsNameFilePlaceAndExpectation) {
+TEST(BgeoFile, ErrorsSayWhatIsWrongAndWhere) {
     expectError([] { parse("nonsense"); }, {"t.bgeo", "'BgeoV'"});
     expectError([] { parse(""); }, {"t.bgeo", "'BgeoV'"});
-    expectError([] { parse("BgeoV" + int32(4)); }, {"version is 4", "expected 5"});
+    expectError([] { parse("BgeoV" + int32(4)); }, {"version is 4", "only version 5"});
     expectError([] { parse(header(0xffffffff, 0, 0)); }, {"number of points is -1"});
     expectError([] { parse(header(2, 0, 0) + point(1, 2, 3)); }, {"byte 41", "points", "truncated"});
     expectError([] { parse(header(0x7fffffff, 0, 0) + point(1, 2, 3)); }, {"2147483647", "truncated"});
@@ -175,7 +175,7 @@ TEST(BgeoFile, ErrorsNameFilePlaceAndExpectation) {
     expectError([] { parse(header(1, 0, 1) + int16(60000) + "m"); }, {"attribute name", "60000"});
     expectError([] { parse(header(1, 0, 1) + words("m") + int16(1) + int32(4) + int32(0x7fffffff)); }, {"string"});
     expectError([] { parse(header(1, 1, 0) + point(0, 0, 0) + int32(1) + int32(1) + "<" + int16(1)); },
-                {"corner 1", "less than 1"});
+                {"corner 1", "only 1 points"});
     expectError([] { parse(header(1, 1, 0) + point(0, 0, 0) + int32(1) + int32(1) + "x" + int16(0)); }, {"closed"});
     expectError([] { parse(header(1, 1, 0) + point(0, 0, 0) + int32(0xffffffff) + int16(2) + int32(1)); }, {"a run"});
     expectError([] { parse(header(1, 1, 0) + point(0, 0, 0) + int32(1) + int32(0x7fffffff) + "<"); }, {"polygon"});
@@ -184,17 +184,17 @@ TEST(BgeoFile, ErrorsNameFilePlaceAndExpectation) {
                 {"t.bgeo", "particle 0", "position"});
 }
 
-TEST(BgeoFile, ModernFormatsAreRefusedWithAdvice) {
+TEST(BgeoFile, NewerFormatsAreRejectedWithAdvice) {
     for (const std::string& start : {"\x7fNSJb\x01"s, "[\n\t\"fileversion\""s, "scb\0rest"s})
         expectError([&] { parse(start + std::string(100, 'x')); },
-                    {"t.bgeo", "JSON geometry", ".vdb", ".ply", "bhclassic"});
+                    {"t.bgeo", "Houdini 12", ".vdb", ".ply", "bhclassic"});
     const TemporaryFolder folder;
     std::ofstream(folder / "a.bgeo.sc") << "????";
     expectError([&] { readParticles(folder / "a.bgeo.sc"); }, {"a.bgeo.sc", "blosc"});
     expectError([&] { writeMesh(folder / "b.bgeo.sc", {}); }, {"b.bgeo.sc", ".bgeo.gz"});
 }
 
-TEST(BgeoFile, GzipIsToldByItsMagicAndItsDamageIsReported) {
+TEST(BgeoFile, GzipIsRecognisedByItsMagicNumberAndDamageIsReported) {
     const Bytes plain = bytesOf([](ByteWriter& out) { encodeBgeo(out, sampleMesh(300, true, true), "a"); });
     const Bytes packed = gzip(plain);
     EXPECT_EQ(packed, gzip(plain));
@@ -212,8 +212,8 @@ TEST(BgeoFile, GzipIsToldByItsMagicAndItsDamageIsReported) {
     expectError([&] { parseBgeo({gzip(packed), "t.bgeo"}); }, {"t.bgeo", "twice"});
 }
 
-TEST(BgeoFile, GzipIsTheSameWhateverThePiecesItIsMadeOf) {
-    Bytes plain(std::size_t{37} << 20);  // more than is packed at once
+TEST(BgeoFile, GzipBytesDoNotDependOnHowTheInputIsDivided) {
+    Bytes plain(std::size_t{37} << 20);  // more than is compressed at once
     for (std::size_t i = 0; i < plain.size(); ++i) plain[i] = static_cast<std::byte>(i * i / 977 % 251);
     const Bytes packed = gzip(plain);
     EXPECT_LT(packed.size(), plain.size());
@@ -230,29 +230,29 @@ TEST(BgeoFile, GzipIsTheSameWhateverThePiecesItIsMadeOf) {
     EXPECT_EQ(gunzip(gzip({}), "a").size(), 0U);
 }
 
-TEST(BgeoFile, AMemberOfGzipMayBeginWhereAPieceThatIsReadEnds) {
-    constexpr std::size_t kPiece = std::size_t{1} << 18;
+TEST(BgeoFile, AGzipMemberMayStartAtTheEndOfAReadBuffer) {
+    constexpr std::size_t kReadBuffer = std::size_t{1} << 18;
     std::minstd_rand random;
-    Bytes noise(kPiece);  // cannot be packed
+    Bytes noise(kReadBuffer);  // incompressible
     for (std::byte& b : noise) b = static_cast<std::byte>(random() >> 8);
     const std::size_t overhead = gzip(noise).size() - noise.size();
     std::set<std::size_t> ends;
-    for (std::size_t size = kPiece - overhead - 2; size <= kPiece - overhead + 2; ++size) {
+    for (std::size_t size = kReadBuffer - overhead - 2; size <= kReadBuffer - overhead + 2; ++size) {
         Bytes two = gzip(std::span(noise).first(size));
         ends.insert(two.size());
         const Bytes second = gzip(std::span(noise).first(5));
         two.insert(two.end(), second.begin(), second.end());
         EXPECT_EQ(gunzip(two, "a").size(), size + 5);
     }
-    EXPECT_TRUE(ends.contains(kPiece - 1) && ends.contains(kPiece));
+    EXPECT_TRUE(ends.contains(kReadBuffer - 1) && ends.contains(kReadBuffer));
 }
 
-TEST(BgeoFile, AGzipBombIsRefused) {
+TEST(BgeoFile, GzipBombsAreRejected) {
     const Bytes bomb = gzip(Bytes(std::size_t{300} << 20));
-    expectError([&] { gunzip(bomb, "t.bgeo"); }, {"t.bgeo", "unpack"});
+    expectError([&] { gunzip(bomb, "t.bgeo"); }, {"t.bgeo", "decompress"});
 }
 
-TEST(BgeoFile, RealFramesOfHoudiniStyleWriters) {
+TEST(BgeoFile, ReadsRealFramesOfSeveralWriters) {
     if (!std::filesystem::exists(kData)) GTEST_SKIP() << "no real frames in " << kData;
     struct Expected {
         const char* file;

@@ -1,4 +1,4 @@
-// Curves on disk and as pictures.
+// Curve files and SVG drawings.
 
 #include "io/curve_file.h"
 #include "io/file_info.h"
@@ -8,7 +8,7 @@
 namespace betamesh {
 namespace {
 
-/// A square with a triangle in it and an open line of two edges, all numbers exact in single precision.
+/// A square that contains a triangle, and an open curve of two edges. All numbers are exact in single precision.
 Curves someCurves() {
     Curves curves;
     curves.position = {{0, 0, 0.5}, {4, 0, 0.5}, {4, 4, 0.5}, {0, 4, 0.5},    {1, 1, 0.5},
@@ -29,7 +29,7 @@ Curves manyCurves() {
     return curves;
 }
 
-TEST(CurveFile, CurvesComeBack) {
+TEST(CurveFile, CurvesSurviveARoundTrip) {
     const TemporaryFolder folder;
     for (const Curves& curves : {Curves{}, someCurves(), manyCurves()})
         for (const char* name : {"c.ply", "c.bgeo", "c.bgeo.gz", "c.obj"}) {
@@ -44,7 +44,7 @@ TEST(CurveFile, CurvesComeBack) {
         }
 }
 
-TEST(CurveFile, InspectTellsCurvesFromMeshesAndParticles) {
+TEST(CurveFile, FileInfoDistinguishesCurvesFromMeshesAndParticles) {
     const TemporaryFolder folder;
     for (const char* name : {"c.ply", "c.bgeo", "c.obj"}) {
         writeCurves(folder / name, someCurves());
@@ -54,11 +54,11 @@ TEST(CurveFile, InspectTellsCurvesFromMeshesAndParticles) {
     }
 }
 
-TEST(CurveFile, RefusesDamage) {
+TEST(CurveFile, RejectsInvalidCurvesAndDamagedFiles) {
     const TemporaryFolder folder;
     Curves curves = someCurves();
     curves.edges[2][1] = 10;
-    expectError([&] { writeCurves(folder / "c.ply", curves); }, {"c.ply", "edge 2", "vertex 10", "less than 10"});
+    expectError([&] { writeCurves(folder / "c.ply", curves); }, {"c.ply", "edge 2", "vertex 10", "only 10 vertices"});
     expectError([&] { writeCurves(folder / "c.svg", someCurves()); }, {"c.svg", ".ply"});
     write(folder / "d.ply",
           "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\n"
@@ -74,7 +74,7 @@ std::size_t count(const std::string& text, const std::string& what) {
     return found;
 }
 
-TEST(Picture, EveryLayerIsDrawnAndNoOther) {
+TEST(Picture, DrawsTheRequestedLayersOnly) {
     const TemporaryFolder folder;
     PlanePicture picture;
     picture.particles = {{0, 0, 0}, {1, 0, 0}, {2, 1, 0}};
@@ -102,7 +102,7 @@ TEST(Picture, EveryLayerIsDrawnAndNoOther) {
     EXPECT_EQ(drawn({Layer::discs, Layer::particles, Layer::alpha, Layer::beta}), Counts(0, 2));
 }
 
-TEST(Picture, BoundsAreWhereTheyAreAskedFor) {
+TEST(Picture, DrawsTheRequestedBounds) {
     const TemporaryFolder folder;
     PlanePicture picture;
     picture.particles = {{3, 4, 0}};

@@ -20,8 +20,8 @@ std::size_t entriesOf(const fs::path& folder) {
     return static_cast<std::size_t>(std::distance(fs::directory_iterator(folder), fs::directory_iterator()));
 }
 
-/// What a process that dies in the middle leaves.
-void leaveBehind(const fs::path& path) {
+/// Leaves the temporary of a process that terminates before commit().
+void leaveTemporary(const fs::path& path) {
     const pid_t child = ::fork();
     if (child == 0) {
         OutputFile* file = new OutputFile(path);
@@ -34,7 +34,7 @@ void leaveBehind(const fs::path& path) {
 
 }  // namespace
 
-TEST(OutputFile, NothingStandsUnderTheNameUntilCommit) {
+TEST(OutputFile, TheFinalNameDoesNotExistBeforeCommit) {
     const TemporaryFolder folder;
     const fs::path path = folder / "a.ply";
     {
@@ -52,7 +52,7 @@ TEST(OutputFile, NothingStandsUnderTheNameUntilCommit) {
     EXPECT_EQ(entriesOf(folder.path()), 1U);
 }
 
-TEST(OutputFile, WithoutCommitEverythingIsAsBefore) {
+TEST(OutputFile, WithoutCommitNothingChanges) {
     const TemporaryFolder folder;
     writeFile(folder / "a.ply", "old");
     { OutputFile(folder / "a.ply").write("new"); }
@@ -62,7 +62,7 @@ TEST(OutputFile, WithoutCommitEverythingIsAsBefore) {
     EXPECT_EQ(contentsOf(folder / "a.ply"), "newer");
 }
 
-TEST(OutputFile, TwoWritersOfOneNameDoNotMeet) {
+TEST(OutputFile, TwoWritersOfOneNameDoNotInterfere) {
     const TemporaryFolder folder;
     OutputFile a(folder / "a.ply");
     OutputFile b(folder / "a.ply");
@@ -86,13 +86,13 @@ TEST(OutputFile, ErrorsNameTheFileAndTheReason) {
     }
 }
 
-TEST(OutputFile, AWriteThatFailsLeavesNothing) {
+TEST(OutputFile, AFailedWriteLeavesNoFile) {
     const TemporaryFolder folder;
     struct rlimit before = {};
     ::getrlimit(RLIMIT_FSIZE, &before);
     std::signal(SIGXFSZ, SIG_IGN);
     struct rlimit small = before;
-    small.rlim_cur = 1000;  // a full disk is not at hand
+    small.rlim_cur = 1000;  // as a substitute for a full disk
     ::setrlimit(RLIMIT_FSIZE, &small);
     const std::string text = errorOf([&] { writeFile(folder / "a.ply", std::string(2000, 'x')); });
     ::setrlimit(RLIMIT_FSIZE, &before);
@@ -102,22 +102,22 @@ TEST(OutputFile, AWriteThatFailsLeavesNothing) {
     EXPECT_EQ(entriesOf(folder.path()), 0U);
 }
 
-TEST(OutputFile, LongNamesFit) {
+TEST(OutputFile, LongNamesAreSupported) {
     const TemporaryFolder folder;
     const std::string name = std::string(251, 'n') + ".ply";
     writeFile(folder / name, "x");
     EXPECT_EQ(contentsOf(folder / name), "x");
 }
 
-TEST(OutputFile, LeftoversOfTheDeadAreSweptAndNoOthers) {
+TEST(OutputFile, SweepRemovesOnlyTemporariesOfTerminatedProcesses) {
     const TemporaryFolder folder;
-    leaveBehind(folder / "dead.ply");
+    leaveTemporary(folder / "dead.ply");
     EXPECT_EQ(entriesOf(folder.path()), 1U);
     OutputFile mine(folder / "live.ply");
     writeFile(folder / ".hidden", "x");
     writeFile(folder / ".other.betamesh-tmp", "x");
     writeFile(folder / "a.ply", "x");
-    // Another host's, from now and from days ago.
+    // Temporaries of another host, written now and days ago.
     const std::string foreign = folder / ".a.ply.otherhost-1.77.5.0.betamesh-tmp";
     const std::string ancient = folder / ".a.ply.otherhost-1.78.5.0.betamesh-tmp";
     writeFile(foreign, "x");
@@ -134,7 +134,7 @@ TEST(OutputFile, LeftoversOfTheDeadAreSweptAndNoOthers) {
     EXPECT_EQ(contentsOf(folder / "live.ply"), "x");
 }
 
-TEST(OutputFile, GoesWhereItIsMovedAndOnlyThere) {
+TEST(OutputFile, CanBeMoved) {
     const TemporaryFolder folder;
     {
         OutputFile first(folder / "a.ply");
@@ -148,16 +148,16 @@ TEST(OutputFile, GoesWhereItIsMovedAndOnlyThere) {
     EXPECT_EQ(entriesOf(folder.path()), 1U);
 }
 
-TEST(OutputFile, SweepingAMissingFolderIsNoError) { EXPECT_NO_THROW(sweepTemporaries("/no/such/folder")); }
+TEST(OutputFile, SweepIgnoresAMissingFolder) { EXPECT_NO_THROW(sweepTemporaries("/no/such/folder")); }
 
-TEST(OutputFile, ANumberThatAnotherProcessNowHasIsNotItsWriter) {
+TEST(OutputFile, AReusedProcessIdIsNotTheWriter) {
     const TemporaryFolder folder;
     std::string name;
     {
         OutputFile file(folder / "a.ply");
         name = file.temporaryPath().filename().string();
     }
-    // .a.ply.<host>.<pid>.<start>.<number>.betamesh-tmp, with another start
+    // .a.ply.<host>.<pid>.<start>.<number>.betamesh-tmp, with another start time
     const std::size_t number = name.rfind('.', name.rfind('.') - 1);
     const std::size_t start = name.rfind('.', number - 1);
     const std::string other = folder / (name.substr(0, start) + ".1" + name.substr(number));

@@ -1,4 +1,4 @@
-// Particles some rows at a time: what readers of all formats have in common.
+// Reading particles in blocks, in all formats.
 
 #include "io/particle_file.h"
 
@@ -31,8 +31,8 @@ Particles rowsOf(const Particles& particles, const std::vector<std::uint32_t>& r
     return some;
 }
 
-// More than any reader hands over at once.
-TEST(ParticleFile, SomeRowsAreThoseOfTheWholeFile) {
+// The file has more particles than a block of any reader.
+TEST(ParticleFile, SelectedRowsEqualThoseOfTheWholeFile) {
     const TemporaryFolder folder;
     Particles particles = sampleParticles(50000, true, true, true);
     for (Attribute& a : particles.attributes)
@@ -56,7 +56,7 @@ TEST(ParticleFile, SomeRowsAreThoseOfTheWholeFile) {
     }
 }
 
-TEST(ParticleFile, NumbersOfTextMayLieAcrossThePiecesThatAreRead) {
+TEST(ParticleFile, AsciiNumbersMayCrossReadBuffers) {
     const TemporaryFolder folder;
     const Particles particles = sampleParticles(40000, false, false, false);
     std::string text =
@@ -75,7 +75,7 @@ TEST(ParticleFile, NumbersOfTextMayLieAcrossThePiecesThatAreRead) {
     expectError([&] { readParticles(folder / "b.ply"); }, {"b.ply: byte", "ends"});
 }
 
-TEST(ParticleFile, WhatIsNotFiniteIsFoundInRowsThatAreLeftOut) {
+TEST(ParticleFile, NonFiniteValuesAreFoundInRowsThatAreNotSelected) {
     const TemporaryFolder folder;
     Particles particles = sampleParticles(40000, true, true, false);
     writeParticles(folder / "a.ply", particles);
@@ -96,7 +96,7 @@ TEST(ParticleFile, WhatIsNotFiniteIsFoundInRowsThatAreLeftOut) {
     }
 }
 
-TEST(ParticleFile, TroubleOfWhoeverTakesThePositionsIsPassedOn) {
+TEST(ParticleFile, ExceptionsOfTheReceiverArePropagated) {
     const TemporaryFolder folder;
     for (const char* format : kFormats) {
         SCOPED_TRACE(format);

@@ -30,9 +30,9 @@ const std::string kTriangle =
 
 }  // namespace
 
-TEST(PlyFile, ParticlesComeBackAsTheyWere) { expectParticlesComeBack("a.ply"); }
+TEST(PlyFile, ParticlesSurviveARoundTrip) { expectParticlesComeBack("a.ply"); }
 
-TEST(PlyFile, MeshesComeBackAsTheyWereAndAlwaysWithVelocity) {
+TEST(PlyFile, MeshesSurviveARoundTripAndAlwaysHaveVelocity) {
     const TemporaryFolder folder;
     for (const std::size_t n : {1U, 3U, 1000U})
         for (int mask = 0; mask < 4; ++mask) {
@@ -43,7 +43,7 @@ TEST(PlyFile, MeshesComeBackAsTheyWereAndAlwaysWithVelocity) {
         }
 }
 
-TEST(PlyFile, ComponentsComeBackAsTheyWere) {
+TEST(PlyFile, ComponentsSurviveARoundTrip) {
     const TemporaryFolder folder;
     for (const std::size_t n : {1U, 3U, 1000U}) {
         const Mesh mesh = withComponents(sampleMesh(n, true, true));
@@ -60,7 +60,7 @@ TEST(PlyFile, ComponentsComeBackAsTheyWere) {
     expectError([&] { writeMesh(folder / "c.ply", mesh); }, {"c.ply", "component has 7 rows", "8 triangles"});
 }
 
-TEST(PlyFile, ReadsComponentsOfPolygonsAndPassesOverWhatIsNone) {
+TEST(PlyFile, ReadsComponentsOfPolygonsAndIgnoresOtherProperties) {
     const auto text = [](const std::string& property, const std::string& faces) {
         return "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n"
                "element face 2\nproperty " +
@@ -76,7 +76,7 @@ TEST(PlyFile, ReadsComponentsOfPolygonsAndPassesOverWhatIsNone) {
     EXPECT_FALSE(meshOfPly(text("int part", faces)).component);
 }
 
-TEST(PlyFile, EmptyFilesDeclareWhatTheirNeighboursDo) {
+TEST(PlyFile, EmptyFilesDeclareTheUsualProperties) {
     const TemporaryFolder folder;
     Mesh none;
     none.attributes.push_back({"density", 1, {}, {}});
@@ -111,7 +111,7 @@ TEST(PlyFile, SpheresHaveARadiusVelocityAndId) {
     EXPECT_EQ(read.attributes[0].real, spheres.radius);
 }
 
-TEST(PlyFile, BytesAreTheSameEveryTime) {
+TEST(PlyFile, BytesAreReproducible) {
     const Mesh mesh = sampleMesh(500, true, true);
     const auto encode = [&](ByteWriter& out) { encodePly(out, mesh, "a.ply"); };
     EXPECT_EQ(bytesOf(encode), bytesOf(encode));
@@ -147,10 +147,10 @@ TEST(PlyFile, ReadsBothByteOrdersAndEveryType) {
     EXPECT_EQ(big.attributes[2].integer[0], -2);
     EXPECT_EQ(big.attributes[3].integer[0], 65534);
     EXPECT_EQ(big.attributes[4].integer[0], -3);
-    EXPECT_EQ(big.attributes[5].real[0], 4294967292.0F);  // does not fit in 32 bits with a sign
+    EXPECT_EQ(big.attributes[5].real[0], 4294967292.0F);  // does not fit in a signed 32-bit integer
 }
 
-TEST(PlyFile, FindsVelocityUnderItsUsualNamesAndUnderAGivenOne) {
+TEST(PlyFile, FindsVelocityByItsUsualNamesAndByAGivenName) {
     const auto text = [](const std::string& stem) {
         return "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\n"
                "property float " +
@@ -165,7 +165,7 @@ TEST(PlyFile, FindsVelocityUnderItsUsualNamesAndUnderAGivenOne) {
     expectError([&] { particlesOfPly(text("v"), {"", "number"}); }, {"t.ply", "'number'"});
 }
 
-TEST(PlyFile, PolygonsBecomeFansAndOtherElementsArePassedOver) {
+TEST(PlyFile, PolygonsBecomeFansAndOtherElementsAreSkipped) {
     const Mesh mesh = meshOfPly(
         "ply\nformat ascii 1.0\nelement camera 1\nproperty list uchar int numbers\nelement vertex 5\n"
         "property float x\nproperty float y\nproperty float z\nelement face 2\nproperty uchar red\n"
@@ -175,7 +175,7 @@ TEST(PlyFile, PolygonsBecomeFansAndOtherElementsArePassedOver) {
     EXPECT_EQ(mesh.triangles, (std::vector<Triangle>{{0, 1, 2}, {0, 2, 3}, {0, 1, 4}}));
 }
 
-TEST(PlyFile, InspectCounts) {
+TEST(PlyFile, FileInfoCountsPointsAndTriangles) {
     const TemporaryFolder folder;
     const Mesh mesh = sampleMesh(10, true, false);
     writeMesh(folder / "a.ply", mesh);
@@ -188,13 +188,14 @@ TEST(PlyFile, InspectCounts) {
     EXPECT_EQ(info.bytes, std::filesystem::file_size(folder / "a.ply"));
 }
 
-TEST(PlyFile, ErrorsNameFilePlaceAndExpectation) {
+TEST(PlyFile, ErrorsSayWhatIsWrongAndWhere) {
     expectError([] { meshOfPly("plx\n"); }, {"t.ply", "'ply'"});
     expectError([] { meshOfPly("ply\nformat ascii 1.0\n"); }, {"t.ply", "end_header"});
     expectError([] { meshOfPly("ply\nformat text 1.0\nend_header\n"); }, {"line 2", "'text'", "ascii"});
     expectError([] { meshOfPly("ply\nformat ascii 1.0\nelement vertex -1\n"); }, {"line 3", "'-1'"});
     expectError([] { meshOfPly("ply\nformat ascii 1.0\nelement vertex 1\nproperty quad x\n"); }, {"line 4", "'quad'"});
-    expectError([] { meshOfPly("ply\nformat ascii 1.0\nproperty float x\n"); }, {"line 3", "before any element"});
+    expectError([] { meshOfPly("ply\nformat ascii 1.0\nproperty float x\n"); },
+                {"line 3", "not preceded by an element"});
     const std::string vertex = "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\n";
     for (const char* again : {"float x", "int x", "list uchar float x"})
         expectError([&] { meshOfPly(vertex + "property " + again + "\n"); }, {"line 5", "'x'", "twice"});
@@ -204,12 +205,12 @@ TEST(PlyFile, ErrorsNameFilePlaceAndExpectation) {
     expectError([] { meshOfPly(kTriangle + "0 0 0 1 0 0 1 1 0 3 0 1 3\n"); }, {"t.ply", "face 0", "corner 3"});
     expectError([] { meshOfPly(kTriangle + "0 0 0 1 0 0 1 1 0 3 0 1 -1\n"); }, {"corner -1"});
     expectError([] { meshOfPly(kTriangle + "0 0 0 1 0 nan 1 1 0 3 0 1 2\n"); }, {"t.ply", "vertex 1", "finite"});
-    expectError([] { meshOfPly(kTriangle + "0 0 0 1 0 x 1 1 0 3 0 1 2\n"); }, {"'x'", "expected a number"});
+    expectError([] { meshOfPly(kTriangle + "0 0 0 1 0 x 1 1 0 3 0 1 2\n"); }, {"'x'", "not a number"});
     expectError([] { meshOfPly(kTriangle + "0 0 0 1 0 0 1 1 0 3 0 1\n"); }, {"the file ends"});
     expectError([] { meshOfPly(kTriangle + "0 0 0 1 0 0 1 1 0 300 0 1 2\n"); }, {"'300'", "uchar"});
 }
 
-TEST(PlyFile, AbsurdCountsAreRefusedBeforeAnythingIsAllocated) {
+TEST(PlyFile, AbsurdCountsAreRejectedBeforeMemoryIsAllocated) {
     for (const char* format : {"ascii", "binary_little_endian"})
         for (const char* count : {"4000000000", "18446744073709551615"}) {
             const std::string text = "ply\nformat " + std::string(format) + " 1.0\nelement vertex " + count +
@@ -233,7 +234,7 @@ TEST(PlyFile, AttributesThatCannotBeWrittenAreErrors) {
     EXPECT_TRUE(std::filesystem::is_empty(folder.path()));
 }
 
-TEST(PlyFile, UnknownExtensionsListTheKnownOnes) {
+TEST(PlyFile, ErrorsOfUnknownExtensionsListTheKnownOnes) {
     expectError([] { readParticles("a.abc"); }, {"a.abc", ".bgeo", ".ply", ".vdb"});
     expectError([] { requireParticleExtension("a.obj"); }, {"a.obj", ".vdb"});
     expectError([] { requireMeshExtension("a.vdb"); }, {"a.vdb", ".obj"});

@@ -1,4 +1,4 @@
-// Pictures against what geometry says they must be.
+// Rendered pictures, compared with what geometry predicts.
 
 #include "base/icosphere.h"
 #include "base/parallel.h"
@@ -35,7 +35,8 @@ Mesh sphereMesh(const Vec3& centre, const Vec3& velocity = {0, 0, 0}) {
     return mesh;
 }
 
-/// Awkward to sort: triangles of all sizes through each other, some twice, and balls; all of them moving.
+/// A scene that is difficult to trace: intersecting triangles of all sizes, some duplicated, and balls, all of them
+/// moving.
 std::pair<Mesh, Spheres> heap() {
     Random random(1);
     Mesh mesh;
@@ -62,28 +63,28 @@ constexpr double kDistance = 12, kFov = 20;
 
 Camera facing(const Vec3& target) { return {target + Vec3(0, 0, kDistance), target, {0, 1, 0}, kFov}; }
 
-Look smallLook() {
-    Look look;
-    look.width = 320;
-    look.height = 240;
-    look.samples = 16;
-    look.layers = true;
-    return look;
+RenderSettings smallSettings() {
+    RenderSettings settings;
+    settings.width = 320;
+    settings.height = 240;
+    settings.samples = 16;
+    settings.layers = true;
+    return settings;
 }
 
-/// Pixels to a world unit across, `distance` in front of the camera.
-double pixelsPerUnit(const Look& look, double distance) {
-    return look.height / 2.0 / std::tan(kFov / 2 * std::numbers::pi / 180) / distance;
+/// Pixels per world unit at a distance in front of the camera.
+double pixelsPerUnit(const RenderSettings& settings, double distance) {
+    return settings.height / 2.0 / std::tan(kFov / 2 * std::numbers::pi / 180) / distance;
 }
 
-/// Of a unit sphere's surface towards a camera at kDistance, averaged over the picture of it.
+/// Coordinate of a unit sphere's surface along the axis of a camera at kDistance, averaged over its picture.
 double meanHeightOfSphere() {
-    const double edge = std::tan(std::asin(1 / kDistance));  // of the picture, at a distance of 1
+    const double edge = std::tan(std::asin(1 / kDistance));  // radius of the picture at unit distance
     double total = 0;
     constexpr int kRings = 100000;
     for (int i = 0; i < kRings; ++i) {
-        const double slope = edge * std::sqrt((i + 0.5) / kRings), square = 1 + slope * slope;  // rings of one area
-        // The ray (0, 0, d) + t (slope, 0, -1) meets the sphere first at this t.
+        const double slope = edge * std::sqrt((i + 0.5) / kRings), square = 1 + slope * slope;  // rings of equal area
+        // The ray (0, 0, d) + t (slope, 0, -1) hits the sphere first at this t.
         const double t = (kDistance - std::sqrt(kDistance * kDistance - square * (kDistance * kDistance - 1))) / square;
         total += (kDistance - t) / kRings;
     }
@@ -96,7 +97,7 @@ struct Moments {
     double mass = 0, mean = 0, variance = 0;
 };
 
-/// Of alpha, along x.
+/// Moments of alpha along x, pixels.
 Moments across(const Picture& picture) {
     Moments m;
     for (int pass = 0; pass < 2; ++pass)
@@ -112,21 +113,21 @@ Moments across(const Picture& picture) {
     return m;
 }
 
-TEST(Preview, ASphereCoversTheDiscThatGeometrySays) {
-    const Look look = smallLook();
-    // The cone that touches a unit sphere meets the plane at a distance of 1 in a circle of this radius.
-    const double radius = pixelsPerUnit(look, 1) * std::tan(std::asin(1 / kDistance));
+TEST(Preview, ASphereCoversTheExpectedDisc) {
+    const RenderSettings settings = smallSettings();
+    // The tangent cone of a unit sphere intersects the plane at unit distance in a circle of this radius.
+    const double radius = pixelsPerUnit(settings, 1) * std::tan(std::asin(1 / kDistance));
     const double area = std::numbers::pi * radius * radius;
-    EXPECT_NEAR(sum(renderFrame({}, ballAt({0, 0, 0}), facing({0, 0, 0}), look).alpha), area, 0.002 * area);
-    EXPECT_NEAR(sum(renderFrame(sphereMesh({0, 0, 0}), {}, facing({0, 0, 0}), look).alpha), area, 0.003 * area);
+    EXPECT_NEAR(sum(renderFrame({}, ballAt({0, 0, 0}), facing({0, 0, 0}), settings).alpha), area, 0.002 * area);
+    EXPECT_NEAR(sum(renderFrame(sphereMesh({0, 0, 0}), {}, facing({0, 0, 0}), settings).alpha), area, 0.003 * area);
 }
 
-TEST(Preview, NormalsDepthsAndPositionsAreThoseOfTheSphere) {
-    const Look look = smallLook();
+TEST(Preview, NormalsDepthsAndPositionsEqualThoseOfTheSphere) {
+    const RenderSettings settings = smallSettings();
     const Vec3 centre(3, -2, 1);
     for (const bool as_mesh : {false, true}) {
-        const Picture picture = as_mesh ? renderFrame(sphereMesh(centre), {}, facing(centre), look)
-                                        : renderFrame({}, ballAt(centre), facing(centre), look);
+        const Picture picture = as_mesh ? renderFrame(sphereMesh(centre), {}, facing(centre), settings)
+                                        : renderFrame({}, ballAt(centre), facing(centre), settings);
         Vec3 mean(0, 0, 0);
         double seen = 0, nearest = 1e9, farthest = 0;
         for (std::size_t i = 0; i < picture.size(); ++i) {
@@ -155,7 +156,7 @@ TEST(Preview, NormalsDepthsAndPositionsAreThoseOfTheSphere) {
     }
 }
 
-/// Of the pixels that show where the cut passes through the inside: how many, and of these how many are there wrongly.
+/// Number of pixels that show the section, and how many of them are wrong.
 struct SectionSeen {
     double pixels = 0, wrong = 0;
 };
@@ -172,126 +173,128 @@ SectionSeen sectionSeen(const Picture& picture, double at, const Inside& inside)
     return seen;
 }
 
-TEST(Preview, ACutShowsTheInsideAsGeometrySays) {
-    Look look = smallLook();
-    const double at = 0.3, area = std::numbers::pi * (1 - at * at) * std::pow(pixelsPerUnit(look, kDistance - at), 2);
-    look.cut = Cut{2, true, at};
+TEST(Preview, ACutawayPlaneShowsTheExpectedSection) {
+    RenderSettings settings = smallSettings();
+    const double at = 0.3,
+                 area = std::numbers::pi * (1 - at * at) * std::pow(pixelsPerUnit(settings, kDistance - at), 2);
+    settings.cutaway = CutawayPlane{2, true, at};
     for (const bool as_mesh : {false, true}) {
-        const Picture picture = as_mesh ? renderFrame(sphereMesh({0, 0, 0}), {}, facing({0, 0, 0}), look)
-                                        : renderFrame({}, ballAt({0, 0, 0}), facing({0, 0, 0}), look);
+        const Picture picture = as_mesh ? renderFrame(sphereMesh({0, 0, 0}), {}, facing({0, 0, 0}), settings)
+                                        : renderFrame({}, ballAt({0, 0, 0}), facing({0, 0, 0}), settings);
         const SectionSeen seen =
             sectionSeen(picture, at, [&](const Vec3& p) { return p.x * p.x + p.y * p.y <= 1.001 - at * at; });
         EXPECT_NEAR(seen.pixels, area, 0.01 * area);
         EXPECT_EQ(seen.wrong, 0);
     }
-    // From behind it hides what was to be seen; a cut beyond everything takes it all, one before it nothing.
-    look.cut = Cut{2, false, at};
-    EXPECT_LT(sum(renderFrame({}, ballAt({0, 0, 0}), facing({0, 0, 0}), look).alpha), area * 1.01);
-    look.cut = Cut{2, true, -2};
-    EXPECT_EQ(sum(renderFrame({}, ballAt({0, 0, 0}), facing({0, 0, 0}), look).alpha), 0);
-    look.cut = Cut{2, true, 2};
-    const Picture whole = renderFrame({}, ballAt({0, 0, 0}), facing({0, 0, 0}), look);
-    look.cut.reset();
-    EXPECT_EQ(encodeExr(whole), encodeExr(renderFrame({}, ballAt({0, 0, 0}), facing({0, 0, 0}), look)));
+    // The opposite half hides the section. A plane in front of or behind everything hides all or nothing.
+    settings.cutaway = CutawayPlane{2, false, at};
+    EXPECT_LT(sum(renderFrame({}, ballAt({0, 0, 0}), facing({0, 0, 0}), settings).alpha), area * 1.01);
+    settings.cutaway = CutawayPlane{2, true, -2};
+    EXPECT_EQ(sum(renderFrame({}, ballAt({0, 0, 0}), facing({0, 0, 0}), settings).alpha), 0);
+    settings.cutaway = CutawayPlane{2, true, 2};
+    const Picture whole = renderFrame({}, ballAt({0, 0, 0}), facing({0, 0, 0}), settings);
+    settings.cutaway.reset();
+    EXPECT_EQ(encodeExr(whole), encodeExr(renderFrame({}, ballAt({0, 0, 0}), facing({0, 0, 0}), settings)));
 }
 
-TEST(Preview, ACutThroughManyBallsShowsTheirUnion) {
+TEST(Preview, ACutawayPlaneThroughManyBallsShowsTheirUnion) {
     Random random(1);
     Spheres balls;
     for (int i = 0; i < 400; ++i) {
         balls.position.push_back(random.cube() * 0.9);
         balls.radius.push_back(static_cast<float>(random.between(0.05, 0.3)));
     }
-    Look look = smallLook();
-    look.cut = Cut{2, true, 0.1};
+    RenderSettings settings = smallSettings();
+    settings.cutaway = CutawayPlane{2, true, 0.1};
     const double slack = 1e-3;  // of a ball's edge
     const auto inOne = [&](const Vec3& p, double more) {
         for (std::size_t i = 0; i < balls.size(); ++i)
             if ((balls.position[i] - p).length() < static_cast<double>(balls.radius[i]) + more) return true;
         return false;
     };
-    const Picture picture = renderFrame({}, balls, facing({0, 0, 0}), look);
+    const Picture picture = renderFrame({}, balls, facing({0, 0, 0}), settings);
     const SectionSeen seen = sectionSeen(picture, 0.1, [&](const Vec3& p) { return inOne(p, slack); });
     EXPECT_EQ(seen.wrong, 0);
     double inside = 0;
-    const View view(facing({0, 0, 0}), look.width, look.height);
-    for (int y = 0; y < look.height; ++y)
-        for (int x = 0; x < look.width; ++x)
+    const View view(facing({0, 0, 0}), settings.width, settings.height);
+    for (int y = 0; y < settings.height; ++y)
+        for (int x = 0; x < settings.width; ++x)
             inside += inOne(view.position() + view.direction(x + 0.5, y + 0.5) * (kDistance - 0.1), -slack);
     EXPECT_GT(inside, 1000);
     EXPECT_GE(seen.pixels, inside);
 }
 
-TEST(Preview, WhatDoesNotMoveIsNotBlurred) {
-    Look look = smallLook();
-    const Picture sharp = renderFrame(sphereMesh({0, 0, 0}), ballAt({1, 1, 0}), facing({0, 0, 0}), look);
-    look.shutter = 1;
-    const Picture blurred = renderFrame(sphereMesh({0, 0, 0}), ballAt({1, 1, 0}), facing({0, 0, 0}), look);
+TEST(Preview, ObjectsAtRestAreNotBlurred) {
+    RenderSettings settings = smallSettings();
+    const Picture sharp = renderFrame(sphereMesh({0, 0, 0}), ballAt({1, 1, 0}), facing({0, 0, 0}), settings);
+    settings.shutter = 1;
+    const Picture blurred = renderFrame(sphereMesh({0, 0, 0}), ballAt({1, 1, 0}), facing({0, 0, 0}), settings);
     EXPECT_EQ(encodeExr(sharp), encodeExr(blurred));
 }
 
-TEST(Preview, WhatMovesSmearsByVelocityTimesShutter) {
-    Look look = smallLook();
-    look.samples = 64;
-    look.fps = 25;
+TEST(Preview, MotionBlurIsAsLongAsVelocityTimesExposure) {
+    RenderSettings settings = smallSettings();
+    settings.samples = 64;
+    settings.fps = 25;
     const double speed = 30;
     for (const bool as_mesh : {false, true}) {
-        const auto pictured = [&](double shutter) {
-            look.shutter = shutter;
+        const auto renderScene = [&](double shutter) {
+            settings.shutter = shutter;
             const Vec3 velocity(speed, 0, 0);
-            return as_mesh ? renderFrame(sphereMesh({0, 0, 0}, velocity), {}, facing({0, 0, 0}), look)
-                           : renderFrame({}, ballAt({0, 0, 0}, velocity), facing({0, 0, 0}), look);
+            return as_mesh ? renderFrame(sphereMesh({0, 0, 0}, velocity), {}, facing({0, 0, 0}), settings)
+                           : renderFrame({}, ballAt({0, 0, 0}, velocity), facing({0, 0, 0}), settings);
         };
-        const Moments sharp = across(pictured(0));
+        const Moments sharp = across(renderScene(0));
         for (const double shutter : {0.5, 1.0}) {
-            const double way = speed * shutter / look.fps * pixelsPerUnit(look, kDistance);
-            const Moments blurred = across(pictured(shutter));
+            const double blur_length = speed * shutter / settings.fps * pixelsPerUnit(settings, kDistance);
+            const Moments blurred = across(renderScene(shutter));
             EXPECT_NEAR(blurred.mass, sharp.mass, 0.01 * sharp.mass);  // smeared, not grown
             EXPECT_NEAR(blurred.mean, sharp.mean, 0.1);                // centred on the frame
-            EXPECT_NEAR(std::sqrt(12 * (blurred.variance - sharp.variance)), way, 0.01 * way);
+            EXPECT_NEAR(std::sqrt(12 * (blurred.variance - sharp.variance)), blur_length, 0.01 * blur_length);
         }
     }
 }
 
-TEST(Preview, MotionIsThatUntilTheNextFrameInPixels) {
-    const Look look = smallLook();
-    const Picture picture = renderFrame({}, ballAt({0, 0, 0}, {2.4, 1.2, 0}), facing({0, 0, 0}), look);
-    const std::size_t middle = static_cast<std::size_t>(look.height) / 2 * static_cast<std::size_t>(look.width) +
-                               static_cast<std::size_t>(look.width) / 2;
-    const double scale = pixelsPerUnit(look, kDistance - 1);
-    EXPECT_NEAR(static_cast<double>(picture.motion[0][middle]), 2.4 / look.fps * scale, 1e-3);
-    EXPECT_NEAR(static_cast<double>(picture.motion[1][middle]), 1.2 / look.fps * scale, 1e-3);
+TEST(Preview, MotionVectorsAreInPixelsPerFrame) {
+    const RenderSettings settings = smallSettings();
+    const Picture picture = renderFrame({}, ballAt({0, 0, 0}, {2.4, 1.2, 0}), facing({0, 0, 0}), settings);
+    const std::size_t middle =
+        static_cast<std::size_t>(settings.height) / 2 * static_cast<std::size_t>(settings.width) +
+        static_cast<std::size_t>(settings.width) / 2;
+    const double scale = pixelsPerUnit(settings, kDistance - 1);
+    EXPECT_NEAR(static_cast<double>(picture.motion[0][middle]), 2.4 / settings.fps * scale, 1e-3);
+    EXPECT_NEAR(static_cast<double>(picture.motion[1][middle]), 1.2 / settings.fps * scale, 1e-3);
 }
 
-TEST(Preview, PixelsAreTheSameForAnyNumberOfThreads) {
+TEST(Preview, PixelsDoNotDependOnTheThreadCount) {
     const auto [mesh, spheres] = heap();
-    Look look = smallLook();
-    look.samples = 3;
-    look.wireframe = 1;
-    look.ground = -1.1;
+    RenderSettings settings = smallSettings();
+    settings.samples = 3;
+    settings.wireframe = 1;
+    settings.ground = -1.1;
     const Camera camera{{2, 2, 6}, {0, 0, 0}, {0, 1, 0}, kFov};
     for (const double shutter : {0.0, 0.5}) {
-        look.shutter = shutter;
+        settings.shutter = shutter;
         std::string first;
         for (const int threads : {1, 2, 3, 8}) {
             std::string bytes;
-            withThreads(threads, [&] { bytes = encodeExr(renderFrame(mesh, spheres, camera, look)); });
+            withThreads(threads, [&] { bytes = encodeExr(renderFrame(mesh, spheres, camera, settings)); });
             if (first.empty()) first = bytes;
             EXPECT_TRUE(bytes == first) << threads << " threads, shutter " << shutter;
         }
     }
 }
 
-TEST(Preview, FarFromTheOriginItLooksTheSame) {
-    const Look look = smallLook();
+TEST(Preview, PicturesDoNotDependOnTheDistanceFromTheOrigin) {
+    const RenderSettings settings = smallSettings();
     const Vec3 away(3e5, -2e5, 1e5);
-    const Picture here = renderFrame(sphereMesh({0, 0, 0}), {}, facing({0, 0, 0}), look);
-    const Picture there = renderFrame(sphereMesh(away), {}, facing(away), look);
+    const Picture here = renderFrame(sphereMesh({0, 0, 0}), {}, facing({0, 0, 0}), settings);
+    const Picture there = renderFrame(sphereMesh(away), {}, facing(away), settings);
     EXPECT_NEAR(sum(there.alpha), sum(here.alpha), 1);
     EXPECT_NEAR(sum(there.green), sum(here.green), 0.001 * sum(here.green));
 }
 
-/// A plane, a sphere that shades it, and a corner that little light reaches.
+/// A plane, a sphere that casts a shadow on it, and a corner with ambient occlusion.
 std::pair<Mesh, Spheres> partlyShadowed() {
     Mesh mesh;
     mesh.position = {{-3, -1, -3}, {3, -1, -3}, {3, -1, 3}, {-3, -1, 3}, {-3, 2, -3}, {3, 2, -3}};
@@ -301,7 +304,7 @@ std::pair<Mesh, Spheres> partlyShadowed() {
 
 const Camera kFromAbove{{4, 7, 10}, {0, -0.3, 0}, {0, 1, 0}, 30};
 
-/// Greens of one picture less those of another.
+/// Difference of the green channels of two pictures.
 std::vector<double> difference(const Picture& a, const Picture& b) {
     std::vector<double> less(a.size());
     for (std::size_t i = 0; i < less.size(); ++i)
@@ -315,7 +318,7 @@ double rootMeanSquare(const std::vector<double>& values) {
     return std::sqrt(squares / static_cast<double>(values.size()));
 }
 
-/// How much a picture is like itself, so many pixels aside: -1 to 1.
+/// Autocorrelation of a picture at a shift in pixels, -1 to 1.
 double likeness(const std::vector<double>& values, int width, int across, int down) {
     double products = 0, squares = 0;
     const int height = static_cast<int>(values.size()) / width;
@@ -329,26 +332,26 @@ double likeness(const std::vector<double>& values, int width, int across, int do
     return squares > 0 ? products / squares : 0;
 }
 
-TEST(Preview, WhatFewSamplesGetWrongIsLittleAndHasNoPattern) {
+TEST(Preview, ErrorsOfFewSamplesAreSmallAndUncorrelated) {
     const auto [mesh, spheres] = partlyShadowed();
-    Look look = smallLook();
-    look.layers = false;
-    look.samples = 1024;
-    const Picture exact = renderFrame(mesh, spheres, kFromAbove, look);
+    RenderSettings settings = smallSettings();
+    settings.layers = false;
+    settings.samples = 1024;
+    const Picture exact = renderFrame(mesh, spheres, kFromAbove, settings);
     double last = 1;
     for (const int samples : {4, 8, 32, 128}) {
         SCOPED_TRACE(samples);
-        look.samples = samples;
-        const std::vector<double> wrong = difference(renderFrame(mesh, spheres, kFromAbove, look), exact);
+        settings.samples = samples;
+        const std::vector<double> wrong = difference(renderFrame(mesh, spheres, kFromAbove, settings), exact);
         const double error = rootMeanSquare(wrong);
         EXPECT_LT(error, 0.7 * last) << "more samples are better";
         last = error;
-        // Beyond the pixels that are averaged and what they are compared by, one pixel says nothing of another.
+        // Errors are uncorrelated beyond the radius of the filter and of the means by which it compares pixels.
         double most = 0;
         for (int down = 0; down <= 24; ++down)
             for (int across = -24; across <= 24; ++across)
                 if (std::max(std::abs(across), down) > 8)
-                    most = std::max(most, std::abs(likeness(wrong, look.width, across, down)));
+                    most = std::max(most, std::abs(likeness(wrong, settings.width, across, down)));
         EXPECT_LT(most, 0.1);
         if (samples == 8) {
             EXPECT_LT(error, 0.004);  // a step of an 8-bit picture
@@ -357,13 +360,13 @@ TEST(Preview, WhatFewSamplesGetWrongIsLittleAndHasNoPattern) {
     EXPECT_LT(last, 0.001);
 }
 
-TEST(Preview, LitPlanesAreSmoothHoweverTheLightGrazesThem) {
-    Look look = smallLook();
-    look.layers = false;
-    look.samples = 4;
+TEST(Preview, PlanesAreEvenlyLitAtGrazingAngles) {
+    RenderSettings settings = smallSettings();
+    settings.layers = false;
+    settings.samples = 4;
     for (int turn = 0; turn < 12; ++turn) {
         SCOPED_TRACE(turn);
-        // Round the camera's axis: the key light comes from the left and above, and grazes some of these planes.
+        // Rotated about the camera's axis: the key light comes from the upper left and grazes some of these planes.
         Random random(static_cast<std::uint64_t>(turn));
         const double angle = turn * std::numbers::pi / 6;
         const Vec3 n = Vec3(std::cos(angle), std::sin(angle), 0.3).normalized(),
@@ -379,25 +382,25 @@ TEST(Preview, LitPlanesAreSmoothHoweverTheLightGrazesThem) {
                 mesh.triangles.push_back({first, first + 1, first + 22});
                 mesh.triangles.push_back({first, first + 22, first + 21});
             }
-        const Picture picture = renderFrame(mesh, {}, facing(away), look);
+        const Picture picture = renderFrame(mesh, {}, facing(away), settings);
         double steepest = 0;
         for (std::size_t i = 1; i < picture.size(); ++i)
-            if (i % static_cast<std::size_t>(look.width) > 0 && picture.alpha[i - 1] == 1 && picture.alpha[i] == 1)
+            if (i % static_cast<std::size_t>(settings.width) > 0 && picture.alpha[i - 1] == 1 && picture.alpha[i] == 1)
                 steepest = std::max(steepest, static_cast<double>(std::abs(picture.green[i] - picture.green[i - 1])));
         EXPECT_LT(steepest, 0.02);
     }
 }
 
-TEST(Preview, ACoarseSphereIsShadedAsTheRoundOneThatItStandsFor) {
+TEST(Preview, ACoarseSphereIsShadedLikeARoundOne) {
     Mesh coarse;
     const Icosphere sphere = icosphere(4);
     coarse.position = sphere.position, coarse.triangles = sphere.triangles;
-    Look look = smallLook();
-    look.samples = 64;
-    const Picture facets = renderFrame(coarse, {}, facing({0, 0, 0}), look),
-                  round = renderFrame({}, ballAt({0, 0, 0}), facing({0, 0, 0}), look);
+    RenderSettings settings = smallSettings();
+    settings.samples = 64;
+    const Picture facets = renderFrame(coarse, {}, facing({0, 0, 0}), settings),
+                  round = renderFrame({}, ballAt({0, 0, 0}), facing({0, 0, 0}), settings);
     const std::vector<double> wrong = difference(facets, round);
-    const Vec3f key = studioLights(View(facing({0, 0, 0}), look.width, look.height), {0, 1, 0}).key;
+    const Vec3f key = studioLights(View(facing({0, 0, 0}), settings.width, settings.height), {0, 1, 0}).key;
     double worst = 0, seen = 0;
     for (std::size_t i = 0; i < facets.size(); ++i) {
         const Vec3f n(round.normal[0][i], round.normal[1][i], round.normal[2][i]);
@@ -410,48 +413,48 @@ TEST(Preview, ACoarseSphereIsShadedAsTheRoundOneThatItStandsFor) {
     EXPECT_LT(worst, 0.006);
 }
 
-TEST(Preview, AnySizeOfTheWorldGivesTheSamePicture) {
-    const auto pictured = [](double scale, double aside) {
+TEST(Preview, PicturesDoNotDependOnTheScaleOfTheScene) {
+    const auto renderScene = [](double scale, double shift) {
         auto [mesh, spheres] = partlyShadowed();
         spheres.position.push_back({1.5, -0.2, 1});
         spheres.velocity = {{0, 0, 0}, {3, 0, 0}};
         spheres.radius.push_back(0.25f);
-        const Vec3 away(aside, aside, -aside);
+        const Vec3 away(shift, shift, -shift);
         for (auto* rows : {&mesh.position, &spheres.position, &spheres.velocity})
             for (Vec3& row : *rows) row *= scale;
         for (auto* rows : {&mesh.position, &spheres.position})
             for (Vec3& row : *rows) row += away;
         for (float& radius : spheres.radius) radius = static_cast<float>(static_cast<double>(radius) * scale);
-        Look look = smallLook();
-        look.shutter = 0.5;
-        look.wireframe = 1;
-        look.ground = -1.1 * scale + aside;
-        CameraFinder finder({}, static_cast<double>(look.width) / look.height);
-        forBulk(mesh, spheres, {}, [&](const Vec3& p, double radius) { finder.add(p, radius); });
-        return renderFrame(mesh, spheres, finder.camera(), look);
+        RenderSettings settings = smallSettings();
+        settings.shutter = 0.5;
+        settings.wireframe = 1;
+        settings.ground = -1.1 * scale + shift;
+        CameraFinder finder({}, static_cast<double>(settings.width) / settings.height);
+        visitBulk(mesh, spheres, {}, [&](const Vec3& p, double radius) { finder.add(p, radius); });
+        return renderFrame(mesh, spheres, finder.camera(), settings);
     };
-    const Picture usual = pictured(1, 0);
-    EXPECT_GT(sum(usual.alpha), 0.2 * static_cast<double>(usual.size()));
+    const Picture reference = renderScene(1, 0);
+    EXPECT_GT(sum(reference.alpha), 0.2 * static_cast<double>(reference.size()));
     for (const int power : {-40, -30, 53, 64}) {  // so that scaling rounds nothing
         SCOPED_TRACE(power);
-        const Picture other = pictured(std::ldexp(1.0, power), 0);
-        EXPECT_EQ(other.alpha, usual.alpha);
-        EXPECT_EQ(other.green, usual.green);
-        EXPECT_EQ(other.shadow, usual.shadow);
-        EXPECT_EQ(other.normal, usual.normal);
-        EXPECT_EQ(other.id, usual.id);
+        const Picture other = renderScene(std::ldexp(1.0, power), 0);
+        EXPECT_EQ(other.alpha, reference.alpha);
+        EXPECT_EQ(other.green, reference.green);
+        EXPECT_EQ(other.shadow, reference.shadow);
+        EXPECT_EQ(other.normal, reference.normal);
+        EXPECT_EQ(other.id, reference.id);
     }
     for (const double scale : {1e-9, 1e-3, 1e3, 1e16, 3e19}) {
         SCOPED_TRACE(scale);
-        EXPECT_LT(rootMeanSquare(difference(pictured(scale, 0), usual)), 0.005);
+        EXPECT_LT(rootMeanSquare(difference(renderScene(scale, 0), reference)), 0.005);
     }
-    for (const double aside : {1e3, 1e6, 1e9}) {
-        SCOPED_TRACE(aside);
-        EXPECT_LT(rootMeanSquare(difference(pictured(1, aside), usual)), 0.005);
+    for (const double shift : {1e3, 1e6, 1e9}) {
+        SCOPED_TRACE(shift);
+        EXPECT_LT(rootMeanSquare(difference(renderScene(1, shift), reference)), 0.005);
     }
 }
 
-TEST(Preview, FarDropsAreNoPartOfTheBulkButLongJetsAre) {
+TEST(Preview, DistantDropsAreOutliersButConnectedJetsAreNot) {
     Random random(1);
     Spheres drops;
     for (int i = 0; i < 1000; ++i) {
@@ -476,13 +479,13 @@ TEST(Preview, FarDropsAreNoPartOfTheBulkButLongJetsAre) {
     mesh.position.push_back({0, 19, 0});
     mesh.triangles.back()[0] = first + 2;  // torn off
     EXPECT_LT(boundsOfBulk(mesh, {}, {}).high.y, 1.1);
-    // A few drops that lie far apart are all there is.
+    // If there are only a few scattered drops, none is an outlier.
     drops.position = {{0, 0, 0}, {100, 0, 0}, {0, 3, 0}};
     drops.radius = {1, 1, 1};
     EXPECT_EQ(boundsOfBulk({}, drops, {}).high.x, 101);
 }
 
-TEST(Preview, TheCameraThatIsFoundHasAllInThePictureAndNoneToSpare) {
+TEST(Preview, TheAutomaticCameraFitsEverythingTightly) {
     Random random(1);
     for (int trial = 0; trial < 200; ++trial) {
         SCOPED_TRACE(trial);
@@ -522,27 +525,27 @@ TEST(Preview, TheCameraThatIsFoundHasAllInThePictureAndNoneToSpare) {
     }
 }
 
-TEST(Preview, ABallThatIsFoundTouchesTheMargins) {
-    Look look = smallLook();
-    look.samples = 4;
+TEST(Preview, ABallFillsThePictureUpToTheMargins) {
+    RenderSettings settings = smallSettings();
+    settings.samples = 4;
     Framing framing;
     framing.margin = 0.1;
-    CameraFinder finder(framing, static_cast<double>(look.width) / look.height);
+    CameraFinder finder(framing, static_cast<double>(settings.width) / settings.height);
     finder.add({5, 6, 7}, 1);
-    const Picture picture = renderFrame({}, ballAt({5, 6, 7}), finder.camera(), look);
-    int first = look.height, last = 0;
+    const Picture picture = renderFrame({}, ballAt({5, 6, 7}), finder.camera(), settings);
+    int first = settings.height, last = 0;
     for (std::size_t i = 0; i < picture.size(); ++i)
         if (picture.alpha[i] > 0) {
-            const int y = static_cast<int>(i) / look.width;
+            const int y = static_cast<int>(i) / settings.width;
             first = std::min(first, y), last = std::max(last, y);
         }
-    EXPECT_NEAR(first, 0.1 * look.height, 1);
-    EXPECT_NEAR(last, 0.9 * look.height, 1.5);
+    EXPECT_NEAR(first, 0.1 * settings.height, 1);
+    EXPECT_NEAR(last, 0.9 * settings.height, 1.5);
 }
 
-TEST(Preview, ExrKeepsEveryPlane) {
+TEST(Preview, ExrFilesPreserveEveryPlane) {
     const Picture picture =
-        renderFrame(sphereMesh({0, 0, 0}, {1, 2, 0}), ballAt({1.5, 0, 0}), facing({0, 0, 0}), smallLook());
+        renderFrame(sphereMesh({0, 0, 0}, {1, 2, 0}), ballAt({1.5, 0, 0}), facing({0, 0, 0}), smallSettings());
     const Picture back = decodeExr(encodeExr(picture), "test.exr");
     ASSERT_EQ(back.width, picture.width);
     ASSERT_EQ(back.height, picture.height);
@@ -564,7 +567,7 @@ TEST(Preview, ExrKeepsEveryPlane) {
 }
 
 TEST(Preview, DamagedPicturesAreErrorsThatNameTheFile) {
-    const Picture picture = renderFrame({}, ballAt({0, 0, 0}), facing({0, 0, 0}), smallLook());
+    const Picture picture = renderFrame({}, ballAt({0, 0, 0}), facing({0, 0, 0}), smallSettings());
     for (const std::string& whole : {encodeExr(picture), encodePng(toneMapped(picture))})
         for (const std::size_t length : {std::size_t{0}, std::size_t{10}, whole.size() / 2}) {
             const std::string cut = whole.substr(0, length);
@@ -573,7 +576,7 @@ TEST(Preview, DamagedPicturesAreErrorsThatNameTheFile) {
         }
 }
 
-TEST(Preview, PngKeepsEveryPixel) {
+TEST(Preview, PngFilesPreserveEveryPixel) {
     Random random(1);
     Image image(37, 23, {});
     for (Colour& pixel : image.pixel)
@@ -583,30 +586,30 @@ TEST(Preview, PngKeepsEveryPixel) {
     EXPECT_EQ(back.pixel, image.pixel);
 }
 
-TEST(Preview, CurvatureOfASphereIsOneOverItsRadius) {
+TEST(Preview, TheCurvatureOfASphereIsOneOverItsRadius) {
     Mesh mesh = sphereMesh({0, 0, 0});
     for (Vec3& p : mesh.position) p *= 4;
-    Look look = smallLook();
-    look.colouring.by = ColourBy::curvature;
+    RenderSettings settings = smallSettings();
+    settings.colouring.by = ColourBy::curvature;
     const auto green = [&](double low, double high) {
-        look.colouring.low = low, look.colouring.high = high;
-        return sum(renderFrame(mesh, {}, {{0, 0, 40}, {0, 0, 0}, {0, 1, 0}, kFov}, look).green);
+        settings.colouring.low = low, settings.colouring.high = high;
+        return sum(renderFrame(mesh, {}, {{0, 0, 40}, {0, 0, 0}, {0, 1, 0}, kFov}, settings).green);
     };
-    // All of it has the colour in the middle of a scale round 1/4, and that of an end beyond.
+    // The sphere has the middle colour of a scale centred on 1/4, and the end colour of a scale beyond.
     EXPECT_NEAR(green(0.15, 0.35), green(-9.75, 10.25), 0.01 * green(0.15, 0.35));
     EXPECT_GT(std::abs(green(0.15, 0.35) - green(0, 0.2)), 0.1 * green(0.15, 0.35));
 }
 
-TEST(Preview, NothingIsAnEmptyPicture) {
-    const Picture picture = renderFrame({}, {}, facing({0, 0, 0}), smallLook());
+TEST(Preview, AnEmptySceneGivesAnEmptyPicture) {
+    const Picture picture = renderFrame({}, {}, facing({0, 0, 0}), smallSettings());
     EXPECT_EQ(sum(picture.alpha), 0);
     EXPECT_EQ(sum(picture.red), 0);
 }
 
-TEST(Preview, AnAttributeThatIsNotThereIsAnError) {
-    Look look = smallLook();
-    look.colouring = {ColourBy::attribute, "Cd"};
-    EXPECT_THROW(renderFrame(sphereMesh({0, 0, 0}), {}, facing({0, 0, 0}), look), std::runtime_error);
+TEST(Preview, AMissingAttributeIsAnError) {
+    RenderSettings settings = smallSettings();
+    settings.colouring = {ColourBy::attribute, "Cd"};
+    EXPECT_THROW(renderFrame(sphereMesh({0, 0, 0}), {}, facing({0, 0, 0}), settings), std::runtime_error);
 }
 
 }  // namespace

@@ -37,7 +37,7 @@ double fastest(const Particles& particles) {
     return speed;
 }
 
-TEST(Sample, RefusesWhatItDoesNotKnow) {
+TEST(Sample, RejectsUnknownNamesAndInvalidFrameRates) {
     try {
         Sample({.name = "dambrake"});
         FAIL() << "no error";
@@ -50,7 +50,7 @@ TEST(Sample, RefusesWhatItDoesNotKnow) {
     EXPECT_THROW(Sample({.name = "sheet", .frames_per_second = std::nan("")}), Error);
 }
 
-TEST(Sample, EveryFrameIsValidAndRowsAreIds) {
+TEST(Sample, EveryFrameIsValidAndRowsAreSortedById) {
     for (const SampleInfo& info : samples()) {
         SCOPED_TRACE(info.name);
         Sample sample({.name = info.name, .particles = 1500});
@@ -66,7 +66,7 @@ TEST(Sample, EveryFrameIsValidAndRowsAreIds) {
     }
 }
 
-TEST(Sample, HasAboutAsManyParticlesAsAskedFor) {
+TEST(Sample, HasAboutTheRequestedNumberOfParticles) {
     for (const SampleInfo& info : samples()) {
         SCOPED_TRACE(info.name);
         EXPECT_NEAR(static_cast<double>(Sample({.name = info.name}).frame(1).size()),
@@ -82,7 +82,7 @@ TEST(Sample, HasAboutAsManyParticlesAsAskedFor) {
     }
 }
 
-TEST(Sample, VelocityIsTheDerivativeWhereThereIsAFormula) {
+TEST(Sample, VelocitiesOfFormulasAreDerivatives) {
     for (const SampleInfo& info : samples()) {
         if (hasSolver(info.name)) continue;
         SCOPED_TRACE(info.name);
@@ -100,7 +100,7 @@ TEST(Sample, VelocityIsTheDerivativeWhereThereIsAFormula) {
     }
 }
 
-TEST(Sample, VelocityIsWhatParticlesMovedWithWhereThereIsASolver) {
+TEST(Sample, VelocitiesOfSimulationsAreTheLastDisplacements) {
     for (const char* name : kWithSolver) {
         SCOPED_TRACE(name);
         constexpr double kRate = 2000;  // so short a frame is one step of the solver
@@ -117,7 +117,7 @@ TEST(Sample, VelocityIsWhatParticlesMovedWithWhereThereIsASolver) {
     }
 }
 
-TEST(Sample, SameBytesInAnyOrderOfAskingOnAnyNumberOfThreads) {
+TEST(Sample, BytesDoNotDependOnTheOrderOfRequestsOrTheThreadCount) {
     for (const SampleInfo& info : samples()) {
         SCOPED_TRACE(info.name);
         const SampleParams params{.name = info.name, .particles = 4000, .seed = 7};
@@ -133,7 +133,7 @@ TEST(Sample, SameBytesInAnyOrderOfAskingOnAnyNumberOfThreads) {
     }
 }
 
-TEST(Sample, SeedChangesEverythingButTheLattice) {
+TEST(Sample, TheSeedChangesEverySceneButTheLattice) {
     for (const SampleInfo& info : samples()) {
         SCOPED_TRACE(info.name);
         Sample one({.name = info.name, .particles = 1000, .seed = 1}),
@@ -142,7 +142,7 @@ TEST(Sample, SeedChangesEverythingButTheLattice) {
     }
 }
 
-TEST(Sample, SpacingIsSensible) {
+TEST(Sample, SpacingIsPlausible) {
     for (const SampleInfo& info : samples()) {
         // too thin for six neighbours at one spacing
         if (info.name == "tendril" || info.name == "sheet" || info.name == "dambreak2d") continue;
@@ -189,7 +189,7 @@ TEST(Sample, DamBreakStaysInItsTankAndSplashes) {
     EXPECT_GT(centre, 0.9);  // from 0.5
 }
 
-TEST(Sample, TheDamBreakInAPlaneStaysInIt) {
+TEST(Sample, TheTwoDimensionalDamBreakStaysInItsPlane) {
     Sample sample({.name = "dambreak2d", .particles = 2000});
     const Particles splash = sample.frame(30);
     float highest = 0;
@@ -201,7 +201,7 @@ TEST(Sample, TheDamBreakInAPlaneStaysInIt) {
     EXPECT_GT(highest, 1.2f);
 }
 
-TEST(Sample, RotatingCubeStaysPutAndFliesApart) {
+TEST(Sample, TheRotatingCubeKeepsItsCentreAndFliesApart) {
     Sample sample({.name = "rotcube", .particles = 8000});
     const Particles first = sample.frame(1), late = sample.frame(24);
     Vec3 centre(0, 0, 0);
@@ -215,7 +215,7 @@ TEST(Sample, RotatingCubeStaysPutAndFliesApart) {
     EXPECT_LT(fastest(late), 1.2 * fastest(first));
 }
 
-TEST(Clouds, AreValidNamedApartAndShuffleWithoutLoss) {
+TEST(Clouds, AreValidHaveUniqueNamesAndShuffleWithoutLoss) {
     std::set<std::string> names;
     std::vector<Cloud> clouds = awkwardClouds();
     for (std::uint64_t seed = 0; seed < 300; ++seed) {

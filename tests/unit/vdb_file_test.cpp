@@ -17,7 +17,7 @@ namespace betamesh {
 
 namespace {
 
-/// The rows in the order of their ids: a .vdb file stores points voxel by voxel.
+/// The particles sorted by id, because a .vdb file stores points voxel by voxel.
 Particles sortedById(const Particles& p) {
     std::vector<std::size_t> order(p.size());
     std::iota(order.begin(), order.end(), std::size_t{0});
@@ -53,7 +53,7 @@ void writeVdbOfManyCodecs(const std::string& file) {
 
 }  // namespace
 
-TEST(VdbFile, ParticlesComeBackBitForBit) {
+TEST(VdbFile, ParticlesSurviveARoundTripExactly) {
     const TemporaryFolder folder;
     for (const std::size_t n : {1U, 2U, 5000U})
         for (int mask = 0; mask < 4; ++mask) {
@@ -64,7 +64,7 @@ TEST(VdbFile, ParticlesComeBackBitForBit) {
         }
 }
 
-TEST(VdbFile, AwkwardPositionsComeBackBitForBit) {
+TEST(VdbFile, AwkwardPositionsSurviveARoundTripExactly) {
     const TemporaryFolder folder;
     const std::map<std::string, std::vector<Vec3f>> clouds{
         {"coincident", std::vector<Vec3f>(100, Vec3f(0.1F, 0.2F, 0.3F))},
@@ -80,7 +80,7 @@ TEST(VdbFile, AwkwardPositionsComeBackBitForBit) {
         for (std::size_t i = 0; i < positions.size(); ++i) particles.id.push_back(i);
         writeParticles(folder / "a.vdb", particles);
         const Particles read = sortedById(readParticles(folder / "a.vdb"));
-        if (name == "far apart") {  // a float offset in one voxel cannot hold both: to 1e-7 of the voxel
+        if (name == "far apart") {  // both in one voxel, whose float offsets are accurate to 1e-7 of its size
             ASSERT_EQ(read.size(), 2U);
             EXPECT_NEAR(read.position[0].x, 0, 1e24);
             EXPECT_NEAR(read.position[1].x, 3e30, 1e24);
@@ -90,18 +90,18 @@ TEST(VdbFile, AwkwardPositionsComeBackBitForBit) {
     }
 }
 
-TEST(VdbFile, TheSameParticlesGiveTheSameBytes) {
+TEST(VdbFile, BytesAreReproducible) {
     const Particles a = sampleParticles(3000, true, true, true);
     const std::string bytes = encodeVdb(a, "a.vdb");
     EXPECT_EQ(bytes, encodeVdb(a, "a.vdb"));
     Particles b = a;
     b.velocity[17].x += 1;
-    EXPECT_NE(bytes.substr(21, 36), encodeVdb(b, "b.vdb").substr(21, 36));  // the file's own number
+    EXPECT_NE(bytes.substr(21, 36), encodeVdb(b, "b.vdb").substr(21, 36));  // the UUID
     EXPECT_EQ(bytes[21 + 8], '-');
     EXPECT_EQ(bytes[21 + 14], '4');
 }
 
-TEST(VdbFile, NoParticlesAreNoError) {
+TEST(VdbFile, FilesWithoutParticlesAreValid) {
     const TemporaryFolder folder;
     writeParticles(folder / "a.vdb", {});
     EXPECT_EQ(readParticles(folder / "a.vdb").size(), 0U);
@@ -145,7 +145,7 @@ TEST(VdbFile, ReadsQuantisedPointsOfSeveralGrids) {
     EXPECT_EQ(info.attributes[7].type, "group");
 }
 
-TEST(VdbFile, InspectTellsTypesAndCodecs) {
+TEST(VdbFile, FileInfoReportsTypesAndCodecs) {
     const TemporaryFolder folder;
     writeParticles(folder / "a.vdb", sampleParticles(10, true, true, true));
     const FileInfo info = inspectFile(folder / "a.vdb");
@@ -174,11 +174,11 @@ TEST(VdbFile, DamagedFilesAreErrorsThatNameTheFile) {
     }
 }
 
-// Last: from here on, files are read by other processes.
+// Must be the last test: from here on, another process reads files.
 TEST(VdbFile, AnotherProcessReadsTheSame) {
     const TemporaryFolder folder;
-    const std::vector<std::string> files{folder / "few.vdb",    folder / "many.vdb", folder / "none.vdb",
-                                         folder / "codecs.vdb", folder / "cut.vdb",  folder / "absent.vdb"};
+    const std::vector<std::string> files{folder / "few.vdb",    folder / "many.vdb",      folder / "none.vdb",
+                                         folder / "codecs.vdb", folder / "truncated.vdb", folder / "absent.vdb"};
     writeParticles(files[0], sampleParticles(3, true, true, true));
     writeParticles(files[1], sampleParticles(100000, true, true, true));
     writeParticles(files[2], {});
@@ -188,7 +188,7 @@ TEST(VdbFile, AnotherProcessReadsTheSame) {
     struct Reading {
         FileContents contents;
         std::string error;
-        std::vector<std::size_t> pieces;
+        std::vector<std::size_t> block_sizes;
     };
     const auto readings = [&] {
         std::vector<Reading> all;
@@ -200,7 +200,7 @@ TEST(VdbFile, AnotherProcessReadsTheSame) {
                     options.attributes = attributes;
                     if (!whole)
                         options.points = [&](FileContents&& points, std::uint64_t count) {
-                            reading.pieces.push_back(points.position.size());
+                            reading.block_sizes.push_back(points.position.size());
                             append(std::move(points), count, reading.contents);
                         };
                     try {
@@ -213,16 +213,16 @@ TEST(VdbFile, AnotherProcessReadsTheSame) {
                 }
         return all;
     };
-    const std::vector<Reading> here = readings();
+    const std::vector<Reading> in_process = readings();
     startVdbProcess();
     loadVdb();
-    const std::vector<Reading> there = readings();
-    for (std::size_t i = 0; i < here.size(); ++i) {
+    const std::vector<Reading> in_other_process = readings();
+    for (std::size_t i = 0; i < in_process.size(); ++i) {
         SCOPED_TRACE(files[i / 4]);
-        EXPECT_EQ(here[i].error, there[i].error);
-        EXPECT_EQ(here[i].error.empty(), i / 4 < 4);
-        EXPECT_EQ(here[i].pieces, there[i].pieces);
-        const FileContents &a = here[i].contents, &b = there[i].contents;
+        EXPECT_EQ(in_process[i].error, in_other_process[i].error);
+        EXPECT_EQ(in_process[i].error.empty(), i / 4 < 4);
+        EXPECT_EQ(in_process[i].block_sizes, in_other_process[i].block_sizes);
+        const FileContents &a = in_process[i].contents, &b = in_other_process[i].contents;
         EXPECT_EQ(a.format, b.format);
         EXPECT_EQ(a.position, b.position);
         EXPECT_EQ(a.id, b.id);

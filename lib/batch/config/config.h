@@ -26,7 +26,7 @@ struct LengthText {
 enum class OnMissing { error, skip, empty };
 
 /// What a picture of a frame shows.
-enum class Show {
+enum class ShownGeometry {
     surface,
     particles,  ///< small balls
     union_      ///< balls of the surface's radius
@@ -85,7 +85,7 @@ struct Config {
     } picture;
     struct Preview {
         std::string path;
-        Show show = Show::surface;
+        ShownGeometry show = ShownGeometry::surface;
         LengthText particle_radius{0.5, true};
         int width = 1920;
         int height = 1080;
@@ -98,7 +98,7 @@ struct Config {
         UpAxis up = UpAxis::y;
         Shading shading = Shading::studio;
         PreviewNormals normals = PreviewNormals::smooth;
-        std::optional<Cut> cut;
+        std::optional<CutawayPlane> cut;
         double wireframe = 0;
         Colouring colouring;                       ///< its range is that below
         std::array<double, 2> colour_range{0, 0};  ///< equal: auto

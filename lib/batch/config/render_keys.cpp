@@ -55,7 +55,7 @@ ConfigKey cutKey(const KeyWords& words) {
             const auto at = numberOf<double>(std::string_view(value).substr(std::min<std::size_t>(2, value.size())));
             if (axis > 2 || value.size() < 3 || (value[1] != '<' && value[1] != '>') || !at || !std::isfinite(*at))
                 failValue(value, expects);
-            config.preview.cut = Cut{static_cast<int>(axis), value[1] == '<', *at};
+            config.preview.cut = CutawayPlane{static_cast<int>(axis), value[1] == '<', *at};
         });
 }
 
@@ -86,12 +86,14 @@ void addPreviewKeys(std::vector<ConfigKey>& keys) {
          "and ids beside it. Empty: none."},
         "a path ending in .png or .exr, with a place for the frame number as in input.path; or empty",
         [](Config& c) -> std::string& { return c.preview.path; }, checkPreviewPath));
-    keys.push_back(choiceKey<Show>(
+    keys.push_back(choiceKey<ShownGeometry>(
         {"preview.show", "--show", "",
          "surface: the mesh and the spheres beside it. particles: small balls. union: balls of the surface's radius, "
          "the ground truth. `render` shows a mesh as a surface whatever this says, and particles never."},
-        {{"surface", Show::surface}, {"particles", Show::particles}, {"union", Show::union_}},
-        [](Config& c) -> Show& { return c.preview.show; }));
+        {{"surface", ShownGeometry::surface},
+         {"particles", ShownGeometry::particles},
+         {"union", ShownGeometry::union_}},
+        [](Config& c) -> ShownGeometry& { return c.preview.show; }));
     keys.push_back(lengthKey({"preview.particle_radius", "--particle-radius",
                               "world units, or particle spacings with dx", "Of the balls that show particles."},
                              "", [](Config& c) -> LengthText& { return c.preview.particle_radius; }));

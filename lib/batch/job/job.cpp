@@ -101,9 +101,9 @@ std::string pictureOf(const FrameTask& task, const Plan& plan, const SkinnedFram
                       const Particles& particles) {
     if (!plan.preview) return {};
     const PreviewPlan& preview = *plan.preview;
-    const bool balls = plan.config.preview.show != Show::surface;
-    const Picture picture = balls ? renderFrame({}, ballsOf(particles, preview.ball), preview.camera, preview.look)
-                                  : renderFrame(skinned.mesh, skinned.spheres, preview.camera, preview.look);
+    const bool balls = plan.config.preview.show != ShownGeometry::surface;
+    const Picture picture = balls ? renderFrame({}, ballsOf(particles, preview.ball), preview.camera, preview.settings)
+                                  : renderFrame(skinned.mesh, skinned.spheres, preview.camera, preview.settings);
     return encodePicture(picture, task.picture);
 }
 
@@ -157,7 +157,7 @@ Liquid readNearSurface(const FrameTask& task, const AttributeNames& names, const
 
 /// Can a frame be made from the particles near its surface alone?
 bool needsOnlySurface(const Plan& plan) {
-    const bool shows_particles = plan.preview && plan.config.preview.show != Show::surface;
+    const bool shows_particles = plan.preview && plan.config.preview.show != ShownGeometry::surface;
     return plan.config.surface.dimension == 3 && plan.skin.radius > 0 && !shows_particles;
 }
 

@@ -212,8 +212,9 @@ void planPictures(Plan& plan, const std::map<int, std::string>& on_disk, const P
     Extent extent(plan.config.preview);
     if (needsExtent(plan.config))
         extent = extentOf(on_disk, plan.config, plan.skin.radius, options.notes, options.history.last_loss.empty());
-    plan.preview = planPreview(plan.config, extent, preview.show == Show::particles ? small : plan.skin.radius);
-    plan.preview->look.layers = isExr(preview.path);
+    plan.preview =
+        planPreview(plan.config, extent, preview.show == ShownGeometry::particles ? small : plan.skin.radius);
+    plan.preview->settings.layers = isExr(preview.path);
     plan.notes.push_back("camera " + describe(*plan.preview));
 }
 

@@ -76,7 +76,7 @@ Extent::Extent(const Config::Preview& preview)
       cut(preview.cut) {}
 
 void Extent::add(const Subject& subject) {
-    forBulk(subject.mesh, subject.spheres, cut, [&](const Vec3& p, double radius) {
+    visitBulk(subject.mesh, subject.spheres, cut, [&](const Vec3& p, double radius) {
         bounds.add(p, radius);
         finder.add(p, radius);
     });
@@ -120,29 +120,29 @@ PreviewPlan planPreview(const Config& config, const Extent& extent, double ball)
     const Config::Preview& preview = config.preview;
     PreviewPlan plan;
     plan.ball = ball;
-    Look& look = plan.look;
-    look.width = preview.width;
-    look.height = preview.height;
-    look.samples = preview.samples;
-    look.shading = preview.shading;
-    look.flat = preview.normals == PreviewNormals::flat;
-    look.cut = preview.cut;
-    look.wireframe = preview.wireframe;
-    look.shutter = preview.shutter;
-    look.fps = preview.fps;
-    look.colouring = preview.colouring;
-    look.colouring.low = preview.colour_range[0];
-    look.colouring.high = preview.colour_range[1];
-    if (look.colouring.by == ColourBy::velocity && !(look.colouring.high > look.colouring.low))
-        look.colouring.low = 0, look.colouring.high = kFast * extent.speed();
+    RenderSettings& settings = plan.settings;
+    settings.width = preview.width;
+    settings.height = preview.height;
+    settings.samples = preview.samples;
+    settings.shading = preview.shading;
+    settings.flat = preview.normals == PreviewNormals::flat;
+    settings.cutaway = preview.cut;
+    settings.wireframe = preview.wireframe;
+    settings.shutter = preview.shutter;
+    settings.fps = preview.fps;
+    settings.colouring = preview.colouring;
+    settings.colouring.low = preview.colour_range[0];
+    settings.colouring.high = preview.colour_range[1];
+    if (settings.colouring.by == ColourBy::velocity && !(settings.colouring.high > settings.colouring.low))
+        settings.colouring.low = 0, settings.colouring.high = kFast * extent.speed();
 
     plan.camera = extent.finder.camera();
     if (preview.camera_position) plan.camera.position = vectorOf(*preview.camera_position);
     if (preview.camera_position) plan.camera.look_at = extent.bounds.centre();
     if (preview.look_at) plan.camera.look_at = vectorOf(*preview.look_at);
-    if (preview.ground == Config::Preview::Ground::given) look.ground = preview.ground_height;
+    if (preview.ground == Config::Preview::Ground::given) settings.ground = preview.ground_height;
     if (preview.ground == Config::Preview::Ground::automatic && !extent.bounds.empty())
-        look.ground = dot(extent.bounds.low, upOf(preview)) - kGroundGap * extent.bounds.diagonal();
+        settings.ground = dot(extent.bounds.low, upOf(preview)) - kGroundGap * extent.bounds.diagonal();
     return plan;
 }
 
@@ -162,7 +162,7 @@ std::string describe(const PreviewPlan& plan) {
     char fov[40];
     std::snprintf(fov, sizeof fov, "%.6g", camera.fov);
     return "--camera-position " + place(camera.position) + " --look-at " + place(camera.look_at) + " --fov " + fov +
-           " --ground " + (plan.look.ground ? rounded(*plan.look.ground) : "none");
+           " --ground " + (plan.settings.ground ? rounded(*plan.settings.ground) : "none");
 }
 
 bool isExr(const std::string& path) {

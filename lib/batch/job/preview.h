@@ -32,7 +32,7 @@ struct Extent {
     Bounds bounds;
     double squares = 0;      ///< sum of all speeds squared, world units per second
     std::size_t speeds = 0;  ///< so many
-    std::optional<Cut> cut;  ///< what it leaves away does not count
+    std::optional<CutawayPlane> cut;  ///< what it leaves away does not count
 
     explicit Extent(const Config::Preview& preview);
     void add(const Subject& subject);
@@ -50,7 +50,7 @@ Extent extentOf(const std::map<int, std::string>& files, const Config& config, d
 /// How all pictures of a sequence are taken.
 struct PreviewPlan {
     Camera camera;
-    Look look;
+    RenderSettings settings;
     double ball = 0;  ///< the radius of particles that are shown as balls, world units
 };
 
