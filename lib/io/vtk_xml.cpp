@@ -2,11 +2,11 @@
 
 #include "io/vtk.h"
 
+#include "io/gzip.h"
 #include "io/number_columns.h"
 #include "io/vtk_cells.h"
 
 #include <pugixml.hpp>
-#include <zlib.h>
 
 #include <array>
 #include <bit>
@@ -281,10 +281,8 @@ private:
                      std::to_string(wanted));
             const std::size_t before = bytes.size();
             bytes.resize(before + static_cast<std::size_t>(wanted));
-            auto got = static_cast<uLongf>(wanted);
-            const int result = uncompress(reinterpret_cast<Bytef*>(bytes.data() + before), &got,
-                                          reinterpret_cast<const Bytef*>(packed.data()), static_cast<uLong>(size));
-            if (result != Z_OK || got != wanted) fail("array '" + name + "': a block cannot be unpacked by zlib");
+            if (!inflateBlock(packed.first(static_cast<std::size_t>(size)), std::span(bytes).subspan(before)))
+                fail("array '" + name + "': a block cannot be decompressed by zlib");
             packed = packed.subspan(static_cast<std::size_t>(size));
         }
         return bytes;
