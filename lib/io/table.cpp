@@ -150,6 +150,7 @@ std::vector<Meaning> meaningsOf(const std::vector<std::string>& names, const Lin
     for (const auto& column : xyz) position.columns.push_back(*column);
     std::vector<Meaning> meanings{position};
     for (Meaning& other : others) {
+        if (other.columns.empty()) continue;  // a vector whose components come in another order
         if (other.columns.size() == 1) other.name = names[other.columns[0]];  // such as a lone "v.x"
         meanings.push_back(std::move(other));
     }
