@@ -26,8 +26,9 @@ constexpr int kMemoryLevel = 9;  // the maximum; makes meshes 1 % smaller than t
 
 class Inflater {
 public:
-    explicit Inflater(Cursor packed) : in_(std::move(packed)), packed_bytes_(in_.remaining()), limit_(maxBytes(in_)) {
-        if (inflateInit2(&stream_, kGzipWindow) != Z_OK) throw std::bad_alloc();
+    Inflater(Cursor packed, int window_bits)
+        : in_(std::move(packed)), packed_bytes_(in_.remaining()), limit_(maxBytes(in_)) {
+        if (inflateInit2(&stream_, window_bits) != Z_OK) throw std::bad_alloc();
     }
     ~Inflater() { inflateEnd(&stream_); }
     Inflater(const Inflater&) = delete;
@@ -83,7 +84,7 @@ private:
         if (!ended_) inflateReset(&stream_);
     }
     [[noreturn]] void fail(const std::string& what) const {
-        throw Error(in_.file() + ": the gzip stream is " + what + " near byte " +
+        throw Error(in_.file() + ": the compressed stream is " + what + " near byte " +
                     std::to_string(in_.offset() - stream_.avail_in));
     }
 
@@ -93,6 +94,14 @@ private:
     bool ended_ = false;
     Bytef last_ = 0;
 };
+
+/// window_bits: as inflateInit2 takes them.
+Cursor inflated(Cursor packed, int window_bits) {
+    const std::string file = packed.file();
+    const std::uint64_t limit = Inflater::maxBytes(packed);
+    const auto inflater = std::make_shared<Inflater>(std::move(packed), window_bits);
+    return {[inflater](std::byte* to, std::size_t count) { return inflater->read(to, count); }, limit, file};
+}
 
 Bytef* mutableBytes(std::span<const std::byte> bytes) {
     return const_cast<Bytef*>(reinterpret_cast<const Bytef*>(bytes.data()));
@@ -126,11 +135,15 @@ std::uint32_t checksumOf(std::span<const std::byte> bytes) {
 
 bool isGzip(Cursor& in) { return in.peek(2).starts_with("\x1f\x8b"); }
 
-Cursor gunzipped(Cursor packed) {
-    const std::string file = packed.file();
-    const std::uint64_t limit = Inflater::maxBytes(packed);
-    const auto inflater = std::make_shared<Inflater>(std::move(packed));
-    return {[inflater](std::byte* to, std::size_t count) { return inflater->read(to, count); }, limit, file};
+Cursor gunzipped(Cursor packed) { return inflated(std::move(packed), kGzipWindow); }
+
+Cursor inflatedZlib(Cursor packed) { return inflated(std::move(packed), kWindowBits); }
+
+bool inflateBlock(std::span<const std::byte> packed, std::span<std::byte> block) {
+    auto size = static_cast<uLongf>(block.size());
+    return uncompress(reinterpret_cast<Bytef*>(block.data()), &size, reinterpret_cast<const Bytef*>(packed.data()),
+                      static_cast<uLong>(packed.size())) == Z_OK &&
+           size == block.size();
 }
 
 GzipWriter::GzipWriter(Sink sink) : sink_(std::move(sink)), checksum_(checksumOf({})) {

@@ -18,6 +18,11 @@ bool isGzip(Cursor& in);
 /// errors  a damaged stream; one that decompresses to more than 256 MiB and more than a hundred times its size, which
 ///         particles never do
 Cursor gunzipped(Cursor packed);
+/// The same for one zlib stream.
+Cursor inflatedZlib(Cursor packed);
+
+/// Decompresses one zlib stream of a known size; false where it is damaged or of another size.
+bool inflateBlock(std::span<const std::byte> packed, std::span<std::byte> block);
 
 /// Compresses data into one gzip member on several threads. Blocks of fixed size are compressed independently, each
 /// with the end of the previous block as its dictionary.

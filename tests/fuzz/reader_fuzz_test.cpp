@@ -7,7 +7,11 @@
 #include "io/obj.h"
 #include "io/output_file.h"
 #include "io/ply.h"
+#include "io/prt.h"
+#include "io/table.h"
 #include "io/vdb.h"
+#include "io/vdb_process.h"
+#include "io/vtk.h"
 #include "support/file_checks.h"
 #include "support/file_samples.h"
 #include "support/temporary_folder.h"
@@ -151,6 +155,17 @@ const Reader kHoudini{"houdini", [](const Bytes& bytes) {
                           curvesFrom(contents, "fuzz");
                       }};
 const Reader kObj{"obj", [](const Bytes& bytes) { meshFrom(parseObj(bytes, "fuzz"), "fuzz"); }};
+
+/// Points, triangles and edges of a reader that has all of the file at once.
+Reader reader(const std::string& name, FileContents (*parse)(Cursor, const ReadOptions&)) {
+    return {name, [parse](const Bytes& bytes) {
+                const FileContents contents = parse({bytes, "fuzz"}, {});
+                for (const Triangle& t : contents.triangles)
+                    for (const std::uint32_t corner : t) ASSERT_LT(corner, contents.position.size());
+                validate(readAsParticles(contents));
+                meshFrom(contents, "fuzz");
+            }};
+}
 
 /// A number from the environment, by which long runs are configured.
 std::uint64_t fromEnvironment(const char* name, std::uint64_t fallback) {
@@ -314,6 +329,65 @@ TEST(ReaderFuzz, Obj) {
          kTrials);
     fuzz(kObj, bytesOf("v 0 0 0\nv 1 0 0 1 1 1\nv 1 1 0\nv 0 1 0\nvt 0 0\nf 1/1/1 2//1 3 4\nf -4 -3 -2\nl 1 2 3\n"),
          kTrials);
+}
+
+TEST(ReaderFuzz, VtkXml) {
+    const Reader xml = reader("vtk xml", parseVtkXml);
+    fuzz(xml, bytesOf([](ByteWriter& out) { encodeVtp(out, sampleParticles(40, true, true, true), ""); }), kTrials);
+    fuzz(xml, bytesOf([](ByteWriter& out) { encodeVtp(out, withComponents(sampleMesh(40, true, true)), ""); }), kTrials);
+    const std::string points =
+        "<VTKFile type=\"UnstructuredGrid\" byte_order=\"LittleEndian\"%><UnstructuredGrid><Piece NumberOfPoints=\"2\">"
+        "<Points><DataArray type=\"Float32\" NumberOfComponents=\"3\" format=\"binary\">$</DataArray></Points><Cells>"
+        "<DataArray type=\"Int8\" Name=\"connectivity\" format=\"ascii\">0 1 0</DataArray><DataArray type=\"UInt8\" "
+        "Name=\"offsets\" format=\"ascii\">3</DataArray><DataArray type=\"UInt8\" Name=\"types\" format=\"ascii\">5"
+        "</DataArray></Cells></Piece></UnstructuredGrid></VTKFile>";
+    const auto with = [&](const std::string& head, const std::string& data) {
+        std::string text = points;
+        text.replace(text.find('%'), 1, head);
+        text.replace(text.find('$'), 1, data);
+        return bytesOf(text);
+    };
+    fuzz(xml, with("", "GAAAAAAAAAAAAIA/AAAAQAAAQEAAAIBAAACgQA=="), kTrials);
+    fuzz(xml,
+         with(" header_type=\"UInt32\" compressor=\"vtkZLibDataCompressor\"",
+              "AQAAABgAAAAAAAAAFwAAAA==eJxjYGBoYGCwB2IHIHYA4gYgZgAAKTQDgA=="),
+         kTrials);
+}
+
+TEST(ReaderFuzz, VtkLegacy) {
+    const Reader legacy = reader("vtk legacy", parseVtk);
+    fuzz(legacy,
+         bytesOf("# vtk DataFile Version 5.1\nt\nASCII\nDATASET POLYDATA\nPOINTS 3 float\n0 0 0 1 0 0 0 1 0\n"
+                 "POLYGONS 2 3\nOFFSETS vtktypeint64\n0 3\nCONNECTIVITY vtktypeint64\n0 1 2\nPOINT_DATA 3\n"
+                 "SCALARS d double 1\nLOOKUP_TABLE t\n1 2 3\nVECTORS v float\n1 2 3 4 5 6 7 8 9\n"
+                 "FIELD f 1\nid 1 3 int\n5 6 7\n"),
+         kTrials);
+    fuzz(legacy,
+         bytesOf("# vtk DataFile Version 4.1\nt\nBINARY\nDATASET UNSTRUCTURED_GRID\nPOINTS 3 float\n" +
+                 std::string(36, '\1') + "\nCELLS 1 4\n" + raw("\0\0\0\3\0\0\0\0\0\0\0\1\0\0\0\2") +
+                 "\nCELL_TYPES 1\n" + raw("\0\0\0\5") + "\nPOINT_DATA 3\nSCALARS id unsigned_int 1\nLOOKUP_TABLE d\n" +
+                 std::string(12, '\1') + "\nFIELD F 1\nv 3 3 float\n" + std::string(36, '\1') + "\n"),
+         kTrials);
+}
+
+TEST(ReaderFuzz, Table) {
+    const Reader table = reader("table", parseTable);
+    fuzz(table, bytesOf("x,y,z,vx,vy,vz,id,\"a:0\"\n1,2,3,0,0,1,7,1\n4,5,6,0,1,0,8,2\n7,8,9,1,0,0,9,3\n"), kTrials);
+    fuzz(table, bytesOf("2\nwater\nO 1 2 3\nH 4 5 6\n"), kTrials);
+}
+
+TEST(ReaderFuzz, Prt) {
+    std::string file = raw("\xc0PRT\r\n\x1a\n\x38\0\0\0") + "Extensible Particle Format" + std::string(6, '\0') +
+                       raw("\1\0\0\0\2\0\0\0\0\0\0\0\4\0\0\0\2\0\0\0\x2c\0\0\0");
+    const auto channel = [&](std::string name, const std::string& rest) {
+        name.resize(32);
+        file += name + rest;
+    };
+    channel("Position", raw("\4\0\0\0\3\0\0\0\0\0\0\0"));
+    channel("Density", raw("\3\0\0\0\1\0\0\0\14\0\0\0"));
+    const std::string rows(28, '\0');  // a zlib stream that stores them
+    file += raw("\x78\1\1\x1c\0\xe3\xff") + rows + raw("\0\x1c\0\1");
+    fuzz(reader("prt", parsePrt), bytesOf(file), kTrials);
 }
 
 Reader vdbReader(const std::string& file) {

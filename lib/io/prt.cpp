@@ -1,0 +1,154 @@
+#include "io/prt.h"
+
+#include "io/gzip.h"
+#include "io/number_columns.h"
+
+#include <algorithm>
+#include <bit>
+#include <cctype>
+#include <utility>
+
+namespace betamesh {
+
+namespace {
+
+constexpr std::string_view kMagic = "\xc0PRT\r\n\x1a\n", kSuccessor = "\xc0PRT2\r\n\x1a";
+constexpr std::uint32_t kMostChannels = 1000, kMostComponents = 1000;
+constexpr std::size_t kHeader = 56, kLongestName = 32;
+constexpr bool kOtherOrder = std::endian::native != std::endian::little;
+
+// Numbers of types in the file, in their order; 3 is a half float.
+constexpr std::array<NumberType, 11> kTypes{
+    NumberType::int16,   NumberType::int32,  NumberType::int64,  NumberType::float32, NumberType::float32,
+    NumberType::float64, NumberType::uint16, NumberType::uint32, NumberType::uint64,  NumberType::int8,
+    NumberType::uint8};
+constexpr std::array<const char*, 11> kTypeNames{"int16",  "int32",  "int64", "float16", "float32", "float64",
+                                                 "uint16", "uint32", "uint64", "int8",   "uint8"};
+constexpr std::uint32_t kHalf = 3;
+
+struct Channel {
+    std::string name;
+    std::uint32_t type = 0, arity = 0, offset = 0;
+
+    std::size_t numberBytes() const { return type == kHalf ? 2 : bytesOf(kTypes[type]); }
+    std::size_t bytes() const { return arity * numberBytes(); }
+};
+
+float fromHalf(std::uint16_t bits) {
+    const std::uint32_t sign = static_cast<std::uint32_t>(bits & 0x8000u) << 16, exponent = bits >> 10 & 0x1fu,
+                        mantissa = bits & 0x3ffu;
+    if (exponent == 0) {  // zero, or below the normal numbers
+        const float value = static_cast<float>(mantissa) * 0x1p-24F;
+        return sign != 0 ? -value : value;
+    }
+    const std::uint32_t wide = exponent == 31 ? 255 : exponent + 112;
+    return std::bit_cast<float>(sign | wide << 23 | mantissa << 13);
+}
+
+template <typename T>
+T little(Cursor& in, const char* what) {
+    return loadNumber<T>(in.take(sizeof(T), what), kOtherOrder);
+}
+
+Channel readChannel(Cursor& in, std::uint32_t definition_bytes, std::size_t number) {
+    const std::byte* from = in.take(definition_bytes, "a channel");
+    Channel channel;
+    channel.name.assign(reinterpret_cast<const char*>(from), kLongestName);
+    channel.name.resize(std::min(channel.name.find('\0'), kLongestName));
+    if (channel.name.empty()) channel.name = "channel" + std::to_string(number);
+    channel.type = loadNumber<std::uint32_t>(from + kLongestName, kOtherOrder);
+    channel.arity = loadNumber<std::uint32_t>(from + kLongestName + 4, kOtherOrder);
+    channel.offset = loadNumber<std::uint32_t>(from + kLongestName + 8, kOtherOrder);
+    if (channel.type >= kTypes.size())
+        in.fail("channel '" + channel.name + "' has type " + std::to_string(channel.type) + ", expected 0 to 10");
+    if (channel.arity == 0 || channel.arity > kMostComponents)
+        in.fail("channel '" + channel.name + "' has " + std::to_string(channel.arity) + " numbers, expected 1 to " +
+                std::to_string(kMostComponents));
+    return channel;
+}
+
+NumberColumn columnOf(const Channel& channel, const std::byte* rows, std::size_t count, std::size_t row_bytes) {
+    NumberColumn column;
+    for (std::size_t i = 0; i < count; ++i) {
+        const std::byte* from = rows + i * row_bytes + channel.offset;
+        if (channel.type == kHalf)
+            for (std::size_t k = 0; k < channel.arity; ++k)
+                column.real.push_back(fromHalf(loadNumber<std::uint16_t>(from + 2 * k, kOtherOrder)));
+        else
+            appendNumbers(kTypes[channel.type], from, channel.arity, kOtherOrder, column);
+    }
+    return column;
+}
+
+bool isNamed(const std::string& name, const std::string& wanted) {
+    return std::equal(name.begin(), name.end(), wanted.begin(), wanted.end(), [](unsigned char a, unsigned char b) {
+        return std::tolower(a) == std::tolower(b);
+    });
+}
+
+FileContents pointsFrom(const std::vector<Channel>& channels, const std::byte* rows, std::size_t count,
+                        std::size_t row_bytes, const ReadOptions& options, const std::string& file) {
+    FileContents points;
+    for (const Channel& channel : channels)
+        if (isNamed(channel.name, "Position"))
+            points.position = positionsFrom(columnOf(channel, rows, count, row_bytes), 3);
+    for (const Channel& channel : channels) {
+        const bool is_id = !options.id.empty() && isNamed(channel.name, options.id);
+        if (isNamed(channel.name, "Position") || (!options.attributes && !is_id)) continue;
+        addColumn(is_id ? options.id : channel.name, channel.arity, columnOf(channel, rows, count, row_bytes), count,
+                  options, file, points);
+    }
+    return points;
+}
+
+}  // namespace
+
+FileContents parsePrt(Cursor in, const ReadOptions& options) {
+    if (in.peek(kSuccessor.size()).starts_with(kSuccessor))
+        in.fail("is PRT version 2 in chunks (PRT2), which cannot be read. Write PRT version 1, .ply or .vdb instead");
+    if (!in.peek(kMagic.size()).starts_with(kMagic)) in.fail("expected a PRT file, which begins with the bytes c0 PRT");
+    in.take(kMagic.size(), "magic");
+    const auto header_bytes = little<std::uint32_t>(in, "header length");
+    in.take(kLongestName, "signature");
+    const auto version = little<std::uint32_t>(in, "version");
+    const auto count = little<std::int64_t>(in, "number of particles");
+    if (header_bytes < kHeader) in.fail("the header has " + std::to_string(header_bytes) + " bytes, expected 56 or more");
+    if (count < 0) in.fail("the number of particles is " + std::to_string(count) + ": the file was not finished");
+    in.skip(header_bytes - kHeader, "metadata");
+    little<std::uint32_t>(in, "a reserved number");
+    const auto channel_count = little<std::uint32_t>(in, "number of channels"),
+               definition_bytes = little<std::uint32_t>(in, "length of a channel's definition");
+    if (channel_count > kMostChannels || definition_bytes < kLongestName + 12)
+        in.fail(std::to_string(channel_count) + " channels of " + std::to_string(definition_bytes) +
+                " bytes, expected at most " + std::to_string(kMostChannels) + " of 44 or more");
+    FileContents contents;
+    contents.format = "prt version " + std::to_string(version);
+    std::vector<Channel> channels;
+    std::size_t row_bytes = 0;
+    for (std::uint32_t c = 0; c < channel_count; ++c) {
+        channels.push_back(readChannel(in, definition_bytes, c));
+        row_bytes += channels.back().bytes();
+    }
+    bool has_position = false;
+    for (const Channel& channel : channels) {
+        if (channel.offset > row_bytes || channel.bytes() > row_bytes - channel.offset)
+            in.fail("channel '" + channel.name + "' begins at byte " + std::to_string(channel.offset) +
+                    " of particles that have " + std::to_string(row_bytes));
+        const bool is_position = isNamed(channel.name, "Position");
+        has_position |= is_position && channel.arity == 3;
+        contents.declared.push_back(
+            {is_position ? "P" : channel.name, kTypeNames[channel.type], channel.arity, ""});
+    }
+    if (!has_position) in.fail("has no channel Position of three numbers");
+    const std::string file = in.file();
+    Cursor rows = inflatedZlib(std::move(in));
+    deliverRows(
+        rows, static_cast<std::uint64_t>(count), row_bytes,
+        [&](const std::byte* first, std::size_t some) {
+            return pointsFrom(channels, first, some, row_bytes, options, file);
+        },
+        options, contents);
+    return contents;
+}
+
+}  // namespace betamesh

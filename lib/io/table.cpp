@@ -1,0 +1,241 @@
+#include "io/table.h"
+
+#include "io/number_columns.h"
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <cmath>
+#include <map>
+#include <optional>
+#include <utility>
+
+namespace betamesh {
+
+namespace {
+
+constexpr std::size_t kLongestLine = std::size_t{1} << 20;
+
+/// The lines of a file one by one, without their ends.
+class Lines {
+public:
+    explicit Lines(Cursor& in) : in_(in) {}
+
+    std::optional<std::string> next() {
+        std::string_view text = in_.peek(512);
+        std::size_t end = text.find('\n');
+        if (end == std::string_view::npos) {
+            text = in_.peek(kLongestLine);
+            end = text.find('\n');
+            if (end == std::string_view::npos && text.size() >= kLongestLine)
+                throw Error(in_.file() + ": line " + std::to_string(number_ + 1) + " is longer than a mebibyte");
+        }
+        if (text.empty()) return std::nullopt;
+        ++number_;
+        std::string line(text.substr(0, end));
+        in_.skip(std::min(line.size() + 1, text.size()), "a line");
+        if (line.ends_with('\r')) line.pop_back();
+        if (number_ == 1 && line.starts_with("\xef\xbb\xbf")) line.erase(0, 3);  // a byte order mark
+        return line;
+    }
+    std::size_t number() const { return number_; }
+    [[noreturn]] void fail(const std::string& text) const {
+        throw Error(in_.file() + ": line " + std::to_string(number_) + ": " + text);
+    }
+
+private:
+    Cursor& in_;
+    std::size_t number_ = 0;
+};
+
+/// At commas or semicolons where there is one, else at white space; quotes are taken off.
+std::vector<std::string> cellsOf(const std::string& line) {
+    const char separator = line.find(',') != std::string::npos ? ',' : line.find(';') != std::string::npos ? ';' : ' ';
+    std::vector<std::string> cells;
+    std::string cell;
+    bool quoted = false;
+    const auto end = [&] {
+        const std::size_t first = cell.find_first_not_of(" \t"), last = cell.find_last_not_of(" \t");
+        cell = first == std::string::npos ? "" : cell.substr(first, last - first + 1);
+        if (separator != ' ' || !cell.empty()) cells.push_back(cell);
+        cell.clear();
+    };
+    for (const char c : line) {
+        if (c == '"')
+            quoted = !quoted;
+        else if (!quoted && (c == separator || (separator == ' ' && c == '\t')))
+            end();
+        else
+            cell += c;
+    }
+    end();
+    return cells;
+}
+
+std::optional<double> numberOf(const std::string& cell) {
+    std::string_view text = cell;
+    const auto number = nextReal(text);
+    return text.empty() ? number : std::nullopt;
+}
+
+std::string lower(std::string text) {
+    for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    return text;
+}
+
+/// A column's name as that of a vector and a component, where it is one: "v.x", "Points:0", "vel_y", "a[2]", "vx".
+std::optional<std::pair<std::string, std::size_t>> componentOf(const std::string& name) {
+    if (name.size() < 2) return std::nullopt;
+    const auto index = [](char c) -> std::optional<std::size_t> {
+        for (const std::string_view letters : {"xyzw", "0123"})
+            if (const std::size_t at = letters.find(static_cast<char>(std::tolower(static_cast<unsigned char>(c))));
+                at != std::string_view::npos)
+                return at;
+        return std::nullopt;
+    };
+    if (name.size() > 3 && name.back() == ']' && name[name.size() - 3] == '[') {
+        if (const auto i = index(name[name.size() - 2])) return std::pair(name.substr(0, name.size() - 3), *i);
+        return std::nullopt;
+    }
+    const char before = name[name.size() - 2];
+    const auto i = index(name.back());
+    if (!i) return std::nullopt;
+    if (name.size() > 2 && (before == '.' || before == '_' || before == ':' || before == ' '))
+        return std::pair(name.substr(0, name.size() - 2), *i);
+    if (name.size() == 2 && std::isalpha(static_cast<unsigned char>(name.back()))) return std::pair(name.substr(0, 1), *i);
+    return std::nullopt;
+}
+
+/// What some columns are together.
+struct Meaning {
+    std::string name;
+    std::vector<std::size_t> columns;
+};
+
+bool isPosition(const std::string& vector) {
+    const std::string name = lower(vector);
+    return name == "p" || name == "position" || name == "points" || name == "pos";
+}
+
+/// The columns of the position, then all others.
+std::vector<Meaning> meaningsOf(const std::vector<std::string>& names, const Lines& lines) {
+    Meaning position{"P", {}};
+    std::vector<Meaning> others;
+    std::map<std::string, std::size_t> at;  // of vectors, among the others
+    std::array<std::optional<std::size_t>, 3> xyz;
+    for (std::size_t c = 0; c < names.size(); ++c) {
+        const std::string single = lower(names[c]);
+        const auto part = componentOf(names[c]);
+        if (single == "x" || single == "y" || single == "z") {
+            xyz[static_cast<std::size_t>(single[0] - 'x')] = c;
+        } else if (part && isPosition(part->first) && part->second < 3) {
+            xyz[part->second] = c;
+        } else if (part) {
+            const auto [found, is_new] = at.emplace(part->first, others.size());
+            if (is_new) others.push_back({part->first, {}});
+            Meaning& vector = others[found->second];
+            if (vector.columns.size() == part->second)
+                vector.columns.push_back(c);
+            else
+                others.push_back({names[c], {c}});
+        } else {
+            others.push_back({names[c], {c}});
+        }
+    }
+    if (!xyz[0] || !xyz[1] || !xyz[2]) {
+        std::string all;
+        for (const std::string& name : names) all += (all.empty() ? "'" : ", '") + name + "'";
+        lines.fail("no columns x, y and z; found " + all);
+    }
+    for (const auto& column : xyz) position.columns.push_back(*column);
+    std::vector<Meaning> meanings{position};
+    for (Meaning& other : others) {
+        if (other.columns.empty()) continue;  // a vector whose components come in another order
+        if (other.columns.size() == 1) other.name = names[other.columns[0]];  // such as a lone "v.x"
+        meanings.push_back(std::move(other));
+    }
+    return meanings;
+}
+
+/// The numbers of some columns, row after row.
+NumberColumn numbersOf(const std::vector<std::vector<double>>& columns, const std::vector<std::size_t>& which) {
+    NumberColumn together;
+    const std::size_t rows = columns[which[0]].size();
+    bool whole = true;
+    for (const std::size_t c : which)
+        for (const double x : columns[c]) whole &= std::floor(x) == x && std::abs(x) < 0x1p53;
+    for (std::size_t i = 0; i < rows; ++i)
+        for (const std::size_t c : which)
+            if (whole)
+                together.integer.push_back(static_cast<std::int64_t>(columns[c][i]));
+            else
+                together.real.push_back(columns[c][i]);
+    return together;
+}
+
+}  // namespace
+
+FileContents parseTable(Cursor in, const ReadOptions& options) {
+    Lines lines(in);
+    std::vector<std::string> names;
+    std::vector<std::vector<double>> columns;
+    bool has_names = false, has_element = false;
+    std::size_t chemistry_rows = 0, rows = 0;
+    while (const auto line = lines.next()) {
+        const std::size_t first = line->find_first_not_of(" \t,;");
+        if (first == std::string::npos || line->at(first) == '#') continue;
+        std::vector<std::string> cells = cellsOf(*line);
+        if (columns.empty()) {
+            const bool numeric = numberOf(cells[0]).has_value();
+            if (cells.size() == 1 && numeric && !has_names) {  // .xyz of chemistry: a count, then a comment
+                chemistry_rows = 1;
+                lines.next();
+                continue;
+            }
+            has_element = chemistry_rows > 0 && !numeric;
+            if (!numeric && !has_element) {
+                if (has_names) lines.fail("'" + cells[0] + "' is no number");
+                has_names = true;
+                names = cells;
+                continue;
+            }
+            const std::size_t width = cells.size() - has_element;
+            if (!has_names)
+                for (std::size_t c = 0; c < width; ++c)
+                    names.push_back(c < 3 ? std::string(1, static_cast<char>('x' + c)) : "column" + std::to_string(c + 1));
+            columns.resize(names.size());
+        }
+        if (has_element) cells.erase(cells.begin());
+        if (cells.size() < names.size())
+            lines.fail("has " + std::to_string(cells.size()) + " columns, expected " + std::to_string(names.size()));
+        for (std::size_t c = 0; c < names.size(); ++c) {
+            const auto number = numberOf(cells[c]);
+            if (!number) lines.fail("'" + cells[c] + "' in column '" + names[c] + "' is no number");
+            columns[c].push_back(*number);
+        }
+        ++rows;
+    }
+    FileContents contents;
+    contents.format = has_names ? "table with named columns" : "table without names";
+    columns.resize(names.size());
+    if (names.empty()) names = {"x", "y", "z"}, columns.resize(3);
+    for (const Meaning& meaning : meaningsOf(names, lines)) {
+        NumberColumn numbers = numbersOf(columns, meaning.columns);
+        const auto width = static_cast<std::uint32_t>(meaning.columns.size());
+        std::string name = meaning.name;
+        for (char& c : name)
+            if (static_cast<unsigned char>(c) <= ' ') c = '_';
+        if (name.empty()) name = "unnamed";
+        contents.declared.push_back({name, "number", width, ""});
+        if (meaning.name == "P")
+            contents.position = positionsFrom(numbers, 3);
+        else if (lower(name) == "v" || lower(name).starts_with("vel")) {
+            if (numbers.real.empty()) numbers = {{numbers.integer.begin(), numbers.integer.end()}, {}};
+            addColumn(name, width, std::move(numbers), rows, options, in.file(), contents);
+        } else
+            addColumn(name, width, std::move(numbers), rows, options, in.file(), contents);
+    }
+    return deliverWhole(std::move(contents), options);
+}
+
+}  // namespace betamesh

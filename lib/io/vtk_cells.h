@@ -1,0 +1,32 @@
+// Cells of VTK files, legacy or XML, as triangles and edges.
+
+#pragma once
+
+#include "io/file_contents.h"
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace betamesh {
+
+enum class CellKind { vertices, lines, polygons, strips, typed };
+
+/// Cell c has the corners offset[c] … offset[c + 1] - 1.
+struct CellList {
+    CellKind kind;
+    std::vector<std::int64_t> offset;
+    std::vector<std::int64_t> corner;
+};
+
+/// Adds what has an area as triangles and what is a line as edges, unless options ask for points alone. types: of all
+/// cells of kind `typed`, in VTK's numbers.
+///
+/// errors  offsets that do not ascend or leave the corners, corners that are no points
+void addCells(const std::vector<CellList>& lists, const std::vector<std::int64_t>& types, const ReadOptions& options,
+              const std::string& file, FileContents& contents);
+
+/// A name that attributes can have: white space becomes an underscore; "Points" and empty names get another one.
+std::string attributeName(std::string name);
+
+}  // namespace betamesh

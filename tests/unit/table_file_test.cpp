@@ -1,0 +1,167 @@
+// Tables of text, PRT and STL.
+
+#include "io/output_file.h"
+#include "io/prt.h"
+#include "io/stl.h"
+#include "io/table.h"
+#include "support/file_checks.h"
+
+#include <cstring>
+
+namespace betamesh {
+namespace {
+
+FileContents table(const std::string& text, const ReadOptions& options = {}) {
+    const Bytes bytes = bytesOf(text);
+    return parseTable({bytes, "a.csv"}, options);
+}
+
+std::vector<std::string> namesOf(const FileContents& contents) {
+    std::vector<std::string> names;
+    for (const Attribute& a : contents.attributes) names.push_back(a.name + "/" + std::to_string(a.components));
+    return names;
+}
+
+TEST(TableFile, NamedColumnsOfEveryUsualSpelling) {
+    using Names = std::vector<std::string>;
+    const std::vector<std::pair<std::string, Names>> tables{
+        {"x,y,z,density\n1,2,3,0.5\n4,5,6,1.5\n", {"density/1"}},
+        {"\xef\xbb\xbfX;Y;Z;density\r\n1;2;3;0.5\r\n\r\n4;5;6;1.5\r\n", {"density/1"}},
+        {"# comment\nx y z\tdensity\n1 2 3 .5\n4\t5 6 1.5", {"density/1"}},
+        {"\"Points:0\",\"Points:1\",\"Points:2\",\"v:0\",\"v:1\",\"v:2\"\n1,2,3,0,0,1\n4,5,6,0,1,0\n", {"v/3"}},
+        {"id,P.x,P.y,P.z,vel_x,vel_y,vel_z\n7,1,2,3,0,0,1\n8,4,5,6,0,1,0\n", {"vel/3"}},
+        {"x,y,z,vx,vy,vz,type\n1,2,3,0,0,1,2\n4,5,6,0,1,0,1\n", {"v/3", "type/1"}},
+        {"z,y,x,a[0],a[1],b.y\n3,2,1,0,0,1\n6,5,4,0,1,0\n", {"a/2", "b.y/1"}},
+        {"1 2 3 9\n4 5 6 8\n", {"column4/1"}},
+        {"2\nwater\nO 1 2 3\nH 4 5 6\n", {}},
+    };
+    for (const auto& [text, names] : tables) {
+        SCOPED_TRACE(text);
+        const FileContents contents = table(text);
+        EXPECT_EQ(contents.position, (std::vector<Vec3f>{{1, 2, 3}, {4, 5, 6}}));
+        EXPECT_EQ(namesOf(contents), names);
+    }
+    EXPECT_EQ(table(tables[4].first).id, (std::vector<std::uint64_t>{7, 8}));
+    EXPECT_EQ(table(tables[5].first).attributes[1].integer, (std::vector<std::int32_t>{2, 1}));
+    EXPECT_TRUE(table("").position.empty());
+    EXPECT_TRUE(table("x,y,z\n").position.empty());
+}
+
+TEST(TableFile, ErrorsNameTheLine) {
+    expectError([] { table("x,y,z\n1,2,3\n4,5\n"); }, {"a.csv: line 3", "2 columns, expected 3"});
+    expectError([] { table("x,y,z\n1,2,a\n"); }, {"line 2", "'a'", "column 'z'"});
+    expectError([] { table("x,y\n1,2\n"); }, {"no columns x, y and z", "'x', 'y'"});
+    expectError([] { table("1,2\n1,2\n"); }, {"no columns x, y and z"});
+}
+
+// A zlib stream that stores its bytes as they are.
+std::string stored(const std::string& bytes) {
+    std::uint32_t a = 1, b = 0;
+    for (const char c : bytes) {
+        a = (a + static_cast<unsigned char>(c)) % 65521;
+        b = (b + a) % 65521;
+    }
+    const auto size = static_cast<std::uint16_t>(bytes.size());
+    std::string stream = raw("\x78\x01\x01");
+    for (const std::uint16_t number : {size, static_cast<std::uint16_t>(~size)})
+        stream += {static_cast<char>(number & 0xff), static_cast<char>(number >> 8)};
+    stream += bytes;
+    for (const std::uint32_t number : {b >> 8, b & 0xff, a >> 8, a & 0xff}) stream += static_cast<char>(number);
+    return stream;
+}
+
+struct Channel {
+    std::string name;
+    std::uint32_t type, arity, offset;
+};
+
+std::string prt(std::int64_t count, const std::vector<Channel>& channels, const std::string& rows) {
+    std::string file = raw("\xc0PRT\r\n\x1a\n");
+    const auto number = [&](auto value) { file.append(reinterpret_cast<const char*>(&value), sizeof value); };
+    number(std::uint32_t{56});
+    file += std::string("Extensible Particle Format") + std::string(6, '\0');
+    number(std::uint32_t{1});
+    number(count);
+    number(std::uint32_t{4});
+    number(static_cast<std::uint32_t>(channels.size()));
+    number(std::uint32_t{44});
+    for (const Channel& c : channels) {
+        std::string name = c.name;
+        name.resize(32);
+        file += name;
+        number(c.type);
+        number(c.arity);
+        number(c.offset);
+    }
+    return file + stored(rows);
+}
+
+template <typename T>
+std::string numbers(const std::vector<T>& values) {
+    return {reinterpret_cast<const char*>(values.data()), values.size() * sizeof(T)};
+}
+
+TEST(PrtFile, ChannelsOfEveryType) {
+    // A row: Position float32 x 3, ID int64, Density float16, Flags uint8 x 2, Mass float64.
+    const std::vector<Channel> channels{
+        {"Position", 4, 3, 0}, {"ID", 2, 1, 12}, {"Density", 3, 1, 20}, {"Flags", 10, 2, 22}, {"Mass", 5, 1, 24}};
+    const auto row = [](float x, std::int64_t id, std::uint16_t half, double mass) {
+        return numbers<float>({x, 2, 3}) + numbers<std::int64_t>({id}) + numbers<std::uint16_t>({half}) +
+               numbers<std::uint8_t>({1, 200}) + numbers<double>({mass});
+    };
+    const Bytes bytes = bytesOf(prt(2, channels, row(1, 5000000000, 0x3e00, 2.5) + row(4, 6, 0xc000, -1)));
+    const FileContents contents = parsePrt({bytes, "a.prt"});
+    EXPECT_EQ(contents.position, (std::vector<Vec3f>{{1, 2, 3}, {4, 2, 3}}));
+    EXPECT_EQ(contents.id, (std::vector<std::uint64_t>{5000000000, 6}));
+    EXPECT_EQ(namesOf(contents), (std::vector<std::string>{"Density/1", "Flags/2", "Mass/1"}));
+    EXPECT_EQ(contents.attributes[0].real, (std::vector<float>{1.5F, -2}));
+    EXPECT_EQ(contents.attributes[1].integer, (std::vector<std::int32_t>{1, 200, 1, 200}));
+    EXPECT_EQ(contents.attributes[2].real, (std::vector<float>{2.5F, -1}));
+    EXPECT_TRUE(parsePrt({bytesOf(prt(0, channels, "")), "b.prt"}).position.empty());
+}
+
+TEST(PrtFile, ErrorsSayWhatIsWrong) {
+    const auto refused = [](const std::string& text, const std::vector<std::string>& words) {
+        const Bytes bytes = bytesOf(text);
+        expectError([&] { parsePrt({bytes, "a.prt"}); }, words);
+    };
+    const std::string row = numbers<float>({1, 2, 3});
+    refused("ply", {"a.prt", "c0 PRT"});
+    refused(raw("\xc0PRT2\r\n\x1a") + std::string(100, ' '), {"PRT2"});
+    refused(prt(1, {{"Density", 4, 3, 0}}, row), {"no channel Position"});
+    refused(prt(1, {{"Position", 99, 3, 0}}, row), {"'Position' has type 99"});
+    refused(prt(1, {{"Position", 4, 3, 4}}, row), {"'Position' begins at byte 4"});
+    refused(prt(2, {{"Position", 4, 3, 0}}, row), {"a.prt", "points"});
+    refused(prt(-1, {{"Position", 4, 3, 0}}, row), {"-1", "not finished"});
+}
+
+TEST(PrtFile, RealFiles) {
+    const std::filesystem::path folder = std::string(BETAMESH_SHARED) + "/data/formats";
+    if (!std::filesystem::exists(folder)) GTEST_SKIP() << "no real files beside the project";
+    const FileContents fractal = parsePrt(openFile(folder / "thinkbox__prt_fractal_for_krscene.prt"));
+    EXPECT_EQ(fractal.position.size(), 312U);
+    EXPECT_EQ(namesOf(fractal), (std::vector<std::string>{"Color/3", "Velocity/3", "Density/1"}));
+    expectError([&] { parsePrt(openFile(folder / "thinkbox__transforms.prt")); }, {"PRT2", ".ply"});
+}
+
+TEST(StlFile, HoldsEveryTriangleWithItsNormal) {
+    Mesh mesh;
+    mesh.position = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 0}};
+    mesh.triangles = {{0, 1, 2}, {0, 2, 1}, {0, 3, 1}};
+    const Bytes bytes = bytesOf([&](ByteWriter& out) { encodeStl(out, mesh, "a.stl"); });
+    ASSERT_EQ(bytes.size(), 84 + 3 * 50U);
+    std::uint32_t count = 0;
+    std::memcpy(&count, &bytes[80], 4);
+    EXPECT_EQ(count, 3U);
+    std::array<float, 12> first{}, second{}, third{};
+    std::memcpy(&first, &bytes[84], 48);
+    std::memcpy(&second, &bytes[134], 48);
+    std::memcpy(&third, &bytes[184], 48);
+    EXPECT_EQ(first, (std::array<float, 12>{0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1, 0}));
+    EXPECT_EQ(second[2], -1);
+    EXPECT_EQ(third[2], 0);  // without area
+    EXPECT_NE(std::string(reinterpret_cast<const char*>(bytes.data()), 5), "solid");
+}
+
+}  // namespace
+}  // namespace betamesh
