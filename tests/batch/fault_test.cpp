@@ -346,8 +346,9 @@ TEST_F(Faults, DamagedVdbFilesFailAlone) {
         EXPECT_TRUE(told.insert(frame).second) << line;
         EXPECT_TRUE(line["status"] == "ok" || frame % kWhole != 0) << line;
         EXPECT_TRUE(line["status"] == "failed" ? absent(frame) : written(frame)) << line;
-        if (line["status"] == "failed")
+        if (line["status"] == "failed") {
             EXPECT_NE(outcome.err.find("error: frame " + std::to_string(frame) + ": "), std::string::npos) << line;
+        }
     }
     EXPECT_EQ(told.size(), static_cast<std::size_t>(kLast)) << outcome.err;
     std::printf("%zu frames ended the process that worked on them\n",

@@ -10,7 +10,6 @@
 #include "io/prt.h"
 #include "io/table.h"
 #include "io/vdb.h"
-#include "io/vdb_process.h"
 #include "io/vtk.h"
 #include "support/file_checks.h"
 #include "support/file_samples.h"
@@ -453,7 +452,7 @@ TEST(ReaderFuzz, VdbDamaged) {
         Bytes bytes = seed;
         for (std::size_t changes = 1 + below(random, 2); changes > 0; --changes)
             overwrite(
-                bytes, below(random, below(random, 2) == 0 ? kMetadataEnd : bytes.size()),
+                bytes, below(random, below(random, 2) == 0 ? kTextsEnd : bytes.size()),
                 below(random, 2) == 0 ? kAwkward[below(random, kAwkward.size())] : static_cast<std::uint32_t>(random()),
                 std::size_t{1} << below(random, 3), false);
         const End end = endOfReading(reader, bytes);

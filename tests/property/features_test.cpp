@@ -1,4 +1,4 @@
-// Properties of droplets, tendrils, bubbles and components of every cloud.
+// What is true of droplets, tendrils, bubbles and components of every cloud.
 
 #include "skin/features.h"
 
@@ -52,20 +52,20 @@ void forEveryCombination(const Cloud& cloud, const std::function<void(const Skin
             }
 }
 
-// The component of each distinct particle, by brute force over all pairs, and the size of each component.
-struct Components {
+// The component of each distinct particle, by comparing all with all, and how many each has.
+struct BallComponents {
     std::vector<std::uint32_t> of;
     std::map<std::uint32_t, std::size_t> size;
 };
 
-Components bruteForceComponents(const SnappedParticles& snapped) {
+BallComponents bruteForceComponents(const SnappedParticles& snapped) {
     const auto n = static_cast<std::uint32_t>(snapped.size());
     UnionFind sets(n);
     for (std::uint32_t a = 0; a < n; ++a)
         for (std::uint32_t b = 0; b < a; ++b)
             if ((snapped.position[a] - snapped.position[b]).length2() <= 4 * snapped.radius * snapped.radius)
                 sets.join(a, b);
-    Components components;
+    BallComponents components;
     for (std::uint32_t a = 0; a < n; ++a) ++components.size[components.of.emplace_back(sets.find(a))];
     return components;
 }
@@ -91,7 +91,7 @@ void expectSame(const SkinnedFrame& one, const SkinnedFrame& other) {
     EXPECT_EQ(one.spheres.id, other.spheres.id);
 }
 
-// The mesh without some of its components, which are numbered as in componentsOf().
+// The mesh without some of its pieces, numbered as componentsOf does.
 Mesh withoutPieces(const Mesh& mesh, const Components& pieces, const std::set<std::uint32_t>& gone) {
     Mesh rest;
     std::vector<std::uint32_t> place(mesh.position.size());
@@ -115,7 +115,7 @@ Mesh piece(const Mesh& mesh, const Components& pieces, std::uint32_t wanted) {
 
 double ballVolume(double radius) { return 4 * std::numbers::pi / 3 * radius * radius * radius; }
 
-// Spacing 1: a block with voids of several sizes, one of them with a drop inside.
+// Spacing 1: a block with holes of several sizes in it, one of them with a drop inside.
 Cloud swissCheese() {
     Cloud cloud{"cheese", {}, 1.5};
     const std::vector<std::pair<Vec3, double>> holes{
@@ -137,7 +137,7 @@ Cloud swissCheese() {
 TEST(Features, DropletsAreTheComponentsOfFewParticlesOfEveryCloud) {
     forEveryCloud(2000, [](const Cloud& cloud) {
         const SnappedParticles snapped = snapParticles(cloud.particles, cloud.radius);
-        const Components components = bruteForceComponents(snapped);
+        const BallComponents components = bruteForceComponents(snapped);
         for (const std::size_t least : {1u, 2u, 3u, 8u, 30u, 100000u}) {
             const SmallComponents small = smallComponents(snapped, least);
             std::vector<std::uint32_t> expected;
@@ -154,7 +154,7 @@ TEST(Features, DropletsAreTheComponentsOfFewParticlesOfEveryCloud) {
 TEST(Features, WithoutDropletsTheMeshIsThatOfTheOtherParticles) {
     forEveryCloud(300, [](const Cloud& cloud) {
         const SnappedParticles snapped = snapParticles(cloud.particles, cloud.radius);
-        const Components components = bruteForceComponents(snapped);
+        const BallComponents components = bruteForceComponents(snapped);
         std::vector<std::uint32_t> small, large;
         for (std::uint32_t i = 0; i < snapped.size(); ++i)
             (components.size.at(components.of[i]) < 8 ? small : large).push_back(snapped.row[i]);
@@ -196,7 +196,7 @@ TEST(Features, WithoutTendrilsTheMeshIsThatOfTheOtherParticlesAndHasNone) {
         const SnappedParticles snapped_rest = snapParticles(rest, cloud.radius);
         EXPECT_TRUE(tendrilParticles(ballBoundary(snapped_rest, exposureCandidates(snapped_rest))).empty());
 
-        // The particles of alpha triangles are the same with and without tendrils.
+        // None left that would have been in a triangle: those of the alpha mesh are there with and without tendrils.
         const SnappedParticles all = snapParticles(cloud.particles, cloud.radius);
         const BallBoundary boundary = ballBoundary(all, exposureCandidates(all));
         for (const Triangle& t : boundary.triangle)
@@ -237,7 +237,7 @@ TEST(Features, TheMeshIsAClosedManifoldUnderEveryCombination) {
     });
 }
 
-TEST(Features, ComponentsOfTheUnsmoothedMeshAreBubblesOrContainMostOfABall) {
+TEST(Features, ComponentsOfTheUnsmoothedMeshAreBubblesOrHoldMostOfABall) {
     forEveryCloud(1000, [](const Cloud& cloud) {
         for (const int segments : {0, 1}) {
             SkinParams params = withFeatures(cloud, Droplets::mesh);
@@ -290,7 +290,7 @@ TEST(Features, FillingRemovesTheBubblesBelowTheThresholdAndNothingElse) {
     EXPECT_GT(filled, 100u);
 }
 
-// The skin is different: it is smoothed as if the filled voids had never existed.
+// The skin is smoothed as if what was filled had never been there.
 TEST(Features, FillingChangesNoOtherVertexOfTheMeshSmoothedOnTheBalls) {
     const Cloud cheese = swissCheese();
     SkinParams params = withFeatures(cheese, Droplets::mesh);
@@ -334,7 +334,7 @@ TEST(Features, AreTheSameForEveryParticleOrderAndThreadCount) {
     });
 }
 
-TEST(Features, ComponentsAreNumberedFromTheLargest) {
+TEST(Features, ComponentsAreThePiecesOfTheMeshTheLargestFirst) {
     forEveryCloud(300, [](const Cloud& cloud) {
         for (const SurfaceKind kind : {SurfaceKind::beta, SurfaceKind::alpha}) {
             SkinParams params = withFeatures(cloud, Droplets::mesh);
