@@ -153,15 +153,15 @@ private:
     double edge_;
     std::vector<std::uint32_t> row_, begin_;
     std::vector<GridCell> cell_;
-    CellNumbering lines_;                      // lines of cells with the same z and y
+    CellNumbering lines_;                    // lines of cells with the same z and y
     std::vector<std::uint32_t> line_begin_;  // first cell of each line, and one entry past the last
 };
 
 /// Calls visit(cell, rows of `around` within reach of the cell's box) for each cell of `points`, in parallel. Every
 /// thread calls its own copy of `visit`, which may therefore keep buffers from cell to cell.
 template <typename PositionOf, typename Visit>
-void forCellsAndNeighbours(double reach, const CellGrid& points, const CellGrid& around, const PositionOf& positionAround,
-                    const Visit& visit) {
+void forCellsAndNeighbours(double reach, const CellGrid& points, const CellGrid& around,
+                           const PositionOf& positionAround, const Visit& visit) {
     parallelRanges(points.cells(), 16, [&](std::size_t first, std::size_t last) {
         Visit own(visit);
         std::vector<std::uint32_t> rows;

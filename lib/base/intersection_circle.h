@@ -6,8 +6,8 @@
 
 namespace betamesh {
 
-/// Angles are measured counter-clockwise round the axis from sphere a to sphere b. setZeroTowards() or setZeroAnywhere()
-/// chooses the direction of angle zero and has to be called before angles are used.
+/// Angles are measured counter-clockwise round the axis from sphere a to sphere b. setZeroTowards() or
+/// setZeroAnywhere() chooses the direction of angle zero and has to be called before angles are used.
 class IntersectionCircle {
 public:
     /// a, b: centres of the spheres, distinct. Where the spheres barely touch, the radius changes arbitrarily fast; for

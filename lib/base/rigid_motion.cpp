@@ -18,8 +18,7 @@ Vec3 RigidMotionFit::angularVelocity() const {
 
 Vec3 RigidMotionFit::velocityAt(const Vec3& position) const {
     if (!(weight_ > 0)) return Vec3(0);
-    return origin_velocity_ + velocity_ / weight_ +
-           cross(angularVelocity(), position - origin_ - position_ / weight_);
+    return origin_velocity_ + velocity_ / weight_ + cross(angularVelocity(), position - origin_ - position_ / weight_);
 }
 
 }  // namespace betamesh

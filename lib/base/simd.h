@@ -66,7 +66,7 @@ __attribute__((always_inline)) inline void largestLane(const Floats<kWidth>& val
 /// The smallest of `numbers` among the lanes whose value equals `value`.
 template <std::size_t kWidth>
 __attribute__((always_inline)) inline void firstLaneEqual(const Floats<kWidth>& values, float value,
-                                                     const Floats<kWidth>& numbers, float& first) {
+                                                          const Floats<kWidth>& numbers, float& first) {
     const Floats<kWidth> never = Floats<kWidth>{} - 1e30F, minus = 0 - numbers;
     largestLane<kWidth>(values < value ? never : minus, first);
     first = -first;

@@ -58,13 +58,14 @@ private:
 
 /// Which of n particles can influence the surface; made by nearSurface() in skin/near_surface.h.
 struct NearSurface {
-    std::size_t particles = 0;            ///< n
-    bool all = true;                      ///< no selection was made: all particles are used, and the arrays are empty
-    std::vector<std::uint32_t> row;       ///< selected particles, ascending
-    std::vector<std::uint32_t> cell_of;   ///< cell of each selected particle, an index into cell
+    std::size_t particles = 0;             ///< n
+    bool all = true;                       ///< no selection was made: all particles are used, and the arrays are empty
+    std::vector<std::uint32_t> row;        ///< selected particles, ascending
+    std::vector<std::uint32_t> cell_of;    ///< cell of each selected particle, an index into cell
     std::vector<std::uint8_t> is_covered;  ///< of each selected particle: 1 where its ball is known to be covered
-    std::vector<Vec3i> cell;              ///< occupied cells, sorted by cellBefore()
-    std::vector<std::uint8_t> is_incomplete;     ///< of each cell: 1 where particles of it or of an adjacent cell are left out
+    std::vector<Vec3i> cell;               ///< occupied cells, sorted by cellBefore()
+    std::vector<std::uint8_t>
+        is_incomplete;  ///< of each cell: 1 where particles of it or of an adjacent cell are left out
 
     std::size_t omitted() const { return all ? 0 : particles - row.size(); }
 };
@@ -72,15 +73,15 @@ struct NearSurface {
 /// Distinct particles, sorted by cell of edge 2R (z, then y, then x) and within a cell by position.
 /// World position = quantum · position. position, row and is_covered have one row per distinct particle.
 struct SnappedParticles {
-    double quantum = 1;                   ///< a power of two, world units
-    std::int64_t radius = 0;              ///< the ball radius R in quanta, in (2^19, 2^20]
-    std::vector<Vec3i> position;          ///< in quanta
-    std::vector<std::uint32_t> row;       ///< row of the particle in the input
+    double quantum = 1;                    ///< a power of two, world units
+    std::int64_t radius = 0;               ///< the ball radius R in quanta, in (2^19, 2^20]
+    std::vector<Vec3i> position;           ///< in quanta
+    std::vector<std::uint32_t> row;        ///< row of the particle in the input
     std::vector<std::uint8_t> is_covered;  ///< 1 where the ball is known to be covered; empty: not known
 
-    std::vector<Vec3i> cell;                ///< occupied cells, sorted by cellBefore()
-    std::vector<std::uint32_t> cell_begin;  ///< first particle of each cell, and one entry past the last
-    std::vector<std::uint8_t> is_incomplete;       ///< of each cell, as NearSurface::is_incomplete; empty: all 0
+    std::vector<Vec3i> cell;                  ///< occupied cells, sorted by cellBefore()
+    std::vector<std::uint32_t> cell_begin;    ///< first particle of each cell, and one entry past the last
+    std::vector<std::uint8_t> is_incomplete;  ///< of each cell, as NearSurface::is_incomplete; empty: all 0
 
     std::size_t size() const { return position.size(); }
 };

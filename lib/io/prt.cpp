@@ -18,12 +18,12 @@ constexpr std::size_t kHeader = 56, kLongestName = 32;
 constexpr bool kOtherOrder = std::endian::native != std::endian::little;
 
 // Numbers of types in the file, in their order; 3 is a half float.
-constexpr std::array<NumberType, 11> kTypes{
-    NumberType::int16,   NumberType::int32,  NumberType::int64,  NumberType::float32, NumberType::float32,
-    NumberType::float64, NumberType::uint16, NumberType::uint32, NumberType::uint64,  NumberType::int8,
-    NumberType::uint8};
-constexpr std::array<const char*, 11> kTypeNames{"int16",  "int32",  "int64", "float16", "float32", "float64",
-                                                 "uint16", "uint32", "uint64", "int8",   "uint8"};
+constexpr std::array<NumberType, 11> kTypes{NumberType::int16,   NumberType::int32,   NumberType::int64,
+                                            NumberType::float32, NumberType::float32, NumberType::float64,
+                                            NumberType::uint16,  NumberType::uint32,  NumberType::uint64,
+                                            NumberType::int8,    NumberType::uint8};
+constexpr std::array<const char*, 11> kTypeNames{"int16",  "int32",  "int64",  "float16", "float32", "float64",
+                                                 "uint16", "uint32", "uint64", "int8",    "uint8"};
 constexpr std::uint32_t kHalf = 3;
 
 struct Channel {
@@ -81,9 +81,8 @@ NumberColumn columnOf(const Channel& channel, const std::byte* rows, std::size_t
 }
 
 bool isNamed(const std::string& name, const std::string& wanted) {
-    return std::equal(name.begin(), name.end(), wanted.begin(), wanted.end(), [](unsigned char a, unsigned char b) {
-        return std::tolower(a) == std::tolower(b);
-    });
+    return std::equal(name.begin(), name.end(), wanted.begin(), wanted.end(),
+                      [](unsigned char a, unsigned char b) { return std::tolower(a) == std::tolower(b); });
 }
 
 FileContents pointsFrom(const std::vector<Channel>& channels, const std::byte* rows, std::size_t count,
@@ -112,7 +111,8 @@ FileContents parsePrt(Cursor in, const ReadOptions& options) {
     in.take(kLongestName, "signature");
     const auto version = little<std::uint32_t>(in, "version");
     const auto count = little<std::int64_t>(in, "number of particles");
-    if (header_bytes < kHeader) in.fail("the header has " + std::to_string(header_bytes) + " bytes, expected 56 or more");
+    if (header_bytes < kHeader)
+        in.fail("the header has " + std::to_string(header_bytes) + " bytes, expected 56 or more");
     if (count < 0) in.fail("the number of particles is " + std::to_string(count) + ": the file was not finished");
     in.skip(header_bytes - kHeader, "metadata");
     little<std::uint32_t>(in, "a reserved number");
@@ -136,8 +136,7 @@ FileContents parsePrt(Cursor in, const ReadOptions& options) {
                     " of particles that have " + std::to_string(row_bytes));
         const bool is_position = isNamed(channel.name, "Position");
         has_position |= is_position && channel.arity == 3;
-        contents.declared.push_back(
-            {is_position ? "P" : channel.name, kTypeNames[channel.type], channel.arity, ""});
+        contents.declared.push_back({is_position ? "P" : channel.name, kTypeNames[channel.type], channel.arity, ""});
     }
     if (!has_position) in.fail("has no channel Position of three numbers");
     const std::string file = in.file();

@@ -12,7 +12,8 @@ void encodeStl(ByteWriter& out, const Mesh& mesh, const std::string& file) {
     constexpr std::size_t kTitle = 80;
     requireWritable(mesh, file);
     if (mesh.triangles.size() > std::numeric_limits<std::uint32_t>::max())
-        throw Error(file + ": " + std::to_string(mesh.triangles.size()) + " triangles, expected less than 2^32 in .stl");
+        throw Error(file + ": " + std::to_string(mesh.triangles.size()) +
+                    " triangles, expected less than 2^32 in .stl");
     std::string title = "betamesh";  // must not begin with "solid", by which text is told apart
     title.resize(kTitle, ' ');
     out.text(title);

@@ -122,7 +122,7 @@ private:
 }  // namespace
 
 void writeSvg(const std::filesystem::path& path, const PlanePicture& picture, const std::vector<Layer>& layers,
-                  const PlaneBounds& bounds) {
+              const PlaneBounds& bounds) {
     writeEncoded(path, [&](ByteWriter& out) {
         Drawing drawing(out, picture, bounds);
         for (const Layer layer : layers) drawing.draw(picture, layer);

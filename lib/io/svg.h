@@ -43,7 +43,7 @@ struct PlaneBounds {
 ///
 /// in      bounds: the part that is drawn; low == high: all discs
 void writeSvg(const std::filesystem::path& path, const PlanePicture& picture, const std::vector<Layer>& layers,
-                  const PlaneBounds& bounds = {});
+              const PlaneBounds& bounds = {});
 
 /// Whether the extension is .svg. Throws Error if curves cannot be written in the format of the extension.
 bool isSvg(const std::filesystem::path& path);

@@ -102,7 +102,8 @@ std::optional<std::pair<std::string, std::size_t>> componentOf(const std::string
     if (!i) return std::nullopt;
     if (name.size() > 2 && (before == '.' || before == '_' || before == ':' || before == ' '))
         return std::pair(name.substr(0, name.size() - 2), *i);
-    if (name.size() == 2 && std::isalpha(static_cast<unsigned char>(name.back()))) return std::pair(name.substr(0, 1), *i);
+    if (name.size() == 2 && std::isalpha(static_cast<unsigned char>(name.back())))
+        return std::pair(name.substr(0, 1), *i);
     return std::nullopt;
 }
 
@@ -202,7 +203,8 @@ FileContents parseTable(Cursor in, const ReadOptions& options) {
             const std::size_t width = cells.size() - has_element;
             if (!has_names)
                 for (std::size_t c = 0; c < width; ++c)
-                    names.push_back(c < 3 ? std::string(1, static_cast<char>('x' + c)) : "column" + std::to_string(c + 1));
+                    names.push_back(c < 3 ? std::string(1, static_cast<char>('x' + c))
+                                          : "column" + std::to_string(c + 1));
             columns.resize(names.size());
         }
         if (has_element) cells.erase(cells.begin());

@@ -172,8 +172,8 @@ private:
             }
             const std::uint64_t components = count(words, 1), tuples = count(words, 2);
             if (components > kMostComponents)
-                in_.fail("array '" + words[0] + "' has " + std::to_string(components) + " components, expected at most " +
-                         std::to_string(kMostComponents));
+                in_.fail("array '" + words[0] + "' has " + std::to_string(components) +
+                         " components, expected at most " + std::to_string(kMostComponents));
             NumberColumn column = numbers(typeOf(words, 3), tuples, components, words[0].c_str());
             if (of_points_ && tuples == points_) use(words[0], word(words, 3), components, std::move(column));
         }
@@ -182,8 +182,8 @@ private:
     /// Data of every row of the current POINT_DATA or CELL_DATA.
     void array(const std::vector<std::string>& words, NumberType type, std::uint64_t components) {
         if (components == 0 || components > kMostComponents)
-            in_.fail("array '" + word(words, 1) + "' has " + std::to_string(components) + " components, expected 1 to " +
-                     std::to_string(kMostComponents));
+            in_.fail("array '" + word(words, 1) + "' has " + std::to_string(components) +
+                     " components, expected 1 to " + std::to_string(kMostComponents));
         NumberColumn column = numbers(type, rows_, components, words[1].c_str());
         if (of_points_) use(words[1], words.size() > 2 ? words[2] : "", components, std::move(column));
     }
@@ -222,19 +222,27 @@ private:
     }
 
     NumberType typeOf(const std::vector<std::string>& words, std::size_t at) {
-        static const std::map<std::string, NumberType> types{
-            {"char", NumberType::int8},          {"signed_char", NumberType::int8},
-            {"unsigned_char", NumberType::uint8}, {"short", NumberType::int16},
-            {"unsigned_short", NumberType::uint16}, {"int", NumberType::int32},
-            {"unsigned_int", NumberType::uint32}, {"long", NumberType::int64},
-            {"unsigned_long", NumberType::uint64}, {"long_long", NumberType::int64},
-            {"unsigned_long_long", NumberType::uint64}, {"vtktypeint64", NumberType::int64},
-            {"vtktypeuint64", NumberType::uint64}, {"vtkidtype", NumberType::int32},
-            {"float", NumberType::float32},       {"double", NumberType::float64}};
+        static const std::map<std::string, NumberType> types{{"char", NumberType::int8},
+                                                             {"signed_char", NumberType::int8},
+                                                             {"unsigned_char", NumberType::uint8},
+                                                             {"short", NumberType::int16},
+                                                             {"unsigned_short", NumberType::uint16},
+                                                             {"int", NumberType::int32},
+                                                             {"unsigned_int", NumberType::uint32},
+                                                             {"long", NumberType::int64},
+                                                             {"unsigned_long", NumberType::uint64},
+                                                             {"long_long", NumberType::int64},
+                                                             {"unsigned_long_long", NumberType::uint64},
+                                                             {"vtktypeint64", NumberType::int64},
+                                                             {"vtktypeuint64", NumberType::uint64},
+                                                             {"vtkidtype", NumberType::int32},
+                                                             {"float", NumberType::float32},
+                                                             {"double", NumberType::float64}};
         std::string name = word(words, at);
         for (char& c : name) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
         const auto found = types.find(name);
-        if (found == types.end()) in_.fail("numbers of type '" + name + "' cannot be read; expected float, double, int …");
+        if (found == types.end())
+            in_.fail("numbers of type '" + name + "' cannot be read; expected float, double, int …");
         return found->second;
     }
 
@@ -277,7 +285,8 @@ private:
             text = in_.peek(kLongestLine);
             end = text.find('\n');
         }
-        if (end == std::string_view::npos && text.size() >= kLongestLine) in_.fail("a line is longer than 65,536 bytes");
+        if (end == std::string_view::npos && text.size() >= kLongestLine)
+            in_.fail("a line is longer than 65,536 bytes");
         std::string whole(text.substr(0, end));
         in_.skip(std::min(whole.size() + 1, text.size()), "a line");
         while (!whole.empty() && std::isspace(static_cast<unsigned char>(whole.back()))) whole.pop_back();

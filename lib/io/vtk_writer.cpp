@@ -73,12 +73,13 @@ public:
     }
 
     void write(const char* cells, std::size_t count) {
-        out_.text("<?xml version=\"1.0\"?>\n<VTKFile type=\"PolyData\" version=\"1.0\" byte_order=\"LittleEndian\" "
-                  "header_type=\"UInt64\">\n  <PolyData>\n    <Piece NumberOfPoints=\"" +
-                  std::to_string(points_) + "\"");
+        out_.text(
+            "<?xml version=\"1.0\"?>\n<VTKFile type=\"PolyData\" version=\"1.0\" byte_order=\"LittleEndian\" "
+            "header_type=\"UInt64\">\n  <PolyData>\n    <Piece NumberOfPoints=\"" +
+            std::to_string(points_) + "\"");
         for (const char* kind : {"Verts", "Lines", "Strips", "Polys"})
-            out_.text(std::string(" NumberOf") + kind + "=\"" +
-                      std::to_string(std::string(kind) == cells ? count : 0) + "\"");
+            out_.text(std::string(" NumberOf") + kind + "=\"" + std::to_string(std::string(kind) == cells ? count : 0) +
+                      "\"");
         out_.text(">\n" + xml_ + "    </Piece>\n  </PolyData>\n  <AppendedData encoding=\"raw\">\n   _");
         for (const auto& [bytes, rows] : arrays_) {
             out_.little(bytes);
@@ -171,8 +172,7 @@ void encodeVtp(ByteWriter& out, const Mesh& mesh, const std::string& file) {
     vtp.vectors("Points", mesh.position);
     vtp.end("Points");
     const WriteRows corners = [&](ByteWriter& bytes) {
-        for (const Triangle& t : mesh.triangles)
-            bytes.little(std::array<std::int64_t, 3>{t[0], t[1], t[2]});
+        for (const Triangle& t : mesh.triangles) bytes.little(std::array<std::int64_t, 3>{t[0], t[1], t[2]});
     };
     vtp.cells("Polys", triangles, 3 * triangles, corners, offsetsOf(triangles, 3));
     vtp.write("Polys", triangles);

@@ -22,11 +22,11 @@ namespace {
 constexpr std::uint64_t kMostComponents = 1000;
 constexpr std::uint64_t kMostPacked = 1100;  // bytes that zlib makes of one, at most about 1,032
 
-const std::map<std::string, NumberType> kTypes{
-    {"Int8", NumberType::int8},     {"UInt8", NumberType::uint8},     {"Int16", NumberType::int16},
-    {"UInt16", NumberType::uint16}, {"Int32", NumberType::int32},     {"UInt32", NumberType::uint32},
-    {"Int64", NumberType::int64},   {"UInt64", NumberType::uint64},   {"Float32", NumberType::float32},
-    {"Float64", NumberType::float64}};
+const std::map<std::string, NumberType> kTypes{{"Int8", NumberType::int8},       {"UInt8", NumberType::uint8},
+                                               {"Int16", NumberType::int16},     {"UInt16", NumberType::uint16},
+                                               {"Int32", NumberType::int32},     {"UInt32", NumberType::uint32},
+                                               {"Int64", NumberType::int64},     {"UInt64", NumberType::uint64},
+                                               {"Float32", NumberType::float32}, {"Float64", NumberType::float64}};
 
 int valueOfBase64(char c) {
     if (c >= 'A' && c <= 'Z') return c - 'A';
@@ -35,7 +35,8 @@ int valueOfBase64(char c) {
     return c == '+' ? 62 : c == '/' ? 63 : -1;
 }
 
-/// The bytes of the next stream of base64, up to and with its padding, or so many bytes if there are; it steps over them.
+/// The bytes of the next stream of base64, up to and with its padding, or so many bytes if there are; it steps over
+/// them.
 Bytes base64(std::string_view& text, std::size_t most) {
     Bytes bytes;
     std::uint32_t bits = 0;
@@ -229,8 +230,8 @@ private:
     Bytes appendedArray(const pugi::xml_node& array, const std::string& name) const {
         const std::uint64_t offset = count(array, "offset");
         if (offset >= appended_.size())
-            fail("array '" + name + "' begins at byte " + std::to_string(offset) + " of the appended data, which have " +
-                 std::to_string(appended_.size()));
+            fail("array '" + name + "' begins at byte " + std::to_string(offset) +
+                 " of the appended data, which have " + std::to_string(appended_.size()));
         const std::string_view text = appended_.substr(static_cast<std::size_t>(offset));
         if (appended_is_base64_) return fromBase64(text, name);
         const auto bytes = std::as_bytes(std::span(text));
@@ -268,7 +269,8 @@ private:
     }
 
     /// header: number of blocks, bytes of each unpacked, of the last one where it is smaller, then of each packed.
-    Bytes unpacked(std::span<const std::byte> header, std::span<const std::byte> packed, const std::string& name) const {
+    Bytes unpacked(std::span<const std::byte> header, std::span<const std::byte> packed,
+                   const std::string& name) const {
         const std::uint64_t blocks = headerNumber(header, 0, name), whole = headerNumber(header, 1, name),
                             last = headerNumber(header, 2, name);
         Bytes bytes;

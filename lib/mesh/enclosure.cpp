@@ -12,8 +12,8 @@ namespace betamesh {
 
 namespace {
 
-// orientationAlong z with p displaced by an infinitesimal (ε, ε²), which breaks ties: 0 only where a and b project to one
-// point.
+// orientationAlong z with p displaced by an infinitesimal (ε, ε²), which breaks ties: 0 only where a and b project to
+// one point.
 int turnOfPerturbed(const Vec3& a, const Vec3& b, const Vec3& p) {
     const int turn = orientationAlong(2, a, b, p);
     if (turn != 0) return turn;
@@ -95,7 +95,8 @@ std::vector<double> distancesOutside(const Mesh& mesh, const Spheres& beside, co
     double volume = 0;
     const Vec3 origin = triangles.empty() ? Vec3(0) : mesh.position[triangles[0][0]];
     for (const Triangle& t : triangles)
-        volume += signedVolume(mesh.position[t[0]] - origin, mesh.position[t[1]] - origin, mesh.position[t[2]] - origin);
+        volume +=
+            signedVolume(mesh.position[t[0]] - origin, mesh.position[t[1]] - origin, mesh.position[t[2]] - origin);
     const int outward = volume < 0 ? -1 : 1;
     const TriangleTree tree(mesh.position, triangles);
     const SortedSpheres spheres(beside);

@@ -15,8 +15,9 @@ namespace betamesh {
 struct TestedSurface {
     std::span<const Vec3> position;
     std::span<const Triangle> triangles;
-    std::span<const std::uint32_t> first_at;  ///< of each vertex: the first vertex at its position, firstVerticesAtPositions()
-    std::span<const std::uint32_t> across;    ///< of each side: the triangle across it, trianglesAcross()
+    std::span<const std::uint32_t>
+        first_at;  ///< of each vertex: the first vertex at its position, firstVerticesAtPositions()
+    std::span<const std::uint32_t> across;  ///< of each side: the triangle across it, trianglesAcross()
 };
 
 enum class ContactKind {

@@ -151,7 +151,7 @@ std::vector<bool> cyclesWithRoom(const DiscBoundary& boundary, const DiscBoundar
         for (const std::uint32_t v : boundary.cycle[c]) cycle_of[v] = c;
     const double same = kSameParticle * wider.worldRadius();
     const CellGrid discs(boundary.position.size(), boundary.worldRadius(),
-                          [&](std::size_t d) { return boundary.centre(d); });
+                         [&](std::size_t d) { return boundary.centre(d); });
     std::vector<bool> has_room(boundary.cycle.size(), false);
     for (std::size_t v = 0; v < wider.segment.size(); ++v) {
         // The empty disc at the vertex touches a particle. In the direction of the vertex this particle's smaller disc

@@ -34,20 +34,21 @@ std::vector<DualVec3> smoothedValues(const std::vector<DualVec3>& values, const 
     const double inverse_square = 1 / (width * width);
     const auto positionOf = [&](std::size_t v) -> const Vec3& { return curve.vertex[v].position; };
     const CellGrid cells(values.size(), width / 2, positionOf);
-    forCellsAndNeighbours(width, cells, cells, positionOf, [&](std::uint32_t cell, std::span<const std::uint32_t> near) {
-        for (const std::uint32_t v : cells.rowsOf(cell)) {
-            DualVec3 sum = values[v] * (kOwnWeight * width);
-            Dual total = kOwnWeight * width;
-            for (const std::uint32_t u : near) {
-                if (!((positionOf(u) - positionOf(v)).length2() * inverse_square < 1)) continue;
-                const DualVec3 offset = curve.vertex[u] - curve.vertex[v];
-                const Dual t = 1 - dot(offset, offset) * inverse_square, weight = t * t * lengths[u];
-                sum = sum + values[u] * weight;
-                total = total + weight;
+    forCellsAndNeighbours(
+        width, cells, cells, positionOf, [&](std::uint32_t cell, std::span<const std::uint32_t> near) {
+            for (const std::uint32_t v : cells.rowsOf(cell)) {
+                DualVec3 sum = values[v] * (kOwnWeight * width);
+                Dual total = kOwnWeight * width;
+                for (const std::uint32_t u : near) {
+                    if (!((positionOf(u) - positionOf(v)).length2() * inverse_square < 1)) continue;
+                    const DualVec3 offset = curve.vertex[u] - curve.vertex[v];
+                    const Dual t = 1 - dot(offset, offset) * inverse_square, weight = t * t * lengths[u];
+                    sum = sum + values[u] * weight;
+                    total = total + weight;
+                }
+                means[v] = sum / total;
             }
-            means[v] = sum / total;
-        }
-    });
+        });
     return means;
 }
 

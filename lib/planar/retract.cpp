@@ -50,9 +50,10 @@ public:
         const auto positionOf = [&](std::size_t i) -> const Vec3& { return point(i).position; };
         const CellGrid points(boundary_.samples.size() + boundary_.corners.size(), reach_ / 4, positionOf);
         const CellGrid cells(vertices.size(), reach_ / 4, [&](std::size_t v) { return vertices[v].position; });
-        forCellsAndNeighbours(reach_, cells, points, positionOf, [&](std::uint32_t cell, std::span<const std::uint32_t> near) {
-            for (const std::uint32_t v : cells.rowsOf(cell)) visit(v, near);
-        });
+        forCellsAndNeighbours(reach_, cells, points, positionOf,
+                              [&](std::uint32_t cell, std::span<const std::uint32_t> near) {
+                                  for (const std::uint32_t v : cells.rowsOf(cell)) visit(v, near);
+                              });
     }
     const DualVec3& point(std::size_t i) const {
         const std::size_t samples = boundary_.samples.size();

@@ -47,8 +47,7 @@ struct SkinnedPlane {
 /// errors  a particle with a different z than the first; those of requirePlanar() and requireSkin(); an attribute that
 ///         the particles do not have; particles beyond the integer range
 /// source  beta mesh paper, section 3 and Figure 8
-SkinnedPlane skinPlane(const Particles& particles, const SkinParams& params,
-                       const Watch& watch = {});
+SkinnedPlane skinPlane(const Particles& particles, const SkinParams& params, const Watch& watch = {});
 
 /// Checks that the parameters are supported in two dimensions.
 ///

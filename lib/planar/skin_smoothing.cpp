@@ -156,9 +156,10 @@ private:
         const auto middleOf = [&](std::size_t e) -> const Vec3& { return edges_[e].middle.position; };
         const CellGrid middles(edges_.size(), reach / 2, middleOf);
         const CellGrid cells(size(), std::min(reach / 2, 1.0), [&](std::size_t v) { return position_[v].position; });
-        forCellsAndNeighbours(reach, cells, middles, middleOf, [&](std::uint32_t cell, std::span<const std::uint32_t> near) {
-            for (const std::uint32_t v : cells.rowsOf(cell)) visit(v, near);
-        });
+        forCellsAndNeighbours(reach, cells, middles, middleOf,
+                              [&](std::uint32_t cell, std::span<const std::uint32_t> near) {
+                                  for (const std::uint32_t v : cells.rowsOf(cell)) visit(v, near);
+                              });
     }
 
     bool isWithin(double width, std::uint32_t e, std::uint32_t v) const {

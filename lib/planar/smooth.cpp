@@ -186,28 +186,28 @@ std::vector<Fit> fitAll(std::size_t n, const PointAt& pointAt, const BoundarySam
     const CellGrid cells(n, edge, [&](std::size_t i) { return pointAt(i).position; });
     std::vector<Fit> fits(n);
     forCellsAndNeighbours(reach, cells, sample_cells, samplePosition,
-                   [&](std::uint32_t cell, std::span<const std::uint32_t> around) {
-                       const DualVec3 middle{cells.lowestCorner(cell) + Vec3(edge / 2), Vec3(0)};
-                       std::vector<SamplePack> packs((around.size() + kPackSize - 1) / kPackSize);
-                       for (std::size_t i = 0; i < around.size(); ++i) {
-                           const BoundarySample& sample = samples[around[i]];
-                           const DualVec3 offset = (sample.position - middle) * scale;
-                           const DualVec3& d = sample.direction;
-                           SamplePack& pack = packs[i / kPackSize];
-                           const std::size_t lane = i % kPackSize;
-                           set(pack.x, lane, {offset.position.x, offset.velocity.x});
-                           set(pack.y, lane, {offset.position.y, offset.velocity.y});
-                           set(pack.dx, lane, {d.position.x, d.velocity.x});
-                           set(pack.dy, lane, {d.position.y, d.velocity.y});
-                           set(pack.weight, lane, sample.weight * scale);
-                       }
-                       for (const std::uint32_t row : cells.rowsOf(cell)) {
-                           Sums sums;
-                           sumUp(packs.data(), packs.size(), 1 / (reach * scale * reach * scale),
-                                 (pointAt(row) - middle) * scale, sums);
-                           fits[row] = fitCircle(sums);
-                       }
-                   });
+                          [&](std::uint32_t cell, std::span<const std::uint32_t> around) {
+                              const DualVec3 middle{cells.lowestCorner(cell) + Vec3(edge / 2), Vec3(0)};
+                              std::vector<SamplePack> packs((around.size() + kPackSize - 1) / kPackSize);
+                              for (std::size_t i = 0; i < around.size(); ++i) {
+                                  const BoundarySample& sample = samples[around[i]];
+                                  const DualVec3 offset = (sample.position - middle) * scale;
+                                  const DualVec3& d = sample.direction;
+                                  SamplePack& pack = packs[i / kPackSize];
+                                  const std::size_t lane = i % kPackSize;
+                                  set(pack.x, lane, {offset.position.x, offset.velocity.x});
+                                  set(pack.y, lane, {offset.position.y, offset.velocity.y});
+                                  set(pack.dx, lane, {d.position.x, d.velocity.x});
+                                  set(pack.dy, lane, {d.position.y, d.velocity.y});
+                                  set(pack.weight, lane, sample.weight * scale);
+                              }
+                              for (const std::uint32_t row : cells.rowsOf(cell)) {
+                                  Sums sums;
+                                  sumUp(packs.data(), packs.size(), 1 / (reach * scale * reach * scale),
+                                        (pointAt(row) - middle) * scale, sums);
+                                  fits[row] = fitCircle(sums);
+                              }
+                          });
     return fits;
 }
 

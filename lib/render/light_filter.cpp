@@ -107,8 +107,8 @@ public:
     /// Calls each(pixel, mean key, mean sky, mean shadow) for every pixel. The means are taken over pixels up to
     /// `radius` away, weighted by how similar their rough_* are (Sharpness::share); NaN if all weights are zero.
     template <typename Each>
-    void average(int radius, float sharpness, const Plane& rough_key, const Plane& rough_sky,
-                 const Plane& rough_shadow, const Each& each) const {
+    void average(int radius, float sharpness, const Plane& rough_key, const Plane& rough_sky, const Plane& rough_shadow,
+                 const Each& each) const {
         parallelFor(static_cast<std::size_t>(height_), kGrain, [&](std::size_t row) {
             const int y = static_cast<int>(row);
             LineSums sums(static_cast<std::size_t>(width_));

@@ -13,7 +13,7 @@
 namespace betamesh {
 namespace {
 
-constexpr std::size_t kGrain = 4096;  // rows
+constexpr std::size_t kGrain = 4096;   // rows
 constexpr float kPastHit = 1 + 1e-5f;  // the search for the next hit starts at this multiple of the last distance
 
 [[noreturn]] void fail(RTCError code) {
@@ -101,8 +101,8 @@ RayTracer::RayTracer(const Mesh& mesh, const Spheres& spheres, const SceneSpace&
     }
     if (spheres.size() > 0) {
         const RTCGeometry geometry = rtcNewGeometry(embree_->device, RTC_GEOMETRY_TYPE_SPHERE_POINT);
-        embree_->addPositions(geometry, RTC_FORMAT_FLOAT4, 4 * sizeof(float), spheres.position, spheres.velocity,
-                              space, shutter_seconds, [&](std::size_t i, float* row) { row[3] = radiusOf(i); });
+        embree_->addPositions(geometry, RTC_FORMAT_FLOAT4, 4 * sizeof(float), spheres.position, spheres.velocity, space,
+                              shutter_seconds, [&](std::size_t i, float* row) { row[3] = radiusOf(i); });
         embree_->spheres = embree_->add(geometry);
     }
     rtcSetSceneFlags(embree_->scene, RTC_SCENE_FLAG_ROBUST);  // no ray passes between adjacent triangles

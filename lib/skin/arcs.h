@@ -53,9 +53,9 @@ struct ArcSubdivision {
     int segments = 0;                      ///< > 0: this many on every arc, half of it on half a circle, and more where
                                            ///< a segment would exceed kMaxSegmentAngle; max_angle is not used then
     Appearance appearance = Appearance::on_boundary;
-    double flat_angle = 0;   ///< > max_angle: radians per segment between flat faces; otherwise not used
+    double flat_angle = 0;      ///< > max_angle: radians per segment between flat faces; otherwise not used
     bool is_retracted = false;  ///< the mesh is retracted far below the balls afterwards: face points are lowered below
-                             ///< the chords of arcs, and edge flips begin sooner
+                                ///< the chords of arcs, and edge flips begin sooner
 };
 
 /// Subdivides every arc. The sagitta r·δ²/8 is the same on circles of any size: an arc of angle θ on a circle of radius

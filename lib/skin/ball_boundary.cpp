@@ -343,7 +343,8 @@ std::optional<UnpairedEdge> ballWithoutTriangle(const SnappedParticles& particle
 BallBoundary ballBoundary(const SnappedParticles& particles, const std::vector<std::uint32_t>& exposed,
                           const std::vector<Vec3>& directions, ArcTracing arcs) {
     BallBoundary boundary = assemble(particles, exposedParts<ExactBalls>(particles, exposed, directions));
-    if (arcs == ArcTracing::traced && traceArcs(boundary)) throw std::logic_error("exact predicates left an edge unpaired");
+    if (arcs == ArcTracing::traced && traceArcs(boundary))
+        throw std::logic_error("exact predicates left an edge unpaired");
     return boundary;
 }
 

@@ -23,8 +23,8 @@ enum class Appearance {
 struct FadingVertex {
     std::uint32_t vertex;
     std::array<std::uint32_t, 4> anchor;  ///< vertices of the edge, facet or quad; the last one repeated if fewer
-    std::array<Dual, 4> anchor_weight;         ///< barycentric weights of these; they sum to 1
-    Dual fade;                         ///< weight of the vertex's own position, 0 to 1
+    std::array<Dual, 4> anchor_weight;    ///< barycentric weights of these; they sum to 1
+    Dual fade;                            ///< weight of the vertex's own position, 0 to 1
     DualVec3 unfaded;                     ///< where the vertex would be at weight 1
 };
 

@@ -108,7 +108,7 @@ void DisplacementLimits::gatherElements(const PatchTree& tree) {
     });
     const double min_edge = largest * 0x1p-30;  // of cells, whose indices have 32 bits
     const CellGrid cells(triangle.size(), std::max(kDisplacementCell * radius_, min_edge),
-                          [&](std::size_t i) { return triangle[i].middle.position; });
+                         [&](std::size_t i) { return triangle[i].middle.position; });
     element_.clear();
     for (std::uint32_t cell = 0; cell < cells.cells(); ++cell) {
         Element sum;
@@ -220,7 +220,8 @@ DualVec3 DisplacementLimits::limitedPosition(std::uint32_t v) const {
     if (fading_[v]) {
         const FadingVertex& fading = *fading_[v];
         Dual of_supports = 0;
-        for (std::size_t k = 0; k < 4; ++k) of_supports = of_supports + fractionOf(fading.anchor[k]) * fading.anchor_weight[k];
+        for (std::size_t k = 0; k < 4; ++k)
+            of_supports = of_supports + fractionOf(fading.anchor[k]) * fading.anchor_weight[k];
         fraction = fraction * fading.fade + of_supports * (1 - fading.fade);
     }
     if (fraction.value >= 1) return limit.to;

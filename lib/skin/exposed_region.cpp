@@ -90,7 +90,8 @@ struct FarthestBeyond {
         }
         for (std::size_t p = 0; p < kPoints; ++p) {
             largestLane<kWidth>(most[p], beyond[p]);
-            if (beyond[p] > -static_cast<float>(kSlack)) firstLaneEqual<kWidth>(most[p], beyond[p], most_at[p], plane[p]);
+            if (beyond[p] > -static_cast<float>(kSlack))
+                firstLaneEqual<kWidth>(most[p], beyond[p], most_at[p], plane[p]);
         }
     }
 };

@@ -185,7 +185,7 @@ void addSpheres(const Particles& particles, const SnappedParticles& snapped, con
 }
 
 RemovedDroplets removeDroplets(const Particles& particles, const Features& features, SnappedParticles& snapped,
-                         Spheres& apart) {
+                               Spheres& apart) {
     if (features.droplets == Droplets::mesh) return {};
     const auto least = static_cast<std::size_t>(std::max(1, features.droplet_particles));
     const SmallComponents small = smallComponents(snapped, least);

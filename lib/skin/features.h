@@ -36,7 +36,7 @@ struct RemovedDroplets {
 
 /// Removes droplets from the particles as the features ask; droplets to be kept as points are appended to `apart`.
 RemovedDroplets removeDroplets(const Particles& particles, const Features& features, SnappedParticles& snapped,
-                         Spheres& apart);
+                               Spheres& apart);
 
 /// Particles of threads that are a single particle thick: those that a degenerate edge uses, but no alpha triangle.
 /// Rows of SnappedParticles, ascending.

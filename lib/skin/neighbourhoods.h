@@ -49,7 +49,7 @@ private:
     std::vector<std::uint32_t> begin_{0};
     std::vector<Box> box_;
     std::optional<CellGrid> cells_;  // of groups
-    double overhang_ = 0;             // largest distance by which a box extends beyond its cell
+    double overhang_ = 0;            // largest distance by which a box extends beyond its cell
 };
 
 /// values[order[i]] for every i.

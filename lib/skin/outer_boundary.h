@@ -13,10 +13,10 @@ namespace betamesh {
 
 /// Points on the boundary of a union of balls. Row i of every array is sample i.
 struct OuterSamples {
-    std::vector<DualVec3> point;   ///< world units, world units per second
-    std::vector<float> weight;     ///< >= 0: length of arc in particle spacings, or area of face in square spacings
-    std::vector<float> fading;     ///< 0 for a permanent sample, near 1 for one that has just appeared
-    std::vector<float> exposure;   ///< inside faces the exposed share of the ball, 0 to 1; 0 on arcs
+    std::vector<DualVec3> point;  ///< world units, world units per second
+    std::vector<float> weight;    ///< >= 0: length of arc in particle spacings, or area of face in square spacings
+    std::vector<float> fading;    ///< 0 for a permanent sample, near 1 for one that has just appeared
+    std::vector<float> exposure;  ///< inside faces the exposed share of the ball, 0 to 1; 0 on arcs
 };
 
 /// Samples the boundary of the union of balls of a larger radius around the same particles. Balls that are covered at

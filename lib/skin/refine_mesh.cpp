@@ -103,8 +103,8 @@ void DeformingMesh::refine(double radius, double edge_factor) {
     for (FadingVertex& fading : on_edges) increaseFade(fading, demand(fading.anchor[0], fading.anchor[1]));
     for (FadingVertex& fading : in_quads) {
         const double of_other = fading.anchor_weight[2].value + fading.anchor_weight[3].value;
-        const double demanded =
-            demand(fading.anchor[0], fading.anchor[1]) * (1 - of_other) + demand(fading.anchor[2], fading.anchor[3]) * of_other;
+        const double demanded = demand(fading.anchor[0], fading.anchor[1]) * (1 - of_other) +
+                                demand(fading.anchor[2], fading.anchor[3]) * of_other;
         if (!(demanded > 0)) continue;
         placeOnDiagonals(fading, of_other, smoothStep(demanded / kQuadCentreFade).value);
         increaseFade(fading, demanded);

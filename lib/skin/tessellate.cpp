@@ -239,8 +239,8 @@ private:
             const Dual flip_weight = of_first.value < of_second.value ? of_first : of_second;
             fading.anchor = {a, b, c, d};
             fading.anchor_weight = {weight[k] + flip_weight * (edge->weight[0] - on_edge[0]),
-                             weight[l] + flip_weight * (edge->weight[1] - on_edge[1]),
-                             weight[m] + flip_weight * edge->weight[2], flip_weight * edge->weight[3]};
+                                    weight[l] + flip_weight * (edge->weight[1] - on_edge[1]),
+                                    weight[m] + flip_weight * edge->weight[2], flip_weight * edge->weight[3]};
         }
     }
 

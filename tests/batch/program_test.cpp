@@ -1,7 +1,7 @@
 // The commands besides the batch job, and how the program uses the resources it is granted.
 
-#include "io/particle_file.h"
 #include "support/program.h"
+#include "io/particle_file.h"
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>

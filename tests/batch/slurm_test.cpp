@@ -1,7 +1,7 @@
 // A real Slurm runs a pipeline: what is written, also after tasks were killed.
 
-#include "support/job_folder.h"
 #include "support/slurm.h"
+#include "support/job_folder.h"
 
 #include <memory>
 

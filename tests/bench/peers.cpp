@@ -2,11 +2,11 @@
 //
 //     betamesh_peers [rounds] [particles | cloud=particles]…        prints Markdown tables
 
+#include "peers.h"
 #include "bench_clouds.h"
 #include "io/file_info.h"
 #include "io/mesh_file.h"
 #include "io/particle_file.h"
-#include "peers.h"
 #include "support/temporary_folder.h"
 
 #include <sys/resource.h>

@@ -79,7 +79,8 @@ void wholeFrame(benchmark::State& state, Particles (*cloud)(std::size_t n), int 
             Clock::time_point begin = Clock::now();
             benchmark::DoNotOptimize(skinFrame(particles, params, [&](Stage stage) {
                 const Clock::time_point end = Clock::now();
-                seconds[std::string(nameOf(stage))] += std::chrono::duration<double>(end - std::exchange(begin, end)).count();
+                seconds[std::string(nameOf(stage))] +=
+                    std::chrono::duration<double>(end - std::exchange(begin, end)).count();
             }));
         }
     });

@@ -333,7 +333,8 @@ TEST(ReaderFuzz, Obj) {
 TEST(ReaderFuzz, VtkXml) {
     const Reader xml = reader("vtk xml", parseVtkXml);
     fuzz(xml, bytesOf([](ByteWriter& out) { encodeVtp(out, sampleParticles(40, true, true, true), ""); }), kTrials);
-    fuzz(xml, bytesOf([](ByteWriter& out) { encodeVtp(out, withComponents(sampleMesh(40, true, true)), ""); }), kTrials);
+    fuzz(xml, bytesOf([](ByteWriter& out) { encodeVtp(out, withComponents(sampleMesh(40, true, true)), ""); }),
+         kTrials);
     const std::string points =
         "<VTKFile type=\"UnstructuredGrid\" byte_order=\"LittleEndian\"%><UnstructuredGrid><Piece NumberOfPoints=\"2\">"
         "<Points><DataArray type=\"Float32\" NumberOfComponents=\"3\" format=\"binary\">$</DataArray></Points><Cells>"

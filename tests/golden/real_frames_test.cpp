@@ -69,8 +69,8 @@ TEST(RealFrames, NoVertexIsMuchFasterThanTheParticlesAroundIt) {
             if (near.size() < 5) continue;  // too few to differ from a rigid motion
             double most = 0.05 * speed / static_cast<double>(near.size());
             for (const std::uint32_t i : near)
-                most = std::max(
-                    most, (Vec3(particles.velocity[i]) - fit.velocityAt(Vec3(particles.position[i]))).length());
+                most = std::max(most,
+                                (Vec3(particles.velocity[i]) - fit.velocityAt(Vec3(particles.position[i]))).length());
             const double ratio = (mesh.velocity[v] - fit.velocityAt(at)).length() / most;
             ++judged;
             over += ratio > 1.1;

@@ -1,11 +1,11 @@
 // Properties of the ball boundary of every cloud.
 
+#include "skin/ball_boundary.h"
 #include "base/icosphere.h"
 #include "base/random.h"
 #include "base/union_find.h"
 #include "mesh/mesh_measure.h"
 #include "skin/alpha_mesh.h"
-#include "skin/ball_boundary.h"
 #include "skin/coverage.h"
 #include "skin/exposed_region.h"
 #include "skin/face_points.h"
@@ -88,7 +88,7 @@ TEST(BallBoundary, DirectionsAreExposedWhereNoOtherBallCoversThem) {
             std::span<const ExposedDirection> listed = boundary.exposed[b];
             for (std::uint32_t d = 0; d < directions.size(); ++d) {
                 double least = kMaxRimDistance;  // rim_distance, by its definition
-                double least_of_cosines = 1;    // cos α - cos β
+                double least_of_cosines = 1;     // cos α - cos β
                 for (const Vec3i& position : snapped.position) {
                     const Vec3 offset = toDouble(position - boundary.position[b]);
                     const double distance = offset.length(), cosine = distance / diameter;

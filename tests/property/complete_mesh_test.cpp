@@ -54,8 +54,8 @@ Tessellated tessellated(const Particles& particles, double radius, Appearance ap
     const ArcSubdivision subdivision{angle, segments, appearance};
     const ArcNetwork network =
         arcPoints(boundary, balls, boundaryVertices(particles, snapped, boundary, balls), subdivision);
-    Mesh mesh = meshOf(completeTessellation(boundary, balls, network,
-                                            facePoints(snapped, boundary, balls, directions), subdivision));
+    Mesh mesh = meshOf(
+        completeTessellation(boundary, balls, network, facePoints(snapped, boundary, balls, directions), subdivision));
     return {std::move(boundary), std::move(mesh)};
 }
 

@@ -1,7 +1,7 @@
 // Properties of the boundary of discs of every planar cloud.
 
-#include "base/union_find.h"
 #include "planar/disc_boundary.h"
+#include "base/union_find.h"
 #include "support/planar_clouds.h"
 
 #include <gtest/gtest.h>

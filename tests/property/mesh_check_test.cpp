@@ -1,8 +1,8 @@
 // checkMesh() against brute force on small integer coordinates, where degeneracies abound, and on meshes with known
 // faults.
 
-#include "base/index.h"
 #include "mesh/mesh_check.h"
+#include "base/index.h"
 
 #include "base/icosphere.h"
 #include "base/parallel.h"

@@ -1,5 +1,6 @@
 // Properties of the curves of every planar cloud.
 
+#include "planar/skin_plane.h"
 #include "base/parallel.h"
 #include "base/random.h"
 #include "base/union_find.h"
@@ -8,7 +9,6 @@
 #include "mesh/curve_check.h"
 #include "mesh/curve_measure.h"
 #include "planar/disc_boundary.h"
-#include "planar/skin_plane.h"
 #include "support/planar_clouds.h"
 
 #include <gtest/gtest.h>

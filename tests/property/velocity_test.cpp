@@ -78,8 +78,8 @@ TEST(Velocity, DeviatesFromRigidMotionNoMoreThanParticlesDo) {
             for (const std::uint32_t i : near) fit.add(Vec3(particles.position[i]), Vec3(particles.velocity[i]), 1);
             double most = 0;
             for (const std::uint32_t i : near)
-                most = std::max(
-                    most, (Vec3(particles.velocity[i]) - fit.velocityAt(Vec3(particles.position[i]))).length());
+                most = std::max(most,
+                                (Vec3(particles.velocity[i]) - fit.velocityAt(Vec3(particles.position[i]))).length());
             worst = std::max(worst, (mesh.velocity[v] - fit.velocityAt(mesh.position[v])).length() / most);
         }
         EXPECT_LE(worst, 1.3) << "seed " << seed;

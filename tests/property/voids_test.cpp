@@ -42,8 +42,8 @@ Tessellated tessellated(const Particles& particles, double radius, Appearance ap
     const ArcSubdivision subdivision{angle, 0, appearance};
     const ArcNetwork network =
         arcPoints(boundary, balls, boundaryVertices(particles, snapped, boundary, balls), subdivision);
-    BetaMesh mesh = completeTessellation(boundary, balls, network,
-                                         facePoints(snapped, boundary, balls, directions), subdivision);
+    BetaMesh mesh =
+        completeTessellation(boundary, balls, network, facePoints(snapped, boundary, balls, directions), subdivision);
     return {std::move(boundary), std::move(mesh)};
 }
 
@@ -119,8 +119,9 @@ struct Anatomy {
         for (const Mesh& own : piece) {
             volume.push_back(0);
             for (const Triangle& t : own.triangles)
-                volume.back() += signedVolume(own.position[t[0]] - own.position[0], own.position[t[1]] - own.position[0],
-                                             own.position[t[2]] - own.position[0]);
+                volume.back() +=
+                    signedVolume(own.position[t[0]] - own.position[0], own.position[t[1]] - own.position[0],
+                                 own.position[t[2]] - own.position[0]);
             is_void.push_back(volume.back() < 1e-9 * radius * radius * radius);
         }
         for (std::uint32_t p = 0; p < pieces.count; ++p) {

@@ -31,9 +31,8 @@ Arcs arcsOf(const Particles& particles, double flat_angle) {
     BallBoundary boundary = ballBoundary(snapped, exposureCandidates(snapped));
     groupFaces(snapped, boundary);
     const std::vector<DualVec3> balls = ballCentres(boundary, particles);
-    ArcNetwork network =
-        arcPoints(boundary, balls,
-                  boundaryVertices(particles, snapped, boundary, balls), {kLongest, 0, Appearance::gradual, flat_angle});
+    ArcNetwork network = arcPoints(boundary, balls, boundaryVertices(particles, snapped, boundary, balls),
+                                   {kLongest, 0, Appearance::gradual, flat_angle});
     return {std::move(boundary), std::move(network)};
 }
 

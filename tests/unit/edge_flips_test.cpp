@@ -18,7 +18,7 @@ namespace {
 // A quad whose diagonals pass each other inside, its corners on their way.
 std::array<DualVec3, 4> randomQuad(Random& random, double apart) {
     std::array<DualVec3, 4> at{DualVec3{{-1, 0, 0}, {}}, DualVec3{{1, 0, 0}, {}}, DualVec3{{0, -1, apart}, {}},
-                             DualVec3{{0, 1, apart}, {}}};
+                               DualVec3{{0, 1, apart}, {}}};
     for (DualVec3& p : at) p = {p.position + Vec3(random.unit(), random.unit(), 0) * 0.5, random.cube()};
     return at;
 }

@@ -1,5 +1,5 @@
-#include "base/index.h"
 #include "skin/hull.h"
+#include "base/index.h"
 
 #include <gtest/gtest.h>
 

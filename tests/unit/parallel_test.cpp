@@ -1,5 +1,5 @@
-#include "base/compressed_rows.h"
 #include "base/parallel.h"
+#include "base/compressed_rows.h"
 
 #include <gtest/gtest.h>
 

@@ -44,8 +44,8 @@ TEST(ParticleFile, SelectedRowsEqualThoseOfTheWholeFile) {
         const Particles all = readParticles(file);
         ASSERT_EQ(all.size(), particles.size());
         std::vector<Vec3f> positions;
-        visitPositions(file,
-                     [&](std::span<const Vec3f> some) { positions.insert(positions.end(), some.begin(), some.end()); });
+        visitPositions(
+            file, [&](std::span<const Vec3f> some) { positions.insert(positions.end(), some.begin(), some.end()); });
         EXPECT_EQ(positions, all.position);
         std::vector<std::uint32_t> every, few, late{49998, 49999};
         for (std::uint32_t row = 0; row < 50000; ++row) {

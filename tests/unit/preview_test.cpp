@@ -404,8 +404,8 @@ TEST(Preview, ACoarseSphereIsShadedLikeARoundOne) {
     double worst = 0, seen = 0;
     for (std::size_t i = 0; i < facets.size(); ++i) {
         const Vec3f n(round.normal[0][i], round.normal[1][i], round.normal[2][i]);
-        if (round.alpha[i] < 1 || n.z < 0.6f) continue;   // near the rim they are of different sizes
-        if (n.dot(key) > 0.3f) continue;                  // near the terminator facets would show
+        if (round.alpha[i] < 1 || n.z < 0.6f) continue;  // near the rim they are of different sizes
+        if (n.dot(key) > 0.3f) continue;                 // near the terminator facets would show
         worst = std::max(worst, std::abs(wrong[i]));
         seen += 1;
     }

@@ -77,15 +77,15 @@ TEST(VtkFile, EveryEncodingOfXmlGivesTheSame) {
     };
     // 0 1 2 3 4 5 as floats; 7 9 as integers.
     const std::string ascii = file("", "format=\"ascii\">0 1e0 2\n3 4 +5", "format=\"ascii\"> 7 9 ", "");
-    const std::string base64 = file("", "format=\"binary\"> GAAAAAAAAAAAAIA/AAAAQAAAQEAAAIBAAACgQA== ",
-                                    "format=\"binary\">CAAAAAcAAAAJAAAA", "");
+    const std::string base64 = file(
+        "", "format=\"binary\"> GAAAAAAAAAAAAIA/AAAAQAAAQEAAAIBAAACgQA== ", "format=\"binary\">CAAAAAcAAAAJAAAA", "");
     const std::string floats = raw("\0\0\0\0\0\0\200?\0\0\0@\0\0@@\0\0\200@\0\0\240@");
     const std::string raw_data = raw("_\30\0\0\0") + floats + raw("\10\0\0\0\7\0\0\0\11\0\0\0");
     const std::string appended = file("", "format=\"appended\" offset=\"0\">", "format=\"appended\" offset=\"28\">",
                                       "<AppendedData encoding=\"raw\">" + raw_data + "</AppendedData>");
-    const std::string appended64 =
-        file("", "format=\"appended\" offset=\"0\">", "format=\"appended\" offset=\"40\">",
-             "<AppendedData encoding=\"base64\">_GAAAAAAAAAAAAIA/AAAAQAAAQEAAAIBAAACgQA==CAAAAAcAAAAJAAAA</AppendedData>");
+    const std::string appended64 = file(
+        "", "format=\"appended\" offset=\"0\">", "format=\"appended\" offset=\"40\">",
+        "<AppendedData encoding=\"base64\">_GAAAAAAAAAAAAIA/AAAAQAAAQEAAAIBAAACgQA==CAAAAAcAAAAJAAAA</AppendedData>");
     for (const std::string& text : {ascii, base64, appended, appended64}) {
         const FileContents contents = parsedXml(text);
         EXPECT_EQ(contents.position, (std::vector<Vec3f>{{0, 1, 2}, {3, 4, 5}}));
@@ -100,9 +100,10 @@ TEST(VtkFile, PiecesOfXmlAreJoined) {
                x +
                "</DataArray></PointData><Points><DataArray type=\"Float64\" NumberOfComponents=\"3\" format=\"ascii\">"
                "0 0 " +
-               x + " 1 0 0 0 1 0</DataArray></Points><Polys><DataArray type=\"Int64\" Name=\"connectivity\" "
-                   "format=\"ascii\">0 1 2</DataArray><DataArray type=\"Int64\" Name=\"offsets\" format=\"ascii\">3"
-                   "</DataArray></Polys></Piece>";
+               x +
+               " 1 0 0 0 1 0</DataArray></Points><Polys><DataArray type=\"Int64\" Name=\"connectivity\" "
+               "format=\"ascii\">0 1 2</DataArray><DataArray type=\"Int64\" Name=\"offsets\" format=\"ascii\">3"
+               "</DataArray></Polys></Piece>";
     };
     const FileContents contents =
         parsedXml("<VTKFile type=\"PolyData\"><PolyData>" + piece("7") + piece("8") + "</PolyData></VTKFile>");
@@ -165,9 +166,10 @@ TEST(VtkFile, ErrorsSayWhatIsWrong) {
     refusedXml("<a/>", {"VTKFile"});
     refusedXml("<VTKFile type=\"ImageData\"/>", {"ImageData", "PolyData"});
     refusedXml("<VTKFile type=\"PolyData\" compressor=\"vtkLZ4DataCompressor\"/>", {"vtkLZ4DataCompressor"});
-    refusedXml("<VTKFile type=\"PolyData\"><PolyData><Piece NumberOfPoints=\"1\"><Points><DataArray type=\"Float32\" "
-               "NumberOfComponents=\"3\" format=\"ascii\">1 2</DataArray></Points></Piece></PolyData></VTKFile>",
-               {"2 numbers, expected 3 for each of 1"});
+    refusedXml(
+        "<VTKFile type=\"PolyData\"><PolyData><Piece NumberOfPoints=\"1\"><Points><DataArray type=\"Float32\" "
+        "NumberOfComponents=\"3\" format=\"ascii\">1 2</DataArray></Points></Piece></PolyData></VTKFile>",
+        {"2 numbers, expected 3 for each of 1"});
 }
 
 // Counts and velocities as the files' own programs have them.

@@ -92,7 +92,9 @@ void addPreviewKeys(std::vector<ConfigKey>& keys) {
          "What the picture shows. surface: the mesh and the spheres beside it. particles: small balls. union: balls "
          "with the radius of the surface. `betamesh render` always shows a mesh as a surface, and particle files as "
          "balls."},
-        {{"surface", ShownGeometry::surface}, {"particles", ShownGeometry::particles}, {"union", ShownGeometry::union_}},
+        {{"surface", ShownGeometry::surface},
+         {"particles", ShownGeometry::particles},
+         {"union", ShownGeometry::union_}},
         [](Config& c) -> ShownGeometry& { return c.preview.show; }));
     keys.push_back(lengthKey({"preview.particle_radius", "--particle-radius", "",
                               "Radius of the small balls that preview.show particles draws."},

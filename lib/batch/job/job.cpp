@@ -95,8 +95,9 @@ std::string pictureOf(const FrameTask& task, const Plan& plan, const SkinnedFram
     if (!plan.preview) return {};
     const RenderPlan& preview = *plan.preview;
     const bool balls = plan.config.preview.show != ShownGeometry::surface;
-    const Picture picture = balls ? renderFrame({}, ballsAround(particles, preview.ball), preview.camera, preview.settings)
-                                  : renderFrame(skinned.mesh, skinned.spheres, preview.camera, preview.settings);
+    const Picture picture =
+        balls ? renderFrame({}, ballsAround(particles, preview.ball), preview.camera, preview.settings)
+              : renderFrame(skinned.mesh, skinned.spheres, preview.camera, preview.settings);
     return encodePicture(picture, task.picture);
 }
 

@@ -110,9 +110,7 @@ void agreeOnBubbles(Plan& plan) {
     bubbles = can_fill ? bubbles.value_or(Bubbles::fill) : Bubbles::mesh;
 }
 
-double worldLength(const Length& length, double spacing) {
-    return length.value * (length.in_spacings ? spacing : 1);
-}
+double worldLength(const Length& length, double spacing) { return length.value * (length.in_spacings ? spacing : 1); }
 
 /// surface.skin, or the deprecated surface.inset; nullopt for auto.
 const std::optional<Length>& skinText(const Config::Surface& surface) {
@@ -215,7 +213,8 @@ void planPictures(Plan& plan, const std::map<int, std::string>& on_disk, const P
     const double small = preview.particle_radius.value * (preview.particle_radius.in_spacings ? plan.spacing : 1);
     Extent extent(plan.config.preview);
     if (needsExtent(plan.config))
-        extent = sequenceExtent(on_disk, plan.config, plan.skin.radius, options.notes, options.history.last_loss.empty());
+        extent =
+            sequenceExtent(on_disk, plan.config, plan.skin.radius, options.notes, options.history.last_loss.empty());
     plan.preview =
         planRendering(plan.config, extent, preview.show == ShownGeometry::particles ? small : plan.skin.radius);
     plan.preview->settings.layers = isExr(preview.path);

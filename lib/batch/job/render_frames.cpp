@@ -95,7 +95,7 @@ void Extent::add(const Extent& other) {
 double Extent::speed() const { return speeds > 0 ? std::sqrt(squares / static_cast<double>(speeds)) : 0; }
 
 Extent sequenceExtent(const std::map<int, std::string>& files, const Config& config, double radius,
-                const WorkerEvents& events, bool several_at_once) {
+                      const WorkerEvents& events, bool several_at_once) {
     const std::vector<std::pair<int, std::string>> rows(files.begin(), files.end());
     std::vector<Extent> extents(rows.size(), Extent(config.preview));
     parallelFor(rows.size(), several_at_once ? 1 : rows.size(), [&](std::size_t i) {

@@ -31,8 +31,8 @@ Spheres ballsAround(const Particles& particles, double radius);
 struct Extent {
     CameraFinder finder;
     Bounds bounds;
-    double squares = 0;      ///< sum of squared speeds, (world units per second)²
-    std::size_t speeds = 0;  ///< number of finite velocities
+    double squares = 0;               ///< sum of squared speeds, (world units per second)²
+    std::size_t speeds = 0;           ///< number of finite velocities
     std::optional<CutawayPlane> cut;  ///< geometry that it cuts away is ignored
 
     explicit Extent(const Config::Preview& preview);
@@ -49,7 +49,7 @@ struct Extent {
 ///         several_at_once: in parallel, otherwise one at a time
 /// same    results for any number of threads
 Extent sequenceExtent(const std::map<int, std::string>& files, const Config& config, double radius,
-                const WorkerEvents& events, bool several_at_once);
+                      const WorkerEvents& events, bool several_at_once);
 
 /// Camera and settings for all pictures of a sequence.
 struct RenderPlan {

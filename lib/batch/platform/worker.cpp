@@ -200,7 +200,8 @@ std::map<int, std::string> measurableOf(std::map<int, std::string> files, const 
     return files;
 }
 
-WorkerEvents::FrameInProgress::FrameInProgress(const WorkerEvents& events, int frame, Doing doing) : events_(events), frame_(frame) {
+WorkerEvents::FrameInProgress::FrameInProgress(const WorkerEvents& events, int frame, Doing doing)
+    : events_(events), frame_(frame) {
     writeEvent(events_.pipe_, {frame_, doing == Doing::measuring ? Event::measuring : Event::meshing});
 }
 

@@ -68,7 +68,7 @@ struct FrameReport {
     std::size_t triangles = 0;
     std::size_t spheres = 0;
     StageSeconds seconds;
-    std::uint64_t peak_bytes = 0;     ///< the most memory the whole process has held so far
+    std::uint64_t peak_bytes = 0;  ///< the most memory the whole process has held so far
     std::vector<std::string> warnings;
     std::optional<Provenance> origin;  ///< set if the frame was written
 };
@@ -125,7 +125,7 @@ struct CoherenceReport {
     std::string error;     ///< why a file could not be read; then nothing below is set
     SurfaceDistance distance;
     std::optional<ParticleMotion> particles;  ///< if it was measured
-    std::vector<JumpSite> places;                ///< where the surface moved farther than the particles
+    std::vector<JumpSite> places;             ///< where the surface moved farther than the particles
     double radius = 0;                        ///< ball radius, known or estimated; set if there are places
 
     /// A displacement as a multiple of that of the fastest particle; nullopt if no particle moved.
