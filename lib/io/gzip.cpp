@@ -84,7 +84,7 @@ private:
         if (!ended_) inflateReset(&stream_);
     }
     [[noreturn]] void fail(const std::string& what) const {
-        throw Error(in_.file() + ": the compressed stream is " + what + " near byte " +
+        throw Error(in_.file() + ": the gzip stream is " + what + " near byte " +
                     std::to_string(in_.offset() - stream_.avail_in));
     }
 

@@ -186,6 +186,7 @@ FileContents parseTable(Cursor in, const ReadOptions& options) {
         const std::size_t first = line->find_first_not_of(" \t,;");
         if (first == std::string::npos || line->at(first) == '#') continue;
         std::vector<std::string> cells = cellsOf(*line);
+        if (cells.empty()) continue;
         if (columns.empty()) {
             const bool numeric = numberOf(cells[0]).has_value();
             if (cells.size() == 1 && numeric && !has_names) {  // .xyz of chemistry: a count, then a comment

@@ -348,10 +348,6 @@ TEST(ReaderFuzz, VtkXml) {
         return bytesOf(text);
     };
     fuzz(xml, with("", "GAAAAAAAAAAAAIA/AAAAQAAAQEAAAIBAAACgQA=="), kTrials);
-    fuzz(xml,
-         with(" header_type=\"UInt32\" compressor=\"vtkZLibDataCompressor\"",
-              "AQAAABgAAAAAAAAAFwAAAA==eJxjYGBoYGCwB2IHIHYA4gYgZgAAKTQDgA=="),
-         kTrials);
 }
 
 TEST(ReaderFuzz, VtkLegacy) {
