@@ -85,8 +85,8 @@ TEST_F(PlaneJob, WhatGoesTogetherIsCheckedBeforeAnythingIsWritten) {
     };
     refused("c.svg", {}, "expected one of .bgeo");
     refused("c.ply", {"--dimension", "4"}, "2 to 3");
-    refused("c.ply", {"--dimension", "2", "--layers", "beta"}, "is no picture");
-    refused("c.ply", {"--bounds", "0,0,1,1"}, "is no picture");
+    refused("c.ply", {"--dimension", "2", "--layers", "beta"}, "are for .svg output");
+    refused("c.ply", {"--bounds", "0,0,1,1"}, "are for .svg output");
     refused("c.ply", {"--dimension", "2", "--tendrils", "points"}, "three dimensions");
     refused("c.ply", {"--dimension", "2", "--skin", "1"}, "less than surface.radius");
     refused("c.ply", {"--dimension", "2", "--skin", "0.1", "--tessellation", "paper"}, "complete tessellation");

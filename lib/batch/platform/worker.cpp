@@ -19,6 +19,7 @@
 #include <cerrno>
 #include <chrono>
 #include <csignal>
+#include <cstdlib>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
@@ -187,6 +188,16 @@ int exitStatusOf(const Worker& worker) {
     return status;
 }
 
+/// Debuggers, emulators and ThreadSanitizer do not follow a process with threads into its child.
+bool isSupervisionOff() {
+#if defined(__SANITIZE_THREAD__)
+    return true;
+#else
+    const char* const supervise = std::getenv("BETAMESH_SUPERVISE");
+    return supervise != nullptr && std::strcmp(supervise, "0") == 0;
+#endif
+}
+
 Watched inWorker(int pipe, JobHistory history, bool reads_vdb) {
     keepFreedMemory();
     if (reads_vdb) limitToMachine();
@@ -213,9 +224,7 @@ void WorkerEvents::ended(int frame, FrameStatus status) const {
 }
 
 Watched superviseWorkers(bool reads_vdb, double timeout) {
-#if defined(__SANITIZE_THREAD__)
-    return inWorker(-1, {}, reads_vdb);  // ThreadSanitizer checks nothing in the child of a process that has threads
-#endif
+    if (isSupervisionOff()) return inWorker(-1, {}, reads_vdb);
     const std::chrono::duration<double> longest(timeout);
     JobHistory history;
     for (;;) {
