@@ -74,6 +74,8 @@ struct Supervision {
 /// progress, or for lack of memory or time while the job is being planned: leaving out that frame would silently
 /// change the measured spacing.
 ///
+/// With BETAMESH_SUPERVISE=0 in the environment, for debuggers and emulators, the calling process does the job itself.
+///
 /// Call it once, before this process has started threads, after rememberSignals(), through which signals reach workers.
 ///
 /// in      reads_vdb: the job may read .vdb files. OpenVDB allocates whatever sizes a damaged file contains, so workers
