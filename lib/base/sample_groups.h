@@ -93,10 +93,10 @@ enum class Grouping { compact, unsorted };
 /// in single precision, in units of `unit`, relative to a point nearby.
 ///
 /// forGroups() in skin/neighbourhoods.h does the same for points that are grouped once and then moved many times. It
-/// accepts or rejects runs of samples, not single ones: finding samples is cheaper, but the sums see more of them. With
-/// it, coherent smoothing and limitVelocities() together took 1.08 to 1.10 times, limitVelocities() alone 1.05 times
-/// the whole program's time on a frame without a skin, and the other way round a skin's short sums would pay for the
-/// search.
+/// accepts or rejects runs of samples instead of single ones: the search is cheaper, which matters for the short sums
+/// of the skin, but the sums visit more samples beyond their reach. Used for coherent smoothing and limitVelocities(),
+/// it made the whole program take 1.05 to 1.10 times the user time on a frame without a skin (measured), and it adds in
+/// another order, so that the last bits of results change.
 template <std::size_t kFields>
 class SampleCloud {
 public:

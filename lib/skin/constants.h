@@ -30,7 +30,7 @@ inline constexpr double kMaxRadiusInSkins = 7;
 /// within a radius of a ball, so the neighbourhood is never empty.
 inline constexpr double kLiquidReachSpacings = 3.5, kLiquidReachRadii = 2;
 
-// Resolution of the tessellation (pipeline.cpp) -----------------------------------------------------------------------
+// Resolution of the tessellation (stage_settings.cpp) -----------------------------------------------------------------
 
 /// Radians between samples inside faces for smoothing the paper's tessellation: its faces have no points of their own.
 inline constexpr double kPaperSampleAngle = 0.56;
@@ -154,7 +154,7 @@ inline constexpr double kTurnedHeight = 0.03;
 /// Longest step of relaxFolds().
 inline constexpr float kMaxFoldStep = 0.25F;
 
-// Smoothing of the skin (skin_smoothing.cpp, long_waves.cpp); lengths in dx -------------------------------------------
+// Smoothing of the skin (skin_smoothing.cpp, surface_elements.cpp, skin_fit.cpp, long_waves.cpp); lengths in dx -------
 
 /// Steps of the bi-Laplacian in a pass; their gain: as much as four steps of 1, and below where it oscillates.
 inline constexpr int kBiLaplacianSteps = 3;
@@ -196,7 +196,7 @@ inline constexpr int kFoldRelaxations = 2;
 /// Largest displacement by smoothing in skin depths, < 1: no vertex passes a particle.
 inline constexpr double kMaxSkinSmoothing = 0.9;
 
-// Self-intersections (self_intersections.cpp); lengths in radii -------------------------------------------------------
+// Self-intersections (self_intersections.cpp, displacement_limits.cpp); lengths in radii -----------------------------
 
 /// Attempts to remove crossings of the skin by moving corners to the mean of their one-rings.
 inline constexpr int kCornerRelaxations = 6;

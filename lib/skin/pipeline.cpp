@@ -96,10 +96,11 @@ PaperMesh paperSurface(const Particles& particles, const Structure& structure, c
     if (params.smoothing == SmoothingMethod::paper) {
         smoothAsInPaper(mesh, params.passes);
     } else if (isSmoothed(params)) {
-        const FacePoints points = facePoints(structure.snapped, boundary, balls, Icosphere(structure.directions));
-        CoherentSmoother(boundarySamples(boundary, balls, arcPoints(boundary, balls, vertices, {}), points),
-                         coherentSmoothing(params))
-            .smooth(mesh);
+        CoherentSmoother smoother(
+            boundarySamples(boundary, balls, arcPoints(boundary, balls, vertices, {}),
+                            facePoints(structure.snapped, boundary, balls, Icosphere(structure.directions))),
+            coherentSmoothing(params));
+        smoother.smooth(mesh);
     }
     if (params.resolve_intersections) resolveIntersections(boundary, balls, mesh);
     watch(Stage::smooth);
