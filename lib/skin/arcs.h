@@ -5,7 +5,7 @@
 #include "base/dual.h"
 #include "skin/ball_boundary.h"
 #include "skin/beta_mesh.h"
-#include "skin/tessellation_constants.h"
+#include "skin/constants.h"
 
 #include <array>
 #include <cstdint>

@@ -1,6 +1,6 @@
 #include "skin/edge_flips.h"
 
-#include "skin/tessellation_constants.h"
+#include "skin/constants.h"
 
 #include <algorithm>
 

@@ -2,7 +2,7 @@
 
 #include "base/index.h"
 #include "base/simd.h"
-#include "skin/tessellation_constants.h"
+#include "skin/constants.h"
 
 #include <cmath>
 #include <limits>

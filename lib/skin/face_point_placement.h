@@ -5,8 +5,8 @@
 #include "base/compressed_rows.h"
 #include "base/dual.h"
 #include "skin/arcs.h"
+#include "skin/constants.h"
 #include "skin/face_points.h"
-#include "skin/tessellation_constants.h"
 
 #include <span>
 #include <vector>

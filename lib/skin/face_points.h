@@ -6,7 +6,7 @@
 #include "base/icosphere.h"
 #include "exact/snapped_particles.h"
 #include "skin/ball_boundary.h"
-#include "skin/tessellation_constants.h"
+#include "skin/constants.h"
 
 #include <cstdint>
 #include <vector>

@@ -4,7 +4,7 @@
 #include "base/index.h"
 #include "base/union_find.h"
 #include "mesh/components.h"
-#include "skin/tessellation_constants.h"
+#include "skin/constants.h"
 #include "skin/voids.h"
 
 #include <algorithm>

@@ -188,9 +188,6 @@ int exitStatusOf(const Worker& worker) {
     return status;
 }
 
-<<<<<<< HEAD
-Supervision inWorker(int pipe, JobHistory history, bool reads_vdb) {
-=======
 /// Debuggers, emulators and ThreadSanitizer do not follow a process with threads into its child.
 bool isSupervisionOff() {
 #if defined(__SANITIZE_THREAD__)
@@ -201,8 +198,7 @@ bool isSupervisionOff() {
 #endif
 }
 
-Watched inWorker(int pipe, JobHistory history, bool reads_vdb) {
->>>>>>> removals
+Supervision inWorker(int pipe, JobHistory history, bool reads_vdb) {
     keepFreedMemory();
     if (reads_vdb) limitToMachine();
     return {true, WorkerEvents(pipe), std::move(history), 0};
@@ -228,15 +224,8 @@ void WorkerEvents::ended(int frame, FrameStatus status) const {
                                                                : Event::written});
 }
 
-<<<<<<< HEAD
 Supervision superviseWorkers(bool reads_vdb, double timeout) {
-#if defined(__SANITIZE_THREAD__)
-    return inWorker(-1, {}, reads_vdb);  // ThreadSanitizer checks nothing in the child of a process that has threads
-#endif
-=======
-Watched superviseWorkers(bool reads_vdb, double timeout) {
     if (isSupervisionOff()) return inWorker(-1, {}, reads_vdb);
->>>>>>> removals
     const std::chrono::duration<double> longest(timeout);
     JobHistory history;
     for (;;) {
