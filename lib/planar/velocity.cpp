@@ -12,8 +12,8 @@ namespace betamesh {
 
 namespace {
 
-constexpr double kWellConditioned = 0.05;  // |q1 × q2| / r² from which on the equations are solved exactly
-constexpr double kDamping = 0.25;          // root of the weight of the rigid motion where |q1 × q2| = 0
+constexpr double kWellConditionedInPlane = 0.05;  // |q1 × q2| / r² from which on the equations are solved exactly
+constexpr double kDamping = 0.25;                 // root of the weight of the rigid motion where |q1 × q2| = 0
 
 Vec3 rotatedLeft(const Vec3& a) { return {-a.y, a.x, 0}; }
 
@@ -43,7 +43,7 @@ private:
 
 // Solves q1·ċ = q1·v1 and q2·ċ = q2·v2 for ċ, regularised towards `prior` where they are ill-conditioned.
 Vec3 vertexVelocity(const Vec3& q1, const Vec3& v1, const Vec3& q2, const Vec3& v2, const Vec3& prior) {
-    const double determinant = crossZ(q1, q2), shortfall = 1 - std::abs(determinant) / kWellConditioned;
+    const double determinant = crossZ(q1, q2), shortfall = 1 - std::abs(determinant) / kWellConditionedInPlane;
     const double s1 = dot(q1, v1 - prior), s2 = dot(q2, v2 - prior);
     if (shortfall <= 0) return prior + (rotatedLeft(q1) * s2 - rotatedLeft(q2) * s1) / determinant;
     // Damped least squares: the third equation, of small weight, is ċ = prior.
@@ -75,7 +75,7 @@ std::vector<DualVec3> boundaryVertices(const DiscBoundary& boundary, const std::
         const auto [from, to] = boundary.segment[v];
         const Vec3 c = boundary.vertex[v], q1 = (c - discs[from].position).normalized(),
                    q2 = (c - discs[to].position).normalized();
-        const bool ill_conditioned = std::abs(crossZ(q1, q2)) < kWellConditioned;
+        const bool ill_conditioned = std::abs(crossZ(q1, q2)) < kWellConditionedInPlane;
         const Vec3 prior = ill_conditioned ? motion.at(c) : (discs[from].velocity + discs[to].velocity) / 2;
         vertices[v] = {c, vertexVelocity(q1, discs[from].velocity, q2, discs[to].velocity, prior)};
     });
