@@ -356,6 +356,56 @@ TEST_F(Faults, DamagedVdbFilesFailAlone) {
     EXPECT_EQ(hiddenFiles("out"), 0U);
 }
 
+/// A file that ends its process, found among those that do.
+TEST_F(Faults, ADamagedVdbThatEndsItsProcessIsAnErrorOfEveryCommand) {
+    if (kSanitized) GTEST_SKIP() << "sanitizers end the program where OpenVDB writes out of bounds";
+    Sample sample({"jitter", 300, 1, 24});
+    for (int frame = 1; frame <= 3; ++frame)
+        writeParticles(folder_ / numbered("in/a", frame, ".vdb"), sample.frame(frame));
+    const std::string damaged = folder_ / "in/a.0002.vdb";
+    const std::string bytes = contentsOf(damaged);
+    const auto endsItsProcess = [&] {
+        const Outcome outcome = runProgram({"info", "in/a.0002.vdb"}, folder_.path());
+        return outcome.err.find("in/a.0002.vdb: the process that worked on it was ended") != std::string::npos;
+    };
+    bool found = false;
+    for (std::uint64_t seed = 1; seed <= 3000 && !found; ++seed) {
+        std::string changed = bytes;
+        Random random(seed);
+        for (int change = 0; change < 6; ++change)
+            changed[random.below(changed.size())] = static_cast<char>(random.below(256));
+        write(damaged, changed);
+        found = endsItsProcess();
+    }
+    ASSERT_TRUE(found);
+    const std::string named = "in/a.0002.vdb: the process that worked on it was ended";
+
+    const Outcome info =
+        runProgram({"info", "--json", "in/a.0001.vdb", "in/a.0002.vdb", "in/a.0003.vdb"}, folder_.path());
+    EXPECT_EQ(info.exit_code, 1);
+    EXPECT_EQ(count(info.err, named), 1U) << info.err;
+    EXPECT_EQ(jsonLines(info.out).size(), 2U) << info.out;
+
+    for (const char* command : {"render", "compare"}) {
+        fs::remove_all(folder_ / "look");
+        const Outcome outcome = runProgram({command, "in/a.####.vdb", "look/a.####.png", "--width", "64", "--height",
+                                            "48", "--samples", "1", "--radius", "0.2"},
+                                           folder_.path());
+        EXPECT_EQ(outcome.exit_code, 1) << outcome.err;
+        EXPECT_EQ(count(outcome.err, "error: frame 2: " + named), 1U) << outcome.err;
+        EXPECT_TRUE(exists("look/a.0001.png") && !exists("look/a.0002.png") && exists("look/a.0003.png"));
+    }
+
+    writeFrames(1, 3, 300);
+    ASSERT_EQ(mesh({"--frames", "1-3", "--radius", "0.2"}).exit_code, 0);
+    const Outcome check = runProgram({"check", "--json", "--particles", "in/a.####.vdb", "--tolerance", "9",
+                                      "out/a.0001.ply", "out/a.0002.ply", "out/a.0003.ply"},
+                                     folder_.path());
+    EXPECT_EQ(check.exit_code, 1);
+    EXPECT_EQ(count(check.err, named), 1U) << check.err;
+    EXPECT_EQ(jsonLines(check.out).size(), 3U) << check.out;
+}
+
 TEST_F(Faults, NoProcessStaysBehindAJob) {
     prctl(PR_SET_CHILD_SUBREAPER, 1);  // orphans become children of this process
     writeParticles(folder_ / "in/a.0001.vdb", Sample({"jitter", 300, 1, 24}).frame(1));
