@@ -2,7 +2,6 @@
 #include "sample/sample.h"
 
 #include "betamesh/error.h"
-#include "sample/scene.h"
 
 #include <cmath>
 
