@@ -1,5 +1,5 @@
-// The whole public interface of the core library. Data are structs of arrays: Particles, Mesh, Spheres, Curves. Functions
-// go from data to new data, without state between calls, and may be called from several threads at once:
+// The whole public interface of the core library. Data are structs of arrays: Particles, Mesh, Spheres, Curves.
+// Functions go from data to new data, without state between calls, and may be called from several threads at once:
 //
 // - skinFrame() computes the surface of one frame of particles, with the parameters in SkinParams;
 // - skinPlane() does so in two dimensions;
