@@ -189,8 +189,8 @@ Sequence fineSteps(const Arguments& arguments, const Supervision& watched) {
 /// Jumps within this distance of each other belong to one place: the ball radius, known or estimated. World units.
 double placeRadius(const Particles& particles, const Sequence& sequence, const SurfaceDistance& distance) {
     if (sequence.radius) return *sequence.radius;
-    const std::optional<double> particle_spacing = spacing(particles.position);
-    return particle_spacing ? kDefaultRadiusSpacings * *particle_spacing : distance.max;
+    const auto estimate = spacingOf(particles.position);
+    return estimate ? kDefaultRadiusSpacings * estimate->spacing : distance.max;
 }
 
 CoherenceReport compared(const Moment& before, const Moment& after, const Sequence& sequence,

@@ -45,7 +45,10 @@ struct Arguments {
 void showFile(const std::string& file, bool json) {
     const FileInfo info = inspectFile(file);
     std::optional<double> particle_spacing;
-    if (info.kind == FileKind::particles) particle_spacing = spacing(readParticles(file).position);
+    if (info.kind == FileKind::particles) {
+        const auto estimate = spacingOf(readParticles(file).position);
+        if (estimate) particle_spacing = estimate->spacing;
+    }
     if (json) {
         std::cout << infoJson(file, info, particle_spacing) << '\n';
     } else {

@@ -142,7 +142,7 @@ void writing(benchmark::State& state, const std::string& extension) {
 
 void estimatingSpacing(benchmark::State& state) {
     const Particles particles = splash(static_cast<std::size_t>(state.range(0)));
-    for (auto _ : state) benchmark::DoNotOptimize(spacing(particles.position));
+    for (auto _ : state) benchmark::DoNotOptimize(medianSixNearest(particles.position));
     count(state, particles);
 }
 

@@ -49,6 +49,14 @@ inline std::string textOf(double number) {
     return {buffer.data(), end};
 }
 
+/// Six digits, for messages.
+inline std::string shortNumber(double number) {
+    std::array<char, 32> buffer{};
+    const auto [end, error] =
+        std::to_chars(buffer.data(), buffer.data() + buffer.size(), number, std::chars_format::general, 6);
+    return {buffer.data(), end};
+}
+
 template <typename Member>
 const auto& readOnly(const Config& config, Member member) {
     return member(const_cast<Config&>(config));  // an accessor returns a reference and changes nothing

@@ -20,8 +20,8 @@ void addSurfaceKeys(std::vector<ConfigKey>& keys) {
          "Particle spacing, which `dx` stands for: the distance at which the simulation seeded its particles. auto: "
          "radius / " +
              textOf(kDefaultRadiusSpacings) +
-             " if the radius is given in world units; otherwise measured once, in the first frame on disk with at "
-             "least seven distinct particles, and used for all frames."},
+             " if the radius is given in world units; otherwise measured once, in the first, a middle and the "
+             "last frame on disk with at least seven distinct particles, and used for all frames."},
         "auto, or a number above 0", std::numeric_limits<double>::max(), true,
         [](Config& c) -> double& { return c.surface.spacing; }));
     keys.push_back(choiceKey<SurfaceKind>(

@@ -85,12 +85,6 @@ void refuseExisting(const std::vector<FrameTask>& tasks) {
                 (count > 1 ? "them" : "it") + " or --skip-existing to resume.");
 }
 
-std::string shortNumber(double number) {
-    char text[32];
-    const auto [end, error] = std::to_chars(text, text + sizeof text, number, std::chars_format::general, 6);
-    return {text, end};
-}
-
 /// The paper's smoothing needs its tessellation.
 void agreeOnTessellation(Plan& plan) {
     if (plan.config.smoothing.method != SmoothingMethod::paper || plan.config.surface.kind != SurfaceKind::beta ||
@@ -158,9 +152,8 @@ void agreeOnSkin(Plan& plan) {
                                 skinForInset(*surface.inset, surface.radius));
     const std::optional<Length>& length = skinText(surface);
     if (!length) return;
-    if (surface.spacing > 0 || !surface.radius.in_spacings) {
-        const auto resolved = resolveRadius(plan.config, {});
-        withLengths(plan.skin, surface, resolved->radius, resolved->spacing);
+    if (const auto given = givenRadius(plan.config)) {
+        withLengths(plan.skin, surface, given->radius, given->spacing);
     } else {
         const double large_enough = 2 * length->value;  // stands for a radius that is given in the other unit
         withLengths(plan.skin, surface, length->in_spacings ? surface.radius.value : large_enough, 1);
@@ -203,6 +196,9 @@ void planRadius(Plan& plan, const std::map<int, std::string>& on_disk, const Pla
     plan.notes.push_back("radius " + shortNumber(resolved->radius) +
                          (skin > 0 ? ", skin " + shortNumber(skin) : std::string()) + ", spacing " +
                          shortNumber(resolved->spacing) + " (" + resolved->origin + ')');
+    if (!givenRadius(plan.config))
+        plan.notes.push_back("to mesh files of this sequence one by one with the same spacing, use --spacing " +
+                             textOf(resolved->spacing));
     plan.warnings.insert(plan.warnings.end(), resolved->warnings.begin(), resolved->warnings.end());
 }
 

@@ -59,6 +59,7 @@ void addSurface(const FrameReport& report, Json& json) {
     json["distinct_particles"] = report.skin.distinct_particles;
     json["radius"] = report.radius;
     json["spacing"] = report.spacing;
+    if (report.frame_spacing > 0) json["frame_spacing"] = report.frame_spacing;
     json["skin"] = report.skin_depth;
     json["predicates"] = report.predicates == PredicateKind::exact ? "exact" : "float";
     json["perturbation_retries"] = report.skin.perturbation_retries;
@@ -85,6 +86,7 @@ void addPlane(const FrameReport& report, const PlaneFrameReport& plane, Json& js
     json["distinct_particles"] = plane.skin.distinct_particles;
     json["radius"] = report.radius;
     json["spacing"] = report.spacing;
+    if (report.frame_spacing > 0) json["frame_spacing"] = report.frame_spacing;
     json["skin"] = report.skin_depth;
     json["alpha_vertices"] = plane.skin.alpha_vertices;
     json["alpha_segments"] = plane.skin.alpha_segments;
