@@ -13,6 +13,7 @@
 #include "render/contact_sheet.h"
 #include "render/exr_file.h"
 #include "render/png_file.h"
+#include "value_checks.h"
 
 #include <algorithm>
 #include <chrono>
@@ -128,19 +129,19 @@ void addPictureOptions(CLI::App& command, PictureOptions& options,
                     "Largest number of pictures on the contact sheet, chosen evenly from the sequence.")
         ->type_name("N")
         ->capture_default_str()
-        ->check(CLI::Range(1, 1000))
+        ->check(wholeNumber(1, 1000))
         ->group("Sequence");
     command
         .add_option("--sheet-width", options.sheet_width, "Largest width of a picture on the contact sheet, in pixels.")
         ->type_name("N")
         ->capture_default_str()
-        ->check(CLI::Range(16, 16384))
+        ->check(wholeNumber(16, 16384))
         ->group("Sequence");
     command
         .add_option("--sheet-columns", options.sheet_columns,
                     "Number of columns of the contact sheet. Without it, about as many as there are rows.")
         ->type_name("N")
-        ->check(CLI::Range(1, 1000))
+        ->check(wholeNumber(1, 1000))
         ->group("Sequence");
     command.add_option("--movie", options.movie, "Also write the sequence as a movie at --fps; requires ffmpeg.")
         ->type_name("FILE.mp4")

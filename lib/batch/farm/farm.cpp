@@ -1,6 +1,7 @@
 
 #include "batch/farm/farm.h"
 
+#include "base/nearest_word.h"
 #include "batch/job/frames.h"
 #include "betamesh/error.h"
 
@@ -185,7 +186,10 @@ std::pair<std::string, bool> sbatch(const std::string& script, const std::vector
 Farm farmNamed(std::string_view name) {
     for (const auto& [farm_name, farm] : kFarms)
         if (farm_name == name) return farm;
-    throw Error("'" + std::string(name) + "' is not a known farm engine. Use one of " + farmNames(", ") + '.');
+    std::vector<std::string> names;
+    for (const auto& entry : kFarms) names.emplace_back(entry.first);
+    throw Error("'" + std::string(name) + "' is not a known farm engine. Use one of " + farmNames(", ") + '.' +
+                didYouMean(name, names));
 }
 
 std::string farmNames(std::string_view separator) {
