@@ -6,6 +6,7 @@
 #include "command.h"
 #include "io/output_file.h"
 #include "job_options.h"
+#include "value_checks.h"
 
 #include <filesystem>
 #include <iostream>
@@ -41,7 +42,8 @@ std::vector<int> framesOf(const std::vector<FrameTask>& tasks) {
 
 Plan planOf(const Config& config) {
     PlanOptions options;
-    options.dry_run = options.overwrite = true;
+    options.overwrite = true;
+    options.measure = false;
     Plan plan = planJob(config, options);
     for (const std::string& warning : plan.warnings) logWarning(warning);
     return plan;
@@ -165,10 +167,10 @@ void addSubmitCommand(CLI::App& program, int& exit_code) {
                      "Intended duration of a task in minutes, estimated from the sizes of the inputs.")
         ->type_name("M")
         ->capture_default_str()
-        ->check(CLI::PositiveNumber);
+        ->check(numberAboveZero());
     command->add_option("--chunk-size", arguments->chunk_size, "Frames per task, instead of --task-minutes.")
         ->type_name("N")
-        ->check(CLI::Range(std::size_t{1}, std::size_t{10000000}));
+        ->check(wholeNumber(1, 10000000));
     command
         ->add_option("--report", arguments->report,
                      "Page of the final report. Without it, PIPELINE.html beside the meshes.")
