@@ -10,6 +10,7 @@
 #include "io/mesh_file.h"
 #include "io/particle_file.h"
 #include "mesh/enclosure.h"
+#include "standard_streams.h"
 #include "value_checks.h"
 
 #include <cstdio>
@@ -243,7 +244,10 @@ bool checkFile(const std::string& file, const Arguments& arguments) {
 
 int checkFiles(const Arguments& arguments) {
     if (!arguments.scratch.empty()) logWarning("--scratch has no effect any more: meshes are checked in memory alone");
-    const std::vector<std::string> meshes = filesNamed(arguments.meshes);
+    StandardStreams streams;
+    std::vector<std::string> meshes = filesNamed(arguments.meshes);
+    for (std::string& mesh : meshes)
+        if (mesh == kStandardStream) mesh = streams.fileOfStdin();
     for (const std::string& mesh : meshes) requireMeshExtension(mesh);
     if (!arguments.particles.empty()) requireParticleExtension(arguments.particles);
     const auto nameOf = [&](std::size_t i) {
@@ -274,7 +278,7 @@ void addCheckCommand(CLI::App& program, int& exit_code) {
         ->add_option(
             "MESH", arguments->meshes,
             "Files with meshes or planar curves (.ply, .bgeo, .bgeo.gz, .obj). Polygons are triangulated. A pattern "
-            "with a frame number (####) stands for every frame on disk.")
+            "with a frame number (####) stands for every frame on disk, - for stdin.")
         ->required();
     command->add_flag("--json", arguments->json, "Print one JSON object per mesh on stdout, with all components.");
     command->add_flag(

@@ -1,5 +1,6 @@
 #include "base/parallel.h"
 #include "batch/config/config.h"
+#include "batch/job/distinct_files.h"
 #include "batch/job/frames.h"
 #include "batch/job/job.h"
 #include "batch/job/plan.h"
@@ -264,8 +265,19 @@ void checkUsage(const Arguments& arguments) {
         throw Error("--max-ratio compares with the fastest particle. Add --particles or use --pipeline.");
 }
 
+/// errors  the plot is a file that is read
+void requireDistinctFiles(const Arguments& arguments) {
+    if (arguments.plot.empty()) return;
+    DistinctFiles files;
+    for (const std::string& file : filesNamed(arguments.meshes)) files.read(file, "a mesh");
+    for (const std::string& file : {arguments.pipeline, arguments.against})
+        if (!file.empty()) files.read(file, file == arguments.pipeline ? "the pipeline file" : "the file of --against");
+    files.written(arguments.plot, "the plot");
+}
+
 int run(const Arguments& arguments) {
     checkUsage(arguments);
+    requireDistinctFiles(arguments);
     const Supervision watched = superviseWorkers(true);
     if (!watched.is_worker) return watched.exit_code;
     const Sequence sequence = arguments.pipeline.empty() ? meshFiles(arguments) : fineSteps(arguments, watched);

@@ -6,6 +6,7 @@
 #include "io/file_info.h"
 #include "io/particle_file.h"
 #include "skin/spacing.h"
+#include "standard_streams.h"
 
 #include <iostream>
 #include <optional>
@@ -56,7 +57,10 @@ void showFile(const std::string& file, bool json) {
 }
 
 int showFiles(const Arguments& arguments) {
-    const std::vector<std::string> files = filesNamed(arguments.files);
+    StandardStreams streams;
+    std::vector<std::string> files = filesNamed(arguments.files);
+    for (std::string& file : files)
+        if (file == kStandardStream) file = streams.fileOfStdin();
     const auto show = [&](std::size_t i) {
         showFile(files[i], arguments.json);
         return true;
@@ -73,7 +77,7 @@ void addInfoCommand(CLI::App& program, int& exit_code) {
     command
         ->add_option("FILE", arguments->files,
                      "Particle or mesh files (.vdb, .bgeo, .bgeo.gz, .ply, .obj). A pattern with a frame number (####) "
-                     "stands for every frame on disk.")
+                     "stands for every frame on disk, - for stdin.")
         ->required();
     command->add_flag("--json", arguments->json, "Print one JSON object per file on stdout.");
 }

@@ -1,3 +1,5 @@
+#include "batch/job/plan.h"
+#include "batch/report/log.h"
 #include "betamesh/error.h"
 #include "command.h"
 #include "help.h"
@@ -40,7 +42,8 @@ int run(const Arguments& arguments) {
         options.stdout_is_taken = true;
     }
     const int exit_code = runWithOptions("", {{"input.path", input, "IN"}, {"output.path", output, "OUT"}}, options);
-    if (exit_code == 0) streams.writeStdout();
+    if (exit_code == 0 && streams.writeStdout() && std::filesystem::exists(spheresPath(output)))
+        logWarning("the spheres beside the mesh are left out, because stdout holds one file. Give a file as OUT.");
     return exit_code;
 }
 

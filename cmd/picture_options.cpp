@@ -1,6 +1,7 @@
 #include "picture_options.h"
 
 #include "base/parallel.h"
+#include "batch/job/distinct_files.h"
 #include "batch/job/frames.h"
 #include "batch/job/job.h"
 #include "batch/job/movie_file.h"
@@ -35,6 +36,21 @@ void refuseExisting(const std::vector<std::string>& outputs) {
     for (const std::string& output : outputs)
         if (!output.empty() && fs::exists(output))
             throw Error(output + " already exists. Use --overwrite to replace it or --skip-existing to keep it.");
+}
+
+/// errors  a file that would be both read and written, or written twice
+void requireDistinctFiles(const PictureJob& job) {
+    DistinctFiles files;
+    if (!job.options.pipeline.empty()) files.read(job.options.pipeline, "the pipeline file");
+    for (const auto& [frame, file] : job.on_disk) files.read(file, "the input of frame " + std::to_string(frame));
+    for (const PictureTask& task : job.tasks) {
+        const std::string of_frame = " of frame " + std::to_string(task.frame);
+        files.read(task.input, "the input" + of_frame);
+        for (std::size_t i = 0; i < task.outputs.size(); ++i)
+            files.written(task.outputs[i], (i == 0 ? "the picture" : "the second picture") + of_frame);
+    }
+    if (!job.options.contact_sheet.empty()) files.written(job.options.contact_sheet, "the contact sheet");
+    if (!job.options.movie.empty()) files.written(job.options.movie, "the movie");
 }
 
 void makeFolderOf(const std::string& file) {
@@ -179,6 +195,7 @@ PictureJob planPictures(const PictureOptions& options, const Config& defaults) {
         job.tasks.push_back(std::move(task));
     }
     if (!options.skip_existing && !options.overwrite) refuseExisting({options.contact_sheet, options.movie});
+    requireDistinctFiles(job);
     return job;
 }
 

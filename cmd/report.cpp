@@ -1,3 +1,4 @@
+#include "batch/job/distinct_files.h"
 #include "batch/job/frames.h"
 #include "batch/job/job.h"
 #include "batch/report/log.h"
@@ -63,7 +64,18 @@ ReportPage pageOf(const Arguments& arguments) {
     return page;
 }
 
+/// errors  the page is a file that it is made from
+void requireDistinctFiles(const Arguments& arguments) {
+    DistinctFiles files;
+    for (const std::string& file : filesNamed(arguments.manifests)) files.read(file, "a manifest");
+    if (!arguments.coherence.empty()) files.read(arguments.coherence, "the file of --coherence");
+    if (!arguments.previews.empty())
+        for (const auto& [frame, file] : framesOnDisk(framePattern(arguments.previews))) files.read(file, "a preview");
+    files.written(arguments.output, "the page");
+}
+
 int report(const Arguments& arguments) {
+    requireDistinctFiles(arguments);
     const ReportPage page = pageOf(arguments);
     writeFile(arguments.output, htmlOf(page));
     logInfo(std::to_string(page.frames.size()) + " frames -> " + arguments.output);

@@ -78,7 +78,8 @@ fs::path StandardStreams::folder() {
 
 std::string StandardStreams::fileOfStdin() {
     if (::isatty(STDIN_FILENO) != 0)
-        throw Error("stdin is a terminal. Give the particles to it, as in betamesh mesh - out.ply < in.ply.");
+        throw Error("stdin is a terminal. Give a file to it, as in betamesh mesh - out.ply < in.ply.");
+    if (!stdin_file_.empty()) throw Error("stdin (-) is named twice, but can be read only once.");
     const fs::path copy = folder() / "stdin";
     {
         const Descriptor file(::open(copy.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0600));
@@ -94,7 +95,7 @@ std::string StandardStreams::fileOfStdin() {
         fs::path named = copy;
         named += extension;
         fs::rename(copy, named);
-        return named.string();
+        return (stdin_file_ = named).string();
     }
 }
 
@@ -104,11 +105,12 @@ std::string StandardStreams::fileForStdout(const std::string& extension) {
     return stdout_file_ = folder() / ("stdout" + extension);
 }
 
-void StandardStreams::writeStdout() const {
-    if (owner_ != ::getpid() || stdout_file_.empty()) return;
+bool StandardStreams::writeStdout() const {
+    if (owner_ != ::getpid() || stdout_file_.empty()) return false;
     const Descriptor file(::open(stdout_file_.c_str(), O_RDONLY | O_CLOEXEC));
     if (file.number < 0) fail(stdout_file_.string() + ": cannot be read");
     copyAll(file.number, stdout_file_.string(), STDOUT_FILENO, "stdout");
+    return true;
 }
 
 }  // namespace betamesh

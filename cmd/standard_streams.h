@@ -22,7 +22,7 @@ public:
 
     /// Copies stdin to a file whose extension is that of its contents: .ply, .bgeo or .vdb. Returns its path.
     ///
-    /// errors  stdin is a terminal or of no known format; no space for the copy
+    /// errors  stdin is a terminal, of no known format, or was copied before; no space for the copy
     std::string fileOfStdin();
 
     /// The path of the file to write instead of stdout. extension: with its dot.
@@ -30,15 +30,16 @@ public:
     /// errors  stdout is a terminal
     std::string fileForStdout(const std::string& extension);
 
-    /// Writes the file to stdout, in the process that made these files; does nothing in a process forked from it.
+    /// Writes the file to stdout, in the process that made these files. Does nothing in a process forked from it.
+    /// Returns whether it was written.
     ///
     /// errors  stdout cannot be written
-    void writeStdout() const;
+    bool writeStdout() const;
 
 private:
     std::filesystem::path folder();
 
-    std::filesystem::path folder_, stdout_file_;
+    std::filesystem::path folder_, stdin_file_, stdout_file_;
     pid_t owner_ = -1;
 };
 

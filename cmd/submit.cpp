@@ -1,4 +1,5 @@
 #include "batch/farm/farm.h"
+#include "batch/job/distinct_files.h"
 #include "batch/job/frames.h"
 #include "batch/job/job.h"
 #include "batch/report/log.h"
@@ -91,6 +92,7 @@ FarmJob farmJob(const Arguments& arguments, Farm farm) {
     job.run = {program, "run", arguments.pipeline};
     for (const std::string& assignment : arguments.assignments) job.run.insert(job.run.end(), {"--set", assignment});
     if (!arguments.no_report) job.report = reportCommand(arguments, job, config, plan);
+    job.sbatch_options = arguments.sbatch_options;
     job.task_seconds = arguments.minutes * 60;
     job.threads = config.run.threads;
     job.memory = taskMemory(config, plan);
@@ -121,7 +123,7 @@ int submit(const Arguments& arguments) {
                     "': options after -- are for sbatch. Use them with --to slurm only.");
     const FarmJob job = farmJob(arguments, farm);
     if (farm == Farm::slurm && !arguments.print) {
-        const SlurmJobs submitted = submitToSlurm(job, arguments.sbatch_options);
+        const SlurmJobs submitted = submitToSlurm(job);
         std::cout << submitted.array_job << '\n';
         logInfo(std::to_string(job.chunks.size()) + " tasks: job " + submitted.array_job +
                 (submitted.report_job.empty() ? "" : "; report: job " + submitted.report_job));
@@ -129,6 +131,9 @@ int submit(const Arguments& arguments) {
     }
     if (farm == Farm::openjd && !arguments.print) {
         const std::string file = arguments.output.empty() ? job.name + ".openjd.yaml" : arguments.output;
+        DistinctFiles files;
+        files.read(arguments.pipeline, "the pipeline file");
+        files.written(file, "the template");
         writeFile(file, openJobTemplate(job));
         logInfo("job template -> " + file);
         return kAllWritten;
@@ -184,7 +189,8 @@ void addSubmitCommand(CLI::App& program, int& exit_code) {
         ->add_option("-o,--output", arguments->output,
                      "For openjd: the template to write. Without it, PIPELINE.openjd.yaml in the current folder.")
         ->type_name("FILE");
-    command->add_option("SBATCH", arguments->sbatch_options, "After --: more options for sbatch.");
+    command->add_option("SBATCH", arguments->sbatch_options,
+                        "After --: more options for sbatch, for the array and for the report.");
 }
 
 }  // namespace betamesh
