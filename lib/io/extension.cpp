@@ -1,13 +1,18 @@
 
 #include "io/extension.h"
 
+#include "base/nearest_word.h"
 #include "betamesh/error.h"
 #include "io/gzip.h"
 #include "io/houdini_scf.h"
 #include "io/output_file.h"
 
 #include <cctype>
+#include <iterator>
 #include <optional>
+#include <sstream>
+#include <string>
+#include <vector>
 
 namespace betamesh {
 
@@ -31,7 +36,13 @@ std::optional<Extension> extensionOf(const std::string& name) {
 }
 
 [[noreturn]] void failUnknownExtension(const std::filesystem::path& path, const char* kind, const char* known) {
-    throw Error(path.string() + ": unknown extension for " + kind + ". Use one of " + known + ".");
+    std::istringstream words(known);
+    const std::vector<std::string> extensions{std::istream_iterator<std::string>(words), {}};
+    const std::string extension = path.extension().string();
+    throw Error(path.string() +
+                (extension.empty() ? ": the name has no extension, which selects the format"
+                                   : ": '" + extension + "' is not a format for " + kind) +
+                ". Use one of " + known + '.' + didYouMean(extension, extensions));
 }
 
 }  // namespace
@@ -48,7 +59,7 @@ Extension particleExtension(const std::filesystem::path& path) {
 Extension meshExtension(const std::filesystem::path& path) {
     const auto extension = extensionOf(lowerName(path));
     if (!extension || *extension == Extension::vdb || *extension == Extension::svg)
-        failUnknownExtension(path, "a mesh", ".bgeo .bgeo.gz .bgeo.sc .bhclassic .obj .ply");
+        failUnknownExtension(path, "meshes", ".bgeo .bgeo.gz .bgeo.sc .bhclassic .obj .ply");
     return *extension;
 }
 
@@ -62,7 +73,7 @@ Extension curveExtension(const std::filesystem::path& path) {
 Extension anyExtension(const std::filesystem::path& path) {
     const auto extension = extensionOf(lowerName(path));
     if (!extension || *extension == Extension::svg)
-        failUnknownExtension(path, "particles or a mesh", ".bgeo .bgeo.gz .bgeo.sc .bhclassic .obj .ply .vdb");
+        failUnknownExtension(path, "particles or meshes", ".bgeo .bgeo.gz .bgeo.sc .bhclassic .obj .ply .vdb");
     return *extension;
 }
 

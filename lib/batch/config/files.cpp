@@ -6,7 +6,9 @@
 #include "batch/job/frames.h"
 #include "batch/job/plane.h"
 #include "io/curve_file.h"
+#include "io/mesh_file.h"
 #include "io/particle_file.h"
+#include "io/svg.h"
 
 namespace betamesh {
 namespace {
@@ -20,7 +22,7 @@ void checkInputPath(const std::string& path) {
 void checkOutputPath(const std::string& path) {
     if (path.empty()) return;
     framePattern(path);
-    requireCurveExtension(path);  // includes every mesh format
+    if (!isSvg(path)) requireMeshExtension(path);  // curves are written in every format for meshes, too
 }
 
 void checkFrames(const std::string& frames) {

@@ -91,6 +91,7 @@ std::string progressJson(const JobProgress& progress);
 std::string taskJson(const FrameTask& task);
 
 /// Reads a manifest; nullopt if the file does not exist or is incomplete. Members that it lacks keep their defaults.
+/// errors  not a regular file
 std::optional<FrameReport> readReport(const std::filesystem::path& file);
 
 /// The JSON of `betamesh info`. spacing: particle spacing in world units.
