@@ -51,10 +51,10 @@ public:
                   << text << '\n';
     }
     void line(const char* name, std::size_t count) const { line(name, std::to_string(count)); }
-    void vertexFound(const char* name, const Found& found) const {
+    void vertexFound(const char* name, const FaultCount& found) const {
         if (found) line(name, counted(found, "vertex") + positionText(found.first));
     }
-    void triangleFound(const char* name, const Found& found) const {
+    void triangleFound(const char* name, const FaultCount& found) const {
         if (!found) return;
         const std::uint32_t corner = mesh_.triangles[found.first][0];
         line(name, counted(found, "triangle") + (corner < mesh_.position.size() ? positionText(corner) : ""));
@@ -67,7 +67,7 @@ public:
     }
 
 private:
-    static std::string counted(const Found& found, const char* row) {
+    static std::string counted(const FaultCount& found, const char* row) {
         return std::to_string(found.count) + ", first at " + row + " " + std::to_string(found.first);
     }
     std::string positionText(std::uint32_t vertex) const { return " " + text(mesh_.position[vertex]); }

@@ -177,7 +177,7 @@ Sequence fineSteps(const Arguments& arguments, const Supervision& watched) {
     }
     sequence.moment = [start, skin = plan.skin, at = sequence.at](std::size_t i) {
         Moment moment;
-        moment.particles = moved(*start, at[i]);
+        moment.particles = advected(*start, at[i]);
         moment.mesh = skinFrame(*moment.particles, skin).mesh;
         return moment;
     };

@@ -1,6 +1,6 @@
 #include "batch/job/job.h"
 #include "batch/report/log.h"
-#include "batch/version.h"
+#include "betamesh/version.h"
 #include "command.h"
 #include "help.h"
 #include "usage_error.h"

@@ -1,7 +1,7 @@
 // The man page and the shell completions, generated from the definitions of the commands.
 
 #include "batch/job/job.h"
-#include "batch/version.h"
+#include "betamesh/version.h"
 #include "command.h"
 #include "help.h"
 #include "value_checks.h"

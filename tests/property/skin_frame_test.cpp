@@ -1,12 +1,12 @@
 // Properties of every skinned frame.
 
 #include "base/random.h"
-#include "skin/pipeline.h"
+#include "betamesh/skin.h"
 
 #include "base/dual.h"
 #include "base/parallel.h"
+#include "betamesh/check.h"
 #include "betamesh/error.h"
-#include "mesh/mesh_measure.h"
 #include "skin/ball_boundary.h"
 #include "skin/coverage.h"
 #include "support/clouds.h"

@@ -8,12 +8,12 @@
 #include "batch/platform/machine.h"
 #include "batch/platform/memory.h"
 #include "batch/report/log.h"
-#include "batch/version.h"
 #include "betamesh/error.h"
+#include "betamesh/version.h"
 #include "io/mesh_file.h"
 #include "io/output_file.h"
 #include "io/particle_file.h"
-#include "skin/near_surface.h"
+#include "skin/pipeline.h"
 
 #include <atomic>
 #include <chrono>

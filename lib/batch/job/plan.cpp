@@ -11,8 +11,8 @@
 #include "batch/platform/memory.h"
 #include "batch/report/log.h"
 #include "batch/report/report.h"
-#include "batch/version.h"
 #include "betamesh/error.h"
+#include "betamesh/version.h"
 #include "io/particle_file.h"
 
 #include <unistd.h>

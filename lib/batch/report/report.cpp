@@ -133,7 +133,7 @@ void addPlane(const FrameReport& report, const PlaneFrameReport& plane, Json& js
 
 Json asJson(const Vec3& v) { return {v.x, v.y, v.z}; }
 
-Json asJson(const Found& found) {
+Json asJson(const FaultCount& found) {
     return {{"count", found.count}, {"first", found ? Json(found.first) : Json(nullptr)}};
 }
 
@@ -150,7 +150,7 @@ void addCheck(const MeshCheck& check, Json& json) {
     json["edge_manifold"] = check.edgeManifold();
     json["vertex_manifold"] = check.vertexManifold();
     json["inside_out"] = check.inside_out;
-    const auto add = [&](const char* name, const Found& found) { json[name] = asJson(found); };
+    const auto add = [&](const char* name, const FaultCount& found) { json[name] = asJson(found); };
     add("not_finite", check.not_finite);
     add("velocity_not_finite", check.velocity_not_finite);
     add("missing_vertices", check.missing_vertices);
@@ -193,7 +193,7 @@ void addCheck(const CurveCheck& check, Json& json) {
     json["length"] = check.measure.length;
     json["closed"] = !check.open_ends;
     json["inside_out"] = check.inside_out;
-    const auto add = [&](const char* name, const Found& found) { json[name] = asJson(found); };
+    const auto add = [&](const char* name, const FaultCount& found) { json[name] = asJson(found); };
     add("not_finite", check.not_finite);
     add("velocity_not_finite", check.velocity_not_finite);
     add("repeated_vertices", check.repeated_vertices);

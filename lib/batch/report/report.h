@@ -4,14 +4,11 @@
 
 #include "batch/job/plan.h"
 #include "batch/job/provenance.h"
+#include "betamesh/check.h"
+#include "betamesh/coherence.h"
+#include "betamesh/skin.h"
 #include "io/file_info.h"
-#include "mesh/coherence.h"
-#include "mesh/curve_check.h"
 #include "mesh/jump_sites.h"
-#include "mesh/mesh_check.h"
-#include "mesh/mesh_measure.h"
-#include "planar/skin_plane.h"
-#include "skin/pipeline.h"
 
 #include <cstdint>
 #include <filesystem>
@@ -103,7 +100,7 @@ struct ParticleCheck {
     std::size_t particles = 0;
     std::size_t spheres = 0;  ///< beside the mesh, which may contain particles too
     double radius = 0;        ///< ball radius; 0: not given
-    Found outside;            ///< particles farther outside than the tolerance
+    FaultCount outside;       ///< particles farther outside than the tolerance
     double farthest = 0;      ///< distance of the particle farthest outside
     std::size_t farthest_row = 0;
     Vec3 farthest_position{0, 0, 0};
