@@ -6,6 +6,7 @@
 #include "command.h"
 #include "each_file.h"
 #include "io/curve_file.h"
+#include "io/extension.h"
 #include "io/mesh_file.h"
 #include "io/particle_file.h"
 #include "mesh/enclosure.h"
@@ -241,8 +242,8 @@ bool checkFile(const std::string& file, const Arguments& arguments) {
 
 int checkFiles(const Arguments& arguments) {
     if (!arguments.scratch.empty()) logWarning("--scratch has no effect any more: meshes are checked in memory alone");
-    for (const std::string& mesh : arguments.meshes) requireMeshExtension(mesh);
-    if (!arguments.particles.empty()) requireParticleExtension(arguments.particles);
+    for (const std::string& mesh : arguments.meshes) formatOf(mesh, FileKind::mesh, Access::read);
+    if (!arguments.particles.empty()) formatOf(arguments.particles, FileKind::particles, Access::read);
     const std::vector<std::string>& meshes = arguments.meshes;
     const auto nameOf = [&](std::size_t i) {
         return meshes[i] + (arguments.particles.empty() ? "" : ", " + particleFileOf(meshes[i], arguments));
@@ -270,7 +271,8 @@ void addCheckCommand(CLI::App& program, int& exit_code) {
         "  betamesh check mesh/splash.????.ply --particles 'sim/splash.####.vdb' --radius 0.03");
     command
         ->add_option("MESH", arguments->meshes,
-                     "Files with meshes or planar curves (.ply, .bgeo, .bgeo.gz, .obj). Polygons are triangulated.")
+                     "Files with meshes or planar curves (" + extensionsFor(FileKind::mesh, Access::read) +
+                         "). Polygons are triangulated.")
         ->required();
     command->add_flag("--json", arguments->json, "Print one JSON object per mesh on stdout, with all components.");
     command->add_flag(

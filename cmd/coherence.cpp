@@ -10,6 +10,7 @@
 #include "betamesh/error.h"
 #include "coherence_table.h"
 #include "command.h"
+#include "io/extension.h"
 #include "io/mesh_file.h"
 #include "io/output_file.h"
 #include "io/particle_file.h"
@@ -98,7 +99,7 @@ void writePlot(const std::string& file, const Sequence& sequence, const std::vec
 std::vector<std::string> filesOf(const std::vector<std::string>& names) {
     std::vector<std::string> files;
     for (const std::string& name : names) {
-        requireMeshExtension(name);
+        formatOf(name, FileKind::mesh, Access::read);
         const FramePattern pattern = framePattern(name);
         if (!pattern.numbered) {
             files.push_back(name);
@@ -125,7 +126,7 @@ Sequence meshFiles(const Arguments& arguments) {
     sequence.threads = threadsOf(Config{});
     std::optional<FramePattern> particles;
     if (!arguments.particles.empty()) {
-        requireParticleExtension(arguments.particles);
+        formatOf(arguments.particles, FileKind::particles, Access::read);
         particles = framePattern(arguments.particles);
         requirePlaceholder(sequence.names.size(), *particles);
     }
@@ -302,8 +303,9 @@ void addCoherenceCommand(CLI::App& program, int& exit_code) {
         "  betamesh coherence 'mesh/splash.####.ply' --particles 'sim/splash.####.vdb' --plot splash.svg\n"
         "  betamesh coherence --pipeline splash.yaml --frame 40 --step 1e-5 --steps 60 --max-jump 1e-4");
     command->add_option("MESH", arguments->meshes,
-                        "Mesh files of any program in the order of time (.ply, .bgeo, .bgeo.gz, .obj). A pattern with "
-                        "a frame number (####) stands for every frame on disk.");
+                        "Mesh files of any program in the order of time (" +
+                            extensionsFor(FileKind::mesh, Access::read) +
+                            "). A pattern with a frame number (####) stands for every frame on disk.");
     command
         ->add_option("--particles", arguments->particles,
                      "Also measure how far the fastest particle moved. Particles are matched by id or, without ids, by "

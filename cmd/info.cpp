@@ -1,8 +1,8 @@
 #include "batch/report/report.h"
 #include "command.h"
 #include "each_file.h"
+#include "io/extension.h"
 #include "io/file_info.h"
-#include "io/particle_file.h"
 #include "skin/spacing.h"
 
 #include <iostream>
@@ -29,6 +29,7 @@ void print(const std::string& file, const FileInfo& info, std::optional<double> 
             std::cout << "unknown: fewer than seven distinct particles\n";
         }
     }
+    if (!info.note.empty()) std::cout << "  note        " << info.note << '\n';
     for (const AttributeInfo& attribute : info.attributes) {
         std::cout << "  attribute   " << attribute.name << ": " << attribute.type;
         if (attribute.components > 1) std::cout << " x " << attribute.components;
@@ -43,9 +44,10 @@ struct Arguments {
 };
 
 void showFile(const std::string& file, bool json) {
-    const FileInfo info = inspectFile(file);
+    std::vector<Vec3f> particles;
+    const FileInfo info = inspectFile(file, &particles);
     std::optional<double> particle_spacing;
-    if (info.kind == FileKind::particles) particle_spacing = spacing(readParticles(file).position);
+    if (info.kind == FileKind::particles) particle_spacing = spacing(particles);
     if (json) {
         std::cout << infoJson(file, info, particle_spacing) << '\n';
     } else {
@@ -68,7 +70,10 @@ int showFiles(const Arguments& arguments) {
 void addInfoCommand(CLI::App& program, int& exit_code) {
     const auto [command, arguments] =
         addCommand(program, exit_code, "info", "Shows what particle and mesh files contain.", showFiles);
-    command->add_option("FILE", arguments->files, "Particle or mesh files (.vdb, .bgeo, .bgeo.gz, .ply, .obj).")
+    command
+        ->add_option("FILE", arguments->files,
+                     "Particle or mesh files (" + readableExtensions() +
+                         "). The format is that of the contents, whatever the extension.")
         ->required();
     command->add_flag("--json", arguments->json, "Print one JSON object per file on stdout.");
 }

@@ -130,6 +130,8 @@ void writeSvg(const std::filesystem::path& path, const PlanePicture& picture, co
     });
 }
 
-bool isSvg(const std::filesystem::path& path) { return curveExtension(path) == Extension::svg; }
+bool isSvg(const std::filesystem::path& path) {
+    return canHold(path, FileKind::curves, Access::write) && formatOf(path, FileKind::curves, Access::write).is_drawing;
+}
 
 }  // namespace betamesh

@@ -11,7 +11,8 @@
 #include "batch/report/report.h"
 #include "batch/version.h"
 #include "betamesh/error.h"
-#include "io/particle_file.h"
+#include "io/extension.h"
+#include "io/mesh_file.h"
 
 #include <algorithm>
 #include <charconv>
@@ -167,6 +168,29 @@ void agreeOnSkin(Plan& plan) {
     }
 }
 
+/// "splash.0001.bgeo.gz" has the extension ".bgeo.gz".
+std::pair<std::string, std::string> splitExtension(const std::string& path) {
+    const fs::path whole(path);
+    std::string extension = whole.extension().string();
+    if (extension == ".gz" || extension == ".sc") extension = whole.stem().extension().string() + extension;
+    return {path.substr(0, path.size() - extension.size()), extension};
+}
+
+/// Warns of what the format of the output cannot hold, and that .bgeo is not the format that it was.
+void noteOutputFormat(Plan& plan) {
+    const Config::Output& output = plan.config.output;
+    const FileKind kind = plan.config.surface.dimension == 2 ? FileKind::curves : FileKind::mesh;
+    const std::string lost = lossesOf(output.path, kind, {true, !output.attributes.empty(), output.components});
+    const std::string extension = splitExtension(output.path).second;
+    if (!lost.empty())
+        plan.warnings.push_back(extension + " files are written without " + lost +
+                                ", which they cannot hold. Use .bgeo, .ply or .vtp to keep what is missing");
+    if (extension == ".bgeo" || extension == ".bgeo.gz")
+        plan.warnings.push_back(extension +
+                                " is written as Houdini 12 and later read it. For programs that read only the format "
+                                "of Houdini 11 and earlier, write .bhclassic");
+}
+
 SkinParams skinParams(const Config& config) {
     SkinParams params;
     params.surface = config.surface.kind;
@@ -221,14 +245,6 @@ void planPictures(Plan& plan, const std::map<int, std::string>& on_disk, const P
     plan.notes.push_back("camera " + describe(*plan.preview));
 }
 
-/// "splash.0001.bgeo.gz" has the extension ".bgeo.gz".
-std::pair<std::string, std::string> splitExtension(const std::string& path) {
-    const fs::path whole(path);
-    std::string extension = whole.extension().string();
-    if (extension == ".gz" || extension == ".sc") extension = whole.stem().extension().string() + extension;
-    return {path.substr(0, path.size() - extension.size()), extension};
-}
-
 }  // namespace
 
 const char* actionName(FrameAction action) {
@@ -263,7 +279,7 @@ Plan planJob(const Config& config, const PlanOptions& options) {
     if (config.output.path.empty()) throw Error("no output. Set output.path, as in mesh/splash.####.ply");
     if (options.overwrite && options.skip_existing)
         throw Error("--overwrite and --skip-existing cannot be used together");
-    requireParticleExtension(config.input.path);
+    formatOf(config.input.path, FileKind::particles, Access::read);
     const FramePattern input = framePattern(config.input.path);
     const FramePattern output = framePattern(config.output.path);
     const FramePattern picture = framePattern(config.preview.path);
@@ -278,6 +294,7 @@ Plan planJob(const Config& config, const PlanOptions& options) {
     plan.skin = skinParams(plan.config);
     agreeOnSkin(plan);
     requireDimension(plan.config, plan.skin);
+    noteOutputFormat(plan);
     plan.threads = threadsOf(config);
     if (!config.run.scratch.empty())
         plan.warnings.push_back(
@@ -347,7 +364,7 @@ std::string reportPath(const std::string& output) { return output + ".json"; }
 
 std::string spheresPath(const std::string& output) {
     const auto [stem, extension] = splitExtension(output);
-    return stem + ".spheres" + (extension == ".obj" || extension == ".svg" ? ".ply" : extension);
+    return stem + ".spheres" + (canHoldSpheres(output) ? extension : ".ply");
 }
 
 }  // namespace betamesh
