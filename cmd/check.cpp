@@ -7,6 +7,7 @@
 #include "command.h"
 #include "each_file.h"
 #include "io/curve_file.h"
+#include "io/extension.h"
 #include "io/mesh_file.h"
 #include "io/particle_file.h"
 #include "mesh/enclosure.h"
@@ -248,8 +249,8 @@ int checkFiles(const Arguments& arguments) {
     std::vector<std::string> meshes = filesNamed(arguments.meshes);
     for (std::string& mesh : meshes)
         if (mesh == kStandardStream) mesh = streams.fileOfStdin();
-    for (const std::string& mesh : meshes) requireMeshExtension(mesh);
-    if (!arguments.particles.empty()) requireParticleExtension(arguments.particles);
+    for (const std::string& mesh : meshes) formatOf(mesh, FileKind::mesh, Access::read);
+    if (!arguments.particles.empty()) formatOf(arguments.particles, FileKind::particles, Access::read);
     const auto nameOf = [&](std::size_t i) {
         return meshes[i] + (arguments.particles.empty() ? "" : ", " + particleFileOf(meshes[i], arguments));
     };
@@ -275,10 +276,10 @@ void addCheckCommand(CLI::App& program, int& exit_code) {
         "Example:\n"
         "  betamesh check mesh/splash.????.ply --particles 'sim/splash.####.vdb' --radius 0.03");
     command
-        ->add_option(
-            "MESH", arguments->meshes,
-            "Files with meshes or planar curves (.ply, .bgeo, .bgeo.gz, .obj). Polygons are triangulated. A pattern "
-            "with a frame number (####) stands for every frame on disk, - for stdin.")
+        ->add_option("MESH", arguments->meshes,
+                     "Files with meshes or planar curves (" + extensionsFor(FileKind::mesh, Access::read) +
+                         "). Polygons are triangulated. A pattern with a frame number (####) stands for every frame "
+                         "on disk, - for stdin.")
         ->required();
     command->add_flag("--json", arguments->json, "Print one JSON object per mesh on stdout, with all components.");
     command->add_flag(

@@ -11,6 +11,7 @@
 #include "betamesh/error.h"
 #include "coherence_table.h"
 #include "command.h"
+#include "io/extension.h"
 #include "io/mesh_file.h"
 #include "io/output_file.h"
 #include "io/particle_file.h"
@@ -100,7 +101,7 @@ void writePlot(const std::string& file, const Sequence& sequence, const std::vec
 std::vector<std::string> filesOf(const std::vector<std::string>& names) {
     std::vector<std::string> files;
     for (const std::string& name : names) {
-        requireMeshExtension(name);
+        formatOf(name, FileKind::mesh, Access::read);
         const std::vector<std::string> of_name = filesNamed({name});
         files.insert(files.end(), of_name.begin(), of_name.end());
     }
@@ -115,7 +116,7 @@ Sequence meshFiles(const Arguments& arguments) {
     Sequence sequence;
     sequence.names = filesOf(arguments.meshes);
     sequence.axis_label = "frame";
-    for (const std::string& file : sequence.names) sequence.at.push_back(singleFrame(framePattern(file)));
+    for (const std::string& file : sequence.names) sequence.at.push_back(frameInName(file));
     if (std::adjacent_find(sequence.at.begin(), sequence.at.end(), std::greater_equal<>()) != sequence.at.end()) {
         sequence.axis_label = "mesh";
         for (std::size_t i = 0; i < sequence.at.size(); ++i) sequence.at[i] = static_cast<double>(i + 1);
@@ -123,7 +124,7 @@ Sequence meshFiles(const Arguments& arguments) {
     sequence.threads = threadsOf(Config{});
     std::optional<FramePattern> particles;
     if (!arguments.particles.empty()) {
-        requireParticleExtension(arguments.particles);
+        formatOf(arguments.particles, FileKind::particles, Access::read);
         particles = framePattern(arguments.particles);
         requirePlaceholder(sequence.names.size(), *particles);
     }
@@ -311,8 +312,9 @@ void addCoherenceCommand(CLI::App& program, int& exit_code) {
         "  betamesh coherence 'mesh/splash.####.ply' --particles 'sim/splash.####.vdb' --plot splash.svg\n"
         "  betamesh coherence --pipeline splash.yaml --frame 40 --step 1e-5 --steps 60 --max-jump 1e-4");
     command->add_option("MESH", arguments->meshes,
-                        "Mesh files of any program in the order of time (.ply, .bgeo, .bgeo.gz, .obj). A pattern with "
-                        "a frame number (####) stands for every frame on disk.");
+                        "Mesh files of any program in the order of time (" +
+                            extensionsFor(FileKind::mesh, Access::read) +
+                            "). A pattern with a frame number (####) stands for every frame on disk.");
     command
         ->add_option("--particles", arguments->particles,
                      "Also measure how far the fastest particle moved. Particles are matched by id or, without ids, by "

@@ -4,6 +4,7 @@
 #include "betamesh/error.h"
 #include "command.h"
 #include "help.h"
+#include "io/extension.h"
 #include "io/particle_file.h"
 #include "picture_options.h"
 #include "render/contact_sheet.h"
@@ -118,7 +119,8 @@ void addCompareCommand(CLI::App& program, int& exit_code) {
     options->outputs.resize(1);
     command
         ->add_option("IN", options->input,
-                     "Particle files (.vdb, .bgeo, .bgeo.gz, .ply). Write the frame number of a sequence as ####.")
+                     "Particle files (" + extensionsFor(FileKind::particles, Access::read) +
+                         "). Write the frame number of a sequence as ####.")
         ->required();
     command->add_option("OUT", options->outputs[0], "Pictures to write (.png).")->required();
     const auto texts = std::make_shared<std::vector<std::string>>();

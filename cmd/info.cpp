@@ -3,8 +3,8 @@
 #include "batch/report/report.h"
 #include "command.h"
 #include "each_file.h"
+#include "io/extension.h"
 #include "io/file_info.h"
-#include "io/particle_file.h"
 #include "skin/spacing.h"
 #include "standard_streams.h"
 
@@ -32,6 +32,7 @@ void print(const std::string& file, const FileInfo& info, std::optional<double> 
             std::cout << "unknown: fewer than seven distinct particles\n";
         }
     }
+    if (!info.note.empty()) std::cout << "  note        " << info.note << '\n';
     for (const AttributeInfo& attribute : info.attributes) {
         std::cout << "  attribute   " << printable(attribute.name) << ": " << printable(attribute.type);
         if (attribute.components > 1) std::cout << " x " << attribute.components;
@@ -46,10 +47,11 @@ struct Arguments {
 };
 
 void showFile(const std::string& file, bool json) {
-    const FileInfo info = inspectFile(file);
+    std::vector<Vec3f> particles;
+    const FileInfo info = inspectFile(file, &particles);
     std::optional<double> particle_spacing;
     if (info.kind == FileKind::particles) {
-        const auto estimate = spacingOf(readParticles(file).position);
+        const auto estimate = spacingOf(particles);
         if (estimate) particle_spacing = estimate->spacing;
     }
     if (json) {
@@ -79,8 +81,9 @@ void addInfoCommand(CLI::App& program, int& exit_code) {
         addCommand(program, exit_code, "info", "Shows what particle and mesh files contain.", showFiles);
     command
         ->add_option("FILE", arguments->files,
-                     "Particle or mesh files (.vdb, .bgeo, .bgeo.gz, .ply, .obj). A pattern with a frame number (####) "
-                     "stands for every frame on disk, - for stdin.")
+                     "Particle or mesh files (" + readableExtensions() +
+                         "). The format is that of the contents, whatever the extension. A pattern with a frame number "
+                         "(####) stands for every frame on disk, - for stdin.")
         ->required();
     command->add_flag("--json", arguments->json, "Print one JSON object per file on stdout.");
 }

@@ -39,6 +39,7 @@ struct NamedCommand {
 constexpr std::array kCommands = std::to_array<NamedCommand>({
     {"mesh", betamesh::addMeshCommand},
     {"run", betamesh::addRunCommand},
+    {"convert", betamesh::addConvertCommand},
     {"sample", betamesh::addSampleCommand},
     {"info", betamesh::addInfoCommand},
     {"check", betamesh::addCheckCommand},

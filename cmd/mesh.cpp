@@ -63,12 +63,13 @@ void addMeshCommand(CLI::App& program, int& exit_code) {
     command
         ->add_option(
             "IN", arguments->input,
-            "Particle files (.vdb, .bgeo, .bgeo.gz, .ply). Write the frame number as ####, @@@@, %04d, '$F4' or '$F'; "
-            "the last two need quotes in a shell.")
+            "Particle files (" + extensionsFor(FileKind::particles, Access::read) +
+                "). Write the frame number as ####, @@@@, %04d, '$F4' or '$F'; the last two need quotes in a shell.")
         ->required();
     command
         ->add_option("OUT", arguments->output,
-                     "Mesh files to write (.ply, .bgeo, .bgeo.gz, .obj), with a frame number if IN has one.")
+                     "Mesh files to write (" + extensionsFor(FileKind::mesh, Access::write) +
+                         "), with a frame number if IN has one.")
         ->required();
     addJobOptions(*command, arguments->options);
     std::string formats;

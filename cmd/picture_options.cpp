@@ -179,7 +179,7 @@ PictureJob planPictures(const PictureOptions& options, const Config& defaults) {
     const Config base = options.pipeline.empty() ? defaults : Config{};
     PictureJob job{readConfig(options.pipeline, given, base), {}, {}, options};
     job.config.input.path = options.input;
-    const FramePattern input = framePattern(options.input);
+    const FramePattern input = inputPattern(options.input);
     job.on_disk = framesOnDisk(input);
     const std::vector<int> frames = chosenFrames(job.config.frames, input, job.on_disk);
     std::vector<FramePattern> outputs;
@@ -188,7 +188,8 @@ PictureJob planPictures(const PictureOptions& options, const Config& defaults) {
         requirePlaceholder(frames.size(), outputs.back());
     }
     for (const int frame : frames) {
-        PictureTask task{frame, frameName(input, frame), {}, false};
+        const auto file = job.on_disk.find(frame);
+        PictureTask task{frame, file != job.on_disk.end() ? file->second : frameName(input, frame), {}, false};
         for (const FramePattern& output : outputs) task.outputs.push_back(frameName(output, frame));
         task.keep = options.skip_existing && allExist(task.outputs);
         if (!options.skip_existing && !options.overwrite) refuseExisting(task.outputs);

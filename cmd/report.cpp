@@ -57,7 +57,7 @@ ReportPage pageOf(const Arguments& arguments) {
     }
     if (!arguments.coherence.empty())
         for (const CoherenceReport& jump : readCoherence(arguments.coherence))
-            page.jump[singleFrame(framePattern(jump.to))] = jump.distance.max;
+            page.jump[frameInName(jump.to)] = jump.distance.max;
     if (!arguments.previews.empty())
         for (const auto& [frame, file] : framesOnDisk(framePattern(arguments.previews)))
             page.preview_png[frame] = bytesOf(file);

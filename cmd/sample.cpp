@@ -7,6 +7,7 @@
 #include "batch/report/log.h"
 #include "betamesh/error.h"
 #include "command.h"
+#include "io/extension.h"
 #include "io/output_file.h"
 #include "io/particle_file.h"
 #include "value_checks.h"
@@ -43,7 +44,7 @@ std::string listOfSamples() {
 
 std::vector<int> framesOf(const Arguments& arguments, const FramePattern& pattern) {
     if (arguments.frames.empty()) {
-        return pattern.numbered ? parseFrames(kDefaultFrames) : std::vector<int>{std::max(1, singleFrame(pattern))};
+        return pattern.numbered ? parseFrames(kDefaultFrames) : std::vector<int>{std::max(1, frameInName(pattern.text))};
     }
     std::vector<int> frames = parseFrames(arguments.frames);
     requirePlaceholder(frames.size(), pattern);
@@ -93,7 +94,8 @@ void addSampleCommand(CLI::App& program, int& exit_code) {
     command->add_option("NAME", arguments->params.name, "Name of the sample; listed below.")->required();
     command
         ->add_option("OUT", arguments->output,
-                     "Particle files to write (.vdb, .bgeo, .bgeo.gz, .ply), such as sim/drop.####.vdb.")
+                     "Particle files to write (" + extensionsFor(FileKind::particles, Access::write) +
+                         "), such as sim/drop.####.vdb.")
         ->required();
     command
         ->add_option("--particles", arguments->params.particles,

@@ -17,6 +17,7 @@ namespace {
 
 const std::vector<std::vector<std::string>> kCommands{{"mesh"},
                                                       {"run"},
+                                                      {"convert"},
                                                       {"sample"},
                                                       {"info"},
                                                       {"check"},

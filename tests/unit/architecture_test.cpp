@@ -68,7 +68,6 @@ const std::set<std::pair<std::string, std::string>> kIncludesToRemove{
     {"batch/platform/worker", "batch/job/job"},
     {"batch/platform/worker", "batch/report/report"},
     {"batch/report/report", "batch/job/plan"},
-    {"io/file_contents", "io/file_info"},
     {"io/file_contents", "io/particle_file"},
     {"sample/scene", "sample/sample"},
 };

@@ -47,6 +47,35 @@ TEST(TableFile, NamedColumnsOfEveryUsualSpelling) {
     EXPECT_TRUE(table("x,y,z\n").position.empty());
 }
 
+Bytes tableOf(const Particles& particles) {
+    return bytesOf([&](ByteWriter& out) { encodeTable(out, particles, "a.csv"); });
+}
+
+TEST(TableFile, ParticlesComeBackBitForBit) {
+    for (const std::size_t n : {0U, 1U, 2U, 1000U})
+        for (int mask = 0; mask < 8; ++mask) {
+            SCOPED_TRACE(std::to_string(n) + " particles, mask " + std::to_string(mask));
+            Particles particles = sampleParticles(n, mask & 1, mask & 2, mask & 4);
+            if (!particles.id.empty()) particles.id.back() = 0xfedcba9876543210U;
+            if (n > 1) particles.position[1] = {-0.0F, 1e-42F, 3e38F};
+            const Bytes bytes = tableOf(particles);
+            if (n == 0) particles.attributes.clear();
+            expectSame(particlesFrom(parseTable({bytes, "a.csv"}), {}, "a.csv"), particles);
+        }
+}
+
+TEST(TableFile, FloatsThatAreWholeNumbersStayFloats) {
+    Particles particles = sampleParticles(2, false, false, false);
+    particles.attributes = {{"whole", 1, {1, -3}, {}}, {"count", 1, {}, {7, -7}}};
+    const Bytes bytes = tableOf(particles);
+    const std::string text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+    EXPECT_EQ(text.substr(0, text.find('\n')), "x,y,z,whole,count");
+    EXPECT_NE(text.find(",-3.0,-7\n"), std::string::npos) << text;
+    expectSame(particlesFrom(parseTable({bytes, "a.csv"}), {}, "a.csv").attributes, particles.attributes);
+    particles.attributes = {{"vx", 1, {1, 2}, {}}};
+    expectError([&] { tableOf(particles); }, {"a.csv", "'vx'", "in use"});
+}
+
 TEST(TableFile, ErrorsNameTheLine) {
     expectError([] { table("x,y,z\n1,2,3\n4,5\n"); }, {"a.csv: line 3", "2 columns, expected 3"});
     expectError([] { table("x,y,z\n1,2,a\n"); }, {"line 2", "'a'", "column 'z'"});

@@ -13,7 +13,8 @@
 #include "batch/report/report.h"
 #include "betamesh/error.h"
 #include "betamesh/version.h"
-#include "io/particle_file.h"
+#include "io/extension.h"
+#include "io/mesh_file.h"
 
 #include <unistd.h>
 
@@ -49,6 +50,22 @@ void noteGaps(const Config& config, const std::vector<int>& frames, std::vector<
             return;
         }
     }
+}
+
+/// Warns of files that look like frames but are not meshed.
+///
+/// errors  sub-frames among all frames on disk
+void noteOtherNumbers(const Config& config, const FramePattern& input, std::vector<std::string>& warnings) {
+    if (config.frames != "all") return;
+    const OtherNumbers others = otherNumbersOnDisk(input);
+    if (!others.subframes.empty())
+        throw Error("'" + input.text +
+                    "': beside the frames there are sub-frames, which are not meshed in a sequence: " +
+                    firstNames(others.subframes) +
+                    ". Choose whole frames with --frames, and mesh sub-frames one by one with --spacing");
+    if (!others.padded.empty())
+        warnings.push_back("'" + input.text +
+                           "': not meshed because their numbers are padded otherwise: " + firstNames(others.padded));
 }
 
 /// Why an existing output has to be made again; empty if it is up to date.
@@ -166,6 +183,29 @@ void agreeOnSkin(Plan& plan) {
     }
 }
 
+/// "splash.0001.bgeo.gz" has the extension ".bgeo.gz".
+std::pair<std::string, std::string> splitExtension(const std::string& path) {
+    const fs::path whole(path);
+    std::string extension = whole.extension().string();
+    if (extension == ".gz" || extension == ".sc") extension = whole.stem().extension().string() + extension;
+    return {path.substr(0, path.size() - extension.size()), extension};
+}
+
+/// Warns of what the format of the output cannot hold, and that .bgeo is not the format that it was.
+void noteOutputFormat(Plan& plan) {
+    const Config::Output& output = plan.config.output;
+    const FileKind kind = plan.config.surface.dimension == 2 ? FileKind::curves : FileKind::mesh;
+    const std::string lost = lossesOf(output.path, kind, {true, !output.attributes.empty(), output.components});
+    const std::string extension = splitExtension(output.path).second;
+    if (!lost.empty())
+        plan.warnings.push_back(extension + " files are written without " + lost +
+                                ", which they cannot hold. Use .bgeo, .ply or .vtp to keep what is missing");
+    if (extension == ".bgeo" || extension == ".bgeo.gz")
+        plan.warnings.push_back(extension +
+                                " is written as Houdini 12 and later read it. For programs that read only the format "
+                                "of Houdini 11 and earlier, write .bhclassic");
+}
+
 SkinParams skinParams(const Config& config) {
     SkinParams params;
     params.surface = config.surface.kind;
@@ -236,14 +276,6 @@ void planPictures(Plan& plan, const std::map<int, std::string>& on_disk, const P
     plan.notes.push_back("camera " + describe(*plan.preview));
 }
 
-/// "splash.0001.bgeo.gz" has the extension ".bgeo.gz".
-std::pair<std::string, std::string> splitExtension(const std::string& path) {
-    const fs::path whole(path);
-    std::string extension = whole.extension().string();
-    if (extension == ".gz" || extension == ".sc") extension = whole.stem().extension().string() + extension;
-    return {path.substr(0, path.size() - extension.size()), extension};
-}
-
 std::string ofFrame(const char* what, int frame) { return std::string(what) + " of frame " + std::to_string(frame); }
 
 /// errors  a file that would be both read and written, or written twice
@@ -284,19 +316,6 @@ void requireWritableFolders(const std::vector<FrameTask>& tasks) {
     }
 }
 
-/// Whether the path is a file that the pattern may name.
-bool isOfPattern(const std::string& path, const std::string& pattern_text) {
-    if (pattern_text.empty()) return false;
-    const FramePattern pattern = framePattern(pattern_text);
-    const auto canonical = [](const std::string& file) {
-        std::error_code ignored;
-        return fs::weakly_canonical(fs::absolute(folderOf(file)), ignored) / fs::path(file).filename();
-    };
-    if (!pattern.numbered) return canonical(path) == canonical(pattern.text);
-    const auto frame = frameOfName(pattern, fs::path(path).filename().string());
-    return frame && canonical(path) == canonical(frameName(pattern, *frame));
-}
-
 }  // namespace
 
 const char* actionName(FrameAction action) {
@@ -333,8 +352,8 @@ Plan planJob(const Config& config, const PlanOptions& options) {
     if (config.output.path.empty()) throw Error("no output. Set output.path, as in mesh/splash.####.ply");
     if (options.overwrite && options.skip_existing)
         throw Error("--overwrite and --skip-existing cannot be used together");
-    requireParticleExtension(config.input.path);
-    const FramePattern input = framePattern(config.input.path);
+    const FramePattern input = inputPattern(config.input.path);
+    formatOf(input.text, FileKind::particles, Access::read);
     const FramePattern output = framePattern(config.output.path);
     const FramePattern picture = framePattern(config.preview.path);
     if (!config.preview.path.empty() && config.surface.dimension == 2)
@@ -348,6 +367,7 @@ Plan planJob(const Config& config, const PlanOptions& options) {
     plan.skin = skinParams(plan.config);
     agreeOnSkin(plan);
     requireDimension(plan.config, plan.skin);
+    noteOutputFormat(plan);
     plan.threads = threadsOf(config);
     if (config.run.threads > plan.threads)
         plan.notes.push_back("run.threads is " + std::to_string(config.run.threads) + ", but this process may use " +
@@ -362,9 +382,15 @@ Plan planJob(const Config& config, const PlanOptions& options) {
     requirePlaceholder(frames.size(), output);
     if (!config.preview.path.empty()) requirePlaceholder(frames.size(), picture);
     noteGaps(config, frames, plan.warnings);
+    noteOtherNumbers(config, input, plan.warnings);
     for (const int frame : chunkOf(frames, options.chunk)) {
         if (options.history.ended.contains(frame)) continue;
-        FrameTask task{frame, frameName(input, frame), frameName(output, frame), FrameAction::mesh, {}};
+        const auto file = on_disk.find(frame);
+        FrameTask task{frame,
+                       file != on_disk.end() ? file->second : frameName(input, frame),
+                       frameName(output, frame),
+                       FrameAction::mesh,
+                       {}};
         if (!config.preview.path.empty()) task.picture = frameName(picture, frame);
         plan.tasks.push_back(std::move(task));
     }
@@ -418,11 +444,11 @@ void requireDistinctLog(const std::string& log_file, const std::string& pipeline
         std::error_code ignored;
         if (!pipeline.empty() && (name == pipeline || fs::equivalent(name, pipeline, ignored)))
             refuse(name, "the pipeline file");
-        if (isOfPattern(name, config.input.path)) refuse(name, "an input");
-        for (const auto& [frame, file] : framesOnDisk(framePattern(config.input.path)))
+        if (isFrameOf(inputPattern(config.input.path), name)) refuse(name, "an input");
+        for (const auto& [frame, file] : framesOnDisk(inputPattern(config.input.path)))
             if (fs::equivalent(name, file, ignored)) refuse(name, "the input " + file);
         for (const std::string& file : {output, reportPath(output), spheresPath(output), config.preview.path})
-            if (isOfPattern(name, file)) refuse(name, "an output");
+            if (!file.empty() && isFrameOf(framePattern(file), name)) refuse(name, "an output");
     }
 }
 
@@ -438,7 +464,7 @@ std::string reportPath(const std::string& output) { return output + ".json"; }
 
 std::string spheresPath(const std::string& output) {
     const auto [stem, extension] = splitExtension(output);
-    return stem + ".spheres" + (extension == ".obj" || extension == ".svg" ? ".ply" : extension);
+    return stem + ".spheres" + (canHoldSpheres(output) ? extension : ".ply");
 }
 
 }  // namespace betamesh

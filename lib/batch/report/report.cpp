@@ -369,6 +369,7 @@ std::string infoJson(const std::string& file, const FileInfo& info, std::optiona
     json["lower"] = {info.lower.x, info.lower.y, info.lower.z};
     json["upper"] = {info.upper.x, info.upper.y, info.upper.z};
     if (info.kind == FileKind::particles) json["spacing"] = spacing ? Json(*spacing) : Json(nullptr);
+    if (!info.note.empty()) json["note"] = info.note;
     json["attributes"] = Json::array();
     for (const AttributeInfo& attribute : info.attributes) {
         json["attributes"].push_back({{"name", attribute.name},
