@@ -124,7 +124,7 @@ constexpr std::array kFormats = std::to_array<FileFormat>({
      .write_particles = writeVdb,
      .id_bits = 64,
      .particle_bytes = 12,
-     .test = "VdbFile.ReadsEveryCodec",
+     .test = "VdbFile.ReadsQuantisedPointsOfSeveralGrids",
      .proof = "the OpenVDB library reads and writes it"},
     {.name = "XML of VTK",
      .read_extensions = ".vtp .vtu",
@@ -195,8 +195,8 @@ constexpr std::array kFormats = std::to_array<FileFormat>({
      .write_extensions = ".svg",
      .hasSignature = isSvg,
      .is_drawing = true,
-     .test = "Plane.SvgShowsTheLayers",
-     .proof = "none"},
+     .test = "batch.Interop.Vtk",
+     .proof = "the XML module of Python reads it"},
 });
 
 // Formats that are recognised only to say that they cannot be read.
