@@ -89,10 +89,12 @@ TEST_F(Convert, WhatTheFormatCannotHoldIsNamedOnce) {
 
     write(folder_ / "text.geo", R"(["pointcount",1,"attributes",["pointattributes",[
 [["type","numeric","name","P"],["size",3,"storage","fpreal64","values",["size",3,"storage","fpreal64","tuples",[[1,2,3]]]]],
-[["type","string","name","material"],["size",1,"storage","int32","strings",["a"],"indices",["arrays",[[0]]]]]]]])");
+[["type","string","name","material"],["size",1,"storage","int32","strings",["a"],"indices",["arrays",[[0]]]]]],"globalattributes",[
+[["type","numeric","name","frame"],["size",1,"storage","int32","values",["arrays",[[7]]]]]]]])");
     const Outcome text = convert("text.geo", "text.ply");
     EXPECT_EQ(text.exit_code, 0) << text.err;
     EXPECT_NE(text.err.find("left out: material (string)"), std::string::npos) << text.err;
+    EXPECT_NE(text.err.find("not read: detail attribute 'frame'"), std::string::npos) << text.err;
     EXPECT_NE(text.err.find("rounded to 32 bits: P"), std::string::npos) << text.err;
 }
 
