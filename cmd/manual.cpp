@@ -5,6 +5,7 @@
 #include "command.h"
 #include "help.h"
 #include "value_checks.h"
+#include "io/extension.h"
 
 #include <functional>
 #include <iostream>
@@ -98,6 +99,41 @@ std::string optionsPage(const CLI::App& app) {
     return arguments + text;
 }
 
+/// What is written in a format: "particles, meshes".
+std::string contentsOf(const FileFormat& format) {
+    std::vector<std::string> kinds;
+    if (format.write_particles != nullptr) kinds.push_back("particles");
+    if (format.write_mesh != nullptr) kinds.push_back("meshes");
+    if (format.write_curves != nullptr) kinds.push_back("curves");
+    if (format.write_spheres != nullptr) kinds.push_back("spheres");
+    if (format.is_drawing) kinds.push_back("drawings of two-dimensional frames");
+    return concatenate(kinds, ", ");
+}
+
+/// The file formats, with the test of each and the foreign program that proves it.
+std::string formatsPage() {
+    std::string text =
+        ".SH FORMATS\nThe extension of a file selects its format. Files ending in .gz are compressed by gzip, those "
+        "ending in .sc by Blosc.\n";
+    for (const FileFormat& format : fileFormats()) {
+        std::string row;
+        if (format.read != nullptr) {
+            row += "Read: " + std::string(format.read_extensions) + " (";
+            row += format.reads_particles && format.reads_surfaces ? "particles, meshes, curves"
+                   : format.reads_particles                        ? "particles"
+                                                                   : "meshes, curves";
+            row += "). ";
+        }
+        if (!format.write_extensions.empty())
+            row += "Written: " + std::string(format.write_extensions) + " (" + contentsOf(format) + "). ";
+        if (!format.holds_attributes) row += "Holds neither velocity nor attributes. ";
+        if (format.id_bits == 32) row += "Ids have 32 bits. ";
+        row += "Test: " + std::string(format.test) + ": " + std::string(format.proof) + '.';
+        text += ".TP\n.B " + troff(std::string(format.name)) + '\n' + troff(row) + '\n';
+    }
+    return text;
+}
+
 std::string manPage(const CLI::App& program) {
     std::string text = std::string(".TH BETAMESH 1 \"\" \"betamesh ") + version() +
                        "\" \"User Commands\"\n.SH NAME\nbetamesh \\- " + troff(program.get_description()) +
@@ -108,6 +144,7 @@ std::string manPage(const CLI::App& program) {
                 optionsPage(*entry.app);
         if (!entry.app->get_footer().empty()) text += ".PP\n" + verbatim(entry.app->get_footer());
     }
+    text += formatsPage();
     return text + ".SH EXIT STATUS\n" + verbatim(program.get_footer());
 }
 

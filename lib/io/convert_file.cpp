@@ -32,6 +32,7 @@ bool has64Bits(const std::string& type) {
 
 /// What the reader did not read, or rounded.
 void noteReading(const FileContents& contents, std::vector<std::string>& warnings) {
+    if (!contents.passed_over.empty()) warnings.push_back("not read: " + concatenate(contents.passed_over));
     if (contents.position.empty()) return;
     std::vector<std::string> lost, rounded;
     for (const AttributeInfo& declared : contents.declared) {

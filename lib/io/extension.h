@@ -47,7 +47,7 @@ struct FileFormat {
     bool holds_components = false;  ///< Mesh::component
     int id_bits = 0;                ///< of Particles::id
 
-    double particle_bytes = 30;  ///< typical size of a particle with velocity and id on disk, not compressed
+    double particle_bytes = 30;  ///< typical size of a particle with velocity and id on disk, without gzip or Blosc
 
     std::string_view test;   ///< a test of the format, SUITE.NAME
     std::string_view proof;  ///< the foreign program whose reader or files prove the format

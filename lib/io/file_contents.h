@@ -34,10 +34,11 @@ struct FileContents {
     std::vector<Attribute> attributes;
     std::vector<Triangle> triangles;  ///< counter-clockwise seen from outside; corners are valid point indices
     std::optional<std::vector<std::int32_t>> component;  ///< as Mesh::component
-    std::vector<Edge> edges;      ///< of curves, curve after curve; corners are valid point indices
-    bool declares_faces = false;  ///< the file declares faces, perhaps none
-    bool declares_edges = false;  ///< the file declares edges, perhaps none
-    bool begun = false;           ///< append() was called, perhaps with no points
+    std::vector<Edge> edges;                 ///< of curves, curve after curve; corners are valid point indices
+    bool declares_faces = false;             ///< the file declares faces, perhaps none
+    bool declares_edges = false;             ///< the file declares edges, perhaps none
+    bool begun = false;                      ///< append() was called, perhaps with no points
+    std::vector<std::string> passed_over{};  ///< what else is not read: "3 point groups of the classic format"
 
     /// A file with faces is a mesh, one with edges only contains curves, any other particles.
     FileKind kind() const {

@@ -1,5 +1,6 @@
 // The help, the man page and the completions show the options of every command.
 
+#include "io/extension.h"
 #include "support/program.h"
 
 #include <gtest/gtest.h>
@@ -15,20 +16,10 @@
 namespace betamesh {
 namespace {
 
-const std::vector<std::vector<std::string>> kCommands{{"mesh"},
-                                                      {"run"},
-                                                      {"convert"},
-                                                      {"sample"},
-                                                      {"info"},
-                                                      {"check"},
-                                                      {"submit"},
-                                                      {"report"},
-                                                      {"config", "print"},
-                                                      {"config", "presets"},
-                                                      {"render"},
-                                                      {"compare"},
-                                                      {"coherence"},
-                                                      {"manual"}};
+const std::vector<std::vector<std::string>> kCommands{
+    {"mesh"},   {"run"},     {"convert"},   {"sample"},          {"info"},
+    {"check"},  {"submit"},  {"report"},    {"config", "print"}, {"config", "presets"},
+    {"render"}, {"compare"}, {"coherence"}, {"manual"}};
 
 std::string printed(const TemporaryFolder& folder, const std::vector<std::string>& words) {
     const Outcome outcome = runProgram(words, folder.path());
@@ -99,6 +90,19 @@ TEST(Manual, HelpShowsTheOptionsUsedFirstAndHelpAllTheRest) {
     }
     EXPECT_EQ(printed(folder, {"check", "--help"}).find("shows all options"), std::string::npos);
     EXPECT_NE(printed(folder, {"--help-all"}).find("--bubble-gap"), std::string::npos);
+}
+
+TEST(Manual, ListsEveryFormatWithItsTestAndItsProof) {
+    const TemporaryFolder folder;
+    const std::string man = printed(folder, {"manual", "man"});
+    const std::size_t begin = man.find(".SH FORMATS");
+    ASSERT_NE(begin, std::string::npos);
+    const std::string formats = man.substr(begin, man.find(".SH", begin + 1) - begin);
+    for (const FileFormat& format : fileFormats())
+        for (const std::string_view part : {format.name, format.proof})
+            EXPECT_NE(formats.find(part), std::string::npos) << part;
+    EXPECT_NE(formats.find("Read: .vtp .vtu (particles, meshes, curves). Written: .vtp"), std::string::npos) << formats;
+    EXPECT_NE(formats.find("Test: golden.ForeignFiles"), std::string::npos) << formats;
 }
 
 TEST(Manual, GroffHasNoWarnings) {
