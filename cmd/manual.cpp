@@ -275,6 +275,9 @@ std::string zshCompletion(const CLI::App& program) {
            "_betamesh \"$@\"\n";
 }
 
+/// The first sentence: fish shows one line.
+std::string firstSentence(const std::string& text) { return text.substr(0, text.find(". ")); }
+
 /// Text in single quotes for fish, on one line.
 std::string fishText(const std::string& text) {
     std::string out = "'";
@@ -292,7 +295,7 @@ std::string fishOption(const std::string& command, const CLI::Option& option) {
     for (const std::string& name : option.get_lnames()) text += " -l " + name;
     const auto choices = choicesOf(option);
     if (takesValue(option)) text += choices.empty() ? " -r" : " -x -a " + fishText(concatenate(choices, " "));
-    return text + " -d " + fishText(descriptionOf(option)) + '\n';
+    return text + " -d " + fishText(firstSentence(descriptionOf(option))) + '\n';
 }
 
 /// The completions of the subcommands of an app, offered where the command line has `command` and nothing else yet.
