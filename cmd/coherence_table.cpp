@@ -29,7 +29,7 @@ std::string ratioText(const CoherenceReport& report, double displacement) {
 /// The change of shape at a place without a change of topology. If only the surface before or only the surface after is
 /// far from the other one, a dent or a tip appeared or disappeared.
 std::string shapeChangeAt(const JumpSite& place) {
-    const std::string change = "no change of topology";
+    std::string change = "no change of topology";
     if (place.liquid == LiquidChange::both || (place.vanished > 0 && place.appeared > 0)) return change;
     const bool gained = place.liquid == LiquidChange::gained, vanished = place.vanished > 0;
     if (gained == vanished) return change + (gained ? ": dent filled" : ": dent opened");

@@ -21,8 +21,8 @@ struct Dual {
     friend Dual operator-(Dual a, Dual b) { return {a.value - b.value, a.rate - b.rate}; }
     friend Dual operator*(Dual a, Dual b) { return {a.value * b.value, a.rate * b.value + a.value * b.rate}; }
     friend Dual operator/(Dual a, Dual b) {
-        const double value = a.value / b.value;
-        return {value, (a.rate - value * b.rate) / b.value};
+        const double quotient = a.value / b.value;
+        return {quotient, (a.rate - quotient * b.rate) / b.value};
     }
 };
 

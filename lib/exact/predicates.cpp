@@ -13,7 +13,6 @@ using Unsigned = unsigned __int128;
 
 struct Wide {  // an unsigned integer of 256 bits
     Unsigned high, low;
-    friend bool operator==(const Wide&, const Wide&) = default;
 };
 
 Wide multiply(Unsigned a, Unsigned b) {

@@ -222,21 +222,22 @@ SnappedParticles snapParticles(const Particles& particles, double radius, const 
 void NeighbourFinder::gatherCandidates(std::size_t cell) {
     cell_ = cell;
     const Vec3i corner = particles_.cell[cell] * (2 * particles_.radius);
-    auto& [particle, x, y, z] = of_cell_;
+    Candidates& candidates = of_cell_;
     std::size_t n = 0;
     around_.forEach(cell, [&](const Vec3i&, std::size_t other) {
         const std::uint32_t begin = particles_.cell_begin[other], end = particles_.cell_begin[other + 1];
         const std::size_t all = n + (end - begin);
-        particle.resize(all), x.resize(all), y.resize(all), z.resize(all);
+        candidates.particle.resize(all), candidates.x.resize(all), candidates.y.resize(all), candidates.z.resize(all);
         for (std::uint32_t k = begin; k < end; ++k, ++n) {
             const Vec3 position = toDouble(particles_.position[k] - corner);
-            particle[n] = k, x[n] = position.x, y[n] = position.y, z[n] = position.z;
+            candidates.particle[n] = k, candidates.x[n] = position.x, candidates.y[n] = position.y,
+            candidates.z[n] = position.z;
         }
     });
-    squared_.resize(particle.size());
-    found_.resize(particle.size() + 1);
+    squared_.resize(candidates.particle.size());
+    found_.resize(candidates.particle.size() + 1);
     for (auto& octants : of_octant_)
-        for (Candidates& candidates : octants) candidates.particle.clear();
+        for (Candidates& octant : octants) octant.particle.clear();
 }
 
 // Indices of the candidates within reach of a box.

@@ -422,6 +422,13 @@ FileContents readByContents(const fs::path& path, const ReadOptions& options, st
     return found->read(path, options);
 }
 
+std::pair<std::string, std::string> splitExtension(const std::string& path) {
+    const fs::path whole(path);
+    std::string extension = whole.extension().string();
+    if (extension == ".gz" || extension == ".sc") extension = whole.stem().extension().string() + extension;
+    return {path.substr(0, path.size() - extension.size()), extension};
+}
+
 OutputFile encodedFile(const fs::path& path, const std::function<void(ByteWriter&)>& encode) {
     const std::string name = lowerName(path);
     OutputFile file(path);

@@ -14,6 +14,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 
 namespace betamesh {
 
@@ -93,6 +94,9 @@ FileContents readFormat(const std::filesystem::path& path, FileKind kind, const 
 
 /// Reads a file in the format of its contents, whatever its extension. note: says so if the two differ, else empty.
 FileContents readByContents(const std::filesystem::path& path, const ReadOptions& options, std::string& note);
+
+/// A path without its extension, and the extension: that of splash.0001.bgeo.gz is ".bgeo.gz".
+std::pair<std::string, std::string> splitExtension(const std::string& path);
 
 /// Creates a file and fills it by calling encode, through gzip if the name ends in .gz, in a Blosc container if it ends
 /// in .sc. The caller has to commit() it.

@@ -72,7 +72,8 @@ private:
     /// A block with space for this many rows, and with attributes in the order of the properties.
     VertexRows emptyRows(std::size_t rows) const {
         VertexRows vertices;
-        auto& [points, columns] = vertices;
+        FileContents& points = vertices.points;
+        std::vector<Column>& columns = vertices.columns;
         points.position.resize(rows);
         columns.resize(element_.properties.size());
         for (std::size_t c = 0; c < columns.size(); ++c)
@@ -81,7 +82,9 @@ private:
             if (const std::size_t c = coordinateAlong(axis); is_real_[c] && rows > 0)
                 columns[c].real = &points.position[0][axis], columns[c].step = 3;
         visitAttributes([&](std::size_t c, std::size_t size, const std::string& name) {
-            Attribute& a = points.attributes.emplace_back(name, static_cast<std::uint32_t>(size));
+            Attribute& a = points.attributes.emplace_back();
+            a.name = name;
+            a.components = static_cast<std::uint32_t>(size);
             if (is_real_[c]) a.real.resize(rows * size);
             for (std::size_t k = 0; !a.real.empty() && k < size; ++k)
                 columns[c + k].real = a.real.data() + k, columns[c + k].step = size;

@@ -3,7 +3,6 @@
 
 #include "base/nearest_word.h"
 #include "betamesh/error.h"
-#include "sample/scene.h"
 
 #include <cmath>
 

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "betamesh/particles.h"
+#include "sample/scene.h"
 
 #include <cstdint>
 #include <memory>
@@ -10,13 +11,6 @@
 #include <vector>
 
 namespace betamesh {
-
-struct SampleParams {
-    std::string name;           ///< one of samples()
-    std::size_t particles = 0;  ///< approximate number; 0: the scene's default
-    std::uint64_t seed = 1;
-    double frames_per_second = 24;  ///< > 0
-};
 
 struct SampleInfo {
     std::string name;
@@ -26,8 +20,6 @@ struct SampleInfo {
 
 /// All scenes, in the order in which to list them.
 std::vector<SampleInfo> samples();
-
-class Scene;
 
 /// A particle sequence. Frame 1 is the initial state; earlier frames of simulated scenes equal it.
 ///

@@ -1,10 +1,21 @@
-// Interface of sample scenes, and the functions that create them.
+// Parameters and interface of sample scenes, and the functions that create them.
 
 #pragma once
 
-#include "sample/sample.h"
+#include "betamesh/particles.h"
+
+#include <cstdint>
+#include <memory>
+#include <string>
 
 namespace betamesh {
+
+struct SampleParams {
+    std::string name;           ///< one of samples()
+    std::size_t particles = 0;  ///< approximate number; 0: the scene's default
+    std::uint64_t seed = 1;
+    double frames_per_second = 24;  ///< > 0
+};
 
 class Scene {
 public:

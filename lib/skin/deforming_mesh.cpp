@@ -89,7 +89,8 @@ void DeformingMesh::listConstraints() {
     std::vector<std::uint8_t> in_group(size(), 0), is_support(size(), 0);
     for (std::size_t g = 0; g < constraints_.size(); ++g) {
         const std::vector<FadingVertex>& group = mesh_.fading[g];
-        auto& [all, dependent, supporting] = constraints_[g] = {};
+        ConstraintGroup& constraints = constraints_[g] = {};
+        std::vector<Constraint>& all = constraints.all;
         all.resize(group.size());
         parallelFor(group.size(), 4096, [&](std::size_t i) {
             const FadingVertex& fading = group[i];
@@ -101,10 +102,10 @@ void DeformingMesh::listConstraints() {
         const auto isDependent = [&](const Constraint& v) {
             return std::any_of(v.from.begin(), v.from.end(), [&](std::uint32_t u) { return in_group[u] != 0; });
         };
-        std::copy_if(all.begin(), all.end(), std::back_inserter(dependent), isDependent);
-        for (const Constraint& v : dependent)
+        std::copy_if(all.begin(), all.end(), std::back_inserter(constraints.dependent), isDependent);
+        for (const Constraint& v : constraints.dependent)
             for (const std::uint32_t u : v.from) is_support[u] = in_group[u];
-        std::copy_if(all.begin(), all.end(), std::back_inserter(supporting),
+        std::copy_if(all.begin(), all.end(), std::back_inserter(constraints.supporting),
                      [&](const Constraint& v) { return is_support[v.vertex] != 0; });
         for (const Constraint& v : all) in_group[v.vertex] = is_support[v.vertex] = 0;
     }

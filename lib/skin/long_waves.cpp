@@ -15,7 +15,7 @@ namespace {
 struct ValueSums {
     ElementSamples samples;
     const Lanes& inverse_square_width;
-    Facing point;
+    OrientedPoints point;
     Lanes (&sums)[2];
 
     template <std::size_t kWidth>
@@ -47,7 +47,7 @@ template <typename Visit>
 void forMeans(const PointGroups& points, const std::vector<Vec3>& point, const GroupedElements& elements, double unit,
               const Normals& normal, const std::vector<float>& inverse_square, const Visit& visit) {
     forElements(points, point, elements, unit, kWaveKernel, normal,
-                [&](const PointGroup& group, ElementSamples near, const Facing& at) {
+                [&](const PointGroup& group, ElementSamples near, const OrientedPoints& at) {
                     Lanes inverse, sums[2];
                     for (std::size_t lane = 0; lane < kLanes; ++lane) inverse[lane] = inverse_square[group.row[lane]];
                     forLanes(ValueSums{near, inverse, at, sums});

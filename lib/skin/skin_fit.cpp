@@ -18,7 +18,7 @@ namespace {
 struct SidewaysSums {
     ElementSamples samples;
     float inverse_square_reach;
-    Facing point;
+    OrientedPoints point;
     Lanes (&sums)[2];
 
     template <std::size_t kWidth>
@@ -55,7 +55,7 @@ struct SidewaysSums {
 struct FitSums {
     ElementSamples samples;
     const Lanes& inverse_square_width;
-    Facing point;
+    OrientedPoints point;
     Lanes (&sums)[9];
 
     template <std::size_t kWidth>
@@ -109,7 +109,7 @@ std::vector<float> kernelWidths(DeformingMesh& surface, const GroupedElements& e
                                 double widest) {
     std::vector<float> width(surface.size());
     const auto inverse = static_cast<float>(1 / (widest * widest));
-    const auto visit = [&](const PointGroup& group, ElementSamples near, const Facing& point) {
+    const auto visit = [&](const PointGroup& group, ElementSamples near, const OrientedPoints& point) {
         Lanes sums[2];
         forLanes(SidewaysSums{near, inverse, point, sums});
         for (std::size_t lane = 0; lane < group.size; ++lane) {
@@ -136,7 +136,7 @@ std::vector<float> fitSpheres(DeformingMesh& surface, double widest) {
     std::vector<float> width = kernelWidths(surface, elements, wide, widest);
     const std::vector<float> inverse_square = inverseSquares(width);
     std::vector<Vec3f> step(surface.size(), Vec3f(0));
-    const auto visit = [&](const PointGroup& group, ElementSamples near, const Facing& point) {
+    const auto visit = [&](const PointGroup& group, ElementSamples near, const OrientedPoints& point) {
         Lanes inverse, sums[9];
         for (std::size_t lane = 0; lane < kLanes; ++lane) inverse[lane] = inverse_square[group.row[lane]];
         forLanes(FitSums{near, inverse, point, sums});

@@ -4,6 +4,7 @@
 #include "skin/constants.h"
 #include "skin/long_waves.h"
 #include "skin/skin_fit.h"
+#include "skin/surface_elements.h"
 
 #include <algorithm>
 #include <cmath>
@@ -15,19 +16,13 @@ namespace {
 enum Field { kX, kY, kZ, kArea, kNx, kNy, kNz, kValue, kFields };
 using Samples = SampleRuns<kFields>;
 
-// Positions and normals of a group of vertices, one per lane.
-struct Tangent {
-    const Lanes (&position)[3];
-    const Lanes (&normal)[3];
-};
-
 // Σ w A v and Σ w A over what faces the same way; v is the height over the tangent plane (kHeight) or the sample's
 // value.
 template <bool kHeight>
 struct FacingSums {
     Samples samples;
     float inverse_square_width;
-    Tangent point;
+    OrientedPoints point;
     Lanes (&sums)[2];
 
     template <std::size_t kWidth>

@@ -38,7 +38,7 @@ enum ElementField { kPx, kPy, kPz, kDx, kDy, kDz, kElementArea, kVariance, kConv
 using ElementSamples = SampleRuns<kElementFields>;
 
 /// Positions and normals of a group of points, one per lane.
-struct Facing {
+struct OrientedPoints {
     const Lanes (&position)[3];
     const Lanes (&normal)[3];
 };
@@ -60,7 +60,7 @@ void forElements(const PointGroups& points, const std::vector<Vec3>& point, cons
         },
         [&](const PointGroup& group, ElementSamples samples) {
             const PointGroup::Vectors n = group.gather(normal);
-            visit(group, samples, Facing{group.position, n.lanes});
+            visit(group, samples, OrientedPoints{group.position, n.lanes});
         });
 }
 

@@ -3,6 +3,7 @@
 #include "base/random.h"
 #include "betamesh/check.h"
 #include "betamesh/skin.h"
+#include "mesh/enclosure.h"
 #include "support/planar_clouds.h"
 
 #include <gtest/gtest.h>

@@ -7,6 +7,7 @@
 #include "betamesh/error.h"
 #include "betamesh/skin.h"
 #include "exact/snapped_particles.h"
+#include "mesh/enclosure.h"
 #include "planar/disc_boundary.h"
 #include "support/planar_clouds.h"
 

@@ -62,14 +62,8 @@ const std::set<std::string> kTooLong{"io/ply.cpp",
 
 // Includes that still close a cycle; a header and its source are one unit.
 const std::set<std::pair<std::string, std::string>> kIncludesToRemove{
-    {"batch/config/presets", "batch/config/config"},
-    {"batch/job/render_frames", "batch/job/plan"},
-    {"batch/platform/interrupt", "batch/job/job"},
-    {"batch/platform/worker", "batch/job/job"},
-    {"batch/platform/worker", "batch/report/report"},
-    {"batch/report/report", "batch/job/plan"},
+    {"io/file_contents", "io/file_info"},
     {"io/file_contents", "io/particle_file"},
-    {"sample/scene", "sample/sample"},
 };
 
 // Identifiers that were replaced and must not return.

@@ -158,6 +158,9 @@ void setConfigKey(Config& config, const std::string& path, const std::string& va
 /// Sets one key from `a.b=c`.
 void setConfigKey(Config& config, const std::string& assignment);
 
+/// Sets the keys of a preset (presets.h) and leaves all others unchanged.
+void applyPreset(Config& config, std::string_view name);
+
 /// The whole configuration of a job. Later values win, in this order: base, presets, included files one after the
 /// other, the keys of the pipeline file, those of the command line one after the other. A `preset` on the command line
 /// replaces the `preset` of the file, and that of a file replaces those of the files it includes.

@@ -68,7 +68,7 @@ const auto& readOnly(const Config& config, Member member) {
 
 template <typename Member>
 ConfigKey textKey(const KeyText& text, const std::string& accepts, Member member,
-                  std::function<void(const std::string&)> check = {}) {
+                  const std::function<void(const std::string&)>& check = {}) {
     return makeKey(
         text, ConfigKey::Kind::text, accepts, [=](const Config& config) { return readOnly(config, member); },
         [=](Config& config, const std::string& value) {
@@ -99,7 +99,7 @@ inline std::vector<std::string> entriesOf(const std::string& list) {
 /// Names separated by commas, or a list in YAML. Each name may occur once.
 template <typename Member>
 ConfigKey namesKey(const KeyText& text, const std::string& accepts, Member member,
-                   std::function<void(const std::vector<std::string>&)> check = {}) {
+                   const std::function<void(const std::vector<std::string>&)>& check = {}) {
     return makeKey(
         text, ConfigKey::Kind::list, accepts,
         [=](const Config& config) {

@@ -2,8 +2,6 @@
 
 #pragma once
 
-#include "batch/config/config.h"
-
 #include <span>
 #include <string>
 #include <string_view>
@@ -26,8 +24,5 @@ std::string presetNames(std::string_view separator);
 
 /// errors  an unknown name, with the most similar name and a list of all names
 const Preset& presetNamed(std::string_view name);
-
-/// Sets the keys of a preset and leaves all others unchanged.
-void applyPreset(Config& config, std::string_view name);
 
 }  // namespace betamesh

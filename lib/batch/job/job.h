@@ -3,21 +3,13 @@
 #pragma once
 
 #include "batch/job/plan.h"
+#include "batch/platform/exit_code.h"
 #include "batch/platform/interrupt.h"
 #include "batch/report/report.h"
 
 #include <functional>
 
 namespace betamesh {
-
-/// Exit codes of all commands.
-enum ExitCode {
-    kAllWritten = 0,
-    kSomeFailed = 1,
-    kWrongUsage = 2,
-    kOutOfMemory = 33,
-    kSignalBase = 128  ///< plus the number of the signal: 130 SIGINT, 143 SIGTERM
-};
 
 struct JobResult {
     std::size_t written = 0;  ///< empty frames included

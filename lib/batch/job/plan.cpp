@@ -160,7 +160,7 @@ SkinParams withLengths(SkinParams params, const Config::Surface& surface, double
 /// The skin that replaces an inset, for a warning.
 std::string skinForInset(const Length& inset, const Length& radius) {
     if (inset.value == 0) return "none";
-    const std::string rule = "the radius less the inset";
+    std::string rule = "the radius less the inset";
     if (inset.in_spacings != radius.in_spacings) return rule;
     return rule + ", " + shortNumber(radius.value - inset.value) + (radius.in_spacings ? "dx" : "");
 }
@@ -181,14 +181,6 @@ void agreeOnSkin(Plan& plan) {
         const double large_enough = 2 * length->value;  // stands for a radius that is given in the other unit
         withLengths(plan.skin, surface, length->in_spacings ? surface.radius.value : large_enough, 1);
     }
-}
-
-/// "splash.0001.bgeo.gz" has the extension ".bgeo.gz".
-std::pair<std::string, std::string> splitExtension(const std::string& path) {
-    const fs::path whole(path);
-    std::string extension = whole.extension().string();
-    if (extension == ".gz" || extension == ".sc") extension = whole.stem().extension().string() + extension;
-    return {path.substr(0, path.size() - extension.size()), extension};
 }
 
 /// Warns of what the format of the output cannot hold, and that .bgeo is not the format that it was.
@@ -318,26 +310,6 @@ void requireWritableFolders(const std::vector<FrameTask>& tasks) {
 
 }  // namespace
 
-const char* actionName(FrameAction action) {
-    switch (action) {
-        case FrameAction::mesh:
-            return "mesh";
-        case FrameAction::write_empty:
-            return "write empty mesh (input missing)";
-        case FrameAction::skip_missing:
-            return "skip (input missing)";
-        case FrameAction::fail_missing:
-            return "fail (input missing)";
-        case FrameAction::fail_lost:
-            return "fail (process ended)";
-        case FrameAction::skip_existing:
-            return "skip (output exists)";
-        case FrameAction::refuse_existing:
-            return "refuse (output exists)";
-    }
-    return "";
-}
-
 std::uint64_t memoryBudget(const Config& config) {
     const std::uint64_t memory = config.run.memory_limit > 0 ? config.run.memory_limit : availableMemory();
     return memory / 5 * 4;
@@ -458,13 +430,6 @@ std::string taskLine(const FrameTask& task) {
     if (!task.why.empty()) line += " (" + task.why + ')';
     if (task.memory > 0) line += ", about " + std::to_string((task.memory >> 20) + 1) + " MiB";
     return line;
-}
-
-std::string reportPath(const std::string& output) { return output + ".json"; }
-
-std::string spheresPath(const std::string& output) {
-    const auto [stem, extension] = splitExtension(output);
-    return stem + ".spheres" + (canHoldSpheres(output) ? extension : ".ply");
 }
 
 }  // namespace betamesh

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "batch/config/config.h"
+#include "batch/job/frame_task.h"
 #include "batch/job/frames.h"
 #include "batch/job/render_frames.h"
 #include "batch/platform/worker.h"
@@ -12,29 +13,6 @@
 #include <vector>
 
 namespace betamesh {
-
-enum class FrameAction {
-    mesh,            ///< read, skin, write
-    write_empty,     ///< the input is missing; run.on_missing is empty
-    skip_missing,    ///< the input is missing; run.on_missing is skip
-    fail_missing,    ///< the input is missing; run.on_missing is error
-    fail_lost,       ///< the frame ended an earlier worker process
-    skip_existing,   ///< the output exists and is up to date
-    refuse_existing  ///< an output exists and must not be replaced; only if PlanOptions::dry_run
-};
-
-const char* actionName(FrameAction action);
-
-struct FrameTask {
-    int frame = 0;
-    std::string input;
-    std::string output;
-    FrameAction action = FrameAction::mesh;
-    std::string picture{};      ///< path; empty: no picture
-    std::string why{};          ///< why an existing output is made again, or why the frame was lost
-    std::uint64_t memory = 0;   ///< estimated peak memory of the frame, bytes
-    bool near_surface = false;  ///< the frame does not fit: load only the particles near its surface
-};
 
 struct PlanOptions {
     Chunk chunk;
@@ -82,12 +60,5 @@ void requireDistinctLog(const std::string& log_file, const std::string& pipeline
 
 /// The line of --dry-run for a frame.
 std::string taskLine(const FrameTask& task);
-
-/// The path of the report beside an output: "o.0001.ply" -> "o.0001.ply.json".
-std::string reportPath(const std::string& output);
-
-/// The path of the spheres beside an output: "o.0001.ply" -> "o.0001.spheres.ply". .ply for .obj and .svg, which cannot
-/// store a radius.
-std::string spheresPath(const std::string& output);
 
 }  // namespace betamesh

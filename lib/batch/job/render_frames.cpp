@@ -2,7 +2,7 @@
 #include "batch/job/render_frames.h"
 
 #include "base/parallel.h"
-#include "batch/job/plan.h"
+#include "batch/job/frame_task.h"
 #include "betamesh/error.h"
 #include "io/extension.h"
 #include "io/mesh_file.h"

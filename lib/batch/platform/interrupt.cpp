@@ -1,7 +1,7 @@
 
 #include "batch/platform/interrupt.h"
 
-#include "batch/job/job.h"
+#include "batch/platform/exit_code.h"
 #include "batch/report/log.h"
 
 #include <sys/mman.h>

@@ -1,11 +1,10 @@
 
 #include "batch/platform/worker.h"
 
-#include "batch/job/job.h"
+#include "batch/platform/exit_code.h"
 #include "batch/platform/interrupt.h"
 #include "batch/platform/machine.h"
 #include "batch/report/log.h"
-#include "batch/report/report.h"
 #include "betamesh/error.h"
 
 #include <fcntl.h>

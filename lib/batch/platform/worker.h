@@ -3,14 +3,14 @@
 
 #pragma once
 
+#include "batch/job/frame_task.h"
+
 #include <cstddef>
 #include <map>
 #include <set>
 #include <string>
 
 namespace betamesh {
-
-enum class FrameStatus;
 
 /// What earlier workers of the same job have done. Empty in the first worker.
 struct JobHistory {

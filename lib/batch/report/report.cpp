@@ -234,20 +234,6 @@ Json placeJson(const CoherenceReport& report, const JumpSite& place) {
 
 }  // namespace
 
-const char* nameOf(FrameStatus status) {
-    switch (status) {
-        case FrameStatus::ok:
-            return "ok";
-        case FrameStatus::empty:
-            return "empty";
-        case FrameStatus::skipped:
-            return "skipped";
-        case FrameStatus::failed:
-            return "failed";
-    }
-    return "";
-}
-
 std::string reportJson(const FrameReport& report) {
     Json json;
     json["frame"] = report.frame;

@@ -2,7 +2,7 @@
 
 #pragma once
 
-#include "batch/job/plan.h"
+#include "batch/job/frame_task.h"
 #include "batch/job/provenance.h"
 #include "betamesh/check.h"
 #include "betamesh/coherence.h"
@@ -17,16 +17,6 @@
 #include <vector>
 
 namespace betamesh {
-
-enum class FrameStatus {
-    ok,
-    empty,    ///< an empty mesh was written because there were no particles
-    skipped,  ///< nothing was written, as requested
-    failed    ///< nothing was written, see error
-};
-
-/// "ok", "empty", "skipped" or "failed".
-const char* nameOf(FrameStatus status);
 
 /// Wall-clock seconds of each stage of a frame.
 struct StageSeconds {

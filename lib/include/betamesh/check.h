@@ -20,11 +20,14 @@ struct MeshMeasure {
     std::size_t unpaired_edges = 0;  ///< half-edges without an opposite one; 0 when closed
 };
 
+/// Measures a mesh.
+///
 /// in      triangles whose vertices exist
 /// same    result for any thread count
 /// cost    O(triangles log triangles)
 MeshMeasure measureMesh(const Mesh& mesh);
 
+/// Parameters of checkMesh() and checkCurves().
 struct CheckParams {
     double tolerance = 0;      ///< world units, >= 0: crossings shallower than this are not faults
     std::size_t examples = 8;  ///< number of crossings to list
@@ -35,6 +38,7 @@ struct FaultCount {
     std::size_t count = 0;
     std::uint32_t first = 0;  ///< the smallest row that has it; meaningful if count > 0
 
+    /// Has the fault occurred?
     explicit operator bool() const { return count > 0; }
 };
 
@@ -91,9 +95,14 @@ struct MeshCheck {
     double deepest = 0;                           ///< largest depth of all crossings, world units
     std::vector<SelfCrossing> deepest_crossings;  ///< sorted by depth, deepest first; at most params.examples
 
+    // Properties of the mesh as a whole:
+    /// Every edge has an even number of triangles.
     bool closed() const { return !open_edges; }
+    /// All triangles agree about which side is outside, and it is.
     bool oriented() const { return !misoriented_edges && !inside_out; }
+    /// No edge has more than two triangles.
     bool edgeManifold() const { return !nonmanifold_edges && !duplicates; }
+    /// The triangles of every vertex form one fan.
     bool vertexManifold() const { return !nonmanifold_vertices; }
 };
 
@@ -121,6 +130,8 @@ struct CurveMeasure {
     std::size_t unpaired_ends = 0;  ///< sum over vertices of |outgoing - incoming edges|; 0 when closed
 };
 
+/// Measures curves.
+///
 /// in      edges whose vertices exist; z is ignored
 /// cost    O(edges)
 CurveMeasure measureCurves(const Curves& curves);
@@ -154,6 +165,9 @@ struct CurveCheck {
     double deepest = 0;
 };
 
+/// Checks curves. Crossings are decided exactly; z is ignored.
+///
+/// in      any curves, however broken
 /// same    result for any thread count
 /// cost    O(edges log edges) where few edges overlap in x
 CurveCheck checkCurves(const Curves& curves, const CheckParams& params);

@@ -9,6 +9,7 @@
 
 namespace betamesh {
 
+/// Parameters of surfaceDistance().
 struct DistanceSampling {
     /// Of sample points inside triangles, world units, >= 0. 0: twice the mean longest side of the triangles, which
     /// gives one point in most of them.

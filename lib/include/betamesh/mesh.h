@@ -31,6 +31,7 @@ struct Spheres {
     std::vector<float> radius;   ///< world units
     std::vector<std::uint64_t> id;
 
+    /// Number of spheres.
     std::size_t size() const { return position.size(); }
 };
 

@@ -28,6 +28,7 @@ struct Particles {
     std::vector<std::uint64_t> id;      ///< identifies a particle in all frames
     std::vector<Attribute> attributes;  ///< all other attributes of the file
 
+    /// Number of particles.
     std::size_t size() const { return position.size(); }
 };
 

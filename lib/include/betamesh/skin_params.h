@@ -8,21 +8,25 @@
 
 namespace betamesh {
 
+/// Which surface is computed.
 enum class SurfaceKind {
     beta,   ///< the beta mesh
     alpha,  ///< the alpha mesh: particles joined by triangles
     union_  ///< the tessellated union of balls, for comparison
 };
+/// How the boundary of the union of balls is divided into triangles.
 enum class Tessellation {
     complete,  ///< every exposed part of every ball: closed and manifold, including drops and tendrils
     paper,     ///< the paper's fans; isolated particles and degenerate edges become separate spheres
 };
+/// How the signs are computed that decide the topology.
 enum class PredicateKind {
     exact,     ///< exact signs with symbolic tie-breaking: never fails
     floating,  ///< the paper's test in double precision, validated, and repeated with perturbed particles
 };
+/// How the surface is smoothed.
 enum class SmoothingMethod {
-    none,
+    none,      ///< not at all
     coherent,  ///< kernel fits without connectivity: continuous in time
     paper,     ///< the paper's averages over adjacent faces; only with the paper's tessellation
 };
