@@ -28,6 +28,7 @@ Command<Arguments> addCommand(CLI::App& program, int& exit_code, const char* nam
 /// Each function adds a command to the program; running the command stores the exit code of main() in exit_code.
 void addMeshCommand(CLI::App& program, int& exit_code);
 void addRunCommand(CLI::App& program, int& exit_code);
+void addConvertCommand(CLI::App& program, int& exit_code);
 void addSampleCommand(CLI::App& program, int& exit_code);
 void addInfoCommand(CLI::App& program, int& exit_code);
 void addCheckCommand(CLI::App& program, int& exit_code);

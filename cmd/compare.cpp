@@ -4,10 +4,12 @@
 #include "betamesh/error.h"
 #include "command.h"
 #include "help.h"
+#include "io/extension.h"
 #include "io/particle_file.h"
 #include "picture_options.h"
 #include "render/contact_sheet.h"
 #include "render/png_file.h"
+#include "value_checks.h"
 
 #include <iterator>
 #include <memory>
@@ -117,7 +119,8 @@ void addCompareCommand(CLI::App& program, int& exit_code) {
     options->outputs.resize(1);
     command
         ->add_option("IN", options->input,
-                     "Particle files (.vdb, .bgeo, .bgeo.gz, .ply). Write the frame number of a sequence as ####.")
+                     "Particle files (" + extensionsFor(FileKind::particles, Access::read) +
+                         "). Write the frame number of a sequence as ####.")
         ->required();
     command->add_option("OUT", options->outputs[0], "Pictures to write (.png).")->required();
     const auto texts = std::make_shared<std::vector<std::string>>();
@@ -134,7 +137,7 @@ void addCompareCommand(CLI::App& program, int& exit_code) {
     command->add_option("--columns", *columns, "Number of pictures side by side.")
         ->type_name("N")
         ->capture_default_str()
-        ->check(CLI::Range(1, 100))
+        ->check(wholeNumber(1, 100))
         ->group("Picture");
     addPictureOptions(*command, *options, [&](const ConfigKey& key) {
         if (key.path == "preview.show" || key.path == "preview.particle_radius" || key.path == "surface.kind")

@@ -4,6 +4,7 @@
 #include "betamesh/error.h"
 #include "command.h"
 #include "help.h"
+#include "io/extension.h"
 #include "picture_options.h"
 #include "render/exr_file.h"
 #include "render/png_file.h"
@@ -95,8 +96,7 @@ void addRenderCommand(CLI::App& program, int& exit_code) {
     command
         ->add_option(
             "IN", options->input,
-            "Mesh files (.ply, .bgeo, .bgeo.gz, .obj) or particle files (.vdb, .bgeo, .bgeo.gz, .ply). Write the "
-            "frame number of a sequence as ####.")
+            "Mesh or particle files (" + readableExtensions() + "). Write the frame number of a sequence as ####.")
         ->required();
     command->add_option("OUT", options->outputs, "Pictures to write: .png, .exr, or one of each.")
         ->required()

@@ -7,8 +7,10 @@
 #include "batch/report/log.h"
 #include "betamesh/error.h"
 #include "command.h"
+#include "io/extension.h"
 #include "io/output_file.h"
 #include "io/particle_file.h"
+#include "value_checks.h"
 
 #include <filesystem>
 
@@ -42,7 +44,7 @@ std::string listOfSamples() {
 
 std::vector<int> framesOf(const Arguments& arguments, const FramePattern& pattern) {
     if (arguments.frames.empty()) {
-        return pattern.numbered ? parseFrames(kDefaultFrames) : std::vector<int>{std::max(1, singleFrame(pattern))};
+        return pattern.numbered ? parseFrames(kDefaultFrames) : std::vector<int>{std::max(1, frameInName(pattern.text))};
     }
     std::vector<int> frames = parseFrames(arguments.frames);
     requirePlaceholder(frames.size(), pattern);
@@ -92,13 +94,14 @@ void addSampleCommand(CLI::App& program, int& exit_code) {
     command->add_option("NAME", arguments->params.name, "Name of the sample; listed below.")->required();
     command
         ->add_option("OUT", arguments->output,
-                     "Particle files to write (.vdb, .bgeo, .bgeo.gz, .ply), such as sim/drop.####.vdb.")
+                     "Particle files to write (" + extensionsFor(FileKind::particles, Access::write) +
+                         "), such as sim/drop.####.vdb.")
         ->required();
     command
         ->add_option("--particles", arguments->params.particles,
                      "Approximate number of particles. Without it, the number listed below.")
         ->type_name("N")
-        ->check(CLI::PositiveNumber);
+        ->check(wholeNumber(1));
     command
         ->add_option("--frames", arguments->frames,
                      std::string("Frames to write, such as 1-100. Without it, ") + kDefaultFrames +
@@ -106,7 +109,8 @@ void addSampleCommand(CLI::App& program, int& exit_code) {
         ->type_name("FRAMES");
     command->add_option("--seed", arguments->params.seed, "Random seed; each seed gives another sequence.")
         ->type_name("S")
-        ->capture_default_str();
+        ->capture_default_str()
+        ->check(wholeNumber(0));
     command->add_flag("--overwrite", arguments->overwrite, "Replace files that already exist.");
     command->add_flag("--skip-existing", arguments->skip_existing, "Skip frames that already exist.");
     command->add_flag("-q,--quiet", arguments->quiet, "Print only errors.");

@@ -10,7 +10,9 @@
 #include "betamesh/error.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdio>
 #include <cstring>
 #include <limits>
 #include <tuple>
@@ -171,10 +173,14 @@ void SnapGrid::requireWithin(std::span<const Vec3f> positions, std::size_t first
     });
     if (i == positions.size()) return;
     const Vec3f& p = positions[i];
-    throw Error("particle " + std::to_string(first_row + i) + " at (" + std::to_string(p.x) + ", " +
-                std::to_string(p.y) + ", " + std::to_string(p.z) + ") is too far from the origin for a radius of " +
-                std::to_string(static_cast<double>(radius_) / per_unit_) + "; expected coordinates of at most " +
-                std::to_string(reach));
+    const auto text = [](double number) {
+        std::array<char, 32> buffer{};
+        std::snprintf(buffer.data(), buffer.size(), "%.6g", number);
+        return std::string(buffer.data());
+    };
+    throw Error("particle " + std::to_string(first_row + i) + " at (" + text(p.x) + ", " + text(p.y) + ", " +
+                text(p.z) + ") is too far from the origin for a radius of " +
+                text(static_cast<double>(radius_) / per_unit_) + "; expected coordinates of at most " + text(reach));
 }
 
 SnappedParticles snapParticles(const Particles& particles, double radius, const Jitter& jitter) {

@@ -2,44 +2,24 @@
 #include "io/curve_file.h"
 
 #include "betamesh/error.h"
-#include "io/bgeo.h"
-#include "io/bytes.h"
 #include "io/extension.h"
-#include "io/houdini_geo.h"
-#include "io/obj.h"
-#include "io/ply.h"
 
 namespace betamesh {
 
 Curves readCurves(const std::filesystem::path& path) {
-    const Extension extension = meshExtension(path);
     ReadOptions options;
     options.id.clear();  // curves have no ids: `id` is an ordinary attribute
-    const std::string file = path.string();
-    switch (extension) {
-        case Extension::ply:
-            return curvesFrom(parsePly(openFile(path), options), file);
-        case Extension::obj:
-            return curvesFrom(parseObj(readWholeFile(path), file), file);
-        default:
-            return curvesFrom(parseHoudini(openFile(path), options), file);
-    }
+    return curvesFrom(readFormat(path, FileKind::curves, options), path.string());
 }
 
 void writeCurves(const std::filesystem::path& path, const Curves& curves) {
-    const std::string file = path.string();
-    switch (meshExtension(path)) {
-        case Extension::ply:
-            return writeEncoded(path, [&](ByteWriter& out) { encodePly(out, curves, file); });
-        case Extension::obj:
-            return writeEncoded(path, [&](ByteWriter& out) { encodeObj(out, curves, file); });
-        case Extension::bhclassic:
-            return writeEncoded(path, [&](ByteWriter& out) { encodeBgeo(out, curves, file); });
-        default:
-            return writeEncoded(path, [&](ByteWriter& out) { encodeBgeoJson(out, curves, file); });
-    }
+    const FileFormat& format = formatOf(path, FileKind::curves, Access::write);
+    if (format.write_curves == nullptr)
+        throw Error(path.string() + ": a drawing is not written from curves alone. Use one of " +
+                    extensionsFor(FileKind::mesh, Access::write) + ".");
+    writeEncoded(path, [&](ByteWriter& out) { format.write_curves(out, curves, path.string()); });
 }
 
-void requireCurveExtension(const std::filesystem::path& path) { curveExtension(path); }
+void requireCurveExtension(const std::filesystem::path& path) { formatOf(path, FileKind::curves, Access::write); }
 
 }  // namespace betamesh

@@ -7,13 +7,22 @@
 #include "betamesh/mesh.h"
 #include "betamesh/particles.h"
 #include "io/bytes.h"
-#include "io/file_info.h"
 #include "io/particle_file.h"
 
 #include <functional>
 #include <optional>
 
 namespace betamesh {
+
+enum class FileKind { particles, mesh, curves };
+
+/// One point attribute as the file declares it; position is one of them.
+struct AttributeInfo {
+    std::string name;
+    std::string type;              ///< as the format names it: "float", "vector", "int64"
+    std::uint32_t components = 1;  ///< numbers per row
+    std::string codec;             ///< how the numbers are compressed; empty: they are not
+};
 
 /// Row i of position, id and attributes is point i of the file. Attributes are all point attributes but the position
 /// and the id that was requested; velocity is one of them.
@@ -25,10 +34,16 @@ struct FileContents {
     std::vector<Attribute> attributes;
     std::vector<Triangle> triangles;  ///< counter-clockwise seen from outside; corners are valid point indices
     std::optional<std::vector<std::int32_t>> component;  ///< as Mesh::component
-    std::vector<Edge> edges;      ///< of curves, curve after curve; corners are valid point indices
-    bool declares_faces = false;  ///< the file declares faces, perhaps none
-    bool declares_edges = false;  ///< the file declares edges, perhaps none
-    bool begun = false;           ///< append() was called, perhaps with no points
+    std::vector<Edge> edges;                 ///< of curves, curve after curve; corners are valid point indices
+    bool declares_faces = false;             ///< the file declares faces, perhaps none
+    bool declares_edges = false;             ///< the file declares edges, perhaps none
+    bool begun = false;                      ///< append() was called, perhaps with no points
+    std::vector<std::string> passed_over{};  ///< what else is not read: "3 point groups of the classic format"
+
+    /// A file with faces is a mesh, one with edges only contains curves, any other particles.
+    FileKind kind() const {
+        return declares_faces ? FileKind::mesh : declares_edges ? FileKind::curves : FileKind::particles;
+    }
 };
 
 /// The name of Mesh::component in files.

@@ -1,44 +1,21 @@
 
 #include "io/file_info.h"
 
-#include "io/bytes.h"
 #include "io/extension.h"
 #include "io/file_contents.h"
-#include "io/houdini_geo.h"
-#include "io/obj.h"
-#include "io/ply.h"
-#include "io/vdb.h"
 
 #include <algorithm>
 #include <system_error>
+#include <utility>
 
 namespace betamesh {
 
-namespace {
-
-FileContents contentsOf(const std::filesystem::path& path) {
-    const Extension extension = anyExtension(path);
+FileInfo inspectFile(const std::filesystem::path& path, std::vector<Vec3f>* particles) {
     ReadOptions options;
     options.skip_unknown_faces = true;
-    if (extension == Extension::vdb) return readVdb(path, options);
-    switch (extension) {
-        case Extension::ply:
-            return parsePly(openFile(path), options);
-        case Extension::obj:
-            return parseObj(readWholeFile(path), path.string());
-        default:
-            return parseHoudini(openFile(path), options);
-    }
-}
-
-}  // namespace
-
-FileInfo inspectFile(const std::filesystem::path& path) {
-    const FileContents contents = contentsOf(path);
     FileInfo info;
-    info.kind = contents.declares_faces   ? FileKind::mesh
-                : contents.declares_edges ? FileKind::curves
-                                          : FileKind::particles;
+    FileContents contents = readByContents(path, options, info.note);
+    info.kind = contents.kind();
     info.format = contents.format;
     std::error_code error;
     info.bytes = std::filesystem::file_size(path, error);
@@ -52,6 +29,8 @@ FileInfo inspectFile(const std::filesystem::path& path) {
             info.lower[axis] = std::min(info.lower[axis], p[axis]);
             info.upper[axis] = std::max(info.upper[axis], p[axis]);
         }
+    if (particles != nullptr && info.kind == FileKind::particles)
+        *particles = particlesFrom(std::move(contents), {}, path.string()).position;
     return info;
 }
 

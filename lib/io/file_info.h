@@ -3,6 +3,7 @@
 #pragma once
 
 #include "betamesh/vec3.h"
+#include "io/file_contents.h"
 
 #include <cstdint>
 #include <filesystem>
@@ -10,16 +11,6 @@
 #include <vector>
 
 namespace betamesh {
-
-enum class FileKind { particles, mesh, curves };
-
-/// One point attribute as the file declares it; position is one of them.
-struct AttributeInfo {
-    std::string name;
-    std::string type;              ///< as the format names it: "float", "vector", "int64"
-    std::uint32_t components = 1;  ///< numbers per row
-    std::string codec;             ///< how the numbers are compressed; empty: they are not
-};
 
 /// A file with polygons is a mesh, one with edges or open polygons only contains curves, any other particles.
 struct FileInfo {
@@ -32,11 +23,13 @@ struct FileInfo {
     Vec3f lower{0, 0, 0};       ///< bounding box of all points, world units; zeros without points
     Vec3f upper{0, 0, 0};
     std::vector<AttributeInfo> attributes;  ///< point attributes in the order of the file
+    std::string note;                       ///< says so if the extension is that of another format; else empty
 };
 
-/// Reads a whole .bgeo, .ply, .vdb or .obj file and summarises it.
+/// Reads a whole file in the format of its contents, whatever its extension, and summarises it.
 ///
+/// out     particles: if not null, gets the positions of a file of particles
 /// errors  as readParticles() and readMesh()
-FileInfo inspectFile(const std::filesystem::path& path);
+FileInfo inspectFile(const std::filesystem::path& path, std::vector<Vec3f>* particles = nullptr);
 
 }  // namespace betamesh

@@ -95,8 +95,20 @@ private:
                 json_.forElements("pointattributes", [&] { readPointAttribute(); });
             else if (key == "primitiveattributes" && options_.faces)
                 json_.forElements("primitiveattributes", [&] { readPrimitiveAttribute(); });
+            else if (key == "vertexattributes" && options_.attributes)
+                passOver("vertex", key);
+            else if (key == "globalattributes" && options_.attributes)
+                passOver("detail", key);
             else
                 json_.skip();
+        });
+    }
+
+    /// Notes the names of attributes that are not read.
+    void passOver(const std::string& owner, const std::string& key) {
+        json_.forElements(key.c_str(), [&] {
+            const HoudiniAttribute a = readHoudiniAttribute(json_, 0, [](const HoudiniAttribute&) { return false; });
+            contents_.passed_over.push_back(owner + " attribute '" + a.name + "'");
         });
     }
 
@@ -142,7 +154,10 @@ private:
             return declared.name == kComponent && declared.size == 1 && declared.isInteger() &&
                    declared.storage != "int64";
         });
-        if (a.name != kComponent || a.size != 1 || !a.isInteger() || a.integer.size() != *primitive_count_) return;
+        if (a.name != kComponent || a.size != 1 || !a.isInteger() || a.integer.size() != *primitive_count_) {
+            contents_.passed_over.push_back("primitive attribute '" + a.name + "'");
+            return;
+        }
         component_ = std::move(a.integer);
         contents_.component.emplace();
     }

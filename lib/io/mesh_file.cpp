@@ -2,62 +2,36 @@
 #include "io/mesh_file.h"
 
 #include "betamesh/error.h"
-#include "io/bgeo.h"
-#include "io/bytes.h"
 #include "io/extension.h"
-#include "io/houdini_geo.h"
-#include "io/obj.h"
-#include "io/ply.h"
 
 namespace betamesh {
 
 Mesh readMesh(const std::filesystem::path& path) {
-    const Extension extension = meshExtension(path);
     ReadOptions options;
     options.id.clear();  // meshes have no ids: `id` is an ordinary attribute
-    const std::string file = path.string();
-    switch (extension) {
-        case Extension::ply:
-            return meshFrom(parsePly(openFile(path), options), file);
-        case Extension::obj:
-            return meshFrom(parseObj(readWholeFile(path), file), file);
-        default:
-            return meshFrom(parseHoudini(openFile(path), options), file);
-    }
+    return meshFrom(readFormat(path, FileKind::mesh, options), path.string());
 }
 
 OutputFile encodedMesh(const std::filesystem::path& path, const Mesh& mesh) {
-    const std::string file = path.string();
-    switch (meshExtension(path)) {
-        case Extension::ply:
-            return encodedFile(path, [&](ByteWriter& out) { encodePly(out, mesh, file); });
-        case Extension::obj:
-            return encodedFile(path, [&](ByteWriter& out) { encodeObj(out, mesh, file); });
-        case Extension::bhclassic:
-            return encodedFile(path, [&](ByteWriter& out) { encodeBgeo(out, mesh, file); });
-        default:
-            return encodedFile(path, [&](ByteWriter& out) { encodeBgeoJson(out, mesh, file); });
-    }
+    const FileFormat& format = formatOf(path, FileKind::mesh, Access::write);
+    return encodedFile(path, [&](ByteWriter& out) { format.write_mesh(out, mesh, path.string()); });
 }
 
 void writeMesh(const std::filesystem::path& path, const Mesh& mesh) { encodedMesh(path, mesh).commit(); }
 
-void writeSpheres(const std::filesystem::path& path, const Spheres& spheres) {
-    const std::string file = path.string();
-    switch (meshExtension(path)) {
-        case Extension::ply:
-            return writeEncoded(path, [&](ByteWriter& out) { encodePly(out, spheres, file); });
-        case Extension::obj:
-            throw Error(file + ": .obj cannot store the radius of spheres. Use .ply or .bgeo.");
-        case Extension::bhclassic:
-            return writeEncoded(path,
-                                [&](ByteWriter& out) { encodeBgeo(out, particlesOf(spheres, "pscale", file), file); });
-        default:
-            return writeEncoded(
-                path, [&](ByteWriter& out) { encodeBgeoJson(out, particlesOf(spheres, "pscale", file), file); });
-    }
+bool canHoldSpheres(const std::filesystem::path& path) {
+    return canHold(path, FileKind::mesh, Access::write) &&
+           formatOf(path, FileKind::mesh, Access::write).write_spheres != nullptr;
 }
 
-void requireMeshExtension(const std::filesystem::path& path) { meshExtension(path); }
+void writeSpheres(const std::filesystem::path& path, const Spheres& spheres) {
+    const FileFormat& format = formatOf(path, FileKind::mesh, Access::write);
+    if (format.write_spheres == nullptr)
+        throw Error(path.string() + ": " + std::string(format.write_extensions) +
+                    " cannot store the radius of spheres. Use .ply or .bgeo.");
+    writeEncoded(path, [&](ByteWriter& out) { format.write_spheres(out, spheres, path.string()); });
+}
+
+void requireMeshExtension(const std::filesystem::path& path) { formatOf(path, FileKind::mesh, Access::write); }
 
 }  // namespace betamesh

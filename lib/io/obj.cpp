@@ -1,6 +1,8 @@
 
 #include "io/obj.h"
 
+#include "io/normals.h"
+
 #include <algorithm>
 #include <charconv>
 #include <cmath>
@@ -137,16 +139,20 @@ void writeNumber(ByteWriter& out, Value value) {
     out.text({text.data(), static_cast<std::size_t>(end - text.data())});
 }
 
-void writeVertices(ByteWriter& out, const std::vector<Vec3>& position) {
-    out.text("# betamesh: world units\n");
-    for (const Vec3& p : position) {
-        out.text("v");
+void writeVectors(ByteWriter& out, const char* keyword, const std::vector<Vec3>& vectors) {
+    for (const Vec3& v : vectors) {
+        out.text(keyword);
         for (int axis = 0; axis < 3; ++axis) {
             out.text(" ");
-            writeNumber(out, static_cast<float>(p[axis]));
+            writeNumber(out, static_cast<float>(v[axis]));
         }
         out.text("\n");
     }
+}
+
+void writeVertices(ByteWriter& out, const std::vector<Vec3>& position) {
+    out.text("# betamesh: world units\n");
+    writeVectors(out, "v", position);
 }
 
 }  // namespace
@@ -166,10 +172,13 @@ FileContents parseObj(std::span<const std::byte> bytes, const std::string& file)
 void encodeObj(ByteWriter& out, const Mesh& mesh, const std::string& file) {
     requireWritable(mesh, file);
     writeVertices(out, mesh.position);
+    writeVectors(out, "vn", normalsOf(mesh));
     const auto writeFace = [&](const Triangle& t) {
         out.text("f");
         for (const std::uint32_t corner : t) {
             out.text(" ");
+            writeNumber(out, std::uint64_t{corner} + 1);
+            out.text("//");
             writeNumber(out, std::uint64_t{corner} + 1);
         }
         out.text("\n");

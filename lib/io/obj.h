@@ -2,7 +2,7 @@
 //
 // Read: v, f (a, a/b, a//c, a/b/c; negative indices count from the last vertex), l, and o for components. Other lines
 // are skipped.
-// Written: v, f, l and o. The format has no velocity and no attributes.
+// Written: v, vn, f, l and o. The format has no velocity and no attributes but normals.
 // Format: Wavefront, "Advanced Visualizer" manual, appendix B1.
 
 #pragma once
@@ -19,8 +19,9 @@ namespace betamesh {
 /// errors  not a text file; a damaged line, with its number
 FileContents parseObj(std::span<const std::byte> bytes, const std::string& file);
 
-/// Writes positions with as many digits as needed to read the same floats. Leaves out velocity and attributes. Each
-/// component becomes an object `component_N`: faces are sorted by component and keep their order within it.
+/// Writes positions with as many digits as needed to read the same floats, and vertex normals: the attribute `N` of
+/// three floats, or vertexNormals() without it. Leaves out velocity and other attributes. Each component becomes an
+/// object `component_N`: faces are sorted by component and keep their order within it.
 void encodeObj(ByteWriter& out, const Mesh& mesh, const std::string& file);
 /// Writes each curve as one `l`; a closed curve ends with its first vertex.
 void encodeObj(ByteWriter& out, const Curves& curves, const std::string& file);

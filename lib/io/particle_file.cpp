@@ -1,14 +1,8 @@
 
 #include "io/particle_file.h"
 
-#include "io/bgeo.h"
-#include "io/bytes.h"
 #include "io/extension.h"
 #include "io/file_contents.h"
-#include "io/houdini_geo.h"
-#include "io/output_file.h"
-#include "io/ply.h"
-#include "io/vdb.h"
 
 #include <utility>
 
@@ -19,14 +13,7 @@ namespace {
 /// Reads a file; options.points gets the points.
 FileContents readPoints(const std::filesystem::path& path, ReadOptions& options) {
     options.faces = false;
-    switch (particleExtension(path)) {
-        case Extension::vdb:
-            return readVdb(path, options);
-        case Extension::ply:
-            return parsePly(openFile(path), options);
-        default:
-            return parseHoudini(openFile(path), options);
-    }
+    return readFormat(path, FileKind::particles, options);
 }
 
 /// rows: those to keep; null: all.
@@ -77,19 +64,12 @@ void visitPositions(const std::filesystem::path& path, const std::function<void(
 }
 
 void writeParticles(const std::filesystem::path& path, const Particles& particles) {
-    const std::string file = path.string();
-    switch (particleExtension(path)) {
-        case Extension::vdb:
-            return writeFile(path, encodeVdb(particles, file));
-        case Extension::ply:
-            return writeEncoded(path, [&](ByteWriter& out) { encodePly(out, particles, file); });
-        case Extension::bhclassic:
-            return writeEncoded(path, [&](ByteWriter& out) { encodeBgeo(out, particles, file); });
-        default:
-            return writeEncoded(path, [&](ByteWriter& out) { encodeBgeoJson(out, particles, file); });
-    }
+    const FileFormat& format = formatOf(path, FileKind::particles, Access::write);
+    writeEncoded(path, [&](ByteWriter& out) { format.write_particles(out, particles, path.string()); });
 }
 
-void requireParticleExtension(const std::filesystem::path& path) { particleExtension(path); }
+void requireParticleExtension(const std::filesystem::path& path) {
+    formatOf(path, FileKind::particles, Access::write);
+}
 
 }  // namespace betamesh

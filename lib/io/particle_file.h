@@ -18,7 +18,7 @@ struct AttributeNames {
     std::string id;
 };
 
-/// Reads .bgeo, .bgeo.gz, .bgeo.sc, .bhclassic and .geo (any geometry format of Houdini), .ply and .vdb.
+/// Reads a file in the format of its extension; fileFormats() lists them.
 ///
 /// out     valid particles (validate() has passed) in the order of the file
 /// same    rows for the same bytes
@@ -35,10 +35,11 @@ Particles readParticles(const std::filesystem::path& path, const AttributeNames&
 /// is not finite.
 void visitPositions(const std::filesystem::path& path, const std::function<void(std::span<const Vec3f>)>& visit);
 
-/// Writes .bgeo, .bgeo.gz, .bgeo.sc, .bhclassic, .ply or .vdb. The file appears under its name only when it is
-/// complete. Velocity is named `v` (PLY: vx vy vz), the id `id`.
+/// Writes the format of the extension. The file appears under its name only when it is complete. Velocity is named `v`
+/// (PLY and tables: vx vy vz; VTK: velocity), the id `id`.
 ///
-/// errors  an id of more than 32 bits in PLY or .bhclassic
+/// errors  an extension whose format cannot be written or does not hold particles; an id of more bits than the format
+///         has
 void writeParticles(const std::filesystem::path& path, const Particles& particles);
 
 /// Throws Error unless particles can be written in the format of this extension. Does not access the disk.

@@ -14,6 +14,7 @@ namespace {
 
 constexpr std::string_view kMagic = "\xc0PRT\r\n\x1a\n", kSuccessor = "\xc0PRT2\r\n\x1a";
 constexpr std::uint32_t kMostChannels = 1000, kMostComponents = 1000;
+constexpr std::uint64_t kMostPacked = 1100;  // bytes that zlib makes of one, at most about 1,032
 constexpr std::size_t kHeader = 56, kLongestName = 32;
 constexpr bool kOtherOrder = std::endian::native != std::endian::little;
 
@@ -94,17 +95,132 @@ FileContents pointsFrom(const std::vector<Channel>& channels, const std::byte* r
     for (const Channel& channel : channels) {
         const bool is_id = !options.id.empty() && isNamed(channel.name, options.id);
         if (isNamed(channel.name, "Position") || (!options.attributes && !is_id)) continue;
-        addColumn(is_id ? options.id : channel.name, channel.arity, columnOf(channel, rows, count, row_bytes), count,
-                  options, file, points);
+        const std::string name = isNamed(channel.name, "Velocity") ? "velocity" : channel.name;
+        addColumn(is_id ? options.id : name, channel.arity, columnOf(channel, rows, count, row_bytes), count, options,
+                  file, points);
     }
     return points;
 }
 
+/// Declares the channels; throws Error unless one of them is the position.
+void declare(const std::vector<Channel>& channels, const Cursor& in, FileContents& contents) {
+    bool has_position = false;
+    for (const Channel& channel : channels) {
+        const bool is_position = isNamed(channel.name, "Position");
+        has_position |= is_position && channel.arity == 3;
+        contents.declared.push_back({is_position ? "P" : channel.name, kTypeNames[channel.type], channel.arity, ""});
+    }
+    if (!has_position) in.fail("has no channel Position of three numbers");
+}
+
+/// PRT2. A file is the magic, a version and chunks: four letters, the length (u64) and the data. Texts begin with their
+/// length (u8).
+///   Chan  u8 channels; of each its name, its type as in "3 * float32" and its bytes (u8)
+///   Part  name, filter, u64 particles, u64 blocks; of each block u32 bytes, u32 particles and the bytes. The filter
+///         transpose-zlib: a zlib stream of the first bytes of all particles, then of the second bytes, and so on
+/// Other chunks are metadata and an index.
+class ChunkReader {
+public:
+    ChunkReader(Cursor& in, const ReadOptions& options) : in_(in), options_(options) {}
+
+    FileContents read() {
+        in_.take(kSuccessor.size(), "magic");
+        contents_.format = "prt2 version " + std::to_string(little<std::uint32_t>(in_, "version"));
+        bool has_particles = false;
+        while (!in_.peek(1).empty()) {
+            const std::string kind(reinterpret_cast<const char*>(in_.take(4, "a chunk")), 4);
+            const auto length = little<std::uint64_t>(in_, "length of a chunk");
+            in_.requireRows(length, 1, "a chunk");
+            const std::uint64_t end = in_.offset() + length;
+            if (kind == "Chan") readChannels();
+            if (kind == "Part") readParticles();
+            has_particles |= kind == "Part";
+            if (in_.offset() > end)
+                in_.fail("chunk " + kind + " is longer than the " + std::to_string(length) + " bytes that it declares");
+            in_.skip(end - in_.offset(), "a chunk");
+        }
+        if (!has_particles) in_.fail("has no particles (chunk Part)");
+        return std::move(contents_);
+    }
+
+private:
+    std::size_t smallNumber(const char* what) {
+        const auto number = static_cast<std::size_t>(*in_.take(1, what));
+        if (number > 127) in_.fail(std::string(what) + " is " + std::to_string(number) + ", expected at most 127");
+        return number;
+    }
+    std::string text(const char* what) {
+        const std::size_t size = smallNumber(what);
+        return {reinterpret_cast<const char*>(in_.take(size, what)), size};
+    }
+
+    void readChannels() {
+        if (!channels_.empty()) in_.fail("chunk Chan is there twice");
+        for (std::size_t count = smallNumber("number of channels"); count > 0; --count) {
+            Channel channel;
+            channel.name = text("name of a channel");
+            if (channel.name.empty()) channel.name = "channel" + std::to_string(channels_.size());
+            const std::string type = text("type of a channel");
+            std::string_view number = type;
+            const auto arity = nextInteger(number);
+            channel.arity = static_cast<std::uint32_t>(std::clamp<std::int64_t>(arity.value_or(1), 0, kMostComponents));
+            if (arity) number.remove_prefix(std::min(number.size(), std::string_view(" * ").size()));
+            const auto found = std::find(kTypeNames.begin(), kTypeNames.end(), number);
+            if (found == kTypeNames.end() || channel.arity == 0)
+                in_.fail("channel '" + channel.name + "' has type '" + type +
+                         "', expected float32, 3 * float32 or alike");
+            channel.type = static_cast<std::uint32_t>(found - kTypeNames.begin());
+            channel.offset = static_cast<std::uint32_t>(row_bytes_);
+            if (smallNumber("bytes of a channel") != channel.bytes())
+                in_.fail("channel '" + channel.name + "' of type '" + type + "' does not have the bytes of that type");
+            row_bytes_ += channel.bytes();
+            channels_.push_back(channel);
+        }
+        declare(channels_, in_, contents_);
+    }
+
+    void readParticles() {
+        if (channels_.empty()) in_.fail("expected chunk Chan before chunk Part");
+        text("name of the particles");
+        const std::string filter = text("filter");
+        if (filter != "transpose-zlib")
+            in_.fail("particles are stored by the filter '" + filter + "', expected transpose-zlib");
+        const auto total = little<std::uint64_t>(in_, "number of particles");
+        std::uint64_t left = total;
+        for (auto blocks = little<std::uint64_t>(in_, "number of blocks"); blocks > 0; --blocks) {
+            const auto size = little<std::uint32_t>(in_, "length of a block"),
+                       count = little<std::uint32_t>(in_, "particles of a block");
+            const std::uint64_t bytes = std::uint64_t{count} * row_bytes_;
+            if (count > left || bytes > kMostPacked * (std::uint64_t{size} + 1))
+                in_.fail("a block of " + std::to_string(size) + " bytes claims to hold " + std::to_string(count) +
+                         " particles");
+            left -= count;
+            const Bytes rows = unpackedRows(std::span(in_.take(size, "a block"), size), count);
+            deliver(pointsFrom(channels_, rows.data(), count, row_bytes_, options_, in_.file()), total, options_,
+                    contents_);
+        }
+        if (left != 0) in_.fail(std::to_string(total - left) + " particles, expected " + std::to_string(total));
+    }
+
+    Bytes unpackedRows(std::span<const std::byte> packed, std::size_t count) const {
+        Bytes columns(count * row_bytes_), rows(columns.size());
+        if (!inflateBlock(packed, columns)) in_.fail("a block cannot be decompressed by zlib");
+        for (std::size_t byte = 0; byte < row_bytes_; ++byte)
+            for (std::size_t i = 0; i < count; ++i) rows[i * row_bytes_ + byte] = columns[byte * count + i];
+        return rows;
+    }
+
+    Cursor& in_;
+    const ReadOptions& options_;
+    FileContents contents_;
+    std::vector<Channel> channels_;
+    std::size_t row_bytes_ = 0;
+};
+
 }  // namespace
 
 FileContents parsePrt(Cursor in, const ReadOptions& options) {
-    if (in.peek(kSuccessor.size()).starts_with(kSuccessor))
-        in.fail("is PRT version 2 in chunks (PRT2), which cannot be read. Write PRT version 1, .ply or .vdb instead");
+    if (in.peek(kSuccessor.size()).starts_with(kSuccessor)) return ChunkReader(in, options).read();
     if (!in.peek(kMagic.size()).starts_with(kMagic)) in.fail("expected a PRT file, which begins with the bytes c0 PRT");
     in.take(kMagic.size(), "magic");
     const auto header_bytes = little<std::uint32_t>(in, "header length");
@@ -129,16 +245,11 @@ FileContents parsePrt(Cursor in, const ReadOptions& options) {
         channels.push_back(readChannel(in, definition_bytes, c));
         row_bytes += channels.back().bytes();
     }
-    bool has_position = false;
-    for (const Channel& channel : channels) {
+    for (const Channel& channel : channels)
         if (channel.offset > row_bytes || channel.bytes() > row_bytes - channel.offset)
             in.fail("channel '" + channel.name + "' begins at byte " + std::to_string(channel.offset) +
                     " of particles that have " + std::to_string(row_bytes));
-        const bool is_position = isNamed(channel.name, "Position");
-        has_position |= is_position && channel.arity == 3;
-        contents.declared.push_back({is_position ? "P" : channel.name, kTypeNames[channel.type], channel.arity, ""});
-    }
-    if (!has_position) in.fail("has no channel Position of three numbers");
+    declare(channels, in, contents);
     const std::string file = in.file();
     Cursor rows = inflatedZlib(std::move(in));
     deliverRows(

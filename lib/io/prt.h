@@ -6,11 +6,11 @@
 
 namespace betamesh {
 
-/// PRT files of versions 1 and 2 that begin with ".PRT": every channel of numbers, of any type and arity. `Position` is
-/// the position, `ID` the id where `id` is asked for. Metadata are passed over.
+/// PRT files, and PRT2, which stores the same in chunks: every channel of numbers, of any type and arity. `Position` is
+/// the position, `Velocity` the attribute `velocity`, `ID` the id where `id` is asked for. Metadata are passed over.
 ///
-/// errors  PRT2, the chunked successor, which is named; damaged headers, by byte; fewer particles than declared
-/// source  "PRT file format", Thinkbox's documentation of Krakatoa
+/// errors  damaged headers and chunks, by byte; fewer particles than declared; filters of PRT2 other than transpose-zlib
+/// source  "PRT file format", Thinkbox's documentation of Krakatoa; files of Thinkbox's library for PRT2
 FileContents parsePrt(Cursor in, const ReadOptions& options = {});
 
 }  // namespace betamesh

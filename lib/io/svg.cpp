@@ -4,6 +4,7 @@
 #include "io/extension.h"
 
 #include <algorithm>
+#include <cctype>
 #include <cstdio>
 
 namespace betamesh {
@@ -130,6 +131,8 @@ void writeSvg(const std::filesystem::path& path, const PlanePicture& picture, co
     });
 }
 
-bool isSvg(const std::filesystem::path& path) { return curveExtension(path) == Extension::svg; }
+bool isSvg(const std::filesystem::path& path) {
+    return canHold(path, FileKind::curves, Access::write) && formatOf(path, FileKind::curves, Access::write).is_drawing;
+}
 
 }  // namespace betamesh

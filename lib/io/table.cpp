@@ -5,9 +5,10 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
-#include <cmath>
+#include <charconv>
 #include <map>
 #include <optional>
+#include <type_traits>
 #include <utility>
 
 namespace betamesh {
@@ -78,6 +79,31 @@ std::optional<double> numberOf(const std::string& cell) {
     return text.empty() ? number : std::nullopt;
 }
 
+/// The 64 bits of an integer with or without sign; none if the cell is not written as an integer, as in "1.0".
+std::optional<std::int64_t> integerOf(const std::string& cell) {
+    std::string_view text = cell;
+    if (const auto number = nextInteger(text)) return text.empty() ? number : std::nullopt;
+    std::uint64_t number = 0;
+    const auto [end, error] = std::from_chars(cell.data(), cell.data() + cell.size(), number);
+    if (error != std::errc() || end != cell.data() + cell.size()) return std::nullopt;
+    return static_cast<std::int64_t>(number);
+}
+
+/// The numbers of one column. integer: the same, as long as all of them are written as integers.
+struct Column {
+    std::vector<double> real;
+    std::vector<std::int64_t> integer;
+    bool whole = true;
+
+    void add(double number, const std::string& cell) {
+        real.push_back(number);
+        if (!whole) return;
+        if (const auto exact = integerOf(cell)) return integer.push_back(*exact);
+        whole = false;
+        integer = {};
+    }
+};
+
 std::string lower(std::string text) {
     for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
     return text;
@@ -93,8 +119,11 @@ std::optional<std::pair<std::string, std::size_t>> componentOf(const std::string
                 return at;
         return std::nullopt;
     };
-    if (name.size() > 3 && name.back() == ']' && name[name.size() - 3] == '[') {
-        if (const auto i = index(name[name.size() - 2])) return std::pair(name.substr(0, name.size() - 3), *i);
+    if (const std::size_t bracket = name.find('['); bracket != std::string::npos && name.back() == ']' && bracket > 0) {
+        std::size_t i = 0;
+        const char *begin = name.data() + bracket + 1, *end = name.data() + name.size() - 1;
+        const auto [stop, error] = std::from_chars(begin, end, i);
+        if (error == std::errc() && stop == end) return std::pair(name.substr(0, bracket), i);
         return std::nullopt;
     }
     const char before = name[name.size() - 2];
@@ -159,27 +188,69 @@ std::vector<Meaning> meaningsOf(const std::vector<std::string>& names, const Lin
 }
 
 /// The numbers of some columns, row after row.
-NumberColumn numbersOf(const std::vector<std::vector<double>>& columns, const std::vector<std::size_t>& which) {
+NumberColumn numbersOf(const std::vector<Column>& columns, const std::vector<std::size_t>& which) {
     NumberColumn together;
-    const std::size_t rows = columns[which[0]].size();
-    bool whole = true;
-    for (const std::size_t c : which)
-        for (const double x : columns[c]) whole &= std::floor(x) == x && std::abs(x) < 0x1p53;
+    const std::size_t rows = columns[which[0]].real.size();
+    const bool whole = std::all_of(which.begin(), which.end(), [&](std::size_t c) { return columns[c].whole; });
     for (std::size_t i = 0; i < rows; ++i)
         for (const std::size_t c : which)
             if (whole)
-                together.integer.push_back(static_cast<std::int64_t>(columns[c][i]));
+                together.integer.push_back(columns[c].integer[i]);
             else
-                together.real.push_back(columns[c][i]);
+                together.real.push_back(columns[c].real[i]);
     return together;
 }
+
+// Writing.
+
+constexpr std::array kReserved{"x", "y", "z", "P", "vx", "vy", "vz", "v", "id"};
+
+/// The names of the columns of an attribute: "a", "a.x" … "a.w" or "a[0]" ….
+std::string columnName(const Attribute& a, std::uint32_t component) {
+    std::string name = a.name;
+    if (a.components > 4)
+        name += '[' + std::to_string(component) + ']';
+    else if (a.components > 1)
+        name += std::string(".") + "xyzw"[component];
+    return name.find_first_of(",;") == std::string::npos ? name : '"' + name + '"';
+}
+
+class RowWriter {
+public:
+    explicit RowWriter(ByteWriter& out) : out_(out) {}
+
+    template <typename Number>
+    void number(Number value) {
+        std::array<char, 64> text;
+        const auto [end, error] = std::to_chars(text.data(), text.data() + text.size() - 2, value);
+        std::string_view digits(text.data(), static_cast<std::size_t>(end - text.data()));
+        cell(digits);
+        if constexpr (std::is_floating_point_v<Number>)  // so that it does not look like an integer
+            if (digits.find_first_not_of("-0123456789") == std::string_view::npos) out_.text(".0");
+    }
+    void vector(const Vec3f& v) {
+        for (int axis = 0; axis < 3; ++axis) number(v[axis]);
+    }
+    void cell(std::string_view text) {
+        if (!std::exchange(is_first_, false)) out_.text(",");
+        out_.text(text);
+    }
+    void end() {
+        out_.text("\n");
+        is_first_ = true;
+    }
+
+private:
+    ByteWriter& out_;
+    bool is_first_ = true;
+};
 
 }  // namespace
 
 FileContents parseTable(Cursor in, const ReadOptions& options) {
     Lines lines(in);
     std::vector<std::string> names;
-    std::vector<std::vector<double>> columns;
+    std::vector<Column> columns;
     bool has_names = false, has_element = false;
     std::size_t chemistry_rows = 0, rows = 0;
     while (const auto line = lines.next()) {
@@ -214,7 +285,7 @@ FileContents parseTable(Cursor in, const ReadOptions& options) {
         for (std::size_t c = 0; c < names.size(); ++c) {
             const auto number = numberOf(cells[c]);
             if (!number) lines.fail("'" + cells[c] + "' in column '" + names[c] + "' is no number");
-            columns[c].push_back(*number);
+            columns[c].add(*number, cells[c]);
         }
         ++rows;
     }
@@ -239,6 +310,34 @@ FileContents parseTable(Cursor in, const ReadOptions& options) {
             addColumn(name, width, std::move(numbers), rows, options, in.file(), contents);
     }
     return deliverWhole(std::move(contents), options);
+}
+
+void encodeTable(ByteWriter& out, const Particles& particles, const std::string& file) {
+    const std::size_t n = particles.size();
+    const bool has_velocity = !particles.velocity.empty() || n == 0, has_id = !particles.id.empty() || n == 0;
+    requireWritable(particles, file);
+    requireWritable(particles.attributes, n, {kReserved.begin(), kReserved.end()}, file);
+    RowWriter row(out);
+    for (const char* name : {"x", "y", "z"}) row.cell(name);
+    if (has_velocity)
+        for (const char* name : {"vx", "vy", "vz"}) row.cell(name);
+    if (has_id) row.cell("id");
+    for (const Attribute& a : particles.attributes)
+        for (std::uint32_t c = 0; c < a.components; ++c) row.cell(columnName(a, c));
+    row.end();
+    for (std::size_t i = 0; i < n; ++i) {
+        row.vector(particles.position[i]);
+        if (has_velocity) row.vector(particles.velocity[i]);
+        if (has_id) row.number(particles.id[i]);
+        for (const Attribute& a : particles.attributes)
+            for (std::size_t k = i * a.components; k < (i + 1) * a.components; ++k)
+                if (a.integer.empty())
+                    row.number(a.real[k]);
+                else
+                    row.number(a.integer[k]);
+        row.end();
+    }
+    out.flush();
 }
 
 }  // namespace betamesh

@@ -11,7 +11,8 @@ namespace betamesh {
 
 /// Legacy files of versions 1 to 5, ascii or binary: the points of POLYDATA and UNSTRUCTURED_GRID with the arrays of
 /// their POINT_DATA (SCALARS, VECTORS, NORMALS, TENSORS, TEXTURE_COORDINATES, COLOR_SCALARS, GLOBAL_IDS, FIELD), and
-/// polygons. Cells without an area, cell data, lookup tables and metadata are passed over.
+/// polygons. An array `Normals` becomes the attribute `N`. Cells without an area, cell data, lookup tables and metadata
+/// are passed over.
 ///
 /// errors  another kind of data set; damaged sections, by byte
 /// source  "VTK File Formats" in the documentation of VTK
@@ -24,7 +25,8 @@ FileContents parseVtk(Cursor in, const ReadOptions& options = {});
 FileContents parseVtkXml(Cursor in, const ReadOptions& options = {});
 
 /// A .vtp: appended raw data, little-endian, not compressed. Velocity becomes the array `velocity`, an attribute `N` of
-/// three numbers the active normals `Normals`, ids the array `id`; components the cell array `component`.
+/// three floats the active normals `Normals` (a mesh without them gets vertexNormals()), ids the array `id`, components
+/// the cell array `component`.
 void encodeVtp(ByteWriter& out, const Particles& particles, const std::string& file);
 void encodeVtp(ByteWriter& out, const Mesh& mesh, const std::string& file);
 void encodeVtp(ByteWriter& out, const Curves& curves, const std::string& file);

@@ -74,6 +74,7 @@ std::string attributeName(std::string name) {
     for (char& c : name)
         if (static_cast<unsigned char>(c) <= ' ') c = '_';
     if (name.empty()) name = "unnamed";
+    if (name == kVtkNormals) return "N";
     return name == "P" ? "P_" : name;
 }
 

@@ -26,7 +26,11 @@ struct CellList {
 void addCells(const std::vector<CellList>& lists, const std::vector<std::int64_t>& types, const ReadOptions& options,
               const std::string& file, FileContents& contents);
 
-/// A name that attributes can have: white space becomes an underscore; "Points" and empty names get another one.
+/// The name that VTK's own filters give to normals; here they are the attribute `N`.
+inline constexpr const char* kVtkNormals = "Normals";
+
+/// The name of an attribute for that of an array: white space becomes an underscore, kVtkNormals `N`; "P" and empty
+/// names get another one.
 std::string attributeName(std::string name);
 
 }  // namespace betamesh

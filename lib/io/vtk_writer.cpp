@@ -4,6 +4,8 @@
 
 #include "base/parallel.h"
 #include "betamesh/error.h"
+#include "io/normals.h"
+#include "io/vtk_cells.h"
 
 #include <functional>
 #include <limits>
@@ -53,13 +55,12 @@ public:
             });
     }
 
-    /// Point arrays: attributes, and what write adds before them.
-    void pointData(const std::vector<Attribute>& attributes, const std::function<void()>& others) {
-        const auto isNormals = [](const Attribute& a) { return a.name == "N" && a.components == 3 && !a.real.empty(); };
-        const bool has_normals = std::any_of(attributes.begin(), attributes.end(), isNormals);
+    /// Point arrays: attributes, and what `others` writes before them. has_normals: others writes normals.
+    void pointData(const std::vector<Attribute>& attributes, bool has_normals, const std::function<void()>& others) {
+        has_normals |= normalsIn(attributes) != nullptr;
         begin("PointData", has_normals ? " Vectors=\"velocity\" Normals=\"Normals\"" : " Vectors=\"velocity\"");
         others();
-        for (const Attribute& a : attributes) attribute(a, isNormals(a) ? "Normals" : a.name);
+        for (const Attribute& a : attributes) attribute(a, &a == normalsIn(attributes) ? kVtkNormals : a.name);
         end("PointData");
     }
 
@@ -118,19 +119,25 @@ WriteRows offsetsOf(std::size_t count, std::int64_t corners) {
     };
 }
 
+/// normals: written unless empty.
 template <typename Surface>
-void writePoints(VtpWriter& vtp, const Surface& surface, const std::string& file) {
+void writePoints(VtpWriter& vtp, const Surface& surface, const std::vector<Vec3>& normals) {
     const std::size_t n = surface.position.size();
-    requireWritable(surface, file);
-    requireWritable(surface.attributes, n, {"velocity", "Points"}, file);
-    vtp.pointData(surface.attributes, [&] {
+    vtp.pointData(surface.attributes, !normals.empty(), [&] {
         vtp.array("velocity", "Float32", 3, 3 * n, sizeof(float), [&surface, n](ByteWriter& out) {
             for (std::size_t i = 0; i < n; ++i) {
                 const Vec3 v = surface.velocity.empty() ? Vec3(0, 0, 0) : surface.velocity[i];
                 out.little(std::array{static_cast<float>(v.x), static_cast<float>(v.y), static_cast<float>(v.z)});
             }
         });
+        if (!normals.empty()) vtp.vectors(kVtkNormals, normals);
     });
+}
+
+template <typename Surface>
+void requireWritableVtp(const Surface& surface, const std::string& file) {
+    requireWritable(surface, file);
+    requireWritable(surface.attributes, surface.position.size(), {"velocity", "Points", kVtkNormals}, file);
 }
 
 }  // namespace
@@ -138,9 +145,9 @@ void writePoints(VtpWriter& vtp, const Surface& surface, const std::string& file
 void encodeVtp(ByteWriter& out, const Particles& particles, const std::string& file) {
     const std::size_t n = particles.size();
     requireWritable(particles, file);
-    requireWritable(particles.attributes, n, {"velocity", "id", "Points"}, file);
+    requireWritable(particles.attributes, n, {"velocity", "id", "Points", kVtkNormals}, file);
     VtpWriter vtp(out, n);
-    vtp.pointData(particles.attributes, [&] {
+    vtp.pointData(particles.attributes, false, [&] {
         if (!particles.velocity.empty()) vtp.vectors("velocity", particles.velocity);
         if (!particles.id.empty())
             vtp.array("id", "UInt64", 1, n, sizeof(std::uint64_t), [&](ByteWriter& bytes) {
@@ -159,8 +166,12 @@ void encodeVtp(ByteWriter& out, const Particles& particles, const std::string& f
 
 void encodeVtp(ByteWriter& out, const Mesh& mesh, const std::string& file) {
     const std::size_t triangles = mesh.triangles.size();
+    requireWritableVtp(mesh, file);
+    const bool has_name =
+        std::any_of(mesh.attributes.begin(), mesh.attributes.end(), [](const Attribute& a) { return a.name == "N"; });
+    const std::vector<Vec3> normals = has_name ? std::vector<Vec3>{} : normalsOf(mesh);
     VtpWriter vtp(out, mesh.position.size());
-    writePoints(vtp, mesh, file);
+    writePoints(vtp, mesh, normals);
     if (mesh.component) {
         vtp.begin("CellData");
         vtp.array(kComponent, "Int32", 1, triangles, sizeof(std::int32_t), [&](ByteWriter& bytes) {
@@ -179,8 +190,9 @@ void encodeVtp(ByteWriter& out, const Mesh& mesh, const std::string& file) {
 }
 
 void encodeVtp(ByteWriter& out, const Curves& curves, const std::string& file) {
+    requireWritableVtp(curves, file);
     VtpWriter vtp(out, curves.position.size());
-    writePoints(vtp, curves, file);
+    writePoints(vtp, curves, {});
     vtp.begin("Points");
     vtp.vectors("Points", curves.position);
     vtp.end("Points");

@@ -386,6 +386,16 @@ TEST(ReaderFuzz, Prt) {
     fuzz(reader("prt", parsePrt), bytesOf(file), kTrials);
 }
 
+TEST(ReaderFuzz, PrtInChunks) {
+    const std::string rows(24, '\1');  // a zlib stream that stores them
+    fuzz(reader("prt2", parsePrt),
+         bytesOf(raw("\xc0PRT2\r\n\x1a\3\0\0\0Chan\x17\0\0\0\0\0\0\0\1\10Position\13") + "3 * float32" +
+                 raw("\14Meta\2\0\0\0\0\0\0\0\0\0Part\x4b\0\0\0\0\0\0\0\0\16transpose-zlib\2\0\0\0\0\0\0\0\1\0\0\0"
+                     "\0\0\0\0\x23\0\0\0\2\0\0\0\x78\1\1\x18\0\xe7\xff") +
+                 rows + raw("\1\x44\0\x19")),
+         kTrials);
+}
+
 Reader vdbReader(const std::string& file) {
     return {"vdb", [file](const Bytes& damaged) {
                 std::ofstream(file, std::ios::binary)

@@ -15,14 +15,14 @@ import tempfile
 
 
 class Json:
-    """Houdini's binary JSON, little-endian."""
+    """Houdini's binary JSON, little-endian. Strings may be defined once and referred to afterwards."""
 
     NUMBERS = {0x11: "b", 0x12: "h", 0x13: "i", 0x14: "q", 0x18: "e", 0x19: "f", 0x1A: "d", 0x21: "B", 0x22: "H"}
     CONSTANTS = {0x00: None, 0x30: False, 0x31: True}
 
     def __init__(self, data):
         assert data[:5] == b"\x7fNSJb", data[:5]
-        self.data, self.at = data, 5
+        self.data, self.at, self.strings = data, 5, {}
 
     def take(self, format):
         values = struct.unpack_from("<" + format, self.data, self.at)
@@ -33,27 +33,50 @@ class Json:
         (first,) = self.take("B")
         return first if first < 0xF1 else self.take({0xF2: "H", 0xF4: "I", 0xF8: "q"}[first])[0]
 
+    def text(self):
+        return self.take("%ds" % self.length())[0].decode()
+
+    def define_strings(self):
+        while self.data[self.at] in (0x2B, 0x2D):
+            token, key = self.take("B")[0], self.length()
+            self.strings[key] = self.text() if token == 0x2B else None
+
     def value(self):
+        self.define_strings()
         (token,) = self.take("B")
         if token in self.CONSTANTS:
             return self.CONSTANTS[token]
         if token in self.NUMBERS:
             return self.take(self.NUMBERS[token])[0]
+        if token == 0x10:
+            return self.take("B")[0] != 0
+        if token == 0x26:
+            return self.strings[self.length()]
         if token == 0x27:
-            return self.take("%ds" % self.length())[0].decode()
+            return self.text()
         if token == 0x40:
-            (kind,) = self.take("B")
-            return list(self.take("%d%s" % (self.length(), self.NUMBERS[kind])))
+            return self.uniform_array()
         assert token in (0x5B, 0x7B), "token %#x at byte %d" % (token, self.at - 1)
         values = []
-        while self.data[self.at] != token + 2:
+        while True:
+            self.define_strings()
+            if self.data[self.at] == token + 2:
+                break
             values.append(self.value())
         self.at += 1
         return values if token == 0x5B else pairs(values)
 
+    def uniform_array(self):
+        (kind,), count = self.take("B"), self.length()
+        if kind != 0x10:
+            return list(self.take("%d%s" % (count, self.NUMBERS[kind])))
+        words = self.take("%dI" % ((count + 31) // 32))
+        return [bool(words[i // 32] >> i % 32 & 1) for i in range(count)]
+
 
 def pairs(values):
-    return dict(zip(values[::2], values[1::2]))
+    """The map of a list of keys and values, which may be one already."""
+    return values if isinstance(values, dict) else dict(zip(values[::2], values[1::2]))
 
 
 def unpacked(data):

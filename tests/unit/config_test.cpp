@@ -172,7 +172,7 @@ TEST_F(ConfigFile, RefusesWrongTypesAndInvalidValues) {
     expectError("frames: 1-10:2\n", {"job.yaml:2:9", "OpenJD"});
     expectError("surface: 1\n", {"job.yaml:2:10", "Use a map"});
     expectError("surface:\n", {"job.yaml:2:1", "nothing", "Use a map"});
-    expectError("input: {path: a.####.xyz}\n", {"job.yaml:2:15", "input.path", "xyz"});
+    expectError("input: {path: a.####.abc}\n", {"job.yaml:2:15", "input.path", "xyz"});
     expectError("output: {path: a.####.vdb}\n", {"job.yaml:2:16", "output.path"});
     expectError("output: {path: a.##.##.ply}\n", {"job.yaml:2:16", "2 placeholders"});
 }

@@ -5,7 +5,10 @@
 
 #include <gtest/gtest.h>
 
+#include <cstdlib>
+#include <filesystem>
 #include <limits>
+#include <map>
 #include <random>
 #include <set>
 
@@ -114,7 +117,7 @@ TEST(FramePattern, WritesLongAndNegativeNumbersInFull) {
 }
 
 TEST(FramePattern, ANameWithoutPlaceholderIsOneFile) {
-    const auto frameIn = [](const char* name) { return singleFrame(framePattern(name)); };
+    const auto frameIn = [](const char* name) { return frameInName(name); };
     EXPECT_FALSE(framePattern("a.0012.ply").numbered);
     EXPECT_EQ(frameIn("sim/a.0012.ply"), 12);
     EXPECT_EQ(frameIn("a.0012.bgeo.gz"), 12);
@@ -124,10 +127,24 @@ TEST(FramePattern, ANameWithoutPlaceholderIsOneFile) {
     EXPECT_EQ(frameIn("drop.ply"), 0);
 }
 
-TEST(FramePattern, RefusesTwoPlaceholdersAndPlaceholdersInFolders) {
+TEST(FramePattern, AllPlaceholdersStandForTheSameNumber) {
+    EXPECT_EQ(frameName(framePattern("v2/####/a.ply"), 12), "v2/0012/a.ply");
+    EXPECT_EQ(frameName(framePattern("a.$F4/b.$F4.ply"), 7), "a.0007/b.0007.ply");
+    EXPECT_EQ(frameName(framePattern("take@2.####.ply"), 7), "take@2.0007.ply");
+    EXPECT_EQ(frameName(framePattern("100%_#1_%04d.ply"), 7), "100%_#1_0007.ply");
     EXPECT_THROW(framePattern("a.##.@@.ply"), Error);
-    EXPECT_THROW(framePattern("####/a.ply"), Error);
-    EXPECT_THROW(framePattern("a.$F4/b.ply"), Error);
+    EXPECT_THROW(framePattern("##/a.####.ply"), Error);
+}
+
+TEST(FramePattern, ReplacesVariablesOfTheEnvironment) {
+    ::setenv("BETAMESH_SHOT", "sh010", 1);
+    ::unsetenv("BETAMESH_NONE");
+    EXPECT_EQ(withVariables("a/$BETAMESH_SHOT/${BETAMESH_SHOT}_x.####.ply"), "a/sh010/sh010_x.####.ply");
+    EXPECT_EQ(frameName(framePattern("$BETAMESH_SHOT.$F4.ply"), 3), "sh010.0003.ply");
+    for (const char* plain : {"a.$F.ply", "a.$F4.ply", "$", "a$", "a$.ply", "${", "${BETAMESH_SHOT", "cost$ 5.ply", ""})
+        EXPECT_EQ(withVariables(plain), plain);
+    EXPECT_THROW(withVariables("$BETAMESH_NONE/a.ply"), Error);
+    EXPECT_THROW(framePattern("${BETAMESH_NONE}.####.ply"), Error);
 }
 
 TEST(FramePattern, FindsOnDiskExactlyTheFilesItWrites) {
@@ -142,10 +159,58 @@ TEST(FramePattern, FindsOnDiskExactlyTheFilesItWrites) {
     std::vector<int> found;
     for (const auto& [frame, file] : framesOnDisk(pattern)) {
         found.push_back(frame);
-        EXPECT_EQ(file, frameName(pattern, frame));
+        EXPECT_EQ(file, frame == -7 ? folder / "a.-0007.ply" : frameName(pattern, frame));
     }
-    EXPECT_EQ(found, frames);
+    EXPECT_EQ(found, (std::vector<int>{-12345, -7, -5, 0, 1, 20, 9999, 10000}));
     EXPECT_TRUE(framesOnDisk(framePattern(folder / "nowhere/a.####.ply")).empty());
+}
+
+TEST(FramePattern, FindsFramesInNumberedFolders) {
+    const TemporaryFolder folder;
+    for (const char* name : {"0001/a.ply", "0002/a.ply", "0003/b.ply", "4/a.ply", "x/a.ply", "0005/a.0005.ply"}) {
+        std::filesystem::create_directories(std::filesystem::path(folder / name).parent_path());
+        write(folder / name, "");
+    }
+    EXPECT_EQ(framesOnDisk(framePattern(folder / "####/a.ply")),
+              (std::map<int, std::string>{{1, folder / "0001/a.ply"}, {2, folder / "0002/a.ply"}}));
+    EXPECT_EQ(framesOnDisk(framePattern(folder / "####/a.####.ply")),
+              (std::map<int, std::string>{{5, folder / "0005/a.0005.ply"}}));
+    EXPECT_TRUE(isFrameOf(framePattern(folder / "####/a.ply"), folder / "x/../0017/a.ply"));
+    EXPECT_FALSE(isFrameOf(framePattern(folder / "####/a.ply"), folder / "0017/b.ply"));
+}
+
+TEST(FramePattern, EveryFileWithANumberIsAFrameOrOneOfTheOthers) {
+    const TemporaryFolder folder;
+    for (const char* name : {"a.0001.ply", "a.0001.25.ply", "a.0002.5.ply", "a.2.ply", "a.-0003.ply", "a.-003.ply",
+                             "a.00004.ply", "a.x.ply", "a.1.x.ply", "b.0001.ply", "a.0005.ply.json"})
+        write(folder / name, "");
+    const FramePattern pattern = framePattern(folder / "a.####.ply");
+    EXPECT_EQ(framesOnDisk(pattern),
+              (std::map<int, std::string>{{-3, folder / "a.-003.ply"}, {1, folder / "a.0001.ply"}}));
+    const OtherNumbers others = otherNumbersOnDisk(pattern);
+    EXPECT_EQ(others.subframes, (std::vector<std::string>{folder / "a.0001.25.ply", folder / "a.0002.5.ply"}));
+    EXPECT_EQ(others.padded,
+              (std::vector<std::string>{folder / "a.-0003.ply", folder / "a.00004.ply", folder / "a.2.ply"}));
+}
+
+TEST(FramePattern, OfAnInputMayBeAFolderOrAFileWhoseNameLooksLikeAPattern) {
+    const TemporaryFolder folder;
+    const std::string sim = folder / "sim";
+    EXPECT_TRUE(inputPattern(sim).numbered == false);  // nothing there: a file that does not exist
+    std::filesystem::create_directories(sim);
+    EXPECT_THROW(inputPattern(sim), Error);
+    for (const char* name : {"v2_a.0008.ply", "v2_a.0009.ply", "v2_a.0010.ply", "notes.txt", ".v2_a.0011.ply"})
+        write(folder / (std::string("sim/") + name), "");
+    EXPECT_EQ(inputPattern(sim).text, sim + "/v2_a.####.ply");
+    EXPECT_EQ(framesOnDisk(inputPattern(sim)).size(), 3U);
+    write(folder / "sim/b.ply", "");
+    EXPECT_THROW(inputPattern(sim), Error);
+
+    for (const char* name : {"take#1.ply", "a.####.ply", "50%04d.ply", "x@y.ply", "$HOME.ply"}) {
+        write(folder / name, "");
+        EXPECT_EQ(inputPattern(folder / name).text, folder / name);
+        EXPECT_FALSE(inputPattern(folder / name).numbered) << name;
+    }
 }
 
 }  // namespace

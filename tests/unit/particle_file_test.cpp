@@ -2,16 +2,23 @@
 
 #include "io/particle_file.h"
 
+#include "io/extension.h"
 #include "io/output_file.h"
 #include "support/file_checks.h"
 
 #include <cstdio>
+#include <iterator>
 #include <limits>
+#include <sstream>
 
 namespace betamesh {
 namespace {
 
-constexpr const char* kFormats[] = {".ply", ".bgeo", ".bgeo.gz", ".bgeo.sc", ".bhclassic", ".vdb"};
+/// The extensions of all formats that hold particles and can be written.
+std::vector<std::string> particleFormats() {
+    std::istringstream in(extensionsFor(FileKind::particles, Access::write));
+    return {std::istream_iterator<std::string>(in), {}};
+}
 
 Particles rowsOf(const Particles& particles, const std::vector<std::uint32_t>& rows) {
     Particles some;
@@ -37,9 +44,9 @@ TEST(ParticleFile, SelectedRowsEqualThoseOfTheWholeFile) {
     Particles particles = sampleParticles(50000, true, true, true);
     for (Attribute& a : particles.attributes)
         if (a.name == "state") a.integer.back() = std::numeric_limits<std::int32_t>::min();
-    for (const char* format : kFormats) {
+    for (const std::string& format : particleFormats()) {
         SCOPED_TRACE(format);
-        const auto file = folder / ("a" + std::string(format));
+        const auto file = folder / ("a" + format);
         writeParticles(file, particles);
         const Particles all = readParticles(file);
         ASSERT_EQ(all.size(), particles.size());
@@ -98,9 +105,9 @@ TEST(ParticleFile, NonFiniteValuesAreFoundInRowsThatAreNotSelected) {
 
 TEST(ParticleFile, ExceptionsOfTheReceiverArePropagated) {
     const TemporaryFolder folder;
-    for (const char* format : kFormats) {
+    for (const std::string& format : particleFormats()) {
         SCOPED_TRACE(format);
-        const auto file = folder / ("a" + std::string(format));
+        const auto file = folder / ("a" + format);
         writeParticles(file, sampleParticles(10, true, true, false));
         EXPECT_THROW(visitPositions(file, [](std::span<const Vec3f>) { throw std::bad_alloc(); }), std::bad_alloc);
         EXPECT_THROW(visitPositions(file, [](std::span<const Vec3f>) { throw 7; }), int);

@@ -47,6 +47,35 @@ TEST(TableFile, NamedColumnsOfEveryUsualSpelling) {
     EXPECT_TRUE(table("x,y,z\n").position.empty());
 }
 
+Bytes tableOf(const Particles& particles) {
+    return bytesOf([&](ByteWriter& out) { encodeTable(out, particles, "a.csv"); });
+}
+
+TEST(TableFile, ParticlesComeBackBitForBit) {
+    for (const std::size_t n : {0U, 1U, 2U, 1000U})
+        for (int mask = 0; mask < 8; ++mask) {
+            SCOPED_TRACE(std::to_string(n) + " particles, mask " + std::to_string(mask));
+            Particles particles = sampleParticles(n, mask & 1, mask & 2, mask & 4);
+            if (!particles.id.empty()) particles.id.back() = 0xfedcba9876543210U;
+            if (n > 1) particles.position[1] = {-0.0F, 1e-42F, 3e38F};
+            const Bytes bytes = tableOf(particles);
+            if (n == 0) particles.attributes.clear();
+            expectSame(particlesFrom(parseTable({bytes, "a.csv"}), {}, "a.csv"), particles);
+        }
+}
+
+TEST(TableFile, FloatsThatAreWholeNumbersStayFloats) {
+    Particles particles = sampleParticles(2, false, false, false);
+    particles.attributes = {{"whole", 1, {1, -3}, {}}, {"count", 1, {}, {7, -7}}};
+    const Bytes bytes = tableOf(particles);
+    const std::string text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+    EXPECT_EQ(text.substr(0, text.find('\n')), "x,y,z,whole,count");
+    EXPECT_NE(text.find(",-3.0,-7\n"), std::string::npos) << text;
+    expectSame(particlesFrom(parseTable({bytes, "a.csv"}), {}, "a.csv").attributes, particles.attributes);
+    particles.attributes = {{"vx", 1, {1, 2}, {}}};
+    expectError([&] { tableOf(particles); }, {"a.csv", "'vx'", "in use"});
+}
+
 TEST(TableFile, ErrorsNameTheLine) {
     expectError([] { table("x,y,z\n1,2,3\n4,5\n"); }, {"a.csv: line 3", "2 columns, expected 3"});
     expectError([] { table("x,y,z\n1,2,a\n"); }, {"line 2", "'a'", "column 'z'"});
@@ -120,6 +149,45 @@ TEST(PrtFile, ChannelsOfEveryType) {
     EXPECT_TRUE(parsePrt({bytesOf(prt(0, channels, "")), "b.prt"}).position.empty());
 }
 
+/// A PRT2 file of two particles with the channels Position and ID.
+std::string prt2(const std::string& filter = "transpose-zlib", std::uint32_t particles = 2) {
+    const auto text = [](const std::string& words) { return static_cast<char>(words.size()) + words; };
+    const auto chunk = [](const std::string& kind, const std::string& data) {
+        return kind + numbers<std::uint64_t>({data.size()}) + data;
+    };
+    const std::string rows[] = {numbers<float>({1, 2, 3}) + numbers<std::int64_t>({1LL << 40}),
+                                numbers<float>({4, 5, 6}) + numbers<std::int64_t>({7})};
+    std::string columns;
+    for (std::size_t byte = 0; byte < rows[0].size(); ++byte)
+        for (const std::string& row : rows) columns += row[byte];
+    const std::string block = stored(columns);
+    return raw("\xc0PRT2\r\n\x1a\3\0\0\0") +
+           chunk("Chan", raw("\2") + text("Position") + text("3 * float32") + raw("\14") + text("ID") + text("int64") +
+                             raw("\10")) +
+           chunk("Meta", text("Unit") + text("float64") + std::string(8, '\1')) +
+           chunk("Part", text("") + text(filter) + numbers<std::uint64_t>({2, 1}) +
+                             numbers<std::uint32_t>({static_cast<std::uint32_t>(block.size()), particles}) + block);
+}
+
+TEST(PrtFile, ReadsTheChunksOfPrt2) {
+    const Bytes bytes = bytesOf(prt2());
+    const FileContents contents = parsePrt({bytes, "a.prt"});
+    EXPECT_EQ(contents.position, (std::vector<Vec3f>{{1, 2, 3}, {4, 5, 6}}));
+    EXPECT_EQ(contents.declared.size(), 2U);
+    ReadOptions options;
+    options.id = "ID";
+    EXPECT_EQ(parsePrt({bytes, "a.prt"}, options).id, (std::vector<std::uint64_t>{1ULL << 40, 7}));
+    const auto refused = [](const std::string& text, const std::vector<std::string>& words) {
+        const Bytes damaged = bytesOf(text);
+        expectError([&] { parsePrt({damaged, "a.prt"}); }, words);
+    };
+    refused(prt2("lz4"), {"'lz4'", "transpose-zlib"});
+    refused(prt2("transpose-zlib", 3), {"3 particles"});
+    refused(prt2("transpose-zlib", 1), {"zlib"});
+    refused(prt2().substr(0, 60), {"a.prt: byte", "ends"});
+    refused(prt2().substr(0, prt2().find("Part")), {"a.prt", "chunk Part"});
+}
+
 TEST(PrtFile, ErrorsSayWhatIsWrong) {
     const auto refused = [](const std::string& text, const std::vector<std::string>& words) {
         const Bytes bytes = bytesOf(text);
@@ -127,7 +195,6 @@ TEST(PrtFile, ErrorsSayWhatIsWrong) {
     };
     const std::string row = numbers<float>({1, 2, 3});
     refused("ply", {"a.prt", "c0 PRT"});
-    refused(raw("\xc0PRT2\r\n\x1a") + std::string(100, ' '), {"PRT2"});
     refused(prt(1, {{"Density", 4, 3, 0}}, row), {"no channel Position"});
     refused(prt(1, {{"Position", 99, 3, 0}}, row), {"'Position' has type 99"});
     refused(prt(1, {{"Position", 4, 3, 4}}, row), {"'Position' begins at byte 4"});
@@ -140,8 +207,11 @@ TEST(PrtFile, RealFiles) {
     if (!std::filesystem::exists(folder)) GTEST_SKIP() << "no real files beside the project";
     const FileContents fractal = parsePrt(openFile(folder / "thinkbox__prt_fractal_for_krscene.prt"));
     EXPECT_EQ(fractal.position.size(), 312U);
-    EXPECT_EQ(namesOf(fractal), (std::vector<std::string>{"Color/3", "Velocity/3", "Density/1"}));
-    expectError([&] { parsePrt(openFile(folder / "thinkbox__transforms.prt")); }, {"PRT2", ".ply"});
+    EXPECT_EQ(namesOf(fractal), (std::vector<std::string>{"Color/3", "velocity/3", "Density/1"}));
+    const FileContents transforms = parsePrt(openFile(folder / "thinkbox__transforms.prt"));
+    EXPECT_EQ(transforms.format, "prt2 version 3");
+    EXPECT_EQ(transforms.position.size(), 20U);
+    EXPECT_EQ(namesOf(transforms), (std::vector<std::string>{"Color/3", "Normal/3", "Intensity/1", "ScannerIndex/1"}));
 }
 
 TEST(StlFile, HoldsEveryTriangleWithItsNormal) {

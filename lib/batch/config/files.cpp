@@ -5,22 +5,20 @@
 #include "batch/config/presets.h"
 #include "batch/job/frames.h"
 #include "batch/job/plane.h"
-#include "io/curve_file.h"
-#include "io/particle_file.h"
+#include "io/extension.h"
+#include "io/mesh_file.h"
 
 namespace betamesh {
 namespace {
 
 void checkInputPath(const std::string& path) {
-    if (path.empty()) return;
-    framePattern(path);
-    requireParticleExtension(path);
+    if (!path.empty()) formatOf(inputPattern(path).text, FileKind::particles, Access::read);
 }
 
 void checkOutputPath(const std::string& path) {
     if (path.empty()) return;
     framePattern(path);
-    requireCurveExtension(path);  // includes every mesh format
+    if (!canHold(path, FileKind::curves, Access::write)) requireMeshExtension(path);
 }
 
 void checkFrames(const std::string& frames) {
@@ -47,9 +45,10 @@ void addInputKeys(std::vector<ConfigKey>& keys) {
     keys.push_back(textKey(
         {"input.path", "", "",
          "Particle files, one per frame. The frame number is written as #### or @@@@ (one digit each), %04d, $F4 or "
-         "$F; numbers with more digits are written in full. A relative path starts in the folder in which the command "
-         "runs."},
-        "a path ending in .vdb, .bgeo, .bgeo.gz or .ply; `betamesh run` requires it",
+         "$F, in names of files and folders; numbers with more digits are written in full. A folder stands for the "
+         "sequence in it. $NAME and ${NAME} are environment variables. A relative path starts in the folder in which "
+         "the command runs."},
+        "a path ending in one of " + extensionsFor(FileKind::particles, Access::read) + "; `betamesh run` requires it",
         [](Config& c) -> std::string& { return c.input.path; }, checkInputPath));
     keys.push_back(textKey(
         {"input.velocity", "--velocity", "world units per second",
@@ -76,7 +75,8 @@ void addOutputKeys(std::vector<ConfigKey>& keys) {
         {"output.path", "", "",
          "Mesh files, one per frame, with the frame number written as in input.path. Beside each mesh the job writes "
          "its manifest NAME.json, and NAME.spheres.EXT if particles are left out of the mesh as spheres."},
-        "a path ending in .ply, .bgeo, .bgeo.gz or .obj, in two dimensions also .svg; `betamesh run` requires it",
+        "a path ending in one of " + extensionsFor(FileKind::mesh, Access::write) +
+            ", in two dimensions also .svg but not .stl; `betamesh run` requires it",
         [](Config& c) -> std::string& { return c.output.path; }, checkOutputPath));
     keys.push_back(namesKey(
         {"output.attributes", "--attributes", "",

@@ -1,20 +1,9 @@
 #include "batch/job/frame_task.h"
 
-#include <filesystem>
-#include <utility>
+#include "io/extension.h"
+#include "io/mesh_file.h"
 
 namespace betamesh {
-namespace {
-
-/// "splash.0001.bgeo.gz" has the extension ".bgeo.gz".
-std::pair<std::string, std::string> splitExtension(const std::string& path) {
-    const std::filesystem::path whole(path);
-    std::string extension = whole.extension().string();
-    if (extension == ".gz" || extension == ".sc") extension = whole.stem().extension().string() + extension;
-    return {path.substr(0, path.size() - extension.size()), extension};
-}
-
-}  // namespace
 
 const char* actionName(FrameAction action) {
     switch (action) {
@@ -54,7 +43,7 @@ std::string reportPath(const std::string& output) { return output + ".json"; }
 
 std::string spheresPath(const std::string& output) {
     const auto [stem, extension] = splitExtension(output);
-    return stem + ".spheres" + (extension == ".obj" || extension == ".svg" ? ".ply" : extension);
+    return stem + ".spheres" + (canHoldSpheres(output) ? extension : ".ply");
 }
 
 }  // namespace betamesh

@@ -46,8 +46,8 @@ const char* nameOf(FrameStatus status);
 /// The path of the report beside an output: "o.0001.ply" -> "o.0001.ply.json".
 std::string reportPath(const std::string& output);
 
-/// The path of the spheres beside an output: "o.0001.ply" -> "o.0001.spheres.ply". .ply for .obj and .svg, which cannot
-/// store a radius.
+/// The path of the spheres beside an output: "o.0001.ply" -> "o.0001.spheres.ply". .ply if the format of the output
+/// cannot store a radius.
 std::string spheresPath(const std::string& output);
 
 }  // namespace betamesh

@@ -2,10 +2,13 @@
 #include "batch/job/frames.h"
 
 #include "betamesh/error.h"
+#include "io/extension.h"
 
 #include <algorithm>
+#include <cctype>
 #include <charconv>
 #include <cstdint>
+#include <cstdlib>
 #include <filesystem>
 #include <limits>
 #include <optional>
@@ -13,6 +16,8 @@
 
 namespace betamesh {
 namespace {
+
+namespace fs = std::filesystem;
 
 constexpr std::int64_t kMaxFrames = 10'000'000;
 constexpr int kMaxWidth = 20;  // digits; no frame number needs as many
@@ -78,15 +83,15 @@ std::vector<Placeholder> placeholdersIn(std::string_view text) {
     return placeholders;
 }
 
-/// The number before the extension: "splash.0012.vdb" -> 12, "drop_-003.ply" -> -3, "drop.ply" -> 0.
-int numberInName(std::string_view name) {
+/// The number before the extension: "0012" in "splash.0012.vdb", "-003" in "drop_-003.ply", empty in "drop.ply".
+std::string_view numberTextIn(std::string_view name) {
     const std::size_t dot = name.find('.', name.find_last_of("0123456789") + 1);
-    std::string_view stem = name.substr(0, dot);
+    const std::string_view stem = name.substr(0, dot);
     std::size_t begin = stem.size();
     while (begin > 0 && isDigit(stem[begin - 1])) --begin;
-    if (begin == stem.size()) return 0;
+    if (begin == stem.size()) return stem.substr(begin);
     const bool negative = begin > 1 && stem[begin - 1] == '-' && (stem[begin - 2] == '.' || stem[begin - 2] == '_');
-    return parseNumber(stem.substr(negative ? begin - 1 : begin)).value_or(0);
+    return stem.substr(negative ? begin - 1 : begin);
 }
 
 std::string quoted(std::string_view text) { return std::string("'").append(text).append("'"); }
@@ -106,53 +111,200 @@ int takeNumber(std::string_view text, std::string_view& rest) {
     return value;
 }
 
+bool isNameCharacter(char c) { return isDigit(c) || std::isalpha(static_cast<unsigned char>(c)) || c == '_'; }
+
+/// The placeholders of a path. A single # or @ counts only in the file name, and only if there is no longer
+/// placeholder.
+std::vector<Placeholder> placeholdersInPath(std::string_view path) {
+    std::vector<Placeholder> placeholders = placeholdersIn(path);
+    const std::size_t name_begin = path.rfind('/') + 1;  // 0 if there is no folder
+    const auto isLong = [](const Placeholder& placeholder) { return placeholder.length > 1; };
+    const bool any_long = std::any_of(placeholders.begin(), placeholders.end(), isLong);
+    std::erase_if(placeholders, [&](const Placeholder& placeholder) {
+        return !isLong(placeholder) && (any_long || placeholder.begin < name_begin);
+    });
+    return placeholders;
+}
+
+/// Calls visit(name) for the files in a folder, in any order; not at all if there is no such folder.
+template <typename Visit>
+void forFilesIn(const std::string& folder, const Visit& visit) {
+    std::error_code error;
+    fs::directory_iterator entries(folder, error);
+    if (error == std::errc::no_such_file_or_directory || error == std::errc::not_a_directory) return;
+    if (error) throw Error("'" + folder + "': the folder cannot be read: " + error.message());
+    for (const fs::directory_entry& entry : entries) visit(entry.path().filename().string());
+}
+
+/// The first folder or file name of a pattern that has placeholders.
+struct NumberedName {
+    std::string folder;              ///< that contains it
+    std::vector<std::string> parts;  ///< as FramePattern::parts
+    bool is_file;                    ///< false: of a folder
+};
+
+NumberedName numberedName(const FramePattern& pattern) {
+    const std::size_t begin = pattern.parts[0].rfind('/') + 1;
+    NumberedName name{folderOf(pattern.parts[0] + '0'), {pattern.parts[0].substr(begin)}, true};
+    for (std::size_t i = 1; i < pattern.parts.size() && name.is_file; ++i) {
+        const std::size_t end = pattern.parts[i].find('/');
+        name.parts.push_back(pattern.parts[i].substr(0, end));
+        name.is_file = end == std::string::npos;
+    }
+    return name;
+}
+
+std::string joined(const std::vector<std::string>& parts, std::string_view number) {
+    std::string text = parts[0];
+    for (std::size_t i = 1; i < parts.size(); ++i) text.append(number).append(parts[i]);
+    return text;
+}
+
+/// The text at the placeholders of a name on disk; nullopt if it has another form.
+std::optional<std::string> numberIn(const NumberedName& pattern, const std::string& name) {
+    const std::size_t count = pattern.parts.size() - 1, fixed = joined(pattern.parts, "").size();
+    if (name.size() <= fixed || (name.size() - fixed) % count != 0) return std::nullopt;
+    std::string number = name.substr(pattern.parts[0].size(), (name.size() - fixed) / count);
+    if (joined(pattern.parts, number) != name) return std::nullopt;
+    return number;
+}
+
+/// Calls visit(number, file) for the files on disk of a pattern, with the text of the number in their names.
+template <typename Visit>
+void forNumbersOnDisk(const FramePattern& pattern, const Visit& visit) {
+    const NumberedName numbered = numberedName(pattern);
+    forFilesIn(numbered.folder, [&](const std::string& name) {
+        const auto number = numberIn(numbered, name);
+        if (!number) return;
+        const std::string file = joined(pattern.parts, *number);
+        std::error_code ignored;
+        if (numbered.is_file || fs::exists(file, ignored)) visit(*number, file);
+    });
+}
+
+/// Whether a negative number is padded without its sign: -0012 for ####, where printf writes -012.
+bool isWideNegative(const FramePattern& pattern, std::string_view number) {
+    return number.starts_with('-') && zeroFilled(parseNumber(number).value_or(0), pattern.width + 1) == number;
+}
+
+/// The sequences of particles or meshes in a folder, as patterns with folders; single files without numbers, too.
+std::vector<std::string> sequencesIn(const std::string& folder) {
+    std::map<std::pair<std::string, std::string>, std::size_t> width;  // of head and tail: least number of characters
+    forFilesIn(folder, [&](const std::string& name) {
+        if (name.starts_with('.') ||
+            !(canHold(name, FileKind::particles, Access::read) || canHold(name, FileKind::mesh, Access::read)))
+            return;
+        const std::string_view number = numberTextIn(name);
+        const auto begin = static_cast<std::size_t>(number.data() - name.data());
+        std::pair key{name.substr(0, begin), name.substr(begin + number.size())};
+        const auto [known, is_new] = width.try_emplace(std::move(key), number.size());
+        known->second = std::min(known->second, number.size());
+    });
+    std::vector<std::string> sequences;
+    for (const auto& [ends, characters] : width)
+        sequences.push_back((fs::path(folder) / (ends.first + std::string(characters, '#') + ends.second)).string());
+    return sequences;
+}
+
 }  // namespace
+
+std::string withVariables(std::string_view path) {
+    std::string text;
+    for (std::size_t i = 0; i < path.size();) {
+        const bool braces = path.substr(i, 2) == "${";
+        std::size_t end = i + (braces ? 2 : 1);
+        const std::size_t begin = end;
+        while (path[i] == '$' && end < path.size() && isNameCharacter(path[end])) ++end;
+        const std::string name(path.substr(begin, end - begin));
+        const bool is_frame = !braces && name.starts_with('F') && std::all_of(name.begin() + 1, name.end(), isDigit);
+        if (path[i] != '$' || name.empty() || is_frame || (braces && path.substr(end, 1) != "}")) {
+            text += path[i++];
+            continue;
+        }
+        const char* value = std::getenv(name.c_str());
+        if (value == nullptr)
+            throw Error("'" + std::string(path) + "': the environment variable " + name + " is not set");
+        text += value;
+        i = end + (braces ? 1 : 0);
+    }
+    return text;
+}
 
 FramePattern framePattern(std::string_view path) {
     FramePattern pattern;
-    pattern.text = path;
-    const std::size_t slash = path.rfind('/');
-    const std::size_t name_begin = slash == std::string_view::npos ? 0 : slash + 1;
-    const auto placeholders = placeholdersIn(path.substr(name_begin));
-    if (placeholders.size() > 1) {
-        throw Error("'" + pattern.text + "': " + std::to_string(placeholders.size()) +
-                    " placeholders for the frame number. Use one, as in name.####.vdb");
+    pattern.text = withVariables(path);
+    const std::string_view text = pattern.text;
+    std::size_t begin = 0;
+    std::string_view spelling;
+    for (const Placeholder& placeholder : placeholdersInPath(text)) {
+        const std::string_view here = text.substr(placeholder.begin, placeholder.length);
+        if (pattern.numbered && here != spelling)
+            throw Error("'" + pattern.text + "': " + quoted(spelling) + " and " + quoted(here) +
+                        " both stand for the frame number. Write them alike, or use one, as in name.####.vdb");
+        if (placeholder.width > kMaxWidth)
+            throw Error("'" + pattern.text + "': " + std::to_string(placeholder.width) +
+                        " digits for the frame number. Use at most " + std::to_string(kMaxWidth));
+        spelling = here;
+        pattern.parts.emplace_back(text.substr(begin, placeholder.begin - begin));
+        pattern.width = placeholder.width;
+        pattern.numbered = true;
+        begin = placeholder.begin + placeholder.length;
     }
-    if (placeholders.empty()) {
-        // A folder may be called C#, but #### in a folder name is taken for a mistake.
-        for (const Placeholder& placeholder : placeholdersIn(path.substr(0, name_begin))) {
-            if (placeholder.length > 1) {
-                throw Error("'" + pattern.text +
-                            "': the placeholder for the frame number is in the name of a folder. Put it into the "
-                            "file name, as in folder/name.####.vdb");
-            }
-        }
-        pattern.head = path;
-        return pattern;
-    }
-    const Placeholder& placeholder = placeholders.front();
-    if (placeholder.width > kMaxWidth) {
-        throw Error("'" + pattern.text + "': " + std::to_string(placeholder.width) +
-                    " digits for the frame number. Use at most " + std::to_string(kMaxWidth));
-    }
-    pattern.head = path.substr(0, name_begin + placeholder.begin);
-    pattern.tail = path.substr(name_begin + placeholder.begin + placeholder.length);
-    pattern.width = placeholder.width;
-    pattern.numbered = true;
+    pattern.parts.emplace_back(text.substr(begin));
     return pattern;
 }
 
-std::string frameName(const FramePattern& pattern, int frame) {
-    if (!pattern.numbered) return pattern.head;
-    return pattern.head + zeroFilled(frame, pattern.width) + pattern.tail;
+FramePattern inputPattern(std::string_view path) {
+    std::error_code ignored;
+    const auto singleFile = [](const std::string& file) {
+        FramePattern pattern;
+        pattern.text = file;
+        pattern.parts = {file};
+        return pattern;
+    };
+    if (fs::is_regular_file(path, ignored)) return singleFile(std::string(path));
+    const std::string folder = withVariables(path);
+    if (!fs::is_directory(folder, ignored)) return framePattern(path);
+    const std::vector<std::string> sequences = sequencesIn(folder);
+    if (sequences.empty()) throw Error("'" + folder + "': the folder contains no file of particles or meshes");
+    if (sequences.size() > 1)
+        throw Error("'" + folder + "': the folder contains " + std::to_string(sequences.size()) +
+                    " sequences. Choose one: " + firstNames(sequences));
+    return fs::is_regular_file(sequences.front(), ignored) ? singleFile(sequences.front())
+                                                           : framePattern(sequences.front());
 }
 
-int singleFrame(const FramePattern& pattern) {
-    return numberInName(std::filesystem::path(pattern.head).filename().string());
+std::string frameName(const FramePattern& pattern, int frame) {
+    return joined(pattern.parts, zeroFilled(frame, pattern.width));
+}
+
+bool isFrameOf(const FramePattern& pattern, const std::string& path) {
+    const auto canonical = [](const std::string& file) {
+        std::error_code ignored;
+        return fs::weakly_canonical(fs::absolute(folderOf(file)), ignored) / fs::path(file).filename();
+    };
+    const fs::path wanted = canonical(path);
+    const std::string text = wanted.string();
+    if (!pattern.numbered) return wanted == canonical(pattern.text);
+    for (std::size_t begin = 0; begin < text.size(); ++begin) {
+        if (!isDigit(text[begin]) || (begin > 0 && isDigit(text[begin - 1]))) continue;
+        const std::size_t end = std::min(text.find_first_not_of("0123456789", begin), text.size());
+        const bool negative = begin > 0 && text[begin - 1] == '-';
+        for (std::size_t first = begin - (negative ? 1 : 0); first <= begin; ++first) {
+            const auto frame = parseNumber(text.substr(first, end - first));
+            if (frame && canonical(frameName(pattern, *frame)) == wanted) return true;
+        }
+    }
+    return false;
+}
+
+int frameInName(std::string_view file) {
+    const std::string name = fs::path(file).filename().string();
+    return parseNumber(numberTextIn(name)).value_or(0);
 }
 
 std::string nameForFrameOf(const FramePattern& pattern, std::string_view other) {
-    return pattern.numbered ? frameName(pattern, singleFrame(framePattern(other))) : pattern.text;
+    return pattern.numbered ? frameName(pattern, frameInName(other)) : pattern.text;
 }
 
 void requirePlaceholder(std::size_t frames, const FramePattern& pattern) {
@@ -162,36 +314,67 @@ void requirePlaceholder(std::size_t frames, const FramePattern& pattern) {
 }
 
 std::string folderOf(const std::string& file) {
-    const std::filesystem::path folder = std::filesystem::path(file).parent_path();
+    const fs::path folder = fs::path(file).parent_path();
     return folder.empty() ? "." : folder.string();
 }
 
 std::map<int, std::string> framesOnDisk(const FramePattern& pattern) {
-    namespace fs = std::filesystem;
-    std::map<int, std::string> files;
-    const fs::path head(pattern.head);
-    std::error_code error;
+    std::map<int, std::string> files, wide;
+    std::error_code ignored;
     if (!pattern.numbered) {
-        if (fs::exists(head, error)) files[singleFrame(pattern)] = pattern.head;
+        if (fs::exists(pattern.text, ignored)) files[frameInName(pattern.text)] = pattern.text;
         return files;
     }
-    const std::string head_name = head.filename().string();
-    const std::string folder = folderOf(pattern.head);
-    fs::directory_iterator entries(folder, error);
-    if (error == std::errc::no_such_file_or_directory || error == std::errc::not_a_directory) return files;
-    if (error) throw Error("'" + folder + "': the folder cannot be read: " + error.message());
-    for (const fs::directory_entry& entry : entries) {
-        const std::string name = entry.path().filename().string();
-        if (name.size() <= head_name.size() + pattern.tail.size() || !name.starts_with(head_name) ||
-            !name.ends_with(pattern.tail)) {
+    forNumbersOnDisk(pattern, [&](const std::string& number, const std::string& file) {
+        const auto frame = parseNumber(number);
+        // Of f.1.vdb and f.0001.vdb only one fits the padding of the pattern.
+        if (frame && zeroFilled(*frame, pattern.width) == number) files[*frame] = file;
+        if (frame && isWideNegative(pattern, number)) wide[*frame] = file;
+    });
+    files.merge(wide);
+    return files;
+}
+
+OtherNumbers otherNumbersOnDisk(const FramePattern& pattern) {
+    OtherNumbers others;
+    if (!pattern.numbered) return others;
+    const auto on_disk = framesOnDisk(pattern);
+    forNumbersOnDisk(pattern, [&](const std::string& text, const std::string& file) {
+        const std::size_t point = text.find('.');
+        const auto whole = parseNumber(std::string_view(text).substr(0, point));
+        if (!whole) return;
+        if (point == std::string::npos) {
+            const auto known = on_disk.find(*whole);
+            if (known == on_disk.end() || known->second != file) others.padded.push_back(file);
+        } else if (std::all_of(text.begin() + static_cast<std::ptrdiff_t>(point) + 1, text.end(), isDigit)) {
+            others.subframes.push_back(file);
+        }
+    });
+    std::sort(others.padded.begin(), others.padded.end());
+    std::sort(others.subframes.begin(), others.subframes.end());
+    return others;
+}
+
+std::string firstNames(const std::vector<std::string>& names) {
+    constexpr std::size_t kMost = 5;
+    std::string text;
+    for (std::size_t i = 0; i < std::min(kMost, names.size()); ++i)
+        text += (i == 0 ? "" : i + 1 == names.size() ? " and " : ", ") + names[i];
+    return names.size() > kMost ? text + " and " + std::to_string(names.size() - kMost) + " more" : text;
+}
+
+std::vector<std::string> filesNamed(const std::vector<std::string>& names) {
+    std::vector<std::string> files;
+    for (const std::string& name : names) {
+        const FramePattern pattern = inputPattern(name);
+        if (!pattern.numbered) {
+            files.push_back(pattern.text);
             continue;
         }
-        const auto frame = parseNumber(
-            std::string_view(name).substr(head_name.size(), name.size() - head_name.size() - pattern.tail.size()));
-        if (!frame) continue;
-        // Of f.1.vdb and f.0001.vdb only one fits the padding of the pattern.
-        std::string file = frameName(pattern, *frame);
-        if (fs::path(file).filename().string() == name) files[*frame] = std::move(file);
+        const auto on_disk = framesOnDisk(pattern);
+        if (on_disk.empty())
+            throw Error("'" + name + "': no such file on disk. Expected names such as " + frameName(pattern, 1));
+        for (const auto& file : on_disk) files.push_back(file.second);
     }
     return files;
 }
@@ -239,7 +422,7 @@ std::vector<int> chosenFrames(const std::string& frames, const FramePattern& inp
         requirePlaceholder(chosen.size(), input);
         return chosen;
     }
-    if (!input.numbered) return {singleFrame(input)};
+    if (!input.numbered) return {frameInName(input.text)};
     std::vector<int> chosen;
     for (const auto& file : on_disk) chosen.push_back(file.first);
     if (chosen.empty())

@@ -4,6 +4,7 @@
 #include "base/parallel.h"
 #include "batch/job/frame_task.h"
 #include "betamesh/error.h"
+#include "io/extension.h"
 #include "io/mesh_file.h"
 #include "io/particle_file.h"
 #include "render/exr_file.h"
@@ -56,7 +57,7 @@ Spheres ballsAround(const Particles& particles, double radius) {
 
 FrameGeometry readFrameGeometry(const std::string& file, const Config& config, double radius) {
     FrameGeometry subject;
-    if (hasExtension(file, ".vdb")) {
+    if (!canHold(file, FileKind::mesh, Access::read)) {
         subject.spheres = ballsAround(readParticles(file, {config.input.velocity, config.input.id}), radius);
         return subject;
     }

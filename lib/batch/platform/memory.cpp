@@ -2,21 +2,16 @@
 #include "batch/platform/memory.h"
 
 #include "batch/platform/machine.h"
+#include "io/extension.h"
 
 #include <algorithm>
-#include <array>
 #include <filesystem>
-#include <string_view>
 #include <system_error>
-#include <utility>
 
 namespace betamesh {
 namespace {
 
-// Measured on splashes: 800 to 1500 bytes per particle with its share of the surface. On disk a particle takes
-constexpr std::array<std::pair<std::string_view, double>, 4> kFileBytesPerParticle{
-    {{".vdb", 12}, {".gz", 14}, {".ply", 28}, {".bgeo", 32}}};
-constexpr double kBytesPerParticle = 1400;
+constexpr double kBytesPerParticle = 1400;  // measured on splashes: 800 to 1500 with its share of the surface
 
 constexpr std::uint64_t kProgram = std::uint64_t{32}
                                    << 20;  // bytes for threads and libraries, independent of the frames
@@ -29,10 +24,7 @@ std::uint64_t workingMemory(const std::string& input) {
     std::error_code error;
     const auto bytes = static_cast<double>(std::filesystem::file_size(input, error));
     if (error) return 0;
-    double per_particle = kFileBytesPerParticle.front().second;
-    for (const auto& [extension, file_bytes] : kFileBytesPerParticle)
-        if (input.ends_with(extension)) per_particle = file_bytes;
-    return memoryOf(bytes / per_particle);
+    return memoryOf(bytes / fileBytesPerParticle(input));
 }
 
 std::uint64_t memoryOf(double particles) { return static_cast<std::uint64_t>(particles * kBytesPerParticle); }

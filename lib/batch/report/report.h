@@ -46,6 +46,7 @@ struct FrameReport {
     std::string error;  ///< why the frame failed
     double radius = 0;
     double spacing = 0;
+    double frame_spacing = 0;  ///< the frame's own spacing; 0: not measured
     double skin_depth = 0;  ///< distance from the outermost particles to the surface; 0: surface of the balls
     PredicateKind predicates = PredicateKind::exact;
     SkinReport skin;
@@ -77,6 +78,7 @@ std::string progressJson(const JobProgress& progress);
 std::string taskJson(const FrameTask& task);
 
 /// Reads a manifest; nullopt if the file does not exist or is incomplete. Members that it lacks keep their defaults.
+/// errors  not a regular file
 std::optional<FrameReport> readReport(const std::filesystem::path& file);
 
 /// The JSON of `betamesh info`. spacing: particle spacing in world units.

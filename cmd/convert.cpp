@@ -1,0 +1,114 @@
+#include "io/convert_file.h"
+
+#include "batch/job/frames.h"
+#include "batch/job/job.h"
+#include "batch/report/log.h"
+#include "betamesh/error.h"
+#include "command.h"
+#include "each_file.h"
+#include "io/extension.h"
+#include "io/output_file.h"
+
+#include <filesystem>
+#include <set>
+#include <system_error>
+
+namespace betamesh {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Arguments {
+    std::string input, output;
+    std::string frames = "all";
+    bool overwrite = false;
+    bool quiet = false;
+};
+
+struct ConversionTask {
+    std::string input, output;
+};
+
+std::vector<ConversionTask> tasksOf(const Arguments& arguments) {
+    const FramePattern input = framePattern(arguments.input), output = framePattern(arguments.output);
+    const std::vector<int> frames = chosenFrames(arguments.frames, input, framesOnDisk(input));
+    requirePlaceholder(frames.size(), output);
+    std::vector<ConversionTask> tasks;
+    for (const int frame : frames) tasks.push_back({frameName(input, frame), frameName(output, frame)});
+    return tasks;
+}
+
+/// Throws Error before anything is written.
+void requireOutputs(const std::vector<ConversionTask>& tasks, const Arguments& arguments) {
+    const auto canWrite = [&](FileKind kind) { return canHold(arguments.output, kind, Access::write); };
+    if (!canWrite(FileKind::particles) && !canWrite(FileKind::curves))
+        formatOf(arguments.output, FileKind::mesh, Access::write);
+    for (const auto& [input, output] : tasks) {
+        std::error_code ignored;
+        if (input == output || fs::equivalent(input, output, ignored))
+            throw Error(output + " is both input and output. Choose another output");
+        if (!arguments.overwrite && fs::exists(fs::symlink_status(output, ignored)))
+            throw Error(output + " already exists. Use --overwrite to replace it.");
+    }
+}
+
+std::string describe(const Conversion& done) {
+    std::string text = std::to_string(done.points) + (done.kind == FileKind::particles ? " particles" : " vertices");
+    if (done.kind == FileKind::mesh) text += ", " + std::to_string(done.triangles) + " triangles";
+    if (done.kind == FileKind::curves) text += ", " + std::to_string(done.edges) + " edges";
+    return text;
+}
+
+int convert(const Arguments& arguments) {
+    setLogLevel(arguments.quiet ? LogLevel::quiet : LogLevel::normal);
+    const std::vector<ConversionTask> tasks = tasksOf(arguments);
+    requireOutputs(tasks, arguments);
+    const std::string folder = folderOf(arguments.output);
+    std::error_code error;
+    fs::create_directories(folder, error);
+    if (error) throw Error("'" + folder + "': the folder cannot be created: " + error.message());
+    sweepTemporaries(folder);
+    std::set<std::string> warned;  // each loss is named once, not for each frame
+    const auto convertTask = [&](std::size_t i) {
+        const auto& [input, output] = tasks[i];
+        const Conversion done = convertFile(input, output);
+        for (const std::string& warning : done.warnings)
+            if (warned.insert(warning).second) logWarning(input + ": " + warning);
+        logInfo(input + " -> " + output + ": " + describe(done));
+        return true;
+    };
+    return forEachFile(
+        tasks.size(), [&](std::size_t i) { return tasks[i].input; }, convertTask,
+        [](std::size_t, const std::string&) {});
+}
+
+}  // namespace
+
+void addConvertCommand(CLI::App& program, int& exit_code) {
+    const auto [command, arguments] =
+        addCommand(program, exit_code, "convert",
+                   "Converts particles, meshes or curves from one file format to another.", convert);
+    command->footer(
+        "Particles stay particles, and meshes meshes. What the output format cannot hold is named once.\n"
+        "`betamesh manual man` lists the formats.\n"
+        "Exit codes: 0 every file converted; 1 some were not; 2 wrong usage, or an output that exists already.\n"
+        "Examples:\n"
+        "  betamesh convert splash.0012.bgeo.sc splash.0012.ply\n"
+        "  betamesh convert 'sim/splash.####.vdb' 'csv/splash.####.csv' --frames 1-24");
+    command
+        ->add_option("IN", arguments->input,
+                     "Files to read (" + readableExtensions() + "). Write the frame number of a sequence as ####.")
+        ->required();
+    command
+        ->add_option("OUT", arguments->output,
+                     "Files to write: particles (" + extensionsFor(FileKind::particles, Access::write) + "), meshes (" +
+                         extensionsFor(FileKind::mesh, Access::write) + "); with a frame number if IN has one.")
+        ->required();
+    command->add_option("--frames", arguments->frames, "Frames to convert, such as 1-24. all: every frame on disk.")
+        ->type_name("FRAMES")
+        ->capture_default_str();
+    command->add_flag("--overwrite", arguments->overwrite, "Replace outputs that already exist.");
+    command->add_flag("-q,--quiet", arguments->quiet, "Print only errors.");
+}
+
+}  // namespace betamesh

@@ -1,0 +1,28 @@
+// Converts a file from one format to another.
+
+#pragma once
+
+#include "io/file_contents.h"
+
+#include <cstddef>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace betamesh {
+
+/// What was written, and what of the input was not.
+struct Conversion {
+    FileKind kind = FileKind::particles;
+    std::size_t points = 0, triangles = 0, edges = 0;
+    std::vector<std::string> warnings;  ///< a sentence for each loss, without the names of the files
+};
+
+/// Reads particles, a mesh or curves in the format of the file's contents, and writes the same in the format of the
+/// output's extension. A file with faces is a mesh, one with edges only contains curves, any other particles.
+///
+/// same    positions and velocities bit for bit, and triangles; attributes that both formats can hold keep their type
+/// errors  an output format that cannot hold what the input contains; those of readers and writers
+Conversion convertFile(const std::filesystem::path& from, const std::filesystem::path& to);
+
+}  // namespace betamesh
