@@ -118,8 +118,8 @@ struct Liquid {
 /// it is logged once.
 void checkSpacing(const Liquid& liquid, const Plan& plan, FrameReport& report, std::atomic<bool>& warned) {
     if (liquid.near && !liquid.near->all) return;  // the particles near the surface do not tell the spacing
-    const FrameSpacing frame = compareSpacing(liquid.particles.position, plan.skin.radius, plan.spacing,
-                                              plan.config.surface.dimension);
+    const FrameSpacing frame =
+        compareSpacing(liquid.particles.position, plan.skin.radius, plan.spacing, plan.config.surface.dimension);
     report.frame_spacing = frame.own.value_or(0);
     if (frame.drift) logWarning(report.input + ": " + *frame.drift);
     if (frame.scale && !warned.exchange(true)) logWarning(report.input + ": " + *frame.scale);
