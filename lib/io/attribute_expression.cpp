@@ -45,18 +45,24 @@ struct Column {
     const std::int32_t* integer = nullptr;
     const std::uint64_t* id = nullptr;
     std::size_t stride = 1;
-    bool length = false;  ///< of the vector that begins there
+    bool length = false;    ///< of the vector that begins there
+    Vec3 offset{0, 0, 0};   ///< is added to the components of the vector
+    std::size_t first = 0;  ///< component
 
     double operator[](std::size_t row) const {
         if (id) return static_cast<double>(id[row]);
-        if (!length) return number(row * stride);
+        if (!length) return number(row, first);
         double sum = 0;
-        for (std::size_t k = 0; k < stride; ++k) sum += number(row * stride + k) * number(row * stride + k);
+        for (std::size_t k = 0; k < stride; ++k) sum += number(row, k) * number(row, k);
         return std::sqrt(sum);
     }
 
 private:
-    double number(std::size_t i) const { return real ? static_cast<double>(real[i]) : static_cast<double>(integer[i]); }
+    double number(std::size_t row, std::size_t k) const {
+        const std::size_t i = row * stride + k;
+        const double stored = real ? static_cast<double>(real[i]) : static_cast<double>(integer[i]);
+        return k < 3 ? stored + offset[static_cast<int>(k)] : stored;
+    }
 };
 
 /// Sets where the column begins for the variable's component of an attribute with so many of them.
@@ -73,13 +79,13 @@ void chooseComponent(const Variable& variable, std::size_t components, const std
     if (index < 0 || static_cast<std::size_t>(index) >= components)
         throw Error(where + "'" + variable.attribute + "' has no component '" + variable.component + "': it has " +
                     std::to_string(components));
-    if (column.real) column.real += index;
-    if (column.integer) column.integer += index;
+    column.first = static_cast<std::size_t>(index);
 }
 
-Column columnOf(const Variable& variable, const FileContents& points, const std::string& where) {
+Column columnOf(const Variable& variable, const FileContents& points, const Vec3& origin, const std::string& where) {
     Column column;
     if (variable.attribute == "P") {
+        column.offset = origin;
         column.real = points.position.empty() ? nullptr : &points.position[0].x;
         chooseComponent(variable, 3, where, column);
         return column;
@@ -145,11 +151,19 @@ AttributeExpression::~AttributeExpression() = default;
 AttributeExpression::AttributeExpression(AttributeExpression&&) noexcept = default;
 AttributeExpression& AttributeExpression::operator=(AttributeExpression&&) noexcept = default;
 
-std::vector<std::uint32_t> AttributeExpression::rowsWhereTrue(const FileContents& points, const std::string& file) {
+bool AttributeExpression::uses(const std::string& attribute) const {
+    const auto part = componentName(attribute);
+    return std::any_of(compiled_->variables.begin(), compiled_->variables.end(), [&](const Variable& variable) {
+        return variable.attribute == attribute || (part && variable.attribute == part->vector);
+    });
+}
+
+std::vector<std::uint32_t> AttributeExpression::rowsWhereTrue(const FileContents& points, const std::string& file,
+                                                              const Vec3& origin) {
     if (points.position.empty()) return {};  // which attributes an empty file declares means nothing
     std::vector<Column> column;
     for (const Variable& variable : compiled_->variables)
-        column.push_back(columnOf(variable, points, file + ": '" + text_ + "': "));
+        column.push_back(columnOf(variable, points, origin, file + ": '" + text_ + "': "));
     std::vector<std::uint32_t> rows;
     for (std::size_t row = 0; row < points.position.size(); ++row) {
         for (std::size_t k = 0; k < column.size(); ++k) compiled_->variables[k].value = column[k][row];

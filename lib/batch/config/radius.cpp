@@ -28,7 +28,7 @@ std::optional<ResolvedRadius> resolveRadius(const Config& config, const std::map
         const WorkerEvents::FrameInProgress at_work(events, frame, WorkerEvents::Doing::measuring);
         try {
             std::vector<Vec3f> positions;
-            visitPositions(file, [&](std::span<const Vec3f> block) {
+            visitPositions(file, config.input, [&](std::span<const Vec3f> block) {
                 positions.insert(positions.end(), block.begin(), block.end());
             });
             any_readable = true;
