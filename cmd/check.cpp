@@ -1,5 +1,6 @@
 #include "batch/job/frames.h"
 #include "batch/job/plan.h"
+#include "batch/job/plane.h"
 #include "batch/report/log.h"
 #include "batch/report/printable.h"
 #include "batch/report/report.h"
@@ -10,6 +11,7 @@
 #include "io/extension.h"
 #include "io/mesh_file.h"
 #include "io/particle_file.h"
+#include "job_options.h"
 #include "mesh/enclosure.h"
 #include "standard_streams.h"
 #include "value_checks.h"
@@ -29,7 +31,8 @@ struct Arguments {
     std::vector<std::string> meshes;
     std::string particles;
     double radius = 0;
-    std::string scratch;  // deprecated, has no effect
+    std::string scratch;                              // deprecated, has no effect
+    std::map<std::string, std::string> input_values;  // of the keys that say how particles are read
     CheckParams params;
     bool weld = false;
     bool strict = false;
@@ -189,17 +192,21 @@ std::string particleFileOf(const std::string& mesh_file, const Arguments& argume
     return nameForFrameOf(framePattern(arguments.particles), mesh_file);
 }
 
-/// Checks that all particles are inside a mesh or curves, or in the spheres beside it.
+/// Checks that all particles are inside a mesh or curves, or in the spheres beside it. plane: of curves, whose
+/// positions are in its coordinates.
 template <typename Surface>
-ParticleCheck checkParticles(const Surface& surface, const std::string& mesh_file, const Arguments& arguments) {
+ParticleCheck checkParticles(const Surface& surface, const AxisPlane& plane, const std::string& mesh_file,
+                             const Arguments& arguments) {
     ParticleCheck check;
     check.file = particleFileOf(mesh_file, arguments);
     check.radius = arguments.radius;
-    const Particles particles = readParticles(check.file);
-    const Spheres spheres = spheresBeside(mesh_file);
+    const Particles particles = readParticles(check.file, particleInputOf(mesh_file, arguments.input_values));
+    Spheres spheres = spheresBeside(mesh_file);
+    for (Vec3& p : spheres.position) p = plane.toPlane(p);
     check.particles = particles.size();
     check.spheres = spheres.size();
-    const std::vector<Vec3> points(particles.position.begin(), particles.position.end());
+    std::vector<Vec3> points;
+    for (const Vec3f& p : particles.position) points.push_back(plane.toPlane(Vec3(p)));
     const std::vector<double> distances = distancesOutside(surface, spheres, points);
     for (std::size_t i = 0; i < distances.size(); ++i) {
         if (!(distances[i] > arguments.params.tolerance)) continue;
@@ -214,10 +221,11 @@ ParticleCheck checkParticles(const Surface& surface, const std::string& mesh_fil
 
 /// Adds the faults to the report and prints it. Returns whether there are none. `surface` is a mesh or curves.
 template <typename Surface, typename Check>
-bool finish(const Surface& surface, const Check& check, CheckReport& report, const Arguments& arguments) {
+bool finish(const Surface& surface, const AxisPlane& plane, const Check& check, CheckReport& report,
+            const Arguments& arguments) {
     for (const std::string_view fault : faultsOf(check, arguments.strict)) report.faults.emplace_back(fault);
     if (!arguments.particles.empty()) {
-        report.particles = checkParticles(surface, report.file, arguments);
+        report.particles = checkParticles(surface, plane, report.file, arguments);
         if (report.particles->outside) report.faults.emplace_back("particles_outside");
     }
     if (arguments.json) {
@@ -234,13 +242,17 @@ bool checkFile(const std::string& file, const Arguments& arguments) {
     report.file = file;
     Mesh mesh = readMesh(file);
     if (mesh.triangles.empty() && inspectFile(file).kind == FileKind::curves) {
-        const Curves curves = readCurves(file);
+        Curves curves = readCurves(file);
+        const std::vector<Vec3f> positions(curves.position.begin(), curves.position.end());
+        const AxisPlane plane = planeOf(positions, 0).value_or(AxisPlane{});
+        for (auto* rows : {&curves.position, &curves.velocity})
+            for (Vec3& v : *rows) v = plane.toPlane(v);
         report.curves = checkCurves(curves, arguments.params);
-        return finish(curves, *report.curves, report, arguments);
+        return finish(curves, plane, *report.curves, report, arguments);
     }
     if (arguments.weld) mesh = weldVertices(mesh);
     report.check = checkMesh(mesh, arguments.params);
-    return finish(mesh, report.check, report, arguments);
+    return finish(mesh, {}, report.check, report, arguments);
 }
 
 int checkFiles(const Arguments& arguments) {
@@ -309,6 +321,7 @@ void addCheckCommand(CLI::App& program, int& exit_code) {
         ->type_name("R")
         ->check(numberAboveZero())
         ->needs(particles);
+    addParticleOptions(*command, arguments->input_values);
     command->add_option("--scratch", arguments->scratch, "Deprecated, has no effect.")->type_name("FOLDER");
 }
 

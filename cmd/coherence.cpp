@@ -27,6 +27,7 @@
 #include <functional>
 #include <iostream>
 #include <limits>
+#include <map>
 #include <memory>
 
 namespace betamesh {
@@ -39,6 +40,7 @@ struct Arguments {
     std::string particles;
     std::string pipeline;
     std::vector<std::string> assignments;
+    std::map<std::string, std::string> input_values;  // of the options that say how particles are read
     int frame = 0;
     double step = 0;
     int steps = 10;
@@ -128,9 +130,10 @@ Sequence meshFiles(const Arguments& arguments) {
         particles = framePattern(arguments.particles);
         requirePlaceholder(sequence.names.size(), *particles);
     }
-    sequence.moment = [names = sequence.names, particles](std::size_t i) {
+    sequence.moment = [names = sequence.names, particles, values = arguments.input_values](std::size_t i) {
         Moment moment{readMesh(names[i]), std::nullopt};
-        if (particles) moment.particles = readParticles(nameForFrameOf(*particles, names[i]));
+        if (particles)
+            moment.particles = readParticles(nameForFrameOf(*particles, names[i]), particleInputOf(names[i], values));
         return moment;
     };
     return sequence;
@@ -140,7 +143,7 @@ Sequence meshFiles(const Arguments& arguments) {
 std::shared_ptr<const Particles> startingParticles(const std::string& file, const Config& config, int frame,
                                                    const WorkerEvents& events) {
     const WorkerEvents::FrameInProgress at_work(events, frame);
-    auto particles = std::make_shared<Particles>(readParticles(file, {config.input.velocity, config.input.id}));
+    auto particles = std::make_shared<Particles>(readParticles(file, config.input));
     if (particles->size() > 0 && particles->velocity.empty())
         throw Error(file + ": the particles have no velocity (v, velocity or vel), so they cannot be moved in steps. " +
                     "Name the attribute with --set input.velocity=NAME.");
@@ -149,7 +152,7 @@ std::shared_ptr<const Particles> startingParticles(const std::string& file, cons
 
 /// The particles of one frame, moved along their velocities in small steps and meshed at each.
 Sequence fineSteps(const Arguments& arguments, const Supervision& watched) {
-    Config config = readConfig(arguments.pipeline, keyValuesOf(arguments.assignments));
+    Config config = readConfig(arguments.pipeline, keyValuesOf(arguments.assignments, arguments.input_values));
     config.frames = std::to_string(arguments.frame);
     if (config.output.path.empty())
         config.output.path = "nothing.####.ply";  // planning needs a path; no file is written
@@ -164,7 +167,7 @@ Sequence fineSteps(const Arguments& arguments, const Supervision& watched) {
     const std::string& file = plan.tasks.at(0).input;
     if (const auto lost = watched.history.lost.find(arguments.frame); lost != watched.history.lost.end())
         throw Error(file + ": " + lost->second);
-    const auto start = startingParticles(file, config, arguments.frame, watched.notes);
+    const auto start = startingParticles(file, plan.config, arguments.frame, watched.notes);
 
     Sequence sequence;
     sequence.axis_label = "seconds after frame " + std::to_string(arguments.frame);
@@ -391,6 +394,7 @@ void addCoherenceCommand(CLI::App& program, int& exit_code) {
                      "FILE contains the --json output of that run; its name appears in the plot.")
         ->type_name("FILE")
         ->needs(plot);
+    addParticleOptions(*command, arguments->input_values);
     command->add_flag("--json", arguments->json, "Print one JSON object per pair on stdout.");
 }
 

@@ -93,7 +93,7 @@ int compare(const PictureJob& job, std::vector<std::string> panel_texts, int col
     for (const std::string& text : panel_texts)
         panels.push_back(panelOf(text, withSharedValues(job.config, plan), worker));
     return writePictures(job, worker, [&](const PictureTask& task) {
-        const Particles particles = readParticles(task.input, {job.config.input.velocity, job.config.input.id});
+        const Particles particles = readParticles(task.input, plan.config.input);
         std::vector<CaptionedImage> images;
         for (const Panel& panel : panels)
             images.push_back({toneMapped(rendered(panel.plan, particles)), panel.caption});

@@ -11,6 +11,7 @@
 #include "batch/report/log.h"
 #include "batch/report/printable.h"
 #include "batch/report/progress.h"
+#include "batch/report/report.h"
 #include "help.h"
 #include "io/extension.h"
 #include "io/particle_file.h"
@@ -158,6 +159,22 @@ void addKeyOptions(CLI::App& command, std::map<std::string, std::string>& values
         }
         option->group(groupOf(key));
     }
+}
+
+void addParticleOptions(CLI::App& command, std::map<std::string, std::string>& values) {
+    addKeyOptions(command, values, [](const ConfigKey& key) { return key.path.starts_with("input."); });
+}
+
+ParticleInput particleInputOf(const std::string& mesh_file, const std::map<std::string, std::string>& values) {
+    const Config config = readConfig("", keyValuesOf({}, values));
+    ParticleInput input = config.input;
+    if (const auto& given = config.input.given_origin) {
+        input.origin = Vec3((*given)[0], (*given)[1], (*given)[2]);
+    } else if (const auto report = readReport(reportPath(mesh_file)); report && report->origin) {
+        const Vec3 world = report->origin->local_origin / input.scale;
+        input.origin = input.up_axis == UpAxis::z ? Vec3(world.x, -world.z, world.y) : world;
+    }
+    return input;
 }
 
 std::vector<KeyValue> keyValuesOf(const std::vector<std::string>& assignments,

@@ -33,6 +33,13 @@ struct JobOptions {
 void addKeyOptions(CLI::App& command, std::map<std::string, std::string>& values,
                    const std::function<bool(const ConfigKey&)>& wanted);
 
+/// Adds the options that say how particles are read: all keys of the section input.
+void addParticleOptions(CLI::App& command, std::map<std::string, std::string>& values);
+
+/// How the particles of a mesh are read with these values of the options. An origin that is not given is that of the
+/// mesh's manifest.
+ParticleInput particleInputOf(const std::string& mesh_file, const std::map<std::string, std::string>& values);
+
 /// The keys given on the command line in ascending precedence: --set, then options.
 std::vector<KeyValue> keyValuesOf(const std::vector<std::string>& assignments,
                                   const std::map<std::string, std::string>& values = {});

@@ -1,3 +1,4 @@
+#include "batch/config/origin.h"
 #include "batch/config/radius.h"
 #include "batch/job/render_frames.h"
 #include "batch/report/log.h"
@@ -55,8 +56,9 @@ FirstFrame firstFrame(const Config& config, const std::map<int, std::string>& on
 }
 
 int render(const PictureJob& job, const PictureWorker& worker) {
-    const Config& config = job.config;
+    Config config = job.config;
     const auto on_disk = measurableOf(job.on_disk, worker.history);
+    config.input.origin = resolveOrigin(config, on_disk, worker.events);
     FirstFrame first = firstFrame(config, on_disk, worker.events);
     const double ball_radius = first.ball_radius;
     Extent extent(config.preview);
@@ -101,10 +103,9 @@ void addRenderCommand(CLI::App& program, int& exit_code) {
     command->add_option("OUT", options->outputs, "Pictures to write: .png, .exr, or one of each.")
         ->required()
         ->expected(1, 2);
-    const std::set<std::string> other_keys{"frames",         "run.threads",    "run.timeout",
-                                           "input.velocity", "surface.radius", "surface.spacing"};
+    const std::set<std::string> other_keys{"frames", "run.threads", "run.timeout", "surface.radius", "surface.spacing"};
     addPictureOptions(*command, *options, [&](const ConfigKey& key) {
-        return key.path.starts_with("preview.") || other_keys.contains(key.path);
+        return key.path.starts_with("preview.") || key.path.starts_with("input.") || other_keys.contains(key.path);
     });
     showInShortHelp(*command, {"--frames", "--camera-position", "--look-at", "--azimuth", "--elevation", "--width",
                                "--height", "--samples", "--colour", "--shading", "--contact-sheet", "--movie",

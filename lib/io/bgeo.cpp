@@ -37,7 +37,7 @@ struct Declaration {
 };
 
 struct Header {
-    std::uint32_t points, primitives, point_attributes, vertex_attributes, primitive_attributes;
+    std::uint32_t points, primitives, point_groups, point_attributes, vertex_attributes, primitive_attributes;
 };
 
 std::uint32_t readCount(Cursor& in, const char* what) {
@@ -61,7 +61,7 @@ Header readHeader(Cursor& in) {
     Header header = {};
     header.points = readCount(in, "number of points");
     header.primitives = readCount(in, "number of primitives");
-    readCount(in, "number of point groups");
+    header.point_groups = readCount(in, "number of point groups");
     readCount(in, "number of primitive groups");
     header.point_attributes = readCount(in, "number of point attributes");
     header.vertex_attributes = readCount(in, "number of vertex attributes");
@@ -123,6 +123,7 @@ FileContents pointsFrom(const std::byte* first, std::size_t n, std::size_t row,
         const std::byte* p = first + i * row;
         points.position[i] = {loadBig<float>(p), loadBig<float>(p + 4), loadBig<float>(p + 8)};
     }
+    subtractOrigin(options.origin, points.position);
     bool has_id = false;
     std::size_t at = 16;
     for (const Declaration& d : declarations) {
@@ -357,6 +358,8 @@ FileContents parseUncompressed(Cursor& in, const ReadOptions& options) {
     contents.declared.push_back({"P", "float", 4, {}});
     const auto declarations = readDeclarations(in, header.point_attributes);
     for (const Declaration& d : declarations) contents.declared.push_back({d.name, typeName(d.type), d.size, {}});
+    if (header.point_groups > 0)
+        contents.passed_over.push_back(std::to_string(header.point_groups) + " point groups of the classic format");
     const std::size_t row_bytes = 16 + rowBytes(declarations);
     const auto decode = [&](const std::byte* first, std::size_t rows) {
         return pointsFrom(first, rows, row_bytes, declarations, options);

@@ -16,8 +16,6 @@ namespace {
 
 constexpr std::size_t kRowsAtOnce = std::size_t{1} << 12;
 
-bool isVelocity(const Attribute& a, std::size_t n) { return a.components == 3 && a.real.size() == 3 * n; }
-
 std::vector<Vec3f> rowsOf(const std::vector<float>& numbers) {
     std::vector<Vec3f> rows;
     firstTouchResize(rows, numbers.size() / 3);
@@ -27,39 +25,32 @@ std::vector<Vec3f> rowsOf(const std::vector<float>& numbers) {
     return rows;
 }
 
-std::string attributeNames(const FileContents& contents) {
-    std::string names;
-    for (const AttributeInfo& a : contents.declared) names += (names.empty() ? "'" : ", '") + a.name + "'";
-    return names.empty() ? "no attributes" : names;
-}
-
-/// The velocity attribute; null if there is none or there are no points. requested: its name; empty: the usual names.
-const Attribute* findVelocity(const FileContents& contents, const std::string& requested, const std::string& file) {
-    const std::size_t n = contents.position.size();
-    if (n == 0) return nullptr;
-    std::vector<std::string> wanted{"v", "velocity", "vel"};
-    if (!requested.empty()) wanted = {requested};
-    for (const std::string& name : wanted) {
-        const auto found = std::find_if(contents.attributes.begin(), contents.attributes.end(),
-                                        [&](const Attribute& a) { return a.name == name; });
-        if (found == contents.attributes.end()) continue;
-        if (isVelocity(*found, n)) return &*found;
-        if (!requested.empty())
-            throw Error(file + ": velocity attribute '" + name + "' has " + std::to_string(found->components) +
-                        (found->real.empty() ? " integers" : " floats") + " per point, but needs 3 floats");
-    }
-    if (!requested.empty())
-        throw Error(file + ": has no velocity attribute '" + requested + "'. The file has " + attributeNames(contents) +
-                    ".");
-    return nullptr;
-}
-
-/// Removes the velocity from the attributes and returns it.
+/// Removes the velocity from the attributes and returns it. requested: its names; empty: the usual ones.
 std::vector<Vec3f> takeVelocity(FileContents& contents, const std::string& requested, const std::string& file) {
-    const Attribute* found = findVelocity(contents, requested, file);
-    if (found == nullptr) return {};
-    std::vector<Vec3f> velocity = rowsOf(found->real);
-    contents.attributes.erase(contents.attributes.begin() + (found - contents.attributes.data()));
+    std::vector<Attribute>& attributes = contents.attributes;
+    const std::size_t n = contents.position.size();
+    const auto source = findVelocity(attributes, n, requested, attributeNames(contents), file);
+    if (!source) return {};
+    std::vector<Vec3f> velocity;
+    if (source->isOneAttribute() && attributes[source->xyz[0].attribute].components == 3) {
+        velocity = rowsOf(attributes[source->xyz[0].attribute].real);
+    } else {
+        firstTouchResize(velocity, n);
+        for (int axis = 0; axis < 3; ++axis) {
+            const auto [index, component] = source->xyz[static_cast<std::size_t>(axis)];
+            const Attribute& a = attributes[index];
+            for (std::size_t i = 0; i < n; ++i) {
+                const std::size_t at = i * a.components + component;
+                velocity[i][axis] = a.real.empty() ? static_cast<float>(a.integer[at]) : a.real[at];
+            }
+        }
+    }
+    std::vector<std::size_t> used;
+    for (const auto& [index, component] : source->xyz)
+        if (attributes[index].components == 1 || source->isOneAttribute()) used.push_back(index);
+    std::sort(used.begin(), used.end(), std::greater<>());
+    used.erase(std::unique(used.begin(), used.end()), used.end());
+    for (const std::size_t index : used) attributes.erase(attributes.begin() + static_cast<std::ptrdiff_t>(index));
     return velocity;
 }
 
@@ -68,6 +59,21 @@ template <typename Vector>
 bool fitsFloats(const Vector& v) {
     constexpr auto kMost = std::numeric_limits<float>::max();
     return std::abs(v.x) <= kMost && std::abs(v.y) <= kMost && std::abs(v.z) <= kMost;
+}
+
+/// The velocity of a mesh or of curves, removed from the attributes.
+std::vector<Vec3f> takeVertexVelocity(FileContents& contents) {
+    const std::size_t n = contents.position.size();
+    for (const char* name : {"v", "velocity", "vel"}) {
+        const auto found = std::find_if(contents.attributes.begin(), contents.attributes.end(), [&](const auto& a) {
+            return a.name == name && a.components == 3 && a.real.size() == 3 * n;
+        });
+        if (n == 0 || found == contents.attributes.end()) continue;
+        std::vector<Vec3f> velocity = rowsOf(found->real);
+        contents.attributes.erase(found);
+        return velocity;
+    }
+    return {};
 }
 
 template <typename Vector>
@@ -82,8 +88,8 @@ void requireFiniteVertices(const std::vector<Vector>& rows, const char* what, co
 
 /// Moves points and attributes into a mesh or curves.
 template <typename Surface>
-void moveVertices(FileContents& contents, Surface& surface, const std::string& file) {
-    for (const Vec3f& v : takeVelocity(contents, {}, file)) surface.velocity.emplace_back(v);
+void moveVertices(FileContents& contents, Surface& surface) {
+    for (const Vec3f& v : takeVertexVelocity(contents)) surface.velocity.emplace_back(v);
     surface.position.reserve(contents.position.size());
     for (const Vec3f& p : contents.position) surface.position.emplace_back(p);
     surface.attributes = std::move(contents.attributes);
@@ -148,7 +154,8 @@ void keepRowsOf(const std::vector<std::uint32_t>& rows, std::size_t components, 
 
 void append(FileContents&& points, std::uint64_t total, FileContents& contents) {
     if (!std::exchange(contents.begun, true)) {
-        for (const Attribute& a : points.attributes) contents.attributes.push_back({a.name, a.components, {}, {}});
+        for (const Attribute& a : points.attributes)
+            contents.attributes.push_back({a.name, a.components, {}, {}, a.integer_type});
     }
     const auto matching = [&](const Attribute& a) {
         return std::find_if(points.attributes.begin(), points.attributes.end(),
@@ -188,17 +195,6 @@ void deliverRows(Cursor& in, std::uint64_t total, std::size_t row_bytes,
         [&](FileContents&& points) { deliver(std::move(points), total, options, contents); });
 }
 
-void requireFinite(const FileContents& points, const AttributeNames& names, std::size_t first_row,
-                   const std::string& file) {
-    const Attribute* velocity = findVelocity(points, names.velocity, file);
-    try {
-        requireFinite(points.position, "position", first_row);
-        if (velocity != nullptr) requireFinite(rowsOf(velocity->real), "velocity", first_row);
-    } catch (const Error& error) {
-        throw Error(file + ": " + error.what());
-    }
-}
-
 void keepRows(const std::vector<std::uint32_t>& rows, FileContents& points) {
     keepRowsOf(rows, 1, points.position);
     keepRowsOf(rows, 1, points.id);
@@ -228,22 +224,53 @@ void appendFan(const std::vector<std::uint32_t>& corners, std::vector<Triangle>&
     for (std::size_t i = 2; i < corners.size(); ++i) triangles.push_back({corners[0], corners[i - 1], corners[i]});
 }
 
-Particles particlesFrom(FileContents contents, const AttributeNames& names, const std::string& file) {
+std::string unknownGroup(const std::string& wanted, const std::vector<std::string>& groups) {
+    std::string names;
+    for (const std::string& name : groups) names += (names.empty() ? "'" : ", '") + name + "'";
+    return "has no point group '" + wanted + "'. " +
+           (names.empty() ? "The file has no point groups." : "The point groups are " + names + ".");
+}
+
+void subtractOrigin(const Vec3& origin, std::vector<Vec3f>& positions) {
+    if (origin == Vec3(0, 0, 0)) return;
+    for (Vec3f& p : positions) p = Vec3f(Vec3(p) - origin);
+}
+
+std::string attributeNames(const FileContents& contents) {
+    std::string names;
+    const auto add = [&](const std::string& name) { names += (names.empty() ? "'" : ", '") + name + "'"; };
+    for (const AttributeInfo& a : contents.declared) add(a.name);
+    if (contents.declared.empty())
+        for (const Attribute& a : contents.attributes) add(a.name);
+    return names.empty() ? "no attributes" : names;
+}
+
+Particles particlesFrom(FileContents contents, const ParticleInput& input, const std::string& file) {
     Particles particles;
-    particles.velocity = takeVelocity(contents, names.velocity, file);
-    if (!names.id.empty() && contents.id.empty() && !contents.position.empty())
-        throw Error(file + ": has no id attribute '" + names.id + "' with one integer per point. The file has " +
+    particles.velocity = takeVelocity(contents, input.velocity, file);
+    if (!input.id.empty() && contents.id.empty() && !contents.position.empty())
+        throw Error(file + ": has no id attribute '" + input.id + "' with one integer per point. The file has " +
                     attributeNames(contents) + ".");
     particles.position = std::move(contents.position);
     particles.id = std::move(contents.id);
     particles.attributes = std::move(contents.attributes);
-    requireWritable(particles, file);
+    toWorld(input, particles.position);
+    toWorld(input, particles);
+    try {
+        validate(particles);
+    } catch (const Error& error) {
+        const auto isBad = [](const Vec3f& v) { return !isFinite(v); };
+        const bool any_bad = std::any_of(particles.position.begin(), particles.position.end(), isBad) ||
+                             std::any_of(particles.velocity.begin(), particles.velocity.end(), isBad);
+        throw Error(file + ": " + error.what() +
+                    (any_bad ? ". Use --on-bad-particle drop to leave such particles out." : ""));
+    }
     return particles;
 }
 
 Mesh meshFrom(FileContents contents, const std::string& file) {
     Mesh mesh;
-    moveVertices(contents, mesh, file);
+    moveVertices(contents, mesh);
     mesh.triangles = std::move(contents.triangles);
     mesh.component = std::move(contents.component);
     requireWritable(mesh, file);
@@ -252,7 +279,7 @@ Mesh meshFrom(FileContents contents, const std::string& file) {
 
 Curves curvesFrom(FileContents contents, const std::string& file) {
     Curves curves;
-    moveVertices(contents, curves, file);
+    moveVertices(contents, curves);
     curves.edges = std::move(contents.edges);
     requireWritable(curves, file);
     return curves;
@@ -298,6 +325,8 @@ Particles particlesOf(const Spheres& spheres, const std::string& radius_name, co
     if (particles.velocity.empty()) particles.velocity.resize(n, Vec3f(0, 0, 0));
     particles.id = spheres.id;
     particles.attributes.push_back({radius_name, 1, spheres.radius, {}});
+    for (const Attribute& a : spheres.attributes)
+        if (a.name != radius_name) particles.attributes.push_back(a);
     return particles;
 }
 

@@ -7,10 +7,11 @@
 #include "betamesh/mesh.h"
 #include "betamesh/particles.h"
 #include "io/bytes.h"
-#include "io/particle_file.h"
+#include "io/particle_input.h"
 
 #include <functional>
 #include <optional>
+#include <string_view>
 
 namespace betamesh {
 
@@ -24,6 +25,20 @@ struct AttributeInfo {
     std::string codec;             ///< how the numbers are compressed; empty: they are not
 };
 
+/// A grid of a .vdb file.
+struct GridInfo {
+    std::string name;
+    std::string type;  ///< "points", or the type of a grid of another kind
+    bool is_read = false;
+};
+
+/// A number that single precision cannot store.
+struct Overflow {
+    std::string attribute;
+    std::size_t row = 0;
+    double value = 0;
+};
+
 /// Row i of position, id and attributes is point i of the file. Attributes are all point attributes but the position
 /// and the id that was requested; velocity is one of them.
 struct FileContents {
@@ -34,11 +49,15 @@ struct FileContents {
     std::vector<Attribute> attributes;
     std::vector<Triangle> triangles;  ///< counter-clockwise seen from outside; corners are valid point indices
     std::optional<std::vector<std::int32_t>> component;  ///< as Mesh::component
-    std::vector<Edge> edges;                 ///< of curves, curve after curve; corners are valid point indices
-    bool declares_faces = false;             ///< the file declares faces, perhaps none
-    bool declares_edges = false;             ///< the file declares edges, perhaps none
-    bool begun = false;                      ///< append() was called, perhaps with no points
+    std::vector<Edge> edges;            ///< of curves, curve after curve; corners are valid point indices
+    bool declares_faces = false;        ///< the file declares faces, perhaps none
+    bool declares_edges = false;        ///< the file declares edges, perhaps none
+    bool begun = false;                 ///< append() was called, perhaps with no points
+    std::vector<std::string> groups{};  ///< names of all point groups
+    std::vector<GridInfo> grids{};
     std::vector<std::string> passed_over{};  ///< what else is not read: "3 point groups of the classic format"
+    std::vector<Overflow> overflows{};       ///< of a block: the first of each attribute
+    bool has_double_positions = false;       ///< the file stores positions in double precision
 
     /// A file with faces is a mesh, one with edges only contains curves, any other particles.
     FileKind kind() const {
@@ -49,10 +68,17 @@ struct FileContents {
 /// The name of Mesh::component in files.
 inline constexpr const char* kComponent = "component";
 
+/// What the names of point groups begin with among attributes.
+inline constexpr std::string_view kGroupPrefix = "group:";
+
 /// What a reader has to read.
 struct ReadOptions {
-    std::string id = "id";   ///< name of the attribute that becomes FileContents::id; empty: none
-    bool attributes = true;  ///< false: read positions only
+    std::string id = "id";              ///< name of the attribute that becomes FileContents::id; empty: none
+    bool attributes = true;             ///< false: read positions only
+    std::vector<std::string> grids{};   ///< of .vdb: the point grids to read; empty: all
+    std::vector<std::string> groups{};  ///< groups that become integer attributes, named kGroupPrefix + NAME, of ones
+                                        ///< and zeros; the readers of Houdini's files read all groups
+    Vec3 origin{0, 0, 0};               ///< is subtracted from positions before they are rounded to float
     /// If set, gets the points (position, id and attributes) in blocks of a few thousand, and the result of the reader
     /// has none. total: number of points that the file declares.
     std::function<void(FileContents&& points, std::uint64_t total)> points{};
@@ -75,9 +101,14 @@ void append(FileContents&& points, std::uint64_t total, FileContents& contents);
 /// Removes all points but the given rows, which must be ascending.
 void keepRows(const std::vector<std::uint32_t>& rows, FileContents& points);
 
-/// Throws Error if a position or velocity is not finite. first_row: index in the file of the first point, for messages.
-void requireFinite(const FileContents& points, const AttributeNames& names, std::size_t first_row,
-                   const std::string& file);
+/// The message that a requested point group does not exist, with those that do.
+std::string unknownGroup(const std::string& wanted, const std::vector<std::string>& groups);
+
+/// Subtracts ReadOptions::origin from positions that the file stores as floats.
+void subtractOrigin(const Vec3& origin, std::vector<Vec3f>& positions);
+
+/// The names of the attributes in quotes, for messages.
+std::string attributeNames(const FileContents& contents);
 
 /// An integer attribute; a float attribute if some values need more than 32 bits.
 Attribute integerAttribute(std::string name, std::uint32_t components, std::vector<std::int64_t> values);
@@ -85,8 +116,9 @@ Attribute integerAttribute(std::string name, std::uint32_t components, std::vect
 /// Appends a polygon as a fan of triangles; nothing for fewer than three corners.
 void appendFan(const std::vector<std::uint32_t>& corners, std::vector<Triangle>& triangles);
 
-/// Convert contents: find the velocity among the attributes and validate. Error messages begin with the file's name.
-Particles particlesFrom(FileContents contents, const AttributeNames& names, const std::string& file);
+/// Convert contents: find the velocity among the attributes, convert it and positions to world units (toWorld()) and
+/// validate. Error messages begin with the file's name. A mesh takes an attribute v, velocity or vel for the velocity.
+Particles particlesFrom(FileContents contents, const ParticleInput& input, const std::string& file);
 Mesh meshFrom(FileContents contents, const std::string& file);
 Curves curvesFrom(FileContents contents, const std::string& file);
 

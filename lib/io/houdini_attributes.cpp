@@ -207,6 +207,7 @@ private:
     void readNumbers(const std::string& layout) {
         HoudiniAttribute& a = attribute_;
         a.real.clear();
+        a.real64.clear();
         a.integer.clear();
         a.integer64.clear();
         has_numbers_ = true;
@@ -214,7 +215,9 @@ private:
         read_storage_ = a.storage;
         const bool readable = (a.isReal() || a.isInteger()) && a.size > 0 && a.size <= kMaxSize;
         if (!readable || !isWanted_(a)) return json_.skip();
-        if (a.isReal())
+        if (a.storage == "fpreal64" && a.name == "P")
+            readColumn(layout, a.real64);
+        else if (a.isReal())
             readColumn(layout, a.real);
         else if (a.storage == "int64")
             readColumn(layout, a.integer64);

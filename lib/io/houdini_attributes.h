@@ -20,6 +20,7 @@ struct HoudiniAttribute {
     std::string storage;     ///< of numbers: "fpreal16", "fpreal32", "fpreal64", "int8", "int16", "int32", "int64", …
     std::uint32_t size = 0;  ///< numbers in a row
     std::vector<float> real;              ///< of the fpreal storages; fpreal64 is rounded
+    std::vector<double> real64;           ///< of fpreal64, for the position `P` alone
     std::vector<std::int32_t> integer;    ///< of integers up to 32 bits
     std::vector<std::int64_t> integer64;  ///< of int64
 
@@ -34,9 +35,6 @@ struct HoudiniAttribute {
 /// errors  a number of rows other than expected; damage, with the byte
 HoudiniAttribute readHoudiniAttribute(HoudiniJsonReader& json, std::uint64_t rows,
                                       const std::function<bool(const HoudiniAttribute&)>& isWanted);
-
-/// What the names of point groups begin with where they stand among attributes.
-inline constexpr std::string_view kGroupPrefix = "group:";
 
 /// The members of a group among n points or primitives.
 struct HoudiniGroup {

@@ -117,7 +117,7 @@ private:
             return declared.name == "P" || options_.attributes;
         });
         contents_.declared.push_back({a.name, a.type == "numeric" ? a.storage : a.type, a.size, {}});
-        if (a.name == "P") return takePosition(std::move(a));
+        if (a.name == "P") return takePosition(a);
         if (!options_.attributes || a.type != "numeric" || a.size == 0 || !(a.isReal() || a.isInteger())) return;
         const std::size_t numbers = a.real.size() + a.integer.size() + a.integer64.size();
         if (numbers != pointCount() * a.size) return;  // wider than is read
@@ -128,16 +128,22 @@ private:
             points_.attributes.push_back({std::move(a.name), a.size, std::move(a.real), std::move(a.integer)});
     }
 
-    void takePosition(HoudiniAttribute a) {
-        if (a.size < 3 || a.real.size() != pointCount() * a.size)
+    void takePosition(const HoudiniAttribute& a) {
+        if (a.size < 3 || a.real.size() + a.real64.size() != pointCount() * a.size)
             json_.fail("the point attribute 'P' has " + std::to_string(a.size) + " numbers of storage '" + a.storage +
                        "', expected 3 or 4 of fpreal32");
+        points_.has_double_positions = !a.real64.empty();
         points_.position.clear();
         firstTouchResize(points_.position, static_cast<std::size_t>(pointCount()));
-        parallelFor(points_.position.size(), kPointsAtOnce, [&](std::size_t i) {
-            const float* p = a.real.data() + i * a.size;
-            points_.position[i] = {p[0], p[1], p[2]};
-        });
+        const auto take = [&](const auto& numbers) {
+            parallelFor(points_.position.size(), kPointsAtOnce, [&](std::size_t i) {
+                for (int axis = 0; axis < 3; ++axis) {
+                    const auto number = static_cast<double>(numbers[i * a.size + static_cast<std::size_t>(axis)]);
+                    points_.position[i][axis] = static_cast<float>(number - options_.origin[axis]);
+                }
+            });
+        };
+        a.real64.empty() ? take(a.real) : take(a.real64);
     }
 
     void takeId(const HoudiniAttribute& a) {
@@ -167,6 +173,7 @@ private:
             HoudiniGroup group = readHoudiniGroup(json_, pointCount());
             const std::string name = std::string(kGroupPrefix) + group.name;
             contents_.declared.push_back({name, "group", 1, {}});
+            contents_.groups.push_back(group.name);
             points_.attributes.push_back({name, 1, {}, std::move(group.member)});
         });
     }

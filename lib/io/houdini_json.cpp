@@ -212,6 +212,7 @@ void HoudiniJsonReader::forNumbers(const char* what, const std::function<void(st
 }
 
 template void HoudiniJsonReader::forNumbers(const char*, const std::function<void(std::span<const float>)>&);
+template void HoudiniJsonReader::forNumbers(const char*, const std::function<void(std::span<const double>)>&);
 template void HoudiniJsonReader::forNumbers(const char*, const std::function<void(std::span<const std::int32_t>)>&);
 template void HoudiniJsonReader::forNumbers(const char*, const std::function<void(std::span<const std::int64_t>)>&);
 

@@ -5,6 +5,7 @@
 #include "io/bytes.h"
 
 #include <charconv>
+#include <cmath>
 #include <utility>
 
 namespace betamesh {
@@ -103,11 +104,15 @@ void addColumn(const std::string& name, std::size_t components, NumberColumn&& c
     }
     Attribute a{name, width, {}, {}};
     a.real.assign(column.real.begin(), column.real.end());
+    const std::size_t i = firstIndexWhere(
+        a.real.size(), [&](std::size_t k) { return !std::isfinite(a.real[k]) && std::isfinite(column.real[k]); });
+    if (i < a.real.size()) contents.overflows.push_back({name, i / components, column.real[i]});
     contents.attributes.push_back(std::move(a));
 }
 
 FileContents deliverWhole(FileContents&& contents, const ReadOptions& options) {
     FileContents points, rest = std::move(contents);
+    points.has_double_positions = rest.has_double_positions;
     std::swap(points.position, rest.position);
     std::swap(points.id, rest.id);
     std::swap(points.attributes, rest.attributes);
@@ -117,12 +122,13 @@ FileContents deliverWhole(FileContents&& contents, const ReadOptions& options) {
     return rest;
 }
 
-std::vector<Vec3f> positionsFrom(const NumberColumn& column, std::size_t components) {
+std::vector<Vec3f> positionsFrom(const NumberColumn& column, std::size_t components, const Vec3& origin) {
     std::vector<Vec3f> positions;
     firstTouchResize(positions, column.size() / components);
     parallelFor(positions.size(), 8192, [&](std::size_t i) {
         for (std::size_t k = 0; k < 3; ++k)
-            positions[i][static_cast<int>(k)] = static_cast<float>(column.number(components * i + k));
+            positions[i][static_cast<int>(k)] =
+                static_cast<float>(column.number(components * i + k) - origin[static_cast<int>(k)]);
     });
     return positions;
 }

@@ -45,7 +45,7 @@ void addColumn(const std::string& name, std::size_t components, NumberColumn&& c
 /// Hands the points of a whole file to whoever is to have them (see deliver()); the rest is returned.
 FileContents deliverWhole(FileContents&& contents, const ReadOptions& options);
 
-/// The first three of `components` numbers of each row as positions.
-std::vector<Vec3f> positionsFrom(const NumberColumn& column, std::size_t components);
+/// The first three of `components` numbers of each row as positions, less an origin.
+std::vector<Vec3f> positionsFrom(const NumberColumn& column, std::size_t components, const Vec3& origin);
 
 }  // namespace betamesh

@@ -1,8 +1,10 @@
 
 #include "io/particle_file.h"
 
+#include "betamesh/error.h"
 #include "io/extension.h"
 #include "io/file_contents.h"
+#include "io/particle_selector.h"
 
 #include <utility>
 
@@ -16,18 +18,44 @@ FileContents readPoints(const std::filesystem::path& path, ReadOptions& options)
     return readFormat(path, FileKind::particles, options);
 }
 
-/// rows: those to keep; null: all.
-Particles readRows(const std::filesystem::path& path, const AttributeNames& names,
-                   const std::vector<std::uint32_t>* rows) {
-    const std::string file = path.string();
+ReadOptions readOptions(const ParticleInput& input) {
     ReadOptions options;
-    if (!names.id.empty()) options.id = names.id;
-    FileContents kept;
-    std::size_t row = 0, next = 0;  // next row of the file; index of the next row to keep
+    if (!input.id.empty()) options.id = input.id;
+    options.grids = input.grid;
+    options.groups = input.group;
+    options.origin = input.origin;
+    return options;
+}
+
+/// Calls take(points, total) for each block of chosen points of a file, and returns the rest of its contents.
+template <typename Take>
+FileContents readChosen(const std::filesystem::path& path, const ParticleInput& input, bool attributes,
+                        ParticleSelector& selector, const Take& take) {
+    ReadOptions options = readOptions(input);
+    options.attributes = attributes || selector.needsAttributes();
     options.points = [&](FileContents&& points, std::uint64_t total) {
+        selector.choose(points);
+        take(std::move(points), total);
+    };
+    if (!input.grid.empty() && !isVdb(path))
+        throw Error(path.string() + ": has no grids, but grid '" + input.grid[0] +
+                    "' is asked for (input.grid). Only .vdb files have grids.");
+    return readPoints(path, options);
+}
+
+}  // namespace
+
+SummarisedParticles readSummarised(const std::filesystem::path& path, const ParticleInput& input,
+                                   const std::vector<std::uint32_t>* rows) {
+    const std::string file = path.string();
+    ParticleSelector selector(input, file);
+    // particlesFrom() checks the particles that are kept, but does not know their rows in the file.
+    selector.check(rows != nullptr || selector.mayLeaveOut() ? Checks::velocities : Checks::none);
+    FileContents kept;
+    std::size_t row = 0, next = 0;  // next row of the chosen points; index of the next row to keep
+    FileContents rest = readChosen(path, input, true, selector, [&](FileContents&& points, std::uint64_t total) {
         const std::size_t first = std::exchange(row, row + points.position.size());
-        if (rows) {
-            requireFinite(points, names, first, file);  // particlesFrom() checks only the rows that are kept
+        if (rows != nullptr) {
             std::vector<std::uint32_t> rows_of_block;
             for (; next < rows->size() && (*rows)[next] < row; ++next)
                 rows_of_block.push_back((*rows)[next] - static_cast<std::uint32_t>(first));
@@ -35,32 +63,51 @@ Particles readRows(const std::filesystem::path& path, const AttributeNames& name
             total = rows->size();
         }
         append(std::move(points), total, kept);
-    };
-    kept.declared = readPoints(path, options).declared;
-    return particlesFrom(std::move(kept), names, file);
+    });
+    kept.declared = std::move(rest.declared);
+    SummarisedParticles result;
+    result.summary = selector.summary(kept, rest);
+    result.particles = particlesFrom(std::move(kept), input, file);
+    return result;
 }
 
-}  // namespace
-
-Particles readParticles(const std::filesystem::path& path, const AttributeNames& names) {
-    return readRows(path, names, nullptr);
+Particles readParticles(const std::filesystem::path& path, const ParticleInput& input) {
+    return readSummarised(path, input).particles;
 }
 
-Particles readParticles(const std::filesystem::path& path, const AttributeNames& names,
+Particles readParticles(const std::filesystem::path& path, const ParticleInput& input,
                         const std::vector<std::uint32_t>& rows) {
-    return readRows(path, names, &rows);
+    return readSummarised(path, input, &rows).particles;
+}
+
+void visitPositions(const std::filesystem::path& path, const ParticleInput& input,
+                    const std::function<void(std::span<const Vec3f>)>& visit) {
+    ParticleSelector selector(input, path.string());
+    selector.check(Checks::positions);
+    readChosen(path, input, false, selector, [&](FileContents&& points, std::uint64_t) {
+        toWorld(input, points.position);
+        visit(points.position);
+    });
 }
 
 void visitPositions(const std::filesystem::path& path, const std::function<void(std::span<const Vec3f>)>& visit) {
+    visitPositions(path, {}, visit);
+}
+
+bool hasDoublePositions(const std::filesystem::path& path) {
+    struct Known {};
+    bool has_doubles = false;
     ReadOptions options;
     options.attributes = false;
-    std::size_t row = 0;
     options.points = [&](FileContents&& points, std::uint64_t) {
-        requireFinite(points, {}, row, path.string());
-        row += points.position.size();
-        visit(points.position);
+        has_doubles = points.has_double_positions;
+        throw Known();
     };
-    readPoints(path, options);
+    try {
+        readPoints(path, options);
+    } catch (const Known&) {
+    }
+    return has_doubles;
 }
 
 void writeParticles(const std::filesystem::path& path, const Particles& particles) {

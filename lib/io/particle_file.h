@@ -3,6 +3,7 @@
 #pragma once
 
 #include "betamesh/particles.h"
+#include "io/particle_input.h"
 
 #include <filesystem>
 #include <functional>
@@ -11,29 +12,38 @@
 
 namespace betamesh {
 
-/// Names of the velocity and id attributes in a file. Empty: the first that exists of v, velocity, vel (in PLY also vx
-/// vy vz and velocity_x …), and id. A velocity name that is given must exist.
-struct AttributeNames {
-    std::string velocity;
-    std::string id;
-};
-
 /// Reads a file in the format of its extension; fileFormats() lists them.
 ///
-/// out     valid particles (validate() has passed) in the order of the file
+/// out     the chosen particles in the order of the file, in world units; validate() has passed
 /// same    rows for the same bytes
-/// errors  an unknown extension (the message lists the known ones); a file that is missing, damaged or contains no
-///         particles. Messages begin with the file's name
-Particles readParticles(const std::filesystem::path& path, const AttributeNames& names = {});
+/// errors  an unknown extension (the message lists the known ones); a file that is missing or damaged; attributes,
+///         groups and grids that are asked for and not there; a chosen particle that is not finite, with its row in the
+///         file, unless such particles are to be dropped. Messages begin with the file's name
+Particles readParticles(const std::filesystem::path& path, const ParticleInput& input = {});
 
-/// Reads only the given rows (ascending). The other rows are checked, too, but never all in memory at once, except for
-/// JSON geometry of Houdini, which stores one attribute after another.
-Particles readParticles(const std::filesystem::path& path, const AttributeNames& names,
+/// Reads only the given rows (ascending) of the chosen particles. The other ones are checked, too, but never all in
+/// memory at once, except for JSON geometry of Houdini, which stores one attribute after another.
+Particles readParticles(const std::filesystem::path& path, const ParticleInput& input,
                         const std::vector<std::uint32_t>& rows);
 
-/// Calls visit(positions) for blocks of particles, in the order of the file. Throws Error if a position
-/// is not finite.
+/// Particles with a summary of the file that they are from.
+struct SummarisedParticles {
+    Particles particles;
+    InputSummary summary;
+};
+
+/// Like readParticles(). rows: those of the chosen particles to read; null: all.
+SummarisedParticles readSummarised(const std::filesystem::path& path, const ParticleInput& input,
+                                   const std::vector<std::uint32_t>* rows = nullptr);
+
+/// Calls visit(positions) for blocks of the chosen particles, in the order of the file. Throws Error if one of their
+/// positions is not finite, unless such particles are to be dropped.
+void visitPositions(const std::filesystem::path& path, const ParticleInput& input,
+                    const std::function<void(std::span<const Vec3f>)>& visit);
 void visitPositions(const std::filesystem::path& path, const std::function<void(std::span<const Vec3f>)>& visit);
+
+/// Whether the file stores positions in double precision. Reads no more than it has to.
+bool hasDoublePositions(const std::filesystem::path& path);
 
 /// Writes the format of the extension. The file appears under its name only when it is complete. Velocity is named `v`
 /// (PLY and tables: vx vy vz; VTK: velocity), the id `id`.

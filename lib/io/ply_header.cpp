@@ -13,23 +13,27 @@ namespace {
 constexpr std::size_t kMaxHeaderBytes = std::size_t{1} << 20;
 constexpr std::size_t kMaxProperties = 4096;
 
-/// The first eight in the order of PlyNumber.
-constexpr std::array<std::pair<std::string_view, PlyNumber>, 16> kNumberNames{{{"char", PlyNumber::int8},
-                                                                               {"uchar", PlyNumber::uint8},
-                                                                               {"short", PlyNumber::int16},
-                                                                               {"ushort", PlyNumber::uint16},
-                                                                               {"int", PlyNumber::int32},
-                                                                               {"uint", PlyNumber::uint32},
-                                                                               {"float", PlyNumber::float32},
-                                                                               {"double", PlyNumber::float64},
-                                                                               {"int8", PlyNumber::int8},
-                                                                               {"uint8", PlyNumber::uint8},
-                                                                               {"int16", PlyNumber::int16},
-                                                                               {"uint16", PlyNumber::uint16},
-                                                                               {"int32", PlyNumber::int32},
-                                                                               {"uint32", PlyNumber::uint32},
-                                                                               {"float32", PlyNumber::float32},
-                                                                               {"float64", PlyNumber::float64}}};
+/// The first ten in the order of PlyNumber.
+constexpr std::array<std::pair<std::string_view, PlyNumber>, 18> kNumberNames{{
+    {"char", PlyNumber::int8},
+    {"uchar", PlyNumber::uint8},
+    {"short", PlyNumber::int16},
+    {"ushort", PlyNumber::uint16},
+    {"int", PlyNumber::int32},
+    {"uint", PlyNumber::uint32},
+    {"int64", PlyNumber::int64},
+    {"uint64", PlyNumber::uint64},
+    {"float", PlyNumber::float32},
+    {"double", PlyNumber::float64},
+    {"int8", PlyNumber::int8},
+    {"uint8", PlyNumber::uint8},
+    {"int16", PlyNumber::int16},
+    {"uint16", PlyNumber::uint16},
+    {"int32", PlyNumber::int32},
+    {"uint32", PlyNumber::uint32},
+    {"float32", PlyNumber::float32},
+    {"float64", PlyNumber::float64},
+}};
 
 std::vector<std::string_view> wordsOf(std::string_view line) {
     std::vector<std::string_view> words;
@@ -121,7 +125,7 @@ private:
         for (const auto& [word, type] : kNumberNames)
             if (word == name) return type;
         fail("type " + inQuotes(name) +
-             " is unknown. Known are char, uchar, short, ushort, int, uint, float and double.");
+             " is unknown. Known are char, uchar, short, ushort, int, uint, int64, uint64, float and double.");
     }
 
     void readProperty(const std::vector<std::string_view>& words) {

@@ -13,7 +13,7 @@
 namespace betamesh {
 
 /// Number types of the format.
-enum class PlyNumber { int8, uint8, int16, uint16, int32, uint32, float32, float64 };
+enum class PlyNumber { int8, uint8, int16, uint16, int32, uint32, int64, uint64, float32, float64 };
 
 /// A property of an element: a scalar or a list per row.
 struct PlyProperty {
@@ -62,6 +62,10 @@ auto withType(PlyNumber type, const Visit& visit) {
             return visit(std::int32_t{});
         case PlyNumber::uint32:
             return visit(std::uint32_t{});
+        case PlyNumber::int64:
+            return visit(std::int64_t{});
+        case PlyNumber::uint64:
+            return visit(std::uint64_t{});
         case PlyNumber::float32:
             return visit(float{});
         case PlyNumber::float64:

@@ -30,6 +30,9 @@ public:
     float real(PlyNumber type) {
         return withType(type, [&](auto zero) { return static_cast<float>(next<decltype(zero)>()); });
     }
+    double wide(PlyNumber type) {
+        return withType(type, [&](auto zero) { return static_cast<double>(next<decltype(zero)>()); });
+    }
     std::int64_t integer(PlyNumber type) {
         return withType(type, [&](auto zero) {
             const auto value = next<decltype(zero)>();
@@ -78,12 +81,25 @@ public:
         if (parse(word, wide)) return static_cast<float>(wide);
         fail(inQuotes(word) + " is not a number");
     }
+    /// The number in double precision.
+    double wide(PlyNumber type) {
+        if (!isReal(type)) return static_cast<double>(integer(type));
+        const std::string_view word = next();
+        double value = 0;
+        if (!parse(word, value)) fail(inQuotes(word) + " is not a number");
+        return value;
+    }
     std::int64_t integer(PlyNumber type) {
         const std::string_view word = next();
         if (isReal(type)) {
             double value = 0;
             if (!parse(word, value)) fail(inQuotes(word) + " is not a number");
             return integerFrom(value, *this);
+        }
+        if (type == PlyNumber::uint64) {
+            std::uint64_t value = 0;
+            if (!parse(word, value)) fail(inQuotes(word) + " is not an integer from 0 to 2^64 - 1");
+            return static_cast<std::int64_t>(value);
         }
         std::int64_t value = 0;
         if (!parse(word, value)) fail(inQuotes(word) + " is not an integer");

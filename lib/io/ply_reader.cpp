@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <limits>
 #include <utility>
 
@@ -19,6 +20,7 @@ struct Column {
     float* real = nullptr;
     std::size_t step = 1;
     std::vector<std::int64_t> integer{};
+    double shift = 0;  ///< is subtracted in double precision
 
     void put(std::size_t row, float number) const { real[row * step] = number; }
 };
@@ -33,11 +35,12 @@ class VertexReader {
 public:
     VertexReader(const PlyElement& element, const ReadOptions& options, const std::string& file)
         : element_(element), options_(options) {
-        for (const PlyProperty& p : element.properties) {
+        findCoordinates(file);
+        for (std::size_t c = 0; c < element.properties.size(); ++c) {
+            const PlyProperty& p = element.properties[c];
             is_real_.push_back(isReal(p.type) && p.name != options.id);
-            is_read_.push_back(!p.is_list && (options.attributes || isCoordinate(p)));
+            is_read_.push_back(!p.is_list && (options.attributes || isCoordinate(c)));
         }
-        for (const char* name : {"x", "y", "z"}) coordinate(name, file);
     }
 
     template <typename Source>
@@ -67,7 +70,31 @@ public:
     }
 
 private:
-    static bool isCoordinate(const PlyProperty& p) { return p.name == "x" || p.name == "y" || p.name == "z"; }
+    bool isCoordinate(std::size_t c) const { return std::find(xyz_.begin(), xyz_.end(), c) != xyz_.end(); }
+
+    /// Finds the properties of the position: x y z, else px py pz, pos_x … or position_x …, in any case.
+    void findCoordinates(const std::string& file) {
+        const auto& all = element_.properties;
+        const auto indexOf = [&](const std::string& name, bool any_case) {
+            const auto same = [&](char a, char b) { return a == b || (any_case && (a | 0x20) == b); };
+            return static_cast<std::size_t>(std::find_if(all.begin(), all.end(),
+                                                         [&](const PlyProperty& p) {
+                                                             return !p.is_list &&
+                                                                    std::equal(p.name.begin(), p.name.end(),
+                                                                               name.begin(), name.end(), same);
+                                                         }) -
+                                            all.begin());
+        };
+        for (const bool any_case : {false, true})
+            for (const char* before : {"", "p", "pos_", "position_"}) {
+                for (std::size_t axis = 0; axis < 3; ++axis)
+                    xyz_[axis] = indexOf(before + std::string(1, "xyz"[axis]), any_case);
+                if (*std::max_element(xyz_.begin(), xyz_.end()) < all.size()) return;
+            }
+        for (const char* name : {"x", "y", "z"})
+            if (indexOf(name, false) == all.size())
+                throw Error(file + ": element 'vertex' has no property '" + name + "'; it needs x, y and z");
+    }
 
     /// A block with space for this many rows, and with attributes in the order of the properties.
     VertexRows emptyRows(std::size_t rows) const {
@@ -79,8 +106,12 @@ private:
         for (std::size_t c = 0; c < columns.size(); ++c)
             if (is_read_[c] && !is_real_[c]) columns[c].integer.resize(rows);
         for (int axis = 0; axis < 3; ++axis)
-            if (const std::size_t c = coordinateAlong(axis); is_real_[c] && rows > 0)
-                columns[c].real = &points.position[0][axis], columns[c].step = 3;
+            if (const std::size_t c = coordinateAlong(axis); is_real_[c]) {
+                points.has_double_positions |= element_.properties[c].type == PlyNumber::float64;
+                columns[c].real = rows > 0 ? &points.position[0][axis] : nullptr;
+                columns[c].step = 3;
+                columns[c].shift = options_.origin[axis];
+            }
         visitAttributes([&](std::size_t c, std::size_t size, const std::string& name) {
             Attribute& a = points.attributes.emplace_back();
             a.name = name;
@@ -90,6 +121,18 @@ private:
                 columns[c + k].real = a.real.data() + k, columns[c + k].step = size;
         });
         return vertices;
+    }
+
+    /// Rounds a number to single precision, and records the first one in each column that is too large for that.
+    void putDouble(VertexRows& vertices, std::size_t c, std::size_t row, double value) const {
+        const Column& column = vertices.columns[c];
+        const auto rounded = static_cast<float>(value - column.shift);
+        column.put(row, rounded);
+        if (std::isfinite(rounded) || !std::isfinite(value)) return;
+        const std::string& name = element_.properties[c].name;
+        std::vector<Overflow>& overflows = vertices.points.overflows;
+        if (std::none_of(overflows.begin(), overflows.end(), [&](const Overflow& o) { return o.attribute == name; }))
+            overflows.push_back({name, row, value});
     }
 
     /// Reads a block number by number.
@@ -103,6 +146,8 @@ private:
                     skipList(source, p);
                 else if (!is_read_[c])
                     source.skip(p.type, 1);
+                else if (is_real_[c] && (vertices.columns[c].shift != 0 || p.type == PlyNumber::float64))
+                    putDouble(vertices, c, row, source.wide(p.type));
                 else if (is_real_[c])
                     vertices.columns[c].put(row, source.real(p.type));
                 else
@@ -132,8 +177,10 @@ private:
                 using T = decltype(zero);
                 for (std::size_t row = 0; row < (is_read_[c] ? rows : 0); ++row) {
                     const T value = loadNumber<T>(at + row * row_bytes, swap_bytes);
-                    if constexpr (std::is_floating_point_v<T>)
-                        column.put(row, static_cast<float>(value));
+                    if constexpr (std::is_same_v<T, double>)
+                        putDouble(vertices, c, row, value);
+                    else if constexpr (std::is_same_v<T, float>)
+                        column.put(row, static_cast<float>(column.shift == 0 ? value : value - column.shift));
                     else
                         column.integer[row] = value;
                 }
@@ -151,7 +198,10 @@ private:
         for (int axis = 0; axis < 3; ++axis) {
             const std::size_t c = coordinateAlong(axis);
             for (std::size_t i = 0; !is_real_[c] && i < rows; ++i)
-                points.position[i][axis] = static_cast<float>(columns[c].integer[i]);
+                points.position[i][axis] =
+                    options_.origin[axis] == 0
+                        ? static_cast<float>(columns[c].integer[i])
+                        : static_cast<float>(static_cast<double>(columns[c].integer[i]) - options_.origin[axis]);
         }
         for (std::size_t c = 0; c < columns.size(); ++c)
             if (is_read_[c] && isId(element_.properties[c]))
@@ -164,19 +214,30 @@ private:
             for (std::size_t k = 0; k < size; ++k)
                 for (std::size_t i = 0; i < rows; ++i) values[i * size + k] = columns[c + k].integer[i];
             a = integerAttribute(name, a.components, std::move(values));
+            a.integer_type = integerType(c, size);
         });
         return std::move(points);
     }
 
-    std::size_t coordinate(const char* name, const std::string& file) const {
-        for (std::size_t c = 0; c < element_.properties.size(); ++c)
-            if (element_.properties[c].name == name && !element_.properties[c].is_list) return c;
-        throw Error(file + ": element 'vertex' has no property '" + name + "'; it needs x, y and z");
+    /// The type of the properties from c on, if they all have the same.
+    IntegerType integerType(std::size_t c, std::size_t size) const {
+        for (std::size_t k = 1; k < size; ++k)
+            if (element_.properties[c + k].type != element_.properties[c].type) return IntegerType::int32;
+        switch (element_.properties[c].type) {
+            case PlyNumber::int8:
+                return IntegerType::int8;
+            case PlyNumber::uint8:
+                return IntegerType::uint8;
+            case PlyNumber::int16:
+                return IntegerType::int16;
+            case PlyNumber::uint16:
+                return IntegerType::uint16;
+            default:
+                return IntegerType::int32;
+        }
     }
 
-    std::size_t coordinateAlong(int axis) const {
-        return coordinate(std::array{"x", "y", "z"}[static_cast<std::size_t>(axis)], "");
-    }
+    std::size_t coordinateAlong(int axis) const { return xyz_[static_cast<std::size_t>(axis)]; }
 
     /// Number of columns, from c on, that form one attribute: a_x a_y …, a_0 a_1 …, or vx vy vz. Sets its name.
     std::size_t groupSize(std::size_t c, std::string& name) const {
@@ -206,7 +267,7 @@ private:
         for (std::size_t c = 0; c < element_.properties.size();) {
             const PlyProperty& p = element_.properties[c];
             std::string name;
-            const std::size_t size = !is_read_[c] || isCoordinate(p) || isId(p) ? 0 : groupSize(c, name);
+            const std::size_t size = !is_read_[c] || isCoordinate(c) || isId(p) ? 0 : groupSize(c, name);
             if (size > 0) visit(c, size, name);
             c += std::max<std::size_t>(size, 1);
         }
@@ -221,6 +282,7 @@ private:
 
     const PlyElement& element_;
     const ReadOptions& options_;
+    std::array<std::size_t, 3> xyz_{};     // properties of the position
     std::vector<bool> is_real_, is_read_;  // of each property
 };
 
@@ -228,7 +290,7 @@ bool isFaceList(const PlyProperty& p) { return p.is_list && (p.name == "vertex_i
 
 /// Whether a property is `component`, of a type that fits in a signed 32-bit integer.
 bool isComponent(const PlyProperty& p) {
-    return !p.is_list && !isReal(p.type) && p.type != PlyNumber::uint32 && p.name == kComponent;
+    return !p.is_list && !isReal(p.type) && p.type != PlyNumber::uint32 && sizeOf(p.type) <= 4 && p.name == kComponent;
 }
 
 template <typename Source>
@@ -305,26 +367,22 @@ void readEdges(Source& source, const PlyElement& element, std::uint64_t points, 
 template <typename Source>
 void readElements(Source& source, const PlyHeader& header, const ReadOptions& options, const std::string& file,
                   FileContents& contents) {
-    bool has_vertices = false;
-    std::uint64_t points = 0;
+    const auto vertex = std::find_if(header.elements.begin(), header.elements.end(),
+                                     [](const PlyElement& e) { return e.name == "vertex" && !e.properties.empty(); });
+    if (vertex == header.elements.end())
+        throw Error(file + ": has no element 'vertex', so there are no points to read");
     for (const PlyElement& element : header.elements) {
-        if (has_vertices && !options.faces) return;
         if (element.properties.empty()) continue;
         source.requireRows(element);
         if (element.name == "vertex") {
             VertexReader(element, options, file).read(source, contents);
-            points = element.rows;
-            has_vertices = true;
-        } else if (element.name == "face") {
-            if (!has_vertices)
-                throw Error(file + ": faces come before vertices, which cannot be read. Reorder the elements.");
+            if (!options.faces) return;
+        } else if (element.name == "face" && options.faces) {
             contents.declares_faces = true;
-            readFaces(source, element, points, contents);
-        } else if (isEdges(element)) {
-            if (!has_vertices)
-                throw Error(file + ": edges come before vertices, which cannot be read. Reorder the elements.");
+            readFaces(source, element, vertex->rows, contents);
+        } else if (isEdges(element) && options.faces) {
             contents.declares_edges = true;
-            readEdges(source, element, points, contents);
+            readEdges(source, element, vertex->rows, contents);
         } else {
             for (std::uint64_t row = 0; row < element.rows; ++row)
                 for (const PlyProperty& p : element.properties) {
@@ -335,7 +393,6 @@ void readElements(Source& source, const PlyHeader& header, const ReadOptions& op
                 }
         }
     }
-    if (!has_vertices) throw Error(file + ": has no element 'vertex', so there are no points to read");
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 
 #include "io/ply.h"
 
+#include <algorithm>
 #include <array>
 #include <limits>
 
@@ -16,6 +17,44 @@ std::string suffix(std::uint32_t component, std::uint32_t components) {
     return "_" + std::to_string(component);
 }
 
+/// The type of an attribute's integers: that of the file that it is from, if all numbers fit.
+IntegerType writtenType(const Attribute& a) {
+    const auto fits = [&]<typename T>(T) {
+        return std::all_of(a.integer.begin(), a.integer.end(), [](std::int32_t x) {
+            return x >= std::numeric_limits<T>::min() && x <= std::numeric_limits<T>::max();
+        });
+    };
+    switch (a.integer_type) {
+        case IntegerType::int8:
+            return fits(std::int8_t{}) ? a.integer_type : IntegerType::int32;
+        case IntegerType::uint8:
+            return fits(std::uint8_t{}) ? a.integer_type : IntegerType::int32;
+        case IntegerType::int16:
+            return fits(std::int16_t{}) ? a.integer_type : IntegerType::int32;
+        case IntegerType::uint16:
+            return fits(std::uint16_t{}) ? a.integer_type : IntegerType::int32;
+        case IntegerType::int32:
+            break;
+    }
+    return IntegerType::int32;
+}
+
+const char* nameOf(IntegerType type) {
+    switch (type) {
+        case IntegerType::int8:
+            return "char";
+        case IntegerType::uint8:
+            return "uchar";
+        case IntegerType::int16:
+            return "short";
+        case IntegerType::uint16:
+            return "ushort";
+        case IntegerType::int32:
+            break;
+    }
+    return "int";
+}
+
 /// Writes the header and rows. Construction starts the header; calls must be in the order of the format.
 class PlyWriter {
 public:
@@ -28,9 +67,11 @@ public:
         for (const std::string& name : names) out_.text("property " + type + " " + name + "\n");
     }
     void attributes(const std::vector<Attribute>& attributes) {
-        for (const Attribute& a : attributes)
+        for (const Attribute& a : attributes) {
+            types_.push_back(writtenType(a));
             for (std::uint32_t c = 0; c < a.components; ++c)
-                scalars(a.integer.empty() ? "float" : "int", {a.name + suffix(c, a.components)});
+                scalars(a.integer.empty() ? "float" : nameOf(types_.back()), {a.name + suffix(c, a.components)});
+        }
     }
     void faces(std::size_t count, bool components) {
         out_.text("element face " + std::to_string(count) + "\nproperty list uchar int vertex_indices\n");
@@ -47,17 +88,33 @@ public:
         out_.little(std::array{static_cast<float>(v.x), static_cast<float>(v.y), static_cast<float>(v.z)});
     }
     void attributeRow(const std::vector<Attribute>& attributes, std::size_t row) {
-        for (const Attribute& a : attributes)
+        for (std::size_t k = 0; k < attributes.size(); ++k) {
+            const Attribute& a = attributes[k];
             for (std::size_t i = row * a.components; i < (row + 1) * a.components; ++i) {
                 if (a.integer.empty())
                     out_.little(a.real[i]);
                 else
-                    out_.little(a.integer[i]);
+                    integer(types_[k], a.integer[i]);
             }
+        }
     }
 
 private:
+    void integer(IntegerType type, std::int32_t number) {
+        switch (type) {
+            case IntegerType::int8:
+            case IntegerType::uint8:
+                return out_.little(static_cast<std::uint8_t>(number));
+            case IntegerType::int16:
+            case IntegerType::uint16:
+                return out_.little(static_cast<std::uint16_t>(number));
+            case IntegerType::int32:
+                return out_.little(number);
+        }
+    }
+
     ByteWriter& out_;
+    std::vector<IntegerType> types_;  // of the attributes' integers
 };
 
 /// Throws Error unless the names of attributes and of the properties that they become are unique in this format.

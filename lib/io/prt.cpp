@@ -90,8 +90,10 @@ FileContents pointsFrom(const std::vector<Channel>& channels, const std::byte* r
                         std::size_t row_bytes, const ReadOptions& options, const std::string& file) {
     FileContents points;
     for (const Channel& channel : channels)
-        if (isNamed(channel.name, "Position"))
-            points.position = positionsFrom(columnOf(channel, rows, count, row_bytes), 3);
+        if (isNamed(channel.name, "Position")) {
+            points.position = positionsFrom(columnOf(channel, rows, count, row_bytes), 3, options.origin);
+            points.has_double_positions = channel.type != kHalf && kTypes[channel.type] == NumberType::float64;
+        }
     for (const Channel& channel : channels) {
         const bool is_id = !options.id.empty() && isNamed(channel.name, options.id);
         if (isNamed(channel.name, "Position") || (!options.attributes && !is_id)) continue;

@@ -301,9 +301,10 @@ FileContents parseTable(Cursor in, const ReadOptions& options) {
             if (static_cast<unsigned char>(c) <= ' ') c = '_';
         if (name.empty()) name = "unnamed";
         contents.declared.push_back({name, "number", width, ""});
-        if (meaning.name == "P")
-            contents.position = positionsFrom(numbers, 3);
-        else if (lower(name) == "v" || lower(name).starts_with("vel")) {
+        if (meaning.name == "P") {
+            contents.position = positionsFrom(numbers, 3, options.origin);
+            contents.has_double_positions = !numbers.real.empty();
+        } else if (lower(name) == "v" || lower(name).starts_with("vel")) {
             if (numbers.real.empty()) numbers = {{numbers.integer.begin(), numbers.integer.end()}, {}};
             addColumn(name, width, std::move(numbers), rows, options, in.file(), contents);
         } else

@@ -1,7 +1,7 @@
 // OpenVDB points (.vdb).
 //
-// Read: point positions and numeric attributes of all grids of type PointDataGrid, with any codec. Strings, groups,
-// matrices, quaternions and grids of other types are skipped.
+// Read: point positions, numeric attributes and requested groups of the chosen grids of type PointDataGrid, with any
+// codec. Strings, matrices, quaternions and grids of other types are skipped.
 // Written: one PointDataGrid.
 // Format: see vdb_file.cpp.
 
@@ -14,9 +14,10 @@
 
 namespace betamesh {
 
-/// Reads the points of all point grids, in world units, leaf by leaf.
+/// Reads the points of the chosen point grids, in world units, leaf by leaf.
 ///
-/// errors  a file without point grids, a truncated file, whatever else OpenVDB reports. OpenVDB does not check the
+/// errors  a file without point grids; a grid or group that is asked for and not there; a truncated file, whatever else
+/// OpenVDB reports. OpenVDB does not check the
 ///         contents of grids: damaged bytes there can terminate the process.
 ///         Programs that read files of unknown origin should do so in a process of their own.
 FileContents readVdb(const std::filesystem::path& path, const ReadOptions& options = {});

@@ -170,11 +170,12 @@ void appendValues(const points::AttributeArray& array, const std::string& value_
 
 template <typename Value>
 void appendPositions(const points::PointDataTree::LeafNodeType& leaf, const points::AttributeArray& array,
-                     const vdb::math::Transform& transform, std::vector<Vec3f>& positions) {
+                     const vdb::math::Transform& transform, const Vec3& origin, std::vector<Vec3f>& positions) {
     const points::AttributeHandle<Value> handle(array);
     for (auto it = leaf.beginIndexAll(); it; ++it) {
         const vdb::Vec3d p = transform.indexToWorld(it.getCoord().asVec3d() + vdb::Vec3d(handle.get(*it)));
-        positions.emplace_back(static_cast<float>(p.x()), static_cast<float>(p.y()), static_cast<float>(p.z()));
+        positions.emplace_back(static_cast<float>(p.x() - origin.x), static_cast<float>(p.y() - origin.y),
+                               static_cast<float>(p.z() - origin.z));
     }
 }
 
@@ -194,6 +195,7 @@ public:
         const vdb::Index64 points = vdb::points::pointCount(grid.tree());
         std::vector<Leaf*> leaves;
         for (auto leaf = grid.tree().beginLeaf(); leaf; ++leaf) leaves.push_back(leaf.getLeaf());
+        has_points_ |= points > 0;
         if (leaves.empty()) return;
         declare(leaves.front()->attributeSet());
         for (Leaf* leaf : leaves) {
@@ -203,8 +205,24 @@ public:
         }
     }
 
+    bool hasPoints() const { return has_points_; }
+
 private:
     static constexpr std::size_t kRowsAtOnce = 1 << 14;
+    static constexpr const char* kGroupType = "group";
+
+    /// Ones for the points of a leaf that are members of a group, zeros for the others.
+    static void appendMembers(const Leaf& leaf, Column& column) {
+        const std::string group = column.name.substr(kGroupPrefix.size());
+        const points::AttributeSet& attributes = leaf.attributeSet();
+        const vdb::Index n = attributes.getConst("P")->size();
+        if (!attributes.descriptor().hasGroup(group)) {
+            column.integers.resize(column.integers.size() + n);
+            return;
+        }
+        const points::GroupHandle members = leaf.groupHandle(group);
+        for (vdb::Index i = 0; i < n; ++i) column.integers.push_back(members.get(i));
+    }
 
     /// Sets up the columns of a grid, in the order of its attributes. Leaves out attributes that have a different type
     /// in an earlier grid.
@@ -224,6 +242,11 @@ private:
             if (first == std::pair(components, kind.is_integer))
                 columns_.push_back({names[i], array.valueType(), components, kind.is_integer});
         }
+        for (const auto& [name, position] : attributes.descriptor().groupMap())
+            if (std::find(contents_.groups.begin(), contents_.groups.end(), name) == contents_.groups.end())
+                contents_.groups.push_back(name);
+        for (const std::string& name : options_.groups)
+            columns_.push_back({std::string(kGroupPrefix) + name, kGroupType, 1, true});
     }
 
     void declareInfo(const std::string& name, const points::AttributeArray& array) {
@@ -241,10 +264,14 @@ private:
         const points::AttributeArray* position = attributes.getConst("P");
         if (position == nullptr) throw Error("the point positions (attribute 'P') are missing in a part of the grid");
         if (position->valueType() == "vec3d")
-            appendPositions<vdb::Vec3d>(leaf, *position, transform, positions_);
+            appendPositions<vdb::Vec3d>(leaf, *position, transform, options_.origin, positions_);
         else
-            appendPositions<vdb::Vec3f>(leaf, *position, transform, positions_);
+            appendPositions<vdb::Vec3f>(leaf, *position, transform, options_.origin, positions_);
         for (Column& column : columns_) {
+            if (column.value_type == kGroupType) {
+                appendMembers(leaf, column);
+                continue;
+            }
             const points::AttributeArray* array = attributes.getConst(column.name);
             if (array == nullptr) continue;
             if (array->size() != position->size())
@@ -286,6 +313,7 @@ private:
     std::map<std::string, std::pair<std::uint32_t, bool>> kinds_;  // components and whether integer, by attribute name
     std::vector<Vec3f> positions_;
     std::vector<Column> columns_;
+    bool has_points_ = false;
 };
 
 /// The grids of a file, read one at a time. Unlike vdb::io::File it fails at the end of the file: OpenVDB does not
@@ -348,29 +376,47 @@ private:
     std::map<std::string, vdb::GridBase::Ptr> loaded_;  // by unique name; only of files that cannot be read in parts
 };
 
+/// The names of the grids of a type in quotes. type: empty: of all types.
+std::string gridNames(const std::vector<GridInfo>& grids, const std::string& type) {
+    std::string names;
+    for (const GridInfo& grid : grids)
+        if (type.empty() || grid.type == type) names += (names.empty() ? "'" : ", '") + grid.name + "'";
+    return names.empty() ? "no grids" : names;
+}
+
 FileContents readGrids(const std::string& path, const ReadOptions& options) {
     requireComplete(path);
     GridFile file(path);
     FileContents contents;
     GridReader reader(contents, options);
-    std::size_t point_grids = 0;
-    std::string others;
+    std::size_t point_grids = 0, grids_read = 0;
     for (const auto& [name, descriptor] : file.descriptors()) {
-        if (descriptor.gridType() != points::PointDataGrid::gridType()) {
-            others += (others.empty() ? "'" : ", '") + name + "'";
-            continue;
-        }
-        ++point_grids;
+        const bool has_points = descriptor.gridType() == points::PointDataGrid::gridType();
+        point_grids += has_points;
+        const bool is_wanted =
+            options.grids.empty() || std::find(options.grids.begin(), options.grids.end(), name) != options.grids.end();
+        contents.grids.push_back({name, has_points ? "points" : descriptor.gridType(), has_points && is_wanted});
+        if (!has_points || !is_wanted) continue;
+        ++grids_read;
         const auto grid = vdb::gridPtrCast<points::PointDataGrid>(file.read(descriptor));
         const auto compression = grid->getMetadata<vdb::StringMetadata>(vdb::GridBase::META_FILE_COMPRESSION);
         if (compression && contents.format.empty()) contents.format = "vdb points, " + compression->value();
         reader.read(*grid);
     }
     if (point_grids == 0)
-        throw Error("contains no point grid (found " + (others.empty() ? "no grids" : others) +
+        throw Error("contains no point grid (found " + gridNames(contents.grids, "") +
                     "). Export the particles as OpenVDB points.");
+    for (const std::string& wanted : options.grids)
+        if (std::none_of(contents.grids.begin(), contents.grids.end(),
+                         [&](const GridInfo& grid) { return grid.is_read && grid.name == wanted; }))
+            throw Error("has no point grid '" + wanted + "'. The point grids are " +
+                        gridNames(contents.grids, "points") + ".");
+    for (const std::string& wanted : options.groups)
+        if (reader.hasPoints() &&
+            std::find(contents.groups.begin(), contents.groups.end(), wanted) == contents.groups.end())
+            throw Error(unknownGroup(wanted, contents.groups));
     if (contents.format.empty()) contents.format = "vdb points";
-    if (point_grids > 1) contents.format += ", " + std::to_string(point_grids) + " grids";
+    if (grids_read > 1) contents.format += ", " + std::to_string(grids_read) + " grids";
     return contents;
 }
 

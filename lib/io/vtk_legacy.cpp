@@ -82,7 +82,8 @@ private:
             if (std::exchange(has_points_, true)) in_.fail("POINTS appear twice");
             points_ = count(words, 1);
             const NumberType type = typeOf(words, 2);
-            contents_.position = positionsFrom(numbers(type, points_, 3, "POINTS"), 3);
+            contents_.position = positionsFrom(numbers(type, points_, 3, "POINTS"), 3, options_.origin);
+            contents_.has_double_positions = type == NumberType::float64;
             contents_.declared.push_back({"P", word(words, 2), 3, ""});
             return true;
         }

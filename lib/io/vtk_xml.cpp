@@ -111,7 +111,8 @@ private:
         const pugi::xml_node points = piece.child("Points").child("DataArray");
         if (n > 0 && !points) fail("a Piece of " + std::to_string(n) + " points has no Points");
         FileContents some;
-        if (points) some.position = positionsFrom(numbers(points, n, 3), 3);
+        if (points) some.position = positionsFrom(numbers(points, n, 3), 3, options_.origin);
+        contents_.has_double_positions |= points && std::string_view(points.attribute("type").value()) == "Float64";
         for (const pugi::xml_node& array : piece.child("PointData").children("DataArray")) {
             const std::string name = attributeName(array.attribute("Name").value());
             const std::uint64_t components = componentsOf(array);

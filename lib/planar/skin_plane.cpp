@@ -221,6 +221,7 @@ SkinnedPlane skinPlane(const Particles& particles, const SkinParams& params, con
         for (Vec3& p : *rows) p.z = particles.position[0].z;
     plane.curves.attributes = carriedAttributes(particles, boundary.row, discs, boundary.worldRadius(),
                                                 params.attributes, plane.curves.position);
+    plane.spheres.attributes = attributesOf(particles, plane.spheres.particle, params.attributes);
     return plane;
 }
 

@@ -42,7 +42,7 @@ std::vector<Attribute> carriedAttributes(const Particles& particles, const std::
         if (attribute == nullptr) continue;
         from.push_back(attribute);
         const std::size_t numbers = position.size() * from.back()->components;
-        carried.push_back({name, from.back()->components, {}, {}});
+        carried.push_back({name, from.back()->components, {}, {}, from.back()->integer_type});
         if (from.back()->integer.empty())
             carried.back().real.assign(numbers, 0);
         else
@@ -90,6 +90,23 @@ std::vector<Attribute> carriedAttributes(const Particles& particles, const std::
             }
         });
     return carried;
+}
+
+std::vector<Attribute> attributesOf(const Particles& particles, const std::vector<std::uint32_t>& rows,
+                                    const std::vector<std::string>& names) {
+    std::vector<Attribute> some;
+    for (const std::string& name : withAccelerations(names, particles)) {
+        const Attribute* attribute = attributeOf(particles, name);
+        if (attribute == nullptr) continue;
+        const std::size_t components = attribute->components;
+        Attribute& own = some.emplace_back(Attribute{name, attribute->components, {}, {}, attribute->integer_type});
+        for (const std::size_t row : rows)
+            for (std::size_t i = row * components; i < (row + 1) * components; ++i) {
+                if (!attribute->real.empty()) own.real.push_back(attribute->real[i]);
+                if (!attribute->integer.empty()) own.integer.push_back(attribute->integer[i]);
+            }
+    }
+    return some;
 }
 
 }  // namespace betamesh

@@ -25,4 +25,10 @@ std::vector<Attribute> carriedAttributes(const Particles& particles, const std::
                                          const std::vector<DualVec3>& balls, double radius,
                                          const std::vector<std::string>& names, const std::vector<Vec3>& position);
 
+/// The named attributes, and accelerations, of some particles, in the order of the rows.
+///
+/// errors  as carriedAttributes()
+std::vector<Attribute> attributesOf(const Particles& particles, const std::vector<std::uint32_t>& rows,
+                                    const std::vector<std::string>& names);
+
 }  // namespace betamesh

@@ -177,6 +177,7 @@ void addSpheres(const Particles& particles, const SnappedParticles& snapped, con
                 Spheres& spheres) {
     for (const std::uint32_t i : rows) {
         const std::uint32_t row = snapped.row[i];
+        spheres.particle.push_back(row);
         spheres.position.emplace_back(particles.position[row]);
         if (!particles.velocity.empty()) spheres.velocity.emplace_back(particles.velocity[row]);
         if (!particles.id.empty()) spheres.id.push_back(particles.id[row]);

@@ -146,6 +146,7 @@ Spheres externalSpheres(const BallBoundary& boundary, const Particles& particles
     Spheres spheres;
     for (const std::uint32_t ball : balls) {
         const std::uint32_t row = boundary.row[ball];
+        spheres.particle.push_back(row);
         spheres.position.emplace_back(particles.position[row]);
         if (!particles.velocity.empty()) spheres.velocity.emplace_back(particles.velocity[row]);
         if (!particles.id.empty()) spheres.id.push_back(particles.id[row]);

@@ -124,6 +124,7 @@ void append(const Spheres& from, Spheres& to) {
     add(from.velocity, to.velocity);
     add(from.radius, to.radius);
     add(from.id, to.id);
+    add(from.particle, to.particle);
 }
 
 SkinReport reportOf(const NearSurface& near, const Structure& structure) {
@@ -184,6 +185,7 @@ SkinnedFrame skinFrame(const Particles& particles, const NearSurface& near, cons
     if (!is_moving) frame.mesh.velocity.clear();
     frame.mesh.attributes = carriedAttributes(particles, boundary.row, balls, boundary.worldRadius(), params.attributes,
                                               frame.mesh.position);
+    frame.spheres.attributes = attributesOf(particles, frame.spheres.particle, params.attributes);
     if (params.components) labelComponents(frame.mesh);
     watch(Stage::velocity);
     return frame;

@@ -11,7 +11,7 @@ namespace betamesh {
 
 namespace {
 
-Particles particlesOfPly(std::string_view text, const AttributeNames& names = {}) {
+Particles particlesOfPly(std::string_view text, const ParticleInput& names = {}) {
     ReadOptions options;
     options.faces = false;
     if (!names.id.empty()) options.id = names.id;

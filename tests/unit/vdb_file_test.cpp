@@ -6,6 +6,7 @@
 #include "support/file_checks.h"
 #include "support/file_samples.h"
 #include "support/temporary_folder.h"
+#include "support/vdb_of_groups.h"
 #include "support/vdb_of_many_codecs.h"
 
 #include <algorithm>
@@ -41,14 +42,16 @@ Particles sortedById(const Particles& p) {
     return sorted;
 }
 
-void writeVdbOfManyCodecs(const std::string& file) {
+void writeFixture(std::string_view hex, const std::string& file) {
     Bytes packed;
-    for (std::string_view hex = kVdbOfManyCodecs; !hex.empty(); hex.remove_prefix(2))
+    for (; !hex.empty(); hex.remove_prefix(2))
         packed.push_back(static_cast<std::byte>(std::stoi(std::string(hex.substr(0, 2)), nullptr, 16)));
     const Bytes bytes = gunzip(packed, "fixture");
     std::ofstream(file, std::ios::binary)
         .write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
 }
+
+void writeVdbOfManyCodecs(const std::string& file) { writeFixture(kVdbOfManyCodecs, file); }
 
 }  // namespace
 
@@ -142,6 +145,52 @@ TEST(VdbFile, ReadsQuantisedPointsOfSeveralGrids) {
     EXPECT_NE(info.format.find("2 grids"), std::string::npos) << info.format;
     EXPECT_EQ(info.attributes[0].codec, "fxpt16");
     EXPECT_EQ(info.attributes[7].type, "group");
+}
+
+TEST(VdbFile, GridsAndGroupsAreChosenByName) {
+    const TemporaryFolder folder;
+    const std::string file = folder / "a.vdb";
+    writeFixture(kVdbOfGroups, file);
+    const auto positionsOf = [&](const ParticleInput& input) {
+        std::vector<Vec3f> visited, read = readParticles(file, input).position;
+        visitPositions(file, input,
+                       [&](std::span<const Vec3f> some) { visited.insert(visited.end(), some.begin(), some.end()); });
+        EXPECT_EQ(visited, read);
+        std::sort(read.begin(), read.end(),
+                  [](const Vec3f& a, const Vec3f& b) { return std::pair(a.y, a.x) < std::pair(b.y, b.x); });
+        return read;
+    };
+    const std::vector<Vec3f> wall{{0, -1, 0}, {0.25F, -1, 0}, {0.5F, -1, 0}};
+    ParticleInput input;
+    EXPECT_EQ(positionsOf(input).size(), 8U);
+    input.grid = {"wall"};
+    EXPECT_EQ(positionsOf(input), wall);
+    EXPECT_EQ(readSummarised(file, input).summary.particles_read, 3U);
+    input.grid = {"wall", "fluid"};
+    EXPECT_EQ(positionsOf(input).size(), 8U);
+    for (const char* absent : {"foam", "density"}) {
+        input.grid = {absent};
+        expectError([&] { readParticles(file, input); },
+                    {std::string("no point grid '") + absent + "'", "'fluid', 'wall'"});
+    }
+    input.grid.clear();
+    input.group = {"spray"};
+    EXPECT_EQ(positionsOf(input), (std::vector<Vec3f>{{0.75F, 0, 0}, {1, 0, 0}}));
+    input.group = {"odd", "spray"};  // those of both
+    EXPECT_EQ(positionsOf(input), (std::vector<Vec3f>{{0.25F, 0, 0}, {0.75F, 0, 0}, {1, 0, 0}}));
+    input.where = "v.z < 4";
+    EXPECT_EQ(positionsOf(input), (std::vector<Vec3f>{{0.25F, 0, 0}, {0.75F, 0, 0}}));
+    input.where.clear();
+    input.group = {"foam"};
+    expectError([&] { readParticles(file, input); }, {"no point group 'foam'", "'odd', 'spray'"});
+
+    // Everything in the file is listed, with what it is used for.
+    std::map<std::string, std::string> uses;
+    for (const InputPart& part : readSummarised(file, {}).summary.parts) uses[part.name] = part.use;
+    const std::map<std::string, std::string> expected{{"fluid", "position"}, {"wall", "position"}, {"density", ""},
+                                                      {"spray", ""},         {"odd", ""},          {"P", "position"},
+                                                      {"v", "velocity"}};
+    EXPECT_EQ(uses, expected);
 }
 
 TEST(VdbFile, FileInfoReportsTypesAndCodecs) {

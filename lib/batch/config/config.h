@@ -3,6 +3,7 @@
 #pragma once
 
 #include "betamesh/skin.h"
+#include "io/particle_input.h"
 #include "render/render_settings.h"
 
 #include <array>
@@ -34,17 +35,15 @@ enum class ShownGeometry {
     union_      ///< balls with the radius of the surface
 };
 enum class PreviewNormals { smooth, flat };
-enum class UpAxis { y, z };
 
 /// The configuration of one job. The initialisers below are the only place where defaults are written; configKeys()
 /// explains each member. Zero means `auto` for spacing, arc_subdivisions, smoothing.width, bubble_volume,
 /// frames_in_flight, threads and memory_limit.
 struct Config {
     std::vector<std::string> preset;  ///< names, already applied to the members below
-    struct Input {
+    struct Input : ParticleInput {    ///< its origin is set when the job is planned, see resolveOrigin()
         std::string path;
-        std::string velocity;
-        std::string id;
+        std::optional<std::array<double, 3>> given_origin;  ///< nullopt: auto
     } input;
     std::string frames = "all";
     struct Surface {

@@ -50,18 +50,7 @@ void addInputKeys(std::vector<ConfigKey>& keys) {
          "the command runs."},
         "a path ending in one of " + extensionsFor(FileKind::particles, Access::read) + "; `betamesh run` requires it",
         [](Config& c) -> std::string& { return c.input.path; }, checkInputPath));
-    keys.push_back(textKey(
-        {"input.velocity", "--velocity", "world units per second",
-         "Particle attribute that contains the velocity. Empty: the first of v, velocity and vel that exists; if none "
-         "does, zero velocities are written and a warning says so. An attribute named here must exist."},
-        "the name of an attribute with three components, or leave it empty",
-        [](Config& c) -> std::string& { return c.input.velocity; }));
-    keys.push_back(textKey(
-        {"input.id", "--id", "",
-         "Particle attribute that identifies a particle in every frame. Empty: id, if it exists. An attribute named "
-         "here must exist."},
-        "the name of a whole-number attribute, or leave it empty",
-        [](Config& c) -> std::string& { return c.input.id; }));
+    addParticleKeys(keys);
     keys.push_back(textKey(
         {"frames", "--frames", "",
          "Frames to process. all: every frame found on disk. A step is written with x, as in 1-100x2; a colon is "

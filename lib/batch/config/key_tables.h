@@ -12,6 +12,7 @@ namespace betamesh {
 /// Each function appends the keys of its section; addInputKeys() also appends `frames`.
 void addPresetKey(std::vector<ConfigKey>& keys);
 void addInputKeys(std::vector<ConfigKey>& keys);
+void addParticleKeys(std::vector<ConfigKey>& keys);
 void addSurfaceKeys(std::vector<ConfigKey>& keys);
 void addPerturbationKeys(std::vector<ConfigKey>& keys);
 void addSmoothingKeys(std::vector<ConfigKey>& keys);

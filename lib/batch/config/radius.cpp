@@ -53,7 +53,7 @@ private:
         const WorkerEvents::FrameInProgress at_work(events_, frame, WorkerEvents::Doing::measuring);
         try {
             std::vector<Vec3f> positions;
-            visitPositions(file, [&](std::span<const Vec3f> block) {
+            visitPositions(file, config.input, [&](std::span<const Vec3f> block) {
                 positions.insert(positions.end(), block.begin(), block.end());
             });
             any_particles |= !positions.empty();

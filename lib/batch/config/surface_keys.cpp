@@ -32,8 +32,9 @@ void addSurfaceKeys(std::vector<ConfigKey>& keys) {
         [](Config& c) -> SurfaceKind& { return c.surface.kind; }));
     keys.push_back(integerKey(
         {"surface.dimension", "--dimension", "",
-         "3: balls, which give closed triangle meshes. 2: discs, which give closed curves, for particles that all have "
-         "the same z; curves are written as .ply edges, .bgeo polylines, .obj lines or .svg pictures."},
+         "3: balls, which give closed triangle meshes. 2: discs, which give closed curves, for particles in one plane "
+         "across an axis: all have the same z, the same y or the same x; curves are written as .ply edges, .bgeo "
+         "polylines, .obj lines or .svg pictures."},
         2, 3, false, [](Config& c) -> int& { return c.surface.dimension; }));
     keys.push_back(choiceKey<Tessellation>(
         {"surface.tessellation", "--tessellation", "",

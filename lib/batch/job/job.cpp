@@ -2,7 +2,9 @@
 #include "batch/job/job.h"
 
 #include "base/parallel.h"
+#include "batch/config/origin.h"
 #include "batch/config/radius.h"
+#include "batch/job/frame_input.h"
 #include "batch/job/plane.h"
 #include "batch/platform/frame_lock.h"
 #include "batch/platform/machine.h"
@@ -12,10 +14,8 @@
 #include "betamesh/version.h"
 #include "io/mesh_file.h"
 #include "io/output_file.h"
-#include "io/particle_file.h"
 #include "skin/pipeline.h"
 
-#include <atomic>
 #include <chrono>
 #include <filesystem>
 #include <functional>
@@ -24,6 +24,7 @@
 #include <memory>
 #include <mutex>
 #include <new>
+#include <set>
 #include <string_view>
 #include <system_error>
 #include <thread>
@@ -57,11 +58,15 @@ private:
 /// State that the frames of a running job share.
 struct JobState {
     SignalWatch& signals;
-    std::atomic<bool> warned_of_velocity = false;
-    std::atomic<bool> hinted_at_plane = false;
-    std::atomic<bool> warned_of_scale = false;
-    std::mutex mutex{};                         // guards near_surface
+    std::mutex mutex{};                         // guards the following
+    std::set<std::string> remarked{};           ///< kinds of remarks that the log has shown
     std::map<int, std::string> near_surface{};  ///< by frame: a line on the particles near its surface
+
+    /// Whether a remark is the first of its kind.
+    bool isFirst(const std::string& kind) {
+        const std::scoped_lock lock(mutex);
+        return remarked.insert(kind).second;
+    }
 };
 
 /// Calls attempt(), and again after an Error, up to `retries` times with growing waits. Rethrows the last Error.
@@ -81,13 +86,11 @@ void retrying(int retries, const Attempt& attempt) {
     }
 }
 
-void declareVelocity(Particles& particles, FrameReport& report, std::atomic<bool>& warned) {
-    if (!particles.velocity.empty() || particles.size() == 0) return;
-    particles.velocity.assign(particles.size(), Vec3f(0, 0, 0));
-    report.warnings.push_back("no velocity in the input: zero velocities are written");
-    if (!warned.exchange(true)) {
-        logWarning(report.input +
-                   ": no velocity (v, velocity or vel): zero velocities are written for all frames without it");
+/// Logs the first remark of each kind on the input, and records all that are warnings.
+void remark(const Liquid& liquid, const Config& config, FrameReport& report, JobState& job) {
+    for (const InputRemark& found : remarksOn(liquid, config)) {
+        if (found.is_warning) report.warnings.push_back(found.text);
+        if (job.isFirst(found.kind)) (found.is_warning ? logWarning : logInfo)(report.input + ": " + found.text);
     }
 }
 
@@ -103,88 +106,24 @@ std::string pictureOf(const FrameTask& task, const Plan& plan, const SkinnedFram
     return encodePicture(picture, task.picture);
 }
 
-void hintAtPlane(const Particles& particles, const FrameReport& report, std::atomic<bool>& hinted) {
-    if (!isPlanar(particles) || hinted.exchange(true)) return;
-    logInfo(report.input + ": all particles have the same z. Use --dimension 2 to get curves");
-}
-
-/// The particles of a frame.
-struct Liquid {
-    Particles particles;              ///< all, or those in near->row
-    std::optional<NearSurface> near;  ///< set if only the particles near the surface were read
-};
-
 /// Compares radius and spacing with the particles. A radius that does not suit them is the same mistake in all frames:
 /// it is logged once.
-void checkSpacing(const Liquid& liquid, const Plan& plan, FrameReport& report, std::atomic<bool>& warned) {
+void checkSpacing(const Liquid& liquid, const Plan& plan, FrameReport& report, JobState& job) {
     if (liquid.near && !liquid.near->all) return;  // the particles near the surface do not tell the spacing
     const FrameSpacing frame =
         compareSpacing(liquid.particles.position, plan.skin.radius, plan.spacing, plan.config.surface.dimension);
     report.frame_spacing = frame.own.value_or(0);
     if (frame.drift) logWarning(report.input + ": " + *frame.drift);
-    if (frame.scale && !warned.exchange(true)) logWarning(report.input + ": " + *frame.scale);
+    if (frame.scale && job.isFirst("scale")) logWarning(report.input + ": " + *frame.scale);
     for (const auto& warning : {frame.drift, frame.scale})
         if (warning) report.warnings.push_back(*warning);
 }
 
-void recordNearSurface(const NearSurface& near, const FrameTask& task, JobState& job) {
-    const std::size_t kept = near.particles - near.omitted();
-    const std::string found = std::to_string(kept) + " of " + std::to_string(near.particles) +
-                              " particles are near the surface and need about " +
-                              std::to_string((memoryOf(static_cast<double>(kept)) >> 20) + 1) + " MiB to mesh";
-    logDetail(task.input + ": " + found);
-    const std::scoped_lock lock(job.mutex);
-    job.near_surface[task.frame] = found;
-}
-
-NearSurface nearSurfaceOf(const std::string& file, const SkinParams& skin) {
-    constexpr std::size_t kRowsAtOnce = std::size_t{1} << 20;
-    NearSurfaceFinder finder(skin);
-    std::vector<Vec3f> batch;
-    const auto handOver = [&] {
-        finder.add(batch);
-        batch.clear();
-        leaveIfInterrupted();
-    };
-    visitPositions(file, [&](std::span<const Vec3f> positions) {
-        batch.insert(batch.end(), positions.begin(), positions.end());
-        if (batch.size() >= kRowsAtOnce) handOver();
-    });
-    handOver();
-    return finder.find();
-}
-
-/// Reads the file twice: first to find the particles near the surface, then to load them.
-Liquid readNearSurface(const FrameTask& task, const AttributeNames& names, const SkinParams& skin, JobState& job) {
-    Liquid liquid;
-    liquid.near = nearSurfaceOf(task.input, skin);
-    recordNearSurface(*liquid.near, task, job);
-    liquid.particles =
-        liquid.near->all ? readParticles(task.input, names) : readParticles(task.input, names, liquid.near->row);
-    return liquid;
-}
-
-/// Whether the output depends on the particles near the surface alone.
-bool needsOnlySurface(const Plan& plan) {
-    const bool shows_particles = plan.preview && plan.config.preview.show != ShownGeometry::surface;
-    return plan.config.surface.dimension == 3 && plan.skin.radius > 0 && !shows_particles;
-}
-
-/// errors  the file changes while it is read: the simulation is still writing it
-Liquid readInput(const FrameTask& task, const Plan& plan, bool near_surface, Provenance& origin, JobState& job) {
-    const AttributeNames names{plan.config.input.velocity, plan.config.input.id};
-    const FileFingerprint before = fileFingerprint(task.input);
-    Liquid liquid;
-    const auto read = [&] {
-        if (near_surface && needsOnlySurface(plan))
-            liquid = readNearSurface(task, names, plan.skin, job);
-        else
-            liquid.particles = readParticles(task.input, names);
-    };
-    parallelBoth(read, [&] { origin.input = fileIdentity(task.input); });
-    if (fileFingerprint(task.input) != before)
-        throw Error(task.input + ": changed while it was read. Wait until the simulation has finished the file");
-    return liquid;
+void hintAtPlane(const Particles& particles, const Plan& plan, const FrameReport& report, JobState& job) {
+    const auto plane = particles.size() > 1 ? planeOf(particles.position, plan.spacing) : std::nullopt;
+    if (plane && job.isFirst("plane"))
+        logInfo(report.input + ": all particles have the same " + std::string(1, "xyz"[plane->axis]) +
+                ". Use --dimension 2 to get curves");
 }
 
 /// Records a written file with its size, by which a later run tells whether it is still intact.
@@ -261,14 +200,14 @@ Surface surfaceOf(const Liquid& liquid, const FrameTask& task, const Plan& plan,
 /// The curves of a frame in two dimensions.
 Surface planarSurfaceOf(const Liquid& liquid, const FrameTask& task, const Plan& plan, StageWatch& watch,
                         FrameReport& report) {
-    const Particles& particles = liquid.particles;
+    const auto flat = std::make_shared<FlatParticles>(flattened(liquid.particles, plan.spacing));
     const auto plane = std::make_shared<SkinnedPlane>();
-    if (task.action == FrameAction::mesh) *plane = skinPlane(particles, skinOf(plan), std::ref(watch));
+    if (task.action == FrameAction::mesh) *plane = skinPlane(flat->particles, skinOf(plan), std::ref(watch));
     report.plane = {plane->report, measureCurves(plane->curves), plane->curves.edges.size()};
     report.vertices = plane->curves.position.size();
     watch(Stage::measure);
-    return {plane->spheres, {}, [=, &particles, &task, &plan] {
-                writePlane(task.output, *plane, particles.position, skinOf(plan), plan.config);
+    return {toSpace(plane->spheres, flat->plane), {}, [=, &task, &plan] {
+                writePlane(task.output, *plane, *flat, skinOf(plan), plan.config);
             }};
 }
 
@@ -287,19 +226,32 @@ void writeFrame(const FrameTask& task, const Surface& surface) {
 void meshFrame(const FrameTask& task, const Plan& plan, bool near_surface, FrameReport& report, JobState& job) {
     const Config& config = plan.config;
     const bool planar = config.surface.dimension == 2;
-    report.origin = {version(), plan.configuration, report.radius, report.spacing, {}, {}};
+    report.origin = {version(), plan.configuration, report.radius, report.spacing, {}, {}, worldOrigin(config.input)};
     Stopwatch total;
     StageWatch watch(report.seconds);
     Liquid liquid;
     Particles& particles = liquid.particles;
     if (task.action == FrameAction::mesh) {
-        retrying(config.run.retries, [&] { liquid = readInput(task, plan, near_surface, *report.origin, job); });
+        const auto foundNear = [&](const std::string& line) {
+            logDetail(task.input + ": " + line);
+            const std::scoped_lock lock(job.mutex);
+            job.near_surface[task.frame] = line;
+        };
+        retrying(config.run.retries, [&] {
+            FileIdentity identity;
+            liquid = readInput(task, plan, near_surface, identity, foundNear);
+            report.origin->input = identity;
+        });
         if (plan.skin.radius == 0 && particles.size() > 0)
             throw Error(task.input +
                         ": could not be read when the spacing was measured, but can be read now. Run the job again");
-        declareVelocity(particles, report, job.warned_of_velocity);
-        if (!planar) hintAtPlane(particles, report, job.hinted_at_plane);
-        checkSpacing(liquid, plan, report, job.warned_of_scale);
+        report.particles_read = liquid.summary.particles_read;
+        report.particles_dropped = liquid.summary.dropped;
+        report.input_parts = partsOf(liquid, config);
+        remark(liquid, config, report, job);
+        if (particles.velocity.empty()) particles.velocity.resize(particles.size(), Vec3f(0, 0, 0));
+        if (!planar) hintAtPlane(particles, plan, report, job);
+        checkSpacing(liquid, plan, report, job);
         watch(Stage::read);
     } else {
         report.warnings.push_back("no input: an empty mesh is written (run.on_missing)");

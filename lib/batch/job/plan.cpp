@@ -3,6 +3,7 @@
 
 #include "base/parallel.h"
 #include "batch/config/key_types.h"
+#include "batch/config/origin.h"
 #include "batch/config/radius.h"
 #include "batch/job/distinct_files.h"
 #include "batch/job/plane.h"
@@ -77,6 +78,7 @@ std::string whyAgain(const FrameTask& task, bool input_exists, const Plan& plan)
     if (origin->configuration != plan.configuration) return "other configuration";
     const bool resolved = plan.skin.radius > 0;  // false if no input is left
     if (resolved && (origin->radius != plan.skin.radius || origin->spacing != plan.spacing)) return "other radius";
+    if (origin->local_origin != worldOrigin(plan.config.input)) return "other local origin";
     for (const auto& [name, bytes] : origin->files) {
         std::error_code error;
         if (fs::file_size(fs::path(task.output).parent_path() / name, error) != bytes || error)
@@ -226,6 +228,22 @@ void requireFloatLength(const std::string& key, double length) {
                 "unit of length");
 }
 
+void planOrigin(Plan& plan, const std::map<int, std::string>& on_disk, const PlanOptions& options) {
+    ParticleInput& input = plan.config.input;
+    input.origin = resolveOrigin(plan.config, on_disk, options.notes);
+    const Vec3 origin = worldOrigin(input);
+    if (origin == Vec3(0, 0, 0)) return;
+    const std::string text =
+        textOf(origin.x) + ',' + textOf(origin.y) + ',' + textOf(origin.z);
+    if (plan.config.input.given_origin)
+        plan.notes.push_back("local origin " + text);
+    else
+        plan.warnings.push_back("'" + plan.config.input.path +
+                                "': single precision loses these coordinates. Meshes are written relative to the local "
+                                "origin " +
+                                text + ", which has to be added to their positions (input.origin)");
+}
+
 void planRadius(Plan& plan, const std::map<int, std::string>& on_disk, const PlanOptions& options) {
     const auto resolved = resolveRadius(plan.config, on_disk, options.notes);
     if (!resolved) return;
@@ -308,6 +326,13 @@ void requireWritableFolders(const std::vector<FrameTask>& tasks) {
     }
 }
 
+/// Whether the format of an output cannot store attributes of vertices.
+bool hasNoAttributes(const std::string& output) {
+    std::string extension = splitExtension(output).second;
+    for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    return extension == ".obj" || extension == ".svg";
+}
+
 }  // namespace
 
 std::uint64_t memoryBudget(const Config& config) {
@@ -349,6 +374,10 @@ Plan planJob(const Config& config, const PlanOptions& options) {
         plan.warnings.push_back(
             "run.scratch has no effect any more: data that does not fit into memory is no longer kept on disk");
 
+    if (!config.output.attributes.empty() && hasNoAttributes(config.output.path))
+        plan.warnings.push_back(config.output.path +
+                                ": this format cannot store attributes; output.attributes is written to spheres alone");
+
     const auto on_disk = framesOnDisk(input);
     const std::vector<int> frames = chosenFrames(config.frames, input, on_disk);
     requirePlaceholder(frames.size(), output);
@@ -373,7 +402,10 @@ Plan planJob(const Config& config, const PlanOptions& options) {
     bool radius_planned = false;
     const auto planRadiusOnce = [&] {
         if (!std::exchange(radius_planned, true))
-            withThreads(plan.threads, [&] { planRadius(plan, measurable, options); });
+            withThreads(plan.threads, [&] {
+                planOrigin(plan, measurable, options);
+                planRadius(plan, measurable, options);
+            });
     };
     for (FrameTask& task : plan.tasks) {
         const bool input_exists = input.numbered ? on_disk.contains(task.frame) : !on_disk.empty();

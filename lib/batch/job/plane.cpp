@@ -17,6 +17,14 @@ const std::vector<std::pair<std::string, Layer>> kLayers{{"discs", Layer::discs}
                                                          {"alpha", Layer::alpha}, {"before", Layer::before},
                                                          {"beta", Layer::beta},   {"vertices", Layer::vertices}};
 
+constexpr double kFlat = 0.01;  // spacings: particles this close to one plane lie in it
+
+Boxf boxOf(const std::vector<Vec3f>& positions) {
+    Boxf box;
+    for (const Vec3f& p : positions) box.extendBy(p);
+    return box;
+}
+
 }  // namespace
 
 std::vector<Layer> parseLayers(const std::vector<std::string>& names) {
@@ -60,10 +68,58 @@ void requireDimension(const Config& config, const SkinParams& params) {
         throw Error("picture.layers and picture.bounds are for .svg output; the output is " + config.output.path);
 }
 
-void writePlane(const std::string& output, const SkinnedPlane& plane, const std::vector<Vec3f>& centres,
+Vec3 AxisPlane::toPlane(const Vec3& v) const {
+    return axis == 2 ? v : axis == 1 ? Vec3(v.x, v.z, -v.y) : Vec3(v.y, v.z, v.x);
+}
+
+Vec3 AxisPlane::toSpace(const Vec3& v) const {
+    return axis == 2 ? v : axis == 1 ? Vec3(v.x, -v.z, v.y) : Vec3(v.z, v.x, v.y);
+}
+
+std::optional<AxisPlane> planeOf(const std::vector<Vec3f>& positions, double spacing) {
+    if (positions.empty()) return AxisPlane{};
+    const Boxf box = boxOf(positions);
+    for (const int axis : {2, 1, 0}) {
+        const float low = box.min[axis], high = box.max[axis];
+        if (static_cast<double>(high) - static_cast<double>(low) <= kFlat * spacing)
+            return AxisPlane{axis, low == high ? low : low + (high - low) / 2};
+    }
+    return std::nullopt;
+}
+
+FlatParticles flattened(Particles particles, double spacing) {
+    const auto plane = planeOf(particles.position, spacing);
+    if (!plane) {
+        const Vec3f size = boxOf(particles.position).size();
+        throw Error("expected one z, one y or one x for all particles in two dimensions; they extend over " +
+                    std::to_string(size.x) + ", " + std::to_string(size.y) + " and " + std::to_string(size.z));
+    }
+    FlatParticles flat{*plane, std::move(particles)};
+    for (Vec3f& p : flat.particles.position) {
+        p = Vec3f(plane->toPlane(Vec3(p)));
+        p.z = plane->axis == 1 ? -plane->height : plane->height;
+    }
+    for (Vec3f& v : flat.particles.velocity) v = Vec3f(plane->toPlane(Vec3(v)));
+    return flat;
+}
+
+Spheres toSpace(Spheres spheres, const AxisPlane& plane) {
+    for (auto* rows : {&spheres.position, &spheres.velocity})
+        for (Vec3& v : *rows) v = plane.toSpace(v);
+    return spheres;
+}
+
+Curves toSpace(Curves curves, const AxisPlane& plane) {
+    for (auto* rows : {&curves.position, &curves.velocity})
+        for (Vec3& v : *rows) v = plane.toSpace(v);
+    return curves;
+}
+
+void writePlane(const std::string& output, const SkinnedPlane& plane, const FlatParticles& discs,
                 const SkinParams& params, const Config& config) {
-    if (!isSvg(output)) return writeCurves(output, plane.curves);
+    if (!isSvg(output)) return writeCurves(output, toSpace(plane.curves, discs.plane));
     PlanePicture picture;
+    const std::vector<Vec3f>& centres = discs.particles.position;
     picture.particles.assign(centres.begin(), centres.end());
     picture.radius = params.radius;
     picture.alpha = plane.alpha;

@@ -32,7 +32,8 @@ struct Provenance {
     double spacing = 0;                 ///< world units
     std::optional<FileIdentity> input;  ///< nullopt: the input was missing and an empty mesh was written
     std::map<std::string, std::uint64_t>
-        files;  ///< sizes in bytes of the written files, by path relative to the report
+        files;                   ///< sizes in bytes of the written files, by path relative to the report
+    Vec3 local_origin{0, 0, 0};  ///< has to be added to the mesh to return to the coordinates of the input; world units
 };
 
 /// A 128 bit hash in hexadecimal digits. Not secure against forgery.

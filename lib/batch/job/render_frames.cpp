@@ -41,6 +41,15 @@ Spheres spheresOf(Mesh points, double radius) {
     return spheres;
 }
 
+/// Particles as the vertices of a mesh.
+Mesh meshOf(Particles particles) {
+    Mesh mesh;
+    mesh.position.assign(particles.position.begin(), particles.position.end());
+    mesh.velocity.assign(particles.velocity.begin(), particles.velocity.end());
+    mesh.attributes = std::move(particles.attributes);
+    return mesh;
+}
+
 Vec3 upOf(const Config::Preview& preview) { return preview.up == UpAxis::z ? Vec3(0, 0, 1) : Vec3(0, 1, 0); }
 
 Vec3 vectorOf(const std::array<double, 3>& numbers) { return {numbers[0], numbers[1], numbers[2]}; }
@@ -58,12 +67,14 @@ Spheres ballsAround(const Particles& particles, double radius) {
 FrameGeometry readFrameGeometry(const std::string& file, const Config& config, double radius) {
     FrameGeometry subject;
     if (!canHold(file, FileKind::mesh, Access::read)) {
-        subject.spheres = ballsAround(readParticles(file, {config.input.velocity, config.input.id}), radius);
+        subject.spheres = ballsAround(readParticles(file, config.input), radius);
         return subject;
     }
     subject.mesh = readMesh(file);
     if (subject.mesh.triangles.empty()) {
-        subject.spheres = spheresOf(std::move(subject.mesh), radius);
+        const bool as_in_file = static_cast<const ParticleInput&>(config.input) == ParticleInput{};
+        subject.spheres =
+            spheresOf(as_in_file ? std::move(subject.mesh) : meshOf(readParticles(file, config.input)), radius);
         subject.mesh = {};
     } else if (std::filesystem::exists(spheresPath(file))) {
         subject.spheres = spheresOf(readMesh(spheresPath(file)), radius);

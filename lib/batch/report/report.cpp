@@ -56,6 +56,9 @@ Provenance originFrom(const Json& json) {
         const FileFingerprint stamp{input.at("bytes").get<std::uint64_t>(), input.at("modified").get<std::int64_t>()};
         origin.input = FileIdentity{stamp, input.at("content").get<std::string>()};
     }
+    if (const auto local = json.find("local_origin"); local != json.end())
+        for (int axis = 0; axis < 3; ++axis)
+            local->at(static_cast<std::size_t>(axis)).get_to(origin.local_origin[axis]);
     for (const auto& [name, bytes] : from.at("files").items()) origin.files[name] = bytes.get<std::uint64_t>();
     if (const auto encoded = from.find(std::string("files") + kEncoded); encoded != from.end())
         for (const auto& [name, bytes] : encoded->items())
@@ -81,8 +84,23 @@ Json originJson(const Provenance& origin) {
     return json;
 }
 
+/// Name, type and use of the attributes, groups and grids of an input; use is null for those that are not used.
+Json partsJson(const std::vector<InputPart>& parts) {
+    Json json{{"attributes", Json::array()}, {"groups", Json::array()}, {"grids", Json::array()}};
+    for (const InputPart& part : parts) {
+        const char* list = part.kind == InputPart::Kind::attribute ? "attributes"
+                           : part.kind == InputPart::Kind::group   ? "groups"
+                                                                   : "grids";
+        json[list].push_back(
+            {{"name", part.name}, {"type", part.type}, {"use", part.use.empty() ? Json(nullptr) : Json(part.use)}});
+    }
+    return json;
+}
+
 void addSurface(const FrameReport& report, Json& json) {
     json["particles"] = report.skin.particles;
+    json["particles_read"] = report.particles_read;
+    json["particles_dropped"] = report.particles_dropped;
     json["distinct_particles"] = report.skin.distinct_particles;
     json["radius"] = report.radius;
     json["spacing"] = report.spacing;
@@ -110,6 +128,8 @@ void addSurface(const FrameReport& report, Json& json) {
 
 void addPlane(const FrameReport& report, const PlaneFrameReport& plane, Json& json) {
     json["particles"] = plane.skin.particles;
+    json["particles_read"] = report.particles_read;
+    json["particles_dropped"] = report.particles_dropped;
     json["distinct_particles"] = plane.skin.distinct_particles;
     json["radius"] = report.radius;
     json["spacing"] = report.spacing;
@@ -252,7 +272,12 @@ std::string reportJson(const FrameReport& report) {
                        {"write", seconds.write},   {"total", seconds.total}};
     json["peak_bytes"] = report.peak_bytes;
     json["warnings"] = report.warnings;
-    if (report.origin) json["origin"] = originJson(*report.origin);
+    json["input_contents"] = partsJson(report.input_parts);
+    if (report.origin) {
+        const Vec3& local = report.origin->local_origin;
+        json["local_origin"] = {local.x, local.y, local.z};
+        json["origin"] = originJson(*report.origin);
+    }
     return oneLine(json);
 }
 

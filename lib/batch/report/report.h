@@ -8,6 +8,7 @@
 #include "betamesh/coherence.h"
 #include "betamesh/skin.h"
 #include "io/file_info.h"
+#include "io/particle_input.h"
 #include "mesh/jump_sites.h"
 
 #include <cstdint>
@@ -52,6 +53,9 @@ struct FrameReport {
     SkinReport skin;
     MeshMeasure measure;
     std::optional<PlaneFrameReport> plane;
+    std::uint64_t particles_read = 0;     ///< in the input, of which some may not be chosen
+    std::uint64_t particles_dropped = 0;  ///< not finite, and left out
+    std::vector<InputPart> input_parts;   ///< what the input contains
     std::size_t vertices = 0;
     std::size_t triangles = 0;
     std::size_t spheres = 0;

@@ -24,12 +24,14 @@ struct Mesh {
 };
 
 /// Points with a radius; the paper calls them external beta vertices. Row i of every array is sphere i.
-/// Every array has n rows, except velocity and id, which may be empty.
+/// Every array has n rows, except velocity, id and particle, which may be empty.
 struct Spheres {
     std::vector<Vec3> position;
     std::vector<Vec3> velocity;  ///< world units per second
     std::vector<float> radius;   ///< world units
     std::vector<std::uint64_t> id;
+    std::vector<std::uint32_t> particle{};  ///< row of the particle that the sphere stands for
+    std::vector<Attribute> attributes{};    ///< requested attributes of these particles
 
     /// Number of spheres.
     std::size_t size() const { return position.size(); }

@@ -11,6 +11,9 @@
 
 namespace betamesh {
 
+/// The type of whole numbers in a file.
+enum class IntegerType : std::uint8_t { int32, int8, uint8, int16, uint16 };
+
 /// A named attribute with `components` numbers per row, stored row after row.
 /// Either real or integer is used, depending on the type in the file; the other one is empty.
 struct Attribute {
@@ -18,6 +21,7 @@ struct Attribute {
     std::uint32_t components = 1;
     std::vector<float> real;
     std::vector<std::int32_t> integer;
+    IntegerType integer_type{};  ///< of the file; formats that have this type write it if all numbers fit
 };
 
 /// Row i of every array is particle i. Lengths in world units, time in seconds.

@@ -1,0 +1,32 @@
+// The local origin of a sequence whose coordinates are too large for single precision.
+
+#pragma once
+
+#include "batch/config/config.h"
+#include "batch/platform/worker.h"
+
+#include <map>
+#include <string>
+
+namespace betamesh {
+
+/// The point that is subtracted from all positions, in units of the file: input.origin if it is given. For auto it is
+/// taken from the first frame on disk that can be read and has particles. With M the largest coordinate there, L the
+/// longest side of the bounding box and n particles, it is the middle of the box, rounded to multiples of the power of
+/// ten at or above L, if
+///   - the file stores positions in double precision,
+///   - the largest rounding error of single precision, M 2^-24, is more than a thousandth of L / cbrt(n), about the
+///     spacing of particles that fill the box, and
+///   - M is more than 16 L, so that another origin is much better;
+/// otherwise it is zero.
+///
+/// in      frames_on_disk: all frames of the input, also those that are not to be meshed
+///         events: reports each frame that is read to the supervising process
+/// same    the origin for any choice of frames
+Vec3 resolveOrigin(const Config& config, const std::map<int, std::string>& frames_on_disk,
+                   const WorkerEvents& events = {});
+
+/// What has to be added to a mesh to return to the coordinates of the file, in world units and axes.
+Vec3 worldOrigin(const ParticleInput& input);
+
+}  // namespace betamesh

@@ -1,0 +1,233 @@
+#include "batch/job/frame_input.h"
+
+#include "base/parallel.h"
+#include "batch/platform/interrupt.h"
+#include "batch/platform/memory.h"
+#include "batch/report/log.h"
+#include "betamesh/error.h"
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <sstream>
+#include <utility>
+
+namespace betamesh {
+namespace {
+
+constexpr double kSameRadius = 0.01;  // relative difference of radii that count as one
+
+NearSurface nearSurfaceOf(const std::string& file, const ParticleInput& input, const SkinParams& skin) {
+    constexpr std::size_t kRowsAtOnce = std::size_t{1} << 20;
+    NearSurfaceFinder finder(skin);
+    std::vector<Vec3f> batch;
+    const auto handOver = [&] {
+        finder.add(batch);
+        batch.clear();
+        leaveIfInterrupted();
+    };
+    visitPositions(file, input, [&](std::span<const Vec3f> positions) {
+        batch.insert(batch.end(), positions.begin(), positions.end());
+        if (batch.size() >= kRowsAtOnce) handOver();
+    });
+    handOver();
+    return finder.find();
+}
+
+/// "12000 of 90000 particles are near the surface and need about 40 MiB to mesh".
+std::string lineOn(const NearSurface& near) {
+    const std::size_t kept = near.particles - near.omitted();
+    return std::to_string(kept) + " of " + std::to_string(near.particles) +
+           " particles are near the surface and need about " +
+           std::to_string((memoryOf(static_cast<double>(kept)) >> 20) + 1) + " MiB to mesh";
+}
+
+/// Reads the file twice: first to find the particles near the surface, then to load them.
+Liquid readNearSurface(const FrameTask& task, const Plan& plan,
+                       const std::function<void(const std::string&)>& foundNear) {
+    const ParticleInput& input = plan.config.input;
+    Liquid liquid;
+    liquid.near = nearSurfaceOf(task.input, input, plan.skin);
+    foundNear(lineOn(*liquid.near));
+    auto [particles, summary] = readSummarised(task.input, input, liquid.near->all ? nullptr : &liquid.near->row);
+    liquid.particles = std::move(particles);
+    liquid.summary = std::move(summary);
+    return liquid;
+}
+
+/// Whether the output depends on the particles near the surface alone.
+bool needsOnlySurface(const Plan& plan) {
+    const bool shows_particles = plan.preview && plan.config.preview.show != ShownGeometry::surface;
+    return plan.config.surface.dimension == 3 && plan.skin.radius > 0 && !shows_particles;
+}
+
+bool isAcceleration(const std::string& name) { return name == "accel" || name == "acceleration"; }
+
+bool isOutput(const std::string& name, const Config& config) {
+    const std::vector<std::string>& names = config.output.attributes;
+    const auto part = componentName(name);
+    return isAcceleration(name) || std::find(names.begin(), names.end(), name) != names.end() ||
+           (part && std::find(names.begin(), names.end(), part->vector) != names.end());
+}
+
+std::string quoted(const std::vector<std::string>& names) {
+    std::string list;
+    for (const std::string& name : names) list += (list.empty() ? "'" : ", '") + name + "'";
+    return list;
+}
+
+/// The names of the unused parts of one kind, after the word for them; empty if there are none.
+std::string unused(const std::vector<InputPart>& parts, InputPart::Kind kind, const std::string& word) {
+    std::vector<std::string> names;
+    for (const InputPart& part : parts)
+        if (part.kind == kind && part.use.empty()) names.push_back(part.name);
+    return names.empty() ? "" : word + (names.size() > 1 ? "s " : " ") + quoted(names);
+}
+
+std::optional<InputRemark> remarkOnVelocity(const InputSummary& summary, const Config& config) {
+    if (summary.velocity.empty()) {
+        std::string text =
+            "no velocity (v, velocity, vel and so on): zero velocities are written for all frames without it";
+        if (!summary.velocity_candidates.empty())
+            text += ". Name the attribute with --velocity (input.velocity) if it is one of " +
+                    quoted(summary.velocity_candidates);
+        return InputRemark{"no velocity", true, text};
+    }
+    if (!config.input.velocity.empty() || summary.velocity == "v" || summary.velocity == "vx, vy, vz")
+        return std::nullopt;
+    return InputRemark{"velocity", false, "the velocity is read from '" + summary.velocity + "' (input.velocity)"};
+}
+
+std::optional<InputRemark> remarkOnGrids(const InputSummary& summary, const Config& config) {
+    std::vector<std::string> read;
+    for (const InputPart& part : summary.parts)
+        if (part.kind == InputPart::Kind::grid && !part.use.empty()) read.push_back(part.name);
+    if (!config.input.grid.empty() || read.size() < 2) return std::nullopt;
+    return InputRemark{"grids", true,
+                       "the particles of " + std::to_string(read.size()) + " point grids are meshed together: " +
+                           quoted(read) + ". Choose some with --grid (input.grid)"};
+}
+
+std::optional<InputRemark> remarkOnRadius(const Attribute& attribute) {
+    if ((attribute.name != "pscale" && attribute.name != "radius") || attribute.components != 1 ||
+        attribute.real.empty())
+        return std::nullopt;
+    const auto [least, most] = std::minmax_element(attribute.real.begin(), attribute.real.end());
+    if (!(*most - *least > static_cast<float>(kSameRadius) * std::abs(*most))) return std::nullopt;
+    return InputRemark{"radius", true,
+                       "the attribute '" + attribute.name + "' gives each particle a radius, from " +
+                           std::to_string(*least) + " to " + std::to_string(*most) +
+                           ". It is not used: all balls have the same radius"};
+}
+
+std::optional<InputRemark> remarkOnValues(const Attribute& attribute, const InputSummary& summary) {
+    std::size_t count = 0, first = 0;
+    for (std::size_t i = 0; i < attribute.real.size(); ++i)
+        if (!std::isfinite(attribute.real[i]) && count++ == 0) first = i;
+    if (count == 0) return std::nullopt;
+    std::string text = "the attribute '" + attribute.name + "' has " + std::to_string(count) +
+                       " numbers that are NaN or infinite, the first of them for particle " +
+                       std::to_string(first / attribute.components) + " (" + std::to_string(attribute.real[first]) +
+                       "). They spread to the vertices near these particles";
+    for (const LostNumber& lost : summary.lost_numbers) {
+        const auto part = componentName(lost.attribute);
+        if (lost.attribute != attribute.name && !(part && part->vector == attribute.name)) continue;
+        std::ostringstream value;
+        value << lost.value;
+        text += ". In the file, particle " + std::to_string(lost.particle) + " has the number " + value.str() +
+                ", which is too large for single precision";
+        break;
+    }
+    return InputRemark{"values of " + attribute.name, true, text};
+}
+
+/// An attribute whose numbers in the file have more digits than those in the output.
+std::optional<InputRemark> remarkOnPrecision(const Attribute& attribute, const std::vector<InputPart>& parts) {
+    if (attribute.real.empty()) return std::nullopt;
+    const auto part = std::find_if(parts.begin(), parts.end(), [&](const InputPart& p) {
+        const auto component = componentName(p.name);
+        return p.kind == InputPart::Kind::attribute &&
+               (p.name == attribute.name || (component && component->vector == attribute.name));
+    });
+    if (part == parts.end()) return std::nullopt;
+    std::string type = part->type;
+    for (char& c : type) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    const auto has = [&](const char* word) { return type.find(word) != std::string::npos; };
+    if (has("int"))
+        return InputRemark{"precision of " + attribute.name, true,
+                           "the attribute '" + attribute.name +
+                               "' has whole numbers of more than 32 bits, which are rounded to single precision"};
+    if (has("double") || has("64") || has("vec3d"))
+        return InputRemark{"precision of " + attribute.name, false,
+                           "the attribute '" + attribute.name +
+                               "' has double precision in the file and single precision in the output"};
+    return std::nullopt;
+}
+
+}  // namespace
+
+Liquid readInput(const FrameTask& task, const Plan& plan, bool near_surface, FileIdentity& identity,
+                 const std::function<void(const std::string&)>& foundNear) {
+    const FileFingerprint before = fileFingerprint(task.input);
+    Liquid liquid;
+    const auto read = [&] {
+        if (near_surface && needsOnlySurface(plan)) {
+            liquid = readNearSurface(task, plan, foundNear);
+            return;
+        }
+        auto [particles, summary] = readSummarised(task.input, plan.config.input);
+        liquid.particles = std::move(particles);
+        liquid.summary = std::move(summary);
+    };
+    parallelBoth(read, [&] { identity = fileIdentity(task.input); });
+    if (fileFingerprint(task.input) != before)
+        throw Error(task.input + ": changed while it was read. Wait until the simulation has finished the file");
+    return liquid;
+}
+
+std::vector<InputPart> partsOf(const Liquid& liquid, const Config& config) {
+    std::vector<InputPart> parts = liquid.summary.parts;
+    for (InputPart& part : parts)
+        if (part.kind == InputPart::Kind::attribute && part.use.empty() && isOutput(part.name, config))
+            part.use = "output";
+    return parts;
+}
+
+std::vector<InputRemark> remarksOn(const Liquid& liquid, const Config& config) {
+    const InputSummary& summary = liquid.summary;
+    std::vector<InputRemark> remarks;
+    const auto add = [&](std::optional<InputRemark>&& remark) {
+        if (remark) remarks.push_back(std::move(*remark));
+    };
+    if (summary.dropped > 0)
+        add(InputRemark{"dropped", true,
+                        std::to_string(summary.dropped) + (summary.dropped > 1 ? " particles are" : " particle is") +
+                            " left out because the position or velocity is not finite (input.on_bad_particle); the "
+                            "first: " +
+                            summary.first_dropped});
+    if (liquid.particles.size() == 0) {
+        if (summary.particles_read > summary.dropped)
+            add(InputRemark{"none", true,
+                            "none of the " + std::to_string(summary.particles_read) +
+                                " particles is chosen by input.where, input.box and input.group"});
+        return remarks;
+    }
+    add(remarkOnVelocity(summary, config));
+    add(remarkOnGrids(summary, config));
+    for (const Attribute& attribute : liquid.particles.attributes) {
+        add(remarkOnRadius(attribute));
+        if (!isOutput(attribute.name, config)) continue;
+        add(remarkOnValues(attribute, summary));
+        add(remarkOnPrecision(attribute, summary.parts));
+    }
+    const std::vector<InputPart> parts = partsOf(liquid, config);
+    std::string rest;
+    for (const std::string& names :
+         {unused(parts, InputPart::Kind::attribute, "attribute"), unused(parts, InputPart::Kind::group, "group"),
+          unused(parts, InputPart::Kind::grid, "grid")})
+        if (!names.empty()) rest += (rest.empty() ? "" : "; ") + names;
+    if (!rest.empty()) add(InputRemark{"unused", false, "not used: " + rest});
+    return remarks;
+}
+
+}  // namespace betamesh

@@ -1,0 +1,118 @@
+// Which particles of a file are liquid, what its attributes mean, and what a file turned out to contain.
+
+#pragma once
+
+#include "betamesh/particles.h"
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace betamesh {
+
+/// What to do with particles whose position or velocity is NaN or infinite.
+enum class OnBadParticle { error, drop };
+
+/// The axis that points up.
+enum class UpAxis { y, z };
+
+/// How particle files are read. The defaults take every particle as it is in the file.
+///
+/// Particles are chosen by the numbers in the file: those in any of the grids and any of the groups, inside the box,
+/// for which the condition is true. Then, with R the identity, or for up axis z the rotation (x, y, z) -> (x, z, -y):
+///   positions       scale R (P - origin)
+///   velocities      scale velocity_scale time_scale R v
+///   accelerations   scale time_scale² R a, of attributes named accel or acceleration with three floats
+///   normals         R N, of attributes named N, normal or normals with three floats
+/// Other attributes keep their numbers.
+struct ParticleInput {
+    std::string velocity;  ///< an attribute of three floats, or three of one float separated by commas; empty: the
+                           ///< first usual name, see findVelocity(). A name that is given must exist
+    std::string id;        ///< a whole-number attribute, which must exist; empty: `id`, if it exists
+    std::string where;     ///< condition, see AttributeExpression; empty: none
+    std::optional<std::array<double, 6>> box{};  ///< lowest x y z and highest x y z, both inside; units of the file
+    std::vector<std::string> group{};            ///< point groups; empty: all particles
+    std::vector<std::string> grid{};             ///< point grids of .vdb; empty: all
+    OnBadParticle on_bad_particle = OnBadParticle::error;
+    double scale = 1;           ///< world units per unit of the file
+    double velocity_scale = 1;  ///< corrects the unit of velocities
+    double time_scale = 1;      ///< simulated seconds per second of playback
+    UpAxis up_axis = UpAxis::y;
+    Vec3 origin{0, 0, 0};  ///< subtracted from positions in double precision; units of the file
+
+    bool operator==(const ParticleInput&) const = default;
+};
+
+/// An attribute, a group or a grid that a file contains.
+struct InputPart {
+    enum class Kind { attribute, group, grid };
+
+    Kind kind = Kind::attribute;
+    std::string name;
+    std::string type;  ///< as the format names it, with the number of components: "float", "vector", "3 float32"
+    std::string use;   ///< "position", "velocity", "id", "selection", "output"; empty: not used
+};
+
+/// A number that is finite in the file, but too large for single precision.
+struct LostNumber {
+    std::string attribute;       ///< as the file names it
+    std::uint64_t particle = 0;  ///< row in the file
+    double value = 0;
+};
+
+/// What a particle file contains, and what of it is used.
+struct InputSummary {
+    std::uint64_t particles_read = 0;  ///< in the file, or in the chosen grids
+    std::uint64_t dropped = 0;         ///< left out because their position or velocity is not finite
+    std::string first_dropped;         ///< "particle 77: position is (nan, 0, 0)"
+    std::string velocity;              ///< attributes that contain the velocity: "v", "v_1, v_2, v_3"; empty: none
+    std::vector<std::string> velocity_candidates;  ///< if there is none: attributes that might be meant
+    std::vector<LostNumber> lost_numbers;          ///< the first of each attribute
+    std::vector<InputPart> parts;                  ///< in the order of the file; grids and groups first
+};
+
+/// The attributes that contain the velocity.
+struct VelocitySource {
+    struct Component {
+        std::size_t attribute = 0;  ///< index of the attribute
+        std::size_t component = 0;
+    };
+    std::array<Component, 3> xyz;
+    std::string name;  ///< "v", "v_1, v_2, v_3"
+
+    bool isOneAttribute() const { return xyz[0].attribute == xyz[2].attribute; }
+};
+
+/// Finds the velocity of n > 0 particles. Usual names, in the order of preference: attributes of three floats called v,
+/// velocity or vel; then, in any case, v, velocity, vel, velocities or u; then three attributes of one number whose
+/// names are one of v, velocity, vel and velocities with the endings x y z, 0 1 2, 1 2 3 or u v w, after nothing or one
+/// of _ . : and space, or in brackets; then u, v and w.
+///
+/// in      requested: one name, or three separated by commas; empty: the usual names
+///         known: what the file has, for messages
+/// out     nullopt if none is requested and none is found
+/// errors  a requested attribute that does not exist or is not three floats
+std::optional<VelocitySource> findVelocity(const std::vector<Attribute>& attributes, std::size_t n,
+                                           const std::string& requested, const std::string& known,
+                                           const std::string& file);
+
+/// Attributes that might be a velocity: those of three floats, and triples of attributes of one number.
+std::vector<std::string> velocityCandidates(const std::vector<Attribute>& attributes);
+
+/// A name such as "vel_x", "Points:0" or "a[2]" as that of a vector and the index of a component.
+struct ComponentName {
+    std::string vector;
+    std::size_t index = 0;
+};
+std::optional<ComponentName> componentName(const std::string& name);
+
+/// Positions of the file, after subtracting the origin, in world units. Nothing changes with a scale of 1 and up axis
+/// y.
+void toWorld(const ParticleInput& input, std::vector<Vec3f>& positions);
+
+/// Velocities, accelerations and normals of the file in world units, seconds and axes.
+void toWorld(const ParticleInput& input, Particles& particles);
+
+}  // namespace betamesh
