@@ -22,8 +22,8 @@ namespace {
 constexpr const char* kDefaultPanels[] = {
     "union of balls: preview.show=union",
     "alpha mesh: surface.kind=alpha surface.skin=none preview.normals=flat",
-    "beta mesh (paper): surface.tessellation=paper smoothing.method=paper surface.skin=none features.droplets=mesh "
-    "features.tendrils=mesh features.bubbles=mesh",
+    ("beta mesh (paper): surface.tessellation=paper smoothing.method=paper surface.skin=none features.droplets=mesh "
+     "features.tendrils=mesh features.bubbles=mesh"),
     "beta mesh (ours):",
 };
 constexpr int kPanelWidth = 960, kPanelHeight = 540;  // pixels

@@ -4,8 +4,8 @@
 #include "betamesh/version.h"
 #include "command.h"
 #include "help.h"
-#include "value_checks.h"
 #include "io/extension.h"
+#include "value_checks.h"
 
 #include <functional>
 #include <iostream>

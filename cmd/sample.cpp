@@ -44,7 +44,8 @@ std::string listOfSamples() {
 
 std::vector<int> framesOf(const Arguments& arguments, const FramePattern& pattern) {
     if (arguments.frames.empty()) {
-        return pattern.numbered ? parseFrames(kDefaultFrames) : std::vector<int>{std::max(1, frameInName(pattern.text))};
+        return pattern.numbered ? parseFrames(kDefaultFrames)
+                                : std::vector<int>{std::max(1, frameInName(pattern.text))};
     }
     std::vector<int> frames = parseFrames(arguments.frames);
     requirePlaceholder(frames.size(), pattern);

@@ -115,8 +115,6 @@ void writeParticles(const std::filesystem::path& path, const Particles& particle
     writeEncoded(path, [&](ByteWriter& out) { format.write_particles(out, particles, path.string()); });
 }
 
-void requireParticleExtension(const std::filesystem::path& path) {
-    formatOf(path, FileKind::particles, Access::write);
-}
+void requireParticleExtension(const std::filesystem::path& path) { formatOf(path, FileKind::particles, Access::write); }
 
 }  // namespace betamesh

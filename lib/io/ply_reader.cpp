@@ -192,7 +192,8 @@ private:
 
     /// Moves the integers of a block to positions, ids and attributes.
     FileContents assembled(VertexRows&& vertices) const {
-        auto& [points, columns] = vertices;
+        FileContents& points = vertices.points;
+        const std::vector<Column>& columns = vertices.columns;
         const std::size_t rows = points.position.size();
         for (int axis = 0; axis < 3; ++axis) {
             const std::size_t c = coordinateAlong(axis);

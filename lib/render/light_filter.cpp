@@ -76,7 +76,7 @@ void addNeighbours(const Line& line, const Line& other, int shift_x, int begin, 
         const float ratio = far[i] / (depth[i] > 0 ? depth[i] : 1.0f);
         const float off =
             ((x + sx) * ratio - x) * nx[i] + ((y + sy) * ratio - y) * ny[i] + ((z + sz) * ratio - z) * nz[i];
-        const float both = (depth[i] > 0) & (far[i] > 0) ? part[i] : 0.0f;
+        const float both = ((depth[i] > 0) & (far[i] > 0)) ? part[i] : 0.0f;
         const float same =
             both * kernel(turned * (1 / LitSurfaces::kMaxNormalDistance2)) * kernel(off * off * per_plane);
         const float more_key = other_rough_key[i] - rough_key[i], more_sky = other_rough_sky[i] - rough_sky[i],

@@ -110,8 +110,8 @@ std::string pictureOf(const FrameTask& task, const Plan& plan, const SkinnedFram
 /// it is logged once.
 void checkSpacing(const Liquid& liquid, const Plan& plan, FrameReport& report, JobState& job) {
     if (liquid.near && !liquid.near->all) return;  // the particles near the surface do not tell the spacing
-    const FrameSpacing frame = compareSpacing(liquid.particles.position, plan.skin.radius, plan.spacing,
-                                              plan.config.surface.dimension);
+    const FrameSpacing frame =
+        compareSpacing(liquid.particles.position, plan.skin.radius, plan.spacing, plan.config.surface.dimension);
     report.frame_spacing = frame.own.value_or(0);
     if (frame.drift) logWarning(report.input + ": " + *frame.drift);
     if (frame.scale && job.isFirst("scale")) logWarning(report.input + ": " + *frame.scale);

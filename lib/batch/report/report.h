@@ -48,7 +48,7 @@ struct FrameReport {
     double radius = 0;
     double spacing = 0;
     double frame_spacing = 0;  ///< the frame's own spacing; 0: not measured
-    double skin_depth = 0;  ///< distance from the outermost particles to the surface; 0: surface of the balls
+    double skin_depth = 0;     ///< distance from the outermost particles to the surface; 0: surface of the balls
     PredicateKind predicates = PredicateKind::exact;
     SkinReport skin;
     MeshMeasure measure;
