@@ -1,6 +1,7 @@
 #include "batch/job/frames.h"
 #include "batch/job/plan.h"
 #include "batch/report/log.h"
+#include "batch/report/printable.h"
 #include "batch/report/report.h"
 #include "betamesh/error.h"
 #include "command.h"
@@ -10,6 +11,8 @@
 #include "io/mesh_file.h"
 #include "io/particle_file.h"
 #include "mesh/enclosure.h"
+#include "standard_streams.h"
+#include "value_checks.h"
 
 #include <cstdio>
 #include <filesystem>
@@ -39,7 +42,7 @@ public:
     explicit Printer(const Mesh& mesh) : mesh_(mesh) {}
 
     static void title(const CheckReport& report) {
-        std::cout << report.file << ": ";
+        std::cout << printable(report.file) << ": ";
         if (report.faults.empty()) std::cout << "good";
         for (std::size_t i = 0; i < report.faults.size(); ++i) std::cout << (i > 0 ? ", " : "") << report.faults[i];
         std::cout << '\n';
@@ -49,10 +52,10 @@ public:
                   << text << '\n';
     }
     void line(const char* name, std::size_t count) const { line(name, std::to_string(count)); }
-    void vertexFound(const char* name, const Found& found) const {
+    void vertexFound(const char* name, const FaultCount& found) const {
         if (found) line(name, counted(found, "vertex") + positionText(found.first));
     }
-    void triangleFound(const char* name, const Found& found) const {
+    void triangleFound(const char* name, const FaultCount& found) const {
         if (!found) return;
         const std::uint32_t corner = mesh_.triangles[found.first][0];
         line(name, counted(found, "triangle") + (corner < mesh_.position.size() ? positionText(corner) : ""));
@@ -65,7 +68,7 @@ public:
     }
 
 private:
-    static std::string counted(const Found& found, const char* row) {
+    static std::string counted(const FaultCount& found, const char* row) {
         return std::to_string(found.count) + ", first at " + row + " " + std::to_string(found.first);
     }
     std::string positionText(std::uint32_t vertex) const { return " " + text(mesh_.position[vertex]); }
@@ -242,9 +245,12 @@ bool checkFile(const std::string& file, const Arguments& arguments) {
 
 int checkFiles(const Arguments& arguments) {
     if (!arguments.scratch.empty()) logWarning("--scratch has no effect any more: meshes are checked in memory alone");
-    for (const std::string& mesh : arguments.meshes) formatOf(mesh, FileKind::mesh, Access::read);
+    StandardStreams streams;
+    std::vector<std::string> meshes = filesNamed(arguments.meshes);
+    for (std::string& mesh : meshes)
+        if (mesh == kStandardStream) mesh = streams.fileOfStdin();
+    for (const std::string& mesh : meshes) formatOf(mesh, FileKind::mesh, Access::read);
     if (!arguments.particles.empty()) formatOf(arguments.particles, FileKind::particles, Access::read);
-    const std::vector<std::string>& meshes = arguments.meshes;
     const auto nameOf = [&](std::size_t i) {
         return meshes[i] + (arguments.particles.empty() ? "" : ", " + particleFileOf(meshes[i], arguments));
     };
@@ -272,7 +278,8 @@ void addCheckCommand(CLI::App& program, int& exit_code) {
     command
         ->add_option("MESH", arguments->meshes,
                      "Files with meshes or planar curves (" + extensionsFor(FileKind::mesh, Access::read) +
-                         "). Polygons are triangulated.")
+                         "). Polygons are triangulated. A pattern with a frame number (####) stands for every frame on "
+                         "disk, - for stdin.")
         ->required();
     command->add_flag("--json", arguments->json, "Print one JSON object per mesh on stdout, with all components.");
     command->add_flag(
@@ -285,11 +292,11 @@ void addCheckCommand(CLI::App& program, int& exit_code) {
                      "Accept crossings that are no deeper than D, and particles no farther outside, in world units.")
         ->type_name("D")
         ->capture_default_str()
-        ->check(CLI::NonNegativeNumber);
+        ->check(numberFromZero());
     command->add_option("--examples", arguments->params.examples, "Number of crossings to list, the deepest first.")
         ->type_name("N")
         ->capture_default_str()
-        ->check(CLI::NonNegativeNumber);
+        ->check(wholeNumber(0));
     CLI::Option* particles =
         command
             ->add_option("--particles", arguments->particles,
@@ -300,7 +307,7 @@ void addCheckCommand(CLI::App& program, int& exit_code) {
         ->add_option("--radius", arguments->radius,
                      "Ball radius in world units. With it, distances of particles are also given in radii.")
         ->type_name("R")
-        ->check(CLI::PositiveNumber)
+        ->check(numberAboveZero())
         ->needs(particles);
     command->add_option("--scratch", arguments->scratch, "Deprecated, has no effect.")->type_name("FOLDER");
 }

@@ -1,5 +1,6 @@
 #include "base/parallel.h"
 #include "batch/config/config.h"
+#include "batch/job/distinct_files.h"
 #include "batch/job/frames.h"
 #include "batch/job/job.h"
 #include "batch/job/plan.h"
@@ -17,6 +18,7 @@
 #include "job_options.h"
 #include "mesh/jump_sites.h"
 #include "skin/spacing.h"
+#include "value_checks.h"
 
 #include <algorithm>
 #include <cmath>
@@ -100,12 +102,8 @@ std::vector<std::string> filesOf(const std::vector<std::string>& names) {
     std::vector<std::string> files;
     for (const std::string& name : names) {
         formatOf(name, FileKind::mesh, Access::read);
-        const FramePattern pattern = framePattern(name);
-        if (!pattern.numbered) {
-            files.push_back(name);
-            continue;
-        }
-        for (const auto& [frame, file] : framesOnDisk(pattern)) files.push_back(file);
+        const std::vector<std::string> of_name = filesNamed({name});
+        files.insert(files.end(), of_name.begin(), of_name.end());
     }
     if (files.size() < 2)
         throw Error(std::string("at least two meshes are needed to measure a movement, but there is ") +
@@ -180,7 +178,7 @@ Sequence fineSteps(const Arguments& arguments, const Supervision& watched) {
     }
     sequence.moment = [start, skin = plan.skin, at = sequence.at](std::size_t i) {
         Moment moment;
-        moment.particles = moved(*start, at[i]);
+        moment.particles = advected(*start, at[i]);
         moment.mesh = skinFrame(*moment.particles, skin).mesh;
         return moment;
     };
@@ -190,8 +188,8 @@ Sequence fineSteps(const Arguments& arguments, const Supervision& watched) {
 /// Jumps within this distance of each other belong to one place: the ball radius, known or estimated. World units.
 double placeRadius(const Particles& particles, const Sequence& sequence, const SurfaceDistance& distance) {
     if (sequence.radius) return *sequence.radius;
-    const std::optional<double> particle_spacing = spacing(particles.position);
-    return particle_spacing ? kDefaultRadiusSpacings * *particle_spacing : distance.max;
+    const auto estimate = spacingOf(particles.position);
+    return estimate ? kDefaultRadiusSpacings * estimate->spacing : distance.max;
 }
 
 CoherenceReport compared(const Moment& before, const Moment& after, const Sequence& sequence,
@@ -268,8 +266,19 @@ void checkUsage(const Arguments& arguments) {
         throw Error("--max-ratio compares with the fastest particle. Add --particles or use --pipeline.");
 }
 
+/// errors  the plot is a file that is read
+void requireDistinctFiles(const Arguments& arguments) {
+    if (arguments.plot.empty()) return;
+    DistinctFiles files;
+    for (const std::string& file : filesNamed(arguments.meshes)) files.read(file, "a mesh");
+    for (const std::string& file : {arguments.pipeline, arguments.against})
+        if (!file.empty()) files.read(file, file == arguments.pipeline ? "the pipeline file" : "the file of --against");
+    files.written(arguments.plot, "the plot");
+}
+
 int run(const Arguments& arguments) {
     checkUsage(arguments);
+    requireDistinctFiles(arguments);
     const Supervision watched = superviseWorkers(true);
     if (!watched.is_worker) return watched.exit_code;
     const Sequence sequence = arguments.pipeline.empty() ? meshFiles(arguments) : fineSteps(arguments, watched);
@@ -319,16 +328,17 @@ void addCoherenceCommand(CLI::App& program, int& exit_code) {
             ->type_name("FILE");
     CLI::Option* frame = command->add_option("--frame", arguments->frame, "With --pipeline: the frame to start from.")
                              ->type_name("F")
+                             ->check(wholeNumber(std::numeric_limits<int>::min(), std::numeric_limits<int>::max()))
                              ->needs(pipeline);
     CLI::Option* step = command->add_option("--step", arguments->step, "With --pipeline: the time step in seconds.")
                             ->type_name("DT")
-                            ->check(CLI::PositiveNumber)
+                            ->check(numberAboveZero())
                             ->needs(pipeline);
     pipeline->needs(frame)->needs(step);
     command->add_option("--steps", arguments->steps, "With --pipeline: the number of time steps.")
         ->type_name("N")
         ->capture_default_str()
-        ->check(CLI::Range(1, 1000000))
+        ->check(wholeNumber(1, 1000000))
         ->needs(pipeline);
     command
         ->add_option("--set", arguments->assignments,
@@ -343,34 +353,35 @@ void addCoherenceCommand(CLI::App& program, int& exit_code) {
                      "what happened there. Requires --particles or --pipeline.")
         ->type_name("X")
         ->default_str(shortText(kDefaultPlacesAbove))
-        ->check(CLI::NonNegativeNumber);
+        ->check(numberFromZero());
     command
         ->add_option("--places", arguments->max_places,
                      "Number of places listed for each pair in the table, the largest jumps first; --json lists all.")
         ->type_name("N")
-        ->capture_default_str();
+        ->capture_default_str()
+        ->check(wholeNumber(0));
     command
         ->add_option("--max-jump", arguments->max_jump,
                      "Exit with 1 if a surface moves farther than this, in world units.")
         ->type_name("D")
-        ->check(CLI::NonNegativeNumber);
+        ->check(numberFromZero());
     command
         ->add_option("--max-ratio", arguments->max_ratio,
                      "Exit with 1 if a jump is more than R times the displacement expected at its place. Requires "
                      "--particles or --pipeline.")
         ->type_name("R")
-        ->check(CLI::NonNegativeNumber);
+        ->check(numberFromZero());
     command
         ->add_option("--ignore-thinner", arguments->sampling.thinner,
                      "Ignore the surface where the liquid is thinner than D world units, as in films and small drops.")
         ->type_name("D")
-        ->check(CLI::NonNegativeNumber);
+        ->check(numberFromZero());
     command
         ->add_option("--sample-spacing", arguments->sampling.spacing,
                      "Largest distance between sample points inside a triangle in world units, with at most 64 points "
                      "along a side. Without it, twice the mean side of all triangles.")
         ->type_name("D")
-        ->check(CLI::PositiveNumber);
+        ->check(numberAboveZero());
     CLI::Option* plot =
         command->add_option("--plot", arguments->plot, "Also write the distances over time as an .svg picture.")
             ->type_name("FILE.svg");

@@ -1,5 +1,7 @@
 #include "coherence_table.h"
 
+#include "batch/report/printable.h"
+
 #include <algorithm>
 #include <array>
 #include <cstdio>
@@ -78,7 +80,7 @@ void printTableHead(const std::string& first_moment, bool with_particles) {
 }
 
 void printTableRow(const CoherenceReport& report, bool with_particles, std::size_t max_places) {
-    std::cout << padded(report.to, kNameColumns);
+    std::cout << padded(printable(report.to), kNameColumns);
     if (!report.error.empty()) {
         std::cout << "not measured\n";
         return;
@@ -97,8 +99,8 @@ void printTableRow(const CoherenceReport& report, bool with_particles, std::size
 void printLargest(const std::vector<CoherenceReport>& reports) {
     const auto largest = std::max_element(reports.begin(), reports.end(),
                                           [](const auto& a, const auto& b) { return a.distance.max < b.distance.max; });
-    std::cout << "largest: " << shortText(largest->distance.max) << ", from " << largest->from << " to " << largest->to
-              << " at " << text(largest->distance.worst) << '\n';
+    std::cout << "largest: " << shortText(largest->distance.max) << ", from " << printable(largest->from) << " to "
+              << printable(largest->to) << " at " << text(largest->distance.worst) << '\n';
 }
 
 }  // namespace betamesh

@@ -9,6 +9,7 @@
 #include "picture_options.h"
 #include "render/contact_sheet.h"
 #include "render/png_file.h"
+#include "value_checks.h"
 
 #include <iterator>
 #include <memory>
@@ -136,7 +137,7 @@ void addCompareCommand(CLI::App& program, int& exit_code) {
     command->add_option("--columns", *columns, "Number of pictures side by side.")
         ->type_name("N")
         ->capture_default_str()
-        ->check(CLI::Range(1, 100))
+        ->check(wholeNumber(1, 100))
         ->group("Picture");
     addPictureOptions(*command, *options, [&](const ConfigKey& key) {
         if (key.path == "preview.show" || key.path == "preview.particle_radius" || key.path == "surface.kind")

@@ -25,10 +25,9 @@ std::string wrapped(const std::string& text, std::size_t columns) {
     return lines;
 }
 
-/// "betamesh config print"
-std::string fullName(const CLI::App& command) {
-    const CLI::App* parent = command.get_parent();
-    return (parent == nullptr ? "" : fullName(*parent) + ' ') + command.get_name();
+std::string argumentUsage(const CLI::Option& argument) {
+    const std::string text = argument.get_name(true) + (argument.get_expected_max() > 1 ? "..." : "");
+    return argument.get_required() ? text : '[' + text + ']';
 }
 
 class HelpFormatter : public CLI::Formatter {
@@ -54,10 +53,7 @@ public:
         return text;
     }
 
-    std::string make_option_usage(const CLI::Option* argument) const override {
-        const std::string text = argument->get_name(true) + (argument->get_expected_max() > 1 ? "..." : "");
-        return argument->get_required() ? text : '[' + text + ']';
-    }
+    std::string make_option_usage(const CLI::Option* argument) const override { return argumentUsage(*argument); }
 
     std::string make_option_desc(const CLI::Option* option) const override {
         return wrapped(descriptionOf(*option), kDescriptionColumns);
@@ -93,6 +89,21 @@ std::vector<std::string> optionGroups(const CLI::App& command) {
     std::stable_partition(groups.begin(), groups.end(),
                           [](const std::string& group) { return group != kDeprecatedGroup; });
     return groups;
+}
+
+std::string fullName(const CLI::App& command) {
+    const CLI::App* parent = command.get_parent();
+    return (parent == nullptr ? "" : fullName(*parent) + ' ') + command.get_name();
+}
+
+std::string usageOf(const CLI::App& command) {
+    std::string usage = fullName(command);
+    for (const CLI::Option* option : command.get_options()) {
+        if (option->get_positional()) usage += ' ' + argumentUsage(*option);
+        if (!option->get_positional() && option->get_required())
+            usage += ' ' + option->get_name() + ' ' + placeholderOf(*option);
+    }
+    return usage + " [options]";
 }
 
 std::string placeholderOf(const CLI::Option& option) {

@@ -21,6 +21,12 @@ void showInShortHelp(CLI::App& command, const std::vector<std::string>& option_n
 /// The groups of a command's options in the order in which help shows them.
 std::vector<std::string> optionGroups(const CLI::App& command);
 
+/// "betamesh config print"
+std::string fullName(const CLI::App& command);
+
+/// "betamesh mesh IN OUT [options]"
+std::string usageOf(const CLI::App& command);
+
 /// What stands for the value of an option in the help: "LENGTH", "beta|alpha|union".
 std::string placeholderOf(const CLI::Option& option);
 

@@ -1,9 +1,12 @@
+#include "batch/job/frames.h"
+#include "batch/report/printable.h"
 #include "batch/report/report.h"
 #include "command.h"
 #include "each_file.h"
 #include "io/extension.h"
 #include "io/file_info.h"
 #include "skin/spacing.h"
+#include "standard_streams.h"
 
 #include <iostream>
 #include <optional>
@@ -12,8 +15,8 @@ namespace betamesh {
 namespace {
 
 void print(const std::string& file, const FileInfo& info, std::optional<double> particle_spacing) {
-    std::cout << file << '\n'
-              << "  format      " << info.format << ", " << info.bytes << " bytes\n"
+    std::cout << printable(file) << '\n'
+              << "  format      " << printable(info.format) << ", " << info.bytes << " bytes\n"
               << "  points      " << info.points << '\n';
     if (info.kind == FileKind::mesh) std::cout << "  triangles   " << info.triangles << '\n';
     if (info.edges > 0) std::cout << "  edges       " << info.edges << '\n';
@@ -31,9 +34,9 @@ void print(const std::string& file, const FileInfo& info, std::optional<double> 
     }
     if (!info.note.empty()) std::cout << "  note        " << info.note << '\n';
     for (const AttributeInfo& attribute : info.attributes) {
-        std::cout << "  attribute   " << attribute.name << ": " << attribute.type;
+        std::cout << "  attribute   " << printable(attribute.name) << ": " << printable(attribute.type);
         if (attribute.components > 1) std::cout << " x " << attribute.components;
-        if (!attribute.codec.empty()) std::cout << ", codec " << attribute.codec;
+        if (!attribute.codec.empty()) std::cout << ", codec " << printable(attribute.codec);
         std::cout << '\n';
     }
 }
@@ -47,7 +50,10 @@ void showFile(const std::string& file, bool json) {
     std::vector<Vec3f> particles;
     const FileInfo info = inspectFile(file, &particles);
     std::optional<double> particle_spacing;
-    if (info.kind == FileKind::particles) particle_spacing = spacing(particles);
+    if (info.kind == FileKind::particles) {
+        const auto estimate = spacingOf(particles);
+        if (estimate) particle_spacing = estimate->spacing;
+    }
     if (json) {
         std::cout << infoJson(file, info, particle_spacing) << '\n';
     } else {
@@ -56,7 +62,10 @@ void showFile(const std::string& file, bool json) {
 }
 
 int showFiles(const Arguments& arguments) {
-    const std::vector<std::string>& files = arguments.files;
+    StandardStreams streams;
+    std::vector<std::string> files = filesNamed(arguments.files);
+    for (std::string& file : files)
+        if (file == kStandardStream) file = streams.fileOfStdin();
     const auto show = [&](std::size_t i) {
         showFile(files[i], arguments.json);
         return true;
@@ -73,7 +82,8 @@ void addInfoCommand(CLI::App& program, int& exit_code) {
     command
         ->add_option("FILE", arguments->files,
                      "Particle or mesh files (" + readableExtensions() +
-                         "). The format is that of the contents, whatever the extension.")
+                         "). The format is that of the contents, whatever the extension. A pattern with a frame number "
+                         "(####) stands for every frame on disk, - for stdin.")
         ->required();
     command->add_flag("--json", arguments->json, "Print one JSON object per file on stdout.");
 }

@@ -2,12 +2,14 @@
 
 #include "base/parallel.h"
 #include "batch/config/presets.h"
+#include "batch/job/dry_run.h"
 #include "batch/job/job.h"
 #include "batch/job/plan.h"
 #include "batch/platform/interrupt.h"
 #include "batch/platform/machine.h"
 #include "batch/platform/worker.h"
 #include "batch/report/log.h"
+#include "batch/report/printable.h"
 #include "batch/report/progress.h"
 #include "help.h"
 #include "io/extension.h"
@@ -91,14 +93,22 @@ JobResult runRest(Plan plan, SignalWatch& signals, const WorkerEvents& events, c
     return result;
 }
 
-/// Prints the plan for --dry-run. Returns the exit code that running the job would have, as far as the plan tells.
+/// Prints the plan for --dry-run, and tries to read the first frame that would be meshed. Returns the exit code that
+/// running the job would have, as far as this tells.
 int printPlan(const Plan& plan, bool json) {
     bool refused = false;
     bool failing = false;
     for (const FrameTask& task : plan.tasks) {
         refused = refused || task.action == FrameAction::refuse_existing;
         failing = failing || task.action == FrameAction::fail_missing;
-        std::cout << (json ? taskJson(task) : taskLine(task)) << '\n';
+        std::cout << (json ? taskJson(task) : printable(taskLine(task))) << '\n';
+    }
+    const auto first = std::find_if(plan.tasks.begin(), plan.tasks.end(),
+                                    [](const FrameTask& task) { return task.action == FrameAction::mesh; });
+    if (first != plan.tasks.end()) {
+        const std::string why = whyFrameFails(*first, plan);
+        if (!why.empty()) logError("frame " + std::to_string(first->frame) + ": " + why);
+        failing = failing || !why.empty();
     }
     if (refused) logError("Some outputs already exist. Use --overwrite to replace them or --skip-existing to resume.");
     return refused ? kWrongUsage : failing ? kSomeFailed : kAllWritten;
@@ -178,8 +188,10 @@ void addJobOptions(CLI::App& command, JobOptions& options) {
                   "configuration and program version.")
         ->group("Running");
     command
-        .add_flag("--dry-run", options.dry_run,
-                  "List the input, output, planned action and estimated memory of every frame, but write nothing.")
+        .add_flag(
+            "--dry-run", options.dry_run,
+            "List the input, output, planned action and estimated memory of every frame, but write nothing. Makes the "
+            "checks of a real run, and reads the first frame to be meshed.")
         ->group("Running");
     command
         .add_option("--chunk", options.chunk,
@@ -217,6 +229,7 @@ int runWithOptions(const std::string& pipeline, std::vector<KeyValue> given, con
     const Config config = readConfig(pipeline, given);
     const bool silent = options.quiet && options.progress == "auto";
     const ProgressKind progress_kind = silent ? ProgressKind::none : progressNamed(options.progress);
+    if (!options.log_file.empty()) requireDistinctLog(options.log_file, pipeline, config);
     rememberSignals();
     const auto begin = std::chrono::steady_clock::now();
     const Supervision watched = superviseWorkers(isVdb(config.input.path), config.run.timeout);
@@ -233,7 +246,8 @@ int runWithOptions(const std::string& pipeline, std::vector<KeyValue> given, con
     logPlan(plan);
 
     const std::size_t frames = history.ended.size() + plan.tasks.size();
-    Progress progress(progress_kind, {frames, history.ended.size(), history.failed, 0, 0, {}}, options.json);
+    Progress progress(progress_kind, {frames, history.ended.size(), history.failed, 0, 0, {}},
+                      options.json || options.stdout_is_taken);
     const FrameEnded frameEnded = [&](const FrameReport& report) {
         if (options.json) std::cout << reportJson(report) << std::endl;
         progress.frameEnded(report);

@@ -25,6 +25,7 @@ struct JobOptions {
     bool json = false;
     bool quiet = false;
     bool verbose = false;
+    bool stdout_is_taken = false;  ///< by the mesh: progress for farm engines goes to stderr
 };
 
 /// Adds the options of all configuration keys that are wanted. They store their values in `values`, which must outlive

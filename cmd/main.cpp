@@ -1,11 +1,13 @@
 #include "batch/job/job.h"
 #include "batch/report/log.h"
-#include "batch/version.h"
+#include "betamesh/version.h"
 #include "command.h"
 #include "help.h"
+#include "usage_error.h"
 
 #include <algorithm>
 #include <array>
+#include <csignal>
 #include <cstdio>
 #include <cstdlib>
 #include <exception>
@@ -81,9 +83,10 @@ int run(int argc, char** argv) {
     program.group("Commands");
     program.set_help_flag("-h,--help", "Show this help.");
     program.set_help_all_flag("--help-all", "Show this help with all options.");
-    program.set_version_flag("--version", std::string("betamesh ") + version(), "Show the version of the program.");
+    program.set_version_flag("-V,--version", std::string("betamesh ") + version(), "Show the version of the program.");
     program.require_subcommand(1);
     program.footer(kExitCodes);
+    std::signal(SIGXFSZ, SIG_IGN);  // a file beyond `ulimit -f` is an error of that file and does not end the process
     int exit_code = kAllWritten;
     addCommands(program, exit_code, argc > 1 ? argv[1] : "");
     try {
@@ -95,7 +98,9 @@ int run(int argc, char** argv) {
         }
         return exit_code;
     } catch (const CLI::ParseError& error) {
-        return program.exit(error) == 0 ? kAllWritten : kWrongUsage;  // --help and --version are not errors
+        if (error.get_exit_code() == 0) return program.exit(error);  // --help and --version are not errors
+        logError(usageError(program, {argv + 1, argv + argc}, error));
+        return kWrongUsage;
     } catch (const std::bad_alloc&) {
         logError("out of memory");
         return kOutOfMemory;

@@ -1,6 +1,7 @@
 #include "picture_options.h"
 
 #include "base/parallel.h"
+#include "batch/job/distinct_files.h"
 #include "batch/job/frames.h"
 #include "batch/job/job.h"
 #include "batch/job/movie_file.h"
@@ -13,6 +14,7 @@
 #include "render/contact_sheet.h"
 #include "render/exr_file.h"
 #include "render/png_file.h"
+#include "value_checks.h"
 
 #include <algorithm>
 #include <chrono>
@@ -34,6 +36,21 @@ void refuseExisting(const std::vector<std::string>& outputs) {
     for (const std::string& output : outputs)
         if (!output.empty() && fs::exists(output))
             throw Error(output + " already exists. Use --overwrite to replace it or --skip-existing to keep it.");
+}
+
+/// errors  a file that would be both read and written, or written twice
+void requireDistinctFiles(const PictureJob& job) {
+    DistinctFiles files;
+    if (!job.options.pipeline.empty()) files.read(job.options.pipeline, "the pipeline file");
+    for (const auto& [frame, file] : job.on_disk) files.read(file, "the input of frame " + std::to_string(frame));
+    for (const PictureTask& task : job.tasks) {
+        const std::string of_frame = " of frame " + std::to_string(task.frame);
+        files.read(task.input, "the input" + of_frame);
+        for (std::size_t i = 0; i < task.outputs.size(); ++i)
+            files.written(task.outputs[i], (i == 0 ? "the picture" : "the second picture") + of_frame);
+    }
+    if (!job.options.contact_sheet.empty()) files.written(job.options.contact_sheet, "the contact sheet");
+    if (!job.options.movie.empty()) files.written(job.options.movie, "the movie");
 }
 
 void makeFolderOf(const std::string& file) {
@@ -128,19 +145,19 @@ void addPictureOptions(CLI::App& command, PictureOptions& options,
                     "Largest number of pictures on the contact sheet, chosen evenly from the sequence.")
         ->type_name("N")
         ->capture_default_str()
-        ->check(CLI::Range(1, 1000))
+        ->check(wholeNumber(1, 1000))
         ->group("Sequence");
     command
         .add_option("--sheet-width", options.sheet_width, "Largest width of a picture on the contact sheet, in pixels.")
         ->type_name("N")
         ->capture_default_str()
-        ->check(CLI::Range(16, 16384))
+        ->check(wholeNumber(16, 16384))
         ->group("Sequence");
     command
         .add_option("--sheet-columns", options.sheet_columns,
                     "Number of columns of the contact sheet. Without it, about as many as there are rows.")
         ->type_name("N")
-        ->check(CLI::Range(1, 1000))
+        ->check(wholeNumber(1, 1000))
         ->group("Sequence");
     command.add_option("--movie", options.movie, "Also write the sequence as a movie at --fps; requires ffmpeg.")
         ->type_name("FILE.mp4")
@@ -178,6 +195,7 @@ PictureJob planPictures(const PictureOptions& options, const Config& defaults) {
         job.tasks.push_back(std::move(task));
     }
     if (!options.skip_existing && !options.overwrite) refuseExisting({options.contact_sheet, options.movie});
+    requireDistinctFiles(job);
     return job;
 }
 

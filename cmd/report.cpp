@@ -1,9 +1,11 @@
+#include "batch/job/distinct_files.h"
 #include "batch/job/frames.h"
 #include "batch/job/job.h"
 #include "batch/report/log.h"
 #include "batch/report/report_page.h"
 #include "betamesh/error.h"
 #include "command.h"
+#include "io/bytes.h"
 #include "io/output_file.h"
 
 #include <algorithm>
@@ -25,19 +27,8 @@ struct Arguments {
     std::string title;
 };
 
-/// The files of the given names. A name with a frame number (####) stands for every frame on disk.
-std::vector<std::string> filesOf(const std::vector<std::string>& names) {
-    std::vector<std::string> files;
-    for (const std::string& name : names) {
-        const FramePattern pattern = framePattern(name);
-        if (!pattern.numbered) files.push_back(name);
-        if (pattern.numbered)
-            for (const auto& file : framesOnDisk(pattern)) files.push_back(file.second);
-    }
-    return files;
-}
-
 std::string bytesOf(const std::string& file) {
+    requireRegularFile(file);
     std::ifstream in(file, std::ios::binary);
     if (!in) throw Error(file + ": cannot be read. Give pictures (.png) to --previews.");
     return {std::istreambuf_iterator<char>(in), {}};
@@ -47,7 +38,7 @@ ReportPage pageOf(const Arguments& arguments) {
     ReportPage page;
     page.title = arguments.title.empty() ? fs::path(arguments.output).stem().string() : arguments.title;
     std::vector<int> found;
-    for (const std::string& file : filesOf(arguments.manifests)) {
+    for (const std::string& file : filesNamed(arguments.manifests)) {
         const auto report = readReport(file);
         if (!report)
             throw Error(
@@ -73,7 +64,18 @@ ReportPage pageOf(const Arguments& arguments) {
     return page;
 }
 
+/// errors  the page is a file that it is made from
+void requireDistinctFiles(const Arguments& arguments) {
+    DistinctFiles files;
+    for (const std::string& file : filesNamed(arguments.manifests)) files.read(file, "a manifest");
+    if (!arguments.coherence.empty()) files.read(arguments.coherence, "the file of --coherence");
+    if (!arguments.previews.empty())
+        for (const auto& [frame, file] : framesOnDisk(framePattern(arguments.previews))) files.read(file, "a preview");
+    files.written(arguments.output, "the page");
+}
+
 int report(const Arguments& arguments) {
+    requireDistinctFiles(arguments);
     const ReportPage page = pageOf(arguments);
     writeFile(arguments.output, htmlOf(page));
     logInfo(std::to_string(page.frames.size()) + " frames -> " + arguments.output);

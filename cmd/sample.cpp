@@ -10,6 +10,7 @@
 #include "io/extension.h"
 #include "io/output_file.h"
 #include "io/particle_file.h"
+#include "value_checks.h"
 
 #include <filesystem>
 
@@ -100,7 +101,7 @@ void addSampleCommand(CLI::App& program, int& exit_code) {
         ->add_option("--particles", arguments->params.particles,
                      "Approximate number of particles. Without it, the number listed below.")
         ->type_name("N")
-        ->check(CLI::PositiveNumber);
+        ->check(wholeNumber(1));
     command
         ->add_option("--frames", arguments->frames,
                      std::string("Frames to write, such as 1-100. Without it, ") + kDefaultFrames +
@@ -108,7 +109,8 @@ void addSampleCommand(CLI::App& program, int& exit_code) {
         ->type_name("FRAMES");
     command->add_option("--seed", arguments->params.seed, "Random seed; each seed gives another sequence.")
         ->type_name("S")
-        ->capture_default_str();
+        ->capture_default_str()
+        ->check(wholeNumber(0));
     command->add_flag("--overwrite", arguments->overwrite, "Replace files that already exist.");
     command->add_flag("--skip-existing", arguments->skip_existing, "Skip frames that already exist.");
     command->add_flag("-q,--quiet", arguments->quiet, "Print only errors.");

@@ -1,4 +1,5 @@
 #include "batch/farm/farm.h"
+#include "batch/job/distinct_files.h"
 #include "batch/job/frames.h"
 #include "batch/job/job.h"
 #include "batch/report/log.h"
@@ -6,6 +7,7 @@
 #include "command.h"
 #include "io/output_file.h"
 #include "job_options.h"
+#include "value_checks.h"
 
 #include <filesystem>
 #include <iostream>
@@ -41,7 +43,8 @@ std::vector<int> framesOf(const std::vector<FrameTask>& tasks) {
 
 Plan planOf(const Config& config) {
     PlanOptions options;
-    options.dry_run = options.overwrite = true;
+    options.overwrite = true;
+    options.measure = false;
     Plan plan = planJob(config, options);
     for (const std::string& warning : plan.warnings) logWarning(warning);
     return plan;
@@ -89,6 +92,7 @@ FarmJob farmJob(const Arguments& arguments, Farm farm) {
     job.run = {program, "run", arguments.pipeline};
     for (const std::string& assignment : arguments.assignments) job.run.insert(job.run.end(), {"--set", assignment});
     if (!arguments.no_report) job.report = reportCommand(arguments, job, config, plan);
+    job.sbatch_options = arguments.sbatch_options;
     job.task_seconds = arguments.minutes * 60;
     job.threads = config.run.threads;
     job.memory = taskMemory(config, plan);
@@ -119,7 +123,7 @@ int submit(const Arguments& arguments) {
                     "': options after -- are for sbatch. Use them with --to slurm only.");
     const FarmJob job = farmJob(arguments, farm);
     if (farm == Farm::slurm && !arguments.print) {
-        const SlurmJobs submitted = submitToSlurm(job, arguments.sbatch_options);
+        const SlurmJobs submitted = submitToSlurm(job);
         std::cout << submitted.array_job << '\n';
         logInfo(std::to_string(job.chunks.size()) + " tasks: job " + submitted.array_job +
                 (submitted.report_job.empty() ? "" : "; report: job " + submitted.report_job));
@@ -127,6 +131,9 @@ int submit(const Arguments& arguments) {
     }
     if (farm == Farm::openjd && !arguments.print) {
         const std::string file = arguments.output.empty() ? job.name + ".openjd.yaml" : arguments.output;
+        DistinctFiles files;
+        files.read(arguments.pipeline, "the pipeline file");
+        files.written(file, "the template");
         writeFile(file, openJobTemplate(job));
         logInfo("job template -> " + file);
         return kAllWritten;
@@ -165,10 +172,10 @@ void addSubmitCommand(CLI::App& program, int& exit_code) {
                      "Intended duration of a task in minutes, estimated from the sizes of the inputs.")
         ->type_name("M")
         ->capture_default_str()
-        ->check(CLI::PositiveNumber);
+        ->check(numberAboveZero());
     command->add_option("--chunk-size", arguments->chunk_size, "Frames per task, instead of --task-minutes.")
         ->type_name("N")
-        ->check(CLI::Range(std::size_t{1}, std::size_t{10000000}));
+        ->check(wholeNumber(1, 10000000));
     command
         ->add_option("--report", arguments->report,
                      "Page of the final report. Without it, PIPELINE.html beside the meshes.")
@@ -182,7 +189,8 @@ void addSubmitCommand(CLI::App& program, int& exit_code) {
         ->add_option("-o,--output", arguments->output,
                      "For openjd: the template to write. Without it, PIPELINE.openjd.yaml in the current folder.")
         ->type_name("FILE");
-    command->add_option("SBATCH", arguments->sbatch_options, "After --: more options for sbatch.");
+    command->add_option("SBATCH", arguments->sbatch_options,
+                        "After --: more options for sbatch, for the array and for the report.");
 }
 
 }  // namespace betamesh

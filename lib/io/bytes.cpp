@@ -7,12 +7,23 @@
 
 #include <cerrno>
 #include <memory>
+#include <string>
 #include <system_error>
 #include <utility>
 
 namespace betamesh {
 
 namespace {
+
+/// Why a file with this mode cannot be read as a whole; empty if it is a regular file or a folder.
+std::string whyNotRegular(mode_t mode) {
+    if (S_ISREG(mode) || S_ISDIR(mode)) return "";
+    const std::string kind = S_ISFIFO(mode)                   ? "a FIFO (named pipe)"
+                             : S_ISSOCK(mode)                 ? "a socket"
+                             : S_ISCHR(mode) || S_ISBLK(mode) ? "a device"
+                                                              : "a special file";
+    return "this is " + kind + ". Use a regular file";
+}
 
 [[noreturn]] void failReading(const std::filesystem::path& path, int error_number) {
     throw Error(path.string() + ": cannot be read: " + std::generic_category().message(error_number));
@@ -22,12 +33,15 @@ namespace {
 class File {
 public:
     explicit File(const std::filesystem::path& path)
-        : path_(path), number_(::open(path.c_str(), O_RDONLY | O_CLOEXEC)) {
-        if (number_ < 0) failReading(path, errno);
+        : path_(path), number_(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK)) {  // else a FIFO would block
+        const int error_number = errno;
+        if (number_ < 0) requireRegularFile(path);  // sockets cannot even be opened
+        if (number_ < 0) failReading(path, error_number);
         struct stat status = {};
         if (::fstat(number_, &status) != 0) failReading(path, errno);
         if (S_ISDIR(status.st_mode)) failReading(path, EISDIR);
-        if (!S_ISREG(status.st_mode)) throw Error(path.string() + ": cannot be read: it is not a regular file");
+        if (const std::string why = whyNotRegular(status.st_mode); !why.empty())
+            throw Error(path.string() + ": " + why);
         size_ = static_cast<std::uint64_t>(status.st_size);
     }
     ~File() {
@@ -76,6 +90,15 @@ Cursor openFile(const std::filesystem::path& path) {
     const auto file = std::make_shared<File>(path);
     const auto read = [file](std::byte* to, std::size_t count) { return file->read(to, count); };
     return {read, file->size(), path.string()};
+}
+
+std::string whyNotRegular(const std::filesystem::path& path) {
+    struct stat status = {};
+    return ::stat(path.c_str(), &status) == 0 ? whyNotRegular(status.st_mode) : "";
+}
+
+void requireRegularFile(const std::filesystem::path& path) {
+    if (const std::string why = whyNotRegular(path); !why.empty()) throw Error(path.string() + ": " + why);
 }
 
 Bytes readWholeFile(const std::filesystem::path& path) {

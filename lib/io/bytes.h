@@ -206,6 +206,12 @@ private:
 /// Opens a file, which is then read on demand. Throws Error with its name and the system's reason.
 Cursor openFile(const std::filesystem::path& path);
 
+/// Why a path cannot be read as a file: it is a FIFO, a socket or a device, on which reading could wait for ever. Empty
+/// if it is a regular file or a folder, or does not exist.
+std::string whyNotRegular(const std::filesystem::path& path);
+/// Throws Error with that reason.
+void requireRegularFile(const std::filesystem::path& path);
+
 /// Reads a whole file. Throws Error with its name and the system's reason.
 Bytes readWholeFile(const std::filesystem::path& path);
 

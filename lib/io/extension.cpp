@@ -1,5 +1,6 @@
 #include "io/extension.h"
 
+#include "base/nearest_word.h"
 #include "betamesh/error.h"
 #include "io/bgeo.h"
 #include "io/gzip.h"
@@ -249,7 +250,7 @@ const FileFormat* formatWith(const std::string& name, Access access) {
 }
 
 const char* nameOf(FileKind kind) {
-    return kind == FileKind::particles ? "particles" : kind == FileKind::mesh ? "a mesh" : "curves";
+    return kind == FileKind::particles ? "particles" : kind == FileKind::mesh ? "meshes" : "curves";
 }
 
 std::string extensionsWhere(Access access, const std::function<bool(const FileFormat&)>& wanted) {
@@ -325,16 +326,18 @@ const FileFormat& formatOf(const fs::path& path, FileKind kind, Access access) {
     const std::string name = lowerName(path);
     for (const FileFormat& format : kFormats)
         if (holds(format, kind, access) && !extensionIn(extensionsOf(format, access), name).empty()) return format;
-    const std::string advice = ". Use one of " + extensionsFor(kind, access) + ".";
-    const std::string what = nameOf(kind);
     const Access other = access == Access::read ? Access::write : Access::read;
-    if (const FileFormat* format = formatWith(name, access))
-        throw Error(path.string() + ": " + extensionIn(extensionsOf(*format, access), name) + " cannot hold " + what +
-                    advice);
-    if (const FileFormat* format = formatWith(name, other))
-        throw Error(path.string() + ": " + extensionIn(extensionsOf(*format, other), name) + " can be " +
-                    (access == Access::read ? "written, but not read" : "read, but not written") + advice);
-    throw Error(path.string() + ": unknown extension for " + what + advice);
+    const FileFormat* format = formatWith(name, other);
+    const std::string known = extensionsFor(kind, access), extension = path.extension().string();
+    std::string fault = ": '" + extension + "' is not a format for " + nameOf(kind), guess;
+    if (extension.empty())
+        fault = ": the name has no extension, which selects the format";
+    else if (format != nullptr && formatWith(name, access) == nullptr)
+        fault = ": " + extension + " can be " +
+                (access == Access::read ? "written, but not read" : "read, but not written");
+    else
+        guess = didYouMean(extension, wordsOf(known));
+    throw Error(path.string() + fault + ". Use one of " + known + '.' + guess);
 }
 
 bool canHold(const fs::path& path, FileKind kind, Access access) {
@@ -375,6 +378,14 @@ double fileBytesPerParticle(const fs::path& path) {
                     : name.ends_with(".sc")  ? kBloscRatio
                     : name.ends_with(".geo") ? kTextRatio
                                              : 1);
+}
+
+std::string extensionOfContents(std::string_view begin) {
+    const bool gzip = begin.starts_with("\x1f\x8b"sv);
+    for (const FileFormat& format : kFormats)
+        if (format.read != nullptr && (gzip ? format.may_be_gzip : matches(format, {std::string(begin), false})))
+            return wordsOf(format.read_extensions).front();
+    return "";
 }
 
 bool isVdb(const fs::path& path) { return lowerName(path).ends_with(".vdb"); }

@@ -5,6 +5,7 @@
 #include "betamesh/error.h"
 
 #include <algorithm>
+#include <cmath>
 #include <iterator>
 #include <limits>
 #include <utility>
@@ -62,12 +63,21 @@ std::vector<Vec3f> takeVelocity(FileContents& contents, const std::string& reque
     return velocity;
 }
 
+/// Whether files can store the vector, whose numbers are 32-bit floats there.
+template <typename Vector>
+bool fitsFloats(const Vector& v) {
+    constexpr auto kMost = std::numeric_limits<float>::max();
+    return std::abs(v.x) <= kMost && std::abs(v.y) <= kMost && std::abs(v.z) <= kMost;
+}
+
 template <typename Vector>
 void requireFiniteVertices(const std::vector<Vector>& rows, const char* what, const std::string& file) {
-    const std::size_t i = firstIndexWhere(rows.size(), [&](std::size_t row) { return !isFinite(rows[row]); });
+    const std::size_t i = firstIndexWhere(rows.size(), [&](std::size_t row) { return !fitsFloats(rows[row]); });
     if (i < rows.size())
-        throw Error(file + ": vertex " + std::to_string(i) + ": " + what + " is (" + std::to_string(rows[i].x) + ", " +
-                    std::to_string(rows[i].y) + ", " + std::to_string(rows[i].z) + "), which is not finite");
+        throw Error(
+            file + ": vertex " + std::to_string(i) + ": " + what + " is (" + std::to_string(rows[i].x) + ", " +
+            std::to_string(rows[i].y) + ", " + std::to_string(rows[i].z) + "), which is " +
+            (isFinite(rows[i]) ? "beyond the range of the 32-bit floats that files store (3.4e38)" : "not finite"));
 }
 
 /// Moves points and attributes into a mesh or curves.

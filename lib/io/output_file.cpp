@@ -2,6 +2,7 @@
 #include "io/output_file.h"
 
 #include "betamesh/error.h"
+#include "io/bytes.h"
 
 #include <fcntl.h>
 #include <signal.h>
@@ -119,7 +120,8 @@ bool isOld(const fs::path& path) {
 
 OutputFile::OutputFile(fs::path final_path)
     : final_path_(std::move(final_path)), temporary_path_(temporaryFor(final_path_)) {
-    std::error_code ignored;  // if the path cannot be accessed, open() below reports why
+    std::error_code ignored;          // if the path cannot be accessed, open() below reports why
+    requireRegularFile(final_path_);  // renaming would replace a device
     if (final_path_.filename().empty() || fs::is_directory(final_path_, ignored)) fail("written", EISDIR);
     file_ = ::open(temporary_path_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
     if (file_ < 0) fail("written", errno);

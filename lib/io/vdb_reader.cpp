@@ -61,6 +61,7 @@ void skipMetadata(Cursor& in) {
 void requireComplete(const std::string& path) {
     constexpr std::size_t kBlock = std::size_t{1} << 20;  // larger than any sequence of names and metadata
     constexpr std::uint32_t kOldestVersion = 222;
+    if (const std::string why = whyNotRegular(path); !why.empty()) throw Error(why);
     std::ifstream stream(path, std::ios::binary | std::ios::ate);
     if (!stream) throw Error("cannot be read: " + std::generic_category().message(errno));
     const auto size = static_cast<std::int64_t>(stream.tellg());

@@ -1,5 +1,5 @@
 
-#include "mesh/coherence.h"
+#include "betamesh/coherence.h"
 
 #include "base/parallel.h"
 #include "mesh/mesh_measure.h"
@@ -248,7 +248,7 @@ std::optional<ParticleMotion> particleMotion(const Particles& from, const Partic
     return motion;
 }
 
-Particles moved(const Particles& particles, double seconds) {
+Particles advected(const Particles& particles, double seconds) {
     Particles later = particles;
     parallelFor(later.size(), 4096, [&](std::size_t i) {
         later.position[i] = Vec3f(Vec3(particles.position[i]) + Vec3(particles.velocity[i]) * seconds);

@@ -1,5 +1,4 @@
-
-#include "mesh/curve_check.h"
+#include "betamesh/check.h"
 
 #include "base/parallel.h"
 #include "exact/orientation.h"
@@ -14,7 +13,7 @@ namespace {
 
 constexpr int kAxis = 2;  // predicates project along z
 
-void count(Found& found, std::size_t row) {
+void count(FaultCount& found, std::size_t row) {
     if (found.count++ == 0) found.first = static_cast<std::uint32_t>(row);
 }
 
@@ -132,32 +131,6 @@ std::vector<std::string_view> faultsOf(const CurveCheck& check, bool strict) {
     add(check.branches.count > 0, "branches");
     add(check.unused_vertices.count > 0, "unused_vertices");
     return faults;
-}
-
-std::vector<double> distancesOutside(const Curves& curves, const Spheres& beside, const std::vector<Vec3>& points) {
-    std::vector<double> distances(points.size());
-    parallelFor(points.size(), 64, [&](std::size_t i) {
-        const Vec3 p(points[i].x, points[i].y, 0);
-        for (std::size_t s = 0; s < beside.size(); ++s)
-            if (std::hypot(beside.position[s].x - p.x, beside.position[s].y - p.y) <=
-                static_cast<double>(beside.radius[s]))
-                return;
-        int winding = 0;
-        double nearest = std::numeric_limits<double>::infinity();
-        for (const Edge& edge : curves.edges) {
-            Vec3 a = curves.position[edge[0]], b = curves.position[edge[1]];
-            a.z = b.z = 0;
-            const Vec3 along = b - a;
-            const double t = along.length2() > 0 ? std::clamp(dot(p - a, along) / along.length2(), 0.0, 1.0) : 0;
-            nearest = std::min(nearest, (a + along * t - p).length2());
-            if ((a.y <= p.y) == (b.y <= p.y)) continue;  // the horizontal line through p does not cross the edge
-            const int side = orientationAlong(kAxis, a, b, p);
-            if (side == 0) return;  // p is on the edge
-            if (side == (b.y > a.y ? 1 : -1)) winding += side;
-        }
-        if (winding <= 0) distances[i] = std::sqrt(nearest);
-    });
-    return distances;
 }
 
 }  // namespace betamesh

@@ -1,7 +1,8 @@
-// Point-in-mesh queries: which points a mesh encloses, and how far outside the others are.
+// Point-in-mesh queries: which points a mesh or curves enclose, and how far outside the others are.
 
 #pragma once
 
+#include "betamesh/curves.h"
 #include "betamesh/mesh.h"
 
 namespace betamesh {
@@ -14,5 +15,13 @@ namespace betamesh {
 /// same    result for any thread count
 /// cost    O(triangles above + log triangles) per point, more for points far outside
 std::vector<double> distancesOutside(const Mesh& mesh, const Spheres& beside, const std::vector<Vec3>& points);
+
+/// Distance of each point to the enclosed region: 0 where the winding number of the curves is positive, on a curve, or
+/// inside one of the circles `beside`; else the distance to the nearest edge, infinite without edges. Inside and
+/// outside are decided exactly; z is ignored.
+///
+/// in      curves with finite positions
+/// cost    O(points · edges)
+std::vector<double> distancesOutside(const Curves& curves, const Spheres& beside, const std::vector<Vec3>& points);
 
 }  // namespace betamesh

@@ -2,7 +2,7 @@
 
 #pragma once
 
-#include "mesh/coherence.h"
+#include "betamesh/coherence.h"
 
 #include <string_view>
 

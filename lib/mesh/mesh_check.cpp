@@ -1,5 +1,5 @@
 
-#include "mesh/mesh_check.h"
+#include "betamesh/check.h"
 
 #include "base/index.h"
 #include "base/parallel.h"
@@ -21,7 +21,7 @@ namespace {
 
 constexpr std::size_t kLeavesPerTask = 128;
 
-void count(Found& found, std::size_t row) {
+void count(FaultCount& found, std::size_t row) {
     if (found.count++ == 0 || row < found.first) found.first = static_cast<std::uint32_t>(row);
 }
 
@@ -163,7 +163,7 @@ void measure(const Mesh& mesh, const Selection& solid, const Components& compone
 
 // Contacts found by one task, or in all.
 struct Contacts {
-    Found crossings;
+    FaultCount crossings;
     std::size_t touching = 0, shallow = 0;
     double deepest = 0;
     std::vector<SelfCrossing> listed;  // sorted by depth, deepest first

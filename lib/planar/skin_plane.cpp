@@ -1,5 +1,5 @@
 
-#include "planar/skin_plane.h"
+#include "betamesh/skin.h"
 
 #include "base/cell_grid.h"
 #include "base/parallel.h"

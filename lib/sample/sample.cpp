@@ -1,6 +1,7 @@
 
 #include "sample/sample.h"
 
+#include "base/nearest_word.h"
 #include "betamesh/error.h"
 #include "sample/scene.h"
 
@@ -44,7 +45,7 @@ Sample::Sample(const SampleParams& params) {
     if (!(params.frames_per_second > 0) || !std::isfinite(params.frames_per_second))
         throw Error("sample '" + params.name + "': the frame rate is " + std::to_string(params.frames_per_second) +
                     " frames per second. It must be positive.");
-    std::string names;
+    std::vector<std::string> names;
     for (const Entry& entry : entries()) {
         if (entry.info.name == params.name) {
             SampleParams resolved = params;
@@ -52,9 +53,11 @@ Sample::Sample(const SampleParams& params) {
             scene_ = entry.make(resolved);
             return;
         }
-        names += (names.empty() ? "" : ", ") + entry.info.name;
+        names.push_back(entry.info.name);
     }
-    throw Error("unknown sample '" + params.name + "'. Samples are: " + names + ".");
+    std::string list;
+    for (const std::string& name : names) list += (list.empty() ? "" : ", ") + name;
+    throw Error("unknown sample '" + params.name + "'. Samples are: " + list + '.' + didYouMean(params.name, names));
 }
 
 Sample::~Sample() = default;

@@ -2,10 +2,12 @@
 
 #include "base/box.h"
 #include "base/parallel.h"
+#include "base/random.h"
 #include "base/simd.h"
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <cstring>
 #include <limits>
@@ -21,6 +23,14 @@ constexpr std::size_t kMostGathered = 512;    // points; in spray a leaf may rea
 constexpr std::size_t kSample = 63;           // points whose median splits a node, if that is balanced enough
 constexpr std::size_t kLeastFraction = 8;     // balanced enough: at least one point in this many on either side
 constexpr std::size_t kParallelSize = 16384;  // number of points from which on both sides are built in parallel
+
+constexpr std::size_t kSampled = 1024;  // particles whose local spacing is sampled, about
+constexpr double kFlat = 0.03;          // share of the variance below which neighbours do not extend along an axis
+constexpr double kWindow = 1.284;       // local spacings within this factor, e^0.25, belong to one liquid
+constexpr double kAgreement = 0.05;     // between the median of the first frame and the typical local spacing, relative
+// Mean distance to the six nearest in a row, (1 + 1 + 2 + 2 + 3 + 3) / 6, in a sheet (square and hexagonal lattices:
+// 1.14 and 1; measured in SPH: 1.12), and in a cubic lattice, in spacings.
+constexpr double kMeanOfSix[] = {2, 1.12, 1};
 
 using Points = std::vector<Vec3f>;
 
@@ -46,6 +56,12 @@ __attribute__((always_inline)) inline void insert(Number squared, Numbers& neare
 // Inserts a squared distance if it is small enough; 0 is the point itself.
 void offer(double squared, Nearest& nearest) {
     if (squared < nearest.back() && squared != 0) insert(squared, nearest);
+}
+
+double meanDistanceOf(const Nearest& nearest) {
+    double sum = 0;
+    for (const double squared : nearest) sum += std::sqrt(squared);
+    return sum / kNearest;
 }
 
 // Squared distances from each point of a leaf to its six nearest neighbours, ascending: [neighbour][point].
@@ -127,6 +143,42 @@ public:
 
     std::size_t leaves() const { return leaf_.size(); }
 
+    /// Number of distinct points.
+    std::size_t size() const {
+        std::size_t n = 0;
+        for (const std::uint32_t l : leaf_) n += node_[l].leaf.end - node_[l].leaf.begin;
+        return n;
+    }
+
+    /// Calls visit(point) for the distinct points of a leaf.
+    template <typename Visit>
+    void forEachPoint(std::size_t number, const Visit& visit) const {
+        const Leaf& leaf = node_[leaf_[number]].leaf;
+        for (std::uint32_t i = leaf.begin; i < leaf.end; ++i) visit(Vec3(points_[0][i], points_[1][i], points_[2][i]));
+    }
+
+    /// The mean distance from a point of the tree to its six nearest neighbours; infinite if there are fewer.
+    double meanDistance(const Vec3& point) const {
+        Nearest nearest = kNoneFound;
+        visit(0, point, nearest);
+        return meanDistanceOf(nearest);
+    }
+
+    /// Calls visit(offset) for the points at an offset shorter than `reach` from a point, among them offset 0.
+    template <typename Visit>
+    void forEachWithin(const Vec3& point, double reach, const Visit& visit, std::size_t node = 0) const {
+        if (!(squaredDistance(node_[node].box, point) < reach * reach)) return;
+        if (!node_[node].isLeaf()) {
+            for (const std::size_t side : children(node)) forEachWithin(point, reach, visit, side);
+            return;
+        }
+        const auto [begin, end] = node_[node].leaf;
+        for (std::uint32_t i = begin; i < end; ++i) {
+            const Vec3 offset = Vec3(points_[0][i], points_[1][i], points_[2][i]) - point;
+            if (offset.length2() < reach * reach) visit(offset);
+        }
+    }
+
     /// Appends the mean distance of each point of a leaf to its six nearest neighbours.
     void addMeanDistances(std::size_t number, NearPoints& search, std::vector<double>& means) const {
         const auto& [box, leaf, size] = node_[leaf_[number]];
@@ -145,9 +197,7 @@ public:
             else
                 visit(0, {points_[0][i], points_[1][i], points_[2][i]}, nearest);
             farthest = std::max(farthest, nearest.back());
-            double sum = 0;
-            for (const double squared : nearest) sum += std::sqrt(squared);
-            means.push_back(sum / kNearest);
+            means.push_back(meanDistanceOf(nearest));
         }
         search.farthest = farthest;
     }
@@ -251,10 +301,62 @@ private:
     Columns points_;                   // padded by one leaf
 };
 
-}  // namespace
+// Second moments of the offsets of a point's neighbours about their mean.
+struct Scatter {
+    double count = 0;
+    Vec3 sum{0, 0, 0};
+    double xx = 0, yy = 0, zz = 0, xy = 0, yz = 0, zx = 0;
 
-std::optional<double> spacing(std::vector<Vec3f> points) {
-    const NearestFinder finder(std::move(points));
+    void add(const Vec3& offset) {
+        ++count;
+        sum += offset;
+        xx += offset.x * offset.x, yy += offset.y * offset.y, zz += offset.z * offset.z;
+        xy += offset.x * offset.y, yz += offset.y * offset.z, zx += offset.z * offset.x;
+    }
+
+    // 1 along a line, 2 in a sheet, 3 in a volume: the number of principal axes whose variance is at least kFlat of the
+    // whole. By Sylvester's law of inertia, each change of sign in the leading minors of (covariance - kFlat trace) is
+    // a smaller eigenvalue.
+    int dimension() const {
+        const Vec3 mean = sum / count;
+        const double cxx = xx - count * mean.x * mean.x, cyy = yy - count * mean.y * mean.y,
+                     czz = zz - count * mean.z * mean.z, cxy = xy - count * mean.x * mean.y,
+                     cyz = yz - count * mean.y * mean.z, czx = zx - count * mean.z * mean.x;
+        const double flat = kFlat * (cxx + cyy + czz);
+        const double x = cxx - flat, y = cyy - flat, z = czz - flat;
+        const double second = x * y - cxy * cxy;
+        const double third = x * (y * z - cyz * cyz) - cxy * (cxy * z - cyz * czx) + czx * (cxy * cyz - y * czx);
+        const int thin = (x < 0) + ((second < 0) != (x < 0)) + ((third < 0) != (second < 0));
+        return std::max(1, 3 - thin);
+    }
+};
+
+// A pseudo-random number of a position, the same for any order of the particles.
+std::uint64_t hashOf(const Vec3& p) {
+    std::uint64_t bits = 0;
+    for (const double coordinate : {p.x, p.y, p.z})
+        bits = hash(bits, std::bit_cast<std::uint32_t>(static_cast<float>(coordinate)));
+    return bits;
+}
+
+std::vector<double> localSpacings(const NearestFinder& finder, int dimension) {
+    const auto factor = [&](int local) { return kMeanOfSix[dimension - 1] / kMeanOfSix[local - 1]; };
+    const std::uint64_t every = std::max<std::uint64_t>(1, finder.size() / kSampled);
+    std::vector<std::vector<double>> of_leaves(finder.leaves());
+    parallelFor(finder.leaves(), 16, [&](std::size_t l) {
+        finder.forEachPoint(l, [&](const Vec3& point) {
+            if (every > 1 && hashOf(point) % every != 0) return;
+            const double mean = finder.meanDistance(point);
+            if (!std::isfinite(mean)) return;
+            Scatter neighbours;
+            finder.forEachWithin(point, 2 * mean, [&](const Vec3& offset) { neighbours.add(offset); });
+            of_leaves[l].push_back(mean * factor(neighbours.dimension()));
+        });
+    });
+    return concatenate(of_leaves);
+}
+
+std::optional<double> medianSixNearest(const NearestFinder& finder) {
     std::vector<std::vector<double>> of_leaves((finder.leaves() + 31) / 32);
     parallelFor(of_leaves.size(), 1, [&](std::size_t task) {
         NearPoints search;
@@ -266,6 +368,54 @@ std::optional<double> spacing(std::vector<Vec3f> points) {
     const auto middle = mean.begin() + static_cast<std::ptrdiff_t>(mean.size() / 2);
     std::nth_element(mean.begin(), middle, mean.end());
     return *middle;
+}
+
+}  // namespace
+
+bool SpacingEstimator::add(std::vector<Vec3f> positions) {
+    const NearestFinder finder(std::move(positions));
+    const std::vector<double> local = localSpacings(finder, dimension_);
+    if (!first_median_) first_median_ = medianSixNearest(finder);
+    local_.insert(local_.end(), local.begin(), local.end());
+    return !local.empty();
+}
+
+std::optional<SpacingEstimate> SpacingEstimator::estimate() const {
+    if (local_.empty()) return std::nullopt;
+    const double typical = typicalSpacing(local_);
+    std::vector<double> local = local_;
+    const auto percentile = [&](std::size_t percent) {
+        const auto at = local.begin() + static_cast<std::ptrdiff_t>((local.size() - 1) * percent / 100);
+        std::nth_element(local.begin(), at, local.end());
+        return *at;
+    };
+    const bool agrees = first_median_ && std::abs(*first_median_ - typical) <= kAgreement * typical;
+    return SpacingEstimate{agrees ? *first_median_ : typical, percentile(5), percentile(95)};
+}
+
+std::optional<SpacingEstimate> spacingOf(std::vector<Vec3f> positions, int dimension) {
+    SpacingEstimator estimator(dimension);
+    estimator.add(std::move(positions));
+    return estimator.estimate();
+}
+
+std::vector<double> localSpacings(std::vector<Vec3f> positions, int dimension) {
+    return localSpacings(NearestFinder(std::move(positions)), dimension);
+}
+
+double typicalSpacing(std::vector<double> local) {
+    std::sort(local.begin(), local.end());
+    const auto upTo = [&](double length) { return std::upper_bound(local.begin(), local.end(), length); };
+    const auto median = [](auto first, auto last) { return *(first + (last - first) / 2); };
+    auto densest = local.begin();  // first of the most numerous values that are within a factor kWindow of each other
+    for (auto first = local.begin(); first != local.end(); ++first)
+        if (upTo(*first * kWindow) - first > upTo(*densest * kWindow) - densest) densest = first;
+    const double centre = median(densest, upTo(*densest * kWindow));
+    return median(std::lower_bound(local.begin(), local.end(), centre / kWindow), upTo(centre * kWindow));
+}
+
+std::optional<double> medianSixNearest(std::vector<Vec3f> positions) {
+    return medianSixNearest(NearestFinder(std::move(positions)));
 }
 
 }  // namespace betamesh

@@ -4,6 +4,7 @@
 
 #include "base/random.h"
 #include "batch/job/frames.h"
+#include "betamesh/error.h"
 #include "support/job_folder.h"
 
 #include <yaml-cpp/yaml.h>
@@ -69,6 +70,225 @@ TEST(Farm, AShellReadsQuotedWordsBackUnchanged) {
     std::string expected;
     for (const std::string& word : words) expected += word + '|';
     EXPECT_EQ(contentsOf(file), expected);
+}
+
+/// Words that some shell, template or engine could take for something else.
+const std::vector<std::string> kAwkwardWords{
+    "plain",     "",          "two words", "it's", "$HOME",   "${HOME}",  "`id`",     "$(id)",  "a\"b",
+    "\"",        "*",         "?[a]",      "~",    "\\",      "\\\\",     "end\\",    "a\\\"b", "-x",
+    "--",        "#",         "a#b",       "a;b",  "a&b|c>d", "!history", "=",        "a=b",    "100%",
+    "\xc3\xa4",  "{{Param}}", "}",         "{a",   "<QUOTE>", "z<0.25",   "#IFRAME#", "####",   "line\nbreak",
+    "tab\there", "\xff",      "'",         "''",   "\r",      "a\\\\\"b", "a,b",      "[x]",    ": y",
+    "- z",       "&anchor",   "!tag",      "null", "\x1b[m"};
+
+/// A job with these words in its command line and folder.
+FarmJob awkwardJob(const std::string& program, const std::vector<std::string>& words, const std::string& folder) {
+    FarmJob job;
+    job.name = words.empty() ? "name" : words[0];
+    job.folder = folder;
+    job.run = {program, "run"};
+    job.run.insert(job.run.end(), words.begin(), words.end());
+    job.report = {program, "report"};
+    job.report.insert(job.report.end(), words.begin(), words.end());
+    job.chunks = {{1, 2}, {3}};
+    return job;
+}
+
+/// How .NET divides the arguments of a process: quotes group, and backslashes escape only before a quote.
+std::vector<std::string> dividedByDotNet(const std::string& arguments) {
+    std::vector<std::string> words;
+    std::size_t i = 0;
+    while (true) {
+        while (i < arguments.size() && (arguments[i] == ' ' || arguments[i] == '\t')) ++i;
+        if (i == arguments.size()) return words;
+        std::string word;
+        bool quoted = false;
+        for (; i < arguments.size() && (quoted || (arguments[i] != ' ' && arguments[i] != '\t')); ++i) {
+            std::size_t backslashes = 0;
+            while (i + backslashes < arguments.size() && arguments[i + backslashes] == '\\') ++backslashes;
+            if (i + backslashes < arguments.size() && arguments[i + backslashes] == '"') {
+                word += std::string(backslashes / 2, '\\');
+                i += backslashes;
+                if (backslashes % 2 == 1)
+                    word += '"';
+                else
+                    quoted = !quoted;
+            } else if (backslashes > 0) {
+                word += std::string(backslashes, '\\');
+                i += backslashes - 1;
+            } else {
+                word += arguments[i];
+            }
+        }
+        words.push_back(word);
+    }
+}
+
+/// The text without the tokens of an engine, whose values follow.
+std::string withTokens(std::string text, const std::vector<std::pair<std::string, std::string>>& values) {
+    for (const auto& [token, value] : values)
+        for (std::size_t at = text.find(token); at != std::string::npos; at = text.find(token, at + value.size()))
+            text.replace(at, token.size(), value);
+    return text;
+}
+
+/// Runs what engines run, with a program that records its arguments and the folder it is in.
+class AwkwardWords : public ::testing::Test {
+protected:
+    void SetUp() override {
+        write(program_, "#!/bin/bash\n{ printf '%s\\0' \"$PWD\" \"$@\"; } > " + record_ + "\n");
+        fs::permissions(program_, fs::perms::owner_all);
+        write(folder_ / "bin/deadlinecommand", "#!/bin/bash\nprintf '%s\\0' \"$@\" > " + record_ + "\n");
+        fs::permissions(folder_ / "bin/deadlinecommand", fs::perms::owner_all);
+    }
+
+    int shell(const std::string& script, const std::string& variables = "") {
+        write(folder_ / "script", script);
+        return std::system(
+            ("cd / && PATH=" + folder_ / "bin" + ":$PATH " + variables + " bash " + folder_ / "script").c_str());
+    }
+
+    /// The words that the program recorded.
+    std::vector<std::string> recorded() const {
+        std::vector<std::string> words;
+        std::istringstream in(contentsOf(record_));
+        for (std::string word; std::getline(in, word, '\0');) words.push_back(word);
+        return words;
+    }
+
+    TemporaryFolder folder_;
+    std::string program_ = folder_ / "pro gram's/be=ta/betamesh", record_ = folder_ / "record";
+};
+
+TEST_F(AwkwardWords, ReachTheProgramUnchangedOrAreRefused) {
+    std::map<std::string, int> accepted;
+    for (std::uint64_t seed = 0; seed < 120; ++seed) {
+        SCOPED_TRACE(seed);
+        Random random(seed);
+        std::vector<std::string> words;
+        for (std::size_t i = 1 + random.below(3); i > 0; --i)
+            words.push_back(kAwkwardWords[seed < kAwkwardWords.size() ? seed : random.below(kAwkwardWords.size())]);
+        const std::string name = words[0].empty() || words[0].find('/') != std::string::npos ? "folder" : words[0];
+        const std::string folder = folder_ / ("jobs/in " + name);
+        fs::create_directories(folder);
+        const std::string program = seed % 2 == 0 ? program_ : folder_ / "betamesh";
+        fs::copy_file(program_, folder_ / "betamesh", fs::copy_options::overwrite_existing);
+        const FarmJob job = awkwardJob(program, words, folder);
+        std::vector<std::string> expected{folder, "run"};
+        expected.insert(expected.end(), words.begin(), words.end());
+        const auto expect = [&](const char* engine, std::vector<std::string> more) {
+            ++accepted[engine];
+            more.insert(more.begin(), expected.begin(), expected.end());
+            EXPECT_EQ(recorded(), more) << engine;
+        };
+        const auto refuses = [](const auto& text) {
+            try {
+                text();
+                return false;
+            } catch (const Error& error) {
+                const std::string why = error.what();
+                EXPECT_TRUE(why.find(" contains ") != std::string::npos ||
+                            why.find(" is not UTF-8") != std::string::npos)
+                    << why;
+                return true;
+            }
+        };
+
+        EXPECT_EQ(shell(slurmArray(job), "SLURM_ARRAY_TASK_ID=1"), 0);
+        expect("slurm", {"--frames", "1-2", "--skip-existing"});
+
+        if (!refuses([&] { openCueCommand(job); })) {
+            EXPECT_EQ(shell(withTokens(openCueCommand(job), {{"#FRAMESPEC#", "1-2"}})), 0);
+            expect("opencue", {"--skip-existing", "--frames", "1-2"});
+        }
+
+        if (!refuses([&] { deadlineCommand(job); })) {
+            EXPECT_EQ(shell(deadlineCommand(job)), 0);
+            const std::vector<std::string> given = recorded();
+            ASSERT_GE(given.size(), 5U);
+            const std::string arguments =
+                withTokens(given[4], {{"<QUOTE>", "\""}, {"<STARTFRAME>", "1"}, {"<ENDFRAME>", "2"}});
+            std::vector<std::string> command = dividedByDotNet(arguments);
+            command.insert(command.begin(), given[2]);
+            EXPECT_EQ(shell(shellWords(command)), 0);
+            expect("deadline", {"--skip-existing", "--frames", "1-2"});
+        }
+
+        if (!refuses([&] { openJobTemplate(job); })) {
+            const YAML::Node action = YAML::Load(openJobTemplate(job))["steps"][0]["script"]["actions"]["onRun"];
+            std::vector<std::string> command{action["command"].Scalar()};
+            for (const auto& word : action["args"]) command.push_back(word.Scalar());
+            command.back() = "1-2";
+            EXPECT_EQ(shell(shellWords(command)), 0);
+            expect("openjd", {"--skip-existing", "--progress", "openjd", "--frames", "1-2"});
+        }
+    }
+    EXPECT_EQ(accepted["slurm"], 120);
+    for (const char* engine : {"opencue", "deadline", "openjd"}) EXPECT_GE(accepted[engine], 60) << engine;
+}
+
+/// How sbatch reads a line #SBATCH.
+/// source  Slurm, src/sbatch/opt.c: a backslash escapes the next character, quotes group, # begins a comment
+std::vector<std::string> readBySbatch(const std::string& line) {
+    std::vector<std::string> words;
+    std::string word;
+    bool any = false, escaped = false;
+    char quote = 0;
+    for (const char c : line + ' ') {
+        if (escaped) {
+            word += c;
+            any = true;
+            escaped = false;
+        } else if (c == '\\') {
+            escaped = true;
+        } else if (quote != 0) {
+            if (c == quote)
+                quote = 0;
+            else
+                word += c;
+        } else if (c == '"' || c == '\'') {
+            quote = c;
+            any = true;
+        } else if (c == '#') {
+            break;
+        } else if (c == ' ' || c == '\t') {
+            if (any) words.push_back(word);
+            word.clear();
+            any = false;
+        } else {
+            word += c;
+            any = true;
+        }
+    }
+    return words;
+}
+
+TEST_F(AwkwardWords, OptionsOfSbatchAreInBothScripts) {
+    for (const std::string& awkward : kAwkwardWords) {
+        SCOPED_TRACE(awkward);
+        FarmJob job = awkwardJob(program_, {}, "/");
+        job.name = awkward;
+        job.sbatch_options = {"-p", "long", "--comment=" + awkward, "--array=1-2%1"};
+        const bool has_control = std::any_of(awkward.begin(), awkward.end(), [](unsigned char c) { return c < 32; });
+        if (has_control) {
+            EXPECT_THROW(slurmArray(job), Error);
+            EXPECT_THROW(slurmReport(job), Error);
+            continue;
+        }
+        for (const bool is_array : {true, false}) {
+            std::istringstream script(is_array ? slurmArray(job) : slurmReport(job));
+            std::vector<std::string> options;
+            for (std::string line; std::getline(script, line);)
+                if (line.starts_with("#SBATCH "))
+                    for (const std::string& word : readBySbatch(line.substr(8))) options.push_back(word);
+            EXPECT_EQ(options.front(), "--job-name=" + awkward + (is_array ? "" : "-report"));
+            std::vector<std::string> expected{"-p", "long", "--comment=" + awkward};
+            if (is_array) expected.emplace_back("--array=1-2%1");
+            EXPECT_EQ(
+                std::vector<std::string>(options.end() - static_cast<std::ptrdiff_t>(expected.size()), options.end()),
+                expected);
+        }
+    }
 }
 
 class Submit : public JobFolder {
@@ -196,6 +416,11 @@ TEST_F(Submit, TheSlurmScriptMeshesTheChunkOfItsTask) {
     EXPECT_TRUE(absent(2) && written(3) && written(4) && absent(5));
     EXPECT_EQ(shell("SLURM_ARRAY_TASK_ID=3 bash " + folder_ / "array.sh"), 0);
     EXPECT_TRUE(written(5));
+}
+
+TEST_F(Submit, PrintsTheOptionsAfterTwoDashes) {
+    const std::string text = submitted("slurm", {"--", "--partition=long", "--time", "4:00:00"});
+    EXPECT_EQ(count(text, "#SBATCH --partition=long --time 4:00:00\n"), 2U) << text;  // the array and the report
 }
 
 /// The rules of the 2023-09 schema and its TASK_CHUNKING extension that concern what is written.

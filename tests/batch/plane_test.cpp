@@ -1,8 +1,8 @@
 // Jobs in two dimensions as a user runs them.
 
+#include "betamesh/check.h"
 #include "io/curve_file.h"
 #include "io/particle_file.h"
-#include "mesh/curve_measure.h"
 #include "support/planar_clouds.h"
 #include "support/program.h"
 

@@ -4,12 +4,12 @@
 #include "base/dual.h"
 #include "base/parallel.h"
 #include "bench_clouds.h"
+#include "betamesh/skin.h"
 #include "io/mesh_file.h"
 #include "io/particle_file.h"
 #include "skin/ball_boundary.h"
 #include "skin/coverage.h"
 #include "skin/near_surface.h"
-#include "skin/pipeline.h"
 #include "skin/spacing.h"
 #include "support/temporary_folder.h"
 
@@ -142,7 +142,7 @@ void writing(benchmark::State& state, const std::string& extension) {
 
 void estimatingSpacing(benchmark::State& state) {
     const Particles particles = splash(static_cast<std::size_t>(state.range(0)));
-    for (auto _ : state) benchmark::DoNotOptimize(spacing(particles.position));
+    for (auto _ : state) benchmark::DoNotOptimize(medianSixNearest(particles.position));
     count(state, particles);
 }
 

@@ -2,12 +2,12 @@
 // flaws/NAME-on-balls.png and flaws/NAME-skin.png, and checks numbers where they can express the flaw.
 
 #include "base/random.h"
+#include "betamesh/check.h"
+#include "betamesh/coherence.h"
+#include "betamesh/skin.h"
 #include "betamesh/skin_params.h"
-#include "mesh/coherence.h"
-#include "mesh/mesh_measure.h"
 #include "render/png_file.h"
 #include "render/render_frame.h"
-#include "skin/pipeline.h"
 #include "support/slab_top.h"
 
 #include <gtest/gtest.h>

@@ -2,10 +2,10 @@
 
 #include "base/cell_grid.h"
 #include "base/rigid_motion.h"
+#include "betamesh/check.h"
+#include "betamesh/skin.h"
 #include "io/particle_file.h"
 #include "mesh/jump_sites.h"
-#include "mesh/mesh_measure.h"
-#include "skin/pipeline.h"
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>

@@ -1,6 +1,6 @@
 // Particle attributes on the vertices of the mesh.
 
-#include "skin/pipeline.h"
+#include "betamesh/skin.h"
 
 #include "betamesh/error.h"
 #include "support/clouds.h"

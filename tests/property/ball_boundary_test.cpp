@@ -4,7 +4,7 @@
 #include "base/icosphere.h"
 #include "base/random.h"
 #include "base/union_find.h"
-#include "mesh/mesh_measure.h"
+#include "betamesh/check.h"
 #include "skin/alpha_mesh.h"
 #include "skin/coverage.h"
 #include "skin/exposed_region.h"

@@ -4,14 +4,13 @@
 
 #include "base/icosphere.h"
 #include "base/random.h"
-#include "mesh/mesh_check.h"
-#include "mesh/mesh_measure.h"
+#include "betamesh/check.h"
+#include "betamesh/skin.h"
 #include "skin/arcs.h"
 #include "skin/ball_boundary.h"
 #include "skin/coverage.h"
 #include "skin/face_points.h"
 #include "skin/faces.h"
-#include "skin/pipeline.h"
 #include "skin/velocity.h"
 #include "support/clouds.h"
 

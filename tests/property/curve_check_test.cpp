@@ -1,8 +1,8 @@
 // checkCurves() on good and on broken curves.
 
-#include "mesh/curve_check.h"
 #include "base/random.h"
-#include "planar/skin_plane.h"
+#include "betamesh/check.h"
+#include "betamesh/skin.h"
 #include "support/planar_clouds.h"
 
 #include <gtest/gtest.h>

@@ -2,8 +2,8 @@
 
 #include "planar/curve_displacement.h"
 #include "base/random.h"
-#include "mesh/curve_check.h"
-#include "planar/skin_plane.h"
+#include "betamesh/check.h"
+#include "betamesh/skin.h"
 #include "support/planar_clouds.h"
 
 #include <gtest/gtest.h>

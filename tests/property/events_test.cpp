@@ -2,11 +2,11 @@
 // surface jumps there. README.md has the measurements.
 
 #include "base/random.h"
+#include "betamesh/coherence.h"
+#include "betamesh/skin.h"
 #include "exact/snapped_particles.h"
-#include "mesh/coherence.h"
 #include "skin/ball_boundary.h"
 #include "skin/coverage.h"
-#include "skin/pipeline.h"
 #include "support/oracles.h"
 
 #include <gtest/gtest.h>
@@ -95,10 +95,10 @@ void findEvents(const Particles& start, double begin, const Combinatorics& befor
     if (before == after) return;
     const double middle = (begin + end) / 2;
     if (end - begin < 1e-9) {
-        found(middle, kindOf(before, after, moved(start, middle)));
+        found(middle, kindOf(before, after, advected(start, middle)));
         return;
     }
-    const Combinatorics between = combinatoricsOf(moved(start, middle));
+    const Combinatorics between = combinatoricsOf(advected(start, middle));
     findEvents(start, begin, before, middle, between, found);
     findEvents(start, middle, between, end, after, found);
 }
@@ -134,7 +134,7 @@ const std::vector<Event>& events() {
                                             : cloud(seed, {5, 5, 1}, 0.25, 0.8);
             const double span = spray ? 2 : 0.1;
             std::map<std::string, std::size_t> here;
-            const Combinatorics before = combinatoricsOf(start), after = combinatoricsOf(moved(start, span));
+            const Combinatorics before = combinatoricsOf(start), after = combinatoricsOf(advected(start, span));
             findEvents(start, 0, before, span, after, [&](double time, const std::string& kind) {
                 if (kind == "several" || count[{kind, block}] == kMost || here[kind] == kMostOfACloud) return;
                 ++count[{kind, block}], ++here[kind];
@@ -183,8 +183,8 @@ const std::vector<Surface>& surfaces() {
 }
 
 double jump(const Particles& start, double time, double span, const SkinParams& params) {
-    const Mesh before = skinFrame(moved(start, time - span / 2), params).mesh;
-    const Mesh after = skinFrame(moved(start, time + span / 2), params).mesh;
+    const Mesh before = skinFrame(advected(start, time - span / 2), params).mesh;
+    const Mesh after = skinFrame(advected(start, time + span / 2), params).mesh;
     return surfaceDistance(before, after).max;
 }
 
@@ -281,7 +281,7 @@ TEST(Events, PointsInsideFacesVanishWithoutAJump) {
     three.velocity = {
         {-0.0765557f, 0.648931f, 0.969507f}, {1.97399f, -0.361015f, -1.11566f}, {0.99669f, -0.72244f, 0.802014f}};
     constexpr double kTime = 2.7734375e-05;
-    EXPECT_EQ(combinatoricsOf(moved(three, kTime - 1e-3)), combinatoricsOf(moved(three, kTime + 1e-3)));
+    EXPECT_EQ(combinatoricsOf(advected(three, kTime - 1e-3)), combinatoricsOf(advected(three, kTime + 1e-3)));
     for (const double span : {1e-4, 1e-5, 2e-6})
         EXPECT_LE(jump(three, kTime, span, surfaces()[kOurs].params), kRadius * (kSteepest * span + kNoise)) << span;
 }
@@ -361,7 +361,7 @@ Jumps jumpsOf(std::size_t surface, unsigned seed, double farthest, int steps) {
     const SkinParams& params = surfaces()[surface].params;
     Mesh before = skinFrame(ball, params).mesh;
     for (int i = 1; i <= steps; ++i) {
-        Mesh now = skinFrame(moved(ball, i * farthest / fastest), params).mesh;
+        Mesh now = skinFrame(advected(ball, i * farthest / fastest), params).mesh;
         const SurfaceDistance distance = surfaceDistance(before, now);
         jumps.largest = std::max(jumps.largest, distance.max);
         jumps.of_nearly_all = std::max(jumps.of_nearly_all, distance.quantile999);

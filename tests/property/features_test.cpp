@@ -4,14 +4,13 @@
 
 #include "base/parallel.h"
 #include "base/union_find.h"
+#include "betamesh/check.h"
 #include "betamesh/error.h"
+#include "betamesh/skin.h"
 #include "mesh/components.h"
 #include "mesh/enclosure.h"
-#include "mesh/mesh_check.h"
-#include "mesh/mesh_measure.h"
 #include "skin/ball_boundary.h"
 #include "skin/coverage.h"
-#include "skin/pipeline.h"
 #include "support/clouds.h"
 #include "support/oracles.h"
 

@@ -4,9 +4,9 @@
 #include "base/icosphere.h"
 #include "base/parallel.h"
 #include "base/random.h"
+#include "betamesh/check.h"
+#include "betamesh/skin.h"
 #include "mesh/local_topology.h"
-#include "mesh/mesh_measure.h"
-#include "skin/pipeline.h"
 
 #include <gtest/gtest.h>
 

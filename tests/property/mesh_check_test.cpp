@@ -1,8 +1,8 @@
 // checkMesh() against brute force on small integer coordinates, where degeneracies abound, and on meshes with known
 // faults.
 
-#include "mesh/mesh_check.h"
 #include "base/index.h"
+#include "betamesh/check.h"
 
 #include "base/icosphere.h"
 #include "base/parallel.h"
@@ -10,7 +10,6 @@
 #include "exact/orientation.h"
 #include "io/mesh_file.h"
 #include "mesh/enclosure.h"
-#include "mesh/mesh_measure.h"
 #include "mesh/triangle_contact.h"
 #include "support/oracles.h"
 #include "support/temporary_folder.h"

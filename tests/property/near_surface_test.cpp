@@ -3,7 +3,7 @@
 #include "skin/near_surface.h"
 
 #include "base/random.h"
-#include "skin/pipeline.h"
+#include "betamesh/skin.h"
 #include "support/clouds.h"
 #include "support/oracles.h"
 

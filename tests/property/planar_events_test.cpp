@@ -2,9 +2,9 @@
 // there.
 
 #include "base/random.h"
+#include "betamesh/skin.h"
 #include "exact/snapped_particles.h"
 #include "planar/disc_boundary.h"
-#include "planar/skin_plane.h"
 #include "support/planar_clouds.h"
 
 #include <gtest/gtest.h>

@@ -1,15 +1,14 @@
 // Properties of every skinned frame.
 
 #include "base/random.h"
-#include "skin/pipeline.h"
+#include "betamesh/skin.h"
 
 #include "base/dual.h"
 #include "base/parallel.h"
+#include "betamesh/check.h"
 #include "betamesh/error.h"
-#include "mesh/mesh_measure.h"
 #include "skin/ball_boundary.h"
 #include "skin/coverage.h"
-#include "skin/spacing.h"
 #include "support/clouds.h"
 #include "support/oracles.h"
 
@@ -365,64 +364,6 @@ TEST(SkinFrame, ARadiusLargerThanTheWholeCloudIsAnError) {
     for (int i = 0; i < 60000; ++i) particles.position.emplace_back(random.cube() + Vec3(5));
     EXPECT_THROW(skinFrame(particles, withRadius(100)), Error);
     EXPECT_NO_THROW(skinFrame(particles, withRadius(0.08)));
-}
-
-TEST(Spacing, IsThatOfTheLattice) {
-    EXPECT_FALSE(spacing({}));
-    Particles lattice;
-    for (int z = 0; z < 9; ++z)
-        for (int y = 0; y < 9; ++y)
-            for (int x = 0; x < 9; ++x)
-                lattice.position.emplace_back(0.5f * static_cast<float>(x), 0.5f * static_cast<float>(y),
-                                              0.5f * static_cast<float>(z));
-    ASSERT_TRUE(spacing(lattice.position));
-    EXPECT_NEAR(*spacing(lattice.position), 0.5, 0.05);
-    lattice.position.resize(6);
-    EXPECT_FALSE(spacing(lattice.position));
-}
-
-// By brute force over all pairs.
-std::optional<double> spacingByBruteForce(std::vector<Vec3f> points) {
-    const auto before = [](const Vec3f& a, const Vec3f& b) {
-        return a.x != b.x ? a.x < b.x : a.y != b.y ? a.y < b.y : a.z < b.z;
-    };
-    std::sort(points.begin(), points.end(), before);
-    points.erase(std::unique(points.begin(), points.end()), points.end());
-    if (points.size() < 7) return std::nullopt;
-    std::vector<double> means;
-    for (const Vec3f& p : points) {
-        std::vector<double> squared;
-        for (const Vec3f& q : points) squared.push_back((Vec3(q) - Vec3(p)).length2());
-        std::partial_sort(squared.begin(), squared.begin() + 7, squared.end());
-        double sum = 0;
-        for (std::size_t k = 1; k < 7; ++k) sum += std::sqrt(squared[k]);
-        means.push_back(sum / 6);
-    }
-    std::sort(means.begin(), means.end());
-    return means[means.size() / 2];
-}
-
-TEST(Spacing, AgreesWithBruteForce) {
-    forEveryCloud(300, [](const Cloud& cloud) {
-        EXPECT_EQ(spacing(cloud.particles.position), spacingByBruteForce(cloud.particles.position));
-    });
-    Random random(2);
-    std::vector<Vec3f> uneven;  // clumps of very different density, copies, and some on their own
-    for (int i = 0; i < 1500; ++i) uneven.emplace_back(random.cube());
-    for (int i = 0; i < 1500; ++i) uneven.emplace_back(random.cube() * 1e-4 + Vec3(0.3));
-    for (int i = 0; i < 300; ++i) uneven.push_back(uneven[static_cast<std::size_t>(i)]);
-    for (int i = 0; i < 40; ++i) uneven.emplace_back(random.cube() * 1000);
-    for (int i = 0; i < 300; ++i) uneven.emplace_back(0.5f, 0.5f, 0.5f);
-    EXPECT_EQ(spacing(uneven), spacingByBruteForce(uneven));
-}
-
-TEST(Spacing, IsTheSameInAnyOrderOnAnyNumberOfThreads) {
-    Particles particles;
-    Random random(3);
-    for (int i = 0; i < 40000; ++i) particles.position.emplace_back(random.cube() * (i % 3 == 0 ? 0.1 : 1.0));
-    const auto usual = spacing(particles.position);
-    for (const int threads : {1, 2, 5})
-        withThreads(threads, [&] { EXPECT_EQ(spacing(shuffled(particles, 4).position), usual); });
 }
 
 }  // namespace betamesh

@@ -1,13 +1,12 @@
 // Properties of the curves of every planar cloud.
 
-#include "planar/skin_plane.h"
 #include "base/parallel.h"
 #include "base/random.h"
 #include "base/union_find.h"
+#include "betamesh/check.h"
 #include "betamesh/error.h"
+#include "betamesh/skin.h"
 #include "exact/snapped_particles.h"
-#include "mesh/curve_check.h"
-#include "mesh/curve_measure.h"
 #include "planar/disc_boundary.h"
 #include "support/planar_clouds.h"
 

@@ -1,12 +1,11 @@
 // Properties of the skin: it encloses the volume of the liquid, is smooth, closed and free of crossings, and keeps all
 // components.
 
-#include "skin/pipeline.h"
+#include "betamesh/skin.h"
 
 #include "base/parallel.h"
+#include "betamesh/check.h"
 #include "mesh/components.h"
-#include "mesh/mesh_check.h"
-#include "mesh/mesh_measure.h"
 #include "support/clouds.h"
 #include "support/oracles.h"
 #include "support/slab_top.h"

@@ -1,9 +1,8 @@
 // Properties of coherent smoothing of the surface on the balls.
 
-#include "skin/pipeline.h"
+#include "betamesh/skin.h"
 
-#include "mesh/mesh_check.h"
-#include "mesh/mesh_measure.h"
+#include "betamesh/check.h"
 #include "skin/arcs.h"
 #include "skin/ball_boundary.h"
 #include "skin/boundary_samples.h"

@@ -3,7 +3,7 @@
 #include "base/icosphere.h"
 #include "base/parallel.h"
 #include "base/random.h"
-#include "mesh/coherence.h"
+#include "betamesh/coherence.h"
 #include "support/oracles.h"
 
 #include <gtest/gtest.h>
@@ -183,7 +183,7 @@ TEST(ParticleMotion, MovedParticlesFollowTheirVelocity) {
     Particles particles;
     particles.position = {{1, 2, 3}, {4, 5, 6}};
     particles.velocity = {{0, 0, 2}, {-1, 0, 0}};
-    const Particles later = moved(particles, 0.25);
+    const Particles later = advected(particles, 0.25);
     EXPECT_EQ(later.position[0], Vec3f(1, 2, 3.5f));
     EXPECT_EQ(later.position[1], Vec3f(3.75f, 5, 6));
     EXPECT_EQ(particleMotion(particles, later)->max, 0.5);

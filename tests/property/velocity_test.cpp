@@ -2,8 +2,8 @@
 
 #include "base/random.h"
 #include "base/rigid_motion.h"
+#include "betamesh/skin.h"
 #include "betamesh/skin_params.h"
-#include "skin/pipeline.h"
 #include "support/clouds.h"
 
 #include <gtest/gtest.h>

@@ -2,6 +2,7 @@
 
 #include "base/index.h"
 #include "base/random.h"
+#include "betamesh/skin.h"
 #include "mesh/components.h"
 #include "skin/arcs.h"
 #include "skin/ball_boundary.h"
@@ -9,7 +10,6 @@
 #include "skin/face_points.h"
 #include "skin/faces.h"
 #include "skin/features.h"
-#include "skin/pipeline.h"
 #include "skin/tessellate.h"
 #include "skin/velocity.h"
 #include "support/clouds.h"

@@ -4,7 +4,7 @@
 
 #include "base/icosphere.h"
 #include "base/random.h"
-#include "mesh/mesh_check.h"
+#include "betamesh/check.h"
 
 #include <gtest/gtest.h>
 

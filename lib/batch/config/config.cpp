@@ -4,6 +4,7 @@
 
 #include "batch/config/presets.h"
 #include "betamesh/error.h"
+#include "io/bytes.h"
 
 #include <yaml-cpp/yaml.h>
 
@@ -166,6 +167,7 @@ std::optional<KeyValue> applyFile(Config& config, const fs::path& file, std::vec
     if (error) throw Error(file.string() + ": " + error.message() + ". Give the path of a pipeline file (.yaml).");
     if (fs::is_directory(identity))
         throw Error(file.string() + ": this is a folder. Give the path of a pipeline file (.yaml).");
+    requireRegularFile(file);
     if (std::find(chain.begin(), chain.end(), identity) != chain.end() || chain.size() >= kMaxIncludeDepth) {
         std::string circle;
         for (const fs::path& link : chain) circle += link.filename().string() + " -> ";

@@ -2,8 +2,8 @@
 
 #pragma once
 
+#include "betamesh/skin.h"
 #include "render/render_settings.h"
-#include "skin/pipeline.h"
 
 #include <array>
 #include <cstdint>

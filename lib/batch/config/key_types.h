@@ -2,6 +2,7 @@
 
 #pragma once
 
+#include "base/nearest_word.h"
 #include "batch/config/config.h"
 #include "betamesh/error.h"
 
@@ -9,6 +10,7 @@
 #include <array>
 #include <charconv>
 #include <cmath>
+#include <limits>
 #include <optional>
 #include <sstream>
 #include <string>
@@ -30,8 +32,10 @@ inline ConfigKey makeKey(const KeyText& text, ConfigKey::Kind kind, const std::s
     return {text.path, text.option, kind, accepts, text.unit, text.help, std::move(get), std::move(set)};
 }
 
-[[noreturn]] inline void failValue(const std::string& value, const std::string& accepts) {
-    throw Error("'" + value + "' is not valid. Use " + accepts + '.');
+/// choices: words that may have been meant.
+[[noreturn]] inline void failValue(const std::string& value, const std::string& accepts,
+                                   const std::vector<std::string>& choices = {}) {
+    throw Error("'" + value + "' is not valid. Use " + accepts + '.' + didYouMean(value, choices));
 }
 
 template <typename Number>
@@ -49,6 +53,14 @@ inline std::string textOf(double number) {
     return {buffer.data(), end};
 }
 
+/// Six digits, for messages.
+inline std::string shortNumber(double number) {
+    std::array<char, 32> buffer{};
+    const auto [end, error] =
+        std::to_chars(buffer.data(), buffer.data() + buffer.size(), number, std::chars_format::general, 6);
+    return {buffer.data(), end};
+}
+
 template <typename Member>
 const auto& readOnly(const Config& config, Member member) {
     return member(const_cast<Config&>(config));  // an accessor returns a reference and changes nothing
@@ -63,6 +75,14 @@ ConfigKey textKey(const KeyText& text, const std::string& accepts, Member member
             if (check) check(value);
             member(config) = value;
         });
+}
+
+/// Whether files can store the number, as a 32-bit float.
+inline bool fitsFloat(double number) { return std::abs(number) <= double{std::numeric_limits<float>::max()}; }
+
+/// Whether a number above 0 stays above 0, with full precision, as a 32-bit float.
+inline bool isFloatAboveZero(double number) {
+    return number >= double{std::numeric_limits<float>::min()} && fitsFloat(number);
 }
 
 /// The entries between commas, without the spaces around them.
@@ -115,7 +135,8 @@ ConfigKey integerKey(const KeyText& text, int least, int most, bool zero_is_auto
         });
 }
 
-/// A finite number above 0 and at most `most`. With zero_is_auto the word `auto` stands for the value 0.
+/// A number above 0 and at most `most`, of at least the smallest normal 32-bit float. With zero_is_auto the word `auto`
+/// stands for the value 0.
 template <typename Member>
 ConfigKey positiveKey(const KeyText& text, const std::string& accepts, double most, bool zero_is_auto, Member member) {
     return makeKey(
@@ -127,7 +148,7 @@ ConfigKey positiveKey(const KeyText& text, const std::string& accepts, double mo
         [=](Config& config, const std::string& value) {
             const bool automatic = zero_is_auto && value == "auto";
             const auto number = automatic ? std::optional<double>(0) : numberOf<double>(value);
-            if (!number || (!automatic && !(*number > 0 && *number <= most))) failValue(value, accepts);
+            if (!number || (!automatic && !(isFloatAboveZero(*number) && *number <= most))) failValue(value, accepts);
             member(config) = *number;
         });
 }
@@ -145,7 +166,7 @@ ConfigKey realKey(const KeyText& text, double least, double most, Member member)
         });
 }
 
-/// `count` finite numbers separated by commas; nullopt if the text is anything else.
+/// `count` numbers that fit 32-bit floats, separated by commas; nullopt if the text is anything else.
 template <std::size_t count>
 std::optional<std::array<double, count>> numbersOf(const std::string& text) {
     const std::vector<std::string> entries = entriesOf(text);
@@ -153,7 +174,7 @@ std::optional<std::array<double, count>> numbersOf(const std::string& text) {
     std::array<double, count> numbers{};
     for (std::size_t i = 0; i < count; ++i) {
         const auto number = numberOf<double>(entries[i]);
-        if (!number || !std::isfinite(*number)) return std::nullopt;
+        if (!number || !fitsFloat(*number)) return std::nullopt;
         numbers[i] = *number;
     }
     return numbers;
@@ -169,7 +190,7 @@ std::string textOfNumbers(const std::array<double, count>& numbers) {
 /// A point, or `auto` (nullopt).
 template <typename Member>
 ConfigKey pointKey(const KeyText& text, Member member) {
-    const std::string accepts = "auto, or three numbers separated by commas";
+    const std::string accepts = "auto, or three numbers separated by commas, none beyond 3.4e38";
     return makeKey(
         text, ConfigKey::Kind::list, accepts,
         [=](const Config& config) {
@@ -234,7 +255,7 @@ ConfigKey choiceKey(const KeyText& text, const Choices<Choice>& choices, Member 
         [=](Config& config, const std::string& value) {
             const auto found =
                 std::find_if(choices.begin(), choices.end(), [&](const auto& choice) { return choice.first == value; });
-            if (found == choices.end()) failValue(value, accepts);
+            if (found == choices.end()) failValue(value, accepts, names);
             member(config) = found->second;
         });
     key.choices = names;
@@ -242,15 +263,15 @@ ConfigKey choiceKey(const KeyText& text, const Choices<Choice>& choices, Member 
 }
 
 inline constexpr const char* kLengthAboveZero =
-    "a number above 0 in world units, or a multiple of the particle spacing such as 1.5dx";
+    "a number above 0 in world units, or a multiple of the particle spacing such as 1.5dx; from 1.2e-38 to 3.4e38";
 
 inline std::string textOf(const Length& length) { return textOf(length.value) + (length.in_spacings ? "dx" : ""); }
 
-/// A length of 0 or more such as "0.02" or "1.5dx"; nullopt if the text is anything else.
+/// A length such as "0.02" or "1.5dx", 0 or in the range of 32-bit floats; nullopt if the text is anything else.
 inline std::optional<Length> lengthOf(std::string_view text) {
     const bool in_spacings = text.ends_with("dx");
     const auto number = numberOf<double>(text.substr(0, text.size() - (in_spacings ? 2 : 0)));
-    if (!number || !(*number >= 0) || !std::isfinite(*number)) return std::nullopt;
+    if (!number || !(*number == 0 || isFloatAboveZero(*number))) return std::nullopt;
     return Length{*number, in_spacings && *number > 0};
 }
 

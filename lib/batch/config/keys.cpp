@@ -1,6 +1,6 @@
 // The table of keys, and finding and setting keys by name.
 
-#include "batch/config/edit_distance.h"
+#include "base/edit_distance.h"
 #include "batch/config/key_tables.h"
 #include "betamesh/error.h"
 

@@ -1,7 +1,7 @@
 
 #include "batch/config/presets.h"
 
-#include "batch/config/edit_distance.h"
+#include "base/edit_distance.h"
 #include "betamesh/error.h"
 
 #include <algorithm>

@@ -1,6 +1,6 @@
-
 #include "batch/config/radius.h"
 
+#include "batch/config/key_types.h"
 #include "betamesh/error.h"
 #include "io/particle_file.h"
 #include "skin/spacing.h"
@@ -10,42 +10,124 @@
 namespace betamesh {
 namespace {
 
+constexpr double kMostDrift = 0.25;                        // of a frame's spacing before there is a warning, relative
+constexpr double kLeastSpacings = 0.8, kMostSpacings = 3;  // usual ball radii, in spacings
+constexpr double kWrongUnit = 20;                          // spacings; a larger radius is taken for a mistake
+
 ResolvedRadius resolved(const Length& radius, double spacing, std::string origin) {
     return {radius.in_spacings ? radius.value * spacing : radius.value, spacing, std::move(origin), {}};
 }
 
-}  // namespace
-
-std::optional<ResolvedRadius> resolveRadius(const Config& config, const std::map<int, std::string>& frames_on_disk,
-                                            const WorkerEvents& events) {
-    const Length& radius = config.surface.radius;
-    if (config.surface.spacing > 0) return resolved(radius, config.surface.spacing, "as given");
-    if (!radius.in_spacings) return resolved(radius, radius.value / kDefaultRadiusSpacings, "radius / 1.5");
-
+/// Measures the spacing in the first, the last and a middle one of the frames on disk that allow it.
+class SequenceMeasurement {
+public:
     std::vector<std::string> warnings;
-    bool any_readable = false;
-    for (const auto& [frame, file] : frames_on_disk) {
-        const WorkerEvents::FrameInProgress at_work(events, frame, WorkerEvents::Doing::measuring);
+    bool any_particles = false;  ///< in a frame that could be read
+
+    SequenceMeasurement(const Config& config, const std::map<int, std::string>& frames_on_disk,
+                        const WorkerEvents& events)
+        : estimator_(config.surface.dimension), events_(events), frames_(frames_on_disk.begin(), frames_on_disk.end()) {
+        std::size_t first = 0, end = frames_.size();
+        while (first < end && !measure(first)) ++first;
+        while (end > first + 1 && !measure(end - 1)) --end;
+        std::size_t middle = first + (end - first) / 2;
+        while (end > first + 2 && middle + 1 < end && !measure(middle)) ++middle;
+    }
+
+    std::optional<SpacingEstimate> estimate() const { return estimator_.estimate(); }
+
+    /// "a.0001.vdb", "frames 1, 50 and 99".
+    std::string where() const {
+        if (measured_.size() == 1) return frames_[measured_.front()].second;
+        std::string text = "frames ";
+        for (const std::size_t i : {std::size_t{0}, std::size_t{2}, std::size_t{1}}) {
+            if (i >= measured_.size()) continue;
+            text += (i == 0 ? "" : i == 1 ? " and " : ", ") + std::to_string(frames_[measured_[i]].first);
+        }
+        return text;
+    }
+
+private:
+    bool measure(std::size_t i) {
+        const auto& [frame, file] = frames_[i];
+        const WorkerEvents::FrameInProgress at_work(events_, frame, WorkerEvents::Doing::measuring);
         try {
             std::vector<Vec3f> positions;
             visitPositions(file, [&](std::span<const Vec3f> block) {
                 positions.insert(positions.end(), block.begin(), block.end());
             });
-            any_readable = true;
-            if (const auto measured = spacing(std::move(positions))) {
-                ResolvedRadius result = resolved(radius, *measured, "measured in " + file);
-                result.warnings = std::move(warnings);
-                return result;
-            }
+            any_particles |= !positions.empty();
+            if (!estimator_.add(std::move(positions))) return false;
+            measured_.push_back(i);
+            return true;
         } catch (const Error& error) {
             warnings.push_back("this frame could not be used to measure the particle spacing: " +
                                std::string(error.what()));
+            return false;
         }
     }
-    if (!any_readable) return std::nullopt;
+
+    SpacingEstimator estimator_;
+    const WorkerEvents& events_;
+    std::vector<std::pair<int, std::string>> frames_;
+    std::vector<std::size_t> measured_;  ///< indices of frames_
+};
+
+}  // namespace
+
+std::optional<ResolvedRadius> givenRadius(const Config& config) {
+    const Length& radius = config.surface.radius;
+    if (config.surface.spacing > 0) return resolved(radius, config.surface.spacing, "as given");
+    if (!radius.in_spacings) return resolved(radius, radius.value / kDefaultRadiusSpacings, "radius / 1.5");
+    return std::nullopt;
+}
+
+std::optional<ResolvedRadius> resolveRadius(const Config& config, const std::map<int, std::string>& frames_on_disk,
+                                            const WorkerEvents& events) {
+    const std::optional<ResolvedRadius> given = givenRadius(config);
+    if (config.surface.spacing > 0) return given;
+
+    SequenceMeasurement measurement(config, frames_on_disk, events);
+    const std::optional<SpacingEstimate> found = measurement.estimate();
+    if (given) {
+        if (found && given->radius > kWrongUnit * found->spacing)
+            throw Error("the radius " + shortNumber(given->radius) + " is " +
+                        shortNumber(given->radius / found->spacing) + " times the particle spacing " +
+                        shortNumber(found->spacing) + ", measured in " + measurement.where() + ". Did you mean " +
+                        shortNumber(given->radius) + "dx, that is in spacings? To use this radius nevertheless, give " +
+                        "the spacing as well (--spacing, surface.spacing).");
+        return given;
+    }
+    if (found) {
+        ResolvedRadius result = resolved(config.surface.radius, found->spacing,
+                                         "measured in " + measurement.where() + ", where 90 % of the particles have " +
+                                             shortNumber(found->low) + " to " + shortNumber(found->high));
+        result.warnings = std::move(measurement.warnings);
+        return result;
+    }
+    if (!measurement.any_particles) return std::nullopt;
     throw Error("the particle spacing of '" + config.input.path +
                 "' cannot be measured because no frame has seven distinct particles. Give it with --spacing "
                 "(surface.spacing), or give a radius in world units, as in --radius 0.02.");
+}
+
+FrameSpacing compareSpacing(const std::vector<Vec3f>& positions, double radius, double spacing, int dimension) {
+    std::vector<double> local = localSpacings(positions, dimension);
+    if (local.empty()) return {};
+    const double own = typicalSpacing(std::move(local));
+    FrameSpacing result{own, {}, {}};
+    const bool drifts = own > (1 + kMostDrift) * spacing || own < (1 - kMostDrift) * spacing;
+    std::string scale;
+    if (radius > kMostSpacings * own || radius < kLeastSpacings * own)
+        scale = "the radius " + shortNumber(radius) + " is " + shortNumber(radius / own) +
+                " times the particle spacing of this frame; 0.8 to 3 times gives a liquid surface";
+    if (drifts)
+        result.drift = "the particle spacing of this frame is " + shortNumber(own) + ", but " + shortNumber(spacing) +
+                       " is used for all frames. Give the spacing of the liquid with --spacing (surface.spacing)" +
+                       (scale.empty() ? "" : "; " + scale);
+    else if (!scale.empty())
+        result.scale = scale;
+    return result;
 }
 
 }  // namespace betamesh

@@ -54,7 +54,7 @@ ConfigKey cutKey(const KeyText& text) {
             if (value == "none") return config.preview.cut.reset();
             const std::size_t axis = std::string_view("xyz").find(value.empty() ? ' ' : value[0]);
             const auto at = numberOf<double>(std::string_view(value).substr(std::min<std::size_t>(2, value.size())));
-            if (axis > 2 || value.size() < 3 || (value[1] != '<' && value[1] != '>') || !at || !std::isfinite(*at))
+            if (axis > 2 || value.size() < 3 || (value[1] != '<' && value[1] != '>') || !at || !fitsFloat(*at))
                 failValue(value, accepts);
             config.preview.cut = CutawayPlane{static_cast<int>(axis), value[1] == '<', *at};
         });
@@ -72,7 +72,7 @@ ConfigKey groundKey(const KeyText& text) {
         },
         [=](Config& config, const std::string& value) {
             const auto number = numberOf<double>(value);
-            if (number ? !std::isfinite(*number) : value != "auto" && value != "none") failValue(value, accepts);
+            if (number ? !fitsFloat(*number) : value != "auto" && value != "none") failValue(value, accepts);
             config.preview.ground = number ? Ground::given : value == "none" ? Ground::none : Ground::automatic;
             config.preview.ground_height = number.value_or(0);
         });

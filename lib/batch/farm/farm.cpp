@@ -1,7 +1,9 @@
 
 #include "batch/farm/farm.h"
 
+#include "base/nearest_word.h"
 #include "batch/job/frames.h"
+#include "batch/report/printable.h"
 #include "betamesh/error.h"
 
 #include <sys/wait.h>
@@ -46,6 +48,8 @@ std::string shellWord(const std::string& word) {
 std::vector<std::string> inFolder(const FarmJob& job, const std::vector<std::string>& words,
                                   const std::vector<std::string>& more_words = {}) {
     std::vector<std::string> all{"env", "-C", job.folder};
+    // env would take a program whose path contains = for a variable.
+    if (words.front().find('=') != std::string::npos) all = {"sh", "-c", R"(cd "$0" && exec "$@")", job.folder};
     all.insert(all.end(), words.begin(), words.end());
     all.insert(all.end(), more_words.begin(), more_words.end());
     return all;
@@ -81,8 +85,78 @@ std::string doubleQuoted(const std::string& text) {
     return out + '"';
 }
 
+bool isControl(char c) { return std::iscntrl(static_cast<unsigned char>(c)) != 0; }
+
+/// A name for people: control characters become spaces.
+std::string titleOf(std::string name) {
+    std::replace_if(name.begin(), name.end(), isControl, ' ');
+    return name;
+}
+
+/// errors  a word with a line break or another control character, which a form of submission cannot express
+void requireNoControl(const std::string& word, const char* form) {
+    if (std::none_of(word.begin(), word.end(), isControl)) return;
+    throw Error("'" + word + "' contains a control character, such as a line break, which " + form +
+                " cannot express. Use another name.");
+}
+
+/// A word in a line #SBATCH, where a backslash escapes the next character, even in quotes, and # begins a comment.
+/// source  Slurm, src/sbatch/opt.c
+std::string sbatchWord(const std::string& word) {
+    requireNoControl(word, "a line #SBATCH");
+    std::string out;
+    for (const char c : word) {
+        if (std::string_view(" \\\"'#").find(c) != std::string_view::npos) out += '\\';
+        out += c;
+    }
+    return out;
+}
+
+/// A word of the arguments of Deadline's command line jobs: in quotes, with <QUOTE> for a quote, a backslash before a
+/// quote that belongs to the word, and backslashes doubled where they precede a quote.
+/// source  .NET, System.Diagnostics.Process: how arguments are divided; Deadline's manual, Command Line plug-in
+std::string deadlineWord(const std::string& word) {
+    requireNoControl(word, "Deadline");
+    for (std::size_t at = word.find('<'); at != std::string::npos; at = word.find('<', at + 1))
+        if (at + 1 < word.size() && std::isupper(static_cast<unsigned char>(word[at + 1])) != 0)
+            throw Error("'" + word + "' contains " + word.substr(at, 2) +
+                        ", with which tokens of Deadline such as <QUOTE> begin. Use another name.");
+    if (shellWord(word) == word) return word;
+    std::string out = "<QUOTE>";
+    std::size_t backslashes = 0;  // directly before this character
+    for (const char c : word) {
+        if (c == '"') out += std::string(backslashes + 1, '\\') + "<QUOTE>";
+        if (c != '"') out += c;
+        backslashes = c == '\\' ? backslashes + 1 : 0;
+    }
+    return out + std::string(backslashes, '\\') + "<QUOTE>";
+}
+
+/// errors  a word that contains a token of OpenCue, such as #IFRAME#, which it would replace
+const std::vector<std::string>& withoutTokens(const std::vector<std::string>& words) {
+    for (const std::string& word : words) {
+        for (std::size_t begin = word.find('#'); begin != std::string::npos; begin = word.find('#', begin + 1)) {
+            const std::size_t end = word.find_first_not_of("ABCDEFGHIJKLMNOPQRSTUVWXYZ_", begin + 1);
+            if (end != std::string::npos && end > begin + 1 && word[end] == '#')
+                throw Error("'" + word + "' contains " + word.substr(begin, end + 1 - begin) +
+                            ", which OpenCue may replace. Use another name.");
+        }
+    }
+    return words;
+}
+
+/// A name of at most `longest` bytes, cut between characters of UTF-8.
+std::string shortened(const std::string& name, std::size_t longest) {
+    std::size_t end = std::min(name.size(), longest);
+    while (end > 0 && end < name.size() && (static_cast<unsigned char>(name[end]) & 0xc0U) == 0x80U) --end;
+    return name.substr(0, end);
+}
+
 /// A word of an Open Job Description without references to be replaced.
 std::string literal(const std::string& word) {
+    requireNoControl(word, "an Open Job Description");
+    if (!isUtf8(word))
+        throw Error("'" + word + "' is not UTF-8, as an Open Job Description has to be. Use another name.");
     if (word.find("{{") != std::string::npos)
         throw Error("'" + word +
                     "' contains {{, which begins a reference in an Open Job Description. Use another name.");
@@ -126,6 +200,21 @@ std::string openJobMeshStep(const FarmJob& job) {
            openJobHostRequirements(job) + "  script:\n    actions:\n" +
            action("onRun", inFolder(job, job.run, {"--skip-existing", "--progress", "openjd", "--frames"}),
                   "\"{{Task.Param.Frame}}\"", "      ");
+}
+
+/// The line of a batch script with these options; empty if there are none.
+std::string sbatchLine(const std::vector<std::string>& options) {
+    if (options.empty()) return "";
+    std::string line = "#SBATCH";
+    for (const std::string& option : options) line += ' ' + sbatchWord(option);
+    return line + '\n';
+}
+
+/// The report is a single task.
+std::vector<std::string> optionsForReport(const FarmJob& job) {
+    std::vector<std::string> options = job.sbatch_options;
+    std::erase_if(options, [](const std::string& option) { return option.starts_with("--array="); });
+    return options;
 }
 
 struct CommandOutput {
@@ -185,7 +274,10 @@ std::pair<std::string, bool> sbatch(const std::string& script, const std::vector
 Farm farmNamed(std::string_view name) {
     for (const auto& [farm_name, farm] : kFarms)
         if (farm_name == name) return farm;
-    throw Error("'" + std::string(name) + "' is not a known farm engine. Use one of " + farmNames(", ") + '.');
+    std::vector<std::string> names;
+    for (const auto& entry : kFarms) names.emplace_back(entry.first);
+    throw Error("'" + std::string(name) + "' is not a known farm engine. Use one of " + farmNames(", ") + '.' +
+                didYouMean(name, names));
 }
 
 std::string farmNames(std::string_view separator) {
@@ -235,25 +327,25 @@ std::vector<std::vector<int>> chunksOfSize(const std::vector<FrameTask>& tasks, 
 }
 
 std::string slurmArray(const FarmJob& job) {
-    std::string text = "#!/bin/bash\n#SBATCH --job-name=" + shellWord(job.name) + "\n#SBATCH --array=1-" +
+    std::string text = "#!/bin/bash\n#SBATCH --job-name=" + sbatchWord(titleOf(job.name)) + "\n#SBATCH --array=1-" +
                        std::to_string(job.chunks.size()) + "\n#SBATCH --requeue\n#SBATCH --open-mode=append\n";
     if (job.threads > 0) text += "#SBATCH --cpus-per-task=" + std::to_string(job.threads) + '\n';
     if (job.memory > 0) text += "#SBATCH --mem=" + std::to_string(mebibytes(job.memory)) + "M\n";
-    text += "frames=(";
+    text += sbatchLine(job.sbatch_options) + "frames=(";
     for (std::size_t i = 0; i < job.chunks.size(); ++i) text += (i > 0 ? " " : "") + printFrames(job.chunks[i]);
     return text + ")\n# exec, so that scancel and time limits signal betamesh itself\nexec " +
            shellWords(inFolder(job, job.run)) + " --frames \"${frames[SLURM_ARRAY_TASK_ID - 1]}\" --skip-existing\n";
 }
 
 std::string slurmReport(const FarmJob& job) {
-    return "#!/bin/bash\n#SBATCH --job-name=" + shellWord(job.name + "-report") + "\n#SBATCH --requeue\nexec " +
-           shellWords(inFolder(job, job.report)) + '\n';
+    return "#!/bin/bash\n#SBATCH --job-name=" + sbatchWord(titleOf(job.name) + "-report") + "\n#SBATCH --requeue\n" +
+           sbatchLine(optionsForReport(job)) + "exec " + shellWords(inFolder(job, job.report)) + '\n';
 }
 
 std::string openJobTemplate(const FarmJob& job) {
     std::string text =
         "specificationVersion: jobtemplate-2023-09\nextensions: [TASK_CHUNKING]\nname: " +
-        literal(job.name.substr(0, kMaxOpenJobNameLength)) + '\n' + openJobParameters(job) +
+        literal(shortened(titleOf(job.name), kMaxOpenJobNameLength)) + '\n' + openJobParameters(job) +
         "jobEnvironments:\n# If the program does not start here, no frame is tried.\n- name: betamesh\n  script:\n"
         "    actions:\n" +
         action("onEnter", {job.run.front(), "--version"}, "", "      ") + "steps:\n" + openJobMeshStep(job);
@@ -264,18 +356,17 @@ std::string openJobTemplate(const FarmJob& job) {
 }
 
 std::string openCueCommand(const FarmJob& job) {
-    return shellWords(inFolder(job, job.run, {"--skip-existing"})) + " --frames #FRAMESPEC#\n";
+    return shellWords(withoutTokens(inFolder(job, job.run, {"--skip-existing"}))) + " --frames #FRAMESPEC#\n";
 }
 
 std::string deadlineCommand(const FarmJob& job) {
     const std::vector<std::string> words = inFolder(job, job.run, {"--skip-existing"});
     std::string arguments;
-    for (std::size_t i = 1; i < words.size(); ++i)
-        arguments += (shellWord(words[i]) == words[i] ? words[i] : "<QUOTE>" + words[i] + "<QUOTE>") + ' ';
+    for (std::size_t i = 1; i < words.size(); ++i) arguments += deadlineWord(words[i]) + ' ';
     arguments += "--frames <STARTFRAME>-<ENDFRAME>";
     return shellWords({"deadlinecommand", "-SubmitCommandLineJob", "-executable", words.front(), "-arguments",
                        arguments, "-frames", printFrames(allFrames(job)), "-chunksize",
-                       std::to_string(largestChunk(job)), "-name", job.name}) +
+                       std::to_string(largestChunk(job)), "-name", titleOf(job.name)}) +
            '\n';
 }
 
@@ -292,7 +383,8 @@ std::string tractorJob(const FarmJob& job) {
         for (const std::string& word : words) text += (text.back() == '{' ? "" : " ") + braced(word);
         return text + "} -service {betamesh}";
     };
-    std::string text = "Job -title " + braced(job.name) + " -serialsubtasks 1 -subtasks {\n  Task {Mesh} -subtasks {\n";
+    std::string text =
+        "Job -title " + braced(titleOf(job.name)) + " -serialsubtasks 1 -subtasks {\n  Task {Mesh} -subtasks {\n";
     for (const auto& chunk : job.chunks) {
         const std::string frames = printFrames(chunk);
         text += "    Task " + braced("frames " + frames) + " -cmds {" +
@@ -313,12 +405,14 @@ std::size_t maxSlurmTasks() {
     return std::max<std::size_t>(2, size) - 1;  // indices are below MaxArraySize, and ours begin at 1
 }
 
-SlurmJobs submitToSlurm(const FarmJob& job, const std::vector<std::string>& sbatch_options) {
+SlurmJobs submitToSlurm(const FarmJob& job) {
     SlurmJobs submitted;
-    std::tie(submitted.array_job, submitted.ok) = sbatch(slurmArray(job), sbatch_options);
+    std::tie(submitted.array_job, submitted.ok) = sbatch(slurmArray(job), job.sbatch_options);
     if (job.report.empty()) return submitted;
     // afterany: the report also runs after tasks that failed, because it shows which.
-    const auto [report, ok] = sbatch(slurmReport(job), {"--dependency=afterany:" + submitted.array_job});
+    std::vector<std::string> options = optionsForReport(job);
+    options.push_back("--dependency=afterany:" + submitted.array_job);
+    const auto [report, ok] = sbatch(slurmReport(job), options);
     submitted.report_job = report;
     submitted.ok = submitted.ok && ok;
     return submitted;

@@ -25,11 +25,12 @@ struct FarmJob {
     std::string name;
     std::string folder;            ///< absolute path in which tasks start, so that relative paths of the pipeline work
     std::vector<std::string> run;  ///< command line that meshes frames, without --frames and what follows it
-    std::vector<std::string> report;       ///< command line of the task after all others; empty: no such task
-    std::vector<std::vector<int>> chunks;  ///< the frames of each task, ascending
-    double task_seconds = 300;             ///< intended duration of a task
-    int threads = 0;                       ///< threads per task; 0: what the farm grants
-    std::uint64_t memory = 0;              ///< estimated memory per task in bytes; 0: unknown
+    std::vector<std::string> report;          ///< command line of the task after all others; empty: no such task
+    std::vector<std::vector<int>> chunks;     ///< the frames of each task, ascending
+    double task_seconds = 300;                ///< intended duration of a task
+    int threads = 0;                          ///< threads per task; 0: what the farm grants
+    std::uint64_t memory = 0;                 ///< estimated memory per task in bytes; 0: unknown
+    std::vector<std::string> sbatch_options;  ///< additional options of sbatch, for the array and the report
 };
 
 /// Divides the frames into contiguous chunks that take about equally long. Durations are estimated from the sizes of
@@ -44,23 +45,31 @@ std::vector<std::vector<int>> chunksOfEqualCost(const std::vector<FrameTask>& ta
 /// Divides the frames into contiguous chunks of `frames` frames each; the last chunk may have fewer.
 std::vector<std::vector<int>> chunksOfSize(const std::vector<FrameTask>& tasks, std::size_t frames);
 
+// Each of the following functions refuses words, such as folders, that its engine cannot express; what it accepts
+// reaches the program unchanged.
+
 /// A batch script for an array with one task per chunk. Tasks return to the queue when a node fails.
+/// errors  a control character in an option of sbatch
 std::string slurmArray(const FarmJob& job);
 
 /// A batch script for the report after the array.
 std::string slurmReport(const FarmJob& job);
 
 /// An Open Job Description template, version 2023-09 with TASK_CHUNKING.
-/// errors  a word that contains {{, which the template would take for a reference
+/// errors  a word that contains {{, which the template would take for a reference, or a control character, or is not
+///         UTF-8
 std::string openJobTemplate(const FarmJob& job);
 
 /// The command of an OpenCue layer, with OpenCue's token for the frames.
+/// errors  a word that contains a token of OpenCue
 std::string openCueCommand(const FarmJob& job);
 
 /// A deadlinecommand command line that submits the job to Deadline.
+/// errors  a word that contains < before a capital letter, or a control character
 std::string deadlineCommand(const FarmJob& job);
 
 /// A job script for Tractor's tractor-spool.
+/// errors  a word that contains a brace or a backslash
 std::string tractorJob(const FarmJob& job);
 
 /// Words quoted so that a shell reads them back unchanged.
@@ -74,9 +83,8 @@ struct SlurmJobs {
 
 /// Submits the array with sbatch, then the report that starts after it.
 ///
-/// in      sbatch_options: additional options of sbatch for the array
 /// errors  sbatch is not installed or refuses the job
-SlurmJobs submitToSlurm(const FarmJob& job, const std::vector<std::string>& sbatch_options);
+SlurmJobs submitToSlurm(const FarmJob& job);
 
 /// The largest number of tasks that Slurm accepts in one array.
 std::size_t maxSlurmTasks();

@@ -147,6 +147,16 @@ std::string frameName(const FramePattern& pattern, int frame) {
     return pattern.head + zeroFilled(frame, pattern.width) + pattern.tail;
 }
 
+std::optional<int> frameOfName(const FramePattern& pattern, std::string_view name) {
+    const std::string head = std::filesystem::path(pattern.head).filename().string();
+    if (name.size() <= head.size() + pattern.tail.size() || !name.starts_with(head) || !name.ends_with(pattern.tail))
+        return std::nullopt;
+    const auto frame = parseNumber(name.substr(head.size(), name.size() - head.size() - pattern.tail.size()));
+    // Of f.1.vdb and f.0001.vdb only one fits the padding of the pattern.
+    if (!frame || std::filesystem::path(frameName(pattern, *frame)).filename().string() != name) return std::nullopt;
+    return frame;
+}
+
 int singleFrame(const FramePattern& pattern) {
     return numberInName(std::filesystem::path(pattern.head).filename().string());
 }
@@ -175,23 +185,30 @@ std::map<int, std::string> framesOnDisk(const FramePattern& pattern) {
         if (fs::exists(head, error)) files[singleFrame(pattern)] = pattern.head;
         return files;
     }
-    const std::string head_name = head.filename().string();
     const std::string folder = folderOf(pattern.head);
     fs::directory_iterator entries(folder, error);
     if (error == std::errc::no_such_file_or_directory || error == std::errc::not_a_directory) return files;
     if (error) throw Error("'" + folder + "': the folder cannot be read: " + error.message());
     for (const fs::directory_entry& entry : entries) {
         const std::string name = entry.path().filename().string();
-        if (name.size() <= head_name.size() + pattern.tail.size() || !name.starts_with(head_name) ||
-            !name.ends_with(pattern.tail)) {
+        if (const auto frame = frameOfName(pattern, name)) files[*frame] = frameName(pattern, *frame);
+    }
+    return files;
+}
+
+std::vector<std::string> filesNamed(const std::vector<std::string>& names) {
+    std::vector<std::string> files;
+    for (const std::string& name : names) {
+        const FramePattern pattern = framePattern(name);
+        std::error_code ignored;
+        if (!pattern.numbered || std::filesystem::exists(name, ignored)) {
+            files.push_back(name);
             continue;
         }
-        const auto frame = parseNumber(
-            std::string_view(name).substr(head_name.size(), name.size() - head_name.size() - pattern.tail.size()));
-        if (!frame) continue;
-        // Of f.1.vdb and f.0001.vdb only one fits the padding of the pattern.
-        std::string file = frameName(pattern, *frame);
-        if (fs::path(file).filename().string() == name) files[*frame] = std::move(file);
+        const auto on_disk = framesOnDisk(pattern);
+        if (on_disk.empty())
+            throw Error("'" + name + "': no such file on disk. Expected names such as " + frameName(pattern, 1));
+        for (const auto& file : on_disk) files.push_back(file.second);
     }
     return files;
 }

@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <map>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -27,6 +28,9 @@ FramePattern framePattern(std::string_view path);
 /// The path of a frame. Negative numbers as in printf: frame -12 in `####` is `-012`.
 std::string frameName(const FramePattern& pattern, int frame);
 
+/// The frame number in a file name without folders that has the form of the pattern; nullopt if it has another form.
+std::optional<int> frameOfName(const FramePattern& pattern, std::string_view name);
+
 /// The frame of a pattern without placeholder.
 int singleFrame(const FramePattern& pattern);
 
@@ -41,6 +45,12 @@ std::string folderOf(const std::string& file);
 
 /// All files on disk whose name frameName() can produce, by frame. None if the folder does not exist.
 std::map<int, std::string> framesOnDisk(const FramePattern& pattern);
+
+/// The files that names stand for, in their order: a name with a placeholder for every frame on disk, unless there is a
+/// file of this very name.
+///
+/// errors  a placeholder for which there is no file
+std::vector<std::string> filesNamed(const std::vector<std::string>& names);
 
 /// The frames in a text such as `1-100`, `1-100x2`, `1-10,15,20-30`, `-5--1`: ascending, each once.
 ///

@@ -2,17 +2,18 @@
 #include "batch/job/job.h"
 
 #include "base/parallel.h"
+#include "batch/config/radius.h"
 #include "batch/job/plane.h"
 #include "batch/platform/frame_lock.h"
 #include "batch/platform/machine.h"
 #include "batch/platform/memory.h"
 #include "batch/report/log.h"
-#include "batch/version.h"
 #include "betamesh/error.h"
+#include "betamesh/version.h"
 #include "io/mesh_file.h"
 #include "io/output_file.h"
 #include "io/particle_file.h"
-#include "skin/near_surface.h"
+#include "skin/pipeline.h"
 
 #include <atomic>
 #include <chrono>
@@ -58,6 +59,7 @@ struct JobState {
     SignalWatch& signals;
     std::atomic<bool> warned_of_velocity = false;
     std::atomic<bool> hinted_at_plane = false;
+    std::atomic<bool> warned_of_scale = false;
     std::mutex mutex{};                         // guards near_surface
     std::map<int, std::string> near_surface{};  ///< by frame: a line on the particles near its surface
 };
@@ -111,6 +113,19 @@ struct Liquid {
     Particles particles;              ///< all, or those in near->row
     std::optional<NearSurface> near;  ///< set if only the particles near the surface were read
 };
+
+/// Compares radius and spacing with the particles. A radius that does not suit them is the same mistake in all frames:
+/// it is logged once.
+void checkSpacing(const Liquid& liquid, const Plan& plan, FrameReport& report, std::atomic<bool>& warned) {
+    if (liquid.near && !liquid.near->all) return;  // the particles near the surface do not tell the spacing
+    const FrameSpacing frame = compareSpacing(liquid.particles.position, plan.skin.radius, plan.spacing,
+                                              plan.config.surface.dimension);
+    report.frame_spacing = frame.own.value_or(0);
+    if (frame.drift) logWarning(report.input + ": " + *frame.drift);
+    if (frame.scale && !warned.exchange(true)) logWarning(report.input + ": " + *frame.scale);
+    for (const auto& warning : {frame.drift, frame.scale})
+        if (warning) report.warnings.push_back(*warning);
+}
 
 void recordNearSurface(const NearSurface& near, const FrameTask& task, JobState& job) {
     const std::size_t kept = near.particles - near.omitted();
@@ -206,14 +221,21 @@ struct Surface {
     std::function<void()> write;
 };
 
+/// The parameters of a frame. The radius of a sequence without particles is unknown, and any will do.
+SkinParams skinOf(const Plan& plan) {
+    SkinParams skin = plan.skin;
+    if (skin.radius == 0) skin.radius = 1;
+    return skin;
+}
+
 /// The mesh of a frame; empty if its input is missing.
 Surface surfaceOf(const Liquid& liquid, const FrameTask& task, const Plan& plan, StageWatch& watch,
                   FrameReport& report) {
     const Particles& particles = liquid.particles;
     SkinnedFrame skinned;
     if (task.action == FrameAction::mesh)
-        skinned = liquid.near ? skinFrame(particles, *liquid.near, plan.skin, std::ref(watch))
-                              : skinFrame(particles, plan.skin, std::ref(watch));
+        skinned = liquid.near ? skinFrame(particles, *liquid.near, skinOf(plan), std::ref(watch))
+                              : skinFrame(particles, skinOf(plan), std::ref(watch));
     else if (plan.skin.components)
         skinned.mesh.component.emplace();
     report.skin = skinned.report;
@@ -241,12 +263,12 @@ Surface planarSurfaceOf(const Liquid& liquid, const FrameTask& task, const Plan&
                         FrameReport& report) {
     const Particles& particles = liquid.particles;
     const auto plane = std::make_shared<SkinnedPlane>();
-    if (task.action == FrameAction::mesh) *plane = skinPlane(particles, plan.skin, std::ref(watch));
+    if (task.action == FrameAction::mesh) *plane = skinPlane(particles, skinOf(plan), std::ref(watch));
     report.plane = {plane->report, measureCurves(plane->curves), plane->curves.edges.size()};
     report.vertices = plane->curves.position.size();
     watch(Stage::measure);
     return {plane->spheres, {}, [=, &particles, &task, &plan] {
-                writePlane(task.output, *plane, particles.position, plan.skin, plan.config);
+                writePlane(task.output, *plane, particles.position, skinOf(plan), plan.config);
             }};
 }
 
@@ -272,11 +294,12 @@ void meshFrame(const FrameTask& task, const Plan& plan, bool near_surface, Frame
     Particles& particles = liquid.particles;
     if (task.action == FrameAction::mesh) {
         retrying(config.run.retries, [&] { liquid = readInput(task, plan, near_surface, *report.origin, job); });
-        if (plan.skin.radius == 0)
+        if (plan.skin.radius == 0 && particles.size() > 0)
             throw Error(task.input +
                         ": could not be read when the spacing was measured, but can be read now. Run the job again");
         declareVelocity(particles, report, job.warned_of_velocity);
         if (!planar) hintAtPlane(particles, report, job.hinted_at_plane);
+        checkSpacing(liquid, plan, report, job.warned_of_scale);
         watch(Stage::read);
     } else {
         report.warnings.push_back("no input: an empty mesh is written (run.on_missing)");

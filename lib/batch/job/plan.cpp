@@ -4,21 +4,27 @@
 #include "base/parallel.h"
 #include "batch/config/key_types.h"
 #include "batch/config/radius.h"
+#include "batch/job/distinct_files.h"
 #include "batch/job/plane.h"
 #include "batch/job/provenance.h"
 #include "batch/platform/machine.h"
 #include "batch/platform/memory.h"
+#include "batch/report/log.h"
 #include "batch/report/report.h"
-#include "batch/version.h"
 #include "betamesh/error.h"
+#include "betamesh/version.h"
 #include "io/extension.h"
 #include "io/mesh_file.h"
 
+#include <unistd.h>
+
 #include <algorithm>
+#include <cerrno>
 #include <charconv>
 #include <cmath>
 #include <filesystem>
 #include <map>
+#include <set>
 #include <system_error>
 #include <utility>
 
@@ -84,12 +90,6 @@ void refuseExisting(const std::vector<FrameTask>& tasks) {
                      ? " and " + std::to_string(count - 1) + " more outputs already exist. Use --overwrite to replace "
                      : " already exists. Use --overwrite to replace ") +
                 (count > 1 ? "them" : "it") + " or --skip-existing to resume.");
-}
-
-std::string shortNumber(double number) {
-    char text[32];
-    const auto [end, error] = std::to_chars(text, text + sizeof text, number, std::chars_format::general, 6);
-    return {text, end};
 }
 
 /// The paper's smoothing needs its tessellation.
@@ -159,9 +159,8 @@ void agreeOnSkin(Plan& plan) {
                                 skinForInset(*surface.inset, surface.radius));
     const std::optional<Length>& length = skinText(surface);
     if (!length) return;
-    if (surface.spacing > 0 || !surface.radius.in_spacings) {
-        const auto resolved = resolveRadius(plan.config, {});
-        withLengths(plan.skin, surface, resolved->radius, resolved->spacing);
+    if (const auto given = givenRadius(plan.config)) {
+        withLengths(plan.skin, surface, given->radius, given->spacing);
     } else {
         const double large_enough = 2 * length->value;  // stands for a radius that is given in the other unit
         withLengths(plan.skin, surface, length->in_spacings ? surface.radius.value : large_enough, 1);
@@ -211,6 +210,14 @@ SkinParams skinParams(const Config& config) {
     return params;
 }
 
+/// errors  a length above 0, in world units, that 32-bit floats cannot store
+void requireFloatLength(const std::string& key, double length) {
+    if (length == 0 || isFloatAboveZero(length)) return;
+    throw Error(key + " is " + shortNumber(length) +
+                " in world units, but files store 32-bit floats, which range from 1.2e-38 to 3.4e38. Choose another "
+                "unit of length");
+}
+
 void planRadius(Plan& plan, const std::map<int, std::string>& on_disk, const PlanOptions& options) {
     const auto resolved = resolveRadius(plan.config, on_disk, options.notes);
     if (!resolved) return;
@@ -223,10 +230,18 @@ void planRadius(Plan& plan, const std::map<int, std::string>& on_disk, const Pla
             features.bubble_volume * std::pow(resolved->spacing, plan.config.surface.dimension);
     else
         plan.skin.features.bubble_gap = worldLength(features.bubble_gap, resolved->spacing);
+    requireFloatLength("surface.spacing", resolved->spacing);
+    requireFloatLength("surface.radius", resolved->radius);
+    requireFloatLength("surface.skin", plan.skin.skin.value_or(0));
+    requireFloatLength("smoothing.width", plan.skin.smoothing_width);
+    requireFloatLength("features.bubble_gap", plan.skin.features.bubble_gap);
     const double skin = skinDepth(plan.skin, plan.config.surface.dimension);
     plan.notes.push_back("radius " + shortNumber(resolved->radius) +
                          (skin > 0 ? ", skin " + shortNumber(skin) : std::string()) + ", spacing " +
                          shortNumber(resolved->spacing) + " (" + resolved->origin + ')');
+    if (!givenRadius(plan.config))
+        plan.notes.push_back("to mesh files of this sequence one by one with the same spacing, use --spacing " +
+                             textOf(resolved->spacing));
     plan.warnings.insert(plan.warnings.end(), resolved->warnings.begin(), resolved->warnings.end());
 }
 
@@ -243,6 +258,59 @@ void planPictures(Plan& plan, const std::map<int, std::string>& on_disk, const P
         planRendering(plan.config, extent, preview.show == ShownGeometry::particles ? small : plan.skin.radius);
     plan.preview->settings.layers = isExr(preview.path);
     plan.notes.push_back("camera " + describe(*plan.preview));
+}
+
+std::string ofFrame(const char* what, int frame) { return std::string(what) + " of frame " + std::to_string(frame); }
+
+/// errors  a file that would be both read and written, or written twice
+void requireDistinctFiles(const std::vector<FrameTask>& tasks, const std::map<int, std::string>& on_disk) {
+    DistinctFiles files;
+    for (const auto& [frame, file] : on_disk) files.read(file, ofFrame("the input", frame));
+    for (const FrameTask& task : tasks) {
+        files.read(task.input, ofFrame("the input", task.frame));
+        files.written(task.output, ofFrame("the output", task.frame));
+        files.written(reportPath(task.output), ofFrame("the manifest", task.frame));
+        files.written(spheresPath(task.output), ofFrame("the file of spheres", task.frame));
+        if (!task.picture.empty()) files.written(task.picture, ofFrame("the picture", task.frame));
+    }
+}
+
+/// Whether files of the frame may be written, or may have been written by a worker that was lost.
+bool mayWrite(const FrameTask& task) {
+    return task.action == FrameAction::mesh || task.action == FrameAction::write_empty;
+}
+
+/// errors  an output folder, or the folder in which it has to be created, that cannot be written to
+void requireWritableFolders(const std::vector<FrameTask>& tasks) {
+    std::set<std::string> folders;
+    for (const FrameTask& task : tasks)
+        for (const std::string& file : {task.output, task.picture})
+            if (mayWrite(task) && !file.empty()) folders.insert(folderOf(file));
+    for (const std::string& folder : folders) {
+        fs::path existing = fs::absolute(folder);
+        std::error_code ignored;
+        while (!fs::exists(existing, ignored) && existing.has_relative_path()) existing = existing.parent_path();
+        const bool is_folder = fs::is_directory(existing, ignored);
+        if (is_folder && ::access(existing.c_str(), W_OK | X_OK) == 0) continue;
+        const int error_number = is_folder ? errno : ENOTDIR;
+        throw Error("'" + folder +
+                    "': no files can be written in this folder: " + std::generic_category().message(error_number) +
+                    (existing == fs::absolute(folder) ? "" : " (" + existing.string() + ')') +
+                    ". Choose another output path or change the permissions");
+    }
+}
+
+/// Whether the path is a file that the pattern may name.
+bool isOfPattern(const std::string& path, const std::string& pattern_text) {
+    if (pattern_text.empty()) return false;
+    const FramePattern pattern = framePattern(pattern_text);
+    const auto canonical = [](const std::string& file) {
+        std::error_code ignored;
+        return fs::weakly_canonical(fs::absolute(folderOf(file)), ignored) / fs::path(file).filename();
+    };
+    if (!pattern.numbered) return canonical(path) == canonical(pattern.text);
+    const auto frame = frameOfName(pattern, fs::path(path).filename().string());
+    return frame && canonical(path) == canonical(frameName(pattern, *frame));
 }
 
 }  // namespace
@@ -272,7 +340,9 @@ std::uint64_t memoryBudget(const Config& config) {
     return memory / 5 * 4;
 }
 
-int threadsOf(const Config& config) { return config.run.threads > 0 ? config.run.threads : availableThreads(); }
+int threadsOf(const Config& config) {
+    return config.run.threads > 0 ? std::min(config.run.threads, mostThreads()) : availableThreads();
+}
 
 Plan planJob(const Config& config, const PlanOptions& options) {
     if (config.input.path.empty()) throw Error("no input. Set input.path, as in sim/splash.####.vdb");
@@ -296,6 +366,10 @@ Plan planJob(const Config& config, const PlanOptions& options) {
     requireDimension(plan.config, plan.skin);
     noteOutputFormat(plan);
     plan.threads = threadsOf(config);
+    if (config.run.threads > plan.threads)
+        plan.notes.push_back("run.threads is " + std::to_string(config.run.threads) + ", but this process may use " +
+                             std::to_string(availableThreads()) + " processors: " + std::to_string(plan.threads) +
+                             " threads are used");
     if (!config.run.scratch.empty())
         plan.warnings.push_back(
             "run.scratch has no effect any more: data that does not fit into memory is no longer kept on disk");
@@ -309,12 +383,9 @@ Plan planJob(const Config& config, const PlanOptions& options) {
         if (options.history.ended.contains(frame)) continue;
         FrameTask task{frame, frameName(input, frame), frameName(output, frame), FrameAction::mesh, {}};
         if (!config.preview.path.empty()) task.picture = frameName(picture, frame);
-        std::error_code ignored;
-        if (task.input == task.output || fs::equivalent(task.input, task.output, ignored)) {
-            throw Error(task.output + " is both input and output. Choose another output.path");
-        }
         plan.tasks.push_back(std::move(task));
     }
+    requireDistinctFiles(plan.tasks, on_disk);
     const auto measurable = measurableOf(on_disk, options.history);
     for (const auto& [frame, why] : options.history.unmeasured)
         plan.warnings.push_back("not used to measure spacing and camera: " + frameName(input, frame) + ": " + why);
@@ -336,8 +407,8 @@ Plan planJob(const Config& config, const PlanOptions& options) {
         task.action = FrameAction::fail_lost;
         task.why = lost->second;
     }
-    if (options.dry_run) return plan;
-    refuseExisting(plan.tasks);
+    if (!options.dry_run) refuseExisting(plan.tasks);
+    requireWritableFolders(plan.tasks);
     plan.frames_in_flight = static_cast<std::size_t>(
         plan.config.run.frames_in_flight > 0 ? plan.config.run.frames_in_flight : plan.threads);
     plan.memory_budget = memoryBudget(plan.config);
@@ -345,11 +416,31 @@ Plan planJob(const Config& config, const PlanOptions& options) {
         task.near_surface = task.memory > plan.memory_budget || options.history.kills > 0;
     const bool any_mesh = std::any_of(plan.tasks.begin(), plan.tasks.end(),
                                       [](const FrameTask& task) { return task.action == FrameAction::mesh; });
-    if (any_mesh) {
+    if (any_mesh && options.measure) {
         planRadiusOnce();
+        if (options.dry_run) return plan;  // the camera has no influence on what can be done
         withThreads(plan.threads, [&] { planPictures(plan, measurable, options); });
     }
     return plan;
+}
+
+void requireDistinctLog(const std::string& log_file, const std::string& pipeline, const Config& config) {
+    const auto refuse = [](const std::string& name, const std::string& what) {
+        throw Error(name + " is both the log file (--log-file) and " + what + ". Choose another log file");
+    };
+    std::vector<std::string> names{log_file};
+    for (std::size_t i = 1; i <= kOldLogFiles; ++i) names.push_back(oldLogFile(log_file, i));
+    const std::string& output = config.output.path;
+    for (const std::string& name : names) {
+        std::error_code ignored;
+        if (!pipeline.empty() && (name == pipeline || fs::equivalent(name, pipeline, ignored)))
+            refuse(name, "the pipeline file");
+        if (isOfPattern(name, config.input.path)) refuse(name, "an input");
+        for (const auto& [frame, file] : framesOnDisk(framePattern(config.input.path)))
+            if (fs::equivalent(name, file, ignored)) refuse(name, "the input " + file);
+        for (const std::string& file : {output, reportPath(output), spheresPath(output), config.preview.path})
+            if (isOfPattern(name, file)) refuse(name, "an output");
+    }
 }
 
 std::string taskLine(const FrameTask& task) {

@@ -20,7 +20,7 @@ enum class FrameAction {
     fail_missing,    ///< the input is missing; run.on_missing is error
     fail_lost,       ///< the frame ended an earlier worker process
     skip_existing,   ///< the output exists and is up to date
-    refuse_existing  ///< an output exists and must not be replaced; only in plans of a dry run
+    refuse_existing  ///< an output exists and must not be replaced; only if PlanOptions::dry_run
 };
 
 const char* actionName(FrameAction action);
@@ -40,9 +40,10 @@ struct PlanOptions {
     Chunk chunk;
     bool overwrite = false;
     bool skip_existing = false;
-    bool dry_run = false;  ///< tolerate existing outputs; read inputs only to find what may be skipped
+    bool dry_run = false;  ///< outputs that exist become FrameAction::refuse_existing instead of an error
     JobHistory history{};  ///< frames that ended are left out; frames that were begun may have left files
     WorkerEvents notes{};  ///< receives the frames that are read to measure spacing and camera
+    bool measure = true;   ///< false: leave spacing, radius and camera open unless they tell what may be skipped
 };
 
 struct Plan {
@@ -59,7 +60,7 @@ struct Plan {
     std::vector<std::string> warnings;  ///< lines for the log
 };
 
-/// The threads of a job: run.threads, or availableThreads() if that is auto.
+/// The threads of a job: run.threads, at most mostThreads(), or availableThreads() if that is auto.
 int threadsOf(const Config& config);
 
 /// The memory for all frames in progress together, bytes: four fifths of run.memory_limit or of availableMemory(). The
@@ -68,9 +69,16 @@ std::uint64_t memoryBudget(const Config& config);
 
 /// Plans a job. Reads inputs to measure the particle spacing and to place the camera, if the configuration needs that.
 ///
-/// errors  missing or contradictory paths; no frames; an output that exists although neither overwrite nor
-///         skip_existing is set; a spacing that cannot be measured
+/// errors  missing or contradictory paths; a file that would be both read and written, or written twice; a folder that
+///         cannot be written to; no frames; an output that exists although neither overwrite nor skip_existing is set;
+///         a spacing that cannot be measured; lengths that 32-bit floats cannot store
 Plan planJob(const Config& config, const PlanOptions& options);
+
+/// Refuses a log file that the job reads or writes for something else.
+///
+/// in      pipeline: path of the pipeline file; empty: none
+/// errors  the log file, or a name that it gets when it has grown, is the pipeline file, an input or an output
+void requireDistinctLog(const std::string& log_file, const std::string& pipeline, const Config& config);
 
 /// The line of --dry-run for a frame.
 std::string taskLine(const FrameTask& task);

@@ -46,8 +46,13 @@ PlaneBounds parseBounds(const std::string& text) {
 
 void requireDimension(const Config& config, const SkinParams& params) {
     if (config.surface.dimension == 3) {
+        if (isSvg(config.output.path))
+            throw Error(config.output.path +
+                        ": an .svg picture shows curves, but surface.dimension 3 gives a mesh. Use another extension, "
+                        "or --dimension 2.");
         requireMeshExtension(config.output.path);
     } else {
+        requireCurveExtension(config.output.path);
         requirePlanar(params);
     }
     if (isSvg(config.output.path)) return;

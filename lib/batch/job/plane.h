@@ -3,8 +3,8 @@
 #pragma once
 
 #include "batch/config/config.h"
+#include "betamesh/skin.h"
 #include "io/svg.h"
-#include "planar/skin_plane.h"
 
 #include <string>
 

@@ -3,6 +3,7 @@
 #include "batch/job/provenance.h"
 
 #include "betamesh/error.h"
+#include "io/bytes.h"
 
 #include <sys/stat.h>
 
@@ -72,6 +73,7 @@ std::string fingerprintOf(const Config& config) {
 }
 
 FileFingerprint fileFingerprint(const std::string& file) {
+    requireRegularFile(file);
     struct stat status = {};
     if (::stat(file.c_str(), &status) != 0) failReading(file);
     return {static_cast<std::uint64_t>(status.st_size),

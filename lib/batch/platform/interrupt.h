@@ -8,7 +8,8 @@
 namespace betamesh {
 
 /// From now on the first SIGTERM or SIGINT is only recorded, here and in processes that this one forks; the second one
-/// ends the process at once. SIGPIPE is ignored, so that a job goes on if the reader of its output ends.
+/// ends the process at once. SIGPIPE is ignored, so that a job goes on if the reader of its output ends, and SIGXFSZ,
+/// so that a file beyond the size limit of the process (`ulimit -f`) fails alone.
 void rememberSignals();
 
 /// The recorded signal, SIGTERM or SIGINT; 0 if there was none.

@@ -139,6 +139,11 @@ int availableThreads() {
     return std::max(1, threads);
 }
 
+int mostThreads() {
+    constexpr int kLeast = 64;
+    return std::max(kLeast, availableThreads());
+}
+
 std::uint64_t availableMemory() {
     auto bytes = static_cast<double>(sysconf(_SC_PHYS_PAGES)) * static_cast<double>(sysconf(_SC_PAGESIZE));
     for (const fs::path& folder : groupFolders("memory")) {

@@ -10,6 +10,11 @@ namespace betamesh {
 /// CUE_THREADS. At least 1.
 int availableThreads();
 
+/// The largest number of threads that a job may be given: those of availableThreads(), but at least 64, so that a small
+/// machine can do what a large one does. Each thread costs time to start, and more than there are processors are of no
+/// use.
+int mostThreads();
+
 /// The smallest of: the memory of the machine, the limit of its container, SLURM_MEM_PER_NODE. Bytes.
 std::uint64_t availableMemory();
 

@@ -2,13 +2,16 @@
 
 #include "batch/report/log.h"
 
+#include "batch/report/printable.h"
 #include "betamesh/error.h"
+#include "io/bytes.h"
 
 #include <spdlog/sinks/rotating_file_sink.h>
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
 
 #include <cstdio>
+#include <cstdlib>
 #include <mutex>
 
 namespace betamesh {
@@ -27,13 +30,16 @@ struct Log {
         logger.set_level(spdlog::level::debug);
         terminal->set_level(spdlog::level::info);
         logger.set_pattern("%H:%M:%S %^%l%$: %v");
+        // source  no-color.org; without it, spdlog uses colours if stderr is a terminal that has them
+        const char* const no_color = std::getenv("NO_COLOR");
+        if (no_color != nullptr && *no_color != '\0') terminal->set_color_mode(spdlog::color_mode::never);
     }
 
     void line(spdlog::level::level_enum level, const std::string& text) {
         const std::scoped_lock lock(mutex);
         const bool shown = terminal->should_log(level);
         if (shown && !footer.empty()) std::fputs(kEraseLine, stderr);
-        logger.log(level, spdlog::string_view_t(text));
+        logger.log(level, spdlog::string_view_t(printable(text)));
         if (shown) drawFooter();
     }
 
@@ -58,6 +64,7 @@ void setLogLevel(LogLevel level) {
 
 void setLogFile(const std::string& file) {
     Log& log = theLog();
+    requireRegularFile(file);  // it is renamed when it grows
     try {
         auto sink = std::make_shared<spdlog::sinks::rotating_file_sink_st>(file, kMaxLogFileBytes, kOldLogFiles);
         sink->set_pattern("%Y-%m-%d %H:%M:%S.%e %l: %v");
@@ -67,6 +74,10 @@ void setLogFile(const std::string& file) {
     } catch (const spdlog::spdlog_ex& error) {
         throw Error(file + ": the log file cannot be written: " + error.what());
     }
+}
+
+std::string oldLogFile(const std::string& file, std::size_t times) {
+    return spdlog::sinks::rotating_file_sink_st::calc_filename(file, times);
 }
 
 void logDetail(const std::string& text) { theLog().line(spdlog::level::debug, text); }

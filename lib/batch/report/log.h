@@ -1,4 +1,5 @@
-// The log: lines with a time on stderr, and in a file if one is set.
+// The log: lines with a time on stderr, and in a file if one is set. Every message is one line; control characters in
+// it are escaped, see printable(). Colours only on a terminal, and not if NO_COLOR is set in the environment.
 
 #pragma once
 
@@ -23,6 +24,9 @@ inline constexpr std::size_t kOldLogFiles = 5;
 ///
 /// errors  the file cannot be written
 void setLogFile(const std::string& file);
+
+/// The name that a log file has after it has been renamed `times` times, times >= 1.
+std::string oldLogFile(const std::string& file, std::size_t times);
 
 void logDetail(const std::string& text);
 void logInfo(const std::string& text);

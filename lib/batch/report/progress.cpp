@@ -1,6 +1,7 @@
 
 #include "batch/report/progress.h"
 
+#include "base/nearest_word.h"
 #include "batch/report/log.h"
 #include "betamesh/error.h"
 
@@ -88,7 +89,10 @@ std::string paceText(const JobProgress& job) {
 ProgressKind progressNamed(std::string_view name) {
     for (const auto& [kind_name, kind] : kKinds)
         if (kind_name == name) return kind;
-    throw Error("--progress: '" + std::string(name) + "' is not valid. Use one of " + progressNames(", ") + '.');
+    std::vector<std::string> names;
+    for (const auto& entry : kKinds) names.emplace_back(entry.first);
+    throw Error("--progress: '" + std::string(name) + "' is not valid. Use one of " + progressNames(", ") + '.' +
+                didYouMean(name, names));
 }
 
 std::string progressNames(std::string_view separator) {

@@ -2,7 +2,9 @@
 
 #include "batch/report/report.h"
 
+#include "batch/report/printable.h"
 #include "betamesh/error.h"
+#include "io/bytes.h"
 
 #include <nlohmann/json.hpp>
 
@@ -16,8 +18,25 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-/// File names may be any bytes, but JSON is UTF-8: invalid bytes become U+FFFD.
-std::string oneLine(const Json& json) { return json.dump(-1, ' ', false, Json::error_handler_t::replace); }
+/// Bytes that are not UTF-8 become U+FFFD.
+std::string oneLine(const Json& json) {
+    return printableJson(json.dump(-1, ' ', false, Json::error_handler_t::replace));
+}
+
+/// Ends the name of a member that has the exact bytes of a path, percent-encoded, because JSON is UTF-8. It exists only
+/// if the path is not UTF-8.
+constexpr const char* kEncoded = "_percent_encoded";
+
+void addPath(Json& json, const std::string& name, const std::string& path) {
+    json[name] = path;
+    if (!isUtf8(path)) json[name + kEncoded] = percentEncoded(path);
+}
+
+/// The path that addPath() has added; empty if there is none.
+std::string pathFrom(const Json& json, const std::string& name) {
+    if (json.contains(name + kEncoded)) return percentDecoded(json.at(name + kEncoded).get<std::string>());
+    return json.contains(name) ? json.at(name).get<std::string>() : "";
+}
 
 FrameStatus statusNamed(const std::string& name) {
     for (const FrameStatus status : {FrameStatus::ok, FrameStatus::empty, FrameStatus::skipped})
@@ -38,6 +57,9 @@ Provenance originFrom(const Json& json) {
         origin.input = FileIdentity{stamp, input.at("content").get<std::string>()};
     }
     for (const auto& [name, bytes] : from.at("files").items()) origin.files[name] = bytes.get<std::uint64_t>();
+    if (const auto encoded = from.find(std::string("files") + kEncoded); encoded != from.end())
+        for (const auto& [name, bytes] : encoded->items())
+            origin.files[percentDecoded(name)] = bytes.get<std::uint64_t>();
     return origin;
 }
 
@@ -50,7 +72,12 @@ Json originJson(const Provenance& origin) {
         json["input"] = {{"bytes", origin.input->stamp.bytes},
                          {"modified", origin.input->stamp.modified},
                          {"content", origin.input->content}};
-    json["files"] = origin.files;
+    json["files"] = Json::object();
+    for (const auto& [name, bytes] : origin.files)
+        if (isUtf8(name))
+            json["files"][name] = bytes;
+        else
+            json[std::string("files") + kEncoded][percentEncoded(name)] = bytes;
     return json;
 }
 
@@ -59,6 +86,7 @@ void addSurface(const FrameReport& report, Json& json) {
     json["distinct_particles"] = report.skin.distinct_particles;
     json["radius"] = report.radius;
     json["spacing"] = report.spacing;
+    if (report.frame_spacing > 0) json["frame_spacing"] = report.frame_spacing;
     json["skin"] = report.skin_depth;
     json["predicates"] = report.predicates == PredicateKind::exact ? "exact" : "float";
     json["perturbation_retries"] = report.skin.perturbation_retries;
@@ -85,6 +113,7 @@ void addPlane(const FrameReport& report, const PlaneFrameReport& plane, Json& js
     json["distinct_particles"] = plane.skin.distinct_particles;
     json["radius"] = report.radius;
     json["spacing"] = report.spacing;
+    if (report.frame_spacing > 0) json["frame_spacing"] = report.frame_spacing;
     json["skin"] = report.skin_depth;
     json["alpha_vertices"] = plane.skin.alpha_vertices;
     json["alpha_segments"] = plane.skin.alpha_segments;
@@ -104,7 +133,7 @@ void addPlane(const FrameReport& report, const PlaneFrameReport& plane, Json& js
 
 Json asJson(const Vec3& v) { return {v.x, v.y, v.z}; }
 
-Json asJson(const Found& found) {
+Json asJson(const FaultCount& found) {
     return {{"count", found.count}, {"first", found ? Json(found.first) : Json(nullptr)}};
 }
 
@@ -121,7 +150,7 @@ void addCheck(const MeshCheck& check, Json& json) {
     json["edge_manifold"] = check.edgeManifold();
     json["vertex_manifold"] = check.vertexManifold();
     json["inside_out"] = check.inside_out;
-    const auto add = [&](const char* name, const Found& found) { json[name] = asJson(found); };
+    const auto add = [&](const char* name, const FaultCount& found) { json[name] = asJson(found); };
     add("not_finite", check.not_finite);
     add("velocity_not_finite", check.velocity_not_finite);
     add("missing_vertices", check.missing_vertices);
@@ -164,7 +193,7 @@ void addCheck(const CurveCheck& check, Json& json) {
     json["length"] = check.measure.length;
     json["closed"] = !check.open_ends;
     json["inside_out"] = check.inside_out;
-    const auto add = [&](const char* name, const Found& found) { json[name] = asJson(found); };
+    const auto add = [&](const char* name, const FaultCount& found) { json[name] = asJson(found); };
     add("not_finite", check.not_finite);
     add("velocity_not_finite", check.velocity_not_finite);
     add("repeated_vertices", check.repeated_vertices);
@@ -222,8 +251,8 @@ const char* nameOf(FrameStatus status) {
 std::string reportJson(const FrameReport& report) {
     Json json;
     json["frame"] = report.frame;
-    json["input"] = report.input;
-    json["output"] = report.output;
+    addPath(json, "input", report.input);
+    addPath(json, "output", report.output);
     json["status"] = nameOf(report.status);
     if (report.status == FrameStatus::failed) json["error"] = report.error;
     json["dimension"] = report.plane ? 2 : 3;
@@ -251,28 +280,30 @@ std::string progressJson(const JobProgress& progress) {
 }
 
 std::string taskJson(const FrameTask& task) {
-    Json json{{"frame", task.frame},
-              {"input", task.input},
-              {"output", task.output},
-              {"action", actionName(task.action)},
-              {"memory_bytes", task.memory}};
+    Json json{{"frame", task.frame}};
+    addPath(json, "input", task.input);
+    addPath(json, "output", task.output);
+    json["action"] = actionName(task.action);
+    json["memory_bytes"] = task.memory;
     if (!task.why.empty()) json["why"] = task.why;
     return oneLine(json);
 }
 
 std::optional<FrameReport> readReport(const std::filesystem::path& file) {
+    requireRegularFile(file);
     std::ifstream in(file);
     if (!in) return std::nullopt;
     try {
         const Json json = Json::parse(in);
         FrameReport report;
         json.at("frame").get_to(report.frame);
-        json.at("output").get_to(report.output);
+        if (!json.contains("output")) return std::nullopt;
+        report.output = pathFrom(json, "output");
         report.status = statusNamed(json.at("status").get<std::string>());
         const auto take = [](const Json& from, const char* name, auto& value) {
             if (from.contains(name)) from.at(name).get_to(value);
         };
-        take(json, "input", report.input);
+        report.input = pathFrom(json, "input");
         take(json, "error", report.error);
         take(json, "radius", report.radius);
         take(json, "spacing", report.spacing);
@@ -304,6 +335,7 @@ std::optional<FrameReport> readReport(const std::filesystem::path& file) {
 }
 
 std::vector<CoherenceReport> readCoherence(const std::filesystem::path& file) {
+    requireRegularFile(file);
     std::ifstream in(file);
     if (!in) throw Error(file.string() + ": cannot be read. Give the output of betamesh coherence --json.");
     std::vector<CoherenceReport> reports;
@@ -327,7 +359,7 @@ std::vector<CoherenceReport> readCoherence(const std::filesystem::path& file) {
 
 std::string infoJson(const std::string& file, const FileInfo& info, std::optional<double> spacing) {
     Json json;
-    json["file"] = file;
+    addPath(json, "file", file);
     json["kind"] = info.kind == FileKind::particles ? "particles" : info.kind == FileKind::mesh ? "mesh" : "curves";
     json["format"] = info.format;
     json["bytes"] = info.bytes;
@@ -350,7 +382,7 @@ std::string infoJson(const std::string& file, const FileInfo& info, std::optiona
 
 std::string checkJson(const CheckReport& report) {
     Json json;
-    json["file"] = report.file;
+    addPath(json, "file", report.file);
     json["good"] = report.error.empty() && report.faults.empty();
     if (!report.error.empty()) {
         json["error"] = report.error;
@@ -390,8 +422,8 @@ double CoherenceReport::largestExpectedRatio() const {
 
 std::string coherenceJson(const CoherenceReport& report) {
     Json json;
-    json["from"] = report.from;
-    json["to"] = report.to;
+    addPath(json, "from", report.from);
+    addPath(json, "to", report.to);
     if (!report.error.empty()) {
         json["error"] = report.error;
         return oneLine(json);

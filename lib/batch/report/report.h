@@ -4,14 +4,11 @@
 
 #include "batch/job/plan.h"
 #include "batch/job/provenance.h"
+#include "betamesh/check.h"
+#include "betamesh/coherence.h"
+#include "betamesh/skin.h"
 #include "io/file_info.h"
-#include "mesh/coherence.h"
-#include "mesh/curve_check.h"
 #include "mesh/jump_sites.h"
-#include "mesh/mesh_check.h"
-#include "mesh/mesh_measure.h"
-#include "planar/skin_plane.h"
-#include "skin/pipeline.h"
 
 #include <cstdint>
 #include <filesystem>
@@ -59,6 +56,7 @@ struct FrameReport {
     std::string error;  ///< why the frame failed
     double radius = 0;
     double spacing = 0;
+    double frame_spacing = 0;  ///< the frame's own spacing; 0: not measured
     double skin_depth = 0;  ///< distance from the outermost particles to the surface; 0: surface of the balls
     PredicateKind predicates = PredicateKind::exact;
     SkinReport skin;
@@ -90,6 +88,7 @@ std::string progressJson(const JobProgress& progress);
 std::string taskJson(const FrameTask& task);
 
 /// Reads a manifest; nullopt if the file does not exist or is incomplete. Members that it lacks keep their defaults.
+/// errors  not a regular file
 std::optional<FrameReport> readReport(const std::filesystem::path& file);
 
 /// The JSON of `betamesh info`. spacing: particle spacing in world units.
@@ -101,7 +100,7 @@ struct ParticleCheck {
     std::size_t particles = 0;
     std::size_t spheres = 0;  ///< beside the mesh, which may contain particles too
     double radius = 0;        ///< ball radius; 0: not given
-    Found outside;            ///< particles farther outside than the tolerance
+    FaultCount outside;       ///< particles farther outside than the tolerance
     double farthest = 0;      ///< distance of the particle farthest outside
     std::size_t farthest_row = 0;
     Vec3 farthest_position{0, 0, 0};

@@ -1,7 +1,8 @@
 // A library to preload into the program: makes chosen calls on chosen files fail as disks and servers do.
 //
 // BETAMESH_FAULT=CALL:ERRNO:NAME[:TIMES] makes CALL (open, read, write, fsync, rename) fail with the number ERRNO for
-// files whose path contains NAME, at most TIMES times. A negative ERRNO ends the process with signal -ERRNO.
+// files whose path contains NAME, at most TIMES times. A negative ERRNO ends the process with signal -ERRNO. The word
+// stall instead of ERRNO lets the call never return.
 // If CALL is thread, starting the n-th thread of a process fails, whose path is thread/n/.
 
 #include <dlfcn.h>
@@ -20,6 +21,8 @@
 
 namespace {
 
+constexpr int kStall = 1 << 20;  // stands for an error number
+
 struct Fault {
     char call[16] = "";
     char name[256] = "";
@@ -32,7 +35,9 @@ Fault& theFault() {
     static const bool read_once = [] {
         const char* text = std::getenv("BETAMESH_FAULT");
         int times = 1 << 30;
-        if (text != nullptr) std::sscanf(text, "%15[^:]:%d:%255[^:]:%d", fault.call, &fault.error, fault.name, &times);
+        char error[16] = "0";
+        if (text != nullptr) std::sscanf(text, "%15[^:]:%15[^:]:%255[^:]:%d", fault.call, error, fault.name, &times);
+        fault.error = std::strcmp(error, "stall") == 0 ? kStall : std::atoi(error);
         fault.times = times;
         return true;
     }();
@@ -45,6 +50,7 @@ bool fails(const char* call, const char* path) {
     if (fault.error == 0 || std::strcmp(call, fault.call) != 0 || std::strstr(path, fault.name) == nullptr)
         return false;
     if (fault.times-- <= 0) return false;
+    while (fault.error == kStall) pause();
     if (fault.error < 0) raise(-fault.error);  // in this thread, which therefore does not go on
     errno = fault.error;
     return true;

@@ -1,5 +1,4 @@
-
-#include "batch/version.h"
+#include "betamesh/version.h"
 
 namespace betamesh {
 

@@ -64,6 +64,6 @@ std::optional<ParticleMotion> particleMotion(const Particles& from, const Partic
 /// The particles advected by their own velocities.
 ///
 /// in      particles with velocity
-Particles moved(const Particles& particles, double seconds);
+Particles advected(const Particles& particles, double seconds);
 
 }  // namespace betamesh

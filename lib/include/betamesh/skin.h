@@ -1,15 +1,73 @@
-// The complete method in a plane: the one function that combines its stages.
+// The method: the surface of one frame of particles, in space and in a plane.
 
 #pragma once
 
 #include "betamesh/curves.h"
 #include "betamesh/mesh.h"
+#include "betamesh/particles.h"
 #include "betamesh/skin_params.h"
-#include "skin/pipeline.h"
+
+#include <functional>
+#include <string_view>
 
 namespace betamesh {
 
-/// Counts of the stages.
+/// The stages of a frame, in order. skinFrame() and skinPlane() run `structure` to `velocity`; reading, pictures,
+/// measurements and writing belong to jobs.
+enum class Stage {
+    read,
+    structure,   ///< the exact boundary of the union of balls
+    tessellate,  ///< its points and triangles, and the samples that smoothing needs
+    smooth,      ///< retraction to the skin, smoothing, removal of self-intersections
+    velocity,    ///< velocities and attributes of the vertices
+    measure,
+    picture,
+    write,
+};
+/// The name of a stage in reports.
+std::string_view nameOf(Stage stage);
+
+/// Called as each stage ends, once a frame and in order.
+using Watch = std::function<void(Stage)>;
+
+/// Counts of one frame for its report. Those of the alpha mesh exclude what was left out as a feature.
+struct SkinReport {
+    std::size_t particles = 0;
+    std::size_t distinct_particles = 0;  ///< after exact duplicates were merged
+    std::size_t alpha_triangles = 0;     ///< oriented: a double-sided one counts twice
+    std::size_t double_sided_triangles = 0;
+    std::size_t degenerate_edges = 0;
+    std::size_t isolated_particles = 0;
+    std::size_t alpha_vertices = 0;  ///< particles used by at least one alpha triangle
+    int perturbation_retries = 0;
+    // What the features in the parameters removed from the mesh:
+    std::size_t droplets = 0;
+    std::size_t droplet_particles = 0;  ///< distinct
+    std::size_t tendril_particles = 0;  ///< distinct
+    std::size_t bubbles_filled = 0;
+};
+
+/// Result of skinFrame().
+struct SkinnedFrame {
+    Mesh mesh;        ///< has velocities exactly when the particles have
+    Spheres spheres;  ///< what is not part of the mesh: droplets and tendrils that are kept as points; with the paper's
+                      ///< tessellation isolated particles and the ends of degenerate edges
+    SkinReport report;
+};
+
+/// Computes the surface of one frame.
+///
+/// in      n >= 0 valid particles
+/// out     a closed mesh; no particles give an empty mesh
+/// same    bytes for any thread count and particle order
+/// cost    O(n) if the number of neighbours within two radii is bounded
+/// errors  the paper's smoothing with another tessellation than the paper's; filled bubbles with another tessellation
+///         than the complete one; what requireSkin() throws; an attribute that the particles do not have; particles
+///         beyond the integer range; floating-point predicates that stay inconsistent after all retries
+/// source  beta mesh paper, section 3
+SkinnedFrame skinFrame(const Particles& particles, const SkinParams& params, const Watch& watch = {});
+
+/// Counts of one frame in a plane for its report. Those of the alpha mesh exclude removed droplets.
 struct PlaneReport {
     std::size_t particles = 0;
     std::size_t distinct_particles = 0;     ///< without exact duplicates
@@ -22,6 +80,7 @@ struct PlaneReport {
     std::size_t bubbles_filled = 0;
 };
 
+/// Result of skinPlane().
 struct SkinnedPlane {
     Curves curves;                   ///< with velocity if the particles have it, and with the requested attributes
     Curves before;                   ///< the curves on the boundary of discs, before retraction and smoothing, without

@@ -1,0 +1,20 @@
+
+#include "batch/job/dry_run.h"
+
+#include "betamesh/error.h"
+#include "io/particle_file.h"
+#include "skin/attributes.h"
+
+namespace betamesh {
+
+std::string whyFrameFails(const FrameTask& task, const Plan& plan) {
+    try {
+        const Particles particles = readParticles(task.input, {plan.config.input.velocity, plan.config.input.id});
+        carriedAttributes(particles, {}, {}, 1, plan.skin.attributes, {});  // of no vertices: checks the names alone
+        return "";
+    } catch (const Error& error) {
+        return error.what();
+    }
+}
+
+}  // namespace betamesh
