@@ -237,7 +237,7 @@ TEST(PlyFile, AttributesThatCannotBeWrittenAreErrors) {
 TEST(PlyFile, ErrorsOfUnknownExtensionsListTheKnownOnes) {
     expectError([] { readParticles("a.abc"); }, {"a.abc", ".bgeo", ".ply", ".vdb"});
     expectError([] { requireParticleExtension("a.obj"); }, {"a.obj", ".vdb"});
-    expectError([] { requireMeshExtension("a.vdb"); }, {"a.vdb", "cannot hold a mesh", ".obj"});
+    expectError([] { requireMeshExtension("a.vdb"); }, {"a.vdb", "not a format for meshes", ".obj"});
     EXPECT_NO_THROW(requireMeshExtension("dir.x/A.0001.PLY"));
     EXPECT_NO_THROW(requireMeshExtension("a.bgeo.gz"));
     expectError([] { readParticles("no/such/file.ply"); }, {"no/such/file.ply", "No such file"});
