@@ -28,10 +28,10 @@ enum class UpAxis { y, z };
 ///   normals         R N, of attributes named N, normal or normals with three floats
 /// Other attributes keep their numbers.
 struct ParticleInput {
-    std::string velocity;  ///< an attribute of three floats, or three of one float separated by commas; empty: the
-                           ///< first usual name, see findVelocity(). A name that is given must exist
-    std::string id;        ///< a whole-number attribute, which must exist; empty: `id`, if it exists
-    std::string where;     ///< condition, see AttributeExpression; empty: none
+    std::string velocity{};  ///< an attribute of three floats, or three of one float separated by commas; empty: the
+                             ///< first usual name, see findVelocity(). A name that is given must exist
+    std::string id{};        ///< a whole-number attribute, which must exist; empty: `id`, if it exists
+    std::string where{};     ///< condition, see AttributeExpression; empty: none
     std::optional<std::array<double, 6>> box{};  ///< lowest x y z and highest x y z, both inside; units of the file
     std::vector<std::string> group{};            ///< point groups; empty: all particles
     std::vector<std::string> grid{};             ///< point grids of .vdb; empty: all
@@ -80,9 +80,8 @@ struct VelocitySource {
         std::size_t component = 0;
     };
     std::array<Component, 3> xyz;
-    std::string name;  ///< "v", "v_1, v_2, v_3"
-
-    bool isOneAttribute() const { return xyz[0].attribute == xyz[2].attribute; }
+    std::string name;                 ///< "v", "v_1, v_2, v_3"
+    bool is_whole_attribute = false;  ///< all components of one attribute, in their order
 };
 
 /// Finds the velocity of n > 0 particles. Usual names, in the order of preference: attributes of three floats called v,
