@@ -47,9 +47,8 @@ struct VelocitySource {
         std::size_t component = 0;
     };
     std::array<Component, 3> xyz;
-    std::string name;  ///< "v", "v_1, v_2, v_3"
-
-    bool isOneAttribute() const { return xyz[0].attribute == xyz[2].attribute; }
+    std::string name;                 ///< "v", "v_1, v_2, v_3"
+    bool is_whole_attribute = false;  ///< all components of one attribute, in their order
 };
 
 /// Finds the velocity of n > 0 particles. Usual names, in the order of preference: attributes of three floats called v,

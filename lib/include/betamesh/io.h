@@ -32,10 +32,10 @@ enum class UpAxis { y, z };
 ///   normals         R N, of attributes named N, normal or normals with three floats
 /// Other attributes keep their numbers.
 struct ParticleInput {
-    std::string velocity;  ///< an attribute of three floats, or three of one float separated by commas; empty: the
-                           ///< first usual name, see the manual. A name that is given must exist
-    std::string id;        ///< a whole-number attribute, which must exist; empty: `id`, if it exists
-    std::string where;     ///< condition such as `type == 1 && P.y > 0.5`; empty: none
+    std::string velocity{};  ///< an attribute of three floats, or three of one float separated by commas; empty: the
+                             ///< first usual name, see the manual. A name that is given must exist
+    std::string id{};        ///< a whole-number attribute, which must exist; empty: `id`, if it exists
+    std::string where{};     ///< condition such as `type == 1 && P.y > 0.5`; empty: none
     std::optional<std::array<double, 6>> box{};  ///< lowest x y z and highest x y z, both inside; units of the file
     std::vector<std::string> group{};            ///< point groups; empty: all particles
     std::vector<std::string> grid{};             ///< point grids of .vdb; empty: all
