@@ -290,8 +290,8 @@ void addCheckCommand(CLI::App& program, int& exit_code) {
     command
         ->add_option("MESH", arguments->meshes,
                      "Files with meshes or planar curves (" + extensionsFor(FileKind::mesh, Access::read) +
-                         "). Polygons are triangulated. A pattern with a frame number (####) stands for every frame "
-                         "on disk, - for stdin.")
+                         "). Polygons are triangulated. A pattern with a frame number (####) stands for every frame on "
+                         "disk, - for stdin.")
         ->required();
     command->add_flag("--json", arguments->json, "Print one JSON object per mesh on stdout, with all components.");
     command->add_flag(

@@ -76,7 +76,7 @@ std::string shortText(double x) {
 void printTableHead(const std::string& first_moment, bool with_particles) {
     std::cout << padded("to", kNameColumns) << padded("max", 12) << padded("99.9 %", 12) << padded("RMS", 12)
               << (with_particles ? padded("particles", 12) + padded("ratio", 10) : "") << "farthest at\n"
-              << first_moment << '\n';
+              << printable(first_moment) << '\n';
 }
 
 void printTableRow(const CoherenceReport& report, bool with_particles, std::size_t max_places) {

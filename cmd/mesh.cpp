@@ -9,11 +9,11 @@
 #include "value_checks.h"
 
 #include <filesystem>
+#include <sstream>
+#include <string_view>
 
 namespace betamesh {
 namespace {
-
-const std::vector<std::string> kStreamFormats{"ply", "bgeo", "bgeo.gz", "bgeo.sc", "bhclassic", "obj"};
 
 struct Arguments {
     std::string input, output;
@@ -21,10 +21,20 @@ struct Arguments {
     JobOptions options;
 };
 
+/// The formats of meshes on stdout: extensions without their dots.
+std::vector<std::string> streamFormats() {
+    std::istringstream in(extensionsFor(FileKind::mesh, Access::write));
+    std::vector<std::string> names;
+    for (std::string extension; in >> extension;) names.push_back(extension.substr(1));
+    return names;
+}
+
 /// The extension of the mesh on stdout: --format, or that of the input if meshes can have it.
 std::string extensionForStdout(const Arguments& arguments, const std::string& input) {
     if (!arguments.format.empty()) return '.' + arguments.format;
-    return particleExtension(input) == Extension::bgeo ? ".bgeo" : ".ply";
+    const FileFormat& format = formatOf(input, FileKind::particles, Access::read);
+    const std::string_view extensions = format.write_mesh != nullptr ? format.write_extensions : ".ply";
+    return std::string(extensions.substr(0, extensions.find(' ')));
 }
 
 int run(const Arguments& arguments) {
@@ -53,7 +63,7 @@ void addMeshCommand(CLI::App& program, int& exit_code) {
     const auto [command, arguments] = addCommand(
         program, exit_code, "mesh", "Meshes one frame or a sequence of particle files, without a pipeline file.", run);
     command->footer(
-        "IN and OUT may be - for stdin (.ply, .bgeo or .vdb, told apart by their contents) and stdout. A mesh on\n"
+        "IN and OUT may be - for stdin (a file that its contents identify) and stdout. A mesh on\n"
         "stdout has no manifest and no spheres beside it.\n"
         "Examples:\n"
         "  betamesh mesh splash.0012.bgeo splash.0012.ply\n"
@@ -73,12 +83,12 @@ void addMeshCommand(CLI::App& program, int& exit_code) {
         ->required();
     addJobOptions(*command, arguments->options);
     std::string formats;
-    for (const std::string& format : kStreamFormats) formats += (formats.empty() ? "" : "|") + format;
+    for (const std::string& format : streamFormats()) formats += (formats.empty() ? "" : "|") + format;
     command
         ->add_option("--format", arguments->format,
-                     "Format of the mesh on stdout (OUT -). Without it, that of IN, or ply if IN is .vdb.")
+                     "Format of the mesh on stdout (OUT -). Without it, that of IN, or ply if meshes cannot have it.")
         ->type_name(formats)
-        ->check(oneOf(kStreamFormats))
+        ->check(oneOf(streamFormats()))
         ->group("Output");
     showInShortHelp(*command, {"--preset", "--frames", "--radius", "--spacing", "--dimension", "--skin", "--passes",
                                "--attributes", "--threads", "--overwrite", "--skip-existing", "--dry-run"});

@@ -1,6 +1,7 @@
 #include "standard_streams.h"
 
 #include "betamesh/error.h"
+#include "io/extension.h"
 
 #include <fcntl.h>
 #include <unistd.h>
@@ -46,20 +47,6 @@ void copyAll(int source, const std::string& from, int target, const std::string&
     }
 }
 
-/// The extension of a file's format by its first bytes; empty if they are not known.
-/// source  formats of Houdini: gzip, Houdini's JSON in binary and in text, SCF containers, classic binary and text
-std::string extensionOf(std::string_view head) {
-    using namespace std::string_view_literals;
-    if (head.starts_with("ply"sv) && head.size() > 3 && (head[3] == '\n' || head[3] == '\r')) return ".ply";
-    if (head.starts_with("\x20\x42\x44\x56"sv)) return ".vdb";
-    for (const std::string_view begin : {"\x1f\x8b"sv, "\x7fNSJ"sv,
-                                         "\x7f"
-                                         "JSN"sv,
-                                         "["sv, "scf1"sv, "Bgeo"sv, "PGEOMETRY"sv})
-        if (head.starts_with(begin)) return ".bgeo";
-    return "";
-}
-
 }  // namespace
 
 StandardStreams::~StandardStreams() {
@@ -85,10 +72,10 @@ std::string StandardStreams::fileOfStdin() {
         const Descriptor file(::open(copy.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0600));
         if (file.number < 0) fail(copy.string() + ": cannot be written");
         copyAll(STDIN_FILENO, "stdin", file.number, copy.string());
-        std::array<char, 16> head{};
+        std::array<char, kSignatureBytes> head{};
         const ssize_t got = ::pread(file.number, head.data(), head.size(), 0);
         const std::string extension =
-            extensionOf({head.data(), got > 0 ? static_cast<std::size_t>(got) : std::size_t{0}});
+            extensionOfContents({head.data(), got > 0 ? static_cast<std::size_t>(got) : std::size_t{0}});
         if (extension.empty())
             throw Error(got == 0 ? std::string("stdin is empty. Give it a .ply, .bgeo or .vdb file.")
                                  : std::string("stdin has an unknown format. Give it a .ply, .bgeo or .vdb file."));

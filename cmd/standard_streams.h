@@ -20,7 +20,7 @@ public:
     StandardStreams(const StandardStreams&) = delete;
     StandardStreams& operator=(const StandardStreams&) = delete;
 
-    /// Copies stdin to a file whose extension is that of its contents: .ply, .bgeo or .vdb. Returns its path.
+    /// Copies stdin to a file whose extension is that of its contents. Returns its path.
     ///
     /// errors  stdin is a terminal, of no known format, or was copied before; no space for the copy
     std::string fileOfStdin();

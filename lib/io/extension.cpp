@@ -326,20 +326,18 @@ const FileFormat& formatOf(const fs::path& path, FileKind kind, Access access) {
     const std::string name = lowerName(path);
     for (const FileFormat& format : kFormats)
         if (holds(format, kind, access) && !extensionIn(extensionsOf(format, access), name).empty()) return format;
-    const std::string advice = ". Use one of " + extensionsFor(kind, access) + ".";
-    const std::string what = nameOf(kind);
     const Access other = access == Access::read ? Access::write : Access::read;
-    if (const FileFormat* format = formatWith(name, access))
-        throw Error(path.string() + ": " + extensionIn(extensionsOf(*format, access), name) + " cannot hold " + what +
-                    advice);
-    if (const FileFormat* format = formatWith(name, other))
-        throw Error(path.string() + ": " + extensionIn(extensionsOf(*format, other), name) + " can be " +
-                    (access == Access::read ? "written, but not read" : "read, but not written") + advice);
-    const std::string extension = path.extension().string();
-    throw Error(path.string() +
-                (extension.empty() ? ": the name has no extension, which selects the format"
-                                   : ": '" + extension + "' is not a format for " + what) +
-                advice + didYouMean(extension, wordsOf(extensionsFor(kind, access))));
+    const FileFormat* format = formatWith(name, other);
+    const std::string known = extensionsFor(kind, access), extension = path.extension().string();
+    std::string fault = ": '" + extension + "' is not a format for " + nameOf(kind), guess;
+    if (extension.empty())
+        fault = ": the name has no extension, which selects the format";
+    else if (format != nullptr && formatWith(name, access) == nullptr)
+        fault = ": " + extension + " can be " +
+                (access == Access::read ? "written, but not read" : "read, but not written");
+    else
+        guess = didYouMean(extension, wordsOf(known));
+    throw Error(path.string() + fault + ". Use one of " + known + '.' + guess);
 }
 
 bool canHold(const fs::path& path, FileKind kind, Access access) {
@@ -380,6 +378,14 @@ double fileBytesPerParticle(const fs::path& path) {
                     : name.ends_with(".sc")  ? kBloscRatio
                     : name.ends_with(".geo") ? kTextRatio
                                              : 1);
+}
+
+std::string extensionOfContents(std::string_view begin) {
+    const bool gzip = begin.starts_with("\x1f\x8b"sv);
+    for (const FileFormat& format : kFormats)
+        if (format.read != nullptr && (gzip ? format.may_be_gzip : matches(format, {std::string(begin), false})))
+            return wordsOf(format.read_extensions).front();
+    return "";
 }
 
 bool isVdb(const fs::path& path) { return lowerName(path).ends_with(".vdb"); }

@@ -84,6 +84,9 @@ std::string lossesOf(const std::filesystem::path& path, FileKind kind, const Ext
 /// Estimated bytes on disk of one particle in a file of this name.
 double fileBytesPerParticle(const std::filesystem::path& path);
 
+/// An extension of the format that a file has which begins with these bytes; empty if they are no known signature.
+std::string extensionOfContents(std::string_view begin);
+
 /// Whether the extension is .vdb, in upper or lower case.
 bool isVdb(const std::filesystem::path& path);
 

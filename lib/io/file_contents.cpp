@@ -32,7 +32,7 @@ std::vector<Vec3f> takeVelocity(FileContents& contents, const std::string& reque
     const auto source = findVelocity(attributes, n, requested, attributeNames(contents), file);
     if (!source) return {};
     std::vector<Vec3f> velocity;
-    if (source->isOneAttribute() && attributes[source->xyz[0].attribute].components == 3) {
+    if (source->is_whole_attribute) {
         velocity = rowsOf(attributes[source->xyz[0].attribute].real);
     } else {
         firstTouchResize(velocity, n);
@@ -47,7 +47,7 @@ std::vector<Vec3f> takeVelocity(FileContents& contents, const std::string& reque
     }
     std::vector<std::size_t> used;
     for (const auto& [index, component] : source->xyz)
-        if (attributes[index].components == 1 || source->isOneAttribute()) used.push_back(index);
+        if (attributes[index].components == 1 || source->is_whole_attribute) used.push_back(index);
     std::sort(used.begin(), used.end(), std::greater<>());
     used.erase(std::unique(used.begin(), used.end()), used.end());
     for (const std::size_t index : used) attributes.erase(attributes.begin() + static_cast<std::ptrdiff_t>(index));

@@ -32,7 +32,7 @@ bool isFloatVector(const Attribute& a, std::size_t n) { return a.components == 3
 bool isScalar(const Attribute& a, std::size_t n) { return a.components == 1 && a.real.size() + a.integer.size() == n; }
 
 VelocitySource oneAttribute(std::size_t index, const std::string& name) {
-    return {{{{index, 0}, {index, 1}, {index, 2}}}, name};
+    return {{{{index, 0}, {index, 1}, {index, 2}}}, name, true};
 }
 
 std::vector<std::string> entriesOf(const std::string& list) {
@@ -63,7 +63,7 @@ VelocitySource requestedVelocity(const std::vector<Attribute>& attributes, std::
                                  const std::string& known, const std::string& file) {
     const std::vector<std::string> names = entriesOf(requested);
     if (names.size() == 3) {
-        VelocitySource source{{}, names[0] + ", " + names[1] + ", " + names[2]};
+        VelocitySource source{{}, names[0] + ", " + names[1] + ", " + names[2], false};
         for (std::size_t k = 0; k < 3; ++k) source.xyz[k] = requestedComponent(attributes, n, names[k], known, file);
         return source;
     }

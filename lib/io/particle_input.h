@@ -1,8 +1,8 @@
-// Which particles of a file are liquid, what its attributes mean, and what a file turned out to contain.
+// What a particle file contains, what of it is used, and how its numbers become world units.
 
 #pragma once
 
-#include "betamesh/particles.h"
+#include "betamesh/io.h"
 
 #include <array>
 #include <cstdint>
@@ -11,39 +11,6 @@
 #include <vector>
 
 namespace betamesh {
-
-/// What to do with particles whose position or velocity is NaN or infinite.
-enum class OnBadParticle { error, drop };
-
-/// The axis that points up.
-enum class UpAxis { y, z };
-
-/// How particle files are read. The defaults take every particle as it is in the file.
-///
-/// Particles are chosen by the numbers in the file: those in any of the grids and any of the groups, inside the box,
-/// for which the condition is true. Then, with R the identity, or for up axis z the rotation (x, y, z) -> (x, z, -y):
-///   positions       scale R (P - origin)
-///   velocities      scale velocity_scale time_scale R v
-///   accelerations   scale time_scale² R a, of attributes named accel or acceleration with three floats
-///   normals         R N, of attributes named N, normal or normals with three floats
-/// Other attributes keep their numbers.
-struct ParticleInput {
-    std::string velocity;  ///< an attribute of three floats, or three of one float separated by commas; empty: the
-                           ///< first usual name, see findVelocity(). A name that is given must exist
-    std::string id;        ///< a whole-number attribute, which must exist; empty: `id`, if it exists
-    std::string where;     ///< condition, see AttributeExpression; empty: none
-    std::optional<std::array<double, 6>> box{};  ///< lowest x y z and highest x y z, both inside; units of the file
-    std::vector<std::string> group{};            ///< point groups; empty: all particles
-    std::vector<std::string> grid{};             ///< point grids of .vdb; empty: all
-    OnBadParticle on_bad_particle = OnBadParticle::error;
-    double scale = 1;           ///< world units per unit of the file
-    double velocity_scale = 1;  ///< corrects the unit of velocities
-    double time_scale = 1;      ///< simulated seconds per second of playback
-    UpAxis up_axis = UpAxis::y;
-    Vec3 origin{0, 0, 0};  ///< subtracted from positions in double precision; units of the file
-
-    bool operator==(const ParticleInput&) const = default;
-};
 
 /// An attribute, a group or a grid that a file contains.
 struct InputPart {
@@ -80,9 +47,8 @@ struct VelocitySource {
         std::size_t component = 0;
     };
     std::array<Component, 3> xyz;
-    std::string name;  ///< "v", "v_1, v_2, v_3"
-
-    bool isOneAttribute() const { return xyz[0].attribute == xyz[2].attribute; }
+    std::string name;                 ///< "v", "v_1, v_2, v_3"
+    bool is_whole_attribute = false;  ///< all components of one attribute, in their order
 };
 
 /// Finds the velocity of n > 0 particles. Usual names, in the order of preference: attributes of three floats called v,

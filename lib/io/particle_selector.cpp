@@ -63,7 +63,7 @@ bool ParticleSelector::needsAttributes() const {
     return where_ || !input_.group.empty() || input_.on_bad_particle == OnBadParticle::drop;
 }
 
-void ParticleSelector::keepMembers(const FileContents& points, Rows& rows) const {
+void ParticleSelector::keepMembers(const FileContents& points, RowIndices& rows) const {
     std::vector<const Attribute*> groups;
     for (const std::string& name : input_.group) {
         const auto found = std::find_if(points.attributes.begin(), points.attributes.end(), [&](const Attribute& a) {
@@ -83,7 +83,7 @@ void ParticleSelector::keepMembers(const FileContents& points, Rows& rows) const
     });
 }
 
-void ParticleSelector::keepInside(const FileContents& points, Rows& rows) const {
+void ParticleSelector::keepInside(const FileContents& points, RowIndices& rows) const {
     const std::array<double, 6>& box = *input_.box;
     std::erase_if(rows, [&](std::uint32_t row) {
         const Vec3 p = Vec3(points.position[row]) + input_.origin;
@@ -95,7 +95,7 @@ void ParticleSelector::keepInside(const FileContents& points, Rows& rows) const 
     });
 }
 
-void ParticleSelector::keepFinite(const FileContents& points, Rows& rows, std::size_t first_row) {
+void ParticleSelector::keepFinite(const FileContents& points, RowIndices& rows, std::size_t first_row) {
     const bool drops = input_.on_bad_particle == OnBadParticle::drop;
     std::optional<VelocitySource> velocity;
     if (drops || checks_ == Checks::velocities)
@@ -124,7 +124,7 @@ void ParticleSelector::choose(FileContents& points) {
                          [&](const LostNumber& lost) { return lost.attribute == o.attribute; }))
             lost_numbers_.push_back({o.attribute, first_row + o.row, o.value});
     if (n == 0 || (!mayLeaveOut() && checks_ == Checks::none)) return;
-    Rows rows;
+    RowIndices rows;
     if (where_) {
         rows = where_->rowsWhereTrue(points, file_, input_.origin);
     } else {

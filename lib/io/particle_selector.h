@@ -39,11 +39,11 @@ public:
     InputSummary summary(const FileContents& kept, const FileContents& rest) const;
 
 private:
-    using Rows = std::vector<std::uint32_t>;
+    using RowIndices = std::vector<std::uint32_t>;
 
-    void keepMembers(const FileContents& points, Rows& rows) const;
-    void keepInside(const FileContents& points, Rows& rows) const;
-    void keepFinite(const FileContents& points, Rows& rows, std::size_t first_row);
+    void keepMembers(const FileContents& points, RowIndices& rows) const;
+    void keepInside(const FileContents& points, RowIndices& rows) const;
+    void keepFinite(const FileContents& points, RowIndices& rows, std::size_t first_row);
 
     const ParticleInput& input_;
     std::string file_;

@@ -132,7 +132,9 @@ void writeSvg(const std::filesystem::path& path, const PlanePicture& picture, co
 }
 
 bool isSvg(const std::filesystem::path& path) {
-    return canHold(path, FileKind::curves, Access::write) && formatOf(path, FileKind::curves, Access::write).is_drawing;
+    std::string extension = path.extension().string();
+    for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    return extension == ".svg";
 }
 
 }  // namespace betamesh

@@ -45,7 +45,7 @@ struct PlaneBounds {
 void writeSvg(const std::filesystem::path& path, const PlanePicture& picture, const std::vector<Layer>& layers,
               const PlaneBounds& bounds = {});
 
-/// Whether the extension is that of a drawing, .svg.
+/// Whether the extension is .svg, in upper or lower case.
 bool isSvg(const std::filesystem::path& path);
 
 }  // namespace betamesh

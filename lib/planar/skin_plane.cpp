@@ -30,15 +30,6 @@ constexpr double kLeastSkin = 0.05;           // radii: thinner skins would need
 constexpr double kMostSkins = 4;              // skins: largest unit of widths and steps
 constexpr double kOuterSpacing = 0.1;         // spacings: distance of samples of the outer boundary
 
-void requireOnePlane(const Particles& particles) {
-    for (std::size_t i = 0; i < particles.size(); ++i) {
-        const Vec3f &first = particles.position[0], &p = particles.position[i];
-        if (p.z == first.z) continue;
-        throw Error("particle " + std::to_string(i) + " is at z = " + std::to_string(p.z) + ", particle 0 at z = " +
-                    std::to_string(first.z) + "; expected one z for all particles in two dimensions");
-    }
-}
-
 // The union of discs always has the complete tessellation.
 bool usesPaperTessellation(const SkinParams& params) {
     return params.surface == SurfaceKind::beta && params.tessellation == Tessellation::paper;
@@ -238,6 +229,15 @@ void requirePlanar(const SkinParams& params) {
     if (params.components) refuse("numbering components (--components)");
     if (params.smoothing == SmoothingMethod::paper && params.tessellation != Tessellation::paper)
         throw Error("the paper's smoothing works only on the paper's tessellation; expected that tessellation");
+}
+
+void requireOnePlane(const Particles& particles) {
+    for (std::size_t i = 0; i < particles.size(); ++i) {
+        const Vec3f &first = particles.position[0], &p = particles.position[i];
+        if (p.z == first.z) continue;
+        throw Error("particle " + std::to_string(i) + " is at z = " + std::to_string(p.z) + ", particle 0 at z = " +
+                    std::to_string(first.z) + "; expected one z for all particles in two dimensions");
+    }
 }
 
 bool isPlanar(const Particles& particles) {

@@ -45,7 +45,7 @@ const std::vector<WrongUsage> kWrongUsages{
     {{"mesh", "a.ply", "-", "--format", "plly"}, {"--format: 'plly' is not valid.", "Did you mean 'ply'?"}},
     {{"run"}, {"betamesh run needs PIPELINE."}},
     {{"run", "absent.yaml"}, {"absent.yaml: No such file or directory. Give the path of a pipeline file (.yaml)."}},
-    {{"sample", "jiter", "a.ply"}, {"'jiter'", "dambreak", "Did you mean 'jitter'?"}},
+    {{"sample", "jiter", "s.ply"}, {"'jiter'", "dambreak", "Did you mean 'jitter'?"}},
     {{"sample", "jitter", "a.ply", "--particles", "abc"},
      {"--particles: 'abc' is not valid. Use a whole number of at"}},
     {{"sample", "jitter", "a.ply", "--particles", "-3"}, {"--particles: '-3' is not valid."}},

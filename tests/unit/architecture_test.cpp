@@ -41,6 +41,7 @@ const std::vector<std::pair<std::string, std::vector<std::string>>> kThirdParty{
     {"openvdb/", {"io/vdb_reader.cpp", "io/vdb_writer.cpp"}},
     {"png.h", {"render/png_file.cpp"}},
     {"pugixml.hpp", {"io/vtk_xml.cpp"}},
+    {"muParser.h", {"io/attribute_expression.cpp"}},
     {"spdlog/", {"batch/report/log.cpp"}},
     {"tbb/", {"base/parallel.h"}},
     {"xxhash.h", {"batch/job/provenance.cpp"}},

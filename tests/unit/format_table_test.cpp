@@ -111,10 +111,10 @@ TEST(FormatTable, ErrorsSayWhatCanBeUsedInstead) {
     };
     refused("a.stl", FileKind::mesh, Access::read, {"a.stl: .stl can be written, but not read", ".vtp"});
     refused("a.geo", FileKind::mesh, Access::write, {".geo can be read, but not written", ".bgeo.sc"});
-    refused("a.vdb", FileKind::mesh, Access::read, {".vdb cannot hold a mesh", ".obj"});
-    refused("a.obj", FileKind::particles, Access::read, {".obj cannot hold particles", ".prt", ".csv"});
-    refused("a.ply.gz", FileKind::particles, Access::read, {"unknown extension for particles", ".bgeo.gz"});
-    refused("a", FileKind::curves, Access::write, {"unknown extension for curves", ".svg"});
+    refused("a.vdb", FileKind::mesh, Access::read, {"'.vdb' is not a format for meshes", ".obj"});
+    refused("a.obj", FileKind::particles, Access::read, {"'.obj' is not a format for particles", ".prt", ".csv"});
+    refused("a.ply.gz", FileKind::particles, Access::read, {"'.gz' is not a format for particles", ".bgeo.gz"});
+    refused("a", FileKind::curves, Access::write, {"no extension", ".svg"});
     EXPECT_EQ(formatOf("x/A.BGEO.SC", FileKind::mesh, Access::read).name, "Houdini geometry");
 }
 

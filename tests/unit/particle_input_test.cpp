@@ -40,7 +40,8 @@ std::string plyText(std::size_t n, const std::vector<Property>& more, const std:
     for (std::size_t i = 0; i < n; ++i) {
         for (const Property& p : all) {
             char number[40];
-            std::snprintf(number, sizeof number, "%.17g ", p.numbers.at(i));
+            std::snprintf(number, sizeof number, p.type.find("int") != std::string::npos ? "%.0f " : "%.17g ",
+                          p.numbers.at(i));
             text += number;
         }
         text += '\n';
@@ -48,7 +49,7 @@ std::string plyText(std::size_t n, const std::vector<Property>& more, const std:
     return text;
 }
 
-Particles rowsWhere(const Particles& particles, const std::function<bool(std::size_t)>& isKept) {
+Particles particlesWhere(const Particles& particles, const std::function<bool(std::size_t)>& isKept) {
     Particles some;
     for (const Attribute& a : particles.attributes) some.attributes.push_back({a.name, a.components, {}, {}});
     for (std::size_t row = 0; row < particles.size(); ++row) {
@@ -95,7 +96,7 @@ TEST(ParticleInput, ChosenParticlesAreThoseOfTheWholeFileThatFit) {
         const std::vector<std::pair<ParticleInput, std::function<bool(std::size_t)>>> choices{
             {odd, isOdd}, {box, isInside}, {both, [&](std::size_t row) { return isOdd(row) && isInside(row); }}};
         for (const auto& [input, isKept] : choices) {
-            const Particles expected = rowsWhere(all, isKept);
+            const Particles expected = particlesWhere(all, isKept);
             ASSERT_GT(expected.size(), 0U);
             ASSERT_LT(expected.size(), all.size());
             const SummarisedParticles read = readSummarised(file, input);
@@ -107,7 +108,7 @@ TEST(ParticleInput, ChosenParticlesAreThoseOfTheWholeFileThatFit) {
             });
             EXPECT_EQ(positions, expected.position);
             const std::vector<std::uint32_t> rows{0, 7, static_cast<std::uint32_t>(expected.size()) - 1};
-            expectSame(readParticles(file, input, rows), rowsWhere(expected, [&](std::size_t row) {
+            expectSame(readParticles(file, input, rows), particlesWhere(expected, [&](std::size_t row) {
                            return std::find(rows.begin(), rows.end(), row) != rows.end();
                        }));
         }
@@ -164,7 +165,7 @@ TEST(ParticleInput, GroupsAndGridsThatAreNotThereAreNamed) {
     ParticleInput input;
     input.group = {"spray"};
     EXPECT_EQ(readParticles(folder / "a.bgeo", input).position,
-              rowsWhere(particles, [](std::size_t row) { return row % 3 == 0; }).position);
+              particlesWhere(particles, [](std::size_t row) { return row % 3 == 0; }).position);
     expectError([&] { readParticles(folder / "a.ply", input); },
                 {"a.ply: has no point group 'spray'", "no point groups"});
     input.group = {"foam"};

@@ -11,11 +11,18 @@ namespace betamesh {
 
 namespace {
 
-Particles particlesOfPly(std::string_view text, const ParticleInput& names = {}) {
+ParticleInput named(const std::string& velocity, const std::string& id) {
+    ParticleInput input;
+    input.velocity = velocity;
+    input.id = id;
+    return input;
+}
+
+Particles particlesOfPly(std::string_view text, const ParticleInput& input = {}) {
     ReadOptions options;
     options.faces = false;
-    if (!names.id.empty()) options.id = names.id;
-    return particlesFrom(parsePly({bytesOf(text), "t.ply"}, options), names, "t.ply");
+    if (!input.id.empty()) options.id = input.id;
+    return particlesFrom(parsePly({bytesOf(text), "t.ply"}, options), input, "t.ply");
 }
 
 Mesh meshOfPly(std::string_view text) {
@@ -159,10 +166,10 @@ TEST(PlyFile, FindsVelocityByItsUsualNamesAndByAGivenName) {
     for (const char* stem : {"v", "velocity_", "vel_", "v_"})
         EXPECT_EQ(particlesOfPly(text(stem)).velocity, (std::vector<Vec3f>{{1, 2, 3}})) << stem;
     EXPECT_TRUE(particlesOfPly(text("flow_")).velocity.empty());
-    EXPECT_EQ(particlesOfPly(text("flow_"), {"flow", ""}).velocity.size(), 1U);
+    EXPECT_EQ(particlesOfPly(text("flow_"), named("flow", "")).velocity.size(), 1U);
     EXPECT_EQ(particlesOfPly(text("n")).attributes.size(), 3U);
-    expectError([&] { particlesOfPly(text("v"), {"speed", ""}); }, {"t.ply", "'speed'", "'vx'"});
-    expectError([&] { particlesOfPly(text("v"), {"", "number"}); }, {"t.ply", "'number'"});
+    expectError([&] { particlesOfPly(text("v"), named("speed", "")); }, {"t.ply", "'speed'", "'vx'"});
+    expectError([&] { particlesOfPly(text("v"), named("", "number")); }, {"t.ply", "'number'"});
 }
 
 TEST(PlyFile, PolygonsBecomeFansAndOtherElementsAreSkipped) {
@@ -173,6 +180,15 @@ TEST(PlyFile, PolygonsBecomeFansAndOtherElementsAreSkipped) {
         "property int vertex2\nend_header\n"
         "2 5 6\n0 0 0 1 0 0 1 1 0 0 1 0 0 0 1\n9 4 0 1 2 3 2 .1 .2\n9 3 0 1 4 0\n0 1\n");
     EXPECT_EQ(mesh.triangles, (std::vector<Triangle>{{0, 1, 2}, {0, 2, 3}, {0, 1, 4}}));
+}
+
+TEST(PlyFile, FacesAndEdgesMayComeBeforeVertices) {
+    const std::string vertices = "element vertex 3\nproperty float x\nproperty float y\nproperty float z\nend_header\n";
+    const std::string header = "ply\nformat ascii 1.0\nelement face 1\nproperty list uchar int vertex_indices\n";
+    const Mesh mesh = meshOfPly(header + vertices + "3 0 2 1\n0 0 0 1 0 0 1 1 0\n");
+    EXPECT_EQ(mesh.triangles, (std::vector<Triangle>{{0, 2, 1}}));
+    EXPECT_EQ(mesh.position[2], Vec3(1, 1, 0));
+    expectError([&] { meshOfPly(header + vertices + "3 0 3 1\n0 0 0 1 0 0 1 1 0\n"); }, {"face 0", "corner 3"});
 }
 
 TEST(PlyFile, FileInfoCountsPointsAndTriangles) {
@@ -237,7 +253,7 @@ TEST(PlyFile, AttributesThatCannotBeWrittenAreErrors) {
 TEST(PlyFile, ErrorsOfUnknownExtensionsListTheKnownOnes) {
     expectError([] { readParticles("a.abc"); }, {"a.abc", ".bgeo", ".ply", ".vdb"});
     expectError([] { requireParticleExtension("a.obj"); }, {"a.obj", ".vdb"});
-    expectError([] { requireMeshExtension("a.vdb"); }, {"a.vdb", "cannot hold a mesh", ".obj"});
+    expectError([] { requireMeshExtension("a.vdb"); }, {"a.vdb", "not a format for meshes", ".obj"});
     EXPECT_NO_THROW(requireMeshExtension("dir.x/A.0001.PLY"));
     EXPECT_NO_THROW(requireMeshExtension("a.bgeo.gz"));
     expectError([] { readParticles("no/such/file.ply"); }, {"no/such/file.ply", "No such file"});

@@ -7,6 +7,7 @@
 #include "batch/job/plane.h"
 #include "io/extension.h"
 #include "io/mesh_file.h"
+#include "io/svg.h"
 
 namespace betamesh {
 namespace {
@@ -18,7 +19,7 @@ void checkInputPath(const std::string& path) {
 void checkOutputPath(const std::string& path) {
     if (path.empty()) return;
     framePattern(path);
-    if (!canHold(path, FileKind::curves, Access::write)) requireMeshExtension(path);
+    if (!isSvg(path)) requireMeshExtension(path);  // curves are written in every format for meshes, too
 }
 
 void checkFrames(const std::string& frames) {

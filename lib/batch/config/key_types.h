@@ -32,18 +32,35 @@ inline ConfigKey makeKey(const KeyText& text, ConfigKey::Kind kind, const std::s
     return {text.path, text.option, kind, accepts, text.unit, text.help, std::move(get), std::move(set)};
 }
 
-/// choices: words that may have been meant.
-[[noreturn]] inline void failValue(const std::string& value, const std::string& accepts,
-                                   const std::vector<std::string>& choices = {}) {
-    throw Error("'" + value + "' is not valid. Use " + accepts + '.' + didYouMean(value, choices));
-}
-
 template <typename Number>
 std::optional<Number> numberOf(std::string_view text) {
     Number number{};
     const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
     if (error != std::errc{} || end != text.data() + text.size()) return std::nullopt;
     return number;
+}
+
+/// Whether files can store the number, as a 32-bit float.
+inline bool fitsFloat(double number) { return std::abs(number) <= double{std::numeric_limits<float>::max()}; }
+
+/// Whether a number above 0 stays above 0, with full precision, as a 32-bit float.
+inline bool isFloatAboveZero(double number) {
+    return number >= double{std::numeric_limits<float>::min()} && fitsFloat(number);
+}
+
+/// Why a number that is valid otherwise is not: it is outside the range of 32-bit floats. Empty if it is inside, or if
+/// the text is anything else.
+inline std::string outsideFloats(std::string_view text) {
+    const auto number = numberOf<double>(text.substr(0, text.size() - (text.ends_with("dx") ? 2 : 0)));
+    if (!number || *number == 0 || !std::isfinite(*number) || isFloatAboveZero(std::abs(*number))) return "";
+    return " Files store 32-bit floats, which range from 1.2e-38 to 3.4e38.";
+}
+
+/// choices: words that may have been meant.
+[[noreturn]] inline void failValue(const std::string& value, const std::string& accepts,
+                                   const std::vector<std::string>& choices = {}) {
+    throw Error("'" + value + "' is not valid. Use " + accepts + '.' + outsideFloats(value) +
+                didYouMean(value, choices));
 }
 
 /// The shortest text that reads back as the same number.
@@ -75,14 +92,6 @@ ConfigKey textKey(const KeyText& text, const std::string& accepts, Member member
             if (check) check(value);
             member(config) = value;
         });
-}
-
-/// Whether files can store the number, as a 32-bit float.
-inline bool fitsFloat(double number) { return std::abs(number) <= double{std::numeric_limits<float>::max()}; }
-
-/// Whether a number above 0 stays above 0, with full precision, as a 32-bit float.
-inline bool isFloatAboveZero(double number) {
-    return number >= double{std::numeric_limits<float>::min()} && fitsFloat(number);
 }
 
 /// The entries between commas, without the spaces around them.
@@ -190,7 +199,7 @@ std::string textOfNumbers(const std::array<double, count>& numbers) {
 /// A point, or `auto` (nullopt).
 template <typename Member>
 ConfigKey pointKey(const KeyText& text, Member member) {
-    const std::string accepts = "auto, or three numbers separated by commas, none beyond 3.4e38";
+    const std::string accepts = "auto, or three numbers separated by commas";
     return makeKey(
         text, ConfigKey::Kind::list, accepts,
         [=](const Config& config) {
@@ -263,7 +272,7 @@ ConfigKey choiceKey(const KeyText& text, const Choices<Choice>& choices, Member 
 }
 
 inline constexpr const char* kLengthAboveZero =
-    "a number above 0 in world units, or a multiple of the particle spacing such as 1.5dx; from 1.2e-38 to 3.4e38";
+    "a number above 0 in world units, or a multiple of the particle spacing such as 1.5dx";
 
 inline std::string textOf(const Length& length) { return textOf(length.value) + (length.in_spacings ? "dx" : ""); }
 

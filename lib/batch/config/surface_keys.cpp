@@ -22,7 +22,7 @@ void addSurfaceKeys(std::vector<ConfigKey>& keys) {
              textOf(kDefaultRadiusSpacings) +
              " if the radius is given in world units; otherwise measured once, in the first, a middle and the "
              "last frame on disk with at least seven distinct particles, and used for all frames."},
-        "auto, or a number above 0, from 1.2e-38 to 3.4e38", std::numeric_limits<float>::max(), true,
+        "auto, or a number above 0", std::numeric_limits<float>::max(), true,
         [](Config& c) -> double& { return c.surface.spacing; }));
     keys.push_back(choiceKey<SurfaceKind>(
         {"surface.kind", "--surface", "",
@@ -150,7 +150,7 @@ void addFeaturesKeys(std::vector<ConfigKey>& keys) {
         {"features.bubble_volume", "--bubble-volume", "spacings cubed, in two dimensions squared",
          "Deprecated; use features.bubble_gap. Fills voids between the balls with a smaller volume than this. If both "
          "keys are set, the later one counts. auto: not set."},
-        "auto, or a number above 0, from 1.2e-38 to 3.4e38", std::numeric_limits<float>::max(), true,
+        "auto, or a number above 0", std::numeric_limits<float>::max(), true,
         [](Config& c) -> double& { return c.features.bubble_volume; });
     volume.replaced_by = "features.bubble_gap";
     keys.push_back(volume);

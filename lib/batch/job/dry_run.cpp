@@ -3,6 +3,7 @@
 
 #include "betamesh/error.h"
 #include "io/particle_file.h"
+#include "planar/skin_plane.h"
 #include "skin/attributes.h"
 
 namespace betamesh {
@@ -10,6 +11,7 @@ namespace betamesh {
 std::string whyFrameFails(const FrameTask& task, const Plan& plan) {
     try {
         const Particles particles = readParticles(task.input, {plan.config.input.velocity, plan.config.input.id});
+        if (plan.config.surface.dimension == 2) requireOnePlane(particles);
         carriedAttributes(particles, {}, {}, 1, plan.skin.attributes, {});  // of no vertices: checks the names alone
         return "";
     } catch (const Error& error) {

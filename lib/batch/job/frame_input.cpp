@@ -63,11 +63,14 @@ bool needsOnlySurface(const Plan& plan) {
 
 bool isAcceleration(const std::string& name) { return name == "accel" || name == "acceleration"; }
 
+/// Whether an attribute, or the vector that it is a component of, is written to the output.
 bool isOutput(const std::string& name, const Config& config) {
     const std::vector<std::string>& names = config.output.attributes;
+    const auto isWanted = [&](const std::string& attribute) {
+        return isAcceleration(attribute) || std::find(names.begin(), names.end(), attribute) != names.end();
+    };
     const auto part = componentName(name);
-    return isAcceleration(name) || std::find(names.begin(), names.end(), name) != names.end() ||
-           (part && std::find(names.begin(), names.end(), part->vector) != names.end());
+    return isWanted(name) || (part && isWanted(part->vector));
 }
 
 std::string quoted(const std::vector<std::string>& names) {
@@ -125,10 +128,15 @@ std::optional<InputRemark> remarkOnValues(const Attribute& attribute, const Inpu
     for (std::size_t i = 0; i < attribute.real.size(); ++i)
         if (!std::isfinite(attribute.real[i]) && count++ == 0) first = i;
     if (count == 0) return std::nullopt;
-    std::string text = "the attribute '" + attribute.name + "' has " + std::to_string(count) +
-                       " numbers that are NaN or infinite, the first of them for particle " +
-                       std::to_string(first / attribute.components) + " (" + std::to_string(attribute.real[first]) +
-                       "). They spread to the vertices near these particles";
+    const std::string particle =
+        std::to_string(first / attribute.components) + " (" + std::to_string(attribute.real[first]) + ")";
+    std::string text = "the attribute '" + attribute.name + "' has " +
+                       (count == 1 ? "a number that is NaN or infinite, that of particle " + particle
+                                   : std::to_string(count) +
+                                         " numbers that are NaN or infinite, the first of them for "
+                                         "particle " +
+                                         particle) +
+                       ". They spread to the vertices nearby";
     for (const LostNumber& lost : summary.lost_numbers) {
         const auto part = componentName(lost.attribute);
         if (lost.attribute != attribute.name && !(part && part->vector == attribute.name)) continue;

@@ -70,11 +70,15 @@ FrameGeometry readFrameGeometry(const std::string& file, const Config& config, d
         subject.spheres = ballsAround(readParticles(file, config.input), radius);
         return subject;
     }
-    subject.mesh = readMesh(file);
+    const bool as_in_file = static_cast<const ParticleInput&>(config.input) == ParticleInput{};
+    try {
+        subject.mesh = readMesh(file);
+    } catch (const Error&) {  // perhaps because of particles that are not chosen
+        if (as_in_file) throw;
+    }
     if (subject.mesh.triangles.empty()) {
-        const bool as_in_file = static_cast<const ParticleInput&>(config.input) == ParticleInput{};
-        subject.spheres =
-            spheresOf(as_in_file ? std::move(subject.mesh) : meshOf(readParticles(file, config.input)), radius);
+        if (!as_in_file) subject.mesh = meshOf(readParticles(file, config.input));
+        subject.spheres = spheresOf(std::move(subject.mesh), radius);
         subject.mesh = {};
     } else if (std::filesystem::exists(spheresPath(file))) {
         subject.spheres = spheresOf(readMesh(spheresPath(file)), radius);

@@ -116,4 +116,7 @@ void requirePlanar(const SkinParams& params);
 /// Are there at least two particles, all with the same z?
 bool isPlanar(const Particles& particles);
 
+/// errors  particles with different z; the message names the first
+void requireOnePlane(const Particles& particles);
+
 }  // namespace betamesh

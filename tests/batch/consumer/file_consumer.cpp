@@ -1,8 +1,7 @@
 // Meshes a cube of particles and writes it to a file with the installed component io.
 
+#include <betamesh/io.h>
 #include <betamesh/skin.h>
-#include <io/mesh_file.h>
-#include <io/particle_file.h>
 
 int main() {
     betamesh::Particles particles;
