@@ -83,7 +83,8 @@ TEST_F(Convert, WhatTheFormatCannotHoldIsNamedOnce) {
     EXPECT_NE(convert("m.ply", "m.obj").err.find("without velocity and attributes"), std::string::npos);
     const Outcome refused = convert("m.ply", "m.csv");
     EXPECT_EQ(refused.exit_code, 1);
-    EXPECT_NE(refused.err.find("m.ply: contains a mesh. m.csv: '.csv' is not a format for meshes. Use one of"), std::string::npos)
+    EXPECT_NE(refused.err.find("m.ply: contains a mesh. m.csv: '.csv' is not a format for meshes. Use one of"),
+              std::string::npos)
         << refused.err;
     EXPECT_EQ(convert("m.ply", "m.prt").exit_code, 2);
 

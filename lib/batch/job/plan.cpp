@@ -233,8 +233,7 @@ void planOrigin(Plan& plan, const std::map<int, std::string>& on_disk, const Pla
     input.origin = resolveOrigin(plan.config, on_disk, options.notes);
     const Vec3 origin = worldOrigin(input);
     if (origin == Vec3(0, 0, 0)) return;
-    const std::string text =
-        textOf(origin.x) + ',' + textOf(origin.y) + ',' + textOf(origin.z);
+    const std::string text = textOf(origin.x) + ',' + textOf(origin.y) + ',' + textOf(origin.z);
     if (plan.config.input.given_origin)
         plan.notes.push_back("local origin " + text);
     else
