@@ -46,6 +46,7 @@ struct ParticleInput {
     UpAxis up_axis = UpAxis::y;
     Vec3 origin{0, 0, 0};  ///< subtracted from positions in double precision; units of the file
 
+    /// Are all members equal?
     bool operator==(const ParticleInput&) const = default;
 };
 
