@@ -43,7 +43,8 @@ std::int64_t square(const Vec3i& a) { return a.x * a.x + a.y * a.y + a.z * a.z; 
 // D = 4R²N - UVW, where N = |u × v|² and U, V, W are the squared sides: zero where the circumradius of the triangle is
 // exactly R, negative where it is larger.
 Int discriminant(const Vec3i& u, const Vec3i& v, std::int64_t radius, Int n_squared) {
-    return Int{4 * radius * radius} * n_squared - Int{square(u)} * square(v) * square(u - v);
+    const std::int64_t diameter_squared = 4 * radius * radius;
+    return Int{diameter_squared} * n_squared - Int{square(u)} * square(v) * square(u - v);
 }
 
 bool circleFits(const Vec3i& u, const Vec3i& v, std::int64_t radius) {
