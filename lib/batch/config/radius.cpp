@@ -26,7 +26,10 @@ public:
 
     SequenceMeasurement(const Config& config, const std::map<int, std::string>& frames_on_disk,
                         const WorkerEvents& events)
-        : estimator_(config.surface.dimension), events_(events), frames_(frames_on_disk.begin(), frames_on_disk.end()) {
+        : input_(config.input),
+          estimator_(config.surface.dimension),
+          events_(events),
+          frames_(frames_on_disk.begin(), frames_on_disk.end()) {
         std::size_t first = 0, end = frames_.size();
         while (first < end && !measure(first)) ++first;
         while (end > first + 1 && !measure(end - 1)) --end;
@@ -53,7 +56,7 @@ private:
         const WorkerEvents::FrameInProgress at_work(events_, frame, WorkerEvents::Doing::measuring);
         try {
             std::vector<Vec3f> positions;
-            visitPositions(file, config.input, [&](std::span<const Vec3f> block) {
+            visitPositions(file, input_, [&](std::span<const Vec3f> block) {
                 positions.insert(positions.end(), block.begin(), block.end());
             });
             any_particles |= !positions.empty();
@@ -67,6 +70,7 @@ private:
         }
     }
 
+    const ParticleInput& input_;
     SpacingEstimator estimator_;
     const WorkerEvents& events_;
     std::vector<std::pair<int, std::string>> frames_;
