@@ -166,6 +166,16 @@ PlaneReport reportOf(const Particles& particles, const DiscBoundary& boundary) {
     return report;
 }
 
+/// errors  particles with different z; the message names the first
+void requireOnePlane(const Particles& particles) {
+    for (std::size_t i = 0; i < particles.size(); ++i) {
+        const Vec3f &first = particles.position[0], &p = particles.position[i];
+        if (p.z == first.z) continue;
+        throw Error("particle " + std::to_string(i) + " is at z = " + std::to_string(p.z) + ", particle 0 at z = " +
+                    std::to_string(first.z) + "; expected one z for all particles in two dimensions");
+    }
+}
+
 }  // namespace
 
 SkinnedPlane skinPlane(const Particles& particles, const SkinParams& params, const Watch& watch_or_none) {
@@ -229,20 +239,6 @@ void requirePlanar(const SkinParams& params) {
     if (params.components) refuse("numbering components (--components)");
     if (params.smoothing == SmoothingMethod::paper && params.tessellation != Tessellation::paper)
         throw Error("the paper's smoothing works only on the paper's tessellation; expected that tessellation");
-}
-
-void requireOnePlane(const Particles& particles) {
-    for (std::size_t i = 0; i < particles.size(); ++i) {
-        const Vec3f &first = particles.position[0], &p = particles.position[i];
-        if (p.z == first.z) continue;
-        throw Error("particle " + std::to_string(i) + " is at z = " + std::to_string(p.z) + ", particle 0 at z = " +
-                    std::to_string(first.z) + "; expected one z for all particles in two dimensions");
-    }
-}
-
-bool isPlanar(const Particles& particles) {
-    return particles.size() > 1 && std::all_of(particles.position.begin(), particles.position.end(),
-                                               [&](const Vec3f& p) { return p.z == particles.position[0].z; });
 }
 
 }  // namespace betamesh

@@ -26,7 +26,7 @@ public:
 
     SequenceMeasurement(const Config& config, const std::map<int, std::string>& frames_on_disk,
                         const WorkerEvents& events)
-        : config_(config),
+        : input_(config.input),
           estimator_(config.surface.dimension),
           events_(events),
           frames_(frames_on_disk.begin(), frames_on_disk.end()) {
@@ -56,7 +56,7 @@ private:
         const WorkerEvents::FrameInProgress at_work(events_, frame, WorkerEvents::Doing::measuring);
         try {
             std::vector<Vec3f> positions;
-            visitPositions(file, config_.input, [&](std::span<const Vec3f> block) {
+            visitPositions(file, input_, [&](std::span<const Vec3f> block) {
                 positions.insert(positions.end(), block.begin(), block.end());
             });
             any_particles |= !positions.empty();
@@ -70,7 +70,7 @@ private:
         }
     }
 
-    const Config& config_;
+    const ParticleInput& input_;
     SpacingEstimator estimator_;
     const WorkerEvents& events_;
     std::vector<std::pair<int, std::string>> frames_;

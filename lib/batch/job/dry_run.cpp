@@ -1,17 +1,17 @@
 
 #include "batch/job/dry_run.h"
 
+#include "batch/job/plane.h"
 #include "betamesh/error.h"
 #include "io/particle_file.h"
-#include "planar/skin_plane.h"
 #include "skin/attributes.h"
 
 namespace betamesh {
 
 std::string whyFrameFails(const FrameTask& task, const Plan& plan) {
     try {
-        const Particles particles = readParticles(task.input, {plan.config.input.velocity, plan.config.input.id});
-        if (plan.config.surface.dimension == 2) requireOnePlane(particles);
+        const Particles particles = readParticles(task.input, plan.config.input);
+        if (plan.config.surface.dimension == 2) flattened(particles, plan.spacing);
         carriedAttributes(particles, {}, {}, 1, plan.skin.attributes, {});  // of no vertices: checks the names alone
         return "";
     } catch (const Error& error) {

@@ -113,10 +113,4 @@ SkinnedPlane skinPlane(const Particles& particles, const SkinParams& params, con
 /// errors  parameters that work in three dimensions only; the paper's smoothing without the paper's tessellation
 void requirePlanar(const SkinParams& params);
 
-/// Are there at least two particles, all with the same z?
-bool isPlanar(const Particles& particles);
-
-/// errors  particles with different z; the message names the first
-void requireOnePlane(const Particles& particles);
-
 }  // namespace betamesh
