@@ -252,6 +252,9 @@ FileContents parsePrt(Cursor in, const ReadOptions& options) {
             in.fail("channel '" + channel.name + "' begins at byte " + std::to_string(channel.offset) +
                     " of particles that have " + std::to_string(row_bytes));
     declare(channels, in, contents);
+    if (static_cast<std::uint64_t>(count) > kMostPacked * (in.remaining() + 1) / row_bytes)
+        in.fail(std::to_string(count) + " particles of " + std::to_string(row_bytes) +
+                " bytes are more than the rest of the file can hold. It is truncated or damaged.");
     const std::string file = in.file();
     Cursor rows = inflatedZlib(std::move(in));
     deliverRows(

@@ -118,7 +118,7 @@ TEST_F(Convert, AWrongExtensionIsToldAndTheContentsConverted) {
 TEST_F(Convert, JobsReadAndWriteTheNewFormatsAndWarnOncePerJob) {
     writeFrames(1, 2, 60);
     ASSERT_EQ(convert("in/a.####.ply", "csv/a.####.csv").exit_code, 0);
-    const std::vector<std::string> options{"--radius", "0.2", "--components"};
+    const std::vector<std::string> options{"--radius", "1.5dx", "--components"};
     ASSERT_EQ(mesh(options).exit_code, 0);
     std::vector<std::string> words{"mesh", "csv/a.####.csv", "v/a.####.ply"};
     words.insert(words.end(), options.begin(), options.end());
