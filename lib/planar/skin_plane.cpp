@@ -181,6 +181,7 @@ void requireOnePlane(const Particles& particles) {
 SkinnedPlane skinPlane(const Particles& particles, const SkinParams& params, const Watch& watch_or_none) {
     const Watch watch = watch_or_none ? watch_or_none : [](Stage) {};
     requirePlanar(params);
+    requireScale(params);
     requireSkin(params);
     requireOnePlane(particles);
     SkinnedPlane plane;

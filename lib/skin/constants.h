@@ -101,6 +101,11 @@ inline constexpr double kMinLiquidVolume = 0.25;
 
 /// Ball radius in dx, > 0, that is assumed where only a radius is given: the beta mesh paper's.
 inline constexpr double kPaperRadius = 1.5;
+
+/// Least and largest ball radius, spacings. Beyond them a mistake in units is certain; within, each ball has at most
+/// some ten million neighbours in a lattice of that spacing.
+inline constexpr double kFewestSpacings = 0.01;
+inline constexpr double kMostSpacings = 100;
 /// Skin depth in dx, > 0: the volume of bulk and sheets is true at 0.5, that of threads at 0.56, of drops at 0.62.
 inline constexpr double kAutomaticSkin = 0.55;
 /// Skin depth in dx in two dimensions: the area of bulk and rows is true at half a spacing (derived).

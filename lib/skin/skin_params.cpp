@@ -46,6 +46,15 @@ double isolatedSkinDepth(const SkinParams& params) {
     return params.skin || depth == 0 ? depth : automaticSkin(params, kLonePlanarSkin);
 }
 
+void requireScale(const SkinParams& params) {
+    const double spacing = particleSpacing(params);
+    if (params.radius >= kFewestSpacings * spacing && params.radius <= kMostSpacings * spacing) return;
+    std::ostringstream message;
+    message << "the radius of the balls is " << params.radius << " and the particle spacing " << spacing
+            << "; expected a radius of " << kFewestSpacings << " to " << kMostSpacings << " spacings";
+    throw Error(message.str());
+}
+
 void requireSkin(const SkinParams& params) {
     const double skin = params.skin.value_or(0);
     if (skin == 0) return;

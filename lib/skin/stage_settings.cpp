@@ -81,6 +81,7 @@ void requireConsistent(const SkinParams& params) {
         throw Error(
             "only the complete tessellation has bubbles that can be filled; expected the complete "
             "tessellation, or bubbles that are meshed");
+    requireScale(params);
     requireSkin(params);
 }
 

@@ -30,7 +30,7 @@ double widestSkinFit(const SkinParams& params);
 double farthestSkinSmoothing(const SkinParams& params);
 
 /// errors  the paper's smoothing with another tessellation than the paper's; filled bubbles with another tessellation
-///         than the complete one; what requireSkin() throws
+///         than the complete one; what requireScale() and requireSkin() throw
 void requireConsistent(const SkinParams& params);
 
 }  // namespace betamesh

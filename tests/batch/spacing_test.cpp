@@ -66,6 +66,10 @@ TEST_F(JobSpacing, ARadiusInTheWrongUnitIsAskedAbout) {
     EXPECT_NE(refused.err.find("Did you mean 3dx"), std::string::npos) << refused.err;
     EXPECT_FALSE(exists("out/a.0001.ply"));
     EXPECT_EQ(mesh({"--radius", "3", "--spacing", "2"}).exit_code, 0);
+    for (const std::vector<std::string>& absurd : {std::vector<std::string>{"--radius", "1000dx"},
+                                                   {"--radius", "0.15", "--spacing", "1e12"},
+                                                   {"--radius", "1e6dx", "--spacing", "0.1"}})
+        EXPECT_EQ(mesh(absurd).exit_code, 2) << absurd[1];
 }
 
 TEST_F(JobSpacing, ARadiusThatDoesNotSuitTheParticlesIsToldWhateverWayItWasGiven) {

@@ -366,4 +366,20 @@ TEST(SkinFrame, ARadiusLargerThanTheWholeCloudIsAnError) {
     EXPECT_NO_THROW(skinFrame(particles, withRadius(0.08)));
 }
 
+TEST(SkinFrame, RefusesARadiusOutOfScaleWithTheSpacing) {
+    Particles particles;
+    particles.position = {{0, 0, 0}, {1, 0, 0}};
+    for (const double spacing : {1e-12, 0.009, 101.0, 1e12}) {
+        SkinParams params = withRadius(1);
+        params.spacing = spacing;
+        EXPECT_THROW(skinFrame(particles, params), Error) << spacing;
+        EXPECT_THROW(skinPlane(particles, params), Error) << spacing;
+    }
+    for (const double spacing : {0.02, 1.0, 99.0}) {
+        SkinParams params = withRadius(1);
+        params.spacing = spacing;
+        EXPECT_FALSE(skinFrame(particles, params).mesh.triangles.empty()) << spacing;
+    }
+}
+
 }  // namespace betamesh

@@ -93,15 +93,16 @@ std::optional<ResolvedRadius> resolveRadius(const Config& config, const std::map
 
     SequenceMeasurement measurement(config, frames_on_disk, events);
     const std::optional<SpacingEstimate> found = measurement.estimate();
-    if (given) {
-        if (found && given->radius > kWrongUnit * found->spacing)
-            throw Error("the radius " + shortNumber(given->radius) + " is " +
-                        shortNumber(given->radius / found->spacing) + " times the particle spacing " +
-                        shortNumber(found->spacing) + ", measured in " + measurement.where() + ". Did you mean " +
-                        shortNumber(given->radius) + "dx, that is in spacings? To use this radius nevertheless, give " +
-                        "the spacing as well (--spacing, surface.spacing).");
-        return given;
-    }
+    const Length& radius = config.surface.radius;
+    if (found && radius.value > kWrongUnit * (radius.in_spacings ? 1 : found->spacing))
+        throw Error("the radius " + textOf(radius) + " is " +
+                    shortNumber(radius.in_spacings ? radius.value : radius.value / found->spacing) +
+                    " times the particle spacing " + shortNumber(found->spacing) + ", measured in " +
+                    measurement.where() + ". " +
+                    (radius.in_spacings ? "Did you mean world units?"
+                                        : "Did you mean " + textOf(radius) + "dx, that is in spacings?") +
+                    " To use this radius nevertheless, give the spacing as well (--spacing, surface.spacing).");
+    if (given) return given;
     if (found) {
         ResolvedRadius result = resolved(config.surface.radius, found->spacing,
                                          "measured in " + measurement.where() + ", where 90 % of the particles have " +

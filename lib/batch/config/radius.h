@@ -29,8 +29,8 @@ std::optional<ResolvedRadius> givenRadius(const Config& config);
 /// in      frames_on_disk: all frames of the input, also those that are not to be meshed
 ///         events: reports each frame that is read to the supervising process
 /// out     nullopt if the spacing has to be measured, and no frame can be read or all are empty
-/// errors  the spacing has to be measured and no readable frame has seven distinct particles; a radius in world units
-///         of more than twenty measured spacings, unless a spacing is given as well
+/// errors  the spacing has to be measured and no readable frame has seven distinct particles; a radius of more than
+///         twenty measured spacings, unless a spacing is given as well
 std::optional<ResolvedRadius> resolveRadius(const Config& config, const std::map<int, std::string>& frames_on_disk,
                                             const WorkerEvents& events = {});
 

@@ -248,6 +248,7 @@ void planRadius(Plan& plan, const std::map<int, std::string>& on_disk, const Pla
     if (!resolved) return;
     plan.spacing = resolved->spacing;
     plan.skin = withLengths(plan.skin, plan.config.surface, resolved->radius, resolved->spacing);
+    requireScale(plan.skin);
     plan.skin.smoothing_width = worldLength(plan.config.smoothing.width, resolved->spacing);
     const Config::Features& features = plan.config.features;
     if (features.bubble_volume > 0)

@@ -62,8 +62,8 @@ struct SkinnedFrame {
 /// same    bytes for any thread count and particle order
 /// cost    O(n) if the number of neighbours within two radii is bounded
 /// errors  the paper's smoothing with another tessellation than the paper's; filled bubbles with another tessellation
-///         than the complete one; what requireSkin() throws; an attribute that the particles do not have; particles
-///         beyond the integer range; floating-point predicates that stay inconsistent after all retries
+///         than the complete one; what requireScale() and requireSkin() throw; an attribute that the particles do not
+///         have; particles beyond the integer range; floating-point predicates that stay inconsistent after all retries
 /// source  beta mesh paper, section 3
 SkinnedFrame skinFrame(const Particles& particles, const SkinParams& params, const Watch& watch = {});
 
@@ -103,8 +103,8 @@ struct SkinnedPlane {
 ///         holes
 /// same    bytes for any thread count and particle order
 /// cost    O(n) for a bounded number of neighbours within two radii
-/// errors  a particle with a different z than the first; those of requirePlanar() and requireSkin(); an attribute that
-///         the particles do not have; particles beyond the integer range
+/// errors  a particle with a different z than the first; those of requirePlanar(), requireScale() and requireSkin();
+///         an attribute that the particles do not have; particles beyond the integer range
 /// source  beta mesh paper, section 3 and Figure 8
 SkinnedPlane skinPlane(const Particles& particles, const SkinParams& params, const Watch& watch = {});
 

@@ -97,6 +97,12 @@ double effectiveSkinDepth(const SkinParams& params);
 /// one particle, dx².
 double isolatedSkinDepth(const SkinParams& params);
 
+/// Checks radius and spacing against each other.
+///
+/// errors  a radius of less than 0.01 or more than 100 spacings, with which no surface could be computed in a sensible
+///         time and precision
+void requireScale(const SkinParams& params);
+
 /// Checks a given skin.
 ///
 /// errors  a skin that is negative or not below the radius; a skin without the complete tessellation
