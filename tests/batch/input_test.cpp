@@ -139,7 +139,8 @@ TEST_F(InputJob, WhatIsNotUsedIsNamedOnce) {
     EXPECT_EQ(count(outcome.err, "not used: attributes 'pscale', 'density'"), 1U) << outcome.err;
     for (int frame = 1; frame <= 3; ++frame) {
         std::map<std::string, Json> uses;
-        for (const Json& part : report(frame)["input_contents"]["attributes"]) uses[part["name"]] = part["use"];
+        const Json contents = report(frame)["input_contents"];
+        for (const Json& part : contents["attributes"]) uses[part["name"]] = part["use"];
         const std::map<std::string, Json> expected{
             {"x", "position"},  {"y", "position"},   {"z", "position"},    {"vx", "velocity"},       {"vy", "velocity"},
             {"vz", "velocity"}, {"pscale", nullptr}, {"density", nullptr}, {"temperature", "output"}};
