@@ -260,7 +260,9 @@ TEST_F(InputJob, DoublesFarFromTheOriginAreMeshedRelativeToALocalOrigin) {
     // Another origin, or none, on request.
     ASSERT_EQ(mesh({"--overwrite", "--frames", "1", "--origin", "500000,4500000,0", "--spacing", "0.1"}).exit_code, 0);
     EXPECT_EQ(report(1)["local_origin"], Json({500000.0, 4500000.0, 0.0}));
-    ASSERT_EQ(mesh({"--overwrite", "--frames", "1", "--origin", "none", "--spacing", "0.1"}).exit_code, 0);
+    ASSERT_EQ(
+        mesh({"--overwrite", "--frames", "1", "--origin", "none", "--spacing", "0.1", "--surface", "alpha"}).exit_code,
+        0);
     EXPECT_EQ(report(1)["local_origin"], Json({0.0, 0.0, 0.0}));
 
     // Near the origin nothing is moved.
