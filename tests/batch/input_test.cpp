@@ -139,7 +139,8 @@ TEST_F(InputJob, WhatIsNotUsedIsNamedOnce) {
     EXPECT_EQ(count(outcome.err, "not used: attributes 'pscale', 'density'"), 1U) << outcome.err;
     for (int frame = 1; frame <= 3; ++frame) {
         std::map<std::string, Json> uses;
-        for (const Json& part : report(frame)["input_contents"]["attributes"]) uses[part["name"]] = part["use"];
+        const Json contents = report(frame)["input_contents"];
+        for (const Json& part : contents["attributes"]) uses[part["name"]] = part["use"];
         const std::map<std::string, Json> expected{
             {"x", "position"},  {"y", "position"},   {"z", "position"},    {"vx", "velocity"},       {"vy", "velocity"},
             {"vz", "velocity"}, {"pscale", nullptr}, {"density", nullptr}, {"temperature", "output"}};
@@ -259,7 +260,9 @@ TEST_F(InputJob, DoublesFarFromTheOriginAreMeshedRelativeToALocalOrigin) {
     // Another origin, or none, on request.
     ASSERT_EQ(mesh({"--overwrite", "--frames", "1", "--origin", "500000,4500000,0", "--spacing", "0.1"}).exit_code, 0);
     EXPECT_EQ(report(1)["local_origin"], Json({500000.0, 4500000.0, 0.0}));
-    ASSERT_EQ(mesh({"--overwrite", "--frames", "1", "--origin", "none", "--spacing", "0.1"}).exit_code, 0);
+    ASSERT_EQ(
+        mesh({"--overwrite", "--frames", "1", "--origin", "none", "--spacing", "0.1", "--surface", "alpha"}).exit_code,
+        0);
     EXPECT_EQ(report(1)["local_origin"], Json({0.0, 0.0, 0.0}));
 
     // Near the origin nothing is moved.

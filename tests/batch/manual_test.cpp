@@ -88,7 +88,11 @@ TEST(Manual, HelpShowsTheOptionsUsedFirstAndHelpAllTheRest) {
         EXPECT_LT(longOptions(short_help).size(), longOptions(printed(folder, {command, "--help-all"})).size());
         EXPECT_NE(short_help.find(std::string("`betamesh ") + command + " --help-all`"), std::string::npos);
     }
-    EXPECT_EQ(printed(folder, {"check", "--help"}).find("shows all options"), std::string::npos);
+    EXPECT_EQ(printed(folder, {"info", "--help"}).find("shows all options"), std::string::npos);
+    const std::string check = printed(folder, {"check", "--help"});
+    EXPECT_TRUE(longOptions(check).contains("--particles"));
+    EXPECT_FALSE(longOptions(check).contains("--where"));
+    EXPECT_NE(printed(folder, {"check", "--help-all"}).find("--where"), std::string::npos);
     EXPECT_NE(printed(folder, {"--help-all"}).find("--bubble-gap"), std::string::npos);
 }
 
