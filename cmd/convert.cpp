@@ -30,11 +30,12 @@ struct ConversionTask {
 };
 
 std::vector<ConversionTask> tasksOf(const Arguments& arguments) {
-    const FramePattern input = framePattern(arguments.input), output = framePattern(arguments.output);
-    const std::vector<int> frames = chosenFrames(arguments.frames, input, framesOnDisk(input));
+    const FramePattern input = inputPattern(arguments.input), output = framePattern(arguments.output);
+    const auto on_disk = framesOnDisk(input);
+    const std::vector<int> frames = chosenFrames(arguments.frames, input, on_disk);
     requirePlaceholder(frames.size(), output);
     std::vector<ConversionTask> tasks;
-    for (const int frame : frames) tasks.push_back({frameName(input, frame), frameName(output, frame)});
+    for (const int frame : frames) tasks.push_back({fileOfFrame(input, on_disk, frame), frameName(output, frame)});
     return tasks;
 }
 

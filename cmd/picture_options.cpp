@@ -188,8 +188,7 @@ PictureJob planPictures(const PictureOptions& options, const Config& defaults) {
         requirePlaceholder(frames.size(), outputs.back());
     }
     for (const int frame : frames) {
-        const auto file = job.on_disk.find(frame);
-        PictureTask task{frame, file != job.on_disk.end() ? file->second : frameName(input, frame), {}, false};
+        PictureTask task{frame, fileOfFrame(input, job.on_disk, frame), {}, false};
         for (const FramePattern& output : outputs) task.outputs.push_back(frameName(output, frame));
         task.keep = options.skip_existing && allExist(task.outputs);
         if (!options.skip_existing && !options.overwrite) refuseExisting(task.outputs);

@@ -1,10 +1,10 @@
 // Properties of every skinned frame.
 
-#include "base/random.h"
 #include "betamesh/skin.h"
 
 #include "base/dual.h"
 #include "base/parallel.h"
+#include "base/random.h"
 #include "betamesh/check.h"
 #include "betamesh/error.h"
 #include "skin/ball_boundary.h"

@@ -335,6 +335,11 @@ std::map<int, std::string> framesOnDisk(const FramePattern& pattern) {
     return files;
 }
 
+std::string fileOfFrame(const FramePattern& pattern, const std::map<int, std::string>& on_disk, int frame) {
+    const auto file = on_disk.find(frame);
+    return file != on_disk.end() ? file->second : frameName(pattern, frame);
+}
+
 OtherNumbers otherNumbersOnDisk(const FramePattern& pattern) {
     OtherNumbers others;
     if (!pattern.numbered) return others;

@@ -61,6 +61,9 @@ std::string folderOf(const std::string& file);
 /// without the minus sign (-0012 for ####). None if the folder does not exist.
 std::map<int, std::string> framesOnDisk(const FramePattern& pattern);
 
+/// The file of a frame among framesOnDisk(); frameName() if it is not there.
+std::string fileOfFrame(const FramePattern& pattern, const std::map<int, std::string>& on_disk, int frame);
+
 /// Files on disk that have a number where the pattern has its placeholder, but are not among framesOnDisk().
 struct OtherNumbers {
     std::vector<std::string> subframes;  ///< splash.0001.25.vdb

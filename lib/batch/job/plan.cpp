@@ -386,12 +386,7 @@ Plan planJob(const Config& config, const PlanOptions& options) {
     noteOtherNumbers(config, input, plan.warnings);
     for (const int frame : chunkOf(frames, options.chunk)) {
         if (options.history.ended.contains(frame)) continue;
-        const auto file = on_disk.find(frame);
-        FrameTask task{frame,
-                       file != on_disk.end() ? file->second : frameName(input, frame),
-                       frameName(output, frame),
-                       FrameAction::mesh,
-                       {}};
+        FrameTask task{frame, fileOfFrame(input, on_disk, frame), frameName(output, frame), FrameAction::mesh, {}};
         if (!config.preview.path.empty()) task.picture = frameName(picture, frame);
         plan.tasks.push_back(std::move(task));
     }
