@@ -174,7 +174,7 @@ TEST_F(ConfigFile, RefusesWrongTypesAndInvalidValues) {
     expectError("surface:\n", {"job.yaml:2:1", "nothing", "Use a map"});
     expectError("input: {path: a.####.abc}\n", {"job.yaml:2:15", "input.path", "xyz"});
     expectError("output: {path: a.####.vdb}\n", {"job.yaml:2:16", "output.path"});
-    expectError("output: {path: a.##.##.ply}\n", {"job.yaml:2:16", "2 placeholders"});
+    expectError("output: {path: a.##.####.ply}\n", {"job.yaml:2:16", "both stand for the frame number"});
 }
 
 TEST_F(ConfigFile, RefusesFilesThatAreNotOnePipelineFile) {
