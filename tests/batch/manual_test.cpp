@@ -260,6 +260,7 @@ protected:
               "betamesh mesh sim/splash.####.vdb mesh/splash.####.ply", "betamesh sample drop drop.bgeo --particles 60",
               "betamesh sample drop splash.0012.bgeo --particles 60",
               "betamesh sample drop splash.0012.ply --particles 60",
+              "betamesh sample drop splash.0012.bgeo.sc --particles 60",
               "betamesh sample drop flip.0012.vdb --particles 60",
               "betamesh sample puddle sim/puddle.####.ply --frames 1-48 --particles 60",
               "betamesh sample drop sim/dam.####.vdb --frames 1-24 --particles 60",
@@ -305,7 +306,7 @@ TEST_F(Examples, OfTheManualAndTheReadmesRun) {
         const std::string line = reduced(example);
         SCOPED_TRACE(example.source + ": " + line);
         // A command that makes meshes or samples refuses to replace those that other examples need.
-        const bool writes = std::regex_search(line, std::regex("^betamesh (mesh|run|sample|render|compare) "));
+        const bool writes = std::regex_search(line, std::regex("^betamesh (mesh|run|sample|render|compare|convert) "));
         const bool resumes = line.find("--skip-existing") != std::string::npos || line.find(" - ") != std::string::npos;
         const int exit_code = run(line + (writes && !resumes ? " --overwrite" : ""));
         // Coherence and reports exit with 1 for what they find.

@@ -83,7 +83,7 @@ TEST_F(PlaneJob, ContradictingOptionsAreRefusedBeforeAnythingIsWritten) {
         EXPECT_NE(outcome.err.find(why), std::string::npos) << outcome.err;
         EXPECT_FALSE(std::filesystem::exists(folder_ / out));
     };
-    refused("c.svg", {}, "Use one of .bgeo");
+    refused("c.svg", {}, "Use another extension, or --dimension 2");
     refused("c.ply", {"--dimension", "4"}, "2 to 3");
     refused("c.ply", {"--dimension", "2", "--layers", "beta"}, "are for .svg output");
     refused("c.ply", {"--bounds", "0,0,1,1"}, "are for .svg output");

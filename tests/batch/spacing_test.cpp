@@ -60,12 +60,14 @@ TEST_F(JobSpacing, FilesMeshedOneByOneWithTheSpacingOfTheLogAreThoseOfTheSequenc
 
 TEST_F(JobSpacing, ARadiusInTheWrongUnitIsAskedAbout) {
     writeFrame(1, box(9, 9, 9));
-    const Outcome refused = mesh({"--radius", "3"});
+    const Outcome refused = mesh({"--radius", "6"});
     EXPECT_EQ(refused.exit_code, 2);
     EXPECT_NE(refused.err.find("times the particle spacing 0.1"), std::string::npos) << refused.err;
-    EXPECT_NE(refused.err.find("Did you mean 3dx"), std::string::npos) << refused.err;
+    EXPECT_NE(refused.err.find("Did you mean 6dx"), std::string::npos) << refused.err;
     EXPECT_FALSE(exists("out/a.0001.ply"));
-    EXPECT_EQ(mesh({"--radius", "3", "--spacing", "2"}).exit_code, 0);
+    EXPECT_EQ(mesh({"--radius", "6", "--spacing", "4"}).exit_code, 0);
+    writeFrame(2, box(18, 18, 18));
+    EXPECT_EQ(mesh({"--radius", "1.5"}).exit_code, 2);
     for (const std::vector<std::string>& absurd : {std::vector<std::string>{"--radius", "1000dx"},
                                                    {"--radius", "0.15", "--spacing", "1e12"},
                                                    {"--radius", "1e6dx", "--spacing", "0.1"}})

@@ -5,14 +5,18 @@
 #include "io/particle_file.h"
 #include "skin/spacing.h"
 
+#include <algorithm>
 #include <utility>
 
 namespace betamesh {
 namespace {
 
-constexpr double kMostDrift = 0.25;                        // of a frame's spacing before there is a warning, relative
-constexpr double kLeastSpacings = 0.8, kMostSpacings = 3;  // usual ball radii, in spacings
-constexpr double kWrongUnit = 20;                          // spacings; a larger radius is taken for a mistake
+constexpr double kMostDrift = 0.25;  // of a frame's spacing before there is a warning, relative
+constexpr double kLeastUsualRadius = 0.8, kMostUsualRadius = 3;  // usual ball radii, in spacings
+
+// Spacings; a larger radius is taken for a mistake. It costs hours where a ball has thousands of neighbours.
+constexpr double kWrongRadius = 50, kWrongRadiusOfMany = 10;
+constexpr std::size_t kMany = 5000;  // particles
 
 ResolvedRadius resolved(const Length& radius, double spacing, std::string origin) {
     return {radius.in_spacings ? radius.value * spacing : radius.value, spacing, std::move(origin), {}};
@@ -22,7 +26,7 @@ ResolvedRadius resolved(const Length& radius, double spacing, std::string origin
 class SequenceMeasurement {
 public:
     std::vector<std::string> warnings;
-    bool any_particles = false;  ///< in a frame that could be read
+    std::size_t most_particles = 0;  ///< in a frame that could be read
 
     SequenceMeasurement(const Config& config, const std::map<int, std::string>& frames_on_disk,
                         const WorkerEvents& events)
@@ -59,7 +63,7 @@ private:
             visitPositions(file, input_, [&](std::span<const Vec3f> block) {
                 positions.insert(positions.end(), block.begin(), block.end());
             });
-            any_particles |= !positions.empty();
+            most_particles = std::max(most_particles, positions.size());
             if (!estimator_.add(std::move(positions))) return false;
             measured_.push_back(i);
             return true;
@@ -94,7 +98,8 @@ std::optional<ResolvedRadius> resolveRadius(const Config& config, const std::map
     SequenceMeasurement measurement(config, frames_on_disk, events);
     const std::optional<SpacingEstimate> found = measurement.estimate();
     const Length& radius = config.surface.radius;
-    if (found && radius.value > kWrongUnit * (radius.in_spacings ? 1 : found->spacing))
+    const double most = measurement.most_particles > kMany ? kWrongRadiusOfMany : kWrongRadius;
+    if (found && radius.value > most * (radius.in_spacings ? 1 : found->spacing))
         throw Error("the radius " + textOf(radius) + " is " +
                     shortNumber(radius.in_spacings ? radius.value : radius.value / found->spacing) +
                     " times the particle spacing " + shortNumber(found->spacing) + ", measured in " +
@@ -110,7 +115,7 @@ std::optional<ResolvedRadius> resolveRadius(const Config& config, const std::map
         result.warnings = std::move(measurement.warnings);
         return result;
     }
-    if (!measurement.any_particles) return std::nullopt;
+    if (measurement.most_particles == 0) return std::nullopt;
     throw Error("the particle spacing of '" + config.input.path +
                 "' cannot be measured because no frame has seven distinct particles. Give it with --spacing "
                 "(surface.spacing), or give a radius in world units, as in --radius 0.02.");
@@ -123,7 +128,7 @@ FrameSpacing compareSpacing(const std::vector<Vec3f>& positions, double radius, 
     FrameSpacing result{own, {}, {}};
     const bool drifts = own > (1 + kMostDrift) * spacing || own < (1 - kMostDrift) * spacing;
     std::string scale;
-    if (radius > kMostSpacings * own || radius < kLeastSpacings * own)
+    if (radius > kMostUsualRadius * own || radius < kLeastUsualRadius * own)
         scale = "the radius " + shortNumber(radius) + " is " + shortNumber(radius / own) +
                 " times the particle spacing of this frame; 0.8 to 3 times gives a liquid surface";
     if (drifts)

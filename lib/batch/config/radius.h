@@ -30,7 +30,7 @@ std::optional<ResolvedRadius> givenRadius(const Config& config);
 ///         events: reports each frame that is read to the supervising process
 /// out     nullopt if the spacing has to be measured, and no frame can be read or all are empty
 /// errors  the spacing has to be measured and no readable frame has seven distinct particles; a radius of more than
-///         twenty measured spacings, unless a spacing is given as well
+///         50 measured spacings, or 10 if a frame has more than 5,000 particles, unless a spacing is given as well
 std::optional<ResolvedRadius> resolveRadius(const Config& config, const std::map<int, std::string>& frames_on_disk,
                                             const WorkerEvents& events = {});
 
