@@ -3,6 +3,7 @@
 #include "base/random.h"
 #include "support/job_folder.h"
 
+#include <algorithm>
 #include <csignal>
 #include <set>
 
@@ -147,12 +148,28 @@ TEST_F(Resume, AJobKilledAtAnyMomentIsCompletedToTheSameBytes) {
     EXPECT_EQ(killed, kRounds * kKillsARound);
 }
 
+/// Stops all threads of a process. A signal takes effect some time after it was sent.
+void stop(pid_t process) {
+    kill(process, SIGSTOP);
+    const auto isRunning = [](const fs::directory_entry& task) {
+        const std::string text = contentsOf(task.path() / "stat");
+        const std::size_t state = text.rfind(") ") + 2;
+        return text.size() > state && text[state] != 'T' && text[state] != 'Z' && text[state] != 'X';
+    };
+    std::error_code ended;
+    for (int attempt = 0; attempt < 5000; ++attempt) {
+        const fs::directory_iterator tasks("/proc/" + std::to_string(process) + "/task", ended);
+        if (ended || std::none_of(begin(tasks), end(tasks), isRunning)) return;
+        std::this_thread::sleep_for(std::chrono::microseconds(200));
+    }
+}
+
 TEST_F(Resume, TemporaryFilesOfAKilledProcessAreRemoved) {
     writeFrames(1, 24, 3000);
     const auto stopWhen = [](RunningProgram& program, const auto& isSo) {
         for (int attempt = 0; attempt < 50000; ++attempt) {
             const pid_t worker = program.worker();
-            if (worker > 0) kill(worker, SIGSTOP);
+            if (worker > 0) stop(worker);
             if (isSo()) return worker;
             if (worker > 0) kill(worker, SIGCONT);
             std::this_thread::sleep_for(std::chrono::microseconds(200));
