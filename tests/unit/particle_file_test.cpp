@@ -20,24 +20,6 @@ std::vector<std::string> particleFormats() {
     return {std::istream_iterator<std::string>(in), {}};
 }
 
-Particles rowsOf(const Particles& particles, const std::vector<std::uint32_t>& rows) {
-    Particles some;
-    for (const Attribute& a : particles.attributes) some.attributes.push_back({a.name, a.components, {}, {}});
-    for (const std::uint32_t row : rows) {
-        some.position.push_back(particles.position[row]);
-        some.velocity.push_back(particles.velocity[row]);
-        some.id.push_back(particles.id[row]);
-        for (std::size_t a = 0; a < some.attributes.size(); ++a) {
-            const Attribute& from = particles.attributes[a];
-            for (std::size_t i = row * from.components; i < (row + 1) * from.components; ++i) {
-                if (!from.real.empty()) some.attributes[a].real.push_back(from.real[i]);
-                if (!from.integer.empty()) some.attributes[a].integer.push_back(from.integer[i]);
-            }
-        }
-    }
-    return some;
-}
-
 // The file has more particles than a block of any reader.
 TEST(ParticleFile, SelectedRowsEqualThoseOfTheWholeFile) {
     const TemporaryFolder folder;

@@ -50,22 +50,10 @@ std::string plyText(std::size_t n, const std::vector<Property>& more, const std:
 }
 
 Particles particlesWhere(const Particles& particles, const std::function<bool(std::size_t)>& isKept) {
-    Particles some;
-    for (const Attribute& a : particles.attributes) some.attributes.push_back({a.name, a.components, {}, {}});
-    for (std::size_t row = 0; row < particles.size(); ++row) {
-        if (!isKept(row)) continue;
-        some.position.push_back(particles.position[row]);
-        if (!particles.velocity.empty()) some.velocity.push_back(particles.velocity[row]);
-        if (!particles.id.empty()) some.id.push_back(particles.id[row]);
-        for (std::size_t a = 0; a < some.attributes.size(); ++a) {
-            const Attribute& from = particles.attributes[a];
-            for (std::size_t i = row * from.components; i < (row + 1) * from.components; ++i) {
-                if (!from.real.empty()) some.attributes[a].real.push_back(from.real[i]);
-                if (!from.integer.empty()) some.attributes[a].integer.push_back(from.integer[i]);
-            }
-        }
-    }
-    return some;
+    std::vector<std::uint32_t> rows;
+    for (std::uint32_t row = 0; row < particles.size(); ++row)
+        if (isKept(row)) rows.push_back(row);
+    return rowsOf(particles, rows);
 }
 
 const Attribute& attributeOf(const Particles& particles, const std::string& name) {
