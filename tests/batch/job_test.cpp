@@ -566,7 +566,8 @@ TEST_F(Job, SignalsEndAJobWithTheirExitCodeAndNoPartialFiles) {
 TEST_F(Job, ASignalInterruptsALongStage) {
     // Every ball reaches every other, and all are exposed: many minutes of work.
     writeFrame(1, spiralOnSphere(100000, 1));
-    RunningProgram program({"mesh", "in/a.####.ply", "out/a.####.ply", "--radius", "1"}, folder_.path());
+    RunningProgram program({"mesh", "in/a.####.ply", "out/a.####.ply", "--radius", "1", "--spacing", "1"},
+                           folder_.path());
     ASSERT_TRUE(within(kSecondsToStart, [&] { return exists("out"); }));  // made when the job begins
     std::this_thread::sleep_for(std::chrono::seconds(1));
     program.send(SIGTERM);
