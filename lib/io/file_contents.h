@@ -84,6 +84,7 @@ struct ReadOptions {
     std::function<void(FileContents&& points, std::uint64_t total)> points{};
     bool faces = true;                ///< false: read points only
     bool skip_unknown_faces = false;  ///< stop at a primitive that is not a polygon instead of reporting an error
+    bool first_sample = false;        ///< of .abc: read the first of several time samples instead of reporting an error
 };
 
 /// Passes points to options.points if that is set, else appends them to contents. total: number that the file declares.
@@ -112,6 +113,9 @@ std::string attributeNames(const FileContents& contents);
 
 /// An integer attribute; a float attribute if some values need more than 32 bits.
 Attribute integerAttribute(std::string name, std::uint32_t components, std::vector<std::int64_t> values);
+
+/// The type of an attribute's integers in a file: that of the file that it is from, if all numbers fit.
+IntegerType writtenType(const Attribute& a);
 
 /// Appends a polygon as a fan of triangles; nothing for fewer than three corners.
 void appendFan(const std::vector<std::uint32_t>& corners, std::vector<Triangle>& triangles);

@@ -13,6 +13,7 @@ namespace betamesh {
 FileInfo inspectFile(const std::filesystem::path& path, std::vector<Vec3f>* particles) {
     ReadOptions options;
     options.skip_unknown_faces = true;
+    options.first_sample = true;
     FileInfo info;
     FileContents contents = readByContents(path, options, info.note);
     info.kind = contents.kind();
