@@ -183,12 +183,12 @@ Surface surfaceOf(const Liquid& liquid, const FrameTask& task, const Plan& plan,
     std::string picture = pictureOf(task, plan, skinned, particles);
     watch(Stage::picture);
     const auto mesh = std::make_shared<Mesh>(std::move(skinned.mesh));
-    const auto write = [mesh, &task, &report] {
+    const auto write = [mesh, &task, &plan, &report] {
         std::optional<OutputFile> file;
         std::future<void> on_disk;  // waiting for the disk should occupy no worker thread
         parallelBoth(
             [&] {
-                file.emplace(encodedMesh(task.output, *mesh));
+                file.emplace(encodedMesh(task.output, *mesh, writeOptions(plan.config.output, task.frame)));
                 on_disk = std::async([&file] { file->commit(); });  // on this thread if no other can be started
             },
             [&] { report.measure = measureMesh(*mesh); });
@@ -207,16 +207,17 @@ Surface planarSurfaceOf(const Liquid& liquid, const FrameTask& task, const Plan&
     report.vertices = plane->curves.position.size();
     watch(Stage::measure);
     return {toSpace(plane->spheres, flat->plane), {}, [=, &task, &plan] {
-                writePlane(task.output, *plane, *flat, skinOf(plan), plan.config);
+                writePlane(task.output, *plane, *flat, skinOf(plan), plan.config,
+                           writeOptions(plan.config.output, task.frame));
             }};
 }
 
 /// A report beside a mesh means that the frame is complete: it is removed first, and the caller writes it last.
-void writeFrame(const FrameTask& task, const Surface& surface) {
+void writeFrame(const FrameTask& task, const Surface& surface, const Config& config) {
     fs::remove(reportPath(task.output));
     surface.write();
     if (surface.spheres.size() > 0) {
-        writeSpheres(spheresPath(task.output), surface.spheres);
+        writeSpheres(spheresPath(task.output), surface.spheres, writeOptions(config.output, task.frame));
     } else {
         fs::remove(spheresPath(task.output));
     }
@@ -226,7 +227,8 @@ void writeFrame(const FrameTask& task, const Surface& surface) {
 void meshFrame(const FrameTask& task, const Plan& plan, bool near_surface, FrameReport& report, JobState& job) {
     const Config& config = plan.config;
     const bool planar = config.surface.dimension == 2;
-    report.origin = {version(), plan.configuration, report.radius, report.spacing, {}, {}, worldOrigin(config.input)};
+    report.origin = {version(), plan.configuration, report.radius, report.spacing, {}, {},
+                     worldOrigin(config.input, config.output.up_axis)};
     Stopwatch total;
     StageWatch watch(report.seconds);
     Liquid liquid;
@@ -262,7 +264,7 @@ void meshFrame(const FrameTask& task, const Plan& plan, bool near_surface, Frame
 
     const FrameLock lock(task.output, leaveIfInterrupted);
     const SignalWatch::Writing writing(job.signals);
-    retrying(config.run.retries, [&] { writeFrame(task, surface); });
+    retrying(config.run.retries, [&] { writeFrame(task, surface, config); });
     recordFile(task.output, task, *report.origin);
     if (report.spheres > 0) recordFile(spheresPath(task.output), task, *report.origin);
     if (!surface.picture.empty()) recordFile(task.picture, task, *report.origin);

@@ -78,7 +78,7 @@ std::string whyAgain(const FrameTask& task, bool input_exists, const Plan& plan)
     if (origin->configuration != plan.configuration) return "other configuration";
     const bool resolved = plan.skin.radius > 0;  // false if no input is left
     if (resolved && (origin->radius != plan.skin.radius || origin->spacing != plan.spacing)) return "other radius";
-    if (origin->local_origin != worldOrigin(plan.config.input)) return "other local origin";
+    if (origin->local_origin != worldOrigin(plan.config.input, plan.config.output.up_axis)) return "other local origin";
     for (const auto& [name, bytes] : origin->files) {
         std::error_code error;
         if (fs::file_size(fs::path(task.output).parent_path() / name, error) != bytes || error)
@@ -231,7 +231,7 @@ void requireFloatLength(const std::string& key, double length) {
 void planOrigin(Plan& plan, const std::map<int, std::string>& on_disk, const PlanOptions& options) {
     ParticleInput& input = plan.config.input;
     input.origin = resolveOrigin(plan.config, on_disk, options.notes);
-    const Vec3 origin = worldOrigin(input);
+    const Vec3 origin = worldOrigin(input, plan.config.output.up_axis);
     if (origin == Vec3(0, 0, 0)) return;
     const std::string text = textOf(origin.x) + ',' + textOf(origin.y) + ',' + textOf(origin.z);
     if (plan.config.input.given_origin)
