@@ -49,8 +49,7 @@ Matrix4 rotation(std::array<double, 3> axis, double degrees) {
     const double angle = degrees * std::numbers::pi / 180, c = std::cos(angle), s = std::sin(angle);
     const Matrix4 cross{{{0, axis[2], -axis[1], 0}, {-axis[2], 0, axis[0], 0}, {axis[1], -axis[0], 0, 0}, {}}};
     for (std::size_t i = 0; i < 3; ++i)
-        for (std::size_t j = 0; j < 3; ++j)
-            m[i][j] = (i == j ? c : 0) + (1 - c) * axis[i] * axis[j] + s * cross[i][j];
+        for (std::size_t j = 0; j < 3; ++j) m[i][j] = (i == j ? c : 0) + (1 - c) * axis[i] * axis[j] + s * cross[i][j];
     return m;
 }
 
@@ -234,7 +233,8 @@ std::vector<AlembicProperty> AlembicArchive::properties(OgawaChild group) {
         }
         p.name = textOf(in, sized(in, bytes, "name of a property"), "name of a property");
         p.metadata = metadataOf(flags >> kMetadataShift & 255, in, bytes);
-        if (properties.size() + 1 >= children.size()) fail("property '" + p.name + "' is missing. The file is damaged.");
+        if (properties.size() + 1 >= children.size())
+            fail("property '" + p.name + "' is missing. The file is damaged.");
         p.content = children[properties.size()];
         properties.push_back(std::move(p));
     }

@@ -27,10 +27,10 @@ struct AlembicProperty {
     std::string name;
     std::uint32_t kind = 0;  ///< as kPropertyKind
     AlembicType type{};
-    std::uint32_t extent = 0;           ///< numbers per row
+    std::uint32_t extent = 0;  ///< numbers per row
     std::uint32_t samples = 0;
-    bool changes = false;               ///< not all samples are the same
-    OgawaChild content = kEmptyGroup;   ///< group of its samples or, of a compound, its properties
+    bool changes = false;              ///< not all samples are the same
+    OgawaChild content = kEmptyGroup;  ///< group of its samples or, of a compound, its properties
     std::map<std::string, std::string> metadata{};
 
     bool isCompound() const { return kind == 0; }
@@ -46,8 +46,8 @@ public:
     /// All objects but the transforms, parents before children.
     const std::vector<AlembicObject>& objects() const { return objects_; }
 
-    /// The properties of an object or compound, which can be asked for once. Compounds that are named like properties of a
-    /// schema, such as ".geom", are ordinary ones.
+    /// The properties of an object or compound, which can be asked for once. Compounds that are named like properties
+    /// of a schema, such as ".geom", are ordinary ones.
     std::vector<AlembicProperty> properties(OgawaChild group);
 
     /// The numbers of the first sample, without digest; none if there is no sample.

@@ -27,14 +27,27 @@ namespace betamesh {
 
 /// The types of numbers, as Alembic counts them.
 enum class AlembicType : std::uint8_t {
-    boolean, uint8, int8, uint16, int16, uint32, int32, uint64, int64, float16, float32, float64, string, wstring
+    boolean,
+    uint8,
+    int8,
+    uint16,
+    int16,
+    uint32,
+    int32,
+    uint64,
+    int64,
+    float16,
+    float32,
+    float64,
+    string,
+    wstring
 };
 
 /// The name of a type in metadata.
 inline const char* nameOf(AlembicType type) {
-    constexpr std::array<const char*, 14> kNames{"bool_t",    "uint8_t",   "int8_t",    "uint16_t", "int16_t",
-                                                 "uint32_t",  "int32_t",   "uint64_t",  "int64_t",  "float16_t",
-                                                 "float32_t", "float64_t", "string",    "wstring"};
+    constexpr std::array<const char*, 14> kNames{"bool_t",    "uint8_t",   "int8_t",   "uint16_t", "int16_t",
+                                                 "uint32_t",  "int32_t",   "uint64_t", "int64_t",  "float16_t",
+                                                 "float32_t", "float64_t", "string",   "wstring"};
     return kNames[static_cast<std::size_t>(type)];
 }
 

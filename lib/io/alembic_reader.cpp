@@ -127,7 +127,8 @@ public:
             readAttribute(*velocities, "v", VectorKind::vector);
         for (const char* name : {"N", "uv"})
             if (const AlembicProperty* p = property(name)) readParameter(*p);
-        if (object_.schema == kMeshSchema && options_.faces) readFaces(property(".faceCounts"), property(".faceIndices"));
+        if (object_.schema == kMeshSchema && options_.faces)
+            readFaces(property(".faceCounts"), property(".faceIndices"));
         if (const AlembicProperty* p = property(".arbGeomParams"); p != nullptr && p->isCompound())
             parameters = archive_.properties(p->content);
         for (const AlembicProperty& p : parameters) readParameter(p);
@@ -135,7 +136,7 @@ public:
                                             [](const auto& a) { return a.name == "radius" || a.name == "pscale"; });
         const AlembicProperty* const widths = property(".widths");
         if (widths != nullptr && !has_radius) readAttribute(*widths, "width", VectorKind::vector);
-        if (!options_.first_sample && samples_ > 1)
+        if (!options_.summary && samples_ > 1)
             archive_.fail("object '" + object_.path + "' has " + std::to_string(samples_) +
                           " time samples. Export a sequence of files with one frame each, such as splash.####.abc.");
         if (samples_ > 1) contents_.format += ", first of " + std::to_string(samples_) + " samples";
@@ -172,8 +173,8 @@ private:
                                : loadNumber<float>(bytes.data() + (3 * i + k) * sizeof(float), kSwapBytes);
             if (object_.world) x = transformed(x, VectorKind::point, *object_.world);
             const Vec3& o = options_.origin;
-            points_.position[i] = Vec3f(static_cast<float>(x[0] - o.x), static_cast<float>(x[1] - o.y),
-                                        static_cast<float>(x[2] - o.z));
+            points_.position[i] =
+                Vec3f(static_cast<float>(x[0] - o.x), static_cast<float>(x[1] - o.y), static_cast<float>(x[2] - o.z));
         }
     }
 
@@ -243,7 +244,7 @@ private:
             return;
         }
         declare(name, p.type, components);
-        if (!options_.attributes) return;
+        if (!options_.attributes || n == 0) return;
         if (isInteger(p.type)) {
             std::vector<std::int64_t> integers = integersOf(p.type, bytes);
             if (name == options_.id && components == 1) {
@@ -294,9 +295,9 @@ private:
 
     void readComponents(const AlembicProperty& p) {
         if (!options_.faces || object_.schema != kMeshSchema) return;
-        const std::vector<std::int32_t> numbers =
-            p.type == AlembicType::int32 ? convertedNumbers<std::int32_t, std::int32_t>(sample(p))
-                                         : std::vector<std::int32_t>{};
+        const std::vector<std::int32_t> numbers = p.type == AlembicType::int32
+                                                      ? convertedNumbers<std::int32_t, std::int32_t>(sample(p))
+                                                      : std::vector<std::int32_t>{};
         if (numbers.size() != triangles_of_face_.size()) return passOver("'component', not an integer per face");
         std::vector<std::int32_t>& component = contents_.component.emplace();
         for (std::size_t i = 0; i < numbers.size(); ++i)
@@ -343,9 +344,9 @@ FileContents readArchive(AlembicArchive archive, const ReadOptions& options) {
                                 [&](const std::string& wanted) { return isNamed(*object, wanted); });
         });
     else if (objects.size() > 1)
-        archive.fail("contains several objects: " + commaList(candidates) +
-                     (options.faces ? ". Export each into a file of its own."
-                                    : ". Choose some with --grid (input.grid)."));
+        archive.fail(
+            "contains several objects: " + commaList(candidates) +
+            (options.faces ? ". Export each into a file of its own." : ". Choose some with --grid (input.grid)."));
     for (const AlembicObject& object : archive.objects()) {
         const bool is_read = std::find(objects.begin(), objects.end(), &object) != objects.end();
         contents.grids.push_back({object.path, object.schema, is_read});

@@ -123,8 +123,8 @@ public:
         const std::uint64_t all_rows = rows * type.rows_per_item;
         const OgawaChild numbers = sample(all_rows * type.extent * bytesOf(type.number), std::move(write));
         parent.groups.push_back(file_.group({numbers, kEmptyData}));
-        header(parent, name, metadata,
-               kArray | (all_rows == 1 ? kScalar : 0) | flagsOf(type.number, type.extent), true);
+        header(parent, name, metadata, kArray | (all_rows == 1 ? kScalar : 0) | flagsOf(type.number, type.extent),
+               true);
     }
 
     void compound(Compound& parent, const std::string& name, const std::string& metadata, Compound child) {
@@ -153,8 +153,9 @@ public:
         putMetadata(schema_text + ";schemaObjTitle=" + std::string(schema) + ":.geom", child);
         const OgawaChild top = file_.group({kEmptyGroup, object, objectHeaders(child)});
         const double step = 1 / options.frames_per_second;
-        const std::string samplings = packed(std::uint32_t{0}, 1.0, std::uint32_t{1}, 0.0) +
-                                      packed(std::uint32_t{1}, step, std::uint32_t{1}, options.frame.value_or(0) * step);
+        const std::string samplings =
+            packed(std::uint32_t{0}, 1.0, std::uint32_t{1}, 0.0) +
+            packed(std::uint32_t{1}, step, std::uint32_t{1}, options.frame.value_or(0) * step);
         const OgawaChild root = file_.group(
             {file_.data(packed(kLayoutVersion)), file_.data(packed(kLibraryVersion)), top,
              file_.data("_ai_Application=betamesh;_ai_DCC_FPS=" + std::to_string(options.frames_per_second)),

@@ -2,10 +2,12 @@
 
 #include "base/nearest_word.h"
 #include "betamesh/error.h"
+#include "io/alembic.h"
 #include "io/bgeo.h"
 #include "io/gzip.h"
 #include "io/houdini_geo.h"
 #include "io/houdini_scf.h"
+#include "io/level_set.h"
 #include "io/obj.h"
 #include "io/ply.h"
 #include "io/prt.h"
@@ -40,12 +42,21 @@ void writeVdb(ByteWriter& out, const Particles& particles, const std::string& fi
     out.flush();
 }
 
+void writeLevelSet(ByteWriter& out, const Mesh& mesh, const std::string& file, const WriteOptions& options) {
+    out.text(encodeLevelSet(mesh, file, options.level_set));
+    out.flush();
+}
+
 /// Spheres as particles whose radius is the attribute `name`.
 template <void (*encode)(ByteWriter&, const Particles&, const std::string&), const char* name>
 void writeSpheresAs(ByteWriter& out, const Spheres& spheres, const std::string& file) {
     encode(out, particlesOf(spheres, name, file), file);
 }
 constexpr char kRadius[] = "radius", kScale[] = "pscale";
+
+void writeAbcSpheres(ByteWriter& out, const Spheres& spheres, const std::string& file, const WriteOptions& options) {
+    encodeAbc(out, particlesOf(spheres, kRadius, file), file, options);
+}
 
 bool isHoudini(std::string_view begin) {
     for (const std::string_view magic : {"\x7fNSJb"sv,
@@ -57,6 +68,7 @@ bool isHoudini(std::string_view begin) {
 }
 bool isPly(std::string_view begin) { return begin.starts_with("ply\n"sv) || begin.starts_with("ply\r"sv); }
 bool isOpenVdb(std::string_view begin) { return begin.starts_with(" BDV\0\0\0\0"sv); }
+bool isOgawa(std::string_view begin) { return begin.starts_with("Ogawa"sv); }
 bool isLegacyVtk(std::string_view begin) { return begin.starts_with("# vtk DataFile"sv); }
 bool isXmlVtk(std::string_view begin) { return begin.find("<VTKFile"sv) != std::string_view::npos; }
 bool isPrt(std::string_view begin) { return begin.starts_with("\xc0PRT"sv); }
@@ -116,17 +128,36 @@ constexpr std::array kFormats = std::to_array<FileFormat>({
      .particle_bytes = 28,
      .test = "batch.Interop.Vtk",
      .proof = "VTK reads it"},
-    {.name = "OpenVDB points",
+    {.name = "OpenVDB points and level sets",
      .read_extensions = ".vdb",
      .write_extensions = ".vdb",
      .hasSignature = isOpenVdb,
      .read = readVdb,
      .reads_particles = true,
+     .has_grids = true,
      .write_particles = writeVdb,
+     .write_mesh = writeLevelSet,
+     .is_volume = true,
      .id_bits = 64,
      .particle_bytes = 12,
      .test = "VdbFile.ReadsQuantisedPointsOfSeveralGrids",
      .proof = "the OpenVDB library reads and writes it"},
+    {.name = "Alembic",
+     .read_extensions = ".abc",
+     .write_extensions = ".abc",
+     .hasSignature = isOgawa,
+     .read = readAbc,
+     .reads_particles = true,
+     .reads_surfaces = true,
+     .has_grids = true,
+     .write_particles = encodeAbc,
+     .write_mesh = encodeAbc,
+     .write_spheres = writeAbcSpheres,
+     .holds_components = true,
+     .id_bits = 64,
+     .particle_bytes = 32,
+     .test = "batch.Interop.Alembic",
+     .proof = "the Alembic library reads it; files of that library"},
     {.name = "XML of VTK",
      .read_extensions = ".vtp .vtu",
      .write_extensions = ".vtp",
@@ -206,8 +237,7 @@ struct ForeignFormat {
 };
 constexpr std::array kForeign = std::to_array<ForeignFormat>({{"USD text", "#usda"},
                                                               {"binary USD", "PXR-USDC"},
-                                                              {"Alembic", "Ogawa"},
-                                                              {"HDF5", "\x89HDF"},
+                                                              {"HDF5, the older container of Alembic", "\x89HDF"},
                                                               {"a ZIP archive", "PK\3\4"},
                                                               {"glTF", "glTF"}});
 
@@ -330,7 +360,9 @@ const FileFormat& formatOf(const fs::path& path, FileKind kind, Access access) {
     const FileFormat* format = formatWith(name, other);
     const std::string known = extensionsFor(kind, access), extension = path.extension().string();
     std::string fault = ": '" + extension + "' is not a format for " + nameOf(kind), guess;
-    if (extension.empty())
+    if (kind == FileKind::mesh && access == Access::read && isVdb(path))
+        guess = " A level set becomes a mesh by vdb_tool: vdb_tool -read in.vdb -ls2mesh -write out.ply.";
+    else if (extension.empty())
         fault = ": the name has no extension, which selects the format";
     else if (format != nullptr && formatWith(name, access) == nullptr)
         fault = ": " + extension + " can be " +
@@ -355,12 +387,14 @@ std::string readableExtensions() {
     return extensionsWhere(Access::read, [](const FileFormat&) { return true; });
 }
 
-std::string lossesOf(const fs::path& path, FileKind kind, const Extras& extras) {
+std::string lossesOf(const fs::path& path, FileKind kind, const Extras& extras, const WriteOptions& options) {
     const FileFormat& format = formatOf(path, kind, Access::write);
     if (format.is_drawing) return {};
     std::vector<std::string> lost;
-    if (!format.holds_attributes && extras.velocity) lost.push_back("velocity");
-    if (!format.holds_attributes && extras.attributes) lost.push_back("attributes");
+    const bool is_volume = format.is_volume && kind == FileKind::mesh;
+    const bool has_velocity = is_volume ? options.level_set.velocity : format.holds_attributes;
+    if (!has_velocity && extras.velocity) lost.push_back("velocity");
+    if ((is_volume || !format.holds_attributes) && extras.attributes) lost.push_back("attributes");
     if (!format.holds_components && extras.components) lost.push_back("components");
     std::string text;
     for (std::size_t i = 0; i < lost.size(); ++i)

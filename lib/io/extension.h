@@ -68,6 +68,7 @@ struct FileFormat {
     FileContents (*read)(const std::filesystem::path& path, const ReadOptions& options) = nullptr;
     bool reads_particles = false;
     bool reads_surfaces = false;  ///< meshes and curves
+    bool has_grids = false;       ///< several sets of particles in a file, of which ReadOptions::grids chooses
 
     /// Null: the format cannot hold it.
     Encoder<Particles> write_particles = nullptr;
@@ -79,7 +80,8 @@ struct FileFormat {
     bool is_drawing = false;        ///< a picture of planar curves, which writeSvg() writes
     bool holds_attributes = true;   ///< velocity is one of them
     bool holds_components = false;  ///< Mesh::component
-    int id_bits = 0;                ///< of Particles::id
+    bool is_volume = false;  ///< a mesh is written as a level set, which has no attributes; velocity is an option
+    int id_bits = 0;         ///< of Particles::id
 
     double particle_bytes = 30;  ///< typical size of a particle with velocity and id on disk, without gzip or Blosc
 
@@ -112,7 +114,9 @@ struct Extras {
 };
 
 /// What of `extras` a file of this name cannot hold, as in "velocity and attributes"; empty: it holds everything.
-std::string lossesOf(const std::filesystem::path& path, FileKind kind, const Extras& extras);
+/// options: of the writer.
+std::string lossesOf(const std::filesystem::path& path, FileKind kind, const Extras& extras,
+                     const WriteOptions& options = {});
 
 /// Estimated bytes on disk of one particle in a file of this name.
 double fileBytesPerParticle(const std::filesystem::path& path);

@@ -57,8 +57,9 @@ OgawaReader::OgawaReader(Source source, std::uint64_t size, std::string file)
     const std::string_view text(reinterpret_cast<const char*>(header.data()), header.size());
     if (!text.starts_with(kMagic)) fail(0, "not an Alembic file in the Ogawa container");
     if (text[5] != '\xff')
-        fail(5, "the file is not complete: the program that wrote it was interrupted or has not finished. Write it "
-                "again.");
+        fail(5,
+             "the file is not complete: the program that wrote it was interrupted or has not finished. Write it "
+             "again.");
     if (text[6] != 0 || text[7] != 1)
         fail(6, "version " + std::to_string(std::to_integer<int>(header[6]) << 8 | std::to_integer<int>(header[7])) +
                     " of the Ogawa container is unknown. 1 was expected.");
@@ -88,7 +89,8 @@ std::uint64_t OgawaReader::dataSize(OgawaChild child, const char* what) {
     if (at == child) fail(at, std::string(what) + ": data were expected");
     const std::uint64_t size = numberAt(at, what);
     if (size > size_ - at - sizeof(std::uint64_t))
-        fail(at, std::string(what) + ": " + std::to_string(size) + " bytes exceed the file. It is truncated or damaged.");
+        fail(at,
+             std::string(what) + ": " + std::to_string(size) + " bytes exceed the file. It is truncated or damaged.");
     return size;
 }
 

@@ -189,7 +189,7 @@ void agreeOnSkin(Plan& plan) {
 void noteOutputFormat(Plan& plan) {
     const Config::Output& output = plan.config.output;
     const FileKind kind = plan.config.surface.dimension == 2 ? FileKind::curves : FileKind::mesh;
-    const std::string lost = lossesOf(output.path, kind, {true, !output.attributes.empty(), output.components});
+    const std::string lost = lossesOf(output.path, kind, {true, !output.attributes.empty(), output.components}, output);
     const std::string extension = splitExtension(output.path).second;
     if (!lost.empty())
         plan.warnings.push_back(extension + " files are written without " + lost +
@@ -256,11 +256,13 @@ void planRadius(Plan& plan, const std::map<int, std::string>& on_disk, const Pla
             features.bubble_volume * std::pow(resolved->spacing, plan.config.surface.dimension);
     else
         plan.skin.features.bubble_gap = worldLength(features.bubble_gap, resolved->spacing);
+    plan.config.output.level_set.voxel = worldLength(plan.config.output.voxel, resolved->spacing);
     requireFloatLength("surface.spacing", resolved->spacing);
     requireFloatLength("surface.radius", resolved->radius);
     requireFloatLength("surface.skin", plan.skin.skin.value_or(0));
     requireFloatLength("smoothing.width", plan.skin.smoothing_width);
     requireFloatLength("features.bubble_gap", plan.skin.features.bubble_gap);
+    requireFloatLength("output.voxel", plan.config.output.level_set.voxel);
     const double skin = skinDepth(plan.skin, plan.config.surface.dimension);
     plan.notes.push_back("radius " + shortNumber(resolved->radius) +
                          (skin > 0 ? ", skin " + shortNumber(skin) : std::string()) + ", spacing " +
@@ -330,7 +332,7 @@ void requireWritableFolders(const std::vector<FrameTask>& tasks) {
 bool hasNoAttributes(const std::string& output) {
     std::string extension = splitExtension(output).second;
     for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-    return extension == ".obj" || extension == ".svg";
+    return extension == ".obj" || extension == ".svg" || extension == ".vdb";
 }
 
 }  // namespace
@@ -420,6 +422,7 @@ Plan planJob(const Config& config, const PlanOptions& options) {
     plan.frames_in_flight = static_cast<std::size_t>(
         plan.config.run.frames_in_flight > 0 ? plan.config.run.frames_in_flight : plan.threads);
     plan.memory_budget = memoryBudget(plan.config);
+    plan.config.output.level_set.memory_limit = plan.memory_budget;
     for (FrameTask& task : plan.tasks)
         task.near_surface = task.memory > plan.memory_budget || options.history.kills > 0;
     const bool any_mesh = std::any_of(plan.tasks.begin(), plan.tasks.end(),
