@@ -25,9 +25,6 @@ ResolvedRadius resolved(const Length& radius, double spacing, std::string origin
 /// Measures the spacing in the first, the last and a middle one of the frames on disk that allow it.
 class SequenceMeasurement {
 public:
-    std::vector<std::string> warnings;
-    std::size_t most_particles = 0;  ///< in a frame that could be read
-
     SequenceMeasurement(const Config& config, const std::map<int, std::string>& frames_on_disk,
                         const WorkerEvents& events)
         : input_(config.input),
@@ -41,8 +38,11 @@ public:
         while (end > first + 2 && middle + 1 < end && !measure(middle)) ++middle;
     }
 
-    std::optional<SpacingEstimate> estimate() const { return estimator_.estimate(); }
+    MeasuredSpacing result(int dimension) && {
+        return {input_, dimension, estimator_.estimate(), most_particles_, where(), std::move(warnings_)};
+    }
 
+private:
     /// "a.0001.vdb", "frames 1, 50 and 99".
     std::string where() const {
         if (measured_.size() == 1) return frames_[measured_.front()].second;
@@ -54,7 +54,6 @@ public:
         return text;
     }
 
-private:
     bool measure(std::size_t i) {
         const auto& [frame, file] = frames_[i];
         const WorkerEvents::FrameInProgress at_work(events_, frame, WorkerEvents::Doing::measuring);
@@ -63,13 +62,13 @@ private:
             visitPositions(file, input_, [&](std::span<const Vec3f> block) {
                 positions.insert(positions.end(), block.begin(), block.end());
             });
-            most_particles = std::max(most_particles, positions.size());
+            most_particles_ = std::max(most_particles_, positions.size());
             if (!estimator_.add(std::move(positions))) return false;
             measured_.push_back(i);
             return true;
         } catch (const Error& error) {
-            warnings.push_back("this frame could not be used to measure the particle spacing: " +
-                               std::string(error.what()));
+            warnings_.push_back("this frame could not be used to measure the particle spacing: " +
+                                std::string(error.what()));
             return false;
         }
     }
@@ -79,7 +78,18 @@ private:
     const WorkerEvents& events_;
     std::vector<std::pair<int, std::string>> frames_;
     std::vector<std::size_t> measured_;  ///< indices of frames_
+    std::size_t most_particles_ = 0;
+    std::vector<std::string> warnings_;
 };
+
+/// The measurement for the particles that a configuration selects, which is made unless `measured` has it.
+const MeasuredSpacing& measuredSpacing(const Config& config, const std::map<int, std::string>& frames_on_disk,
+                                       const WorkerEvents& events, MeasuredSpacings& measured) {
+    const int dimension = config.surface.dimension;
+    for (const MeasuredSpacing& known : measured)
+        if (known.input == config.input && known.dimension == dimension) return known;
+    return measured.emplace_back(SequenceMeasurement(config, frames_on_disk, events).result(dimension));
+}
 
 }  // namespace
 
@@ -91,28 +101,28 @@ std::optional<ResolvedRadius> givenRadius(const Config& config) {
 }
 
 std::optional<ResolvedRadius> resolveRadius(const Config& config, const std::map<int, std::string>& frames_on_disk,
-                                            const WorkerEvents& events) {
+                                            const WorkerEvents& events, MeasuredSpacings& measured) {
     const std::optional<ResolvedRadius> given = givenRadius(config);
     if (config.surface.spacing > 0) return given;
 
-    SequenceMeasurement measurement(config, frames_on_disk, events);
-    const std::optional<SpacingEstimate> found = measurement.estimate();
+    const MeasuredSpacing& measurement = measuredSpacing(config, frames_on_disk, events, measured);
+    const std::optional<SpacingEstimate>& found = measurement.estimate;
     const Length& radius = config.surface.radius;
     const double most = measurement.most_particles > kMany ? kWrongRadiusOfMany : kWrongRadius;
     if (found && radius.value > most * (radius.in_spacings ? 1 : found->spacing))
         throw Error("the radius " + textOf(radius) + " is " +
                     shortNumber(radius.in_spacings ? radius.value : radius.value / found->spacing) +
                     " times the particle spacing " + shortNumber(found->spacing) + ", measured in " +
-                    measurement.where() + ". " +
+                    measurement.where + ". " +
                     (radius.in_spacings ? "Did you mean world units?"
                                         : "Did you mean " + textOf(radius) + "dx, that is in spacings?") +
                     " To use this radius nevertheless, give the spacing as well (--spacing, surface.spacing).");
     if (given) return given;
     if (found) {
         ResolvedRadius result = resolved(config.surface.radius, found->spacing,
-                                         "measured in " + measurement.where() + ", where 90 % of the particles have " +
+                                         "measured in " + measurement.where + ", where 90 % of the particles have " +
                                              shortNumber(found->low) + " to " + shortNumber(found->high));
-        result.warnings = std::move(measurement.warnings);
+        result.warnings = measurement.warnings;
         return result;
     }
     if (measurement.most_particles == 0) return std::nullopt;
