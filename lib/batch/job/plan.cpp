@@ -5,6 +5,7 @@
 #include "batch/config/key_types.h"
 #include "batch/config/origin.h"
 #include "batch/config/radius.h"
+#include "batch/config/surface_params.h"
 #include "batch/job/output_files.h"
 #include "batch/job/plane.h"
 #include "batch/job/provenance.h"
@@ -59,81 +60,6 @@ void noteOtherNumbers(const Config& config, const FramePattern& input, std::vect
                            "': not meshed because their numbers are padded otherwise: " + firstNames(others.padded));
 }
 
-/// The paper's smoothing needs its tessellation.
-void agreeOnTessellation(Plan& plan) {
-    if (plan.config.smoothing.method != SmoothingMethod::paper || plan.config.surface.kind != SurfaceKind::beta ||
-        plan.config.surface.tessellation == Tessellation::paper)
-        return;
-    plan.config.surface.tessellation = Tessellation::paper;
-    plan.warnings.push_back(
-        "smoothing.method paper needs surface.tessellation paper, which is used instead of the given one");
-}
-
-void agreeOnBubbles(Plan& plan) {
-    const Config::Surface& surface = plan.config.surface;
-    std::optional<Bubbles>& bubbles = plan.config.features.bubbles;
-    const bool can_fill = surface.kind == SurfaceKind::beta && surface.tessellation == Tessellation::complete;
-    if (bubbles == Bubbles::fill && !can_fill)
-        plan.warnings.push_back("features.bubbles fill needs surface.tessellation complete: bubbles are not filled");
-    bubbles = can_fill ? bubbles.value_or(Bubbles::fill) : Bubbles::mesh;
-}
-
-double worldLength(const Length& length, double spacing) { return length.value * (length.in_spacings ? spacing : 1); }
-
-/// surface.skin, or the deprecated surface.inset; nullopt for auto.
-const std::optional<Length>& skinText(const Config::Surface& surface) {
-    return surface.inset ? surface.inset : surface.skin;
-}
-
-/// The parameters with these lengths, in world units.
-SkinParams withLengths(SkinParams params, const Config::Surface& surface, double radius, double spacing) {
-    params.radius = radius;
-    params.spacing = spacing;
-    const std::optional<Length>& given = skinText(surface);
-    if (!given) return params;
-    const std::string key = surface.inset ? "surface.inset" : "surface.skin";
-    const double length = worldLength(*given, spacing);
-    if (length > 0 && length >= radius) {
-        const bool same_unit = given->in_spacings == surface.radius.in_spacings;
-        throw Error(key + " is " + textOf(*given) + ", but must be less than surface.radius, which is " +
-                    textOf(surface.radius) +
-                    (same_unit ? "" : " (" + shortNumber(length) + " and " + shortNumber(radius) + " in world units)"));
-    }
-    params.skin = surface.inset && length > 0 ? radius - length : length;
-    try {
-        requireSkin(params);
-    } catch (const Error& error) {
-        throw Error(key + " is " + textOf(*given) + ": " + error.what());
-    }
-    return params;
-}
-
-/// The skin that replaces an inset, for a warning.
-std::string skinForInset(const Length& inset, const Length& radius) {
-    if (inset.value == 0) return "none";
-    std::string rule = "the radius less the inset";
-    if (inset.in_spacings != radius.in_spacings) return rule;
-    return rule + ", " + shortNumber(radius.value - inset.value) + (radius.in_spacings ? "dx" : "");
-}
-
-/// Checks the skin as far as possible before the spacing is measured.
-void agreeOnSkin(Plan& plan) {
-    const Config::Surface& surface = plan.config.surface;
-    if (surface.inset && surface.skin)
-        throw Error("surface.skin and surface.inset are both set. Use surface.skin alone; surface.inset is deprecated");
-    if (surface.inset)
-        plan.warnings.push_back("surface.inset (--inset) is deprecated. Use surface.skin (--skin) instead: " +
-                                skinForInset(*surface.inset, surface.radius));
-    const std::optional<Length>& length = skinText(surface);
-    if (!length) return;
-    if (const auto given = givenRadius(plan.config)) {
-        withLengths(plan.skin, surface, given->radius, given->spacing);
-    } else {
-        const double large_enough = 2 * length->value;  // stands for a radius that is given in the other unit
-        withLengths(plan.skin, surface, length->in_spacings ? surface.radius.value : large_enough, 1);
-    }
-}
-
 /// Whether the format of an output cannot store attributes of vertices.
 bool hasNoAttributes(const std::string& output) {
     std::string extension = splitExtension(output).second;
@@ -159,34 +85,6 @@ void noteOutputFormat(Plan& plan) {
                                 ": this format cannot store attributes; output.attributes is written to spheres alone");
 }
 
-SkinParams skinParams(const Config& config) {
-    SkinParams params;
-    params.surface = config.surface.kind;
-    params.tessellation = config.surface.tessellation;
-    params.predicates = config.surface.predicates;
-    params.retries = config.perturbation.retries;
-    params.tolerance = config.perturbation.tolerance;
-    params.arc_subdivisions = config.surface.arc_subdivisions;
-    params.smoothing = config.smoothing.method;
-    params.passes = config.smoothing.passes;
-    params.resolve_intersections = config.surface.resolve_intersections;
-    params.attributes = config.output.attributes;
-    params.features.droplets = config.features.droplets;
-    params.features.droplet_particles = config.features.droplet_particles;
-    params.features.tendrils = config.features.tendrils;
-    params.features.bubbles = config.features.bubbles.value_or(Bubbles::mesh);
-    params.components = config.output.components;
-    return params;
-}
-
-/// errors  a length above 0, in world units, that 32-bit floats cannot store
-void requireFloatLength(const std::string& key, double length) {
-    if (length == 0 || isFloatAboveZero(length)) return;
-    throw Error(key + " is " + shortNumber(length) +
-                " in world units, but files store 32-bit floats, which range from 1.2e-38 to 3.4e38. Choose another "
-                "unit of length");
-}
-
 void planOrigin(Plan& plan, const std::map<int, std::string>& on_disk, const PlanOptions& options) {
     ParticleInput& input = plan.config.input;
     input.origin = resolveOrigin(plan.config, on_disk, options.notes);
@@ -203,24 +101,11 @@ void planOrigin(Plan& plan, const std::map<int, std::string>& on_disk, const Pla
 }
 
 void planRadius(Plan& plan, const std::map<int, std::string>& on_disk, const PlanOptions& options,
-                MeasuredSpacings& measured) {
+                std::vector<SequenceSpacing>& measured) {
     const auto resolved = resolveRadius(plan.config, on_disk, options.notes, measured);
     if (!resolved) return;
     plan.spacing = resolved->spacing;
-    plan.skin = withLengths(plan.skin, plan.config.surface, resolved->radius, resolved->spacing);
-    requireScale(plan.skin);
-    plan.skin.smoothing_width = worldLength(plan.config.smoothing.width, resolved->spacing);
-    const Config::Features& features = plan.config.features;
-    if (features.bubble_volume > 0)
-        plan.skin.features.bubble_volume =
-            features.bubble_volume * std::pow(resolved->spacing, plan.config.surface.dimension);
-    else
-        plan.skin.features.bubble_gap = worldLength(features.bubble_gap, resolved->spacing);
-    requireFloatLength("surface.spacing", resolved->spacing);
-    requireFloatLength("surface.radius", resolved->radius);
-    requireFloatLength("surface.skin", plan.skin.skin.value_or(0));
-    requireFloatLength("smoothing.width", plan.skin.smoothing_width);
-    requireFloatLength("features.bubble_gap", plan.skin.features.bubble_gap);
+    plan.skin = withLengths(plan.skin, plan.config, *resolved);
     const double skin = skinDepth(plan.skin, plan.config.surface.dimension);
     plan.notes.push_back("radius " + shortNumber(resolved->radius) +
                          (skin > 0 ? ", skin " + shortNumber(skin) : std::string()) + ", spacing " +
@@ -271,11 +156,10 @@ Plan withTasks(const Config& config, const FramePattern& input, const std::map<i
 
     Plan plan;
     plan.config = config;
-    agreeOnTessellation(plan);
-    agreeOnBubbles(plan);
+    reconcileSurface(plan.config, plan.warnings);
     plan.configuration = fingerprintOf(plan.config);
     plan.skin = skinParams(plan.config);
-    agreeOnSkin(plan);
+    checkSkin(plan.config, plan.warnings);
     requireDimension(plan.config, plan.skin);
     noteOutputFormat(plan);
     planMachine(plan);
@@ -336,7 +220,7 @@ private:
     const std::map<int, std::string>& on_disk_;
     std::map<int, std::string> measurable_;
     const PlanOptions& options_;
-    MeasuredSpacings measured_;
+    std::vector<SequenceSpacing> measured_;
     std::set<const Plan*> have_lengths_;
 };
 
