@@ -2,6 +2,7 @@
 
 #include "base/parallel.h"
 #include "betamesh/error.h"
+#include "io/up_axis.h"
 
 #include <algorithm>
 #include <cctype>
@@ -198,13 +199,10 @@ void toWorld(const ParticleInput& input, Particles& particles) {
         transform(&particles.velocity[0].x, particles.velocity.size(),
                   input.scale * input.velocity_scale * input.time_scale, input.up_axis);
     for (Attribute& a : particles.attributes) {
-        if (a.components != 3 || a.real.empty()) continue;
-        const std::string name = lowerCase(a.name);
-        if (name == "accel" || name == "acceleration")
+        if (isAcceleration(a))
             transform(a.real.data(), a.real.size() / 3, input.scale * input.time_scale * input.time_scale,
                       input.up_axis);
-        if (name == "n" || name == "normal" || name == "normals")
-            transform(a.real.data(), a.real.size() / 3, 1, input.up_axis);
+        if (isNormal(a)) transform(a.real.data(), a.real.size() / 3, 1, input.up_axis);
     }
 }
 

@@ -81,7 +81,7 @@ struct Config {
         Length bubble_gap{5, true};
         double bubble_volume = 0;  ///< deprecated, replaces bubble_gap; spacings cubed (2D: squared); 0: not set
     } features;
-    struct Output {
+    struct Output : WriteOptions {  ///< its frame is set for each file
         std::string path;
         std::vector<std::string> attributes;
         bool components = false;

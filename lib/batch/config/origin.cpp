@@ -39,9 +39,10 @@ Vec3 resolveOrigin(const Config& config, const std::map<int, std::string>& frame
     return {0, 0, 0};
 }
 
-Vec3 worldOrigin(const ParticleInput& input) {
+Vec3 worldOrigin(const ParticleInput& input, UpAxis up_axis) {
     const Vec3 origin = input.origin * input.scale;
-    return input.up_axis == UpAxis::z ? Vec3(origin.x, origin.z, -origin.y) : origin;
+    if (input.up_axis == up_axis) return origin;
+    return up_axis == UpAxis::y ? Vec3(origin.x, origin.z, -origin.y) : Vec3(origin.x, -origin.z, origin.y);
 }
 
 }  // namespace betamesh

@@ -20,7 +20,9 @@ namespace betamesh {
 Vec3 resolveOrigin(const Config& config, const std::map<int, std::string>& frames_on_disk,
                    const WorkerEvents& events = {});
 
-/// What has to be added to a mesh to return to the coordinates of the file, in world units and axes.
-Vec3 worldOrigin(const ParticleInput& input);
+/// What has to be added to a mesh to return to the coordinates of the file, in world units.
+///
+/// in      up_axis: of the axes in which the point is given; that of the mesh file, or y
+Vec3 worldOrigin(const ParticleInput& input, UpAxis up_axis);
 
 }  // namespace betamesh

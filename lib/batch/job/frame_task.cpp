@@ -45,6 +45,12 @@ const char* nameOf(FrameStatus status) {
     return "";
 }
 
+WriteOptions writeOptions(const WriteOptions& of_sequence, int frame) {
+    WriteOptions options = of_sequence;
+    options.frame = frame;
+    return options;
+}
+
 std::string reportPath(const std::string& output) { return output + ".json"; }
 
 std::string spheresPath(const std::string& output) {

@@ -2,6 +2,8 @@
 
 #pragma once
 
+#include "betamesh/io.h"
+
 #include <cstdint>
 #include <string>
 
@@ -35,6 +37,9 @@ struct FrameTask {
     std::uint64_t memory = 0;   ///< estimated peak memory of the frame, bytes
     bool near_surface = false;  ///< the frame does not fit: load only the particles near its surface
 };
+
+/// The options for writing the files of a frame.
+WriteOptions writeOptions(const WriteOptions& of_sequence, int frame);
 
 /// How a frame ended.
 enum class FrameStatus {

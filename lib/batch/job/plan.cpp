@@ -88,7 +88,7 @@ void noteOutputFormat(Plan& plan) {
 void planOrigin(Plan& plan, const std::map<int, std::string>& on_disk, const PlanOptions& options) {
     ParticleInput& input = plan.config.input;
     input.origin = resolveOrigin(plan.config, on_disk, options.notes);
-    const Vec3 origin = worldOrigin(input);
+    const Vec3 origin = worldOrigin(input, plan.config.output.up_axis);
     if (origin == Vec3(0, 0, 0)) return;
     const std::string text = textOf(origin.x) + ',' + textOf(origin.y) + ',' + textOf(origin.z);
     if (plan.config.input.given_origin)

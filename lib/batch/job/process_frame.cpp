@@ -224,7 +224,9 @@ Surface surfaceOf(SharedFrame& frame, const Liquid& liquid, const FrameTask& tas
     if (task.action != FrameAction::mesh) {
         const auto empty = std::make_shared<Mesh>();
         if (plan.skin.components) empty->component.emplace();
-        return {{}, pictureOf(task, plan, {}, {}), [empty, &task] { writeMesh(task.output, *empty); }};
+        return {{}, pictureOf(task, plan, {}, {}), [empty, &task, &plan] {
+                    writeMesh(task.output, *empty, writeOptions(plan.config.output, task.frame));
+                }};
     }
     const SkinnedFrame& skinned = frame.skinned(plan, watch);
     report.skin = skinned.report;
@@ -232,12 +234,12 @@ Surface surfaceOf(SharedFrame& frame, const Liquid& liquid, const FrameTask& tas
     report.triangles = skinned.mesh.triangles.size();
     std::string picture = pictureOf(task, plan, skinned, liquid.particles);
     watch(Stage::picture);
-    const auto write = [&frame, &mesh = skinned.mesh, &task, &report] {
+    const auto write = [&frame, &mesh = skinned.mesh, &task, &plan, &report] {
         std::optional<OutputFile> file;
         std::future<void> on_disk;  // waiting for the disk should occupy no worker thread
         parallelBoth(
             [&] {
-                file.emplace(encodedMesh(task.output, mesh));
+                file.emplace(encodedMesh(task.output, mesh, writeOptions(plan.config.output, task.frame)));
                 on_disk = std::async([&file] { file->commit(); });  // on this thread if no other can be started
             },
             [&] { report.measure = frame.measure(); });
@@ -256,16 +258,17 @@ Surface planarSurfaceOf(const Liquid& liquid, const FrameTask& task, const Plan&
     report.vertices = plane->curves.position.size();
     watch(Stage::measure);
     return {toSpace(plane->spheres, flat->plane), {}, [=, &task, &plan] {
-                writePlane(task.output, *plane, *flat, skinOf(plan), plan.config);
+                writePlane(task.output, *plane, *flat, skinOf(plan), plan.config,
+                           writeOptions(plan.config.output, task.frame));
             }};
 }
 
 /// A report beside a mesh means that the frame is complete: it is removed first, and the caller writes it last.
-void writeFrame(const FrameTask& task, const Surface& surface) {
+void writeFrame(const FrameTask& task, const Surface& surface, const Config& config) {
     fs::remove(reportPath(task.output));
     surface.write();
     if (surface.spheres.size() > 0) {
-        writeSpheres(spheresPath(task.output), surface.spheres);
+        writeSpheres(spheresPath(task.output), surface.spheres, writeOptions(config.output, task.frame));
     } else {
         fs::remove(spheresPath(task.output));
     }
@@ -276,7 +279,13 @@ void writeFrame(const FrameTask& task, const Surface& surface) {
 void meshOutput(SharedFrame& frame, const FrameTask& task, const Plan& plan, FrameReport& report, JobState& job) {
     const Config& config = plan.config;
     const bool planar = config.surface.dimension == 2;
-    report.origin = {version(), plan.configuration, report.radius, report.spacing, {}, {}, worldOrigin(config.input)};
+    report.origin = {version(),
+                     plan.configuration,
+                     report.radius,
+                     report.spacing,
+                     {},
+                     {},
+                     worldOrigin(config.input, config.output.up_axis)};
     Stopwatch total;
     StageWatch watch(report.seconds);
     const Liquid nothing;
@@ -304,7 +313,7 @@ void meshOutput(SharedFrame& frame, const FrameTask& task, const Plan& plan, Fra
 
     const FrameLock lock(task.output, leaveIfInterrupted);
     const SignalWatch::Writing writing(job.signals);
-    retrying(config.run.retries, [&] { writeFrame(task, surface); });
+    retrying(config.run.retries, [&] { writeFrame(task, surface, config); });
     recordFile(task.output, task, *report.origin);
     if (report.spheres > 0) recordFile(spheresPath(task.output), task, *report.origin);
     if (!surface.picture.empty()) recordFile(task.picture, task, *report.origin);

@@ -22,7 +22,8 @@ bool exists(const std::string& path) {
 
 /// Whether the picture can be rendered from the files of the frame. They hold all that it shows.
 bool canRedraw(const FrameTask& task, const Config& config) {
-    return config.preview.show == ShownGeometry::surface && canHold(task.output, FileKind::mesh, Access::read) &&
+    return config.preview.show == ShownGeometry::surface && config.output.up_axis == UpAxis::y &&
+           canHold(task.output, FileKind::mesh, Access::read) &&
            lossesOf(task.output, FileKind::mesh, {true, true, false}).empty();
 }
 
@@ -36,7 +37,8 @@ Staleness stalenessOf(const FrameTask& task, bool input_exists, const Plan& plan
     if (origin.configuration != plan.configuration) return {"other configuration"};
     const bool resolved = plan.skin.radius > 0;  // false if no input is left
     if (resolved && (origin.radius != plan.skin.radius || origin.spacing != plan.spacing)) return {"other radius"};
-    if (origin.local_origin != worldOrigin(plan.config.input)) return {"other local origin"};
+    if (origin.local_origin != worldOrigin(plan.config.input, plan.config.output.up_axis))
+        return {"other local origin"};
     const fs::path folder = fs::path(task.output).parent_path();
     std::string changed, picture;
     for (const auto& [name, bytes] : origin.files) {
