@@ -11,6 +11,7 @@
 #include "io/prt.h"
 #include "io/stl.h"
 #include "io/table.h"
+#include "io/usd.h"
 #include "io/vdb.h"
 #include "io/vtk.h"
 
@@ -47,6 +48,10 @@ void writeSpheresAs(ByteWriter& out, const Spheres& spheres, const std::string& 
 }
 constexpr char kRadius[] = "radius", kScale[] = "pscale";
 
+void writeUsdSpheres(ByteWriter& out, const Spheres& spheres, const std::string& file, const WriteOptions& options) {
+    encodeUsda(out, particlesOf(spheres, kScale, file), file, options);
+}
+
 bool isHoudini(std::string_view begin) {
     for (const std::string_view magic : {"\x7fNSJb"sv,
                                          "\x7f"
@@ -59,6 +64,7 @@ bool isPly(std::string_view begin) { return begin.starts_with("ply\n"sv) || begi
 bool isOpenVdb(std::string_view begin) { return begin.starts_with(" BDV\0\0\0\0"sv); }
 bool isLegacyVtk(std::string_view begin) { return begin.starts_with("# vtk DataFile"sv); }
 bool isXmlVtk(std::string_view begin) { return begin.find("<VTKFile"sv) != std::string_view::npos; }
+bool isUsda(std::string_view begin) { return begin.starts_with("#usda"sv); }
 bool isPrt(std::string_view begin) { return begin.starts_with("\xc0PRT"sv); }
 bool isSvg(std::string_view begin) { return begin.find("<svg"sv) != std::string_view::npos; }
 bool isTextStl(std::string_view begin) {
@@ -143,6 +149,18 @@ constexpr std::array kFormats = std::to_array<FileFormat>({
      .particle_bytes = 30,  // 48 in files of this program; others compress by zlib
      .test = "batch.Interop.Vtk",
      .proof = "VTK reads it; files of splashsurf"},
+    {.name = "text of USD",
+     .read_extensions = "",
+     .write_extensions = ".usda",
+     .hasSignature = isUsda,
+     .write_particles = encodeUsda,
+     .write_mesh = encodeUsda,
+     .write_spheres = writeUsdSpheres,
+     .holds_components = true,
+     .id_bits = 63,
+     .particle_bytes = 80,
+     .test = "batch.Interop.Usd",
+     .proof = "OpenUSD reads it"},
     {.name = "legacy VTK",
      .read_extensions = ".vtk",
      .write_extensions = "",
@@ -204,8 +222,7 @@ constexpr std::array kFormats = std::to_array<FileFormat>({
 struct ForeignFormat {
     std::string_view name, magic;
 };
-constexpr std::array kForeign = std::to_array<ForeignFormat>({{"USD text", "#usda"},
-                                                              {"binary USD", "PXR-USDC"},
+constexpr std::array kForeign = std::to_array<ForeignFormat>({{"binary USD", "PXR-USDC"},
                                                               {"Alembic", "Ogawa"},
                                                               {"HDF5", "\x89HDF"},
                                                               {"a ZIP archive", "PK\3\4"},

@@ -6,6 +6,7 @@
 #include "batch/config/radius.h"
 #include "batch/job/frame_input.h"
 #include "batch/job/plane.h"
+#include "batch/job/usd_sequence.h"
 #include "batch/platform/frame_lock.h"
 #include "batch/platform/machine.h"
 #include "batch/platform/memory.h"
@@ -404,7 +405,7 @@ void runInRounds(const Plan& plan, const DoFrame& doFrame, const OutOfMemory& ou
 int JobResult::exitCode() const {
     if (signal != 0) return kSignalBase + signal;
     if (out_of_memory) return kOutOfMemory;
-    return failed > 0 ? kSomeFailed : kAllWritten;
+    return failed > 0 || layer_failed ? kSomeFailed : kAllWritten;
 }
 
 JobResult runJob(const Plan& plan, SignalWatch& signals, const WorkerEvents& events, const FrameEnded& frameEnded) {
@@ -453,6 +454,15 @@ JobResult runJob(const Plan& plan, SignalWatch& signals, const WorkerEvents& eve
     };
     withThreads(plan.threads, [&] { runInRounds(plan, doFrame, outOfMemory); });
 
+    try {
+        retrying(plan.config.run.retries, [&] {
+            writeSequenceLayer(framePattern(plan.config.output.path), plan.config.output);
+        });
+    } catch (const Error& error) {
+        logError(std::string("the layer that plays the sequence: ") + error.what());
+        result.layer_failed = true;
+    } catch (const Interrupted&) {
+    }
     sweep(folders);  // again: jobs killed since the first time have left files, too
     if (result.written + result.skipped + result.failed < plan.tasks.size()) result.signal = caughtSignal();
     return result;

@@ -8,6 +8,7 @@
 #include "batch/job/distinct_files.h"
 #include "batch/job/plane.h"
 #include "batch/job/provenance.h"
+#include "batch/job/usd_sequence.h"
 #include "batch/platform/machine.h"
 #include "batch/platform/memory.h"
 #include "batch/report/log.h"
@@ -289,8 +290,10 @@ void planPictures(Plan& plan, const std::map<int, std::string>& on_disk, const P
 std::string ofFrame(const char* what, int frame) { return std::string(what) + " of frame " + std::to_string(frame); }
 
 /// errors  a file that would be both read and written, or written twice
-void requireDistinctFiles(const std::vector<FrameTask>& tasks, const std::map<int, std::string>& on_disk) {
+void requireDistinctFiles(const std::vector<FrameTask>& tasks, const std::map<int, std::string>& on_disk,
+                          const std::string& layer) {
     DistinctFiles files;
+    if (!layer.empty()) files.written(layer, "the layer that plays the sequence");
     for (const auto& [frame, file] : on_disk) files.read(file, ofFrame("the input", frame));
     for (const FrameTask& task : tasks) {
         files.read(task.input, ofFrame("the input", task.frame));
@@ -390,7 +393,8 @@ Plan planJob(const Config& config, const PlanOptions& options) {
         if (!config.preview.path.empty()) task.picture = frameName(picture, frame);
         plan.tasks.push_back(std::move(task));
     }
-    requireDistinctFiles(plan.tasks, on_disk);
+    requireDistinctFiles(plan.tasks, on_disk, sequenceLayer(output));
+    requireOwnSequenceLayer(output);
     const auto measurable = measurableOf(on_disk, options.history);
     for (const auto& [frame, why] : options.history.unmeasured)
         plan.warnings.push_back("not used to measure spacing and camera: " + frameName(input, frame) + ": " + why);
@@ -446,7 +450,8 @@ void requireDistinctLog(const std::string& log_file, const std::string& pipeline
         if (isFrameOf(inputPattern(config.input.path), name)) refuse(name, "an input");
         for (const auto& [frame, file] : framesOnDisk(inputPattern(config.input.path)))
             if (fs::equivalent(name, file, ignored)) refuse(name, "the input " + file);
-        for (const std::string& file : {output, reportPath(output), spheresPath(output), config.preview.path})
+        for (const std::string& file : {output, reportPath(output), spheresPath(output), config.preview.path,
+                                        sequenceLayer(framePattern(output))})
             if (!file.empty() && isFrameOf(framePattern(file), name)) refuse(name, "an output");
     }
 }
