@@ -76,6 +76,8 @@ void noteOutputFormat(Plan& plan) {
     if (!lost.empty())
         plan.warnings.push_back(extension + " files are written without " + lost +
                                 ", which they cannot hold. Use .bgeo, .ply or .vtp to keep what is missing");
+    if (const std::string renamed = renamingsIn(output.path, kind, output.attributes); !renamed.empty())
+        plan.warnings.push_back(extension + " files cannot hold some names of attributes: " + renamed);
     if (extension == ".bgeo" || extension == ".bgeo.gz")
         plan.warnings.push_back(extension +
                                 " is written as Houdini 12 and later read it. For programs that read only the format "
