@@ -2,6 +2,7 @@
 
 #include "batch/job/frames.h"
 #include "batch/job/job.h"
+#include "batch/job/usd_sequence.h"
 #include "batch/platform/machine.h"
 #include "batch/report/log.h"
 #include "betamesh/error.h"
@@ -72,6 +73,7 @@ int convert(const Arguments& arguments) {
     setLogLevel(arguments.quiet ? LogLevel::quiet : LogLevel::normal);
     const std::vector<ConversionTask> tasks = tasksOf(arguments);
     requireOutputs(tasks, arguments);
+    requireOwnSequenceLayer(framePattern(arguments.output));
     const std::string folder = folderOf(arguments.output);
     std::error_code error;
     fs::create_directories(folder, error);
@@ -86,9 +88,11 @@ int convert(const Arguments& arguments) {
         logInfo(input + " -> " + output + ": " + describe(done));
         return true;
     };
-    return forEachFile(
+    const int exit_code = forEachFile(
         tasks.size(), [&](std::size_t i) { return tasks[i].input; }, convertTask,
         [](std::size_t, const std::string&) {});
+    writeSequenceLayer(framePattern(arguments.output), {});
+    return exit_code;
 }
 
 }  // namespace

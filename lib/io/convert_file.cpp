@@ -68,6 +68,14 @@ void noteWriting(const fs::path& to, FileKind kind, const Extras& extras, const 
     if (!lost.empty()) warnings.push_back("the output is written without " + lost + ", which its format cannot hold");
 }
 
+void noteNames(const fs::path& to, FileKind kind, const std::vector<Attribute>& attributes,
+               std::vector<std::string>& warnings) {
+    std::vector<std::string> names;
+    for (const Attribute& a : attributes) names.push_back(a.name);
+    const std::string renamed = renamingsIn(to, kind, names);
+    if (!renamed.empty()) warnings.push_back("the output cannot hold some names of attributes: " + renamed);
+}
+
 void require(const fs::path& from, const fs::path& to, FileKind kind) {
     const char* what = kind == FileKind::mesh ? "a mesh" : kind == FileKind::curves ? "curves" : "particles";
     try {
@@ -95,6 +103,7 @@ Conversion convertFile(const fs::path& from, const fs::path& to, const WriteOpti
     if (done.kind == FileKind::particles) {
         Particles particles = particlesFrom(std::move(contents), {}, file);
         dropLargeIds(formatOf(to, done.kind, Access::write), particles, done.warnings);
+        noteNames(to, done.kind, particles.attributes, done.warnings);
         writeParticles(to, particles, options);
         return done;
     }
@@ -114,6 +123,7 @@ Conversion convertFile(const fs::path& from, const fs::path& to, const WriteOpti
     const Mesh mesh = meshFrom(std::move(contents), file);
     noteWriting(to, done.kind, {!mesh.velocity.empty(), !mesh.attributes.empty(), mesh.component.has_value()}, options,
                 done.warnings);
+    noteNames(to, done.kind, mesh.attributes, done.warnings);
     writeMesh(to, mesh, options);
     return done;
 }

@@ -13,6 +13,7 @@
 #include "io/prt.h"
 #include "io/stl.h"
 #include "io/table.h"
+#include "io/usd.h"
 #include "io/vdb.h"
 #include "io/vtk.h"
 
@@ -58,6 +59,10 @@ void writeAbcSpheres(ByteWriter& out, const Spheres& spheres, const std::string&
     encodeAbc(out, particlesOf(spheres, kRadius, file), file, options);
 }
 
+void writeUsdSpheres(ByteWriter& out, const Spheres& spheres, const std::string& file, const WriteOptions& options) {
+    encodeUsda(out, particlesOf(spheres, kScale, file), file, options);
+}
+
 bool isHoudini(std::string_view begin) {
     for (const std::string_view magic : {"\x7fNSJb"sv,
                                          "\x7f"
@@ -71,6 +76,7 @@ bool isOpenVdb(std::string_view begin) { return begin.starts_with(" BDV\0\0\0\0"
 bool isOgawa(std::string_view begin) { return begin.starts_with("Ogawa"sv); }
 bool isLegacyVtk(std::string_view begin) { return begin.starts_with("# vtk DataFile"sv); }
 bool isXmlVtk(std::string_view begin) { return begin.find("<VTKFile"sv) != std::string_view::npos; }
+bool isUsda(std::string_view begin) { return begin.starts_with("#usda"sv); }
 bool isPrt(std::string_view begin) { return begin.starts_with("\xc0PRT"sv); }
 bool isSvg(std::string_view begin) { return begin.find("<svg"sv) != std::string_view::npos; }
 bool isTextStl(std::string_view begin) {
@@ -174,6 +180,23 @@ constexpr std::array kFormats = std::to_array<FileFormat>({
      .particle_bytes = 30,  // 48 in files of this program; others compress by zlib
      .test = "batch.Interop.Vtk",
      .proof = "VTK reads it; files of splashsurf"},
+    {.name = "text of USD",
+     .read_extensions = ".usda",
+     .write_extensions = ".usda",
+     .hasSignature = isUsda,
+     .read = readWith<parseUsda>,
+     .reads_particles = true,
+     .reads_surfaces = true,
+     .has_grids = true,
+     .write_particles = encodeUsda,
+     .write_mesh = encodeUsda,
+     .write_spheres = writeUsdSpheres,
+     .holds_components = true,
+     .id_bits = 63,
+     .nameInFile = usdName,
+     .particle_bytes = 80,
+     .test = "batch.Interop.Usd",
+     .proof = "OpenUSD reads it"},
     {.name = "legacy VTK",
      .read_extensions = ".vtk",
      .write_extensions = "",
@@ -234,9 +257,10 @@ constexpr std::array kFormats = std::to_array<FileFormat>({
 // Formats that are recognised only to say that they cannot be read.
 struct ForeignFormat {
     std::string_view name, magic;
+    std::string_view advice{};  ///< how to convert it; empty: to one of the formats that can be read
 };
-constexpr std::array kForeign = std::to_array<ForeignFormat>({{"USD text", "#usda"},
-                                                              {"binary USD", "PXR-USDC"},
+constexpr std::string_view kUsdcat = "Convert it to text: usdcat IN.usdc -o OUT.usda.";
+constexpr std::array kForeign = std::to_array<ForeignFormat>({{"binary USD", "PXR-USDC", kUsdcat},
                                                               {"HDF5, the older container of Alembic", "\x89HDF"},
                                                               {"a ZIP archive", "PK\3\4"},
                                                               {"glTF", "glTF"}});
@@ -339,7 +363,9 @@ void requireKnown(const fs::path& path, const Signature& signature) {
     for (const ForeignFormat& foreign : kForeign)
         if (signature.begin.starts_with(foreign.magic))
             throw Error(path.string() + ": contains " + std::string(foreign.name) +
-                        ", which cannot be read. Convert it to one of " + readableExtensions() + ".");
+                        ", which cannot be read. " +
+                        (foreign.advice.empty() ? "Convert it to one of " + readableExtensions() + "."
+                                                : std::string(foreign.advice)));
 }
 
 void requireReadableGzip(const fs::path& path, const FileFormat& format, const Signature& signature) {
@@ -362,6 +388,9 @@ const FileFormat& formatOf(const fs::path& path, FileKind kind, Access access) {
     std::string fault = ": '" + extension + "' is not a format for " + nameOf(kind), guess;
     if (kind == FileKind::mesh && access == Access::read && isVdb(path))
         guess = " A level set becomes a mesh by vdb_tool: vdb_tool -read in.vdb -ls2mesh -write out.ply.";
+    else if (extension == ".usdc" || extension == ".usd" || extension == ".usdz")
+        guess = access == Access::write ? " Binary USD is not written: write .usda and convert it, as in usdcat a.usda -o a.usdc."
+                                        : " Binary USD is not read: convert it to text, as in usdcat a.usdc -o a.usda.";
     else if (extension.empty())
         fault = ": the name has no extension, which selects the format";
     else if (format != nullptr && formatWith(name, access) == nullptr)
@@ -402,6 +431,16 @@ std::string lossesOf(const fs::path& path, FileKind kind, const Extras& extras, 
     return text;
 }
 
+std::string renamingsIn(const fs::path& path, FileKind kind, const std::vector<std::string>& attributes) {
+    const FileFormat& format = formatOf(path, kind, Access::write);
+    std::string text;
+    if (format.nameInFile == nullptr) return text;
+    for (const std::string& name : attributes)
+        if (const std::string other = format.nameInFile(name); other != name)
+            text += (text.empty() ? "'" : ", '") + name + "' is written as '" + other + "'";
+    return text;
+}
+
 double fileBytesPerParticle(const fs::path& path) {
     // Measured on frames of SPH and FLIP simulations, which compress to 0.52 and 0.43 of their size; text of Houdini.
     constexpr double kGzipRatio = 0.5, kBloscRatio = 0.43, kTextRatio = 4;
@@ -420,6 +459,11 @@ std::string extensionOfContents(std::string_view begin) {
         if (format.read != nullptr && (gzip ? format.may_be_gzip : matches(format, {std::string(begin), false})))
             return wordsOf(format.read_extensions).front();
     return "";
+}
+
+bool hasGrids(const fs::path& path) {
+    const FileFormat* format = formatWith(lowerName(path), Access::read);
+    return format != nullptr && format->has_grids;
 }
 
 bool isVdb(const fs::path& path) { return lowerName(path).ends_with(".vdb"); }

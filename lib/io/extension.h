@@ -15,6 +15,7 @@
 #include <string>
 #include <string_view>
 #include <utility>
+#include <vector>
 
 namespace betamesh {
 
@@ -68,7 +69,7 @@ struct FileFormat {
     FileContents (*read)(const std::filesystem::path& path, const ReadOptions& options) = nullptr;
     bool reads_particles = false;
     bool reads_surfaces = false;  ///< meshes and curves
-    bool has_grids = false;       ///< several sets of particles in a file, of which ReadOptions::grids chooses
+    bool has_grids = false;       ///< several sets of points, from which ParticleInput::grid chooses
 
     /// Null: the format cannot hold it.
     Encoder<Particles> write_particles = nullptr;
@@ -82,6 +83,9 @@ struct FileFormat {
     bool holds_components = false;  ///< Mesh::component
     bool is_volume = false;  ///< a mesh is written as a level set, which has no attributes; velocity is an option
     int id_bits = 0;         ///< of Particles::id
+
+    /// The name that an attribute gets in the file. Null: the same.
+    std::string (*nameInFile)(const std::string& attribute) = nullptr;
 
     double particle_bytes = 30;  ///< typical size of a particle with velocity and id on disk, without gzip or Blosc
 
@@ -118,11 +122,17 @@ struct Extras {
 std::string lossesOf(const std::filesystem::path& path, FileKind kind, const Extras& extras,
                      const WriteOptions& options = {});
 
+/// The attributes that get another name in a file of this name, as in "'a.b' is written as 'a_b'"; empty: none.
+std::string renamingsIn(const std::filesystem::path& path, FileKind kind, const std::vector<std::string>& attributes);
+
 /// Estimated bytes on disk of one particle in a file of this name.
 double fileBytesPerParticle(const std::filesystem::path& path);
 
 /// An extension of the format that a file has which begins with these bytes; empty if they are no known signature.
 std::string extensionOfContents(std::string_view begin);
+
+/// Whether files of this name have several sets of points, from which ParticleInput::grid chooses.
+bool hasGrids(const std::filesystem::path& path);
 
 /// Whether the extension is .vdb, in upper or lower case.
 bool isVdb(const std::filesystem::path& path);

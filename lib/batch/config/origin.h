@@ -11,14 +11,8 @@
 namespace betamesh {
 
 /// The point that is subtracted from all positions, in units of the file: input.origin if it is given. For auto it is
-/// taken from the first frame on disk that can be read and has particles. With M the largest coordinate there, L the
-/// longest side of the bounding box and n particles, it is the middle of the box, rounded to multiples of the power of
-/// ten at or above L, if
-///   - the file stores positions in double precision,
-///   - the largest rounding error of single precision, M 2^-24, is more than a thousandth of L / cbrt(n), about the
-///     spacing of particles that fill the box, and
-///   - M is more than 16 L, so that another origin is much better;
-/// otherwise it is zero.
+/// the localOrigin() of the first frame on disk that can be read and has particles, if the file stores positions in
+/// double precision; otherwise it is zero.
 ///
 /// in      frames_on_disk: all frames of the input, also those that are not to be meshed
 ///         events: reports each frame that is read to the supervising process

@@ -38,7 +38,8 @@ struct ParticleInput {
     std::string where{};     ///< condition such as `type == 1 && P.y > 0.5`; empty: none
     std::optional<std::array<double, 6>> box{};  ///< lowest x y z and highest x y z, both inside; units of the file
     std::vector<std::string> group{};            ///< point groups; empty: all particles
-    std::vector<std::string> grid{};  ///< point grids of .vdb; empty: all. Objects of .abc; empty: the only one
+    std::vector<std::string> grid{};             ///< point grids of .vdb, prims of .usda; empty: all. Objects of .abc;
+                                                 ///< empty: the only one
     OnBadParticle on_bad_particle = OnBadParticle::error;
     double scale = 1;           ///< world units per unit of the file
     double velocity_scale = 1;  ///< corrects the unit of velocities

@@ -1,0 +1,198 @@
+#include "batch/config/surface_params.h"
+
+#include "batch/config/key_types.h"
+#include "betamesh/error.h"
+
+#include <cmath>
+#include <utility>
+
+namespace betamesh {
+namespace {
+
+constexpr double kMostDrift = 0.25;  // of a frame's spacing before there is a warning, relative
+constexpr double kLeastUsualRadius = 0.8, kMostUsualRadius = 3;  // usual ball radii, in spacings
+
+// Spacings; a larger radius is taken for a mistake. It costs hours where a ball has thousands of neighbours.
+constexpr double kWrongRadius = 50, kWrongRadiusOfMany = 10;
+constexpr std::size_t kMany = 5000;  // particles
+
+ResolvedRadius resolvedRadius(const Length& radius, double spacing, std::string origin) {
+    return {radius.in_spacings ? radius.value * spacing : radius.value, spacing, std::move(origin), {}};
+}
+
+/// The paper's smoothing needs its tessellation.
+void reconcileTessellation(Config& config, std::vector<std::string>& warnings) {
+    if (config.smoothing.method != SmoothingMethod::paper || config.surface.kind != SurfaceKind::beta ||
+        config.surface.tessellation == Tessellation::paper)
+        return;
+    config.surface.tessellation = Tessellation::paper;
+    warnings.emplace_back(
+        "smoothing.method paper needs surface.tessellation paper, which is used instead of the given one");
+}
+
+void reconcileBubbles(Config& config, std::vector<std::string>& warnings) {
+    const Config::Surface& surface = config.surface;
+    std::optional<Bubbles>& bubbles = config.features.bubbles;
+    const bool can_fill = surface.kind == SurfaceKind::beta && surface.tessellation == Tessellation::complete;
+    if (bubbles == Bubbles::fill && !can_fill)
+        warnings.emplace_back("features.bubbles fill needs surface.tessellation complete: bubbles are not filled");
+    bubbles = can_fill ? bubbles.value_or(Bubbles::fill) : Bubbles::mesh;
+}
+
+double worldLength(const Length& length, double spacing) { return length.value * (length.in_spacings ? spacing : 1); }
+
+/// surface.skin, or the deprecated surface.inset; nullopt for auto.
+const std::optional<Length>& skinText(const Config::Surface& surface) {
+    return surface.inset ? surface.inset : surface.skin;
+}
+
+/// The parameters with radius, spacing and skin, in world units.
+SkinParams withSkin(SkinParams params, const Config::Surface& surface, double radius, double spacing) {
+    params.radius = radius;
+    params.spacing = spacing;
+    const std::optional<Length>& given = skinText(surface);
+    if (!given) return params;
+    const std::string key = surface.inset ? "surface.inset" : "surface.skin";
+    const double length = worldLength(*given, spacing);
+    if (length > 0 && length >= radius) {
+        const bool same_unit = given->in_spacings == surface.radius.in_spacings;
+        throw Error(key + " is " + textOf(*given) + ", but must be less than surface.radius, which is " +
+                    textOf(surface.radius) +
+                    (same_unit ? "" : " (" + shortNumber(length) + " and " + shortNumber(radius) + " in world units)"));
+    }
+    params.skin = surface.inset && length > 0 ? radius - length : length;
+    try {
+        requireSkin(params);
+    } catch (const Error& error) {
+        throw Error(key + " is " + textOf(*given) + ": " + error.what());
+    }
+    return params;
+}
+
+/// The skin that replaces an inset, for a warning.
+std::string skinForInset(const Length& inset, const Length& radius) {
+    if (inset.value == 0) return "none";
+    std::string rule = "the radius less the inset";
+    if (inset.in_spacings != radius.in_spacings) return rule;
+    return rule + ", " + shortNumber(radius.value - inset.value) + (radius.in_spacings ? "dx" : "");
+}
+
+/// errors  a length above 0, in world units, that 32-bit floats cannot store
+void requireFloatLength(const std::string& key, double length) {
+    if (length == 0 || isFloatAboveZero(length)) return;
+    throw Error(key + " is " + shortNumber(length) +
+                " in world units, but files store 32-bit floats, which range from 1.2e-38 to 3.4e38. Choose another "
+                "unit of length");
+}
+
+}  // namespace
+
+std::optional<ResolvedRadius> givenRadius(const Config& config) {
+    const Length& radius = config.surface.radius;
+    if (config.surface.spacing > 0) return resolvedRadius(radius, config.surface.spacing, "as given");
+    if (!radius.in_spacings) return resolvedRadius(radius, radius.value / kDefaultRadiusSpacings, "radius / 1.5");
+    return std::nullopt;
+}
+
+std::optional<ResolvedRadius> measuredRadius(const Config& config, const MeasuredSpacing& measured) {
+    const std::optional<ResolvedRadius> given = givenRadius(config);
+    if (config.surface.spacing > 0) return given;
+
+    const std::optional<SpacingEstimate>& found = measured.estimate;
+    const Length& radius = config.surface.radius;
+    const double most = measured.most_particles > kMany ? kWrongRadiusOfMany : kWrongRadius;
+    if (found && radius.value > most * (radius.in_spacings ? 1 : found->spacing))
+        throw Error("the radius " + textOf(radius) + " is " +
+                    shortNumber(radius.in_spacings ? radius.value : radius.value / found->spacing) +
+                    " times the particle spacing " + shortNumber(found->spacing) + ", measured in " + measured.where +
+                    ". " +
+                    (radius.in_spacings ? "Did you mean world units?"
+                                        : "Did you mean " + textOf(radius) + "dx, that is in spacings?") +
+                    " To use this radius nevertheless, give the spacing as well (--spacing, surface.spacing).");
+    if (given) return given;
+    if (!found) return std::nullopt;
+    return resolvedRadius(config.surface.radius, found->spacing,
+                          "measured in " + measured.where + ", where 90 % of the particles have " +
+                              shortNumber(found->low) + " to " + shortNumber(found->high));
+}
+
+void reconcileSurface(Config& config, std::vector<std::string>& warnings) {
+    reconcileTessellation(config, warnings);
+    reconcileBubbles(config, warnings);
+}
+
+SkinParams skinParams(const Config& config) {
+    SkinParams params;
+    params.surface = config.surface.kind;
+    params.tessellation = config.surface.tessellation;
+    params.predicates = config.surface.predicates;
+    params.retries = config.perturbation.retries;
+    params.tolerance = config.perturbation.tolerance;
+    params.arc_subdivisions = config.surface.arc_subdivisions;
+    params.smoothing = config.smoothing.method;
+    params.passes = config.smoothing.passes;
+    params.resolve_intersections = config.surface.resolve_intersections;
+    params.attributes = config.output.attributes;
+    params.features.droplets = config.features.droplets;
+    params.features.droplet_particles = config.features.droplet_particles;
+    params.features.tendrils = config.features.tendrils;
+    params.features.bubbles = config.features.bubbles.value_or(Bubbles::mesh);
+    params.components = config.output.components;
+    return params;
+}
+
+void checkSkin(const Config& config, std::vector<std::string>& warnings) {
+    const SkinParams params = skinParams(config);
+    const Config::Surface& surface = config.surface;
+    if (surface.inset && surface.skin)
+        throw Error("surface.skin and surface.inset are both set. Use surface.skin alone; surface.inset is deprecated");
+    if (surface.inset)
+        warnings.push_back("surface.inset (--inset) is deprecated. Use surface.skin (--skin) instead: " +
+                           skinForInset(*surface.inset, surface.radius));
+    const std::optional<Length>& length = skinText(surface);
+    if (!length) return;
+    if (const auto given = givenRadius(config)) {
+        withSkin(params, surface, given->radius, given->spacing);
+    } else {
+        const double large_enough = 2 * length->value;  // stands for a radius that is given in the other unit
+        withSkin(params, surface, length->in_spacings ? surface.radius.value : large_enough, 1);
+    }
+}
+
+SkinParams withLengths(SkinParams params, const Config& config, const ResolvedRadius& resolved) {
+    params = withSkin(std::move(params), config.surface, resolved.radius, resolved.spacing);
+    requireScale(params);
+    params.smoothing_width = worldLength(config.smoothing.width, resolved.spacing);
+    const Config::Features& features = config.features;
+    if (features.bubble_volume > 0)
+        params.features.bubble_volume = features.bubble_volume * std::pow(resolved.spacing, config.surface.dimension);
+    else
+        params.features.bubble_gap = worldLength(features.bubble_gap, resolved.spacing);
+    requireFloatLength("surface.spacing", resolved.spacing);
+    requireFloatLength("surface.radius", resolved.radius);
+    requireFloatLength("surface.skin", params.skin.value_or(0));
+    requireFloatLength("smoothing.width", params.smoothing_width);
+    requireFloatLength("features.bubble_gap", params.features.bubble_gap);
+    return params;
+}
+
+FrameSpacing compareSpacing(const std::vector<Vec3f>& positions, double radius, double spacing, int dimension) {
+    std::vector<double> local = localSpacings(positions, dimension);
+    if (local.empty()) return {};
+    const double own = typicalSpacing(std::move(local));
+    FrameSpacing result{own, {}, {}};
+    const bool drifts = own > (1 + kMostDrift) * spacing || own < (1 - kMostDrift) * spacing;
+    std::string scale;
+    if (radius > kMostUsualRadius * own || radius < kLeastUsualRadius * own)
+        scale = "the radius " + shortNumber(radius) + " is " + shortNumber(radius / own) +
+                " times the particle spacing of this frame; 0.8 to 3 times gives a liquid surface";
+    if (drifts)
+        result.drift = "the particle spacing of this frame is " + shortNumber(own) + ", but " + shortNumber(spacing) +
+                       " is used for all frames. Give the spacing of the liquid with --spacing (surface.spacing)" +
+                       (scale.empty() ? "" : "; " + scale);
+    else if (!scale.empty())
+        result.scale = scale;
+    return result;
+}
+
+}  // namespace betamesh
