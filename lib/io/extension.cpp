@@ -333,8 +333,7 @@ std::string adviceToRename(const FileFormat& format, const Signature& signature)
 void requireKnown(const fs::path& path, const Signature& signature) {
     for (const ForeignFormat& foreign : kForeign)
         if (signature.begin.starts_with(foreign.magic))
-            throw Error(path.string() + ": contains " + std::string(foreign.name) +
-                        ", which cannot be read. " +
+            throw Error(path.string() + ": contains " + std::string(foreign.name) + ", which cannot be read. " +
                         (foreign.advice.empty() ? "Convert it to one of " + readableExtensions() + "."
                                                 : std::string(foreign.advice)));
 }
@@ -358,8 +357,9 @@ const FileFormat& formatOf(const fs::path& path, FileKind kind, Access access) {
     const std::string known = extensionsFor(kind, access), extension = path.extension().string();
     std::string fault = ": '" + extension + "' is not a format for " + nameOf(kind), guess;
     if (extension == ".usdc" || extension == ".usd" || extension == ".usdz")
-        guess = access == Access::write ? " Binary USD is not written: write .usda and convert it, as in usdcat a.usda -o a.usdc."
-                                        : " Binary USD is not read: convert it to text, as in usdcat a.usdc -o a.usda.";
+        guess = access == Access::write
+                    ? " Binary USD is not written: write .usda and convert it, as in usdcat a.usda -o a.usdc."
+                    : " Binary USD is not read: convert it to text, as in usdcat a.usdc -o a.usda.";
     else if (extension.empty())
         fault = ": the name has no extension, which selects the format";
     else if (format != nullptr && formatWith(name, access) == nullptr)

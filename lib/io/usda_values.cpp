@@ -160,7 +160,8 @@ std::optional<UsdaType> usdaType(std::string_view type) {
     if (type == "quat") return numbered(name, number, 4);
     const std::size_t components = static_cast<std::size_t>(type.back() - '0');
     type.remove_suffix(1);
-    const bool has_role = type == "point" || type == "vector" || type == "normal" || type == "color" || type == "texCoord";
+    const bool has_role =
+        type == "point" || type == "vector" || type == "normal" || type == "color" || type == "texCoord";
     if (!has_role || components < 2 || components > 4) return std::nullopt;
     return numbered(name, number, components);
 }
