@@ -5,7 +5,6 @@
 #include "io/bgeo.h"
 #include "io/gzip.h"
 #include "io/houdini_geo.h"
-#include "io/houdini_scf.h"
 #include "io/obj.h"
 #include "io/ply.h"
 #include "io/prt.h"
@@ -471,37 +470,6 @@ FileContents readByContents(const fs::path& path, const ReadOptions& options, st
                : "contains " + describe(*found, signature) +
                      ", which other commands do not expect with this extension. " + adviceToRename(*found, signature);
     return found->read(path, options);
-}
-
-std::pair<std::string, std::string> splitExtension(const std::string& path) {
-    const fs::path whole(path);
-    std::string extension = whole.extension().string();
-    if (extension == ".gz" || extension == ".sc") extension = whole.stem().extension().string() + extension;
-    return {path.substr(0, path.size() - extension.size()), extension};
-}
-
-OutputFile encodedFile(const fs::path& path, const std::function<void(ByteWriter&)>& encode) {
-    const std::string name = lowerName(path);
-    OutputFile file(path);
-    if (name.ends_with(".gz")) {
-        GzipWriter packed([&](std::span<const std::byte> piece) { file.write(piece); });
-        ByteWriter out([&](std::span<const std::byte> piece) { packed.write(piece); });
-        encode(out);
-        packed.finish();
-    } else if (name.ends_with(".sc")) {
-        ScfWriter packed([&](std::span<const std::byte> piece) { file.write(piece); });
-        ByteWriter out([&](std::span<const std::byte> piece) { packed.write(piece); });
-        encode(out);
-        packed.finish();
-    } else {
-        ByteWriter out([&](std::span<const std::byte> piece) { file.write(piece); });
-        encode(out);
-    }
-    return file;
-}
-
-void writeEncoded(const fs::path& path, const std::function<void(ByteWriter&)>& encode) {
-    encodedFile(path, encode).commit();
 }
 
 }  // namespace betamesh

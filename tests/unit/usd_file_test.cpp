@@ -157,9 +157,10 @@ TEST(UsdFile, ReadsMeshesOfOtherPrograms) {
     EXPECT_EQ(mesh.velocity, (std::vector<Vec3>(4, Vec3(2, 0, 0))));
     EXPECT_EQ(mesh.triangles, (std::vector<Triangle>{{3, 2, 1}, {3, 1, 0}, {2, 1, 0}}));
     EXPECT_EQ(contents.grids.size(), 1U);
-    ASSERT_EQ(contents.passed_over.size(), 2U);
+    ASSERT_EQ(contents.passed_over.size(), 3U);
     EXPECT_NE(contents.passed_over[0].find("--up-axis z"), std::string::npos);
     EXPECT_EQ(contents.passed_over[1], "/world/inner/quads.primvars:st (faceVarying interpolation)");
+    EXPECT_EQ(contents.passed_over[2], "/world/inner/quads.note (string)");
 }
 
 TEST(UsdFile, ReadsPointsOfOtherPrograms) {
@@ -239,7 +240,7 @@ TEST(UsdFile, DamageIsNamedByLineOrAttribute) {
     refused("#usda 1.0\n\ndef Points \"p\" {\n", {"line 4", "'}' is missing"});
     refused("#usda 1.0\nbox\n", {"line 2", "'box' is not def"});
     refused(withPoints("string s = \"abc\n"), {"line 4", "a string does not end"});
-    refused(withPoints("float[] a = [1, 2\n"), {"line 4", "missing before '}'"});
+    refused(withPoints("float[] a = [1, 2\n"), {"line 5", "missing before '}'"});
     refused(withPoints("float[] a\nint[] a\n"), {"line 5", "'a' is declared with two types"});
     refused(withPoints("float[] a.timeSamples = { x: 1 }\n"), {"line 4", "time of a sample"});
     refused(withPoints("float[] primvars:a = [1, 2, 3]\n"), {"/p.primvars:a has 3 numbers", "2 points"});
