@@ -91,8 +91,8 @@ TEST(LevelSet, DistancesAreThoseOfTheMesh) {
         const openvdb::Vec3d world = grid->indexToWorld(voxel.getCoord());
         const Vec3 p(world.x(), world.y(), world.z());
         const double sign = (p - Vec3(0.3, -0.2, 5)).length() < 1 ? -1 : 1, distance = tree.distanceTo(p);
-        ASSERT_NEAR(std::abs(*voxel), distance, 0.01 * 0.05);
-        if (distance > 0.01) {  // the mesh is inside of the sphere by less
+        ASSERT_NEAR(std::abs(*voxel), distance, 0.05 * 0.05);  // OpenVDB looks for the nearest triangle in neighbours
+        if (distance > 0.01) {                                 // the mesh is inside of the sphere by less
             ASSERT_EQ(*voxel < 0, sign < 0);
         }
     }
@@ -162,10 +162,9 @@ TEST(LevelSet, VelocitiesAreThoseOfTheNearestPoint) {
         ASSERT_LT((openvdb::Vec3d(*voxel) - expected).length(), 0.1);
     }
     mesh.velocity.clear();
-    for (auto voxel = openvdb::gridPtrCast<openvdb::Vec3SGrid>(gridsOf(encodeLevelSet(mesh, "a.vdb", options)).at("v"))
-                          ->cbeginValueOn();
-         voxel; ++voxel)
-        ASSERT_EQ(*voxel, openvdb::Vec3s(0));
+    const auto still =
+        openvdb::gridPtrCast<openvdb::Vec3SGrid>(gridsOf(encodeLevelSet(mesh, "a.vdb", options)).at("v"));
+    for (auto voxel = still->cbeginValueOn(); voxel; ++voxel) ASSERT_EQ(*voxel, openvdb::Vec3s(0));
 }
 
 TEST(LevelSet, ExtentCostsNothing) {
