@@ -205,10 +205,10 @@ double medianEdge(const Mesh& mesh) {
     return length > 0 ? length : 1;
 }
 
-/// Estimated peak memory in bytes: blocks of 8³ voxels along the surface, each with a distance, the nearest triangle
-/// and perhaps a velocity. Measured on splashes: 0.6 to 0.9 of this.
+/// Estimated peak memory in bytes: blocks of 8³ voxels along the surface, each with a distance, the nearest triangle,
+/// a share of the file and perhaps a velocity. Measured on a splash: 0.8 of this.
 double estimatedMemory(const Mesh& mesh, const LevelSetOptions& options) {
-    constexpr double kBlock = 8, kBytesPerVoxel = 4 + 4, kBytesOfVelocity = 12;
+    constexpr double kBlock = 8, kBytesPerVoxel = 4 + 4 + 4, kBytesOfVelocity = 12;
     double area = 0;
     for (const Triangle& t : mesh.triangles)
         area +=

@@ -175,8 +175,10 @@ TEST_F(ConfigFile, RefusesWrongTypesAndInvalidValues) {
     expectError("frames: 1-10:2\n", {"job.yaml:2:9", "OpenJD"});
     expectError("surface: 1\n", {"job.yaml:2:10", "Use a map"});
     expectError("surface:\n", {"job.yaml:2:1", "nothing", "Use a map"});
-    expectError("input: {path: a.####.abc}\n", {"job.yaml:2:15", "input.path", "xyz"});
-    expectError("output: {path: a.####.vdb}\n", {"job.yaml:2:16", "output.path"});
+    expectError("input: {path: a.####.fbx}\n", {"job.yaml:2:15", "input.path", "xyz"});
+    expectError("output: {path: a.####.prt}\n", {"job.yaml:2:16", "output.path"});
+    expectError("output: {voxel: 0}\n", {"output.voxel", "Use a number above 0"});
+    expectError("output: {band: 0.5}\n", {"output.band", "a number from 1 to 100"});
     expectError("output: {path: a.##.####.ply}\n", {"job.yaml:2:16", "both stand for the frame number"});
 }
 
