@@ -9,8 +9,9 @@
 namespace betamesh {
 
 /// Encodes a .vdb file with the grid `surface` of class level set: signed distances to the mesh, negative inside, in a
-/// narrow band of voxels; exact within a voxel of the surface, and to 0.2 voxels in the rest of the band. Cavities are
-/// outside. If asked for, the grid `v` has the velocity of the nearest point of the mesh in the same voxels.
+/// narrow band of voxels; exact within a voxel of the surface, at most a third of a voxel too large in the rest of the
+/// band. Cavities are outside. If asked for, the grid `v` has the velocity of the nearest point of the mesh in the same
+/// voxels.
 ///
 /// in      closed mesh; components of negative volume bound cavities, unless the whole mesh has a negative volume.
 ///         Parts that cross or overlap are joined
