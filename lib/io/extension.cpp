@@ -5,7 +5,6 @@
 #include "io/bgeo.h"
 #include "io/gzip.h"
 #include "io/houdini_geo.h"
-#include "io/houdini_scf.h"
 #include "io/obj.h"
 #include "io/ply.h"
 #include "io/prt.h"
@@ -333,8 +332,7 @@ std::string adviceToRename(const FileFormat& format, const Signature& signature)
 void requireKnown(const fs::path& path, const Signature& signature) {
     for (const ForeignFormat& foreign : kForeign)
         if (signature.begin.starts_with(foreign.magic))
-            throw Error(path.string() + ": contains " + std::string(foreign.name) +
-                        ", which cannot be read. " +
+            throw Error(path.string() + ": contains " + std::string(foreign.name) + ", which cannot be read. " +
                         (foreign.advice.empty() ? "Convert it to one of " + readableExtensions() + "."
                                                 : std::string(foreign.advice)));
 }
@@ -358,8 +356,9 @@ const FileFormat& formatOf(const fs::path& path, FileKind kind, Access access) {
     const std::string known = extensionsFor(kind, access), extension = path.extension().string();
     std::string fault = ": '" + extension + "' is not a format for " + nameOf(kind), guess;
     if (extension == ".usdc" || extension == ".usd" || extension == ".usdz")
-        guess = access == Access::write ? " Binary USD is not written: write .usda and convert it, as in usdcat a.usda -o a.usdc."
-                                        : " Binary USD is not read: convert it to text, as in usdcat a.usdc -o a.usda.";
+        guess = access == Access::write
+                    ? " Binary USD is not written: write .usda and convert it, as in usdcat a.usda -o a.usdc."
+                    : " Binary USD is not read: convert it to text, as in usdcat a.usdc -o a.usda.";
     else if (extension.empty())
         fault = ": the name has no extension, which selects the format";
     else if (format != nullptr && formatWith(name, access) == nullptr)
@@ -471,37 +470,6 @@ FileContents readByContents(const fs::path& path, const ReadOptions& options, st
                : "contains " + describe(*found, signature) +
                      ", which other commands do not expect with this extension. " + adviceToRename(*found, signature);
     return found->read(path, options);
-}
-
-std::pair<std::string, std::string> splitExtension(const std::string& path) {
-    const fs::path whole(path);
-    std::string extension = whole.extension().string();
-    if (extension == ".gz" || extension == ".sc") extension = whole.stem().extension().string() + extension;
-    return {path.substr(0, path.size() - extension.size()), extension};
-}
-
-OutputFile encodedFile(const fs::path& path, const std::function<void(ByteWriter&)>& encode) {
-    const std::string name = lowerName(path);
-    OutputFile file(path);
-    if (name.ends_with(".gz")) {
-        GzipWriter packed([&](std::span<const std::byte> piece) { file.write(piece); });
-        ByteWriter out([&](std::span<const std::byte> piece) { packed.write(piece); });
-        encode(out);
-        packed.finish();
-    } else if (name.ends_with(".sc")) {
-        ScfWriter packed([&](std::span<const std::byte> piece) { file.write(piece); });
-        ByteWriter out([&](std::span<const std::byte> piece) { packed.write(piece); });
-        encode(out);
-        packed.finish();
-    } else {
-        ByteWriter out([&](std::span<const std::byte> piece) { file.write(piece); });
-        encode(out);
-    }
-    return file;
-}
-
-void writeEncoded(const fs::path& path, const std::function<void(ByteWriter&)>& encode) {
-    encodedFile(path, encode).commit();
 }
 
 }  // namespace betamesh

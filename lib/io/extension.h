@@ -4,6 +4,7 @@
 
 #include "betamesh/io.h"
 #include "io/bytes.h"
+#include "io/encoded_file.h"
 #include "io/file_contents.h"
 #include "io/output_file.h"
 #include "io/up_axis.h"
@@ -141,14 +142,5 @@ FileContents readFormat(const std::filesystem::path& path, FileKind kind, const 
 
 /// Reads a file in the format of its contents, whatever its extension. note: says so if the two differ, else empty.
 FileContents readByContents(const std::filesystem::path& path, const ReadOptions& options, std::string& note);
-
-/// A path without its extension, and the extension: that of splash.0001.bgeo.gz is ".bgeo.gz".
-std::pair<std::string, std::string> splitExtension(const std::string& path);
-
-/// Creates a file and fills it by calling encode, through gzip if the name ends in .gz, in a Blosc container if it ends
-/// in .sc. The caller has to commit() it.
-OutputFile encodedFile(const std::filesystem::path& path, const std::function<void(ByteWriter&)>& encode);
-/// The same, and commits the file.
-void writeEncoded(const std::filesystem::path& path, const std::function<void(ByteWriter&)>& encode);
 
 }  // namespace betamesh

@@ -10,14 +10,14 @@
 
 namespace betamesh {
 
-/// One prim `/geometry/mesh` or `/geometry/points` of type Mesh or Points. With options.frame the values are time samples
-/// at that frame, as value clips need them; without it they are default values. Every attribute is declared before the
-/// first value, so that the beginning of a file tells what it holds (see usd_clips.h).
+/// One prim `/geometry/mesh` or `/geometry/points` of type Mesh or Points. With options.frame the values are time
+/// samples at that frame, as value clips need them; without it they are default values. Every attribute is declared
+/// before the first value, so that the beginning of a file tells what it holds (see usd_clips.h).
 ///
-/// Positions become `points`, velocity `velocities` (per second), ids `ids`, an attribute N of three floats `normals` (a
-/// mesh without it gets vertexNormals()), accel `accelerations`, Cd `primvars:displayColor`, pscale (a radius) `widths`,
-/// and any other attribute a primvar of usdName(). Components become the primvar `component` of faces. Floats are written
-/// with as few digits as give the same float again.
+/// Positions become `points`, velocity `velocities` (per second), ids `ids`, an attribute N of three floats `normals`
+/// (a mesh without it gets vertexNormals()), accel `accelerations`, Cd `primvars:displayColor`, pscale (a radius)
+/// `widths`, and any other attribute a primvar of usdName(). Components become the primvar `component` of faces. Floats
+/// are written with as few digits as give the same float again.
 ///
 /// errors  an id of more than 63 bits; those of requireWritable()
 void encodeUsda(ByteWriter& out, const Mesh& mesh, const std::string& file, const WriteOptions& options);

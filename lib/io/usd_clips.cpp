@@ -80,13 +80,14 @@ std::string usdClipsLayer(const std::vector<ClipFile>& files, const std::string&
         last = file.frame;
     }
     if (!last) return {};
-    std::string text = usdaHeader(options, first, last,
-                                  "    customLayerData = {\n        " + std::string(kMarker) +
-                                      "\n    }\n    defaultPrim = \"geometry\"\n");
+    std::string text = usdaHeader(
+        options, first, last,
+        "    customLayerData = {\n        " + std::string(kMarker) + "\n    }\n    defaultPrim = \"geometry\"\n");
     text +=
         "\ndef Xform \"geometry\" (\n    clips = {\n        dictionary default = {\n            double2[] active = [" +
-        active + "]\n            asset[] assetPaths = [" + paths + "]\n            asset manifestAssetPath = " +
-        assetText(asset) + "\n            string primPath = \"/geometry\"\n            double2[] times = [" + times +
+        active + "]\n            asset[] assetPaths = [" + paths +
+        "]\n            asset manifestAssetPath = " + assetText(asset) +
+        "\n            string primPath = \"/geometry\"\n            double2[] times = [" + times +
         "]\n        }\n    }\n    kind = \"component\"\n)\n{\n" + prim + "\n    {\n";
     for (const std::string& attribute : attributes) text += attribute;
     return text + "    }\n}\n";

@@ -35,7 +35,8 @@ std::optional<double> numberInName(const std::string& file) {
     std::size_t begin = stem.size();
     while (begin > 0 && stem[begin - 1] >= '0' && stem[begin - 1] <= '9') --begin;
     if (begin == stem.size()) return std::nullopt;
-    if (begin > 0 && stem[begin - 1] == '-' && (begin == 1 || stem[begin - 2] == '.' || stem[begin - 2] == '_')) --begin;
+    if (begin > 0 && stem[begin - 1] == '-' && (begin == 1 || stem[begin - 2] == '.' || stem[begin - 2] == '_'))
+        --begin;
     double number = 0;
     std::from_chars(stem.data() + begin, stem.data() + stem.size(), number);
     return number;
@@ -51,8 +52,7 @@ bool isOfSchema(std::string_view name) {
            isNamed(name, {"points", "extent", "visibility", "purpose", "doubleSided", "orientation",
                           "subdivisionScheme", "interpolateBoundary", "faceVaryingLinearInterpolation",
                           "triangleSubdivisionRule", "faceVertexCounts", "faceVertexIndices", "holeIndices",
-                          "cornerIndices", "cornerSharpnesses", "creaseIndices", "creaseLengths",
-                          "creaseSharpnesses"});
+                          "cornerIndices", "cornerSharpnesses", "creaseIndices", "creaseLengths", "creaseSharpnesses"});
 }
 
 class Reader {
@@ -84,7 +84,8 @@ private:
             const UsdaPrim& prim = stage_.prims[i];
             if (prim.type == "Points") points.push_back(i);
             if (prim.type == "Mesh") meshes.push_back(i);
-            if (!isNamed(prim.type, {"Points", "Mesh", "BasisCurves", "NurbsCurves", "PointInstancer", "Volume"})) continue;
+            if (!isNamed(prim.type, {"Points", "Mesh", "BasisCurves", "NurbsCurves", "PointInstancer", "Volume"}))
+                continue;
             const std::string path = stage_.pathOf(i);
             contents_.grids.push_back({path, std::string(prim.type), false});
             index_.push_back(i);
@@ -122,7 +123,8 @@ private:
         const std::size_t n = column.size() / 3;
         if (n + contents_.position.size() > std::numeric_limits<std::uint32_t>::max())
             fail("more than 2^32 - 1 points");
-        transformRows(column.real, [&](const Vec3& p) { return to_world.point(p); }, to_world);
+        transformRows(
+            column.real, [&](const Vec3& p) { return to_world.point(p); }, to_world);
         FileContents block;
         block.has_double_positions = type.number == NumberType::float64;
         block.position = positionsFrom(column, 3, options_.origin);
@@ -245,12 +247,15 @@ private:
             const bool is_vector = a.components == 3 && !a.real.empty();
             std::vector<double> numbers(a.real.begin(), a.real.end());
             if (is_vector && isNamed(a.name, {"v", "accel"}))
-                transformRows(numbers, [&](const Vec3& v) { return transform.vector(v); }, transform);
+                transformRows(
+                    numbers, [&](const Vec3& v) { return transform.vector(v); }, transform);
             else if (is_vector && a.name == "N")
-                transformRows(numbers, [&](const Vec3& v) { return transform.normal(v); }, transform);
+                transformRows(
+                    numbers, [&](const Vec3& v) { return transform.normal(v); }, transform);
             else if (a.name == "pscale")
                 for (double& radius : numbers) radius *= scale;
-            std::transform(numbers.begin(), numbers.end(), a.real.begin(), [](double x) { return static_cast<float>(x); });
+            std::transform(numbers.begin(), numbers.end(), a.real.begin(),
+                           [](double x) { return static_cast<float>(x); });
         }
     }
 
@@ -281,7 +286,9 @@ private:
         const UsdaAttribute* attribute = stage_.prims[prim].find(name);
         if (attribute == nullptr) refuse("is not there, or inverted");
         const std::string_view kind = std::string_view(name).substr(std::min<std::size_t>(name.size(), 8));
-        const auto is = [&](std::string_view word) { return kind == word || kind.starts_with(std::string(word) + ":"); };
+        const auto is = [&](std::string_view word) {
+            return kind == word || kind.starts_with(std::string(word) + ":");
+        };
         if (!is("translate") && !is("scale") && !is("transform")) refuse("is not read");
         const bool is_animated = attribute->samples.size() > 1;
         if (is_animated && std::none_of(attribute->samples.begin(), attribute->samples.end(),
@@ -321,8 +328,7 @@ private:
         const bool is_left = orientation != nullptr && unquoted(orientation->valueAt(time_)) == "leftHanded";
         const UsdaAttribute* component = prim.find("primvars:" + std::string(kComponent));
         std::vector<std::int64_t> components;
-        if (component != nullptr && unquoted(component->interpolation) == "uniform" &&
-            component->type == "int[]") {
+        if (component != nullptr && unquoted(component->interpolation) == "uniform" && component->type == "int[]") {
             components = numbersOf(*component, typeOf(*component)).integer;
             if (components.size() != counts.size())
                 fail(where(*component) + " has " + std::to_string(components.size()) + " numbers, but there are " +

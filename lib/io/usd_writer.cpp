@@ -59,8 +59,7 @@ void writeArray(ByteWriter& out, std::size_t rows, std::size_t row_characters, c
     std::vector<std::vector<char>> blocks(kBlocksAtOnce);
     std::vector<std::size_t> sizes(kBlocksAtOnce);
     for (std::size_t first = 0; first < rows; first += kBlocksAtOnce * kRowsPerBlock) {
-        const std::size_t count =
-            std::min(kBlocksAtOnce, (rows - first + kRowsPerBlock - 1) / kRowsPerBlock);
+        const std::size_t count = std::min(kBlocksAtOnce, (rows - first + kRowsPerBlock - 1) / kRowsPerBlock);
         parallelFor(count, 1, [&](std::size_t b) {
             const std::size_t begin = first + b * kRowsPerBlock, end = std::min(rows, begin + kRowsPerBlock);
             blocks[b].resize((end - begin) * (row_characters + 2));

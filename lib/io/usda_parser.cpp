@@ -145,7 +145,8 @@ private:
                 case ')':
                 case ']':
                 case '}':
-                    if (closing[--depth] != c) fail(std::string("'") + closing[depth] + "' is missing before '" + c + "'");
+                    if (closing[--depth] != c)
+                        fail(std::string("'") + closing[depth] + "' is missing before '" + c + "'");
                     break;
                 case '#':
                     at_ = std::min(text_.find('\n', at_), text_.size() - 1);
@@ -205,8 +206,9 @@ private:
             if (key == "active" && (value == "false" || value == "0")) active = false;
             if (!is_read || isEmpty(value)) return;
             if (key == "clips")
-                fail("the prim takes its values from other files by value clips. Read these files, one per frame, "
-                     "instead: they are listed as assetPaths or templateAssetPath");
+                fail(
+                    "the prim takes its values from other files by value clips. Read these files, one per frame, "
+                    "instead: they are listed as assetPaths or templateAssetPath");
             if (isOneOf(key, {"references", "payload", "inherits", "specializes", "variantSets", "variants"}))
                 failComposition("the prim has " + std::string(key) + ", which are not read");
         });
@@ -252,7 +254,8 @@ private:
             return;
         }
         bool is_list = false;
-        while (isOneOf(word, {"custom", "uniform", "varying", "config", "prepend", "append", "add", "delete", "reorder"})) {
+        while (isOneOf(word,
+                       {"custom", "uniform", "varying", "config", "prepend", "append", "add", "delete", "reorder"})) {
             is_list |= !isOneOf(word, {"custom", "uniform", "varying", "config"});
             word = takeWord("type");
         }

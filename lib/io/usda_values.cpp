@@ -88,16 +88,15 @@ private:
         if (text_.starts_with('+')) text_.remove_prefix(1);
         const char *begin = text_.data(), *end = begin + text_.size();
         std::from_chars_result read{begin, std::errc::invalid_argument};
+        double real = 0;
+        std::int64_t integer = 0;
         if (isReal(type_.number)) {
-            double real = 0;
             read = std::from_chars(begin, end, real);
             if (read.ec == std::errc::result_out_of_range) {
                 real = std::strtod(std::string(begin, read.ptr).c_str(), nullptr);
                 read.ec = {};
             }
-            column_.real.push_back(real);
         } else {
-            std::int64_t integer = 0;
             read = std::from_chars(begin, end, integer);
             if (read.ec == std::errc::result_out_of_range && type_.number == NumberType::uint64) {
                 std::uint64_t large = 0;
@@ -109,9 +108,12 @@ private:
                     read = {begin + word.size(), {}};
                     integer = word == "true" ? 1 : 0;
                 }
-            column_.integer.push_back(integer);
         }
         if (read.ec != std::errc()) fail("there is no number, or one that is too large,");
+        if (isReal(type_.number))
+            column_.real.push_back(real);
+        else
+            column_.integer.push_back(integer);
         text_.remove_prefix(static_cast<std::size_t>(read.ptr - begin));
     }
 
@@ -160,7 +162,8 @@ std::optional<UsdaType> usdaType(std::string_view type) {
     if (type == "quat") return numbered(name, number, 4);
     const std::size_t components = static_cast<std::size_t>(type.back() - '0');
     type.remove_suffix(1);
-    const bool has_role = type == "point" || type == "vector" || type == "normal" || type == "color" || type == "texCoord";
+    const bool has_role =
+        type == "point" || type == "vector" || type == "normal" || type == "color" || type == "texCoord";
     if (!has_role || components < 2 || components > 4) return std::nullopt;
     return numbered(name, number, components);
 }
