@@ -228,9 +228,11 @@ def fill_mesh(mesh: bpy.types.Mesh, geometry: Geometry, up_axis: str) -> None:
     mesh.vertices.add(len(geometry.positions))
     mesh.loops.add(len(geometry.corners))
     mesh.polygons.add(len(geometry.face_starts))
-    set_values(mesh.vertices, "co", turned(geometry.positions))
-    set_values(mesh.loops, "vertex_index", geometry.corners)
-    set_values(mesh.polygons, "loop_start", geometry.face_starts)
+    if len(geometry.positions):
+        set_values(mesh.attributes["position"].data, "vector", turned(geometry.positions))
+    if len(geometry.corners):  # faster than through mesh.loops
+        set_values(mesh.attributes[".corner_vert"].data, "value", geometry.corners)
+        set_values(mesh.polygons, "loop_start", geometry.face_starts)
     mesh.update(calc_edges=True)
     if repeats_vertices(geometry):
         mesh.validate()
@@ -248,8 +250,7 @@ def fill_mesh(mesh: bpy.types.Mesh, geometry: Geometry, up_axis: str) -> None:
 
 
 def set_values(collection: bpy.types.bpy_prop_collection, name: str, values: np.ndarray) -> None:
-    if len(values):
-        collection.foreach_set(name, np.ascontiguousarray(values).reshape(-1))
+    collection.foreach_set(name, np.ascontiguousarray(values).reshape(-1))
 
 
 def repeats_vertices(geometry: Geometry) -> bool:
@@ -327,9 +328,13 @@ class SequenceName:
 # Showing a frame
 
 
+# Blender ignores what scripts write into data that is linked from another file.
+LINKED = "linked meshes do not follow the frames; make this one local (Object > Relations > Make Local > All)"
+
+
 def sequence_of(mesh: bpy.types.Mesh) -> SequenceName:
     pattern = mesh.betamesh_sequence.pattern
-    sequence = SequenceName.of_pattern(bpy.path.abspath(pattern, library=mesh.library))
+    sequence = SequenceName.of_pattern(bpy.path.abspath(pattern))
     if not sequence:
         raise FileError(f"{pattern}: the name of the file needs one group of #, such as ####, for the frame number")
     return sequence
@@ -348,6 +353,8 @@ def show_frame(mesh: bpy.types.Mesh, scene: bpy.types.Scene) -> None:
     geometry, shown, error = Geometry(np.zeros((0, 3), np.float32)), "", ""
     try:
         path = sequence_of(mesh).path(frame)
+        if not os.path.isdir(os.path.dirname(path)):
+            raise FileError(f"{os.path.dirname(path)}: there is no such folder")
         if settings.first_frame <= frame <= settings.last_frame and os.path.exists(path):
             shown = f"{path} {os.stat(path).st_mtime_ns} {seconds} {held} {settings.up_axis}"
             if shown == settings.shown:
@@ -369,7 +376,10 @@ def show_frames(scene: bpy.types.Scene, *_: object) -> None:
     """Shows the scene's frame in every mesh that is a sequence; a handler of frame changes."""
     for mesh in bpy.data.meshes:
         if mesh.betamesh_sequence.pattern and not mesh.is_editmode:
-            show_frame(mesh, scene)
+            if mesh.library:
+                print(f"betamesh Sequence: '{mesh.name}': {LINKED}", file=sys.stderr)
+            else:
+                show_frame(mesh, scene)
 
 
 @persistent
@@ -391,11 +401,15 @@ UP_AXES = [("Y", "Y", "betamesh's default: the file's y becomes Blender's z, and
            ("Z", "Z", "Nothing is rotated: files written with --output-up-axis z")]
 
 
+# Blender 5.0 warns of // in properties without this option, which older versions do not know.
+RELATIVE = {"PATH_SUPPORTS_BLEND_RELATIVE"} if bpy.app.version >= (5, 0, 0) else set()
+
+
 class SequenceSettings(bpy.types.PropertyGroup):
     """Which files a mesh shows. An empty pattern: the mesh is none of a sequence."""
 
     pattern: StringProperty(
-        name="Files", subtype="FILE_PATH", update=settings_changed,
+        name="Files", subtype="FILE_PATH", options=RELATIVE, update=settings_changed,
         description="Path of the files, with # for each digit of the frame number. // is the folder of the .blend file")
     up_axis: EnumProperty(
         name="Up Axis", items=UP_AXES, update=settings_changed, description="Axis that points up in the files")
@@ -514,7 +528,9 @@ class SequencePanel(bpy.types.Panel):
         column.prop(settings, "last_frame", text="Last")
         layout.prop(settings, "hold")
         layout.operator(ReloadSequence.bl_idname, icon="FILE_REFRESH")
-        if settings.error:
+        if context.object.data.library:
+            layout.label(text=LINKED, icon="ERROR")
+        elif settings.error:
             layout.label(text=settings.error, icon="ERROR")
         elif not settings.shown:
             layout.label(text="There is no file for this frame", icon="INFO")
