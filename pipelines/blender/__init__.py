@@ -98,6 +98,8 @@ def read_ply_header(file: BinaryIO) -> tuple[str, list[PlyElement]]:
                 encoding = words[1]
             elif words[:1] == ["element"]:
                 elements.append(PlyElement(words[1], int(words[2])))
+                if elements[-1].rows < 0:
+                    raise ValueError
             elif words[:2] == ["property", "list"]:
                 elements[-1].properties.append(PlyProperty(words[4], PLY_TYPES[words[3]], PLY_TYPES[words[2]]))
             elif words[:1] == ["property"]:
@@ -130,27 +132,29 @@ def read_ply_element(element: PlyElement, data: bytes, offset: int, encoding: st
             fields += [("number of " + p.name, stored(p.count_type)), (p.name, stored(p.type), (count,))]
         return np.dtype(fields)
 
-    def rows_of(dtype: np.dtype, count: int, first: int) -> np.ndarray:
-        if first + count * dtype.itemsize > len(data):
+    def rows_at(row_offset: int, dtype: np.dtype, count: int) -> np.ndarray:
+        if row_offset + count * dtype.itemsize > len(data):
             raise ValueError(f"the file ends inside the element '{element.name}'")
-        return np.frombuffer(data, dtype, count, first)
+        return np.frombuffer(data, dtype, count, row_offset) if dtype.itemsize else np.zeros(count, dtype)
+
+    def all_like(dtype: np.dtype) -> bool:
+        """True if the lists of all rows have the same length, as in a mesh of triangles."""
+        if offset + element.rows * dtype.itemsize > len(data):
+            return False
+        rows = rows_at(offset, dtype, element.rows)
+        return all((rows["number of " + p.name] == rows[p.name].shape[1]).all() for p in lists)
 
     lists = [p for p in element.properties if p.count_type is not None]
-    dtype = row_type(offset) if element.rows or not lists else np.dtype([])
-    blocks = []
-    if element.rows and dtype.itemsize:
-        same_lengths = offset + element.rows * dtype.itemsize <= len(data)
-        if same_lengths:
-            rows = np.frombuffer(data, dtype, element.rows, offset)
-            same_lengths = all((rows["number of " + p.name] == rows[p.name].shape[1]).all() for p in lists)
-        if same_lengths or not lists:  # as in a mesh of triangles
-            blocks, end = [rows_of(dtype, element.rows, offset)], offset + element.rows * dtype.itemsize
+    blocks, end = [], offset
+    if element.rows:
+        dtype = row_type(offset)
+        if not lists or all_like(dtype):
+            blocks.append(rows_at(offset, dtype, element.rows))
+            end += element.rows * dtype.itemsize
         else:
-            end = offset
             for _ in range(element.rows):
-                blocks.append(rows_of(row_type(end), 1, end))
+                blocks.append(rows_at(end, row_type(end), 1))
                 end += blocks[-1].dtype.itemsize
-        offset = end
 
     def column(p: PlyProperty) -> Column:
         if p.count_type is None:
@@ -158,7 +162,7 @@ def read_ply_element(element: PlyElement, data: bytes, offset: int, encoding: st
         counts = joined([b["number of " + p.name] for b in blocks], "i4")
         return counts, joined([b[p.name].reshape(-1) for b in blocks], p.type)
 
-    return {p.name: column(p) for p in element.properties}, offset
+    return {p.name: column(p) for p in element.properties}, end
 
 
 def joined(arrays: list[np.ndarray], number_type: str) -> np.ndarray:
@@ -177,14 +181,19 @@ def geometry_of_tables(tables: dict[str, dict[str, Column]]) -> Geometry:
         taken.update(names)
         return np.stack([points[name] for name in names], axis=1).astype(np.float32)
 
-    geometry = Geometry(vectors("x", "y", "z"), vectors("vx", "vy", "vz"), vectors("nx", "ny", "nz"))
+    geometry = Geometry(vectors("x", "y", "z"))
+    geometry.velocities = vectors("vx", "vy", "vz")
+    if geometry.velocities is None:
+        geometry.velocities = vectors("velocity_x", "velocity_y", "velocity_z")
+    geometry.normals = vectors("nx", "ny", "nz")
     geometry.point_attributes = grouped({name: c for name, c in points.items() if name not in taken})
 
     faces = dict(tables.get("face", {}))
     lengths, corners = faces.pop("vertex_indices", None) or faces.pop("vertex_index", None) or (None, None)
     if corners is not None and len(corners):
-        if corners.min() < 0 or corners.max() >= count:
-            raise ValueError(f"a face refers to the vertex {max(corners.max(), -corners.min())} of {count}")
+        for corner in (corners.min(), corners.max()):
+            if not 0 <= corner < count:
+                raise ValueError(f"a face refers to the vertex {corner}; there are {count}, the first is 0")
         if lengths.min() < 3:
             raise ValueError(f"a face has {lengths.min()} corners")
         geometry.corners = corners.astype(np.int32)
@@ -273,9 +282,12 @@ def add_attribute(mesh: bpy.types.Mesh, name: str, values: np.ndarray, domain: s
     else:
         kind, member = ("INT8" if values.dtype == np.int8 else "INT"), "value"
         values = values.astype(np.int8 if kind == "INT8" else np.int32)
-    set_values(mesh.attributes.new(name, kind, domain).data, member, values)
+    attribute = mesh.attributes.new(name, kind, domain)
+    if not attribute:  # the name is too long, or Blender needs it, such as material_index
+        attribute = mesh.attributes.new(f"{name[:40]}_", kind, domain)
+    set_values(attribute.data, member, values)
     if kind == "FLOAT_COLOR" and not mesh.color_attributes.active_color:
-        mesh.color_attributes.active_color_name = name
+        mesh.color_attributes.active_color_name = attribute.name
         mesh.color_attributes.render_color_index = 0
 
 
@@ -302,14 +314,18 @@ class SequenceName:
         return match and SequenceName(os.path.join(folder, match[1]), len(match[2]), match[3])
 
     @staticmethod
-    def of_file(path: str) -> "tuple[SequenceName, int] | None":
-        """The sequence of a file and its frame: the last number in the name. A minus after a letter is a hyphen."""
+    def of_file(path: str) -> "SequenceName | None":
+        """The sequence of a file, whose frame is the last number in its name. A minus after a letter is a hyphen."""
         folder, name = os.path.split(path)
         match = re.fullmatch(r"(.*?)((?<![A-Za-z0-9])-)?(\d+)(\D*)", name)
         if not match:
             return None
-        frame = int(match[3]) * (-1 if match[2] else 1)
-        return SequenceName(os.path.join(folder, match[1]), len(match[3]), match[4]), frame
+        sequence = SequenceName(os.path.join(folder, match[1]), len(match[3]), match[4])
+        # 1001 may be padded to one, two, three or four digits: the other files tell.
+        numbers = sequence.numbers_on_disk()
+        padded = [number for number in numbers if number[0] == "0" and len(number) > 1]
+        sequence.digits = min(map(len, padded or numbers))
+        return sequence
 
     def pattern(self) -> str:
         return f"{self.before}{'#' * self.digits}{self.after}"
@@ -317,16 +333,19 @@ class SequenceName:
     def path(self, frame: int) -> str:
         return f"{self.before}{'-' if frame < 0 else ''}{abs(frame):0{self.digits}d}{self.after}"
 
-    def frames_on_disk(self) -> list[int]:
+    def numbers_on_disk(self) -> list[str]:
+        """The digits in the names of all files that differ from this name only in the frame number."""
         folder, before = os.path.split(self.before)
-        name = re.compile(re.escape(before) + r"(-?\d+)" + re.escape(self.after))
-        numbers = [int(match[1]) for file in os.listdir(folder or ".") if (match := name.fullmatch(file))]
-        return sorted(frame for frame in set(numbers) if os.path.exists(self.path(frame)))
+        name = re.compile(re.escape(before) + r"-?(\d+)" + re.escape(self.after))
+        return [match[1] for file in os.listdir(folder or ".") if (match := name.fullmatch(file))]
+
+    def frames_on_disk(self) -> list[int]:
+        frames = {int(number) * sign for number in self.numbers_on_disk() for sign in (1, -1)}
+        return sorted(frame for frame in frames if os.path.exists(self.path(frame)))
 
 
 # ---------------------------------------------------------------------------------------------------------------------
 # Showing a frame
-
 
 # Blender ignores what scripts write into data that is linked from another file.
 LINKED = "linked meshes do not follow the frames; make this one local (Object > Relations > Make Local > All)"
@@ -342,6 +361,11 @@ def sequence_of(mesh: bpy.types.Mesh) -> SequenceName:
 
 def show_frame(mesh: bpy.types.Mesh, scene: bpy.types.Scene) -> None:
     """Fills the mesh with that of the scene's frame, unless it shows that already. Errors are kept in the settings."""
+    if mesh.is_editmode:
+        return
+    if mesh.library:
+        print(f"betamesh Sequence: '{mesh.name}': {LINKED}", file=sys.stderr)
+        return
     settings: SequenceSettings = mesh.betamesh_sequence
     time = scene.frame_current + scene.frame_subframe - settings.frame_offset  # in frames of the files
     held = settings.hold and not settings.first_frame <= time <= settings.last_frame
@@ -375,11 +399,8 @@ def show_frame(mesh: bpy.types.Mesh, scene: bpy.types.Scene) -> None:
 def show_frames(scene: bpy.types.Scene, *_: object) -> None:
     """Shows the scene's frame in every mesh that is a sequence; a handler of frame changes."""
     for mesh in bpy.data.meshes:
-        if mesh.betamesh_sequence.pattern and not mesh.is_editmode:
-            if mesh.library:
-                print(f"betamesh Sequence: '{mesh.name}': {LINKED}", file=sys.stderr)
-            else:
-                show_frame(mesh, scene)
+        if mesh.betamesh_sequence.pattern:
+            show_frame(mesh, scene)
 
 
 @persistent
@@ -399,7 +420,6 @@ def settings_changed(settings: "SequenceSettings", context: bpy.types.Context) -
 
 UP_AXES = [("Y", "Y", "betamesh's default: the file's y becomes Blender's z, and its z points to the front"),
            ("Z", "Z", "Nothing is rotated: files written with --output-up-axis z")]
-
 
 # Blender 5.0 warns of // in properties without this option, which older versions do not know.
 RELATIVE = {"PATH_SUPPORTS_BLEND_RELATIVE"} if bpy.app.version >= (5, 0, 0) else set()
@@ -444,13 +464,11 @@ class ImportSequence(bpy.types.Operator, ImportHelper):
         name="Relative Path", default=True, description="Store the path relative to the .blend file, if that is saved")
 
     def execute(self, context: bpy.types.Context) -> set[str]:
-        found = SequenceName.of_file(self.filepath)
-        if not found:
-            self.report({"ERROR"}, f"{self.filepath}: the name has no frame number. Expected one such as dam.0001.ply")
-            return {"CANCELLED"}
-        sequence, frame = found
         try:
             read_ply(self.filepath)
+            sequence = SequenceName.of_file(self.filepath)
+            if not sequence:
+                raise FileError(f"{self.filepath}: the name has no frame number. Expected one such as dam.0001.ply")
             frames = sequence.frames_on_disk()
         except (FileError, OSError) as error:
             self.report({"ERROR"}, str(error))

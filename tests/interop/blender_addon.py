@@ -53,16 +53,16 @@ def write_ply(path, encoding):
     header = ["ply", "format %s 1.0" % encoding, "comment made by hand", "element vertex 5"]
     header += ["property float " + name for name in "x y z vx vy vz nx ny nz heat Cd_x Cd_y Cd_z".split()]
     header += ["property double uv_x", "property double uv_y", "property uchar kind", "property char sign"]
-    header += ["property int id", "element face 3", "property list uchar int vertex_indices", "property int component"]
+    header += ["property int id", "property float material_index", "element face 3", "property list uchar int vertex_indices", "property int component"]
     faces = [[0, 1, 2, 3], [3, 2, 4], [0, 3, 4]]
     order = {"binary_little_endian": "<", "binary_big_endian": ">"}.get(encoding)
     with open(path, "wb") as file:
         file.write(("\n".join(header) + "\nend_header\n").encode())
         for i, (x, y, z) in enumerate(points):
             row = [x, y, z, 1, 2 + i, 3, 0, 0, 1, 300.5 + i, 0.25, 0.5, 0.125 * i]
-            row += [0.1 * i, 1, 200 + i, -i, 2000000000 + i]
+            row += [0.1 * i, 1, 200 + i, -i, 2000000000 + i, 7]
             if order:
-                file.write(struct.pack(order + "13f2dBbi", *row))
+                file.write(struct.pack(order + "13f2dBbif", *row))
             else:
                 file.write((" ".join("%.10g" % number for number in row) + "\n").encode())
         for i, face in enumerate(faces):
@@ -246,13 +246,13 @@ def examine(program, addon, folder):
               attributes["Cd"].data[2].color[:] == (0.25, 0.5, 0.25, 1) and
               abs(attributes["uv"].data[2].vector[0] - 0.2) < 1e-7 and attributes["kind"].data[4].value == 204 and
               attributes["sign"].data_type == "INT8" and attributes["sign"].data[4].value == -4 and
-              attributes["id"].data[4].value == 2000000004 and
+              attributes["id"].data[4].value == 2000000004 and attributes["material_index_"].data[0].value == 7 and
               [attributes["component"].data[i].value for i in range(3)] == [0, 10, 20])
         check(encoding + ": normals", all((corner.vector - mesh.vertices[0].co.__class__((0, -1, 0))).length < 1e-3
                                           for corner in mesh.corner_normals))
     whole = open(path("binary_big_endian.-007.ply"), "rb").read()
     damaged = {"short.1.ply": (whole[:-9], "ends inside the element 'face'"), "empty.1.ply": (b"", "not a .ply file"),
-               "index.1.ply": (whole[:-8] + struct.pack(">i", 99) + whole[-4:], "refers to the vertex 99 of 5"),
+               "index.1.ply": (whole[:-8] + struct.pack(">i", 99) + whole[-4:], "refers to the vertex 99; there are 5"),
                "word.1.ply": (whole.replace(b"property double uv_x", b"property string uv_x"), "property string uv_x")}
     for name, (data, reason) in damaged.items():
         with open(path(name), "wb") as file:
@@ -261,6 +261,12 @@ def examine(program, addon, folder):
               refused(bpy.ops.import_mesh.betamesh_sequence, path(name), reason, filepath=path(name)))
     with open(path("nonumber.ply"), "wb") as file:
         file.write(whole)
+    for name in ("unpadded.8", "unpadded.11", "padded.08", "padded.11", "padded.8", "hyphen-08", "hyphen-11"):
+        shutil.copy(path("nonumber.ply"), path(name + ".ply"))
+    for name, found in {"unpadded.11": "unpadded.#", "padded.11": "padded.##", "hyphen-11": "hyphen-##"}.items():
+        settings = imported(path(name + ".ply")).data.betamesh_sequence
+        check("%s.ply is of the sequence %s.ply, frames 8 to 11" % (name, found),
+              settings.pattern == path(found + ".ply") and settings.first_frame == 8 and settings.last_frame == 11)
     check("a name without a frame number is refused",
           refused(bpy.ops.import_mesh.betamesh_sequence, "nonumber.ply: the name has no frame number",
                   filepath=path("nonumber.ply")))
