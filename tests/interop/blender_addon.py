@@ -53,7 +53,8 @@ def write_ply(path, encoding):
     header = ["ply", "format %s 1.0" % encoding, "comment made by hand", "element vertex 5"]
     header += ["property float " + name for name in "x y z vx vy vz nx ny nz heat Cd_x Cd_y Cd_z".split()]
     header += ["property double uv_x", "property double uv_y", "property uchar kind", "property char sign"]
-    header += ["property int id", "property float material_index", "element face 3", "property list uchar int vertex_indices", "property int component"]
+    header += ["property int id", "property float material_index"]
+    header += ["element face 3", "property list uchar int vertex_indices", "property int component"]
     faces = [[0, 1, 2, 3], [3, 2, 4], [0, 3, 4]]
     order = {"binary_little_endian": "<", "binary_big_endian": ">"}.get(encoding)
     with open(path, "wb") as file:
