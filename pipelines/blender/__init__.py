@@ -368,11 +368,11 @@ def show_frame(mesh: bpy.types.Mesh, scene: bpy.types.Scene) -> None:
         return
     settings: SequenceSettings = mesh.betamesh_sequence
     time = scene.frame_current + scene.frame_subframe - settings.frame_offset  # in frames of the files
-    held = settings.hold and not settings.first_frame <= time <= settings.last_frame
-    if held:
-        time = min(max(time, settings.first_frame), settings.last_frame)
     frame = math.ceil(time - 0.5)  # the nearest one
     seconds = (time - frame) * scene.render.fps_base / scene.render.fps
+    held = settings.hold and not settings.first_frame <= frame <= settings.last_frame
+    if held:
+        frame, seconds = min(max(frame, settings.first_frame), settings.last_frame), 0.0
 
     geometry, shown, error = Geometry(np.zeros((0, 3), np.float32)), "", ""
     try:

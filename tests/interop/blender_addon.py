@@ -92,6 +92,8 @@ def main():
 
 
 def examine(program, addon, folder):
+    import tomllib
+
     import bpy
     import numpy
 
@@ -125,6 +127,10 @@ def examine(program, addon, folder):
         return bpy.context.object
 
     print("Blender %s" % bpy.app.version_string)
+    with open(os.path.join(addon, "blender_manifest.toml"), "rb") as file:
+        version = tomllib.load(file)["version"]
+    said = subprocess.run([program, "--version"], capture_output=True, text=True, check=True).stdout
+    check("the add-on has the version of the program, %s" % version, version in said.split())
     for frame in range(1, 7):
         write_particles(path("p.%04d.csv" % frame), frame)
     write_particles(path("rest.0003.csv"), 3, velocity=False)
@@ -186,6 +192,10 @@ def examine(program, addon, folder):
     check("frame 100 with Hold Ends: the last frame, at rest", shows(drop, 6, rest=True))
     show(4)
     check("frame 4 with Hold Ends: no mesh", empty(drop))
+    show(6, 0.25)
+    check("frame 6.25 with Hold Ends: still moves, for shutters that open on the last frame",
+          abs(numbers(mesh.vertices, "co", 3) - turned(expected[6][0]["P"]) - [0.25 * STEP, 0, 0]).max() < 1e-6 and
+          (numbers(mesh.attributes["velocity"].data, "vector", 3) == turned(expected[6][0]["v"])).all())
     show(2, 0.25)
     between = numbers(mesh.vertices, "co", 3) - turned(expected[2][0]["P"])
     check("frame 2.25: displaced along the velocities",
