@@ -2,7 +2,7 @@
 """Plays a sequence of .ply meshes of a liquid on Blender's timeline, with velocities for motion blur.
 
 File > Import > betamesh Sequence (.ply) makes an object whose mesh is replaced on every frame change by that of the
-file of this frame. The settings are in Properties > Object Data > betamesh Sequence. They belong to the mesh, so linked
+frame's file. The settings are in Properties > Object Data > betamesh Sequence. They belong to the mesh, so linked
 duplicates of the object follow. Only the settings and the mesh of the current frame are saved in the .blend file.
 
 Cycles blurs a mesh by its point attribute `velocity`, in units per second, so that the number of vertices may change
@@ -158,14 +158,14 @@ def read_ply_element(element: PlyElement, data: bytes, offset: int, encoding: st
 
     def column(p: PlyProperty) -> Column:
         if p.count_type is None:
-            return joined([b[p.name] for b in blocks], p.type)
-        counts = joined([b["number of " + p.name] for b in blocks], "i4")
-        return counts, joined([b[p.name].reshape(-1) for b in blocks], p.type)
+            return concatenated([b[p.name] for b in blocks], p.type)
+        counts = concatenated([b["number of " + p.name] for b in blocks], "i4")
+        return counts, concatenated([b[p.name].reshape(-1) for b in blocks], p.type)
 
     return {p.name: column(p) for p in element.properties}, end
 
 
-def joined(arrays: list[np.ndarray], number_type: str) -> np.ndarray:
+def concatenated(arrays: list[np.ndarray], number_type: str) -> np.ndarray:
     return np.concatenate(arrays).astype(number_type) if arrays else np.zeros(0, number_type)
 
 
@@ -230,7 +230,7 @@ COLOURS = {"Cd", "color", "colour"}
 def fill_mesh(mesh: bpy.types.Mesh, geometry: Geometry, up_axis: str) -> None:
     """Replaces points, faces and attributes. Materials, and everything that belongs to objects, stay."""
 
-    def turned(vectors: np.ndarray) -> np.ndarray:  # into Blender's axes
+    def rotated(vectors: np.ndarray) -> np.ndarray:  # into Blender's axes
         return np.stack([vectors[:, 0], -vectors[:, 2], vectors[:, 1]], axis=1) if up_axis == "Y" else vectors
 
     mesh.clear_geometry()
@@ -238,7 +238,7 @@ def fill_mesh(mesh: bpy.types.Mesh, geometry: Geometry, up_axis: str) -> None:
     mesh.loops.add(len(geometry.corners))
     mesh.polygons.add(len(geometry.face_starts))
     if len(geometry.positions):
-        set_values(mesh.attributes["position"].data, "vector", turned(geometry.positions))
+        set_values(mesh.attributes["position"].data, "vector", rotated(geometry.positions))
     if len(geometry.corners):  # faster than through mesh.loops
         set_values(mesh.attributes[".corner_vert"].data, "value", geometry.corners)
         set_values(mesh.polygons, "loop_start", geometry.face_starts)
@@ -248,14 +248,14 @@ def fill_mesh(mesh: bpy.types.Mesh, geometry: Geometry, up_axis: str) -> None:
     mesh.shade_smooth()
 
     if geometry.velocities is not None:
-        add_attribute(mesh, "velocity", turned(geometry.velocities), "POINT")
+        add_attribute(mesh, "velocity", rotated(geometry.velocities), "POINT")
     for name, values in geometry.point_attributes.items():
-        add_attribute(mesh, name, turned(values) if name in DIRECTIONS and values.ndim == 2 else values, "POINT")
+        add_attribute(mesh, name, rotated(values) if name in DIRECTIONS and values.ndim == 2 else values, "POINT")
     for name, values in geometry.face_attributes.items():
         if len(values) == len(mesh.polygons):  # else faces were invalid
             add_attribute(mesh, name, values, "FACE")
     if geometry.normals is not None and len(mesh.polygons):
-        mesh.normals_split_custom_set_from_vertices(turned(geometry.normals))
+        mesh.normals_split_custom_set_from_vertices(rotated(geometry.normals))
 
 
 def set_values(collection: bpy.types.bpy_prop_collection, name: str, values: np.ndarray) -> None:
@@ -426,7 +426,7 @@ RELATIVE = {"PATH_SUPPORTS_BLEND_RELATIVE"} if bpy.app.version >= (5, 0, 0) else
 
 
 class SequenceSettings(bpy.types.PropertyGroup):
-    """Which files a mesh shows. An empty pattern: the mesh is none of a sequence."""
+    """Which files a mesh shows. A mesh without a pattern is not a sequence."""
 
     pattern: StringProperty(
         name="Files", subtype="FILE_PATH", options=RELATIVE, update=settings_changed,
@@ -482,12 +482,12 @@ class ImportSequence(bpy.types.Operator, ImportHelper):
         pattern = sequence.pattern()
         settings.pattern = bpy.path.relpath(pattern) if self.relative_path and bpy.data.filepath else pattern
 
-        item = bpy.data.objects.new(name, mesh)
-        context.collection.objects.link(item)
+        obj = bpy.data.objects.new(name, mesh)
+        context.collection.objects.link(obj)
         for selected in context.selected_objects:
             selected.select_set(False)
-        item.select_set(True)
-        context.view_layer.objects.active = item
+        obj.select_set(True)
+        context.view_layer.objects.active = obj
         # Blender's manual: handlers that change data during a render require a locked interface.
         context.scene.render.use_lock_interface = True
         missing = max(frames) - min(frames) + 1 - len(frames)

@@ -108,7 +108,7 @@ def examine(program, addon, folder):
         data.foreach_get(name, found)
         return found.reshape(-1, size) if size > 1 else found
 
-    def turned(vectors):
+    def rotated(vectors):
         return numpy.array([(x, -z, y) for x, y, z in vectors], "float32").reshape(-1, 3)
 
     def refused(operator, *texts, **arguments):
@@ -157,8 +157,8 @@ def examine(program, addon, folder):
     def shows(item, frame, rest=False):
         mesh, (columns, faces) = item.data, expected[frame]
         return (len(mesh.vertices) == len(columns["P"]) and
-                (numbers(mesh.vertices, "co", 3) == turned(columns["P"])).all() and
-                (numbers(mesh.attributes["velocity"].data, "vector", 3) == turned(columns["v"]) * (not rest)).all() and
+                (numbers(mesh.vertices, "co", 3) == rotated(columns["P"])).all() and
+                (numbers(mesh.attributes["velocity"].data, "vector", 3) == rotated(columns["v"]) * (not rest)).all() and
                 (numbers(mesh.loops, "vertex_index", 1, "int32") == numpy.array(faces).ravel()).all())
 
     def empty(item):
@@ -194,22 +194,22 @@ def examine(program, addon, folder):
     check("frame 4 with Hold Ends: no mesh", empty(drop))
     show(6, 0.25)
     check("frame 6.25 with Hold Ends: still moves, for shutters that open on the last frame",
-          abs(numbers(mesh.vertices, "co", 3) - turned(expected[6][0]["P"]) - [0.25 * STEP, 0, 0]).max() < 1e-6 and
-          (numbers(mesh.attributes["velocity"].data, "vector", 3) == turned(expected[6][0]["v"])).all())
+          abs(numbers(mesh.vertices, "co", 3) - rotated(expected[6][0]["P"]) - [0.25 * STEP, 0, 0]).max() < 1e-6 and
+          (numbers(mesh.attributes["velocity"].data, "vector", 3) == rotated(expected[6][0]["v"])).all())
     show(2, 0.25)
-    between = numbers(mesh.vertices, "co", 3) - turned(expected[2][0]["P"])
+    between = numbers(mesh.vertices, "co", 3) - rotated(expected[2][0]["P"])
     check("frame 2.25: displaced along the velocities",
           abs(between - [0.25 * STEP, 0, 0]).max() < 1e-6)
     show(1, 0.75)
     check("frame 1.75: frame 2, displaced backwards", len(mesh.vertices) == len(expected[2][0]["P"]) and
-          abs(numbers(mesh.vertices, "co", 3) - turned(expected[2][0]["P"]) - [-0.25 * STEP, 0, 0]).max() < 1e-6)
+          abs(numbers(mesh.vertices, "co", 3) - rotated(expected[2][0]["P"]) - [-0.25 * STEP, 0, 0]).max() < 1e-6)
 
     # Several sequences, saved, moved and opened again
     show(3)
     other = imported(path("shot", "z.0001.ply"), up_axis="Z", frame_offset=100)
     twin = bpy.data.objects.new("twin", drop.data)
     bpy.context.collection.objects.link(twin)
-    check("frame 3 is none of the sequence with offset 100", empty(other) and shows(drop, 3) and shows(twin, 3))
+    check("frame 3 is outside the sequence with offset 100", empty(other) and shows(drop, 3) and shows(twin, 3))
     show(105)
     check("frame 105 with offset 100: frame 5, z up in the file", shows(other, 5) and shows(drop, 6, rest=True))
     check("rendering locks the interface", scene.render.use_lock_interface)
@@ -249,7 +249,7 @@ def examine(program, addon, folder):
         mesh = imported(path("%s.-007.ply" % encoding)).data
         attributes = mesh.attributes
         check(encoding + ": positions, faces, frame -7",
-              (numbers(mesh.vertices, "co", 3) == turned(points)).all() and
+              (numbers(mesh.vertices, "co", 3) == rotated(points)).all() and
               [list(polygon.vertices) for polygon in mesh.polygons] == faces and
               mesh.betamesh_sequence.pattern.endswith("%s.###.ply" % encoding))
         check(encoding + ": attributes", attributes["velocity"].data[3].vector[:] == (1, -3, 5) and
@@ -374,7 +374,7 @@ def examine(program, addon, folder):
         for frame in (2, 5):
             show(frame)
             seen = item.evaluated_get(bpy.context.evaluated_depsgraph_get())
-            positions, velocities = (turned(expected[frame][0][key]) for key in ("P", "v"))
+            positions, velocities = (rotated(expected[frame][0][key]) for key in ("P", "v"))
             good = len(seen.data.vertices) == len(positions)
             good = good and abs(in_world(seen, seen.data.vertices, "co") - positions).max() < 1e-6
             found = in_world(seen, seen.data.attributes["velocity"].data, "vector")
