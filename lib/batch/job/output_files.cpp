@@ -26,17 +26,18 @@ std::string ofFrame(const char* what, int frame) { return std::string(what) + " 
 void requireDistinctFiles(std::span<const Plan> outputs, const std::map<int, std::string>& on_disk) {
     DistinctFiles files;
     for (const auto& [frame, file] : on_disk) files.read(file, ofFrame("the input", frame));
-    for (const Plan& plan : outputs) {
-        const FramePattern output = framePattern(plan.config.output.path);
+    for (std::size_t i = 0; i < outputs.size(); ++i) {
+        const std::string which = outputs.size() > 1 ? " in output " + std::to_string(i + 1) : "";
+        const FramePattern output = framePattern(outputs[i].config.output.path);
         if (const std::string layer = sequenceLayer(output); !layer.empty())
-            files.written(layer, "the layer that plays " + output.text);
+            files.written(layer, "the layer that plays the sequence" + which);
         requireOwnSequenceLayer(output);
-        for (const FrameTask& task : plan.tasks) {
+        for (const FrameTask& task : outputs[i].tasks) {
             files.read(task.input, ofFrame("the input", task.frame));
-            files.written(task.output, ofFrame("the output", task.frame));
-            files.written(reportPath(task.output), ofFrame("the manifest", task.frame));
-            files.written(spheresPath(task.output), ofFrame("the file of spheres", task.frame));
-            if (!task.picture.empty()) files.written(task.picture, ofFrame("the picture", task.frame));
+            files.written(task.output, ofFrame("the mesh", task.frame) + which);
+            files.written(reportPath(task.output), ofFrame("the manifest", task.frame) + which);
+            files.written(spheresPath(task.output), ofFrame("the file of spheres", task.frame) + which);
+            if (!task.picture.empty()) files.written(task.picture, ofFrame("the picture", task.frame) + which);
         }
     }
 }
