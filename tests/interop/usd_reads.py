@@ -3,10 +3,11 @@
 plays them, and single files. Files that OpenUSD writes, read by the program.
 
 usage: usd_reads.py PROGRAM VENV
-       VENV: a virtual environment, into which usd-core is installed if it is not there
+       VENV: a virtual environment, into which usd-core is installed if it is not there; TinyUSDZ goes beside it
 exit:  0 all agree, 1 some differ, 77 skipped (usd-core cannot be installed)
 """
 
+import json
 import os
 import struct
 import subprocess
@@ -14,7 +15,7 @@ import sys
 import tempfile
 
 from houdini_geometry import read_ply
-from virtual_environment import run_with
+from virtual_environment import npm_package, run_with
 
 FRAMES = [-2, 1, 2, 3, 5, 12345]  # 4 is missing; 3 has no particles
 
@@ -214,6 +215,26 @@ def check_particles(run, path):
     return failures
 
 
+def check_tinyusdz(path, folder):
+    """A mesh as TinyUSDZ reads it, whose parser is not that of OpenUSD. Left out without node and npm."""
+    package, reason = npm_package(folder, "tinyusdz")
+    script = os.path.join(os.path.dirname(os.path.abspath(__file__)), "tinyusdz_points.mjs")
+    try:
+        if package is None:
+            raise OSError(reason)
+        read = subprocess.run(["node", script, package, path("m.0002.usda")], capture_output=True, text=True, timeout=120)
+    except OSError as error:
+        print("m.0002.usda: TinyUSDZ is left out: %s" % error)
+        return 0
+    if read.returncode != 0:
+        return check("m.0002.usda: TinyUSDZ reads it: " + read.stderr[-200:], False)
+    mesh, (columns, faces) = json.loads(read.stdout), read_ply(path("m.0002.ply"))
+    return check("m.0002.usda: TinyUSDZ reads the same points and triangles",
+                 bits(zip(*[mesh["points"][k::3] for k in range(3)])) == bits(columns["P"]) and
+                 mesh["faceVertexIndices"] == [corner for face in faces for corner in face] and
+                 len(mesh["normals"]) == len(mesh["points"]))
+
+
 def main():
     sys.argv[1] = program = os.path.abspath(sys.argv[1])
     run_with(sys.argv[2], {"pxr": "usd-core"})
@@ -233,6 +254,7 @@ def main():
             run("mesh", "s.####.usda", "m.####" + ending, "--output-fps", "25", "--meters-per-unit", "0.01", *options)
         failures += check_sequence(path)
         failures += check_particles(run, path)
+        failures += check_tinyusdz(path, os.path.join(os.path.dirname(os.path.abspath(sys.argv[2])), "node"))
     return 1 if failures else 0
 
 
