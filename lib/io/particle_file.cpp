@@ -39,7 +39,7 @@ FileContents readChosen(const std::filesystem::path& path, const ParticleInput& 
     };
     if (!input.grid.empty() && !hasGrids(path))
         throw Error(path.string() + ": has no grids, but grid '" + input.grid[0] +
-                    "' is asked for (input.grid). Only .vdb files have grids, and .usda files prims.");
+                    "' is asked for (input.grid). Only .vdb files have grids, .usda files prims and .abc files objects.");
     return readPoints(path, options);
 }
 

@@ -1,6 +1,7 @@
 // Damaged files of every format. A reader must return a valid result or throw Error, and must not allocate more memory
 // than the file's size justifies. The random seed is printed; trial i of a seed is always the same.
 
+#include "io/alembic.h"
 #include "io/bgeo.h"
 #include "io/houdini_geo.h"
 #include "io/houdini_scf.h"
@@ -12,6 +13,7 @@
 #include "io/usd.h"
 #include "io/vdb.h"
 #include "io/vtk.h"
+#include "support/alembic_archive.h"
 #include "support/file_checks.h"
 #include "support/file_samples.h"
 #include "support/temporary_folder.h"
@@ -230,6 +232,25 @@ const std::size_t kTrials = fromEnvironment("BETAMESH_FUZZ_TRIALS", 20000);
 
 }  // namespace
 
+// Points and faces are read one after the other, as the commands of the program do.
+const Reader kAlembic{"alembic", [](const Bytes& bytes) {
+                          ReadOptions points_only;
+                          points_only.faces = false;
+                          std::optional<Error> failure;
+                          try {
+                              validate(readAsParticles(parseAbc(bytes, "fuzz", points_only)));
+                          } catch (const Error& error) {
+                              failure = error;
+                          }
+                          ReadOptions summary;
+                          summary.summary = true;
+                          const FileContents contents = parseAbc(bytes, "fuzz", summary);
+                          for (const Triangle& t : contents.triangles)
+                              for (const std::uint32_t corner : t) ASSERT_LT(corner, contents.position.size());
+                          if (failure) throw *failure;
+                          meshFrom(contents, "fuzz");
+                      }};
+
 TEST(ReaderFuzz, PlyBinary) {
     fuzz(kPly, bytesOf([](ByteWriter& out) { encodePly(out, sampleParticles(40, true, true, true), ""); }), kTrials);
     fuzz(kPly, bytesOf([](ByteWriter& out) { encodePly(out, withComponents(sampleMesh(40, true, true)), ""); }),
@@ -365,6 +386,14 @@ TEST(ReaderFuzz, VtkLegacy) {
                  "\nCELL_TYPES 1\n" + raw("\0\0\0\5") + "\nPOINT_DATA 3\nSCALARS id unsigned_int 1\nLOOKUP_TABLE d\n" +
                  std::string(12, '\1') + "\nFIELD F 1\nv 3 3 float\n" + std::string(36, '\1') + "\n"),
          kTrials);
+}
+
+TEST(ReaderFuzz, Alembic) {
+    fuzz(kAlembic, bytesOf([](ByteWriter& out) { encodeAbc(out, sampleParticles(40, true, true, true), ""); }),
+         kTrials);
+    fuzz(kAlembic, bytesOf([](ByteWriter& out) { encodeAbc(out, withComponents(sampleMesh(40, true, true)), ""); }),
+         kTrials);
+    fuzz(kAlembic, archiveOfManyKinds(), kTrials);
 }
 
 TEST(ReaderFuzz, Table) {
