@@ -1,5 +1,5 @@
-"""Modules of Python and packages of npm that tests need and that are not part of the system: they are installed below the
-build folder."""
+"""Modules of Python and packages of npm that tests need and that are not part of the system: they are installed below
+the build folder."""
 
 import fcntl
 import importlib.util
