@@ -193,6 +193,11 @@ void toWorld(const ParticleInput& input, std::vector<Vec3f>& positions) {
     if (!positions.empty()) transform(&positions[0].x, positions.size(), input.scale, input.up_axis);
 }
 
+Vec3 worldOrigin(const ParticleInput& input) {
+    const Vec3 origin = input.origin * input.scale;
+    return input.up_axis == UpAxis::z ? Vec3(origin.x, origin.z, -origin.y) : origin;
+}
+
 void toWorld(const ParticleInput& input, Particles& particles) {
     if (!particles.velocity.empty())
         transform(&particles.velocity[0].x, particles.velocity.size(),

@@ -78,6 +78,9 @@ std::optional<ComponentName> componentName(const std::string& name);
 /// y.
 void toWorld(const ParticleInput& input, std::vector<Vec3f>& positions);
 
+/// What has to be added to a mesh to return to the coordinates of the file, in world units and axes.
+Vec3 worldOrigin(const ParticleInput& input);
+
 /// Velocities, accelerations and normals of the file in world units, seconds and axes.
 void toWorld(const ParticleInput& input, Particles& particles);
 
