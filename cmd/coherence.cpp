@@ -152,7 +152,9 @@ std::shared_ptr<const Particles> startingParticles(const std::string& file, cons
 
 /// The particles of one frame, moved along their velocities in small steps and meshed at each.
 Sequence fineSteps(const Arguments& arguments, const Supervision& watched) {
-    Config config = readConfig(arguments.pipeline, keyValuesOf(arguments.assignments, arguments.input_values));
+    Config config =
+        outputConfigs(readConfig(arguments.pipeline, keyValuesOf(arguments.assignments, arguments.input_values)))
+            .front();
     config.frames = std::to_string(arguments.frame);
     if (config.output.path.empty())
         config.output.path = "nothing.####.ply";  // planning needs a path; no file is written

@@ -34,7 +34,7 @@ void addConfigCommand(CLI::App& program, int&) {
     CLI::App* check = command->add_subcommand(
         "check", "Checks a pipeline file; if it is invalid, prints the line and column and exits with 2.");
     check->add_option("FILE", arguments->file, "The pipeline file.")->required();
-    check->callback([arguments] { readConfig(arguments->file); });
+    check->callback([arguments] { outputConfigs(readConfig(arguments->file)); });
 
     command->add_subcommand("presets", "Lists the presets and what they are for.")->callback([] {
         std::size_t longest = 0;

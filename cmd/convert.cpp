@@ -27,6 +27,7 @@ struct Arguments {
 
 struct ConversionTask {
     std::string input, output;
+    WriteOptions options{};
 };
 
 std::vector<ConversionTask> tasksOf(const Arguments& arguments) {
@@ -35,7 +36,10 @@ std::vector<ConversionTask> tasksOf(const Arguments& arguments) {
     const std::vector<int> frames = chosenFrames(arguments.frames, input, on_disk);
     requirePlaceholder(frames.size(), output);
     std::vector<ConversionTask> tasks;
-    for (const int frame : frames) tasks.push_back({fileOfFrame(input, on_disk, frame), frameName(output, frame)});
+    for (const int frame : frames) {
+        tasks.push_back({fileOfFrame(input, on_disk, frame), frameName(output, frame)});
+        if (output.numbered) tasks.back().options.frame = frame;
+    }
     return tasks;
 }
 
@@ -44,7 +48,7 @@ void requireOutputs(const std::vector<ConversionTask>& tasks, const Arguments& a
     const auto canWrite = [&](FileKind kind) { return canHold(arguments.output, kind, Access::write); };
     if (!canWrite(FileKind::particles) && !canWrite(FileKind::curves))
         formatOf(arguments.output, FileKind::mesh, Access::write);
-    for (const auto& [input, output] : tasks) {
+    for (const auto& [input, output, options] : tasks) {
         std::error_code ignored;
         if (input == output || fs::equivalent(input, output, ignored))
             throw Error(output + " is both input and output. Choose another output");
@@ -71,8 +75,8 @@ int convert(const Arguments& arguments) {
     sweepTemporaries(folder);
     std::set<std::string> warned;  // each loss is named once, not for each frame
     const auto convertTask = [&](std::size_t i) {
-        const auto& [input, output] = tasks[i];
-        const Conversion done = convertFile(input, output);
+        const auto& [input, output, options] = tasks[i];
+        const Conversion done = convertFile(input, output, options);
         for (const std::string& warning : done.warnings)
             if (warned.insert(warning).second) logWarning(input + ": " + warning);
         logInfo(input + " -> " + output + ": " + describe(done));

@@ -4,6 +4,7 @@
 #include "batch/config/presets.h"
 #include "batch/job/dry_run.h"
 #include "batch/job/job.h"
+#include "batch/job/output_files.h"
 #include "batch/job/plan.h"
 #include "batch/platform/interrupt.h"
 #include "batch/platform/machine.h"
@@ -79,40 +80,65 @@ void add(JobResult& sum, const JobResult& result) {
 
 /// Runs what is left of a job after a worker process was lost: first, one at a time, the frames that were in progress
 /// then, because one of them may be the cause; then all others.
-JobResult runRest(Plan plan, SignalWatch& signals, const WorkerEvents& events, const JobHistory& history,
-                  const FrameEnded& frameEnded) {
+JobResult runRest(std::vector<Plan> outputs, SignalWatch& signals, const WorkerEvents& events,
+                  const JobHistory& history, const FrameEnded& frameEnded) {
     JobResult result{history.written, history.skipped, history.failed, history.out_of_memory, 0};
     logWarning(history.last_loss + "; the frames in progress at that time are restarted one at a time");
-    Plan others = plan;
+    std::vector<Plan> others = outputs;
     const auto wasInProgress = [&](const FrameTask& task) { return history.begun.contains(task.frame); };
-    std::erase_if(others.tasks, wasInProgress);
-    std::erase_if(plan.tasks, [&](const FrameTask& task) { return !wasInProgress(task); });
-    plan.frames_in_flight = 1;
-    others.frames_in_flight = std::max<std::size_t>(1, others.frames_in_flight >> history.kills);
-    add(result, runJob(plan, signals, events, frameEnded));
+    for (Plan& plan : others) {
+        std::erase_if(plan.tasks, wasInProgress);
+        plan.frames_in_flight = std::max<std::size_t>(1, plan.frames_in_flight >> history.kills);
+    }
+    for (Plan& plan : outputs) {
+        std::erase_if(plan.tasks, [&](const FrameTask& task) { return !wasInProgress(task); });
+        plan.frames_in_flight = 1;
+    }
+    add(result, runJob(outputs, signals, events, frameEnded));
     add(result, runJob(others, signals, events, frameEnded));
     return result;
 }
 
-/// Prints the plan for --dry-run, and tries to read the first frame that would be meshed. Returns the exit code that
+/// Prints the plans for --dry-run, and tries to read the first frame that would be meshed. Returns the exit code that
 /// running the job would have, as far as this tells.
-int printPlan(const Plan& plan, bool json) {
+int printPlans(const std::vector<Plan>& outputs, bool json) {
     bool refused = false;
     bool failing = false;
-    for (const FrameTask& task : plan.tasks) {
-        refused = refused || task.action == FrameAction::refuse_existing;
-        failing = failing || task.action == FrameAction::fail_missing;
-        std::cout << (json ? taskJson(task) : printable(taskLine(task))) << '\n';
+    for (std::size_t i = 0; i < outputs.front().tasks.size(); ++i) {
+        for (const Plan& plan : outputs) {
+            const FrameTask& task = plan.tasks[i];
+            refused = refused || task.action == FrameAction::refuse_existing;
+            failing = failing || task.action == FrameAction::fail_missing;
+            std::cout << (json ? taskJson(task) : printable(taskLine(task))) << '\n';
+        }
     }
-    const auto first = std::find_if(plan.tasks.begin(), plan.tasks.end(),
-                                    [](const FrameTask& task) { return task.action == FrameAction::mesh; });
-    if (first != plan.tasks.end()) {
+    for (const Plan& plan : outputs) {
+        const auto first = std::find_if(plan.tasks.begin(), plan.tasks.end(),
+                                        [](const FrameTask& task) { return task.action == FrameAction::mesh; });
+        if (first == plan.tasks.end()) continue;
         const std::string why = whyFrameFails(*first, plan);
         if (!why.empty()) logError("frame " + std::to_string(first->frame) + ": " + why);
         failing = failing || !why.empty();
     }
     if (refused) logError("Some outputs already exist. Use --overwrite to replace them or --skip-existing to resume.");
     return refused ? kWrongUsage : failing ? kSomeFailed : kAllWritten;
+}
+
+/// The lines of all outputs, each once. Those that only some outputs have begin with the paths of these.
+std::vector<std::string> linesOf(const std::vector<Plan>& outputs, std::vector<std::string> Plan::*lines) {
+    std::vector<std::string> all;
+    for (const Plan& plan : outputs)
+        for (const std::string& line : plan.*lines) {
+            std::size_t count = 0;
+            std::string paths;
+            for (const Plan& other : outputs) {
+                if (std::find((other.*lines).begin(), (other.*lines).end(), line) == (other.*lines).end()) continue;
+                paths += (count++ == 0 ? "" : ", ") + other.config.output.path;
+            }
+            const std::string text = count == outputs.size() ? line : paths + ": " + line;
+            if (std::find(all.begin(), all.end(), text) == all.end()) all.push_back(text);
+        }
+    return all;
 }
 
 /// Limits the memory, after starting the threads that the job needs, so that these do not count.
@@ -122,8 +148,9 @@ void enforceMemoryLimit(const Config& config) {
     limitMemory(config.run.memory_limit);
 }
 
-void logPlan(const Plan& plan) {
-    for (const std::string& note : plan.notes) logInfo(note);
+void logPlans(const std::vector<Plan>& outputs) {
+    for (const std::string& note : linesOf(outputs, &Plan::notes)) logInfo(note);
+    const Plan& plan = outputs.front();
     logDetail(std::to_string(plan.tasks.size()) + " frames, " + std::to_string(plan.threads) + " threads, at most " +
               std::to_string(plan.frames_in_flight) + " frames in flight in " +
               std::to_string(plan.memory_budget >> 20) + " MiB");
@@ -256,21 +283,23 @@ int runWithOptions(const std::string& pipeline, std::vector<KeyValue> given, con
 
     SignalWatch signals;
     const JobHistory& history = watched.history;
-    const Plan plan = planJob(config, {parseChunk(options.chunk), options.overwrite, options.skip_existing,
-                                       options.dry_run, history, watched.notes});
-    for (const std::string& warning : plan.warnings) logWarning(warning);
-    if (options.dry_run) return printPlan(plan, options.json);
-    logPlan(plan);
+    const std::vector<Plan> outputs = planOutputs(
+        config,
+        {parseChunk(options.chunk), options.overwrite, options.skip_existing, options.dry_run, history, watched.notes});
+    for (const std::string& warning : linesOf(outputs, &Plan::warnings)) logWarning(warning);
+    if (options.dry_run) return printPlans(outputs, options.json);
+    logPlans(outputs);
 
-    const std::size_t frames = history.ended.size() + plan.tasks.size();
+    const std::size_t frames = history.ended.size() + outputs.front().tasks.size();
     Progress progress(progress_kind, {frames, history.ended.size(), history.failed, 0, 0, {}},
                       options.json || options.stdout_is_taken);
-    const FrameEnded frameEnded = [&](const FrameReport& report) {
-        if (options.json) std::cout << reportJson(report) << std::endl;
-        progress.frameEnded(report);
+    const FrameEnded frameEnded = [&](const std::vector<FrameReport>& reports) {
+        if (options.json)
+            for (const FrameReport& report : reports) std::cout << reportJson(report) << std::endl;
+        progress.frameEnded(reports);
     };
-    const JobResult result = history.last_loss.empty() ? runJob(plan, signals, watched.notes, frameEnded)
-                                                       : runRest(plan, signals, watched.notes, history, frameEnded);
+    const JobResult result = history.last_loss.empty() ? runJob(outputs, signals, watched.notes, frameEnded)
+                                                       : runRest(outputs, signals, watched.notes, history, frameEnded);
     const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - begin;
     logResult(result, summary(result, frames, seconds.count()), progress);
     return result.exitCode();

@@ -177,7 +177,7 @@ PictureJob planPictures(const PictureOptions& options, const Config& defaults) {
     const auto from_options = keyValuesOf(options.assignments, options.values);
     given.insert(given.end(), from_options.begin(), from_options.end());
     const Config base = options.pipeline.empty() ? defaults : Config{};
-    PictureJob job{readConfig(options.pipeline, given, base), {}, {}, options};
+    PictureJob job{outputConfigs(readConfig(options.pipeline, given, base)).front(), {}, {}, options};
     job.config.input.path = options.input;
     const FramePattern input = inputPattern(options.input);
     job.on_disk = framesOnDisk(input);

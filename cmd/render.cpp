@@ -19,7 +19,8 @@ namespace {
 
 /// Radius of the balls that show particles, world units; 0 if no frame can be read.
 double ballRadius(const Config& config, const std::map<int, std::string>& on_disk, const WorkerEvents& events) {
-    const auto resolved = resolveRadius(config, on_disk, events);
+    std::vector<SequenceSpacing> measured;
+    const auto resolved = resolveRadius(config, on_disk, events, measured);
     if (!resolved) return 0;
     logInfo("particle spacing " + std::to_string(resolved->spacing) + " (" + resolved->origin + ')');
     if (config.preview.show == ShownGeometry::union_) return resolved->radius;

@@ -77,7 +77,7 @@ int writeSample(const Arguments& arguments) {
     for (const int frame : frames) {
         if (caughtSignal() != 0) return kSignalBase + caughtSignal();
         const Particles particles = sample.frame(frame);
-        writeParticles(frameName(pattern, frame), particles);
+        writeParticles(frameName(pattern, frame), particles, {.frame = frame});
         logInfo("frame " + std::to_string(frame) + ": " + std::to_string(particles.size()) + " particles -> " +
                 frameName(pattern, frame));
     }

@@ -41,6 +41,7 @@ std::vector<int> framesOf(const std::vector<FrameTask>& tasks) {
     return frames;
 }
 
+/// The plan of the first output, whose frames are those of all outputs.
 Plan planOf(const Config& config) {
     PlanOptions options;
     options.overwrite = true;
@@ -50,12 +51,13 @@ Plan planOf(const Config& config) {
     return plan;
 }
 
-/// The command that makes the final report, in `<meshes>/<job>.html` unless --report names another file.
-std::vector<std::string> reportCommand(const Arguments& arguments, const FarmJob& job, const Config& config,
-                                       const Plan& plan) {
-    const fs::path page = arguments.report.empty() ? fs::path(config.output.path).parent_path() / (job.name + ".html")
-                                                   : fs::path(arguments.report);
-    return {job.run.front(), "report",   reportPath(config.output.path),   "-o",
+/// The command that makes the final report on the first output, in `<meshes>/<job>.html` unless --report names another
+/// file.
+std::vector<std::string> reportCommand(const Arguments& arguments, const FarmJob& job, const Plan& plan) {
+    const fs::path page = arguments.report.empty()
+                              ? fs::path(plan.config.output.path).parent_path() / (job.name + ".html")
+                              : fs::path(arguments.report);
+    return {job.run.front(), "report",   reportPath(plan.config.output.path), "-o",
             page.string(),   "--frames", printFrames(framesOf(plan.tasks))};
 }
 
@@ -91,7 +93,7 @@ FarmJob farmJob(const Arguments& arguments, Farm farm) {
         arguments.program.empty() ? fs::read_symlink("/proc/self/exe").string() : arguments.program;
     job.run = {program, "run", arguments.pipeline};
     for (const std::string& assignment : arguments.assignments) job.run.insert(job.run.end(), {"--set", assignment});
-    if (!arguments.no_report) job.report = reportCommand(arguments, job, config, plan);
+    if (!arguments.no_report) job.report = reportCommand(arguments, job, plan);
     job.sbatch_options = arguments.sbatch_options;
     job.task_seconds = arguments.minutes * 60;
     job.threads = config.run.threads;

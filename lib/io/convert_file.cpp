@@ -77,7 +77,7 @@ void require(const fs::path& from, const fs::path& to, FileKind kind) {
 
 }  // namespace
 
-Conversion convertFile(const fs::path& from, const fs::path& to) {
+Conversion convertFile(const fs::path& from, const fs::path& to, const WriteOptions& options) {
     Conversion done;
     std::string note;
     FileContents contents = readByContents(from, {}, note);
@@ -92,7 +92,7 @@ Conversion convertFile(const fs::path& from, const fs::path& to) {
     if (done.kind == FileKind::particles) {
         Particles particles = particlesFrom(std::move(contents), {}, file);
         dropLargeIds(formatOf(to, done.kind, Access::write), particles, done.warnings);
-        writeParticles(to, particles);
+        writeParticles(to, particles, options);
         return done;
     }
     if (!contents.id.empty()) {  // surfaces have no ids: `id` is an ordinary attribute
@@ -102,7 +102,7 @@ Conversion convertFile(const fs::path& from, const fs::path& to) {
     if (done.kind == FileKind::curves) {
         const Curves curves = curvesFrom(std::move(contents), file);
         noteWriting(to, done.kind, !curves.velocity.empty(), !curves.attributes.empty(), false, done.warnings);
-        writeCurves(to, curves);
+        writeCurves(to, curves, options);
         return done;
     }
     if (!contents.edges.empty())
@@ -110,7 +110,7 @@ Conversion convertFile(const fs::path& from, const fs::path& to) {
     const Mesh mesh = meshFrom(std::move(contents), file);
     noteWriting(to, done.kind, !mesh.velocity.empty(), !mesh.attributes.empty(), mesh.component.has_value(),
                 done.warnings);
-    writeMesh(to, mesh);
+    writeMesh(to, mesh, options);
     return done;
 }
 

@@ -23,6 +23,7 @@ struct Conversion {
 ///
 /// same    positions and velocities bit for bit, and triangles; attributes that both formats can hold keep their type
 /// errors  an output format that cannot hold what the input contains; those of readers and writers
-Conversion convertFile(const std::filesystem::path& from, const std::filesystem::path& to);
+Conversion convertFile(const std::filesystem::path& from, const std::filesystem::path& to,
+                       const WriteOptions& options = {});
 
 }  // namespace betamesh

@@ -12,12 +12,12 @@ Curves readCurves(const std::filesystem::path& path) {
     return curvesFrom(readFormat(path, FileKind::curves, options), path.string());
 }
 
-void writeCurves(const std::filesystem::path& path, const Curves& curves) {
+void writeCurves(const std::filesystem::path& path, const Curves& curves, const WriteOptions& options) {
     const FileFormat& format = formatOf(path, FileKind::curves, Access::write);
     if (format.write_curves == nullptr)
         throw Error(path.string() + ": a drawing is not written from curves alone. Use one of " +
                     extensionsFor(FileKind::mesh, Access::write) + ".");
-    writeEncoded(path, [&](ByteWriter& out) { format.write_curves(out, curves, path.string()); });
+    writeEncoded(path, [&](ByteWriter& out) { format.write_curves(out, curves, path.string(), options); });
 }
 
 void requireCurveExtension(const std::filesystem::path& path) { formatOf(path, FileKind::curves, Access::write); }

@@ -2,13 +2,13 @@
 
 #pragma once
 
-#include "betamesh/curves.h"
-#include "betamesh/mesh.h"
-#include "betamesh/particles.h"
+#include "betamesh/io.h"
 #include "io/bytes.h"
 #include "io/file_contents.h"
 #include "io/output_file.h"
+#include "io/up_axis.h"
 
+#include <cstddef>
 #include <filesystem>
 #include <functional>
 #include <span>
@@ -19,6 +19,39 @@
 namespace betamesh {
 
 enum class Access { read, write };
+
+/// A function that encodes data for the file of a name, which is for messages; null: the format cannot hold such data.
+template <typename Data>
+class Encoder {
+public:
+    constexpr Encoder(std::nullptr_t) {}
+    constexpr Encoder(void (*encode)(ByteWriter&, const Data&, const std::string&)) : encode_(encode) {}
+    /// For formats that have a place for some of the options, or write something that depends on them.
+    constexpr Encoder(void (*encode)(ByteWriter&, const Data&, const std::string&, const WriteOptions&))
+        : encode_with_options_(encode) {}
+
+    /// Encodes data. For up axis z, rotates them first: the functions find data that are rotated already.
+    void operator()(ByteWriter& out, const Data& data, const std::string& file, const WriteOptions& options) const {
+        if (options.up_axis == UpAxis::z)
+            call(out, withZUp(data), file, options);
+        else
+            call(out, data, file, options);
+    }
+
+    constexpr explicit operator bool() const { return encode_ != nullptr || encode_with_options_ != nullptr; }
+    constexpr bool operator==(std::nullptr_t) const { return !*this; }
+
+private:
+    void call(ByteWriter& out, const Data& data, const std::string& file, const WriteOptions& options) const {
+        if (encode_with_options_ != nullptr)
+            encode_with_options_(out, data, file, options);
+        else
+            encode_(out, data, file);
+    }
+
+    void (*encode_)(ByteWriter&, const Data&, const std::string&) = nullptr;
+    void (*encode_with_options_)(ByteWriter&, const Data&, const std::string&, const WriteOptions&) = nullptr;
+};
 
 /// One file format. Everything that depends on the format of a file follows from these rows: which function reads or
 /// writes it, error messages, help, warnings, memory estimates and the manual.
@@ -37,10 +70,10 @@ struct FileFormat {
     bool reads_surfaces = false;  ///< meshes and curves
 
     /// Null: the format cannot hold it.
-    void (*write_particles)(ByteWriter& out, const Particles& particles, const std::string& file) = nullptr;
-    void (*write_mesh)(ByteWriter& out, const Mesh& mesh, const std::string& file) = nullptr;
-    void (*write_curves)(ByteWriter& out, const Curves& curves, const std::string& file) = nullptr;
-    void (*write_spheres)(ByteWriter& out, const Spheres& spheres, const std::string& file) = nullptr;
+    Encoder<Particles> write_particles = nullptr;
+    Encoder<Mesh> write_mesh = nullptr;
+    Encoder<Curves> write_curves = nullptr;
+    Encoder<Spheres> write_spheres = nullptr;
 
     // What is written.
     bool is_drawing = false;        ///< a picture of planar curves, which writeSvg() writes

@@ -12,24 +12,26 @@ Mesh readMesh(const std::filesystem::path& path) {
     return meshFrom(readFormat(path, FileKind::mesh, options), path.string());
 }
 
-OutputFile encodedMesh(const std::filesystem::path& path, const Mesh& mesh) {
+OutputFile encodedMesh(const std::filesystem::path& path, const Mesh& mesh, const WriteOptions& options) {
     const FileFormat& format = formatOf(path, FileKind::mesh, Access::write);
-    return encodedFile(path, [&](ByteWriter& out) { format.write_mesh(out, mesh, path.string()); });
+    return encodedFile(path, [&](ByteWriter& out) { format.write_mesh(out, mesh, path.string(), options); });
 }
 
-void writeMesh(const std::filesystem::path& path, const Mesh& mesh) { encodedMesh(path, mesh).commit(); }
+void writeMesh(const std::filesystem::path& path, const Mesh& mesh, const WriteOptions& options) {
+    encodedMesh(path, mesh, options).commit();
+}
 
 bool canHoldSpheres(const std::filesystem::path& path) {
     return canHold(path, FileKind::mesh, Access::write) &&
            formatOf(path, FileKind::mesh, Access::write).write_spheres != nullptr;
 }
 
-void writeSpheres(const std::filesystem::path& path, const Spheres& spheres) {
+void writeSpheres(const std::filesystem::path& path, const Spheres& spheres, const WriteOptions& options) {
     const FileFormat& format = formatOf(path, FileKind::mesh, Access::write);
     if (format.write_spheres == nullptr)
         throw Error(path.string() + ": " + std::string(format.write_extensions) +
                     " cannot store the radius of spheres. Use .ply or .bgeo.");
-    writeEncoded(path, [&](ByteWriter& out) { format.write_spheres(out, spheres, path.string()); });
+    writeEncoded(path, [&](ByteWriter& out) { format.write_spheres(out, spheres, path.string(), options); });
 }
 
 void requireMeshExtension(const std::filesystem::path& path) { formatOf(path, FileKind::mesh, Access::write); }

@@ -10,7 +10,7 @@
 namespace betamesh {
 
 /// Like writeMesh(), but leaves commit() to the caller. commit() waits for the disk and hardly needs the processor.
-OutputFile encodedMesh(const std::filesystem::path& path, const Mesh& mesh);
+OutputFile encodedMesh(const std::filesystem::path& path, const Mesh& mesh, const WriteOptions& options = {});
 
 /// Whether the format of this extension can hold spheres.
 bool canHoldSpheres(const std::filesystem::path& path);

@@ -125,9 +125,9 @@ std::optional<Vec3> localOriginOf(const std::filesystem::path& path) {
     return localOrigin(box, particles);
 }
 
-void writeParticles(const std::filesystem::path& path, const Particles& particles) {
+void writeParticles(const std::filesystem::path& path, const Particles& particles, const WriteOptions& options) {
     const FileFormat& format = formatOf(path, FileKind::particles, Access::write);
-    writeEncoded(path, [&](ByteWriter& out) { format.write_particles(out, particles, path.string()); });
+    writeEncoded(path, [&](ByteWriter& out) { format.write_particles(out, particles, path.string(), options); });
 }
 
 void requireParticleExtension(const std::filesystem::path& path) { formatOf(path, FileKind::particles, Access::write); }

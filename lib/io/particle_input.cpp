@@ -2,6 +2,7 @@
 
 #include "base/parallel.h"
 #include "betamesh/error.h"
+#include "io/up_axis.h"
 
 #include <algorithm>
 #include <cctype>
@@ -193,9 +194,10 @@ void toWorld(const ParticleInput& input, std::vector<Vec3f>& positions) {
     if (!positions.empty()) transform(&positions[0].x, positions.size(), input.scale, input.up_axis);
 }
 
-Vec3 worldOrigin(const ParticleInput& input) {
+Vec3 worldOrigin(const ParticleInput& input, UpAxis up_axis) {
     const Vec3 origin = input.origin * input.scale;
-    return input.up_axis == UpAxis::z ? Vec3(origin.x, origin.z, -origin.y) : origin;
+    if (input.up_axis == up_axis) return origin;
+    return up_axis == UpAxis::y ? Vec3(origin.x, origin.z, -origin.y) : Vec3(origin.x, -origin.z, origin.y);
 }
 
 void toWorld(const ParticleInput& input, Particles& particles) {
@@ -203,13 +205,10 @@ void toWorld(const ParticleInput& input, Particles& particles) {
         transform(&particles.velocity[0].x, particles.velocity.size(),
                   input.scale * input.velocity_scale * input.time_scale, input.up_axis);
     for (Attribute& a : particles.attributes) {
-        if (a.components != 3 || a.real.empty()) continue;
-        const std::string name = lowerCase(a.name);
-        if (name == "accel" || name == "acceleration")
+        if (isAcceleration(a))
             transform(a.real.data(), a.real.size() / 3, input.scale * input.time_scale * input.time_scale,
                       input.up_axis);
-        if (name == "n" || name == "normal" || name == "normals")
-            transform(a.real.data(), a.real.size() / 3, 1, input.up_axis);
+        if (isNormal(a)) transform(a.real.data(), a.real.size() / 3, 1, input.up_axis);
     }
 }
 

@@ -12,6 +12,7 @@
 #include <array>
 #include <cmath>
 #include <filesystem>
+#include <list>
 #include <optional>
 #include <string>
 #include <vector>
@@ -40,6 +41,20 @@ Choice chosen(const char* name, const std::string& word, const std::vector<std::
                 didYouMean(word, names));
 }
 
+UpAxis upAxis(const std::string& word) { return chosen<UpAxis>("up_axis", word, {{"y", UpAxis::y}, {"z", UpAxis::z}}); }
+
+void requireFactor(const char* name, double factor) {
+    if (factor > 0 && std::isfinite(factor)) return;
+    throw Error(std::string(name) + ": '" + std::to_string(factor) + "' is not valid. Use a number above 0.");
+}
+
+WriteOptions writeOptions(const std::optional<int>& frame, double frames_per_second, const std::string& up_axis,
+                          double meters_per_unit) {
+    requireFactor("frames_per_second", frames_per_second);
+    requireFactor("meters_per_unit", meters_per_unit);
+    return {frames_per_second, frame, upAxis(up_axis), meters_per_unit};
+}
+
 nb::object readParticlesOf(const fs::path& path, const std::string& velocity, const std::string& id,
                            const std::string& where, const std::optional<std::array<double, 6>>& box,
                            const std::vector<std::string>& group, const std::vector<std::string>& grid,
@@ -54,10 +69,9 @@ nb::object readParticlesOf(const fs::path& path, const std::string& velocity, co
     input.grid = grid;
     input.on_bad_particle = chosen<OnBadParticle>("on_bad_particle", on_bad_particle,
                                                   {{"error", OnBadParticle::error}, {"drop", OnBadParticle::drop}});
-    input.up_axis = chosen<UpAxis>("up_axis", up_axis, {{"y", UpAxis::y}, {"z", UpAxis::z}});
-    for (const auto& [name, factor] : {std::pair("scale", scale), std::pair("time_scale", time_scale)})
-        if (!(factor > 0) || !std::isfinite(factor))
-            throw Error(std::string(name) + ": '" + std::to_string(factor) + "' is not valid. Use a number above 0.");
+    input.up_axis = upAxis(up_axis);
+    requireFactor("scale", scale);
+    requireFactor("time_scale", time_scale);
     if (!std::isfinite(velocity_scale)) throw Error("velocity_scale is not finite. Use a number.");
     input.scale = scale;
     input.velocity_scale = velocity_scale;
@@ -68,7 +82,7 @@ nb::object readParticlesOf(const fs::path& path, const std::string& velocity, co
         input.origin = given ? *given : localOriginOf(path).value_or(Vec3(0, 0, 0));
         object.particles = readParticles(path, input);
     });
-    object.origin = worldOrigin(input);
+    object.origin = worldOrigin(input, UpAxis::y);
     return nb::cast(std::move(object));
 }
 
@@ -84,14 +98,42 @@ nb::object readCurvesOf(const fs::path& path) {
     return nb::cast(std::move(object));
 }
 
-void writeMeshTo(const fs::path& path, nb::handle surface) {
+void writeMeshTo(const fs::path& path, nb::handle surface, const std::optional<int>& frame, double frames_per_second,
+                 const std::string& up_axis, double meters_per_unit) {
+    const WriteOptions options = writeOptions(frame, frames_per_second, up_axis, meters_per_unit);
     if (nb::isinstance<CurvesObject>(surface)) {
-        doFileWork([&] { writeCurves(path, nb::inst_ptr<CurvesObject>(surface)->curves); });
+        doFileWork([&] { writeCurves(path, nb::inst_ptr<CurvesObject>(surface)->curves, options); });
         return;
     }
     if (!nb::isinstance<MeshObject>(surface))
         throw Error("the surface is neither a betamesh.Mesh nor betamesh.Curves.");
-    doFileWork([&] { writeMesh(path, nb::inst_ptr<MeshObject>(surface)->mesh); });
+    doFileWork([&] { writeMesh(path, nb::inst_ptr<MeshObject>(surface)->mesh, options); });
+}
+
+void writeSpheresTo(const fs::path& path, const SpheresObject& object, const std::optional<int>& frame,
+                    double frames_per_second, const std::string& up_axis, double meters_per_unit) {
+    const WriteOptions options = writeOptions(frame, frames_per_second, up_axis, meters_per_unit);
+    doFileWork([&] { writeSpheres(path, object.spheres, options); });
+}
+
+void writeParticlesTo(const fs::path& path, const ParticlesObject& object, const std::optional<int>& frame,
+                      double frames_per_second, const std::string& up_axis, double meters_per_unit) {
+    const WriteOptions options = writeOptions(frame, frames_per_second, up_axis, meters_per_unit);
+    doFileWork([&] { writeParticles(path, object.particles, options); });
+}
+
+/// Adds a function that writes. `what`: the name and type of its second argument.
+template <typename Write>
+void addWriter(nb::module_& module, const char* name, const char* argument, const std::string& type, const Write& write,
+               const char* text) {
+    static std::list<std::string> signatures;  // nanobind keeps no copy
+    const std::string& signature = signatures.emplace_back(
+        "def " + std::string(name) + "(path: str | os.PathLike[str], " + argument + ": " + type +
+        ", *, frame: int | None = None, frames_per_second: float = 24.0, up_axis: str = 'y', meters_per_unit: float = "
+        "1.0) -> None");
+    module.def(name, write, nb::arg("path"), nb::arg(argument), nb::kw_only(), nb::arg("frame").none() = nb::none(),
+               nb::arg("frames_per_second") = 24.0, nb::arg("up_axis") = "y", nb::arg("meters_per_unit") = 1.0,
+               nb::sig(signature.c_str()), text);
 }
 
 }  // namespace
@@ -128,33 +170,22 @@ void addFileFunctions(nb::module_& module) {
                nb::sig("def read_curves(path: str | os.PathLike[str]) -> Curves"),
                "Reads the edges of a .ply, open polygons of Houdini's formats, lines of .obj and of VTK's formats.\n\n"
                "Raises OSError if the system refuses to read the file, ValueError if it is damaged or has no curves.");
-    module.def(
-        "write_mesh", writeMeshTo, nb::arg("path"), nb::arg("surface"),
-        nb::sig("def write_mesh(path: str | os.PathLike[str], surface: Mesh | Curves) -> None"),
-        "Writes a mesh or curves in the format of the extension: the same bytes as the program for the same "
-        "settings.\n\n"
-        "A file of that name is replaced; it appears when it is complete. Velocities are always written, zeros if "
-        "there are\n"
-        "none. Positions are relative to surface.origin, and surface.spheres are not written, see write_spheres().\n\n"
+    addWriter(
+        module, "write_mesh", "surface", "Mesh | Curves", writeMeshTo,
+        "Writes a mesh or curves in the format of the extension: the bytes of the program for the same settings.\n\n"
+        "A file of that name is replaced; it appears when it is complete. Velocities are always written, zeros if\n"
+        "there are none. Positions are relative to surface.origin, and surface.spheres are not written, see\n"
+        "write_spheres(). up_axis \"z\": rotates as it writes, (x, y, z) becomes (x, -z, y). frame,\n"
+        "frames_per_second and meters_per_unit are stored by formats with a place for them.\n\n"
         "Raises OSError if the system refuses to write the file, ValueError for an unknown extension.");
-    module.def(
-        "write_spheres",
-        [](const fs::path& path, const SpheresObject& object) {
-            doFileWork([&] { writeSpheres(path, object.spheres); });
-        },
-        nb::arg("path"), nb::arg("spheres"),
-        nb::sig("def write_spheres(path: str | os.PathLike[str], spheres: Spheres) -> None"),
-        "Writes points with a radius, velocity and id, in a format that holds them, such as .ply or .bgeo.\n\n"
-        "Raises OSError if the system refuses to write the file, ValueError for another extension.");
-    module.def(
-        "write_particles",
-        [](const fs::path& path, const ParticlesObject& object) {
-            doFileWork([&] { writeParticles(path, object.particles); });
-        },
-        nb::arg("path"), nb::arg("particles"),
-        nb::sig("def write_particles(path: str | os.PathLike[str], particles: Particles) -> None"),
-        "Writes particles in the format of the extension. Positions are relative to particles.origin.\n\n"
-        "Raises OSError if the system refuses to write the file, ValueError for an unknown extension.");
+    addWriter(module, "write_spheres", "spheres", "Spheres", writeSpheresTo,
+              "Writes points with a radius, velocity and id, in a format that holds them, such as .ply or .bgeo.\n\n"
+              "The other arguments are those of write_mesh(). Raises OSError if the system refuses to write the file,\n"
+              "ValueError for another extension.");
+    addWriter(module, "write_particles", "particles", "Particles", writeParticlesTo,
+              "Writes particles in the format of the extension. Positions are relative to particles.origin.\n\n"
+              "The other arguments are those of write_mesh(). Raises OSError if the system refuses to write the file,\n"
+              "ValueError for an unknown extension.");
 }
 
 }  // namespace betamesh

@@ -331,5 +331,23 @@ TEST_F(InputJob, UnitsAndTheUpAxisReachTheMesh) {
     for (const Vec3& v : read.velocity) EXPECT_NEAR((v - Vec3(0, 0.5, 0)).length(), 0, 1e-3);
 }
 
+TEST_F(InputJob, TheUpAxisOfTheOutputUndoesThatOfTheInput) {
+    Particles particles = block(5, 6, 7);
+    for (std::size_t i = 0; i < particles.size(); ++i) particles.velocity[i] = Vec3f(1, static_cast<float>(i % 3), 2);
+    writeFrame(1, particles);
+    ASSERT_EQ(mesh({"--origin", "0.25,0.5,1"}).exit_code, 0);
+    const Mesh y_up = readMesh(folder_ / "out/a.0001.ply");
+    ASSERT_EQ(mesh({"--origin", "0.25,0.5,1", "--output-up-axis", "z", "--skip-existing"}).exit_code, 0);
+    const Mesh z_up = readMesh(folder_ / "out/a.0001.ply");  // made again, because the configuration is another one
+    EXPECT_EQ(report(1)["local_origin"], Json({0.25, -1.0, 0.5}));
+    EXPECT_EQ(z_up.triangles, y_up.triangles);
+    ASSERT_EQ(z_up.position.size(), y_up.position.size());
+    for (std::size_t i = 0; i < y_up.position.size(); ++i) {
+        const Vec3 &p = y_up.position[i], &v = y_up.velocity[i];
+        ASSERT_EQ(z_up.position[i], Vec3(p.x, -p.z, p.y));
+        ASSERT_EQ(z_up.velocity[i], Vec3(v.x, -v.z, v.y));
+    }
+}
+
 }  // namespace
 }  // namespace betamesh

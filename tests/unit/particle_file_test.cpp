@@ -45,6 +45,28 @@ TEST(ParticleFile, SelectedRowsEqualThoseOfTheWholeFile) {
     }
 }
 
+TEST(ParticleFile, WritingWithZUpUndoesReadingWithZUp) {
+    const TemporaryFolder folder;
+    Particles particles = sampleParticles(100, true, true, false);
+    for (const char* name : {"N", "accel", "Cd"}) {
+        particles.attributes.push_back({name, 3, {}, {}});
+        for (const Vec3f& p : particles.position)
+            particles.attributes.back().real.insert(particles.attributes.back().real.end(), {p.z, p.x, 3 * p.y});
+    }
+    ParticleInput z_up;
+    z_up.up_axis = UpAxis::z;
+    for (const std::string& format : particleFormats()) {
+        SCOPED_TRACE(format);
+        writeParticles(folder / ("a" + format), particles, {.up_axis = UpAxis::z});
+        expectSame(readParticles(folder / ("a" + format), z_up), particles);
+        const Particles rotated = readParticles(folder / ("a" + format));
+        const Vec3f &p = particles.position[7], &v = particles.velocity[7];
+        EXPECT_EQ(rotated.position[7], Vec3f(p.x, -p.z, p.y));
+        EXPECT_EQ(rotated.velocity[7], Vec3f(v.x, -v.z, v.y));
+        EXPECT_EQ(rotated.attributes[2].real, particles.attributes[2].real);  // a colour has no direction
+    }
+}
+
 TEST(ParticleFile, AsciiNumbersMayCrossReadBuffers) {
     const TemporaryFolder folder;
     const Particles particles = sampleParticles(40000, false, false, false);

@@ -9,8 +9,10 @@
 #include <yaml-cpp/yaml.h>
 
 #include <algorithm>
+#include <map>
 #include <set>
 #include <sstream>
+#include <utility>
 
 namespace betamesh {
 namespace {
@@ -83,15 +85,69 @@ KeyValue keyValueOf(const YAML::Node& name, const std::string& path, const YAML:
     return {path, value.Scalar(), located(file, value.Mark())};
 }
 
+void requireSectionMap(const YAML::Node& name, const std::string& section, const YAML::Node& rows,
+                       const fs::path& file) {
+    if (rows.IsMap()) return;
+    throw Error(located(file, rows.IsNull() ? name.Mark() : rows.Mark()) + ": " + section + ": the value is " +
+                typeName(rows) + ". Use a map such as " + section + ": {key: value}.");
+}
+
 void applySection(Config& config, const YAML::Node& name, const std::string& section, const YAML::Node& rows,
                   const fs::path& file) {
-    if (!rows.IsMap()) {
-        throw Error(located(file, rows.IsNull() ? name.Mark() : rows.Mark()) + ": " + section + ": the value is " +
-                    typeName(rows) + ". Use a map such as " + section + ": {key: value}.");
-    }
+    requireSectionMap(name, section, rows, file);
     std::set<std::string> seen;
     for (const auto& row : rows) {
         set(config, keyValueOf(row.first, section + '.' + nameOf(row.first, seen, file), row.second, file));
+    }
+}
+
+/// Whether all outputs of a job have the same value for a key, since they are made together, frame by frame.
+bool isOfWholeJob(const std::string& path) {
+    return path == "frames" || path == "input.path" || path.starts_with("run.");
+}
+
+/// The keys of one entry of `outputs`, `preset` first: sections as in a pipeline file, and keys of the section output
+/// by their own names.
+std::vector<KeyValue> outputKeys(const YAML::Node& output, const fs::path& file) {
+    if (!output.IsMap())
+        throw Error(located(file, output.Mark()) + ": outputs: an output is " + typeName(output) +
+                    ". Use a map such as {path: mesh/splash.####.ply}.");
+    std::vector<KeyValue> keys;
+    std::set<std::string> seen, seen_paths;
+    const auto add = [&](const YAML::Node& name, const std::string& path, const YAML::Node& value) {
+        if (isOfWholeJob(path))
+            throw Error(located(file, name.Mark()) + ": " + path +
+                        " is the same for all outputs. Set it outside of the list.");
+        if (!seen_paths.insert(path).second)
+            throw Error(located(file, name.Mark()) + ": " + path + " is set a second time. Remove one of the two.");
+        keys.push_back(keyValueOf(name, path, value, file));
+    };
+    for (const auto& row : output) {
+        const std::string name = nameOf(row.first, seen, file);
+        if (isSection(name)) {
+            requireSectionMap(row.first, name, row.second, file);
+            std::set<std::string> seen_inside;
+            for (const auto& inside : row.second)
+                add(inside.first, name + '.' + nameOf(inside.first, seen_inside, file), inside.second);
+        } else {
+            add(row.first, keyAt("output." + name) != nullptr ? "output." + name : name, row.second);
+        }
+    }
+    std::stable_partition(keys.begin(), keys.end(), [](const KeyValue& key) { return key.path == "preset"; });
+    return keys;
+}
+
+void applyOutputs(Config& config, const YAML::Node& name, const YAML::Node& list, const fs::path& file) {
+    if (!list.IsSequence())
+        throw Error(located(file, list.IsNull() ? name.Mark() : list.Mark()) + ": outputs: the value is " +
+                    typeName(list) +
+                    ". Use a list such as [{path: mesh/hero.####.bgeo}, {path: mesh/proxy.####.ply, "
+                    "preset: preview}].");
+    config.outputs.clear();
+    for (const auto& output : list) {
+        config.outputs.push_back(outputKeys(output, file));
+        Config unused = config;
+        for (const KeyValue& key : config.outputs.back()) set(unused, key);
     }
 }
 
@@ -104,6 +160,8 @@ std::optional<KeyValue> applyRows(Config& config, const YAML::Node& root, const 
         if (name == "version" || name == "include") continue;
         if (isSection(name)) {
             applySection(config, row.first, name, row.second, file);
+        } else if (name == "outputs") {
+            applyOutputs(config, row.first, row.second, file);
         } else if (name == "preset") {
             preset = keyValueOf(row.first, name, row.second, file);
         } else {
@@ -215,6 +273,23 @@ std::string yamlScalar(const std::string& value) {
     return emitter.c_str();
 }
 
+/// Prints an entry of `outputs`.
+void printOutput(std::ostream& out, const std::vector<KeyValue>& keys) {
+    std::map<std::string, std::map<std::string, std::string>> sections;
+    for (const KeyValue& key : keys) {
+        const std::size_t dot = key.path.find('.');
+        const bool inside = dot != std::string::npos;
+        sections[inside ? key.path.substr(0, dot) : ""][inside ? key.path.substr(dot + 1) : key.path] = key.value;
+    }
+    const char* indent = "  - ";
+    for (const auto& [section, values] : sections) {
+        if (!section.empty()) out << std::exchange(indent, "    ") << section << ":\n";
+        for (const auto& [name, value] : values)
+            out << (section.empty() ? std::exchange(indent, "    ") : "      ") << name << ": " << yamlScalar(value)
+                << '\n';
+    }
+}
+
 }  // namespace
 
 void applyPreset(Config& config, std::string_view name) {
@@ -245,6 +320,23 @@ Config readConfig(const fs::path& file, const std::vector<KeyValue>& command_lin
     return config;
 }
 
+std::vector<Config> outputConfigs(const Config& config) {
+    if (config.outputs.empty()) return {config};
+    if (!config.output.path.empty())
+        throw Error("output.path is '" + config.output.path +
+                    "' beside a list of outputs. Make it an entry of that list");
+    std::vector<Config> all;
+    for (const std::vector<KeyValue>& keys : config.outputs) {
+        Config& output = all.emplace_back(config);
+        output.outputs.clear();
+        for (const KeyValue& key : keys) set(output, key);
+        if (output.output.path.empty())
+            throw Error("output " + std::to_string(all.size()) +
+                        " of the list of outputs has no path. Set path, as in path: mesh/splash.####.ply");
+    }
+    return all;
+}
+
 std::string printConfig(const Config& config) {
     std::ostringstream out;
     out << "version: " << kVersion << '\n';
@@ -265,6 +357,10 @@ std::string printConfig(const Config& config) {
         printComment(out, indent,
                      "Values: " + key.accepts + '.' + (key.unit.empty() ? "" : " Unit: " + key.unit + '.'));
         out << indent << key.path.substr(inside ? dot + 1 : 0) << ": " << yamlScalar(key.get(config)) << '\n';
+    }
+    if (!config.outputs.empty()) {
+        out << "\n# The meshes that the job writes for each frame, and the keys that they set themselves.\noutputs:\n";
+        for (const std::vector<KeyValue>& keys : config.outputs) printOutput(out, keys);
     }
     return out.str();
 }

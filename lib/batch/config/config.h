@@ -36,6 +36,12 @@ enum class ShownGeometry {
 };
 enum class PreviewNormals { smooth, flat };
 
+/// A key with a value for it.
+struct KeyValue {
+    std::string path, value;
+    std::string where;  ///< where the value comes from, for errors: "--radius", "--set surface.radius=1.5dx"
+};
+
 /// The configuration of one job. The initialisers below are the only place where defaults are written; configKeys()
 /// explains each member. Zero means `auto` for spacing, arc_subdivisions, smoothing.width, bubble_volume,
 /// frames_in_flight, threads and memory_limit.
@@ -75,7 +81,7 @@ struct Config {
         Length bubble_gap{5, true};
         double bubble_volume = 0;  ///< deprecated, replaces bubble_gap; spacings cubed (2D: squared); 0: not set
     } features;
-    struct Output {
+    struct Output : WriteOptions {  ///< its frame is set for each file
         std::string path;
         std::vector<std::string> attributes;
         bool components = false;
@@ -117,6 +123,10 @@ struct Config {
         std::uint64_t memory_limit = 0;
         std::string scratch;  ///< deprecated, has no effect
     } run;
+
+    /// The list `outputs`: for each output of the job the keys that it sets itself, `preset` first. Empty: the members
+    /// above are the only output. See outputConfigs().
+    std::vector<std::vector<KeyValue>> outputs;
 };
 
 /// One configuration key. YAML, --set, options, `config print`, default.yaml and the manual are derived from it.
@@ -141,12 +151,6 @@ const std::vector<ConfigKey>& configKeys();
 /// The key or section most similar to an unknown one, for error messages.
 std::string nearestConfigKey(std::string_view unknown);
 
-/// A key with a value for it.
-struct KeyValue {
-    std::string path, value;
-    std::string where;  ///< where the value comes from, for errors: "--radius", "--set surface.radius=1.5dx"
-};
-
 /// The key and value in `a.b=c`, the argument of --set.
 KeyValue keyValueOf(const std::string& assignment);
 
@@ -169,6 +173,12 @@ void applyPreset(Config& config, std::string_view name);
 ///         invalid value, a missing or circular include, invalid YAML; an unknown preset
 Config readConfig(const std::filesystem::path& file, const std::vector<KeyValue>& command_line = {},
                   const Config& base = {});
+
+/// The configuration of each output of a job, in the order of the list `outputs`: `config`, in which the keys of the
+/// output override all others, those of the command line too. Without that list, `config` alone.
+///
+/// errors  a list of outputs beside output.path; an output without output.path
+std::vector<Config> outputConfigs(const Config& config);
 
 /// A pipeline file with every key, its value, and its help, valid values and unit as comments. Deprecated keys are left
 /// out unless they are set. readConfig() reads the same Config back.

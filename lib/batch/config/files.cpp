@@ -81,6 +81,24 @@ void addOutputKeys(std::vector<ConfigKey>& keys) {
          "the whole-number attribute `component` of faces (.ply) or primitives (.bgeo), or an object component_N "
          "(.obj). A component may get another number in the next frame."},
         [](Config& c) -> bool& { return c.output.components; }));
+    keys.push_back(choiceKey<UpAxis>(
+        {"output.up_axis", "--output-up-axis", "",
+         "Axis that points up in the files that are written. y: nothing is rotated. z: positions, velocities, "
+         "accelerations and normals are rotated by 90 degrees about x, (x, y, z) becomes (x, -z, y), which undoes "
+         "input.up_axis z. Pictures, and .svg drawings, are not rotated."},
+        {{"y", UpAxis::y}, {"z", UpAxis::z}}, [](Config& c) -> UpAxis& { return c.output.up_axis; }));
+    keys.push_back(positiveKey(
+        {"output.fps", "--output-fps", "frames per second",
+         "Frame rate of the sequence, which formats with a time line store. Velocities are per second and do not "
+         "depend on it."},
+        "a number above 0, at most 10000", 10000, false,
+        [](Config& c) -> double& { return c.output.frames_per_second; }));
+    keys.push_back(positiveKey(
+        {"output.meters_per_unit", "--meters-per-unit", "metres",
+         "Length of a world unit, which formats with a unit of length store: 0.01 for centimetres. Numbers are not "
+         "scaled; input.scale does that."},
+        "a number above 0", std::numeric_limits<float>::max(), false,
+        [](Config& c) -> double& { return c.output.meters_per_unit; }));
 }
 
 void addPictureKeys(std::vector<ConfigKey>& keys) {

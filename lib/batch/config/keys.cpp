@@ -29,7 +29,7 @@ const std::vector<ConfigKey>& configKeys() {
 }
 
 std::string nearestConfigKey(std::string_view unknown) {
-    std::vector<std::string> names{"version", "include"};
+    std::vector<std::string> names{"version", "include", "outputs"};
     for (const ConfigKey& key : configKeys()) {
         names.push_back(key.path);
         const std::string section = key.path.substr(0, key.path.find('.'));

@@ -12,9 +12,6 @@ namespace {
 /// Measures the spacing in the first, the last and a middle one of the frames on disk that allow it.
 class SequenceMeasurement {
 public:
-    std::vector<std::string> warnings;
-    std::size_t most_particles = 0;  ///< in a frame that could be read
-
     SequenceMeasurement(const Config& config, const std::map<int, std::string>& frames_on_disk,
                         const WorkerEvents& events)
         : input_(config.input),
@@ -28,8 +25,12 @@ public:
         while (end > first + 2 && middle + 1 < end && !measure(middle)) ++middle;
     }
 
-    std::optional<SpacingEstimate> estimate() const { return estimator_.estimate(); }
+    SequenceSpacing result(int dimension) && {
+        const auto estimate = estimator_.estimate();
+        return {{estimate, most_particles_, estimate ? where() : ""}, input_, dimension, std::move(warnings_)};
+    }
 
+private:
     /// "a.0001.vdb", "frames 1, 50 and 99".
     std::string where() const {
         if (measured_.size() == 1) return frames_[measured_.front()].second;
@@ -41,7 +42,6 @@ public:
         return text;
     }
 
-private:
     bool measure(std::size_t i) {
         const auto& [frame, file] = frames_[i];
         const WorkerEvents::FrameInProgress at_work(events_, frame, WorkerEvents::Doing::measuring);
@@ -50,13 +50,13 @@ private:
             visitPositions(file, input_, [&](std::span<const Vec3f> block) {
                 positions.insert(positions.end(), block.begin(), block.end());
             });
-            most_particles = std::max(most_particles, positions.size());
+            most_particles_ = std::max(most_particles_, positions.size());
             if (!estimator_.add(std::move(positions))) return false;
             measured_.push_back(i);
             return true;
         } catch (const Error& error) {
-            warnings.push_back("this frame could not be used to measure the particle spacing: " +
-                               std::string(error.what()));
+            warnings_.push_back("this frame could not be used to measure the particle spacing: " +
+                                std::string(error.what()));
             return false;
         }
     }
@@ -66,18 +66,27 @@ private:
     const WorkerEvents& events_;
     std::vector<std::pair<int, std::string>> frames_;
     std::vector<std::size_t> measured_;  ///< indices of frames_
+    std::size_t most_particles_ = 0;
+    std::vector<std::string> warnings_;
 };
+
+/// The measurement for the particles that a configuration selects, which is made unless `measured` has it.
+const SequenceSpacing& sequenceSpacing(const Config& config, const std::map<int, std::string>& frames_on_disk,
+                                       const WorkerEvents& events, std::vector<SequenceSpacing>& measured) {
+    const int dimension = config.surface.dimension;
+    for (const SequenceSpacing& known : measured)
+        if (known.input == config.input && known.dimension == dimension) return known;
+    return measured.emplace_back(SequenceMeasurement(config, frames_on_disk, events).result(dimension));
+}
 
 }  // namespace
 
 std::optional<ResolvedRadius> resolveRadius(const Config& config, const std::map<int, std::string>& frames_on_disk,
-                                            const WorkerEvents& events) {
+                                            const WorkerEvents& events, std::vector<SequenceSpacing>& measured) {
     if (config.surface.spacing > 0) return givenRadius(config);
-    SequenceMeasurement measurement(config, frames_on_disk, events);
-    const std::optional<SpacingEstimate> found = measurement.estimate();
-    const std::string where = found ? measurement.where() : "";
-    if (auto result = measuredRadius(config, {found, measurement.most_particles, where})) {
-        if (!givenRadius(config)) result->warnings = std::move(measurement.warnings);
+    const SequenceSpacing& measurement = sequenceSpacing(config, frames_on_disk, events, measured);
+    if (auto result = measuredRadius(config, measurement)) {
+        if (!givenRadius(config)) result->warnings = measurement.warnings;
         return result;
     }
     if (measurement.most_particles == 0) return std::nullopt;

@@ -5,10 +5,16 @@
 
 namespace betamesh {
 
+bool isWritten(FrameAction action) {
+    return action == FrameAction::mesh || action == FrameAction::draw || action == FrameAction::write_empty;
+}
+
 const char* actionName(FrameAction action) {
     switch (action) {
         case FrameAction::mesh:
             return "mesh";
+        case FrameAction::draw:
+            return "draw (mesh is up to date)";
         case FrameAction::write_empty:
             return "write empty mesh (input missing)";
         case FrameAction::skip_missing:
@@ -37,6 +43,12 @@ const char* nameOf(FrameStatus status) {
             return "failed";
     }
     return "";
+}
+
+WriteOptions writeOptions(const WriteOptions& of_sequence, int frame) {
+    WriteOptions options = of_sequence;
+    options.frame = frame;
+    return options;
 }
 
 std::string reportPath(const std::string& output) { return output + ".json"; }

@@ -2,6 +2,8 @@
 
 #pragma once
 
+#include "betamesh/io.h"
+
 #include <cstdint>
 #include <string>
 
@@ -10,6 +12,7 @@ namespace betamesh {
 /// What is planned for a frame.
 enum class FrameAction {
     mesh,            ///< read, skin, write
+    draw,            ///< the mesh is up to date: render its picture again
     write_empty,     ///< the input is missing; run.on_missing is empty
     skip_missing,    ///< the input is missing; run.on_missing is skip
     fail_missing,    ///< the input is missing; run.on_missing is error
@@ -17,6 +20,9 @@ enum class FrameAction {
     skip_existing,   ///< the output exists and is up to date
     refuse_existing  ///< an output exists and must not be replaced; only in plans of a dry run
 };
+
+/// Whether files of the frame are written.
+bool isWritten(FrameAction action);
 
 /// As --dry-run prints it.
 const char* actionName(FrameAction action);
@@ -31,6 +37,9 @@ struct FrameTask {
     std::uint64_t memory = 0;   ///< estimated peak memory of the frame, bytes
     bool near_surface = false;  ///< the frame does not fit: load only the particles near its surface
 };
+
+/// The options for writing the files of a frame.
+WriteOptions writeOptions(const WriteOptions& of_sequence, int frame);
 
 /// How a frame ended.
 enum class FrameStatus {

@@ -8,6 +8,8 @@
 #include "batch/report/report.h"
 
 #include <functional>
+#include <span>
+#include <vector>
 
 namespace betamesh {
 
@@ -20,16 +22,19 @@ struct JobResult {
     int exitCode() const;
 };
 
-/// Called for each frame when it ends, from one thread at a time.
-using FrameEnded = std::function<void(const FrameReport&)>;
+/// Called for each frame when it ends, from one thread at a time, with the reports of its outputs.
+using FrameEnded = std::function<void(const std::vector<FrameReport>& outputs)>;
 
-/// Meshes the frames of a plan. A frame that fails writes no mesh, leaves an older one as it was, and does not keep
-/// other frames from being written.
+/// Meshes the frames of a job, each with all its outputs. A frame that fails writes no mesh, leaves an older one as it
+/// was, and does not keep other frames from being written.
 ///
-/// out     for each frame the mesh, its spheres if it has any, then its report. Each file is complete or absent. If
+/// in      outputs: at least one, from planOutputs()
+/// out     for each output of each frame the mesh, its spheres if it has any, then its report. Each file is complete or
+/// absent. If
 ///         several processes mesh the same frame, one complete set of files wins
 /// same    bytes of meshes and spheres for any number of threads and frames in flight
 /// errors  an output folder that cannot be created, before any frame is begun; all other errors are in the reports
-JobResult runJob(const Plan& plan, SignalWatch& signals, const WorkerEvents& events, const FrameEnded& frameEnded);
+JobResult runJob(std::span<const Plan> outputs, SignalWatch& signals, const WorkerEvents& events,
+                 const FrameEnded& frameEnded);
 
 }  // namespace betamesh

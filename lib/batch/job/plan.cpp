@@ -6,22 +6,17 @@
 #include "batch/config/origin.h"
 #include "batch/config/radius.h"
 #include "batch/config/surface_params.h"
-#include "batch/job/distinct_files.h"
+#include "batch/job/output_files.h"
 #include "batch/job/plane.h"
 #include "batch/job/provenance.h"
+#include "batch/job/resume.h"
 #include "batch/platform/machine.h"
 #include "batch/platform/memory.h"
-#include "batch/report/log.h"
-#include "batch/report/report.h"
 #include "betamesh/error.h"
-#include "betamesh/version.h"
 #include "io/extension.h"
 #include "io/mesh_file.h"
 
-#include <unistd.h>
-
 #include <algorithm>
-#include <cerrno>
 #include <charconv>
 #include <cmath>
 #include <filesystem>
@@ -34,11 +29,6 @@ namespace betamesh {
 namespace {
 
 namespace fs = std::filesystem;
-
-bool exists(const std::string& path) {
-    std::error_code ignored;
-    return fs::exists(fs::symlink_status(path, ignored));
-}
 
 /// Warns of gaps in the frames on disk, which may come from a simulation that failed, unless the step is constant.
 void noteGaps(const Config& config, const std::vector<int>& frames, std::vector<std::string>& warnings) {
@@ -70,45 +60,11 @@ void noteOtherNumbers(const Config& config, const FramePattern& input, std::vect
                            "': not meshed because their numbers are padded otherwise: " + firstNames(others.padded));
 }
 
-/// Why an existing output has to be made again; empty if it is up to date.
-std::string whyAgain(const FrameTask& task, bool input_exists, const Plan& plan) {
-    const auto report = readReport(reportPath(task.output));
-    if (!report || !report->origin) return "no manifest";
-    const Provenance* origin = &*report->origin;
-    if (origin->version != version()) return "made by version " + origin->version;
-    if (origin->configuration != plan.configuration) return "other configuration";
-    const bool resolved = plan.skin.radius > 0;  // false if no input is left
-    if (resolved && (origin->radius != plan.skin.radius || origin->spacing != plan.spacing)) return "other radius";
-    if (origin->local_origin != worldOrigin(plan.config.input)) return "other local origin";
-    for (const auto& [name, bytes] : origin->files) {
-        std::error_code error;
-        if (fs::file_size(fs::path(task.output).parent_path() / name, error) != bytes || error)
-            return name + " is missing or was changed";
-    }
-    if (input_exists && !(origin->input && isSame(task.input, *origin->input))) return "other input";
-    return "";
-}
-
-FrameAction actionFor(const FrameTask& task, bool input_exists, const Config& config, const PlanOptions& options) {
-    const bool output_exists = exists(task.output);
-    if (output_exists && options.skip_existing && task.why.empty()) return FrameAction::skip_existing;
-    const bool any_exists = output_exists || (!task.picture.empty() && exists(task.picture));
-    if (!input_exists && config.run.on_missing == OnMissing::skip) return FrameAction::skip_missing;
-    if (!input_exists && config.run.on_missing == OnMissing::error) return FrameAction::fail_missing;
-    const bool may_replace = options.skip_existing || options.overwrite || options.history.begun.contains(task.frame);
-    if (any_exists && !may_replace) return FrameAction::refuse_existing;
-    return input_exists ? FrameAction::mesh : FrameAction::write_empty;
-}
-
-void refuseExisting(const std::vector<FrameTask>& tasks) {
-    const auto refused = [](const FrameTask& task) { return task.action == FrameAction::refuse_existing; };
-    const auto count = std::count_if(tasks.begin(), tasks.end(), refused);
-    if (count == 0) return;
-    throw Error(std::find_if(tasks.begin(), tasks.end(), refused)->output +
-                (count > 1
-                     ? " and " + std::to_string(count - 1) + " more outputs already exist. Use --overwrite to replace "
-                     : " already exists. Use --overwrite to replace ") +
-                (count > 1 ? "them" : "it") + " or --skip-existing to resume.");
+/// Whether the format of an output cannot store attributes of vertices.
+bool hasNoAttributes(const std::string& output) {
+    std::string extension = splitExtension(output).second;
+    for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    return extension == ".obj" || extension == ".svg";
 }
 
 /// Warns of what the format of the output cannot hold, and that .bgeo is not the format that it was.
@@ -124,12 +80,15 @@ void noteOutputFormat(Plan& plan) {
         plan.warnings.push_back(extension +
                                 " is written as Houdini 12 and later read it. For programs that read only the format "
                                 "of Houdini 11 and earlier, write .bhclassic");
+    if (!output.attributes.empty() && hasNoAttributes(output.path))
+        plan.warnings.push_back(output.path +
+                                ": this format cannot store attributes; output.attributes is written to spheres alone");
 }
 
 void planOrigin(Plan& plan, const std::map<int, std::string>& on_disk, const PlanOptions& options) {
     ParticleInput& input = plan.config.input;
     input.origin = resolveOrigin(plan.config, on_disk, options.notes);
-    const Vec3 origin = worldOrigin(input);
+    const Vec3 origin = worldOrigin(input, plan.config.output.up_axis);
     if (origin == Vec3(0, 0, 0)) return;
     const std::string text = textOf(origin.x) + ',' + textOf(origin.y) + ',' + textOf(origin.z);
     if (plan.config.input.given_origin)
@@ -141,8 +100,9 @@ void planOrigin(Plan& plan, const std::map<int, std::string>& on_disk, const Pla
                                 text + ", which has to be added to their positions (input.origin)");
 }
 
-void planRadius(Plan& plan, const std::map<int, std::string>& on_disk, const PlanOptions& options) {
-    const auto resolved = resolveRadius(plan.config, on_disk, options.notes);
+void planRadius(Plan& plan, const std::map<int, std::string>& on_disk, const PlanOptions& options,
+                std::vector<SequenceSpacing>& measured) {
+    const auto resolved = resolveRadius(plan.config, on_disk, options.notes, measured);
     if (!resolved) return;
     plan.spacing = resolved->spacing;
     plan.skin = withLengths(plan.skin, plan.config, *resolved);
@@ -171,71 +131,24 @@ void planPictures(Plan& plan, const std::map<int, std::string>& on_disk, const P
     plan.notes.push_back("camera " + describe(*plan.preview));
 }
 
-std::string ofFrame(const char* what, int frame) { return std::string(what) + " of frame " + std::to_string(frame); }
-
-/// errors  a file that would be both read and written, or written twice
-void requireDistinctFiles(const std::vector<FrameTask>& tasks, const std::map<int, std::string>& on_disk) {
-    DistinctFiles files;
-    for (const auto& [frame, file] : on_disk) files.read(file, ofFrame("the input", frame));
-    for (const FrameTask& task : tasks) {
-        files.read(task.input, ofFrame("the input", task.frame));
-        files.written(task.output, ofFrame("the output", task.frame));
-        files.written(reportPath(task.output), ofFrame("the manifest", task.frame));
-        files.written(spheresPath(task.output), ofFrame("the file of spheres", task.frame));
-        if (!task.picture.empty()) files.written(task.picture, ofFrame("the picture", task.frame));
-    }
+void planMachine(Plan& plan) {
+    const Config::Run& run = plan.config.run;
+    plan.threads = threadsOf(plan.config);
+    if (run.threads > plan.threads)
+        plan.notes.push_back("run.threads is " + std::to_string(run.threads) + ", but this process may use " +
+                             std::to_string(availableThreads()) + " processors: " + std::to_string(plan.threads) +
+                             " threads are used");
+    if (!run.scratch.empty())
+        plan.warnings.push_back(
+            "run.scratch has no effect any more: data that does not fit into memory is no longer kept on disk");
+    plan.frames_in_flight = static_cast<std::size_t>(run.frames_in_flight > 0 ? run.frames_in_flight : plan.threads);
+    plan.memory_budget = memoryBudget(plan.config);
 }
 
-/// Whether files of the frame may be written, or may have been written by a worker that was lost.
-bool mayWrite(const FrameTask& task) {
-    return task.action == FrameAction::mesh || task.action == FrameAction::write_empty;
-}
-
-/// errors  an output folder, or the folder in which it has to be created, that cannot be written to
-void requireWritableFolders(const std::vector<FrameTask>& tasks) {
-    std::set<std::string> folders;
-    for (const FrameTask& task : tasks)
-        for (const std::string& file : {task.output, task.picture})
-            if (mayWrite(task) && !file.empty()) folders.insert(folderOf(file));
-    for (const std::string& folder : folders) {
-        fs::path existing = fs::absolute(folder);
-        std::error_code ignored;
-        while (!fs::exists(existing, ignored) && existing.has_relative_path()) existing = existing.parent_path();
-        const bool is_folder = fs::is_directory(existing, ignored);
-        if (is_folder && ::access(existing.c_str(), W_OK | X_OK) == 0) continue;
-        const int error_number = is_folder ? errno : ENOTDIR;
-        throw Error("'" + folder +
-                    "': no files can be written in this folder: " + std::generic_category().message(error_number) +
-                    (existing == fs::absolute(folder) ? "" : " (" + existing.string() + ')') +
-                    ". Choose another output path or change the permissions");
-    }
-}
-
-/// Whether the format of an output cannot store attributes of vertices.
-bool hasNoAttributes(const std::string& output) {
-    std::string extension = splitExtension(output).second;
-    for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-    return extension == ".obj" || extension == ".svg";
-}
-
-}  // namespace
-
-std::uint64_t memoryBudget(const Config& config) {
-    const std::uint64_t memory = config.run.memory_limit > 0 ? config.run.memory_limit : availableMemory();
-    return memory / 5 * 4;
-}
-
-int threadsOf(const Config& config) {
-    return config.run.threads > 0 ? std::min(config.run.threads, mostThreads()) : availableThreads();
-}
-
-Plan planJob(const Config& config, const PlanOptions& options) {
-    if (config.input.path.empty()) throw Error("no input. Set input.path, as in sim/splash.####.vdb");
+/// The plan of one output up to its tasks, whose actions are still open.
+Plan withTasks(const Config& config, const FramePattern& input, const std::map<int, std::string>& on_disk,
+               const PlanOptions& options) {
     if (config.output.path.empty()) throw Error("no output. Set output.path, as in mesh/splash.####.ply");
-    if (options.overwrite && options.skip_existing)
-        throw Error("--overwrite and --skip-existing cannot be used together");
-    const FramePattern input = inputPattern(config.input.path);
-    formatOf(input.text, FileKind::particles, Access::read);
     const FramePattern output = framePattern(config.output.path);
     const FramePattern picture = framePattern(config.preview.path);
     if (!config.preview.path.empty() && config.surface.dimension == 2)
@@ -249,20 +162,8 @@ Plan planJob(const Config& config, const PlanOptions& options) {
     checkSkin(plan.config, plan.warnings);
     requireDimension(plan.config, plan.skin);
     noteOutputFormat(plan);
-    plan.threads = threadsOf(config);
-    if (config.run.threads > plan.threads)
-        plan.notes.push_back("run.threads is " + std::to_string(config.run.threads) + ", but this process may use " +
-                             std::to_string(availableThreads()) + " processors: " + std::to_string(plan.threads) +
-                             " threads are used");
-    if (!config.run.scratch.empty())
-        plan.warnings.push_back(
-            "run.scratch has no effect any more: data that does not fit into memory is no longer kept on disk");
+    planMachine(plan);
 
-    if (!config.output.attributes.empty() && hasNoAttributes(config.output.path))
-        plan.warnings.push_back(config.output.path +
-                                ": this format cannot store attributes; output.attributes is written to spheres alone");
-
-    const auto on_disk = framesOnDisk(input);
     const std::vector<int> frames = chosenFrames(config.frames, input, on_disk);
     requirePlaceholder(frames.size(), output);
     if (!config.preview.path.empty()) requirePlaceholder(frames.size(), picture);
@@ -274,66 +175,85 @@ Plan planJob(const Config& config, const PlanOptions& options) {
         if (!config.preview.path.empty()) task.picture = frameName(picture, frame);
         plan.tasks.push_back(std::move(task));
     }
-    requireDistinctFiles(plan.tasks, on_disk);
-    const auto measurable = measurableOf(on_disk, options.history);
     for (const auto& [frame, why] : options.history.unmeasured)
         plan.warnings.push_back("not used to measure spacing and camera: " + frameName(input, frame) + ": " + why);
-    bool radius_planned = false;
-    const auto planRadiusOnce = [&] {
-        if (!std::exchange(radius_planned, true))
-            withThreads(plan.threads, [&] {
-                planOrigin(plan, measurable, options);
-                planRadius(plan, measurable, options);
-            });
-    };
-    for (FrameTask& task : plan.tasks) {
-        const bool input_exists = input.numbered ? on_disk.contains(task.frame) : !on_disk.empty();
-        if (options.skip_existing && exists(task.output)) {
-            planRadiusOnce();
-            task.why = whyAgain(task, input_exists, plan);
-        }
-        task.action = actionFor(task, input_exists, config, options);
-        if (task.action == FrameAction::mesh) task.memory = workingMemory(task.input);
-        const auto lost = options.history.lost.find(task.frame);
-        if (lost == options.history.lost.end()) continue;
-        task.action = FrameAction::fail_lost;
-        task.why = lost->second;
-    }
-    if (!options.dry_run) refuseExisting(plan.tasks);
-    requireWritableFolders(plan.tasks);
-    plan.frames_in_flight = static_cast<std::size_t>(
-        plan.config.run.frames_in_flight > 0 ? plan.config.run.frames_in_flight : plan.threads);
-    plan.memory_budget = memoryBudget(plan.config);
-    for (FrameTask& task : plan.tasks)
-        task.near_surface = task.memory > plan.memory_budget || options.history.kills > 0;
-    const bool any_mesh = std::any_of(plan.tasks.begin(), plan.tasks.end(),
-                                      [](const FrameTask& task) { return task.action == FrameAction::mesh; });
-    if (any_mesh && options.measure) {
-        planRadiusOnce();
-        if (options.dry_run) return plan;  // the camera has no influence on what can be done
-        withThreads(plan.threads, [&] { planPictures(plan, measurable, options); });
-    }
     return plan;
 }
 
-void requireDistinctLog(const std::string& log_file, const std::string& pipeline, const Config& config) {
-    const auto refuse = [](const std::string& name, const std::string& what) {
-        throw Error(name + " is both the log file (--log-file) and " + what + ". Choose another log file");
-    };
-    std::vector<std::string> names{log_file};
-    for (std::size_t i = 1; i <= kOldLogFiles; ++i) names.push_back(oldLogFile(log_file, i));
-    const std::string& output = config.output.path;
-    for (const std::string& name : names) {
-        std::error_code ignored;
-        if (!pipeline.empty() && (name == pipeline || fs::equivalent(name, pipeline, ignored)))
-            refuse(name, "the pipeline file");
-        if (isFrameOf(inputPattern(config.input.path), name)) refuse(name, "an input");
-        for (const auto& [frame, file] : framesOnDisk(inputPattern(config.input.path)))
-            if (fs::equivalent(name, file, ignored)) refuse(name, "the input " + file);
-        for (const std::string& file : {output, reportPath(output), spheresPath(output), config.preview.path})
-            if (!file.empty() && isFrameOf(framePattern(file), name)) refuse(name, "an output");
+/// Fills in the plans of the outputs of a job one step at a time.
+class Planner {
+public:
+    Planner(const FramePattern& input, const std::map<int, std::string>& on_disk, const PlanOptions& options)
+        : input_(input), on_disk_(on_disk), measurable_(measurableOf(on_disk, options.history)), options_(options) {}
+
+    void planActions(Plan& plan) {
+        for (FrameTask& task : plan.tasks) {
+            const bool input_exists = input_.numbered ? on_disk_.contains(task.frame) : !on_disk_.empty();
+            std::error_code ignored;
+            if (options_.skip_existing && fs::exists(task.output, ignored)) planLengths(plan);
+            chooseAction(task, input_exists, plan, options_);
+            if (task.action == FrameAction::mesh) task.memory = workingMemory(task.input);
+            task.near_surface = task.memory > plan.memory_budget || options_.history.kills > 0;
+        }
     }
+
+    void planMeasures(Plan& plan) {
+        const bool any = std::any_of(plan.tasks.begin(), plan.tasks.end(), [](const FrameTask& task) {
+            return task.action == FrameAction::mesh || task.action == FrameAction::draw;
+        });
+        if (!any || !options_.measure) return;
+        planLengths(plan);
+        if (!options_.dry_run)  // the camera has no influence on what can be done
+            withThreads(plan.threads, [&] { planPictures(plan, measurable_, options_); });
+    }
+
+private:
+    void planLengths(Plan& plan) {
+        if (!have_lengths_.insert(&plan).second) return;
+        withThreads(plan.threads, [&] {
+            planOrigin(plan, measurable_, options_);
+            planRadius(plan, measurable_, options_, measured_);
+        });
+    }
+
+    const FramePattern& input_;
+    const std::map<int, std::string>& on_disk_;
+    std::map<int, std::string> measurable_;
+    const PlanOptions& options_;
+    std::vector<SequenceSpacing> measured_;
+    std::set<const Plan*> have_lengths_;
+};
+
+}  // namespace
+
+std::uint64_t memoryBudget(const Config& config) {
+    const std::uint64_t memory = config.run.memory_limit > 0 ? config.run.memory_limit : availableMemory();
+    return memory / 5 * 4;
 }
+
+int threadsOf(const Config& config) {
+    return config.run.threads > 0 ? std::min(config.run.threads, mostThreads()) : availableThreads();
+}
+
+std::vector<Plan> planOutputs(const Config& config, const PlanOptions& options) {
+    if (config.input.path.empty()) throw Error("no input. Set input.path, as in sim/splash.####.vdb");
+    if (options.overwrite && options.skip_existing)
+        throw Error("--overwrite and --skip-existing cannot be used together");
+    const FramePattern input = inputPattern(config.input.path);
+    formatOf(input.text, FileKind::particles, Access::read);
+    const auto on_disk = framesOnDisk(input);
+    std::vector<Plan> outputs;
+    for (const Config& output : outputConfigs(config)) outputs.push_back(withTasks(output, input, on_disk, options));
+    requireDistinctFiles(outputs, on_disk);
+    Planner planner(input, on_disk, options);
+    for (Plan& plan : outputs) planner.planActions(plan);
+    if (!options.dry_run) refuseExisting(outputs);
+    requireWritableFolders(outputs);
+    for (Plan& plan : outputs) planner.planMeasures(plan);
+    return outputs;
+}
+
+Plan planJob(const Config& config, const PlanOptions& options) { return planOutputs(config, options).front(); }
 
 std::string taskLine(const FrameTask& task) {
     std::string line = "frame " + std::to_string(task.frame) + ": " + task.input + " -> " + task.output + ": " +

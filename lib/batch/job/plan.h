@@ -24,6 +24,7 @@ struct PlanOptions {
     bool measure = true;   ///< false: leave spacing, radius and camera open unless they tell what may be skipped
 };
 
+/// The plan of one output of a job. Those of all outputs have the same frames in the same order, threads and memory.
 struct Plan {
     Config config;
     std::string configuration;     ///< fingerprint of the configuration
@@ -45,18 +46,16 @@ int threadsOf(const Config& config);
 /// rest is for other processes, and for memory that is allocated but not used, which an enforced limit counts.
 std::uint64_t memoryBudget(const Config& config);
 
-/// Plans a job. Reads inputs to measure the particle spacing and to place the camera, if the configuration needs that.
+/// Plans all outputs of a job. Reads inputs to measure the particle spacing and to place the camera, if the
+/// configuration needs that.
 ///
 /// errors  missing or contradictory paths; a file that would be both read and written, or written twice; a folder that
 ///         cannot be written to; no frames; an output that exists although neither overwrite nor skip_existing is set;
 ///         a spacing that cannot be measured; lengths that 32-bit floats cannot store
-Plan planJob(const Config& config, const PlanOptions& options);
+std::vector<Plan> planOutputs(const Config& config, const PlanOptions& options);
 
-/// Refuses a log file that the job reads or writes for something else.
-///
-/// in      pipeline: path of the pipeline file; empty: none
-/// errors  the log file, or a name that it gets when it has grown, is the pipeline file, an input or an output
-void requireDistinctLog(const std::string& log_file, const std::string& pipeline, const Config& config);
+/// Plans the first output of a job.
+Plan planJob(const Config& config, const PlanOptions& options);
 
 /// The line of --dry-run for a frame.
 std::string taskLine(const FrameTask& task);

@@ -116,8 +116,8 @@ Curves toSpace(Curves curves, const AxisPlane& plane) {
 }
 
 void writePlane(const std::string& output, const SkinnedPlane& plane, const FlatParticles& discs,
-                const SkinParams& params, const Config& config) {
-    if (!isSvg(output)) return writeCurves(output, toSpace(plane.curves, discs.plane));
+                const SkinParams& params, const Config& config, const WriteOptions& options) {
+    if (!isSvg(output)) return writeCurves(output, toSpace(plane.curves, discs.plane), options);
     PlanePicture picture;
     const std::vector<Vec3f>& centres = discs.particles.position;
     picture.particles.assign(centres.begin(), centres.end());

@@ -52,6 +52,6 @@ Curves toSpace(Curves curves, const AxisPlane& plane);
 
 /// Writes the curves; to an .svg, the layers in picture.layers, in the coordinates of the plane. discs: the particles.
 void writePlane(const std::string& output, const SkinnedPlane& plane, const FlatParticles& discs,
-                const SkinParams& params, const Config& config);
+                const SkinParams& params, const Config& config, const WriteOptions& options);
 
 }  // namespace betamesh

@@ -113,11 +113,17 @@ Progress::~Progress() {
     if (kind_ == ProgressKind::bar) setLogFooter("");
 }
 
-void Progress::frameEnded(const FrameReport& report) {
+void Progress::frameEnded(const std::vector<FrameReport>& outputs) {
+    const auto any = [&](FrameStatus status) {
+        return std::any_of(outputs.begin(), outputs.end(), [&](const FrameReport& r) { return r.status == status; });
+    };
+    std::size_t particles = 0;
+    for (const FrameReport& report : outputs)
+        if (report.status == FrameStatus::ok) particles = std::max(particles, particlesOf(report));
     ++job_.ended;
-    if (report.status == FrameStatus::failed) ++job_.failed;
-    if (report.status != FrameStatus::skipped) ++processed_;
-    if (report.status == FrameStatus::ok) job_.particles += particlesOf(report);
+    if (any(FrameStatus::failed)) ++job_.failed;
+    if (any(FrameStatus::failed) || any(FrameStatus::ok) || any(FrameStatus::empty)) ++processed_;
+    job_.particles += particles;
     const std::chrono::duration<double> since = std::chrono::steady_clock::now() - begin_;
     job_.seconds = since.count();
     if (processed_ > 0)
@@ -131,7 +137,7 @@ void Progress::frameEnded(const FrameReport& report) {
         case ProgressKind::none:
             break;
         case ProgressKind::lines:
-            logInfo(frameLine(report) + " (" + count + ')');
+            for (const FrameReport& report : outputs) logInfo(frameLine(report) + " (" + count + ')');
             break;
         case ProgressKind::bar: {
             const std::size_t cells = kBarCells * job_.ended / std::max<std::size_t>(job_.frames, 1);
@@ -153,7 +159,8 @@ void Progress::frameEnded(const FrameReport& report) {
             std::fflush(farm_stream_);
             break;
     }
-    if (report.status == FrameStatus::ok) logDetail(detailLine(report));
+    for (const FrameReport& report : outputs)
+        if (report.status == FrameStatus::ok) logDetail(detailLine(report));
 }
 
 void Progress::jobFailed(const std::string& reason) {

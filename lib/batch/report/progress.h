@@ -7,6 +7,7 @@
 #include <chrono>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace betamesh {
 
@@ -37,7 +38,8 @@ public:
     Progress(const Progress&) = delete;
     Progress& operator=(const Progress&) = delete;
 
-    void frameEnded(const FrameReport& report);
+    /// outputs: the reports of all outputs of one frame.
+    void frameEnded(const std::vector<FrameReport>& outputs);
 
     /// Reports that the job did not finish all its frames.
     void jobFailed(const std::string& reason);

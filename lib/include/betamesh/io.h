@@ -50,6 +50,18 @@ struct ParticleInput {
     bool operator==(const ParticleInput&) const = default;
 };
 
+/// How files are written. Formats without a place for a frame rate, a frame or a unit of length leave these out.
+///
+/// For up axis z, positions, velocities, accelerations (attributes named accel or acceleration) and normals (N, normal,
+/// normals) are rotated as they are written: (x, y, z) -> (x, -z, y), the inverse of ParticleInput::up_axis z. No bit
+/// of a number changes but its sign.
+struct WriteOptions {
+    double frames_per_second = 24;
+    std::optional<int> frame{};  ///< frame number, which is the time of the file in frames; nullopt: a still
+    UpAxis up_axis = UpAxis::y;  ///< of the file; in memory y is up
+    double meters_per_unit = 1;  ///< length of a world unit in metres
+};
+
 /// Reads a file in the format of its extension; the manual lists them.
 ///
 /// out     the chosen particles in the order of the file, in world units; validate() has passed
@@ -69,7 +81,7 @@ Particles readParticles(const std::filesystem::path& path, const ParticleInput& 
 ///
 /// errors  an extension whose format cannot be written or does not hold particles; an id of more bits than the format
 ///         has
-void writeParticles(const std::filesystem::path& path, const Particles& particles);
+void writeParticles(const std::filesystem::path& path, const Particles& particles, const WriteOptions& options = {});
 
 /// Reads a file in the format of its extension; the manual lists them. Polygons with more than three corners are
 /// split into fans of triangles.
@@ -83,11 +95,11 @@ Mesh readMesh(const std::filesystem::path& path);
 /// attributes. Formats without a place for it leave it out. Components become a face property in .ply, a
 /// primitive attribute in .bgeo, cell data in .vtp, an object `component_N` each in .obj. A .vtp or .obj has vertex
 /// normals: the attribute `N` of three floats, or vertexNormals() if there is none.
-void writeMesh(const std::filesystem::path& path, const Mesh& mesh);
+void writeMesh(const std::filesystem::path& path, const Mesh& mesh, const WriteOptions& options = {});
 /// Writes points with a radius (`pscale` in formats of Houdini, `radius` in others), velocity and id.
 ///
 /// errors  a format that cannot hold a radius
-void writeSpheres(const std::filesystem::path& path, const Spheres& spheres);
+void writeSpheres(const std::filesystem::path& path, const Spheres& spheres, const WriteOptions& options = {});
 /// Reads the edges of a .ply, open polygons of Houdini's formats, lines of an .obj or of VTK's files.
 ///
 /// errors  an unknown extension (the message lists the known ones); a file that is missing, damaged or contains no
@@ -96,6 +108,6 @@ Curves readCurves(const std::filesystem::path& path);
 
 /// Writes the format of the extension, but not .svg. The file appears under its name only when it is complete.
 /// Positions are rounded to float. Velocity is always written (zeros if the curves have none), except to .obj.
-void writeCurves(const std::filesystem::path& path, const Curves& curves);
+void writeCurves(const std::filesystem::path& path, const Curves& curves, const WriteOptions& options = {});
 
 }  // namespace betamesh

@@ -55,6 +55,9 @@ struct Features {
     double bubble_gap = 0;     ///< fill voids in which no empty ball of this diameter fits between the particles; world
                                ///< units, >= 0; 0: use bubble_volume instead
     double bubble_volume = 0;  ///< if bubble_gap is 0: fill voids of a smaller volume; world units cubed, >= 0
+
+    /// Are all members equal?
+    bool operator==(const Features&) const = default;
 };
 
 /// All parameters of one frame's surface.
@@ -78,6 +81,9 @@ struct SkinParams {
     bool resolve_intersections = false;   ///< paper's tessellation: move vertices so that no particle is outside
     Features features;
     bool components = false;  ///< number the connected components of the mesh, the largest first
+
+    /// Are all members equal?
+    bool operator==(const SkinParams&) const = default;
 };
 
 /// The particle spacing dx, world units.

@@ -1,0 +1,448 @@
+#include "batch/job/process_frame.h"
+
+#include "base/parallel.h"
+#include "batch/config/origin.h"
+#include "batch/config/radius.h"
+#include "batch/job/frame_input.h"
+#include "batch/job/plane.h"
+#include "batch/job/render_frames.h"
+#include "batch/platform/frame_lock.h"
+#include "batch/platform/machine.h"
+#include "batch/platform/memory.h"
+#include "batch/report/log.h"
+#include "betamesh/error.h"
+#include "betamesh/version.h"
+#include "io/mesh_file.h"
+#include "io/output_file.h"
+#include "skin/pipeline.h"
+
+#include <algorithm>
+#include <chrono>
+#include <exception>
+#include <filesystem>
+#include <functional>
+#include <future>
+#include <memory>
+#include <new>
+#include <optional>
+#include <thread>
+#include <utility>
+
+namespace betamesh {
+namespace {
+
+namespace fs = std::filesystem;
+using Clock = std::chrono::steady_clock;
+
+constexpr auto kFirstWait =
+    std::chrono::milliseconds(200);  // before reading or writing is tried again; doubles each time
+constexpr auto kLongestWait = std::chrono::milliseconds(5000);
+
+/// Seconds since construction or the last call of lap().
+class Stopwatch {
+public:
+    double lap() {
+        const auto now = Clock::now();
+        const std::chrono::duration<double> seconds = now - begin_;
+        begin_ = now;
+        return seconds.count();
+    }
+
+private:
+    Clock::time_point begin_ = Clock::now();
+};
+
+/// Calls attempt(), and again after an Error, up to `retries` times with growing waits. Rethrows the last Error.
+template <typename Attempt>
+void retrying(int retries, const Attempt& attempt) {
+    auto wait = kFirstWait;
+    for (int failures = 0;; ++failures) {
+        try {
+            return attempt();
+        } catch (const Error& error) {
+            if (failures == retries) throw;
+            logDetail(std::string(error.what()) + "; trying again");
+        }
+        std::this_thread::sleep_for(wait);
+        wait = std::min<std::chrono::milliseconds>(2 * wait, kLongestWait);
+        leaveIfInterrupted();
+    }
+}
+
+/// Logs the first remark of each kind on the input, and records all that are warnings.
+void remark(const Liquid& liquid, const Config& config, FrameReport& report, JobState& job) {
+    for (const InputRemark& found : remarksOn(liquid, config)) {
+        if (found.is_warning) report.warnings.push_back(found.text);
+        if (job.isFirst(found.kind)) (found.is_warning ? logWarning : logInfo)(report.input + ": " + found.text);
+    }
+}
+
+/// The bytes of the picture of a frame; empty if the plan has no pictures.
+std::string pictureOf(const FrameTask& task, const Plan& plan, const SkinnedFrame& skinned,
+                      const Particles& particles) {
+    if (!plan.preview) return {};
+    const RenderPlan& preview = *plan.preview;
+    const bool balls = plan.config.preview.show != ShownGeometry::surface;
+    const Picture picture =
+        balls ? renderFrame({}, ballsAround(particles, preview.ball), preview.camera, preview.settings)
+              : renderFrame(skinned.mesh, skinned.spheres, preview.camera, preview.settings);
+    return encodePicture(picture, task.picture);
+}
+
+/// Compares radius and spacing with the particles. A radius that does not suit them is the same mistake in all frames:
+/// it is logged once.
+void checkSpacing(const Liquid& liquid, const Plan& plan, FrameReport& report, JobState& job) {
+    if (liquid.near && !liquid.near->all) return;  // the particles near the surface do not tell the spacing
+    const FrameSpacing frame =
+        compareSpacing(liquid.particles.position, plan.skin.radius, plan.spacing, plan.config.surface.dimension);
+    report.frame_spacing = frame.own.value_or(0);
+    if (frame.drift) logWarning(report.input + ": " + *frame.drift);
+    if (frame.scale && job.isFirst("scale")) logWarning(report.input + ": " + *frame.scale);
+    for (const auto& warning : {frame.drift, frame.scale})
+        if (warning) report.warnings.push_back(*warning);
+}
+
+void hintAtPlane(const Particles& particles, const Plan& plan, const FrameReport& report, JobState& job) {
+    const auto plane = particles.size() > 1 ? planeOf(particles.position, plan.spacing) : std::nullopt;
+    if (plane && job.isFirst("plane"))
+        logInfo(report.input + ": all particles have the same " + std::string(1, "xyz"[plane->axis]) +
+                ". Use --dimension 2 to get curves");
+}
+
+/// Records a written file with its size, by which a later run tells whether it is still intact.
+void recordFile(const fs::path& file, const FrameTask& task, Provenance& origin) {
+    const fs::path name = file.lexically_relative(fs::path(task.output).parent_path());
+    origin.files[name.string()] = fileFingerprint(file.string()).bytes;
+}
+
+/// Adds up the seconds of each stage. Throws Interrupted between stages once a signal has come.
+class StageWatch {
+public:
+    explicit StageWatch(StageSeconds& seconds) : seconds_(seconds) {}
+    void operator()(Stage stage) {
+        const double lap = stopwatch_.lap();
+        if (stage == Stage::read) seconds_.read += lap;
+        if (stage == Stage::structure) seconds_.structure += lap;
+        if (stage == Stage::tessellate) seconds_.tessellate += lap;
+        if (stage == Stage::smooth) seconds_.smooth += lap;
+        if (stage == Stage::velocity) seconds_.velocity += lap;
+        if (stage == Stage::picture) seconds_.picture += lap;
+        if (stage == Stage::write) seconds_.write += lap;
+        if (stage != Stage::write) leaveIfInterrupted();
+    }
+
+private:
+    StageSeconds& seconds_;
+    Stopwatch stopwatch_;
+};
+
+/// The parameters of a frame. The radius of a sequence without particles is unknown, and any will do.
+SkinParams skinOf(const Plan& plan) {
+    SkinParams skin = plan.skin;
+    if (skin.radius == 0) skin.radius = 1;
+    return skin;
+}
+
+/// Whether two outputs read the same particles. Those near the surface depend on its settings.
+bool readTheSame(const Plan& a, const Plan& b, bool near_surface) {
+    return a.config.input == b.config.input && (!near_surface || a.skin == b.skin);
+}
+
+/// Whether two outputs have the same surface.
+bool skinTheSame(const Plan& a, const Plan& b) {
+    return a.config.input == b.config.input && a.skin == b.skin &&
+           a.config.surface.dimension == b.config.surface.dimension;
+}
+
+/// What the outputs of a frame share: the particles and the surface of the output before.
+class SharedFrame {
+public:
+    SharedFrame(JobState& job, bool near_surface) : job_(job), near_surface_(near_surface) {}
+
+    /// The particles of an output.
+    Liquid& liquid(const FrameTask& task, const Plan& plan) {
+        if (read_for_ != nullptr && readTheSame(*read_for_, plan, liquid_.near.has_value())) return liquid_;
+        read_for_ = skinned_for_ = nullptr;
+        skinned_ = {};
+        const auto foundNear = [&](const std::string& line) {
+            logDetail(task.input + ": " + line);
+            const std::scoped_lock lock(job_.mutex);
+            job_.near_surface[task.frame] = line;
+        };
+        retrying(plan.config.run.retries, [&] {
+            liquid_ = {};
+            liquid_ = readInput(task, plan, near_surface_ || task.near_surface, identity_, foundNear);
+        });
+        std::vector<Vec3f>& velocity = liquid_.particles.velocity;
+        if (velocity.empty()) velocity.resize(liquid_.particles.size(), Vec3f(0, 0, 0));
+        read_for_ = &plan;
+        return liquid_;
+    }
+
+    /// The identity of the file that liquid() has read.
+    const FileIdentity& identity() const { return identity_; }
+
+    /// The surface of the particles that liquid() has read.
+    const SkinnedFrame& skinned(const Plan& plan, StageWatch& watch) {
+        if (skinned_for_ != nullptr && skinTheSame(*skinned_for_, plan)) return skinned_;
+        skinned_for_ = nullptr;
+        skinned_ = {};
+        measure_.reset();
+        skinned_ = liquid_.near ? skinFrame(liquid_.particles, *liquid_.near, skinOf(plan), std::ref(watch))
+                                : skinFrame(liquid_.particles, skinOf(plan), std::ref(watch));
+        skinned_for_ = &plan;
+        return skinned_;
+    }
+
+    /// measureMesh() of the surface that skinned() has returned.
+    const MeshMeasure& measure() {
+        if (!measure_) measure_ = measureMesh(skinned_.mesh);
+        return *measure_;
+    }
+
+private:
+    JobState& job_;
+    bool near_surface_;
+    Liquid liquid_;
+    FileIdentity identity_;
+    SkinnedFrame skinned_;
+    std::optional<MeshMeasure> measure_;
+    const Plan* read_for_ = nullptr;     ///< the output for which liquid_ was read; null: none
+    const Plan* skinned_for_ = nullptr;  ///< the output for which skinned_ was made; null: none
+};
+
+/// What is written for an output.
+struct Surface {
+    Spheres spheres;
+    std::string picture;  ///< bytes of the picture file; empty: none
+    std::function<void()> write;
+};
+
+/// A mesh; empty if the input is missing.
+Surface surfaceOf(SharedFrame& frame, const Liquid& liquid, const FrameTask& task, const Plan& plan, StageWatch& watch,
+                  FrameReport& report) {
+    if (task.action != FrameAction::mesh) {
+        const auto empty = std::make_shared<Mesh>();
+        if (plan.skin.components) empty->component.emplace();
+        return {{}, pictureOf(task, plan, {}, {}), [empty, &task, &plan] {
+                    writeMesh(task.output, *empty, writeOptions(plan.config.output, task.frame));
+                }};
+    }
+    const SkinnedFrame& skinned = frame.skinned(plan, watch);
+    report.skin = skinned.report;
+    report.vertices = skinned.mesh.position.size();
+    report.triangles = skinned.mesh.triangles.size();
+    std::string picture = pictureOf(task, plan, skinned, liquid.particles);
+    watch(Stage::picture);
+    const auto write = [&frame, &mesh = skinned.mesh, &task, &plan, &report] {
+        std::optional<OutputFile> file;
+        std::future<void> on_disk;  // waiting for the disk should occupy no worker thread
+        parallelBoth(
+            [&] {
+                file.emplace(encodedMesh(task.output, mesh, writeOptions(plan.config.output, task.frame)));
+                on_disk = std::async([&file] { file->commit(); });  // on this thread if no other can be started
+            },
+            [&] { report.measure = frame.measure(); });
+        on_disk.get();
+    };
+    return {skinned.spheres, std::move(picture), write};
+}
+
+/// Curves in two dimensions.
+Surface planarSurfaceOf(const Liquid& liquid, const FrameTask& task, const Plan& plan, StageWatch& watch,
+                        FrameReport& report) {
+    const auto flat = std::make_shared<FlatParticles>(flattened(liquid.particles, plan.spacing));
+    const auto plane = std::make_shared<SkinnedPlane>();
+    if (task.action == FrameAction::mesh) *plane = skinPlane(flat->particles, skinOf(plan), std::ref(watch));
+    report.plane = {plane->report, measureCurves(plane->curves), plane->curves.edges.size()};
+    report.vertices = plane->curves.position.size();
+    watch(Stage::measure);
+    return {toSpace(plane->spheres, flat->plane), {}, [=, &task, &plan] {
+                writePlane(task.output, *plane, *flat, skinOf(plan), plan.config,
+                           writeOptions(plan.config.output, task.frame));
+            }};
+}
+
+/// A report beside a mesh means that the frame is complete: it is removed first, and the caller writes it last.
+void writeFrame(const FrameTask& task, const Surface& surface, const Config& config) {
+    fs::remove(reportPath(task.output));
+    surface.write();
+    if (surface.spheres.size() > 0) {
+        writeSpheres(spheresPath(task.output), surface.spheres, writeOptions(config.output, task.frame));
+    } else {
+        fs::remove(spheresPath(task.output));
+    }
+    if (!surface.picture.empty()) writeFile(task.picture, surface.picture);
+}
+
+/// Makes an output of a frame: the mesh, its spheres, its picture, its report.
+void meshOutput(SharedFrame& frame, const FrameTask& task, const Plan& plan, FrameReport& report, JobState& job) {
+    const Config& config = plan.config;
+    const bool planar = config.surface.dimension == 2;
+    report.origin = {version(),
+                     plan.configuration,
+                     report.radius,
+                     report.spacing,
+                     {},
+                     {},
+                     worldOrigin(config.input, config.output.up_axis)};
+    Stopwatch total;
+    StageWatch watch(report.seconds);
+    const Liquid nothing;
+    const Liquid* liquid = &nothing;
+    if (task.action == FrameAction::mesh) {
+        liquid = &frame.liquid(task, plan);
+        report.origin->input = frame.identity();
+        if (plan.skin.radius == 0 && liquid->particles.size() > 0)
+            throw Error(task.input +
+                        ": could not be read when the spacing was measured, but can be read now. Run the job again");
+        report.particles_read = liquid->summary.particles_read;
+        report.particles_dropped = liquid->summary.dropped;
+        report.input_parts = partsOf(*liquid, config);
+        remark(*liquid, config, report, job);
+        if (!planar) hintAtPlane(liquid->particles, plan, report, job);
+        checkSpacing(*liquid, plan, report, job);
+        watch(Stage::read);
+    } else {
+        report.warnings.push_back("no input: an empty mesh is written (run.on_missing)");
+    }
+    const Surface surface = planar ? planarSurfaceOf(*liquid, task, plan, watch, report)
+                                   : surfaceOf(frame, *liquid, task, plan, watch, report);
+    report.spheres = surface.spheres.size();
+    report.status = liquid->particles.size() > 0 ? FrameStatus::ok : FrameStatus::empty;
+
+    const FrameLock lock(task.output, leaveIfInterrupted);
+    const SignalWatch::Writing writing(job.signals);
+    retrying(config.run.retries, [&] { writeFrame(task, surface, config); });
+    recordFile(task.output, task, *report.origin);
+    if (report.spheres > 0) recordFile(spheresPath(task.output), task, *report.origin);
+    if (!surface.picture.empty()) recordFile(task.picture, task, *report.origin);
+    watch(Stage::write);
+    report.seconds.total = total.lap();
+    report.peak_bytes = peakMemory();
+    retrying(config.run.retries, [&] { writeFile(reportPath(task.output), reportJson(report) + '\n'); });
+}
+
+/// Renders the picture of a mesh on disk.
+void drawOutput(const FrameTask& task, const Plan& plan, FrameReport& report, JobState& job) {
+    if (const auto manifest = readReport(reportPath(task.output))) report.skin = manifest->skin;
+    Stopwatch total;
+    StageWatch watch(report.seconds);
+    FrameGeometry geometry;
+    retrying(plan.config.run.retries, [&] { geometry = readFrameGeometry(task.output, plan.config, 0); });
+    watch(Stage::read);
+    report.vertices = geometry.mesh.position.size();
+    report.triangles = geometry.mesh.triangles.size();
+    report.spheres = geometry.spheres.size();
+    const SkinnedFrame skinned{std::move(geometry.mesh), std::move(geometry.spheres), {}};
+    const std::string picture = pictureOf(task, plan, skinned, {});
+    watch(Stage::picture);
+    const FrameLock lock(task.output, leaveIfInterrupted);
+    const SignalWatch::Writing writing(job.signals);
+    retrying(plan.config.run.retries, [&] { writeFile(task.picture, picture); });
+    watch(Stage::write);
+    report.seconds.total = total.lap();
+}
+
+FrameReport reportFor(const FrameTask& task, const Plan& plan) {
+    FrameReport report;
+    report.frame = task.frame;
+    report.input = task.input;
+    report.output = task.output;
+    report.radius = plan.skin.radius;
+    report.spacing = plan.spacing;
+    report.skin_depth = skinDepth(plan.skin, plan.config.surface.dimension);
+    report.predicates = plan.skin.predicates;
+    if (plan.config.surface.dimension == 2) report.plane.emplace();
+    return report;
+}
+
+void fail(FrameReport& report, const std::string& why) {
+    report.status = FrameStatus::failed;
+    report.origin.reset();
+    report.error = "frame " + std::to_string(report.frame) + ": " + why;
+    logError(report.error);
+}
+
+/// Processes one output of a frame. Interrupted and std::bad_alloc are passed on.
+FrameReport outputReport(SharedFrame& frame, const FrameTask& task, const Plan& plan, JobState& job) {
+    FrameReport report = reportFor(task, plan);
+    switch (task.action) {
+        case FrameAction::fail_missing:
+            fail(report,
+                 task.input + ": no such file. Use --on-missing skip or empty (run.on_missing) to continue without it");
+            break;
+        case FrameAction::refuse_existing:
+            fail(report, task.output + " already exists");
+            break;
+        case FrameAction::fail_lost:
+            fail(report, task.input + ": " + task.why);
+            break;
+        case FrameAction::skip_missing:
+            report.status = FrameStatus::skipped;
+            report.warnings.push_back("no input: frame left out (run.on_missing)");
+            break;
+        case FrameAction::skip_existing:
+            report.status = FrameStatus::skipped;
+            break;
+        case FrameAction::mesh:
+        case FrameAction::draw:
+        case FrameAction::write_empty:
+            try {
+                if (task.action == FrameAction::draw)
+                    drawOutput(task, plan, report, job);
+                else
+                    meshOutput(frame, task, plan, report, job);
+            } catch (const std::bad_alloc&) {
+                throw;
+            } catch (const std::exception& error) {
+                fail(report, error.what());
+            }
+    }
+    report.peak_bytes = peakMemory();
+    return report;
+}
+
+/// The outputs in the order in which they are made: those that share a surface, then those that share particles,
+/// follow each other.
+std::vector<std::size_t> sharingOrder(std::span<const Plan> outputs) {
+    std::vector<std::size_t> order;
+    const auto add = [&](std::size_t i) {
+        if (std::find(order.begin(), order.end(), i) == order.end()) order.push_back(i);
+    };
+    for (std::size_t i = 0; i < outputs.size(); ++i)
+        for (std::size_t j = i; j < outputs.size(); ++j) {
+            if (!readTheSame(outputs[i], outputs[j], false)) continue;
+            for (std::size_t k = j; k < outputs.size(); ++k)
+                if (skinTheSame(outputs[j], outputs[k])) add(k);
+        }
+    return order;
+}
+
+}  // namespace
+
+bool JobState::isFirst(const std::string& kind) {
+    const std::scoped_lock lock(mutex);
+    return remarked.insert(kind).second;
+}
+
+void processFrame(std::span<const Plan> outputs, std::size_t row, bool near_surface, JobState& job,
+                  std::vector<FrameReport>& reports) {
+    const std::vector<std::size_t> order = sharingOrder(outputs);
+    SharedFrame frame(job, near_surface);
+    while (reports.size() < order.size()) {
+        const Plan& plan = outputs[order[reports.size()]];
+        reports.push_back(outputReport(frame, plan.tasks[row], plan, job));
+    }
+}
+
+void failFrame(std::span<const Plan> outputs, std::size_t row, const std::string& why,
+               std::vector<FrameReport>& reports) {
+    const std::vector<std::size_t> order = sharingOrder(outputs);
+    while (reports.size() < order.size()) {
+        const Plan& plan = outputs[order[reports.size()]];
+        fail(reports.emplace_back(reportFor(plan.tasks[row], plan)), why);
+    }
+}
+
+}  // namespace betamesh

@@ -1,0 +1,45 @@
+// Makes the outputs of one frame.
+
+#pragma once
+
+#include "batch/job/plan.h"
+#include "batch/platform/interrupt.h"
+#include "batch/report/report.h"
+
+#include <cstddef>
+#include <map>
+#include <mutex>
+#include <set>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace betamesh {
+
+/// State that the frames of a running job share.
+struct JobState {
+    SignalWatch& signals;
+    std::mutex mutex{};                         // guards the following
+    std::set<std::string> remarked{};           ///< kinds of remarks that the log has shown
+    std::map<int, std::string> near_surface{};  ///< by frame: a line on the particles near its surface
+
+    /// Whether a remark is the first of its kind.
+    bool isFirst(const std::string& kind);
+};
+
+/// Makes the outputs of a frame one after the other. Outputs that select the same particles read the frame once, and
+/// those that also have the same surface settings skin it once.
+///
+/// in      row: of the frame in the tasks of each plan; near_surface: keep only the particles near the surface in
+///         memory, even if all would fit
+///         reports: of outputs that an earlier call has completed; they are not made again
+/// out     reports: those of all outputs, with the errors of those that failed
+/// errors  Interrupted and std::bad_alloc; `reports` then has the outputs that are complete
+void processFrame(std::span<const Plan> outputs, std::size_t row, bool near_surface, JobState& job,
+                  std::vector<FrameReport>& reports);
+
+/// Adds the reports of the outputs that are not in `reports` yet: they failed because of `why`.
+void failFrame(std::span<const Plan> outputs, std::size_t row, const std::string& why,
+               std::vector<FrameReport>& reports);
+
+}  // namespace betamesh

@@ -1,0 +1,100 @@
+#include "batch/job/resume.h"
+
+#include "batch/config/origin.h"
+#include "batch/job/provenance.h"
+#include "batch/report/report.h"
+#include "betamesh/error.h"
+#include "betamesh/version.h"
+#include "io/extension.h"
+
+#include <filesystem>
+#include <system_error>
+
+namespace betamesh {
+namespace {
+
+namespace fs = std::filesystem;
+
+bool exists(const std::string& path) {
+    std::error_code ignored;
+    return fs::exists(fs::symlink_status(path, ignored));
+}
+
+/// Whether the picture can be rendered from the files of the frame. They hold all that it shows.
+bool canRedraw(const FrameTask& task, const Config& config) {
+    return config.preview.show == ShownGeometry::surface && config.output.up_axis == UpAxis::y &&
+           canHold(task.output, FileKind::mesh, Access::read) &&
+           lossesOf(task.output, FileKind::mesh, {true, true, false}).empty();
+}
+
+}  // namespace
+
+Staleness stalenessOf(const FrameTask& task, bool input_exists, const Plan& plan) {
+    const auto report = readReport(reportPath(task.output));
+    if (!report || !report->origin) return {"no manifest"};
+    const Provenance& origin = *report->origin;
+    if (origin.version != version()) return {"made by version " + origin.version};
+    if (origin.configuration != plan.configuration) return {"other configuration"};
+    const bool resolved = plan.skin.radius > 0;  // false if no input is left
+    if (resolved && (origin.radius != plan.skin.radius || origin.spacing != plan.spacing)) return {"other radius"};
+    if (origin.local_origin != worldOrigin(plan.config.input, plan.config.output.up_axis))
+        return {"other local origin"};
+    const fs::path folder = fs::path(task.output).parent_path();
+    std::string changed, picture;
+    for (const auto& [name, bytes] : origin.files) {
+        std::error_code error;
+        if (fs::file_size(folder / name, error) == bytes && !error) continue;
+        const bool is_picture =
+            !task.picture.empty() && fs::path(name) == fs::path(task.picture).lexically_relative(folder);
+        (is_picture ? picture : changed) = name + " is missing or was changed";
+    }
+    if (!changed.empty()) return {changed};
+    if (input_exists && !(origin.input && isSame(task.input, *origin.input))) return {"other input"};
+    return {picture, !picture.empty()};
+}
+
+void chooseAction(FrameTask& task, bool input_exists, const Plan& plan, const PlanOptions& options) {
+    const auto lost = options.history.lost.find(task.frame);
+    if (lost != options.history.lost.end()) {
+        task.action = FrameAction::fail_lost;
+        task.why = lost->second;
+        return;
+    }
+    const Config& config = plan.config;
+    const bool output_exists = exists(task.output);
+    if (output_exists && options.skip_existing) {
+        const Staleness stale = stalenessOf(task, input_exists, plan);
+        task.why = stale.why;
+        task.action = stale.why.empty() ? FrameAction::skip_existing : FrameAction::draw;
+        if (stale.why.empty() || (stale.only_picture && canRedraw(task, config))) return;
+    }
+    const bool any_exists = output_exists || (!task.picture.empty() && exists(task.picture));
+    const bool may_replace = options.skip_existing || options.overwrite || options.history.begun.contains(task.frame);
+    if (!input_exists && config.run.on_missing == OnMissing::skip)
+        task.action = FrameAction::skip_missing;
+    else if (!input_exists && config.run.on_missing == OnMissing::error)
+        task.action = FrameAction::fail_missing;
+    else if (any_exists && !may_replace)
+        task.action = FrameAction::refuse_existing;
+    else
+        task.action = input_exists ? FrameAction::mesh : FrameAction::write_empty;
+}
+
+void refuseExisting(std::span<const Plan> outputs) {
+    std::size_t count = 0;
+    const FrameTask* first = nullptr;
+    for (const Plan& plan : outputs) {
+        for (const FrameTask& task : plan.tasks) {
+            if (task.action != FrameAction::refuse_existing) continue;
+            if (count++ == 0) first = &task;
+        }
+    }
+    if (first == nullptr) return;
+    throw Error(first->output +
+                (count > 1
+                     ? " and " + std::to_string(count - 1) + " more outputs already exist. Use --overwrite to replace "
+                     : " already exists. Use --overwrite to replace ") +
+                (count > 1 ? "them" : "it") + " or --skip-existing to resume.");
+}
+
+}  // namespace betamesh

@@ -1,0 +1,58 @@
+
+#include "io/up_axis.h"
+
+#include "base/parallel.h"
+
+#include <algorithm>
+#include <cctype>
+#include <initializer_list>
+#include <string_view>
+
+namespace betamesh {
+
+namespace {
+
+constexpr std::size_t kRowsAtOnce = std::size_t{1} << 12;
+
+bool hasName(const Attribute& a, std::initializer_list<std::string_view> names) {
+    if (a.components != 3 || a.real.empty()) return false;
+    const auto is_name = [&](std::string_view name) {
+        return std::equal(name.begin(), name.end(), a.name.begin(), a.name.end(), [](char lower, char c) {
+            return lower == static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+        });
+    };
+    return std::any_of(names.begin(), names.end(), is_name);
+}
+
+/// Rotates `rows` vectors.
+template <typename Number>
+void turn(Number* vectors, std::size_t rows) {
+    parallelFor(rows, kRowsAtOnce, [&](std::size_t i) {
+        Number* v = vectors + 3 * i;
+        const Number y = v[1];
+        v[1] = -v[2];
+        v[2] = y;
+    });
+}
+
+template <typename Geometry>
+Geometry turned(Geometry geometry) {
+    for (auto* rows : {&geometry.position, &geometry.velocity})
+        if (!rows->empty()) turn(&rows->front().x, rows->size());
+    for (Attribute& a : geometry.attributes)
+        if (isAcceleration(a) || isNormal(a)) turn(a.real.data(), a.real.size() / 3);
+    return geometry;
+}
+
+}  // namespace
+
+bool isAcceleration(const Attribute& attribute) { return hasName(attribute, {"accel", "acceleration"}); }
+
+bool isNormal(const Attribute& attribute) { return hasName(attribute, {"n", "normal", "normals"}); }
+
+Particles withZUp(Particles particles) { return turned(std::move(particles)); }
+Mesh withZUp(Mesh mesh) { return turned(std::move(mesh)); }
+Curves withZUp(Curves curves) { return turned(std::move(curves)); }
+Spheres withZUp(Spheres spheres) { return turned(std::move(spheres)); }
+
+}  // namespace betamesh
