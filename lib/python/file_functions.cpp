@@ -12,7 +12,6 @@
 #include <array>
 #include <cmath>
 #include <filesystem>
-#include <list>
 #include <optional>
 #include <string>
 #include <vector>
@@ -55,18 +54,35 @@ WriteOptions writeOptions(const std::optional<int>& frame, double frames_per_sec
     return {frames_per_second, frame, upAxis(up_axis), meters_per_unit};
 }
 
+/// One name, or several.
+std::vector<std::string> namesFrom(nb::handle value) {
+    if (nb::isinstance<nb::str>(value)) return {nb::cast<std::string>(value)};
+    return nb::cast<std::vector<std::string>>(value);
+}
+
+constexpr const char* kReadParticles =
+    R"(Reads a particle file in the format of its extension: .vdb, .bgeo, .ply, .vtk, .csv and others.
+
+The arguments are the keys `input.…` of pipeline files. velocity, id: attributes that hold them; empty: the usual names.
+where, box, group, grid: which particles are chosen, as by the condition "type == 1", by the lowest x y z and the highest
+x y z, or by one name or several. scale, velocity_scale, time_scale: units. up_axis: the axis of the file that becomes y.
+origin: subtracted in double precision, in units of the file; "auto": zero, unless single precision would lose positions
+that are stored in double precision.
+
+Raises OSError if the system refuses to read the file, ValueError if it is damaged, has an unknown extension, or has a
+particle that is not finite (on_bad_particle="drop" leaves those out).)";
+
 nb::object readParticlesOf(const fs::path& path, const std::string& velocity, const std::string& id,
-                           const std::string& where, const std::optional<std::array<double, 6>>& box,
-                           const std::vector<std::string>& group, const std::vector<std::string>& grid,
-                           const std::string& on_bad_particle, double scale, double velocity_scale, double time_scale,
-                           const std::string& up_axis, nb::object origin) {
+                           const std::string& where, const std::optional<std::array<double, 6>>& box, nb::object group,
+                           nb::object grid, const std::string& on_bad_particle, double scale, double velocity_scale,
+                           double time_scale, const std::string& up_axis, nb::object origin) {
     ParticleInput input;
     input.velocity = velocity;
     input.id = id;
     input.where = where;
     input.box = box;
-    input.group = group;
-    input.grid = grid;
+    input.group = namesFrom(group);
+    input.grid = namesFrom(grid);
     input.on_bad_particle = chosen<OnBadParticle>("on_bad_particle", on_bad_particle,
                                                   {{"error", OnBadParticle::error}, {"drop", OnBadParticle::drop}});
     input.up_axis = upAxis(up_axis);
@@ -122,15 +138,14 @@ void writeParticlesTo(const fs::path& path, const ParticlesObject& object, const
     doFileWork([&] { writeParticles(path, object.particles, options); });
 }
 
-/// Adds a function that writes. `what`: the name and type of its second argument.
+/// Adds a function that writes its second argument, which has this name and type.
 template <typename Write>
 void addWriter(nb::module_& module, const char* name, const char* argument, const std::string& type, const Write& write,
                const char* text) {
-    static std::list<std::string> signatures;  // nanobind keeps no copy
-    const std::string& signature = signatures.emplace_back(
+    const std::string signature =
         "def " + std::string(name) + "(path: str | os.PathLike[str], " + argument + ": " + type +
         ", *, frame: int | None = None, frames_per_second: float = 24.0, up_axis: str = 'y', meters_per_unit: float = "
-        "1.0) -> None");
+        "1.0) -> None";
     module.def(name, write, nb::arg("path"), nb::arg(argument), nb::kw_only(), nb::arg("frame").none() = nb::none(),
                nb::arg("frames_per_second") = 24.0, nb::arg("up_axis") = "y", nb::arg("meters_per_unit") = 1.0,
                nb::sig(signature.c_str()), text);
@@ -152,17 +167,7 @@ void addFileFunctions(nb::module_& module) {
             "collections.abc.Sequence[str] = (), on_bad_particle: str = 'error', scale: float = 1.0, velocity_scale: "
             "float = 1.0, time_scale: float = 1.0, up_axis: str = 'y', origin: str | collections.abc.Sequence[float] | "
             "None = 'auto') -> Particles"),
-        "Reads a particle file in the format of its extension: .vdb, .bgeo, .ply, .vtk, .csv and others.\n\n"
-        "The arguments are the keys `input.…` of pipeline files: attributes that hold velocity and id (empty: the "
-        "usual\n"
-        "names), which particles are chosen (where: a condition such as \"type == 1\"; box: lowest x y z and highest x "
-        "y z;\n"
-        "group; grid), units, and the axis of the file that becomes y. origin: subtracted in double precision, units "
-        "of the\n"
-        "file; \"auto\": zero, unless single precision would lose positions that are stored in double precision.\n\n"
-        "Raises OSError if the system refuses to read the file, ValueError if it is damaged, has an unknown extension, "
-        "or\n"
-        "has a particle that is not finite (on_bad_particle=\"drop\" leaves those out).");
+        kReadParticles);
     module.def("read_mesh", readMeshOf, nb::arg("path"), nb::sig("def read_mesh(path: str | os.PathLike[str]) -> Mesh"),
                "Reads a mesh of any program in the format of its extension. Polygons become fans of triangles.\n\n"
                "Raises OSError if the system refuses to read the file, ValueError if it is damaged or has no mesh.");

@@ -17,6 +17,25 @@
 namespace betamesh {
 namespace {
 
+constexpr const char* kCheck =
+    R"(Checks that a surface of any program is closed, oriented, manifold, finite and free of self-intersections.
+
+All decisions are exact. particles: also checks that these are inside, on the surface, or in surface.spheres; their
+positions are relative to surface.origin. tolerance: world units; crossings and distances up to it are no faults.
+examples: number of crossings to list. strict: triangles without area, unused vertices, several vertices at one
+position, and triangles that touch are faults too.
+
+Returns a dict with the names of `betamesh check --json`: good (bool), faults (list of names), counts, and of a mesh its
+components with genus, volume and area.)";
+
+constexpr const char* kCoherence =
+    R"(How far the surface moves from one frame to the next.
+
+Returns a dict, in world units: max (largest distance between the surfaces, in both directions; inf if one is empty),
+quantile_999 (99.9 % of the area is nearer), rms, worst (where max is), samples. With the particles of both frames,
+which are matched by id or by row, also particles (matched, max, farthest) and ratio: max over the largest displacement
+of a particle. ignore_thinner: leaves out liquid that is thinner than this.)";
+
 nb::dict dictOf(const FaultCount& found) {
     nb::dict dict;
     dict["count"] = found.count;
@@ -272,13 +291,7 @@ void addMeasureFunctions(nb::module_& module) {
         nb::sig("def check(surface: Mesh | Curves, particles: Particles | numpy.typing.ArrayLike | None = None, *, "
                 "tolerance: float = 0.0, examples: int = 8, strict: bool = False, threads: int | None = None) -> "
                 "dict[str, typing.Any]"),
-        "Checks that a surface of any origin is closed, oriented, manifold, finite and free of self-intersections.\n\n"
-        "All decisions are exact. particles: also checks that these are inside, on the surface, or in its spheres;\n"
-        "their positions are relative to surface.origin. tolerance: world units; crossings and distances up to it\n"
-        "are no faults. examples: number of crossings to list. strict: triangles without area, unused vertices,\n"
-        "vertices at one position and triangles that touch are faults too.\n\n"
-        "Returns a dict with the names of `betamesh check --json`: good (bool), faults (list of names), counts, and\n"
-        "the components of a mesh with their genus, volume and area.");
+        kCheck);
     module.def(
         "measure", measure, nb::arg("mesh"), nb::kw_only(), nb::arg("threads").none() = nb::none(),
         nb::sig("def measure(mesh: Mesh, *, threads: int | None = None) -> dict[str, typing.Any]"),
@@ -291,12 +304,7 @@ void addMeasureFunctions(nb::module_& module) {
         nb::sig("def coherence(before: Mesh, after: Mesh, particles_before: Particles | numpy.typing.ArrayLike | "
                 "None = None, particles_after: Particles | numpy.typing.ArrayLike | None = None, *, ignore_thinner: "
                 "float = 0.0, threads: int | None = None) -> dict[str, typing.Any]"),
-        "How far the surface moves from one frame to the next.\n\n"
-        "Returns a dict, in world units: max (largest distance between the surfaces, in both directions; inf if one\n"
-        "is empty), quantile_999 (99.9 % of the area is nearer), rms, worst (where max is), samples. With the\n"
-        "particles of both frames, matched by id or by row, also particles (matched, max, farthest) and ratio, that\n"
-        "of the surface's largest displacement to the particles'. ignore_thinner: leaves out liquid thinner than\n"
-        "this.");
+        kCoherence);
 }
 
 }  // namespace betamesh

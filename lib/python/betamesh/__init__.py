@@ -116,8 +116,8 @@ def skin(
 
     Lengths, in world units or as text such as "1.5dx" in particle spacings
         radius: of the balls. Particles closer than two radii are joined.
-        spacing: dx, at which the simulation seeded its particles. "auto" or None: radius / 1.5 if the radius is in world
-            units, else measured in this frame. Give all frames of a sequence the same, as from spacing().
+        spacing: dx, at which the simulation seeded its particles. "auto" or None: radius / 1.5 if the radius is in
+            world units, else measured in this frame. Give all frames of a sequence the same, as from spacing().
         skin: distance from the outermost particles to the surface, less than the radius. "auto": the mesh encloses the
             volume of the liquid. "none": the surface of the balls themselves.
 
@@ -137,13 +137,13 @@ def skin(
 
     The call
         threads: at most this many; None: one for each processor.
-        progress: called as progress(stage, seconds), in this thread, when a stage begins and about ten times per second.
-            The stages are "spacing", "structure", "tessellate", "smooth" and "velocity". An exception that it raises
-            ends the call within a second or two, as Ctrl-C does.
+        progress: called as progress(stage, seconds), in this thread, when a stage begins and about ten times per
+            second. The stages are "spacing", "structure", "tessellate", "smooth" and "velocity". An exception that it
+            raises ends the call within a second or two, as Ctrl-C does.
 
-    Warns (UserWarning) of lengths that do not suit the particles and of an origin that was chosen. Raises ValueError for
-    impossible settings, arrays of a wrong shape, type or number of rows, and a position or velocity that is not finite
-    (with its row); MemoryError.
+    Warns (UserWarning) of lengths that do not suit the particles and of an origin that was chosen. Raises ValueError
+    for impossible settings, arrays of a wrong shape, type or number of rows, and a position or velocity that is not
+    finite (with its row); MemoryError.
     """
     settings = _settings(locals(), _KEYS)
     return _skin(positions, velocities, ids, attributes, origin, settings, components, threads, progress)

@@ -28,7 +28,7 @@ SETTINGS = {
     "alpha": (dict(kind="alpha"), ["--surface", "alpha"]),
     "features": (
         dict(droplets="points", droplet_particles=20, tendrils="points", bubble_gap="3dx", components=True),
-        ["--droplets", "points", "--droplet-particles", 20, "--tendrils", "points", "--bubble-gap", "3dx", "--components"],
+        "--droplets points --droplet-particles 20 --tendrils points --bubble-gap 3dx --components".split(),
     ),
 }
 

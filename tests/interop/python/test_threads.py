@@ -28,10 +28,11 @@ def test_two_frames_at_once():
     expected = [betamesh.skin(cloud) for cloud in clouds]
     for threads in (None, 1):
         found = [[], []]
-        workers = [
-            threading.Thread(target=lambda i=i: found[i].extend(betamesh.skin(clouds[i], threads=threads) for _ in range(4)))
-            for i in (0, 1)
-        ]
+
+        def work(i, threads=threads, found=found):
+            found[i].extend(betamesh.skin(clouds[i], threads=threads) for _ in range(4))
+
+        workers = [threading.Thread(target=work, args=(i,)) for i in (0, 1)]
         for worker in workers:
             worker.start()
         for worker in workers:
@@ -63,7 +64,11 @@ def test_other_threads_go_on_meanwhile():
 def test_progress_names_the_stages_in_order():
     calls = []
     expected = betamesh.skin(lattice(20))
-    mesh = betamesh.skin(lattice(20), progress=lambda stage, seconds: calls.append((stage, seconds, threading.get_ident())))
+
+    def progress(stage, seconds):
+        calls.append((stage, seconds, threading.get_ident()))
+
+    mesh = betamesh.skin(lattice(20), progress=progress)
     assert same(mesh, expected)
     stages = [stage for stage, _, _ in calls]
     assert [s for i, s in enumerate(stages) if i == 0 or stages[i - 1] != s] == [s for s in STAGES if s in stages]
