@@ -2,6 +2,8 @@
 
 #include "batch/job/frames.h"
 #include "batch/job/job.h"
+#include "batch/job/usd_sequence.h"
+#include "batch/platform/machine.h"
 #include "batch/report/log.h"
 #include "betamesh/error.h"
 #include "command.h"
@@ -21,6 +23,7 @@ namespace fs = std::filesystem;
 struct Arguments {
     std::string input, output;
     std::string frames = "all";
+    LevelSetOptions level_set{};
     bool overwrite = false;
     bool quiet = false;
 };
@@ -39,6 +42,8 @@ std::vector<ConversionTask> tasksOf(const Arguments& arguments) {
     for (const int frame : frames) {
         tasks.push_back({fileOfFrame(input, on_disk, frame), frameName(output, frame)});
         if (output.numbered) tasks.back().options.frame = frame;
+        tasks.back().options.level_set = arguments.level_set;
+        tasks.back().options.level_set.memory_limit = availableMemory();
     }
     return tasks;
 }
@@ -68,6 +73,7 @@ int convert(const Arguments& arguments) {
     setLogLevel(arguments.quiet ? LogLevel::quiet : LogLevel::normal);
     const std::vector<ConversionTask> tasks = tasksOf(arguments);
     requireOutputs(tasks, arguments);
+    requireOwnSequenceLayer(framePattern(arguments.output));
     const std::string folder = folderOf(arguments.output);
     std::error_code error;
     fs::create_directories(folder, error);
@@ -82,9 +88,11 @@ int convert(const Arguments& arguments) {
         logInfo(input + " -> " + output + ": " + describe(done));
         return true;
     };
-    return forEachFile(
+    const int exit_code = forEachFile(
         tasks.size(), [&](std::size_t i) { return tasks[i].input; }, convertTask,
         [](std::size_t, const std::string&) {});
+    writeSequenceLayer(framePattern(arguments.output), {});
+    return exit_code;
 }
 
 }  // namespace
@@ -99,6 +107,7 @@ void addConvertCommand(CLI::App& program, int& exit_code) {
         "Exit codes: 0 every file converted; 1 some were not; 2 wrong usage, or an output that exists already.\n"
         "Examples:\n"
         "  betamesh convert splash.0012.bgeo.sc splash.0012.ply\n"
+        "  betamesh convert splash.0012.ply splash.0012.vdb --voxel 0.01\n"
         "  betamesh convert 'sim/splash.####.vdb' 'csv/splash.####.csv' --frames 1-24");
     command
         ->add_option("IN", arguments->input,
@@ -112,6 +121,18 @@ void addConvertCommand(CLI::App& program, int& exit_code) {
     command->add_option("--frames", arguments->frames, "Frames to convert, such as 1-24. all: every frame on disk.")
         ->type_name("FRAMES")
         ->capture_default_str();
+    command
+        ->add_option(
+            "--voxel", arguments->level_set.voxel,
+            "Voxel size of level sets, which .vdb files of meshes are, in world units. 0: the median length of "
+            "the edges of the mesh.")
+        ->check(CLI::NonNegativeNumber)
+        ->capture_default_str();
+    command->add_option("--band", arguments->level_set.band, "Half width of the narrow band of level sets, in voxels.")
+        ->check(CLI::Range(1.0, 100.0))
+        ->capture_default_str();
+    command->add_flag("--velocity-grid", arguments->level_set.velocity,
+                      "Write the grid v of velocities beside a level set.");
     command->add_flag("--overwrite", arguments->overwrite, "Replace outputs that already exist.");
     command->add_flag("-q,--quiet", arguments->quiet, "Print only errors.");
 }

@@ -18,13 +18,21 @@ void print(const std::string& file, const FileInfo& info, std::optional<double> 
     std::cout << printable(file) << '\n'
               << "  format      " << printable(info.format) << ", " << info.bytes << " bytes\n"
               << "  points      " << info.points << '\n';
+    for (const VolumeInfo& volume : info.volumes) {
+        std::cout << "  volume      " << printable(volume.name) << ": " << printable(volume.kind) << ", "
+                  << printable(volume.type) << ", voxel " << volume.voxel << ", " << volume.voxels << " active voxels";
+        if (volume.voxels > 0)
+            std::cout << ", bounds " << volume.lower.x << ' ' << volume.lower.y << ' ' << volume.lower.z << "  to  "
+                      << volume.upper.x << ' ' << volume.upper.y << ' ' << volume.upper.z;
+        std::cout << '\n';
+    }
     if (info.kind == FileKind::mesh) std::cout << "  triangles   " << info.triangles << '\n';
     if (info.edges > 0) std::cout << "  edges       " << info.edges << '\n';
     if (info.points > 0) {
         std::cout << "  bounds      " << info.lower.x << ' ' << info.lower.y << ' ' << info.lower.z << "  to  "
                   << info.upper.x << ' ' << info.upper.y << ' ' << info.upper.z << '\n';
     }
-    if (info.kind == FileKind::particles) {
+    if (info.kind == FileKind::particles && info.volumes.empty()) {
         std::cout << "  spacing     ";
         if (particle_spacing) {
             std::cout << *particle_spacing << '\n';

@@ -2,6 +2,7 @@
 
 #include "batch/job/frames.h"
 #include "batch/job/job.h"
+#include "batch/job/usd_sequence.h"
 #include "batch/platform/interrupt.h"
 #include "batch/platform/machine.h"
 #include "batch/report/log.h"
@@ -69,6 +70,7 @@ int writeSample(const Arguments& arguments) {
                         " already exists. Use --overwrite to replace it or --skip-existing to resume.");
         }
     }
+    requireOwnSequenceLayer(pattern);
     Sample sample(arguments.params);
     const fs::path folder = fs::path(arguments.output).parent_path();
     if (!folder.empty()) fs::create_directories(folder);
@@ -81,6 +83,7 @@ int writeSample(const Arguments& arguments) {
         logInfo("frame " + std::to_string(frame) + ": " + std::to_string(particles.size()) + " particles -> " +
                 frameName(pattern, frame));
     }
+    writeSequenceLayer(pattern, {});
     logInfo(std::to_string(frames.size()) + " frames written; nominal particle spacing " +
             std::to_string(sample.spacing()));
     return kAllWritten;

@@ -32,7 +32,10 @@ bool has64Bits(const std::string& type) {
 
 /// What the reader did not read, or rounded.
 void noteReading(const FileContents& contents, std::vector<std::string>& warnings) {
-    if (!contents.passed_over.empty()) warnings.push_back("not read: " + concatenate(contents.passed_over));
+    std::vector<std::string> passed_over = contents.passed_over;
+    for (const GridInfo& grid : contents.grids)
+        if (!grid.is_read) passed_over.push_back("'" + grid.name + "' (" + grid.type + ")");
+    if (!passed_over.empty()) warnings.push_back("not read: " + concatenate(passed_over));
     if (contents.position.empty()) return;
     std::vector<std::string> lost, rounded;
     for (const AttributeInfo& declared : contents.declared) {
@@ -59,10 +62,18 @@ void dropLargeIds(const FileFormat& format, Particles& particles, std::vector<st
                        std::string(format.write_extensions) + " cannot hold: they are left out");
 }
 
-void noteWriting(const fs::path& to, FileKind kind, bool has_velocity, bool has_attributes, bool has_components,
+void noteWriting(const fs::path& to, FileKind kind, const Extras& extras, const WriteOptions& options,
                  std::vector<std::string>& warnings) {
-    const std::string lost = lossesOf(to, kind, {has_velocity, has_attributes, has_components});
+    const std::string lost = lossesOf(to, kind, extras, options);
     if (!lost.empty()) warnings.push_back("the output is written without " + lost + ", which its format cannot hold");
+}
+
+void noteNames(const fs::path& to, FileKind kind, const std::vector<Attribute>& attributes,
+               std::vector<std::string>& warnings) {
+    std::vector<std::string> names;
+    for (const Attribute& a : attributes) names.push_back(a.name);
+    const std::string renamed = renamingsIn(to, kind, names);
+    if (!renamed.empty()) warnings.push_back("the output cannot hold some names of attributes: " + renamed);
 }
 
 void require(const fs::path& from, const fs::path& to, FileKind kind) {
@@ -92,6 +103,7 @@ Conversion convertFile(const fs::path& from, const fs::path& to, const WriteOpti
     if (done.kind == FileKind::particles) {
         Particles particles = particlesFrom(std::move(contents), {}, file);
         dropLargeIds(formatOf(to, done.kind, Access::write), particles, done.warnings);
+        noteNames(to, done.kind, particles.attributes, done.warnings);
         writeParticles(to, particles, options);
         return done;
     }
@@ -101,15 +113,17 @@ Conversion convertFile(const fs::path& from, const fs::path& to, const WriteOpti
     }
     if (done.kind == FileKind::curves) {
         const Curves curves = curvesFrom(std::move(contents), file);
-        noteWriting(to, done.kind, !curves.velocity.empty(), !curves.attributes.empty(), false, done.warnings);
+        noteWriting(to, done.kind, {!curves.velocity.empty(), !curves.attributes.empty(), false}, options,
+                    done.warnings);
         writeCurves(to, curves, options);
         return done;
     }
     if (!contents.edges.empty())
         done.warnings.emplace_back("edges are left out, because the file contains a mesh as well");
     const Mesh mesh = meshFrom(std::move(contents), file);
-    noteWriting(to, done.kind, !mesh.velocity.empty(), !mesh.attributes.empty(), mesh.component.has_value(),
+    noteWriting(to, done.kind, {!mesh.velocity.empty(), !mesh.attributes.empty(), mesh.component.has_value()}, options,
                 done.warnings);
+    noteNames(to, done.kind, mesh.attributes, done.warnings);
     writeMesh(to, mesh, options);
     return done;
 }

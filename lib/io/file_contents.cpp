@@ -220,6 +220,27 @@ Attribute integerAttribute(std::string name, std::uint32_t components, std::vect
     return a;
 }
 
+IntegerType writtenType(const Attribute& a) {
+    const auto fits = [&]<typename T>(T) {
+        return std::all_of(a.integer.begin(), a.integer.end(), [](std::int32_t x) {
+            return x >= std::numeric_limits<T>::min() && x <= std::numeric_limits<T>::max();
+        });
+    };
+    switch (a.integer_type) {
+        case IntegerType::int8:
+            return fits(std::int8_t{}) ? a.integer_type : IntegerType::int32;
+        case IntegerType::uint8:
+            return fits(std::uint8_t{}) ? a.integer_type : IntegerType::int32;
+        case IntegerType::int16:
+            return fits(std::int16_t{}) ? a.integer_type : IntegerType::int32;
+        case IntegerType::uint16:
+            return fits(std::uint16_t{}) ? a.integer_type : IntegerType::int32;
+        case IntegerType::int32:
+            break;
+    }
+    return IntegerType::int32;
+}
+
 void appendFan(const std::vector<std::uint32_t>& corners, std::vector<Triangle>& triangles) {
     for (std::size_t i = 2; i < corners.size(); ++i) triangles.push_back({corners[0], corners[i - 1], corners[i]});
 }

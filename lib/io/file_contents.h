@@ -25,11 +25,22 @@ struct AttributeInfo {
     std::string codec;             ///< how the numbers are compressed; empty: they are not
 };
 
-/// A grid of a .vdb file.
+/// A grid of a .vdb file, or an object of an .abc file.
 struct GridInfo {
-    std::string name;
-    std::string type;  ///< "points", or the type of a grid of another kind
+    std::string name;  ///< of an object: its path, such as "/sim/liquid"
+    std::string type;  ///< "points", or the type of a grid of another kind, or the schema of an object
     bool is_read = false;
+};
+
+/// A volume of a .vdb file, such as a level set.
+struct VolumeInfo {
+    std::string name;
+    std::string type;          ///< of its values: "float", "vec3s"
+    std::string kind;          ///< "level set", "fog volume" and so on; "unknown"
+    double voxel = 0;          ///< size of a voxel along x, world units
+    std::uint64_t voxels = 0;  ///< active ones
+    Vec3 lower{0, 0, 0};       ///< bounding box of the centres of the active voxels, world units
+    Vec3 upper{0, 0, 0};
 };
 
 /// A number that single precision cannot store.
@@ -55,6 +66,7 @@ struct FileContents {
     bool begun = false;                 ///< append() was called, perhaps with no points
     std::vector<std::string> groups{};  ///< names of all point groups
     std::vector<GridInfo> grids{};
+    std::vector<VolumeInfo> volumes{};       ///< of a file without points, if ReadOptions::summary is set
     std::vector<std::string> passed_over{};  ///< what else is not read: "3 point groups of the classic format"
     std::vector<Overflow> overflows{};       ///< of a block: the first of each attribute
     bool has_double_positions = false;       ///< the file stores positions in double precision
@@ -75,7 +87,8 @@ inline constexpr std::string_view kGroupPrefix = "group:";
 struct ReadOptions {
     std::string id = "id";              ///< name of the attribute that becomes FileContents::id; empty: none
     bool attributes = true;             ///< false: read positions only
-    std::vector<std::string> grids{};   ///< of .vdb: the point grids to read; empty: all
+    std::vector<std::string> grids{};   ///< point grids of .vdb to read; empty: all. Of .abc: objects, by path or last
+                                        ///< name; empty: the only one
     std::vector<std::string> groups{};  ///< groups that become integer attributes, named kGroupPrefix + NAME, of ones
                                         ///< and zeros; the readers of Houdini's files read all groups
     Vec3 origin{0, 0, 0};               ///< is subtracted from positions before they are rounded to float
@@ -84,6 +97,8 @@ struct ReadOptions {
     std::function<void(FileContents&& points, std::uint64_t total)> points{};
     bool faces = true;                ///< false: read points only
     bool skip_unknown_faces = false;  ///< stop at a primitive that is not a polygon instead of reporting an error
+    bool summary = false;  ///< report no error, but what there is: read the first of several time samples of .abc, and
+                           ///< describe the volumes of a .vdb file without points
 };
 
 /// Passes points to options.points if that is set, else appends them to contents. total: number that the file declares.
@@ -112,6 +127,9 @@ std::string attributeNames(const FileContents& contents);
 
 /// An integer attribute; a float attribute if some values need more than 32 bits.
 Attribute integerAttribute(std::string name, std::uint32_t components, std::vector<std::int64_t> values);
+
+/// The type of an attribute's integers in a file: that of the file that it is from, if all numbers fit.
+IntegerType writtenType(const Attribute& a);
 
 /// Appends a polygon as a fan of triangles; nothing for fewer than three corners.
 void appendFan(const std::vector<std::uint32_t>& corners, std::vector<Triangle>& triangles);

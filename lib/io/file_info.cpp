@@ -13,6 +13,7 @@ namespace betamesh {
 FileInfo inspectFile(const std::filesystem::path& path, std::vector<Vec3f>* particles) {
     ReadOptions options;
     options.skip_unknown_faces = true;
+    options.summary = true;
     FileInfo info;
     FileContents contents = readByContents(path, options, info.note);
     info.kind = contents.kind();
@@ -23,6 +24,7 @@ FileInfo inspectFile(const std::filesystem::path& path, std::vector<Vec3f>* part
     info.triangles = contents.triangles.size();
     info.edges = contents.edges.size();
     info.attributes = contents.declared;
+    info.volumes = contents.volumes;
     if (!contents.position.empty()) info.lower = info.upper = contents.position.front();
     for (const Vec3f& p : contents.position)
         for (int axis = 0; axis < 3; ++axis) {

@@ -23,6 +23,7 @@ struct FileInfo {
     Vec3f lower{0, 0, 0};       ///< bounding box of all points, world units; zeros without points
     Vec3f upper{0, 0, 0};
     std::vector<AttributeInfo> attributes;  ///< point attributes in the order of the file
+    std::vector<VolumeInfo> volumes;        ///< of a .vdb file without points
     std::string note;                       ///< says so if the extension is that of another format; else empty
 };
 

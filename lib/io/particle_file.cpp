@@ -38,9 +38,9 @@ FileContents readChosen(const std::filesystem::path& path, const ParticleInput& 
         selector.choose(points);
         take(std::move(points), total);
     };
-    if (!input.grid.empty() && !isVdb(path))
+    if (!input.grid.empty() && !hasGrids(path))
         throw Error(path.string() + ": has no grids, but grid '" + input.grid[0] +
-                    "' is asked for (input.grid). Only .vdb files have grids.");
+                    "' is asked for (input.grid). Only .vdb files have grids, .usda files prims and .abc files objects.");
     return readPoints(path, options);
 }
 

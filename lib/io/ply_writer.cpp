@@ -17,28 +17,6 @@ std::string suffix(std::uint32_t component, std::uint32_t components) {
     return "_" + std::to_string(component);
 }
 
-/// The type of an attribute's integers: that of the file that it is from, if all numbers fit.
-IntegerType writtenType(const Attribute& a) {
-    const auto fits = [&]<typename T>(T) {
-        return std::all_of(a.integer.begin(), a.integer.end(), [](std::int32_t x) {
-            return x >= std::numeric_limits<T>::min() && x <= std::numeric_limits<T>::max();
-        });
-    };
-    switch (a.integer_type) {
-        case IntegerType::int8:
-            return fits(std::int8_t{}) ? a.integer_type : IntegerType::int32;
-        case IntegerType::uint8:
-            return fits(std::uint8_t{}) ? a.integer_type : IntegerType::int32;
-        case IntegerType::int16:
-            return fits(std::int16_t{}) ? a.integer_type : IntegerType::int32;
-        case IntegerType::uint16:
-            return fits(std::uint16_t{}) ? a.integer_type : IntegerType::int32;
-        case IntegerType::int32:
-            break;
-    }
-    return IntegerType::int32;
-}
-
 const char* nameOf(IntegerType type) {
     switch (type) {
         case IntegerType::int8:

@@ -18,6 +18,7 @@
 #include <openvdb/points/PointDataGrid.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cerrno>
 #include <exception>
 #include <fstream>
@@ -384,6 +385,19 @@ std::string gridNames(const std::vector<GridInfo>& grids, const std::string& typ
     return names.empty() ? "no grids" : names;
 }
 
+/// What kind of volume a grid is.
+VolumeInfo volumeInfo(const vdb::GridBase& grid, const std::string& name) {
+    VolumeInfo info{name, grid.valueType(), vdb::GridBase::gridClassToMenuName(grid.getGridClass()),
+                    grid.voxelSize().x(), grid.activeVoxelCount()};
+    for (char& c : info.kind) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    const vdb::CoordBBox box = grid.evalActiveVoxelBoundingBox();
+    if (info.voxels == 0) return info;
+    const vdb::Vec3d lower = grid.indexToWorld(box.min()), upper = grid.indexToWorld(box.max());
+    info.lower = Vec3(lower.x(), lower.y(), lower.z());
+    info.upper = Vec3(upper.x(), upper.y(), upper.z());
+    return info;
+}
+
 FileContents readGrids(const std::string& path, const ReadOptions& options) {
     requireComplete(path);
     GridFile file(path);
@@ -402,6 +416,12 @@ FileContents readGrids(const std::string& path, const ReadOptions& options) {
         const auto compression = grid->getMetadata<vdb::StringMetadata>(vdb::GridBase::META_FILE_COMPRESSION);
         if (compression && contents.format.empty()) contents.format = "vdb points, " + compression->value();
         reader.read(*grid);
+    }
+    if (point_grids == 0 && options.summary && !file.descriptors().empty()) {
+        for (const auto& [name, descriptor] : file.descriptors())
+            contents.volumes.push_back(volumeInfo(*file.read(descriptor), name));
+        contents.format = "vdb volumes";
+        return contents;
     }
     if (point_grids == 0)
         throw Error("contains no point grid (found " + gridNames(contents.grids, "") +

@@ -175,16 +175,16 @@ void addAttributes(points::PointDataTree& tree, const std::vector<LeafRange>& le
 /// Writes an archive to memory, because OpenVDB does not report all errors of the disk.
 class MemoryArchive : public vdb::io::Archive {
 public:
-    std::string bytesOf(const vdb::GridBase::ConstPtr& grid) const {
+    std::string bytesOf(const vdb::GridCPtrVec& grids) const {
         std::ostringstream out(std::ios::binary);
-        Archive::write(out, vdb::GridCPtrVec{grid}, /*seekable=*/true);
+        Archive::write(out, grids, /*seekable=*/true);
         if (!out) throw std::bad_alloc();
         return std::move(out).str();
     }
 };
 
 /// Replaces the random UUID that OpenVDB writes by a hash of the rest of the file (two FNV-1a hashes in the form of a
-/// UUID of version 4), so that the same particles give the same bytes.
+/// UUID of version 4), so that the same grids give the same bytes.
 void replaceUuid(std::string& bytes) {
     constexpr std::size_t kOffset = 8 + 3 * 4 + 1;  // after magic, three version numbers and a flag
     constexpr std::string_view kForm = "xxxxxxxx-xxxx-4xxx-8xxx-xxxxxxxxxxxx";
@@ -199,6 +199,12 @@ void replaceUuid(std::string& bytes) {
 }
 
 }  // namespace
+
+std::string archiveOf(const vdb::GridCPtrVec& grids) {
+    std::string bytes = MemoryArchive().bytesOf(grids);
+    replaceUuid(bytes);
+    return bytes;
+}
 
 std::string encodeVdb(const Particles& particles, const std::string& file) {
     initializeVdb();
@@ -215,9 +221,7 @@ std::string encodeVdb(const Particles& particles, const std::string& file) {
         const auto grid = points::PointDataGrid::create(tree);
         grid->setName("points");
         grid->setTransform(vdb::math::Transform::createLinearTransform(voxel_size));
-        std::string bytes = MemoryArchive().bytesOf(grid);
-        replaceUuid(bytes);
-        return bytes;
+        return archiveOf({grid});
     } catch (const vdb::Exception& error) {
         throw Error(file + ": " + error.what());
     }

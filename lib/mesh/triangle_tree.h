@@ -66,6 +66,8 @@ public:
     /// The same, much faster if `hint` is the position in the tree of a triangle nearby. It is set to the position of
     /// the nearest triangle. Any value is allowed; it may change the distance by rounding.
     double distanceTo(const Vec3& point, std::size_t& hint) const;
+    /// The triangle at a position in the tree.
+    std::uint32_t triangleAt(std::size_t position) const { return order_[position]; }
 
 private:
     template <typename Visit>

@@ -28,7 +28,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("particles", help="pattern of particle files, in quotes")
     parser.add_argument("folder", type=pathlib.Path, help="for the meshes")
-    parser.add_argument("--extension", default=".ply", help="format of the meshes (default: %(default)s)")
+    parser.add_argument("--extension", default=".usda", help="format of the meshes (default: %(default)s)")
     parser.add_argument("--radius", default="1.5dx", help="world units, or particle spacings as in 1.5dx")
     parser.add_argument("--spacing", type=float, help="world units (default: measured in three frames)")
     parser.add_argument("--attribute", action="append", default=[], help="to transfer to the mesh; repeat for more")

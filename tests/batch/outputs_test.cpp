@@ -110,9 +110,9 @@ TEST_F(Outputs, WrongListsAreRefusedBeforeAnythingIsWritten) {
         const char* error;
     };
     for (const Wrong& wrong :
-         {Wrong{"  - {path: out/a.####.ply}\n  - {path: out/a.####.ply}\n", "the output of frame 1"},
+         {Wrong{"  - {path: out/a.####.ply}\n  - {path: out/a.####.ply}\n", "both the mesh of frame 1 in output 1 and the mesh of frame 1 in output 2"},
           Wrong{"  - {path: out/a.####.ply}\n  - {preset: preview}\n", "output 2 of the list of outputs has no path"},
-          Wrong{"  - {path: out/a.####.ply, frames: 1-2}\n", "job.yaml:5:29: frames is the same for all outputs"},
+          Wrong{"  - {path: out/a.####.ply, frames: 1-2}\n", "job.yaml:5:28: frames is the same for all outputs"},
           Wrong{"  - {path: out/a.####.ply, run: {threads: 2}}\n", "run.threads is the same for all outputs"},
           Wrong{"  - {path: out/a.####.ply, output: {path: b.####.ply}}\n", "output.path is set a second time"},
           Wrong{"  - {path: out/a.####.ply, radius: 2dx}\n", "Did you mean 'surface.radius'?"},

@@ -1,6 +1,7 @@
 // Damaged files of every format. A reader must return a valid result or throw Error, and must not allocate more memory
 // than the file's size justifies. The random seed is printed; trial i of a seed is always the same.
 
+#include "io/alembic.h"
 #include "io/bgeo.h"
 #include "io/houdini_geo.h"
 #include "io/houdini_scf.h"
@@ -9,8 +10,10 @@
 #include "io/ply.h"
 #include "io/prt.h"
 #include "io/table.h"
+#include "io/usd.h"
 #include "io/vdb.h"
 #include "io/vtk.h"
+#include "support/alembic_archive.h"
 #include "support/file_checks.h"
 #include "support/file_samples.h"
 #include "support/temporary_folder.h"
@@ -229,6 +232,25 @@ const std::size_t kTrials = fromEnvironment("BETAMESH_FUZZ_TRIALS", 20000);
 
 }  // namespace
 
+// Points and faces are read one after the other, as the commands of the program do.
+const Reader kAlembic{"alembic", [](const Bytes& bytes) {
+                          ReadOptions points_only;
+                          points_only.faces = false;
+                          std::optional<Error> failure;
+                          try {
+                              validate(readAsParticles(parseAbc(bytes, "fuzz", points_only)));
+                          } catch (const Error& error) {
+                              failure = error;
+                          }
+                          ReadOptions summary;
+                          summary.summary = true;
+                          const FileContents contents = parseAbc(bytes, "fuzz", summary);
+                          for (const Triangle& t : contents.triangles)
+                              for (const std::uint32_t corner : t) ASSERT_LT(corner, contents.position.size());
+                          if (failure) throw *failure;
+                          meshFrom(contents, "fuzz");
+                      }};
+
 TEST(ReaderFuzz, PlyBinary) {
     fuzz(kPly, bytesOf([](ByteWriter& out) { encodePly(out, sampleParticles(40, true, true, true), ""); }), kTrials);
     fuzz(kPly, bytesOf([](ByteWriter& out) { encodePly(out, withComponents(sampleMesh(40, true, true)), ""); }),
@@ -366,10 +388,47 @@ TEST(ReaderFuzz, VtkLegacy) {
          kTrials);
 }
 
+TEST(ReaderFuzz, Alembic) {
+    fuzz(kAlembic, bytesOf([](ByteWriter& out) { encodeAbc(out, sampleParticles(40, true, true, true), ""); }),
+         kTrials);
+    fuzz(kAlembic, bytesOf([](ByteWriter& out) { encodeAbc(out, withComponents(sampleMesh(40, true, true)), ""); }),
+         kTrials);
+    fuzz(kAlembic, archiveOfManyKinds(), kTrials);
+}
+
 TEST(ReaderFuzz, Table) {
     const Reader table = reader("table", parseTable);
     fuzz(table, bytesOf("x,y,z,vx,vy,vz,id,\"a:0\"\n1,2,3,0,0,1,7,1\n4,5,6,0,1,0,8,2\n7,8,9,1,0,0,9,3\n"), kTrials);
     fuzz(table, bytesOf("2\nwater\nO 1 2 3\nH 4 5 6\n"), kTrials);
+}
+
+TEST(ReaderFuzz, Usda) {
+    const Reader usda = reader("usda", parseUsda);
+    const WriteOptions frame{.frame = 7};
+    fuzz(usda, bytesOf([&](ByteWriter& out) { encodeUsda(out, sampleParticles(40, true, true, true), "", frame); }),
+         kTrials);
+    fuzz(usda,
+         bytesOf([&](ByteWriter& out) { encodeUsda(out, withComponents(sampleMesh(40, true, true)), "", frame); }),
+         kTrials);
+    fuzz(usda, bytesOf(R"(#usda 1.0
+(upAxis = "Z" metersPerUnit = 0.01)
+def Xform "w" (kind = "component") {
+double3 xformOp:translate = (1, 2, 3)
+matrix4d xformOp:transform:m.timeSamples = { 1: ( (1,0,0,0), (0,2,0,0), (0,0,1,0), (0,0,0,1) ) }
+uniform token[] xformOpOrder = ["!resetXformStack!", "xformOp:translate", "xformOp:transform:m"]
+def Mesh "a" { int[] faceVertexCounts = [4, 3]; int[] faceVertexIndices = [0, 1, 2, 3, 0, 1, 2]
+point3d[] points.timeSamples = { 1: [(0,0,0), (1,0,0), (1,1,0), (0,1,0)], 2: None }
+uniform token orientation = "leftHanded"
+normal3f[] normals = [(0,0,1), (0,0,1), (0,0,1), (0,0,1)] (interpolation = "vertex")
+half[] primvars:h = [1, 2, 3, 4] (displayName = "x.y") # comment
+rel r = [</w>, </w/a>]
+string s = """a"b"""; asset f = @a@
+float[] primvars:e = [1, 2, 3, 4, 5, 6, 7, 8, 9, 1, 2, 3] (elementSize = 3 interpolation = "vertex") }
+def Mesh "b" { point3f[] points = [(0,0,0)]; int[] faceVertexCounts = []; int[] faceVertexIndices = [] }
+over "c" (references = @x@) { variantSet "v" = { "x" { } } } }
+def Points "p" { point3f[] points = [(1,2,3), (4,5,6)]; float[] widths = [1]; uint64[] ids = [1, 18446744073709551615] }
+)"),
+         kTrials);
 }
 
 TEST(ReaderFuzz, Prt) {

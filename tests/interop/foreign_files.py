@@ -3,7 +3,7 @@
 geometry, PRT and the classic format. All point attributes must agree as 32-bit floats or as integers.
 
 usage: foreign_files.py PROGRAM FOLDER VENV
-       FOLDER: the files; VENV: a virtual environment whose Python may have the module vtk
+       FOLDER: the files; VENV: a virtual environment, into which vtk and usd-core are installed if they are not there
 exit:  0 all agree, 1 some differ, 77 skipped (there are no files)
 """
 
@@ -18,12 +18,11 @@ import tempfile
 import zlib
 
 from houdini_geometry import Json, pairs, unpacked
+from virtual_environment import run_with
 
 # Files that hold no points that can be read, and what the program must say.
 REFUSED = {
     "laika__packed_points_simple_16_5.bgeo": ["PackedGeometry", "Unpack"],
-    "openusd__points_p.101.usda": ["USD text", "cannot be read"],
-    "tinyusdz__points-000.usda": ["USD text", "cannot be read"],
     "partio__test.geo": ["classic", "text"],
 }
 
@@ -188,6 +187,36 @@ def read_vtk(path):
     return columns, found.GetBounds()
 
 
+# USD.
+
+
+def read_usd(path):
+    """The points of the only prim of type Points, in world coordinates at the first time sample."""
+    from pxr import Usd, UsdGeom
+
+    stage = Usd.Stage.Open(path)
+    prim = next(prim for prim in stage.Traverse() if prim.IsA(UsdGeom.Points))
+    times = UsdGeom.Points(prim).GetPointsAttr().GetTimeSamples()
+    time = times[0] if times else Usd.TimeCode.Default()
+    matrix = UsdGeom.Xformable(prim).ComputeLocalToWorldTransform(time)
+    scale = abs(matrix.GetDeterminant3()) ** (1 / 3)
+    vector = {"point3f[]": matrix.TransformAffine, "vector3f[]": matrix.TransformDir}
+    own_names = {"points": "P", "velocities": "v", "ids": "id", "widths": "pscale", "primvars:displayColor": "Cd"}
+    columns = {}
+    for attribute in prim.GetAttributes():
+        name, value = attribute.GetName(), attribute.Get(time)
+        if value is None or not (name in own_names or name.startswith("primvars:")):
+            continue
+        if str(attribute.GetTypeName()) in vector:
+            rows = [tuple(vector[str(attribute.GetTypeName())](row)) for row in value]
+        else:
+            rows = [tuple(row) if hasattr(row, "__len__") else (row,) for row in value]
+        if name == "widths":
+            rows = [(width / 2 * scale,) for (width,) in rows]
+        columns[own_names.get(name, name.removeprefix("primvars:"))] = rows
+    return columns, None
+
+
 # What the program makes of a file.
 
 
@@ -244,16 +273,9 @@ def main():
     if not os.path.isdir(folder):
         print("skipped: there are no files of other programs in " + folder)
         return 77
-    try:
-        import vtkmodules  # noqa: F401
-
-        has_vtk = True
-    except ImportError:
-        python = os.path.join(venv, "bin", "python")
-        if os.path.exists(python) and os.path.realpath(sys.prefix) != os.path.realpath(venv):
-            os.execv(python, [python, *sys.argv])
-        print("without the module vtk (%s -m pip install vtk): files of VTK and meshes are left out" % python)
-        has_vtk = False
+    lacks = run_with(venv, {"vtkmodules": "vtk", "pxr": "usd-core"}, may_lack=True)
+    if lacks is not None:
+        print("files of VTK and USD, and meshes, are left out: " + lacks)
     failures = count = 0
     with tempfile.TemporaryDirectory() as scratch:
         for name in sorted(os.listdir(folder)):
@@ -268,9 +290,9 @@ def main():
                 print("%-50s %s" % (name, "refused as it should" if good else "WRONG: " + said.stderr))
                 failures += not good
                 continue
-            read = {"vtk": read_vtk, "vtu": read_vtk, "prt": read_prt}.get(name.rsplit(".")[-1], read_houdini)
+            read = {"vtk": read_vtk, "vtu": read_vtk, "prt": read_prt, "usda": read_usd}.get(name.rsplit(".")[-1], read_houdini)
             is_mesh = name.startswith(("gamedev", "houio", "chunleili"))
-            if not has_vtk and (read is read_vtk or is_mesh):
+            if lacks is not None and (read in (read_vtk, read_usd) or is_mesh):
                 continue
             expected, bounds = read(path)
             found, info = read_program(program, path, scratch)

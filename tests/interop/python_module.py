@@ -11,37 +11,29 @@ import subprocess
 import sys
 import sysconfig
 
-NEEDED = ["nanobind>=3.1", "numpy", "pytest"]
-OF_EXAMPLES = ["matplotlib", "pysplashsurf"]  # those without them are skipped
+from virtual_environment import SKIPPED, python_with
+
+NEEDED = {"nanobind": "nanobind>=3.1", "numpy": "numpy", "pytest": "pytest"}
+OF_EXAMPLES = {"matplotlib": "matplotlib", "pysplashsurf": "pysplashsurf"}  # tests of examples without them are skipped
 
 
 def skip(why):
     print("skipped: " + why)
-    sys.exit(77)
+    sys.exit(SKIPPED)
 
 
 def succeeds(*words):
     return subprocess.run(words, check=False).returncode == 0
 
 
-def environment(venv):
-    """The Python of a virtual environment that has what the module needs."""
-    python = os.path.join(venv, "bin", "python")
-    if not os.path.exists(python) and not succeeds(sys.executable, "-m", "venv", venv):
-        skip("no virtual environment can be made. Install python3-venv")
-    pip = [python, "-m", "pip", "install", "--quiet", "--retries", "1", "--timeout", "20"]
-    if not succeeds(python, "-c", "import nanobind, numpy, pytest") and not succeeds(*pip, *NEEDED):
-        skip("pip cannot install " + ", ".join(NEEDED))
-    if not succeeds(python, "-c", "import " + ", ".join(OF_EXAMPLES)):
-        succeeds(*pip, *OF_EXAMPLES)
-    return python
-
-
 def main():
     source, prefix, program, venv, build = map(os.path.abspath, sys.argv[1:6])
     if not os.path.exists(os.path.join(sysconfig.get_paths()["include"], "Python.h")):
         skip("there is no Python.h. Install python3-dev")
-    python = environment(venv)
+    python, reason = python_with(venv, NEEDED)
+    if python is None:
+        skip(reason)
+    python_with(venv, OF_EXAMPLES)
     configure = ["cmake", "-S", os.path.join(source, "lib", "python"), "-B", build, "-DCMAKE_PREFIX_PATH=" + prefix]
     if not succeeds(*configure, "-DPython_EXECUTABLE=" + python, *sys.argv[6:]):
         return 1

@@ -3,8 +3,8 @@
 .svg).
 
 usage: vtk_reads.py PROGRAM VENV
-       VENV: a virtual environment whose Python may have the module vtk
-exit:  0 all agree, 1 some differ, 77 skipped (there is no module vtk)
+       VENV: a virtual environment, into which vtk is installed if it is not there
+exit:  0 all agree, 1 some differ, 77 skipped (vtk cannot be installed)
 """
 
 import csv
@@ -15,6 +15,7 @@ import tempfile
 import xml.etree.ElementTree
 
 from houdini_geometry import read_ply
+from virtual_environment import run_with
 
 
 def bits(rows):
@@ -51,16 +52,11 @@ def check(what, good):
 
 def main():
     program, venv = os.path.abspath(sys.argv[1]), sys.argv[2]
-    try:
-        from vtkmodules.vtkIOGeometry import vtkOBJReader, vtkSTLReader
-        from vtkmodules.vtkIOPLY import vtkPLYReader
-        from vtkmodules.vtkIOXML import vtkXMLPolyDataReader
-    except ImportError:
-        python = os.path.join(venv, "bin", "python")
-        if os.path.exists(python) and os.path.realpath(sys.prefix) != os.path.realpath(venv):
-            os.execv(python, [python, *sys.argv])
-        print("skipped: there is no module vtk. Run python3 -m venv %s; %s -m pip install vtk" % (venv, python))
-        return 77
+    run_with(venv, {"vtkmodules": "vtk", "numpy": "numpy"})
+    from vtkmodules.vtkIOGeometry import vtkOBJReader, vtkSTLReader
+    from vtkmodules.vtkIOPLY import vtkPLYReader
+    from vtkmodules.vtkIOXML import vtkXMLPolyDataReader
+
     failures = 0
     with tempfile.TemporaryDirectory() as folder:
 

@@ -121,7 +121,8 @@ TEST(FormatTable, ErrorsSayWhatCanBeUsedInstead) {
 TEST(FormatTable, ContentsDecideWhatAFileIs) {
     const TemporaryFolder folder;
     const Particles particles = sampleParticles(9, true, true, false);
-    for (const std::string extension : {".ply", ".bgeo", ".bgeo.gz", ".bgeo.sc", ".bhclassic", ".vdb", ".vtp"}) {
+    for (const std::string extension :
+         {".ply", ".bgeo", ".bgeo.gz", ".bgeo.sc", ".bhclassic", ".vdb", ".abc", ".vtp", ".usda"}) {
         SCOPED_TRACE(extension);
         const std::string right = folder / ("a" + extension), wrong = folder / "b";
         writeParticles(right, particles);
@@ -144,8 +145,8 @@ TEST(FormatTable, ContentsDecideWhatAFileIs) {
     const Bytes packed = gzip(ply);
     refused("packed.ply", {reinterpret_cast<const char*>(packed.data()), packed.size()},
             {"packed.ply: contains PLY compressed by gzip", "gunzip"});
-    refused("a.usda", "#usda 1.0\n", {"USD text", "cannot be read"});
-    refused("b.bgeo", "Ogawa", {"Alembic", "cannot be read"});
+    refused("a.usda", "PXR-USDC", {"binary USD", "cannot be read", "usdcat"});
+    refused("b.bgeo", "\x89HDF\r\n", {"HDF5, the older container of Alembic", "cannot be read"});
     refused("a.stl", "nothing", {".stl can be written, but not read"});
     refused("a.dat", "nothing", {"a.dat", "neither the extension nor the contents"});
 }

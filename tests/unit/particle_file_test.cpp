@@ -6,9 +6,11 @@
 #include "io/output_file.h"
 #include "support/file_checks.h"
 
+#include <algorithm>
 #include <cstdio>
 #include <iterator>
 #include <limits>
+#include <numeric>
 #include <sstream>
 
 namespace betamesh {
@@ -45,6 +47,17 @@ TEST(ParticleFile, SelectedRowsEqualThoseOfTheWholeFile) {
     }
 }
 
+/// Rows by id and attributes by name: OpenVDB keeps neither order.
+Particles sorted(const Particles& particles) {
+    std::vector<std::uint32_t> rows(particles.size());
+    std::iota(rows.begin(), rows.end(), 0U);
+    std::sort(rows.begin(), rows.end(), [&](auto a, auto b) { return particles.id[a] < particles.id[b]; });
+    Particles result = rowsOf(particles, rows);
+    std::sort(result.attributes.begin(), result.attributes.end(),
+              [](const Attribute& a, const Attribute& b) { return a.name < b.name; });
+    return result;
+}
+
 TEST(ParticleFile, WritingWithZUpUndoesReadingWithZUp) {
     const TemporaryFolder folder;
     Particles particles = sampleParticles(100, true, true, false);
@@ -58,12 +71,14 @@ TEST(ParticleFile, WritingWithZUpUndoesReadingWithZUp) {
     for (const std::string& format : particleFormats()) {
         SCOPED_TRACE(format);
         writeParticles(folder / ("a" + format), particles, {.up_axis = UpAxis::z});
-        expectSame(readParticles(folder / ("a" + format), z_up), particles);
-        const Particles rotated = readParticles(folder / ("a" + format));
-        const Vec3f &p = particles.position[7], &v = particles.velocity[7];
+        expectSame(sorted(readParticles(folder / ("a" + format), z_up)), sorted(particles));
+        const Particles rotated = sorted(readParticles(folder / ("a" + format)));
+        const Particles original = sorted(particles);
+        const Vec3f &p = original.position[7], &v = original.velocity[7];
         EXPECT_EQ(rotated.position[7], Vec3f(p.x, -p.z, p.y));
         EXPECT_EQ(rotated.velocity[7], Vec3f(v.x, -v.z, v.y));
-        EXPECT_EQ(rotated.attributes[2].real, particles.attributes[2].real);  // a colour has no direction
+        ASSERT_EQ(rotated.attributes[0].name, "Cd");
+        EXPECT_EQ(rotated.attributes[0].real, original.attributes[0].real);  // a colour has no direction
     }
 }
 

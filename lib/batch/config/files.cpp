@@ -99,6 +99,18 @@ void addOutputKeys(std::vector<ConfigKey>& keys) {
          "scaled; input.scale does that."},
         "a number above 0", std::numeric_limits<float>::max(), false,
         [](Config& c) -> double& { return c.output.meters_per_unit; }));
+    keys.push_back(lengthKey({"output.voxel", "--voxel", "",
+                              "Voxel size of level sets, which .vdb outputs are. Smaller voxels keep thinner sheets; "
+                              "file and memory grow with 1 / voxel\u00b2."},
+                             "", [](Config& c) -> Length& { return c.output.voxel; }));
+    keys.push_back(realKey({"output.band", "--band", "voxels",
+                            "Half width of the narrow band of level sets: distances are stored up to so far from the "
+                            "surface, on both sides."},
+                           1, 100, [](Config& c) -> double& { return c.output.level_set.band; }));
+    keys.push_back(booleanKey({"output.velocity_grid", "--velocity-grid", "",
+                               "Writes the grid `v` beside a level set: the velocity of the nearest point of the "
+                               "surface, in the voxels of the narrow band."},
+                              [](Config& c) -> bool& { return c.output.level_set.velocity; }));
 }
 
 void addPictureKeys(std::vector<ConfigKey>& keys) {

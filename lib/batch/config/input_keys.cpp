@@ -91,8 +91,9 @@ void addChoice(std::vector<ConfigKey>& keys) {
                  [](Config& c) -> std::vector<std::string>& { return c.input.group; }));
     keys.push_back(namesKey(
         {"input.grid", "--grid", "",
-         "Reads only these point grids of .vdb files. Empty: all of them; a warning names them if there are several."},
-        "names of point grids, each at most once, separated by commas; or leave it empty",
+         "Reads only these point grids of .vdb files, or prims of .usda files by path or name. Empty: all of them; a "
+         "warning names them if there are several. Of .abc files: objects, by path or last name; empty: the only one."},
+        "names of point grids, prims or objects, each at most once, separated by commas; or leave it empty",
         [](Config& c) -> std::vector<std::string>& { return c.input.grid; }));
     keys.push_back(choiceKey<OnBadParticle>(
         {"input.on_bad_particle", "--on-bad-particle", "",

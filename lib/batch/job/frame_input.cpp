@@ -107,8 +107,9 @@ std::optional<InputRemark> remarkOnGrids(const InputSummary& summary, const Conf
         if (part.kind == InputPart::Kind::grid && !part.use.empty()) read.push_back(part.name);
     if (!config.input.grid.empty() || read.size() < 2) return std::nullopt;
     return InputRemark{"grids", true,
-                       "the particles of " + std::to_string(read.size()) + " point grids are meshed together: " +
-                           quoted(read) + ". Choose some with --grid (input.grid)"};
+                       "the particles of " + std::to_string(read.size()) +
+                           (read.front().starts_with('/') ? " prims" : " point grids") +
+                           " are meshed together: " + quoted(read) + ". Choose some with --grid (input.grid)"};
 }
 
 std::optional<InputRemark> remarkOnRadius(const Attribute& attribute) {

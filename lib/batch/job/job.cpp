@@ -3,9 +3,11 @@
 #include "base/parallel.h"
 #include "batch/job/frames.h"
 #include "batch/job/process_frame.h"
+#include "batch/job/usd_sequence.h"
 #include "batch/platform/frame_lock.h"
 #include "batch/platform/machine.h"
 #include "batch/platform/memory.h"
+#include "batch/report/log.h"
 #include "betamesh/error.h"
 #include "io/output_file.h"
 
@@ -112,12 +114,26 @@ std::string outOfMemoryError(std::span<const Plan> outputs, std::size_t row, Job
            " MiB are not enough (run.memory_limit)" + (near.empty() ? "" : "; " + near);
 }
 
+/// Writes the layers that play the frames. Returns whether all could be written.
+bool writeSequenceLayers(std::span<const Plan> outputs) {
+    bool all = true;
+    for (const Plan& plan : outputs) {
+        try {
+            writeSequenceLayer(framePattern(plan.config.output.path), plan.config.output);
+        } catch (const Error& error) {
+            logError(error.what());
+            all = false;
+        }
+    }
+    return all;
+}
+
 }  // namespace
 
 int JobResult::exitCode() const {
     if (signal != 0) return kSignalBase + signal;
     if (out_of_memory) return kOutOfMemory;
-    return failed > 0 ? kSomeFailed : kAllWritten;
+    return failed > 0 || layer_failed ? kSomeFailed : kAllWritten;
 }
 
 JobResult runJob(std::span<const Plan> outputs, SignalWatch& signals, const WorkerEvents& events,
@@ -167,6 +183,7 @@ JobResult runJob(std::span<const Plan> outputs, SignalWatch& signals, const Work
     };
     withThreads(outputs.front().threads, [&] { runInRounds(outputs, doFrame, outOfMemory); });
 
+    result.layer_failed = !writeSequenceLayers(outputs);
     sweep(folders);  // again: jobs killed since the first time have left files, too
     if (result.written + result.skipped + result.failed < frames) result.signal = caughtSignal();
     return result;

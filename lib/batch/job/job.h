@@ -2,7 +2,7 @@
 
 #pragma once
 
-#include "batch/job/plan.h"
+#include "batch/job/output_plan.h"
 #include "batch/platform/exit_code.h"
 #include "batch/platform/interrupt.h"
 #include "batch/report/report.h"
@@ -18,7 +18,8 @@ struct JobResult {
     std::size_t skipped = 0;
     std::size_t failed = 0;
     bool out_of_memory = false;
-    int signal = 0;  ///< that ended the job before all frames were done; 0: none
+    bool layer_failed = false;  ///< the layer that plays the frames could not be written
+    int signal = 0;             ///< that ended the job before all frames were done; 0: none
     int exitCode() const;
 };
 

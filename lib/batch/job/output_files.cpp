@@ -1,6 +1,7 @@
 #include "batch/job/output_files.h"
 
 #include "batch/job/distinct_files.h"
+#include "batch/job/usd_sequence.h"
 #include "batch/report/log.h"
 #include "betamesh/error.h"
 #include "io/output_file.h"
@@ -25,13 +26,18 @@ std::string ofFrame(const char* what, int frame) { return std::string(what) + " 
 void requireDistinctFiles(std::span<const Plan> outputs, const std::map<int, std::string>& on_disk) {
     DistinctFiles files;
     for (const auto& [frame, file] : on_disk) files.read(file, ofFrame("the input", frame));
-    for (const Plan& plan : outputs) {
-        for (const FrameTask& task : plan.tasks) {
+    for (std::size_t i = 0; i < outputs.size(); ++i) {
+        const std::string which = outputs.size() > 1 ? " in output " + std::to_string(i + 1) : "";
+        const FramePattern output = framePattern(outputs[i].config.output.path);
+        if (const std::string layer = sequenceLayer(output); !layer.empty())
+            files.written(layer, "the layer that plays the sequence" + which);
+        requireOwnSequenceLayer(output);
+        for (const FrameTask& task : outputs[i].tasks) {
             files.read(task.input, ofFrame("the input", task.frame));
-            files.written(task.output, ofFrame("the output", task.frame));
-            files.written(reportPath(task.output), ofFrame("the manifest", task.frame));
-            files.written(spheresPath(task.output), ofFrame("the file of spheres", task.frame));
-            if (!task.picture.empty()) files.written(task.picture, ofFrame("the picture", task.frame));
+            files.written(task.output, ofFrame("the mesh", task.frame) + which);
+            files.written(reportPath(task.output), ofFrame("the manifest", task.frame) + which);
+            files.written(spheresPath(task.output), ofFrame("the file of spheres", task.frame) + which);
+            if (!task.picture.empty()) files.written(task.picture, ofFrame("the picture", task.frame) + which);
         }
     }
 }
@@ -72,7 +78,8 @@ void requireDistinctLog(const std::string& log_file, const std::string& pipeline
             if (fs::equivalent(name, file, ignored)) refuse(name, "the input " + file);
         for (const Config& each : outputs) {
             const std::string& output = each.output.path;
-            for (const std::string& file : {output, reportPath(output), spheresPath(output), each.preview.path})
+            for (const std::string& file : {output, reportPath(output), spheresPath(output), each.preview.path,
+                                            sequenceLayer(framePattern(output))})
                 if (!file.empty() && isFrameOf(framePattern(file), name)) refuse(name, "an output");
         }
     }

@@ -2,7 +2,7 @@
 
 #pragma once
 
-#include "batch/job/plan.h"
+#include "batch/job/output_plan.h"
 
 #include <map>
 #include <span>
@@ -11,7 +11,8 @@
 namespace betamesh {
 
 /// in      on_disk: the inputs of all frames
-/// errors  a file that would be both read and written, or written twice
+/// errors  a file that would be both read and written, or written twice; a file in the place of a layer that plays a
+///         sequence
 void requireDistinctFiles(std::span<const Plan> outputs, const std::map<int, std::string>& on_disk);
 
 /// errors  an output folder, or the folder in which it has to be created, that cannot be written to

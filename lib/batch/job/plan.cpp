@@ -64,18 +64,20 @@ void noteOtherNumbers(const Config& config, const FramePattern& input, std::vect
 bool hasNoAttributes(const std::string& output) {
     std::string extension = splitExtension(output).second;
     for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-    return extension == ".obj" || extension == ".svg";
+    return extension == ".obj" || extension == ".svg" || extension == ".vdb";
 }
 
 /// Warns of what the format of the output cannot hold, and that .bgeo is not the format that it was.
 void noteOutputFormat(Plan& plan) {
     const Config::Output& output = plan.config.output;
     const FileKind kind = plan.config.surface.dimension == 2 ? FileKind::curves : FileKind::mesh;
-    const std::string lost = lossesOf(output.path, kind, {true, !output.attributes.empty(), output.components});
+    const std::string lost = lossesOf(output.path, kind, {true, !output.attributes.empty(), output.components}, output);
     const std::string extension = splitExtension(output.path).second;
     if (!lost.empty())
         plan.warnings.push_back(extension + " files are written without " + lost +
                                 ", which they cannot hold. Use .bgeo, .ply or .vtp to keep what is missing");
+    if (const std::string renamed = renamingsIn(output.path, kind, output.attributes); !renamed.empty())
+        plan.warnings.push_back(extension + " files cannot hold some names of attributes: " + renamed);
     if (extension == ".bgeo" || extension == ".bgeo.gz")
         plan.warnings.push_back(extension +
                                 " is written as Houdini 12 and later read it. For programs that read only the format "
@@ -106,6 +108,8 @@ void planRadius(Plan& plan, const std::map<int, std::string>& on_disk, const Pla
     if (!resolved) return;
     plan.spacing = resolved->spacing;
     plan.skin = withLengths(plan.skin, plan.config, *resolved);
+    const Length& voxel = plan.config.output.voxel;
+    plan.config.output.level_set.voxel = voxel.value * (voxel.in_spacings ? resolved->spacing : 1);
     const double skin = skinDepth(plan.skin, plan.config.surface.dimension);
     plan.notes.push_back("radius " + shortNumber(resolved->radius) +
                          (skin > 0 ? ", skin " + shortNumber(skin) : std::string()) + ", spacing " +
@@ -143,6 +147,7 @@ void planMachine(Plan& plan) {
             "run.scratch has no effect any more: data that does not fit into memory is no longer kept on disk");
     plan.frames_in_flight = static_cast<std::size_t>(run.frames_in_flight > 0 ? run.frames_in_flight : plan.threads);
     plan.memory_budget = memoryBudget(plan.config);
+    plan.config.output.level_set.memory_limit = plan.memory_budget;
 }
 
 /// The plan of one output up to its tasks, whose actions are still open.

@@ -1,9 +1,8 @@
-// The wrapper of xxHash.
-
 #include "batch/job/provenance.h"
 
 #include "betamesh/error.h"
 #include "io/bytes.h"
+#include "io/digest.h"
 
 #include <sys/stat.h>
 
@@ -17,9 +16,6 @@
 #include <system_error>
 #include <vector>
 
-#define XXH_INLINE_ALL
-#include <xxhash.h>
-
 namespace betamesh {
 namespace {
 
@@ -31,10 +27,10 @@ constexpr std::int64_t kCoarsestClock =
     throw Error(file + ": cannot be read: " + std::generic_category().message(errno));
 }
 
-std::string hexDigits(const XXH128_hash_t& hash) {
+std::string hexDigits(const Digest& digest) {
     std::array<char, 33> text{};
-    std::snprintf(text.data(), text.size(), "%016llx%016llx", static_cast<unsigned long long>(hash.high64),
-                  static_cast<unsigned long long>(hash.low64));
+    std::snprintf(text.data(), text.size(), "%016llx%016llx", static_cast<unsigned long long>(digest[1]),
+                  static_cast<unsigned long long>(digest[0]));
     return text.data();
 }
 
@@ -44,20 +40,18 @@ std::int64_t now() {
 }
 
 std::string fingerprintOfFile(const std::string& file) {
-    const std::unique_ptr<XXH3_state_t, decltype(&XXH3_freeState)> state(XXH3_createState(), &XXH3_freeState);
-    if (!state) throw std::bad_alloc();
-    XXH3_128bits_reset(state.get());
+    Digester digester;
     std::ifstream in(file, std::ios::binary);
     const auto block = std::make_unique_for_overwrite<char[]>(kBlock);
     while (in.read(block.get(), kBlock) || in.gcount() > 0)
-        XXH3_128bits_update(state.get(), block.get(), static_cast<std::size_t>(in.gcount()));
+        digester.add(std::as_bytes(std::span(block.get(), static_cast<std::size_t>(in.gcount()))));
     if (!in.eof()) failReading(file);
-    return hexDigits(XXH3_128bits_digest(state.get()));
+    return hexDigits(digester.value());
 }
 
 }  // namespace
 
-std::string fingerprintOf(std::string_view bytes) { return hexDigits(XXH3_128bits(bytes.data(), bytes.size())); }
+std::string fingerprintOf(std::string_view bytes) { return hexDigits(digestOf(std::as_bytes(std::span(bytes)))); }
 
 std::string fingerprintOf(const Config& config) {
     const auto isIrrelevant = [&](const ConfigKey& key) {

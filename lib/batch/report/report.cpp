@@ -371,7 +371,10 @@ std::vector<CoherenceReport> readCoherence(const std::filesystem::path& file) {
 std::string infoJson(const std::string& file, const FileInfo& info, std::optional<double> spacing) {
     Json json;
     addPath(json, "file", file);
-    json["kind"] = info.kind == FileKind::particles ? "particles" : info.kind == FileKind::mesh ? "mesh" : "curves";
+    json["kind"] = !info.volumes.empty()              ? "volumes"
+                   : info.kind == FileKind::particles ? "particles"
+                   : info.kind == FileKind::mesh      ? "mesh"
+                                                      : "curves";
     json["format"] = info.format;
     json["bytes"] = info.bytes;
     json["points"] = info.points;
@@ -388,6 +391,14 @@ std::string infoJson(const std::string& file, const FileInfo& info, std::optiona
                                       {"components", attribute.components},
                                       {"codec", attribute.codec}});
     }
+    for (const VolumeInfo& volume : info.volumes)
+        json["volumes"].push_back({{"name", volume.name},
+                                   {"kind", volume.kind},
+                                   {"type", volume.type},
+                                   {"voxel", volume.voxel},
+                                   {"voxels", volume.voxels},
+                                   {"lower", {volume.lower.x, volume.lower.y, volume.lower.z}},
+                                   {"upper", {volume.upper.x, volume.upper.y, volume.upper.z}}});
     return oneLine(json);
 }
 

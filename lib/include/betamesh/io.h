@@ -38,7 +38,8 @@ struct ParticleInput {
     std::string where{};     ///< condition such as `type == 1 && P.y > 0.5`; empty: none
     std::optional<std::array<double, 6>> box{};  ///< lowest x y z and highest x y z, both inside; units of the file
     std::vector<std::string> group{};            ///< point groups; empty: all particles
-    std::vector<std::string> grid{};             ///< point grids of .vdb; empty: all
+    std::vector<std::string> grid{};             ///< point grids of .vdb, prims of .usda; empty: all. Objects of .abc;
+                                                 ///< empty: the only one
     OnBadParticle on_bad_particle = OnBadParticle::error;
     double scale = 1;           ///< world units per unit of the file
     double velocity_scale = 1;  ///< corrects the unit of velocities
@@ -48,6 +49,14 @@ struct ParticleInput {
 
     /// Are all members equal?
     bool operator==(const ParticleInput&) const = default;
+};
+
+/// How a mesh becomes a level set, the .vdb file of a mesh.
+struct LevelSetOptions {
+    double voxel = 0;                ///< size of a voxel, world units; 0: the median length of the edges of the mesh
+    double band = 3;                 ///< voxels on each side of the surface that have a distance, at least 1
+    bool velocity = false;           ///< write a grid of velocities, too
+    std::uint64_t memory_limit = 0;  ///< bytes that may be needed; 0: as many as can be allocated
 };
 
 /// How files are written. Formats without a place for a frame rate, a frame or a unit of length leave these out.
@@ -60,6 +69,7 @@ struct WriteOptions {
     std::optional<int> frame{};  ///< frame number, which is the time of the file in frames; nullopt: a still
     UpAxis up_axis = UpAxis::y;  ///< of the file; in memory y is up
     double meters_per_unit = 1;  ///< length of a world unit in metres
+    LevelSetOptions level_set{};
 };
 
 /// Reads a file in the format of its extension; the manual lists them.

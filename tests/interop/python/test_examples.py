@@ -22,10 +22,10 @@ def test_a_sequence_becomes_the_files_of_the_program(samples, program, tmp_path)
     files = samples["drop"]
     pattern = str(files[0].parent / "drop.*.vdb")
     assert "spacing" in run("sequence.py", pattern, tmp_path / "mesh")
-    program("mesh", files[0].parent / "drop.####.vdb", tmp_path / "program.####.ply")
+    program("mesh", files[0].parent / "drop.####.vdb", tmp_path / "program.####.usda")
     for frame in ("0006", "0007"):
-        expected = (tmp_path / ("program.%s.ply" % frame)).read_bytes()
-        assert (tmp_path / "mesh" / ("drop.%s.ply" % frame)).read_bytes() == expected
+        expected = (tmp_path / ("program.%s.usda" % frame)).read_bytes()
+        assert (tmp_path / "mesh" / ("drop.%s.usda" % frame)).read_bytes() == expected
     assert run("sequence.py", pattern, tmp_path / "mesh").count("exists") == 2
     run("sequence.py", pattern, tmp_path / "mesh", "--extension", ".obj", "--radius", "1.2dx", "--at-once", 1)
     assert len(betamesh.read_mesh(tmp_path / "mesh" / "drop.0006.obj").triangles) > 0

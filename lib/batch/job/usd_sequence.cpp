@@ -1,0 +1,77 @@
+#include "batch/job/usd_sequence.h"
+
+#include "betamesh/error.h"
+#include "io/extension.h"
+#include "io/output_file.h"
+#include "io/usd_clips.h"
+
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+
+namespace betamesh {
+namespace {
+
+namespace fs = std::filesystem;
+
+bool isUsda(const std::string& path) {
+    std::string extension = fs::path(path).extension().string();
+    for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    return extension == ".usda";
+}
+
+std::string contentsOf(const std::string& file) {
+    std::ifstream in(file, std::ios::binary);
+    return {std::istreambuf_iterator<char>(in), {}};
+}
+
+std::string layerText(const FramePattern& files, const std::string& layer, const WriteOptions& options) {
+    const fs::path folder = folderOf(layer);
+    std::vector<ClipFile> clips;
+    for (const auto& [frame, path] : framesOnDisk(files))
+        clips.push_back({frame, "./" + fs::path(path).lexically_proximate(folder).generic_string(), path});
+    return usdClipsLayer(clips, "./" + fs::path(layer).filename().string(), options);
+}
+
+}  // namespace
+
+std::string sequenceLayer(const FramePattern& files) {
+    if (!files.numbered || !isUsda(files.text)) return {};
+    // The folder is the one before the first placeholder; the name that of the file without placeholders.
+    const std::string& before = files.parts.front();
+    const std::string folder = before.substr(0, before.rfind('/') + 1);
+    std::string name;
+    for (std::size_t i = 0; i < files.parts.size(); ++i) {
+        if (i > 0) name.erase(name.find_last_not_of("._-") + 1);
+        const std::string& part = files.parts[i];
+        if (const std::size_t slash = part.rfind('/'); slash != std::string::npos)
+            name = part.substr(slash + 1);
+        else
+            name += part;
+    }
+    return folder + (name.starts_with('.') ? "sequence" : "") + name;
+}
+
+void requireOwnSequenceLayer(const FramePattern& files) {
+    const std::string layer = sequenceLayer(files);
+    std::error_code ignored;
+    if (layer.empty() || !fs::exists(fs::symlink_status(layer, ignored)) || isUsdClipsLayer(layer)) return;
+    throw Error(layer + " already exists, and is not a layer that this program wrote to play the sequence '" +
+                files.text + "'. Move it away, or choose another name for the output.");
+}
+
+void writeSequenceLayer(const FramePattern& files, const WriteOptions& options) {
+    const std::string layer = sequenceLayer(files);
+    if (layer.empty()) return;
+    requireOwnSequenceLayer(files);
+    // Another task may have finished files since they were listed, so they are listed again after writing.
+    std::string written;
+    for (std::string text = layerText(files, layer, options); text != written;
+         text = layerText(files, layer, options)) {
+        if (text.empty()) return;
+        if (text != contentsOf(layer)) writeFile(layer, text);
+        written = std::move(text);
+    }
+}
+
+}  // namespace betamesh

@@ -1,0 +1,39 @@
+// Alembic (.abc) in the Ogawa container.
+//
+// Read: one object PolyMesh or Points, static transforms above it applied; of its attributes those with a row of
+// numbers per vertex. Archives in HDF5, which Alembic wrote until 2013, and files of several time samples are errors.
+// Written: one frame, as an object `mesh` or `points`.
+// Layout: alembic_layout.h, ogawa.h.
+
+#pragma once
+
+#include "betamesh/io.h"
+#include "io/file_contents.h"
+
+#include <filesystem>
+#include <span>
+#include <string>
+
+namespace betamesh {
+
+/// An object of type PolyMesh: P, .faceIndices and .faceCounts (clockwise from outside, as Alembic's readers expect),
+/// .velocities per second, N (normalsOf()), attributes and components (of faces) as geometry parameters of their types.
+///
+/// The time of the sample is options.frame (none: 0) over options.frames_per_second.
+///
+/// same    bytes for the same input
+/// errors  a name of an attribute that the format cannot store; more than 2^31 - 1 vertices
+void encodeAbc(ByteWriter& out, const Mesh& mesh, const std::string& file, const WriteOptions& options = {});
+
+/// An object of type Points: P, .pointIds, .velocities, attributes, and .widths: twice the attribute `radius` or
+/// `pscale`, if there is one.
+void encodeAbc(ByteWriter& out, const Particles& particles, const std::string& file, const WriteOptions& options = {});
+
+/// Reads the mesh, or the points, whichever options.faces asks for; if there is none, the other. Its objects count as
+/// grids of FileContents, named by their paths: options.grids chooses one of several.
+///
+/// errors  several objects without a choice; no mesh and no points; several time samples, a transform that moves
+FileContents readAbc(const std::filesystem::path& path, const ReadOptions& options);
+FileContents parseAbc(std::span<const std::byte> bytes, const std::string& file, const ReadOptions& options);
+
+}  // namespace betamesh

@@ -1,0 +1,124 @@
+// Sequences of .usda files and the layers that play them.
+
+#include "batch/job/usd_sequence.h"
+
+#include "io/usd_clips.h"
+#include "support/file_checks.h"
+#include "support/job_folder.h"
+
+namespace betamesh {
+namespace {
+
+const std::vector<std::string> kRadius{"--radius", "0.2", "--spacing", "0.1", "-q"};
+
+class UsdJob : public JobFolder {
+protected:
+    Outcome meshUsd(std::vector<std::string> further, const std::string& output = "out/a.####.usda") {
+        further.insert(further.end(), kRadius.begin(), kRadius.end());
+        return mesh(further, output);
+    }
+    std::string layer() { return contentsOf(folder_ / "out/a.usda"); }
+};
+
+TEST(UsdSequence, TheLayerIsNamedLikeTheFilesWithoutFrame) {
+    for (const auto& [files, layer] :
+         {std::pair("shot.####.usda", "shot.usda"), std::pair("a/shot_%04d.usda", "a/shot.usda"),
+          std::pair("shot-$F4.v2.usda", "shot.v2.usda"), std::pair("a/####.usda", "a/sequence.usda"),
+          std::pair("a/####/shot.usda", "a/shot.usda"), std::pair("/x/s####/b/shot.####.USDA", "/x/shot.USDA"),
+          std::pair("shot.usda", ""), std::pair("shot.####.ply", "")})
+        EXPECT_EQ(sequenceLayer(framePattern(files)), layer) << files;
+}
+
+TEST_F(UsdJob, ALayerPlaysTheFramesOfAllChunks) {
+    writeFrames(1, 5, 100);
+    ASSERT_EQ(meshUsd({"--output-fps", "25"}).exit_code, 0);
+    const std::string whole = layer();
+    EXPECT_NE(whole.find("active = [(1, 0), (2, 1), (3, 2), (4, 3), (5, 4)]"), std::string::npos) << whole;
+    EXPECT_NE(whole.find("framesPerSecond = 25"), std::string::npos);
+    fs::remove_all(folder_ / "out");
+    for (const char* chunk : {"2/3", "3/3", "1/3"}) {
+        ASSERT_EQ(meshUsd({"--output-fps", "25", "--chunk", chunk}).exit_code, 0);
+        EXPECT_TRUE(isUsdClipsLayer(folder_ / "out/a.usda"));
+    }
+    EXPECT_EQ(layer(), whole);
+    // Resuming finds every frame up to date, and restores the layer.
+    fs::remove(folder_ / "out/a.usda");
+    ASSERT_EQ(meshUsd({"--output-fps", "25", "--skip-existing"}).exit_code, 0);
+    EXPECT_EQ(layer(), whole);
+    EXPECT_EQ(hiddenFiles("out"), 0U);
+}
+
+TEST_F(UsdJob, FramesThatAreMissingAreNotInTheLayer) {
+    writeFrames(1, 3, 100);
+    fs::remove(folder_ / "in/a.0002.ply");
+    writeFrameWithNaN(3);
+    writeFrame(4, {});
+    EXPECT_EQ(meshUsd({"--frames", "1-4", "--on-missing", "skip"}).exit_code, 1);
+    EXPECT_NE(layer().find("active = [(1, 0), (4, 1)]"), std::string::npos) << layer();
+    EXPECT_NE(layer().find("times = [(1, 1), (4, 1), (4, 4)]"), std::string::npos);
+}
+
+TEST_F(UsdJob, OneFileHasNoLayer) {
+    writeFrames(7, 7, 100);
+    ASSERT_EQ(runProgram({"mesh", "in/a.0007.ply", "a.0007.usda", "--radius", "0.2", "-q"}, folder_.path()).exit_code,
+              0);
+    EXPECT_FALSE(exists("a.usda"));
+    EXPECT_NE(contentsOf(folder_ / "a.0007.usda").find("            7: ["), std::string::npos);
+}
+
+TEST_F(UsdJob, AFileOfTheUserIsNotReplacedByTheLayer) {
+    writeFrames(1, 2, 100);
+    fs::create_directories(folder_ / "out");
+    write(folder_ / "out/a.usda", "#usda 1.0\n");
+    const Outcome outcome = meshUsd({"--overwrite"});
+    EXPECT_EQ(outcome.exit_code, 2);
+    EXPECT_NE(outcome.err.find("a.usda already exists"), std::string::npos) << outcome.err;
+    EXPECT_FALSE(exists("out/a.0001.usda"));
+    EXPECT_EQ(layer(), "#usda 1.0\n");
+    EXPECT_EQ(runProgram({"convert", "in/a.####.ply", "out/a.####.usda"}, folder_.path()).exit_code, 2);
+    EXPECT_EQ(runProgram({"sample", "drop", "out/a.####.usda", "--frames", "1-2"}, folder_.path()).exit_code, 2);
+    EXPECT_FALSE(exists("out/a.0001.usda"));
+}
+
+TEST_F(UsdJob, ParticlesHaveALayerToo) {
+    ASSERT_EQ(
+        runProgram({"sample", "drop", "p.####.usda", "--frames", "-1-1", "--particles", "50", "-q"}, folder_.path())
+            .exit_code,
+        0);
+    const std::string sampled = contentsOf(folder_ / "p.usda");
+    EXPECT_NE(sampled.find("active = [(-1, 0), (0, 1), (1, 2)]"), std::string::npos) << sampled;
+    EXPECT_NE(sampled.find("def Points \"points\""), std::string::npos);
+    ASSERT_EQ(runProgram({"convert", "p.####.usda", "c/p.####.usda", "-q"}, folder_.path()).exit_code, 0);
+    EXPECT_EQ(contentsOf(folder_ / "c/p.usda"), sampled);
+    EXPECT_EQ(contentsOf(folder_ / "c/p.-001.usda"), contentsOf(folder_ / "p.-001.usda"));
+}
+
+TEST_F(UsdJob, SpheresAreWrittenBesideTheMesh) {
+    Particles particles;
+    for (int i = 0; i < 3; ++i) particles.position.emplace_back(static_cast<float>(3 * i), 0.0F, 0.0F);
+    particles.velocity.assign(3, Vec3f(0, -1, 0));
+    writeFrame(1, particles);
+    ASSERT_EQ(meshUsd({"--droplets", "points"}).exit_code, 0);
+    const Particles spheres = readParticles(folder_ / "out/a.0001.spheres.usda");
+    EXPECT_EQ(spheres.size(), 3U);
+    ASSERT_EQ(spheres.attributes.size(), 1U);
+    EXPECT_EQ(spheres.attributes[0].name, "pscale");
+    EXPECT_EQ(spheres.velocity, particles.velocity);
+}
+
+TEST_F(UsdJob, AttributesThatAreRenamedAreNamedOnce) {
+    Particles particles = sampleParticles(20, true, true, false);
+    particles.attributes.push_back({"heat.max", 1, std::vector<float>(20, 1.0F), {}});
+    writeFrame(1, particles);
+    writeFrame(2, particles);
+    const Outcome outcome =
+        mesh({"--attributes", "heat.max", "--radius", "0.2", "--spacing", "0.1"}, "out/a.####.usda");
+    EXPECT_EQ(outcome.exit_code, 0);
+    EXPECT_EQ(count(outcome.err, "'heat.max' is written as 'heat_max'"), 1U) << outcome.err;
+    EXPECT_EQ(count(runProgram({"convert", "in/a.####.ply", "c/a.####.usda"}, folder_.path()).err,
+                    "'heat.max' is written as 'heat_max'"),
+              1U);
+}
+
+}  // namespace
+}  // namespace betamesh
