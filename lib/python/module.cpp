@@ -27,7 +27,7 @@ void raise(const std::exception_ptr& exception, void*) {
 NB_MODULE(_betamesh, module) {
     using namespace betamesh;
     nb::register_exception_translator(raise);
-    module.attr("__version__") = version();
+    module.def("version", version, "The version of the library, such as 0.2.0.");
     addTypes(module);
     addSurfaceFunctions(module);
     addMeasureFunctions(module);

@@ -145,7 +145,7 @@ void addParticles(nb::module_& module) {
     addProperty(type, "ids", "def ids(self) -> numpy.typing.NDArray[numpy.uint64] | None",
                 "The same particle has the same id in every frame, uint64 of shape (n,); None if unknown.",
                 [](const ParticlesObject& o, nb::handle self) { return idsOrNone(o.particles.id, self); });
-    addProperty(type, "attributes", "def attributes(self) -> dict[str, numpy.typing.NDArray]",
+    addProperty(type, "attributes", "def attributes(self) -> dict[str, numpy.typing.NDArray[typing.Any]]",
                 "All other attributes by name, float32 or int32 of shape (n,) or (n, components).",
                 [](const ParticlesObject& o, nb::handle self) { return dictOf(o.particles.attributes, self); });
     addProperty(type, "origin", "def origin(self) -> tuple[float, float, float]",
@@ -183,7 +183,7 @@ void addSpheres(nb::module_& module) {
         type, "particles", "def particles(self) -> numpy.typing.NDArray[numpy.uint32]",
         "Row of each particle in the input, uint32 of shape (n,).",
         [](const SpheresObject& o, nb::handle self) { return arrayOf(std::span(o.spheres.particle), 1, self); });
-    addProperty(type, "attributes", "def attributes(self) -> dict[str, numpy.typing.NDArray]",
+    addProperty(type, "attributes", "def attributes(self) -> dict[str, numpy.typing.NDArray[typing.Any]]",
                 "Attributes of the particles by name, float32 or int32 of shape (n,) or (n, components).",
                 [](const SpheresObject& o, nb::handle self) { return dictOf(o.spheres.attributes, self); });
 }
@@ -201,7 +201,7 @@ void addSurfaceProperties(nb::class_<Object>& type, const SurfaceOf& surfaceOf) 
                     const auto& surface = surfaceOf(o);
                     return orNone(!surface.velocity.empty(), arrayOf(std::span(o.velocity.of(surface.velocity)), self));
                 });
-    addProperty(type, "attributes", "def attributes(self) -> dict[str, numpy.typing.NDArray]",
+    addProperty(type, "attributes", "def attributes(self) -> dict[str, numpy.typing.NDArray[typing.Any]]",
                 "Attributes of vertices by name, float32 or int32 of shape (n,) or (n, components).",
                 [=](Object& o, nb::handle self) { return dictOf(surfaceOf(o).attributes, self); });
     type.def_prop_ro(

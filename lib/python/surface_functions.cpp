@@ -17,6 +17,12 @@
 namespace betamesh {
 namespace {
 
+constexpr const char* kSpacing =
+    R"(The particle spacing dx, world units: the most frequent distance between neighbours, in all frames together.
+
+frames: positions of shape (n, 3) or (n, 2), or betamesh.Particles; the first, a middle and the last frame of a sequence
+are enough. dimension: 3, or 2 for particles in a plane. Returns None if no frame has seven distinct particles.)";
+
 /// The keys of pipeline files that shape a surface.
 const std::vector<ConfigKey>& surfaceKeys() {
     static const std::vector<ConfigKey> keys = [] {
@@ -236,7 +242,7 @@ void addSurfaceFunctions(nb::module_& module) {
         "betamesh.skin_plane() with settings as text: name of the argument, key, value.");
     module.def("spacing", spacing, nb::arg("frames"), nb::arg("dimension") = 3, nb::arg("threads").none() = nb::none(),
                nb::sig("def spacing(*frames: object, dimension: int = 3, threads: int | None = None) -> float | None"),
-               "See betamesh.spacing().");
+               kSpacing);
     module.def("settings", settingsTable, nb::sig("def settings() -> list[tuple[str, str, str, str]]"),
                "Of each key that shapes a surface: its path in pipeline files, default, valid values and help.");
 }

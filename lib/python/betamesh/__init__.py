@@ -23,7 +23,6 @@ from ._betamesh import (
     Mesh,
     Particles,
     Spheres,
-    __version__,
     check,
     coherence,
     measure,
@@ -31,6 +30,7 @@ from ._betamesh import (
     read_mesh,
     read_particles,
     spacing,
+    version,
     write_mesh,
     write_particles,
     write_spheres,
@@ -56,10 +56,13 @@ __all__ = [
     "skin",
     "skin_plane",
     "spacing",
+    "version",
     "write_mesh",
     "write_particles",
     "write_spheres",
 ]
+
+__version__ = version()
 
 Length = typing.Union[float, str]
 """World units, or text such as "1.5dx" in particle spacings."""
@@ -206,7 +209,7 @@ _KEYS = {
 _AUTO_IF_NONE = {"spacing", "arc_subdivisions", "smoothing_width"}
 
 
-def _settings(arguments, keys):
+def _settings(arguments: dict[str, object], keys: dict[str, str]) -> list[tuple[str, str, str]]:
     """Rows (argument, key, value as text) of the arguments that are keys of pipeline files."""
     rows = []
     for name, key in keys.items():
@@ -221,7 +224,7 @@ def _settings(arguments, keys):
     return rows
 
 
-def _text(value):
+def _text(value: object) -> str:
     """A value as in pipeline files: the shortest text that stands for the same number."""
     if isinstance(value, bool) or type(value).__name__ in ("bool_", "bool"):
         return "true" if value else "false"
