@@ -123,19 +123,22 @@ public:
         };
         readPositions(property("P"));
         if (const AlembicProperty* ids = property(".pointIds")) readIds(*ids);
-        if (const AlembicProperty* velocities = property(".velocities"))
-            readAttribute(*velocities, "v", VectorKind::vector);
-        for (const char* name : {"N", "uv"})
-            if (const AlembicProperty* p = property(name)) readParameter(*p);
+        if (options_.attributes) {
+            if (const AlembicProperty* p = property(".velocities")) readAttribute(*p, "v", VectorKind::vector);
+            for (const char* name : {"N", "uv"})
+                if (const AlembicProperty* p = property(name)) readParameter(*p);
+        }
         if (object_.schema == kMeshSchema && options_.faces)
             readFaces(property(".faceCounts"), property(".faceIndices"));
-        if (const AlembicProperty* p = property(".arbGeomParams"); p != nullptr && p->isCompound())
+        if (const AlembicProperty* p = property(".arbGeomParams");
+            p != nullptr && p->isCompound() && options_.attributes)
             parameters = archive_.properties(p->content);
         for (const AlembicProperty& p : parameters) readParameter(p);
         const bool has_radius = std::any_of(points_.attributes.begin(), points_.attributes.end(),
                                             [](const auto& a) { return a.name == "radius" || a.name == "pscale"; });
         const AlembicProperty* const widths = property(".widths");
-        if (widths != nullptr && !has_radius) readAttribute(*widths, "width", VectorKind::vector);
+        if (widths != nullptr && !has_radius && options_.attributes)
+            readAttribute(*widths, "width", VectorKind::vector);
         if (!options_.summary && samples_ > 1)
             archive_.fail("object '" + object_.path + "' has " + std::to_string(samples_) +
                           " time samples. Export a sequence of files with one frame each, such as splash.####.abc.");
@@ -244,7 +247,7 @@ private:
             return;
         }
         declare(name, p.type, components);
-        if (!options_.attributes || n == 0) return;
+        if (n == 0) return;
         if (isInteger(p.type)) {
             std::vector<std::int64_t> integers = integersOf(p.type, bytes);
             if (name == options_.id && components == 1) {

@@ -18,7 +18,6 @@
 #include <openvdb/points/PointDataGrid.h>
 
 #include <algorithm>
-#include <cctype>
 #include <cerrno>
 #include <exception>
 #include <fstream>
@@ -385,13 +384,11 @@ std::string gridNames(const std::vector<GridInfo>& grids, const std::string& typ
     return names.empty() ? "no grids" : names;
 }
 
-/// What kind of volume a grid is.
 VolumeInfo volumeInfo(const vdb::GridBase& grid, const std::string& name) {
-    VolumeInfo info{name, grid.valueType(), vdb::GridBase::gridClassToMenuName(grid.getGridClass()),
-                    grid.voxelSize().x(), grid.activeVoxelCount()};
-    for (char& c : info.kind) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-    const vdb::CoordBBox box = grid.evalActiveVoxelBoundingBox();
+    VolumeInfo info{name, grid.valueType(), vdb::GridBase::gridClassToString(grid.getGridClass()), grid.voxelSize().x(),
+                    grid.activeVoxelCount()};
     if (info.voxels == 0) return info;
+    const vdb::CoordBBox box = grid.evalActiveVoxelBoundingBox();
     const vdb::Vec3d lower = grid.indexToWorld(box.min()), upper = grid.indexToWorld(box.max());
     info.lower = Vec3(lower.x(), lower.y(), lower.z());
     info.upper = Vec3(upper.x(), upper.y(), upper.z());

@@ -3,8 +3,8 @@
 program.
 
 usage: alembic_reads.py PROGRAM VENV
-       VENV: a virtual environment whose Python may have the module alembic3d
-exit:  0 all agree, 1 some differ, 77 skipped (there is no module alembic3d)
+       VENV: a virtual environment, into which alembic3d is installed if it is not there
+exit:  0 all agree, 1 some differ, 77 skipped (alembic3d cannot be installed)
 """
 
 import json
@@ -15,6 +15,7 @@ import sys
 import tempfile
 
 from houdini_geometry import read_ply
+from virtual_environment import run_with
 
 
 def bits(rows):
@@ -111,15 +112,9 @@ def write_foreign_points(path, n):
 
 def main():
     program, venv = os.path.abspath(sys.argv[1]), sys.argv[2]
-    try:
-        from alembic3d import Abc, AbcGeom
-    except ImportError:
-        python = os.path.join(venv, "bin", "python")
-        if os.path.exists(python) and os.path.realpath(sys.prefix) != os.path.realpath(venv):
-            os.execv(python, [python, *sys.argv])
-        print("skipped: there is no module alembic3d. Run python3 -m venv %s; %s -m pip install alembic3d" %
-              (venv, python))
-        return 77
+    run_with(venv, {"alembic3d": "alembic3d"})
+    from alembic3d import Abc, AbcGeom
+
     failures = 0
     with tempfile.TemporaryDirectory() as folder:
 

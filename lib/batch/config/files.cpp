@@ -101,7 +101,7 @@ void addOutputKeys(std::vector<ConfigKey>& keys) {
         [](Config& c) -> double& { return c.output.meters_per_unit; }));
     keys.push_back(lengthKey({"output.voxel", "--voxel", "",
                               "Voxel size of level sets, which .vdb outputs are. Smaller voxels keep thinner sheets; "
-                              "file and memory grow with 1 / voxel\u00b2."},
+                              "file and memory grow with the inverse square of it."},
                              "", [](Config& c) -> Length& { return c.output.voxel; }));
     keys.push_back(realKey({"output.band", "--band", "voxels",
                             "Half width of the narrow band of level sets: distances are stored up to so far from the "
