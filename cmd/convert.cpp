@@ -10,6 +10,7 @@
 #include "each_file.h"
 #include "io/extension.h"
 #include "io/output_file.h"
+#include "standard_streams.h"
 
 #include <filesystem>
 #include <set>
@@ -26,6 +27,7 @@ struct Arguments {
     LevelSetOptions level_set{};
     bool overwrite = false;
     bool quiet = false;
+    std::string format;  ///< of stdout; empty: that of the input
 };
 
 struct ConversionTask {
@@ -69,8 +71,7 @@ std::string describe(const Conversion& done) {
     return text;
 }
 
-int convert(const Arguments& arguments) {
-    setLogLevel(arguments.quiet ? LogLevel::quiet : LogLevel::normal);
+int convertFiles(const Arguments& arguments) {
     const std::vector<ConversionTask> tasks = tasksOf(arguments);
     requireOutputs(tasks, arguments);
     requireOwnSequenceLayer(framePattern(arguments.output));
@@ -95,6 +96,23 @@ int convert(const Arguments& arguments) {
     return exit_code;
 }
 
+int convert(const Arguments& given) {
+    Arguments arguments = given;
+    setLogLevel(arguments.quiet ? LogLevel::quiet : LogLevel::normal);
+    StandardStreams streams;
+    if (!arguments.format.empty() && arguments.output != kStandardStream)
+        throw Error("--format is for OUT '-' only; the extension of " + arguments.output + " selects its format.");
+    if (arguments.input == kStandardStream) arguments.input = streams.fileOfStdin();
+    if (arguments.output == kStandardStream) {
+        const std::string extension =
+            arguments.format.empty() ? splitExtension(arguments.input).second : '.' + arguments.format;
+        arguments.output = streams.fileForStdout(extension);
+    }
+    const int exit_code = convertFiles(arguments);
+    if (exit_code == kAllWritten) streams.writeStdout();
+    return exit_code;
+}
+
 }  // namespace
 
 void addConvertCommand(CLI::App& program, int& exit_code) {
@@ -103,12 +121,14 @@ void addConvertCommand(CLI::App& program, int& exit_code) {
                    "Converts particles, meshes or curves from one file format to another.", convert);
     command->footer(
         "Particles stay particles, and meshes meshes. What the output format cannot hold is named once.\n"
+        "IN and OUT may be - for stdin (a file that its contents identify) and stdout.\n"
         "`betamesh manual man` lists the formats.\n"
         "Exit codes: 0 every file converted; 1 some were not; 2 wrong usage, or an output that exists already.\n"
         "Examples:\n"
         "  betamesh convert splash.0012.bgeo.sc splash.0012.ply\n"
         "  betamesh convert splash.0012.ply splash.0012.vdb --voxel 0.01\n"
-        "  betamesh convert 'sim/splash.####.vdb' 'csv/splash.####.csv' --frames 1-24");
+        "  betamesh convert 'sim/splash.####.vdb' 'csv/splash.####.csv' --frames 1-24\n"
+        "  betamesh convert - - --format csv < splash.0012.ply > splash.0012.csv");
     command
         ->add_option("IN", arguments->input,
                      "Files to read (" + readableExtensions() + "). Write the frame number of a sequence as ####.")
@@ -118,6 +138,10 @@ void addConvertCommand(CLI::App& program, int& exit_code) {
                      "Files to write: particles (" + extensionsFor(FileKind::particles, Access::write) + "), meshes (" +
                          extensionsFor(FileKind::mesh, Access::write) + "); with a frame number if IN has one.")
         ->required();
+    command
+        ->add_option("--format", arguments->format,
+                     "Format on stdout (OUT -): an extension without its dot. Without it, that of IN.")
+        ->type_name("EXT");
     command->add_option("--frames", arguments->frames, "Frames to convert, such as 1-24. all: every frame on disk.")
         ->type_name("FRAMES")
         ->capture_default_str();

@@ -1,3 +1,4 @@
+#include "batch/job/plan.h"
 #include "each_file.h"
 
 #include "base/parallel.h"

@@ -47,6 +47,10 @@ void print(const std::string& file, const FileInfo& info, std::optional<double> 
         if (!attribute.codec.empty()) std::cout << ", codec " << printable(attribute.codec);
         std::cout << '\n';
     }
+    for (const std::string& group : info.groups) std::cout << "  group       " << printable(group) << '\n';
+    for (const GridInfo& grid : info.grids)
+        std::cout << "  grid        " << printable(grid.name) << ": " << printable(grid.type) << '\n';
+    for (const std::string& what : info.passed_over) std::cout << "  not read    " << printable(what) << '\n';
 }
 
 struct Arguments {

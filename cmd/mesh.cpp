@@ -33,7 +33,8 @@ std::vector<std::string> streamFormats() {
 std::string extensionForStdout(const Arguments& arguments, const std::string& input) {
     if (!arguments.format.empty()) return '.' + arguments.format;
     const FileFormat& format = formatOf(input, FileKind::particles, Access::read);
-    const std::string_view extensions = format.write_mesh != nullptr ? format.write_extensions : ".ply";
+    const std::string_view extensions =
+        format.write_mesh != nullptr && !format.is_volume ? format.write_extensions : ".ply";
     return std::string(extensions.substr(0, extensions.find(' ')));
 }
 

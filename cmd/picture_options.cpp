@@ -5,6 +5,7 @@
 #include "batch/job/frames.h"
 #include "batch/job/job.h"
 #include "batch/job/movie_file.h"
+#include "batch/job/plan.h"
 #include "batch/report/log.h"
 #include "betamesh/error.h"
 #include "io/bytes.h"

@@ -1,4 +1,5 @@
 #include "batch/farm/farm.h"
+#include "batch/job/plan.h"
 #include "batch/job/distinct_files.h"
 #include "batch/job/frames.h"
 #include "batch/job/job.h"

@@ -178,6 +178,47 @@ void parallelSort(std::vector<T>& rows, const Less& less) {
 #endif
 }
 
+/// Runs work whose parallel loops, and those inside them, another thread can cancel.
+class CancellableRun {
+public:
+    /// May be called from any thread, at any time: before run(), too. A loop that is being executed ends soon, and no
+    /// further one begins; work between loops goes on until the next one.
+    void cancel() { context_.cancel_group_execution(); }
+
+    /// Calls body(), with at most `threads` threads, the calling one included; 0: as many as there are processors. Does
+    /// not limit loops of other threads. Returns whether body() has returned; false if it was cancelled. Passes on
+    /// what else body() throws.
+    template <typename Body>
+    bool run(int threads, const Body& body) {
+        bool has_returned = false;
+        std::exception_ptr failure;  // TBB drops exceptions of a cancelled loop
+        const auto runBody = [&](int) {
+            try {
+                body();
+                has_returned = true;
+            } catch (const LoopCancelled&) {
+            } catch (...) {
+                failure = std::current_exception();
+            }
+        };
+        TsanForkJoin loop;
+        tbb::task_arena(threads > 0 ? threads : tbb::task_arena::automatic).execute([&] {
+            tbb::parallel_for(
+                0, 1,
+                [&](int i) {
+                    const TsanForkJoin::Branch branch(loop);
+                    runBody(i);
+                },
+                tbb::simple_partitioner(), context_);
+        });
+        if (failure) std::rethrow_exception(failure);
+        return has_returned;
+    }
+
+private:
+    tbb::task_group_context context_{tbb::task_group_context::isolated};
+};
+
 /// Runs body() with at most `threads` >= 1 threads, its own included, for all loops that it starts.
 template <typename Body>
 void withThreads(int threads, const Body& body) {

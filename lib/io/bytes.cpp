@@ -26,7 +26,7 @@ std::string whyNotRegular(mode_t mode) {
 }
 
 [[noreturn]] void failReading(const std::filesystem::path& path, int error_number) {
-    throw Error(path.string() + ": cannot be read: " + std::generic_category().message(error_number));
+    throw FileError(path.string() + ": cannot be read: " + std::generic_category().message(error_number), error_number);
 }
 
 // A file that is read, not mapped: if a mapped file shrinks, the process gets a signal and ends.

@@ -12,11 +12,9 @@
 #include <vector>
 
 namespace betamesh {
-
 namespace {
 
 namespace fs = std::filesystem;
-using namespace std::string_view_literals;
 
 // Formats that are recognised only to say that they cannot be read.
 struct ForeignFormat {
@@ -216,7 +214,7 @@ double fileBytesPerParticle(const fs::path& path) {
 }
 
 std::string extensionOfContents(std::string_view begin) {
-    const bool gzip = begin.starts_with("\x1f\x8b"sv);
+    const bool gzip = begin.starts_with("\x1f\x8b");
     for (const FileFormat& format : fileFormats())
         if (format.read != nullptr && (gzip ? format.may_be_gzip : matches(format, {std::string(begin), false})))
             return wordsOf(format.read_extensions).front();

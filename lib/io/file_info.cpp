@@ -24,6 +24,9 @@ FileInfo inspectFile(const std::filesystem::path& path, std::vector<Vec3f>* part
     info.triangles = contents.triangles.size();
     info.edges = contents.edges.size();
     info.attributes = contents.declared;
+    info.groups = contents.groups;
+    info.grids = contents.grids;
+    info.passed_over = contents.passed_over;
     info.volumes = contents.volumes;
     if (!contents.position.empty()) info.lower = info.upper = contents.position.front();
     for (const Vec3f& p : contents.position)

@@ -24,6 +24,9 @@ struct FileInfo {
     Vec3f upper{0, 0, 0};
     std::vector<AttributeInfo> attributes;  ///< point attributes in the order of the file
     std::vector<VolumeInfo> volumes;        ///< of a .vdb file without points
+    std::vector<std::string> groups;        ///< point groups
+    std::vector<GridInfo> grids;            ///< of a .vdb file, or several sets of points of another one
+    std::vector<std::string> passed_over;   ///< what else is in the file: "12 primitives of type PackedGeometry"
     std::string note;                       ///< says so if the extension is that of another format; else empty
 };
 

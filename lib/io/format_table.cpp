@@ -1,8 +1,7 @@
-// The table of formats.
+#include "io/format_table.h"
 
 #include "io/alembic.h"
 #include "io/bgeo.h"
-#include "io/extension.h"
 #include "io/houdini_geo.h"
 #include "io/level_set.h"
 #include "io/obj.h"
@@ -15,10 +14,8 @@
 #include "io/vtk.h"
 
 #include <array>
-#include <string_view>
 
 namespace betamesh {
-
 namespace {
 
 namespace fs = std::filesystem;
@@ -189,7 +186,7 @@ constexpr std::array kFormats = std::to_array<FileFormat>({
      .nameInFile = usdName,
      .particle_bytes = 80,
      .test = "batch.Interop.Usd",
-     .proof = "OpenUSD reads it"},
+     .proof = "OpenUSD and TinyUSDZ read it; files of both"},
     {.name = "legacy VTK",
      .read_extensions = ".vtk",
      .write_extensions = "",

@@ -59,6 +59,8 @@ void HoudiniPrimitiveReader::read() {
             ++part;
         });
     });
+    for (const auto& [type, count] : left_out_)
+        contents_.passed_over.push_back(std::to_string(count) + " primitives of type " + printable(type));
 }
 
 HoudiniPrimitiveReader::Definition HoudiniPrimitiveReader::readDefinition() {
@@ -100,7 +102,12 @@ void HoudiniPrimitiveReader::readPrimitive(const Definition& definition) {
     if (!isPolygon(type) && !isParticleSystem(type) && options_.faces && strict)
         fail("expected polygons or particle systems");
     if (isVolume(type) && !definition.is_run) return readVolume();
-    if (!isPolygon(type) || !options_.faces) return skip(definition);
+    if (!isPolygon(type) || !options_.faces) {
+        const std::uint64_t before = primitive_;
+        skip(definition);
+        if (!isPolygon(type) && !isParticleSystem(type) && !strict) left_out_[type] += primitive_ - before;
+        return;
+    }
     if (definition.is_run) return readOldRun(definition);
     if (type == "Poly") return readPolygon();
     readPolygonRun(isClosedRun(type));

@@ -19,7 +19,8 @@ void readHoudiniIndices(HoudiniJsonReader& json, const char* what, std::uint64_t
 class HoudiniPrimitiveReader {
 public:
     /// in      vertices: the point of each; component: of each primitive, or empty
-    /// out     contents: triangles, component, edges, declares_faces and declares_edges, if the options ask for faces
+    /// out     contents: triangles, component, edges, declares_faces and declares_edges, if the options ask for faces;
+    ///         passed_over: other primitives, if the options allow them
     HoudiniPrimitiveReader(HoudiniJsonReader& json, const ReadOptions& options,
                            const std::vector<std::uint32_t>& vertices, const std::vector<std::int32_t>& component,
                            FileContents& contents)
@@ -57,7 +58,8 @@ private:
     const std::vector<std::uint32_t>& vertices_;
     const std::vector<std::int32_t>& component_;
     FileContents& contents_;
-    std::uint64_t primitive_ = 0;  // the one that is read
+    std::uint64_t primitive_ = 0;                    // the one that is read
+    std::map<std::string, std::uint64_t> left_out_;  // number of primitives that are not polygons, by type
     bool has_polygons_ = false;
     std::vector<std::uint32_t> volume_points_;
     std::vector<std::uint32_t> polygon_;

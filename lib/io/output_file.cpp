@@ -141,7 +141,9 @@ OutputFile::~OutputFile() {
 }
 
 void OutputFile::fail(const char* doing, int error_number) const {
-    throw Error(final_path_.string() + ": cannot be " + doing + ": " + std::generic_category().message(error_number));
+    throw FileError(
+        final_path_.string() + ": cannot be " + doing + ": " + std::generic_category().message(error_number),
+        error_number);
 }
 
 void OutputFile::write(std::span<const std::byte> bytes) {

@@ -1,6 +1,7 @@
 
 #include "io/particle_file.h"
 
+#include "base/local_origin.h"
 #include "betamesh/error.h"
 #include "io/extension.h"
 #include "io/file_contents.h"
@@ -38,8 +39,9 @@ FileContents readChosen(const std::filesystem::path& path, const ParticleInput& 
         take(std::move(points), total);
     };
     if (!input.grid.empty() && !hasGrids(path))
-        throw Error(path.string() + ": has no grids, but grid '" + input.grid[0] +
-                    "' is asked for (input.grid). Only .vdb files have grids, .usda files prims and .abc files objects.");
+        throw Error(
+            path.string() + ": has no grids, but grid '" + input.grid[0] +
+            "' is asked for (input.grid). Only .vdb files have grids, .usda files prims and .abc files objects.");
     return readPoints(path, options);
 }
 
@@ -108,6 +110,20 @@ bool hasDoublePositions(const std::filesystem::path& path) {
     } catch (const Known&) {
     }
     return has_doubles;
+}
+
+std::optional<Vec3> localOriginOf(const std::filesystem::path& path) {
+    if (!hasDoublePositions(path)) return Vec3(0, 0, 0);
+    ParticleInput input;
+    input.on_bad_particle = OnBadParticle::drop;
+    Box box;
+    std::size_t particles = 0;
+    visitPositions(path, input, [&](std::span<const Vec3f> positions) {
+        for (const Vec3f& p : positions) box.extendBy(Vec3(p));
+        particles += positions.size();
+    });
+    if (particles == 0) return std::nullopt;
+    return localOrigin(box, particles);
 }
 
 void writeParticles(const std::filesystem::path& path, const Particles& particles, const WriteOptions& options) {

@@ -7,6 +7,7 @@
 
 #include <filesystem>
 #include <functional>
+#include <optional>
 #include <span>
 #include <string>
 
@@ -30,6 +31,10 @@ void visitPositions(const std::filesystem::path& path, const std::function<void(
 
 /// Whether the file stores positions in double precision. Reads no more than it has to.
 bool hasDoublePositions(const std::filesystem::path& path);
+
+/// The localOrigin() of all positions in the file, in its units, if it stores them in double precision; zero otherwise.
+/// Nothing if it has no particles whose position is finite.
+std::optional<Vec3> localOriginOf(const std::filesystem::path& path);
 
 /// Throws Error unless particles can be written in the format of this extension. Does not access the disk.
 void requireParticleExtension(const std::filesystem::path& path);

@@ -194,6 +194,12 @@ void toWorld(const ParticleInput& input, std::vector<Vec3f>& positions) {
     if (!positions.empty()) transform(&positions[0].x, positions.size(), input.scale, input.up_axis);
 }
 
+Vec3 worldOrigin(const ParticleInput& input, UpAxis up_axis) {
+    const Vec3 origin = input.origin * input.scale;
+    if (input.up_axis == up_axis) return origin;
+    return up_axis == UpAxis::y ? Vec3(origin.x, origin.z, -origin.y) : Vec3(origin.x, -origin.z, origin.y);
+}
+
 void toWorld(const ParticleInput& input, Particles& particles) {
     if (!particles.velocity.empty())
         transform(&particles.velocity[0].x, particles.velocity.size(),

@@ -78,6 +78,11 @@ std::optional<ComponentName> componentName(const std::string& name);
 /// y.
 void toWorld(const ParticleInput& input, std::vector<Vec3f>& positions);
 
+/// What has to be added to a mesh to return to the coordinates of the file, in world units.
+///
+/// in      up_axis: of the axes in which the point is given; that of the mesh file, or y
+Vec3 worldOrigin(const ParticleInput& input, UpAxis up_axis);
+
 /// Velocities, accelerations and normals of the file in world units, seconds and axes.
 void toWorld(const ParticleInput& input, Particles& particles);
 

@@ -111,7 +111,7 @@ private:
         }
         if (read.ec != std::errc()) fail("there is no number, or one that is too large,");
         if (isReal(type_.number))
-            column_.real.push_back(real);
+            column_.real.push_back(type_.number == NumberType::float32 ? static_cast<float>(real) : real);
         else
             column_.integer.push_back(integer);
         text_.remove_prefix(static_cast<std::size_t>(read.ptr - begin));

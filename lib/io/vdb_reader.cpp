@@ -63,7 +63,7 @@ void requireComplete(const std::string& path) {
     constexpr std::uint32_t kOldestVersion = 222;
     if (const std::string why = whyNotRegular(path); !why.empty()) throw Error(why);
     std::ifstream stream(path, std::ios::binary | std::ios::ate);
-    if (!stream) throw Error("cannot be read: " + std::generic_category().message(errno));
+    if (!stream) throw FileError("cannot be read: " + std::generic_category().message(errno), errno);
     const auto size = static_cast<std::int64_t>(stream.tellg());
     const auto blockAt = [&](std::int64_t at) {
         Bytes bytes(static_cast<std::size_t>(std::min<std::int64_t>(kBlock, size - at)));
@@ -464,6 +464,8 @@ FileContents readVdb(const std::filesystem::path& path, const ReadOptions& optio
     } catch (const std::bad_alloc&) {
         if (!hasMemoryFor(path, kMaxMemory)) throw;
         throw Error(path.string() + ": the file is damaged: it asks for too much memory");
+    } catch (const FileError& error) {
+        throw FileError(path.string() + ": " + error.what(), error.errorNumber());
     } catch (const std::exception& error) {
         throw Error(path.string() + ": " + error.what());
     }

@@ -290,6 +290,13 @@ TEST_F(Files, DashIsStandardInputAndOutput) {
     EXPECT_EQ(shell("$betamesh mesh - - < in/a.0001.ply 2> /dev/null | $betamesh check - > report"), 0) << said();
     EXPECT_NE(contentsOf(folder_ / "report").find("stdin.ply: good"), std::string::npos);
     EXPECT_EQ(shell("$betamesh info - < s.vdb > report"), 0) << said();
+    ASSERT_EQ(shell("$betamesh convert s.vdb s.csv && $betamesh convert - - --format csv < s.vdb > piped.csv"), 0)
+        << said();
+    EXPECT_EQ(contentsOf(folder_ / "piped.csv"), contentsOf(folder_ / "s.csv"));
+    ASSERT_EQ(shell("$betamesh convert - - < s.bgeo > again.bgeo"), 0) << said();
+    EXPECT_EQ(contentsOf(folder_ / "again.bgeo"), contentsOf(folder_ / "s.bgeo"));
+    EXPECT_EQ(shell("$betamesh convert - - --format obj < s.bgeo > wrong"), 2);
+    EXPECT_EQ(shell("$betamesh convert s.bgeo x.ply --format ply"), 2);
 }
 
 TEST_F(Files, StandardStreamsLeaveNothingBehindAndRefuseWhatTheyCannotDo) {

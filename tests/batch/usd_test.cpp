@@ -91,6 +91,10 @@ TEST_F(UsdJob, ParticlesHaveALayerToo) {
     ASSERT_EQ(runProgram({"convert", "p.####.usda", "c/p.####.usda", "-q"}, folder_.path()).exit_code, 0);
     EXPECT_EQ(contentsOf(folder_ / "c/p.usda"), sampled);
     EXPECT_EQ(contentsOf(folder_ / "c/p.-001.usda"), contentsOf(folder_ / "p.-001.usda"));
+    // As an input, the folder has one sequence: the layer is none.
+    const Outcome meshed = runProgram({"mesh", "c", "m.####.ply", "--radius", "0.2", "-q"}, folder_.path());
+    EXPECT_EQ(meshed.exit_code, 0) << meshed.err;
+    EXPECT_TRUE(exists("m.-001.ply"));
 }
 
 TEST_F(UsdJob, SpheresAreWrittenBesideTheMesh) {

@@ -10,6 +10,7 @@ exit:  0 all agree, 1 some differ, 77 skipped (there are no files)
 import csv
 import gzip
 import json
+import math
 import os
 import struct
 import subprocess
@@ -192,14 +193,14 @@ def read_vtk(path):
 
 def read_usd(path):
     """The points of the only prim of type Points, in world coordinates at the first time sample."""
-    from pxr import Usd, UsdGeom
+    from pxr import Gf, Usd, UsdGeom
 
     stage = Usd.Stage.Open(path)
     prim = next(prim for prim in stage.Traverse() if prim.IsA(UsdGeom.Points))
     times = UsdGeom.Points(prim).GetPointsAttr().GetTimeSamples()
     time = times[0] if times else Usd.TimeCode.Default()
     matrix = UsdGeom.Xformable(prim).ComputeLocalToWorldTransform(time)
-    scale = abs(matrix.GetDeterminant3()) ** (1 / 3)
+    scale = math.cbrt(abs(matrix.GetDeterminant3()))
     vector = {"point3f[]": matrix.TransformAffine, "vector3f[]": matrix.TransformDir}
     own_names = {"points": "P", "velocities": "v", "ids": "id", "widths": "pscale", "primvars:displayColor": "Cd"}
     columns = {}
@@ -208,7 +209,7 @@ def read_usd(path):
         if value is None or not (name in own_names or name.startswith("primvars:")):
             continue
         if str(attribute.GetTypeName()) in vector:
-            rows = [tuple(vector[str(attribute.GetTypeName())](row)) for row in value]
+            rows = [tuple(vector[str(attribute.GetTypeName())](Gf.Vec3d(row))) for row in value]
         else:
             rows = [tuple(row) if hasattr(row, "__len__") else (row,) for row in value]
         if name == "widths":

@@ -3,10 +3,11 @@
 plays them, and single files. Files that OpenUSD writes, read by the program.
 
 usage: usd_reads.py PROGRAM VENV
-       VENV: a virtual environment, into which usd-core is installed if it is not there
+       VENV: a virtual environment, into which usd-core is installed if it is not there; TinyUSDZ goes beside it
 exit:  0 all agree, 1 some differ, 77 skipped (usd-core cannot be installed)
 """
 
+import json
 import os
 import struct
 import subprocess
@@ -14,7 +15,7 @@ import sys
 import tempfile
 
 from houdini_geometry import read_ply
-from virtual_environment import run_with
+from virtual_environment import npm_package, run_with
 
 FRAMES = [-2, 1, 2, 3, 5, 12345]  # 4 is missing; 3 has no particles
 
@@ -141,7 +142,8 @@ def check_sequence(path):
             t = 0.25 / 25
             good.append(all(abs(b[k] - p[k] - v[k] * t - a[k] * t * t / 2) < 1e-5 for b, p, v, a in
                             zip(blurred, points, velocities, accelerations) for k in range(3)))
-            temperature, tensor = primvars.GetPrimvar("temperature").Get(frame), primvars.GetPrimvar("tensor").Get(frame)
+            temperature = primvars.GetPrimvar("temperature").Get(frame)
+            tensor = primvars.GetPrimvar("tensor").Get(frame)
             good.append(bits(zip(temperature)) == columns_of(others, ["temperature"]))
             good.append(list(primvars.GetPrimvar("flags").Get(frame)) == others["flags"])
             good.append(bits(zip(*[tensor[k::6] for k in range(6)])) ==
@@ -156,7 +158,7 @@ def check_sequence(path):
     between = [(1.5, 1), (2.75, 2), (4, 3), (4.5, 3), (100, 5)]
     failures += check("m.usda: between frames the earlier one holds",
                       all(len(mesh.GetPointsAttr().Get(t)) == len(mesh.GetPointsAttr().Get(f)) and
-                          list(mesh.GetFaceVertexIndicesAttr().Get(t)) == list(mesh.GetFaceVertexIndicesAttr().Get(f)) and
+                          mesh.GetFaceVertexIndicesAttr().Get(t) == mesh.GetFaceVertexIndicesAttr().Get(f) and
                           all(max(map(abs, p - q)) < 1e-5 for p, q in
                               zip(mesh.GetPointsAttr().Get(t), mesh.GetPointsAttr().Get(f))) for t, f in between))
     stage.Flatten().Export(path("flat.usdc"))
@@ -204,7 +206,8 @@ def check_particles(run, path):
     stage.Save()
     run("convert", "two.usda", "two.csv")
     with open(path("two.csv")) as file:
-        failures += check("two.usda: both prims are read", file.read().split() == ["x,y,z", *["3.0,0.0,0.0"] * 2, *["6.0,0.0,0.0"] * 2])
+        failures += check("two.usda: both prims are read",
+                          file.read().split() == ["x,y,z", *["3.0,0.0,0.0"] * 2, *["6.0,0.0,0.0"] * 2])
     said = subprocess.run([sys.argv[1], "mesh", "two.usda", "two.ply", "--radius", "1", "--spacing", "0.6"],
                           cwd=path("."), capture_output=True, text=True).stderr
     failures += check("two.usda: meshing them together is named", "2 prims are meshed together" in said)
@@ -212,6 +215,27 @@ def check_particles(run, path):
                            "foam", "--json"], cwd=path("."), capture_output=True, text=True).stdout
     failures += check("two.usda: --grid chooses a prim", '"particles":2,' in said)
     return failures
+
+
+def check_tinyusdz(path, folder):
+    """A mesh as TinyUSDZ reads it, whose parser is not that of OpenUSD. Left out without node and npm."""
+    package, reason = npm_package(folder, "tinyusdz")
+    script = os.path.join(os.path.dirname(os.path.abspath(__file__)), "tinyusdz_points.mjs")
+    try:
+        if package is None:
+            raise OSError(reason)
+        read = subprocess.run(["node", script, package, path("m.0002.usda")], capture_output=True, text=True,
+                              timeout=120)
+    except OSError as error:
+        print("m.0002.usda: TinyUSDZ is left out: %s" % error)
+        return 0
+    if read.returncode != 0:
+        return check("m.0002.usda: TinyUSDZ reads it: " + read.stderr[-200:], False)
+    mesh, (columns, faces) = json.loads(read.stdout), read_ply(path("m.0002.ply"))
+    return check("m.0002.usda: TinyUSDZ reads the same points and triangles",
+                 bits(zip(*[mesh["points"][k::3] for k in range(3)])) == bits(columns["P"]) and
+                 mesh["faceVertexIndices"] == [corner for face in faces for corner in face] and
+                 len(mesh["normals"]) == len(mesh["points"]))
 
 
 def main():
@@ -228,11 +252,13 @@ def main():
 
         for frame in FRAMES:
             write_points(path("s.%04d.usda" % frame), frame, particles(frame))
-        options = ["--radius", "0.15", "--spacing", "0.1", "--attributes", "temperature,flags,Cd,tensor", "--components"]
+        options = ["--radius", "0.15", "--spacing", "0.1", "--components", "--attributes",
+                   "temperature,flags,Cd,tensor"]
         for ending in (".ply", ".usda"):
             run("mesh", "s.####.usda", "m.####" + ending, "--output-fps", "25", "--meters-per-unit", "0.01", *options)
         failures += check_sequence(path)
         failures += check_particles(run, path)
+        failures += check_tinyusdz(path, os.path.join(os.path.dirname(os.path.abspath(sys.argv[2])), "node"))
     return 1 if failures else 0
 
 

@@ -1,5 +1,5 @@
-"""Modules of Python that tests need and that are not part of the system: they are installed from PyPI into a virtual
-environment below the build folder."""
+"""Modules of Python and packages of npm that tests need and that are not part of the system: they are installed below
+the build folder."""
 
 import fcntl
 import importlib.util
@@ -34,6 +34,25 @@ def python_with(venv, modules):
             said = (getattr(error, "stderr", "") or "").strip() if isinstance(getattr(error, "stderr", ""), str) else ""
             return None, "%s%s" % (error, ": " + said.splitlines()[-1] if said else "")
     return python, None
+
+
+def npm_package(folder, name):
+    """The folder of a package of npm, which is unpacked into `folder` without what it depends on; and why not if that
+    fails."""
+    package = os.path.join(os.path.abspath(folder), name)
+    os.makedirs(folder, exist_ok=True)
+    with open(package + ".lock", "w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        try:
+            if not os.path.exists(os.path.join(package, "package.json")):
+                packed = subprocess.run(["npm", "pack", "--silent", name], cwd=folder, check=True, capture_output=True,
+                                        text=True, timeout=SECONDS).stdout.split()[-1]
+                os.makedirs(package, exist_ok=True)
+                subprocess.run(["tar", "xzf", os.path.join(folder, packed), "-C", package, "--strip-components", "1"],
+                               check=True, capture_output=True)
+        except (OSError, IndexError, subprocess.SubprocessError) as error:
+            return None, str(error)
+    return package, None
 
 
 def missing(modules):

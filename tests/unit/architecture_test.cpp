@@ -17,8 +17,9 @@ namespace {
 namespace fs = std::filesystem;
 
 // The level of each folder. A file may include files of its own folder and of folders at lower levels.
-const std::map<std::string, int> kLevels{{"base", 0}, {"exact", 1},  {"mesh", 2},   {"skin", 3},  {"planar", 4},
-                                         {"io", 3},   {"render", 3}, {"sample", 3}, {"batch", 5}, {"cmd", 6}};
+const std::map<std::string, int> kLevels{{"base", 0},   {"exact", 1}, {"mesh", 2},   {"skin", 3},
+                                         {"planar", 4}, {"io", 3},    {"render", 3}, {"sample", 3},
+                                         {"batch", 5},  {"cmd", 6},   {"python", 6}};
 
 // Public headers, included as "betamesh/NAME", that belong to the lowest level. CMake makes version.h.
 const std::set<std::string> kPublicHeaders{
@@ -38,6 +39,7 @@ const std::vector<std::pair<std::string, std::vector<std::string>>> kThirdParty{
     {"boost/multiprecision/", {"exact/orientation.cpp"}},
     {"embree3/", {"render/ray_tracer.cpp"}},
     {"freetype/", {"render/text.cpp"}},
+    {"nanobind/", {"python/binding.h"}},
     {"nlohmann/", {"batch/report/report.cpp"}},
     {"openvdb/", {"io/level_set.cpp", "io/vdb_file.h", "io/vdb_reader.cpp", "io/vdb_writer.cpp"}},
     {"png.h", {"render/png_file.cpp"}},
@@ -294,6 +296,7 @@ TEST(Architecture, RulesAcceptAndReject) {
     accepts("base/parallel.h", "<tbb/parallel_for.h>");
     accepts("io/bytes.cpp", "<sys/stat.h>");
     accepts("base/random.h", "<vector>");
+    accepts("python/objects.cpp", "\"batch/config/surface_params.h\"");
 
     rejects("base/box.h", "\"exact/predicates.h\"");
     rejects("exact/predicates.cpp", "\"skin/stage.h\"");
@@ -303,6 +306,7 @@ TEST(Architecture, RulesAcceptAndReject) {
     rejects("io/ply.cpp", "\"skin/spacing.h\"");
     rejects("render/shade.cpp", "\"io/ply.h\"");
     rejects("batch/job/job.cpp", "\"cmd/command.h\"");
+    rejects("batch/job/job.cpp", "\"python/objects.h\"");
     rejects("include/betamesh/mesh.h", "\"base/box.h\"");
     rejects("base/box.h", "\"betamesh/no_such_header.h\"");
     rejects("attic/a.cpp", "\"base/box.h\"");

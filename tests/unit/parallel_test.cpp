@@ -106,6 +106,45 @@ TEST(Parallel, ALoopInsideAFailedOneNeverReturnsIncomplete) {
     });
 }
 
+// A run is cancelled by another thread, at any time, while its loops rely on the results of inner ones.
+TEST(Parallel, ACancelledRunEndsEarlyAndNeverReturnsIncomplete) {
+    for (int trial = 0; trial < 200; ++trial) {
+        CancellableRun run;
+        std::atomic<bool> relied_on_nothing = false, begun = false;
+        std::thread canceller([&] {
+            while (!begun) std::this_thread::yield();
+            run.cancel();
+        });
+        const bool has_returned = run.run(1 + trial % 3, [&] {
+            for (;;) {
+                std::vector<std::uint8_t> done(5000, 0);
+                parallelFor(done.size(), 16, [&](std::size_t i) { done[i] = 1; });
+                if (std::count(done.begin(), done.end(), 0) > 0) relied_on_nothing = true;
+                begun = true;
+            }
+        });
+        canceller.join();
+        EXPECT_FALSE(has_returned);
+        ASSERT_FALSE(relied_on_nothing) << "trial " << trial;
+    }
+}
+
+TEST(Parallel, ARunPassesOnWhatItThrowsAndNothingElseIsCancelled) {
+    CancellableRun cancelled;
+    cancelled.cancel();
+    EXPECT_FALSE(cancelled.run(0, [] {}));
+    CancellableRun failing, succeeding;
+    const auto fail = [] {
+        parallelFor(100, 1, [](std::size_t i) {
+            if (i == 50) throw std::runtime_error("failed");
+        });
+    };
+    EXPECT_THROW(failing.run(2, fail), std::runtime_error);
+    std::atomic<int> count = 0;
+    EXPECT_TRUE(succeeding.run(2, [&] { parallelFor(100, 1, [&](std::size_t) { ++count; }); }));
+    EXPECT_EQ(count, 100);
+}
+
 TEST(Parallel, ThePipelineKeepsTheOrderUntilTheFirstFailure) {
     const auto firstOnes = [](int n) {
         std::vector<int> twice(static_cast<std::size_t>(n));

@@ -3,12 +3,16 @@
 #include "io/particle_file.h"
 
 #include "base/random.h"
+#include "io/extension.h"
 #include "io/output_file.h"
 #include "support/file_checks.h"
 
 #include <cmath>
 #include <cstdio>
 #include <limits>
+#include <map>
+#include <set>
+#include <sstream>
 
 namespace betamesh {
 namespace {
@@ -232,6 +236,73 @@ TEST(ParticleInput, PropertiesThatNobodyAskedForDoNotMatter) {
     EXPECT_EQ(readParticles(file).position, (std::vector<Vec3f>{{1, 3, 5}, {2, 4, 6}}));
     writeFile(file, plyText(2, {{"float", "px", {1, 2}}, {"float", "py", {3, 4}}}));
     expectError([&] { readParticles(file); }, {"a.ply", "'x'"});
+}
+
+/// Attributes of random names, types and numbers of components.
+std::vector<Attribute> randomAttributes(std::size_t n, Random& random) {
+    const std::vector<std::string> names{"Cd", "temp",  "density", "type", "age", "w1",   "K",
+                                         "m",  "stress", "flags",  "Cs",   "rest", "Temp", "normal_2"};
+    std::vector<Attribute> attributes;
+    for (const std::string& name : names) {
+        if (random.unit() < 0.4) continue;
+        Attribute attribute{name, random.unit() < 0.5 ? 1U : 3U, {}, {}};
+        for (std::size_t i = 0; i < n * attribute.components; ++i) {
+            const auto number = static_cast<float>(std::floor(1000 * random.unit()));
+            attribute.real.push_back(number / 8);
+        }
+        if (attribute.components == 1 && random.unit() < 0.5) {
+            for (const float number : attribute.real) attribute.integer.push_back(static_cast<std::int32_t>(8 * number));
+            attribute.real.clear();
+        }
+        attributes.push_back(attribute);
+    }
+    return attributes;
+}
+
+// Whatever the format and the attributes: every particle and every attribute of a file is read, and is a part of its
+// summary, either with a use or without one; the job names those without.
+TEST(ParticleInput, EveryPartOfAFileIsReadAndNamed) {
+    const TemporaryFolder folder;
+    std::istringstream extensions(extensionsFor(FileKind::particles, Access::write));
+    std::uint64_t seed = 0;
+    for (std::string extension; extensions >> extension;) {
+        for (int round = 0; round < 8; ++round) {
+            SCOPED_TRACE(extension + ' ' + std::to_string(seed));
+            Random random(++seed);
+            Particles written = sampleParticles(1 + static_cast<std::size_t>(300 * random.unit()),
+                                                random.unit() < 0.7, random.unit() < 0.7, false);
+            written.attributes = randomAttributes(written.size(), random);
+            const std::string file = folder / ("a" + extension);
+            writeParticles(file, written);
+            const auto [read, summary] = readSummarised(file, {});
+            EXPECT_EQ(summary.particles_read, written.size());
+            EXPECT_EQ(read.size() + summary.dropped, written.size());
+            std::map<std::string, std::set<std::string>> uses;  // by attribute
+            for (const InputPart& part : summary.parts) {
+                if (part.kind != InputPart::Kind::attribute) continue;
+                const auto component = componentName(part.name);
+                uses[part.name].insert(part.use);
+                if (component) uses[component->vector].insert(part.use);
+            }
+            for (const Attribute& attribute : written.attributes) {
+                EXPECT_TRUE(uses.contains(attribute.name)) << attribute.name;
+                EXPECT_EQ(uses[attribute.name], std::set<std::string>{""}) << attribute.name;
+                const auto has = [&](const Attribute& a) {
+                    const auto component = componentName(a.name);
+                    return a.name == attribute.name || (component && component->vector == attribute.name);
+                };
+                EXPECT_TRUE(std::any_of(read.attributes.begin(), read.attributes.end(), has)) << attribute.name;
+            }
+            const auto used = [&](const std::string& use) {
+                return std::any_of(summary.parts.begin(), summary.parts.end(),
+                                   [&](const InputPart& part) { return part.use == use; });
+            };
+            EXPECT_TRUE(used("position"));
+            EXPECT_EQ(used("velocity"), !summary.velocity.empty());
+            EXPECT_GE(used("velocity"), !written.velocity.empty());
+            EXPECT_EQ(used("id"), !written.id.empty());
+        }
+    }
 }
 
 TEST(ParticleInput, ScalesAndTheUpAxisApplyToVectors) {

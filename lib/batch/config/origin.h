@@ -11,18 +11,12 @@
 namespace betamesh {
 
 /// The point that is subtracted from all positions, in units of the file: input.origin if it is given. For auto it is
-/// the localOrigin() of the first frame on disk that can be read and has particles, if the file stores positions in
-/// double precision; otherwise it is zero.
+/// the localOriginOf() the first frame on disk that can be read and has particles.
 ///
 /// in      frames_on_disk: all frames of the input, also those that are not to be meshed
 ///         events: reports each frame that is read to the supervising process
 /// same    the origin for any choice of frames
 Vec3 resolveOrigin(const Config& config, const std::map<int, std::string>& frames_on_disk,
                    const WorkerEvents& events = {});
-
-/// What has to be added to a mesh to return to the coordinates of the file, in world units.
-///
-/// in      up_axis: of the axes in which the point is given; that of the mesh file, or y
-Vec3 worldOrigin(const ParticleInput& input, UpAxis up_axis);
 
 }  // namespace betamesh

@@ -2,7 +2,7 @@
 
 #pragma once
 
-#include "batch/job/plan.h"
+#include "batch/job/output_plan.h"
 #include "batch/job/provenance.h"
 #include "io/particle_file.h"
 #include "skin/near_surface.h"

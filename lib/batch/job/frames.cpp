@@ -3,6 +3,7 @@
 
 #include "betamesh/error.h"
 #include "io/extension.h"
+#include "io/usd_clips.h"
 
 #include <algorithm>
 #include <cctype>
@@ -187,7 +188,8 @@ bool isWideNegative(const FramePattern& pattern, std::string_view number) {
     return number.starts_with('-') && zeroFilled(parseNumber(number).value_or(0), pattern.width + 1) == number;
 }
 
-/// The sequences of particles or meshes in a folder, as patterns with folders; single files without numbers, too.
+/// The sequences of particles or meshes in a folder, as patterns with folders; single files without numbers, too,
+/// except layers that play a sequence.
 std::vector<std::string> sequencesIn(const std::string& folder) {
     std::map<std::pair<std::string, std::string>, std::size_t> width;  // of head and tail: least number of characters
     forFilesIn(folder, [&](const std::string& name) {
@@ -195,6 +197,7 @@ std::vector<std::string> sequencesIn(const std::string& folder) {
             !(canHold(name, FileKind::particles, Access::read) || canHold(name, FileKind::mesh, Access::read)))
             return;
         const std::string_view number = numberTextIn(name);
+        if (number.empty() && isUsdClipsLayer(fs::path(folder) / name)) return;
         const auto begin = static_cast<std::size_t>(number.data() - name.data());
         std::pair key{name.substr(0, begin), name.substr(begin + number.size())};
         const auto [known, is_new] = width.try_emplace(std::move(key), number.size());

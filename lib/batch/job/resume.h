@@ -2,7 +2,7 @@
 
 #pragma once
 
-#include "batch/job/plan.h"
+#include "batch/job/output_plan.h"
 
 #include <span>
 

@@ -399,6 +399,10 @@ std::string infoJson(const std::string& file, const FileInfo& info, std::optiona
                                    {"voxels", volume.voxels},
                                    {"lower", {volume.lower.x, volume.lower.y, volume.lower.z}},
                                    {"upper", {volume.upper.x, volume.upper.y, volume.upper.z}}});
+    json["groups"] = info.groups;
+    json["grids"] = Json::array();
+    for (const GridInfo& grid : info.grids) json["grids"].push_back({{"name", grid.name}, {"type", grid.type}});
+    json["not_read"] = info.passed_over;
     return oneLine(json);
 }
 

@@ -14,4 +14,17 @@ public:
     using std::runtime_error::runtime_error;
 };
 
+/// Thrown if the operating system refuses to open, read or write a file.
+class FileError : public Error {
+public:
+    /// error_number: errno, as in <cerrno>.
+    FileError(const std::string& message, int error_number) : Error(message), error_number_(error_number) {}
+
+    /// errno, as in <cerrno>.
+    int errorNumber() const { return error_number_; }
+
+private:
+    int error_number_;
+};
+
 }  // namespace betamesh
