@@ -1,5 +1,5 @@
-#include "batch/job/plan.h"
 #include "each_file.h"
+#include "batch/job/plan.h"
 
 #include "base/parallel.h"
 #include "batch/job/job.h"

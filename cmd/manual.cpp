@@ -127,8 +127,7 @@ std::string formatsPage() {
         if (!format.write_extensions.empty())
             row += "Written: " + std::string(format.write_extensions) + " (" + contentsOf(format) + "). ";
         if (!format.holds_attributes) row += "Holds neither velocity nor attributes. ";
-        if (format.id_bits > 0 && format.id_bits < 64)
-            row += "Ids have " + std::to_string(format.id_bits) + " bits. ";
+        if (format.id_bits > 0 && format.id_bits < 64) row += "Ids have " + std::to_string(format.id_bits) + " bits. ";
         row += "Test: " + std::string(format.test) + ": " + std::string(format.proof) + '.';
         text += ".TP\n.B " + troff(std::string(format.name)) + '\n' + troff(row) + '\n';
     }

@@ -73,10 +73,10 @@ TEST_F(Outputs, OnlyWhatIsMissingIsMadeAgain) {
 
 TEST_F(Outputs, OneThatFailsHarmsNoOther) {
     writeFrames(1, 2);
-    const Outcome outcome = run(
-        "  - {path: out/a.####.ply}\n"
-        "  - {path: bad/a.####.ply, attributes: [temperature]}\n"
-        "  - {path: good/a.####.bgeo}\n");
+    const Outcome outcome =
+        run("  - {path: out/a.####.ply}\n"
+            "  - {path: bad/a.####.ply, attributes: [temperature]}\n"
+            "  - {path: good/a.####.bgeo}\n");
     EXPECT_EQ(outcome.exit_code, 1);
     EXPECT_NE(outcome.err.find("temperature"), std::string::npos) << outcome.err;
     EXPECT_NE(outcome.err.find("2 failed"), std::string::npos) << outcome.err;
@@ -110,7 +110,8 @@ TEST_F(Outputs, WrongListsAreRefusedBeforeAnythingIsWritten) {
         const char* error;
     };
     for (const Wrong& wrong :
-         {Wrong{"  - {path: out/a.####.ply}\n  - {path: out/a.####.ply}\n", "both the mesh of frame 1 in output 1 and the mesh of frame 1 in output 2"},
+         {Wrong{"  - {path: out/a.####.ply}\n  - {path: out/a.####.ply}\n",
+                "both the mesh of frame 1 in output 1 and the mesh of frame 1 in output 2"},
           Wrong{"  - {path: out/a.####.ply}\n  - {preset: preview}\n", "output 2 of the list of outputs has no path"},
           Wrong{"  - {path: out/a.####.ply, frames: 1-2}\n", "job.yaml:5:28: frames is the same for all outputs"},
           Wrong{"  - {path: out/a.####.ply, run: {threads: 2}}\n", "run.threads is the same for all outputs"},

@@ -240,8 +240,8 @@ TEST(ParticleInput, PropertiesThatNobodyAskedForDoNotMatter) {
 
 /// Attributes of random names, types and numbers of components.
 std::vector<Attribute> randomAttributes(std::size_t n, Random& random) {
-    const std::vector<std::string> names{"Cd", "temp",  "density", "type", "age", "w1",   "K",
-                                         "m",  "stress", "flags",  "Cs",   "rest", "Temp", "normal_2"};
+    const std::vector<std::string> names{"Cd", "temp",   "density", "type", "age",  "w1",   "K",
+                                         "m",  "stress", "flags",   "Cs",   "rest", "Temp", "normal_2"};
     std::vector<Attribute> attributes;
     for (const std::string& name : names) {
         if (random.unit() < 0.4) continue;
@@ -251,7 +251,8 @@ std::vector<Attribute> randomAttributes(std::size_t n, Random& random) {
             attribute.real.push_back(number / 8);
         }
         if (attribute.components == 1 && random.unit() < 0.5) {
-            for (const float number : attribute.real) attribute.integer.push_back(static_cast<std::int32_t>(8 * number));
+            for (const float number : attribute.real)
+                attribute.integer.push_back(static_cast<std::int32_t>(8 * number));
             attribute.real.clear();
         }
         attributes.push_back(attribute);
@@ -269,8 +270,8 @@ TEST(ParticleInput, EveryPartOfAFileIsReadAndNamed) {
         for (int round = 0; round < 8; ++round) {
             SCOPED_TRACE(extension + ' ' + std::to_string(seed));
             Random random(++seed);
-            Particles written = sampleParticles(1 + static_cast<std::size_t>(300 * random.unit()),
-                                                random.unit() < 0.7, random.unit() < 0.7, false);
+            Particles written = sampleParticles(1 + static_cast<std::size_t>(300 * random.unit()), random.unit() < 0.7,
+                                                random.unit() < 0.7, false);
             written.attributes = randomAttributes(written.size(), random);
             const std::string file = folder / ("a" + extension);
             writeParticles(file, written);
