@@ -161,7 +161,7 @@ Sequence fineSteps(const Arguments& arguments, const Supervision& watched) {
     PlanOptions options;
     options.overwrite = true;
     options.history.unmeasured = watched.history.unmeasured;
-    options.notes = watched.notes;
+    options.events = watched.events;
     if (config.surface.dimension != 3) throw Error("surface.dimension is 2, but only surfaces can be measured. Use 3.");
     const Plan plan = planJob(config, options);
     for (const std::string& warning : plan.warnings) logWarning(warning);
@@ -169,7 +169,7 @@ Sequence fineSteps(const Arguments& arguments, const Supervision& watched) {
     const std::string& file = plan.tasks.at(0).input;
     if (const auto lost = watched.history.lost.find(arguments.frame); lost != watched.history.lost.end())
         throw Error(file + ": " + lost->second);
-    const auto start = startingParticles(file, plan.config, arguments.frame, watched.notes);
+    const auto start = startingParticles(file, plan.config, arguments.frame, watched.events);
 
     Sequence sequence;
     sequence.axis_label = "seconds after frame " + std::to_string(arguments.frame);
@@ -294,7 +294,7 @@ int run(const Arguments& arguments) {
     }
     int exit_code = kAllWritten;
     withThreads(sequence.threads, [&] {
-        exit_code = measure(sequence, arguments, arguments.pipeline.empty() ? watched.notes : WorkerEvents());
+        exit_code = measure(sequence, arguments, arguments.pipeline.empty() ? watched.events : WorkerEvents());
     });
     return exit_code;
 }

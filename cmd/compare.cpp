@@ -38,7 +38,7 @@ Plan planOf(Config config, const PictureWorker& worker) {
     options.overwrite = true;
     options.history.unmeasured = worker.history.unmeasured;
     options.history.last_loss = worker.history.last_loss;
-    options.notes = worker.events;
+    options.events = worker.events;
     return planJob(config, options);
 }
 

@@ -21,7 +21,7 @@ int forEachFile(std::size_t files, const std::function<std::string(std::size_t)>
     const auto processFile = [&](std::size_t i) {
         const int number = static_cast<int>(i);
         if (history.ended.contains(number)) return;
-        const WorkerEvents::FrameInProgress at_work(watched.notes, number);
+        const WorkerEvents::FrameInProgress at_work(watched.events, number);
         bool is_good = false;
         try {
             if (const auto lost = history.lost.find(number); lost != history.lost.end())
@@ -33,7 +33,7 @@ int forEachFile(std::size_t files, const std::function<std::string(std::size_t)>
         }
         any_failed = any_failed || !is_good;
         std::cout.flush();  // before the file counts as ended, so that its output is neither lost nor repeated
-        watched.notes.ended(number, is_good ? FrameStatus::ok : FrameStatus::failed);
+        watched.events.ended(number, is_good ? FrameStatus::ok : FrameStatus::failed);
     };
     withThreads(threadsOf(Config{}), [&] {
         for (std::size_t i = 0; i < files; ++i) processFile(i);

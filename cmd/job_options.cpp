@@ -75,6 +75,7 @@ void add(JobResult& sum, const JobResult& result) {
     sum.skipped += result.skipped;
     sum.failed += result.failed;
     sum.out_of_memory = sum.out_of_memory || result.out_of_memory;
+    sum.layer_failed = sum.layer_failed || result.layer_failed;
     if (result.signal != 0) sum.signal = result.signal;
 }
 
@@ -82,7 +83,10 @@ void add(JobResult& sum, const JobResult& result) {
 /// then, because one of them may be the cause; then all others.
 JobResult runRest(std::vector<Plan> outputs, SignalWatch& signals, const WorkerEvents& events,
                   const JobHistory& history, const FrameEnded& frameEnded) {
-    JobResult result{history.written, history.skipped, history.failed, history.out_of_memory, 0};
+    JobResult result{.written = history.written,
+                     .skipped = history.skipped,
+                     .failed = history.failed,
+                     .out_of_memory = history.out_of_memory};
     logWarning(history.last_loss + "; the frames in progress at that time are restarted one at a time");
     std::vector<Plan> others = outputs;
     const auto wasInProgress = [&](const FrameTask& task) { return history.begun.contains(task.frame); };
@@ -276,16 +280,16 @@ int runWithOptions(const std::string& pipeline, std::vector<KeyValue> given, con
     if (!options.log_file.empty()) requireDistinctLog(options.log_file, pipeline, config);
     rememberSignals();
     const auto begin = std::chrono::steady_clock::now();
-    const Supervision watched = superviseWorkers(isVdb(config.input.path), config.run.timeout);
+    const Supervision watched = superviseWorkers(isVdb(inputPattern(config.input.path).text), config.run.timeout);
     if (!watched.is_worker) return watched.exit_code;
     if (!options.log_file.empty()) setLogFile(options.log_file);
     if (config.run.memory_limit > 0) enforceMemoryLimit(config);
 
     SignalWatch signals;
     const JobHistory& history = watched.history;
-    const std::vector<Plan> outputs = planOutputs(
-        config,
-        {parseChunk(options.chunk), options.overwrite, options.skip_existing, options.dry_run, history, watched.notes});
+    const std::vector<Plan> outputs =
+        planOutputs(config, {parseChunk(options.chunk), options.overwrite, options.skip_existing, options.dry_run,
+                             history, watched.events});
     for (const std::string& warning : linesOf(outputs, &Plan::warnings)) logWarning(warning);
     if (options.dry_run) return printPlans(outputs, options.json);
     logPlans(outputs);
@@ -298,8 +302,8 @@ int runWithOptions(const std::string& pipeline, std::vector<KeyValue> given, con
             for (const FrameReport& report : reports) std::cout << reportJson(report) << std::endl;
         progress.frameEnded(reports);
     };
-    const JobResult result = history.last_loss.empty() ? runJob(outputs, signals, watched.notes, frameEnded)
-                                                       : runRest(outputs, signals, watched.notes, history, frameEnded);
+    const JobResult result = history.last_loss.empty() ? runJob(outputs, signals, watched.events, frameEnded)
+                                                       : runRest(outputs, signals, watched.events, history, frameEnded);
     const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - begin;
     logResult(result, summary(result, frames, seconds.count()), progress);
     return result.exitCode();

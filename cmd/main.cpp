@@ -25,7 +25,7 @@ namespace {
 constexpr const char* kExitCodes =
     "Exit codes:\n"
     "  0    everything was done\n"
-    "  1    some frames failed; the others were written\n"
+    "  1    some frames failed, the others were written; or check or coherence found a fault\n"
     "  2    wrong usage or configuration; nothing was written\n"
     "  33   out of memory\n"
     "  130  interrupted by SIGINT, 143 by SIGTERM; finished frames stay, and no file is half-written\n"

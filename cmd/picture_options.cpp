@@ -206,7 +206,7 @@ int inPictureWorker(const PictureJob& job, const std::function<int(const Picture
     if (!watched.is_worker) return watched.exit_code;
     SignalWatch signals;
     int exit_code = kAllWritten;
-    withThreads(threadsOf(job.config), [&] { exit_code = work({watched.notes, watched.history, signals}); });
+    withThreads(threadsOf(job.config), [&] { exit_code = work({watched.events, watched.history, signals}); });
     return exit_code;
 }
 

@@ -53,7 +53,7 @@ private:
 /// One file format. Everything that depends on the format of a file follows from these rows: which function reads or
 /// writes it, error messages, help, warnings, memory estimates and the manual.
 struct FileFormat {
-    std::string_view name;              ///< "OpenVDB points"
+    std::string_view name;              ///< "PLY"
     std::string_view read_extensions;   ///< lower case, separated by spaces; empty: the format cannot be read
     std::string_view write_extensions;  ///< .gz: through gzip; .sc: in a Blosc container
 

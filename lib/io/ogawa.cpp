@@ -70,7 +70,7 @@ std::vector<OgawaChild> OgawaReader::group(OgawaChild child, const char* what) {
     if (child == kEmptyGroup) return {};
     if ((child & kOgawaDataBit) != 0) fail(child & ~kOgawaDataBit, std::string(what) + ": a group was expected");
     if (!groups_read_.insert(child).second)
-        fail(child, std::string(what) + ": two groups have the same content. The file is damaged.");
+        fail(child, std::string(what) + ": a group is used twice. The file is damaged.");
     const std::uint64_t count = numberAt(child, what);
     const std::uint64_t begin = child + sizeof(std::uint64_t);
     if (count > (size_ - begin) / sizeof(OgawaChild))

@@ -1,4 +1,4 @@
-// The whole method on one screen: skinFrame(), the only place where the stages meet.
+// skinFrame() for clouds that do not fit into memory. The source file has the order of the stages.
 
 #pragma once
 

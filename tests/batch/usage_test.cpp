@@ -40,7 +40,7 @@ const std::vector<WrongUsage> kWrongUsages{
     {{"mesh", "a.ply", "b.plu"}, {"b.plu: '.plu' is not a format for meshes.", ".bgeo", "Did you mean '.ply'?"}},
     {{"mesh", "a.ply", "b"}, {"b: the name has no extension", ".bgeo"}},
     {{"mesh", "a.ply", "b.svg"}, {"b.svg", "surface.dimension 3", "--dimension 2"}},
-    {{"mesh", "a.ply", "b.vdb", "--dimension", "2"}, {"b.vdb: '.vdb' is not a format for meshes."}},
+    {{"mesh", "a.ply", "b.vdb", "--dimension", "2"}, {"b.vdb: '.vdb' is not a format for curves."}},
     {{"mesh", "a.ply", "b.ply", "--format", "ply"}, {"--format is for OUT '-'"}},
     {{"mesh", "a.ply", "-", "--format", "plly"}, {"--format: 'plly' is not valid.", "Did you mean 'ply'?"}},
     {{"run"}, {"betamesh run needs PIPELINE."}},

@@ -251,9 +251,9 @@ TEST(PlyFile, AttributesThatCannotBeWrittenAreErrors) {
 }
 
 TEST(PlyFile, ErrorsOfUnknownExtensionsListTheKnownOnes) {
-    expectError([] { readParticles("a.abc"); }, {"a.abc", ".bgeo", ".ply", ".vdb"});
+    expectError([] { readParticles("a.fbx"); }, {"a.fbx", ".bgeo", ".ply", ".vdb"});
     expectError([] { requireParticleExtension("a.obj"); }, {"a.obj", ".vdb"});
-    expectError([] { requireMeshExtension("a.vdb"); }, {"a.vdb", "not a format for meshes", ".obj"});
+    expectError([] { requireMeshExtension("a.csv"); }, {"a.csv", "not a format for meshes", ".obj"});
     EXPECT_NO_THROW(requireMeshExtension("dir.x/A.0001.PLY"));
     EXPECT_NO_THROW(requireMeshExtension("a.bgeo.gz"));
     expectError([] { readParticles("no/such/file.ply"); }, {"no/such/file.ply", "No such file"});

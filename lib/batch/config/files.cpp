@@ -78,8 +78,8 @@ void addOutputKeys(std::vector<ConfigKey>& keys) {
     keys.push_back(booleanKey(
         {"output.components", "--components", "",
          "Numbers the connected components of each mesh by volume: 0 is the largest, bubbles come last. The number is "
-         "the whole-number attribute `component` of faces (.ply) or primitives (.bgeo), or an object component_N "
-         "(.obj). A component may get another number in the next frame."},
+         "the whole-number attribute `component` of faces (.ply, .vtp, .usda, .abc) or primitives (.bgeo), or "
+         "an object component_N (.obj). A component may get another number in the next frame."},
         [](Config& c) -> bool& { return c.output.components; }));
     keys.push_back(choiceKey<UpAxis>(
         {"output.up_axis", "--output-up-axis", "",

@@ -31,8 +31,7 @@ using FrameEnded = std::function<void(const std::vector<FrameReport>& outputs)>;
 ///
 /// in      outputs: at least one, from planOutputs()
 /// out     for each output of each frame the mesh, its spheres if it has any, then its report. Each file is complete or
-/// absent. If
-///         several processes mesh the same frame, one complete set of files wins
+///         absent. If several processes mesh the same frame, one complete set of files wins
 /// same    bytes of meshes and spheres for any number of threads and frames in flight
 /// errors  an output folder that cannot be created, before any frame is begun; all other errors are in the reports
 JobResult runJob(std::span<const Plan> outputs, SignalWatch& signals, const WorkerEvents& events,

@@ -18,10 +18,10 @@ struct PlanOptions {
     Chunk chunk;
     bool overwrite = false;
     bool skip_existing = false;
-    bool dry_run = false;  ///< outputs that exist become FrameAction::refuse_existing instead of an error
-    JobHistory history{};  ///< frames that ended are left out; frames that were begun may have left files
-    WorkerEvents notes{};  ///< receives the frames that are read to measure spacing and camera
-    bool measure = true;   ///< false: leave spacing, radius and camera open unless they tell what may be skipped
+    bool dry_run = false;   ///< outputs that exist become FrameAction::refuse_existing instead of an error
+    JobHistory history{};   ///< frames that ended are left out; frames that were begun may have left files
+    WorkerEvents events{};  ///< receives the frames that are read to measure spacing and camera
+    bool measure = true;    ///< false: leave spacing, radius and camera open unless they tell what may be skipped
 };
 
 /// The plan of one output of a job. Those of all outputs have the same frames in the same order, threads and memory.

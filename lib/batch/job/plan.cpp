@@ -60,13 +60,6 @@ void noteOtherNumbers(const Config& config, const FramePattern& input, std::vect
                            "': not meshed because their numbers are padded otherwise: " + firstNames(others.padded));
 }
 
-/// Whether the format of an output cannot store attributes of vertices.
-bool hasNoAttributes(const std::string& output) {
-    std::string extension = splitExtension(output).second;
-    for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-    return extension == ".obj" || extension == ".svg" || extension == ".vdb";
-}
-
 /// Warns of what the format of the output cannot hold, and that .bgeo is not the format that it was.
 void noteOutputFormat(Plan& plan) {
     const Config::Output& output = plan.config.output;
@@ -74,22 +67,24 @@ void noteOutputFormat(Plan& plan) {
     const std::string lost = lossesOf(output.path, kind, {true, !output.attributes.empty(), output.components}, output);
     const std::string extension = splitExtension(output.path).second;
     if (!lost.empty())
-        plan.warnings.push_back(extension + " files are written without " + lost +
-                                ", which they cannot hold. Use .bgeo, .ply or .vtp to keep what is missing");
+        plan.warnings.push_back(
+            extension + " files are written without " + lost +
+            ", which they cannot hold. Use .bgeo, .ply, .vtp, .usda or .abc to keep what is missing");
     if (const std::string renamed = renamingsIn(output.path, kind, output.attributes); !renamed.empty())
         plan.warnings.push_back(extension + " files cannot hold some names of attributes: " + renamed);
     if (extension == ".bgeo" || extension == ".bgeo.gz")
         plan.warnings.push_back(extension +
                                 " is written as Houdini 12 and later read it. For programs that read only the format "
                                 "of Houdini 11 and earlier, write .bhclassic");
-    if (!output.attributes.empty() && hasNoAttributes(output.path))
+    const FileFormat& format = formatOf(output.path, kind, Access::write);
+    if (!output.attributes.empty() && (format.is_drawing || format.is_volume || !format.holds_attributes))
         plan.warnings.push_back(output.path +
                                 ": this format cannot store attributes; output.attributes is written to spheres alone");
 }
 
 void planOrigin(Plan& plan, const std::map<int, std::string>& on_disk, const PlanOptions& options) {
     ParticleInput& input = plan.config.input;
-    input.origin = resolveOrigin(plan.config, on_disk, options.notes);
+    input.origin = resolveOrigin(plan.config, on_disk, options.events);
     const Vec3 origin = worldOrigin(input, plan.config.output.up_axis);
     if (origin == Vec3(0, 0, 0)) return;
     const std::string text = textOf(origin.x) + ',' + textOf(origin.y) + ',' + textOf(origin.z);
@@ -104,7 +99,7 @@ void planOrigin(Plan& plan, const std::map<int, std::string>& on_disk, const Pla
 
 void planRadius(Plan& plan, const std::map<int, std::string>& on_disk, const PlanOptions& options,
                 std::vector<SequenceSpacing>& measured) {
-    const auto resolved = resolveRadius(plan.config, on_disk, options.notes, measured);
+    const auto resolved = resolveRadius(plan.config, on_disk, options.events, measured);
     if (!resolved) return;
     plan.spacing = resolved->spacing;
     plan.skin = withLengths(plan.skin, plan.config, *resolved);
@@ -128,7 +123,7 @@ void planPictures(Plan& plan, const std::map<int, std::string>& on_disk, const P
     Extent extent(plan.config.preview);
     if (needsExtent(plan.config))
         extent =
-            sequenceExtent(on_disk, plan.config, plan.skin.radius, options.notes, options.history.last_loss.empty());
+            sequenceExtent(on_disk, plan.config, plan.skin.radius, options.events, options.history.last_loss.empty());
     plan.preview =
         planRendering(plan.config, extent, preview.show == ShownGeometry::particles ? small : plan.skin.radius);
     plan.preview->settings.layers = isExr(preview.path);

@@ -65,8 +65,9 @@ void chooseAction(FrameTask& task, bool input_exists, const Plan& plan, const Pl
     if (output_exists && options.skip_existing) {
         const Staleness stale = stalenessOf(task, input_exists, plan);
         task.why = stale.why;
-        task.action = stale.why.empty() ? FrameAction::skip_existing : FrameAction::draw;
-        if (stale.why.empty() || (stale.only_picture && canRedraw(task, config))) return;
+        const bool redraw = stale.only_picture && canRedraw(task, config);
+        task.action = redraw ? FrameAction::draw : FrameAction::skip_existing;
+        if (stale.why.empty() || redraw) return;
     }
     const bool any_exists = output_exists || (!task.picture.empty() && exists(task.picture));
     const bool may_replace = options.skip_existing || options.overwrite || options.history.begun.contains(task.frame);

@@ -60,7 +60,7 @@ private:
 /// Where superviseWorkers() has returned.
 struct Supervision {
     bool is_worker = false;  ///< true in a worker, false in the supervisor
-    WorkerEvents notes;      ///< in a worker: reports to the supervisor
+    WorkerEvents events;     ///< in a worker: reports to the supervisor
     JobHistory history;      ///< in a worker: what earlier workers have done
     int exit_code = 0;       ///< in the supervisor: the exit code of the job
 };

@@ -17,10 +17,10 @@ public:
 /// Thrown if the operating system refuses to open, read or write a file.
 class FileError : public Error {
 public:
-    /// error_number: errno, as in <cerrno>.
+    /// error_number: the value of `errno`.
     FileError(const std::string& message, int error_number) : Error(message), error_number_(error_number) {}
 
-    /// errno, as in <cerrno>.
+    /// The value of `errno`.
     int errorNumber() const { return error_number_; }
 
 private:
