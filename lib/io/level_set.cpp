@@ -265,8 +265,9 @@ std::string encodeLevelSet(const Mesh& mesh, const std::string& file, const Leve
         const auto surface = levelSetOf(mesh, Distances(mesh, options.voxel, options.band), shellsOf(mesh));
         surface->setName("surface");
         surface->setGridClass(vdb::GRID_LEVEL_SET);
-        vdb::GridCPtrVec grids{surface};
+        vdb::GridCPtrVec grids;
         if (options.velocity) grids.push_back(velocityGrid(mesh, *surface));
+        grids.push_back(surface);  // last, where vdb_tool looks for it
         return archiveOf(grids);
     } catch (const vdb::Exception& error) {
         throw Error(file + ": " + error.what());

@@ -147,8 +147,10 @@ void transform(float* vectors, std::size_t n, double scale, UpAxis up) {
 std::optional<VelocitySource> findVelocity(const std::vector<Attribute>& attributes, std::size_t n,
                                            const std::string& requested, const std::string& known,
                                            const std::string& file) {
-    if (n == 0) return std::nullopt;
-    if (!requested.empty()) return requestedVelocity(attributes, n, requested, known, file);
+    if (!requested.empty()) {
+        if (n == 0) return std::nullopt;  // files without particles may lack attributes
+        return requestedVelocity(attributes, n, requested, known, file);
+    }
     return usualVelocity(attributes, n);
 }
 

@@ -51,7 +51,7 @@ struct VelocitySource {
     bool is_whole_attribute = false;  ///< all components of one attribute, in their order
 };
 
-/// Finds the velocity of n > 0 particles. Usual names, in the order of preference: attributes of three floats called v,
+/// Finds the velocity of n particles. Usual names, in the order of preference: attributes of three floats called v,
 /// velocity or vel; then, in any case, v, velocity, vel, velocities or u; then three attributes of one number whose
 /// names are one of v, velocity, vel and velocities with the endings x y z, 0 1 2, 1 2 3 or u v w, after nothing or one
 /// of _ . : and space, or in brackets; then u, v and w.
@@ -59,7 +59,7 @@ struct VelocitySource {
 /// in      requested: one name, or three separated by commas; empty: the usual names
 ///         known: what the file has, for messages
 /// out     nullopt if none is requested and none is found
-/// errors  a requested attribute that does not exist or is not three floats
+/// errors  a requested attribute that does not exist or is not three floats, unless there are no particles
 std::optional<VelocitySource> findVelocity(const std::vector<Attribute>& attributes, std::size_t n,
                                            const std::string& requested, const std::string& known,
                                            const std::string& file);

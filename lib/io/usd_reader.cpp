@@ -131,7 +131,8 @@ private:
         names_ = {"P"};
         declare("P", type);
         for (const UsdaAttribute& attribute : prim.attributes)
-            if (!isOfSchema(attribute.name)) readAttribute(attribute, n, block);
+            if (!isOfSchema(attribute.name))
+                readAttribute(attribute, prim.find(std::string(attribute.name) + ":indices") != nullptr, n, block);
         transformAttributes(to_world, block.attributes);
         if (contents_.declares_faces) readFaces(prim, n, to_world.determinant() < 0);
         contents_.has_double_positions |= block.has_double_positions;
@@ -192,14 +193,16 @@ private:
         return std::string(name.starts_with("primvars:") ? name.substr(9) : name);
     }
 
-    void readAttribute(const UsdaAttribute& attribute, std::size_t n, FileContents& block) {
+    /// is_indexed: a second attribute has indices into the values of this one.
+    void readAttribute(const UsdaAttribute& attribute, bool is_indexed, std::size_t n, FileContents& block) {
         const std::string name = nameOf(attribute);
         const bool is_primvar = attribute.name.starts_with("primvars:");
         const std::string interpolation = unquoted(attribute.interpolation);
         if (is_primvar && name == kComponent && interpolation == "uniform") return;  // read with the faces
         const auto type = usdaType(attribute.type);
         if (!type) return passOver(attribute, std::string(attribute.type));
-        if (attribute.name.ends_with(":indices")) return passOver(attribute, "the primvar is indexed");
+        if (attribute.name.ends_with(":indices")) return;
+        if (is_indexed) return passOver(attribute, "the primvar is indexed");
         if (isNamed(interpolation, {"uniform", "faceVarying", "constant"}) && attribute.name != "widths")
             return passOver(attribute, interpolation + " interpolation");
         const std::string_view value = attribute.valueAt(time_);

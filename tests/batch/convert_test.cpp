@@ -1,5 +1,6 @@
 // `betamesh convert`, and what commands say about the formats of files.
 
+#include "io/extension.h"
 #include "io/mesh_file.h"
 #include "support/file_checks.h"
 #include "support/job_folder.h"
@@ -41,6 +42,18 @@ TEST_F(Convert, AChainOfFormatsGivesTheSameBytes) {
     EXPECT_EQ(readMesh(folder_ / "o.bgeo").position, mesh.position);
     EXPECT_EQ(readMesh(folder_ / "o.bgeo").velocity, mesh.velocity);
     EXPECT_EQ(readMesh(folder_ / "o.bgeo").component, mesh.component);
+}
+
+TEST_F(Convert, FilesWithoutParticlesBecomeAnyFormat) {
+    Particles nothing;
+    nothing.attributes = {{"temp", 1, {}, {}}};
+    writeParticles(folder_ / "a.ply", nothing);
+    std::istringstream extensions(extensionsFor(FileKind::particles, Access::write));
+    for (std::string extension; extensions >> extension;) {
+        const Outcome outcome = convert("a.ply", "b" + extension);
+        EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+        EXPECT_EQ(readParticles(folder_ / ("b" + extension)).size(), 0U);
+    }
 }
 
 TEST_F(Convert, ASequenceIsConvertedFrameByFrame) {

@@ -71,6 +71,16 @@ TEST_F(Outputs, OnlyWhatIsMissingIsMadeAgain) {
     EXPECT_NE(run(outputs, {"--skip-existing"}).err.find("0 of 2 frames written, 2 skipped"), std::string::npos);
 }
 
+TEST_F(Outputs, TheSameMeshMayHaveSeveralFormats) {
+    writeFrames(1, 1);
+    EXPECT_EQ(run("  - {path: out/a.####.ply}\n  - {path: out/a.####.obj}\n").exit_code, 0);
+    const Outcome spheres =
+        run("  - {path: b/a.####.ply, features: {droplets: points}}\n"
+            "  - {path: b/a.####.obj, features: {droplets: points}}\n");
+    EXPECT_EQ(spheres.exit_code, 2);
+    EXPECT_NE(spheres.err.find("both the file of spheres"), std::string::npos) << spheres.err;
+}
+
 TEST_F(Outputs, OneThatFailsHarmsNoOther) {
     writeFrames(1, 2);
     const Outcome outcome =
@@ -78,6 +88,7 @@ TEST_F(Outputs, OneThatFailsHarmsNoOther) {
             "  - {path: bad/a.####.ply, attributes: [temperature]}\n"
             "  - {path: good/a.####.bgeo}\n");
     EXPECT_EQ(outcome.exit_code, 1);
+    EXPECT_NE(outcome.err.find("bad/a.0001.ply: "), std::string::npos) << outcome.err;
     EXPECT_NE(outcome.err.find("temperature"), std::string::npos) << outcome.err;
     EXPECT_NE(outcome.err.find("2 failed"), std::string::npos) << outcome.err;
     for (const int frame : {1, 2}) {

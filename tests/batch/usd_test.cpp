@@ -66,6 +66,19 @@ TEST_F(UsdJob, OneFileHasNoLayer) {
     EXPECT_NE(contentsOf(folder_ / "a.0007.usda").find("            7: ["), std::string::npos);
 }
 
+TEST_F(UsdJob, TheLayerOfAnotherSequenceIsNotReplaced) {
+    writeFrames(1, 3);
+    ASSERT_EQ(mesh({"--frames", "1-2"}, "out/a.####.usda").exit_code, 0);
+    const std::string layer = contentsOf(folder_ / "out/a.usda");
+    const Outcome other = mesh({"--frames", "3"}, "out/a_####.usda");
+    EXPECT_EQ(other.exit_code, 2);
+    EXPECT_NE(other.err.find("out/a.usda already exists"), std::string::npos) << other.err;
+    EXPECT_EQ(contentsOf(folder_ / "out/a.usda"), layer);
+    // Its own frames may be deleted and made again.
+    fs::remove(folder_ / "out/a.0001.usda");
+    EXPECT_EQ(mesh({"--frames", "1-3", "--overwrite"}, "out/a.####.usda").exit_code, 0);
+}
+
 TEST_F(UsdJob, AFileOfTheUserIsNotReplacedByTheLayer) {
     writeFrames(1, 2, 100);
     fs::create_directories(folder_ / "out");

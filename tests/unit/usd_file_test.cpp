@@ -231,6 +231,15 @@ TEST(UsdFile, TakesTheFrameInTheNameOrTheEarliestSample) {
     }
 }
 
+TEST(UsdFile, IndexedPrimvarsAreLeftOut) {
+    const FileContents contents = parsed(
+        withPoints("float[] primvars:a = [1, 2, 3]\nint[] primvars:a:indices = [2, 0]\nfloat[] primvars:b = [4, 5]\n"));
+    ASSERT_EQ(contents.attributes.size(), 1U);
+    EXPECT_EQ(contents.attributes[0].name, "b");
+    ASSERT_EQ(contents.passed_over.size(), 1U);
+    EXPECT_NE(contents.passed_over[0].find("primvars:a (the primvar is indexed)"), std::string::npos);
+}
+
 TEST(UsdFile, DamageIsNamedByLineOrAttribute) {
     const auto refused = [](const std::string& text, const std::vector<std::string>& parts) {
         SCOPED_TRACE(text);

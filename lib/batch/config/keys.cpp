@@ -49,6 +49,8 @@ std::string nearestConfigKey(std::string_view unknown) {
 void setConfigKey(Config& config, const std::string& path, const std::string& value, const std::string& where) {
     const auto& keys = configKeys();
     const auto key = std::find_if(keys.begin(), keys.end(), [&](const ConfigKey& k) { return k.path == path; });
+    if (key == keys.end() && (path == "version" || path == "include" || path == "outputs"))
+        throw Error(where + ": '" + path + "' can only be set at the top level of a pipeline file");
     if (key == keys.end()) {
         throw Error(where + ": unknown key '" + path + "'. Did you mean '" + nearestConfigKey(path) + "'?");
     }

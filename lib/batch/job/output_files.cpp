@@ -21,6 +21,12 @@ namespace fs = std::filesystem;
 
 std::string ofFrame(const char* what, int frame) { return std::string(what) + " of frame " + std::to_string(frame); }
 
+/// Whether parts of the liquid may be spheres beside the mesh. If not, a job removes an old file of spheres.
+bool mayHaveSpheres(const SkinParams& skin) {
+    return skin.features.droplets == Droplets::points || skin.features.tendrils == Tendrils::points ||
+           skin.tessellation == Tessellation::paper || skin.surface != SurfaceKind::beta;
+}
+
 }  // namespace
 
 void requireDistinctFiles(std::span<const Plan> outputs, const std::map<int, std::string>& on_disk) {
@@ -36,7 +42,8 @@ void requireDistinctFiles(std::span<const Plan> outputs, const std::map<int, std
             files.read(task.input, ofFrame("the input", task.frame));
             files.written(task.output, ofFrame("the mesh", task.frame) + which);
             files.written(reportPath(task.output), ofFrame("the manifest", task.frame) + which);
-            files.written(spheresPath(task.output), ofFrame("the file of spheres", task.frame) + which);
+            files.written(spheresPath(task.output),
+                          ofFrame("the file of spheres", task.frame) + (mayHaveSpheres(outputs[i].skin) ? which : ""));
             if (!task.picture.empty()) files.written(task.picture, ofFrame("the picture", task.frame) + which);
         }
     }

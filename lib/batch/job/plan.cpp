@@ -64,19 +64,19 @@ void noteOtherNumbers(const Config& config, const FramePattern& input, std::vect
 void noteOutputFormat(Plan& plan) {
     const Config::Output& output = plan.config.output;
     const FileKind kind = plan.config.surface.dimension == 2 ? FileKind::curves : FileKind::mesh;
+    const FileFormat& format = formatOf(output.path, kind, Access::write);
     const std::string lost = lossesOf(output.path, kind, {true, !output.attributes.empty(), output.components}, output);
     const std::string extension = splitExtension(output.path).second;
     if (!lost.empty())
-        plan.warnings.push_back(
-            extension + " files are written without " + lost +
-            ", which they cannot hold. Use .bgeo, .ply, .vtp, .usda or .abc to keep what is missing");
+        plan.warnings.push_back(extension + " files are written without " + lost + ", which they cannot hold. Use " +
+                                (format.is_volume ? "--velocity-grid for velocities, and " : "") +
+                                ".bgeo, .ply, .vtp, .usda or .abc to keep what is missing");
     if (const std::string renamed = renamingsIn(output.path, kind, output.attributes); !renamed.empty())
         plan.warnings.push_back(extension + " files cannot hold some names of attributes: " + renamed);
     if (extension == ".bgeo" || extension == ".bgeo.gz")
         plan.warnings.push_back(extension +
                                 " is written as Houdini 12 and later read it. For programs that read only the format "
                                 "of Houdini 11 and earlier, write .bhclassic");
-    const FileFormat& format = formatOf(output.path, kind, Access::write);
     if (!output.attributes.empty() && (format.is_drawing || format.is_volume || !format.holds_attributes))
         plan.warnings.push_back(output.path +
                                 ": this format cannot store attributes; output.attributes is written to spheres alone");

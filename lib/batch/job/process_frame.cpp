@@ -266,12 +266,10 @@ Surface planarSurfaceOf(const Liquid& liquid, const FrameTask& task, const Plan&
 /// A report beside a mesh means that the frame is complete: it is removed first, and the caller writes it last.
 void writeFrame(const FrameTask& task, const Surface& surface, const Config& config) {
     fs::remove(reportPath(task.output));
-    surface.write();
-    if (surface.spheres.size() > 0) {
+    if (surface.spheres.size() > 0)  // before the mesh: what the format cannot hold leaves no mesh alone
         writeSpheres(spheresPath(task.output), surface.spheres, writeOptions(config.output, task.frame));
-    } else {
-        fs::remove(spheresPath(task.output));
-    }
+    surface.write();
+    if (surface.spheres.size() == 0) fs::remove(spheresPath(task.output));
     if (!surface.picture.empty()) writeFile(task.picture, surface.picture);
 }
 
@@ -365,7 +363,8 @@ void fail(FrameReport& report, const std::string& why) {
 }
 
 /// Processes one output of a frame. Interrupted and std::bad_alloc are passed on.
-FrameReport outputReport(SharedFrame& frame, const FrameTask& task, const Plan& plan, JobState& job) {
+FrameReport outputReport(SharedFrame& frame, const FrameTask& task, const Plan& plan, bool is_one_of_several,
+                         JobState& job) {
     FrameReport report = reportFor(task, plan);
     switch (task.action) {
         case FrameAction::fail_missing:
@@ -396,7 +395,7 @@ FrameReport outputReport(SharedFrame& frame, const FrameTask& task, const Plan& 
             } catch (const std::bad_alloc&) {
                 throw;
             } catch (const std::exception& error) {
-                fail(report, error.what());
+                fail(report, (is_one_of_several ? task.output + ": " : "") + error.what());
             }
     }
     report.peak_bytes = peakMemory();
@@ -432,7 +431,7 @@ void processFrame(std::span<const Plan> outputs, std::size_t row, bool near_surf
     SharedFrame frame(job, near_surface);
     while (reports.size() < order.size()) {
         const Plan& plan = outputs[order[reports.size()]];
-        reports.push_back(outputReport(frame, plan.tasks[row], plan, job));
+        reports.push_back(outputReport(frame, plan.tasks[row], plan, outputs.size() > 1, job));
     }
 }
 

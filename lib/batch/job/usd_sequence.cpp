@@ -8,6 +8,8 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <set>
+#include <sstream>
 
 namespace betamesh {
 namespace {
@@ -25,11 +27,32 @@ std::string contentsOf(const std::string& file) {
     return {std::istreambuf_iterator<char>(in), {}};
 }
 
+std::string assetOf(const std::string& path, const fs::path& folder) {
+    return "./" + fs::path(path).lexically_proximate(folder).generic_string();
+}
+
+/// Whether a layer plays files that are on disk and are not of this sequence.
+bool playsOthers(const std::string& layer, const FramePattern& files) {
+    const fs::path folder = folderOf(layer);
+    std::set<std::string> own;
+    for (const auto& [frame, path] : framesOnDisk(files)) own.insert(assetOf(path, folder));
+    const std::string text = contentsOf(layer);
+    const std::size_t list = text.find("assetPaths = [");
+    if (list == std::string::npos) return false;
+    std::istringstream assets(text.substr(list, text.find("]\n", list) - list));
+    std::string asset;
+    for (std::getline(assets, asset, '@'); std::getline(assets, asset, '@');) {
+        std::error_code ignored;
+        if (!own.contains(asset) && asset.starts_with("./") && fs::exists(folder / asset, ignored)) return true;
+        std::getline(assets, asset, '@');  // what separates it from the next
+    }
+    return false;
+}
+
 std::string layerText(const FramePattern& files, const std::string& layer, const WriteOptions& options) {
     const fs::path folder = folderOf(layer);
     std::vector<ClipFile> clips;
-    for (const auto& [frame, path] : framesOnDisk(files))
-        clips.push_back({frame, "./" + fs::path(path).lexically_proximate(folder).generic_string(), path});
+    for (const auto& [frame, path] : framesOnDisk(files)) clips.push_back({frame, assetOf(path, folder), path});
     return usdClipsLayer(clips, "./" + fs::path(layer).filename().string(), options);
 }
 
@@ -55,7 +78,8 @@ std::string sequenceLayer(const FramePattern& files) {
 void requireOwnSequenceLayer(const FramePattern& files) {
     const std::string layer = sequenceLayer(files);
     std::error_code ignored;
-    if (layer.empty() || !fs::exists(fs::symlink_status(layer, ignored)) || isUsdClipsLayer(layer)) return;
+    if (layer.empty() || !fs::exists(fs::symlink_status(layer, ignored))) return;
+    if (isUsdClipsLayer(layer) && !playsOthers(layer, files)) return;
     throw Error(layer + " already exists, and is not a layer that this program wrote to play the sequence '" +
                 files.text + "'. Move it away, or choose another name for the output.");
 }

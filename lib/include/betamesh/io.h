@@ -103,9 +103,9 @@ Mesh readMesh(const std::filesystem::path& path);
 /// Writes the format of the extension. The file appears under its name only when it is complete. Positions are rounded
 /// to float. Velocity is always written (zeros if the mesh has none), so that all frames of a sequence have the same
 /// attributes. Formats without a place for it leave it out. Components become a face property in .ply, a primitive
-/// attribute in .bgeo, cell data in .vtp, a primvar in .usda, a parameter of faces in .abc, an object `component_N` each
-/// in .obj. A .vtp, .usda, .abc or .obj has vertex normals: the attribute `N` of three floats, or vertexNormals() if
-/// there is none. A .vdb is a level set, see LevelSetOptions.
+/// attribute in .bgeo, cell data in .vtp, a primvar in .usda, a parameter of faces in .abc, an object `component_N`
+/// each in .obj. A .vtp, .usda, .abc or .obj has vertex normals: the attribute `N` of three floats, or vertexNormals()
+/// if there is none. A .vdb is a level set, see LevelSetOptions.
 ///
 /// errors  an extension whose format cannot be written or does not hold meshes; numbers that are not finite; a file
 ///         that cannot be written
