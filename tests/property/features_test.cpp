@@ -12,6 +12,7 @@
 #include "skin/ball_boundary.h"
 #include "skin/coverage.h"
 #include "support/clouds.h"
+#include "support/file_checks.h"
 #include "support/oracles.h"
 
 #include <gtest/gtest.h>
@@ -67,16 +68,6 @@ BallComponents bruteForceComponents(const SnappedParticles& snapped) {
     BallComponents components;
     for (std::uint32_t a = 0; a < n; ++a) ++components.size[components.of.emplace_back(sets.find(a))];
     return components;
-}
-
-Particles rowsOf(const Particles& particles, const std::vector<std::uint32_t>& rows) {
-    Particles some;
-    for (const std::uint32_t row : rows) {
-        some.position.push_back(particles.position[row]);
-        if (!particles.velocity.empty()) some.velocity.push_back(particles.velocity[row]);
-        if (!particles.id.empty()) some.id.push_back(particles.id[row]);
-    }
-    return some;
 }
 
 void expectSame(const SkinnedFrame& one, const SkinnedFrame& other) {

@@ -5,6 +5,7 @@
 #include "base/random.h"
 #include "skin/pipeline.h"
 #include "support/clouds.h"
+#include "support/file_checks.h"
 #include "support/oracles.h"
 
 #include <gtest/gtest.h>
@@ -89,19 +90,6 @@ NearSurface nearOf(const Particles& particles, const SkinParams& params, std::si
     for (std::size_t row = 0; row < all.size(); row += rows_at_once)
         finder.add(all.subspan(row, std::min(rows_at_once, all.size() - row)));
     return finder.find();
-}
-
-Particles rowsOf(const Particles& particles, const std::vector<std::uint32_t>& rows) {
-    Particles some;
-    for (const Attribute& a : particles.attributes) some.attributes.push_back({a.name, a.components, {}, {}});
-    for (const std::uint32_t row : rows) {
-        some.position.push_back(particles.position[row]);
-        if (!particles.velocity.empty()) some.velocity.push_back(particles.velocity[row]);
-        if (!particles.id.empty()) some.id.push_back(particles.id[row]);
-        for (std::size_t a = 0; a < some.attributes.size(); ++a)
-            some.attributes[a].real.push_back(particles.attributes[a].real[row]);
-    }
-    return some;
 }
 
 NearSurface everything(const Particles& particles) {

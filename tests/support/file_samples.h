@@ -5,9 +5,11 @@
 #include "betamesh/mesh.h"
 #include "betamesh/particles.h"
 #include "io/bytes.h"
+#include "mesh/vertex_normals.h"
 
 #include <functional>
 #include <string>
+#include <utility>
 
 namespace betamesh {
 
@@ -51,6 +53,16 @@ inline Mesh withComponents(Mesh mesh) {
     mesh.component.emplace();
     for (std::size_t i = 0; i < mesh.triangles.size(); ++i)
         mesh.component->push_back(static_cast<std::int32_t>((7 * i) % 5));
+    return mesh;
+}
+
+/// The mesh with the normals that writers compute for it, as its first attribute.
+inline Mesh withNormals(Mesh mesh) {
+    Attribute normals{"N", 3, {}, {}};
+    for (const Vec3& normal :
+         vertexNormals(mesh.position.size(), mesh.triangles, [&](std::uint32_t v) { return mesh.position[v]; }))
+        for (int k = 0; k < 3; ++k) normals.real.push_back(static_cast<float>(normal[k]));
+    mesh.attributes.insert(mesh.attributes.begin(), std::move(normals));
     return mesh;
 }
 
