@@ -41,7 +41,7 @@ double squaredDistance(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& 
 
 }  // namespace
 
-TriangleTree::TriangleTree(std::span<const Vec3> position, std::span<const Triangle> triangles)
+TriangleTree::TriangleTree(std::span<const Vec3> position, std::span<const Triangle> triangles, double margin)
     : position_(position), triangles_(triangles), order_(triangles.size()), box_(triangles.size()) {
     const std::size_t n = triangles.size();
     struct CodedTriangle {
@@ -66,6 +66,8 @@ TriangleTree::TriangleTree(std::span<const Vec3> position, std::span<const Trian
         for (std::size_t i = leaf * kLeaf; i < std::min(n, (leaf + 1) * kLeaf); ++i) {
             order_[i] = sorted[i].triangle;
             box_[i] = boxOf(position, triangles[order_[i]]);
+            box_[i].min -= Vec3(margin);
+            box_[i].max += Vec3(margin);
             leaf_box.extendBy(box_[i]);
         }
     });

@@ -16,10 +16,11 @@ class TriangleTree {
 public:
     static constexpr std::size_t kLeaf = 4;
 
-    /// in      triangles whose vertices exist and have finite positions
+    /// in      triangles whose vertices exist and have finite positions; margin: how far boxes reach beyond their
+    ///         triangles, world units, so that pairs are visited that are up to twice as far apart
     /// same    tree for any thread count
     /// cost    O(triangles log triangles)
-    TriangleTree(std::span<const Vec3> position, std::span<const Triangle> triangles);
+    TriangleTree(std::span<const Vec3> position, std::span<const Triangle> triangles, double margin = 0);
 
     std::size_t leaves() const { return (order_.size() + kLeaf - 1) / kLeaf; }
     std::span<const Vec3> position() const { return position_; }

@@ -19,6 +19,7 @@
 #include "skin/union_mesh.h"
 #include "skin/velocity.h"
 
+#include <array>
 #include <optional>
 #include <utility>
 
@@ -147,8 +148,8 @@ SkinReport reportOf(const NearSurface& near, const Structure& structure) {
 }  // namespace
 
 std::string_view nameOf(Stage stage) {
-    constexpr std::string_view kNames[] = {"read",     "structure", "tessellate", "smooth",
-                                           "velocity", "measure",   "picture",    "write"};
+    constexpr std::array<std::string_view, kStages> kNames = {
+        "read", "structure", "tessellate", "smooth", "velocity", "simplify", "measure", "picture", "write"};
     return kNames[static_cast<std::size_t>(stage)];
 }
 

@@ -85,7 +85,8 @@ struct Config {
         std::string path;
         std::vector<std::string> attributes;
         bool components = false;
-        Length voxel{0.5, true};  ///< level_set.voxel is set when the job is planned
+        Length simplify{0, false};  ///< 0: none
+        Length voxel{0.5, true};    ///< level_set.voxel is set when the job is planned
     } output;
     struct Picture {
         std::vector<std::string> layers{"discs", "particles", "alpha", "beta"};

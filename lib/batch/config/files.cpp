@@ -81,6 +81,12 @@ void addOutputKeys(std::vector<ConfigKey>& keys) {
          "the whole-number attribute `component` of faces (.ply, .vtp, .usda, .abc) or primitives (.bgeo), or "
          "an object component_N (.obj). A component may get another number in the next frame."},
         [](Config& c) -> bool& { return c.output.components; }));
+    keys.push_back(lengthKey(
+        {"output.simplify", "--simplify", "",
+         "Leaves out vertices where the surface is flat: no point of it moves farther than this. 0.01dx is invisible "
+         "and saves half of the triangles of a splash, more on calm water, but takes longer than meshing. The other "
+         "vertices keep their position, velocity and attributes. Meshes only, not curves."},
+        "none", [](Config& c) -> Length& { return c.output.simplify; }));
     keys.push_back(choiceKey<UpAxis>(
         {"output.up_axis", "--output-up-axis", "",
          "Axis that points up in the files that are written. y: nothing is rotated. z: positions, velocities, "

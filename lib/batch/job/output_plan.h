@@ -31,6 +31,7 @@ struct Plan {
     std::vector<FrameTask> tasks;  ///< ascending frames
     SkinParams skin;               ///< radius is 0 if no frame could be read to measure the spacing
     double spacing = 0;            ///< world units
+    double simplify = 0;           ///< tolerance of simplified(), world units; 0: meshes stay as they are
     std::optional<RenderPlan> preview;
     int threads = 1;
     std::size_t frames_in_flight = 1;   ///< at most; fewer if memory is short

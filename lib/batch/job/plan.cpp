@@ -103,8 +103,11 @@ void planRadius(Plan& plan, const std::map<int, std::string>& on_disk, const Pla
     if (!resolved) return;
     plan.spacing = resolved->spacing;
     plan.skin = withLengths(plan.skin, plan.config, *resolved);
-    const Length& voxel = plan.config.output.voxel;
-    plan.config.output.level_set.voxel = voxel.value * (voxel.in_spacings ? resolved->spacing : 1);
+    const auto inWorldUnits = [&](const Length& length) {
+        return length.value * (length.in_spacings ? resolved->spacing : 1);
+    };
+    plan.config.output.level_set.voxel = inWorldUnits(plan.config.output.voxel);
+    plan.simplify = inWorldUnits(plan.config.output.simplify);
     const double skin = skinDepth(plan.skin, plan.config.surface.dimension);
     plan.notes.push_back("radius " + shortNumber(resolved->radius) +
                          (skin > 0 ? ", skin " + shortNumber(skin) : std::string()) + ", spacing " +

@@ -11,6 +11,7 @@
 #include "batch/platform/memory.h"
 #include "batch/report/log.h"
 #include "betamesh/error.h"
+#include "betamesh/simplify.h"
 #include "betamesh/version.h"
 #include "io/mesh_file.h"
 #include "io/output_file.h"
@@ -120,14 +121,7 @@ class StageWatch {
 public:
     explicit StageWatch(StageSeconds& seconds) : seconds_(seconds) {}
     void operator()(Stage stage) {
-        const double lap = stopwatch_.lap();
-        if (stage == Stage::read) seconds_.read += lap;
-        if (stage == Stage::structure) seconds_.structure += lap;
-        if (stage == Stage::tessellate) seconds_.tessellate += lap;
-        if (stage == Stage::smooth) seconds_.smooth += lap;
-        if (stage == Stage::velocity) seconds_.velocity += lap;
-        if (stage == Stage::picture) seconds_.picture += lap;
-        if (stage == Stage::write) seconds_.write += lap;
+        seconds_[stage] += stopwatch_.lap();
         if (stage != Stage::write) leaveIfInterrupted();
     }
 
@@ -184,20 +178,30 @@ public:
 
     /// The surface of the particles that liquid() has read.
     const SkinnedFrame& skinned(const Plan& plan, StageWatch& watch) {
-        if (skinned_for_ != nullptr && skinTheSame(*skinned_for_, plan)) return skinned_;
-        skinned_for_ = nullptr;
-        skinned_ = {};
-        measure_.reset();
-        skinned_ = liquid_.near ? skinFrame(liquid_.particles, *liquid_.near, skinOf(plan), std::ref(watch))
-                                : skinFrame(liquid_.particles, skinOf(plan), std::ref(watch));
-        skinned_for_ = &plan;
-        return skinned_;
+        if (skinned_for_ == nullptr || !skinTheSame(*skinned_for_, plan)) {
+            skinned_for_ = nullptr;
+            skinned_ = simplified_ = {};
+            simplified_by_ = 0;
+            skinned_ = liquid_.near ? skinFrame(liquid_.particles, *liquid_.near, skinOf(plan), std::ref(watch))
+                                    : skinFrame(liquid_.particles, skinOf(plan), std::ref(watch));
+            skinned_for_ = &plan;
+            measured_ = nullptr;
+        }
+        if (plan.simplify == 0) return skinned_;
+        if (simplified_by_ != plan.simplify) {
+            simplified_ = {simplified(skinned_.mesh, plan.simplify), skinned_.spheres, skinned_.report};
+            simplified_by_ = plan.simplify;
+            measured_ = nullptr;
+        }
+        watch(Stage::simplify);
+        return simplified_;
     }
 
-    /// measureMesh() of the surface that skinned() has returned.
-    const MeshMeasure& measure() {
-        if (!measure_) measure_ = measureMesh(skinned_.mesh);
-        return *measure_;
+    /// measureMesh() of a mesh that skinned() has returned.
+    const MeshMeasure& measure(const Mesh& mesh) {
+        if (measured_ != &mesh) measure_ = measureMesh(mesh);
+        measured_ = &mesh;
+        return measure_;
     }
 
 private:
@@ -205,8 +209,10 @@ private:
     bool near_surface_;
     Liquid liquid_;
     FileIdentity identity_;
-    SkinnedFrame skinned_;
-    std::optional<MeshMeasure> measure_;
+    SkinnedFrame skinned_, simplified_;
+    double simplified_by_ = 0;        ///< tolerance of simplified_; 0: it was not made
+    const Mesh* measured_ = nullptr;  ///< the mesh of measure_; null: none
+    MeshMeasure measure_;
     const Plan* read_for_ = nullptr;     ///< the output for which liquid_ was read; null: none
     const Plan* skinned_for_ = nullptr;  ///< the output for which skinned_ was made; null: none
 };
@@ -242,7 +248,7 @@ Surface surfaceOf(SharedFrame& frame, const Liquid& liquid, const FrameTask& tas
                 file.emplace(encodedMesh(task.output, mesh, writeOptions(plan.config.output, task.frame)));
                 on_disk = std::async([&file] { file->commit(); });  // on this thread if no other can be started
             },
-            [&] { report.measure = frame.measure(); });
+            [&] { report.measure = frame.measure(mesh); });
         on_disk.get();
     };
     return {skinned.spheres, std::move(picture), write};

@@ -57,11 +57,13 @@ std::string frameLine(const FrameReport& report) {
 /// Timings and memory of a frame.
 std::string detailLine(const FrameReport& report) {
     const StageSeconds& seconds = report.seconds;
-    return "frame " + std::to_string(report.frame) + ": read " + secondsText(seconds.read) + ", structure " +
-           secondsText(seconds.structure) + ", tessellate " + secondsText(seconds.tessellate) + ", smooth " +
-           secondsText(seconds.smooth) + ", velocity " + secondsText(seconds.velocity) +
-           (seconds.picture > 0 ? ", picture " + secondsText(seconds.picture) : "") + ", write " +
-           secondsText(seconds.write) + "; peak " + std::to_string(report.peak_bytes >> 20) + " MiB";
+    std::string text;
+    forStages([&](Stage stage) {
+        if (seconds[stage] > 0)
+            text += (text.empty() ? "" : ", ") + std::string(nameOf(stage)) + ' ' + secondsText(seconds[stage]);
+    });
+    return "frame " + std::to_string(report.frame) + ": " + text + "; peak " + std::to_string(report.peak_bytes >> 20) +
+           " MiB";
 }
 
 /// ", 350k particles/s, 1:05 left"

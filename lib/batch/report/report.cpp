@@ -267,9 +267,9 @@ std::string reportJson(const FrameReport& report) {
     else
         addSurface(report, json);
     const StageSeconds& seconds = report.seconds;
-    json["seconds"] = {{"read", seconds.read},     {"structure", seconds.structure}, {"tessellate", seconds.tessellate},
-                       {"smooth", seconds.smooth}, {"velocity", seconds.velocity},   {"picture", seconds.picture},
-                       {"write", seconds.write},   {"total", seconds.total}};
+    Json& stages = json["seconds"];
+    forStages([&](Stage stage) { stages[std::string(nameOf(stage))] = seconds[stage]; });
+    stages["total"] = seconds.total;
     json["peak_bytes"] = report.peak_bytes;
     json["warnings"] = report.warnings;
     json["input_contents"] = partsJson(report.input_parts);
@@ -330,13 +330,7 @@ std::optional<FrameReport> readReport(const std::filesystem::path& file) {
         take(json, "peak_bytes", report.peak_bytes);
         take(json, "warnings", report.warnings);
         const Json seconds = json.value("seconds", Json::object());
-        take(seconds, "read", report.seconds.read);
-        take(seconds, "structure", report.seconds.structure);
-        take(seconds, "tessellate", report.seconds.tessellate);
-        take(seconds, "smooth", report.seconds.smooth);
-        take(seconds, "velocity", report.seconds.velocity);
-        take(seconds, "picture", report.seconds.picture);
-        take(seconds, "write", report.seconds.write);
+        forStages([&](Stage stage) { take(seconds, std::string(nameOf(stage)).c_str(), report.seconds[stage]); });
         take(seconds, "total", report.seconds.total);
         if (json.contains("origin")) report.origin = originFrom(json);
         return report;

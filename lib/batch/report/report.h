@@ -11,6 +11,7 @@
 #include "io/particle_input.h"
 #include "mesh/jump_sites.h"
 
+#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <optional>
@@ -21,15 +22,18 @@ namespace betamesh {
 
 /// Wall-clock seconds of each stage of a frame.
 struct StageSeconds {
-    double read = 0;
-    double structure = 0;
-    double tessellate = 0;
-    double smooth = 0;
-    double velocity = 0;
-    double picture = 0;
-    double write = 0;
+    std::array<double, kStages> of_stage{};
     double total = 0;
+
+    double& operator[](Stage stage) { return of_stage[static_cast<std::size_t>(stage)]; }
+    double operator[](Stage stage) const { return of_stage[static_cast<std::size_t>(stage)]; }
 };
+
+/// Calls visit(stage) for all stages in order.
+template <typename Visit>
+void forStages(const Visit& visit) {
+    for (std::size_t i = 0; i < kStages; ++i) visit(static_cast<Stage>(i));
+}
 
 /// Results of a frame in two dimensions, which replace `skin`, `measure` and `triangles`.
 struct PlaneFrameReport {

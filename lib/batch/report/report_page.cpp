@@ -71,16 +71,13 @@ std::string plots(const ReportPage& page) {
                    {{"particles", count([](const FrameReport& r) { return r.skin.particles; })},
                     {"triangles", count([](const FrameReport& r) { return r.triangles; })}},
                    true);
-    text += plotOf(page, "Time by stage", "seconds",
-                   {{"total", [](const FrameReport& r) { return r.seconds.total; }},
-                    {"read", [](const FrameReport& r) { return r.seconds.read; }},
-                    {"structure", [](const FrameReport& r) { return r.seconds.structure; }},
-                    {"tessellate", [](const FrameReport& r) { return r.seconds.tessellate; }},
-                    {"smooth", [](const FrameReport& r) { return r.seconds.smooth; }},
-                    {"velocity", [](const FrameReport& r) { return r.seconds.velocity; }},
-                    {"picture", [](const FrameReport& r) { return r.seconds.picture; }},
-                    {"write", [](const FrameReport& r) { return r.seconds.write; }}},
-                   true);
+    std::vector<Curve> stages{{"total", [](const FrameReport& r) { return r.seconds.total; }}};
+    forStages([&](Stage stage) {
+        const auto seconds = [stage](const FrameReport& r) { return r.seconds[stage]; };
+        if (std::any_of(page.frames.begin(), page.frames.end(), [&](const auto& r) { return seconds(r) > 0; }))
+            stages.push_back({std::string(nameOf(stage)), seconds});
+    });
+    text += plotOf(page, "Time by stage", "seconds", stages, true);
     text +=
         plotOf(page, "Peak memory of the process", "MiB",
                {{"peak", [](const FrameReport& r) { return static_cast<double>(r.peak_bytes) / (1 << 20); }}}, false);

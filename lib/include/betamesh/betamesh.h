@@ -3,6 +3,7 @@
 //
 // - skinFrame() computes the surface of one frame of particles, with the parameters in SkinParams;
 // - skinPlane() does so in two dimensions;
+// - simplified() leaves out triangles where a surface is flat;
 // - checkMesh() and checkCurves() validate a surface, measureMesh() and measureCurves() measure a valid one;
 // - surfaceDistance() and particleMotion() measure what moves from frame to frame.
 //
@@ -16,6 +17,7 @@
 #include "betamesh/error.h"
 #include "betamesh/mesh.h"
 #include "betamesh/particles.h"
+#include "betamesh/simplify.h"
 #include "betamesh/skin.h"
 #include "betamesh/skin_params.h"
 #include "betamesh/vec3.h"

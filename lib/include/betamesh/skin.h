@@ -20,10 +20,12 @@ enum class Stage {
     tessellate,  ///< its points and triangles, and the samples that smoothing needs
     smooth,      ///< retraction to the skin, smoothing, removal of self-intersections
     velocity,    ///< velocities and attributes of the vertices
+    simplify,    ///< fewer triangles
     measure,
     picture,
     write,
 };
+inline constexpr std::size_t kStages = static_cast<std::size_t>(Stage::write) + 1;
 /// The name of a stage in reports.
 std::string_view nameOf(Stage stage);
 

@@ -1,0 +1,414 @@
+#include "betamesh/simplify.h"
+
+#include "base/box.h"
+#include "base/compressed_rows.h"
+#include "base/index.h"
+#include "base/parallel.h"
+#include "base/random.h"
+#include "betamesh/check.h"
+#include "betamesh/error.h"
+#include "mesh/collapse_ring.h"
+#include "mesh/mesh_edges.h"
+#include "mesh/triangle_tree.h"
+#include "mesh/vertex_normals.h"
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <numeric>
+#include <optional>
+#include <span>
+#include <string>
+#include <type_traits>
+#include <utility>
+
+namespace betamesh {
+
+namespace {
+
+constexpr std::size_t kMostOriginals = 256;   // original triangles that the triangles around a vertex may replace
+constexpr float kLeastNormalCosine = 0.94F;   // of a triangle's normal to those of its corners: 20 degrees
+constexpr double kLeastQuality = 0.1;         // of a triangle: 4 sqrt(3) area / squared sides, 1 if equilateral
+constexpr double kLargestFacingCosine = 0.5;  // between the normals of triangles that may come to cross
+constexpr float kErrorSteps = 32;             // errors are compared in this many steps of the tolerance
+constexpr std::size_t kSmallestShare = 500;   // a round that removes less than one vertex in so many is the last one
+constexpr int kMostAttempts = 8;              // at a mesh without new crossings
+constexpr std::uint64_t kNobody = std::numeric_limits<std::uint64_t>::max();
+
+// A small set of numbers, for one search.
+class SmallSet {
+public:
+    SmallSet() { slot_.fill(kInvalidIndex); }
+    // Returns whether it was new. At most half of the slots may be taken.
+    bool insert(std::uint32_t number) {
+        std::size_t i = hash(0, number) % slot_.size();
+        for (; slot_[i] != kInvalidIndex; i = (i + 1) % slot_.size())
+            if (slot_[i] == number) return false;
+        slot_[i] = number;
+        return true;
+    }
+
+private:
+    std::array<std::uint32_t, 4 * kMostOriginals> slot_;
+};
+
+// The vertex to collapse into.
+struct Collapse {
+    std::uint32_t target = kInvalidIndex;
+    float error = 0;  // of the new triangles, in tolerances
+};
+
+// Removes vertices by collapsing edges, in rounds. The collapses of a round have no vertex in common, those around the
+// removed vertices included, so that they can be carried out in any order.
+class Simplifier {
+public:
+    // is_locked: vertices that stay.
+    Simplifier(const Mesh& mesh, double tolerance, const std::vector<Vec3>& normals,
+               const std::vector<std::uint8_t>& is_locked)
+        : position_(mesh.position),
+          original_(mesh.triangles),
+          original_normal_(normals),
+          original_across_(trianglesAcross(sortedSides(mesh.triangles))),
+          original_star_(starsOf(mesh.triangles)),
+          tolerance_(tolerance),
+          triangles_(mesh.triangles),
+          row_(triangles_.size()),
+          error_(triangles_.size()),
+          star_(original_star_),
+          collapse_(position_.size()),
+          is_stale_(position_.size(), 1),
+          claim_(position_.size()) {
+        std::iota(row_.begin(), row_.end(), 0);
+        vertices_ = indicesWhere(position_.size(), [&](std::uint32_t v) { return !is_locked[v]; });
+    }
+
+    void run() {
+        for (std::uint64_t round = 0;; ++round) {
+            const std::size_t removed = removeVertices(round);
+            if (removed * kSmallestShare <= vertices_.size()) return;
+            star_ = starsOf(triangles_);
+        }
+    }
+
+    std::vector<Triangle>& triangles() { return triangles_; }
+    // Rows of the mesh that the triangles come from.
+    const std::vector<std::uint32_t>& rows() const { return row_; }
+
+private:
+    // The triangles of each vertex, ascending.
+    IndexRows starsOf(std::span<const Triangle> triangles) const {
+        return sortedIntoRows<std::uint32_t>(position_.size(), triangles.size(), [&](std::size_t t, const auto& visit) {
+            for (const std::uint32_t v : triangles[t]) visit(v, static_cast<std::uint32_t>(t));
+        });
+    }
+
+    // A round. Each vertex that can be removed claims itself and those around it; of several claims on a vertex the one
+    // with the smallest error counts. Those who got all that they claimed are removed. Returns their number.
+    std::size_t removeVertices(std::uint64_t round) {
+        parallelFor(vertices_.size(), 256, [&](std::size_t i) {
+            const std::uint32_t v = vertices_[i];
+            if (std::exchange(is_stale_[v], std::uint8_t{0})) collapse_[v] = bestCollapse(v);
+        });
+        const auto claimOf = [&](std::uint32_t v) {
+            const auto step = static_cast<std::uint64_t>(collapse_[v].error * kErrorSteps);
+            return step << 56 | (hash(round, v) >> 40) << 32 | v;
+        };
+        std::fill(claim_.begin(), claim_.end(), kNobody);
+        const std::vector<std::uint32_t> candidates =
+            rowsWhere(vertices_, [&](std::uint32_t v) { return collapse_[v].target != kInvalidIndex; });
+        parallelFor(candidates.size(), 512, [&](std::size_t i) {
+            const std::uint64_t claim = claimOf(candidates[i]);
+            forOneRing(candidates[i], [&](std::uint32_t w) {
+                std::atomic_ref<std::uint64_t> least(claim_[w]);
+                for (std::uint64_t now = least; claim < now && !least.compare_exchange_weak(now, claim);) {
+                }
+            });
+        });
+        const std::vector<std::uint32_t> chosen = rowsWhere(candidates, [&](std::uint32_t v) {
+            bool is_first = true;
+            forOneRing(v, [&](std::uint32_t w) { is_first &= claim_[w] == claimOf(v); });
+            return is_first;
+        });
+        parallelFor(chosen.size(), 128, [&](std::size_t i) { removeVertex(chosen[i]); });
+        compact();
+        return chosen.size();
+    }
+
+    template <typename Predicate>
+    static std::vector<std::uint32_t> rowsWhere(const std::vector<std::uint32_t>& rows, const Predicate& holds) {
+        std::vector<std::uint32_t> found = indicesWhere(rows.size(), [&](std::uint32_t i) { return holds(rows[i]); });
+        for (std::uint32_t& i : found) i = rows[i];
+        return found;
+    }
+
+    // Visits a vertex and those around it, each several times.
+    template <typename Visit>
+    void forOneRing(std::uint32_t v, const Visit& visit) const {
+        for (const std::uint32_t t : star_[v])
+            for (const std::uint32_t w : triangles_[t]) visit(w);
+    }
+
+    void removeVertex(std::uint32_t v) {
+        const std::uint32_t target = collapse_[v].target;
+        if (!keepsTopology(v, target)) {  // since it was chosen, edges beyond the ring have changed
+            is_stale_[v] = 1;
+            return;
+        }
+        forOneRing(v, [&](std::uint32_t w) { is_stale_[w] = 1; });
+        for (const std::uint32_t t : star_[v]) {
+            std::replace(triangles_[t].begin(), triangles_[t].end(), v, target);
+            error_[t] = collapse_[v].error;
+        }
+        collapse_[v].target = v;
+    }
+
+    // Drops vanished triangles and removed vertices.
+    void compact() {
+        const std::vector<std::uint32_t> kept = indicesWhere(triangles_.size(), [&](std::uint32_t t) {
+            const auto& [a, b, c] = triangles_[t];
+            return a != b && b != c && c != a;
+        });
+        const auto keep = [&](auto& rows) {
+            std::remove_cvref_t<decltype(rows)> left(kept.size());
+            parallelFor(kept.size(), 8192, [&](std::size_t i) { left[i] = rows[kept[i]]; });
+            rows = std::move(left);
+        };
+        keep(triangles_);
+        keep(row_);
+        keep(error_);
+        std::erase_if(vertices_, [&](std::uint32_t v) { return collapse_[v].target == v; });
+    }
+
+    // Of size 0 unless the triangles form one closed fan that is a height field over the ring's plane.
+    OneRing oneRing(std::uint32_t v) const {
+        OneRing ring;
+        const std::span<const std::uint32_t> star = star_[v];
+        const std::size_t n = star.size();
+        if (n < 3 || n > kMostNeighbours) return ring;
+        std::array<std::uint32_t, kMostNeighbours> end;
+        for (std::size_t i = 0; i < n; ++i) {
+            const Triangle& t = triangles_[star[i]];
+            const std::size_t k = t[0] == v ? 0 : t[1] == v ? 1 : 2;
+            ring.vertex[i] = t[(k + 1) % 3];
+            end[i] = t[(k + 2) % 3];
+            ring.error = std::max<double>(ring.error, error_[star[i]]);
+        }
+        for (std::size_t i = 0; i + 1 < n; ++i) {
+            std::size_t j = i + 1;
+            while (j < n && ring.vertex[j] != end[i]) ++j;
+            if (j == n) return ring;
+            std::swap(ring.vertex[i + 1], ring.vertex[j]);
+            std::swap(end[i + 1], end[j]);
+        }
+        if (end[n - 1] != ring.vertex[0]) return ring;
+        for (std::size_t i = 0; i < n; ++i) ring.position[i] = position_[ring.vertex[i]] - position_[v];
+        ring.size = n;
+        if (!ring.projectAll()) ring.size = 0;
+        return ring;
+    }
+
+    // The collapse with the smallest error within the tolerance. The error of the old triangles and the height between
+    // them and the new ones are an upper bound; where it is too large, the height above the original surface counts.
+    Collapse bestCollapse(std::uint32_t v) const {
+        const OneRing ring = oneRing(v);
+        std::array<std::pair<double, std::size_t>, kMostNeighbours> target;  // smallest heights first
+        std::size_t n = 0;
+        for (std::size_t i = 0; i < ring.size; ++i) {
+            if (!hasGoodTriangles(ring, i)) continue;
+            const double height = ring.heightBetween(i) / tolerance_;
+            if (height <= 1 + ring.error) target[n++] = {height, i};
+        }
+        std::sort(target.begin(), target.begin() + static_cast<std::ptrdiff_t>(n));
+        std::optional<OriginalPart> original;
+        for (std::size_t k = 0; k < n; ++k) {
+            const auto& [height, i] = target[k];
+            if (!keepsTopology(v, ring.vertex[i])) continue;
+            double error = ring.error + height;
+            if (error > 1) {
+                if (!original) original = originalBeneath(v, ring);
+                error = original->heightBetween(ring, i) / tolerance_;
+            }
+            if (error <= 1) return {ring.vertex[i], static_cast<float>(error)};
+        }
+        return {};
+    }
+
+    // Found from triangle to triangle, beginning at v: vertices never move, so v is a vertex of both surfaces.
+    OriginalPart originalBeneath(std::uint32_t v, const OneRing& ring) const {
+        OriginalPart part;
+        Box box;
+        for (std::size_t i = 0; i < ring.size; ++i) box.extendBy(Vec3(ring.projected[i].x, ring.projected[i].y, 0));
+        std::vector<std::uint32_t> found(original_star_[v].begin(), original_star_[v].end());
+        if (found.size() > kMostOriginals) return part;
+        SmallSet known;
+        for (const std::uint32_t t : found) known.insert(t);
+        for (std::size_t next = 0; next < found.size(); ++next) {
+            const std::size_t t = found[next];
+            const Triangle& triangle = original_[t];
+            std::array<Vec3, 3> corner;
+            for (std::size_t k = 0; k < 3; ++k) corner[k] = ring.project(position_[triangle[k]] - position_[v]);
+            if (found.size() > kMostOriginals || !(across(corner[1] - corner[0], corner[2] - corner[0]) > 0))
+                return part;
+            for (std::size_t k = 0; k < 3; ++k) {
+                const std::size_t l = (k + 1) % 3;
+                const Vec3 &p = corner[k], &q = corner[l];
+                if (std::max(p.x, q.x) < box.min.x || std::min(p.x, q.x) > box.max.x ||
+                    std::max(p.y, q.y) < box.min.y || std::min(p.y, q.y) > box.max.y)
+                    continue;
+                if (original_star_[triangle[k]][0] == t) part.vertices.push_back(p);  // once, of all triangles with it
+                if (triangle[k] < triangle[l]) part.edges.push_back({p, q});
+                const std::uint32_t beyond = original_across_[3 * t + k];
+                if (beyond != kInvalidIndex && known.insert(beyond)) found.push_back(beyond);
+            }
+        }
+        part.is_field = true;
+        return part;
+    }
+
+    bool hasGoodTriangles(const OneRing& ring, std::size_t target) const {
+        for (std::size_t i = ring.next(target); i != ring.previous(target); i = ring.next(i))
+            if (!isGood(ring, {target, i, ring.next(i)})) return false;
+        return true;
+    }
+
+    // Does a new triangle have a good shape and about the direction of the original surface at its corners?
+    bool isGood(const OneRing& ring, const std::array<std::size_t, 3>& corner) const {
+        const Vec3 &a = ring.projected[corner[0]], &b = ring.projected[corner[1]], &c = ring.projected[corner[2]];
+        if (!(across(b - a, c - a) > 0)) return false;
+        const Vec3& p = ring.position[corner[0]];
+        const Vec3 normal = cross(ring.position[corner[1]] - p, ring.position[corner[2]] - p);
+        const double double_area = normal.length();
+        const double squared_sides = (b - a).length2() + (c - b).length2() + (a - c).length2();
+        if (!(double_area * 2 * std::numbers::sqrt3 >= kLeastQuality * squared_sides)) return false;
+        for (const std::size_t i : corner)
+            if (!(dot(normal, original_normal_[ring.vertex[i]]) >= kLeastNormalCosine * double_area)) return false;
+        return true;
+    }
+
+    // Is the surface still a manifold of the same topology after v has collapsed into the target? So it is if the two
+    // have exactly two common neighbours, and these keep three or more.
+    //
+    // source  the link condition: Dey, Edelsbrunner, Guha & Nekhayev 1999
+    bool keepsTopology(std::uint32_t v, std::uint32_t target) const {
+        if (star_[v].size() + star_[target].size() > kMostNeighbours + 4) return false;
+        std::size_t common = 0;  // sides of the target's triangles whose other end is a neighbour of v
+        for (const std::uint32_t t : star_[target])
+            for (const std::uint32_t w : triangles_[t]) {
+                if (w == v || w == target || !areNeighbours(v, w)) continue;
+                if (star_[w].size() <= 3) return false;
+                ++common;
+            }
+        return common == 4;
+    }
+
+    bool areNeighbours(std::uint32_t v, std::uint32_t w) const {
+        bool found = false;
+        for (const std::uint32_t t : star_[v]) {
+            const auto& [a, b, c] = triangles_[t];
+            found |= a == w || b == w || c == w;
+        }
+        return found;
+    }
+
+    std::span<const Vec3> position_;
+    std::span<const Triangle> original_;
+    const std::vector<Vec3>& original_normal_;    // of vertices
+    std::vector<std::uint32_t> original_across_;  // the triangle across each side
+    IndexRows original_star_;                     // the triangles of each vertex
+    const double tolerance_;
+
+    std::vector<Triangle> triangles_;
+    std::vector<std::uint32_t> row_;  // of the original triangle whose place each one has
+    std::vector<float> error_;        // of each: largest distance to the original surface, in tolerances
+    IndexRows star_;                  // triangles of each vertex
+
+    std::vector<std::uint32_t> vertices_;  // those that may be removed
+    std::vector<Collapse> collapse_;       // the best one of each vertex; into itself: it is removed
+    std::vector<std::uint8_t> is_stale_;   // vertices whose best collapse must be found again
+    std::vector<std::uint64_t> claim_;     // the least claim on each vertex in a round
+};
+
+// Vertices of triangles that another part of the surface is so close to that they could cross.
+std::vector<std::uint8_t> nearOtherParts(const Mesh& mesh, double tolerance) {
+    const TriangleTree tree(mesh.position, mesh.triangles, tolerance);
+    std::vector<Vec3> normal(mesh.triangles.size());
+    parallelFor(normal.size(), 4096, [&](std::size_t t) {
+        const auto& [a, b, c] = mesh.triangles[t];
+        normal[t] = cross(mesh.position[b] - mesh.position[a], mesh.position[c] - mesh.position[a]).normalized();
+    });
+    std::vector<std::uint8_t> is_near(mesh.position.size(), 0);
+    parallelFor(tree.leaves(), 256, [&](std::size_t leaf) {
+        tree.forPairsOfLeaf(leaf, [&](std::uint32_t s, std::uint32_t t) {
+            if (dot(normal[s], normal[t]) > kLargestFacingCosine) return;
+            for (const std::uint32_t row : {s, t})
+                for (const std::uint32_t v : mesh.triangles[row])
+                    std::atomic_ref<std::uint8_t>(is_near[v]).store(1, std::memory_order_relaxed);
+        });
+    });
+    return is_near;
+}
+
+// The chosen rows of an array with so many numbers a row, or an empty array.
+template <typename T>
+std::vector<T> chosenRows(const std::vector<T>& from, const std::vector<std::uint32_t>& chosen,
+                          std::size_t components = 1) {
+    std::vector<T> rows(from.empty() ? 0 : chosen.size() * components);
+    parallelFor(rows.size(), 8192,
+                [&](std::size_t i) { rows[i] = from[chosen[i / components] * components + i % components]; });
+    return rows;
+}
+
+// A mesh of some of the vertices. rows: of the triangles in whose place the new ones are.
+Mesh withTriangles(const Mesh& mesh, std::vector<Triangle> triangles, const std::vector<std::uint32_t>& rows) {
+    const std::vector<std::uint32_t> used = verticesOf(triangles, mesh.position.size());
+    std::vector<std::uint32_t> new_row(mesh.position.size());
+    for (std::size_t i = 0; i < used.size(); ++i) new_row[used[i]] = static_cast<std::uint32_t>(i);
+    for (Triangle& t : triangles)
+        for (std::uint32_t& v : t) v = new_row[v];
+    Mesh result{chosenRows(mesh.position, used), chosenRows(mesh.velocity, used), std::move(triangles), {}, {}};
+    for (const Attribute& a : mesh.attributes)
+        result.attributes.push_back({a.name, a.components, chosenRows(a.real, used, a.components),
+                                     chosenRows(a.integer, used, a.components), a.integer_type});
+    if (mesh.component) result.component = chosenRows(*mesh.component, rows);
+    return result;
+}
+
+// Marks the original vertices near triangles that cross. Returns whether any was not marked before.
+bool lockCrossings(const Mesh& original, const Mesh& result, std::vector<std::uint8_t>& is_locked) {
+    const MeshCheck check = checkMesh(result, {0, std::numeric_limits<std::size_t>::max()});
+    std::atomic<bool> any = false;
+    for (const SelfCrossing& crossing : check.deepest_crossings)
+        for (const std::uint32_t t : {crossing.first, crossing.second}) {
+            Box box;
+            for (const std::uint32_t v : result.triangles[t]) box.extendBy(result.position[v]);
+            parallelFor(is_locked.size(), 8192, [&](std::size_t v) {
+                if (is_locked[v] || !box.intersects(original.position[v])) return;
+                is_locked[v] = 1;
+                any = true;
+            });
+        }
+    return any;
+}
+
+}  // namespace
+
+Mesh simplified(const Mesh& mesh, double tolerance) {
+    if (!(tolerance > 0) || !std::isfinite(tolerance))
+        throw Error("The tolerance of simplification is " + std::to_string(tolerance) +
+                    ". Give a positive length in world units.");
+    const std::vector<Vec3> normals = vertexNormals(mesh.position.size(), mesh.triangles,
+                                                    [&](std::uint32_t v) -> const Vec3& { return mesh.position[v]; });
+    std::vector<std::uint8_t> is_locked = nearOtherParts(mesh, tolerance);
+    for (int attempt = 0; attempt < kMostAttempts; ++attempt) {
+        Simplifier simplifier(mesh, tolerance, normals, is_locked);
+        simplifier.run();
+        Mesh result = withTriangles(mesh, std::move(simplifier.triangles()), simplifier.rows());
+        if (!lockCrossings(mesh, result, is_locked)) return result;
+    }
+    return mesh;
+}
+
+}  // namespace betamesh
