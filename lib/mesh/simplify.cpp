@@ -36,6 +36,8 @@ constexpr double kLargestFacingCosine = 0.5;  // between the normals of triangle
 constexpr float kErrorSteps = 32;             // errors are compared in this many steps of the tolerance
 constexpr std::size_t kSmallestShare = 500;   // a round that removes less than one vertex in so many is the last one
 constexpr int kMostAttempts = 8;              // at a mesh without new crossings
+constexpr int kTurns = 4;                     // of a round
+constexpr std::uint64_t kTaken = 0;           // less than any claim
 constexpr std::uint64_t kNobody = std::numeric_limits<std::uint64_t>::max();
 
 // A small set of numbers, for one search.
@@ -58,7 +60,7 @@ private:
 // The vertex to collapse into.
 struct Collapse {
     std::uint32_t target = kInvalidIndex;
-    float error = 0;  // of the new triangles, in tolerances
+    float error = 1;  // of the new triangles, in tolerances
 };
 
 // Removes vertices by collapsing edges, in rounds. The collapses of a round have no vertex in common, those around the
@@ -79,13 +81,15 @@ public:
           error_(triangles_.size()),
           star_(original_star_),
           collapse_(position_.size()),
-          is_stale_(position_.size(), 1),
+          is_stale_(position_.size(), 0),
           claim_(position_.size()) {
         std::iota(row_.begin(), row_.end(), 0);
         vertices_ = indicesWhere(position_.size(), [&](std::uint32_t v) { return !is_locked[v]; });
     }
 
     void run() {
+        parallelFor(vertices_.size(), 256,
+                    [&](std::size_t i) { collapse_[vertices_[i]] = bestCollapse(vertices_[i]); });
         for (std::uint64_t round = 0;; ++round) {
             const std::size_t removed = removeVertices(round);
             if (removed * kSmallestShare <= vertices_.size()) return;
@@ -105,36 +109,47 @@ private:
         });
     }
 
-    // A round. Each vertex that can be removed claims itself and those around it; of several claims on a vertex the one
-    // with the smallest error counts. Those who got all that they claimed are removed. Returns their number.
+    // A round of several turns. In each, every vertex that may be removed claims itself and those around it, of which
+    // none may have been taken in this round; of several claims on a vertex the one with the smallest error counts.
+    // Those that got all they claimed take it. Returns their number.
     std::size_t removeVertices(std::uint64_t round) {
-        parallelFor(vertices_.size(), 256, [&](std::size_t i) {
-            const std::uint32_t v = vertices_[i];
-            if (std::exchange(is_stale_[v], std::uint8_t{0})) collapse_[v] = bestCollapse(v);
-        });
-        const auto claimOf = [&](std::uint32_t v) {
-            const auto step = static_cast<std::uint64_t>(collapse_[v].error * kErrorSteps);
-            return step << 56 | (hash(round, v) >> 40) << 32 | v;
-        };
+        std::vector<std::uint32_t> candidates =
+            rowsWhere(vertices_, [&](std::uint32_t v) { return is_stale_[v] || collapse_[v].target != kInvalidIndex; });
         std::fill(claim_.begin(), claim_.end(), kNobody);
-        const std::vector<std::uint32_t> candidates =
-            rowsWhere(vertices_, [&](std::uint32_t v) { return collapse_[v].target != kInvalidIndex; });
-        parallelFor(candidates.size(), 512, [&](std::size_t i) {
-            const std::uint64_t claim = claimOf(candidates[i]);
-            forOneRing(candidates[i], [&](std::uint32_t w) {
-                std::atomic_ref<std::uint64_t> least(claim_[w]);
-                for (std::uint64_t now = least; claim < now && !least.compare_exchange_weak(now, claim);) {
-                }
+        std::size_t removed = 0;
+        for (int turn = 0; turn < kTurns; ++turn) {
+            const auto claimOf = [&](std::uint32_t v) {
+                return (errorStep(v) + 1) << 56 | (hash(round, v) >> 40) << 32 | v;
+            };
+            parallelFor(candidates.size(), 512, [&](std::size_t i) {
+                const std::uint64_t claim = claimOf(candidates[i]);
+                forOneRing(candidates[i], [&](std::uint32_t w) {
+                    std::atomic_ref<std::uint64_t> least(claim_[w]);
+                    for (std::uint64_t now = least; claim < now && !least.compare_exchange_weak(now, claim);) {
+                    }
+                });
             });
-        });
-        const std::vector<std::uint32_t> chosen = rowsWhere(candidates, [&](std::uint32_t v) {
-            bool is_first = true;
-            forOneRing(v, [&](std::uint32_t w) { is_first &= claim_[w] == claimOf(v); });
-            return is_first;
-        });
-        parallelFor(chosen.size(), 128, [&](std::size_t i) { removeVertex(chosen[i]); });
+            const std::vector<std::uint32_t> chosen = rowsWhere(candidates, [&](std::uint32_t v) {
+                bool is_first = true;
+                forOneRing(v, [&](std::uint32_t w) { is_first &= claim_[w] == claimOf(v); });
+                return is_first;
+            });
+            parallelFor(chosen.size(), 128, [&](std::size_t i) {
+                forOneRing(chosen[i], [&](std::uint32_t w) { claim_[w] = kTaken; });
+                removeVertex(chosen[i]);
+            });
+            removed += chosen.size();
+            candidates = rowsWhere(candidates, [&](std::uint32_t v) {
+                bool is_free = true;
+                forOneRing(v, [&](std::uint32_t w) { is_free &= claim_[w] != kTaken; });
+                return is_free;
+            });
+            parallelFor(claim_.size(), 8192, [&](std::size_t v) {
+                if (claim_[v] != kTaken) claim_[v] = kNobody;
+            });
+        }
         compact();
-        return chosen.size();
+        return removed;
     }
 
     template <typename Predicate>
@@ -151,12 +166,17 @@ private:
             for (const std::uint32_t w : triangles_[t]) visit(w);
     }
 
+    std::uint64_t errorStep(std::uint32_t v) const {
+        return static_cast<std::uint64_t>(collapse_[v].error * kErrorSteps);
+    }
+
+    // Does nothing if that has become impossible, or if the error has become larger.
     void removeVertex(std::uint32_t v) {
+        const std::uint64_t step = errorStep(v);
+        if (is_stale_[v] || !keepsTopology(v, collapse_[v].target)) collapse_[v] = bestCollapse(v);
+        is_stale_[v] = 0;
         const std::uint32_t target = collapse_[v].target;
-        if (!keepsTopology(v, target)) {  // since it was chosen, edges beyond the ring have changed
-            is_stale_[v] = 1;
-            return;
-        }
+        if (target == kInvalidIndex || errorStep(v) > step) return;
         forOneRing(v, [&](std::uint32_t w) { is_stale_[w] = 1; });
         for (const std::uint32_t t : star_[v]) {
             std::replace(triangles_[t].begin(), triangles_[t].end(), v, target);
@@ -327,7 +347,7 @@ private:
 
     std::vector<std::uint32_t> vertices_;  // those that may be removed
     std::vector<Collapse> collapse_;       // the best one of each vertex; into itself: it is removed
-    std::vector<std::uint8_t> is_stale_;   // vertices whose best collapse must be found again
+    std::vector<std::uint8_t> is_stale_;   // vertices around which triangles have changed since then
     std::vector<std::uint64_t> claim_;     // the least claim on each vertex in a round
 };
 
