@@ -125,7 +125,8 @@ struct Axes {
             y_ticks = logarithmicTicks(low, high);
         } else {
             if (any) low = least, high = most;
-            if (low > 0 && low < high / 2) low = 0;  // begin at 0 unless that would waste most of the axis
+            // The axis begins at 0 unless that would waste most of it.
+            if (low > 0 && (low < high / 2 || plot.whole_value)) low = 0;
             if (low == high && low == 0) high = 1;
             const double step = tickStep(high > low ? high - low : std::abs(high), kValueTicks, plot.whole_value);
             low = std::floor(low / step + 1e-9) * step, high = std::ceil(high / step - 1e-9) * step;

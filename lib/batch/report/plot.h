@@ -21,7 +21,7 @@ struct Plot {
     std::vector<PlotLine> lines;
     bool logarithmic = true;   ///< whether the vertical axis is logarithmic
     bool whole_at = false;     ///< horizontal positions are whole numbers, such as frames
-    bool whole_value = false;  ///< values are counts
+    bool whole_value = false;  ///< values are whole numbers, and their axis begins at 0
     double width = 960;        ///< of the picture, pixels
     double height = 480;
 };

@@ -73,12 +73,13 @@ std::size_t particlesOf(const FrameReport& report) {
 /// The curves of a frame; those of a frame with a surface have no edges.
 PlaneFrameReport planeOf(const FrameReport& report) { return report.plane.value_or(PlaneFrameReport{}); }
 
-double mebibytesOf(const FrameReport& report) { return static_cast<double>(report.peak_bytes) / (1 << 20); }
+double mebibytesOf(const FrameReport& report) { return static_cast<double>(report.peak_bytes >> 20); }
 
 /// A plot over all frames. Missing frames have the value NaN, so that lines are interrupted there.
 std::string plotOf(const ReportOutput& output, const std::string& title, const std::string& unit,
                    const std::vector<Curve>& curves, bool logarithmic) {
-    Plot plot{title, "frame", unit, {}, {}, logarithmic, true, unit == "count", kPlotWidth, kPlotHeight};
+    const bool is_whole = unit == "count" || unit == "MiB";
+    Plot plot{title, "frame", unit, {}, {}, logarithmic, true, is_whole, kPlotWidth, kPlotHeight};
     std::map<int, const FrameReport*> report_at;
     for (const int frame : output.missing) report_at[frame] = nullptr;
     for (const FrameReport& report : output.frames) report_at[report.frame] = &report;
@@ -170,7 +171,7 @@ std::string rowOf(const FrameReport& report, const ReportOutput& output) {
     const auto jump = output.jump.find(report.frame);
     return "<tr class=\"" + status + "\">" + cell(std::to_string(report.frame)) + cell(status) +
            cell(particlesOf(report)) + cell(report.vertices) + shape + cell(number(report.seconds.total)) +
-           cell(number(std::floor(mebibytesOf(report)))) + cell(std::to_string(report.skin.perturbation_retries)) +
+           cell(number(mebibytesOf(report))) + cell(std::to_string(report.skin.perturbation_retries)) +
            (output.jump.empty() ? "" : cell(jump == output.jump.end() ? "" : number(jump->second))) +
            "<td class=\"text\">" + shown(notes) + "</td></tr>\n";
 }
@@ -262,7 +263,7 @@ std::string summary(const ReportOutput& output) {
     return "<p>" + std::to_string(output.frames.size()) + " frames, " + std::to_string(output.missing.size()) +
            " missing, " + std::to_string(warnings) + " warnings; " + number(seconds) + " seconds in all frames, " +
            number(seconds > 0 ? std::round(static_cast<double>(particles) / seconds) : 0) +
-           " particles per second; peak memory " + number(std::floor(peak)) + " MiB</p>\n";
+           " particles per second; peak memory " + number(peak) + " MiB</p>\n";
 }
 
 /// source  RFC 4648.
