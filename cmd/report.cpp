@@ -158,6 +158,7 @@ void addReportCommand(CLI::App& program, int& exit_code) {
                      "May be repeated.")
         ->type_name("FILES")
         ->expected(1)
+        ->allow_extra_args(false)
         ->take_all();
     command->add_option("--title", arguments->title, "Title of the page. Without it, the name of the file.")
         ->type_name("TEXT");

@@ -227,6 +227,7 @@ void addSubmitCommand(CLI::App& program, int& exit_code) {
     command->add_option("--set", arguments->assignments, "Set any key, as for `betamesh run`.")
         ->type_name("KEY=VALUE")
         ->expected(1)
+        ->allow_extra_args(false)  // CLI11 would take -- for the end of its values
         ->take_all();
     command
         ->add_option("--task-minutes", arguments->minutes,

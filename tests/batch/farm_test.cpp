@@ -481,11 +481,11 @@ TEST_F(Submit, ScriptsThatSbatchRunsEndWithTheMeshesOfALocalRun) {
         SCOPED_TRACE(by_script);
         std::vector<std::string> words{"submit", "my job.yaml", "--to", "slurm", "--chunk-size", "2"};
         if (by_script) words.insert(words.end(), {"-o", "some scripts"});
-        words.insert(words.end(), {"--", "--partition=long", "--account=water works"});
+        words.insert(words.end(), {"--set", "run.retries=2", "--", "--output=log", "--account=water works"});
         const Outcome outcome = runProgram(words, folder_.path(), environment);
         ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
         std::string expected =
-            "--parsable --partition=long --account=water works\n--parsable --partition=long "
+            "--parsable --output=log --account=water works\n--parsable --output=log "
             "--account=water works --dependency=afterany:77\n";
         if (by_script) {
             EXPECT_FALSE(exists("out"));
@@ -496,7 +496,7 @@ TEST_F(Submit, ScriptsThatSbatchRunsEndWithTheMeshesOfALocalRun) {
             expected = "--parsable\n--dependency=afterany:77\n";
             const std::string scripts = contentsOf(folder_ / "some scripts/my job.array.sh") +
                                         contentsOf(folder_ / "some scripts/my job.report.sh");
-            EXPECT_EQ(count(scripts, "#SBATCH --partition=long --account=water\\ works\n"), 2U) << scripts;
+            EXPECT_EQ(count(scripts, "#SBATCH --output=log --account=water\\ works\n"), 2U) << scripts;
         }
         EXPECT_EQ(contentsOf(folder_ / "submissions"), expected);
         ASSERT_TRUE(exists("out/my job.html")) << contentsOf(folder_ / "submissions.log");
