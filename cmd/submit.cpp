@@ -10,6 +10,7 @@
 #include "job_options.h"
 #include "value_checks.h"
 
+#include <algorithm>
 #include <filesystem>
 #include <iostream>
 #include <set>
@@ -97,10 +98,24 @@ void setFiles(FarmJob& job, const Config& config, const std::vector<Plan>& plans
     job.output_folders.assign(folders.begin(), folders.end());
 }
 
+/// Workers to which the files of a bundle are transferred have them elsewhere.
+void warnOfAbsolutePaths(const Arguments& arguments, const std::vector<Plan>& plans) {
+    std::vector<std::string> files{arguments.pipeline, arguments.report};
+    for (const Plan& plan : plans)
+        files.insert(files.end(), {plan.tasks.front().input, plan.tasks.front().output, plan.tasks.front().picture});
+    const auto absolute =
+        std::find_if(files.begin(), files.end(), [](const fs::path& file) { return file.is_absolute(); });
+    if (absolute != files.end())
+        logWarning(*absolute +
+                   ": this path is absolute, so that workers must have the file there. With job attachments, make all "
+                   "paths relative to the current folder.");
+}
+
 FarmJob farmJob(const Arguments& arguments, Farm farm) {
     Config config = readConfig(arguments.pipeline, keyValuesOf(arguments.assignments));
     if (!arguments.frames.empty()) setConfigKey(config, "frames", arguments.frames, "--frames");
     const std::vector<Plan> plans = plansOf(config);
+    if (farm == Farm::deadline_cloud) warnOfAbsolutePaths(arguments, plans);
 
     FarmJob job;
     job.name = fs::path(arguments.pipeline).stem().string();

@@ -3,6 +3,7 @@
 #include "batch/farm/farm.h"
 
 #include "base/random.h"
+#include "batch/farm/command_words.h"
 #include "batch/job/frames.h"
 #include "betamesh/error.h"
 #include "support/job_folder.h"
@@ -524,6 +525,10 @@ TEST_F(Submit, ABundleOfDeadlineCloudListsItsFiles) {
     const Outcome outcome =
         runProgram({"submit", "my job.yaml", "--to", "deadline-cloud", "--frames", "1-5x2"}, folder_.path());
     ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+    EXPECT_EQ(outcome.err.find("absolute"), std::string::npos) << outcome.err;
+    EXPECT_NE(runProgram({"submit", folder_ / "my job.yaml", "--to", "deadline-cloud", "--print"}, folder_.path())
+                  .err.find("my job.yaml: this path is absolute"),
+              std::string::npos);
     const std::string bundle = folder_ / "my job.deadline-cloud";
     const YAML::Node root = YAML::LoadFile(bundle + "/template.yaml");
     const YAML::Node references = YAML::LoadFile(bundle + "/asset_references.yaml")["assetReferences"];

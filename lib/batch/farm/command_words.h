@@ -2,13 +2,16 @@
 
 #pragma once
 
-#include "batch/farm/farm.h"
+#include "batch/farm/farm_job.h"
 
 #include <cstdint>
 #include <string>
 #include <vector>
 
 namespace betamesh {
+
+/// Words quoted so that a shell reads them back unchanged.
+std::string shellWords(const std::vector<std::string>& words);
 
 /// The command line, run in the folder of the job, because farms start tasks in folders of their own.
 std::vector<std::string> inFolder(const FarmJob& job, const std::vector<std::string>& words,

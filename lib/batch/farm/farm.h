@@ -2,9 +2,10 @@
 
 #pragma once
 
-#include "batch/job/output_plan.h"
+#include "batch/farm/farm_job.h"
+#include "batch/job/frame_task.h"
 
-#include <cstdint>
+#include <cstddef>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -19,28 +20,6 @@ Farm farmNamed(std::string_view name);
 
 /// The names of all engines with a separator between them.
 std::string farmNames(std::string_view separator);
-
-/// A pipeline divided into tasks for several machines, which share a file system.
-struct FarmJob {
-    std::string name;
-    std::string folder;            ///< absolute path in which tasks start, so that relative paths of the pipeline work
-    std::vector<std::string> run;  ///< command line that meshes frames, without --frames and what follows it
-    std::vector<std::string> report;          ///< that of the task after all others, alike; empty: no such task
-    std::vector<std::vector<int>> chunks;     ///< the frames of each task, ascending
-    double task_seconds = 300;                ///< intended duration of a task; 0: the chunks are not to be changed
-    double longest_task_seconds = 0;          ///< estimated duration of the longest task
-    int threads = 0;                          ///< threads per task; 0: what the farm grants
-    std::uint64_t memory = 0;                 ///< estimated memory per task in bytes; 0: unknown
-    std::vector<std::string> sbatch_options;  ///< additional options of sbatch, for the array and the report
-    std::vector<std::string> input_files;     ///< absolute paths of all files that tasks read
-    std::vector<std::string> output_folders;  ///< absolute paths of all folders that tasks write to
-};
-
-/// A file to be written for an engine.
-struct FarmFile {
-    std::string name;  ///< without folders
-    std::string text;
-};
 
 /// Divides the frames into contiguous chunks that take about equally long. Durations are estimated from the sizes of
 /// the input files.
@@ -93,9 +72,6 @@ std::string deadlineCommand(const FarmJob& job);
 /// A job script for Tractor's tractor-spool.
 /// errors  a word that contains a brace or a backslash
 std::string tractorJob(const FarmJob& job);
-
-/// Words quoted so that a shell reads them back unchanged.
-std::string shellWords(const std::vector<std::string>& words);
 
 /// The jobs that were submitted to Slurm.
 struct SlurmJobs {

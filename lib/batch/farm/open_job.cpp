@@ -23,7 +23,14 @@ std::string doubleQuoted(const std::string& text) {
         if (c == '"' || c == '\\') out += '\\';
         out += c;
     }
-    return printableJson(out + '"');  // YAML takes U+0085, U+2028 and U+2029 for line breaks
+    return printableJson(out + '"');  // YAML takes U+2028 and U+2029 for line breaks
+}
+
+/// Whether a text in UTF-8 contains one of the control characters U+0080 to U+009F.
+bool hasSecondaryControl(const std::string& text) {
+    for (std::size_t at = text.find('\xc2'); at != std::string::npos; at = text.find('\xc2', at + 1))
+        if (static_cast<unsigned char>(text[at + 1]) < 0xa0) return true;
+    return false;
 }
 
 /// A word of an Open Job Description without references to be replaced.
@@ -31,6 +38,10 @@ std::string literal(const std::string& word) {
     requireNoControl(word, "an Open Job Description");
     if (!isUtf8(word))
         throw Error("'" + word + "' is not UTF-8, as an Open Job Description has to be. Use another name.");
+    if (hasSecondaryControl(word))
+        throw Error("'" + word +
+                    "' contains a control character (U+0080 to U+009F), which an Open Job Description cannot express. "
+                    "Use another name.");
     if (word.find("{{") != std::string::npos)
         throw Error("'" + word +
                     "' contains {{, which begins a reference in an Open Job Description. Use another name.");

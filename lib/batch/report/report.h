@@ -44,7 +44,7 @@ struct FrameReport {
     std::string input;
     std::string output;
     FrameStatus status = FrameStatus::ok;
-    std::string error;  ///< why the frame failed
+    std::string error;                ///< why the frame failed
     std::vector<std::string> preset;  ///< names of presets, as in the configuration
     double radius = 0;
     double spacing = 0;
