@@ -26,9 +26,8 @@ std::string tickText(double x, double step, bool is_place = false) {
     char buffer[48];
     constexpr std::array<const char*, 5> kSuffixes{"", "k", "M", "G", "T"};
     std::size_t suffix = 0;
-    while (!is_place && suffix + 1 < kSuffixes.size() &&
-           std::abs(x) >= 10 * std::pow(1e3, static_cast<double>(suffix + 1)))
-        ++suffix;
+    const auto next = [&] { return suffix == 0 ? 1e4 : std::pow(1e3, static_cast<double>(suffix + 1)); };
+    while (!is_place && suffix + 1 < kSuffixes.size() && std::abs(x) >= next()) ++suffix;
     const double unit = std::pow(1e3, static_cast<double>(suffix));
     const int decimals = static_cast<int>(std::ceil(-std::log10(step / unit) - 1e-9));
     if (std::abs(x) < 1e15 && decimals <= 8)

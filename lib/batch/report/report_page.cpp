@@ -196,13 +196,11 @@ std::string table(const ReportOutput& output) {
     return text + "</tbody>\n</table></div>\n";
 }
 
-/// The different texts of all frames, separated by commas.
+/// The different texts of all frames; the first ones if there are many.
 std::string valuesOf(const ReportOutput& output, const std::function<std::string(const FrameReport&)>& text) {
     std::set<std::string> values;
     for (const FrameReport& report : output.frames) values.insert(text(report));
-    std::string all;
-    for (const std::string& value : values) all += (all.empty() ? "" : ", ") + value;
-    return all;
+    return firstNames({values.begin(), values.end()});
 }
 
 /// A length of all frames, or the least and the largest, in world units and in spacings; empty if it is 0.
@@ -262,7 +260,7 @@ std::string summary(const ReportOutput& output) {
     }
     return "<p>" + std::to_string(output.frames.size()) + " frames, " + std::to_string(output.missing.size()) +
            " missing, " + std::to_string(warnings) + " warnings; " + number(seconds) + " seconds in all frames, " +
-           number(seconds > 0 ? std::round(static_cast<double>(particles) / seconds) : 0) +
+           std::to_string(std::llround(seconds > 0 ? static_cast<double>(particles) / seconds : 0)) +
            " particles per second; peak memory " + number(peak) + " MiB</p>\n";
 }
 
