@@ -57,7 +57,9 @@ std::vector<FarmFile> slurmFiles(const FarmJob& job);
 std::string openJobTemplate(const FarmJob& job);
 
 /// A job bundle of AWS Deadline Cloud: a template as above in which the folder is a parameter, since workers may have
-/// it elsewhere, the values of its parameters, and the files to transfer where machines share none. errors  as above
+/// it elsewhere, the values of its parameters, and the files to transfer where machines share none.
+///
+/// errors  as above
 /// source  AWS Deadline Cloud developer guide, Open Job Description templates for Deadline Cloud
 std::vector<FarmFile> deadlineCloudBundle(const FarmJob& job);
 
