@@ -84,6 +84,7 @@ PlotLine lineOf(const std::string& file, std::size_t rows) {
 void writePlot(const std::string& file, const Sequence& sequence, const std::vector<CoherenceReport>& reports,
                const std::optional<PlotLine>& against) {
     Plot plot{"Distance between consecutive surfaces", sequence.axis_label, "world units", {}, {}, true};
+    plot.whole_at = sequence.axis_label == "frame";
     plot.lines = {
         {"max", "#c8372d", {}}, {"99.9 %", "#d98a1f", {}}, {"RMS", "#2f6fb7", {}}, {"particles", "#7b8590", {}}};
     for (std::size_t i = 0; i < reports.size(); ++i) {

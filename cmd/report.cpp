@@ -23,7 +23,7 @@ struct Arguments {
     std::string output;
     std::string frames;
     std::string coherence;
-    std::string previews;
+    std::vector<std::string> previews;
     std::string title;
 };
 
@@ -34,43 +34,79 @@ std::string bytesOf(const std::string& file) {
     return {std::istreambuf_iterator<char>(in), {}};
 }
 
+/// The files that an argument stands for. A pattern without any is an output whose frames all failed if it is known
+/// which ones are expected.
+std::vector<std::string> manifestsNamed(const std::string& argument, const Arguments& arguments) {
+    const FramePattern pattern = framePattern(argument);
+    const bool none = pattern.numbered && !fs::exists(argument) && framesOnDisk(pattern).empty();
+    return none && !arguments.frames.empty() ? std::vector<std::string>{} : filesNamed({argument});
+}
+
+/// The outputs that manifests are of, in the order of the arguments: those of a pattern are of one output.
+std::vector<ReportOutput> outputsOf(const Arguments& arguments) {
+    std::vector<ReportOutput> outputs;
+    for (const std::string& argument : arguments.manifests) {
+        const bool is_pattern = framePattern(argument).numbered;
+        const auto outputNamed = [&](const std::string& name) -> ReportOutput& {
+            const auto at = std::find_if(outputs.begin(), outputs.end(), [&](const auto& o) { return o.name == name; });
+            return at != outputs.end() ? *at : outputs.emplace_back(ReportOutput{name, {}, {}, {}});
+        };
+        const std::string of_pattern = fs::path(argument).replace_extension().string();
+        if (is_pattern) outputNamed(of_pattern);
+        for (const std::string& file : manifestsNamed(argument, arguments)) {
+            const auto report = readReport(file);
+            if (!report)
+                throw Error(file +
+                            ": this is not the manifest of a frame. Give the NAME.json files that are written beside "
+                            "the meshes.");
+            outputNamed(is_pattern ? of_pattern : sequenceName(report->output, report->frame))
+                .frames.push_back(*report);
+        }
+    }
+    return outputs;
+}
+
+/// Sorts the frames of an output, and lists those that are expected and not there.
+void completeFrames(ReportOutput& output, const std::vector<int>& expected) {
+    std::sort(output.frames.begin(), output.frames.end(),
+              [](const FrameReport& a, const FrameReport& b) { return a.frame < b.frame; });
+    std::vector<int> found;
+    for (const FrameReport& report : output.frames) found.push_back(report.frame);
+    std::set_difference(expected.begin(), expected.end(), found.begin(), found.end(),
+                        std::back_inserter(output.missing));
+}
+
 ReportPage pageOf(const Arguments& arguments) {
     ReportPage page;
     page.title = arguments.title.empty() ? fs::path(arguments.output).stem().string() : arguments.title;
-    std::vector<int> found;
-    for (const std::string& file : filesNamed(arguments.manifests)) {
-        const auto report = readReport(file);
-        if (!report)
-            throw Error(
-                file +
-                ": this is not the manifest of a frame. Give the NAME.json files that are written beside the meshes.");
-        page.frames.push_back(*report);
-        found.push_back(report->frame);
-    }
-    std::sort(page.frames.begin(), page.frames.end(),
-              [](const FrameReport& a, const FrameReport& b) { return a.frame < b.frame; });
-    std::sort(found.begin(), found.end());
-    if (!arguments.frames.empty()) {
-        const std::vector<int> expected = parseFrames(arguments.frames);
-        std::set_difference(expected.begin(), expected.end(), found.begin(), found.end(),
-                            std::back_inserter(page.missing));
-    }
+    page.outputs = outputsOf(arguments);
+    const std::vector<int> expected = arguments.frames.empty() ? std::vector<int>{} : parseFrames(arguments.frames);
+    for (ReportOutput& output : page.outputs) completeFrames(output, expected);
     if (!arguments.coherence.empty())
-        for (const CoherenceReport& jump : readCoherence(arguments.coherence))
-            page.jump[frameInName(jump.to)] = jump.distance.max;
-    if (!arguments.previews.empty())
-        for (const auto& [frame, file] : framesOnDisk(framePattern(arguments.previews)))
-            page.preview_png[frame] = bytesOf(file);
+        for (const CoherenceReport& jump : readCoherence(arguments.coherence)) {
+            const int frame = frameInName(jump.to);
+            // The jump belongs to the output with a mesh of that name, to the first if there is none.
+            const auto writes = [&](const ReportOutput& output) {
+                return fs::path(output.name).filename() == fs::path(sequenceName(jump.to, frame)).filename();
+            };
+            const auto output = std::find_if(page.outputs.begin(), page.outputs.end(), writes);
+            (output == page.outputs.end() ? page.outputs.front() : *output).jump[frame] = jump.distance.max;
+        }
+    for (const std::string& pattern : arguments.previews) {
+        ReportPreviews& previews = page.previews.emplace_back(ReportPreviews{pattern, {}});
+        for (const auto& [frame, file] : framesOnDisk(framePattern(pattern))) previews.png[frame] = bytesOf(file);
+    }
     return page;
 }
 
 /// errors  the page is a file that it is made from
 void requireDistinctFiles(const Arguments& arguments) {
     DistinctFiles files;
-    for (const std::string& file : filesNamed(arguments.manifests)) files.read(file, "a manifest");
+    for (const std::string& argument : arguments.manifests)
+        for (const std::string& file : manifestsNamed(argument, arguments)) files.read(file, "a manifest");
     if (!arguments.coherence.empty()) files.read(arguments.coherence, "the file of --coherence");
-    if (!arguments.previews.empty())
-        for (const auto& [frame, file] : framesOnDisk(framePattern(arguments.previews))) files.read(file, "a preview");
+    for (const std::string& pattern : arguments.previews)
+        for (const auto& [frame, file] : framesOnDisk(framePattern(pattern))) files.read(file, "a preview");
     files.written(arguments.output, "the page");
 }
 
@@ -78,11 +114,16 @@ int report(const Arguments& arguments) {
     requireDistinctFiles(arguments);
     const ReportPage page = pageOf(arguments);
     writeFile(arguments.output, htmlOf(page));
-    logInfo(std::to_string(page.frames.size()) + " frames -> " + arguments.output);
-    if (page.missing.empty()) return kAllWritten;
-    logError("There are no manifests of frames " + printFrames(page.missing) +
-             ". Run the job again with --skip-existing.");
-    return kSomeFailed;
+    bool complete = true;
+    for (const ReportOutput& output : page.outputs) {
+        const std::string of = page.outputs.size() > 1 ? " of " + output.name : "";
+        logInfo(std::to_string(output.frames.size()) + " frames" + of + " -> " + arguments.output);
+        if (output.missing.empty()) continue;
+        complete = false;
+        logError("There are no manifests of frames " + printFrames(output.missing) + of +
+                 ". Run the job again with --skip-existing.");
+    }
+    return complete ? kAllWritten : kSomeFailed;
 }
 
 }  // namespace
@@ -97,8 +138,8 @@ void addReportCommand(CLI::App& program, int& exit_code) {
     command
         ->add_option("MANIFEST", arguments->manifests,
                      "Manifests of frames, which are written beside the meshes as NAME.json. A pattern with a frame "
-                     "number (####) "
-                     "stands for every frame on disk.")
+                     "number (####) stands for every frame on disk. The page shows each output of a job that has "
+                     "several.")
         ->required();
     command->add_option("-o,--output", arguments->output, "The page to write. It needs no other files and no network.")
         ->type_name("FILE.html")
@@ -113,8 +154,12 @@ void addReportCommand(CLI::App& program, int& exit_code) {
         ->type_name("FILE");
     command
         ->add_option("--previews", arguments->previews,
-                     "Pictures of the frames (.png), with a frame number (####) in the name, to include in the page.")
-        ->type_name("FILES");
+                     "Pictures of the frames (.png), with a frame number (####) in the name, to include in the page. "
+                     "May be repeated.")
+        ->type_name("FILES")
+        ->expected(1)
+        ->allow_extra_args(false)
+        ->take_all();
     command->add_option("--title", arguments->title, "Title of the page. Without it, the name of the file.")
         ->type_name("TEXT");
 }

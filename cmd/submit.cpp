@@ -1,17 +1,19 @@
 #include "batch/farm/farm.h"
 #include "batch/job/distinct_files.h"
-#include "batch/job/frames.h"
 #include "batch/job/job.h"
 #include "batch/job/plan.h"
 #include "batch/report/log.h"
+#include "batch/report/printable.h"
 #include "betamesh/error.h"
 #include "command.h"
 #include "io/output_file.h"
 #include "job_options.h"
 #include "value_checks.h"
 
+#include <algorithm>
 #include <filesystem>
 #include <iostream>
+#include <set>
 
 namespace betamesh {
 namespace {
@@ -36,37 +38,35 @@ struct Arguments {
     std::vector<std::string> sbatch_options;
 };
 
-std::vector<int> framesOf(const std::vector<FrameTask>& tasks) {
-    std::vector<int> frames;
-    for (const FrameTask& task : tasks) frames.push_back(task.frame);
-    return frames;
-}
-
-/// The plan of the first output, whose frames are those of all outputs.
-Plan planOf(const Config& config) {
+/// The plans of all outputs, which have the same frames.
+std::vector<Plan> plansOf(const Config& config) {
     PlanOptions options;
     options.overwrite = true;
     options.measure = false;
-    Plan plan = planJob(config, options);
-    for (const std::string& warning : plan.warnings) logWarning(warning);
-    return plan;
+    std::vector<Plan> plans = planOutputs(config, options);
+    for (const Plan& plan : plans)
+        for (const std::string& warning : plan.warnings) logWarning(warning);
+    return plans;
 }
 
-/// The command that makes the final report on the first output, in `<meshes>/<job>.html` unless --report names another
-/// file.
-std::vector<std::string> reportCommand(const Arguments& arguments, const FarmJob& job, const Plan& plan) {
+/// The command that makes the final report on all outputs, in `<meshes>/<job>.html` unless --report names another file,
+/// without --frames.
+std::vector<std::string> reportCommand(const Arguments& arguments, const FarmJob& job, const std::vector<Plan>& plans) {
     const fs::path page = arguments.report.empty()
-                              ? fs::path(plan.config.output.path).parent_path() / (job.name + ".html")
+                              ? fs::path(plans.front().config.output.path).parent_path() / (job.name + ".html")
                               : fs::path(arguments.report);
-    return {job.run.front(), "report",   reportPath(plan.config.output.path), "-o",
-            page.string(),   "--frames", printFrames(framesOf(plan.tasks))};
+    std::vector<std::string> words{job.run.front(), "report"};
+    for (const Plan& plan : plans) words.push_back(reportPath(plan.config.output.path));
+    words.insert(words.end(), {"-o", page.string()});
+    return words;
 }
 
 /// Memory to request for each task in bytes; 0 if it cannot be estimated.
-std::uint64_t taskMemory(const Config& config, const Plan& plan) {
+std::uint64_t taskMemory(const Config& config, const std::vector<Plan>& plans) {
     if (config.run.memory_limit > 0) return config.run.memory_limit + kProgramMemory;
     std::uint64_t largest = 0;
-    for (const FrameTask& task : plan.tasks) largest = std::max(largest, task.memory);
+    for (const Plan& plan : plans)
+        for (const FrameTask& task : plan.tasks) largest = std::max(largest, task.memory);
     if (largest == 0) return 0;
     return static_cast<std::uint64_t>(static_cast<double>(largest) * kMemoryMargin) + kProgramMemory;
 }
@@ -82,10 +82,40 @@ std::vector<std::vector<int>> chunksOf(const Arguments& arguments, const FarmJob
     return chunks;
 }
 
+/// Sets the files that the tasks read and the folders that they write to.
+void setFiles(FarmJob& job, const Config& config, const std::vector<Plan>& plans) {
+    const auto absolute = [&](const fs::path& path) { return (fs::path(job.folder) / path).lexically_normal(); };
+    std::set<std::string> inputs, folders;
+    for (const fs::path& file : config.files) inputs.insert(absolute(file).string());
+    for (const Plan& plan : plans)
+        for (const FrameTask& task : plan.tasks) {
+            if (fs::exists(task.input)) inputs.insert(absolute(task.input).string());
+            for (const std::string& file : {task.output, task.picture})
+                if (!file.empty()) folders.insert(absolute(file).parent_path().string());
+        }
+    if (!job.report.empty()) folders.insert(absolute(job.report.back()).parent_path().string());
+    job.input_files.assign(inputs.begin(), inputs.end());
+    job.output_folders.assign(folders.begin(), folders.end());
+}
+
+/// Workers to which the files of a bundle are transferred have them elsewhere.
+void warnOfAbsolutePaths(const Arguments& arguments, const std::vector<Plan>& plans) {
+    std::vector<std::string> files{arguments.pipeline, arguments.report};
+    for (const Plan& plan : plans)
+        files.insert(files.end(), {plan.tasks.front().input, plan.tasks.front().output, plan.tasks.front().picture});
+    const auto absolute =
+        std::find_if(files.begin(), files.end(), [](const fs::path& file) { return file.is_absolute(); });
+    if (absolute != files.end())
+        logWarning(*absolute +
+                   ": this path is absolute, so that workers must have the file there. With job attachments, make all "
+                   "paths relative to the current folder.");
+}
+
 FarmJob farmJob(const Arguments& arguments, Farm farm) {
     Config config = readConfig(arguments.pipeline, keyValuesOf(arguments.assignments));
     if (!arguments.frames.empty()) setConfigKey(config, "frames", arguments.frames, "--frames");
-    const Plan plan = planOf(config);
+    const std::vector<Plan> plans = plansOf(config);
+    if (farm == Farm::deadline_cloud) warnOfAbsolutePaths(arguments, plans);
 
     FarmJob job;
     job.name = fs::path(arguments.pipeline).stem().string();
@@ -94,29 +124,75 @@ FarmJob farmJob(const Arguments& arguments, Farm farm) {
         arguments.program.empty() ? fs::read_symlink("/proc/self/exe").string() : arguments.program;
     job.run = {program, "run", arguments.pipeline};
     for (const std::string& assignment : arguments.assignments) job.run.insert(job.run.end(), {"--set", assignment});
-    if (!arguments.no_report) job.report = reportCommand(arguments, job, plan);
+    if (!arguments.no_report) job.report = reportCommand(arguments, job, plans);
     job.sbatch_options = arguments.sbatch_options;
     job.task_seconds = arguments.minutes * 60;
     job.threads = config.run.threads;
-    job.memory = taskMemory(config, plan);
-    job.chunks = chunksOf(arguments, job, plan, farm);
+    job.memory = taskMemory(config, plans);
+    job.chunks = chunksOf(arguments, job, plans.front(), farm);
+    if (arguments.chunk_size > 0) job.task_seconds = 0;
+    job.longest_task_seconds =
+        longestSeconds(plans.front().tasks, job.chunks, job.threads) * static_cast<double>(plans.size());
+    setFiles(job, config, plans);
     return job;
 }
 
-std::string textFor(Farm farm, const FarmJob& job) {
+/// What is handed to an engine: one file or, for slurm and deadline-cloud, several.
+std::vector<FarmFile> filesFor(Farm farm, const FarmJob& job) {
     switch (farm) {
         case Farm::slurm:
-            return slurmArray(job) + (job.report.empty() ? "" : "\n# After the array has ended:\n" + slurmReport(job));
+            return slurmFiles(job);
         case Farm::openjd:
-            return openJobTemplate(job);
+            return {{job.name + ".openjd.yaml", openJobTemplate(job)}};
+        case Farm::deadline_cloud:
+            return deadlineCloudBundle(job);
         case Farm::opencue:
-            return openCueCommand(job);
+            return {{"", openCueCommand(job)}};
         case Farm::deadline:
-            return deadlineCommand(job);
+            return {{"", deadlineCommand(job)}};
         case Farm::tractor:
-            return tractorJob(job);
+            return {{"", tractorJob(job)}};
     }
+    return {};
+}
+
+/// Prints files one after the other. Comments name those after the first, so that a single script begins with #!.
+void print(const std::vector<FarmFile>& files) {
+    for (const FarmFile& file : files) {
+        if (&file != &files.front()) std::cout << "\n# " << printable(file.name) << ":\n";
+        std::cout << file.text;
+    }
+}
+
+/// Where the files of an engine are written: --output, or a default; empty if they are printed or submitted.
+std::string destinationOf(const Arguments& arguments, Farm farm, const FarmJob& job) {
+    if (arguments.print) return "";
+    if (!arguments.output.empty()) return arguments.output;
+    if (farm == Farm::openjd) return job.name + ".openjd.yaml";
+    if (farm == Farm::deadline_cloud) return job.name + ".deadline-cloud";
     return "";
+}
+
+/// Writes several files into a folder, which is made if it is not there, a single file as `destination`.
+void write(const std::vector<FarmFile>& files, const std::string& destination, const Arguments& arguments,
+           bool folder) {
+    DistinctFiles distinct;
+    distinct.read(arguments.pipeline, "the pipeline file");
+    const auto path = [&](const FarmFile& file) {
+        return folder ? (fs::path(destination) / file.name).string() : destination;
+    };
+    for (const FarmFile& file : files) distinct.written(path(file), folder ? file.name : "the file of --output");
+    if (folder) {
+        std::error_code error;
+        fs::create_directories(destination, error);
+        if (!fs::is_directory(destination))
+            throw Error(destination + ": this folder cannot be made" + (error ? " (" + error.message() + ')' : "") +
+                        ". Give another one to --output.");
+    }
+    for (const FarmFile& file : files) {
+        writeFile(path(file), file.text);
+        logInfo("-> " + path(file));
+    }
 }
 
 int submit(const Arguments& arguments) {
@@ -125,24 +201,20 @@ int submit(const Arguments& arguments) {
         throw Error("'" + arguments.sbatch_options.front() +
                     "': options after -- are for sbatch. Use them with --to slurm only.");
     const FarmJob job = farmJob(arguments, farm);
-    if (farm == Farm::slurm && !arguments.print) {
-        const SlurmJobs submitted = submitToSlurm(job);
-        std::cout << submitted.array_job << '\n';
-        logInfo(std::to_string(job.chunks.size()) + " tasks: job " + submitted.array_job +
-                (submitted.report_job.empty() ? "" : "; report: job " + submitted.report_job));
-        return submitted.ok ? kAllWritten : kSomeFailed;
-    }
-    if (farm == Farm::openjd && !arguments.print) {
-        const std::string file = arguments.output.empty() ? job.name + ".openjd.yaml" : arguments.output;
-        DistinctFiles files;
-        files.read(arguments.pipeline, "the pipeline file");
-        files.written(file, "the template");
-        writeFile(file, openJobTemplate(job));
-        logInfo("job template -> " + file);
+    const std::vector<FarmFile> files = filesFor(farm, job);
+    if (const std::string destination = destinationOf(arguments, farm, job); !destination.empty()) {
+        write(files, destination, arguments, farm == Farm::slurm || farm == Farm::deadline_cloud);
         return kAllWritten;
     }
-    std::cout << textFor(farm, job);
-    return kAllWritten;
+    if (farm != Farm::slurm || arguments.print) {
+        print(files);
+        return kAllWritten;
+    }
+    const SlurmJobs submitted = submitToSlurm(job);
+    std::cout << submitted.array_job << '\n';
+    logInfo(std::to_string(job.chunks.size()) + " tasks: job " + submitted.array_job +
+            (submitted.report_job.empty() ? "" : "; report: job " + submitted.report_job));
+    return submitted.ok ? kAllWritten : kSomeFailed;
 }
 
 }  // namespace
@@ -151,11 +223,12 @@ void addSubmitCommand(CLI::App& program, int& exit_code) {
     const auto [command, arguments] =
         addCommand(program, exit_code, "submit", "Submits the frames of a pipeline file to a farm engine.", submit);
     command->footer(
-        "slurm      submits a job array and, after it, a report with sbatch; prints the id of the array\n"
-        "openjd     writes an Open Job Description template\n"
-        "opencue    prints the command of a layer\n"
-        "deadline   prints the deadlinecommand command line that submits the job\n"
-        "tractor    prints a job script for tractor-spool\n"
+        "slurm           submits a job array and, after it, a report with sbatch; prints the id of the array\n"
+        "openjd          writes an Open Job Description template\n"
+        "deadline-cloud  writes a job bundle of AWS Deadline Cloud, a folder\n"
+        "opencue         prints the command of a layer\n"
+        "deadline        prints the deadlinecommand command line that submits the job\n"
+        "tractor         prints a job script for tractor-spool\n"
         "Tasks run in the current folder, which all machines must share. They skip finished frames, so the engine\n"
         "may run a task again at any time.\n"
         "Examples:\n"
@@ -169,6 +242,7 @@ void addSubmitCommand(CLI::App& program, int& exit_code) {
     command->add_option("--set", arguments->assignments, "Set any key, as for `betamesh run`.")
         ->type_name("KEY=VALUE")
         ->expected(1)
+        ->allow_extra_args(false)  // CLI11 would take -- for the end of its values
         ->take_all();
     command
         ->add_option("--task-minutes", arguments->minutes,
@@ -190,8 +264,10 @@ void addSubmitCommand(CLI::App& program, int& exit_code) {
         ->type_name("FILE");
     command
         ->add_option("-o,--output", arguments->output,
-                     "For openjd: the template to write. Without it, PIPELINE.openjd.yaml in the current folder.")
-        ->type_name("FILE");
+                     "Write the files here instead of submitting or printing them: a folder for the scripts of slurm "
+                     "and the bundle of deadline-cloud, a file for the others. Without it, openjd writes "
+                     "PIPELINE.openjd.yaml and deadline-cloud PIPELINE.deadline-cloud in the current folder.")
+        ->type_name("PATH");
     command->add_option("SBATCH", arguments->sbatch_options,
                         "After --: more options for sbatch, for the array and for the report.");
 }

@@ -3,6 +3,7 @@
 #include "batch/farm/farm.h"
 
 #include "base/random.h"
+#include "batch/farm/command_words.h"
 #include "batch/job/frames.h"
 #include "betamesh/error.h"
 #include "support/job_folder.h"
@@ -74,12 +75,15 @@ TEST(Farm, AShellReadsQuotedWordsBackUnchanged) {
 
 /// Words that some shell, template or engine could take for something else.
 const std::vector<std::string> kAwkwardWords{
-    "plain",     "",          "two words", "it's", "$HOME",   "${HOME}",  "`id`",     "$(id)",  "a\"b",
-    "\"",        "*",         "?[a]",      "~",    "\\",      "\\\\",     "end\\",    "a\\\"b", "-x",
-    "--",        "#",         "a#b",       "a;b",  "a&b|c>d", "!history", "=",        "a=b",    "100%",
-    "\xc3\xa4",  "{{Param}}", "}",         "{a",   "<QUOTE>", "z<0.25",   "#IFRAME#", "####",   "line\nbreak",
-    "tab\there", "\xff",      "'",         "''",   "\r",      "a\\\\\"b", "a,b",      "[x]",    ": y",
-    "- z",       "&anchor",   "!tag",      "null", "\x1b[m"};
+    "plain",         "",           "two words", "it's",    "$HOME",   "${HOME}",  "`id`",
+    "$(id)",         "a\"b",       "\"",        "*",       "?[a]",    "~",        "\\",
+    "\\\\",          "end\\",      "a\\\"b",    "-x",      "--",      "#",        "a#b",
+    "a;b",           "a&b|c>d",    "!history",  "=",       "a=b",     "100%",     "\xc3\xa4",
+    "{{Param}}",     "}",          "{a",        "<QUOTE>", "z<0.25",  "#IFRAME#", "####",
+    "line\nbreak",   "tab\there",  "\xff",      "'",       "''",      "\r",       "a\\\\\"b",
+    "a,b",           "[x]",        ": y",       "- z",     "&anchor", "!tag",     "null",
+    "\x1b[m",        "a\xc2\x85z",  // U+0085, U+2028: line breaks in YAML
+    "a\xe2\x80\xa8z"};
 
 /// A job with these words in its command line and folder.
 FarmJob awkwardJob(const std::string& program, const std::vector<std::string>& words, const std::string& folder) {
@@ -196,6 +200,11 @@ TEST_F(AwkwardWords, ReachTheProgramUnchangedOrAreRefused) {
 
         EXPECT_EQ(shell(slurmArray(job), "SLURM_ARRAY_TASK_ID=1"), 0);
         expect("slurm", {"--frames", "1-2", "--skip-existing"});
+        std::vector<std::string> report{folder, "report"};
+        report.insert(report.end(), words.begin(), words.end());
+        report.insert(report.end(), {"--frames", "1-3"});
+        EXPECT_EQ(shell(slurmReport(job)), 0);
+        EXPECT_EQ(recorded(), report);
 
         if (!refuses([&] { openCueCommand(job); })) {
             EXPECT_EQ(shell(withTokens(openCueCommand(job), {{"#FRAMESPEC#", "1-2"}})), 0);
@@ -215,12 +224,26 @@ TEST_F(AwkwardWords, ReachTheProgramUnchangedOrAreRefused) {
         }
 
         if (!refuses([&] { openJobTemplate(job); })) {
-            const YAML::Node action = YAML::Load(openJobTemplate(job))["steps"][0]["script"]["actions"]["onRun"];
-            std::vector<std::string> command{action["command"].Scalar()};
-            for (const auto& word : action["args"]) command.push_back(word.Scalar());
-            command.back() = "1-2";
-            EXPECT_EQ(shell(shellWords(command)), 0);
-            expect("openjd", {"--skip-existing", "--progress", "openjd", "--frames", "1-2"});
+            const std::string bundled = deadlineCloudBundle(job)[0].text;
+            for (const std::string& text : {openJobTemplate(job), bundled}) {
+                const auto commandOf = [&](std::size_t step) {
+                    const YAML::Node action = YAML::Load(text)["steps"][step]["script"]["actions"]["onRun"];
+                    std::vector<std::string> command{action["command"].Scalar()};
+                    for (const auto& word : action["args"]) command.push_back(word.Scalar());
+                    for (std::string& word : command)
+                        word = withTokens(word, {{"{{Task.Param.Frame}}", "1-2"},
+                                                 {"{{Param.Frames}}", "1-3:2"},
+                                                 {"{{Param.Folder}}", folder}});
+                    return shellWords(command);
+                };
+                EXPECT_EQ(shell(commandOf(0)), 0);
+                expect("openjd", {"--skip-existing", "--progress", "openjd", "--frames", "1-2"});
+                EXPECT_EQ(shell(commandOf(1)), 0);
+                report.back() = "1-3x2";
+                EXPECT_EQ(recorded(), report);
+            }
+            EXPECT_EQ(count(bundled, "jobs/in "), 0U) << bundled;  // the folder is a parameter
+            EXPECT_EQ(YAML::Load(deadlineCloudBundle(job)[1].text)["parameterValues"][2]["value"].Scalar(), folder);
         }
     }
     EXPECT_EQ(accepted["slurm"], 120);
@@ -416,6 +439,141 @@ TEST_F(Submit, TheSlurmScriptMeshesTheChunkOfItsTask) {
     EXPECT_TRUE(absent(2) && written(3) && written(4) && absent(5));
     EXPECT_EQ(shell("SLURM_ARRAY_TASK_ID=3 bash " + folder_ / "array.sh"), 0);
     EXPECT_TRUE(written(5));
+}
+
+TEST_F(Submit, OptionsAfterTwoDashesReplaceDefaultsOfSlurm) {
+    const std::string plain = submitted("slurm");
+    for (const char* line : {"#SBATCH --time=60\n", "#SBATCH --mem=", "#SBATCH --cpus-per-task="})
+        EXPECT_EQ(count(plain, line), 2U) << line;  // the array and the report
+    EXPECT_EQ(count(plain, "#SBATCH --output=my\\ job.%A_%a.log\n"), 1U) << plain;
+    EXPECT_EQ(count(plain, "#SBATCH --output=my\\ job.report.%j.log\n"), 1U) << plain;
+    EXPECT_EQ(count(plain, "sbatch --dependency=afterany:"), 1U) << plain;
+    const std::string changed =
+        submitted("slurm", {"--", "--mem-per-cpu=2G", "--time=4:00:00", "--output=log.%j", "--cpus-per-task=3"});
+    for (const char* option : {"--mem=", "--time=60", "--output=my", "--cpus-per-task=2", "--cpus-per-task=1"})
+        EXPECT_EQ(count(changed, option), 0U) << changed;
+    // A task of an hour by the estimate has twelve.
+    FarmJob job;
+    job.run = {"betamesh"};
+    job.chunks = {{1}};
+    job.longest_task_seconds = 3600;
+    EXPECT_EQ(count(slurmArray(job), "#SBATCH --time=720\n"), 1U) << slurmArray(job);
+}
+
+/// Stands for sbatch: runs a script at once, the tasks of an array one after the other, and prints an id.
+constexpr const char* kSbatch = R"(#!/bin/bash
+script="${@: -1}"
+printf '%s\n' "${*:1:$#-1}" >> "$SUBMISSIONS"
+bash -n "$script" || exit
+tasks=$(sed -n 's/^#SBATCH --array=1-//p' "$script")
+for task in $(seq "${tasks:-1}"); do
+    SLURM_ARRAY_TASK_ID=$task bash "$script" >> "$SUBMISSIONS.log" 2>&1 || exit
+done
+echo "77;cluster"
+)";
+
+TEST_F(Submit, ScriptsThatSbatchRunsEndWithTheMeshesOfALocalRun) {
+    ASSERT_EQ(mesh({}, "local/a.####.ply").exit_code, 0);
+    write(folder_ / "bin/sbatch", kSbatch);
+    fs::permissions(folder_ / "bin/sbatch", fs::perms::owner_all);
+    const std::vector<std::string> environment{"PATH=" + folder_ / "bin" + ":" + std::getenv("PATH"),
+                                               "SUBMISSIONS=" + folder_ / "submissions"};
+    for (const bool by_script : {false, true}) {
+        SCOPED_TRACE(by_script);
+        std::vector<std::string> words{"submit", "my job.yaml", "--to", "slurm", "--chunk-size", "2"};
+        if (by_script) words.insert(words.end(), {"-o", "some scripts"});
+        words.insert(words.end(), {"--set", "run.retries=2", "--", "--output=log", "--account=water works"});
+        const Outcome outcome = runProgram(words, folder_.path(), environment);
+        ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+        std::string expected =
+            "--parsable --output=log --account=water works\n--parsable --output=log "
+            "--account=water works --dependency=afterany:77\n";
+        if (by_script) {
+            EXPECT_FALSE(exists("out"));
+            for (const char* name : {"my job.array.sh", "my job.report.sh", "my job.submit.sh"})
+                EXPECT_EQ(shell("bash -n '" + folder_ / ("some scripts/" + std::string(name)) + "'"), 0) << name;
+            EXPECT_EQ(shell("env " + shellWords(environment) + " bash '" + folder_ / "some scripts/my job.submit.sh'"),
+                      0);
+            expected = "--parsable\n--dependency=afterany:77\n";
+            const std::string scripts = contentsOf(folder_ / "some scripts/my job.array.sh") +
+                                        contentsOf(folder_ / "some scripts/my job.report.sh");
+            EXPECT_EQ(count(scripts, "#SBATCH --output=log --account=water\\ works\n"), 2U) << scripts;
+        }
+        EXPECT_EQ(contentsOf(folder_ / "submissions"), expected);
+        ASSERT_TRUE(exists("out/my job.html")) << contentsOf(folder_ / "submissions.log");
+        auto meshes = meshesIn("out");
+        meshes.erase("my job.html");
+        EXPECT_TRUE(meshes == meshesIn("local"));
+        fs::remove_all(folder_ / "out");
+        fs::remove(folder_ / "submissions");
+    }
+}
+
+TEST_F(Submit, TheReportCoversAllOutputs) {
+    write(folder_ / "my job.yaml",
+          "version: 1\ninput: {path: in/a.####.ply}\noutputs:\n- {path: out/a.####.ply}\n"
+          "- {path: rough/b.####.ply, surface: {radius: 2dx}}\n");
+    EXPECT_EQ(count(submitted("slurm"), " report 'out/a.####.ply.json' 'rough/b.####.ply.json' -o 'out/my job.html' "),
+              1U);
+}
+
+TEST_F(Submit, ABundleOfDeadlineCloudListsItsFiles) {
+    write(folder_ / "base.yaml", "version: 1\nsmoothing: {passes: 2}\n");
+    write(folder_ / "my job.yaml",
+          "version: 1\ninclude: base.yaml\ninput: {path: in/a.####.ply}\n"
+          "output: {path: out/a.####.ply}\npreview: {path: look/a.####.png}\n");
+    const Outcome outcome =
+        runProgram({"submit", "my job.yaml", "--to", "deadline-cloud", "--frames", "1-5x2"}, folder_.path());
+    ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+    EXPECT_EQ(outcome.err.find("absolute"), std::string::npos) << outcome.err;
+    EXPECT_NE(runProgram({"submit", folder_ / "my job.yaml", "--to", "deadline-cloud", "--print"}, folder_.path())
+                  .err.find("my job.yaml: this path is absolute"),
+              std::string::npos);
+    const std::string bundle = folder_ / "my job.deadline-cloud";
+    const YAML::Node root = YAML::LoadFile(bundle + "/template.yaml");
+    const YAML::Node references = YAML::LoadFile(bundle + "/asset_references.yaml")["assetReferences"];
+    const std::string folder = fs::canonical(folder_.path()).string();
+    std::vector<std::string> inputs, outputs;
+    for (const char* name : {"base.yaml", "in/a.0001.ply", "in/a.0003.ply", "in/a.0005.ply", "my job.yaml"})
+        inputs.push_back(folder + '/' + name);
+    EXPECT_EQ(references["inputs"]["filenames"].as<std::vector<std::string>>(), inputs);
+    EXPECT_EQ(references["outputs"]["directories"].as<std::vector<std::string>>(),
+              (std::vector<std::string>{folder + "/look", folder + "/out"}));
+    std::map<std::string, std::string> values;
+    for (const auto& entry : YAML::LoadFile(bundle + "/parameter_values.yaml")["parameterValues"])
+        values[entry["name"].Scalar()] = entry["value"].Scalar();
+    EXPECT_EQ(values,
+              (std::map<std::string, std::string>{{"Folder", folder}, {"Frames", "1-5:2"}, {"FramesPerTask", "3"}}));
+    for (const auto& definition : root["parameterDefinitions"])
+        EXPECT_EQ(values.erase(definition["name"].Scalar()), 1U);
+    // A file where the folder would be is not replaced.
+    const Outcome refused =
+        runProgram({"submit", "my job.yaml", "--to", "deadline-cloud", "-o", "base.yaml"}, folder_.path());
+    EXPECT_EQ(refused.exit_code, 2) << refused.err;
+    EXPECT_TRUE(fs::is_regular_file(folder_ / "base.yaml"));
+}
+
+TEST_F(Submit, OpenJobDescriptionsKeepAGivenChunkSize) {
+    const auto chunks = [](const std::string& text) {
+        return YAML::Load(text)["steps"][0]["parameterSpace"]["taskParameterDefinitions"][0]["chunks"];
+    };
+    EXPECT_FALSE(chunks(submitted("openjd"))["targetRuntimeSeconds"]);
+    const Outcome by_duration =
+        runProgram({"submit", "my job.yaml", "--to", "openjd", "--print", "--task-minutes", "3"}, folder_.path());
+    EXPECT_EQ(chunks(by_duration.out)["targetRuntimeSeconds"].as<int>(), 180);
+}
+
+TEST(Farm, OpenJobDescriptionsRefuseMoreFramesThanAParameterHolds) {
+    FarmJob job;
+    job.run = {"betamesh", "run"};
+    job.chunks.emplace_back();
+    for (int i = 0; i < 300; ++i) job.chunks[0].push_back(i * i * 3);  // no two gaps alike
+    try {
+        openJobTemplate(job);
+        FAIL();
+    } catch (const Error& error) {
+        EXPECT_NE(std::string(error.what()).find("at most 1024"), std::string::npos) << error.what();
+    }
 }
 
 TEST_F(Submit, PrintsTheOptionsAfterTwoDashes) {

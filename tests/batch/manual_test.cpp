@@ -138,7 +138,7 @@ TEST(Manual, BashCompletes) {
     EXPECT_EQ(completed("betamesh mesh a.vdb --preset \"\""), "flip paper preview sph splash viscous\n");
     EXPECT_EQ(completed("betamesh config print --preset f"), "flip\n");
     EXPECT_EQ(completed("betamesh config print --s"), "--set\n");
-    EXPECT_EQ(completed("betamesh submit a.yaml --to d"), "deadline\n");
+    EXPECT_EQ(completed("betamesh submit a.yaml --to d"), "deadline-cloud deadline\n");
     EXPECT_EQ(completed("betamesh mesh a.v"), "\n");  // files, by bash itself
 }
 

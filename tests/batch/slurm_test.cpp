@@ -60,6 +60,27 @@ TEST_F(OnSlurm, AnArrayWithAKilledAndRequeuedTaskWritesTheSameMeshesAsALocalRun)
     for (int frame = 1; frame <= kFrames; ++frame) EXPECT_EQ(report(frame)["status"], "ok");
 }
 
+TEST_F(OnSlurm, WrittenScriptsAreAcceptedAndRun) {
+    submit({"-o", "scripts"});
+    for (const char* name : {"job.array.sh", "job.report.sh"}) {
+        const std::string told = slurm_->command("sbatch --test-only " + folder_ / "scripts" + '/' + name);
+        EXPECT_NE(told.find(" to start at "), std::string::npos) << told;
+    }
+    const std::string told = slurm_->command("bash " + folder_ / "scripts/job.submit.sh");
+    const std::size_t id = told.find_first_of("0123456789");
+    ASSERT_NE(id, std::string::npos) << told;
+    const std::string report_job = told.substr(id, told.find('\n', id) - id);
+    const std::string state = slurm_->command("scontrol -o show job " + report_job);
+    for (const char* part : {"Dependency=afterany:", "TimeLimit=01:00:00", "MinMemoryNode=1G", "job.report."})
+        EXPECT_NE(state.find(part), std::string::npos) << part << ": " << state;
+    ASSERT_TRUE(within(kSecondsToStart, [&] { return exists("out/job.html"); })) << slurm_->command("squeue");
+    for (int frame = 1; frame <= kFrames; ++frame) EXPECT_TRUE(written(frame)) << frame;
+    std::size_t logs = 0;
+    for (const auto& entry : fs::directory_iterator(folder_.path()))
+        logs += entry.path().extension() == ".log" && entry.path().filename().string().starts_with("job.") ? 1 : 0;
+    EXPECT_EQ(logs, 7U);  // six tasks and the report
+}
+
 TEST_F(OnSlurm, ScancelLeavesNoPartialFile) {
     const std::string job = submit({"--no-report"});
     ASSERT_TRUE(within(kSecondsToStart, [&] { return written(1); }));

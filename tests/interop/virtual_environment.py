@@ -2,6 +2,7 @@
 the build folder."""
 
 import fcntl
+import importlib
 import importlib.util
 import os
 import subprocess
@@ -70,6 +71,9 @@ def run_with(venv, modules, may_lack=False):
     if python is not None and os.path.realpath(sys.prefix) != os.path.realpath(venv):
         sys.stdout.flush()
         os.execv(python, [python, *sys.argv])
+    importlib.invalidate_caches()  # they may have been installed for this very Python
+    if not missing(modules):
+        return None
     reason = reason or "the virtual environment lacks " + ", ".join(missing(modules))
     if may_lack:
         return reason

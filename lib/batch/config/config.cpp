@@ -233,6 +233,7 @@ std::optional<KeyValue> applyFile(Config& config, const fs::path& file, std::vec
                     identity.filename().string());
     }
     chain.push_back(identity);
+    config.files.push_back(file);
 
     const YAML::Node root = readYaml(file, [&] { return YAML::LoadAllFromFile(file.string()); });
     checkVersion(root, file);

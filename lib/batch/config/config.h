@@ -129,6 +129,8 @@ struct Config {
     /// The list `outputs`: for each output of the job the keys that it sets itself, `preset` first. Empty: the members
     /// above are the only output. See outputConfigs().
     std::vector<std::vector<KeyValue>> outputs;
+
+    std::vector<std::filesystem::path> files;  ///< that were read: the pipeline file and those that it includes
 };
 
 /// One configuration key. YAML, --set, options, `config print`, default.yaml and the manual are derived from it.

@@ -1,37 +1,25 @@
-// Describes a job to farm engines: Slurm, Open Job Description, OpenCue, Deadline and Tractor.
+// Describes a job to farm engines: Slurm, Open Job Description, AWS Deadline Cloud, OpenCue, Deadline and Tractor.
 
 #pragma once
 
-#include "batch/job/output_plan.h"
+#include "batch/farm/farm_job.h"
+#include "batch/job/frame_task.h"
 
-#include <cstdint>
+#include <cstddef>
 #include <string>
 #include <string_view>
 #include <vector>
 
 namespace betamesh {
 
-enum class Farm { slurm, openjd, opencue, deadline, tractor };
+enum class Farm { slurm, openjd, deadline_cloud, opencue, deadline, tractor };
 
-/// The engine of a name: slurm, openjd, opencue, deadline or tractor.
+/// The engine of a name: slurm, openjd, deadline-cloud, opencue, deadline or tractor.
 /// errors  any other name
 Farm farmNamed(std::string_view name);
 
 /// The names of all engines with a separator between them.
 std::string farmNames(std::string_view separator);
-
-/// A pipeline divided into tasks for several machines, which share a file system.
-struct FarmJob {
-    std::string name;
-    std::string folder;            ///< absolute path in which tasks start, so that relative paths of the pipeline work
-    std::vector<std::string> run;  ///< command line that meshes frames, without --frames and what follows it
-    std::vector<std::string> report;          ///< command line of the task after all others; empty: no such task
-    std::vector<std::vector<int>> chunks;     ///< the frames of each task, ascending
-    double task_seconds = 300;                ///< intended duration of a task
-    int threads = 0;                          ///< threads per task; 0: what the farm grants
-    std::uint64_t memory = 0;                 ///< estimated memory per task in bytes; 0: unknown
-    std::vector<std::string> sbatch_options;  ///< additional options of sbatch, for the array and the report
-};
 
 /// Divides the frames into contiguous chunks that take about equally long. Durations are estimated from the sizes of
 /// the input files.
@@ -42,23 +30,38 @@ struct FarmJob {
 std::vector<std::vector<int>> chunksOfEqualCost(const std::vector<FrameTask>& tasks, int threads, double seconds,
                                                 std::size_t max_chunks);
 
+/// The estimated duration of the longest of these chunks of the tasks.
+double longestSeconds(const std::vector<FrameTask>& tasks, const std::vector<std::vector<int>>& chunks, int threads);
+
 /// Divides the frames into contiguous chunks of `frames` frames each; the last chunk may have fewer.
 std::vector<std::vector<int>> chunksOfSize(const std::vector<FrameTask>& tasks, std::size_t frames);
 
 // Each of the following functions refuses words, such as folders, that its engine cannot express; what it accepts
 // reaches the program unchanged.
 
-/// A batch script for an array with one task per chunk. Tasks return to the queue when a node fails.
+/// A batch script for an array with one task per chunk. Tasks return to the queue when a node fails. The time limit is
+/// many times the estimated duration, because a task that reaches it is ended.
 /// errors  a control character in an option of sbatch
 std::string slurmArray(const FarmJob& job);
 
 /// A batch script for the report after the array.
 std::string slurmReport(const FarmJob& job);
 
+/// The scripts of a job, NAME.array.sh and NAME.report.sh, and NAME.submit.sh, which submits them in this order.
+/// Without report the array alone.
+std::vector<FarmFile> slurmFiles(const FarmJob& job);
+
 /// An Open Job Description template, version 2023-09 with TASK_CHUNKING.
 /// errors  a word that contains {{, which the template would take for a reference, or a control character, or is not
-///         UTF-8
+///         UTF-8; frames whose ranges are longer than a parameter may be
 std::string openJobTemplate(const FarmJob& job);
+
+/// A job bundle of AWS Deadline Cloud: a template as above in which the folder is a parameter, since workers may have
+/// it elsewhere, the values of its parameters, and the files to transfer where machines share none.
+///
+/// errors  as above
+/// source  AWS Deadline Cloud developer guide, Open Job Description templates for Deadline Cloud
+std::vector<FarmFile> deadlineCloudBundle(const FarmJob& job);
 
 /// The command of an OpenCue layer, with OpenCue's token for the frames.
 /// errors  a word that contains a token of OpenCue
@@ -71,9 +74,6 @@ std::string deadlineCommand(const FarmJob& job);
 /// A job script for Tractor's tractor-spool.
 /// errors  a word that contains a brace or a backslash
 std::string tractorJob(const FarmJob& job);
-
-/// Words quoted so that a shell reads them back unchanged.
-std::string shellWords(const std::vector<std::string>& words);
 
 /// The jobs that were submitted to Slurm.
 struct SlurmJobs {

@@ -353,6 +353,7 @@ FrameReport reportFor(const FrameTask& task, const Plan& plan) {
     report.frame = task.frame;
     report.input = task.input;
     report.output = task.output;
+    report.preset = plan.config.preset;
     report.radius = plan.skin.radius;
     report.spacing = plan.spacing;
     report.skin_depth = skinDepth(plan.skin, plan.config.surface.dimension);

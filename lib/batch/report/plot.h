@@ -19,7 +19,11 @@ struct Plot {
     std::string x_label, y_label;  ///< of the axes
     std::vector<double> at;        ///< horizontal positions, ascending
     std::vector<PlotLine> lines;
-    bool logarithmic = true;  ///< whether the vertical axis is logarithmic
+    bool logarithmic = true;   ///< whether the vertical axis is logarithmic
+    bool whole_at = false;     ///< horizontal positions are whole numbers, such as frames
+    bool whole_value = false;  ///< values are whole numbers, and their axis begins at 0
+    double width = 960;        ///< of the picture, pixels
+    double height = 480;
 };
 
 /// An SVG file that depends on no other file.

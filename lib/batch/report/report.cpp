@@ -262,6 +262,7 @@ std::string reportJson(const FrameReport& report) {
     json["status"] = nameOf(report.status);
     if (report.status == FrameStatus::failed) json["error"] = report.error;
     json["dimension"] = report.plane ? 2 : 3;
+    json["preset"] = report.preset;
     if (report.plane)
         addPlane(report, *report.plane, json);
     else
@@ -316,6 +317,7 @@ std::optional<FrameReport> readReport(const std::filesystem::path& file) {
         };
         report.input = pathFrom(json, "input");
         take(json, "error", report.error);
+        take(json, "preset", report.preset);
         take(json, "radius", report.radius);
         take(json, "spacing", report.spacing);
         take(json, "skin", report.skin_depth);
@@ -327,6 +329,14 @@ std::optional<FrameReport> readReport(const std::filesystem::path& file) {
         take(json, "components", report.measure.components);
         take(json, "volume", report.measure.volume);
         take(json, "area", report.measure.area);
+        if (json.value("dimension", 3) == 2) {
+            PlaneFrameReport& plane = report.plane.emplace();
+            take(json, "particles", plane.skin.particles);
+            take(json, "edges", plane.edges);
+            take(json, "curves", plane.measure.curves);
+            take(json, "area", plane.measure.area);
+            take(json, "length", plane.measure.length);
+        }
         take(json, "peak_bytes", report.peak_bytes);
         take(json, "warnings", report.warnings);
         const Json seconds = json.value("seconds", Json::object());

@@ -48,7 +48,8 @@ struct FrameReport {
     std::string input;
     std::string output;
     FrameStatus status = FrameStatus::ok;
-    std::string error;  ///< why the frame failed
+    std::string error;                ///< why the frame failed
+    std::vector<std::string> preset;  ///< names of presets, as in the configuration
     double radius = 0;
     double spacing = 0;
     double frame_spacing = 0;  ///< the frame's own spacing; 0: not measured

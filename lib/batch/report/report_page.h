@@ -10,16 +10,31 @@
 
 namespace betamesh {
 
+/// One output of the job: the meshes of one sequence.
+struct ReportOutput {
+    std::string name;                 ///< path with #### for the frame
+    std::vector<FrameReport> frames;  ///< ascending
+    std::vector<int> missing;         ///< expected frames without a manifest, ascending
+    std::map<int, double> jump;       ///< frame -> distance from the previous surface, world units, if measured
+};
+
+/// Pictures of frames.
+struct ReportPreviews {
+    std::string name;                ///< path with a placeholder for the frame
+    std::map<int, std::string> png;  ///< frame -> bytes of its picture
+};
+
 /// What the page shows.
 struct ReportPage {
     std::string title;
-    std::vector<FrameReport> frames;         ///< ascending
-    std::vector<int> missing;                ///< expected frames without a manifest, ascending
-    std::map<int, double> jump;              ///< frame -> distance from the previous surface, world units, if measured
-    std::map<int, std::string> preview_png;  ///< frame -> bytes of its picture, if there is one
+    std::vector<ReportOutput> outputs;
+    std::vector<ReportPreviews> previews;
 };
 
-/// An HTML file that depends on no other file and no network.
+/// The path of a frame's file with #### for the number of the frame; unchanged if its name has no such number.
+std::string sequenceName(const std::string& file, int frame);
+
+/// An HTML file that depends on no other file and no network, and is well-formed XML, too.
 std::string htmlOf(const ReportPage& page);
 
 }  // namespace betamesh
