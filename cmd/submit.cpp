@@ -12,6 +12,7 @@
 
 #include <filesystem>
 #include <iostream>
+#include <set>
 
 namespace betamesh {
 namespace {
@@ -42,14 +43,17 @@ std::vector<int> framesOf(const std::vector<FrameTask>& tasks) {
     return frames;
 }
 
-/// The plan of the first output, whose frames are those of all outputs.
-Plan planOf(const Config& config) {
+/// The plans of all outputs, which have the same frames.
+std::vector<Plan> plansOf(const Config& config) {
     PlanOptions options;
     options.overwrite = true;
     options.measure = false;
-    Plan plan = planJob(config, options);
-    for (const std::string& warning : plan.warnings) logWarning(warning);
-    return plan;
+    std::vector<Plan> plans = planOutputs(config, options);
+    std::set<std::string> logged;
+    for (const Plan& plan : plans)
+        for (const std::string& warning : plan.warnings)
+            if (logged.insert(warning).second) logWarning(warning);
+    return plans;
 }
 
 /// The command that makes the final report on the first output, in `<meshes>/<job>.html` unless --report names another
@@ -63,10 +67,11 @@ std::vector<std::string> reportCommand(const Arguments& arguments, const FarmJob
 }
 
 /// Memory to request for each task in bytes; 0 if it cannot be estimated.
-std::uint64_t taskMemory(const Config& config, const Plan& plan) {
+std::uint64_t taskMemory(const Config& config, const std::vector<Plan>& plans) {
     if (config.run.memory_limit > 0) return config.run.memory_limit + kProgramMemory;
     std::uint64_t largest = 0;
-    for (const FrameTask& task : plan.tasks) largest = std::max(largest, task.memory);
+    for (const Plan& plan : plans)
+        for (const FrameTask& task : plan.tasks) largest = std::max(largest, task.memory);
     if (largest == 0) return 0;
     return static_cast<std::uint64_t>(static_cast<double>(largest) * kMemoryMargin) + kProgramMemory;
 }
@@ -85,7 +90,8 @@ std::vector<std::vector<int>> chunksOf(const Arguments& arguments, const FarmJob
 FarmJob farmJob(const Arguments& arguments, Farm farm) {
     Config config = readConfig(arguments.pipeline, keyValuesOf(arguments.assignments));
     if (!arguments.frames.empty()) setConfigKey(config, "frames", arguments.frames, "--frames");
-    const Plan plan = planOf(config);
+    const std::vector<Plan> plans = plansOf(config);
+    const Plan& plan = plans.front();
 
     FarmJob job;
     job.name = fs::path(arguments.pipeline).stem().string();
@@ -98,7 +104,7 @@ FarmJob farmJob(const Arguments& arguments, Farm farm) {
     job.sbatch_options = arguments.sbatch_options;
     job.task_seconds = arguments.minutes * 60;
     job.threads = config.run.threads;
-    job.memory = taskMemory(config, plan);
+    job.memory = taskMemory(config, plans);
     job.chunks = chunksOf(arguments, job, plan, farm);
     return job;
 }

@@ -165,7 +165,7 @@ std::optional<InputRemark> remarkOnPrecision(const Attribute& attribute, const s
     if (has("int"))
         return InputRemark{"precision of " + attribute.name, true,
                            "the attribute '" + attribute.name +
-                               "' has whole numbers of more than 32 bits, which are rounded to single precision"};
+                               "' has whole numbers beyond 32 bits with sign, which are rounded to single precision"};
     if (has("double") || has("64") || has("vec3d"))
         return InputRemark{"precision of " + attribute.name, false,
                            "the attribute '" + attribute.name +
@@ -214,6 +214,7 @@ std::vector<InputRemark> remarksOn(const Liquid& liquid, const Config& config) {
                             " left out because the position or velocity is not finite (input.on_bad_particle); the "
                             "first: " +
                             summary.first_dropped});
+    for (const std::string& warning : summary.warnings) add(InputRemark{"reader: " + warning, true, warning});
     if (liquid.particles.size() == 0) {
         if (summary.particles_read > summary.dropped)
             add(InputRemark{"none", true,
