@@ -134,8 +134,7 @@ Sequence meshFiles(const Arguments& arguments) {
     }
     sequence.moment = [names = sequence.names, particles, values = arguments.input_values](std::size_t i) {
         Moment moment{readMesh(names[i]), std::nullopt};
-        if (particles)
-            moment.particles = particlesOf(names[i], nameForFrameOf(*particles, names[i]), values);
+        if (particles) moment.particles = particlesOf(names[i], nameForFrameOf(*particles, names[i]), values);
         return moment;
     };
     return sequence;

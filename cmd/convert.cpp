@@ -30,8 +30,8 @@ namespace {
 namespace fs = std::filesystem;
 
 /// The configuration keys whose options this command has.
-constexpr std::array<std::string_view, 6> kKeys{"input.grid",      "input.on_bad_particle", "input.up_axis",
-                                                "output.up_axis", "output.fps",            "output.meters_per_unit"};
+constexpr std::array<std::string_view, 6> kKeys{
+    "input.grid", "input.on_bad_particle", "input.up_axis", "output.up_axis", "output.fps", "output.meters_per_unit"};
 
 struct Arguments {
     std::string input, output;
@@ -195,9 +195,8 @@ void addConvertCommand(CLI::App& program, int& exit_code) {
         ->capture_default_str();
     command->add_flag("--velocity-grid", arguments->level_set.velocity,
                       "Write the grid v of velocities beside a level set.");
-    addKeyOptions(*command, arguments->values, [](const ConfigKey& key) {
-        return std::find(kKeys.begin(), kKeys.end(), key.path) != kKeys.end();
-    });
+    addKeyOptions(*command, arguments->values,
+                  [](const ConfigKey& key) { return std::find(kKeys.begin(), kKeys.end(), key.path) != kKeys.end(); });
     command->add_flag("--overwrite", arguments->overwrite, "Replace outputs that already exist.");
     command->add_flag("-q,--quiet", arguments->quiet, "Print only errors.");
 }

@@ -361,9 +361,10 @@ FileContents readArchive(AlembicArchive archive, const ReadOptions& options) {
                                 [&](const std::string& wanted) { return isNamed(*object, wanted); });
         });
     else if (objects.size() > 1)
-        archive.fail(
-            "contains several objects: " + commaList(candidates) +
-            (options.faces ? ". Export each into a file of its own, or choose one with `betamesh convert --grid`." : ". Choose some with --grid (input.grid)."));
+        archive.fail("contains several objects: " + commaList(candidates) +
+                     (options.faces
+                          ? ". Export each into a file of its own, or choose one with `betamesh convert --grid`."
+                          : ". Choose some with --grid (input.grid)."));
     for (const AlembicObject& object : archive.objects()) {
         const bool is_read = std::find(objects.begin(), objects.end(), &object) != objects.end();
         contents.grids.push_back({object.path, object.schema, is_read});

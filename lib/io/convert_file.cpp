@@ -154,10 +154,9 @@ void dropBadParticles(const std::string& file, FileContents& contents, Conversio
     const InputSummary summary = selector.summary(contents, contents);
     done.points = contents.position.size();
     if (summary.dropped > 0)
-        done.warnings.push_back(std::to_string(summary.dropped) +
-                                (summary.dropped > 1 ? " particles are" : " particle is") +
-                                " left out because the position or velocity is not finite; the first: " +
-                                summary.first_dropped);
+        done.warnings.push_back(
+            std::to_string(summary.dropped) + (summary.dropped > 1 ? " particles are" : " particle is") +
+            " left out because the position or velocity is not finite; the first: " + summary.first_dropped);
 }
 
 }  // namespace

@@ -78,7 +78,7 @@ struct FileContents {
     std::vector<std::string> warnings{};     ///< what is read otherwise than one might expect, without the file's name
     std::vector<Overflow> overflows{};       ///< of a block: the first of each attribute
     FileUnits units{};
-    bool has_double_positions = false;       ///< the file stores positions in double precision
+    bool has_double_positions = false;  ///< the file stores positions in double precision
 
     /// A file with faces is a mesh, one with edges only contains curves, any other particles.
     FileKind kind() const {
@@ -106,7 +106,7 @@ struct ReadOptions {
     std::function<void(FileContents&& points, std::uint64_t total)> points{};
     bool faces = true;                ///< false: read points only
     bool skip_unknown_faces = false;  ///< stop at a primitive that is not a polygon instead of reporting an error
-    bool summary = false;  ///< report no error, but what there is: the volumes of a .vdb file without points
+    bool summary = false;             ///< report no error, but what there is: the volumes of a .vdb file without points
 };
 
 /// Passes points to options.points if that is set, else appends them to contents. total: number that the file declares.

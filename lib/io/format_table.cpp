@@ -54,7 +54,8 @@ void writeUsdSpheres(ByteWriter& out, const Spheres& spheres, const std::string&
 }
 
 bool isInVdbNames(char c) {
-    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' || c == '|' || c == ':';
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' || c == '|' ||
+           c == ':';
 }
 bool isInAbcNames(char c) { return c != '/'; }
 

@@ -274,11 +274,11 @@ void requireFeasible(const Mesh& mesh, const std::string& file, const LevelSetOp
     const double bytes = levelSetMemory(areaOf(mesh), options);
     const bool exceeds = options.memory_limit > 0 && bytes > static_cast<double>(options.memory_limit);
     if (exceeds || !canAllocate(bytes))
-        throw MemoryError(voxels + " would need about " + shortText(bytes / 1e9) + " GB of memory" +
-                          (exceeds ? ", but " + shortText(static_cast<double>(options.memory_limit) / 1e9) +
-                                         " GB are the limit."
-                                   : ".") +
-                          advice);
+        throw MemoryError(
+            voxels + " would need about " + shortText(bytes / 1e9) + " GB of memory" +
+            (exceeds ? ", but " + shortText(static_cast<double>(options.memory_limit) / 1e9) + " GB are the limit."
+                     : ".") +
+            advice);
 }
 
 }  // namespace

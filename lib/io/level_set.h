@@ -22,7 +22,8 @@ inline constexpr std::string_view kNoInside = "the mesh has no inside";
 ///         Parts that cross or overlap are joined
 /// same    bytes for the same mesh and any thread count
 /// cost    O(area / voxel²) time and memory, for an extent of any size
-/// errors  voxels so small that they cannot be numbered; MemoryError if the voxels would need more memory than the limit.
+/// errors  voxels so small that they cannot be numbered; MemoryError if the voxels would need more memory than the
+/// limit.
 ///         warn, which may be null, gets a sentence on parts that are missing
 /// source  OpenVDB, tools/MeshToVolume.h
 std::string encodeLevelSet(const Mesh& mesh, const std::string& file, const LevelSetOptions& options,

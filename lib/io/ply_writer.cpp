@@ -116,9 +116,9 @@ void encodePly(ByteWriter& out, const Particles& particles, const std::string& f
     requireWritableAttributes(particles.attributes, n, file);
     PlyWriter ply(out, n);
     if (has_velocity) ply.scalars("float", {"vx", "vy", "vz"});
-    const bool is_signed = !std::all_of(particles.id.begin(), particles.id.end(),
-                                        [](std::uint64_t id) { return id <= std::numeric_limits<std::uint32_t>::max(); }) &&
-                           haveSigned32Bits(particles.id);
+    const bool is_signed = !std::all_of(particles.id.begin(), particles.id.end(), [](std::uint64_t id) {
+        return id <= std::numeric_limits<std::uint32_t>::max();
+    }) && haveSigned32Bits(particles.id);
     if (has_id) ply.scalars(is_signed ? "int" : "uint", {"id"});
     ply.attributes(particles.attributes);
     ply.endHeader();

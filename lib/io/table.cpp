@@ -63,8 +63,8 @@ char separatorOf(const std::string& line) {
     return has_semicolon ? ';' : ' ';
 }
 
-/// The cells of a line. Quotes are those of RFC 4180: they enclose a whole cell, and a quote in it is doubled; any other
-/// quote is a character of its cell. nullopt: a quote is not closed.
+/// The cells of a line. Quotes are those of RFC 4180: they enclose a whole cell, and a quote in it is doubled; any
+/// other quote is a character of its cell. nullopt: a quote is not closed.
 std::optional<std::vector<std::string>> cellsOf(const std::string& line) {
     const char separator = separatorOf(line);
     const auto isEnd = [&](char c) { return c == separator || (separator == ' ' && c == '\t'); };
@@ -341,8 +341,8 @@ FileContents parseTable(Cursor in, const ReadOptions& options) {
             if (static_cast<unsigned char>(c) <= ' ') c = '_';
         if (name.empty()) name = "unnamed";
         if (!known.insert(name).second) {
-            contents.warnings.push_back("column '" + meaning.name + "' is left out, because an earlier one is called '" +
-                                        name + "' as well");
+            contents.warnings.push_back("column '" + meaning.name +
+                                        "' is left out, because an earlier one is called '" + name + "' as well");
             continue;
         }
         contents.declared.push_back({name, "number", width, ""});

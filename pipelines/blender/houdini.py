@@ -25,8 +25,8 @@ class Json:
 
     def __init__(self, data: bytes):
         if data[:5] not in MAGIC:
-            raise ValueError("this is not a .bgeo file of Houdini 12 or later; betamesh writes those as .bgeo, and older "
-                             "ones as .bhclassic")
+            raise ValueError("this is not a .bgeo file of Houdini 12 or later. betamesh writes those as .bgeo; the "
+                             "older format, .bhclassic, is not read")
         self.data, self.order, self.at, self.strings = data, MAGIC[data[:5]], 5, {}
 
     def numbers(self, kind: str, count: int) -> np.ndarray:
@@ -100,7 +100,8 @@ def geometry_of(root: dict[str, Any]) -> Geometry:
     geometry = Geometry(vectors["P"], vectors.get("v"), vectors.get("N"))
     for name, values in points.items():
         geometry.point_attributes.update(columns_of(name, values))
-    lengths, corners = polygons_of(root["primitives"], np.asarray(pairs(pairs(root["topology"])["pointref"])["indices"]))
+    points_of_vertices = np.asarray(pairs(pairs(root["topology"])["pointref"])["indices"])
+    lengths, corners = polygons_of(root["primitives"], points_of_vertices)
     faces_of(geometry, lengths, corners)
     for name, values in attributes_of(attributes.get("primitiveattributes", []), len(lengths)).items():
         geometry.face_attributes.update(columns_of(name, values))

@@ -130,16 +130,16 @@ TEST(Check, ParticlesAreComparedInTheAxesOfTheMesh) {
     const TemporaryFolder folder;
     Particles block;
     for (int i = 0; i < 60; ++i)
-        block.position.emplace_back(static_cast<float>(i % 3), static_cast<float>(i / 3 % 10), static_cast<float>(i / 30));
+        block.position.emplace_back(static_cast<float>(i % 3), static_cast<float>(i / 3 % 10),
+                                    static_cast<float>(i / 30));
     writeParticles(folder / "p.0001.ply", block);
     for (const std::string up : {"y", "z"}) {
-        ASSERT_EQ(runProgram({"mesh", "p.####.ply", "m.####.ply", "--spacing", "1", "--output-up-axis", up, "--overwrite",
-                              "--origin", "1,2,3"},
+        ASSERT_EQ(runProgram({"mesh", "p.####.ply", "m.####.ply", "--spacing", "1", "--output-up-axis", up,
+                              "--overwrite", "--origin", "1,2,3"},
                              folder.path())
                       .exit_code,
                   0);
-        const Outcome by_manifest =
-            runProgram({"check", "m.0001.ply", "--particles", "p.####.ply"}, folder.path());
+        const Outcome by_manifest = runProgram({"check", "m.0001.ply", "--particles", "p.####.ply"}, folder.path());
         EXPECT_EQ(by_manifest.exit_code, 0) << by_manifest.out << by_manifest.err;
     }
     std::filesystem::remove(folder / "m.0001.ply.json");

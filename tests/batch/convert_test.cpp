@@ -130,8 +130,8 @@ TEST_F(Convert, FrameRateUpAxisAndUnitAreThoseOfTheInput) {
     EXPECT_NE(lost.err.find("a unit is 0.01 metres long, which the output cannot store"), std::string::npos);
     EXPECT_EQ(readParticles(folder_ / "out.ply").position, readParticles(folder_ / "in.usda").position);
     // Options win.
-    const Outcome given = convert("in.usda", "given.usda",
-                                  {"--output-fps", "30", "--output-up-axis", "y", "--meters-per-unit", "1"});
+    const Outcome given =
+        convert("in.usda", "given.usda", {"--output-fps", "30", "--output-up-axis", "y", "--meters-per-unit", "1"});
     EXPECT_EQ(given.exit_code, 0) << given.err;
     const std::string text = contentsOf(folder_ / "given.usda");
     EXPECT_NE(text.find("timeCodesPerSecond = 30\n"), std::string::npos);
@@ -168,9 +168,9 @@ TEST_F(Convert, NamesThatAFormatCannotStoreAreChanged) {
         EXPECT_EQ(count(outcome.err, "cannot hold some names of attributes"), to == "p.ply" ? 0U : 1U) << outcome.err;
         const Particles read = readParticles(folder_ / to);
         for (const std::string& name : names)
-            EXPECT_TRUE(std::any_of(read.attributes.begin(), read.attributes.end(),
-                                    [&](const Attribute& a) { return a.name == name; }))
-                << name;
+            EXPECT_TRUE(std::any_of(read.attributes.begin(), read.attributes.end(), [&](const Attribute& a) {
+                return a.name == name;
+            })) << name;
     }
 }
 

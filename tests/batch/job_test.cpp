@@ -725,8 +725,9 @@ TEST_F(Job, AnEmptyLevelSetIsWarnedOf) {
     for (const char* voxel : {"nan", "inf", "0", "-1"}) {
         const Outcome wrong = mesh({"--voxel", voxel}, "out/b.####.vdb");
         EXPECT_EQ(wrong.exit_code, 2);
-        EXPECT_NE(wrong.err.find(std::string("--voxel: output.voxel: '") + voxel + "' is not valid. Use a number above 0"),
-                  std::string::npos)
+        EXPECT_NE(
+            wrong.err.find(std::string("--voxel: output.voxel: '") + voxel + "' is not valid. Use a number above 0"),
+            std::string::npos)
             << wrong.err;
     }
 }
@@ -738,8 +739,8 @@ TEST_F(Job, EmptyFramesHaveTheAttributesOfTheOthers) {
     writeFrame(2, particles);
     for (const std::string extension : {".ply", ".bgeo", ".bhclassic", ".vtp", ".usda", ".abc"}) {
         SCOPED_TRACE(extension);
-        const Outcome outcome = mesh({"--frames", "1-3", "--on-missing", "empty", "--attributes", "state,Cd", "--radius",
-                                      "0.5", "--spacing", "0.3"},
+        const Outcome outcome = mesh({"--frames", "1-3", "--on-missing", "empty", "--attributes", "state,Cd",
+                                      "--radius", "0.5", "--spacing", "0.3"},
                                      "out/a.####" + extension);
         EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
         std::vector<std::vector<std::string>> attributes;

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""Sequences that the program writes, in Blender: .ply, .bgeo and .vtp through the add-on of pipelines/blender, .usda and
-.abc through Blender's own importers. Cycles renders a moving drop; the length of its motion blur is measured in the
-picture.
+"""Sequences that the program writes, in Blender: .ply, .bgeo and .vtp through the add-on of pipelines/blender, .usda
+and .abc through Blender's own importers. Cycles renders a moving drop; the length of its motion blur is measured in
+the picture.
 
 usage: blender_addon.py PROGRAM VENV ADDON
        VENV: a virtual environment whose Python may have the module bpy, Blender as a module. It is not installed by

@@ -228,14 +228,12 @@ TEST(AlembicFile, AttributesOfOtherProgramsAreReadOrNamed) {
 }
 
 TEST(AlembicFile, WidthsOfOtherProgramsAreDiameters) {
-    for (const auto& [widths, radius] : {std::pair<std::vector<float>, std::vector<float>>{{1, 3}, {0.5F, 1.5F}},
-                                         {{4}, {2, 2}},
-                                         {{1, 2, 3}, {}}}) {
+    for (const auto& [widths, radius] :
+         {std::pair<std::vector<float>, std::vector<float>>{{1, 3}, {0.5F, 1.5F}}, {{4}, {2, 2}}, {{1, 2, 3}, {}}}) {
         TestArchive archive;
         const int points = archive.addMetadata("schema=AbcGeom_Points_v1");
         TestArchive::Properties geometry;
-        archive.property(geometry, "P", flagsOf(kArray, AlembicType::float32, 3),
-                         {packed<float>({0, 0, 0, 1, 0, 0})});
+        archive.property(geometry, "P", flagsOf(kArray, AlembicType::float32, 3), {packed<float>({0, 0, 0, 1, 0, 0})});
         archive.property(geometry, ".widths", flagsOf(kArray, AlembicType::float32, 1), {packed(widths)});
         const OgawaChild shape = archive.object(".geom", geometry);
         const FileContents contents = parsed(archive.bytes(archive.object("", {}, {{"a", {points, shape}}})));

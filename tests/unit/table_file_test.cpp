@@ -52,10 +52,9 @@ TEST(TableFile, NamedColumnsOfEveryUsualSpelling) {
 }
 
 TEST(TableFile, QuotesAreThoseOfRfc4180) {
-    const FileContents contents = table(
-        "x,y,z,\"a,b\",\"say \"\"hi\"\"\",  \"two\nlines\" ,5\" pipe\n\"1\",2,3,\"4\",5,6,7\n");
-    EXPECT_EQ(namesOf(contents),
-              (std::vector<std::string>{"a,b/1", "say_\"hi\"/1", "two_lines/1", "5\"_pipe/1"}));
+    const FileContents contents =
+        table("x,y,z,\"a,b\",\"say \"\"hi\"\"\",  \"two\nlines\" ,5\" pipe\n\"1\",2,3,\"4\",5,6,7\n");
+    EXPECT_EQ(namesOf(contents), (std::vector<std::string>{"a,b/1", "say_\"hi\"/1", "two_lines/1", "5\"_pipe/1"}));
     EXPECT_EQ(contents.position, (std::vector<Vec3f>{{1, 2, 3}}));
     EXPECT_EQ(contents.attributes[3].integer, (std::vector<std::int32_t>{7}));
     EXPECT_EQ(namesOf(table("x;y;z;\"a,b\"\n1;2;3;4\n")), (std::vector<std::string>{"a,b/1"}));

@@ -90,8 +90,9 @@ void writeSequenceLayer(const FramePattern& files, const WriteOptions& options) 
     if (layer.empty()) return;
     requireOwnSequenceLayer(files);
     if (isEditedUsdClipsLayer(layer)) {
-        logWarning(layer + ": was edited after this program wrote it, and stays as it is. Delete it, and run the "
-                           "command again, to get a layer that plays the frames on disk");
+        logWarning(layer +
+                   ": was edited after this program wrote it, and stays as it is. Delete it, and run the "
+                   "command again, to get a layer that plays the frames on disk");
         return;
     }
     // Another task may have finished files since they were listed, so they are listed again after writing.

@@ -18,8 +18,8 @@ std::string sequenceLayer(const FramePattern& files);
 ///         error: writeSequenceLayer() keeps it
 void requireOwnSequenceLayer(const FramePattern& files);
 
-/// Writes the layer for the frames that are on disk, whoever wrote them, if it changes. A layer that somebody has edited
-/// stays, with a warning in the log. Does nothing for files that are not a sequence of .usda.
+/// Writes the layer for the frames that are on disk, whoever wrote them, if it changes. A layer that somebody has
+/// edited stays, with a warning in the log. Does nothing for files that are not a sequence of .usda.
 ///
 /// same    the same bytes for the same files, so that tasks of a farm, each of which does some of the frames, agree in
 ///         the end. Tasks that end at the same time: the last one to write has seen the files of all

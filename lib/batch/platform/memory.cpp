@@ -13,7 +13,7 @@ namespace {
 
 constexpr double kBytesPerParticle = 1400;  // measured on splashes: 800 to 1500 with its share of the surface
 
-constexpr double kAreaPerParticle = 0.5;   // measured on splashes: 0.35 to 0.6; on sheets 2
+constexpr double kAreaPerParticle = 0.5;  // measured on splashes: 0.35 to 0.6; on sheets 2
 
 constexpr std::uint64_t kProgram = std::uint64_t{32}
                                    << 20;  // bytes for threads and libraries, independent of the frames
