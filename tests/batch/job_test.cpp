@@ -688,6 +688,16 @@ TEST_F(Job, LevelSetsAreCountedInTheMemoryOfFrames) {
     EXPECT_NEAR(megabytes({"--voxel", "0.05", "--spacing", "1"}, "out/a.####.vdb"), fine, 10);
     EXPECT_NEAR(megabytes({"--voxel", "0.05dx", "--velocity-grid"}, "out/a.####.vdb"), alone + 211, 20);
     EXPECT_LT(megabytes({"--voxel", "1e-30"}, "out/a.####.vdb"), 1e19);
+    // Farms are asked for as much, whichever output needs it.
+    const auto submitted = [&](const std::string& outputs) {
+        write(folder_ / "j.yaml", "version: 1\ninput: {path: in/a.####.ply}\noutputs: [" + outputs + "]\n");
+        const Outcome outcome = runProgram({"submit", "j.yaml", "--to", "slurm", "--print"}, folder_.path());
+        EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+        const std::size_t at = outcome.out.find("mem=");
+        return at == std::string::npos ? 0 : std::stoi(outcome.out.substr(at + 4));
+    };
+    const int meshes = submitted("{path: out/a.####.ply}");
+    EXPECT_GT(submitted("{path: out/a.####.ply}, {path: out/a.####.vdb, voxel: 0.05dx}"), meshes + 140);
 }
 
 TEST_F(Job, LevelSetsThatDoNotFitTogetherAreMadeOneAfterTheOther) {
