@@ -1,6 +1,7 @@
 #include "batch/job/frames.h"
 #include "batch/job/plan.h"
 #include "batch/job/plane.h"
+#include "batch/job/usd_sequence.h"
 #include "batch/report/log.h"
 #include "batch/report/printable.h"
 #include "batch/report/report.h"
@@ -200,7 +201,7 @@ ParticleCheck checkParticles(const Surface& surface, const AxisPlane& plane, con
     ParticleCheck check;
     check.file = particleFileOf(mesh_file, arguments);
     check.radius = arguments.radius;
-    const Particles particles = readParticles(check.file, particleInputOf(mesh_file, arguments.input_values));
+    const Particles particles = particlesOf(mesh_file, check.file, arguments.input_values);
     Spheres spheres = spheresBeside(mesh_file);
     for (Vec3& p : spheres.position) p = plane.toPlane(p);
     check.particles = particles.size();
@@ -258,7 +259,7 @@ bool checkFile(const std::string& file, const Arguments& arguments) {
 int checkFiles(const Arguments& arguments) {
     if (!arguments.scratch.empty()) logWarning("--scratch has no effect any more: meshes are checked in memory alone");
     StandardStreams streams;
-    std::vector<std::string> meshes = filesNamed(arguments.meshes);
+    std::vector<std::string> meshes = withoutSequenceLayers(filesNamed(arguments.meshes));
     for (std::string& mesh : meshes)
         if (mesh == kStandardStream) mesh = streams.fileOfStdin();
     for (const std::string& mesh : meshes) formatOf(mesh, FileKind::mesh, Access::read);
@@ -322,6 +323,7 @@ void addCheckCommand(CLI::App& program, int& exit_code) {
         ->check(numberAboveZero())
         ->needs(particles);
     addParticleOptions(*command, arguments->input_values);
+    addMeshAxisOption(*command, arguments->input_values);
     command->add_option("--scratch", arguments->scratch, "Deprecated, has no effect.")->type_name("FOLDER");
 }
 

@@ -4,6 +4,7 @@
 #include "batch/job/frames.h"
 #include "batch/job/job.h"
 #include "batch/job/plan.h"
+#include "batch/job/usd_sequence.h"
 #include "batch/platform/worker.h"
 #include "batch/report/log.h"
 #include "batch/report/plot.h"
@@ -108,6 +109,7 @@ std::vector<std::string> filesOf(const std::vector<std::string>& names) {
         const std::vector<std::string> of_name = filesNamed({name});
         files.insert(files.end(), of_name.begin(), of_name.end());
     }
+    files = withoutSequenceLayers(std::move(files));
     if (files.size() < 2)
         throw Error(std::string("at least two meshes are needed to measure a movement, but there is ") +
                     (files.empty() ? "none" : "only " + files[0]) +
@@ -133,8 +135,7 @@ Sequence meshFiles(const Arguments& arguments) {
     }
     sequence.moment = [names = sequence.names, particles, values = arguments.input_values](std::size_t i) {
         Moment moment{readMesh(names[i]), std::nullopt};
-        if (particles)
-            moment.particles = readParticles(nameForFrameOf(*particles, names[i]), particleInputOf(names[i], values));
+        if (particles) moment.particles = particlesOf(names[i], nameForFrameOf(*particles, names[i]), values);
         return moment;
     };
     return sequence;
@@ -398,6 +399,7 @@ void addCoherenceCommand(CLI::App& program, int& exit_code) {
         ->type_name("FILE")
         ->needs(plot);
     addParticleOptions(*command, arguments->input_values);
+    addMeshAxisOption(*command, arguments->input_values);
     command->add_flag("--json", arguments->json, "Print one JSON object per pair on stdout.");
 }
 

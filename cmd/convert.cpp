@@ -10,10 +10,18 @@
 #include "each_file.h"
 #include "io/extension.h"
 #include "io/output_file.h"
+#include "io/usd_clips.h"
+#include "job_options.h"
 #include "standard_streams.h"
+#include "value_checks.h"
 
+#include <algorithm>
+#include <array>
 #include <filesystem>
+#include <map>
+#include <optional>
 #include <set>
+#include <string_view>
 #include <system_error>
 
 namespace betamesh {
@@ -21,10 +29,15 @@ namespace {
 
 namespace fs = std::filesystem;
 
+/// The configuration keys whose options this command has.
+constexpr std::array<std::string_view, 6> kKeys{
+    "input.grid", "input.on_bad_particle", "input.up_axis", "output.up_axis", "output.fps", "output.meters_per_unit"};
+
 struct Arguments {
     std::string input, output;
     std::string frames = "all";
     LevelSetOptions level_set{};
+    std::map<std::string, std::string> values;  // of the keys of kKeys
     bool overwrite = false;
     bool quiet = false;
     std::string format;  ///< of stdout; empty: that of the input
@@ -32,20 +45,38 @@ struct Arguments {
 
 struct ConversionTask {
     std::string input, output;
-    WriteOptions options{};
+    ConversionOptions options{};
 };
+
+ConversionOptions conversionOptions(const Arguments& arguments) {
+    Config config;
+    for (const KeyValue& given : keyValuesOf({}, arguments.values))
+        setConfigKey(config, given.path, given.value, given.where);
+    const auto ifGiven = [&](const char* key, const auto& value) {
+        return arguments.values.contains(key) ? std::optional(value) : std::nullopt;
+    };
+    ConversionOptions options;
+    options.write.level_set = arguments.level_set;
+    options.write.level_set.memory_limit = availableMemory();
+    options.units.frames_per_second = ifGiven("output.fps", config.output.frames_per_second);
+    options.units.up_axis = ifGiven("output.up_axis", config.output.up_axis);
+    options.units.meters_per_unit = ifGiven("output.meters_per_unit", config.output.meters_per_unit);
+    options.input_up_axis = ifGiven("input.up_axis", config.input.up_axis);
+    options.grids = config.input.grid;
+    options.on_bad_particle = config.input.on_bad_particle;
+    return options;
+}
 
 std::vector<ConversionTask> tasksOf(const Arguments& arguments) {
     const FramePattern input = inputPattern(arguments.input), output = framePattern(arguments.output);
     const auto on_disk = framesOnDisk(input);
     const std::vector<int> frames = chosenFrames(arguments.frames, input, on_disk);
     requirePlaceholder(frames.size(), output);
+    const ConversionOptions options = conversionOptions(arguments);
     std::vector<ConversionTask> tasks;
     for (const int frame : frames) {
-        tasks.push_back({fileOfFrame(input, on_disk, frame), frameName(output, frame)});
-        if (output.numbered) tasks.back().options.frame = frame;
-        tasks.back().options.level_set = arguments.level_set;
-        tasks.back().options.level_set.memory_limit = availableMemory();
+        tasks.push_back({fileOfFrame(input, on_disk, frame), frameName(output, frame), options});
+        if (output.numbered) tasks.back().options.write.frame = frame;
     }
     return tasks;
 }
@@ -92,7 +123,10 @@ int convertFiles(const Arguments& arguments) {
     const int exit_code = forEachFile(
         tasks.size(), [&](std::size_t i) { return tasks[i].input; }, convertTask,
         [](std::size_t, const std::string&) {});
-    writeSequenceLayer(framePattern(arguments.output), {});
+    // The frames know the units of the input, of which this process may have read nothing.
+    WriteOptions of_layer;
+    for (auto task = tasks.rbegin(); task != tasks.rend(); ++task) copyUsdUnits(task->output, of_layer);
+    writeSequenceLayer(framePattern(arguments.output), of_layer);
     return exit_code;
 }
 
@@ -121,6 +155,8 @@ void addConvertCommand(CLI::App& program, int& exit_code) {
                    "Converts particles, meshes or curves from one file format to another.", convert);
     command->footer(
         "Particles stay particles, and meshes meshes. What the output format cannot hold is named once.\n"
+        "Frame rate, up axis and unit of length are those of IN where both formats store them, unless options say\n"
+        "otherwise. Nothing is rotated but where --output-up-axis is not the up axis of IN.\n"
         "IN and OUT may be - for stdin (a file that its contents identify) and stdout.\n"
         "`betamesh manual man` lists the formats.\n"
         "Exit codes: 0 every file converted; 1 some were not; 2 wrong usage, or an output that exists already.\n"
@@ -150,13 +186,17 @@ void addConvertCommand(CLI::App& program, int& exit_code) {
             "--voxel", arguments->level_set.voxel,
             "Voxel size of level sets, which .vdb files of meshes are, in world units. 0: the median length of "
             "the edges of the mesh.")
-        ->check(CLI::NonNegativeNumber)
+        ->type_name("LENGTH")
+        ->check(numberFromZero())
         ->capture_default_str();
     command->add_option("--band", arguments->level_set.band, "Half width of the narrow band of level sets, in voxels.")
+        ->type_name("N")
         ->check(CLI::Range(1.0, 100.0))
         ->capture_default_str();
     command->add_flag("--velocity-grid", arguments->level_set.velocity,
                       "Write the grid v of velocities beside a level set.");
+    addKeyOptions(*command, arguments->values,
+                  [](const ConfigKey& key) { return std::find(kKeys.begin(), kKeys.end(), key.path) != kKeys.end(); });
     command->add_flag("--overwrite", arguments->overwrite, "Replace outputs that already exist.");
     command->add_flag("-q,--quiet", arguments->quiet, "Print only errors.");
 }

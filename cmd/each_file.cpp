@@ -17,7 +17,7 @@ int forEachFile(std::size_t files, const std::function<std::string(std::size_t)>
     const Supervision watched = superviseWorkers(true);
     if (!watched.is_worker) return watched.exit_code;
     const JobHistory& history = watched.history;
-    bool any_failed = history.failed > 0;
+    bool any_failed = history.failed > 0, out_of_memory = history.out_of_memory;
     const auto processFile = [&](std::size_t i) {
         const int number = static_cast<int>(i);
         if (history.ended.contains(number)) return;
@@ -27,6 +27,10 @@ int forEachFile(std::size_t files, const std::function<std::string(std::size_t)>
             if (const auto lost = history.lost.find(number); lost != history.lost.end())
                 throw Error(nameOf(i) + ": " + lost->second);
             is_good = process(i);
+        } catch (const MemoryError& error) {
+            out_of_memory = true;
+            logError(error.what());
+            failed(i, error.what());
         } catch (const Error& error) {
             logError(error.what());
             failed(i, error.what());
@@ -38,7 +42,7 @@ int forEachFile(std::size_t files, const std::function<std::string(std::size_t)>
     withThreads(threadsOf(Config{}), [&] {
         for (std::size_t i = 0; i < files; ++i) processFile(i);
     });
-    return history.out_of_memory ? kOutOfMemory : any_failed ? kSomeFailed : kAllWritten;
+    return out_of_memory ? kOutOfMemory : any_failed ? kSomeFailed : kAllWritten;
 }
 
 }  // namespace betamesh

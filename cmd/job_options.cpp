@@ -16,6 +16,8 @@
 #include "help.h"
 #include "io/extension.h"
 #include "io/particle_file.h"
+#include "io/up_axis.h"
+#include "value_checks.h"
 
 #include <algorithm>
 #include <chrono>
@@ -196,16 +198,35 @@ void addParticleOptions(CLI::App& command, std::map<std::string, std::string>& v
     addKeyOptions(command, values, [](const ConfigKey& key) { return key.path.starts_with("input."); });
 }
 
-ParticleInput particleInputOf(const std::string& mesh_file, const std::map<std::string, std::string>& values) {
+void addMeshAxisOption(CLI::App& command, std::map<std::string, std::string>& values) {
+    command
+        .add_option_function<std::string>(
+            "--output-up-axis", [&values](const std::string& value) { values["output.up_axis"] = value; },
+            "Axis that points up in the meshes. Without it, that in the manifest beside each mesh, or y.")
+        ->type_name("y|z")
+        ->check(oneOf({"y", "z"}))
+        ->group("Input");
+}
+
+Particles particlesOf(const std::string& mesh_file, const std::string& particle_file,
+                      const std::map<std::string, std::string>& values) {
     const Config config = readConfig("", keyValuesOf({}, values));
+    const auto report = readReport(reportPath(mesh_file));
+    const bool has_origin = report && report->origin;
     ParticleInput input = config.input;
+    UpAxis mesh_up = config.output.up_axis;
+    if (has_origin && !values.contains("output.up_axis")) mesh_up = report->origin->up_axis;
     if (const auto& given = config.input.given_origin) {
         input.origin = Vec3((*given)[0], (*given)[1], (*given)[2]);
-    } else if (const auto report = readReport(reportPath(mesh_file)); report && report->origin) {
-        const Vec3 world = report->origin->local_origin / input.scale;
-        input.origin = input.up_axis == UpAxis::z ? Vec3(world.x, -world.z, world.y) : world;
+    } else if (has_origin) {
+        const Vec3 o = report->origin->local_origin / input.scale;
+        if (input.up_axis == mesh_up)
+            input.origin = o;
+        else
+            input.origin = mesh_up == UpAxis::z ? Vec3(o.x, o.z, -o.y) : Vec3(o.x, -o.z, o.y);
     }
-    return input;
+    Particles particles = readParticles(particle_file, input);
+    return mesh_up == UpAxis::z ? withZUp(std::move(particles)) : particles;
 }
 
 std::vector<KeyValue> keyValuesOf(const std::vector<std::string>& assignments,

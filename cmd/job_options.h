@@ -36,9 +36,15 @@ void addKeyOptions(CLI::App& command, std::map<std::string, std::string>& values
 /// Adds the options that say how particles are read: all keys of the section input.
 void addParticleOptions(CLI::App& command, std::map<std::string, std::string>& values);
 
-/// How the particles of a mesh are read with these values of the options. An origin that is not given is that of the
-/// mesh's manifest.
-ParticleInput particleInputOf(const std::string& mesh_file, const std::map<std::string, std::string>& values);
+/// Adds --output-up-axis for commands that compare meshes with particles.
+void addMeshAxisOption(CLI::App& command, std::map<std::string, std::string>& values);
+
+/// The particles in a file, in the coordinates of a mesh, with these values of the options. An origin and an up axis of
+/// the mesh that are not given are those of the mesh's manifest.
+///
+/// errors  those of readParticles()
+Particles particlesOf(const std::string& mesh_file, const std::string& particle_file,
+                      const std::map<std::string, std::string>& values);
 
 /// The keys given on the command line in ascending precedence: --set, then options.
 std::vector<KeyValue> keyValuesOf(const std::vector<std::string>& assignments,

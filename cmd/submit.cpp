@@ -44,8 +44,10 @@ std::vector<Plan> plansOf(const Config& config) {
     options.overwrite = true;
     options.measure = false;
     std::vector<Plan> plans = planOutputs(config, options);
+    std::set<std::string> logged;
     for (const Plan& plan : plans)
-        for (const std::string& warning : plan.warnings) logWarning(warning);
+        for (const std::string& warning : plan.warnings)
+            if (logged.insert(warning).second) logWarning(warning);
     return plans;
 }
 

@@ -1,7 +1,8 @@
 // Alembic (.abc) in the Ogawa container.
 //
 // Read: one object PolyMesh or Points, static transforms above it applied; of its attributes those with a row of
-// numbers per vertex. Archives in HDF5, which Alembic wrote until 2013, and files of several time samples are errors.
+// numbers per vertex. Widths, which are diameters, become the radius `pscale`. Of several time samples the first is
+// read. Archives in HDF5, which Alembic wrote until 2013, are errors.
 // Written: one frame, as an object `mesh` or `points`.
 // Layout: alembic_layout.h, ogawa.h.
 
@@ -32,7 +33,7 @@ void encodeAbc(ByteWriter& out, const Particles& particles, const std::string& f
 /// Reads the mesh, or the points, whichever options.faces asks for; if there is none, the other. Its objects count as
 /// grids of FileContents, named by their paths: options.grids chooses one of several.
 ///
-/// errors  several objects without a choice; no mesh and no points; several time samples, a transform that moves
+/// errors  several objects without a choice; no mesh and no points; a transform that moves
 FileContents readAbc(const std::filesystem::path& path, const ReadOptions& options);
 FileContents parseAbc(std::span<const std::byte> bytes, const std::string& file, const ReadOptions& options);
 

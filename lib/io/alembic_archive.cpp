@@ -102,7 +102,7 @@ std::string AlembicProperty::meta(const std::string& key) const {
 }
 
 AlembicArchive::AlembicArchive(OgawaReader file) : file_(std::move(file)) {
-    constexpr std::size_t kVersion = 0, kTop = 2, kMetadata = 5;
+    constexpr std::size_t kVersion = 0, kTop = 2, kTimeSamplings = 4, kMetadata = 5;
     const std::vector<OgawaChild> root = file_.group(file_.root(), "root");
     if (root.size() <= kMetadata) fail("an Ogawa file, but not one of Alembic. It is damaged.");
     const Bytes version = file_.data(root[kVersion], "version");
@@ -115,7 +115,24 @@ AlembicArchive::AlembicArchive(OgawaReader file) : file_(std::move(file)) {
         const auto length = little<std::uint8_t>(in, "metadata");
         metadata_.push_back(textOf(in, length, "metadata"));
     }
+    readTimeSamplings(file_.data(root[kTimeSamplings], "time samplings"));
     addObjects(file_.group(root[kTop], "top object"), "", std::nullopt, 0);
+}
+
+void AlembicArchive::readTimeSamplings(const Bytes& samplings) {
+    constexpr double kAcyclic = 1e30;  // seconds from which a step is none
+    constexpr double kDigits = 1e6;    // of a frame rate, which is stored as the time of a frame
+    Cursor in(samplings, "time samplings");
+    constexpr std::size_t kHeader = 4 + 8 + 4;
+    for (std::size_t i = 0; in.remaining() >= kHeader; ++i) {  // the geometry does not need them: damage is no error
+        little<std::uint32_t>(in, "time sampling");
+        const auto step = little<double>(in, "time sampling");
+        const auto times = little<std::uint32_t>(in, "time sampling");
+        if (times > in.remaining() / sizeof(double)) return;
+        in.skip(times * sizeof(double), "times");
+        if (i == 0 || times != 1 || !(step > 0 && step < kAcyclic) || frames_per_second_) continue;
+        frames_per_second_ = std::round(kDigits / step) / kDigits;
+    }
 }
 
 std::map<std::string, std::string> AlembicArchive::metadataOf(std::uint32_t index, Cursor& in,

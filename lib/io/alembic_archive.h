@@ -46,6 +46,9 @@ public:
     /// All objects but the transforms, parents before children.
     const std::vector<AlembicObject>& objects() const { return objects_; }
 
+    /// Of the first time sampling with equal steps; nullopt: there is none.
+    std::optional<double> framesPerSecond() const { return frames_per_second_; }
+
     /// The properties of an object or compound, which can be asked for once. Compounds that are named like properties
     /// of a schema, such as ".geom", are ordinary ones.
     std::vector<AlembicProperty> properties(OgawaChild group);
@@ -56,6 +59,7 @@ public:
     [[noreturn]] void fail(const std::string& text) const { file_.fail(0, text); }
 
 private:
+    void readTimeSamplings(const Bytes& samplings);
     /// index: in the table, or kInlineMetadata if they follow in the file.
     std::map<std::string, std::string> metadataOf(std::uint32_t index, Cursor& in, std::size_t length_bytes);
     /// Adds the objects below one, whose group has these children.
@@ -67,6 +71,7 @@ private:
 
     OgawaReader file_;
     std::vector<std::string> metadata_;  // by index
+    std::optional<double> frames_per_second_;
     std::vector<AlembicObject> objects_;
 };
 

@@ -137,11 +137,12 @@ public:
         const bool has_radius = std::any_of(points_.attributes.begin(), points_.attributes.end(),
                                             [](const auto& a) { return a.name == "radius" || a.name == "pscale"; });
         const AlembicProperty* const widths = property(".widths");
-        if (widths != nullptr && !has_radius && options_.attributes)
-            readAttribute(*widths, "width", VectorKind::vector);
-        if (!options_.summary && samples_ > 1)
-            archive_.fail("object '" + object_.path + "' has " + std::to_string(samples_) +
-                          " time samples. Export a sequence of files with one frame each, such as splash.####.abc.");
+        if (widths != nullptr && !has_radius && options_.attributes) readWidths(*widths);
+        if (samples_ > 1)
+            contents_.warnings.push_back("object '" + object_.path + "' has " + std::to_string(samples_) +
+                                         " time samples, of which the first is read and " +
+                                         std::to_string(samples_ - 1) +
+                                         " left out. Export a sequence of files with one frame each");
         if (samples_ > 1) contents_.format += ", first of " + std::to_string(samples_) + " samples";
         const std::size_t n = points_.position.size();
         deliver(std::move(points_), n, options_, contents_);
@@ -225,6 +226,18 @@ private:
                         all.begin() + static_cast<std::ptrdiff_t>(i * row_bytes));
         }
         addAttribute(p.name, *values, all, vector_kind);
+    }
+
+    /// Widths are diameters, one per point or one for all.
+    void readWidths(const AlembicProperty& p) {
+        if (p.isCompound() || !isReal(p.type)) return passOver("'.widths' of an unknown kind");
+        const std::size_t n = points_.position.size();
+        std::vector<float> radius = realsOf(p.type, sample(p));
+        if (radius.size() == 1 && n > 1) radius.resize(n, radius[0]);
+        if (radius.size() != n) return passOver("'.widths', not one per point");
+        for (float& r : radius) r /= 2;
+        declare("pscale", p.type, 1);
+        if (n > 0) points_.attributes.push_back({"pscale", 1, std::move(radius), {}});
     }
 
     void readAttribute(const AlembicProperty& p, const std::string& name, VectorKind kind) {
@@ -324,6 +337,7 @@ bool isNamed(const AlembicObject& object, const std::string& name) {
 FileContents readArchive(AlembicArchive archive, const ReadOptions& options) {
     FileContents contents;
     contents.format = "alembic ogawa";
+    contents.units.frames_per_second = archive.framesPerSecond();
     const auto ofSchema = [&](std::string_view schema) {
         std::vector<const AlembicObject*> objects;
         for (const AlembicObject& object : archive.objects())
@@ -347,9 +361,10 @@ FileContents readArchive(AlembicArchive archive, const ReadOptions& options) {
                                 [&](const std::string& wanted) { return isNamed(*object, wanted); });
         });
     else if (objects.size() > 1)
-        archive.fail(
-            "contains several objects: " + commaList(candidates) +
-            (options.faces ? ". Export each into a file of its own." : ". Choose some with --grid (input.grid)."));
+        archive.fail("contains several objects: " + commaList(candidates) +
+                     (options.faces
+                          ? ". Export each into a file of its own, or choose one with `betamesh convert --grid`."
+                          : ". Choose some with --grid (input.grid)."));
     for (const AlembicObject& object : archive.objects()) {
         const bool is_read = std::find(objects.begin(), objects.end(), &object) != objects.end();
         contents.grids.push_back({object.path, object.schema, is_read});

@@ -46,7 +46,7 @@ struct RowType {
 };
 
 AlembicType typeOf(const Attribute& a) {
-    if (a.integer.empty() && !a.real.empty()) return AlembicType::float32;
+    if (!a.hasIntegers()) return AlembicType::float32;
     switch (writtenType(a)) {
         case IntegerType::int8:
             return AlembicType::int8;
@@ -59,7 +59,7 @@ AlembicType typeOf(const Attribute& a) {
         case IntegerType::int32:
             break;
     }
-    return a.integer.empty() ? AlembicType::float32 : AlembicType::int32;
+    return AlembicType::int32;
 }
 
 RowType rowTypeOf(const Attribute& a) {

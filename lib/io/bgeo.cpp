@@ -280,7 +280,7 @@ void writeDeclaration(ByteWriter& out, std::string_view name, std::uint32_t size
 
 void writeDeclarations(ByteWriter& out, const std::vector<Attribute>& attributes) {
     for (const Attribute& a : attributes)
-        writeDeclaration(out, a.name, a.components, a.integer.empty() ? Type::real : Type::integer);
+        writeDeclaration(out, a.name, a.components, a.hasIntegers() ? Type::integer : Type::real);
 }
 
 template <typename Vector>

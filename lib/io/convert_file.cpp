@@ -4,10 +4,14 @@
 #include "io/curve_file.h"
 #include "io/extension.h"
 #include "io/file_contents.h"
+#include "io/level_set.h"
 #include "io/mesh_file.h"
 #include "io/particle_file.h"
+#include "io/particle_selector.h"
+#include "io/up_axis.h"
 
 #include <algorithm>
+#include <sstream>
 #include <utility>
 
 namespace betamesh {
@@ -15,6 +19,12 @@ namespace betamesh {
 namespace {
 
 namespace fs = std::filesystem;
+
+std::string textOf(double number) {
+    std::ostringstream text;
+    text << number;
+    return text.str();
+}
 
 std::string concatenate(const std::vector<std::string>& names) {
     std::string text;
@@ -30,19 +40,29 @@ bool has64Bits(const std::string& type) {
     return type.find("64") != std::string::npos || type == "double" || type == "long" || type == "unsigned_long";
 }
 
+/// Whether a type of 32 bits has no sign.
+bool isUnsigned(const std::string& type) {
+    return type.find("uint") != std::string::npos || type.find("UInt") != std::string::npos ||
+           type.find("unsigned") != std::string::npos;
+}
+
 /// What the reader did not read, or rounded.
 void noteReading(const FileContents& contents, std::vector<std::string>& warnings) {
     std::vector<std::string> passed_over = contents.passed_over;
     for (const GridInfo& grid : contents.grids)
         if (!grid.is_read) passed_over.push_back("'" + grid.name + "' (" + grid.type + ")");
     if (!passed_over.empty()) warnings.push_back("not read: " + concatenate(passed_over));
+    for (const std::string& warning : contents.warnings) warnings.push_back(warning);
     if (contents.position.empty()) return;
-    std::vector<std::string> lost, rounded;
+    std::vector<std::string> lost, rounded, inexact;
     for (const AttributeInfo& declared : contents.declared) {
         const auto kept = std::find_if(contents.attributes.begin(), contents.attributes.end(),
                                        [&](const Attribute& a) { return a.name == declared.name; });
         if (kept != contents.attributes.end()) {
-            if (has64Bits(declared.type) && kept->integer.empty()) rounded.push_back(declared.name);
+            if (has64Bits(declared.type) && kept->integer.empty())
+                rounded.push_back(declared.name);
+            else if (isUnsigned(declared.type) && kept->integer.empty() && !kept->real.empty())
+                inexact.push_back(declared.name);
         } else if (isPosition(declared.name)) {
             if (has64Bits(declared.type)) rounded.push_back(declared.name);
         } else if (declared.type == "string" || declared.type == "group" || declared.type == "dict") {
@@ -50,16 +70,19 @@ void noteReading(const FileContents& contents, std::vector<std::string>& warning
         }
     }
     if (!lost.empty()) warnings.push_back("attributes that cannot be read are left out: " + concatenate(lost));
+    if (!inexact.empty())
+        warnings.push_back("whole numbers from 2^31 on become floats of single precision: " + concatenate(inexact));
     if (!rounded.empty()) warnings.push_back("numbers of 64 bits are rounded to 32 bits: " + concatenate(rounded));
 }
 
 /// Removes ids that the output cannot hold.
 void dropLargeIds(const FileFormat& format, Particles& particles, std::vector<std::string>& warnings) {
-    const auto is_large = [&](std::uint64_t id) { return format.id_bits < 64 && id >> format.id_bits != 0; };
-    if (std::none_of(particles.id.begin(), particles.id.end(), is_large)) return;
+    if (holdsIds(format, particles.id)) return;
+    const bool has_negative = std::any_of(particles.id.begin(), particles.id.end(), [](auto id) { return id >> 63; });
     particles.id.clear();
-    warnings.push_back("ids need more than " + std::to_string(format.id_bits) + " bits, which " +
-                       std::string(format.write_extensions) + " cannot hold: they are left out");
+    warnings.push_back("ids " + std::string(has_negative ? "are negative or " : "") + "need more than " +
+                       std::to_string(format.id_bits) + " bits, which " + std::string(format.write_extensions) +
+                       " cannot hold: they are left out");
 }
 
 void noteWriting(const fs::path& to, FileKind kind, const Extras& extras, const WriteOptions& options,
@@ -86,22 +109,85 @@ void require(const fs::path& from, const fs::path& to, FileKind kind) {
     }
 }
 
+/// The frame rate, up axis and unit of an output.
+struct Units {
+    WriteOptions write;
+    bool turns_to_y = false;  ///< z is up in the input: the writer expects data whose y axis points up
+};
+
+Units unitsOf(FileContents& contents, const FileFormat& format, const ConversionOptions& given,
+              std::vector<std::string>& warnings) {
+    const FileUnits& units = contents.units;
+    std::erase_if(contents.passed_over, [](const std::string& what) {  // what FileContents::units has
+        return what.starts_with("upAxis") || what.starts_with("metersPerUnit");
+    });
+    const UpAxis input_up = given.input_up_axis.value_or(units.up_axis.value_or(UpAxis::y));
+    Units result{given.write};
+    WriteOptions& write = result.write;
+    if (format.holds_frame_rate) write.frames_per_second = units.frames_per_second.value_or(write.frames_per_second);
+    if (format.holds_units) {
+        write.up_axis = input_up;
+        write.meters_per_unit = units.meters_per_unit.value_or(write.meters_per_unit);
+    } else {
+        if (input_up == UpAxis::z && !given.input_up_axis && !given.units.up_axis)
+            warnings.emplace_back(
+                "z is up, which the output cannot store: its numbers are those of the input. Use --output-up-axis y to "
+                "rotate them");
+        if (units.meters_per_unit.value_or(1) != 1 && !given.units.meters_per_unit)
+            warnings.push_back("a unit is " + textOf(*units.meters_per_unit) +
+                               " metres long, which the output cannot store");
+    }
+    write.frames_per_second = given.units.frames_per_second.value_or(write.frames_per_second);
+    write.meters_per_unit = given.units.meters_per_unit.value_or(write.meters_per_unit);
+    write.up_axis = given.units.up_axis.value_or(write.up_axis);
+    result.turns_to_y =
+        input_up == UpAxis::z && (given.units.up_axis || format.holds_units || given.input_up_axis.has_value());
+    return result;
+}
+
+/// Removes particles that are not finite.
+void dropBadParticles(const std::string& file, FileContents& contents, Conversion& done) {
+    ParticleInput input;
+    input.on_bad_particle = OnBadParticle::drop;
+    ParticleSelector selector(input, file);
+    selector.choose(contents);
+    const InputSummary summary = selector.summary(contents, contents);
+    done.points = contents.position.size();
+    if (summary.dropped > 0)
+        done.warnings.push_back(
+            std::to_string(summary.dropped) + (summary.dropped > 1 ? " particles are" : " particle is") +
+            " left out because the position or velocity is not finite; the first: " + summary.first_dropped);
+}
+
 }  // namespace
 
-Conversion convertFile(const fs::path& from, const fs::path& to, const WriteOptions& options) {
+Conversion convertFile(const fs::path& from, const fs::path& to, const ConversionOptions& given) {
     Conversion done;
     std::string note;
-    FileContents contents = readByContents(from, {}, note);
+    ReadOptions reading;
+    reading.grids = given.grids;
+    if (!given.grids.empty() && !hasGrids(from))
+        throw Error(from.string() + ": has no grids, but grid '" + given.grids[0] +
+                    "' is asked for. Only .vdb files have grids, .usda files prims and .abc files objects.");
+    FileContents contents = readByContents(from, reading, note);
     if (!note.empty()) done.warnings.push_back(note);
     done.kind = contents.kind();
     done.points = contents.position.size();
     done.triangles = contents.triangles.size();
     done.edges = contents.edges.size();
     require(from, to, done.kind);
+    const Units units = unitsOf(contents, formatOf(to, done.kind, Access::write), given, done.warnings);
+    WriteOptions options = units.write;
+    options.warn = [&](const std::string& warning) {
+        if (warning.starts_with(kNoInside)) throw Error(from.string() + ": " + warning + ".");
+        done.warnings.push_back(warning);
+    };
     noteReading(contents, done.warnings);
     const std::string file = from.string();
     if (done.kind == FileKind::particles) {
+        if (given.on_bad_particle == OnBadParticle::drop) dropBadParticles(file, contents, done);
         Particles particles = particlesFrom(std::move(contents), {}, file);
+        if (units.turns_to_y) particles = withYUp(std::move(particles));
         dropLargeIds(formatOf(to, done.kind, Access::write), particles, done.warnings);
         noteNames(to, done.kind, particles.attributes, done.warnings);
         writeParticles(to, particles, options);
@@ -112,15 +198,18 @@ Conversion convertFile(const fs::path& from, const fs::path& to, const WriteOpti
         contents.attributes.push_back(integerAttribute("id", 1, ids));
     }
     if (done.kind == FileKind::curves) {
-        const Curves curves = curvesFrom(std::move(contents), file);
+        Curves curves = curvesFrom(std::move(contents), file);
+        if (units.turns_to_y) curves = withYUp(std::move(curves));
         noteWriting(to, done.kind, {!curves.velocity.empty(), !curves.attributes.empty(), false}, options,
                     done.warnings);
+        noteNames(to, done.kind, curves.attributes, done.warnings);
         writeCurves(to, curves, options);
         return done;
     }
     if (!contents.edges.empty())
         done.warnings.emplace_back("edges are left out, because the file contains a mesh as well");
-    const Mesh mesh = meshFrom(std::move(contents), file);
+    Mesh mesh = meshFrom(std::move(contents), file);
+    if (units.turns_to_y) mesh = withYUp(std::move(mesh));
     noteWriting(to, done.kind, {!mesh.velocity.empty(), !mesh.attributes.empty(), mesh.component.has_value()}, options,
                 done.warnings);
     noteNames(to, done.kind, mesh.attributes, done.warnings);

@@ -17,7 +17,10 @@ void writeCurves(const std::filesystem::path& path, const Curves& curves, const 
     if (format.write_curves == nullptr)
         throw Error(path.string() + ": a drawing is not written from curves alone. Use one of " +
                     extensionsFor(FileKind::mesh, Access::write) + ".");
-    writeEncoded(path, [&](ByteWriter& out) { format.write_curves(out, curves, path.string(), options); });
+    writeEncoded(path, [&](ByteWriter& out) {
+        writeWithNames(format, FileKind::curves, curves,
+                       [&](const Curves& named) { format.write_curves(out, named, path.string(), options); });
+    });
 }
 
 void requireCurveExtension(const std::filesystem::path& path) { formatOf(path, FileKind::curves, Access::write); }

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
+#include <set>
 #include <sstream>
 #include <system_error>
 #include <vector>
@@ -191,14 +192,55 @@ std::string lossesOf(const fs::path& path, FileKind kind, const Extras& extras, 
     return text;
 }
 
+bool holdsIds(const FileFormat& format, const std::vector<std::uint64_t>& ids) {
+    if (format.id_bits == 64 || (format.has_signed_ids && haveSigned32Bits(ids))) return true;
+    return std::none_of(ids.begin(), ids.end(), [&](std::uint64_t id) { return id >> format.id_bits != 0; });
+}
+
 std::string renamingsIn(const fs::path& path, FileKind kind, const std::vector<std::string>& attributes) {
     const FileFormat& format = formatOf(path, kind, Access::write);
+    const std::vector<std::string> names = writableNames(format, kind, attributes);
     std::string text;
-    if (format.nameInFile == nullptr) return text;
-    for (const std::string& name : attributes)
-        if (const std::string other = format.nameInFile(name); other != name)
-            text += (text.empty() ? "'" : ", '") + name + "' is written as '" + other + "'";
+    for (std::size_t i = 0; i < names.size(); ++i) {
+        const std::string other = format.nameInFile == nullptr ? names[i] : format.nameInFile(names[i]);
+        if (other != attributes[i])
+            text += (text.empty() ? "'" : ", '") + attributes[i] + "' is written as '" + other + "'";
+    }
     return text;
+}
+
+std::vector<std::string> writableNames(const FileFormat& format, FileKind kind, const std::vector<std::string>& names) {
+    constexpr std::size_t kLongest = 200;
+    std::vector<std::string> reserved = wordsOf(format.reserved_names), writable;
+    if (kind == FileKind::particles)
+        for (const std::string& name : wordsOf(format.reserved_of_particles)) reserved.push_back(name);
+    std::set<std::string> taken;
+    for (const std::string& name : names) {
+        std::string plain = name.substr(0, kLongest);
+        for (char& c : plain)
+            if (std::isspace(static_cast<unsigned char>(c)) != 0 || c == '\0' ||
+                (format.isInNames != nullptr && !format.isInNames(c)))
+                c = '_';
+        if (plain.empty()) plain = "unnamed";
+        if (std::find(reserved.begin(), reserved.end(), plain) != reserved.end()) plain += '_';
+        if (plain == name && !taken.insert(name).second) plain.clear();  // the second of this name
+        writable.push_back(plain);
+    }
+    for (std::size_t i = 0; i < names.size(); ++i) {
+        if (writable[i] == names[i]) continue;
+        const std::string plain = writable[i].empty() ? names[i] : writable[i];
+        std::string unique = plain;
+        for (int k = 2; !taken.insert(unique).second; ++k) unique = plain + '_' + std::to_string(k);
+        writable[i] = unique;
+    }
+    return writable;
+}
+
+void makeNamesWritable(const FileFormat& format, FileKind kind, std::vector<Attribute>& attributes) {
+    std::vector<std::string> names;
+    for (const Attribute& a : attributes) names.push_back(a.name);
+    names = writableNames(format, kind, names);
+    for (std::size_t i = 0; i < names.size(); ++i) attributes[i].name = std::move(names[i]);
 }
 
 double fileBytesPerParticle(const fs::path& path) {

@@ -5,6 +5,9 @@
 #include "io/encoded_file.h"
 #include "io/format_table.h"
 
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <string>
 #include <string_view>
@@ -36,6 +39,32 @@ struct Extras {
 /// options: of the writer.
 std::string lossesOf(const std::filesystem::path& path, FileKind kind, const Extras& extras,
                      const WriteOptions& options = {});
+
+/// Whether a format can store ids without changing the numbers.
+bool holdsIds(const FileFormat& format, const std::vector<std::uint64_t>& ids);
+
+/// The names under which a writer of this format can store attributes. A character that it cannot store becomes an
+/// underscore, an empty name `unnamed`; names of the format's own get an underscore at the end, and so do further
+/// characters ("a_2") where two become the same. Names are cut after 200 characters.
+///
+/// same    names that need no change keep theirs
+std::vector<std::string> writableNames(const FileFormat& format, FileKind kind, const std::vector<std::string>& names);
+
+/// Renames attributes to writableNames().
+void makeNamesWritable(const FileFormat& format, FileKind kind, std::vector<Attribute>& attributes);
+
+/// Calls write(data) with data whose attributes have names that the format can store: `data` itself if all have.
+template <typename Data, typename Write>
+void writeWithNames(const FileFormat& format, FileKind kind, const Data& data, const Write& write) {
+    std::vector<Attribute> names;
+    for (const Attribute& a : data.attributes) names.push_back({a.name, a.components, {}, {}});
+    makeNamesWritable(format, kind, names);
+    const auto isSame = [](const Attribute& a, const Attribute& b) { return a.name == b.name; };
+    if (std::equal(names.begin(), names.end(), data.attributes.begin(), isSame)) return write(data);
+    Data renamed = data;
+    for (std::size_t i = 0; i < names.size(); ++i) renamed.attributes[i].name = std::move(names[i].name);
+    write(renamed);
+}
 
 /// The attributes that get another name in a file of this name, as in "'a.b' is written as 'a_b'"; empty: none.
 std::string renamingsIn(const std::filesystem::path& path, FileKind kind, const std::vector<std::string>& attributes);

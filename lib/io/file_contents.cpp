@@ -155,7 +155,7 @@ void keepRowsOf(const std::vector<std::uint32_t>& rows, std::size_t components, 
 void append(FileContents&& points, std::uint64_t total, FileContents& contents) {
     if (!std::exchange(contents.begun, true)) {
         for (const Attribute& a : points.attributes)
-            contents.attributes.push_back({a.name, a.components, {}, {}, a.integer_type});
+            contents.attributes.push_back({a.name, a.components, {}, {}, a.integer_type, a.hasIntegers()});
     }
     const auto matching = [&](const Attribute& a) {
         return std::find_if(points.attributes.begin(), points.attributes.end(),
@@ -327,10 +327,18 @@ void requireWritable(const std::vector<Attribute>& attributes, std::size_t n, st
     }
 }
 
+bool haveSigned32Bits(const std::vector<std::uint64_t>& ids) {
+    return std::all_of(ids.begin(), ids.end(), [](std::uint64_t id) {
+        return static_cast<std::int64_t>(id) == static_cast<std::int32_t>(static_cast<std::uint32_t>(id));
+    });
+}
+
 std::uint32_t idOf32Bits(const std::vector<std::uint64_t>& ids, std::size_t i, const std::string& file) {
     constexpr std::uint64_t kMax = std::numeric_limits<std::uint32_t>::max();
     if (ids[i] > kMax)
-        throw Error(file + ": particle " + std::to_string(i) + ": id " + std::to_string(ids[i]) +
+        throw Error(file + ": particle " + std::to_string(i) + ": id " +
+                    (ids[i] >> 63 != 0 ? std::to_string(static_cast<std::int64_t>(ids[i])) + " is negative or"
+                                       : std::to_string(ids[i])) +
                     " needs more than 32 bits, which this format cannot store. Use .vdb, which stores 64.");
     return static_cast<std::uint32_t>(ids[i]);
 }

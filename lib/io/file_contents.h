@@ -43,6 +43,13 @@ struct VolumeInfo {
     Vec3 upper{0, 0, 0};
 };
 
+/// What a file says about its sequence and its units; nullopt: nothing.
+struct FileUnits {
+    std::optional<double> frames_per_second{};
+    std::optional<UpAxis> up_axis{};
+    std::optional<double> meters_per_unit{};
+};
+
 /// A number that single precision cannot store.
 struct Overflow {
     std::string attribute;
@@ -68,8 +75,10 @@ struct FileContents {
     std::vector<GridInfo> grids{};
     std::vector<VolumeInfo> volumes{};       ///< of a file without points, if ReadOptions::summary is set
     std::vector<std::string> passed_over{};  ///< what else is not read: "3 point groups of the classic format"
+    std::vector<std::string> warnings{};     ///< what is read otherwise than one might expect, without the file's name
     std::vector<Overflow> overflows{};       ///< of a block: the first of each attribute
-    bool has_double_positions = false;       ///< the file stores positions in double precision
+    FileUnits units{};
+    bool has_double_positions = false;  ///< the file stores positions in double precision
 
     /// A file with faces is a mesh, one with edges only contains curves, any other particles.
     FileKind kind() const {
@@ -97,8 +106,7 @@ struct ReadOptions {
     std::function<void(FileContents&& points, std::uint64_t total)> points{};
     bool faces = true;                ///< false: read points only
     bool skip_unknown_faces = false;  ///< stop at a primitive that is not a polygon instead of reporting an error
-    bool summary = false;  ///< report no error, but what there is: read the first of several time samples of .abc, and
-                           ///< describe the volumes of a .vdb file without points
+    bool summary = false;             ///< report no error, but what there is: the volumes of a .vdb file without points
 };
 
 /// Passes points to options.points if that is set, else appends them to contents. total: number that the file declares.
@@ -147,6 +155,9 @@ Particles particlesOf(const Spheres& spheres, const std::string& radius_name, co
 /// without white space. reserved: names that the format uses itself.
 void requireWritable(const std::vector<Attribute>& attributes, std::size_t n, std::vector<std::string> reserved,
                      const std::string& file);
+
+/// Whether all ids, taken as numbers with sign, fit into 32 bits.
+bool haveSigned32Bits(const std::vector<std::uint64_t>& ids);
 
 /// The id of row i for a format with 32-bit ids. Throws Error if it needs more bits.
 std::uint32_t idOf32Bits(const std::vector<std::uint64_t>& ids, std::size_t i, const std::string& file);

@@ -27,6 +27,7 @@ FileInfo inspectFile(const std::filesystem::path& path, std::vector<Vec3f>* part
     info.groups = contents.groups;
     info.grids = contents.grids;
     info.passed_over = contents.passed_over;
+    info.passed_over.insert(info.passed_over.end(), contents.warnings.begin(), contents.warnings.end());
     info.volumes = contents.volumes;
     if (!contents.position.empty()) info.lower = info.upper = contents.position.front();
     for (const Vec3f& p : contents.position)

@@ -34,7 +34,7 @@ void writeVdb(ByteWriter& out, const Particles& particles, const std::string& fi
 }
 
 void writeLevelSet(ByteWriter& out, const Mesh& mesh, const std::string& file, const WriteOptions& options) {
-    out.text(encodeLevelSet(mesh, file, options.level_set));
+    out.text(encodeLevelSet(mesh, file, options.level_set, options.warn));
     out.flush();
 }
 
@@ -52,6 +52,12 @@ void writeAbcSpheres(ByteWriter& out, const Spheres& spheres, const std::string&
 void writeUsdSpheres(ByteWriter& out, const Spheres& spheres, const std::string& file, const WriteOptions& options) {
     encodeUsda(out, particlesOf(spheres, kScale, file), file, options);
 }
+
+bool isInVdbNames(char c) {
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' || c == '|' ||
+           c == ':';
+}
+bool isInAbcNames(char c) { return c != '/'; }
 
 bool isHoudini(std::string_view begin) {
     for (const std::string_view magic : {"\x7fNSJb"sv,
@@ -121,6 +127,8 @@ constexpr std::array kFormats = std::to_array<FileFormat>({
      .write_spheres = encodePly,
      .holds_components = true,
      .id_bits = 32,
+     .has_signed_ids = true,
+     .reserved_names = "x y z vx vy vz v id",
      .particle_bytes = 28,
      .test = "batch.Interop.Vtk",
      .proof = "VTK reads it"},
@@ -135,6 +143,7 @@ constexpr std::array kFormats = std::to_array<FileFormat>({
      .write_mesh = writeLevelSet,
      .is_volume = true,
      .id_bits = 64,
+     .isInNames = isInVdbNames,
      .particle_bytes = 12,
      .test = "VdbFile.ReadsQuantisedPointsOfSeveralGrids",
      .proof = "the OpenVDB library reads and writes it"},
@@ -151,6 +160,9 @@ constexpr std::array kFormats = std::to_array<FileFormat>({
      .write_spheres = writeAbcSpheres,
      .holds_components = true,
      .id_bits = 64,
+     .holds_frame_rate = true,
+     .reserved_names = "P v component",
+     .isInNames = isInAbcNames,
      .particle_bytes = 32,
      .test = "batch.Interop.Alembic",
      .proof = "the Alembic library reads it; files of that library"},
@@ -167,6 +179,7 @@ constexpr std::array kFormats = std::to_array<FileFormat>({
      .write_spheres = writeSpheresAs<encodeVtp, kRadius>,
      .holds_components = true,
      .id_bits = 64,
+     .reserved_names = "velocity Points Normals",
      .particle_bytes = 30,  // 48 in files of this program; others compress by zlib
      .test = "batch.Interop.Vtk",
      .proof = "VTK reads it; files of splashsurf"},
@@ -182,7 +195,11 @@ constexpr std::array kFormats = std::to_array<FileFormat>({
      .write_mesh = encodeUsda,
      .write_spheres = writeUsdSpheres,
      .holds_components = true,
-     .id_bits = 63,
+     .id_bits = 64,
+     .holds_frame_rate = true,
+     .holds_units = true,
+     .reserved_names = "points velocities",
+     .reserved_of_particles = "ids widths",
      .nameInFile = usdName,
      .particle_bytes = 80,
      .test = "batch.Interop.Usd",
@@ -213,6 +230,7 @@ constexpr std::array kFormats = std::to_array<FileFormat>({
      .reads_particles = true,
      .write_particles = encodeTable,
      .id_bits = 64,
+     .reserved_names = "x y z P vx vy vz v id",
      .particle_bytes = 40,  // 70 in files of this program; 27 without velocity and id
      .test = "batch.Interop.Vtk",
      .proof = "the csv module of Python reads it"},

@@ -77,10 +77,17 @@ struct FileFormat {
     bool is_drawing = false;        ///< a picture of planar curves, which writeSvg() writes
     bool holds_attributes = true;   ///< velocity is one of them
     bool holds_components = false;  ///< Mesh::component
-    bool is_volume = false;  ///< a mesh is written as a level set, which has no attributes; velocity is an option
-    int id_bits = 0;         ///< of Particles::id
+    bool is_volume = false;       ///< a mesh is written as a level set, which has no attributes; velocity is an option
+    int id_bits = 0;              ///< of Particles::id; 64: negative ids, too
+    bool has_signed_ids = false;  ///< holds ids of 32 bits with sign, too
+    bool holds_frame_rate = false;
+    bool holds_units = false;  ///< the up axis and the length of a unit
 
-    /// The name that an attribute gets in the file. Null: the same.
+    std::string_view reserved_names = "P v";        ///< that attributes cannot have, separated by spaces
+    std::string_view reserved_of_particles = "id";  ///< those that particles and spheres cannot have either
+    /// Whether a name of an attribute can have a character. Null: all but white space and zero bytes.
+    bool (*isInNames)(char character) = nullptr;
+    /// The name that the writer gives to an attribute. Null: the same.
     std::string (*nameInFile)(const std::string& attribute) = nullptr;
 
     double particle_bytes = 30;  ///< typical size of a particle with velocity and id on disk, without gzip or Blosc

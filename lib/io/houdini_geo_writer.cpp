@@ -92,10 +92,10 @@ public:
                     for (std::size_t c = i * a.components; c < (i + 1) * a.components; ++c) json_.number(numbers[c]);
                 });
             };
-            if (a.integer.empty())
-                write(a.real);
-            else
+            if (a.hasIntegers())
                 write(a.integer);
+            else
+                write(a.real);
         }
     }
 

@@ -7,6 +7,7 @@
 #include "io/file_contents.h"
 #include "io/vdb_file.h"
 #include "mesh/components.h"
+#include "mesh/mesh_edges.h"
 #include "mesh/triangle_tree.h"
 
 #include <openvdb/openvdb.h>
@@ -19,6 +20,7 @@
 #include <cmath>
 #include <memory>
 #include <new>
+#include <span>
 #include <sstream>
 #include <utility>
 #include <vector>
@@ -205,23 +207,49 @@ double medianEdge(const Mesh& mesh) {
     return length > 0 ? length : 1;
 }
 
-/// Estimated peak memory in bytes: blocks of 8³ voxels along the surface, each with a distance, the nearest triangle,
-/// a share of the file and perhaps a velocity. Measured on a splash: 0.8 of this.
-double estimatedMemory(const Mesh& mesh, const LevelSetOptions& options) {
-    constexpr double kBlock = 8, kBytesPerVoxel = 4 + 4 + 4, kBytesOfVelocity = 12;
-    double area = 0;
-    for (const Triangle& t : mesh.triangles)
-        area +=
-            cross(mesh.position[t[1]] - mesh.position[t[0]], mesh.position[t[2]] - mesh.position[t[0]]).length() / 2;
-    const double blocks = area / std::pow(kBlock * options.voxel, 2) * ((2 * options.band + kBlock) / kBlock + 1);
-    return blocks * std::pow(kBlock, 3) * (kBytesPerVoxel + (options.velocity ? kBytesOfVelocity : 0));
-}
-
 std::string shortText(double number) {
     std::ostringstream text;
     text.precision(3);
     text << number;
     return text.str();
+}
+
+double areaOf(const Mesh& mesh) {
+    double area = 0;
+    for (const Triangle& t : mesh.triangles)
+        area +=
+            cross(mesh.position[t[1]] - mesh.position[t[0]], mesh.position[t[2]] - mesh.position[t[0]]).length() / 2;
+    return area;
+}
+
+/// The edges that do not have two triangles.
+std::size_t openEdges(const Mesh& mesh) {
+    std::size_t open = 0;
+    forEveryEdge(sortedSides(mesh.triangles), [&](std::span<const TriangleSide> sides) { open += sides.size() % 2; });
+    return open;
+}
+
+bool hasInside(const vdb::FloatGrid& level_set) {
+    for (auto voxel = level_set.cbeginValueOn(); voxel; ++voxel)
+        if (*voxel < 0) return true;
+    return false;
+}
+
+/// Warns of parts of a mesh that its level set may lack.
+void notePartsMissing(const Mesh& mesh, const vdb::FloatGrid& level_set,
+                      const std::function<void(const std::string&)>& warn) {
+    if (mesh.triangles.empty() || !warn) return;
+    const std::size_t open = openEdges(mesh);
+    const std::string edges = std::to_string(open) + (open == 1 ? " edge" : " edges") +
+                              " without a triangle on one side. Close its holes first";
+    if (hasInside(level_set)) {
+        if (open > 0) warn("open parts of the mesh may be missing in the level set: it has " + edges);
+    } else if (open > 0) {
+        warn(std::string(kNoInside) + ", so that the level set is empty: it has " + edges);
+    } else {
+        warn("the level set is empty: no voxel of " + shortText(level_set.voxelSize().x()) +
+             " is inside the mesh. Choose smaller voxels with --voxel (output.voxel)");
+    }
 }
 
 /// Whether a block of so many bytes could be allocated now.
@@ -235,7 +263,7 @@ bool canAllocate(double bytes) {
 
 void requireFeasible(const Mesh& mesh, const std::string& file, const LevelSetOptions& options) {
     constexpr double kMaxIndex = 1 << 30;  // within 32 bits, with the narrow band
-    const std::string advice = " Choose larger voxels (output.voxel).";
+    const std::string advice = " Choose larger voxels with --voxel (output.voxel).";
     const std::string voxels = file + ": voxels of " + shortText(options.voxel);
     double farthest = 0;
     for (const Vec3& p : mesh.position)
@@ -243,19 +271,28 @@ void requireFeasible(const Mesh& mesh, const std::string& file, const LevelSetOp
     if (!(farthest / options.voxel < kMaxIndex))
         throw Error(voxels + " are too small for coordinates up to " + shortText(farthest) +
                     ", because a grid has 2^30 of them in each direction." + advice);
-    const double bytes = estimatedMemory(mesh, options);
+    const double bytes = levelSetMemory(areaOf(mesh), options);
     const bool exceeds = options.memory_limit > 0 && bytes > static_cast<double>(options.memory_limit);
     if (exceeds || !canAllocate(bytes))
-        throw Error(voxels + " would need about " + shortText(bytes / 1e9) + " GB of memory" +
-                    (exceeds
-                         ? ", but " + shortText(static_cast<double>(options.memory_limit) / 1e9) + " GB are the limit."
-                         : ".") +
-                    advice);
+        throw MemoryError(
+            voxels + " would need about " + shortText(bytes / 1e9) + " GB of memory" +
+            (exceeds ? ", but " + shortText(static_cast<double>(options.memory_limit) / 1e9) + " GB are the limit."
+                     : ".") +
+            advice);
 }
 
 }  // namespace
 
-std::string encodeLevelSet(const Mesh& mesh, const std::string& file, const LevelSetOptions& given) {
+double levelSetMemory(double area, const LevelSetOptions& options) {
+    // Blocks of 8³ voxels along the surface, each with a distance, the nearest triangle, a share of the file and
+    // perhaps a velocity.
+    constexpr double kBlock = 8, kBytesPerVoxel = 4 + 4 + 4, kBytesOfVelocity = 12;
+    const double blocks = area / std::pow(kBlock * options.voxel, 2) * ((2 * options.band + kBlock) / kBlock + 1);
+    return blocks * std::pow(kBlock, 3) * (kBytesPerVoxel + (options.velocity ? kBytesOfVelocity : 0));
+}
+
+std::string encodeLevelSet(const Mesh& mesh, const std::string& file, const LevelSetOptions& given,
+                           const std::function<void(const std::string&)>& warn) {
     initializeVdb();
     requireWritable(mesh, file);
     LevelSetOptions options = given;
@@ -263,6 +300,7 @@ std::string encodeLevelSet(const Mesh& mesh, const std::string& file, const Leve
     requireFeasible(mesh, file, options);
     try {
         const auto surface = levelSetOf(mesh, Distances(mesh, options.voxel, options.band), shellsOf(mesh));
+        notePartsMissing(mesh, *surface, warn);
         surface->setName("surface");
         surface->setGridClass(vdb::GRID_LEVEL_SET);
         vdb::GridCPtrVec grids;

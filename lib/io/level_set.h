@@ -4,9 +4,14 @@
 
 #include "betamesh/io.h"
 
+#include <functional>
 #include <string>
+#include <string_view>
 
 namespace betamesh {
+
+/// The beginning of the warning of an open mesh whose level set is empty.
+inline constexpr std::string_view kNoInside = "the mesh has no inside";
 
 /// Encodes a .vdb file with the grid `surface` of class level set: signed distances to the mesh, negative inside, in a
 /// narrow band of voxels; exact within a voxel of the surface, at most a third of a voxel too large in the rest of the
@@ -17,8 +22,15 @@ namespace betamesh {
 ///         Parts that cross or overlap are joined
 /// same    bytes for the same mesh and any thread count
 /// cost    O(area / voxel²) time and memory, for an extent of any size
-/// errors  voxels so small that they cannot be numbered, or that would need more memory than the limit
+/// errors  voxels so small that they cannot be numbered; MemoryError if the voxels would need more memory than the
+/// limit.
+///         warn, which may be null, gets a sentence on parts that are missing
 /// source  OpenVDB, tools/MeshToVolume.h
-std::string encodeLevelSet(const Mesh& mesh, const std::string& file, const LevelSetOptions& options);
+std::string encodeLevelSet(const Mesh& mesh, const std::string& file, const LevelSetOptions& options,
+                           const std::function<void(const std::string&)>& warn = {});
+
+/// Estimated peak memory of encodeLevelSet() for a mesh of this area (world units squared), without that of the mesh;
+/// bytes. Measured on a splash: 0.8 of this.
+double levelSetMemory(double area, const LevelSetOptions& options);
 
 }  // namespace betamesh

@@ -14,7 +14,10 @@ Mesh readMesh(const std::filesystem::path& path) {
 
 OutputFile encodedMesh(const std::filesystem::path& path, const Mesh& mesh, const WriteOptions& options) {
     const FileFormat& format = formatOf(path, FileKind::mesh, Access::write);
-    return encodedFile(path, [&](ByteWriter& out) { format.write_mesh(out, mesh, path.string(), options); });
+    return encodedFile(path, [&](ByteWriter& out) {
+        writeWithNames(format, FileKind::mesh, mesh,
+                       [&](const Mesh& named) { format.write_mesh(out, named, path.string(), options); });
+    });
 }
 
 void writeMesh(const std::filesystem::path& path, const Mesh& mesh, const WriteOptions& options) {
@@ -31,7 +34,18 @@ void writeSpheres(const std::filesystem::path& path, const Spheres& spheres, con
     if (format.write_spheres == nullptr)
         throw Error(path.string() + ": " + std::string(format.write_extensions) +
                     " cannot store the radius of spheres. Use .ply or .bgeo.");
-    writeEncoded(path, [&](ByteWriter& out) { format.write_spheres(out, spheres, path.string(), options); });
+    if (!holdsIds(format, spheres.id)) {
+        Spheres without_ids = spheres;
+        without_ids.id.clear();
+        if (options.warn)
+            options.warn("the ids of the spheres are negative or need more than " + std::to_string(format.id_bits) +
+                         " bits, which " + std::string(format.write_extensions) + " cannot hold: they are left out");
+        return writeSpheres(path, without_ids, options);
+    }
+    writeEncoded(path, [&](ByteWriter& out) {
+        writeWithNames(format, FileKind::particles, spheres,
+                       [&](const Spheres& named) { format.write_spheres(out, named, path.string(), options); });
+    });
 }
 
 void requireMeshExtension(const std::filesystem::path& path) { formatOf(path, FileKind::mesh, Access::write); }

@@ -112,6 +112,29 @@ bool hasDoublePositions(const std::filesystem::path& path) {
     return has_doubles;
 }
 
+std::optional<std::vector<Attribute>> attributesWithoutRows(const std::filesystem::path& path,
+                                                            const ParticleInput& input) {
+    struct Known {};
+    FileContents first;
+    ReadOptions options = readOptions(input);
+    options.points = [&](FileContents&& points, std::uint64_t) {
+        if (points.position.empty()) return;
+        keepRows({0}, points);
+        first = std::move(points);
+        throw Known();
+    };
+    try {
+        readPoints(path, options);
+        return std::nullopt;
+    } catch (const Known&) {
+    }
+    ParticleInput as_it_is;
+    as_it_is.velocity = input.velocity;
+    std::vector<Attribute> attributes = particlesFrom(std::move(first), as_it_is, path.string()).attributes;
+    for (Attribute& a : attributes) a = {a.name, a.components, {}, {}, a.integer_type, a.hasIntegers()};
+    return attributes;
+}
+
 std::optional<Vec3> localOriginOf(const std::filesystem::path& path) {
     if (!hasDoublePositions(path)) return Vec3(0, 0, 0);
     ParticleInput input;
@@ -128,7 +151,10 @@ std::optional<Vec3> localOriginOf(const std::filesystem::path& path) {
 
 void writeParticles(const std::filesystem::path& path, const Particles& particles, const WriteOptions& options) {
     const FileFormat& format = formatOf(path, FileKind::particles, Access::write);
-    writeEncoded(path, [&](ByteWriter& out) { format.write_particles(out, particles, path.string(), options); });
+    writeEncoded(path, [&](ByteWriter& out) {
+        writeWithNames(format, FileKind::particles, particles,
+                       [&](const Particles& named) { format.write_particles(out, named, path.string(), options); });
+    });
 }
 
 void requireParticleExtension(const std::filesystem::path& path) { formatOf(path, FileKind::particles, Access::write); }

@@ -10,6 +10,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <vector>
 
 namespace betamesh {
 
@@ -28,6 +29,13 @@ SummarisedParticles readSummarised(const std::filesystem::path& path, const Part
 void visitPositions(const std::filesystem::path& path, const ParticleInput& input,
                     const std::function<void(std::span<const Vec3f>)>& visit);
 void visitPositions(const std::filesystem::path& path, const std::function<void(std::span<const Vec3f>)>& visit);
+
+/// The attributes of the particles in a file, without rows; nullopt if it has no particles. Reads no more than it has
+/// to.
+///
+/// errors  those of readParticles()
+std::optional<std::vector<Attribute>> attributesWithoutRows(const std::filesystem::path& path,
+                                                            const ParticleInput& input);
 
 /// Whether the file stores positions in double precision. Reads no more than it has to.
 bool hasDoublePositions(const std::filesystem::path& path);

@@ -37,6 +37,7 @@ struct InputSummary {
     std::string velocity;              ///< attributes that contain the velocity: "v", "v_1, v_2, v_3"; empty: none
     std::vector<std::string> velocity_candidates;  ///< if there is none: attributes that might be meant
     std::vector<LostNumber> lost_numbers;          ///< the first of each attribute
+    std::vector<std::string> warnings;             ///< as FileContents::warnings
     std::vector<InputPart> parts;                  ///< in the order of the file; grids and groups first
 };
 

@@ -176,6 +176,7 @@ InputSummary ParticleSelector::summary(const FileContents& kept, const FileConte
             declared.components > 1 ? std::to_string(declared.components) + " " : std::string();
         summary.parts.push_back({Kind::attribute, name, components + declared.type, use});
     }
+    summary.warnings = rest.warnings;
     for (const std::string& what : rest.passed_over) summary.parts.push_back({Kind::group, what, "", ""});
     return summary;
 }

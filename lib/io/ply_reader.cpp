@@ -205,7 +205,7 @@ private:
         }
         for (std::size_t c = 0; c < columns.size(); ++c)
             if (is_read_[c] && isId(element_.properties[c]))
-                for (const std::int64_t id : columns[c].integer) points.id.push_back(idFrom(id));
+                for (const std::int64_t id : columns[c].integer) points.id.push_back(static_cast<std::uint64_t>(id));
         std::size_t attribute = 0;
         visitAttributes([&](std::size_t c, std::size_t size, const std::string& name) {
             Attribute& a = points.attributes[attribute++];
@@ -271,13 +271,6 @@ private:
             if (size > 0) visit(c, size, name);
             c += std::max<std::size_t>(size, 1);
         }
-    }
-
-    /// Negative 32-bit ids become the unsigned ids with the same bits, as in the other formats.
-    static std::uint64_t idFrom(std::int64_t id) {
-        if (id >= std::numeric_limits<std::int32_t>::min() && id < 0)
-            return static_cast<std::uint32_t>(static_cast<std::int32_t>(id));
-        return static_cast<std::uint64_t>(id);
     }
 
     const PlyElement& element_;

@@ -48,7 +48,7 @@ public:
         for (const Attribute& a : attributes) {
             types_.push_back(writtenType(a));
             for (std::uint32_t c = 0; c < a.components; ++c)
-                scalars(a.integer.empty() ? "float" : nameOf(types_.back()), {a.name + suffix(c, a.components)});
+                scalars(a.hasIntegers() ? nameOf(types_.back()) : "float", {a.name + suffix(c, a.components)});
         }
     }
     void faces(std::size_t count, bool components) {
@@ -116,13 +116,17 @@ void encodePly(ByteWriter& out, const Particles& particles, const std::string& f
     requireWritableAttributes(particles.attributes, n, file);
     PlyWriter ply(out, n);
     if (has_velocity) ply.scalars("float", {"vx", "vy", "vz"});
-    if (has_id) ply.scalars("uint", {"id"});
+    const bool is_signed = !std::all_of(particles.id.begin(), particles.id.end(), [](std::uint64_t id) {
+        return id <= std::numeric_limits<std::uint32_t>::max();
+    }) && haveSigned32Bits(particles.id);
+    if (has_id) ply.scalars(is_signed ? "int" : "uint", {"id"});
     ply.attributes(particles.attributes);
     ply.endHeader();
     for (std::size_t i = 0; i < n; ++i) {
         ply.vector(particles.position[i]);
         if (has_velocity) ply.vector(particles.velocity[i]);
-        if (has_id) out.little(idOf32Bits(particles.id, i, file));
+        if (has_id)
+            out.little(is_signed ? static_cast<std::uint32_t>(particles.id[i]) : idOf32Bits(particles.id, i, file));
         ply.attributeRow(particles.attributes, i);
     }
     out.flush();

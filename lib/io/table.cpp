@@ -8,6 +8,7 @@
 #include <charconv>
 #include <map>
 #include <optional>
+#include <set>
 #include <type_traits>
 #include <utility>
 
@@ -49,28 +50,55 @@ private:
     std::size_t number_ = 0;
 };
 
-/// At commas or semicolons where there is one, else at white space; quotes are taken off.
-std::vector<std::string> cellsOf(const std::string& line) {
-    const char separator = line.find(',') != std::string::npos ? ',' : line.find(';') != std::string::npos ? ';' : ' ';
-    std::vector<std::string> cells;
-    std::string cell;
-    bool quoted = false;
-    const auto end = [&] {
-        const std::size_t first = cell.find_first_not_of(" \t"), last = cell.find_last_not_of(" \t");
-        cell = first == std::string::npos ? "" : cell.substr(first, last - first + 1);
-        if (separator != ' ' || !cell.empty()) cells.push_back(cell);
-        cell.clear();
-    };
+bool isBlank(char c) { return c == ' ' || c == '\t'; }
+
+/// What separates the cells of a line: a comma or semicolon outside of quotes, else white space.
+char separatorOf(const std::string& line) {
+    bool quoted = false, has_semicolon = false;
     for (const char c : line) {
-        if (c == '"')
-            quoted = !quoted;
-        else if (!quoted && (c == separator || (separator == ' ' && c == '\t')))
-            end();
-        else
-            cell += c;
+        if (c == '"') quoted = !quoted;
+        if (c == ',' && !quoted) return ',';
+        has_semicolon = has_semicolon || (c == ';' && !quoted);
     }
-    end();
+    return has_semicolon ? ';' : ' ';
+}
+
+/// The cells of a line. Quotes are those of RFC 4180: they enclose a whole cell, and a quote in it is doubled; any
+/// other quote is a character of its cell. nullopt: a quote is not closed.
+std::optional<std::vector<std::string>> cellsOf(const std::string& line) {
+    const char separator = separatorOf(line);
+    const auto isEnd = [&](char c) { return c == separator || (separator == ' ' && c == '\t'); };
+    std::vector<std::string> cells;
+    for (std::size_t at = 0; at <= line.size(); ++at) {
+        while (at < line.size() && isBlank(line[at])) ++at;
+        std::string cell;
+        if (at < line.size() && line[at] == '"') {
+            for (++at;; ++at) {
+                if (at >= line.size()) return std::nullopt;
+                if (line[at] == '"' && (at + 1 >= line.size() || line[at + 1] != '"')) break;
+                if (line[at] == '"') ++at;
+                cell += line[at];
+            }
+            ++at;
+            while (at < line.size() && !isEnd(line[at])) ++at;  // nothing may follow but blanks
+        } else {
+            while (at < line.size() && !isEnd(line[at])) cell += line[at++];
+            while (!cell.empty() && isBlank(cell.back())) cell.pop_back();
+        }
+        if (separator == ' ' && cell.empty()) continue;
+        cells.push_back(std::move(cell));
+    }
     return cells;
+}
+
+/// The cells of a line and of the lines that follow it inside quotes.
+std::vector<std::string> nextCells(Lines& lines, std::string line) {
+    for (;;) {
+        if (auto cells = cellsOf(line)) return std::move(*cells);
+        const auto more = lines.next();
+        if (!more || line.size() + more->size() > kLongestLine) lines.fail("a quote is not closed");
+        line += '\n' + *more;
+    }
 }
 
 std::optional<double> numberOf(const std::string& cell) {
@@ -147,19 +175,27 @@ bool isPosition(const std::string& vector) {
     return name == "p" || name == "position" || name == "points" || name == "pos";
 }
 
-/// The columns of the position, then all others.
-std::vector<Meaning> meaningsOf(const std::vector<std::string>& names, const Lines& lines) {
+/// The columns of the position, then all others. Of columns with the same name the first counts.
+std::vector<Meaning> meaningsOf(const std::vector<std::string>& names, const Lines& lines,
+                                std::vector<std::string>& warnings) {
     Meaning position{"P", {}};
     std::vector<Meaning> others;
+    std::set<std::string> known;
     std::map<std::string, std::size_t> at;  // of vectors, among the others
     std::array<std::optional<std::size_t>, 3> xyz;
     for (std::size_t c = 0; c < names.size(); ++c) {
         const std::string single = lower(names[c]);
         const auto part = componentOf(names[c]);
-        if (single == "x" || single == "y" || single == "z") {
-            xyz[static_cast<std::size_t>(single[0] - 'x')] = c;
-        } else if (part && isPosition(part->first) && part->second < 3) {
-            xyz[part->second] = c;
+        std::optional<std::size_t> axis;
+        if (single == "x" || single == "y" || single == "z")
+            axis = static_cast<std::size_t>(single[0] - 'x');
+        else if (part && isPosition(part->first) && part->second < 3)
+            axis = part->second;
+        if (!known.insert(names[c]).second || (axis && xyz[*axis])) {
+            warnings.push_back("column " + std::to_string(c + 1) + " ('" + names[c] +
+                               "') is left out, because an earlier column has the same name or is the same coordinate");
+        } else if (axis) {
+            xyz[*axis] = c;
         } else if (part) {
             const auto [found, is_new] = at.emplace(part->first, others.size());
             if (is_new) others.push_back({part->first, {}});
@@ -212,7 +248,10 @@ std::string columnName(const Attribute& a, std::uint32_t component) {
         name += '[' + std::to_string(component) + ']';
     else if (a.components > 1)
         name += std::string(".") + "xyzw"[component];
-    return name.find_first_of(",;") == std::string::npos ? name : '"' + name + '"';
+    if (name.find_first_of(",;\"") == std::string::npos) return name;
+    std::string quoted = "\"";
+    for (const char c : name) quoted += c == '"' ? std::string("\"\"") : std::string(1, c);
+    return quoted + '"';
 }
 
 class RowWriter {
@@ -253,10 +292,10 @@ FileContents parseTable(Cursor in, const ReadOptions& options) {
     std::vector<Column> columns;
     bool has_names = false, has_element = false;
     std::size_t chemistry_rows = 0, rows = 0;
-    while (const auto line = lines.next()) {
+    while (auto line = lines.next()) {
         const std::size_t first = line->find_first_not_of(" \t,;");
         if (first == std::string::npos || line->at(first) == '#') continue;
-        std::vector<std::string> cells = cellsOf(*line);
+        std::vector<std::string> cells = nextCells(lines, std::move(*line));
         if (cells.empty()) continue;
         if (columns.empty()) {
             const bool numeric = numberOf(cells[0]).has_value();
@@ -293,13 +332,19 @@ FileContents parseTable(Cursor in, const ReadOptions& options) {
     contents.format = has_names ? "table with named columns" : "table without names";
     columns.resize(names.size());
     if (names.empty()) names = {"x", "y", "z"}, columns.resize(3);
-    for (const Meaning& meaning : meaningsOf(names, lines)) {
+    std::set<std::string> known;
+    for (const Meaning& meaning : meaningsOf(names, lines, contents.warnings)) {
         NumberColumn numbers = numbersOf(columns, meaning.columns);
         const auto width = static_cast<std::uint32_t>(meaning.columns.size());
         std::string name = meaning.name;
         for (char& c : name)
             if (static_cast<unsigned char>(c) <= ' ') c = '_';
         if (name.empty()) name = "unnamed";
+        if (!known.insert(name).second) {
+            contents.warnings.push_back("column '" + meaning.name +
+                                        "' is left out, because an earlier one is called '" + name + "' as well");
+            continue;
+        }
         contents.declared.push_back({name, "number", width, ""});
         if (meaning.name == "P") {
             contents.position = positionsFrom(numbers, 3, options.origin);
@@ -329,7 +374,7 @@ void encodeTable(ByteWriter& out, const Particles& particles, const std::string&
     for (std::size_t i = 0; i < n; ++i) {
         row.vector(particles.position[i]);
         if (has_velocity) row.vector(particles.velocity[i]);
-        if (has_id) row.number(particles.id[i]);
+        if (has_id) row.number(static_cast<std::int64_t>(particles.id[i]));
         for (const Attribute& a : particles.attributes)
             for (std::size_t k = i * a.components; k < (i + 1) * a.components; ++k)
                 if (a.integer.empty())

@@ -24,23 +24,23 @@ bool hasName(const Attribute& a, std::initializer_list<std::string_view> names) 
     return std::any_of(names.begin(), names.end(), is_name);
 }
 
-/// Rotates `rows` vectors.
+/// Rotates `rows` vectors of an up axis y to `up`, or back from z.
 template <typename Number>
-void turn(Number* vectors, std::size_t rows) {
+void turn(Number* vectors, std::size_t rows, UpAxis up) {
     parallelFor(rows, kRowsAtOnce, [&](std::size_t i) {
         Number* v = vectors + 3 * i;
-        const Number y = v[1];
-        v[1] = -v[2];
-        v[2] = y;
+        const Number y = v[1], z = v[2];
+        v[1] = up == UpAxis::z ? -z : z;
+        v[2] = up == UpAxis::z ? y : -y;
     });
 }
 
 template <typename Geometry>
-Geometry turned(Geometry geometry) {
+Geometry turned(Geometry geometry, UpAxis up) {
     for (auto* rows : {&geometry.position, &geometry.velocity})
-        if (!rows->empty()) turn(&rows->front().x, rows->size());
+        if (!rows->empty()) turn(&rows->front().x, rows->size(), up);
     for (Attribute& a : geometry.attributes)
-        if (isAcceleration(a) || isNormal(a)) turn(a.real.data(), a.real.size() / 3);
+        if (isAcceleration(a) || isNormal(a)) turn(a.real.data(), a.real.size() / 3, up);
     return geometry;
 }
 
@@ -50,9 +50,13 @@ bool isAcceleration(const Attribute& attribute) { return hasName(attribute, {"ac
 
 bool isNormal(const Attribute& attribute) { return hasName(attribute, {"n", "normal", "normals"}); }
 
-Particles withZUp(Particles particles) { return turned(std::move(particles)); }
-Mesh withZUp(Mesh mesh) { return turned(std::move(mesh)); }
-Curves withZUp(Curves curves) { return turned(std::move(curves)); }
-Spheres withZUp(Spheres spheres) { return turned(std::move(spheres)); }
+Particles withZUp(Particles particles) { return turned(std::move(particles), UpAxis::z); }
+Mesh withZUp(Mesh mesh) { return turned(std::move(mesh), UpAxis::z); }
+Curves withZUp(Curves curves) { return turned(std::move(curves), UpAxis::z); }
+Spheres withZUp(Spheres spheres) { return turned(std::move(spheres), UpAxis::z); }
+
+Particles withYUp(Particles particles) { return turned(std::move(particles), UpAxis::y); }
+Mesh withYUp(Mesh mesh) { return turned(std::move(mesh), UpAxis::y); }
+Curves withYUp(Curves curves) { return turned(std::move(curves), UpAxis::y); }
 
 }  // namespace betamesh

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "betamesh/curves.h"
+#include "betamesh/io.h"
 #include "betamesh/mesh.h"
 #include "betamesh/particles.h"
 
@@ -19,5 +20,10 @@ Particles withZUp(Particles particles);
 Mesh withZUp(Mesh mesh);
 Curves withZUp(Curves curves);
 Spheres withZUp(Spheres spheres);
+
+/// The inverse of withZUp().
+Particles withYUp(Particles particles);
+Mesh withYUp(Mesh mesh);
+Curves withYUp(Curves curves);
 
 }  // namespace betamesh

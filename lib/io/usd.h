@@ -19,7 +19,7 @@ namespace betamesh {
 /// `widths`, and any other attribute a primvar of usdName(). Components become the primvar `component` of faces. Floats
 /// are written with as few digits as give the same float again.
 ///
-/// errors  an id of more than 63 bits; those of requireWritable()
+/// errors  those of requireWritable()
 void encodeUsda(ByteWriter& out, const Mesh& mesh, const std::string& file, const WriteOptions& options);
 void encodeUsda(ByteWriter& out, const Particles& particles, const std::string& file, const WriteOptions& options);
 

@@ -1,16 +1,23 @@
 #include "io/usd_clips.h"
 
+#include "io/digest.h"
 #include "io/usd.h"
 
 #include <algorithm>
+#include <charconv>
+#include <cstdint>
 #include <fstream>
+#include <iomanip>
 #include <optional>
+#include <span>
+#include <sstream>
 
 namespace betamesh {
 
 namespace {
 
 constexpr std::string_view kMarker = "string betamesh = \"plays a sequence\"";
+constexpr std::string_view kDigest = "        string betamesh_digest = \"";
 constexpr std::size_t kBeginning = std::size_t{1} << 16;  // bytes of a file in which declarations have to end
 
 std::string beginningOf(const std::filesystem::path& path, std::size_t bytes) {
@@ -54,6 +61,25 @@ std::string assetText(const std::string& path) {
     return mark + path + mark;
 }
 
+/// The line with the digest of the rest of a layer.
+std::string digestLine(const std::string& rest) {
+    const Digest digest = digestOf(std::as_bytes(std::span(rest)));
+    std::ostringstream line;
+    line << kDigest << std::hex << std::setfill('0');
+    for (const std::uint64_t half : digest) line << std::setw(16) << half;
+    line << "\"\n";
+    return line.str();
+}
+
+/// The value behind `    key = ` in the header of a layer; empty: none.
+std::string headerValue(const std::string& text, const std::string& key) {
+    const std::string before = "\n    " + key + " = ";
+    const std::size_t at = text.find(before), end = text.find("\n)\n");
+    if (at == std::string::npos || end == std::string::npos || at > end) return {};
+    const std::size_t begin = at + before.size();
+    return text.substr(begin, text.find('\n', begin) - begin);
+}
+
 std::string pair(std::string first, const std::string& second) { return "(" + std::move(first) + ", " + second + ")"; }
 
 }  // namespace
@@ -90,11 +116,38 @@ std::string usdClipsLayer(const std::vector<ClipFile>& files, const std::string&
         "\n            string primPath = \"/geometry\"\n            double2[] times = [" + times +
         "]\n        }\n    }\n    kind = \"component\"\n)\n{\n" + prim + "\n    {\n";
     for (const std::string& attribute : attributes) text += attribute;
-    return text + "    }\n}\n";
+    text += "    }\n}\n";
+    return text.insert(text.find('\n', text.find(kMarker)) + 1, digestLine(text));
 }
 
 bool isUsdClipsLayer(const std::filesystem::path& path) {
     return beginningOf(path, kMarker.size() + 256).find(kMarker) != std::string::npos;
+}
+
+bool isEditedUsdClipsLayer(const std::filesystem::path& path) {
+    if (!isUsdClipsLayer(path)) return false;
+    std::error_code error;
+    const auto size = std::filesystem::file_size(path, error);
+    if (error) return false;
+    std::string text = beginningOf(path, static_cast<std::size_t>(size));
+    const std::size_t begin = text.find(kDigest);
+    if (begin == std::string::npos) return true;
+    const std::size_t end = std::min(text.find('\n', begin), text.size() - 1) + 1;
+    const std::string line = text.substr(begin, end - begin);
+    return digestLine(text.erase(begin, end - begin)) != line;
+}
+
+void copyUsdUnits(const std::filesystem::path& path, WriteOptions& options) {
+    const std::string text = beginningOf(path, kBeginning);
+    const std::string up = headerValue(text, "upAxis");
+    if (up.empty()) return;
+    const auto copy = [&](const char* key, double& number) {
+        const std::string value = headerValue(text, key);
+        std::from_chars(value.data(), value.data() + value.size(), number);
+    };
+    copy("timeCodesPerSecond", options.frames_per_second);
+    copy("metersPerUnit", options.meters_per_unit);
+    options.up_axis = up == "\"Z\"" ? UpAxis::z : UpAxis::y;
 }
 
 }  // namespace betamesh

@@ -23,12 +23,18 @@ struct ClipFile {
 ///
 /// in      files: written by encodeUsda() with WriteOptions::frame, ascending frames; others are left out
 ///         asset: path of the layer itself, relative to itself
-/// out     the text of the layer; empty if there are no such files
+/// out     the text of the layer, which has a digest of the rest of it; empty if there are no such files
 /// cost    reads the beginning of each file
 /// source  "Value Clips" in the documentation of OpenUSD
 std::string usdClipsLayer(const std::vector<ClipFile>& files, const std::string& asset, const WriteOptions& options);
 
 /// Whether a file was written by usdClipsLayer(). False if it cannot be read.
 bool isUsdClipsLayer(const std::filesystem::path& path);
+
+/// Whether such a file was changed afterwards.
+bool isEditedUsdClipsLayer(const std::filesystem::path& path);
+
+/// Copies frame rate, up axis and unit of a file of encodeUsda() to options. Does nothing if there is no such file.
+void copyUsdUnits(const std::filesystem::path& path, WriteOptions& options);
 
 }  // namespace betamesh

@@ -55,6 +55,20 @@ bool isOfSchema(std::string_view name) {
                           "cornerIndices", "cornerSharpnesses", "creaseIndices", "creaseLengths", "creaseSharpnesses"});
 }
 
+/// A finite number above 0.
+std::optional<double> positiveNumber(std::string_view text) {
+    double number = 0;
+    std::from_chars(text.data(), text.data() + text.size(), number);
+    return number > 0 && std::isfinite(number) ? std::optional(number) : std::nullopt;
+}
+
+FileUnits unitsOf(const UsdaStage& stage) {
+    FileUnits units{positiveNumber(stage.frame_rate), std::nullopt, positiveNumber(stage.meters_per_unit)};
+    const std::string up = stage.up_axis.empty() ? "" : unquoted(stage.up_axis);
+    if (up == "Y" || up == "Z") units.up_axis = up == "Z" ? UpAxis::z : UpAxis::y;
+    return units;
+}
+
 class Reader {
 public:
     Reader(const UsdaStage& stage, const std::string& file, const ReadOptions& options)
@@ -67,6 +81,7 @@ public:
             contents_.passed_over.emplace_back("upAxis = \"Z\", as --up-axis z (input.up_axis) does");
         if (!stage_.meters_per_unit.empty() && stage_.meters_per_unit != "1")
             contents_.passed_over.push_back("metersPerUnit = " + std::string(stage_.meters_per_unit));
+        contents_.units = unitsOf(stage_);
         for (const std::size_t prim : chosen) readPrim(prim);
         if (any_component_ && !faces_without_component_) contents_.component = std::move(component_);
         return deliverWhole(std::move(contents_), options_);

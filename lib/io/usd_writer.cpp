@@ -108,7 +108,7 @@ public:
 
     /// An attribute of points, under the name that USD has for it, or as a primvar.
     void attribute(const Attribute& a) {
-        const bool is_vector = a.components == 3 && a.integer.empty();
+        const bool is_vector = a.components == 3 && !a.hasIntegers();
         const auto write = [&a](bool as_tuples) {
             return [&a, as_tuples](ByteWriter& out) {
                 if (a.integer.empty())
@@ -123,7 +123,7 @@ public:
         if (is_vector && a.name == "Cd") return attribute("color3f[] primvars:displayColor", vertex, write(true));
         const bool has_tuple_type = a.components >= 1 && a.components <= 4;
         const std::string name = uniqueName(a.name);
-        std::string type = a.integer.empty() ? "float" : "int", metadata;
+        std::string type = a.hasIntegers() ? "int" : "float", metadata;
         if (has_tuple_type && a.components > 1) type += std::to_string(a.components);
         if (name != a.name) metadata += "displayName = \"" + escaped(a.name) + "\"\n            ";
         if (!has_tuple_type) metadata += "elementSize = " + std::to_string(a.components) + "\n            ";
@@ -263,11 +263,7 @@ void encodeUsda(ByteWriter& out, const Particles& particles, const std::string& 
     requireWritable(particles, file);
     const std::size_t n = particles.size();
     requireWritable(particles.attributes, n, {"points", "velocities", "ids", "widths"}, file);
-    constexpr std::uint64_t kMaxId = std::numeric_limits<std::int64_t>::max();
-    for (std::size_t i = 0; i < particles.id.size(); ++i)
-        if (particles.id[i] > kMaxId)
-            throw Error(file + ": particle " + std::to_string(i) + ": id " + std::to_string(particles.id[i]) +
-                        " needs more than 63 bits, which this format cannot store. Use .vdb, which stores 64.");
+    const std::vector<std::int64_t> ids(particles.id.begin(), particles.id.end());
     PrimWriter prim(options, "Points", "points");
     // A width is a diameter. A radius whose double is infinite stays a primvar.
     const auto isRadius = [](const Attribute& a) {
@@ -281,7 +277,7 @@ void encodeUsda(ByteWriter& out, const Particles& particles, const std::string& 
     const bool has_widths = radius != particles.attributes.end();
     addExtent(prim, particles.position, has_widths ? &widths : nullptr);
     if (!particles.id.empty() || n == 0)
-        prim.attribute("int64[] ids", "", [&](ByteWriter& text) { writeRows(text, particles.id, 1, false); });
+        prim.attribute("int64[] ids", "", [&](ByteWriter& text) { writeRows(text, ids, 1, false); });
     prim.attribute("point3f[] points", "", [&](ByteWriter& text) { writeVectors(text, n, particles.position); });
     if (!particles.velocity.empty() || n == 0)
         prim.attribute("vector3f[] velocities", "",

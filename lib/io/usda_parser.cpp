@@ -196,6 +196,8 @@ private:
             if (key == "subLayers" && !isEmpty(value)) failComposition("the file has sublayers, which are not read");
             if (key == "upAxis") stage_.up_axis = value;
             if (key == "metersPerUnit") stage_.meters_per_unit = value;
+            if (key == "timeCodesPerSecond" || (key == "framesPerSecond" && stage_.frame_rate.empty()))
+                stage_.frame_rate = value;
         });
     }
 

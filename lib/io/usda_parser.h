@@ -45,6 +45,7 @@ struct UsdaStage {
     std::vector<UsdaPrim> prims;
     std::string_view up_axis;          ///< in quotes; empty: not given
     std::string_view meters_per_unit;  ///< empty: not given
+    std::string_view frame_rate;       ///< timeCodesPerSecond, or else framesPerSecond; empty: not given
 
     std::string pathOf(std::size_t prim) const;
 };

@@ -291,10 +291,7 @@ private:
             const std::size_t numbers = column.is_integer ? integers.size() : reals.size();
             if (numbers != rows.position.size() * column.components) continue;
             if (column.is_integer && column.components == 1 && column.name == options_.id) {
-                const bool short_id = column.value_type != "int64";
-                for (const std::int64_t id : integers)
-                    rows.id.push_back(short_id ? static_cast<std::uint32_t>(static_cast<std::int32_t>(id))
-                                               : static_cast<std::uint64_t>(id));
+                rows.id.assign(integers.begin(), integers.end());
             } else if (column.is_integer) {
                 rows.attributes.push_back(integerAttribute(column.name, column.components, std::move(integers)));
             } else {

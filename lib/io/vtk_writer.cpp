@@ -45,7 +45,7 @@ public:
     }
 
     void attribute(const Attribute& a, const std::string& name) {
-        if (a.integer.empty())
+        if (!a.hasIntegers())
             array(name, "Float32", a.components, points_ * a.components, sizeof(float), [&a](ByteWriter& out) {
                 for (const float x : a.real) out.little(x);
             });
@@ -119,18 +119,18 @@ WriteRows offsetsOf(std::size_t count, std::int64_t corners) {
     };
 }
 
-/// normals: written unless empty.
+/// normals: written unless null.
 template <typename Surface>
-void writePoints(VtpWriter& vtp, const Surface& surface, const std::vector<Vec3>& normals) {
+void writePoints(VtpWriter& vtp, const Surface& surface, const std::vector<Vec3>* normals) {
     const std::size_t n = surface.position.size();
-    vtp.pointData(surface.attributes, !normals.empty(), [&] {
+    vtp.pointData(surface.attributes, normals != nullptr, [&] {
         vtp.array("velocity", "Float32", 3, 3 * n, sizeof(float), [&surface, n](ByteWriter& out) {
             for (std::size_t i = 0; i < n; ++i) {
                 const Vec3 v = surface.velocity.empty() ? Vec3(0, 0, 0) : surface.velocity[i];
                 out.little(std::array{static_cast<float>(v.x), static_cast<float>(v.y), static_cast<float>(v.z)});
             }
         });
-        if (!normals.empty()) vtp.vectors(kVtkNormals, normals);
+        if (normals != nullptr) vtp.vectors(kVtkNormals, *normals);
     });
 }
 
@@ -146,11 +146,13 @@ void encodeVtp(ByteWriter& out, const Particles& particles, const std::string& f
     const std::size_t n = particles.size();
     requireWritable(particles, file);
     requireWritable(particles.attributes, n, {"velocity", "id", "Points", kVtkNormals}, file);
+    // A number of 2^63 or more is a negative one in all likelihood. The bits are the same.
+    const bool has_negative = std::any_of(particles.id.begin(), particles.id.end(), [](auto id) { return id >> 63; });
     VtpWriter vtp(out, n);
     vtp.pointData(particles.attributes, false, [&] {
         if (!particles.velocity.empty()) vtp.vectors("velocity", particles.velocity);
         if (!particles.id.empty())
-            vtp.array("id", "UInt64", 1, n, sizeof(std::uint64_t), [&](ByteWriter& bytes) {
+            vtp.array("id", has_negative ? "Int64" : "UInt64", 1, n, sizeof(std::uint64_t), [&](ByteWriter& bytes) {
                 for (const std::uint64_t id : particles.id) bytes.little(id);
             });
     });
@@ -171,7 +173,7 @@ void encodeVtp(ByteWriter& out, const Mesh& mesh, const std::string& file) {
         std::any_of(mesh.attributes.begin(), mesh.attributes.end(), [](const Attribute& a) { return a.name == "N"; });
     const std::vector<Vec3> normals = has_name ? std::vector<Vec3>{} : normalsOf(mesh);
     VtpWriter vtp(out, mesh.position.size());
-    writePoints(vtp, mesh, normals);
+    writePoints(vtp, mesh, has_name ? nullptr : &normals);
     if (mesh.component) {
         vtp.begin("CellData");
         vtp.array(kComponent, "Int32", 1, triangles, sizeof(std::int32_t), [&](ByteWriter& bytes) {
@@ -192,7 +194,7 @@ void encodeVtp(ByteWriter& out, const Mesh& mesh, const std::string& file) {
 void encodeVtp(ByteWriter& out, const Curves& curves, const std::string& file) {
     requireWritableVtp(curves, file);
     VtpWriter vtp(out, curves.position.size());
-    writePoints(vtp, curves, {});
+    writePoints(vtp, curves, nullptr);
     vtp.begin("Points");
     vtp.vectors("Points", curves.position);
     vtp.end("Points");

@@ -42,7 +42,8 @@ std::vector<Attribute> carriedAttributes(const Particles& particles, const std::
         if (attribute == nullptr) continue;
         from.push_back(attribute);
         const std::size_t numbers = position.size() * from.back()->components;
-        carried.push_back({name, from.back()->components, {}, {}, from.back()->integer_type});
+        carried.push_back(
+            {name, from.back()->components, {}, {}, from.back()->integer_type, from.back()->hasIntegers()});
         if (from.back()->integer.empty())
             carried.back().real.assign(numbers, 0);
         else

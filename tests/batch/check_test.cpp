@@ -126,6 +126,32 @@ TEST(Check, ParticlesMustBeInsideTheMeshOrTheSpheresBesideIt) {
     EXPECT_EQ(jsonLines(beside.out).at(0)["particles"]["spheres"], 1);
 }
 
+TEST(Check, ParticlesAreComparedInTheAxesOfTheMesh) {
+    const TemporaryFolder folder;
+    Particles block;
+    for (int i = 0; i < 60; ++i)
+        block.position.emplace_back(static_cast<float>(i % 3), static_cast<float>(i / 3 % 10),
+                                    static_cast<float>(i / 30));
+    writeParticles(folder / "p.0001.ply", block);
+    for (const std::string up : {"y", "z"}) {
+        ASSERT_EQ(runProgram({"mesh", "p.####.ply", "m.####.ply", "--spacing", "1", "--output-up-axis", up,
+                              "--overwrite", "--origin", "1,2,3"},
+                             folder.path())
+                      .exit_code,
+                  0);
+        const Outcome by_manifest = runProgram({"check", "m.0001.ply", "--particles", "p.####.ply"}, folder.path());
+        EXPECT_EQ(by_manifest.exit_code, 0) << by_manifest.out << by_manifest.err;
+    }
+    std::filesystem::remove(folder / "m.0001.ply.json");
+    const std::vector<std::string> words{"check", "m.0001.ply", "--particles", "p.####.ply", "--origin", "1,2,3"};
+    EXPECT_EQ(runProgram(words, folder.path()).exit_code, 1);
+    std::vector<std::string> with_axis = words;
+    with_axis.insert(with_axis.end(), {"--output-up-axis", "z"});
+    EXPECT_EQ(runProgram(with_axis, folder.path()).exit_code, 0);
+    with_axis.back() = "x";
+    EXPECT_EQ(runProgram(with_axis, folder.path()).exit_code, 2);
+}
+
 TEST(Check, WrongUsageAndUnreadableFilesHaveDifferentExitCodes) {
     const TemporaryFolder folder;
     writeMesh(folder / "good.ply", sphere(1, Vec3(0)));

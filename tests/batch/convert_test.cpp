@@ -112,6 +112,119 @@ TEST_F(Convert, WhatTheFormatCannotHoldIsNamedOnce) {
     EXPECT_NE(text.err.find("rounded to 32 bits: P"), std::string::npos) << text.err;
 }
 
+TEST_F(Convert, FrameRateUpAxisAndUnitAreThoseOfTheInput) {
+    const Particles particles = sampleParticles(4, true, true, false);
+    writeParticles(folder_ / "in.usda", particles,
+                   {.frames_per_second = 25, .up_axis = UpAxis::z, .meters_per_unit = 0.01});
+    const std::string whole = contentsOf(folder_ / "in.usda");
+    const Outcome same = convert("in.usda", "out.usda");
+    EXPECT_EQ(same.exit_code, 0) << same.err;
+    EXPECT_EQ(same.err.find("warning"), std::string::npos) << same.err;
+    EXPECT_EQ(contentsOf(folder_ / "out.usda"), whole);
+    // Another format keeps what it has a place for, and the numbers.
+    ASSERT_EQ(convert("in.usda", "out.abc").exit_code, 0);
+    ASSERT_EQ(convert("out.abc", "back.usda").exit_code, 0);
+    EXPECT_NE(contentsOf(folder_ / "back.usda").find("timeCodesPerSecond = 25\n"), std::string::npos);
+    const Outcome lost = convert("in.usda", "out.ply");
+    EXPECT_NE(lost.err.find("z is up, which the output cannot store"), std::string::npos) << lost.err;
+    EXPECT_NE(lost.err.find("a unit is 0.01 metres long, which the output cannot store"), std::string::npos);
+    EXPECT_EQ(readParticles(folder_ / "out.ply").position, readParticles(folder_ / "in.usda").position);
+    // Options win.
+    const Outcome given =
+        convert("in.usda", "given.usda", {"--output-fps", "30", "--output-up-axis", "y", "--meters-per-unit", "1"});
+    EXPECT_EQ(given.exit_code, 0) << given.err;
+    const std::string text = contentsOf(folder_ / "given.usda");
+    EXPECT_NE(text.find("timeCodesPerSecond = 30\n"), std::string::npos);
+    EXPECT_NE(text.find("metersPerUnit = 1\n"), std::string::npos);
+    EXPECT_NE(text.find("upAxis = \"Y\""), std::string::npos);
+    EXPECT_EQ(readParticles(folder_ / "given.usda").position, particles.position);
+    ASSERT_EQ(convert("out.ply", "turned.ply", {"--up-axis", "z"}).exit_code, 0);
+    EXPECT_EQ(readParticles(folder_ / "turned.ply").position, particles.position);
+    EXPECT_EQ(convert("in.usda", "x.usda", {"--output-up-axis", "x"}).exit_code, 2);
+}
+
+TEST_F(Convert, TheLayerOfASequenceHasItsFrameRateUpAxisAndUnit) {
+    for (const int frame : {1, 2})
+        writeParticles(folder_ / numbered("a", frame, ".usda"), sampleParticles(4, true, true, false),
+                       {.frames_per_second = 25, .frame = frame, .up_axis = UpAxis::z, .meters_per_unit = 0.01});
+    ASSERT_EQ(convert("a.####.usda", "b.####.usda").exit_code, 0);
+    EXPECT_EQ(contentsOf(folder_ / "b.0002.usda"), contentsOf(folder_ / "a.0002.usda"));
+    const std::string layer = contentsOf(folder_ / "b.usda");
+    for (const char* line : {"timeCodesPerSecond = 25\n", "metersPerUnit = 0.01\n", "upAxis = \"Z\"\n"})
+        EXPECT_NE(layer.find(line), std::string::npos) << layer;
+}
+
+TEST_F(Convert, NamesThatAFormatCannotStoreAreChanged) {
+    write(folder_ / "p.csv", "x,y,z,points,widths,a b,a/b,a.b.c,velocity,Points\n1,2,3,1,2,3,4,5,6,7\n");
+    for (const auto& [to, names] :
+         {std::pair<std::string, std::vector<std::string>>{"p.usda", {"points_", "widths_", "a_b", "a/b", "a.b.c"}},
+          {"p.vdb", {"points", "widths", "a_b", "a_b_2", "a_b_c"}},
+          {"p.abc", {"points", "widths", "a_b", "a_b_2", "a.b.c"}},
+          {"p.vtp", {"points", "widths", "a_b", "a/b", "velocity_", "Points_"}},
+          {"p.ply", {"points", "widths", "a_b", "a/b", "velocity"}}}) {
+        SCOPED_TRACE(to);
+        const Outcome outcome = convert("p.csv", to);
+        EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+        EXPECT_EQ(count(outcome.err, "cannot hold some names of attributes"), to == "p.ply" ? 0U : 1U) << outcome.err;
+        const Particles read = readParticles(folder_ / to);
+        for (const std::string& name : names)
+            EXPECT_TRUE(std::any_of(read.attributes.begin(), read.attributes.end(), [&](const Attribute& a) {
+                return a.name == name;
+            })) << name;
+    }
+}
+
+TEST_F(Convert, NumbersThatChangeAreNamed) {
+    write(folder_ / "p.ply",
+          "ply\nformat ascii 1.0\nelement vertex 2\nproperty float x\nproperty float y\nproperty float z\n"
+          "property uint big\nproperty int id\nend_header\n0 0 0 4294967295 -1\n1 0 0 7 5\n");
+    const Outcome big = convert("p.ply", "p.vdb");
+    EXPECT_NE(big.err.find("whole numbers from 2^31 on become floats of single precision: big"), std::string::npos)
+        << big.err;
+    for (const char* name : {"p.vdb", "p.usda", "p.abc", "p.vtp", "p.csv", "p.bgeo", "q.ply"}) {
+        ASSERT_EQ(convert("p.ply", name, {"--overwrite"}).exit_code, 0) << name;
+        std::vector<std::uint64_t> ids = readParticles(folder_ / name).id;
+        std::sort(ids.begin(), ids.end());
+        EXPECT_EQ(ids, (std::vector<std::uint64_t>{5, static_cast<std::uint64_t>(-1)})) << name;
+    }
+    const Outcome classic = convert("p.ply", "p.bhclassic");
+    EXPECT_EQ(classic.exit_code, 0);
+    EXPECT_NE(classic.err.find("ids are negative or need more than 32 bits"), std::string::npos) << classic.err;
+}
+
+TEST_F(Convert, BadParticlesAndObjectsAreChosenByOptions) {
+    writeFrameWithNaN(1);
+    const Outcome refused = convert("in/a.0001.ply", "b.csv");
+    EXPECT_EQ(refused.exit_code, 1);
+    EXPECT_NE(refused.err.find("--on-bad-particle drop"), std::string::npos) << refused.err;
+    const Outcome dropped = convert("in/a.0001.ply", "b.csv", {"--on-bad-particle", "drop"});
+    EXPECT_EQ(dropped.exit_code, 0) << dropped.err;
+    EXPECT_NE(dropped.err.find("1 particle is left out"), std::string::npos) << dropped.err;
+    EXPECT_EQ(readParticles(folder_ / "b.csv").size(), 19U);
+}
+
+TEST_F(Convert, ALevelSetWithoutAnInsideIsAnErrorAndAnEmptyOneAWarning) {
+    write(folder_ / "open.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+    const Outcome open = convert("open.obj", "open.vdb");
+    EXPECT_EQ(open.exit_code, 1);
+    EXPECT_NE(open.err.find("the mesh has no inside"), std::string::npos) << open.err;
+    EXPECT_FALSE(exists("open.vdb"));
+    write(folder_ / "t.obj", "v .1 .1 .1\nv .2 .1 .1\nv .1 .2 .1\nv .1 .1 .2\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n");
+    const Outcome empty = convert("t.obj", "t.vdb", {"--voxel", "1"});
+    EXPECT_EQ(empty.exit_code, 0);
+    EXPECT_NE(empty.err.find("the level set is empty"), std::string::npos) << empty.err;
+    for (const char* voxel : {"nan", "inf", "-1", "1e-400x"}) {
+        const Outcome wrong = convert("t.obj", "u.vdb", {"--voxel", voxel});
+        EXPECT_EQ(wrong.exit_code, 2);
+        EXPECT_NE(wrong.err.find(std::string("--voxel: '") + voxel + "' is not valid. Use a number of at least 0"),
+                  std::string::npos)
+            << wrong.err;
+    }
+    const Outcome large = convert("t.obj", "u.vdb", {"--voxel", "1e-7"});
+    EXPECT_EQ(large.exit_code, 33);
+    EXPECT_NE(large.err.find("GB of memory"), std::string::npos) << large.err;
+}
+
 TEST_F(Convert, AWrongExtensionIsToldAndTheContentsConverted) {
     writeFrames(1, 1, 20);
     fs::copy_file(folder_ / "in/a.0001.ply", folder_ / "x.bgeo");

@@ -1,8 +1,10 @@
 // Batch jobs as a farm sees them: the files they write, and their exit codes.
 
 #include "batch/config/presets.h"
+#include "io/file_info.h"
 #include "io/mesh_file.h"
 #include "support/clouds.h"
+#include "support/file_samples.h"
 #include "support/job_folder.h"
 
 #include <algorithm>
@@ -668,6 +670,99 @@ TEST_F(Job, AMemoryLimitThrottlesRatherThanFails) {
     const auto meshes = meshesIn("out");
     ASSERT_EQ(meshes.size(), 6U);
     for (const auto& entry : meshes) EXPECT_TRUE(entry.second == meshes.begin()->second) << entry.first;
+}
+
+TEST_F(Job, LevelSetsAreCountedInTheMemoryOfFrames) {
+    writeFrames(1, 1, 2000);
+    const auto megabytes = [&](const std::vector<std::string>& further, const std::string& output) {
+        std::vector<std::string> words{"--dry-run", "--json"};
+        words.insert(words.end(), further.begin(), further.end());
+        const Outcome outcome = mesh(words, output);
+        EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+        return jsonLines(outcome.out).at(0)["memory_bytes"].get<double>() / 1e6;
+    };
+    const double alone = megabytes({}, "out/a.####.ply");
+    EXPECT_NEAR(megabytes({"--voxel", "0.5dx"}, "out/a.####.vdb"), alone + 1.06, 0.1);
+    const double fine = megabytes({"--voxel", "0.05dx"}, "out/a.####.vdb");
+    EXPECT_NEAR(fine, alone + 106, 10);
+    EXPECT_NEAR(megabytes({"--voxel", "0.05", "--spacing", "1"}, "out/a.####.vdb"), fine, 10);
+    EXPECT_NEAR(megabytes({"--voxel", "0.05dx", "--velocity-grid"}, "out/a.####.vdb"), alone + 211, 20);
+    EXPECT_LT(megabytes({"--voxel", "1e-30"}, "out/a.####.vdb"), 1e19);
+    // Farms are asked for as much, whichever output needs it.
+    const auto submitted = [&](const std::string& outputs) {
+        write(folder_ / "j.yaml", "version: 1\ninput: {path: in/a.####.ply}\noutputs: [" + outputs + "]\n");
+        const Outcome outcome = runProgram({"submit", "j.yaml", "--to", "slurm", "--print"}, folder_.path());
+        EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+        const std::size_t at = outcome.out.find("mem=");
+        return at == std::string::npos ? 0 : std::stoi(outcome.out.substr(at + 4));
+    };
+    const int meshes = submitted("{path: out/a.####.ply}");
+    EXPECT_GT(submitted("{path: out/a.####.ply}, {path: out/a.####.vdb, voxel: 0.05dx}"), meshes + 140);
+}
+
+TEST_F(Job, LevelSetsThatDoNotFitTogetherAreMadeOneAfterTheOther) {
+    if (!memoryLimitsWork()) GTEST_SKIP() << "memory cannot be limited here";
+    writeFrames(1, 1, 4000);
+    for (int frame = 2; frame <= 6; ++frame)
+        fs::create_hard_link(folder_ / "in/a.0001.ply", folder_ / numbered("in/a", frame, ".ply"));
+    const std::vector<std::string> options{"--voxel", "0.1dx", "-j", "6", "--frames-in-flight", "6", "--memory-limit"};
+    std::vector<std::string> enough = options, little = options;
+    enough.emplace_back("160MiB");
+    const Outcome outcome = mesh(enough, "out/a.####.vdb");
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+    const auto meshes = meshesIn("out");
+    ASSERT_EQ(meshes.size(), 6U);
+    for (const auto& entry : meshes) EXPECT_TRUE(entry.second == meshes.begin()->second) << entry.first;
+    little.emplace_back("40MiB");
+    little.emplace_back("--overwrite");
+    const Outcome too_little = mesh(little, "out/a.####.vdb");
+    EXPECT_EQ(too_little.exit_code, 33) << too_little.err;
+    for (const char* words : {"frame 3: out of memory", "voxels of", "Choose larger voxels with --voxel"})
+        EXPECT_NE(too_little.err.find(words), std::string::npos) << too_little.err;
+    EXPECT_EQ(hiddenFiles("out"), 0U);
+}
+
+TEST_F(Job, AnEmptyLevelSetIsWarnedOf) {
+    Particles particles = Sample({"jitter", 100, 1, 24}).frame(1);
+    for (Vec3f& p : particles.position) p += Vec3f(300, 300, 300);
+    writeFrame(1, particles);
+    const Outcome outcome = mesh({"--voxel", "1000"}, "out/a.####.vdb");
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+    EXPECT_NE(outcome.err.find("the level set is empty: no voxel of 1e+03 is inside the mesh"), std::string::npos)
+        << outcome.err;
+    const Json report = Json::parse(contentsOf(folder_ / "out/a.0001.vdb.json"));
+    EXPECT_NE(report["warnings"].dump().find("Choose smaller voxels"), std::string::npos) << report;
+    for (const char* voxel : {"nan", "inf", "0", "-1"}) {
+        const Outcome wrong = mesh({"--voxel", voxel}, "out/b.####.vdb");
+        EXPECT_EQ(wrong.exit_code, 2);
+        EXPECT_NE(
+            wrong.err.find(std::string("--voxel: output.voxel: '") + voxel + "' is not valid. Use a number above 0"),
+            std::string::npos)
+            << wrong.err;
+    }
+}
+
+TEST_F(Job, EmptyFramesHaveTheAttributesOfTheOthers) {
+    Particles particles = sampleParticles(200, true, true, true);
+    particles.attributes.push_back({"accel", 3, std::vector<float>(600, 1.0F), {}});
+    writeFrame(1, {});
+    writeFrame(2, particles);
+    for (const std::string extension : {".ply", ".bgeo", ".bhclassic", ".vtp", ".usda", ".abc"}) {
+        SCOPED_TRACE(extension);
+        const Outcome outcome = mesh({"--frames", "1-3", "--on-missing", "empty", "--attributes", "state,Cd",
+                                      "--radius", "0.5", "--spacing", "0.3"},
+                                     "out/a.####" + extension);
+        EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+        std::vector<std::vector<std::string>> attributes;
+        for (const int frame : {2, 1, 3}) {
+            auto& of_frame = attributes.emplace_back();
+            for (const AttributeInfo& a : inspectFile(folder_ / numbered("out/a", frame, extension)).attributes)
+                of_frame.push_back(a.name + " " + a.type + " " + std::to_string(a.components));
+        }
+        EXPECT_GE(attributes[0].size(), 4U);
+        EXPECT_EQ(attributes[1], attributes[0]);
+        EXPECT_EQ(attributes[2], attributes[0]);
+    }
 }
 
 TEST_F(Job, AFrameTooLargeForTheMemoryDoesNotLoseTheOthers) {

@@ -79,6 +79,37 @@ TEST_F(UsdJob, TheLayerOfAnotherSequenceIsNotReplaced) {
     EXPECT_EQ(mesh({"--frames", "1-3", "--overwrite"}, "out/a.####.usda").exit_code, 0);
 }
 
+TEST_F(UsdJob, ALayerThatSomebodyHasEditedStays) {
+    writeFrames(1, 3);
+    ASSERT_EQ(meshUsd({"--frames", "1-2"}).exit_code, 0);
+    const std::string edited = layer() + "# kept\n";
+    write(folder_ / "out/a.usda", edited);
+    const Outcome outcome = mesh({"--frames", "3", "--radius", "0.2", "--spacing", "0.1"}, "out/a.####.usda");
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+    EXPECT_NE(outcome.err.find("out/a.usda: was edited after this program wrote it, and stays as it is. Delete it"),
+              std::string::npos)
+        << outcome.err;
+    EXPECT_EQ(layer(), edited);
+    fs::remove(folder_ / "out/a.usda");
+    ASSERT_EQ(meshUsd({"--skip-existing"}).exit_code, 0);
+    EXPECT_NE(layer().find("active = [(1, 0), (2, 1), (3, 2)]"), std::string::npos);
+}
+
+TEST_F(UsdJob, CheckAndCoherenceLeaveOutTheLayerAmongItsFrames) {
+    writeFrames(1, 2, 100);
+    ASSERT_EQ(meshUsd({}).exit_code, 0);
+    const std::vector<std::string> files{"out/a.0001.usda", "out/a.0002.usda", "out/a.usda"};
+    for (const char* command : {"check", "coherence", "info"}) {
+        std::vector<std::string> words{command};
+        words.insert(words.end(), files.begin(), files.end());
+        const Outcome outcome = runProgram(words, folder_.path());
+        EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+        EXPECT_NE(outcome.err.find("out/a.usda: left out. It is the layer that plays a sequence"), std::string::npos)
+            << outcome.err;
+    }
+    EXPECT_EQ(runProgram({"check", "out/a.usda"}, folder_.path()).exit_code, 1);
+}
+
 TEST_F(UsdJob, AFileOfTheUserIsNotReplacedByTheLayer) {
     writeFrames(1, 2, 100);
     fs::create_directories(folder_ / "out");

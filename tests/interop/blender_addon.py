@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
-"""Sequences that the program writes, in Blender: .ply through the add-on of pipelines/blender, .usda and .abc through
-Blender's own importers. Cycles renders a moving drop; the length of its motion blur is measured in the picture.
+"""Sequences that the program writes, in Blender: .ply, .bgeo and .vtp through the add-on of pipelines/blender, .usda
+and .abc through Blender's own importers. Cycles renders a moving drop; the length of its motion blur is measured in
+the picture.
 
 usage: blender_addon.py PROGRAM VENV ADDON
        VENV: a virtual environment whose Python may have the module bpy, Blender as a module. It is not installed by
@@ -146,7 +147,7 @@ def examine(program, addon, folder):
     handlers_before = [len(bpy.app.handlers.frame_change_pre), len(bpy.app.handlers.load_post)]
     package = path("betamesh_sequence.zip")
     with zipfile.ZipFile(package, "w") as file:
-        for name in ("__init__.py", "blender_manifest.toml"):
+        for name in sorted(n for n in os.listdir(addon) if n.endswith((".py", ".toml"))):
             file.write(os.path.join(addon, name), name)
     result = bpy.ops.extensions.package_install_files(filepath=package, repo="user_default", enable_on_install=True)
     check("the add-on is installed as an extension",
@@ -182,6 +183,13 @@ def examine(program, addon, folder):
     check("attributes keep their types, Cd is a colour",
           kinds == {"heat": ("FLOAT", "POINT"), "Cd": ("FLOAT_COLOR", "POINT")} and
           mesh.color_attributes.active_color.name == "Cd")
+    for ending in (".bgeo", ".vtp"):
+        run("mesh", "p.####.csv", "shot/drop.####" + ending, *options)
+        same = imported(path("shot", "drop.0001" + ending))
+        show(5)
+        check("%s: frame 5, the same mesh as .ply" % ending,
+              shows(same, 5) and {"heat", "Cd"} <= set(same.data.attributes.keys()))
+        bpy.data.meshes.remove(same.data)
     for frame in (0, 4, 7):
         show(frame)
         check("frame %d has no file: no mesh, no error" % frame, empty(drop) and not mesh.betamesh_sequence.error)

@@ -152,13 +152,18 @@ TEST(AlembicFile, StaticTransformsAreApplied) {
     expectError([&] { parsed(transformedMesh("\x70", numbers({1, 2}))); }, {"'/outer/inner' has an unknown operation"});
 }
 
-TEST(AlembicFile, SeveralSamplesAreAnErrorThatSaysWhatToDo) {
+TEST(AlembicFile, OfSeveralSamplesTheFirstIsReadWithAWarning) {
     const TemporaryFolder folder;
     TestArchive archive;
     const int mesh = archive.addMetadata("schema=AbcGeom_PolyMesh_v1");
     const OgawaChild shape = archive.object(".geom", tetrahedron(archive, {kTetrahedron, kTetrahedron, kTetrahedron}));
     const Bytes bytes = archive.bytes(archive.object("", {}, {{"drop", {mesh, shape}}}));
-    expectError([&] { parsed(bytes); }, {"a.abc", "'/drop' has 3 time samples", "splash.####.abc"});
+    const FileContents contents = parsed(bytes);
+    EXPECT_EQ(contents.triangles.size(), 4U);
+    ASSERT_EQ(contents.warnings.size(), 1U);
+    EXPECT_NE(contents.warnings[0].find("'/drop' has 3 time samples, of which the first is read and 2 left out"),
+              std::string::npos)
+        << contents.warnings[0];
     std::ofstream(folder / "a.abc", std::ios::binary)
         .write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
     const FileInfo info = inspectFile(folder / "a.abc");
@@ -220,6 +225,23 @@ TEST(AlembicFile, AttributesOfOtherProgramsAreReadOrNamed) {
     EXPECT_EQ(contents.passed_over, (std::vector<std::string>{"'uv', not of points", "'half' of type float16_t"}));
     EXPECT_TRUE(std::any_of(contents.declared.begin(), contents.declared.end(),
                             [](const AttributeInfo& info) { return info.name == "name" && info.type == "string"; }));
+}
+
+TEST(AlembicFile, WidthsOfOtherProgramsAreDiameters) {
+    for (const auto& [widths, radius] :
+         {std::pair<std::vector<float>, std::vector<float>>{{1, 3}, {0.5F, 1.5F}}, {{4}, {2, 2}}, {{1, 2, 3}, {}}}) {
+        TestArchive archive;
+        const int points = archive.addMetadata("schema=AbcGeom_Points_v1");
+        TestArchive::Properties geometry;
+        archive.property(geometry, "P", flagsOf(kArray, AlembicType::float32, 3), {packed<float>({0, 0, 0, 1, 0, 0})});
+        archive.property(geometry, ".widths", flagsOf(kArray, AlembicType::float32, 1), {packed(widths)});
+        const OgawaChild shape = archive.object(".geom", geometry);
+        const FileContents contents = parsed(archive.bytes(archive.object("", {}, {{"a", {points, shape}}})));
+        if (radius.empty())
+            EXPECT_EQ(contents.passed_over, (std::vector<std::string>{"'.widths', not one per point"}));
+        else
+            expectSame(contents.attributes, {{"pscale", 1, radius, {}}});
+    }
 }
 
 TEST(AlembicFile, DamageIsAnError) {

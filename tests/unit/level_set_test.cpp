@@ -186,6 +186,34 @@ TEST(LevelSet, VoxelsThatAreTooSmallAreErrors) {
     LevelSetOptions limited = voxelsOf(0.001);
     limited.memory_limit = 100000000;
     expectError([&] { encodeLevelSet(mesh, "a.vdb", limited); }, {"but 0.1 GB are the limit"});
+    EXPECT_THROW(encodeLevelSet(mesh, "a.vdb", limited), MemoryError);
+}
+
+TEST(LevelSet, WhatItDoesNotShowIsTold) {
+    Mesh mesh;
+    addSphere(mesh, Vec3(0.5, 0.5, 0.5), 0.1);
+    std::vector<std::string> warnings;
+    const auto warn = [&](const std::string& text) { warnings.push_back(text); };
+    encodeLevelSet(mesh, "a.vdb", voxelsOf(0.05), warn);
+    EXPECT_TRUE(warnings.empty());
+    encodeLevelSet(mesh, "a.vdb", voxelsOf(1), warn);  // centres of voxels are at whole numbers
+    ASSERT_EQ(warnings.size(), 1U);
+    EXPECT_NE(warnings[0].find("no voxel of 1 is inside the mesh. Choose smaller voxels"), std::string::npos);
+    encodeLevelSet({}, "a.vdb", voxelsOf(1), warn);
+    EXPECT_EQ(warnings.size(), 1U);
+
+    Mesh sheet;
+    sheet.position = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+    sheet.triangles = {{0, 1, 2}};
+    encodeLevelSet(sheet, "a.vdb", voxelsOf(0.1), warn);
+    ASSERT_EQ(warnings.size(), 2U);
+    EXPECT_TRUE(warnings[1].starts_with(kNoInside)) << warnings[1];
+    EXPECT_NE(warnings[1].find("3 edges without a triangle on one side"), std::string::npos);
+    addSphere(sheet, Vec3(5, 0, 0), 1);
+    sheet.velocity.clear();
+    encodeLevelSet(sheet, "a.vdb", voxelsOf(0.1), warn);
+    ASSERT_EQ(warnings.size(), 3U);
+    EXPECT_NE(warnings[2].find("open parts of the mesh may be missing"), std::string::npos);
 }
 
 TEST(LevelSet, EmptyMeshesGiveEmptyGrids) {

@@ -240,7 +240,7 @@ TEST(PlyFile, AttributesThatCannotBeWrittenAreErrors) {
     Particles p = sampleParticles(3, true, true, false);
     for (const char* name : {"", "two words", "x", "vx", "id"}) {
         p.attributes = {{name, 1, {1, 2, 3}, {}}};
-        expectError([&] { writeParticles(folder / "a.ply", p); }, {"a.ply", name});
+        expectError([&] { bytesOf([&](ByteWriter& out) { encodePly(out, p, "a.ply"); }); }, {"a.ply", name});
     }
     p.attributes = {{"a", 2, {1, 2, 3}, {}}};
     expectError([&] { writeParticles(folder / "a.ply", p); }, {"a.ply", "'a'"});
@@ -248,6 +248,30 @@ TEST(PlyFile, AttributesThatCannotBeWrittenAreErrors) {
     p.id[1] = 1ULL << 32;
     expectError([&] { writeParticles(folder / "a.ply", p); }, {"particle 1", "4294967296", ".vdb"});
     EXPECT_TRUE(std::filesystem::is_empty(folder.path()));
+}
+
+TEST(PlyFile, IdsKeepTheirNumbers) {
+    const TemporaryFolder folder;
+    Particles p = sampleParticles(3, true, true, false);
+    for (const auto& [ids, type] : {std::pair<std::vector<std::int64_t>, const char*>{{7, 0xfffffff0, 1}, "uint id"},
+                                    {{-1, 5, -2147483648}, "int id"}}) {
+        p.id.assign(ids.begin(), ids.end());
+        writeParticles(folder / "a.ply", p);
+        EXPECT_NE(contentsOf(folder / "a.ply").find(std::string("property ") + type), std::string::npos);
+        EXPECT_EQ(readParticles(folder / "a.ply").id, p.id);
+    }
+    p.id = {std::uint64_t(-1), 0xfffffff0U, 1};
+    expectError([&] { writeParticles(folder / "b.ply", p); }, {"particle 0", "id -1 is negative"});
+    Spheres spheres;
+    spheres.position.assign(3, Vec3(0, 0, 0));
+    spheres.radius.assign(3, 1.0F);
+    spheres.id = p.id;
+    std::string warning;
+    WriteOptions options;
+    options.warn = [&](const std::string& text) { warning = text; };
+    writeSpheres(folder / "s.ply", spheres, options);
+    EXPECT_TRUE(readParticles(folder / "s.ply").id.empty());
+    EXPECT_NE(warning.find("the ids of the spheres are negative or need more than 32 bits"), std::string::npos);
 }
 
 TEST(PlyFile, ErrorsOfUnknownExtensionsListTheKnownOnes) {

@@ -16,6 +16,10 @@ FileContents table(const std::string& text, const ReadOptions& options = {}) {
     return parseTable({bytes, "a.csv"}, options);
 }
 
+Bytes tableOf(const Particles& particles) {
+    return bytesOf([&](ByteWriter& out) { encodeTable(out, particles, "a.csv"); });
+}
+
 std::vector<std::string> namesOf(const FileContents& contents) {
     std::vector<std::string> names;
     for (const Attribute& a : contents.attributes) names.push_back(a.name + "/" + std::to_string(a.components));
@@ -47,8 +51,37 @@ TEST(TableFile, NamedColumnsOfEveryUsualSpelling) {
     EXPECT_TRUE(table("x,y,z\n").position.empty());
 }
 
-Bytes tableOf(const Particles& particles) {
-    return bytesOf([&](ByteWriter& out) { encodeTable(out, particles, "a.csv"); });
+TEST(TableFile, QuotesAreThoseOfRfc4180) {
+    const FileContents contents =
+        table("x,y,z,\"a,b\",\"say \"\"hi\"\"\",  \"two\nlines\" ,5\" pipe\n\"1\",2,3,\"4\",5,6,7\n");
+    EXPECT_EQ(namesOf(contents), (std::vector<std::string>{"a,b/1", "say_\"hi\"/1", "two_lines/1", "5\"_pipe/1"}));
+    EXPECT_EQ(contents.position, (std::vector<Vec3f>{{1, 2, 3}}));
+    EXPECT_EQ(contents.attributes[3].integer, (std::vector<std::int32_t>{7}));
+    EXPECT_EQ(namesOf(table("x;y;z;\"a,b\"\n1;2;3;4\n")), (std::vector<std::string>{"a,b/1"}));
+    expectError([] { table("x,y,z,\"a\n1,2,3,4\n"); }, {"a.csv", "a quote is not closed"});
+    Particles particles = sampleParticles(2, false, false, false);
+    particles.attributes = {{"say\"hi\"", 1, {1, 2}, {}}, {"a,b", 1, {}, {7, -7}}};
+    const Bytes bytes = tableOf(particles);
+    expectSame(particlesFrom(parseTable({bytes, "a.csv"}), {}, "a.csv").attributes, particles.attributes);
+}
+
+TEST(TableFile, ColumnsWithTheSameNameAreNamedInAWarning) {
+    const FileContents contents = table("x,y,z,a,b,a,P.x,X,b c,b_c\n1,2,3,4,5,6,7,8,9,10\n");
+    EXPECT_EQ(namesOf(contents), (std::vector<std::string>{"a/1", "b/1", "b_c/1"}));
+    EXPECT_EQ(contents.position, (std::vector<Vec3f>{{1, 2, 3}}));
+    EXPECT_EQ(contents.attributes[0].integer, (std::vector<std::int32_t>{4}));
+    ASSERT_EQ(contents.warnings.size(), 4U);
+    for (const auto& [i, name] : {std::pair(0, "column 6 ('a')"), std::pair(1, "column 7 ('P.x')"),
+                                  std::pair(2, "column 8 ('X')"), std::pair(3, "column 'b_c'")})
+        EXPECT_NE(contents.warnings[static_cast<std::size_t>(i)].find(name), std::string::npos);
+}
+
+TEST(TableFile, NegativeIdsStayNegative) {
+    Particles particles = sampleParticles(1, false, true, false);
+    particles.id = {static_cast<std::uint64_t>(-3)};
+    const Bytes bytes = tableOf(particles);
+    EXPECT_NE(std::string(reinterpret_cast<const char*>(bytes.data()), bytes.size()).find(",-3\n"), std::string::npos);
+    EXPECT_EQ(parseTable({bytes, "a.csv"}).id, particles.id);
 }
 
 TEST(TableFile, ParticlesComeBackBitForBit) {

@@ -163,9 +163,10 @@ std::optional<InputRemark> remarkOnPrecision(const Attribute& attribute, const s
     for (char& c : type) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
     const auto has = [&](const char* word) { return type.find(word) != std::string::npos; };
     if (has("int"))
-        return InputRemark{"precision of " + attribute.name, true,
-                           "the attribute '" + attribute.name +
-                               "' has whole numbers of more than 32 bits, which are rounded to single precision"};
+        return InputRemark{
+            "precision of " + attribute.name, true,
+            "the attribute '" + attribute.name +
+                "' has whole numbers of more than 32 bits (with their sign), which are rounded to single precision"};
     if (has("double") || has("64") || has("vec3d"))
         return InputRemark{"precision of " + attribute.name, false,
                            "the attribute '" + attribute.name +
@@ -214,6 +215,7 @@ std::vector<InputRemark> remarksOn(const Liquid& liquid, const Config& config) {
                             " left out because the position or velocity is not finite (input.on_bad_particle); the "
                             "first: " +
                             summary.first_dropped});
+    for (const std::string& warning : summary.warnings) add(InputRemark{"reader: " + warning, true, warning});
     if (liquid.particles.size() == 0) {
         if (summary.particles_read > summary.dropped)
             add(InputRemark{"none", true,

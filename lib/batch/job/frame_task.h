@@ -34,7 +34,7 @@ struct FrameTask {
     FrameAction action = FrameAction::mesh;
     std::string picture{};      ///< path; empty: no picture
     std::string why{};          ///< why an existing output is made again, or why the frame was lost
-    std::uint64_t memory = 0;   ///< estimated peak memory of the frame, bytes
+    std::uint64_t memory = 0;   ///< estimated peak memory of the frame, with that of a level set, bytes
     bool near_surface = false;  ///< the frame does not fit: load only the particles near its surface
 };
 

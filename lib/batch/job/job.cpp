@@ -109,9 +109,11 @@ FrameStatus statusOf(const std::vector<FrameReport>& outputs) {
 
 std::string outOfMemoryError(std::span<const Plan> outputs, std::size_t row, JobState& job) {
     const Plan& plan = outputs.front();
-    const std::string& near = job.near_surface[plan.tasks[row].frame];
+    const int frame = plan.tasks[row].frame;
+    const std::string &near = job.near_surface[frame], &error = job.memory_error[frame];
     return "out of memory, although no other frame was in progress; " + std::to_string((plan.memory_budget >> 20) + 1) +
-           " MiB are not enough (run.memory_limit)" + (near.empty() ? "" : "; " + near);
+           " MiB are not enough (run.memory_limit)" + (near.empty() ? "" : "; " + near) +
+           (error.empty() ? "" : "; " + error);
 }
 
 /// Writes the layers that play the frames. Returns whether all could be written.

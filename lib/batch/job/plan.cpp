@@ -14,6 +14,7 @@
 #include "batch/platform/memory.h"
 #include "betamesh/error.h"
 #include "io/extension.h"
+#include "io/level_set.h"
 #include "io/mesh_file.h"
 
 #include <algorithm>
@@ -133,6 +134,24 @@ void planPictures(Plan& plan, const std::map<int, std::string>& on_disk, const P
     plan.notes.push_back("camera " + describe(*plan.preview));
 }
 
+bool isLevelSet(const Config& config) {
+    return config.surface.dimension == 3 && formatOf(config.output.path, FileKind::mesh, Access::write).is_volume;
+}
+
+/// Adds the memory of level sets to the estimates. A voxel in world units needs the spacing.
+void addLevelSets(Plan& plan) {
+    const Length& voxel = plan.config.output.voxel;
+    if (!isLevelSet(plan.config) || (!voxel.in_spacings && plan.spacing == 0)) return;
+    LevelSetOptions in_spacings = plan.config.output.level_set;
+    in_spacings.voxel = voxel.in_spacings ? voxel.value : voxel.value / plan.spacing;
+    constexpr double kMost = 0x1p62;  // bytes
+    for (FrameTask& task : plan.tasks) {
+        if (task.action != FrameAction::mesh) continue;
+        const double bytes = levelSetMemory(estimatedArea(estimatedParticles(task.input)), in_spacings);
+        task.memory += static_cast<std::uint64_t>(bytes < kMost ? bytes : kMost);
+    }
+}
+
 void planMachine(Plan& plan) {
     const Config::Run& run = plan.config.run;
     plan.threads = threadsOf(plan.config);
@@ -204,8 +223,10 @@ public:
         const bool any = std::any_of(plan.tasks.begin(), plan.tasks.end(), [](const FrameTask& task) {
             return task.action == FrameAction::mesh || task.action == FrameAction::draw;
         });
-        if (!any || !options_.measure) return;
-        planLengths(plan);
+        if (!any) return;
+        if (options_.measure || (isLevelSet(plan.config) && !plan.config.output.voxel.in_spacings)) planLengths(plan);
+        addLevelSets(plan);
+        if (!options_.measure) return;
         if (!options_.dry_run)  // the camera has no influence on what can be done
             withThreads(plan.threads, [&] { planPictures(plan, measurable_, options_); });
     }

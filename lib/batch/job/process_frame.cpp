@@ -3,6 +3,7 @@
 #include "base/parallel.h"
 #include "batch/config/origin.h"
 #include "batch/config/radius.h"
+#include "batch/job/empty_frames.h"
 #include "batch/job/frame_input.h"
 #include "batch/job/plane.h"
 #include "batch/job/render_frames.h"
@@ -53,13 +54,16 @@ private:
     Clock::time_point begin_ = Clock::now();
 };
 
-/// Calls attempt(), and again after an Error, up to `retries` times with growing waits. Rethrows the last Error.
+/// Calls attempt(), and again after an Error, up to `retries` times with growing waits. Rethrows the last Error, and
+/// MemoryError at once.
 template <typename Attempt>
 void retrying(int retries, const Attempt& attempt) {
     auto wait = kFirstWait;
     for (int failures = 0;; ++failures) {
         try {
             return attempt();
+        } catch (const MemoryError&) {
+            throw;
         } catch (const Error& error) {
             if (failures == retries) throw;
             logDetail(std::string(error.what()) + "; trying again");
@@ -68,6 +72,11 @@ void retrying(int retries, const Attempt& attempt) {
         wait = std::min<std::chrono::milliseconds>(2 * wait, kLongestWait);
         leaveIfInterrupted();
     }
+}
+
+void warnOf(const std::string& warning, const std::string& file, FrameReport& report) {
+    report.warnings.push_back(warning);
+    logWarning(file + ": " + warning);
 }
 
 /// Logs the first remark of each kind on the input, and records all that are warnings.
@@ -224,42 +233,54 @@ struct Surface {
     std::function<void()> write;
 };
 
+/// The mesh of no particles.
+Surface emptySurface(const FrameTask& task, const Plan& plan, Mesh mesh, JobState& job) {
+    if (plan.skin.components) mesh.component.emplace();
+    putFirst(job.columnsOf(plan), mesh.attributes);
+    return {{}, pictureOf(task, plan, {}, {}), [empty = std::make_shared<Mesh>(std::move(mesh)), &task, &plan] {
+                writeMesh(task.output, *empty, writeOptions(plan.config.output, task.frame));
+            }};
+}
+
 /// A mesh; empty if the input is missing.
 Surface surfaceOf(SharedFrame& frame, const Liquid& liquid, const FrameTask& task, const Plan& plan, StageWatch& watch,
-                  FrameReport& report) {
-    if (task.action != FrameAction::mesh) {
-        const auto empty = std::make_shared<Mesh>();
-        if (plan.skin.components) empty->component.emplace();
-        return {{}, pictureOf(task, plan, {}, {}), [empty, &task, &plan] {
-                    writeMesh(task.output, *empty, writeOptions(plan.config.output, task.frame));
-                }};
-    }
+                  FrameReport& report, JobState& job) {
+    if (task.action != FrameAction::mesh) return emptySurface(task, plan, {}, job);
     const SkinnedFrame& skinned = frame.skinned(plan, watch);
     report.skin = skinned.report;
     report.vertices = skinned.mesh.position.size();
     report.triangles = skinned.mesh.triangles.size();
+    if (liquid.particles.size() == 0) {
+        report.measure = frame.measure();
+        return emptySurface(task, plan, skinned.mesh, job);
+    }
     std::string picture = pictureOf(task, plan, skinned, liquid.particles);
     watch(Stage::picture);
     const auto write = [&frame, &mesh = skinned.mesh, &task, &plan, &report] {
         std::optional<OutputFile> file;
         std::future<void> on_disk;  // waiting for the disk should occupy no worker thread
+        std::string warned;
         parallelBoth(
             [&] {
-                file.emplace(encodedMesh(task.output, mesh, writeOptions(plan.config.output, task.frame)));
+                WriteOptions options = writeOptions(plan.config.output, task.frame);
+                options.warn = [&](const std::string& warning) { warned = warning; };
+                file.emplace(encodedMesh(task.output, mesh, options));
                 on_disk = std::async([&file] { file->commit(); });  // on this thread if no other can be started
             },
             [&] { report.measure = frame.measure(mesh); });
         on_disk.get();
+        if (!warned.empty()) warnOf(warned, task.output, report);
     };
     return {skinned.spheres, std::move(picture), write};
 }
 
 /// Curves in two dimensions.
 Surface planarSurfaceOf(const Liquid& liquid, const FrameTask& task, const Plan& plan, StageWatch& watch,
-                        FrameReport& report) {
+                        FrameReport& report, JobState& job) {
     const auto flat = std::make_shared<FlatParticles>(flattened(liquid.particles, plan.spacing));
     const auto plane = std::make_shared<SkinnedPlane>();
     if (task.action == FrameAction::mesh) *plane = skinPlane(flat->particles, skinOf(plan), std::ref(watch));
+    if (liquid.particles.size() == 0) putFirst(job.columnsOf(plan), plane->curves.attributes);
     report.plane = {plane->report, measureCurves(plane->curves), plane->curves.edges.size()};
     report.vertices = plane->curves.position.size();
     watch(Stage::measure);
@@ -270,10 +291,14 @@ Surface planarSurfaceOf(const Liquid& liquid, const FrameTask& task, const Plan&
 }
 
 /// A report beside a mesh means that the frame is complete: it is removed first, and the caller writes it last.
-void writeFrame(const FrameTask& task, const Surface& surface, const Config& config) {
+void writeFrame(const FrameTask& task, const Surface& surface, const Config& config, FrameReport& report) {
     fs::remove(reportPath(task.output));
-    if (surface.spheres.size() > 0)  // before the mesh: what the format cannot hold leaves no mesh alone
-        writeSpheres(spheresPath(task.output), surface.spheres, writeOptions(config.output, task.frame));
+    if (surface.spheres.size() > 0) {  // before the mesh: what the format cannot hold leaves no mesh alone
+        const std::string file = spheresPath(task.output);
+        WriteOptions options = writeOptions(config.output, task.frame);
+        options.warn = [&](const std::string& warning) { warnOf(warning, file, report); };
+        writeSpheres(file, surface.spheres, options);
+    }
     surface.write();
     if (surface.spheres.size() == 0) fs::remove(spheresPath(task.output));
     if (!surface.picture.empty()) writeFile(task.picture, surface.picture);
@@ -289,7 +314,8 @@ void meshOutput(SharedFrame& frame, const FrameTask& task, const Plan& plan, Fra
                      report.spacing,
                      {},
                      {},
-                     worldOrigin(config.input, config.output.up_axis)};
+                     worldOrigin(config.input, config.output.up_axis),
+                     config.output.up_axis};
     Stopwatch total;
     StageWatch watch(report.seconds);
     const Liquid nothing;
@@ -310,14 +336,14 @@ void meshOutput(SharedFrame& frame, const FrameTask& task, const Plan& plan, Fra
     } else {
         report.warnings.push_back("no input: an empty mesh is written (run.on_missing)");
     }
-    const Surface surface = planar ? planarSurfaceOf(*liquid, task, plan, watch, report)
-                                   : surfaceOf(frame, *liquid, task, plan, watch, report);
+    const Surface surface = planar ? planarSurfaceOf(*liquid, task, plan, watch, report, job)
+                                   : surfaceOf(frame, *liquid, task, plan, watch, report, job);
     report.spheres = surface.spheres.size();
     report.status = liquid->particles.size() > 0 ? FrameStatus::ok : FrameStatus::empty;
 
     const FrameLock lock(task.output, leaveIfInterrupted);
     const SignalWatch::Writing writing(job.signals);
-    retrying(config.run.retries, [&] { writeFrame(task, surface, config); });
+    retrying(config.run.retries, [&] { writeFrame(task, surface, config, report); });
     recordFile(task.output, task, *report.origin);
     if (report.spheres > 0) recordFile(spheresPath(task.output), task, *report.origin);
     if (!surface.picture.empty()) recordFile(task.picture, task, *report.origin);
@@ -401,6 +427,10 @@ FrameReport outputReport(SharedFrame& frame, const FrameTask& task, const Plan& 
                     meshOutput(frame, task, plan, report, job);
             } catch (const std::bad_alloc&) {
                 throw;
+            } catch (const MemoryError& error) {
+                const std::scoped_lock lock(job.mutex);
+                job.memory_error[task.frame] = error.what();
+                throw std::bad_alloc();
             } catch (const std::exception& error) {
                 fail(report, (is_one_of_several ? task.output + ": " : "") + error.what());
             }
@@ -430,6 +460,17 @@ std::vector<std::size_t> sharingOrder(std::span<const Plan> outputs) {
 bool JobState::isFirst(const std::string& kind) {
     const std::scoped_lock lock(mutex);
     return remarked.insert(kind).second;
+}
+
+const std::vector<Attribute>& JobState::columnsOf(const Plan& plan) {
+    {
+        const std::scoped_lock lock(mutex);
+        if (const auto known = columns.find(&plan); known != columns.end()) return known->second;
+    }
+    // Not under the lock: a thread that waits for others while it reads may begin another frame.
+    std::vector<Attribute> found = attributesOfEmptyFrames(plan.config);
+    const std::scoped_lock lock(mutex);
+    return columns.emplace(&plan, std::move(found)).first->second;
 }
 
 void processFrame(std::span<const Plan> outputs, std::size_t row, bool near_surface, JobState& job,

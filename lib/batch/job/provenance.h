@@ -34,6 +34,7 @@ struct Provenance {
     std::map<std::string, std::uint64_t>
         files;                   ///< sizes in bytes of the written files, by path relative to the report
     Vec3 local_origin{0, 0, 0};  ///< has to be added to the mesh to return to the coordinates of the input; world units
+    UpAxis up_axis = UpAxis::y;  ///< of the mesh
 };
 
 /// A 128 bit hash in hexadecimal digits. Not secure against forgery.

@@ -1,5 +1,6 @@
 #include "batch/job/usd_sequence.h"
 
+#include "batch/report/log.h"
 #include "betamesh/error.h"
 #include "io/extension.h"
 #include "io/output_file.h"
@@ -79,7 +80,7 @@ void requireOwnSequenceLayer(const FramePattern& files) {
     const std::string layer = sequenceLayer(files);
     std::error_code ignored;
     if (layer.empty() || !fs::exists(fs::symlink_status(layer, ignored))) return;
-    if (isUsdClipsLayer(layer) && !playsOthers(layer, files)) return;
+    if (isEditedUsdClipsLayer(layer) || (isUsdClipsLayer(layer) && !playsOthers(layer, files))) return;
     throw Error(layer + " already exists, and is not a layer that this program wrote to play the sequence '" +
                 files.text + "'. Move it away, or choose another name for the output.");
 }
@@ -88,6 +89,12 @@ void writeSequenceLayer(const FramePattern& files, const WriteOptions& options) 
     const std::string layer = sequenceLayer(files);
     if (layer.empty()) return;
     requireOwnSequenceLayer(files);
+    if (isEditedUsdClipsLayer(layer)) {
+        logWarning(layer +
+                   ": was edited after this program wrote it, and stays as it is. Delete it, and run the "
+                   "command again, to get a layer that plays the frames on disk");
+        return;
+    }
     // Another task may have finished files since they were listed, so they are listed again after writing.
     std::string written;
     for (std::string text = layerText(files, layer, options); text != written;
@@ -96,6 +103,16 @@ void writeSequenceLayer(const FramePattern& files, const WriteOptions& options) 
         if (text != contentsOf(layer)) writeFile(layer, text);
         written = std::move(text);
     }
+}
+
+std::vector<std::string> withoutSequenceLayers(std::vector<std::string> files) {
+    if (files.size() < 2) return files;
+    std::erase_if(files, [](const std::string& file) {
+        const bool is_layer = isUsda(file) && isUsdClipsLayer(file);
+        if (is_layer) logInfo(file + ": left out. It is the layer that plays a sequence, and has no mesh of its own");
+        return is_layer;
+    });
+    return files;
 }
 
 }  // namespace betamesh

@@ -6,6 +6,7 @@
 #include "betamesh/io.h"
 
 #include <string>
+#include <vector>
 
 namespace betamesh {
 
@@ -13,15 +14,19 @@ namespace betamesh {
 /// nothing else is in the name. Empty if the files are not a sequence of .usda.
 std::string sequenceLayer(const FramePattern& files);
 
-/// errors  the layer exists already, and was not written by writeSequenceLayer()
+/// errors  the layer exists already, and was not written by writeSequenceLayer(). One that was changed afterwards is no
+///         error: writeSequenceLayer() keeps it
 void requireOwnSequenceLayer(const FramePattern& files);
 
-/// Writes the layer for the frames that are on disk, whoever wrote them, if it changes. Does nothing for files that are
-/// not a sequence of .usda.
+/// Writes the layer for the frames that are on disk, whoever wrote them, if it changes. A layer that somebody has
+/// edited stays, with a warning in the log. Does nothing for files that are not a sequence of .usda.
 ///
 /// same    the same bytes for the same files, so that tasks of a farm, each of which does some of the frames, agree in
 ///         the end. Tasks that end at the same time: the last one to write has seen the files of all
 /// errors  a file that cannot be written; those of requireOwnSequenceLayer()
 void writeSequenceLayer(const FramePattern& files, const WriteOptions& options);
+
+/// The files without layers that play a sequence, which the log names. A single file stays, whatever it is.
+std::vector<std::string> withoutSequenceLayers(std::vector<std::string> files);
 
 }  // namespace betamesh

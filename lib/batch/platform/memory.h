@@ -11,6 +11,12 @@ namespace betamesh {
 /// The estimated peak memory of a frame in bytes, from the size and format of its file. 0 if there is no file.
 std::uint64_t workingMemory(const std::string& input);
 
+/// The estimated number of particles in a file, from its size and format. 0 if there is no file.
+double estimatedParticles(const std::string& input);
+
+/// The estimated area of the surface around particles, in squared particle spacings.
+double estimatedArea(double particles);
+
 /// The estimated memory of particles and the surface around them, bytes.
 std::uint64_t memoryOf(double particles);
 

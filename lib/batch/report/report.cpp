@@ -59,6 +59,7 @@ Provenance originFrom(const Json& json) {
     if (const auto local = json.find("local_origin"); local != json.end())
         for (int axis = 0; axis < 3; ++axis)
             local->at(static_cast<std::size_t>(axis)).get_to(origin.local_origin[axis]);
+    if (json.value("up_axis", "y") == "z") origin.up_axis = UpAxis::z;
     for (const auto& [name, bytes] : from.at("files").items()) origin.files[name] = bytes.get<std::uint64_t>();
     if (const auto encoded = from.find(std::string("files") + kEncoded); encoded != from.end())
         for (const auto& [name, bytes] : encoded->items())
@@ -277,6 +278,7 @@ std::string reportJson(const FrameReport& report) {
     if (report.origin) {
         const Vec3& local = report.origin->local_origin;
         json["local_origin"] = {local.x, local.y, local.z};
+        json["up_axis"] = report.origin->up_axis == UpAxis::z ? "z" : "y";
         json["origin"] = originJson(*report.origin);
     }
     return oneLine(json);

@@ -14,6 +14,12 @@ public:
     using std::runtime_error::runtime_error;
 };
 
+/// Thrown before work begins that would need more memory than there is, or than is allowed. The message says how much.
+class MemoryError : public Error {
+public:
+    using Error::Error;
+};
+
 /// Thrown if the operating system refuses to open, read or write a file.
 class FileError : public Error {
 public:

@@ -10,6 +10,7 @@
 #include <array>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -60,6 +61,7 @@ struct LevelSetOptions {
 };
 
 /// How files are written. Formats without a place for a frame rate, a frame or a unit of length leave these out.
+/// Attributes whose names a format cannot store, or uses itself, get other names: "a b" becomes "a_b".
 ///
 /// For up axis z, positions, velocities, accelerations (attributes named accel or acceleration) and normals (N, normal,
 /// normals) are rotated as they are written: (x, y, z) -> (x, -z, y), the inverse of ParticleInput::up_axis z. No bit
@@ -70,6 +72,7 @@ struct WriteOptions {
     UpAxis up_axis = UpAxis::y;  ///< of the file; in memory y is up
     double meters_per_unit = 1;  ///< length of a world unit in metres
     LevelSetOptions level_set{};
+    std::function<void(const std::string&)> warn{};  ///< gets a sentence about what the file does not show; may be null
 };
 
 /// Reads a file in the format of its extension; the manual lists them.
@@ -108,9 +111,10 @@ Mesh readMesh(const std::filesystem::path& path);
 /// if there is none. A .vdb is a level set, see LevelSetOptions.
 ///
 /// errors  an extension whose format cannot be written or does not hold meshes; numbers that are not finite; a file
-///         that cannot be written
+///         that cannot be written; MemoryError if a level set would exceed LevelSetOptions::memory_limit
 void writeMesh(const std::filesystem::path& path, const Mesh& mesh, const WriteOptions& options = {});
-/// Writes points with a radius (`pscale` in formats of Houdini, `radius` in others), velocity and id.
+/// Writes points with a radius (`pscale` in formats of Houdini, `radius` in others), velocity and id. Ids that the
+/// format cannot hold are left out.
 ///
 /// errors  a format that cannot hold a radius
 void writeSpheres(const std::filesystem::path& path, const Spheres& spheres, const WriteOptions& options = {});

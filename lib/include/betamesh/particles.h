@@ -21,7 +21,13 @@ struct Attribute {
     std::uint32_t components = 1;
     std::vector<float> real;
     std::vector<std::int32_t> integer;
-    IntegerType integer_type{};  ///< of the file; formats that have this type write it if all numbers fit
+    IntegerType integer_type{};      ///< of the file; formats that have this type write it if all numbers fit
+    bool declares_integers = false;  ///< without rows: the numbers would be integers
+
+    /// Whether the numbers are integers, or would be if there were rows.
+    bool hasIntegers() const {
+        return !integer.empty() || (real.empty() && (declares_integers || integer_type != IntegerType::int32));
+    }
 };
 
 /// Row i of every array is particle i. Lengths in world units, time in seconds.
