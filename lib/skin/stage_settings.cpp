@@ -2,6 +2,8 @@
 
 #include "betamesh/error.h"
 #include "skin/constants.h"
+#include "skin/surface_attributes.h"
+#include "skin/walls.h"
 
 #include <algorithm>
 
@@ -83,6 +85,8 @@ void requireConsistent(const SkinParams& params) {
             "tessellation, or bubbles that are meshed");
     requireScale(params);
     requireSkin(params);
+    requireDistinctNames(params);
+    requireWalls(params);
 }
 
 }  // namespace betamesh

@@ -391,6 +391,21 @@ TEST(Preview, PlanesAreEvenlyLitAtGrazingAngles) {
     }
 }
 
+TEST(Preview, TheNormalsOfAMeshAreUsed) {
+    Mesh mesh = sphereMesh({0, 0, 0});
+    Attribute normals{"N", 3, {}, {}};
+    for (std::size_t v = 0; v < mesh.position.size(); ++v) normals.real.insert(normals.real.end(), {0, 0.6f, 0.8f});
+    mesh.attributes = {normals};
+    const Picture picture = renderFrame(mesh, {}, facing({0, 0, 0}), smallSettings());
+    std::size_t seen = 0;
+    for (std::size_t i = 0; i < picture.size(); ++i) {
+        if (picture.alpha[i] < 1) continue;
+        ++seen;
+        EXPECT_NEAR(picture.normal[1][i], 0.6f, 1e-3f);
+    }
+    EXPECT_GT(seen, 1000U);
+}
+
 TEST(Preview, ACoarseSphereIsShadedLikeARoundOne) {
     Mesh coarse;
     const Icosphere sphere = icosphere(4);

@@ -2,11 +2,21 @@
 
 #include "batch/config/key_tables.h"
 #include "batch/config/key_types.h"
+#include "batch/config/surface_params.h"
 #include "skin/constants.h"
 
 #include <limits>
 
 namespace betamesh {
+
+namespace {
+
+void checkWalls(const std::vector<std::string>& walls) {
+    for (const std::string& wall : walls)
+        if (!wallOf(wall)) failValue(wall, "planes such as x>0 or 0.6x+0.8y<2, separated by commas");
+}
+
+}  // namespace
 
 void addSurfaceKeys(std::vector<ConfigKey>& keys) {
     keys.push_back(lengthKey(
@@ -63,6 +73,14 @@ void addSurfaceKeys(std::vector<ConfigKey>& keys) {
          "makes thin sheets two radii thick. A length requires surface.kind beta with the complete tessellation; for "
          "other surfaces auto means none."},
         "none", [](Config& c) -> std::optional<Length>& { return c.surface.skin; }));
+    keys.push_back(namesKey(
+        {"surface.walls", "--walls", "world units",
+         "Plane walls of a tank, each by the side on which the liquid lies: `x>0` or `0.6x+0.8y<2`, with y up, after "
+         "input.scale and input.up_axis. Where the surface is within 0.5 particle spacings of a wall it is laid flat "
+         "against it, to within 0.005 spacings; farther away the displacement fades out, up to 1.25 spacings. "
+         "Requires surface.kind beta with the complete tessellation."},
+        "planes such as x>0 or 0.6x+0.8y<2, each at most once, separated by commas; or leave it empty",
+        [](Config& c) -> std::vector<std::string>& { return c.surface.walls; }, checkWalls));
     ConfigKey inset =
         optionalLengthKey({"surface.inset", "--inset", "",
                            "Deprecated; use surface.skin. An inset of D equals a skin of radius - D. auto: not set."},

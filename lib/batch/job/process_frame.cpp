@@ -15,6 +15,7 @@
 #include "io/mesh_file.h"
 #include "io/output_file.h"
 #include "skin/pipeline.h"
+#include "skin/surface_attributes.h"
 
 #include <algorithm>
 #include <chrono>
@@ -224,6 +225,7 @@ Surface surfaceOf(SharedFrame& frame, const Liquid& liquid, const FrameTask& tas
     if (task.action != FrameAction::mesh) {
         const auto empty = std::make_shared<Mesh>();
         if (plan.skin.components) empty->component.emplace();
+        empty->attributes = emptyColumns(plan.skin.surface_attributes);
         return {{}, pictureOf(task, plan, {}, {}), [empty, &task, &plan] {
                     writeMesh(task.output, *empty, writeOptions(plan.config.output, task.frame));
                 }};

@@ -78,6 +78,7 @@ def skin(
     radius: Length = "1.5dx",
     spacing: float | str | None = "auto",
     skin: Length = "auto",
+    walls: collections.abc.Sequence[str] | str = (),
     kind: str = "beta",
     tessellation: str = "complete",
     arc_subdivisions: int | str | None = "auto",
@@ -95,6 +96,8 @@ def skin(
     bubble_gap: Length = "5dx",
     ids: numpy.typing.ArrayLike | None = None,
     attributes: collections.abc.Mapping[str, numpy.typing.ArrayLike] | collections.abc.Sequence[str] | None = None,
+    normals: bool = False,
+    surface_attributes: collections.abc.Sequence[str] | str = (),
     components: bool = False,
     origin: collections.abc.Sequence[float] | str | None = "auto",
     threads: int | None = None,
@@ -125,6 +128,8 @@ def skin(
             volume of the liquid. "none": the surface of the balls themselves.
 
     Surface
+        walls: planes such as "x>0" or "0.6x+0.8y<2", which tell where the liquid lies. The surface is laid flat against
+            them.
         kind: "beta", the liquid surface; "alpha", triangles between particles; "union", the union of balls.
         tessellation: "complete", or "paper".
         arc_subdivisions: segments per arc, 1 to 64; "auto" or None: by accuracy. 1 gives the smallest meshes.
@@ -136,6 +141,9 @@ def skin(
         tendrils: "mesh" or "points": threads one particle thick.
         bubbles: "fill" or "mesh": voids in which no empty ball of diameter bubble_gap fits. None: "fill", where the
             tessellation allows it.
+        normals: fit the normals of vertices to the surface nearby; mesh.normals and the attribute "N".
+        surface_attributes: some of "thickness", "curvature" and "shape" (drop, thread, sheet and bulk, weights with sum
+            1), measured on the surface; attributes of the mesh.
         components: number the connected components, for mesh.components.
 
     The call
@@ -148,7 +156,7 @@ def skin(
     for impossible settings, arrays of a wrong shape, type or number of rows, and a position or velocity that is not
     finite (with its row); MemoryError.
     """
-    settings = _settings(locals(), _KEYS)
+    settings = _settings(locals(), _KEYS | _OUTPUT_KEYS)
     return _skin(positions, velocities, ids, attributes, origin, settings, components, threads, progress)
 
 
@@ -190,6 +198,7 @@ _KEYS = {
     "radius": "surface.radius",
     "spacing": "surface.spacing",
     "skin": "surface.skin",
+    "walls": "surface.walls",
     "kind": "surface.kind",
     "tessellation": "surface.tessellation",
     "arc_subdivisions": "surface.arc_subdivisions",
@@ -206,6 +215,7 @@ _KEYS = {
     "bubbles": "features.bubbles",
     "bubble_gap": "features.bubble_gap",
 }
+_OUTPUT_KEYS = {"normals": "output.normals", "surface_attributes": "output.surface_attributes"}
 _AUTO_IF_NONE = {"spacing", "arc_subdivisions", "smoothing_width"}
 
 
@@ -232,4 +242,6 @@ def _text(value: object) -> str:
         return str(int(value))
     if isinstance(value, numbers.Real):
         return repr(float(value))
+    if isinstance(value, (list, tuple)):
+        return ",".join(map(str, value))
     return str(value)
