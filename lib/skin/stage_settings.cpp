@@ -3,9 +3,9 @@
 #include "betamesh/error.h"
 #include "skin/constants.h"
 #include "skin/surface_attributes.h"
-#include "skin/walls.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace betamesh {
 
@@ -71,6 +71,15 @@ double widestSkinFit(const SkinParams& params) {
 
 double farthestSkinSmoothing(const SkinParams& params) {
     return kMaxSkinSmoothing * effectiveSkinDepth(params) / particleSpacing(params);
+}
+
+void requireWalls(const SkinParams& params) {
+    if (params.walls.empty()) return;
+    if (!isComplete(params))
+        throw Error("only the beta mesh with the complete tessellation can be laid against walls (surface.walls)");
+    for (const Wall& wall : params.walls)
+        if (!(std::abs(wall.normal.length() - 1) < 1e-6) || !std::isfinite(wall.offset))
+            throw Error("a wall needs a normal of unit length and a finite offset (surface.walls)");
 }
 
 void requireConsistent(const SkinParams& params) {

@@ -29,8 +29,15 @@ SkinLengths skinLengths(const SkinParams& params);
 double widestSkinFit(const SkinParams& params);
 double farthestSkinSmoothing(const SkinParams& params);
 
+/// Checks the walls.
+///
+/// errors  walls of another surface than the complete tessellation; a normal that is not of unit length; an offset that
+///         is not finite
+void requireWalls(const SkinParams& params);
+
 /// errors  the paper's smoothing with another tessellation than the paper's; filled bubbles with another tessellation
-///         than the complete one; what requireScale() and requireSkin() throw
+///         than the complete one; what requireScale(), requireSkin(), requireWalls() and requireDistinctNames()
+///         throw
 void requireConsistent(const SkinParams& params);
 
 }  // namespace betamesh

@@ -1,12 +1,8 @@
 #include "skin/walls.h"
 
 #include "base/parallel.h"
-#include "betamesh/error.h"
 #include "skin/constants.h"
 #include "skin/self_intersections.h"
-#include "skin/stage_settings.h"
-
-#include <cmath>
 
 namespace betamesh {
 
@@ -54,15 +50,6 @@ void layAgainstWalls(const std::vector<Wall>& walls, double spacing, const BallB
     blendFading(mesh.fading, displacement);
     parallelFor(mesh.vertex.size(), 4096, [&](std::size_t v) { mesh.vertex[v] = mesh.vertex[v] + displacement[v]; });
     resolveSelfIntersections(boundary, from, mesh, kCornerRelaxations);
-}
-
-void requireWalls(const SkinParams& params) {
-    if (params.walls.empty()) return;
-    if (!isComplete(params))
-        throw Error("only the beta mesh with the complete tessellation can be laid against walls (surface.walls)");
-    for (const Wall& wall : params.walls)
-        if (!(std::abs(wall.normal.length() - 1) < 1e-6) || !std::isfinite(wall.offset))
-            throw Error("a wall needs a normal of unit length and a finite offset (surface.walls)");
 }
 
 }  // namespace betamesh

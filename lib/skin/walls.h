@@ -22,10 +22,4 @@ DualVec3 laidAgainst(const Wall& wall, double spacing, const DualVec3& point);
 /// cost    O(vertices · walls), plus that of resolveSelfIntersections()
 void layAgainstWalls(const std::vector<Wall>& walls, double spacing, const BallBoundary& boundary, BetaMesh& mesh);
 
-/// Checks the walls.
-///
-/// errors  walls of another surface than the complete tessellation; a normal that is not of unit length; an offset that
-///         is not finite
-void requireWalls(const SkinParams& params);
-
 }  // namespace betamesh

@@ -142,7 +142,7 @@ TEST_F(ConfigFile, WallsAreTheSideOfAPlaneOnWhichTheLiquidLies) {
     for (const char* wrong : {"", "x", "x<", "<1", "x=1", "x<y", "w<1", "x+<1", "xy<1", "x--y<1", "0x<1", "x-x<1",
                               "nanx<1", "infx<1", "x<nan", "x<inf", "x<1<2", "1<x", "x<0.1dx"})
         EXPECT_FALSE(wallOf(wrong)) << wrong;
-    expectError("surface: {walls: [x>0, x]}\n", {"job.yaml:2:17", "surface.walls", "'x'", "0.6x+0.8y<2"});
+    expectError("surface: {walls: [x>0, x]}\n", {"job.yaml:2:18", "surface.walls", "'x'", "0.6x+0.8y<2"});
     EXPECT_EQ(readConfig(file("job.yaml", "version: 1\nsurface: {walls: [x>0, y>0]}\n")).surface.walls,
               (std::vector<std::string>{"x>0", "y>0"}));
 }

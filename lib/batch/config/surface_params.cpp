@@ -2,8 +2,8 @@
 
 #include "batch/config/key_types.h"
 #include "betamesh/error.h"
+#include "skin/stage_settings.h"
 #include "skin/surface_attributes.h"
-#include "skin/walls.h"
 
 #include <algorithm>
 #include <cmath>
