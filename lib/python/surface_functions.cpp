@@ -27,7 +27,9 @@ are enough. dimension: 3, or 2 for particles in a plane. Returns None if no fram
 const std::vector<ConfigKey>& surfaceKeys() {
     static const std::vector<ConfigKey> keys = [] {
         std::vector<ConfigKey> all;
-        for (const auto& add : {addSurfaceKeys, addPerturbationKeys, addSmoothingKeys, addFeaturesKeys}) add(all);
+        for (const auto& add :
+             {addSurfaceKeys, addPerturbationKeys, addSmoothingKeys, addFeaturesKeys, addSurfaceOutputKeys})
+            add(all);
         return all;
     }();
     return keys;

@@ -323,7 +323,7 @@ inline constexpr double kMaxRotationGain = 8;
 /// farther from the surface half a frame later.
 inline constexpr double kMaxRelativeVelocity = 0.7;
 
-// Walls (walls.cpp); lengths in dx -------------------------------------------------------------------------------------
+// Walls (walls.cpp); lengths in dx ------------------------------------------------------------------------------------
 
 /// Distance from a wall up to which the surface is flat, and from which it stays as it is.
 inline constexpr double kWallFlat = 0.5, kWallReach = 1.25;

@@ -22,13 +22,6 @@ void checkOutputPath(const std::string& path) {
     if (!isSvg(path)) requireMeshExtension(path);  // curves are written in every format for meshes, too
 }
 
-void checkSurfaceAttributes(const std::vector<std::string>& names) {
-    const std::vector<std::string> known{"thickness", "curvature", "shape"};
-    for (const std::string& name : names)
-        if (std::find(known.begin(), known.end(), name) == known.end())
-            failValue(name, "some of thickness, curvature and shape, separated by commas", known);
-}
-
 void checkFrames(const std::string& frames) {
     if (frames != "all") parseFrames(frames);
 }
@@ -82,20 +75,7 @@ void addOutputKeys(std::vector<ConfigKey>& keys) {
          "transferred."},
         "names of attributes that every input has, each at most once, separated by commas; or leave it empty",
         [](Config& c) -> std::vector<std::string>& { return c.output.attributes; }));
-    keys.push_back(booleanKey(
-        {"output.normals", "--output-normals", "",
-         "Writes normals fitted to the surface near each vertex as the attribute `N`. They shade more smoothly than "
-         "those of the triangles, and change continuously over time. .vtp, .usda, .abc and .obj files have normals in "
-         "any case, computed from the triangles unless this is true. Pictures use `N`, too."},
-        [](Config& c) -> bool& { return c.output.normals; }));
-    keys.push_back(namesKey(
-        {"output.surface_attributes", "--surface-attributes", "",
-         "Attributes of the mesh vertices that are measured on the surface; all change continuously over time. "
-         "thickness: distance through the liquid, in world units, at most 4 particle spacings. curvature: mean "
-         "curvature, in 1 / world units, positive on drops. shape: the weights `drop`, `thread`, `sheet` and `bulk`, "
-         "from 0 to 1 with sum 1."},
-        "some of thickness, curvature and shape, each at most once, separated by commas; or leave it empty",
-        [](Config& c) -> std::vector<std::string>& { return c.output.surface_attributes; }, checkSurfaceAttributes));
+    addSurfaceOutputKeys(keys);
     keys.push_back(booleanKey(
         {"output.components", "--components", "",
          "Numbers the connected components of each mesh by volume: 0 is the largest, bubbles come last. The number is "

@@ -16,6 +16,13 @@ void checkWalls(const std::vector<std::string>& walls) {
         if (!wallOf(wall)) failValue(wall, "planes such as x>0 or 0.6x+0.8y<2, separated by commas");
 }
 
+void checkSurfaceAttributes(const std::vector<std::string>& names) {
+    const std::vector<std::string> known{"thickness", "curvature", "shape"};
+    for (const std::string& name : names)
+        if (std::find(known.begin(), known.end(), name) == known.end())
+            failValue(name, "some of thickness, curvature and shape, separated by commas", known);
+}
+
 }  // namespace
 
 void addSurfaceKeys(std::vector<ConfigKey>& keys) {
@@ -172,6 +179,23 @@ void addFeaturesKeys(std::vector<ConfigKey>& keys) {
         [](Config& c) -> double& { return c.features.bubble_volume; });
     volume.replaced_by = "features.bubble_gap";
     keys.push_back(volume);
+}
+
+void addSurfaceOutputKeys(std::vector<ConfigKey>& keys) {
+    keys.push_back(booleanKey(
+        {"output.normals", "--output-normals", "",
+         "Writes normals fitted to the surface near each vertex as the attribute `N`. They shade more smoothly than "
+         "those of the triangles, and change continuously over time. .vtp, .usda, .abc and .obj files have normals in "
+         "any case, computed from the triangles unless this is true. Pictures use `N`, too."},
+        [](Config& c) -> bool& { return c.output.normals; }));
+    keys.push_back(namesKey(
+        {"output.surface_attributes", "--surface-attributes", "",
+         "Attributes of the mesh vertices that are measured on the surface; all change continuously over time. "
+         "thickness: distance through the liquid, in world units, at most 4 particle spacings. curvature: mean "
+         "curvature, in 1 / world units, positive on drops. shape: the weights `drop`, `thread`, `sheet` and `bulk`, "
+         "from 0 to 1 with sum 1."},
+        "some of thickness, curvature and shape, each at most once, separated by commas; or leave it empty",
+        [](Config& c) -> std::vector<std::string>& { return c.output.surface_attributes; }, checkSurfaceAttributes));
 }
 
 }  // namespace betamesh

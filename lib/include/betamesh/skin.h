@@ -63,8 +63,8 @@ struct SkinnedFrame {
 /// cost    O(n) if the number of neighbours within two radii is bounded
 /// errors  the paper's smoothing with another tessellation than the paper's; filled bubbles with another tessellation
 ///         than the complete one; what requireScale() and requireSkin() throw; walls with another
-///         tessellation than the complete one, or whose normals are not of unit length; an attribute that the particles do not
-///         have, or that has the name of one measured on the surface; particles beyond the integer range;
+///         tessellation than the complete one, or whose normals are not of unit length; an attribute that the particles
+///         do not have, or that has the name of one measured on the surface; particles beyond the integer range;
 ///         floating-point predicates that stay inconsistent after all retries
 /// source  beta mesh paper, section 3
 SkinnedFrame skinFrame(const Particles& particles, const SkinParams& params, const Watch& watch = {});

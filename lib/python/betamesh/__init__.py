@@ -105,9 +105,9 @@ def skin(
 ) -> Mesh:
     """The surface of one frame of particles, as a closed, oriented, manifold mesh.
 
-    The settings from `radius` to `bubble_gap` are the keys of pipeline files in the sections surface, perturbation,
-    smoothing and features, with the same defaults and values: `betamesh config print` explains them. The same
-    settings give the same bytes as the program.
+    The settings from `radius` to `bubble_gap`, `normals` and `surface_attributes` are the keys of pipeline files in the
+    sections surface, perturbation, smoothing, features and output, with the same defaults and values: `betamesh config
+    print` explains them. The same settings give the same bytes as the program.
 
     Particles
         positions: (n, 3), n >= 0, floating-point or whole numbers, any strides; or Particles, which bring their
@@ -156,7 +156,7 @@ def skin(
     for impossible settings, arrays of a wrong shape, type or number of rows, and a position or velocity that is not
     finite (with its row); MemoryError.
     """
-    settings = _settings(locals(), _KEYS | _OUTPUT_KEYS)
+    settings = _settings(locals(), _KEYS)
     return _skin(positions, velocities, ids, attributes, origin, settings, components, threads, progress)
 
 
@@ -214,8 +214,9 @@ _KEYS = {
     "tendrils": "features.tendrils",
     "bubbles": "features.bubbles",
     "bubble_gap": "features.bubble_gap",
+    "normals": "output.normals",
+    "surface_attributes": "output.surface_attributes",
 }
-_OUTPUT_KEYS = {"normals": "output.normals", "surface_attributes": "output.surface_attributes"}
 _AUTO_IF_NONE = {"spacing", "arc_subdivisions", "smoothing_width"}
 
 
@@ -242,6 +243,6 @@ def _text(value: object) -> str:
         return str(int(value))
     if isinstance(value, numbers.Real):
         return repr(float(value))
-    if isinstance(value, (list, tuple)):
-        return ",".join(map(str, value))
+    if isinstance(value, (list, tuple)) and all(isinstance(name, str) for name in value):
+        return ",".join(value)
     return str(value)
