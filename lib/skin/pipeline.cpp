@@ -1,5 +1,6 @@
 #include "skin/pipeline.h"
 
+#include "mesh/clip_mesh.h"
 #include "mesh/mesh_edges.h"
 #include "skin/alpha_mesh.h"
 #include "skin/attributes.h"
@@ -198,6 +199,10 @@ SkinnedFrame skinFrame(const Particles& particles, const NearSurface& near, cons
     frame.mesh.attributes = carriedAttributes(particles, boundary.row, balls, boundary.worldRadius(), params.attributes,
                                               frame.mesh.position);
     std::move(measured.begin(), measured.end(), std::back_inserter(frame.mesh.attributes));
+    if (const auto box = clippingBox(params)) {
+        frame.mesh = clippedToBox(frame.mesh, box->min, box->max);
+        keepInside(box->min, box->max, frame.spheres);
+    }
     frame.spheres.attributes = attributesOf(particles, frame.spheres.particle, params.attributes);
     if (params.components) labelComponents(frame.mesh);
     watch(Stage::velocity);

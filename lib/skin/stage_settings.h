@@ -8,6 +8,8 @@
 #include "skin/retract.h"
 #include "skin/smooth_coherent.h"
 
+#include <optional>
+
 namespace betamesh {
 
 /// Is the surface the complete tessellation, for which all stages exist?
@@ -35,9 +37,14 @@ double farthestSkinSmoothing(const SkinParams& params);
 ///         is not finite
 void requireWalls(const SkinParams& params);
 
+/// The box of the parameters, rounded to floats.
+///
+/// errors  a box of another surface than the complete tessellation; one that is not finite or has no inside
+std::optional<Box> clippingBox(const SkinParams& params);
+
 /// errors  the paper's smoothing with another tessellation than the paper's; filled bubbles with another tessellation
-///         than the complete one; what requireScale(), requireSkin(), requireWalls() and requireDistinctNames()
-///         throw
+///         than the complete one; what requireScale(), requireSkin(), requireWalls(), clippingBox() and
+///         requireDistinctNames() throw
 void requireConsistent(const SkinParams& params);
 
 }  // namespace betamesh

@@ -66,6 +66,7 @@ TEST_F(ConfigFile, APrintedConfigurationIsReadBack) {
                                    "surface.predicates=float",
                                    "surface.skin=0.5dx",
                                    "surface.walls=x>0,0.6x-0.8z<2e-3",
+                                   "surface.box=-1,0,2,4,5,6.5",
                                    "surface.resolve_intersections=true",
                                    "perturbation.retries=7",
                                    "perturbation.tolerance=0.001",
@@ -158,6 +159,20 @@ TEST_F(ConfigFile, WallsAreInWorldUnitsWhateverTheLocalOrigin) {
     EXPECT_NEAR(params.walls[1].offset, 5.1, 1e-12);
     config.surface.kind = SurfaceKind::alpha;
     EXPECT_THROW(withLengths(skinParams(config), config, {0.15, 0.1, "", {}}), Error);
+}
+
+TEST_F(ConfigFile, TheBoxOfTheSurfaceIsSixNumbersInWorldUnits) {
+    Config config;
+    setConfigKey(config, "surface.box=-1,0,2,4,5,6.5");
+    config.input.origin = {100, 0, 0};
+    config.input.scale = 0.01;
+    const SkinParams params = withLengths(skinParams(config), config, {0.15, 0.1, "", {}});
+    ASSERT_TRUE(params.box);
+    EXPECT_EQ(*params.box, Box(Vec3(-2, 0, 2), Vec3(3, 5, 6.5)));
+    for (const char* wrong : {"1,2,3,4,5", "0,0,0,1,0,1", "x", "\"\""})
+        expectError(std::string("surface: {box: ") + wrong + "}\n", {"surface.box", "six numbers"});
+    setConfigKey(config, "surface.box=none");
+    EXPECT_FALSE(config.surface.box);
 }
 
 TEST_F(ConfigFile, SurfaceAttributesAreKnownAndDifferFromThoseOfParticles) {

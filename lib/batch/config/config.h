@@ -63,6 +63,7 @@ struct Config {
         std::optional<Length> skin;   ///< nullopt: auto; 0: the surface of the balls
         std::optional<Length> inset;  ///< deprecated: the skin is the radius minus this; nullopt: not set
         std::vector<std::string> walls;
+        std::optional<std::array<double, 6>> box;  ///< lowest x, y, z, highest x, y, z; nullopt: none
         bool resolve_intersections = false;
     } surface;
     struct Perturbation {

@@ -23,6 +23,20 @@ void checkSurfaceAttributes(const std::vector<std::string>& names) {
             failValue(name, "some of thickness, curvature and shape, separated by commas", known);
 }
 
+ConfigKey boxKey(const KeyText& text) {
+    const std::string accepts = "none, or six numbers separated by commas, each lowest one below the highest";
+    return makeKey(
+        text, ConfigKey::Kind::list, accepts,
+        [](const Config& config) { return config.surface.box ? textOfNumbers(*config.surface.box) : "none"; },
+        [=](Config& config, const std::string& value) {
+            const auto box = numbersOf<6>(value);
+            if (!box && value != "none") failValue(value, accepts);
+            for (std::size_t k = 0; box && k < 3; ++k)
+                if (!((*box)[k] < (*box)[k + 3])) failValue(value, accepts);
+            config.surface.box = box;
+        });
+}
+
 }  // namespace
 
 void addSurfaceKeys(std::vector<ConfigKey>& keys) {
@@ -88,6 +102,12 @@ void addSurfaceKeys(std::vector<ConfigKey>& keys) {
          "Requires surface.kind beta with the complete tessellation."},
         "planes such as x>0 or 0.6x+0.8y<2, each at most once, separated by commas; or leave it empty",
         [](Config& c) -> std::vector<std::string>& { return c.surface.walls; }, checkWalls));
+    keys.push_back(boxKey(
+        {"surface.box", "--surface-box", "world units",
+         "Cuts the mesh off at a box and closes it with plane polygons: lowest x, y, z, highest x, y, z, with y up, "
+         "after "
+         "input.scale and input.up_axis. Particles outside still shape the surface inside; input.box leaves particles "
+         "out. Requires surface.kind beta with the complete tessellation."}));
     ConfigKey inset =
         optionalLengthKey({"surface.inset", "--inset", "",
                            "Deprecated; use surface.skin. An inset of D equals a skin of radius - D. auto: not set."},

@@ -214,6 +214,12 @@ SkinParams withLengths(SkinParams params, const Config& config, const ResolvedRa
     requireScale(params);
     params.walls = localWalls(config);
     requireWalls(params);
+    if (const auto& box = config.surface.box) {
+        const Vec3 origin = worldOrigin(config.input, UpAxis::y);
+        params.box =
+            Box(Vec3((*box)[0], (*box)[1], (*box)[2]) - origin, Vec3((*box)[3], (*box)[4], (*box)[5]) - origin);
+        clippingBox(params);
+    }
     params.smoothing_width = worldLength(config.smoothing.width, resolved.spacing);
     const Config::Features& features = config.features;
     if (features.bubble_volume > 0)

@@ -102,6 +102,8 @@ struct SkinParams {
     std::vector<std::string> attributes;  ///< names of particle attributes to interpolate to the vertices
     SurfaceAttributes surface_attributes;
     std::vector<Wall> walls;             ///< the surface is laid flat against them; complete tessellation only
+    std::optional<Box> box;              ///< cut the mesh off at this box, whose coordinates are rounded to floats, and
+                                         ///< close it with plane polygons; complete tessellation only
     bool resolve_intersections = false;  ///< paper's tessellation: move vertices so that no particle is outside
     Features features;
     bool components = false;  ///< number the connected components of the mesh, the largest first

@@ -79,6 +79,7 @@ def skin(
     spacing: float | str | None = "auto",
     skin: Length = "auto",
     walls: collections.abc.Sequence[str] | str = (),
+    box: collections.abc.Sequence[float] | str = "none",
     kind: str = "beta",
     tessellation: str = "complete",
     arc_subdivisions: int | str | None = "auto",
@@ -130,6 +131,7 @@ def skin(
     Surface
         walls: planes such as "x>0" or "0.6x+0.8y<2", which tell where the liquid lies. The surface is laid flat against
             them.
+        box: six numbers, lowest x, y, z, highest x, y, z: the mesh is cut off there and closed with plane polygons.
         kind: "beta", the liquid surface; "alpha", triangles between particles; "union", the union of balls.
         tessellation: "complete", or "paper".
         arc_subdivisions: segments per arc, 1 to 64; "auto" or None: by accuracy. 1 gives the smallest meshes.
@@ -199,6 +201,7 @@ _KEYS = {
     "spacing": "surface.spacing",
     "skin": "surface.skin",
     "walls": "surface.walls",
+    "box": "surface.box",
     "kind": "surface.kind",
     "tessellation": "surface.tessellation",
     "arc_subdivisions": "surface.arc_subdivisions",
@@ -231,6 +234,8 @@ def _settings(arguments: dict[str, object], keys: dict[str, str]) -> list[tuple[
             if name == "bubbles":
                 continue
             value = "auto" if name in _AUTO_IF_NONE else "None"
+        if name == "box" and not isinstance(value, str):
+            value = [repr(float(number)) for number in value]
         rows.append((name, key, _text(value)))
     return rows
 

@@ -194,6 +194,13 @@ def test_walls_are_in_the_coordinates_of_the_positions(block):
         betamesh.skin(block, walls="y=0")
 
 
+def test_the_mesh_is_cut_off_at_a_box(block):
+    mesh = betamesh.skin(block, box=[-1, -1, -1, 0.25, 1, 1], radius=0.15, spacing=0.1)
+    assert mesh.vertices[:, 0].max() == 0.25 and betamesh.check(mesh)["good"]
+    with pytest.raises(ValueError, match="box: '1,2' is not valid".replace("1,2", "1.0,2.0")):
+        betamesh.skin(block, box=(1, 2))
+
+
 def test_particles_bring_their_own_arrays(block):
     particles = betamesh.Particles(block, attributes={"a": block[:, 0]})
     with pytest.raises(ValueError, match="have their own"):
