@@ -5,8 +5,8 @@
 #include "base/parallel.h"
 #include "io/alembic_layout.h"
 #include "io/digest.h"
-#include "io/normals.h"
 #include "io/ogawa.h"
+#include "mesh/normals.h"
 
 #include <algorithm>
 #include <limits>

@@ -1,7 +1,7 @@
 
 #include "io/obj.h"
 
-#include "io/normals.h"
+#include "mesh/normals.h"
 
 #include <algorithm>
 #include <charconv>

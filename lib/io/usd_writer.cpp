@@ -2,8 +2,8 @@
 
 #include "base/parallel.h"
 #include "betamesh/error.h"
-#include "io/normals.h"
 #include "io/usd.h"
+#include "mesh/normals.h"
 
 #include <algorithm>
 #include <charconv>

@@ -4,8 +4,8 @@
 
 #include "base/parallel.h"
 #include "betamesh/error.h"
-#include "io/normals.h"
 #include "io/vtk_cells.h"
+#include "mesh/normals.h"
 
 #include <functional>
 #include <limits>

@@ -238,6 +238,10 @@ void requirePlanar(const SkinParams& params) {
         (params.surface != SurfaceKind::beta || params.tessellation != Tessellation::complete))
         throw Error("bubbles can be filled only with the complete tessellation; expected that tessellation");
     if (params.components) refuse("numbering components (--components)");
+    if (!params.walls.empty()) refuse("laying the surface against walls (--walls)");
+    if (params.box) refuse("cutting the surface off at a box (--surface-box)");
+    if (params.surface_attributes.normals) refuse("measuring normals (--output-normals)");
+    if (!(params.surface_attributes == SurfaceAttributes{})) refuse("measuring the surface (--surface-attributes)");
     if (params.smoothing == SmoothingMethod::paper && params.tessellation != Tessellation::paper)
         throw Error("the paper's smoothing works only on the paper's tessellation; expected that tessellation");
 }

@@ -3,7 +3,7 @@
 #include "base/box.h"
 #include "base/local_origin.h"
 #include "betamesh/error.h"
-#include "mesh/vertex_normals.h"
+#include "mesh/normals.h"
 #include "python/arrays.h"
 
 #include <array>
@@ -237,14 +237,11 @@ void addMesh(nb::module_& module) {
                 "Vertices of each triangle, counter-clockwise seen from outside, uint32 of shape (m, 3).",
                 [](const MeshObject& o, nb::handle self) { return arrayOf(numbersOf(o.mesh.triangles), 3, self); });
     addProperty(type, "normals", "def normals(self) -> numpy.typing.NDArray[numpy.float32]",
-                "Unit normals of vertices, outwards, float32 of shape (n, 3): means over the triangles, weighted by "
-                "their angles. Zero at vertices without triangles. Computed on first use.",
+                "Unit normals of vertices, outwards, float32 of shape (n, 3): those fitted to the "
+                "surface if skin() was called with normals=True, else means over the triangles, weighted by their "
+                "angles, and zero at vertices without triangles. Computed on first use.",
                 [](MeshObject& o, nb::handle self) {
-                    const Mesh& mesh = o.mesh;
-                    if (!o.normals)
-                        o.normals =
-                            rounded(vertexNormals(mesh.position.size(), mesh.triangles,
-                                                  [&](std::uint32_t v) -> const Vec3& { return mesh.position[v]; }));
+                    if (!o.normals) o.normals = rounded(normalsOf(o.mesh));
                     return arrayOf(std::span(*o.normals), self);
                 });
     addProperty(type, "components", "def components(self) -> numpy.typing.NDArray[numpy.int32] | None",

@@ -27,7 +27,9 @@ are enough. dimension: 3, or 2 for particles in a plane. Returns None if no fram
 const std::vector<ConfigKey>& surfaceKeys() {
     static const std::vector<ConfigKey> keys = [] {
         std::vector<ConfigKey> all;
-        for (const auto& add : {addSurfaceKeys, addPerturbationKeys, addSmoothingKeys, addFeaturesKeys}) add(all);
+        for (const auto& add :
+             {addSurfaceKeys, addPerturbationKeys, addSmoothingKeys, addFeaturesKeys, addSurfaceOutputKeys})
+            add(all);
         return all;
     }();
     return keys;
@@ -143,7 +145,7 @@ SurfaceCall surfaceCall(nb::handle positions, nb::handle velocities, nb::handle 
     reconcileSurface(call.config, call.warnings);
     checkSkin(call.config, call.warnings);
     setParticles(positions, velocities, ids, attributes, origin, call);
-    const Vec3& local = call.particles->origin;
+    const Vec3& local = call.config.input.origin = call.particles->origin;
     if (nb::isinstance<nb::str>(origin) && call.particles == &call.own && local != Vec3(0, 0, 0))
         call.warnings.push_back(
             "single precision loses these coordinates. The surface is relative to the local origin " +

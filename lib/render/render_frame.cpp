@@ -2,7 +2,7 @@
 #include "render/render_frame.h"
 
 #include "base/parallel.h"
-#include "mesh/vertex_normals.h"
+#include "mesh/normals.h"
 #include "render/colours.h"
 #include "render/light_filter.h"
 #include "render/pixel_samples.h"
@@ -434,6 +434,17 @@ SceneSpace spaceOf(const Bounds& bounds, const Camera& camera) {
     return space;
 }
 
+/// Unit vectors: the attribute `N` where the mesh has it, or else vertexNormals().
+std::vector<Vec3> shadingNormals(const Mesh& mesh) {
+    std::vector<Vec3> normal = normalsOf(mesh);
+    if (normalsIn(mesh.attributes) == nullptr) return normal;
+    parallelFor(normal.size(), 8192, [&](std::size_t v) {
+        const double length = normal[v].length();
+        normal[v] = length > 0 && std::isfinite(length) ? normal[v] / length : Vec3(0);
+    });
+    return normal;
+}
+
 }  // namespace
 
 Picture renderFrame(const Mesh& mesh, const Spheres& spheres, const Camera& camera, const RenderSettings& settings) {
@@ -446,9 +457,7 @@ Picture renderFrame(const Mesh& mesh, const Spheres& spheres, const Camera& came
     const double near_depth = view.depth(all.centre()) - (all.diagonal() / 2 + displacement) * (1 + 1e-6);
 
     std::vector<Vec3> normal;
-    if (!settings.flat || settings.colouring.by == ColourBy::curvature)
-        normal = vertexNormals(mesh.position.size(), mesh.triangles,
-                               [&](std::uint32_t v) -> const Vec3& { return mesh.position[v]; });
+    if (!settings.flat || settings.colouring.by == ColourBy::curvature) normal = shadingNormals(mesh);
     SurfaceColours colours = surfaceColours(mesh, spheres, normal, settings.colouring);
     std::vector<Vec3f> normal_floats(settings.flat ? 0 : normal.size());
     parallelFor(normal_floats.size(), 65536, [&](std::size_t i) { normal_floats[i] = Vec3f(normal[i]); });

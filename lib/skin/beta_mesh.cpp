@@ -25,6 +25,14 @@ Mesh asMesh(const std::vector<DualVec3>& vertex, std::vector<Triangle> triangles
     return mesh;
 }
 
+BetaMesh asBetaMesh(const Mesh& mesh) {
+    BetaMesh beta;
+    beta.triangles = mesh.triangles;
+    beta.vertex.reserve(mesh.position.size());
+    for (const Vec3& p : mesh.position) beta.vertex.push_back({p, Vec3(0)});
+    return beta;
+}
+
 void roundToFloats(BetaMesh& mesh) {
     parallelFor(mesh.vertex.size(), 8192,
                 [&](std::size_t v) { mesh.vertex[v].position = roundedToFloats(mesh.vertex[v].position); });

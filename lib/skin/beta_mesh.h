@@ -55,6 +55,9 @@ struct BetaMesh {
 Mesh asMesh(const std::vector<DualVec3>& vertex, std::vector<Triangle> triangles);
 inline Mesh asMesh(BetaMesh&& beta) { return asMesh(beta.vertex, std::move(beta.triangles)); }
 
+/// The vertices, without motion, and triangles of a mesh.
+BetaMesh asBetaMesh(const Mesh& mesh);
+
 /// Reorders the vertices: new vertex i is old vertex order[i].
 void reorderVertices(BetaMesh& mesh, const std::vector<std::uint32_t>& order);
 

@@ -323,4 +323,31 @@ inline constexpr double kMaxRotationGain = 8;
 /// farther from the surface half a frame later.
 inline constexpr double kMaxRelativeVelocity = 0.7;
 
+// Walls (walls.cpp); lengths in dx ------------------------------------------------------------------------------------
+
+/// Distance from a wall up to which the surface is flat, and from which it stays as it is.
+inline constexpr double kWallFlat = 0.5, kWallReach = 1.25;
+/// What remains of distances up to the first, as a share: more than 0, so that opposite sides of what is thin there do
+/// not meet.
+inline constexpr double kWallRemainder = 0.01;
+
+// Attributes measured on the surface (surface_attributes.cpp); lengths in dx ------------------------------------------
+
+/// Kernel width of the fit of normals.
+inline constexpr double kAttributeFit = 1.2;
+/// Length of the mean normal below which there is no fit.
+inline constexpr double kMinMeanNormal = 1e-3;
+/// Largest thickness.
+inline constexpr double kMaxThickness = 4;
+/// Added to the sum over the opposite side: the thickness approaches its largest value smoothly.
+inline constexpr double kThicknessSmoothing = 0.01;
+/// Cosine between the normal of a vertex and the opposite of another one below which the latter fades out of that sum,
+/// and down to minus which; sine of the elevation over the tangent plane up to which it fades in.
+inline constexpr float kOppositeFade = 0.25F, kOppositeElevation = 0.2F;
+/// Thickness at which bulk begins, and from which everything is bulk.
+inline constexpr double kBulkBegins = 2, kBulkFull = 3.5;
+/// Principal curvature times thickness, which is 0 on plane sheets and along threads, 2 across threads and on drops:
+/// where the surface begins to count as round, and where it does in full.
+inline constexpr double kRoundBegins = 0.5, kRoundFull = 1.5;
+
 }  // namespace betamesh

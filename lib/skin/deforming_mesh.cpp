@@ -85,6 +85,12 @@ DeformingMesh::DeformingMesh(BetaMesh& mesh, double spacing)
     arrange();
 }
 
+DeformingMesh::DeformingMesh(BetaMesh& finished, double spacing, std::vector<std::uint32_t>& former_row)
+    : mesh_(finished), spacing_(spacing), position_(finished.vertex.size()) {
+    parallelFor(size(), 8192, [&](std::size_t v) { position_[v] = mesh_.vertex[v].position; });
+    former_row = arrange();
+}
+
 void DeformingMesh::listConstraints() {
     std::vector<std::uint8_t> in_group(size(), 0), is_support(size(), 0);
     for (std::size_t g = 0; g < constraints_.size(); ++g) {
@@ -112,8 +118,8 @@ void DeformingMesh::listConstraints() {
 }
 
 // Sorts the vertices into groups. Those with fade weight 0 come last and are in no group: they only follow the vertices
-// they fade in from.
-void DeformingMesh::arrange() {
+// they fade in from. Returns the former row of each vertex.
+std::vector<std::uint32_t> DeformingMesh::arrange() {
     const std::vector<float> fade = fadeWeights();
     const auto rows = static_cast<std::uint32_t>(size());
     const std::vector<std::uint32_t> present = indicesWhere(rows, [&](std::uint32_t v) { return fade[v] > 0; });
@@ -132,6 +138,7 @@ void DeformingMesh::arrange() {
     triangles_of_ = sortedIntoRows<std::uint32_t>(size(), mesh_.triangles.size(), forCorners);
     listConstraints();
     measure();
+    return order;
 }
 
 void DeformingMesh::measure() {

@@ -26,6 +26,9 @@ public:
     /// Sorts the vertices of the mesh in space. The mesh is referenced and must outlive this object; spacing: of the
     /// particles, world units.
     DeformingMesh(BetaMesh& mesh, double spacing);
+    /// The same for a finished mesh, whose vertices in quads are where they belong. former_row: set to the row that
+    /// each vertex had.
+    DeformingMesh(BetaMesh& finished, double spacing, std::vector<std::uint32_t>& former_row);
 
     std::size_t size() const { return position_.size(); }
     double spacing() const { return spacing_; }
@@ -118,7 +121,7 @@ private:
     };
 
     void listConstraints();
-    void arrange();
+    std::vector<std::uint32_t> arrange();
     std::vector<float> fadeWeights() const;
     void weighDiagonals(const std::vector<float>& fade);
     void placeOnDiagonals(FadingVertex& fading, double of_other, double middle);

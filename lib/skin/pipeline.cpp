@@ -1,5 +1,6 @@
 #include "skin/pipeline.h"
 
+#include "mesh/clip_mesh.h"
 #include "mesh/mesh_edges.h"
 #include "skin/alpha_mesh.h"
 #include "skin/attributes.h"
@@ -15,11 +16,14 @@
 #include "skin/smooth_paper.h"
 #include "skin/stage_settings.h"
 #include "skin/structure.h"
+#include "skin/surface_attributes.h"
 #include "skin/tessellate.h"
 #include "skin/union_mesh.h"
 #include "skin/velocity.h"
+#include "skin/walls.h"
 
 #include <array>
+#include <iterator>
 #include <optional>
 #include <utility>
 
@@ -128,6 +132,11 @@ void append(const Spheres& from, Spheres& to) {
     add(from.particle, to.particle);
 }
 
+std::vector<Attribute> measuredAttributes(const BetaMesh& mesh, const SkinParams& params) {
+    if (params.surface_attributes == SurfaceAttributes{}) return {};
+    return surfaceAttributes(mesh, particleSpacing(params), params.surface_attributes);
+}
+
 SkinReport reportOf(const NearSurface& near, const Structure& structure) {
     const BallBoundary& boundary = structure.boundary;
     SkinReport report;
@@ -172,20 +181,29 @@ SkinnedFrame skinFrame(const Particles& particles, const NearSurface& near, cons
     const std::vector<DualVec3> balls = ballCentres(boundary, particles);
     watch(Stage::structure);
 
+    std::vector<Attribute> measured;
     if (isComplete(params)) {
         BaseSurface base = baseSurface(particles, structure, balls, params, frame.report);
         watch(Stage::tessellate);
         BetaMesh mesh = smoothedSurface(std::move(base), boundary, params);
         watch(Stage::smooth);
         if (is_moving) limitVelocities(balls, motionReach(params), vertexNormals(mesh), mesh.vertex);
+        if (!params.walls.empty()) layAgainstWalls(params.walls, particleSpacing(params), boundary, mesh);
+        measured = measuredAttributes(mesh, params);
         frame.mesh = asMesh(std::move(mesh));
     } else {
         frame.mesh = comparisonSurface(particles, structure, balls, params, watch);
+        measured = measuredAttributes(asBetaMesh(frame.mesh), params);
         if (params.surface == SurfaceKind::beta) append(externalSpheres(boundary, particles), frame.spheres);
     }
     if (!is_moving) frame.mesh.velocity.clear();
     frame.mesh.attributes = carriedAttributes(particles, boundary.row, balls, boundary.worldRadius(), params.attributes,
                                               frame.mesh.position);
+    std::move(measured.begin(), measured.end(), std::back_inserter(frame.mesh.attributes));
+    if (const auto box = clippingBox(params)) {
+        frame.mesh = clippedToBox(frame.mesh, box->min, box->max);
+        keepInside(box->min, box->max, frame.spheres);
+    }
     frame.spheres.attributes = attributesOf(particles, frame.spheres.particle, params.attributes);
     if (params.components) labelComponents(frame.mesh);
     watch(Stage::velocity);

@@ -1,9 +1,12 @@
 #include "skin/stage_settings.h"
 
 #include "betamesh/error.h"
+#include "skin/beta_mesh.h"
 #include "skin/constants.h"
+#include "skin/surface_attributes.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace betamesh {
 
@@ -71,6 +74,27 @@ double farthestSkinSmoothing(const SkinParams& params) {
     return kMaxSkinSmoothing * effectiveSkinDepth(params) / particleSpacing(params);
 }
 
+void requireWalls(const SkinParams& params) {
+    if (params.walls.empty()) return;
+    if (!isComplete(params))
+        throw Error("only the beta mesh with the complete tessellation can be laid against walls (surface.walls)");
+    for (const Wall& wall : params.walls)
+        if (!(std::abs(wall.normal.length() - 1) < 1e-6) || !std::isfinite(wall.offset))
+            throw Error("a wall needs a normal of unit length and a finite offset (surface.walls)");
+}
+
+std::optional<Box> clippingBox(const SkinParams& params) {
+    if (!params.box) return std::nullopt;
+    if (!isComplete(params))
+        throw Error("only the beta mesh with the complete tessellation can be cut off at a box (surface.box)");
+    const Box box(roundedToFloats(params.box->min), roundedToFloats(params.box->max));
+    for (int k = 0; k < 3; ++k)
+        if (!(box.min[k] < box.max[k]) || !std::isfinite(box.max[k] - box.min[k]))
+            throw Error(
+                "a box needs finite corners, the lower one first, that differ in each coordinate (surface.box)");
+    return box;
+}
+
 void requireConsistent(const SkinParams& params) {
     if (params.surface == SurfaceKind::beta && params.tessellation != Tessellation::paper &&
         params.smoothing == SmoothingMethod::paper)
@@ -83,6 +107,9 @@ void requireConsistent(const SkinParams& params) {
             "tessellation, or bubbles that are meshed");
     requireScale(params);
     requireSkin(params);
+    requireDistinctNames(params);
+    requireWalls(params);
+    clippingBox(params);
 }
 
 }  // namespace betamesh

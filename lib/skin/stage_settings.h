@@ -8,6 +8,8 @@
 #include "skin/retract.h"
 #include "skin/smooth_coherent.h"
 
+#include <optional>
+
 namespace betamesh {
 
 /// Is the surface the complete tessellation, for which all stages exist?
@@ -29,8 +31,20 @@ SkinLengths skinLengths(const SkinParams& params);
 double widestSkinFit(const SkinParams& params);
 double farthestSkinSmoothing(const SkinParams& params);
 
+/// Checks the walls.
+///
+/// errors  walls of another surface than the complete tessellation; a normal that is not of unit length; an offset that
+///         is not finite
+void requireWalls(const SkinParams& params);
+
+/// The box of the parameters, rounded to floats.
+///
+/// errors  a box of another surface than the complete tessellation; one that is not finite or has no inside
+std::optional<Box> clippingBox(const SkinParams& params);
+
 /// errors  the paper's smoothing with another tessellation than the paper's; filled bubbles with another tessellation
-///         than the complete one; what requireScale() and requireSkin() throw
+///         than the complete one; what requireScale(), requireSkin(), requireWalls(), clippingBox() and
+///         requireDistinctNames() throw
 void requireConsistent(const SkinParams& params);
 
 }  // namespace betamesh

@@ -421,6 +421,36 @@ TEST_F(Job, ComponentsAreDeclaredInEveryFrameOfEveryFormat) {
     }
 }
 
+TEST_F(Job, SurfaceAttributesAreColumnsOfEveryFrame) {
+    writeFrames(1, 1, 2000);
+    writeFrame(2, {});
+    for (const char* output : {"out/a.####.ply", "out/a.####.bgeo", "out/a.####.bgeo.gz"}) {
+        SCOPED_TRACE(output);
+        const std::string extension = std::string(output).substr(10);
+        EXPECT_EQ(mesh({"--frames", "1-3", "--on-missing", "empty", "--output-normals", "--surface-attributes",
+                        "thickness,shape"},
+                       output)
+                      .exit_code,
+                  0);
+        for (int frame = 1; frame <= 3; ++frame) {
+            const Mesh read = readMesh(folder_ / numbered("out/a", frame, extension));
+            EXPECT_EQ(read.triangles.empty(), frame > 1);
+            for (const char* name : {"N", "thickness", "drop", "thread", "sheet", "bulk"}) {
+                const auto found = std::find_if(read.attributes.begin(), read.attributes.end(),
+                                                [&](const Attribute& a) { return a.name == name; });
+                ASSERT_NE(found, read.attributes.end()) << name << " of frame " << frame;
+                EXPECT_EQ(found->real.size(), read.position.size() * found->components);
+                EXPECT_EQ(found->components, found->name == "N" ? 3U : 1U);
+            }
+        }
+    }
+    const Outcome stl = mesh({"--frames", "1", "--output-normals"}, "out/b.####.stl");
+    EXPECT_NE(stl.err.find("written without"), std::string::npos) << stl.err;
+    EXPECT_NE(stl.err.find("attributes"), std::string::npos) << stl.err;
+    const Outcome obj = mesh({"--frames", "1", "--output-normals"}, "out/b.####.obj");
+    EXPECT_EQ(obj.err.find("attributes"), std::string::npos) << obj.err;
+}
+
 TEST_F(Job, TheSameBytesForAnyThreadsFramesInFlightAndChunks) {
     Sample sample({"dambreak", 2000, 1, 24});
     for (int frame = 1; frame <= 6; ++frame) writeFrame(frame, sample.frame(frame));

@@ -1,5 +1,6 @@
 #include "batch/config/config.h"
 #include "batch/config/presets.h"
+#include "batch/config/surface_params.h"
 
 #include "betamesh/error.h"
 #include "support/temporary_folder.h"
@@ -64,6 +65,8 @@ TEST_F(ConfigFile, APrintedConfigurationIsReadBack) {
                                    "surface.kind=union",
                                    "surface.predicates=float",
                                    "surface.skin=0.5dx",
+                                   "surface.walls=x>0,0.6x-0.8z<2e-3",
+                                   "surface.box=-1,0,2,4,5,6.5",
                                    "surface.resolve_intersections=true",
                                    "perturbation.retries=7",
                                    "perturbation.tolerance=0.001",
@@ -72,6 +75,8 @@ TEST_F(ConfigFile, APrintedConfigurationIsReadBack) {
                                    "features.bubbles=mesh",
                                    "features.bubble_gap=3dx",
                                    "output.path=%04d.ply",
+                                   "output.normals=true",
+                                   "output.surface_attributes=shape,thickness",
                                    "output.up_axis=z",
                                    "output.fps=23.976",
                                    "output.meters_per_unit=0.01",
@@ -121,6 +126,65 @@ TEST_F(ConfigFile, TheSkinIsAutoNoneOrALength) {
     EXPECT_EQ(skinOf("0.02"), (Length{0.02, false}));
     for (const char* wrong : {"-1", "-0.5dx", "dx", "nan", "inf", "0.5 dx", "automatic", "true", "\"\"", "[0.5dx]"})
         expectError(std::string("surface: {skin: ") + wrong + "}\n", {"job.yaml:2:17", "surface.skin", "auto, none"});
+}
+
+TEST_F(ConfigFile, WallsAreTheSideOfAPlaneOnWhichTheLiquidLies) {
+    const auto expectWall = [](const char* text, const Vec3& normal, double offset) {
+        SCOPED_TRACE(text);
+        const auto wall = wallOf(text);
+        ASSERT_TRUE(wall);
+        EXPECT_NEAR((wall->normal - normal).length(), 0, 1e-12);
+        EXPECT_NEAR(wall->offset, offset, 1e-12);
+    };
+    expectWall("x<2", {1, 0, 0}, 2);
+    expectWall("y>-0.5", {0, -1, 0}, 0.5);
+    expectWall("3x+4y<10", {0.6, 0.8, 0}, 2);
+    expectWall("-0.6*x + 8e-1z > 1", {0.6, 0, -0.8}, -1);
+    for (const char* wrong : {"", "x", "x<", "<1", "x=1", "x<y", "w<1", "x+<1", "xy<1", "x--y<1", "0x<1", "x-x<1",
+                              "nanx<1", "infx<1", "x<nan", "x<inf", "x<1<2", "1<x", "x<0.1dx"})
+        EXPECT_FALSE(wallOf(wrong)) << wrong;
+    expectError("surface: {walls: [x>0, x]}\n", {"job.yaml:2:18", "surface.walls", "'x'", "0.6x+0.8y<2"});
+    EXPECT_EQ(readConfig(file("job.yaml", "version: 1\nsurface: {walls: [x>0, y>0]}\n")).surface.walls,
+              (std::vector<std::string>{"x>0", "y>0"}));
+}
+
+TEST_F(ConfigFile, WallsAreInWorldUnitsWhateverTheLocalOrigin) {
+    Config config;
+    config.surface.walls = {"x<2", "y>-5"};
+    config.input.origin = {100, 10, 0};
+    config.input.scale = 0.01;
+    const SkinParams params = withLengths(skinParams(config), config, {0.15, 0.1, "", {}});
+    ASSERT_EQ(params.walls.size(), 2U);
+    EXPECT_NEAR(params.walls[0].offset, 1, 1e-12);
+    EXPECT_NEAR(params.walls[1].offset, 5.1, 1e-12);
+    config.surface.kind = SurfaceKind::alpha;
+    EXPECT_THROW(withLengths(skinParams(config), config, {0.15, 0.1, "", {}}), Error);
+}
+
+TEST_F(ConfigFile, TheBoxOfTheSurfaceIsSixNumbersInWorldUnits) {
+    Config config;
+    setConfigKey(config, "surface.box=-1,0,2,4,5,6.5");
+    config.input.origin = {100, 0, 0};
+    config.input.scale = 0.01;
+    const SkinParams params = withLengths(skinParams(config), config, {0.15, 0.1, "", {}});
+    ASSERT_TRUE(params.box);
+    EXPECT_EQ(*params.box, Box(Vec3(-2, 0, 2), Vec3(3, 5, 6.5)));
+    for (const char* wrong : {"1,2,3,4,5", "0,0,0,1,0,1", "x", "\"\""})
+        expectError(std::string("surface: {box: ") + wrong + "}\n", {"surface.box", "six numbers"});
+    setConfigKey(config, "surface.box=none");
+    EXPECT_FALSE(config.surface.box);
+}
+
+TEST_F(ConfigFile, SurfaceAttributesAreKnownAndDifferFromThoseOfParticles) {
+    Config config;
+    setConfigKey(config, "output.surface_attributes=curvature,shape");
+    setConfigKey(config, "output.normals=true");
+    EXPECT_EQ(skinParams(config).surface_attributes, (SurfaceAttributes{true, false, true, true}));
+    expectError("output: {surface_attributes: thikness}\n",
+                {"job.yaml:2:30", "'thikness'", "Did you mean 'thickness'"});
+    std::vector<std::string> warnings;
+    setConfigKey(config, "output.attributes=Cd,drop");
+    EXPECT_THROW(checkSkin(config, warnings), Error);
 }
 
 TEST_F(ConfigFile, TheLaterOfTheTwoBubbleKeysWins) {

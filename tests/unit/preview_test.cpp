@@ -391,6 +391,26 @@ TEST(Preview, PlanesAreEvenlyLitAtGrazingAngles) {
     }
 }
 
+TEST(Preview, TheNormalsOfAMeshAreUsed) {
+    const Vec3 tilt(0, 0.2, 0);
+    Mesh mesh = sphereMesh({0, 0, 0});
+    Attribute normals{"N", 3, {}, {}};
+    for (const Vec3& p : mesh.position)
+        for (int k = 0; k < 3; ++k)
+            normals.real.push_back(static_cast<float>(3 * (p + tilt)[k]));  // any length will do
+    mesh.attributes = {normals};
+    const Picture picture = renderFrame(mesh, {}, facing({0, 0, 0}), smallSettings());
+    std::size_t seen = 0;
+    for (std::size_t i = 0; i < picture.size(); ++i) {
+        const Vec3 p(picture.position[0][i], picture.position[1][i], picture.position[2][i]);
+        if (picture.alpha[i] < 1 || p.z < 0.7) continue;  // nearer to the rim normals may point away from the camera
+        ++seen;
+        const Vec3 n(picture.normal[0][i], picture.normal[1][i], picture.normal[2][i]);
+        EXPECT_LT((n - (p + tilt).normalized()).length(), 0.03);
+    }
+    EXPECT_GT(seen, 1000U);
+}
+
 TEST(Preview, ACoarseSphereIsShadedLikeARoundOne) {
     Mesh coarse;
     const Icosphere sphere = icosphere(4);

@@ -62,6 +62,8 @@ struct Config {
         PredicateKind predicates = PredicateKind::exact;
         std::optional<Length> skin;   ///< nullopt: auto; 0: the surface of the balls
         std::optional<Length> inset;  ///< deprecated: the skin is the radius minus this; nullopt: not set
+        std::vector<std::string> walls;
+        std::optional<std::array<double, 6>> box;  ///< lowest x, y, z, highest x, y, z; nullopt: none
         bool resolve_intersections = false;
     } surface;
     struct Perturbation {
@@ -84,6 +86,8 @@ struct Config {
     struct Output : WriteOptions {  ///< its frame is set for each file
         std::string path;
         std::vector<std::string> attributes;
+        bool normals = false;
+        std::vector<std::string> surface_attributes;
         bool components = false;
         Length simplify{0, false};  ///< 0: none
         Length voxel{0.5, true};    ///< level_set.voxel is set when the job is planned

@@ -75,6 +75,7 @@ void addOutputKeys(std::vector<ConfigKey>& keys) {
          "transferred."},
         "names of attributes that every input has, each at most once, separated by commas; or leave it empty",
         [](Config& c) -> std::vector<std::string>& { return c.output.attributes; }));
+    addSurfaceOutputKeys(keys);
     keys.push_back(booleanKey(
         {"output.components", "--components", "",
          "Numbers the connected components of each mesh by volume: 0 is the largest, bubbles come last. The number is "

@@ -10,6 +10,7 @@
 namespace betamesh {
 
 /// Each function appends the keys of its section; addInputKeys() also appends `frames`.
+/// addOutputKeys() includes addSurfaceOutputKeys(), those of what is measured on the surface.
 void addPresetKey(std::vector<ConfigKey>& keys);
 void addInputKeys(std::vector<ConfigKey>& keys);
 void addParticleKeys(std::vector<ConfigKey>& keys);
@@ -17,6 +18,7 @@ void addSurfaceKeys(std::vector<ConfigKey>& keys);
 void addPerturbationKeys(std::vector<ConfigKey>& keys);
 void addSmoothingKeys(std::vector<ConfigKey>& keys);
 void addFeaturesKeys(std::vector<ConfigKey>& keys);
+void addSurfaceOutputKeys(std::vector<ConfigKey>& keys);
 void addOutputKeys(std::vector<ConfigKey>& keys);
 void addPictureKeys(std::vector<ConfigKey>& keys);
 void addPreviewKeys(std::vector<ConfigKey>& keys);

@@ -2,11 +2,42 @@
 
 #include "batch/config/key_tables.h"
 #include "batch/config/key_types.h"
+#include "batch/config/surface_params.h"
 #include "skin/constants.h"
 
 #include <limits>
 
 namespace betamesh {
+
+namespace {
+
+void checkWalls(const std::vector<std::string>& walls) {
+    for (const std::string& wall : walls)
+        if (!wallOf(wall)) failValue(wall, "planes such as x>0 or 0.6x+0.8y<2, separated by commas");
+}
+
+void checkSurfaceAttributes(const std::vector<std::string>& names) {
+    const std::vector<std::string> known{"thickness", "curvature", "shape"};
+    for (const std::string& name : names)
+        if (std::find(known.begin(), known.end(), name) == known.end())
+            failValue(name, "some of thickness, curvature and shape, separated by commas", known);
+}
+
+ConfigKey boxKey(const KeyText& text) {
+    const std::string accepts = "none, or six numbers separated by commas, each lowest one below the highest";
+    return makeKey(
+        text, ConfigKey::Kind::list, accepts,
+        [](const Config& config) { return config.surface.box ? textOfNumbers(*config.surface.box) : "none"; },
+        [=](Config& config, const std::string& value) {
+            const auto box = numbersOf<6>(value);
+            if (!box && value != "none") failValue(value, accepts);
+            for (std::size_t k = 0; box && k < 3; ++k)
+                if (!((*box)[k] < (*box)[k + 3])) failValue(value, accepts);
+            config.surface.box = box;
+        });
+}
+
+}  // namespace
 
 void addSurfaceKeys(std::vector<ConfigKey>& keys) {
     keys.push_back(lengthKey(
@@ -63,6 +94,20 @@ void addSurfaceKeys(std::vector<ConfigKey>& keys) {
          "makes thin sheets two radii thick. A length requires surface.kind beta with the complete tessellation; for "
          "other surfaces auto means none."},
         "none", [](Config& c) -> std::optional<Length>& { return c.surface.skin; }));
+    keys.push_back(namesKey(
+        {"surface.walls", "--walls", "world units",
+         "Plane walls of a tank, each by the side on which the liquid lies: `x>0` or `0.6x+0.8y<2`, with y up, after "
+         "input.scale and input.up_axis. Where the surface is within 0.5 particle spacings of a wall it is laid flat "
+         "against it, to within 0.005 spacings; farther away the displacement fades out, up to 1.25 spacings. "
+         "Requires surface.kind beta with the complete tessellation."},
+        "planes such as x>0 or 0.6x+0.8y<2, each at most once, separated by commas; or leave it empty",
+        [](Config& c) -> std::vector<std::string>& { return c.surface.walls; }, checkWalls));
+    keys.push_back(boxKey(
+        {"surface.box", "--surface-box", "world units",
+         "Cuts the mesh off at a box and closes it with plane polygons: lowest x, y, z, highest x, y, z, with y up, "
+         "after "
+         "input.scale and input.up_axis. Particles outside still shape the surface inside; input.box leaves particles "
+         "out. Requires surface.kind beta with the complete tessellation."}));
     ConfigKey inset =
         optionalLengthKey({"surface.inset", "--inset", "",
                            "Deprecated; use surface.skin. An inset of D equals a skin of radius - D. auto: not set."},
@@ -154,6 +199,23 @@ void addFeaturesKeys(std::vector<ConfigKey>& keys) {
         [](Config& c) -> double& { return c.features.bubble_volume; });
     volume.replaced_by = "features.bubble_gap";
     keys.push_back(volume);
+}
+
+void addSurfaceOutputKeys(std::vector<ConfigKey>& keys) {
+    keys.push_back(booleanKey(
+        {"output.normals", "--output-normals", "",
+         "Writes normals fitted to the surface near each vertex as the attribute `N`. They shade more smoothly than "
+         "those of the triangles, and change continuously over time. .vtp, .usda, .abc and .obj files have normals in "
+         "any case, computed from the triangles unless this is true. Pictures use `N`, too."},
+        [](Config& c) -> bool& { return c.output.normals; }));
+    keys.push_back(namesKey(
+        {"output.surface_attributes", "--surface-attributes", "",
+         "Attributes of the mesh vertices that are measured on the surface; all change continuously over time. "
+         "thickness: distance through the liquid, in world units, at most 4 particle spacings. curvature: mean "
+         "curvature, in 1 / world units, positive on drops. shape: the weights `drop`, `thread`, `sheet` and `bulk`, "
+         "from 0 to 1 with sum 1."},
+        "some of thickness, curvature and shape, each at most once, separated by commas; or leave it empty",
+        [](Config& c) -> std::vector<std::string>& { return c.output.surface_attributes; }, checkSurfaceAttributes));
 }
 
 }  // namespace betamesh

@@ -2,7 +2,10 @@
 
 #include "batch/config/key_types.h"
 #include "betamesh/error.h"
+#include "skin/stage_settings.h"
+#include "skin/surface_attributes.h"
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
@@ -85,7 +88,47 @@ void requireFloatLength(const std::string& key, double length) {
                 "unit of length");
 }
 
+/// The walls relative to the local origin of the positions.
+std::vector<Wall> localWalls(const Config& config) {
+    const Vec3 origin = worldOrigin(config.input, UpAxis::y);
+    std::vector<Wall> walls;
+    for (const std::string& text : config.surface.walls) {
+        walls.push_back(wallOf(text).value());
+        walls.back().offset -= dot(walls.back().normal, origin);
+    }
+    return walls;
+}
+
 }  // namespace
+
+std::optional<Wall> wallOf(std::string_view given) {
+    std::string text(given);
+    std::erase(text, ' ');
+    const std::size_t relation = text.find_first_of("<>");
+    if (relation == std::string::npos) return std::nullopt;
+    const auto offset = numberOf<double>(std::string_view(text).substr(relation + 1));
+    const std::string_view terms = std::string_view(text).substr(0, relation);
+    if (!offset || terms.empty()) return std::nullopt;
+    Wall wall{Vec3(0), *offset};
+    for (std::size_t at = 0, axis = 0; at < terms.size(); at = axis + 1) {
+        const bool has_sign = terms[at] == '+' || terms[at] == '-';
+        if (!has_sign && at > 0) return std::nullopt;
+        const std::size_t begin = at + (has_sign ? 1 : 0);
+        axis = terms.find_first_of("xyz", begin);
+        if (axis == std::string_view::npos) return std::nullopt;
+        std::string_view factor = terms.substr(begin, axis - begin);
+        if (factor.ends_with('*')) factor.remove_suffix(1);
+        const auto number = factor.empty() ? std::optional(1.0) : numberOf<double>(factor);
+        if (!number || *number < 0) return std::nullopt;
+        wall.normal[terms[axis] - 'x'] += terms[at] == '-' ? -*number : *number;
+    }
+    const double length = wall.normal.length() * (text[relation] == '<' ? 1 : -1);
+    wall.normal /= length;
+    wall.offset /= length;
+    const bool is_plane = length != 0 && std::isfinite(length) && std::isfinite(wall.normal.length2()) &&
+                          std::isfinite(wall.offset) && fitsFloat(wall.offset);
+    return is_plane ? std::optional(wall) : std::nullopt;
+}
 
 std::optional<ResolvedRadius> givenRadius(const Config& config) {
     const Length& radius = config.surface.radius;
@@ -138,11 +181,18 @@ SkinParams skinParams(const Config& config) {
     params.features.tendrils = config.features.tendrils;
     params.features.bubbles = config.features.bubbles.value_or(Bubbles::mesh);
     params.components = config.output.components;
+    const auto measures = [&](std::string_view name) {
+        const std::vector<std::string>& names = config.output.surface_attributes;
+        return std::find(names.begin(), names.end(), name) != names.end();
+    };
+    params.surface_attributes = {config.output.normals, measures("thickness"), measures("curvature"),
+                                 measures("shape")};
     return params;
 }
 
 void checkSkin(const Config& config, std::vector<std::string>& warnings) {
     const SkinParams params = skinParams(config);
+    requireDistinctNames(params);
     const Config::Surface& surface = config.surface;
     if (surface.inset && surface.skin)
         throw Error("surface.skin and surface.inset are both set. Use surface.skin alone; surface.inset is deprecated");
@@ -162,6 +212,14 @@ void checkSkin(const Config& config, std::vector<std::string>& warnings) {
 SkinParams withLengths(SkinParams params, const Config& config, const ResolvedRadius& resolved) {
     params = withSkin(std::move(params), config.surface, resolved.radius, resolved.spacing);
     requireScale(params);
+    params.walls = localWalls(config);
+    requireWalls(params);
+    if (const auto& box = config.surface.box) {
+        const Vec3 origin = worldOrigin(config.input, UpAxis::y);
+        params.box =
+            Box(Vec3((*box)[0], (*box)[1], (*box)[2]) - origin, Vec3((*box)[3], (*box)[4], (*box)[5]) - origin);
+        clippingBox(params);
+    }
     params.smoothing_width = worldLength(config.smoothing.width, resolved.spacing);
     const Config::Features& features = config.features;
     if (features.bubble_volume > 0)

@@ -8,6 +8,7 @@
 
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace betamesh {
@@ -36,6 +37,10 @@ struct MeasuredSpacing {
 /// errors  a radius of more than 50 measured spacings, or 10 if a frame has more than 5,000 particles, unless a spacing
 ///         is given as well
 std::optional<ResolvedRadius> measuredRadius(const Config& config, const MeasuredSpacing& measured);
+
+/// The wall of a text such as "x>0" or "0.6x+0.8y<2", which tells where the liquid lies; nullopt if the text is
+/// anything else or the plane has no direction.
+std::optional<Wall> wallOf(std::string_view text);
 
 /// Makes keys that depend on each other consistent: the paper's smoothing needs its tessellation, and bubbles are
 /// filled where the surface allows it. Adds a warning where a value that was given is replaced.

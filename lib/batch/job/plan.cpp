@@ -66,8 +66,10 @@ void noteOutputFormat(Plan& plan) {
     const Config::Output& output = plan.config.output;
     const FileKind kind = plan.config.surface.dimension == 2 ? FileKind::curves : FileKind::mesh;
     const FileFormat& format = formatOf(output.path, kind, Access::write);
-    const std::string lost = lossesOf(output.path, kind, {true, !output.attributes.empty(), output.components}, output);
     const std::string extension = splitExtension(output.path).second;
+    const bool has_measured = !output.surface_attributes.empty() || (output.normals && extension != ".obj");
+    const std::string lost =
+        lossesOf(output.path, kind, {true, !output.attributes.empty() || has_measured, output.components}, output);
     if (!lost.empty())
         plan.warnings.push_back(extension + " files are written without " + lost + ", which they cannot hold. Use " +
                                 (format.is_volume ? "--velocity-grid for velocities, and " : "") +

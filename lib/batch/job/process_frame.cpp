@@ -17,6 +17,7 @@
 #include "io/mesh_file.h"
 #include "io/output_file.h"
 #include "skin/pipeline.h"
+#include "skin/surface_attributes.h"
 
 #include <algorithm>
 #include <chrono>
@@ -245,13 +246,14 @@ Surface emptySurface(const FrameTask& task, const Plan& plan, Mesh mesh, JobStat
 /// A mesh; empty if the input is missing.
 Surface surfaceOf(SharedFrame& frame, const Liquid& liquid, const FrameTask& task, const Plan& plan, StageWatch& watch,
                   FrameReport& report, JobState& job) {
-    if (task.action != FrameAction::mesh) return emptySurface(task, plan, {}, job);
+    if (task.action != FrameAction::mesh)
+        return emptySurface(task, plan, {{}, {}, {}, emptyColumns(plan.skin.surface_attributes), {}}, job);
     const SkinnedFrame& skinned = frame.skinned(plan, watch);
     report.skin = skinned.report;
     report.vertices = skinned.mesh.position.size();
     report.triangles = skinned.mesh.triangles.size();
     if (liquid.particles.size() == 0) {
-        report.measure = frame.measure();
+        report.measure = frame.measure(skinned.mesh);
         return emptySurface(task, plan, skinned.mesh, job);
     }
     std::string picture = pictureOf(task, plan, skinned, liquid.particles);

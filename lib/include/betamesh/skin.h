@@ -64,8 +64,10 @@ struct SkinnedFrame {
 /// same    bytes for any thread count and particle order
 /// cost    O(n) if the number of neighbours within two radii is bounded
 /// errors  the paper's smoothing with another tessellation than the paper's; filled bubbles with another tessellation
-///         than the complete one; what requireScale() and requireSkin() throw; an attribute that the particles do not
-///         have; particles beyond the integer range; floating-point predicates that stay inconsistent after all retries
+///         than the complete one; what requireScale() and requireSkin() throw; walls or a box with another tessellation
+///         than the complete one; walls whose normals are not of unit length; a box without inside; an attribute that
+///         the particles do not have, or that has the name of one measured on the surface; particles beyond the
+///         integer range; floating-point predicates that stay inconsistent after all retries
 /// source  beta mesh paper, section 3
 SkinnedFrame skinFrame(const Particles& particles, const SkinParams& params, const Watch& watch = {});
 

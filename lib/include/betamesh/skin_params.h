@@ -2,6 +2,8 @@
 
 #pragma once
 
+#include "betamesh/vec3.h"
+
 #include <optional>
 #include <string>
 #include <vector>
@@ -60,6 +62,26 @@ struct Features {
     bool operator==(const Features&) const = default;
 };
 
+/// Attributes of the vertices that are measured on the finished surface. All are real numbers and continuous in time.
+struct SurfaceAttributes {
+    bool normals = false;    ///< `N`: unit normals of spheres fitted to the surface near each vertex, outwards
+    bool thickness = false;  ///< `thickness`: distance through the liquid, world units, at most 4 particle spacings
+    bool curvature = false;  ///< `curvature`: mean curvature, 1 / world units, positive on drops
+    bool shape = false;      ///< `drop`, `thread`, `sheet`, `bulk`: weights of these shapes, 0 to 1, with sum 1
+
+    /// Are all members equal?
+    bool operator==(const SurfaceAttributes&) const = default;
+};
+
+/// A plane wall. The liquid lies where dot(normal, position) <= offset.
+struct Wall {
+    Vec3 normal{0, 1, 0};  ///< out of the liquid, of unit length
+    double offset = 0;     ///< world units
+
+    /// Are all members equal?
+    bool operator==(const Wall&) const = default;
+};
+
 /// All parameters of one frame's surface.
 struct SkinParams {
     double radius = 0;   ///< ball radius, world units, > 0; the paper uses 1.5 particle spacings
@@ -78,7 +100,11 @@ struct SkinParams {
     double inset = 0;                     ///< displacement inwards where the liquid is thick, world units, >= 0; not
                                           ///< with the paper's smoothing
     std::vector<std::string> attributes;  ///< names of particle attributes to interpolate to the vertices
-    bool resolve_intersections = false;   ///< paper's tessellation: move vertices so that no particle is outside
+    SurfaceAttributes surface_attributes;
+    std::vector<Wall> walls;             ///< the surface is laid flat against them; complete tessellation only
+    std::optional<Box> box;              ///< cut the mesh off at this box, whose coordinates are rounded to floats, and
+                                         ///< close it with plane polygons; complete tessellation only
+    bool resolve_intersections = false;  ///< paper's tessellation: move vertices so that no particle is outside
     Features features;
     bool components = false;  ///< number the connected components of the mesh, the largest first
 

@@ -78,6 +78,8 @@ def skin(
     radius: Length = "1.5dx",
     spacing: float | str | None = "auto",
     skin: Length = "auto",
+    walls: collections.abc.Sequence[str] | str = (),
+    box: collections.abc.Sequence[float] | str = "none",
     kind: str = "beta",
     tessellation: str = "complete",
     arc_subdivisions: int | str | None = "auto",
@@ -95,6 +97,8 @@ def skin(
     bubble_gap: Length = "5dx",
     ids: numpy.typing.ArrayLike | None = None,
     attributes: collections.abc.Mapping[str, numpy.typing.ArrayLike] | collections.abc.Sequence[str] | None = None,
+    normals: bool = False,
+    surface_attributes: collections.abc.Sequence[str] | str = (),
     components: bool = False,
     origin: collections.abc.Sequence[float] | str | None = "auto",
     threads: int | None = None,
@@ -102,9 +106,9 @@ def skin(
 ) -> Mesh:
     """The surface of one frame of particles, as a closed, oriented, manifold mesh.
 
-    The settings from `radius` to `bubble_gap` are the keys of pipeline files in the sections surface, perturbation,
-    smoothing and features, with the same defaults and values: `betamesh config print` explains them. The same
-    settings give the same bytes as the program.
+    The settings from `radius` to `bubble_gap`, `normals` and `surface_attributes` are the keys of pipeline files in the
+    sections surface, perturbation, smoothing, features and output, with the same defaults and values: `betamesh config
+    print` explains them. The same settings give the same bytes as the program.
 
     Particles
         positions: (n, 3), n >= 0, floating-point or whole numbers, any strides; or Particles, which bring their
@@ -125,6 +129,9 @@ def skin(
             volume of the liquid. "none": the surface of the balls themselves.
 
     Surface
+        walls: planes such as "x>0" or "0.6x+0.8y<2", which tell where the liquid lies. The surface is laid flat against
+            them.
+        box: six numbers, lowest x, y, z, highest x, y, z: the mesh is cut off there and closed with plane polygons.
         kind: "beta", the liquid surface; "alpha", triangles between particles; "union", the union of balls.
         tessellation: "complete", or "paper".
         arc_subdivisions: segments per arc, 1 to 64; "auto" or None: by accuracy. 1 gives the smallest meshes.
@@ -136,6 +143,9 @@ def skin(
         tendrils: "mesh" or "points": threads one particle thick.
         bubbles: "fill" or "mesh": voids in which no empty ball of diameter bubble_gap fits. None: "fill", where the
             tessellation allows it.
+        normals: fit the normals of vertices to the surface nearby; mesh.normals and the attribute "N".
+        surface_attributes: some of "thickness", "curvature" and "shape" (drop, thread, sheet and bulk, weights with sum
+            1), measured on the surface; attributes of the mesh.
         components: number the connected components, for mesh.components.
 
     The call
@@ -190,6 +200,8 @@ _KEYS = {
     "radius": "surface.radius",
     "spacing": "surface.spacing",
     "skin": "surface.skin",
+    "walls": "surface.walls",
+    "box": "surface.box",
     "kind": "surface.kind",
     "tessellation": "surface.tessellation",
     "arc_subdivisions": "surface.arc_subdivisions",
@@ -205,6 +217,8 @@ _KEYS = {
     "tendrils": "features.tendrils",
     "bubbles": "features.bubbles",
     "bubble_gap": "features.bubble_gap",
+    "normals": "output.normals",
+    "surface_attributes": "output.surface_attributes",
 }
 _AUTO_IF_NONE = {"spacing", "arc_subdivisions", "smoothing_width"}
 
@@ -220,6 +234,8 @@ def _settings(arguments: dict[str, object], keys: dict[str, str]) -> list[tuple[
             if name == "bubbles":
                 continue
             value = "auto" if name in _AUTO_IF_NONE else "None"
+        if name == "box" and not isinstance(value, str):
+            value = [repr(float(number)) for number in value]
         rows.append((name, key, _text(value)))
     return rows
 
@@ -232,4 +248,6 @@ def _text(value: object) -> str:
         return str(int(value))
     if isinstance(value, numbers.Real):
         return repr(float(value))
+    if isinstance(value, (list, tuple)) and all(isinstance(name, str) for name in value):
+        return ",".join(value)
     return str(value)

@@ -172,6 +172,35 @@ def test_wrong_arguments_raise_value_error(block, arguments, message):
         betamesh.skin(**{"positions": block, **arguments})
 
 
+def test_attributes_measured_on_the_surface(block):
+    mesh = betamesh.skin(block, normals=True, surface_attributes=["thickness", "shape"], attributes={"a": block[:, 0]})
+    assert list(mesh.attributes) == ["a", "N", "thickness", "drop", "thread", "sheet", "bulk"]
+    assert np.array_equal(mesh.normals, mesh.attributes["N"]) and mesh.normals.shape == mesh.vertices.shape
+    assert np.linalg.norm(mesh.normals, axis=1) == pytest.approx(np.ones(len(mesh.vertices)), rel=1e-5)
+    assert sum(mesh.attributes[name] for name in ("drop", "thread", "sheet", "bulk")) == pytest.approx(1, abs=1e-5)
+    assert list(betamesh.skin(block, surface_attributes="curvature").attributes) == ["curvature"]
+    with pytest.raises(ValueError, match="surface_attributes: 'shapes' is not valid.*Did you mean 'shape'"):
+        betamesh.skin(block, surface_attributes=["shapes"])
+
+
+def test_walls_are_in_the_coordinates_of_the_positions(block):
+    settings = dict(radius=0.15, spacing=0.1)
+    low = block[:, 1].min() - 0.05
+    mesh = betamesh.skin(block, walls=[f"y>{low}"], **settings)
+    assert np.sum(np.abs(mesh.vertices[:, 1] - low) < 0.001) > 20
+    moved = betamesh.skin(block.astype(float) + [0, 1e6, 0], walls=f"y>{1e6 + low}", origin=[0, 1e6, 0], **settings)
+    assert moved.vertices == pytest.approx(mesh.vertices, abs=1e-4)
+    with pytest.raises(ValueError, match="walls: 'y=0' is not valid"):
+        betamesh.skin(block, walls="y=0")
+
+
+def test_the_mesh_is_cut_off_at_a_box(block):
+    mesh = betamesh.skin(block, box=[-1, -1, -1, 0.25, 1, 1], radius=0.15, spacing=0.1)
+    assert mesh.vertices[:, 0].max() == 0.25 and betamesh.check(mesh)["good"]
+    with pytest.raises(ValueError, match="box: '1,2' is not valid".replace("1,2", "1.0,2.0")):
+        betamesh.skin(block, box=(1, 2))
+
+
 def test_particles_bring_their_own_arrays(block):
     particles = betamesh.Particles(block, attributes={"a": block[:, 0]})
     with pytest.raises(ValueError, match="have their own"):

@@ -30,6 +30,10 @@ SETTINGS = {
         dict(droplets="points", droplet_particles=20, tendrils="points", bubble_gap="3dx", components=True),
         "--droplets points --droplet-particles 20 --tendrils points --bubble-gap 3dx --components".split(),
     ),
+    "measured": (
+        dict(normals=True, surface_attributes=["thickness", "curvature", "shape"], walls=["y>0", "0.6x+0.8z<1"]),
+        "--output-normals --surface-attributes thickness,curvature,shape --walls y>0,0.6x+0.8z<1".split(),
+    ),
 }
 
 

@@ -1,4 +1,4 @@
-// Vertex normals for formats that store them.
+// The normals of a mesh: those that it brings, or else computed ones.
 
 #pragma once
 
