@@ -7,6 +7,7 @@
 #include "base/random.h"
 #include "betamesh/check.h"
 #include "betamesh/error.h"
+#include "exact/orientation.h"
 #include "mesh/collapse_ring.h"
 #include "mesh/mesh_edges.h"
 #include "mesh/triangle_tree.h"
@@ -417,8 +418,13 @@ bool lockCrossings(const Mesh& original, const Mesh& result, std::vector<std::ui
 
 Mesh simplified(const Mesh& mesh, double tolerance) {
     if (!(tolerance > 0) || !std::isfinite(tolerance))
-        throw Error("The tolerance of simplification is " + std::to_string(tolerance) +
+        throw Error("the tolerance of simplification is " + std::to_string(tolerance) +
                     ". Give a positive length in world units.");
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+        for (const std::uint32_t v : mesh.triangles[t])
+            if (v >= mesh.position.size() || !isInRange(mesh.position[v]))
+                throw Error("triangle " + std::to_string(t) + ": vertex " + std::to_string(v) +
+                            " does not exist or has no finite position. Only sound meshes can be simplified.");
     const std::vector<Vec3> normals = vertexNormals(mesh.position.size(), mesh.triangles,
                                                     [&](std::uint32_t v) -> const Vec3& { return mesh.position[v]; });
     std::vector<std::uint8_t> is_locked = nearOtherParts(mesh, tolerance);
