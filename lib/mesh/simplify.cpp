@@ -114,8 +114,8 @@ private:
     // none may have been taken in this round; of several claims on a vertex the one with the smallest error counts.
     // Those that got all they claimed take it. Returns their number.
     std::size_t removeVertices(std::uint64_t round) {
-        std::vector<std::uint32_t> candidates =
-            rowsWhere(vertices_, [&](std::uint32_t v) { return is_stale_[v] || collapse_[v].target != kInvalidIndex; });
+        std::vector<std::uint32_t> candidates = verticesWhere(
+            vertices_, [&](std::uint32_t v) { return is_stale_[v] || collapse_[v].target != kInvalidIndex; });
         std::fill(claim_.begin(), claim_.end(), kNobody);
         std::size_t removed = 0;
         for (int turn = 0; turn < kTurns; ++turn) {
@@ -130,7 +130,7 @@ private:
                     }
                 });
             });
-            const std::vector<std::uint32_t> chosen = rowsWhere(candidates, [&](std::uint32_t v) {
+            const std::vector<std::uint32_t> chosen = verticesWhere(candidates, [&](std::uint32_t v) {
                 bool is_first = true;
                 forOneRing(v, [&](std::uint32_t w) { is_first &= claim_[w] == claimOf(v); });
                 return is_first;
@@ -140,7 +140,7 @@ private:
                 removeVertex(chosen[i]);
             });
             removed += chosen.size();
-            candidates = rowsWhere(candidates, [&](std::uint32_t v) {
+            candidates = verticesWhere(candidates, [&](std::uint32_t v) {
                 bool is_free = true;
                 forOneRing(v, [&](std::uint32_t w) { is_free &= claim_[w] != kTaken; });
                 return is_free;
@@ -154,7 +154,7 @@ private:
     }
 
     template <typename Predicate>
-    static std::vector<std::uint32_t> rowsWhere(const std::vector<std::uint32_t>& rows, const Predicate& holds) {
+    static std::vector<std::uint32_t> verticesWhere(const std::vector<std::uint32_t>& rows, const Predicate& holds) {
         std::vector<std::uint32_t> found = indicesWhere(rows.size(), [&](std::uint32_t i) { return holds(rows[i]); });
         for (std::uint32_t& i : found) i = rows[i];
         return found;
