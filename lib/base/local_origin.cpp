@@ -14,13 +14,14 @@ constexpr double kFarAway = 16;              // largest coordinate in sides of t
 
 Vec3 localOrigin(const Box& box, std::size_t particles) {
     const Vec3 size = box.size();
-    const double side = std::max({size.x, size.y, size.z});
+    const double extent = std::max({size.x, size.y, size.z});
+    const double side = extent > 0 ? extent : 1;  // a single position tells no scale
     double largest = 0;
     for (int axis = 0; axis < 3; ++axis)
         largest = std::max({largest, std::abs(box.min[axis]), std::abs(box.max[axis])});
     const double spacing = side / std::cbrt(static_cast<double>(particles));
     if (!(largest * kFloatRounding > kTolerableRounding * spacing) || !(largest > kFarAway * side)) return {0, 0, 0};
-    const double step = side > 0 ? std::pow(10, std::ceil(std::log10(side))) : 1;
+    const double step = std::pow(10, std::ceil(std::log10(side)));
     const Vec3 centre = box.center();
     return {std::round(centre.x / step) * step, std::round(centre.y / step) * step, std::round(centre.z / step) * step};
 }

@@ -59,6 +59,14 @@ void appendCutVertices(const Face& face, const std::vector<CutEdge>& edges, Mesh
                                              (attribute.real[outside] - attribute.real[inside]) *
                                                  static_cast<float>(share[i]));
             }
+    for (Attribute& attribute : mesh.attributes) {
+        if (attribute.name != "N" || attribute.components != 3 || attribute.real.empty()) continue;
+        for (std::size_t at = attribute.real.size() - 3 * edges.size(); at < attribute.real.size(); at += 3) {
+            Vec3f normal(attribute.real[at], attribute.real[at + 1], attribute.real[at + 2]);
+            normal.normalize();
+            for (int k = 0; k < 3; ++k) attribute.real[at + static_cast<std::size_t>(k)] = normal[k];
+        }
+    }
 }
 
 // The loops of a permutation of vertices from `first` on.

@@ -7,8 +7,8 @@
 namespace betamesh {
 
 /// The part of a mesh inside a box, closed by plane polygons on the faces of the box. New vertices lie exactly on the
-/// faces; velocities and real attributes are interpolated along the edge that was cut, whole numbers are those of its
-/// end inside.
+/// faces; velocities and real attributes are interpolated along the edge that was cut (normals, `N`, are of unit length),
+/// whole numbers are those of its end inside.
 ///
 /// in      a closed, oriented mesh whose edges have two triangles each, without `component`; positions that are floats.
 ///         low < high in each coordinate, floats

@@ -30,6 +30,7 @@ struct OneRing {
     std::array<Vec3, kMostNeighbours> position, projected;
     std::array<Vec3, 3> axes;
     double error = 0;  ///< largest of the old triangles
+    double room = 1;   ///< smallest of the old triangles
 
     std::size_t next(std::size_t i) const { return i + 1 < size ? i + 1 : 0; }
     std::size_t previous(std::size_t i) const { return i > 0 ? i - 1 : size - 1; }

@@ -33,10 +33,12 @@ namespace {
 constexpr std::size_t kMostOriginals = 256;   // original triangles that the triangles around a vertex may replace
 constexpr float kLeastNormalCosine = 0.94F;   // of a triangle's normal to those of its corners: 20 degrees
 constexpr double kLeastQuality = 0.1;         // of a triangle: 4 sqrt(3) area / squared sides, 1 if equilateral
+constexpr double kLargestTolerance = 1;       // in median lengths of edges; more leaves out no more
 constexpr double kLargestFacingCosine = 0.5;  // between the normals of triangles that may come to cross
 constexpr float kErrorSteps = 32;             // errors are compared in this many steps of the tolerance
 constexpr std::size_t kSmallestShare = 500;   // a round that removes less than one vertex in so many is the last one
 constexpr int kMostAttempts = 8;              // at a mesh without new crossings
+constexpr std::size_t kMostCrossings = 1000;  // that are looked at in each attempt
 constexpr int kTurns = 4;                     // of a round
 constexpr std::uint64_t kTaken = 0;           // less than any claim
 constexpr std::uint64_t kNobody = std::numeric_limits<std::uint64_t>::max();
@@ -62,15 +64,15 @@ private:
 struct Collapse {
     std::uint32_t target = kInvalidIndex;
     float error = 1;  // of the new triangles, in tolerances
+    float room = 0;   // of the new triangles, in tolerances
 };
 
 // Removes vertices by collapsing edges, in rounds. The collapses of a round have no vertex in common, those around the
 // removed vertices included, so that they can be carried out in any order.
 class Simplifier {
 public:
-    // is_locked: vertices that stay.
-    Simplifier(const Mesh& mesh, double tolerance, const std::vector<Vec3>& normals,
-               const std::vector<std::uint8_t>& is_locked)
+    // room: how far each triangle may be from the new surface, in tolerances; those without stay.
+    Simplifier(const Mesh& mesh, double tolerance, const std::vector<Vec3>& normals, const std::vector<float>& room)
         : position_(mesh.position),
           original_(mesh.triangles),
           original_normal_(normals),
@@ -80,12 +82,16 @@ public:
           triangles_(mesh.triangles),
           row_(triangles_.size()),
           error_(triangles_.size()),
+          room_(room),
           star_(original_star_),
           collapse_(position_.size()),
           is_stale_(position_.size(), 0),
           claim_(position_.size()) {
         std::iota(row_.begin(), row_.end(), 0);
-        vertices_ = indicesWhere(position_.size(), [&](std::uint32_t v) { return !is_locked[v]; });
+        vertices_ = indicesWhere(position_.size(), [&](std::uint32_t v) {
+            const auto star = star_[v];
+            return std::all_of(star.begin(), star.end(), [&](std::uint32_t t) { return room[t] > 0; });
+        });
     }
 
     void run() {
@@ -182,6 +188,7 @@ private:
         for (const std::uint32_t t : star_[v]) {
             std::replace(triangles_[t].begin(), triangles_[t].end(), v, target);
             error_[t] = collapse_[v].error;
+            room_[t] = collapse_[v].room;
         }
         collapse_[v].target = v;
     }
@@ -200,6 +207,7 @@ private:
         keep(triangles_);
         keep(row_);
         keep(error_);
+        keep(room_);
         std::erase_if(vertices_, [&](std::uint32_t v) { return collapse_[v].target == v; });
     }
 
@@ -216,6 +224,7 @@ private:
             ring.vertex[i] = t[(k + 1) % 3];
             end[i] = t[(k + 2) % 3];
             ring.error = std::max<double>(ring.error, error_[star[i]]);
+            ring.room = std::min<double>(ring.room, room_[star[i]]);
         }
         for (std::size_t i = 0; i + 1 < n; ++i) {
             std::size_t j = i + 1;
@@ -231,8 +240,9 @@ private:
         return ring;
     }
 
-    // The collapse with the smallest error within the tolerance. The error of the old triangles and the height between
-    // them and the new ones are an upper bound; where it is too large, the height above the original surface counts.
+    // The collapse with the smallest error within the room that there is. The error of the old triangles and the height
+    // between them and the new ones are an upper bound; where it is too large, the height above the original surface
+    // counts.
     Collapse bestCollapse(std::uint32_t v) const {
         const OneRing ring = oneRing(v);
         std::array<std::pair<double, std::size_t>, kMostNeighbours> target;  // smallest heights first
@@ -240,7 +250,7 @@ private:
         for (std::size_t i = 0; i < ring.size; ++i) {
             if (!hasGoodTriangles(ring, i)) continue;
             const double height = ring.heightBetween(i) / tolerance_;
-            if (height <= 1 + ring.error) target[n++] = {height, i};
+            if (height <= ring.room + ring.error) target[n++] = {height, i};
         }
         std::sort(target.begin(), target.begin() + static_cast<std::ptrdiff_t>(n));
         std::optional<OriginalPart> original;
@@ -248,11 +258,11 @@ private:
             const auto& [height, i] = target[k];
             if (!keepsTopology(v, ring.vertex[i])) continue;
             double error = ring.error + height;
-            if (error > 1) {
+            if (error > ring.room) {
                 if (!original) original = originalBeneath(v, ring);
                 error = original->heightBetween(ring, i) / tolerance_;
             }
-            if (error <= 1) return {ring.vertex[i], static_cast<float>(error)};
+            if (error <= ring.room) return {ring.vertex[i], static_cast<float>(error), static_cast<float>(ring.room)};
         }
         return {};
     }
@@ -344,6 +354,7 @@ private:
     std::vector<Triangle> triangles_;
     std::vector<std::uint32_t> row_;  // of the original triangle whose place each one has
     std::vector<float> error_;        // of each: largest distance to the original surface, in tolerances
+    std::vector<float> room_;         // of each: largest distance that is allowed, in tolerances
     IndexRows star_;                  // triangles of each vertex
 
     std::vector<std::uint32_t> vertices_;  // those that may be removed
@@ -352,24 +363,43 @@ private:
     std::vector<std::uint64_t> claim_;     // the least claim on each vertex in a round
 };
 
-// Vertices of triangles that another part of the surface is so close to that they could cross.
-std::vector<std::uint8_t> nearOtherParts(const Mesh& mesh, double tolerance) {
+// For each triangle, half of the distance to other parts of the surface that it could come to cross, in tolerances, at
+// most 1.
+std::vector<float> roomAround(const Mesh& mesh, double tolerance) {
     const TriangleTree tree(mesh.position, mesh.triangles, tolerance);
     std::vector<Vec3> normal(mesh.triangles.size());
+    std::vector<Box> box(mesh.triangles.size());
     parallelFor(normal.size(), 4096, [&](std::size_t t) {
         const auto& [a, b, c] = mesh.triangles[t];
         normal[t] = cross(mesh.position[b] - mesh.position[a], mesh.position[c] - mesh.position[a]).normalized();
+        for (const std::uint32_t v : mesh.triangles[t]) box[t].extendBy(mesh.position[v]);
     });
-    std::vector<std::uint8_t> is_near(mesh.position.size(), 0);
+    std::vector<float> room(mesh.triangles.size(), 1);
     parallelFor(tree.leaves(), 256, [&](std::size_t leaf) {
         tree.forPairsOfLeaf(leaf, [&](std::uint32_t s, std::uint32_t t) {
             if (dot(normal[s], normal[t]) > kLargestFacingCosine) return;
-            for (const std::uint32_t row : {s, t})
-                for (const std::uint32_t v : mesh.triangles[row])
-                    std::atomic_ref<std::uint8_t>(is_near[v]).store(1, std::memory_order_relaxed);
+            Vec3 gap;
+            for (int k = 0; k < 3; ++k)
+                gap[k] = std::max({box[s].min[k] - box[t].max[k], box[t].min[k] - box[s].max[k], 0.0});
+            const auto half = static_cast<float>(gap.length() / 2 / tolerance);
+            for (const std::uint32_t row : {s, t}) {
+                std::atomic_ref<float> least(room[row]);
+                for (float now = least; half < now && !least.compare_exchange_weak(now, half);) {
+                }
+            }
         });
     });
-    return is_near;
+    return room;
+}
+
+double medianEdge(const Mesh& mesh) {
+    std::vector<double> length(mesh.triangles.size());
+    parallelFor(length.size(), 4096, [&](std::size_t t) {
+        length[t] = (mesh.position[mesh.triangles[t][1]] - mesh.position[mesh.triangles[t][0]]).length();
+    });
+    const auto middle = length.begin() + static_cast<std::ptrdiff_t>(length.size() / 2);
+    std::nth_element(length.begin(), middle, length.end());
+    return *middle;
 }
 
 // The chosen rows of an array with so many numbers a row, or an empty array.
@@ -397,22 +427,21 @@ Mesh withTriangles(const Mesh& mesh, std::vector<Triangle> triangles, const std:
     return result;
 }
 
-// Marks the original vertices near triangles that cross. Returns whether any was not marked before.
-bool lockCrossings(const Mesh& original, const Mesh& result, std::vector<std::uint8_t>& is_locked) {
-    const MeshCheck check = checkMesh(result, {0, std::numeric_limits<std::size_t>::max()});
-    std::atomic<bool> any = false;
-    for (const SelfCrossing& crossing : check.deepest_crossings)
+// Leaves no room to original triangles near those that cross.
+void keepNear(const std::vector<SelfCrossing>& crossings, const Mesh& of, const Mesh& original,
+              std::vector<float>& room) {
+    for (const SelfCrossing& crossing : crossings)
         for (const std::uint32_t t : {crossing.first, crossing.second}) {
             Box box;
-            for (const std::uint32_t v : result.triangles[t]) box.extendBy(result.position[v]);
-            parallelFor(is_locked.size(), 8192, [&](std::size_t v) {
-                if (is_locked[v] || !box.intersects(original.position[v])) return;
-                is_locked[v] = 1;
-                any = true;
+            for (const std::uint32_t v : of.triangles[t]) box.extendBy(of.position[v]);
+            parallelFor(room.size(), 8192, [&](std::size_t row) {
+                for (const std::uint32_t v : original.triangles[row])
+                    if (box.intersects(original.position[v])) room[row] = 0;
             });
         }
-    return any;
 }
+
+MeshCheck withAllCrossings(const Mesh& mesh) { return checkMesh(mesh, {0, kMostCrossings}); }
 
 }  // namespace
 
@@ -425,14 +454,26 @@ Mesh simplified(const Mesh& mesh, double tolerance) {
             if (v >= mesh.position.size() || !isInRange(mesh.position[v]))
                 throw Error("triangle " + std::to_string(t) + ": vertex " + std::to_string(v) +
                             " does not exist or has no finite position. Only sound meshes can be simplified.");
+    if (mesh.triangles.empty()) return withTriangles(mesh, {}, {});
+    tolerance = std::min(tolerance, kLargestTolerance * medianEdge(mesh));
+    if (tolerance == 0) return mesh;
     const std::vector<Vec3> normals = vertexNormals(mesh.position.size(), mesh.triangles,
                                                     [&](std::uint32_t v) -> const Vec3& { return mesh.position[v]; });
-    std::vector<std::uint8_t> is_locked = nearOtherParts(mesh, tolerance);
+    std::vector<float> room = roomAround(mesh, tolerance);
+    std::optional<std::size_t> crossings_before;
     for (int attempt = 0; attempt < kMostAttempts; ++attempt) {
-        Simplifier simplifier(mesh, tolerance, normals, is_locked);
+        Simplifier simplifier(mesh, tolerance, normals, room);
         simplifier.run();
         Mesh result = withTriangles(mesh, std::move(simplifier.triangles()), simplifier.rows());
-        if (!lockCrossings(mesh, result, is_locked)) return result;
+        const MeshCheck check = withAllCrossings(result);
+        if (!check.crossings) return result;
+        if (!crossings_before) {
+            const MeshCheck before = withAllCrossings(mesh);
+            crossings_before = before.crossings.count;
+            keepNear(before.deepest_crossings, mesh, mesh, room);
+        }
+        if (check.crossings.count <= *crossings_before) return result;
+        keepNear(check.deepest_crossings, result, mesh, room);
     }
     return mesh;
 }

@@ -230,7 +230,7 @@ SkinnedPlane skinPlane(const Particles& particles, const SkinParams& params, con
 void requirePlanar(const SkinParams& params) {
     const Features& features = params.features;
     const auto refuse = [](const std::string& what) {
-        throw Error(what + " works in three dimensions only; expected the default in two");
+        throw Error(what + " works in three dimensions only. Leave it out in two");
     };
     if (params.predicates == PredicateKind::floating) refuse("floating predicates (--predicates float)");
     if (features.tendrils != Tendrils::mesh) refuse("leaving out tendrils (--tendrils)");

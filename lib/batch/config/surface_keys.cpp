@@ -98,8 +98,10 @@ void addSurfaceKeys(std::vector<ConfigKey>& keys) {
         {"surface.walls", "--walls", "world units",
          "Plane walls of a tank, each by the side on which the liquid lies: `x>0` or `0.6x+0.8y<2`, with y up, after "
          "input.scale and input.up_axis. Where the surface is within 0.5 particle spacings of a wall it is laid flat "
-         "against it, to within 0.005 spacings; farther away the displacement fades out, up to 1.25 spacings. "
-         "Requires surface.kind beta with the complete tessellation."},
+         "against it, to within 0.005 spacings, except where triangles would cross; farther away the displacement "
+         "fades "
+         "out, up to 1.25 spacings. Walls nearer to each other than that disturb each other. Requires surface.kind "
+         "beta with the complete tessellation."},
         "planes such as x>0 or 0.6x+0.8y<2, each at most once, separated by commas; or leave it empty",
         [](Config& c) -> std::vector<std::string>& { return c.surface.walls; }, checkWalls));
     keys.push_back(boxKey(

@@ -62,6 +62,11 @@ void requireDimension(const Config& config, const SkinParams& params) {
     } else {
         requireCurveExtension(config.output.path);
         requirePlanar(params);
+        for (const auto& [is_set, key] : {std::pair(!config.surface.walls.empty(), "surface.walls (--walls)"),
+                                          std::pair(config.surface.box.has_value(), "surface.box (--surface-box)"),
+                                          std::pair(config.output.simplify.value > 0, "output.simplify (--simplify)")})
+            if (is_set)
+                throw Error(std::string(key) + " is for meshes, but surface.dimension 2 gives curves. Leave it out.");
     }
     if (isSvg(config.output.path)) return;
     if (config.picture.layers != Config{}.picture.layers || config.picture.bounds != Config{}.picture.bounds)

@@ -256,6 +256,8 @@ Surface surfaceOf(SharedFrame& frame, const Liquid& liquid, const FrameTask& tas
         report.measure = frame.measure(skinned.mesh);
         return emptySurface(task, plan, skinned.mesh, job);
     }
+    if (skinned.mesh.triangles.empty() && plan.skin.box)
+        warnOf("the mesh is empty: no part of the surface is inside surface.box (--surface-box)", task.output, report);
     std::string picture = pictureOf(task, plan, skinned, liquid.particles);
     watch(Stage::picture);
     const auto write = [&frame, &mesh = skinned.mesh, &task, &plan, &report] {
