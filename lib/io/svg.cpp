@@ -1,10 +1,11 @@
 
 #include "io/svg.h"
 
+#include "base/lower_case.h"
+#include "io/encoded_file.h"
 #include "io/extension.h"
 
 #include <algorithm>
-#include <cctype>
 #include <cstdio>
 
 namespace betamesh {
@@ -131,10 +132,6 @@ void writeSvg(const std::filesystem::path& path, const PlanePicture& picture, co
     });
 }
 
-bool isSvg(const std::filesystem::path& path) {
-    std::string extension = path.extension().string();
-    for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-    return extension == ".svg";
-}
+bool isSvg(const std::filesystem::path& path) { return lowerCase(path.extension().string()) == ".svg"; }
 
 }  // namespace betamesh
