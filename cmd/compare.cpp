@@ -39,7 +39,7 @@ Plan planOf(Config config, const PictureWorker& worker) {
     options.history.unmeasured = worker.history.unmeasured;
     options.history.last_loss = worker.history.last_loss;
     options.events = worker.events;
-    return planJob(config, options);
+    return planOutputs(config, options).front();
 }
 
 /// The configuration with the automatic values that all panels share replaced by those of the plan.

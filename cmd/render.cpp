@@ -1,4 +1,4 @@
-#include "batch/config/origin.h"
+#include "batch/config/local_origin.h"
 #include "batch/config/radius.h"
 #include "batch/job/render_frames.h"
 #include "batch/report/log.h"
@@ -22,7 +22,7 @@ double ballRadius(const Config& config, const std::map<int, std::string>& on_dis
     std::vector<SequenceSpacing> measured;
     const auto resolved = resolveRadius(config, on_disk, events, measured);
     if (!resolved) return 0;
-    logInfo("particle spacing " + std::to_string(resolved->spacing) + " (" + resolved->origin + ')');
+    logInfo("particle spacing " + std::to_string(resolved->spacing) + " (" + resolved->source + ')');
     if (config.preview.show == ShownGeometry::union_) return resolved->radius;
     const Length& radius = config.preview.particle_radius;
     return radius.value * (radius.in_spacings ? resolved->spacing : 1);
@@ -59,7 +59,7 @@ FirstFrame firstFrame(const Config& config, const std::map<int, std::string>& on
 int render(const PictureJob& job, const PictureWorker& worker) {
     Config config = job.config;
     const auto on_disk = measurableOf(job.on_disk, worker.history);
-    config.input.origin = resolveOrigin(config, on_disk, worker.events);
+    config.input.origin = resolvedLocalOrigin(config, on_disk, worker.events);
     FirstFrame first = firstFrame(config, on_disk, worker.events);
     const double ball_radius = first.ball_radius;
     Extent extent(config.preview);

@@ -17,6 +17,7 @@
 #include <map>
 #include <mutex>
 #include <new>
+#include <span>
 #include <string>
 #include <system_error>
 #include <utility>
@@ -130,16 +131,9 @@ bool writeSequenceLayers(std::span<const Plan> outputs) {
     return all;
 }
 
-}  // namespace
-
-int JobResult::exitCode() const {
-    if (signal != 0) return kSignalBase + signal;
-    if (out_of_memory) return kOutOfMemory;
-    return failed > 0 || layer_failed ? kSomeFailed : kAllWritten;
-}
-
-JobResult runJob(std::span<const Plan> outputs, SignalWatch& signals, const WorkerEvents& events,
-                 const FrameEnded& frameEnded) {
+/// Runs all frames of the plans.
+JobResult runFrames(std::span<const Plan> outputs, SignalWatch& signals, const WorkerEvents& events,
+                    const FrameEnded& frameEnded) {
     const std::map<std::string, bool> folders = foldersOf(outputs);
     for (const auto& [folder, is_written_to] : folders) {
         std::error_code error;
@@ -188,6 +182,46 @@ JobResult runJob(std::span<const Plan> outputs, SignalWatch& signals, const Work
     result.layer_failed = !writeSequenceLayers(outputs);
     sweep(folders);  // again: jobs killed since the first time have left files, too
     if (result.written + result.skipped + result.failed < frames) result.signal = caughtSignal();
+    return result;
+}
+
+void add(JobResult& sum, const JobResult& result) {
+    sum.written += result.written;
+    sum.skipped += result.skipped;
+    sum.failed += result.failed;
+    sum.out_of_memory = sum.out_of_memory || result.out_of_memory;
+    sum.layer_failed = sum.layer_failed || result.layer_failed;
+    if (result.signal != 0) sum.signal = result.signal;
+}
+
+}  // namespace
+
+int JobResult::exitCode() const {
+    if (signal != 0) return kSignalBase + signal;
+    if (out_of_memory) return kOutOfMemory;
+    return failed > 0 || layer_failed ? kSomeFailed : kAllWritten;
+}
+
+JobResult runJob(const std::vector<Plan>& outputs, const JobHistory& history, SignalWatch& signals,
+                 const WorkerEvents& events, const FrameEnded& frameEnded) {
+    if (history.last_loss.empty()) return runFrames(outputs, signals, events, frameEnded);
+    logWarning(history.last_loss + "; the frames in progress at that time are restarted one at a time");
+    const auto wasInProgress = [&](const FrameTask& task) { return history.begun.contains(task.frame); };
+    std::vector<Plan> restarted = outputs, others = outputs;
+    for (Plan& plan : restarted) {
+        std::erase_if(plan.tasks, [&](const FrameTask& task) { return !wasInProgress(task); });
+        plan.frames_in_flight = 1;
+    }
+    for (Plan& plan : others) {
+        std::erase_if(plan.tasks, wasInProgress);
+        plan.frames_in_flight = std::max<std::size_t>(1, plan.frames_in_flight >> history.kills);
+    }
+    JobResult result{.written = history.written,
+                     .skipped = history.skipped,
+                     .failed = history.failed,
+                     .out_of_memory = history.out_of_memory};
+    add(result, runFrames(restarted, signals, events, frameEnded));
+    add(result, runFrames(others, signals, events, frameEnded));
     return result;
 }
 

@@ -3,7 +3,7 @@
 
 #include "base/parallel.h"
 #include "batch/config/key_types.h"
-#include "batch/config/origin.h"
+#include "batch/config/local_origin.h"
 #include "batch/config/radius.h"
 #include "batch/config/surface_params.h"
 #include "batch/job/output_files.h"
@@ -85,9 +85,9 @@ void noteOutputFormat(Plan& plan) {
                                 ": this format cannot store attributes; output.attributes is written to spheres alone");
 }
 
-void planOrigin(Plan& plan, const std::map<int, std::string>& on_disk, const PlanOptions& options) {
+void planLocalOrigin(Plan& plan, const std::map<int, std::string>& on_disk, const PlanOptions& options) {
     ParticleInput& input = plan.config.input;
-    input.origin = resolveOrigin(plan.config, on_disk, options.events);
+    input.origin = resolvedLocalOrigin(plan.config, on_disk, options.events);
     const Vec3 origin = worldOrigin(input, plan.config.output.up_axis);
     if (origin == Vec3(0, 0, 0)) return;
     const std::string text = textOf(origin.x) + ',' + textOf(origin.y) + ',' + textOf(origin.z);
@@ -114,7 +114,7 @@ void planRadius(Plan& plan, const std::map<int, std::string>& on_disk, const Pla
     const double skin = skinDepth(plan.skin, plan.config.surface.dimension);
     plan.notes.push_back("radius " + shortNumber(resolved->radius) +
                          (skin > 0 ? ", skin " + shortNumber(skin) : std::string()) + ", spacing " +
-                         shortNumber(resolved->spacing) + " (" + resolved->origin + ')');
+                         shortNumber(resolved->spacing) + " (" + resolved->source + ')');
     if (!givenRadius(plan.config))
         plan.notes.push_back("to mesh files of this sequence one by one with the same spacing, use --spacing " +
                              textOf(resolved->spacing));
@@ -181,7 +181,7 @@ Plan withTasks(const Config& config, const FramePattern& input, const std::map<i
     Plan plan;
     plan.config = config;
     reconcileSurface(plan.config, plan.warnings);
-    plan.configuration = fingerprintOf(plan.config);
+    plan.config_hash = configHash(plan.config);
     plan.skin = skinParams(plan.config);
     checkSkin(plan.config, plan.warnings);
     requireDimension(plan.config, plan.skin);
@@ -237,7 +237,7 @@ private:
     void planLengths(Plan& plan) {
         if (!have_lengths_.insert(&plan).second) return;
         withThreads(plan.threads, [&] {
-            planOrigin(plan, measurable_, options_);
+            planLocalOrigin(plan, measurable_, options_);
             planRadius(plan, measurable_, options_, measured_);
         });
     }
@@ -278,8 +278,6 @@ std::vector<Plan> planOutputs(const Config& config, const PlanOptions& options) 
     for (Plan& plan : outputs) planner.planMeasures(plan);
     return outputs;
 }
-
-Plan planJob(const Config& config, const PlanOptions& options) { return planOutputs(config, options).front(); }
 
 std::string taskLine(const FrameTask& task) {
     std::string line = "frame " + std::to_string(task.frame) + ": " + task.input + " -> " + task.output + ": " +

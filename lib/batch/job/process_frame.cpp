@@ -1,7 +1,7 @@
 #include "batch/job/process_frame.h"
 
 #include "base/parallel.h"
-#include "batch/config/origin.h"
+#include "batch/config/local_origin.h"
 #include "batch/config/radius.h"
 #include "batch/job/empty_frames.h"
 #include "batch/job/frame_input.h"
@@ -121,9 +121,9 @@ void hintAtPlane(const Particles& particles, const Plan& plan, const FrameReport
 }
 
 /// Records a written file with its size, by which a later run tells whether it is still intact.
-void recordFile(const fs::path& file, const FrameTask& task, Provenance& origin) {
+void recordFile(const fs::path& file, const FrameTask& task, Provenance& provenance) {
     const fs::path name = file.lexically_relative(fs::path(task.output).parent_path());
-    origin.files[name.string()] = fileFingerprint(file.string()).bytes;
+    provenance.files[name.string()] = fileFingerprint(file.string()).bytes;
 }
 
 /// Adds up the seconds of each stage. Throws Interrupted between stages once a signal has come.
@@ -310,21 +310,21 @@ void writeFrame(const FrameTask& task, const Surface& surface, const Config& con
 void meshOutput(SharedFrame& frame, const FrameTask& task, const Plan& plan, FrameReport& report, JobState& job) {
     const Config& config = plan.config;
     const bool planar = config.surface.dimension == 2;
-    report.origin = {version(),
-                     plan.configuration,
-                     report.radius,
-                     report.spacing,
-                     {},
-                     {},
-                     worldOrigin(config.input, config.output.up_axis),
-                     config.output.up_axis};
+    report.provenance = {version(),
+                         plan.config_hash,
+                         report.radius,
+                         report.spacing,
+                         {},
+                         {},
+                         worldOrigin(config.input, config.output.up_axis),
+                         config.output.up_axis};
     Stopwatch total;
     StageWatch watch(report.seconds);
     const Liquid nothing;
     const Liquid* liquid = &nothing;
     if (task.action == FrameAction::mesh) {
         liquid = &frame.liquid(task, plan);
-        report.origin->input = frame.identity();
+        report.provenance->input = frame.identity();
         if (plan.skin.radius == 0 && liquid->particles.size() > 0)
             throw Error(task.input +
                         ": could not be read when the spacing was measured, but can be read now. Run the job again");
@@ -346,9 +346,9 @@ void meshOutput(SharedFrame& frame, const FrameTask& task, const Plan& plan, Fra
     const FrameLock lock(task.output, leaveIfInterrupted);
     const SignalWatch::Writing writing(job.signals);
     retrying(config.run.retries, [&] { writeFrame(task, surface, config, report); });
-    recordFile(task.output, task, *report.origin);
-    if (report.spheres > 0) recordFile(spheresPath(task.output), task, *report.origin);
-    if (!surface.picture.empty()) recordFile(task.picture, task, *report.origin);
+    recordFile(task.output, task, *report.provenance);
+    if (report.spheres > 0) recordFile(spheresPath(task.output), task, *report.provenance);
+    if (!surface.picture.empty()) recordFile(task.picture, task, *report.provenance);
     watch(Stage::write);
     report.seconds.total = total.lap();
     report.peak_bytes = peakMemory();
@@ -392,7 +392,7 @@ FrameReport reportFor(const FrameTask& task, const Plan& plan) {
 
 void fail(FrameReport& report, const std::string& why) {
     report.status = FrameStatus::failed;
-    report.origin.reset();
+    report.provenance.reset();
     report.error = "frame " + std::to_string(report.frame) + ": " + why;
     logError(report.error);
 }

@@ -1,6 +1,6 @@
 #include "batch/job/resume.h"
 
-#include "batch/config/origin.h"
+#include "batch/config/local_origin.h"
 #include "batch/job/provenance.h"
 #include "batch/report/report.h"
 #include "betamesh/error.h"
@@ -31,17 +31,18 @@ bool canRedraw(const FrameTask& task, const Config& config) {
 
 Staleness stalenessOf(const FrameTask& task, bool input_exists, const Plan& plan) {
     const auto report = readReport(reportPath(task.output));
-    if (!report || !report->origin) return {"no manifest"};
-    const Provenance& origin = *report->origin;
-    if (origin.version != version()) return {"made by version " + origin.version};
-    if (origin.configuration != plan.configuration) return {"other configuration"};
+    if (!report || !report->provenance) return {"no manifest"};
+    const Provenance& provenance = *report->provenance;
+    if (provenance.version != version()) return {"made by version " + provenance.version};
+    if (provenance.config_hash != plan.config_hash) return {"other configuration"};
     const bool resolved = plan.skin.radius > 0;  // false if no input is left
-    if (resolved && (origin.radius != plan.skin.radius || origin.spacing != plan.spacing)) return {"other radius"};
-    if (origin.local_origin != worldOrigin(plan.config.input, plan.config.output.up_axis))
+    if (resolved && (provenance.radius != plan.skin.radius || provenance.spacing != plan.spacing))
+        return {"other radius"};
+    if (provenance.local_origin != worldOrigin(plan.config.input, plan.config.output.up_axis))
         return {"other local origin"};
     const fs::path folder = fs::path(task.output).parent_path();
     std::string changed, picture;
-    for (const auto& [name, bytes] : origin.files) {
+    for (const auto& [name, bytes] : provenance.files) {
         std::error_code error;
         if (fs::file_size(folder / name, error) == bytes && !error) continue;
         const bool is_picture =
@@ -49,7 +50,7 @@ Staleness stalenessOf(const FrameTask& task, bool input_exists, const Plan& plan
         (is_picture ? picture : changed) = name + " is missing or was changed";
     }
     if (!changed.empty()) return {changed};
-    if (input_exists && !(origin.input && isSame(task.input, *origin.input))) return {"other input"};
+    if (input_exists && !(provenance.input && isSame(task.input, *provenance.input))) return {"other input"};
     return {picture, !picture.empty()};
 }
 

@@ -45,39 +45,40 @@ FrameStatus statusNamed(const std::string& name) {
 }
 
 /// The provenance in the JSON of a frame.
-Provenance originFrom(const Json& json) {
+Provenance provenanceFrom(const Json& json) {
     const Json& from = json.at("origin");
-    Provenance origin;
-    from.at("version").get_to(origin.version);
-    from.at("configuration").get_to(origin.configuration);
-    json.at("radius").get_to(origin.radius);
-    json.at("spacing").get_to(origin.spacing);
+    Provenance provenance;
+    from.at("version").get_to(provenance.version);
+    from.at("configuration").get_to(provenance.config_hash);
+    json.at("radius").get_to(provenance.radius);
+    json.at("spacing").get_to(provenance.spacing);
     if (const Json& input = from.at("input"); !input.is_null()) {
-        const FileFingerprint stamp{input.at("bytes").get<std::uint64_t>(), input.at("modified").get<std::int64_t>()};
-        origin.input = FileIdentity{stamp, input.at("content").get<std::string>()};
+        const FileFingerprint fingerprint{input.at("bytes").get<std::uint64_t>(),
+                                          input.at("modified").get<std::int64_t>()};
+        provenance.input = FileIdentity{fingerprint, input.at("content").get<std::string>()};
     }
     if (const auto local = json.find("local_origin"); local != json.end())
         for (int axis = 0; axis < 3; ++axis)
-            local->at(static_cast<std::size_t>(axis)).get_to(origin.local_origin[axis]);
-    if (json.value("up_axis", "y") == "z") origin.up_axis = UpAxis::z;
-    for (const auto& [name, bytes] : from.at("files").items()) origin.files[name] = bytes.get<std::uint64_t>();
+            local->at(static_cast<std::size_t>(axis)).get_to(provenance.local_origin[axis]);
+    if (json.value("up_axis", "y") == "z") provenance.up_axis = UpAxis::z;
+    for (const auto& [name, bytes] : from.at("files").items()) provenance.files[name] = bytes.get<std::uint64_t>();
     if (const auto encoded = from.find(std::string("files") + kEncoded); encoded != from.end())
         for (const auto& [name, bytes] : encoded->items())
-            origin.files[percentDecoded(name)] = bytes.get<std::uint64_t>();
-    return origin;
+            provenance.files[percentDecoded(name)] = bytes.get<std::uint64_t>();
+    return provenance;
 }
 
-Json originJson(const Provenance& origin) {
+Json provenanceJson(const Provenance& provenance) {
     Json json;
-    json["version"] = origin.version;
-    json["configuration"] = origin.configuration;
+    json["version"] = provenance.version;
+    json["configuration"] = provenance.config_hash;
     json["input"] = nullptr;
-    if (origin.input)
-        json["input"] = {{"bytes", origin.input->stamp.bytes},
-                         {"modified", origin.input->stamp.modified},
-                         {"content", origin.input->content}};
+    if (provenance.input)
+        json["input"] = {{"bytes", provenance.input->fingerprint.bytes},
+                         {"modified", provenance.input->fingerprint.modified},
+                         {"content", provenance.input->content_hash}};
     json["files"] = Json::object();
-    for (const auto& [name, bytes] : origin.files)
+    for (const auto& [name, bytes] : provenance.files)
         if (isUtf8(name))
             json["files"][name] = bytes;
         else
@@ -275,11 +276,11 @@ std::string reportJson(const FrameReport& report) {
     json["peak_bytes"] = report.peak_bytes;
     json["warnings"] = report.warnings;
     json["input_contents"] = partsJson(report.input_parts);
-    if (report.origin) {
-        const Vec3& local = report.origin->local_origin;
+    if (report.provenance) {
+        const Vec3& local = report.provenance->local_origin;
         json["local_origin"] = {local.x, local.y, local.z};
-        json["up_axis"] = report.origin->up_axis == UpAxis::z ? "z" : "y";
-        json["origin"] = originJson(*report.origin);
+        json["up_axis"] = report.provenance->up_axis == UpAxis::z ? "z" : "y";
+        json["origin"] = provenanceJson(*report.provenance);
     }
     return oneLine(json);
 }
@@ -344,7 +345,7 @@ std::optional<FrameReport> readReport(const std::filesystem::path& file) {
         const Json seconds = json.value("seconds", Json::object());
         forStages([&](Stage stage) { take(seconds, std::string(nameOf(stage)).c_str(), report.seconds[stage]); });
         take(seconds, "total", report.seconds.total);
-        if (json.contains("origin")) report.origin = originFrom(json);
+        if (json.contains("origin")) report.provenance = provenanceFrom(json);
         return report;
     } catch (const Json::exception&) {
         return std::nullopt;

@@ -67,7 +67,7 @@ struct FrameReport {
     StageSeconds seconds;
     std::uint64_t peak_bytes = 0;  ///< the most memory the whole process has held so far
     std::vector<std::string> warnings;
-    std::optional<Provenance> origin;  ///< set if the frame was written
+    std::optional<Provenance> provenance;  ///< set if the frame was written
 };
 
 /// The JSON of a frame. One line without a line break, as from all functions below.

@@ -239,7 +239,7 @@ std::string settings(const ReportOutput& output) {
     row("Skin", skin.empty() ? "none" : skin);
     row("Dimension", valuesOf(output, [](const auto& r) { return r.plane ? "2" : "3"; }));
     row("Program", valuesOf(output, [](const auto& r) {
-            return "betamesh " + (r.origin ? r.origin->version : std::string("of unknown version"));
+            return "betamesh " + (r.provenance ? r.provenance->version : std::string("of unknown version"));
         }));
     return text + "</dl>\n";
 }
