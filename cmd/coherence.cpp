@@ -390,7 +390,7 @@ void addCoherenceCommand(CLI::App& program, int& exit_code) {
         ->type_name("D")
         ->check(numberAboveZero());
     CLI::Option* plot =
-        command->add_option("--plot", arguments->plot, "Also write the distances over time as an .svg picture.")
+        command->add_option("--plot", arguments->plot, "Also write the distances over time as an .svg plot.")
             ->type_name("FILE.svg");
     command
         ->add_option("--against", arguments->against,

@@ -36,7 +36,7 @@ const char* groupOf(const ConfigKey& key) {
     if (section == "surface" || section == "perturbation" || section == "features") return "Surface";
     if (section == "smoothing") return "Smoothing";
     if (section == "output" || section == "picture") return "Output";
-    if (section == "preview") return "Picture";
+    if (section == "preview") return "Preview";
     if (section == "run") return "Running";
     return "Input";
 }
@@ -178,15 +178,15 @@ void addMeshAxisOption(CLI::App& command, std::map<std::string, std::string>& va
 Particles particlesOf(const std::string& mesh_file, const std::string& particle_file,
                       const std::map<std::string, std::string>& values) {
     const Config config = readConfig("", keyValuesOf({}, values));
-    const auto report = readReport(reportPath(mesh_file));
-    const bool has_provenance = report && report->provenance;
+    const auto manifest = readManifest(manifestPath(mesh_file));
+    const bool has_provenance = manifest && manifest->provenance;
     ParticleInput input = config.input;
     UpAxis mesh_up = config.output.up_axis;
-    if (has_provenance && !values.contains("output.up_axis")) mesh_up = report->provenance->up_axis;
+    if (has_provenance && !values.contains("output.up_axis")) mesh_up = manifest->provenance->up_axis;
     if (const auto& given = config.input.given_origin) {
         input.origin = Vec3((*given)[0], (*given)[1], (*given)[2]);
     } else if (has_provenance) {
-        const Vec3 o = report->provenance->local_origin / input.scale;
+        const Vec3 o = manifest->provenance->local_origin / input.scale;
         if (input.up_axis == mesh_up)
             input.origin = o;
         else
@@ -285,10 +285,10 @@ int runWithOptions(const std::string& pipeline, std::vector<KeyValue> given, con
     const std::size_t frames = history.ended.size() + outputs.front().tasks.size();
     Progress progress(progress_kind, {frames, history.ended.size(), history.failed, 0, 0, {}},
                       options.json || options.stdout_is_taken);
-    const FrameEnded frameEnded = [&](const std::vector<FrameReport>& reports) {
+    const FrameEnded frameEnded = [&](const std::vector<FrameResult>& results) {
         if (options.json)
-            for (const FrameReport& report : reports) std::cout << reportJson(report) << std::endl;
-        progress.frameEnded(reports);
+            for (const FrameResult& result : results) std::cout << manifestJson(result) << std::endl;
+        progress.frameEnded(results);
     };
     const JobResult result = runJob(outputs, history, signals, watched.events, frameEnded);
     const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - begin;

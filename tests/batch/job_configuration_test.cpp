@@ -32,7 +32,7 @@ TEST_F(Job, PresetsAreListedAndOverriddenByEverythingElse) {
         const Outcome outcome =
             words.front() == "mesh" ? mesh({words.begin() + 1, words.end()}) : runProgram(words, folder_.path());
         EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
-        return report(1)["radius"].get<double>() / 0.2;
+        return manifest(1)["radius"].get<double>() / 0.2;
     };
     EXPECT_NEAR(radiusOf({"mesh", "--preset", "splash"}), 1.2, 1e-12);
     EXPECT_NEAR(radiusOf({"mesh", "--set", "preset=splash"}), 1.2, 1e-12);
@@ -43,8 +43,8 @@ TEST_F(Job, PresetsAreListedAndOverriddenByEverythingElse) {
     EXPECT_NEAR(radiusOf({"run", "job.yaml", "--preset", "splash"}), 1.2, 1e-12);
     EXPECT_NEAR(radiusOf({"run", "own.yaml", "--preset", "splash"}), 1.4, 1e-12);
     EXPECT_NEAR(radiusOf({"mesh", "--preset", "paper", "--radius", "1.5dx"}), 1.5, 1e-12);
-    EXPECT_EQ(report(1)["predicates"], "float");
-    EXPECT_EQ(report(1)["skin"], 0);
+    EXPECT_EQ(manifest(1)["predicates"], "float");
+    EXPECT_EQ(manifest(1)["skin"], 0);
 }
 
 TEST_F(Job, AnUnknownPresetIsAnErrorThatListsAllPresets) {
@@ -69,13 +69,13 @@ TEST_F(Job, SetOverridesThePipelineFileAndOptionsOverrideSet) {
         words.insert(words.end(), further.begin(), further.end());
         const Outcome outcome = runProgram(words, folder_.path());
         EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
-        return report(1)["radius"].get<double>();
+        return manifest(1)["radius"].get<double>();
     };
     EXPECT_EQ(radiusOf({}), 0.4);
-    EXPECT_EQ(report(1)["predicates"], "float");
+    EXPECT_EQ(manifest(1)["predicates"], "float");
     EXPECT_TRUE(written(2) && absent(3));
     EXPECT_EQ(radiusOf({"--set", "surface.radius=0.3", "--set", "surface.predicates=exact"}), 0.3);
-    EXPECT_EQ(report(1)["predicates"], "exact");
+    EXPECT_EQ(manifest(1)["predicates"], "exact");
     EXPECT_EQ(radiusOf({"--radius", "0.2", "--set", "surface.radius=0.3"}), 0.2);
 }
 

@@ -71,7 +71,7 @@ TEST_F(Job, AFrameLargerThanTheMemoryGivesTheSameBytes) {
     };
     EXPECT_FALSE(run("in/a.0001.ply", {}));
     const auto meshes = meshesIn("out");
-    const Json whole = report(1);
+    const Json whole = manifest(1);
     for (const char* format : {".ply", ".bgeo", ".bgeo.gz", ".vdb"}) {
         SCOPED_TRACE(format);
         const std::string input = "in/a.0001" + std::string(format);
@@ -79,10 +79,10 @@ TEST_F(Job, AFrameLargerThanTheMemoryGivesTheSameBytes) {
         EXPECT_TRUE(run(input, {"--memory-limit", "300MiB"}));  // thought to take more than a GiB
         EXPECT_EQ(meshesIn("out"), meshes);
         for (const char* key : {"particles", "distinct_particles", "alpha_triangles", "triangles", "volume"})
-            EXPECT_EQ(report(1)[key], whole[key]) << key;
+            EXPECT_EQ(manifest(1)[key], whole[key]) << key;
     }
     EXPECT_TRUE(run("in/a.0001.ply", {"--memory-limit", "300MiB"}));
-    EXPECT_LT(report(1)["peak_bytes"], whole["peak_bytes"]);
+    EXPECT_LT(manifest(1)["peak_bytes"], whole["peak_bytes"]);
 }
 
 TEST_F(Job, TheDeprecatedScratchFolderIsWarnedOfOnce) {

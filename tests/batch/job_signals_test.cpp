@@ -35,7 +35,7 @@ TEST_F(Job, SignalsEndAJobWithTheirExitCodeAndNoPartialFiles) {
             EXPECT_TRUE(written(frame) || absent(frame)) << frame;
             if (!written(frame)) continue;
             ++finished;
-            EXPECT_EQ(report(frame)["status"], "ok");
+            EXPECT_EQ(manifest(frame)["status"], "ok");
             EXPECT_FALSE(readMesh(folder_ / numbered("out/a", frame, ".ply")).triangles.empty());
         }
         EXPECT_GE(finished, 1);  // frame 3 at least; those before it may have been under way

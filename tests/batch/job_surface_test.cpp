@@ -37,24 +37,24 @@ TEST_F(Job, DropletsAndTendrilsLeaveTheMeshAndBubblesAreFilled) {
     };
 
     run({});
-    EXPECT_EQ(report(1)["components"], 3);
-    EXPECT_EQ(report(1)["bubbles_filled"], 1);
+    EXPECT_EQ(manifest(1)["components"], 3);
+    EXPECT_EQ(manifest(1)["bubbles_filled"], 1);
     run({"--bubbles", "mesh"});
-    EXPECT_EQ(report(1)["components"], 4);  // the body with its thread, the bubble, the pair, the one
-    EXPECT_EQ(report(1)["droplets"], 0);
+    EXPECT_EQ(manifest(1)["components"], 4);  // the body with its thread, the bubble, the pair, the one
+    EXPECT_EQ(manifest(1)["droplets"], 0);
     EXPECT_FALSE(exists("out/a.0001.spheres.ply"));
     EXPECT_FALSE(readMesh(folder_ / "out/a.0001.ply").component);
 
     run({"--droplets", "points", "--tendrils", "points", "--bubbles", "fill", "--bubble-volume", "30", "--components"});
-    EXPECT_EQ(report(1)["components"], 1);
-    EXPECT_EQ(report(1)["droplets"], 2);
-    EXPECT_EQ(report(1)["droplet_particles"], 3);
-    EXPECT_EQ(report(1)["bubbles_filled"], 1);
-    EXPECT_EQ(report(1)["spheres"], 3 + report(1)["tendril_particles"].get<int>());
-    EXPECT_GE(report(1)["tendril_particles"], 4);
-    EXPECT_EQ(report(1)["distinct_particles"], particles.size() - 1);
+    EXPECT_EQ(manifest(1)["components"], 1);
+    EXPECT_EQ(manifest(1)["droplets"], 2);
+    EXPECT_EQ(manifest(1)["droplet_particles"], 3);
+    EXPECT_EQ(manifest(1)["bubbles_filled"], 1);
+    EXPECT_EQ(manifest(1)["spheres"], 3 + manifest(1)["tendril_particles"].get<int>());
+    EXPECT_GE(manifest(1)["tendril_particles"], 4);
+    EXPECT_EQ(manifest(1)["distinct_particles"], particles.size() - 1);
     const Particles spheres = readParticles(folder_ / "out/a.0001.spheres.ply");
-    ASSERT_EQ(spheres.size(), report(1)["spheres"].get<std::size_t>());
+    ASSERT_EQ(spheres.size(), manifest(1)["spheres"].get<std::size_t>());
     ASSERT_EQ(spheres.id.size(), spheres.size());
     for (std::size_t i = 0; i < spheres.size(); ++i) {
         ASSERT_GE(spheres.id[i], 1000 + body);
@@ -63,22 +63,22 @@ TEST_F(Job, DropletsAndTendrilsLeaveTheMeshAndBubblesAreFilled) {
         EXPECT_NEAR(spheres.attributes.at(0).real[i], 1.5, 1e-5);
     }
     EXPECT_EQ(readMesh(folder_ / "out/a.0001.ply").component,
-              std::vector<std::int32_t>(report(1)["triangles"].get<std::size_t>(), 0));
+              std::vector<std::int32_t>(manifest(1)["triangles"].get<std::size_t>(), 0));
 
     run({"--droplets", "drop", "--droplet-particles", "2", "--bubbles", "mesh"});
-    EXPECT_EQ(report(1)["components"], 3);
-    EXPECT_EQ(report(1)["droplets"], 1);
-    EXPECT_EQ(report(1)["spheres"], 0);
+    EXPECT_EQ(manifest(1)["components"], 3);
+    EXPECT_EQ(manifest(1)["droplets"], 1);
+    EXPECT_EQ(manifest(1)["spheres"], 0);
     EXPECT_FALSE(exists("out/a.0001.spheres.ply"));  // nor one left by the run before
 
     run({"--droplets", "points"}, "out/a.####.obj");
     EXPECT_TRUE(exists("out/a.0001.spheres.ply"));
     run({"--bubbles", "fill", "--bubble-volume", "0.001"});
-    EXPECT_EQ(report(1)["bubbles_filled"], 0);
+    EXPECT_EQ(manifest(1)["bubbles_filled"], 0);
     run({"--bubble-gap", "0.5dx"});
-    EXPECT_EQ(report(1)["bubbles_filled"], 0);
+    EXPECT_EQ(manifest(1)["bubbles_filled"], 0);
     run({"--bubble-gap", "8"});
-    EXPECT_EQ(report(1)["bubbles_filled"], 1);
+    EXPECT_EQ(manifest(1)["bubbles_filled"], 1);
     for (const std::vector<std::string>& other : std::vector<std::vector<std::string>>{
              {"--surface", "alpha"}, {"--surface", "union"}, {"--tessellation", "paper"}}) {
         EXPECT_EQ(run(other).err.find("features.bubbles"), std::string::npos);
@@ -94,7 +94,7 @@ TEST_F(Job, TheSkinIsReportedInWorldUnits) {
         words.insert(words.begin(), {"--overwrite", "--radius", "0.3"});
         const Outcome outcome = mesh(words);
         EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
-        return report(1)["skin"].get<double>();
+        return manifest(1)["skin"].get<double>();
     };
     EXPECT_NEAR(skinOf({}), 0.55 * 0.2, 1e-12);
     EXPECT_NEAR(skinOf({"--skin", "auto"}), 0.55 * 0.2, 1e-12);
@@ -104,7 +104,7 @@ TEST_F(Job, TheSkinIsReportedInWorldUnits) {
     EXPECT_EQ(skinOf({"--skin", "none"}), 0);
     const Outcome unknown_spacing = mesh({"--overwrite", "--skin", "none"});
     EXPECT_EQ(unknown_spacing.exit_code, 0) << unknown_spacing.err;
-    EXPECT_EQ(report(1)["skin"].get<double>(), 0);
+    EXPECT_EQ(manifest(1)["skin"].get<double>(), 0);
     for (const std::vector<std::string>& other : std::vector<std::vector<std::string>>{
              {"--tessellation", "paper"}, {"--surface", "alpha"}, {"--surface", "union"}}) {
         EXPECT_EQ(skinOf(other), 0);
@@ -155,13 +155,13 @@ TEST_F(Job, AnInsetIsTheRadiusMinusTheSkinAndGivesOneWarning) {
     };
     EXPECT_EQ(run("skin/a.####.ply", {"--skin", "0.2"}), 0);
     EXPECT_EQ(run("out/a.####.ply", {"--inset", "0.1"}), 1);
-    EXPECT_NEAR(report(1)["skin"].get<double>(), 0.2, 1e-12);
-    const double inset = report(1)["volume"];
+    EXPECT_NEAR(manifest(1)["skin"].get<double>(), 0.2, 1e-12);
+    const double inset = manifest(1)["volume"];
     EXPECT_EQ(run("none/a.####.ply", {"--skin", "none"}), 0);
     EXPECT_EQ(run("out/a.####.ply", {"--inset", "0"}), 1);
-    EXPECT_EQ(report(1)["skin"], 0);
+    EXPECT_EQ(manifest(1)["skin"], 0);
     EXPECT_TRUE(meshesIn("out") == meshesIn("none"));
-    EXPECT_LT(inset, report(1)["volume"].get<double>());
+    EXPECT_LT(inset, manifest(1)["volume"].get<double>());
     const auto json = [&](const std::string& name) { return Json::parse(contentsOf(folder_ / name)); };
     EXPECT_NEAR(json("skin/a.0001.ply.json")["volume"].get<double>(), inset, 1e-6 * inset);
 }
@@ -177,7 +177,7 @@ TEST_F(Job, SpheresAreWrittenBesideTheMeshAndRemovedIfThereAreNone) {
     ASSERT_EQ(mesh({"--tessellation", "paper"}).exit_code, 0);
     EXPECT_FALSE(exists("out/a.0001.spheres.ply"));
     EXPECT_TRUE(exists("out/a.0002.spheres.ply"));
-    EXPECT_EQ(report(2)["isolated_particles"], 1);
+    EXPECT_EQ(manifest(2)["isolated_particles"], 1);
     ASSERT_EQ(mesh({"--tessellation", "paper"}, "out/a.####.obj").exit_code, 0);
     EXPECT_TRUE(exists("out/a.0002.spheres.ply"));
     ASSERT_EQ(mesh({"--tessellation", "paper"}, "out/a.####.bgeo.gz").exit_code, 0);

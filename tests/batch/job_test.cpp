@@ -10,16 +10,16 @@ namespace {
 
 using Job = JobFolder;
 
-TEST_F(Job, WritesEveryFrameOnDiskWithItsReport) {
+TEST_F(Job, WritesEveryFrameOnDiskWithItsManifest) {
     writeFrames(1, 3);
     const Outcome outcome = mesh();
     EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
     EXPECT_EQ(outcome.out, "");
     for (int frame = 1; frame <= 3; ++frame) {
         EXPECT_TRUE(written(frame));
-        EXPECT_EQ(report(frame)["status"], "ok");
+        EXPECT_EQ(manifest(frame)["status"], "ok");
         const Mesh read = readMesh(folder_ / numbered("out/a", frame, ".ply"));
-        EXPECT_EQ(read.triangles.size(), report(frame)["triangles"].get<std::size_t>());
+        EXPECT_EQ(read.triangles.size(), manifest(frame)["triangles"].get<std::size_t>());
         EXPECT_EQ(read.velocity.size(), read.position.size());
     }
     EXPECT_EQ(hiddenFiles("out"), 0U);
@@ -38,8 +38,8 @@ TEST_F(Job, AMissingFrameIsAnErrorASkipOrAnEmptyMesh) {
 
     EXPECT_EQ(mesh({"--frames", "1-3", "--overwrite", "--on-missing", "empty"}).exit_code, 0);
     EXPECT_TRUE(written(1) && written(2) && written(3));
-    EXPECT_EQ(report(2)["status"], "empty");
-    EXPECT_FALSE(report(2)["warnings"].empty());
+    EXPECT_EQ(manifest(2)["status"], "empty");
+    EXPECT_FALSE(manifest(2)["warnings"].empty());
     EXPECT_TRUE(readMesh(folder_ / "out/a.0002.ply").position.empty());
 }
 
@@ -48,7 +48,7 @@ TEST_F(Job, AnEmptyFrameIsAnEmptyMeshThatDeclaresTheSameAttributes) {
     Particles none;
     writeFrame(2, none);
     EXPECT_EQ(mesh().exit_code, 0);
-    EXPECT_EQ(report(2)["status"], "empty");
+    EXPECT_EQ(manifest(2)["status"], "empty");
     const auto header = [&](int frame) {
         const std::string text = contentsOf(folder_ / numbered("out/a", frame, ".ply"));
         std::istringstream in(text.substr(0, text.find("end_header")));
@@ -93,7 +93,7 @@ TEST_F(Job, SkipExistingKeepsFinishedFramesAndMeshesTheOthers) {
     ASSERT_EQ(mesh({"--frames", "1-3"}).exit_code, 0);
     const auto before = meshesIn("out");
     const auto time = fs::last_write_time(folder_ / "out/a.0001.ply");
-    fs::remove(folder_ / "out/a.0002.ply.json");  // as if it had been interrupted before the report
+    fs::remove(folder_ / "out/a.0002.ply.json");  // as if it had been interrupted before the manifest
     write(folder_ / "out/a.0002.ply", "half");
     fs::remove(folder_ / "out/a.0003.ply");
     const Outcome outcome = mesh({"--skip-existing", "--json"});
@@ -166,18 +166,18 @@ TEST_F(Job, TheRadiusDoesNotDependOnWhichFramesAreMeshed) {
     writeFrames(2, 2);
     writeFrames(3, 3, 2000);
     ASSERT_EQ(mesh({"--frames", "3"}).exit_code, 0);
-    const double radius = report(3)["radius"].get<double>();
+    const double radius = manifest(3)["radius"].get<double>();
     ASSERT_EQ(mesh({"--chunk", "3/3", "--overwrite"}).exit_code, 0);
-    EXPECT_EQ(report(3)["radius"].get<double>(), radius);
+    EXPECT_EQ(manifest(3)["radius"].get<double>(), radius);
     ASSERT_EQ(mesh({"--overwrite"}).exit_code, 0);
-    for (int frame = 1; frame <= 3; ++frame) EXPECT_EQ(report(frame)["radius"].get<double>(), radius);
-    EXPECT_NEAR(radius, 1.5 * report(3)["spacing"].get<double>(), 1e-12);
+    for (int frame = 1; frame <= 3; ++frame) EXPECT_EQ(manifest(frame)["radius"].get<double>(), radius);
+    EXPECT_NEAR(radius, 1.5 * manifest(3)["spacing"].get<double>(), 1e-12);
 
     ASSERT_EQ(mesh({"--overwrite", "--radius", "0.3"}).exit_code, 0);
-    EXPECT_EQ(report(1)["radius"].get<double>(), 0.3);
-    EXPECT_NEAR(report(1)["spacing"].get<double>(), 0.2, 1e-12);
+    EXPECT_EQ(manifest(1)["radius"].get<double>(), 0.3);
+    EXPECT_NEAR(manifest(1)["spacing"].get<double>(), 0.2, 1e-12);
     ASSERT_EQ(mesh({"--overwrite", "--radius", "2dx", "--spacing", "0.25"}).exit_code, 0);
-    EXPECT_EQ(report(1)["radius"].get<double>(), 0.5);
+    EXPECT_EQ(manifest(1)["radius"].get<double>(), 0.5);
 }
 
 TEST_F(Job, TooFewParticlesNeedASpacingOrARadiusInWorldUnits) {
@@ -205,7 +205,7 @@ TEST_F(Job, MissingVelocityGivesOneWarningAndZeros) {
     EXPECT_EQ(outcome.exit_code, 0);
     EXPECT_EQ(count(outcome.err, "zero velocities"), 1U) << outcome.err;
     for (int frame = 1; frame <= 3; ++frame) {
-        ASSERT_EQ(report(frame)["warnings"].size(), 1U);
+        ASSERT_EQ(manifest(frame)["warnings"].size(), 1U);
         const Mesh read = readMesh(folder_ / numbered("out/a", frame, ".ply"));
         EXPECT_EQ(read.velocity, std::vector<Vec3>(read.position.size(), Vec3(0, 0, 0)));
     }

@@ -52,7 +52,7 @@ TEST_F(Outputs, OnlyWhatIsMissingIsMadeAgain) {
         "  - {path: small/a.####.ply, preset: preview}\n";
     ASSERT_EQ(run(outputs).exit_code, 0);
     const auto meshes = meshesIn("out"), pictures = meshesIn("look"), small = meshesIn("small");
-    const Json manifest = report(2);
+    const Json before = manifest(2);
     fs::remove(folder_ / "look/a.0002.png");
     fs::remove(folder_ / "small/a.0001.ply");
     const auto made = fs::last_write_time(folder_ / "out/a.0002.ply");
@@ -66,7 +66,7 @@ TEST_F(Outputs, OnlyWhatIsMissingIsMadeAgain) {
     EXPECT_EQ(meshesIn("look"), pictures);
     EXPECT_EQ(meshesIn("small"), small);
     EXPECT_EQ(meshesIn("out"), meshes);
-    EXPECT_EQ(report(2), manifest);
+    EXPECT_EQ(manifest(2), before);
     EXPECT_EQ(fs::last_write_time(folder_ / "out/a.0002.ply"), made);
     EXPECT_NE(run(outputs, {"--skip-existing"}).err.find("0 of 2 frames written, 2 skipped"), std::string::npos);
 }

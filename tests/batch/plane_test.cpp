@@ -51,7 +51,7 @@ TEST_F(PlaneJob, EveryFormatContainsTheSameClosedCurves) {
     }
 }
 
-TEST_F(PlaneJob, PicturesShowTheChosenLayersAndBounds) {
+TEST_F(PlaneJob, DrawingsShowTheChosenLayersAndBounds) {
     ASSERT_EQ(run("flat.bgeo", "p.svg", {"--dimension", "2"}).exit_code, 0);
     const std::string usual = contentsOf(folder_ / "p.svg");
     ASSERT_EQ(run("flat.bgeo", "p.svg", {"--dimension", "2", "--layers", "beta", "--bounds", "0,0,4,4"}).exit_code, 0);

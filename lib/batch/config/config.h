@@ -28,7 +28,7 @@ struct Length {
 
 enum class OnMissing { error, skip, empty };  ///< what to do with a frame whose input is missing
 
-/// What a preview picture shows.
+/// What a preview shows.
 enum class ShownGeometry {
     surface,
     particles,  ///< small balls

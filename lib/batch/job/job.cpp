@@ -33,7 +33,7 @@ std::map<std::string, bool> foldersOf(std::span<const Plan> outputs) {
     std::map<std::string, bool> folders;
     for (const Plan& plan : outputs)
         for (const FrameTask& task : plan.tasks)
-            for (const std::string& output : {task.output, task.picture})
+            for (const std::string& output : {task.output, task.preview})
                 if (!output.empty())
                     folders[folderOf(output)] |= isWritten(task.action) || task.action == FrameAction::fail_lost;
     return folders;
@@ -99,11 +99,11 @@ void runInRounds(std::span<const Plan> outputs, const DoFrame& doFrame, const Ou
 }
 
 /// The status of a frame: failed if one of its outputs failed, otherwise that of an output that was written, if any.
-FrameStatus statusOf(const std::vector<FrameReport>& outputs) {
+FrameStatus statusOf(const std::vector<FrameResult>& outputs) {
     FrameStatus status = FrameStatus::skipped;
-    for (const FrameReport& report : outputs) {
-        if (report.status == FrameStatus::failed) return FrameStatus::failed;
-        if (report.status != FrameStatus::skipped) status = report.status;
+    for (const FrameResult& result : outputs) {
+        if (result.status == FrameStatus::failed) return FrameStatus::failed;
+        if (result.status != FrameStatus::skipped) status = result.status;
     }
     return status;
 }
@@ -145,9 +145,9 @@ JobResult runFrames(std::span<const Plan> outputs, SignalWatch& signals, const W
     JobResult result;
     std::mutex mutex;  // guards result and frameEnded
     JobState job{signals};
-    std::vector<std::vector<FrameReport>> reports(frames);  // by frame, of the outputs that have ended
+    std::vector<std::vector<FrameResult>> results(frames);  // by frame, of the outputs that have ended
 
-    const auto finish = [&](std::vector<FrameReport>& of_frame) {
+    const auto finish = [&](std::vector<FrameResult>& of_frame) {
         const std::scoped_lock lock(mutex);
         const FrameStatus status = statusOf(of_frame);
         if (status == FrameStatus::failed) {
@@ -164,8 +164,8 @@ JobResult runFrames(std::span<const Plan> outputs, SignalWatch& signals, const W
     const auto doFrame = [&](std::size_t i, bool alone) {
         const WorkerEvents::FrameInProgress in_progress(events, outputs.front().tasks[i].frame);
         try {
-            processFrame(outputs, i, alone, job, reports[i]);
-            finish(reports[i]);
+            processFrame(outputs, i, alone, job, results[i]);
+            finish(results[i]);
         } catch (const Interrupted&) {
         } catch (const std::bad_alloc&) {
             return false;
@@ -174,8 +174,8 @@ JobResult runFrames(std::span<const Plan> outputs, SignalWatch& signals, const W
     };
     const auto outOfMemory = [&](std::size_t i) {
         result.out_of_memory = true;
-        failFrame(outputs, i, outOfMemoryError(outputs, i, job), reports[i]);
-        finish(reports[i]);
+        failFrame(outputs, i, outOfMemoryError(outputs, i, job), results[i]);
+        finish(results[i]);
     };
     withThreads(outputs.front().threads, [&] { runInRounds(outputs, doFrame, outOfMemory); });
 

@@ -122,7 +122,7 @@ void planRadius(Plan& plan, const std::map<int, std::string>& on_disk, const Pla
 }
 
 /// The camera is derived from all frames on disk, so that it does not depend on which of them are meshed by this job.
-void planPictures(Plan& plan, const std::map<int, std::string>& on_disk, const PlanOptions& options) {
+void planPreview(Plan& plan, const std::map<int, std::string>& on_disk, const PlanOptions& options) {
     const Config::Preview& preview = plan.config.preview;
     if (preview.path.empty()) return;
     const double small = preview.particle_radius.value * (preview.particle_radius.in_spacings ? plan.spacing : 1);
@@ -174,9 +174,9 @@ Plan withTasks(const Config& config, const FramePattern& input, const std::map<i
                const PlanOptions& options) {
     if (config.output.path.empty()) throw Error("no output. Set output.path, as in mesh/splash.####.ply");
     const FramePattern output = framePattern(config.output.path);
-    const FramePattern picture = framePattern(config.preview.path);
+    const FramePattern preview = framePattern(config.preview.path);
     if (!config.preview.path.empty() && config.surface.dimension == 2)
-        throw Error("preview.path: pictures need surface.dimension 3. In two dimensions write an .svg (output.path)");
+        throw Error("preview.path: previews need surface.dimension 3. In two dimensions write an .svg (output.path)");
 
     Plan plan;
     plan.config = config;
@@ -190,13 +190,13 @@ Plan withTasks(const Config& config, const FramePattern& input, const std::map<i
 
     const std::vector<int> frames = chosenFrames(config.frames, input, on_disk);
     requirePlaceholder(frames.size(), output);
-    if (!config.preview.path.empty()) requirePlaceholder(frames.size(), picture);
+    if (!config.preview.path.empty()) requirePlaceholder(frames.size(), preview);
     noteGaps(config, frames, plan.warnings);
     noteOtherNumbers(config, input, plan.warnings);
     for (const int frame : chunkOf(frames, options.chunk)) {
         if (options.history.ended.contains(frame)) continue;
         FrameTask task{frame, fileOfFrame(input, on_disk, frame), frameName(output, frame), FrameAction::mesh, {}};
-        if (!config.preview.path.empty()) task.picture = frameName(picture, frame);
+        if (!config.preview.path.empty()) task.preview = frameName(preview, frame);
         plan.tasks.push_back(std::move(task));
     }
     for (const auto& [frame, why] : options.history.unmeasured)
@@ -230,7 +230,7 @@ public:
         addLevelSets(plan);
         if (!options_.measure) return;
         if (!options_.dry_run)  // the camera has no influence on what can be done
-            withThreads(plan.threads, [&] { planPictures(plan, measurable_, options_); });
+            withThreads(plan.threads, [&] { planPreview(plan, measurable_, options_); });
     }
 
 private:

@@ -183,7 +183,7 @@ std::string describe(const RenderPlan& plan) {
 bool isExr(const std::string& path) {
     if (hasExtension(path, ".exr")) return true;
     if (hasExtension(path, ".png")) return false;
-    throw Error(path + ": unknown picture format. Use a name that ends in .png or .exr");
+    throw Error(path + ": unknown format of previews. Use a name that ends in .png or .exr");
 }
 
 std::string encodePicture(const Picture& picture, const std::string& path) {

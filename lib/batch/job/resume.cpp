@@ -20,7 +20,7 @@ bool exists(const std::string& path) {
     return fs::exists(fs::symlink_status(path, ignored));
 }
 
-/// Whether the picture can be rendered from the files of the frame. They hold all that it shows.
+/// Whether the preview can be rendered from the files of the frame. They hold all that it shows.
 bool canRedraw(const FrameTask& task, const Config& config) {
     return config.preview.show == ShownGeometry::surface && config.output.up_axis == UpAxis::y &&
            canHold(task.output, FileKind::mesh, Access::read) &&
@@ -30,9 +30,9 @@ bool canRedraw(const FrameTask& task, const Config& config) {
 }  // namespace
 
 Staleness stalenessOf(const FrameTask& task, bool input_exists, const Plan& plan) {
-    const auto report = readReport(reportPath(task.output));
-    if (!report || !report->provenance) return {"no manifest"};
-    const Provenance& provenance = *report->provenance;
+    const auto manifest = readManifest(manifestPath(task.output));
+    if (!manifest || !manifest->provenance) return {"no manifest"};
+    const Provenance& provenance = *manifest->provenance;
     if (provenance.version != version()) return {"made by version " + provenance.version};
     if (provenance.config_hash != plan.config_hash) return {"other configuration"};
     const bool resolved = plan.skin.radius > 0;  // false if no input is left
@@ -41,17 +41,17 @@ Staleness stalenessOf(const FrameTask& task, bool input_exists, const Plan& plan
     if (provenance.local_origin != worldOrigin(plan.config.input, plan.config.output.up_axis))
         return {"other local origin"};
     const fs::path folder = fs::path(task.output).parent_path();
-    std::string changed, picture;
+    std::string changed, preview;
     for (const auto& [name, bytes] : provenance.files) {
         std::error_code error;
         if (fs::file_size(folder / name, error) == bytes && !error) continue;
-        const bool is_picture =
-            !task.picture.empty() && fs::path(name) == fs::path(task.picture).lexically_relative(folder);
-        (is_picture ? picture : changed) = name + " is missing or was changed";
+        const bool is_preview =
+            !task.preview.empty() && fs::path(name) == fs::path(task.preview).lexically_relative(folder);
+        (is_preview ? preview : changed) = name + " is missing or was changed";
     }
     if (!changed.empty()) return {changed};
     if (input_exists && !(provenance.input && isSame(task.input, *provenance.input))) return {"other input"};
-    return {picture, !picture.empty()};
+    return {preview, !preview.empty()};
 }
 
 void chooseAction(FrameTask& task, bool input_exists, const Plan& plan, const PlanOptions& options) {
@@ -66,11 +66,11 @@ void chooseAction(FrameTask& task, bool input_exists, const Plan& plan, const Pl
     if (output_exists && options.skip_existing) {
         const Staleness stale = stalenessOf(task, input_exists, plan);
         task.why = stale.why;
-        const bool redraw = stale.only_picture && canRedraw(task, config);
+        const bool redraw = stale.only_preview && canRedraw(task, config);
         task.action = redraw ? FrameAction::draw : FrameAction::skip_existing;
         if (stale.why.empty() || redraw) return;
     }
-    const bool any_exists = output_exists || (!task.picture.empty() && exists(task.picture));
+    const bool any_exists = output_exists || (!task.preview.empty() && exists(task.preview));
     const bool may_replace = options.skip_existing || options.overwrite || options.history.begun.contains(task.frame);
     if (!input_exists && config.run.on_missing == OnMissing::skip)
         task.action = FrameAction::skip_missing;
