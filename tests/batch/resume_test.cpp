@@ -66,9 +66,9 @@ TEST_F(Resume, FramesAreMeshedAgainExactlyIfTheirManifestDoesNotMatch) {
     fs::resize_file(folder_ / "out/a.0001.ply", 100);
     fs::remove(folder_ / "out/a.0002.ply");
     expectAgain({1, 2});
-    Json changed = manifest(3);
-    changed["origin"]["version"] = "0.0.1";
-    write(folder_ / "out/a.0003.ply.json", changed.dump());
+    Json older = manifest(3);
+    older["origin"]["version"] = "0.0.1";
+    write(folder_ / "out/a.0003.ply.json", older.dump());
     expectAgain({3});
     EXPECT_EQ(meshesIn("out").at("a.0001.ply"), before.at("a.0001.ply"));
 
