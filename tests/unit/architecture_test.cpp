@@ -23,9 +23,9 @@ const std::map<std::string, int> kLevels{{"base", 0},   {"exact", 1}, {"mesh", 2
 
 // Public headers, included as "betamesh/NAME", that belong to the lowest level. CMake makes version.h.
 const std::set<std::string> kPublicHeaders{
-    "betamesh/betamesh.h", "betamesh/check.h",       "betamesh/coherence.h", "betamesh/curves.h",
-    "betamesh/error.h",    "betamesh/io.h",          "betamesh/mesh.h",      "betamesh/particles.h",
-    "betamesh/skin.h",     "betamesh/skin_params.h", "betamesh/vec3.h",      "betamesh/version.h",
+    "betamesh/betamesh.h",    "betamesh/check.h", "betamesh/coherence.h", "betamesh/curves.h",   "betamesh/error.h",
+    "betamesh/io.h",          "betamesh/mesh.h",  "betamesh/particles.h", "betamesh/simplify.h", "betamesh/skin.h",
+    "betamesh/skin_params.h", "betamesh/vec3.h",  "betamesh/version.h",
 };
 // Includes the others but kFiles, which needs another library.
 const std::string kUmbrella = "betamesh/betamesh.h", kFiles = "betamesh/io.h";
