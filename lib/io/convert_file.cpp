@@ -178,10 +178,11 @@ Conversion convertFile(const fs::path& from, const fs::path& to, const Conversio
     require(from, to, done.kind);
     const Units units = unitsOf(contents, formatOf(to, done.kind, Access::write), given, done.warnings);
     WriteOptions options = units.write;
-    options.warn = [&](const std::string& warning) {
+    const WarningHandler warn = [&](const std::string& warning) {
         if (warning.starts_with(kNoInside)) throw Error(from.string() + ": " + warning + ".");
         done.warnings.push_back(warning);
     };
+    options.warn = &warn;
     noteReading(contents, done.warnings);
     const std::string file = from.string();
     if (done.kind == FileKind::particles) {

@@ -34,7 +34,7 @@ void writeVdb(ByteWriter& out, const Particles& particles, const std::string& fi
 }
 
 void writeLevelSet(ByteWriter& out, const Mesh& mesh, const std::string& file, const WriteOptions& options) {
-    out.text(encodeLevelSet(mesh, file, options.level_set, options.warn));
+    out.text(encodeLevelSet(mesh, file, options.level_set, options.warn != nullptr ? *options.warn : WarningHandler()));
     out.flush();
 }
 

@@ -236,8 +236,7 @@ bool hasInside(const vdb::FloatGrid& level_set) {
 }
 
 /// Warns of parts of a mesh that its level set may lack.
-void notePartsMissing(const Mesh& mesh, const vdb::FloatGrid& level_set,
-                      const std::function<void(const std::string&)>& warn) {
+void notePartsMissing(const Mesh& mesh, const vdb::FloatGrid& level_set, const WarningHandler& warn) {
     if (mesh.triangles.empty() || !warn) return;
     const std::size_t open = openEdges(mesh);
     const std::string edges = std::to_string(open) + (open == 1 ? " edge" : " edges") +
@@ -292,7 +291,7 @@ double levelSetMemory(double area, const LevelSetOptions& options) {
 }
 
 std::string encodeLevelSet(const Mesh& mesh, const std::string& file, const LevelSetOptions& given,
-                           const std::function<void(const std::string&)>& warn) {
+                           const WarningHandler& warn) {
     initializeVdb();
     requireWritable(mesh, file);
     LevelSetOptions options = given;

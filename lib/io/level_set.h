@@ -4,7 +4,6 @@
 
 #include "betamesh/io.h"
 
-#include <functional>
 #include <string>
 #include <string_view>
 
@@ -27,7 +26,7 @@ inline constexpr std::string_view kNoInside = "the mesh has no inside";
 ///         warn, which may be null, gets a sentence on parts that are missing
 /// source  OpenVDB, tools/MeshToVolume.h
 std::string encodeLevelSet(const Mesh& mesh, const std::string& file, const LevelSetOptions& options,
-                           const std::function<void(const std::string&)>& warn = {});
+                           const WarningHandler& warn = {});
 
 /// Estimated peak memory of encodeLevelSet() for a mesh of this area (world units squared), without that of the mesh;
 /// bytes. Measured on a splash: 0.8 of this.

@@ -38,9 +38,9 @@ void writeSpheres(const std::filesystem::path& path, const Spheres& spheres, con
     if (!holdsIds(format, spheres.id)) {
         Spheres without_ids = spheres;
         without_ids.id.clear();
-        if (options.warn)
-            options.warn("the ids of the spheres are negative or need more than " + std::to_string(format.id_bits) +
-                         " bits, which " + std::string(format.write_extensions) + " cannot hold: they are left out");
+        if (options.warn != nullptr)
+            (*options.warn)("the ids of the spheres are negative or need more than " + std::to_string(format.id_bits) +
+                            " bits, which " + std::string(format.write_extensions) + " cannot hold: they are left out");
         return writeSpheres(path, without_ids, options);
     }
     writeEncoded(path, [&](ByteWriter& out) {

@@ -7,6 +7,7 @@
 #include "base/random.h"
 #include "betamesh/check.h"
 #include "betamesh/error.h"
+#include "exact/orientation.h"
 #include "mesh/collapse_ring.h"
 #include "mesh/mesh_edges.h"
 #include "mesh/triangle_tree.h"
@@ -113,8 +114,8 @@ private:
     // none may have been taken in this round; of several claims on a vertex the one with the smallest error counts.
     // Those that got all they claimed take it. Returns their number.
     std::size_t removeVertices(std::uint64_t round) {
-        std::vector<std::uint32_t> candidates =
-            rowsWhere(vertices_, [&](std::uint32_t v) { return is_stale_[v] || collapse_[v].target != kInvalidIndex; });
+        std::vector<std::uint32_t> candidates = verticesWhere(
+            vertices_, [&](std::uint32_t v) { return is_stale_[v] || collapse_[v].target != kInvalidIndex; });
         std::fill(claim_.begin(), claim_.end(), kNobody);
         std::size_t removed = 0;
         for (int turn = 0; turn < kTurns; ++turn) {
@@ -129,7 +130,7 @@ private:
                     }
                 });
             });
-            const std::vector<std::uint32_t> chosen = rowsWhere(candidates, [&](std::uint32_t v) {
+            const std::vector<std::uint32_t> chosen = verticesWhere(candidates, [&](std::uint32_t v) {
                 bool is_first = true;
                 forOneRing(v, [&](std::uint32_t w) { is_first &= claim_[w] == claimOf(v); });
                 return is_first;
@@ -139,7 +140,7 @@ private:
                 removeVertex(chosen[i]);
             });
             removed += chosen.size();
-            candidates = rowsWhere(candidates, [&](std::uint32_t v) {
+            candidates = verticesWhere(candidates, [&](std::uint32_t v) {
                 bool is_free = true;
                 forOneRing(v, [&](std::uint32_t w) { is_free &= claim_[w] != kTaken; });
                 return is_free;
@@ -153,7 +154,7 @@ private:
     }
 
     template <typename Predicate>
-    static std::vector<std::uint32_t> rowsWhere(const std::vector<std::uint32_t>& rows, const Predicate& holds) {
+    static std::vector<std::uint32_t> verticesWhere(const std::vector<std::uint32_t>& rows, const Predicate& holds) {
         std::vector<std::uint32_t> found = indicesWhere(rows.size(), [&](std::uint32_t i) { return holds(rows[i]); });
         for (std::uint32_t& i : found) i = rows[i];
         return found;
@@ -417,8 +418,13 @@ bool lockCrossings(const Mesh& original, const Mesh& result, std::vector<std::ui
 
 Mesh simplified(const Mesh& mesh, double tolerance) {
     if (!(tolerance > 0) || !std::isfinite(tolerance))
-        throw Error("The tolerance of simplification is " + std::to_string(tolerance) +
+        throw Error("the tolerance of simplification is " + std::to_string(tolerance) +
                     ". Give a positive length in world units.");
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+        for (const std::uint32_t v : mesh.triangles[t])
+            if (v >= mesh.position.size() || !isInRange(mesh.position[v]))
+                throw Error("triangle " + std::to_string(t) + ": vertex " + std::to_string(v) +
+                            " does not exist or has no finite position. Only sound meshes can be simplified.");
     const std::vector<Vec3> normals = vertexNormals(mesh.position.size(), mesh.triangles,
                                                     [&](std::uint32_t v) -> const Vec3& { return mesh.position[v]; });
     std::vector<std::uint8_t> is_locked = nearOtherParts(mesh, tolerance);

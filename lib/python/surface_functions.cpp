@@ -4,6 +4,7 @@
 #include "batch/config/surface_params.h"
 #include "batch/job/plane.h"
 #include "betamesh/error.h"
+#include "betamesh/simplify.h"
 #include "betamesh/skin.h"
 #include "python/arrays.h"
 #include "python/interruptible_call.h"
@@ -16,6 +17,12 @@
 
 namespace betamesh {
 namespace {
+
+constexpr const char* kSimplify =
+    R"(The mesh with fewer triangles where it is flat.
+
+tolerance: world units; no point of either surface is farther from the other one. The vertices that are left keep their
+position, velocity and attributes. The topology is the same, and no triangles cross that did not before.)";
 
 constexpr const char* kSpacing =
     R"(The particle spacing dx, world units: the most frequent distance between neighbours, in all frames together.
@@ -195,6 +202,13 @@ nb::object skinPlaneOf(nb::object positions, nb::object velocities, nb::object i
     return nb::cast(std::move(object));
 }
 
+nb::object simplify(const MeshObject& object, double tolerance, nb::handle threads) {
+    MeshObject result{{}, object.origin, object.spheres, object.counts, object.lengths};
+    callInterruptibly(callOptions(threads, nb::none()),
+                      [&](const StageBegins&) { result.mesh = simplified(object.mesh, tolerance); });
+    return nb::cast(std::move(result));
+}
+
 /// The positions of one frame: those of Particles, or an array.
 std::vector<Vec3f> positionsOf(nb::handle frame) {
     if (nb::isinstance<ParticlesObject>(frame)) return nb::inst_ptr<ParticlesObject>(frame)->particles.position;
@@ -242,6 +256,9 @@ void addSurfaceFunctions(nb::module_& module) {
         nb::sig("def skin_plane(positions: object, velocities: object, ids: object, attributes: object, origin: "
                 "object, settings: list[tuple[str, str, str]], threads: int | None, progress: object) -> Curves"),
         "betamesh.skin_plane() with settings as text: name of the argument, key, value.");
+    module.def("simplify", simplify, nb::arg("mesh"), nb::arg("tolerance"), nb::kw_only(),
+               nb::arg("threads").none() = nb::none(),
+               nb::sig("def simplify(mesh: Mesh, tolerance: float, *, threads: int | None = None) -> Mesh"), kSimplify);
     module.def("spacing", spacing, nb::arg("frames"), nb::arg("dimension") = 3, nb::arg("threads").none() = nb::none(),
                nb::sig("def spacing(*frames: object, dimension: int = 3, threads: int | None = None) -> float | None"),
                kSpacing);

@@ -92,6 +92,28 @@ BetaMesh smoothedSurface(BaseSurface&& base, const BallBoundary& boundary, const
     return mesh;
 }
 
+std::vector<Attribute> measuredAttributes(const BetaMesh& mesh, const SkinParams& params) {
+    if (params.surface_attributes == SurfaceAttributes{}) return {};
+    return surfaceAttributes(mesh, particleSpacing(params), params.surface_attributes);
+}
+
+// The surface of the complete tessellation, with its measured attributes.
+Mesh completeSurface(const Particles& particles, Structure& structure, const std::vector<DualVec3>& balls,
+                     const SkinParams& params, const Watch& watch, SkinReport& report) {
+    const BallBoundary& boundary = structure.boundary;
+    BaseSurface base = baseSurface(particles, structure, balls, params, report);
+    watch(Stage::tessellate);
+    BetaMesh surface = smoothedSurface(std::move(base), boundary, params);
+    watch(Stage::smooth);
+    if (!particles.velocity.empty())
+        limitVelocities(balls, motionReach(params), vertexNormals(surface), surface.vertex);
+    if (!params.walls.empty()) layAgainstWalls(params.walls, particleSpacing(params), boundary, surface);
+    std::vector<Attribute> measured = measuredAttributes(surface, params);
+    Mesh mesh = asMesh(std::move(surface));
+    mesh.attributes = std::move(measured);
+    return mesh;
+}
+
 PaperMesh paperSurface(const Particles& particles, const Structure& structure, const std::vector<DualVec3>& balls,
                        const SkinParams& params, const Watch& watch) {
     const BallBoundary& boundary = structure.boundary;
@@ -115,11 +137,16 @@ PaperMesh paperSurface(const Particles& particles, const Structure& structure, c
 // The surfaces for comparison: the alpha mesh, the union of balls, and the paper's beta mesh.
 Mesh comparisonSurface(const Particles& particles, const Structure& structure, const std::vector<DualVec3>& balls,
                        const SkinParams& params, const Watch& watch) {
-    if (params.surface == SurfaceKind::beta) return asMesh(paperSurface(particles, structure, balls, params, watch));
-    Mesh mesh = params.surface == SurfaceKind::alpha ? alphaMesh(structure.boundary, balls)
-                                                     : unionOfBalls(structure.snapped, structure.boundary, balls);
-    watch(Stage::tessellate);
-    watch(Stage::smooth);
+    Mesh mesh;
+    if (params.surface == SurfaceKind::beta) {
+        mesh = asMesh(paperSurface(particles, structure, balls, params, watch));
+    } else {
+        mesh = params.surface == SurfaceKind::alpha ? alphaMesh(structure.boundary, balls)
+                                                    : unionOfBalls(structure.snapped, structure.boundary, balls);
+        watch(Stage::tessellate);
+        watch(Stage::smooth);
+    }
+    mesh.attributes = measuredAttributes(asBetaMesh(mesh), params);
     return mesh;
 }
 
@@ -130,11 +157,6 @@ void append(const Spheres& from, Spheres& to) {
     add(from.radius, to.radius);
     add(from.id, to.id);
     add(from.particle, to.particle);
-}
-
-std::vector<Attribute> measuredAttributes(const BetaMesh& mesh, const SkinParams& params) {
-    if (params.surface_attributes == SurfaceAttributes{}) return {};
-    return surfaceAttributes(mesh, particleSpacing(params), params.surface_attributes);
 }
 
 SkinReport reportOf(const NearSurface& near, const Structure& structure) {
@@ -172,7 +194,6 @@ SkinnedFrame skinFrame(const Particles& particles, const NearSurface& near, cons
                        const Watch& watch_or_none) {
     requireConsistent(params);
     const Watch watch = watch_or_none ? watch_or_none : [](Stage) {};
-    const bool is_moving = !particles.velocity.empty();
 
     Structure structure = exposedStructure(particles, near, params, faceDirections(params));
     if (isComplete(params)) groupFaces(structure.snapped, structure.boundary);
@@ -181,25 +202,16 @@ SkinnedFrame skinFrame(const Particles& particles, const NearSurface& near, cons
     const std::vector<DualVec3> balls = ballCentres(boundary, particles);
     watch(Stage::structure);
 
-    std::vector<Attribute> measured;
     if (isComplete(params)) {
-        BaseSurface base = baseSurface(particles, structure, balls, params, frame.report);
-        watch(Stage::tessellate);
-        BetaMesh mesh = smoothedSurface(std::move(base), boundary, params);
-        watch(Stage::smooth);
-        if (is_moving) limitVelocities(balls, motionReach(params), vertexNormals(mesh), mesh.vertex);
-        if (!params.walls.empty()) layAgainstWalls(params.walls, particleSpacing(params), boundary, mesh);
-        measured = measuredAttributes(mesh, params);
-        frame.mesh = asMesh(std::move(mesh));
+        frame.mesh = completeSurface(particles, structure, balls, params, watch, frame.report);
     } else {
         frame.mesh = comparisonSurface(particles, structure, balls, params, watch);
-        measured = measuredAttributes(asBetaMesh(frame.mesh), params);
         if (params.surface == SurfaceKind::beta) append(externalSpheres(boundary, particles), frame.spheres);
     }
-    if (!is_moving) frame.mesh.velocity.clear();
-    frame.mesh.attributes = carriedAttributes(particles, boundary.row, balls, boundary.worldRadius(), params.attributes,
-                                              frame.mesh.position);
-    std::move(measured.begin(), measured.end(), std::back_inserter(frame.mesh.attributes));
+    if (particles.velocity.empty()) frame.mesh.velocity.clear();
+    std::vector<Attribute> carried = carriedAttributes(particles, boundary.row, balls, boundary.worldRadius(),
+                                                       params.attributes, frame.mesh.position);
+    std::move(carried.begin(), carried.end(), std::inserter(frame.mesh.attributes, frame.mesh.attributes.begin()));
     if (const auto box = clippingBox(params)) {
         frame.mesh = clippedToBox(frame.mesh, box->min, box->max);
         keepInside(box->min, box->max, frame.spheres);

@@ -25,8 +25,7 @@ const std::map<std::string, int> kLevels{{"base", 0},   {"exact", 1}, {"mesh", 2
 const std::set<std::string> kPublicHeaders{
     "betamesh/betamesh.h",    "betamesh/check.h", "betamesh/coherence.h", "betamesh/curves.h",   "betamesh/error.h",
     "betamesh/io.h",          "betamesh/mesh.h",  "betamesh/particles.h", "betamesh/simplify.h", "betamesh/skin.h",
-    "betamesh/skin_params.h", "betamesh/vec3.h",  "betamesh/version.h",
-};
+    "betamesh/skin_params.h", "betamesh/vec3.h",  "betamesh/version.h"};
 // Includes the others but kFiles, which needs another library.
 const std::string kUmbrella = "betamesh/betamesh.h", kFiles = "betamesh/io.h";
 

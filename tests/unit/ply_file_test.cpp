@@ -268,7 +268,8 @@ TEST(PlyFile, IdsKeepTheirNumbers) {
     spheres.id = p.id;
     std::string warning;
     WriteOptions options;
-    options.warn = [&](const std::string& text) { warning = text; };
+    const WarningHandler warn = [&](const std::string& text) { warning = text; };
+    options.warn = &warn;
     writeSpheres(folder / "s.ply", spheres, options);
     EXPECT_TRUE(readParticles(folder / "s.ply").id.empty());
     EXPECT_NE(warning.find("the ids of the spheres are negative or need more than 32 bits"), std::string::npos);

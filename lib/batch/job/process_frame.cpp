@@ -265,7 +265,8 @@ Surface surfaceOf(SharedFrame& frame, const Liquid& liquid, const FrameTask& tas
         parallelBoth(
             [&] {
                 WriteOptions options = writeOptions(plan.config.output, task.frame);
-                options.warn = [&](const std::string& warning) { warned = warning; };
+                const WarningHandler warn = [&](const std::string& warning) { warned = warning; };
+                options.warn = &warn;
                 file.emplace(encodedMesh(task.output, mesh, options));
                 on_disk = std::async([&file] { file->commit(); });  // on this thread if no other can be started
             },
@@ -298,7 +299,8 @@ void writeFrame(const FrameTask& task, const Surface& surface, const Config& con
     if (surface.spheres.size() > 0) {  // before the mesh: what the format cannot hold leaves no mesh alone
         const std::string file = spheresPath(task.output);
         WriteOptions options = writeOptions(config.output, task.frame);
-        options.warn = [&](const std::string& warning) { warnOf(warning, file, result); };
+        const WarningHandler warn = [&](const std::string& warning) { warnOf(warning, file, result); };
+        options.warn = &warn;
         writeSpheres(file, surface.spheres, options);
     }
     surface.write();

@@ -60,6 +60,9 @@ struct LevelSetOptions {
     std::uint64_t memory_limit = 0;  ///< bytes that may be needed; 0: as many as can be allocated
 };
 
+/// Is called with a warning: a sentence without its full stop.
+using WarningHandler = std::function<void(const std::string&)>;
+
 /// How files are written. Formats without a place for a frame rate, a frame or a unit of length leave these out.
 /// Attributes whose names a format cannot store, or uses itself, get other names: "a b" becomes "a_b".
 ///
@@ -72,7 +75,7 @@ struct WriteOptions {
     UpAxis up_axis = UpAxis::y;  ///< of the file; in memory y is up
     double meters_per_unit = 1;  ///< length of a world unit in metres
     LevelSetOptions level_set{};
-    std::function<void(const std::string&)> warn{};  ///< gets a sentence about what the file does not show; may be null
+    const WarningHandler* warn = nullptr;  ///< gets a sentence about what the file does not show; may be null
 };
 
 /// Reads a file in the format of its extension; the manual lists them.

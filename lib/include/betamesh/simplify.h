@@ -12,11 +12,11 @@ namespace betamesh {
 /// component keeps its topology, and no triangle is inclined by more than 20° to the surface that was at its corners.
 /// Vertices at borders, at edges of more than two triangles and where another part of the surface is close stay.
 ///
-/// in      tolerance: world units, > 0. Triangles have three distinct vertices, which exist and have finite positions
+/// in      tolerance: world units, > 0
 /// out     rows in their order; unused vertices are left out
 /// same    bytes for any thread count
 /// cost    O(triangles) times some 30 rounds; about 100 bytes a triangle
-/// errors  a tolerance that is not a positive number
+/// errors  a tolerance that is not a positive number; triangles whose vertices do not exist or are not finite
 Mesh simplified(const Mesh& mesh, double tolerance);
 
 }  // namespace betamesh

@@ -243,6 +243,17 @@ def test_meshes_of_wrong_arrays_are_refused(vertices, triangles, message):
         betamesh.Mesh(vertices, triangles)
 
 
+def test_simplified_meshes_have_fewer_of_the_same_vertices(block):
+    mesh = betamesh.skin(block, block)
+    few = betamesh.simplify(mesh, 0.002)
+    assert len(few.triangles) < len(mesh.triangles) and betamesh.check(few)["good"]
+    rows = lambda m: {tuple(row) for row in np.hstack([m.vertices, m.velocities])}
+    assert rows(few) <= rows(mesh)
+    assert same(few, betamesh.simplify(mesh, 0.002, threads=1))
+    with pytest.raises(ValueError, match="positive length"):
+        betamesh.simplify(mesh, 0)
+
+
 def test_lengths_that_do_not_suit_the_particles_get_a_warning(block):
     with pytest.warns(UserWarning, match="is used for all frames"):
         betamesh.skin(block, spacing=0.2)
