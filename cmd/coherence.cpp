@@ -165,7 +165,7 @@ Sequence fineSteps(const Arguments& arguments, const Supervision& watched) {
     options.history.unmeasured = watched.history.unmeasured;
     options.events = watched.events;
     if (config.surface.dimension != 3) throw Error("surface.dimension is 2, but only surfaces can be measured. Use 3.");
-    const Plan plan = planJob(config, options);
+    const Plan plan = planOutputs(config, options).front();
     for (const std::string& warning : plan.warnings) logWarning(warning);
     for (const std::string& note : plan.notes) logInfo(note);
     const std::string& file = plan.tasks.at(0).input;
@@ -390,7 +390,7 @@ void addCoherenceCommand(CLI::App& program, int& exit_code) {
         ->type_name("D")
         ->check(numberAboveZero());
     CLI::Option* plot =
-        command->add_option("--plot", arguments->plot, "Also write the distances over time as an .svg picture.")
+        command->add_option("--plot", arguments->plot, "Also write the distances over time as an .svg plot.")
             ->type_name("FILE.svg");
     command
         ->add_option("--against", arguments->against,

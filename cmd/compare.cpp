@@ -6,7 +6,7 @@
 #include "help.h"
 #include "io/extension.h"
 #include "io/particle_file.h"
-#include "picture_options.h"
+#include "preview_options.h"
 #include "render/contact_sheet.h"
 #include "render/png_file.h"
 #include "value_checks.h"
@@ -30,7 +30,7 @@ constexpr int kPanelWidth = 960, kPanelHeight = 540;  // pixels
 
 std::string panelSize() { return std::to_string(kPanelWidth) + " x " + std::to_string(kPanelHeight); }
 
-Plan planOf(Config config, const PictureWorker& worker) {
+Plan planOf(Config config, const PreviewWorker& worker) {
     if (config.surface.dimension != 3) throw Error("surface.dimension is 2, but only surfaces can be compared. Use 3.");
     config.output.path = "nothing.####.ply";  // planning needs a path; no file is written
     config.preview.path = "nothing.####.png";
@@ -39,7 +39,7 @@ Plan planOf(Config config, const PictureWorker& worker) {
     options.history.unmeasured = worker.history.unmeasured;
     options.history.last_loss = worker.history.last_loss;
     options.events = worker.events;
-    return planJob(config, options);
+    return planOutputs(config, options).front();
 }
 
 /// The configuration with the automatic values that all panels share replaced by those of the plan.
@@ -57,14 +57,14 @@ Config withSharedValues(Config config, const Plan& plan) {
     return config;
 }
 
-/// One picture of the sheet: its caption, and the plan by which it is made.
+/// One panel of the sheet: its caption, and the plan by which it is made.
 struct Panel {
     std::string caption;
     Plan plan;
 };
 
 /// The panel of a text "CAPTION: key=value key=value". Keys that are not set are those of `base`.
-Panel panelOf(const std::string& text, Config base, const PictureWorker& worker) {
+Panel panelOf(const std::string& text, Config base, const PreviewWorker& worker) {
     const std::size_t colon = text.find(':');
     if (colon == std::string::npos)
         throw Error("--panel '" + text +
@@ -84,7 +84,7 @@ Picture rendered(const Plan& plan, const Particles& particles) {
 }
 
 /// panel_texts: as panelOf() reads them; empty: the four default panels.
-int compare(const PictureJob& job, std::vector<std::string> panel_texts, int columns, const PictureWorker& worker) {
+int compare(const PreviewJob& job, std::vector<std::string> panel_texts, int columns, const PreviewWorker& worker) {
     const Plan plan = planOf(job.config, worker);
     for (const std::string& warning : plan.warnings) logWarning(warning);
     for (const std::string& note : plan.notes) logInfo(note);
@@ -92,14 +92,14 @@ int compare(const PictureJob& job, std::vector<std::string> panel_texts, int col
     std::vector<Panel> panels;
     for (const std::string& text : panel_texts)
         panels.push_back(panelOf(text, withSharedValues(job.config, plan), worker));
-    return writePictures(job, worker, [&](const PictureTask& task) {
+    return writePreviews(job, worker, [&](const PreviewTask& task) {
         const Particles particles = readParticles(task.input, plan.config.input);
         std::vector<CaptionedImage> images;
         for (const Panel& panel : panels)
             images.push_back({toneMapped(rendered(panel.plan, particles)), panel.caption});
-        Drawn drawn{{}, contactSheet(images, columns)};
-        drawn.files.push_back(encodePng(drawn.image));
-        return drawn;
+        Rendering rendering{{}, contactSheet(images, columns)};
+        rendering.files.push_back(encodePng(rendering.image));
+        return rendering;
     });
 }
 
@@ -109,37 +109,36 @@ void addCompareCommand(CLI::App& program, int& exit_code) {
     CLI::App* command = program.add_subcommand(
         "compare", "Renders a frame as union of balls, alpha mesh and beta meshes, side by side.");
     command->footer(
-        "Each picture on the sheet has --width x --height pixels; without --pipeline, " + panelSize() +
+        "Each panel of the sheet has --width x --height pixels; without --pipeline, " + panelSize() +
         " by default.\n"
         "Examples:\n"
         "  betamesh compare sim/splash.0012.vdb splash.png\n"
         "  betamesh compare sim/splash.0012.vdb skin.png --panel 'as it is:' --panel 'full balls: surface.skin=none'\n"
         "  betamesh compare 'sim/splash.####.vdb' look/splash.####.png --frames 1-24 --movie splash.mp4");
-    const auto options = std::make_shared<PictureOptions>();
+    const auto options = std::make_shared<PreviewOptions>();
     options->outputs.resize(1);
     command
         ->add_option("IN", options->input,
                      "Particle files (" + extensionsFor(FileKind::particles, Access::read) +
                          "). Write the frame number of a sequence as ####.")
         ->required();
-    command->add_option("OUT", options->outputs[0], "Pictures to write (.png).")->required();
+    command->add_option("OUT", options->outputs[0], "Sheets to write (.png).")->required();
     const auto texts = std::make_shared<std::vector<std::string>>();
     command
-        ->add_option(
-            "--panel", *texts,
-            "Show this picture instead of the four default ones: its caption, and the keys in which it differs "
-            "from the other options. Repeat the option for each picture.")
+        ->add_option("--panel", *texts,
+                     "Show this panel instead of the four default ones: its caption, and the keys in which it differs "
+                     "from the other options. Repeat the option for each panel.")
         ->type_name("'CAPTION: KEY=VALUE ...'")
         ->expected(1)
         ->take_all()
-        ->group("Picture");
+        ->group("Preview");
     const auto columns = std::make_shared<int>(2);
-    command->add_option("--columns", *columns, "Number of pictures side by side.")
+    command->add_option("--columns", *columns, "Number of panels side by side.")
         ->type_name("N")
         ->capture_default_str()
         ->check(wholeNumber(1, 100))
-        ->group("Picture");
-    addPictureOptions(*command, *options, [&](const ConfigKey& key) {
+        ->group("Preview");
+    addPreviewOptions(*command, *options, [&](const ConfigKey& key) {
         if (key.path == "preview.show" || key.path == "preview.particle_radius" || key.path == "surface.kind")
             return false;
         for (const char* section : {"preview.", "input.", "surface.", "perturbation.", "smoothing.", "features."})
@@ -155,9 +154,9 @@ void addCompareCommand(CLI::App& program, int& exit_code) {
                         ": sheets with captions are written as .png. Use a name that ends in .png.");
         Config defaults;
         defaults.preview.width = kPanelWidth, defaults.preview.height = kPanelHeight;
-        const PictureJob job = planPictures(*options, defaults);
+        const PreviewJob job = planPreviews(*options, defaults);
         exit_code =
-            inPictureWorker(job, [&](const PictureWorker& worker) { return compare(job, *texts, *columns, worker); });
+            inPreviewWorker(job, [&](const PreviewWorker& worker) { return compare(job, *texts, *columns, worker); });
     });
 }
 

@@ -36,7 +36,7 @@ const char* groupOf(const ConfigKey& key) {
     if (section == "surface" || section == "perturbation" || section == "features") return "Surface";
     if (section == "smoothing") return "Smoothing";
     if (section == "output" || section == "picture") return "Output";
-    if (section == "preview") return "Picture";
+    if (section == "preview") return "Preview";
     if (section == "run") return "Running";
     return "Input";
 }
@@ -70,39 +70,6 @@ std::string summary(const JobResult& result, std::size_t frames, double seconds)
     std::snprintf(time, sizeof time, "%.1f s", seconds);
     return std::to_string(result.written) + " of " + std::to_string(frames) + " frames written, " +
            std::to_string(result.skipped) + " skipped, " + std::to_string(result.failed) + " failed in " + time;
-}
-
-void add(JobResult& sum, const JobResult& result) {
-    sum.written += result.written;
-    sum.skipped += result.skipped;
-    sum.failed += result.failed;
-    sum.out_of_memory = sum.out_of_memory || result.out_of_memory;
-    sum.layer_failed = sum.layer_failed || result.layer_failed;
-    if (result.signal != 0) sum.signal = result.signal;
-}
-
-/// Runs what is left of a job after a worker process was lost: first, one at a time, the frames that were in progress
-/// then, because one of them may be the cause; then all others.
-JobResult runRest(std::vector<Plan> outputs, SignalWatch& signals, const WorkerEvents& events,
-                  const JobHistory& history, const FrameEnded& frameEnded) {
-    JobResult result{.written = history.written,
-                     .skipped = history.skipped,
-                     .failed = history.failed,
-                     .out_of_memory = history.out_of_memory};
-    logWarning(history.last_loss + "; the frames in progress at that time are restarted one at a time");
-    std::vector<Plan> others = outputs;
-    const auto wasInProgress = [&](const FrameTask& task) { return history.begun.contains(task.frame); };
-    for (Plan& plan : others) {
-        std::erase_if(plan.tasks, wasInProgress);
-        plan.frames_in_flight = std::max<std::size_t>(1, plan.frames_in_flight >> history.kills);
-    }
-    for (Plan& plan : outputs) {
-        std::erase_if(plan.tasks, [&](const FrameTask& task) { return !wasInProgress(task); });
-        plan.frames_in_flight = 1;
-    }
-    add(result, runJob(outputs, signals, events, frameEnded));
-    add(result, runJob(others, signals, events, frameEnded));
-    return result;
 }
 
 /// Prints the plans for --dry-run, and tries to read the first frame that would be meshed. Returns the exit code that
@@ -211,15 +178,15 @@ void addMeshAxisOption(CLI::App& command, std::map<std::string, std::string>& va
 Particles particlesOf(const std::string& mesh_file, const std::string& particle_file,
                       const std::map<std::string, std::string>& values) {
     const Config config = readConfig("", keyValuesOf({}, values));
-    const auto report = readReport(reportPath(mesh_file));
-    const bool has_origin = report && report->origin;
+    const auto manifest = readManifest(manifestPath(mesh_file));
+    const bool has_provenance = manifest && manifest->provenance;
     ParticleInput input = config.input;
     UpAxis mesh_up = config.output.up_axis;
-    if (has_origin && !values.contains("output.up_axis")) mesh_up = report->origin->up_axis;
+    if (has_provenance && !values.contains("output.up_axis")) mesh_up = manifest->provenance->up_axis;
     if (const auto& given = config.input.given_origin) {
         input.origin = Vec3((*given)[0], (*given)[1], (*given)[2]);
-    } else if (has_origin) {
-        const Vec3 o = report->origin->local_origin / input.scale;
+    } else if (has_provenance) {
+        const Vec3 o = manifest->provenance->local_origin / input.scale;
         if (input.up_axis == mesh_up)
             input.origin = o;
         else
@@ -318,13 +285,12 @@ int runWithOptions(const std::string& pipeline, std::vector<KeyValue> given, con
     const std::size_t frames = history.ended.size() + outputs.front().tasks.size();
     Progress progress(progress_kind, {frames, history.ended.size(), history.failed, 0, 0, {}},
                       options.json || options.stdout_is_taken);
-    const FrameEnded frameEnded = [&](const std::vector<FrameReport>& reports) {
+    const FrameEnded frameEnded = [&](const std::vector<FrameResult>& results) {
         if (options.json)
-            for (const FrameReport& report : reports) std::cout << reportJson(report) << std::endl;
-        progress.frameEnded(reports);
+            for (const FrameResult& result : results) std::cout << manifestJson(result) << std::endl;
+        progress.frameEnded(results);
     };
-    const JobResult result = history.last_loss.empty() ? runJob(outputs, signals, watched.events, frameEnded)
-                                                       : runRest(outputs, signals, watched.events, history, frameEnded);
+    const JobResult result = runJob(outputs, history, signals, watched.events, frameEnded);
     const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - begin;
     logResult(result, summary(result, frames, seconds.count()), progress);
     return result.exitCode();

@@ -1,4 +1,4 @@
-#include "batch/config/origin.h"
+#include "batch/config/local_origin.h"
 #include "batch/config/radius.h"
 #include "batch/job/render_frames.h"
 #include "batch/report/log.h"
@@ -6,7 +6,7 @@
 #include "command.h"
 #include "help.h"
 #include "io/extension.h"
-#include "picture_options.h"
+#include "preview_options.h"
 #include "render/exr_file.h"
 #include "render/png_file.h"
 
@@ -22,7 +22,7 @@ double ballRadius(const Config& config, const std::map<int, std::string>& on_dis
     std::vector<SequenceSpacing> measured;
     const auto resolved = resolveRadius(config, on_disk, events, measured);
     if (!resolved) return 0;
-    logInfo("particle spacing " + std::to_string(resolved->spacing) + " (" + resolved->origin + ')');
+    logInfo("particle spacing " + std::to_string(resolved->spacing) + " (" + resolved->source + ')');
     if (config.preview.show == ShownGeometry::union_) return resolved->radius;
     const Length& radius = config.preview.particle_radius;
     return radius.value * (radius.in_spacings ? resolved->spacing : 1);
@@ -43,7 +43,7 @@ FirstFrame firstFrame(const Config& config, const std::map<int, std::string>& on
         const WorkerEvents::FrameInProgress at_work(events, frame, WorkerEvents::Doing::measuring);
         try {
             first.subject = readFrameGeometry(file, config, 0);
-        } catch (const Error&) {  // reported when this frame is drawn
+        } catch (const Error&) {  // reported when this frame is rendered
             continue;
         }
         first.file = file;
@@ -56,10 +56,10 @@ FirstFrame firstFrame(const Config& config, const std::map<int, std::string>& on
     return first;
 }
 
-int render(const PictureJob& job, const PictureWorker& worker) {
+int render(const PreviewJob& job, const PreviewWorker& worker) {
     Config config = job.config;
     const auto on_disk = measurableOf(job.on_disk, worker.history);
-    config.input.origin = resolveOrigin(config, on_disk, worker.events);
+    config.input.origin = resolvedLocalOrigin(config, on_disk, worker.events);
     FirstFrame first = firstFrame(config, on_disk, worker.events);
     const double ball_radius = first.ball_radius;
     Extent extent(config.preview);
@@ -71,14 +71,14 @@ int render(const PictureJob& job, const PictureWorker& worker) {
     RenderPlan plan = planRendering(config, extent, ball_radius);
     logInfo("camera " + describe(plan));
     plan.settings.layers = std::any_of(job.tasks[0].outputs.begin(), job.tasks[0].outputs.end(), isExr);
-    return writePictures(job, worker, [&](const PictureTask& task) {
+    return writePreviews(job, worker, [&](const PreviewTask& task) {
         const FrameGeometry subject =
             task.input == first.file ? std::move(first.subject) : readFrameGeometry(task.input, config, ball_radius);
         const Picture picture = renderFrame(subject.mesh, subject.spheres, plan.camera, plan.settings);
-        Drawn drawn{{}, toneMapped(picture)};
+        Rendering rendering{{}, toneMapped(picture)};
         for (const std::string& output : task.outputs)
-            drawn.files.push_back(isExr(output) ? encodeExr(picture) : encodePng(drawn.image));
-        return drawn;
+            rendering.files.push_back(isExr(output) ? encodeExr(picture) : encodePng(rendering.image));
+        return rendering;
     });
 }
 
@@ -86,7 +86,7 @@ int render(const PictureJob& job, const PictureWorker& worker) {
 
 void addRenderCommand(CLI::App& program, int& exit_code) {
     CLI::App* command =
-        program.add_subcommand("render", "Renders pictures of meshes or particles, one frame or a sequence.");
+        program.add_subcommand("render", "Renders previews of meshes or particles, one frame or a sequence.");
     command->footer(
         "Meshes are shown together with the spheres beside them. Particles are shown as small balls, or with\n"
         "--show union as the balls that the surface is built from.\n"
@@ -95,17 +95,17 @@ void addRenderCommand(CLI::App& program, int& exit_code) {
         "  betamesh render 'mesh/splash.####.ply' look/splash.####.exr look/splash.####.png --shutter 0.5\n"
         "  betamesh render mesh/splash.0012.ply zebra.png --shading zebra --camera-position 2,1,3 --look-at "
         "0.5,0.2,0.5");
-    const auto options = std::make_shared<PictureOptions>();
+    const auto options = std::make_shared<PreviewOptions>();
     command
         ->add_option(
             "IN", options->input,
             "Mesh or particle files (" + readableExtensions() + "). Write the frame number of a sequence as ####.")
         ->required();
-    command->add_option("OUT", options->outputs, "Pictures to write: .png, .exr, or one of each.")
+    command->add_option("OUT", options->outputs, "Previews to write: .png, .exr, or one of each.")
         ->required()
         ->expected(1, 2);
     const std::set<std::string> other_keys{"frames", "run.threads", "run.timeout", "surface.radius", "surface.spacing"};
-    addPictureOptions(*command, *options, [&](const ConfigKey& key) {
+    addPreviewOptions(*command, *options, [&](const ConfigKey& key) {
         return key.path.starts_with("preview.") || key.path.starts_with("input.") || other_keys.contains(key.path);
     });
     showInShortHelp(*command, {"--frames", "--camera-position", "--look-at", "--azimuth", "--elevation", "--width",
@@ -113,8 +113,8 @@ void addRenderCommand(CLI::App& program, int& exit_code) {
                                "--threads", "--overwrite", "--skip-existing"});
     command->callback([options, &exit_code] {
         for (const std::string& output : options->outputs) isExr(output);  // throws for other extensions
-        const PictureJob job = planPictures(*options);
-        exit_code = inPictureWorker(job, [&](const PictureWorker& worker) { return render(job, worker); });
+        const PreviewJob job = planPreviews(*options);
+        exit_code = inPreviewWorker(job, [&](const PreviewWorker& worker) { return render(job, worker); });
     });
 }
 

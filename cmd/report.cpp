@@ -30,7 +30,7 @@ struct Arguments {
 std::string bytesOf(const std::string& file) {
     requireRegularFile(file);
     std::ifstream in(file, std::ios::binary);
-    if (!in) throw Error(file + ": cannot be read. Give pictures (.png) to --previews.");
+    if (!in) throw Error(file + ": cannot be read. Give previews (.png) to --previews.");
     return {std::istreambuf_iterator<char>(in), {}};
 }
 
@@ -54,7 +54,7 @@ std::vector<ReportOutput> outputsOf(const Arguments& arguments) {
         const std::string of_pattern = fs::path(argument).replace_extension().string();
         if (is_pattern) outputNamed(of_pattern);
         for (const std::string& file : manifestsNamed(argument, arguments)) {
-            const auto report = readReport(file);
+            const auto report = readManifest(file);
             if (!report)
                 throw Error(file +
                             ": this is not the manifest of a frame. Give the NAME.json files that are written beside "
@@ -69,9 +69,9 @@ std::vector<ReportOutput> outputsOf(const Arguments& arguments) {
 /// Sorts the frames of an output, and lists those that are expected and not there.
 void completeFrames(ReportOutput& output, const std::vector<int>& expected) {
     std::sort(output.frames.begin(), output.frames.end(),
-              [](const FrameReport& a, const FrameReport& b) { return a.frame < b.frame; });
+              [](const FrameResult& a, const FrameResult& b) { return a.frame < b.frame; });
     std::vector<int> found;
-    for (const FrameReport& report : output.frames) found.push_back(report.frame);
+    for (const FrameResult& result : output.frames) found.push_back(result.frame);
     std::set_difference(expected.begin(), expected.end(), found.begin(), found.end(),
                         std::back_inserter(output.missing));
 }
@@ -154,7 +154,7 @@ void addReportCommand(CLI::App& program, int& exit_code) {
         ->type_name("FILE");
     command
         ->add_option("--previews", arguments->previews,
-                     "Pictures of the frames (.png), with a frame number (####) in the name, to include in the page. "
+                     "Previews of the frames (.png), with a frame number (####) in the name, to include in the page. "
                      "May be repeated.")
         ->type_name("FILES")
         ->expected(1)

@@ -58,7 +58,7 @@ std::vector<std::string> reportCommand(const Arguments& arguments, const FarmJob
                               ? fs::path(plans.front().config.output.path).parent_path() / (job.name + ".html")
                               : fs::path(arguments.report);
     std::vector<std::string> words{job.run.front(), "report"};
-    for (const Plan& plan : plans) words.push_back(reportPath(plan.config.output.path));
+    for (const Plan& plan : plans) words.push_back(manifestPath(plan.config.output.path));
     words.insert(words.end(), {"-o", page.string()});
     return words;
 }
@@ -92,7 +92,7 @@ void setFiles(FarmJob& job, const Config& config, const std::vector<Plan>& plans
     for (const Plan& plan : plans)
         for (const FrameTask& task : plan.tasks) {
             if (fs::exists(task.input)) inputs.insert(absolute(task.input).string());
-            for (const std::string& file : {task.output, task.picture})
+            for (const std::string& file : {task.output, task.preview})
                 if (!file.empty()) folders.insert(absolute(file).parent_path().string());
         }
     if (!job.report.empty()) folders.insert(absolute(job.report.back()).parent_path().string());
@@ -104,7 +104,7 @@ void setFiles(FarmJob& job, const Config& config, const std::vector<Plan>& plans
 void warnOfAbsolutePaths(const Arguments& arguments, const std::vector<Plan>& plans) {
     std::vector<std::string> files{arguments.pipeline, arguments.report};
     for (const Plan& plan : plans)
-        files.insert(files.end(), {plan.tasks.front().input, plan.tasks.front().output, plan.tasks.front().picture});
+        files.insert(files.end(), {plan.tasks.front().input, plan.tasks.front().output, plan.tasks.front().preview});
     const auto absolute =
         std::find_if(files.begin(), files.end(), [](const fs::path& file) { return file.is_absolute(); });
     if (absolute != files.end())

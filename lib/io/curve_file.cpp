@@ -2,6 +2,7 @@
 #include "io/curve_file.h"
 
 #include "betamesh/error.h"
+#include "io/encoded_file.h"
 #include "io/extension.h"
 
 namespace betamesh {

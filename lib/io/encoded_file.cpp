@@ -1,9 +1,9 @@
 #include "io/encoded_file.h"
 
+#include "base/lower_case.h"
 #include "io/gzip.h"
 #include "io/houdini_scf.h"
 
-#include <cctype>
 #include <span>
 
 namespace betamesh {
@@ -12,16 +12,8 @@ namespace {
 namespace fs = std::filesystem;
 }
 
-std::pair<std::string, std::string> splitExtension(const std::string& path) {
-    const fs::path whole(path);
-    std::string extension = whole.extension().string();
-    if (extension == ".gz" || extension == ".sc") extension = whole.stem().extension().string() + extension;
-    return {path.substr(0, path.size() - extension.size()), extension};
-}
-
 OutputFile encodedFile(const fs::path& path, const std::function<void(ByteWriter&)>& encode) {
-    std::string name = path.filename().string();
-    for (char& c : name) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    const std::string name = lowerCase(path.filename().string());
     OutputFile file(path);
     if (name.ends_with(".gz")) {
         GzipWriter packed([&](std::span<const std::byte> piece) { file.write(piece); });

@@ -7,13 +7,8 @@
 
 #include <filesystem>
 #include <functional>
-#include <string>
-#include <utility>
 
 namespace betamesh {
-
-/// A path without its extension, and the extension: that of splash.0001.bgeo.gz is ".bgeo.gz".
-std::pair<std::string, std::string> splitExtension(const std::string& path);
 
 /// Creates a file and fills it by calling encode, through gzip if the name ends in .gz, in a Blosc container if it ends
 /// in .sc. The caller has to commit() it.

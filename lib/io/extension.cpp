@@ -1,5 +1,6 @@
 #include "io/extension.h"
 
+#include "base/lower_case.h"
 #include "base/nearest_word.h"
 #include "betamesh/error.h"
 #include "io/gzip.h"
@@ -28,11 +29,7 @@ constexpr std::array kForeign = std::to_array<ForeignFormat>({{"binary USD", "PX
                                                               {"a ZIP archive", "PK\3\4"},
                                                               {"glTF", "glTF"}});
 
-std::string lowerName(const fs::path& path) {
-    std::string name = path.filename().string();
-    for (char& c : name) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-    return name;
-}
+std::string lowerName(const fs::path& path) { return lowerCase(path.filename().string()); }
 
 std::vector<std::string> wordsOf(std::string_view text) {
     std::istringstream in{std::string(text)};
@@ -137,6 +134,13 @@ void requireReadableGzip(const fs::path& path, const FileFormat& format, const S
 }
 
 }  // namespace
+
+std::pair<std::string, std::string> splitExtension(const std::string& path) {
+    const fs::path whole(path);
+    std::string extension = whole.extension().string();
+    if (extension == ".gz" || extension == ".sc") extension = whole.stem().extension().string() + extension;
+    return {path.substr(0, path.size() - extension.size()), extension};
+}
 
 const FileFormat& formatOf(const fs::path& path, FileKind kind, Access access) {
     const std::string name = lowerName(path);

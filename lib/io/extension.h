@@ -2,7 +2,6 @@
 
 #pragma once
 
-#include "io/encoded_file.h"
 #include "io/format_table.h"
 
 #include <algorithm>
@@ -15,6 +14,9 @@
 #include <vector>
 
 namespace betamesh {
+
+/// A path without its extension, and the extension: that of splash.0001.bgeo.gz is ".bgeo.gz".
+std::pair<std::string, std::string> splitExtension(const std::string& path);
 
 /// The format for the extension of a file name, in upper or lower case.
 ///

@@ -74,7 +74,7 @@ struct FileFormat {
     Encoder<Spheres> write_spheres = nullptr;
 
     // What is written.
-    bool is_drawing = false;        ///< a picture of planar curves, which writeSvg() writes
+    bool is_drawing = false;        ///< a drawing of planar curves, which writeSvg() writes
     bool holds_attributes = true;   ///< velocity is one of them
     bool holds_components = false;  ///< Mesh::component
     bool is_volume = false;       ///< a mesh is written as a level set, which has no attributes; velocity is an option

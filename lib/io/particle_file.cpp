@@ -3,6 +3,7 @@
 
 #include "base/local_origin.h"
 #include "betamesh/error.h"
+#include "io/encoded_file.h"
 #include "io/extension.h"
 #include "io/file_contents.h"
 #include "io/particle_selector.h"

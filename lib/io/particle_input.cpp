@@ -1,5 +1,6 @@
 #include "io/particle_input.h"
 
+#include "base/lower_case.h"
 #include "base/parallel.h"
 #include "betamesh/error.h"
 #include "io/up_axis.h"
@@ -14,11 +15,6 @@ namespace betamesh {
 namespace {
 
 constexpr std::size_t kRowsAtOnce = std::size_t{1} << 12;
-
-std::string lowerCase(std::string text) {
-    for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-    return text;
-}
 
 /// A name in lower case without a unit in brackets: "Vel.x [m/s]" becomes "vel.x".
 std::string plainName(const std::string& name) {
@@ -173,9 +169,8 @@ std::vector<std::string> velocityCandidates(const std::vector<Attribute>& attrib
 
 std::optional<ComponentName> componentName(const std::string& name) {
     const auto indexOf = [](char c) -> std::optional<std::size_t> {
-        const char lower = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
         for (const std::string_view endings : {"xyzw", "0123456789"})
-            if (const std::size_t at = endings.find(lower); at != std::string_view::npos) return at;
+            if (const std::size_t at = endings.find(lowerCase(c)); at != std::string_view::npos) return at;
         return std::nullopt;
     };
     if (name.size() == 2 && std::isalpha(static_cast<unsigned char>(name[1])))  // vx

@@ -1,11 +1,11 @@
 #include "io/prt.h"
 
+#include "base/lower_case.h"
 #include "io/gzip.h"
 #include "io/number_columns.h"
 
 #include <algorithm>
 #include <bit>
-#include <cctype>
 #include <utility>
 
 namespace betamesh {
@@ -81,10 +81,7 @@ NumberColumn columnOf(const Channel& channel, const std::byte* rows, std::size_t
     return column;
 }
 
-bool isNamed(const std::string& name, const std::string& wanted) {
-    return std::equal(name.begin(), name.end(), wanted.begin(), wanted.end(),
-                      [](unsigned char a, unsigned char b) { return std::tolower(a) == std::tolower(b); });
-}
+bool isNamed(const std::string& name, const std::string& wanted) { return lowerCase(name) == lowerCase(wanted); }
 
 FileContents pointsFrom(const std::vector<Channel>& channels, const std::byte* rows, std::size_t count,
                         std::size_t row_bytes, const ReadOptions& options, const std::string& file) {

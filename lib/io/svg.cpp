@@ -1,10 +1,11 @@
 
 #include "io/svg.h"
 
+#include "base/lower_case.h"
+#include "io/encoded_file.h"
 #include "io/extension.h"
 
 #include <algorithm>
-#include <cctype>
 #include <cstdio>
 
 namespace betamesh {
@@ -16,44 +17,44 @@ constexpr double kMaxHeight = 4000;    // pixels
 constexpr double kMargin = 0.25;       // around all discs, radii
 constexpr double kMinLineWidth = 1.2;  // pixels
 
-class Drawing {
+class SvgWriter {
 public:
-    Drawing(ByteWriter& out, const PlanePicture& picture, const PlaneBounds& bounds) : out_(out) {
+    SvgWriter(ByteWriter& out, const PlaneDrawing& drawing, const PlaneBounds& bounds) : out_(out) {
         low_ = bounds.low, high_ = bounds.high;
-        if (bounds == PlaneBounds{}) fitDiscs(picture);
+        if (bounds == PlaneBounds{}) fitDiscs(drawing);
         const Vec3 size = high_ - low_;
         scale_ = std::min(kWidth / size.x, kMaxHeight / size.y);
-        radius_ = picture.radius * scale_;
+        radius_ = drawing.radius * scale_;
         line_ = std::clamp(0.05 * radius_, kMinLineWidth, 3.0);
         const std::string width = pixels(size.x * scale_), height = pixels(size.y * scale_);
         out_.text("<svg xmlns='http://www.w3.org/2000/svg' width='" + width + "' height='" + height +
                   "' viewBox='0 0 " + width + " " + height + "'>\n<rect width='100%' height='100%' fill='white'/>\n");
     }
 
-    void draw(const PlanePicture& picture, Layer layer) {
+    void draw(const PlaneDrawing& drawing, Layer layer) {
         switch (layer) {
             case Layer::discs:
-                drawDiscs(picture.particles, radius_, "fill='#dbe9f6'");
-                drawDiscs(picture.apart, radius_,
+                drawDiscs(drawing.particles, radius_, "fill='#dbe9f6'");
+                drawDiscs(drawing.apart, radius_,
                           "fill='#dbe9f6' stroke='#7d9bb8' stroke-width='" + pixels(line_) + "'");
                 break;
             case Layer::particles:
-                drawDiscs(picture.particles, std::max(0.6, 0.07 * radius_), "fill='#5b6470'");
+                drawDiscs(drawing.particles, std::max(0.6, 0.07 * radius_), "fill='#5b6470'");
                 break;
             case Layer::alpha:
-                drawLines(picture.alpha, "stroke='#16191d' stroke-width='" + pixels(0.8 * line_) + "'");
+                drawLines(drawing.alpha, "stroke='#16191d' stroke-width='" + pixels(0.8 * line_) + "'");
                 break;
             case Layer::before:
-                drawLines(picture.before, "stroke='#d3222a' stroke-width='" + pixels(0.8 * line_) +
+                drawLines(drawing.before, "stroke='#d3222a' stroke-width='" + pixels(0.8 * line_) +
                                               "' stroke-linecap='round' stroke-dasharray='0 " + pixels(3 * line_) +
                                               "'");
-                drawVertices(picture.before, picture.pure, true);
+                drawVertices(drawing.before, drawing.pure, true);
                 break;
             case Layer::beta:
-                drawLines(picture.beta, "stroke='#d3222a' stroke-width='" + pixels(1.3 * line_) + "'");
+                drawLines(drawing.beta, "stroke='#d3222a' stroke-width='" + pixels(1.3 * line_) + "'");
                 break;
             case Layer::vertices:
-                drawVertices(picture.beta, picture.pure, false);
+                drawVertices(drawing.beta, drawing.pure, false);
                 break;
         }
     }
@@ -64,11 +65,11 @@ public:
     }
 
 private:
-    void fitDiscs(const PlanePicture& picture) {
-        if (picture.particles.empty()) high_ = {1, 1, 0};
-        for (std::size_t i = 0; i < picture.particles.size(); ++i)
+    void fitDiscs(const PlaneDrawing& drawing) {
+        if (drawing.particles.empty()) high_ = {1, 1, 0};
+        for (std::size_t i = 0; i < drawing.particles.size(); ++i)
             for (int axis = 0; axis < 2; ++axis) {
-                const double reach = picture.radius * (1 + kMargin), at = picture.particles[i][axis];
+                const double reach = drawing.radius * (1 + kMargin), at = drawing.particles[i][axis];
                 low_[axis] = i == 0 ? at - reach : std::min(low_[axis], at - reach);
                 high_[axis] = i == 0 ? at + reach : std::max(high_[axis], at + reach);
             }
@@ -122,19 +123,15 @@ private:
 
 }  // namespace
 
-void writeSvg(const std::filesystem::path& path, const PlanePicture& picture, const std::vector<Layer>& layers,
+void writeSvg(const std::filesystem::path& path, const PlaneDrawing& drawing, const std::vector<Layer>& layers,
               const PlaneBounds& bounds) {
     writeEncoded(path, [&](ByteWriter& out) {
-        Drawing drawing(out, picture, bounds);
-        for (const Layer layer : layers) drawing.draw(picture, layer);
-        drawing.end();
+        SvgWriter svg(out, drawing, bounds);
+        for (const Layer layer : layers) svg.draw(drawing, layer);
+        svg.end();
     });
 }
 
-bool isSvg(const std::filesystem::path& path) {
-    std::string extension = path.extension().string();
-    for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-    return extension == ".svg";
-}
+bool isSvg(const std::filesystem::path& path) { return lowerCase(path.extension().string()) == ".svg"; }
 
 }  // namespace betamesh

@@ -24,7 +24,7 @@ enum class Layer {
 };
 
 /// The data of all layers; lengths in world units. pure has one row per vertex of `before` and of `beta`.
-struct PlanePicture {
+struct PlaneDrawing {
     std::vector<Vec3> particles;
     double radius = 0;
     Curves alpha, before, beta;
@@ -42,7 +42,7 @@ struct PlaneBounds {
 /// it is complete.
 ///
 /// in      bounds: the part that is drawn; low == high: all discs
-void writeSvg(const std::filesystem::path& path, const PlanePicture& picture, const std::vector<Layer>& layers,
+void writeSvg(const std::filesystem::path& path, const PlaneDrawing& drawing, const std::vector<Layer>& layers,
               const PlaneBounds& bounds = {});
 
 /// Whether the extension is .svg, in upper or lower case.

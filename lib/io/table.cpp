@@ -1,5 +1,6 @@
 #include "io/table.h"
 
+#include "base/lower_case.h"
 #include "io/number_columns.h"
 
 #include <algorithm>
@@ -132,19 +133,12 @@ struct Column {
     }
 };
 
-std::string lower(std::string text) {
-    for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-    return text;
-}
-
 /// A column's name as that of a vector and a component, where it is one: "v.x", "Points:0", "vel_y", "a[2]", "vx".
 std::optional<std::pair<std::string, std::size_t>> componentOf(const std::string& name) {
     if (name.size() < 2) return std::nullopt;
     const auto index = [](char c) -> std::optional<std::size_t> {
         for (const std::string_view letters : {"xyzw", "0123"})
-            if (const std::size_t at = letters.find(static_cast<char>(std::tolower(static_cast<unsigned char>(c))));
-                at != std::string_view::npos)
-                return at;
+            if (const std::size_t at = letters.find(lowerCase(c)); at != std::string_view::npos) return at;
         return std::nullopt;
     };
     if (const std::size_t bracket = name.find('['); bracket != std::string::npos && name.back() == ']' && bracket > 0) {
@@ -171,7 +165,7 @@ struct Meaning {
 };
 
 bool isPosition(const std::string& vector) {
-    const std::string name = lower(vector);
+    const std::string name = lowerCase(vector);
     return name == "p" || name == "position" || name == "points" || name == "pos";
 }
 
@@ -184,7 +178,7 @@ std::vector<Meaning> meaningsOf(const std::vector<std::string>& names, const Lin
     std::map<std::string, std::size_t> at;  // of vectors, among the others
     std::array<std::optional<std::size_t>, 3> xyz;
     for (std::size_t c = 0; c < names.size(); ++c) {
-        const std::string single = lower(names[c]);
+        const std::string single = lowerCase(names[c]);
         const auto part = componentOf(names[c]);
         std::optional<std::size_t> axis;
         if (single == "x" || single == "y" || single == "z")
@@ -349,7 +343,7 @@ FileContents parseTable(Cursor in, const ReadOptions& options) {
         if (meaning.name == "P") {
             contents.position = positionsFrom(numbers, 3, options.origin);
             contents.has_double_positions = !numbers.real.empty();
-        } else if (lower(name) == "v" || lower(name).starts_with("vel")) {
+        } else if (lowerCase(name) == "v" || lowerCase(name).starts_with("vel")) {
             if (numbers.real.empty()) numbers = {{numbers.integer.begin(), numbers.integer.end()}, {}};
             addColumn(name, width, std::move(numbers), rows, options, in.file(), contents);
         } else

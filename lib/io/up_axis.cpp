@@ -1,12 +1,11 @@
 
 #include "io/up_axis.h"
 
+#include "base/attribute_names.h"
+#include "base/lower_case.h"
 #include "base/parallel.h"
 
 #include <algorithm>
-#include <cctype>
-#include <initializer_list>
-#include <string_view>
 
 namespace betamesh {
 
@@ -14,15 +13,7 @@ namespace {
 
 constexpr std::size_t kRowsAtOnce = std::size_t{1} << 12;
 
-bool hasName(const Attribute& a, std::initializer_list<std::string_view> names) {
-    if (a.components != 3 || a.real.empty()) return false;
-    const auto is_name = [&](std::string_view name) {
-        return std::equal(name.begin(), name.end(), a.name.begin(), a.name.end(), [](char lower, char c) {
-            return lower == static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-        });
-    };
-    return std::any_of(names.begin(), names.end(), is_name);
-}
+bool isVector(const Attribute& a) { return a.components == 3 && !a.real.empty(); }
 
 /// Rotates `rows` vectors of an up axis y to `up`, or back from z.
 template <typename Number>
@@ -46,9 +37,11 @@ Geometry turned(Geometry geometry, UpAxis up) {
 
 }  // namespace
 
-bool isAcceleration(const Attribute& attribute) { return hasName(attribute, {"accel", "acceleration"}); }
+bool isAcceleration(const Attribute& attribute) {
+    return isVector(attribute) && isAccelerationName(lowerCase(attribute.name));
+}
 
-bool isNormal(const Attribute& attribute) { return hasName(attribute, {"n", "normal", "normals"}); }
+bool isNormal(const Attribute& attribute) { return isVector(attribute) && isNormalName(lowerCase(attribute.name)); }
 
 Particles withZUp(Particles particles) { return turned(std::move(particles), UpAxis::z); }
 Mesh withZUp(Mesh mesh) { return turned(std::move(mesh), UpAxis::z); }

@@ -19,7 +19,7 @@ namespace betamesh {
 /// errors  a file without point grids; a grid or group that is asked for and not there; a truncated file, whatever else
 /// OpenVDB reports. OpenVDB does not check the
 ///         contents of grids: damaged bytes there can terminate the process.
-///         Programs that read files of unknown origin should do so in a process of their own.
+///         Programs that read files from unknown sources should do so in a process of their own.
 FileContents readVdb(const std::filesystem::path& path, const ReadOptions& options = {});
 
 /// Encodes one grid `points` with the attributes P and v (float, not quantised), id (int64) and the other attributes.

@@ -1,5 +1,6 @@
 // Legacy VTK files.
 
+#include "base/lower_case.h"
 #include "io/vtk.h"
 
 #include "io/number_columns.h"
@@ -239,8 +240,7 @@ private:
                                                              {"vtkidtype", NumberType::int32},
                                                              {"float", NumberType::float32},
                                                              {"double", NumberType::float64}};
-        std::string name = word(words, at);
-        for (char& c : name) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+        const std::string name = lowerCase(word(words, at));
         const auto found = types.find(name);
         if (found == types.end())
             in_.fail("numbers of type '" + name + "' cannot be read; expected float, double, int …");

@@ -1,6 +1,7 @@
 
 #include "skin/attributes.h"
 
+#include "base/attribute_names.h"
 #include "base/cell_grid.h"
 #include "betamesh/error.h"
 
@@ -24,7 +25,7 @@ const Attribute* attributeOf(const Particles& particles, const std::string& name
 
 std::vector<std::string> withAccelerations(std::vector<std::string> names, const Particles& particles) {
     for (const Attribute& a : particles.attributes)
-        if ((a.name == "accel" || a.name == "acceleration") && a.components == 3 && !a.real.empty() &&
+        if (isAccelerationName(a.name) && a.components == 3 && !a.real.empty() &&
             std::find(names.begin(), names.end(), a.name) == names.end())
             names.push_back(a.name);
     return names;

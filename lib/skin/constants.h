@@ -172,12 +172,6 @@ inline constexpr double kFitVariance = 1e-3;
 inline constexpr float kMinSquaredMean = 0.01F;
 /// Squared slope, height over distance, at which samples cease to count: keeps apart surfaces above one another.
 inline constexpr float kMaxSquaredSlope = 0.5F;
-/// Added to squared distances between opposite sides of the liquid, square radii.
-inline constexpr float kOppositeSoftening = 0.04F;
-/// squared thickness · the sum over the opposite side of a plane sheet (derived from the kernel of SumOpposite).
-inline constexpr double kSheetSum = 4;
-/// Largest inset as a share of the local thickness, < 0.5: the two sides never meet.
-inline constexpr double kMaxInsetShare = 0.45;
 
 // Outer boundary: what the skin's depth is measured from (outer_boundary.cpp) -----------------------------------------
 

@@ -210,58 +210,11 @@ struct FitSums {
     }
 };
 
-// The inverse square of the thickness but for a factor: Σ w (m·d)₋² (m·y)₋² / (|y|² + s)³ over samples that are behind
-// the vertex and face away, with m of unit length. `sums` has been filled at the same vertices.
-struct OppositeSum {
-    SampleSubset<kFields> samples;
-    float inverse_square_width;
-    const Lanes (&point)[3], (&velocity)[3];
-    const Sums& sums;
-    Lanes (&opposite)[2];  // the sum and its rate
-
-    template <std::size_t kWidth>
-    __attribute__((always_inline)) void operator()(std::size_t first) const {
-        using Pack = Floats<kWidth>;
-        Pack x[3], v[3], m[3], m_rate[3], inverse_mean, growth;
-        getLanes<kWidth>(point, first, x);
-        getLanes<kWidth>(velocity, first, v);
-        getLanes<kWidth>(sums.mean, first, m);
-        getLanes<kWidth>(sums.mean_rate, first, m_rate);
-        invert(m, m_rate, inverse_mean, growth);
-        const Pack zero{}, one = zero + 1.0F;
-        const float soft = kOppositeSoftening;
-        Pack sum[2] = {};
-        for (const Sample& f : samples) {
-            const RelativeSample<Pack> y(f, x, v, inverse_square_width);
-            const Facing<Pack> n(f, y, m, m_rate);
-            const Pack facing = n.facing < 0 ? n.facing : zero, height = n.height < 0 ? n.height : zero;
-            const Pack distance = one / (y.square + soft), cube = distance * distance * distance;
-            const Pack root = facing * height * y.t * inverse_mean, term = root * root * cube;
-            sum[0] += f[kW] * term;
-            sum[1] +=
-                f[kWRate] * term + f[kW] * (root * cube * inverse_mean * 2.0F *
-                                                ((n.facing_rate * height + facing * n.height_rate) * y.t -
-                                                 facing * height * y.half_square_rate * (2 * inverse_square_width)) -
-                                            term * (2 * growth + y.half_square_rate * distance * 6.0F));
-        }
-        setLanes<kWidth>(opposite, first, sum);
-    }
-};
-
 // Steps from vertices onto the spheres fitted near them, and the gradients of the spheres there.
 struct Fits {
     DualVec3Pack step, direction;
     DualPack trust;  // near 1 with many samples that agree; 0 without samples or where they face all directions
-    DualVec3Pack inset;
 };
-
-// Displacement inwards: `depth` where the liquid is thick, less where it is thin, zero where parts meet in a point.
-DualVec3 insetFrom(const DualVec3& direction, Dual trust, Dual opposite, double depth) {
-    const DualVec3 outwards = direction / squareRoot(dot(direction, direction) + kMinSquaredMean);
-    const Dual inverse_square_thickness = opposite / kSheetSum;  // thickness^-2
-    const Dual share = inverse_square_thickness * (depth * depth / (kMaxInsetShare * kMaxInsetShare));
-    return outwards * trust * (Dual(-depth) / squareRoot(squareRoot(1 + share * share)));
-}
 
 BETAMESH_EVERY_CPU
 void fitSpheres(const Sums& sums, Fits& fits) {
@@ -318,14 +271,6 @@ void fitAll(const std::vector<std::uint32_t>& rows, const PointAt& pointAt, cons
             forLanes(FitSums{near, inverse_square_width, group.position, v, sums});
             Fits fits;
             fitSpheres(sums, fits);
-            if (params.inset > 0) {
-                Lanes opposite[2];
-                forLanes(OppositeSum{near, inverse_square_width, group.position, v, sums, opposite});
-                for (std::size_t lane = 0; lane < group.size; ++lane)
-                    if (fits.trust.value[lane] > 0)
-                        fits.inset.set(lane, insetFrom(fits.direction[lane], fits.trust[lane],
-                                                       {opposite[0][lane], opposite[1][lane]}, params.inset * scale));
-            }
             visit(std::span<const std::uint32_t>(row, group.size), fits);
         });
 }
@@ -393,24 +338,15 @@ DualPoints CoherentSmoother::smooth(BetaMesh& mesh) {
     const CoherentSmoothing& params = params_;
     DualPoints from = dualPoints(mesh.vertex);
     const std::vector<std::uint32_t> moving = indicesWhere(mesh.vertex.size(), [&](std::uint32_t v) {
-        return params.inset > 0 || mesh.rim_distance.empty() || mesh.rim_distance[v].value < kStayFull;
+        return mesh.rim_distance.empty() || mesh.rim_distance[v].value < kStayFull;
     });
     for (const auto& group : mesh.fading)
         parallelFor(group.size(), 4096, [&](std::size_t i) { mesh.vertex[group[i].vertex] = group[i].unfaded; });
 
-    const bool inwards = params.inset > 0;
     const std::vector<DualVec3> begin = params.passes > 1 ? mesh.vertex : std::vector<DualVec3>();
-    const std::vector<Vec3> normals = inwards ? vertexNormals(mesh) : std::vector<Vec3>();
-    std::vector<DualVec3> inset(inwards ? mesh.vertex.size() : 0);
-    // No inset where it points outwards: between surfaces that nearly touch, the fit may belong to the other one.
-    const auto insetAt = [&](std::uint32_t v, const DualVec3& given) {
-        const double length = given.position.length(), inwards_part = -dot(normals[v], given.position);
-        return length > 0 ? given * (smoothStep(2 * inwards_part / length).value * params.radius) : DualVec3();
-    };
-    CoherentSmoothing pass_params = params;
-    for (int pass = 0; pass < std::max(params.passes, inwards ? 1 : 0); ++pass) {
+    for (int pass = 0; pass < params.passes; ++pass) {
         fitAll(
-            moving, [&](std::uint32_t v) -> const DualVec3& { return mesh.vertex[v]; }, *cloud_, pass_params,
+            moving, [&](std::uint32_t v) -> const DualVec3& { return mesh.vertex[v]; }, *cloud_, params,
             [&](std::uint32_t v) {
                 if (!mesh.rim_distance.empty()) __builtin_prefetch(&mesh.rim_distance[v]);
             },
@@ -420,26 +356,19 @@ DualPoints CoherentSmoother::smooth(BetaMesh& mesh) {
                     const std::uint32_t v = rows[lane];
                     const DualVec3& vertex = mesh.vertex[v];
                     displacements.from.set(lane, pass == 0 ? vertex : begin[v]);
-                    displacements.to.set(
-                        lane, params.passes > 0 ? vertex + fits.step[lane] * fits.trust[lane] * params.radius : vertex);
+                    displacements.to.set(lane, vertex + fits.step[lane] * fits.trust[lane] * params.radius);
                     if (!mesh.rim_distance.empty()) displacements.rim_distance.set(lane, mesh.rim_distance[v]);
-                    if (pass_params.inset > 0) inset[v] = insetAt(v, fits.inset[lane]);
                 }
                 if (isLast(pass)) limitDisplacements(displacements, kMaxSmoothingStep * params.radius);
-                for (std::size_t lane = 0; lane < rows.size(); ++lane) {
-                    const std::uint32_t v = rows[lane];
-                    mesh.vertex[v] = displacements.to[lane];
-                    if (isLast(pass) && inwards) mesh.vertex[v] = mesh.vertex[v] + inset[v];
-                }
+                for (std::size_t lane = 0; lane < rows.size(); ++lane) mesh.vertex[rows[lane]] = displacements.to[lane];
             });
         if (isLast(pass)) break;
-        pass_params.inset = 0;
         SamplesInRadii smoothed = samples_;
         const auto pointAt = [&](std::uint32_t i) -> DualVec3 {
             return {samples_[i].position, Vec3(samples_[i].velocity) * params.radius};
         };
         fitAll(
-            allRows(samples_.size()), pointAt, *cloud_, pass_params, [](std::uint32_t) {},
+            allRows(samples_.size()), pointAt, *cloud_, params, [](std::uint32_t) {},
             [&](std::span<const std::uint32_t> rows, const Fits& fits) {
                 for (std::size_t lane = 0; lane < rows.size(); ++lane) {
                     SampleInRadii& sample = smoothed[rows[lane]];

@@ -13,7 +13,6 @@ struct CoherentSmoothing {
     double radius = 0;  ///< of the balls, world units
     double width = 0;   ///< kernel width, world units; by default 2.8 radii
     int passes = 1;     ///< >= 0
-    double inset = 0;   ///< displacement inwards where the liquid is thick, world units, >= 0
 };
 
 /// Moves vertices onto spheres fitted to the samples of the boundary near them.
@@ -36,10 +35,6 @@ struct CoherentSmoothing {
 /// kMaxSmoothingStep, so that no particle is left outside. Spheres, cylinders and planes of balls keep their size.
 /// Vertices that fade in are blended with the smoothed positions of the vertices they fade in from; otherwise the
 /// triangles there would jump.
-///
-/// An inset moves vertices inwards along the gradients of the fitted spheres, by at most kMaxInsetShare of the local
-/// thickness. The inverse square of the thickness is a sum over samples on the opposite side,
-/// (m·d)₋² (m·y)₋² / (|m|⁴ (|y|² + kOppositeSoftening)³). The inset vanishes where parts meet in a point, as m does.
 ///
 /// Velocities are differentiated through all of it.
 ///

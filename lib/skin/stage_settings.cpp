@@ -24,7 +24,7 @@ bool isComplete(const SkinParams& params) {
 
 bool hasSkin(const SkinParams& params) { return skinDepth(params) > 0; }
 
-bool isSmoothed(const SkinParams& params) { return coherentPasses(params) > 0 || params.inset > 0 || hasSkin(params); }
+bool isSmoothed(const SkinParams& params) { return coherentPasses(params) > 0 || hasSkin(params); }
 
 int coherentPasses(const SkinParams& params) {
     return params.smoothing == SmoothingMethod::coherent ? params.passes : 0;
@@ -57,7 +57,7 @@ ArcSubdivision arcSubdivision(const SkinParams& params) {
 }
 
 CoherentSmoothing coherentSmoothing(const SkinParams& params) {
-    return {params.radius, smoothingWidth(params), coherentPasses(params), params.inset};
+    return {params.radius, smoothingWidth(params), coherentPasses(params)};
 }
 
 SkinLengths skinLengths(const SkinParams& params) {

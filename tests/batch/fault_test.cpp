@@ -34,7 +34,7 @@ protected:
             if (failed.contains(frame)) {
                 EXPECT_NE(outcome.err.find("frame " + std::to_string(frame) + ": "), std::string::npos) << outcome.err;
             } else {
-                EXPECT_EQ(report(frame)["status"], "ok");
+                EXPECT_EQ(manifest(frame)["status"], "ok");
             }
         }
         EXPECT_EQ(hiddenFiles("out"), 0U);
@@ -204,7 +204,7 @@ TEST_F(Faults, AFileThatEndsItsProcessIsAnErrorWhereMotionIsMeasured) {
     EXPECT_EQ(count(steps.err, "in/a.0003.ply: the process that worked on it was ended"), 1U) << steps.err;
 }
 
-TEST_F(Faults, AFrameThatEndsItsProcessHasNoPictureAllOthersHave) {
+TEST_F(Faults, AFrameThatEndsItsProcessHasNoPreviewAllOthersHave) {
     if (kSanitized) GTEST_SKIP() << "sanitizers are to be loaded before any other library";
     for (const char* command : {"render", "compare"})
         for (const int frame : {1, 4}) {
@@ -244,7 +244,7 @@ TEST_F(Faults, AFrameThatEndsItsProcessHasNoPictureAllOthersHave) {
 }
 
 /// Every frame is read before the first is meshed, to place the camera.
-TEST_F(Faults, AFrameThatEndsItsProcessWhilePicturesArePlannedFailsAlone) {
+TEST_F(Faults, AFrameThatEndsItsProcessWhilePreviewsArePlannedFailsAlone) {
     if (kSanitized) GTEST_SKIP() << "sanitizers are to be loaded before any other library";
     const Outcome outcome =
         runProgram({"mesh", "in/a.####.ply", "out/a.####.ply", "--set", "preview.path=out/a.####.png", "--set",
@@ -455,7 +455,7 @@ TEST_F(Faults, AFullDiskFailsTheFramesThatDoNotFitAndNoOther) {
         EXPECT_TRUE(written(frame) || !exists(numbered("out/a", frame, ".ply.json"))) << frame;
         if (!written(frame)) continue;
         ++fitting;
-        EXPECT_EQ(readMesh(folder_ / numbered("out/a", frame, ".ply")).triangles.size(), report(frame)["triangles"]);
+        EXPECT_EQ(readMesh(folder_ / numbered("out/a", frame, ".ply")).triangles.size(), manifest(frame)["triangles"]);
     }
     EXPECT_EQ(hiddenFiles("out"), 0U);
     umount(disk.c_str());

@@ -77,8 +77,8 @@ TEST_F(InputJob, ChosenParticlesGiveTheMeshOfAFileOfThemAlone) {
         const Outcome outcome = mesh(further);
         ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
         EXPECT_EQ(meshBytes(1), expected);
-        EXPECT_EQ(report(1)["particles"], liquid.size());
-        EXPECT_EQ(report(1)["particles_read"], tank.size());
+        EXPECT_EQ(manifest(1)["particles"], liquid.size());
+        EXPECT_EQ(manifest(1)["particles_read"], tank.size());
     }
     const auto checked = [&](const std::vector<std::string>& further) {
         std::vector<std::string> words{"check", "out/a.0001.ply", "--particles", "in/a.####.ply"};
@@ -114,9 +114,9 @@ TEST_F(InputJob, BadParticlesAreDroppedOnRequest) {
     const Outcome dropped = mesh({"--overwrite", "--on-bad-particle", "drop"});
     EXPECT_EQ(dropped.exit_code, 0) << dropped.err;
     EXPECT_NE(dropped.err.find("1 particle is left out"), std::string::npos) << dropped.err;
-    EXPECT_EQ(report(2)["particles"], particles.size() - 1);
-    EXPECT_EQ(report(2)["particles_dropped"], 1);
-    EXPECT_EQ(report(1)["particles_dropped"], 0);
+    EXPECT_EQ(manifest(2)["particles"], particles.size() - 1);
+    EXPECT_EQ(manifest(2)["particles_dropped"], 1);
+    EXPECT_EQ(manifest(1)["particles_dropped"], 0);
 }
 
 // Attributes, as uses in the manifest and as remarks in the log: one of each kind for the whole job.
@@ -139,13 +139,13 @@ TEST_F(InputJob, WhatIsNotUsedIsNamedOnce) {
     EXPECT_EQ(count(outcome.err, "not used: attributes 'pscale', 'density'"), 1U) << outcome.err;
     for (int frame = 1; frame <= 3; ++frame) {
         std::map<std::string, Json> uses;
-        const Json contents = report(frame)["input_contents"];
+        const Json contents = manifest(frame)["input_contents"];
         for (const Json& part : contents["attributes"]) uses[part["name"]] = part["use"];
         const std::map<std::string, Json> expected{
             {"x", "position"},  {"y", "position"},   {"z", "position"},    {"vx", "velocity"},       {"vy", "velocity"},
             {"vz", "velocity"}, {"pscale", nullptr}, {"density", nullptr}, {"temperature", "output"}};
         EXPECT_EQ(uses, expected);
-        EXPECT_EQ(report(frame)["warnings"].size(), 2U);
+        EXPECT_EQ(manifest(frame)["warnings"].size(), 2U);
     }
 }
 
@@ -229,6 +229,14 @@ TEST_F(InputJob, AMissingVelocityNamesItsCandidates) {
     EXPECT_NE(found.err.find("the velocity is read from 'Vel'"), std::string::npos) << found.err;
 }
 
+TEST_F(InputJob, ASingleParticleHasNoLocalOrigin) {
+    fs::create_directories(folder_ / "in");
+    write(folder_ / "in/a.0001.ply", doublesPly({Vec3(0.5, 0.5, 0.5)}));
+    const Outcome outcome = mesh({"--spacing", "0.1"});
+    ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+    EXPECT_EQ(outcome.err.find("local origin"), std::string::npos) << outcome.err;
+}
+
 // The mesh of a cube far away is that of the same cube near the origin, for any choice of frames.
 TEST_F(InputJob, DoublesFarFromTheOriginAreMeshedRelativeToALocalOrigin) {
     const Vec3 far(500123.4, 4500987.6, 312);
@@ -244,7 +252,7 @@ TEST_F(InputJob, DoublesFarFromTheOriginAreMeshedRelativeToALocalOrigin) {
     const Outcome outcome = mesh();
     ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
     EXPECT_NE(outcome.err.find("local origin 500124,4500988,312"), std::string::npos) << outcome.err;
-    EXPECT_EQ(report(1)["local_origin"], Json({500124.0, 4500988.0, 312.0}));
+    EXPECT_EQ(manifest(1)["local_origin"], Json({500124.0, 4500988.0, 312.0}));
     const std::string first = meshBytes(1), second = meshBytes(2);
 
     write(folder_ / "near.ply", doublesPly(near));
@@ -259,16 +267,16 @@ TEST_F(InputJob, DoublesFarFromTheOriginAreMeshedRelativeToALocalOrigin) {
 
     // Another origin, or none, on request.
     ASSERT_EQ(mesh({"--overwrite", "--frames", "1", "--origin", "500000,4500000,0", "--spacing", "0.1"}).exit_code, 0);
-    EXPECT_EQ(report(1)["local_origin"], Json({500000.0, 4500000.0, 0.0}));
+    EXPECT_EQ(manifest(1)["local_origin"], Json({500000.0, 4500000.0, 0.0}));
     ASSERT_EQ(
         mesh({"--overwrite", "--frames", "1", "--origin", "none", "--spacing", "0.1", "--surface", "alpha"}).exit_code,
         0);
-    EXPECT_EQ(report(1)["local_origin"], Json({0.0, 0.0, 0.0}));
+    EXPECT_EQ(manifest(1)["local_origin"], Json({0.0, 0.0, 0.0}));
 
     // Near the origin nothing is moved.
     write(folder_ / "in/a.0001.ply", doublesPly(near));
     ASSERT_EQ(mesh({"--overwrite", "--frames", "1"}).exit_code, 0);
-    EXPECT_EQ(report(1)["local_origin"], Json({0.0, 0.0, 0.0}));
+    EXPECT_EQ(manifest(1)["local_origin"], Json({0.0, 0.0, 0.0}));
 }
 
 TEST_F(InputJob, CurvesLieInAnyPlaneAcrossAnAxis) {
@@ -339,7 +347,7 @@ TEST_F(InputJob, TheUpAxisOfTheOutputUndoesThatOfTheInput) {
     const Mesh y_up = readMesh(folder_ / "out/a.0001.ply");
     ASSERT_EQ(mesh({"--origin", "0.25,0.5,1", "--output-up-axis", "z", "--skip-existing"}).exit_code, 0);
     const Mesh z_up = readMesh(folder_ / "out/a.0001.ply");  // made again, because the configuration is another one
-    EXPECT_EQ(report(1)["local_origin"], Json({0.25, -1.0, 0.5}));
+    EXPECT_EQ(manifest(1)["local_origin"], Json({0.25, -1.0, 0.5}));
     EXPECT_EQ(z_up.triangles, y_up.triangles);
     ASSERT_EQ(z_up.position.size(), y_up.position.size());
     for (std::size_t i = 0; i < y_up.position.size(); ++i) {

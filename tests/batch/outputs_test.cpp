@@ -52,7 +52,7 @@ TEST_F(Outputs, OnlyWhatIsMissingIsMadeAgain) {
         "  - {path: small/a.####.ply, preset: preview}\n";
     ASSERT_EQ(run(outputs).exit_code, 0);
     const auto meshes = meshesIn("out"), pictures = meshesIn("look"), small = meshesIn("small");
-    const Json manifest = report(2);
+    const Json before = manifest(2);
     fs::remove(folder_ / "look/a.0002.png");
     fs::remove(folder_ / "small/a.0001.ply");
     const auto made = fs::last_write_time(folder_ / "out/a.0002.ply");
@@ -66,7 +66,7 @@ TEST_F(Outputs, OnlyWhatIsMissingIsMadeAgain) {
     EXPECT_EQ(meshesIn("look"), pictures);
     EXPECT_EQ(meshesIn("small"), small);
     EXPECT_EQ(meshesIn("out"), meshes);
-    EXPECT_EQ(report(2), manifest);
+    EXPECT_EQ(manifest(2), before);
     EXPECT_EQ(fs::last_write_time(folder_ / "out/a.0002.ply"), made);
     EXPECT_NE(run(outputs, {"--skip-existing"}).err.find("0 of 2 frames written, 2 skipped"), std::string::npos);
 }
@@ -79,6 +79,30 @@ TEST_F(Outputs, TheSameMeshMayHaveSeveralFormats) {
             "  - {path: b/a.####.obj, features: {droplets: points}}\n");
     EXPECT_EQ(spheres.exit_code, 2);
     EXPECT_NE(spheres.err.find("both the file of spheres"), std::string::npos) << spheres.err;
+}
+
+// One surface, of which the outputs have different shares of the triangles.
+TEST_F(Outputs, AreSimplifiedEachByItsLength) {
+    writeFrames(1, 1);
+    const Outcome outcome =
+        run("  - {path: full/a.####.ply}\n"
+            "  - {path: fine/a.####.ply, simplify: 0.01dx}\n"
+            "  - {path: coarse/a.####.ply, simplify: 0.1dx}\n",
+            {"--json"});
+    ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+    std::vector<Json> results = jsonLines(outcome.out);
+    ASSERT_EQ(results.size(), 3U);
+    EXPECT_LT(results[1]["triangles"], results[0]["triangles"]);
+    EXPECT_LT(results[2]["triangles"], results[1]["triangles"]);
+    for (const Json& result : results) {
+        const std::string file = result["output"];
+        const Json check = Json::parse(runProgram({"check", "--json", file}, folder_.path()).out);
+        EXPECT_EQ(check["triangles"], result["triangles"]);
+        EXPECT_NEAR(check["area"], result["area"], 1e-5 * result["area"].get<double>());
+        EXPECT_TRUE(check["faults"].empty()) << file;
+    }
+    ASSERT_EQ(mesh({"--simplify", "0.1dx"}).exit_code, 0);
+    EXPECT_EQ(contentsOf(folder_ / "out/a.0001.ply"), contentsOf(folder_ / "coarse/a.0001.ply"));
 }
 
 TEST_F(Outputs, OneThatFailsHarmsNoOther) {

@@ -51,7 +51,7 @@ TEST_F(PlaneJob, EveryFormatContainsTheSameClosedCurves) {
     }
 }
 
-TEST_F(PlaneJob, PicturesShowTheChosenLayersAndBounds) {
+TEST_F(PlaneJob, DrawingsShowTheChosenLayersAndBounds) {
     ASSERT_EQ(run("flat.bgeo", "p.svg", {"--dimension", "2"}).exit_code, 0);
     const std::string usual = contentsOf(folder_ / "p.svg");
     ASSERT_EQ(run("flat.bgeo", "p.svg", {"--dimension", "2", "--layers", "beta", "--bounds", "0,0,4,4"}).exit_code, 0);
@@ -88,6 +88,9 @@ TEST_F(PlaneJob, ContradictingOptionsAreRefusedBeforeAnythingIsWritten) {
     refused("c.ply", {"--dimension", "2", "--layers", "beta"}, "are for .svg output");
     refused("c.ply", {"--bounds", "0,0,1,1"}, "are for .svg output");
     refused("c.ply", {"--dimension", "2", "--tendrils", "points"}, "three dimensions");
+    refused("c.ply", {"--dimension", "2", "--walls", "x>0"}, "surface.walls (--walls) is for meshes");
+    refused("c.ply", {"--dimension", "2", "--surface-box", "0,0,0,1,1,1"}, "surface.box (--surface-box) is for meshes");
+    refused("c.ply", {"--dimension", "2", "--simplify", "0.1"}, "output.simplify (--simplify) is for meshes");
     refused("c.ply", {"--dimension", "2", "--skin", "1"}, "less than surface.radius");
     refused("c.ply", {"--dimension", "2", "--skin", "0.1", "--tessellation", "paper"}, "complete tessellation");
     refused("c.ply", {"--dimension", "2", "--predicates", "float"}, "three dimensions");

@@ -24,7 +24,7 @@ std::vector<std::string> small(std::vector<std::string> words) {
     return words;
 }
 
-class Pictures : public ::testing::Test {
+class Previews : public ::testing::Test {
 protected:
     void SetUp() override {
         ASSERT_EQ(runProgram({"sample", "drop", "sim.####.vdb", "--particles", "400", "--frames", "1-3"}, folder.path())
@@ -53,7 +53,7 @@ std::string outputOf(const std::string& command) {
     return ::pclose(pipe) == 0 ? text : "failed: " + text;
 }
 
-TEST_F(Pictures, OfASequenceShareACameraThatFramesAllFrames) {
+TEST_F(Previews, OfASequenceShareACameraThatFramesAllFrames) {
     const Outcome outcome = run(small({"render", "mesh.####.ply", "look/a.####.exr", "look/a.####.png"}));
     ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
     for (int frame = 1; frame <= 3; ++frame) {
@@ -79,7 +79,7 @@ TEST_F(Pictures, OfASequenceShareACameraThatFramesAllFrames) {
     EXPECT_EQ(bytes("look/c.0002.png"), bytes("look/a.0002.png"));
 }
 
-TEST_F(Pictures, AreReadByOiiotool) {
+TEST_F(Previews, AreReadByOiiotool) {
     if (std::system("command -v oiiotool >/dev/null") != 0) GTEST_SKIP() << "oiiotool is not installed here";
     ASSERT_EQ(run(small({"render", "mesh.0001.ply", "a.exr", "a.png"})).exit_code, 0);
     const std::string exr_info = outputOf("oiiotool --info -v " + folder / "a.exr");
@@ -90,7 +90,7 @@ TEST_F(Pictures, AreReadByOiiotool) {
     EXPECT_NE(png_info.find("160 x   90, 3 channel, uint8 png"), std::string::npos) << png_info;
 }
 
-TEST_F(Pictures, ParticlesAreBallsAndTheirUnionIsLarger) {
+TEST_F(Previews, ParticlesAreBallsAndTheirUnionIsLarger) {
     ASSERT_EQ(run(small({"render", "sim.0002.vdb", "p.exr", "--show", "particles"})).exit_code, 0);
     ASSERT_EQ(run(small({"render", "sim.0002.vdb", "u.exr", "--show", "union"})).exit_code, 0);
     const Picture picture = exr("p.exr");
@@ -100,7 +100,7 @@ TEST_F(Pictures, ParticlesAreBallsAndTheirUnionIsLarger) {
     EXPECT_GT(coverage(exr("u.exr")), coverage(picture));
 }
 
-TEST_F(Pictures, DifferForEverySetting) {
+TEST_F(Previews, DifferForEverySetting) {
     std::vector<std::string> seen;
     const std::vector<std::vector<std::string>> looks{{},
                                                       {"--shading", "zebra"},
@@ -123,7 +123,7 @@ TEST_F(Pictures, DifferForEverySetting) {
     }
 }
 
-TEST_F(Pictures, AreRenderedBesideTheMeshesOfAPipeline) {
+TEST_F(Previews, AreRenderedBesideTheMeshesOfAPipeline) {
     std::ofstream(folder / "job.yaml")
         << "version: 1\n"
            "input: {path: sim.####.vdb}\n"
@@ -150,7 +150,7 @@ TEST_F(Pictures, AreRenderedBesideTheMeshesOfAPipeline) {
     EXPECT_NE(bytes("look/a.0002.exr"), alone);
 }
 
-TEST_F(Pictures, CompareShowsFourSurfacesOfAFrame) {
+TEST_F(Previews, CompareShowsFourSurfacesOfAFrame) {
     ASSERT_EQ(run(small({"compare", "sim.0002.vdb", "a.png"})).exit_code, 0);
     const Image sheet = image("a.png");
     EXPECT_GT(sheet.width, 2 * 160);
@@ -178,7 +178,7 @@ TEST_F(Pictures, CompareShowsFourSurfacesOfAFrame) {
     EXPECT_EQ(run({"compare", "sim.0002.vdb", "a.png"}).exit_code, 2);
 }
 
-TEST_F(Pictures, PanelsDifferOnlyInTheKeysTheySet) {
+TEST_F(Previews, PanelsDifferOnlyInTheKeysTheySet) {
     const auto compared = [&](const std::vector<std::string>& panels) {
         std::vector<std::string> words = small({"compare", "sim.0002.vdb", "a.png", "--columns", "2", "--overwrite"});
         for (const std::string& panel : panels) words.insert(words.end(), {"--panel", panel});
@@ -203,7 +203,7 @@ TEST_F(Pictures, PanelsDifferOnlyInTheKeysTheySet) {
         EXPECT_EQ(compared({"one:", wrong}).exit_code, 2) << wrong;
 }
 
-TEST_F(Pictures, AContactSheetContainsTheChosenFrames) {
+TEST_F(Previews, AContactSheetContainsTheChosenFrames) {
     const std::vector<std::string> words = small({"render", "mesh.####.ply", "a.####.png", "--contact-sheet", "s.png"});
     ASSERT_EQ(run(words).exit_code, 0);
     const Image all = image("s.png");
@@ -218,7 +218,7 @@ TEST_F(Pictures, AContactSheetContainsTheChosenFrames) {
     EXPECT_LT(image("s.png").height, all.height);
 }
 
-TEST_F(Pictures, AMovieNeedsFfmpeg) {
+TEST_F(Previews, AMovieNeedsFfmpeg) {
     const std::vector<std::string> words = small({"render", "mesh.####.ply", "a.####.png", "--movie", "movies/m.mp4"});
     const Outcome without = runProgram(words, folder.path(), {"PATH=/nowhere"});
     EXPECT_EQ(without.exit_code, 2);
@@ -234,7 +234,7 @@ TEST_F(Pictures, AMovieNeedsFfmpeg) {
               "160,90,3\n");
 }
 
-TEST_F(Pictures, WrongUsageIsRefusedBeforeAnythingIsWritten) {
+TEST_F(Previews, WrongUsageIsRefusedBeforeAnythingIsWritten) {
     EXPECT_EQ(run({"render", "mesh.####.ply", "a.####.jpg"}).exit_code, 2);
     EXPECT_EQ(run({"render", "mesh.####.ply", "a.png"}).exit_code, 2);
     EXPECT_EQ(run({"render", "nothing.####.ply", "a.####.png"}).exit_code, 2);

@@ -51,7 +51,7 @@ TEST_F(Report, ListsEveryFrameAndMissingOnes) {
     EXPECT_EQ(count(html, "<tr class=\"missing\"><td>4</td>"), 1U);
     EXPECT_EQ(count(html, "<svg"), 7U);
     for (const int frame : {1, 2, 5})
-        EXPECT_NE(html.find("<td>" + std::to_string(report(frame)["triangles"].get<int>()) + "</td>"),
+        EXPECT_NE(html.find("<td>" + std::to_string(manifest(frame)["triangles"].get<int>()) + "</td>"),
                   std::string::npos);
     EXPECT_NE(html.find("<td>0.25</td>"), std::string::npos);
     EXPECT_NE(html.find("data:image/png;base64," + preview_), std::string::npos);
@@ -142,7 +142,7 @@ TEST_F(Report, AxesHaveDistinctLabelsAndCountsWholeOnes) {
     EXPECT_EQ(count(html, ">2.5</text>"), 0U);  // frames are whole numbers
 }
 
-TEST_F(Report, APictureOpensLargeByItsLink) {
+TEST_F(Report, APreviewOpensLargeByItsLink) {
     page();
     const std::string html = contentsOf(folder_ / "page.html");
     EXPECT_EQ(count(html, "<figure id=\"previews-1-frame-2\"><a href=\"#previews-1-frame-2\"><img "), 1U);

@@ -66,9 +66,9 @@ TEST_F(Resume, FramesAreMeshedAgainExactlyIfTheirManifestDoesNotMatch) {
     fs::resize_file(folder_ / "out/a.0001.ply", 100);
     fs::remove(folder_ / "out/a.0002.ply");
     expectAgain({1, 2});
-    Json manifest = report(3);
-    manifest["origin"]["version"] = "0.0.1";
-    write(folder_ / "out/a.0003.ply.json", manifest.dump());
+    Json older = manifest(3);
+    older["origin"]["version"] = "0.0.1";
+    write(folder_ / "out/a.0003.ply.json", older.dump());
     expectAgain({3});
     EXPECT_EQ(meshesIn("out").at("a.0001.ply"), before.at("a.0001.ply"));
 
@@ -143,7 +143,7 @@ TEST_F(Resume, AJobKilledAtAnyMomentIsCompletedToTheSameBytes) {
         ASSERT_EQ(runProgram(words, folder_.path()).exit_code, 0);
         EXPECT_TRUE(meshesIn("out") == undisturbed);
         EXPECT_EQ(hiddenFiles("out"), 0U);
-        for (int frame = 1; frame <= kFrames; ++frame) EXPECT_EQ(report(frame)["status"], "ok");
+        for (int frame = 1; frame <= kFrames; ++frame) EXPECT_EQ(manifest(frame)["status"], "ok");
     }
     EXPECT_EQ(killed, kRounds * kKillsARound);
 }
@@ -220,7 +220,7 @@ TEST_F(Resume, IfTwoProcessesWriteAFrameOneCompleteSetOfFilesWins) {
         EXPECT_EQ(second.wait().exit_code, 0);
         for (int frame = 1; frame <= kFrames; ++frame) {
             SCOPED_TRACE(std::to_string(trial) + ", frame " + std::to_string(frame));
-            const auto& files = expected.at(report(frame)["origin"]["configuration"]);
+            const auto& files = expected.at(manifest(frame)["origin"]["configuration"]);
             for (const std::string& name : {numbered("a", frame, ".ply"), numbered("a", frame, ".spheres.ply")}) {
                 ASSERT_EQ(exists("out/" + name), files.contains(name)) << name;
                 if (!files.contains(name)) continue;

@@ -57,7 +57,7 @@ TEST_F(OnSlurm, AnArrayWithAKilledAndRequeuedTaskWritesTheSameMeshesAsALocalRun)
     auto meshes = meshesIn("out");
     meshes.erase("job.html");
     EXPECT_TRUE(meshes == meshesIn("local"));
-    for (int frame = 1; frame <= kFrames; ++frame) EXPECT_EQ(report(frame)["status"], "ok");
+    for (int frame = 1; frame <= kFrames; ++frame) EXPECT_EQ(manifest(frame)["status"], "ok");
 }
 
 TEST_F(OnSlurm, WrittenScriptsAreAcceptedAndRun) {

@@ -25,16 +25,16 @@ TEST_F(JobSpacing, OfAnEmitterIsThatOfItsLiquid) {
         for (int frame = 3; frame < 6; ++frame) writeFrame(frame, box(8, 8, 8 + frame));
         const Outcome outcome = mesh({"--overwrite"});
         ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
-        const double spacing = report(5)["spacing"];
+        const double spacing = manifest(5)["spacing"];
         EXPECT_NEAR(spacing, kSpacing, 0.01);
         EXPECT_NE(outcome.err.find("measured in frames 1, 3 and 5"), std::string::npos) << outcome.err;
-        for (int frame = 1; frame < 6; ++frame) EXPECT_EQ(report(frame)["spacing"], spacing) << frame;
+        for (int frame = 1; frame < 6; ++frame) EXPECT_EQ(manifest(frame)["spacing"], spacing) << frame;
         // Only the frame of another spacing is told.
         const bool sparse = first.position[1].x > 1;
         EXPECT_EQ(outcome.err.find("a.0001.ply: the particle spacing of this frame is 3") != std::string::npos, sparse)
             << outcome.err;
-        EXPECT_EQ(report(1)["warnings"].size(), sparse ? 1U : 0U) << report(1)["warnings"];
-        EXPECT_EQ(report(5)["warnings"].size(), 0U) << report(5)["warnings"];
+        EXPECT_EQ(manifest(1)["warnings"].size(), sparse ? 1U : 0U) << manifest(1)["warnings"];
+        EXPECT_EQ(manifest(5)["warnings"].size(), 0U) << manifest(5)["warnings"];
     }
 }
 
@@ -91,12 +91,12 @@ TEST_F(JobSpacing, ARadiusThatDoesNotSuitTheParticlesIsToldWhateverWayItWasGiven
         const Outcome outcome = mesh(options);
         ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
         for (int frame = 1; frame <= 2; ++frame) {
-            const std::string warnings = report(frame)["warnings"].dump();
+            const std::string warnings = manifest(frame)["warnings"].dump();
             EXPECT_EQ(warnings.find("spacing") != std::string::npos, !c.warning.empty()) << c.options[1] << warnings;
             EXPECT_NE(warnings.find(c.warning), std::string::npos) << c.options[1] << warnings;
         }
         EXPECT_EQ(outcome.err.find("warning: ") != std::string::npos, !c.warning.empty()) << outcome.err;
-        EXPECT_NEAR(report(1)["frame_spacing"].get<double>(), kSpacing, 0.01);
+        EXPECT_NEAR(manifest(1)["frame_spacing"].get<double>(), kSpacing, 0.01);
     }
 }
 
@@ -105,7 +105,7 @@ TEST_F(JobSpacing, OfEmptyFramesIsNotNeeded) {
     for (const char* dimension : {"3", "2"}) {
         const Outcome outcome = mesh({"--dimension", dimension, "--overwrite"});
         EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
-        EXPECT_EQ(report(1)["status"], "empty");
+        EXPECT_EQ(manifest(1)["status"], "empty");
     }
     writeFrame(2, box(3, 1, 1));
     const Outcome unknown = mesh({"--overwrite"});

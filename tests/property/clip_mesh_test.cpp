@@ -67,6 +67,7 @@ TEST(ClipMesh, OfABlockIsABoxWithInterpolatedColumns) {
     params.spacing = 1;
     params.attributes = {"x", "row"};
     params.surface_attributes.thickness = true;
+    params.surface_attributes.normals = true;
     params.components = true;
     params.features.droplets = Droplets::points;
     block.position[0] = Vec3f(-20, 0, 0);  // becomes a sphere, which is outside
@@ -84,9 +85,13 @@ TEST(ClipMesh, OfABlockIsABoxWithInterpolatedColumns) {
     EXPECT_NEAR(volumeBetween(2.25, 4.375) + volumeBetween(4.375, 7.5), measureMesh(mesh).volume, 1e-4);
     ASSERT_EQ(mesh.component->size(), mesh.triangles.size());
     ASSERT_EQ(mesh.velocity.size(), mesh.position.size());
-    ASSERT_EQ(mesh.attributes.size(), 3U);
-    for (const Attribute& column : mesh.attributes)
-        ASSERT_EQ(column.real.size() + column.integer.size(), mesh.position.size());
+    ASSERT_EQ(mesh.attributes.size(), 4U);
+    for (const Attribute& column : mesh.attributes) {
+        ASSERT_EQ(column.real.size() + column.integer.size(), mesh.position.size() * column.components);
+        if (column.name != "N") continue;
+        for (std::size_t i = 0; i < column.real.size(); i += 3)
+            EXPECT_NEAR(Vec3f(column.real[i], column.real[i + 1], column.real[i + 2]).length(), 1, 1e-5);
+    }
     std::size_t on_face = 0;
     for (std::size_t v = 0; v < mesh.position.size(); ++v) {
         EXPECT_NEAR(static_cast<double>(mesh.attributes[0].real[v]), mesh.position[v].x, 1.6);

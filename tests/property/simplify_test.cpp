@@ -144,6 +144,37 @@ TEST(Simplify, LeavesFewerTrianglesTheMoreIsTolerated) {
     EXPECT_LT(before, mesh.triangles.size() / 8);
 }
 
+// Opposite sides of a thin sheet are nearer to each other than long tolerances.
+TEST(Simplify, LongTolerancesKeepNoMoreOfThinSheetsThanShortOnes) {
+    Cloud cloud{"sheet", {}, 1.5};
+    Random random(1);
+    for (int i = 0; i < 400; ++i) cloud.particles.position.emplace_back(Vec3(i % 20, i / 20, 0) + random.cube() * 0.2);
+    const Mesh mesh = skinOf(cloud);
+    std::size_t before = mesh.triangles.size() / 2;
+    for (const double tolerance : {0.03, 0.1, 0.3, 1.0, 100.0}) {
+        const std::size_t now = simplified(mesh, tolerance).triangles.size();
+        EXPECT_LT(now, before + before / 20) << tolerance;
+        before = now;
+    }
+}
+
+// Unions of balls cross themselves; what crossed before may go on to do so, and costs no more.
+TEST(Simplify, AcceptsMeshesThatCrossThemselves) {
+    Cloud cloud{"union", {}, 1.5};
+    for (int i = 0; i < 64; ++i) cloud.particles.position.emplace_back(i % 4, i / 4 % 4, i / 16);
+    Mesh twice = skinOf(cloud);
+    const auto n = static_cast<std::uint32_t>(twice.position.size());
+    Mesh other = twice;
+    for (std::uint32_t v = 0; v < n; ++v) twice.position.push_back(twice.position[v] + Vec3(1.1, 0.3, 0.7));
+    for (const auto& [a, b, c] : other.triangles) twice.triangles.push_back({a + n, b + n, c + n});
+    twice.velocity.clear();
+    twice.attributes.clear();
+    const Mesh result = simplified(twice, 0.02);
+    EXPECT_LT(result.triangles.size(), twice.triangles.size());
+    EXPECT_LE(checkMesh(result).crossings.count, checkMesh(twice).crossings.count);
+    EXPECT_FALSE(checkMesh(result).open_edges);
+}
+
 TEST(Simplify, HasTheSameBytesForAnyNumberOfThreads) {
     const Mesh mesh = skinOf(awkwardClouds().back());
     const Mesh usual = simplified(mesh, 0.02);

@@ -155,15 +155,11 @@ TEST(CoherentSmoothing, LeavesEveryParticleInside) {
 
 TEST(CoherentSmoothing, LeavesAMeshClosedAndFinite) {
     forEveryCloud(300, [](const Cloud& cloud) {
-        for (const double inset : {0.0, 0.6}) {
-            SkinParams params = withRadius(cloud.radius);
-            params.inset = inset * cloud.radius;
-            const Mesh mesh = skinFrame(cloud.particles, params).mesh;
-            const MeshMeasure measure = measureMesh(mesh);
-            EXPECT_EQ(measure.unpaired_edges, 0u);
-            for (const Vec3& p : mesh.position) ASSERT_TRUE(std::isfinite(p.x + p.y + p.z));
-            for (const Vec3& v : mesh.velocity) ASSERT_TRUE(std::isfinite(v.x + v.y + v.z));
-        }
+        const Mesh mesh = skinFrame(cloud.particles, withRadius(cloud.radius)).mesh;
+        const MeshMeasure measure = measureMesh(mesh);
+        EXPECT_EQ(measure.unpaired_edges, 0u);
+        for (const Vec3& p : mesh.position) ASSERT_TRUE(std::isfinite(p.x + p.y + p.z));
+        for (const Vec3& v : mesh.velocity) ASSERT_TRUE(std::isfinite(v.x + v.y + v.z));
     });
 }
 
@@ -178,54 +174,18 @@ TEST(CoherentSmoothing, MorePassesAndAWiderKernelAreSmoother) {
     EXPECT_LE(roughness(skinFrame(particles, params).mesh), 0.8 * once);
 }
 
-TEST(CoherentSmoothing, AndInsetsMakeNoCrossings) {
-    const auto expectNoCrossings = [](const Cloud& cloud, double inset, int subdivisions) {
+TEST(CoherentSmoothing, MakesNoCrossings) {
+    const auto expectNoCrossings = [](const Cloud& cloud, int subdivisions) {
         SkinParams params = withRadius(cloud.radius);
-        params.inset = inset * cloud.radius;
         params.arc_subdivisions = subdivisions;
         CheckParams check;
         check.tolerance = 1e-6 * cloud.radius;
         const MeshCheck found = checkMesh(skinFrame(cloud.particles, params).mesh, check);
         EXPECT_EQ(found.crossings.count, 0u)
-            << "inset " << inset << ", subdivisions " << subdivisions << ", depth " << found.deepest / cloud.radius;
+            << "subdivisions " << subdivisions << ", depth " << found.deepest / cloud.radius;
     };
-    forEveryCloud(400, [&](const Cloud& cloud) {
-        for (const double inset : {0.0, 0.3, 0.66}) expectNoCrossings(cloud, inset, 0);
-    });
-    forEveryCloud(500, [&](const Cloud& cloud) {
-        for (const double inset : {0.0, 0.3}) expectNoCrossings(cloud, inset, 1);
-    });
-}
-
-TEST(Inset, MovesThickLiquidInwardsByItsDepth) {
-    SkinParams params = withRadius(1.5);
-    const Particles particles = slab(1, 0);
-    const auto height = [&] {
-        double sum = 0, area = 0;
-        forTopOf(skinFrame(particles, params).mesh, 12, 43, [&](const Vec3& middle, const Vec3& normal) {
-            sum += middle.z * normal.z;
-            area += normal.z;
-        });
-        return sum / area;
-    };
-    const double before = height();
-    params.inset = 0.8;
-    EXPECT_NEAR(before - height(), 0.8, 0.05);
-}
-
-TEST(Inset, NeverTurnsThinLiquidInsideOut) {
-    for (const Particles& particles : {box(16, 16, 1, 1), box(20, 1, 1, 2), box(3, 3, 3, 3)})
-        for (const double inset : {0.3, 1.0}) {
-            SkinParams params = withRadius(1.5);
-            const double whole = measureMesh(skinFrame(particles, params).mesh).volume;
-            params.inset = inset;
-            const Mesh mesh = skinFrame(particles, params).mesh;
-            CheckParams check;
-            check.tolerance = 1e-6;
-            EXPECT_EQ(checkMesh(mesh, check).crossings.count, 0u);
-            EXPECT_GT(measureMesh(mesh).volume, 0.05 * whole);
-            for (const Vec3f& p : particles.position) EXPECT_GT(windingNumber(mesh, Vec3(p)), 0.5);
-        }
+    forEveryCloud(400, [&](const Cloud& cloud) { expectNoCrossings(cloud, 0); });
+    forEveryCloud(500, [&](const Cloud& cloud) { expectNoCrossings(cloud, 1); });
 }
 
 TEST(CoherentSmoothing, VelocitiesAreTheRatesAtWhichVerticesMove) {
@@ -253,7 +213,7 @@ TEST(CoherentSmoothing, VelocitiesAreTheRatesAtWhichVerticesMove) {
                 arcPoints(boundary, balls, boundaryVertices(later, snapped, boundary, balls), subdivision);
             const FacePoints points = facePoints(snapped, boundary, balls, directions);
             BetaMesh mesh = completeTessellation(boundary, balls, network, points, subdivision);
-            CoherentSmoother(boundarySamples(boundary, balls, network, points), {1.5, 4.2, 1, 0.5}).smooth(mesh);
+            CoherentSmoother(boundarySamples(boundary, balls, network, points), {1.5, 4.2, 1}).smooth(mesh);
             return std::pair(std::pair(boundary.triangle, network.arc_begin), mesh);
         };
         const auto [names, now] = moved(0);
@@ -283,41 +243,38 @@ TEST(CoherentSmoothing, VelocitiesAreTheRatesAtWhichVerticesMove) {
 }
 
 TEST(SurfaceVelocity, MovesEveryVertexWithTheSurface) {
-    for (const double inset : {0.0, 0.5}) {
-        double error = 0, size = 0;
-        for (unsigned seed = 0; seed < 4; ++seed) {
-            Particles particles = box(5, 5, 4, seed);
-            for (const Vec3f& p : particles.position)  // swells that run through the liquid
-                particles.velocity.emplace_back(std::sin(0.7f * p.y), std::sin(0.8f * p.z), std::sin(0.9f * p.x));
-            SkinParams params = withRadius(1.5);
-            params.inset = inset;
-            constexpr double kStep = 1e-3;
-            const auto moved = [&](double time) {
-                Particles later = particles;
-                for (std::size_t i = 0; i < particles.size(); ++i)
-                    later.position[i] += particles.velocity[i] * static_cast<float>(time);
-                return skinFrame(later, params).mesh;
-            };
-            const Mesh now = moved(0), before = moved(-kStep), after = moved(kStep);
-            const std::vector<Vec3> normals = normalsOf(now);
-            for (std::size_t v = 0; v < now.position.size(); v += 3) {
-                const double weight = normals[v].length();
-                if (!(weight > 0)) continue;
-                const Vec3 normal = normals[v] / weight;
-                const Vec3 way = Vec3(now.velocity[v]) * kStep;
-                const double ahead = wayAlong(after, now.position[v] + way, normal, 20 * kStep),
-                             behind = wayAlong(before, now.position[v] - way, normal, 20 * kStep);
-                if (!std::isfinite(ahead) || !std::isfinite(behind)) continue;  // another surface, or none
-                if (std::abs(ahead + behind) > 0.1 * kStep) continue;           // an event
-                const double off = (ahead - behind) / (2 * kStep), speed = dot(normal, now.velocity[v]);
-                error += weight * off * off;
-                size += weight * speed * speed;
-            }
+    double error = 0, size = 0;
+    for (unsigned seed = 0; seed < 4; ++seed) {
+        Particles particles = box(5, 5, 4, seed);
+        for (const Vec3f& p : particles.position)  // swells that run through the liquid
+            particles.velocity.emplace_back(std::sin(0.7f * p.y), std::sin(0.8f * p.z), std::sin(0.9f * p.x));
+        SkinParams params = withRadius(1.5);
+        constexpr double kStep = 1e-3;
+        const auto moved = [&](double time) {
+            Particles later = particles;
+            for (std::size_t i = 0; i < particles.size(); ++i)
+                later.position[i] += particles.velocity[i] * static_cast<float>(time);
+            return skinFrame(later, params).mesh;
+        };
+        const Mesh now = moved(0), before = moved(-kStep), after = moved(kStep);
+        const std::vector<Vec3> normals = normalsOf(now);
+        for (std::size_t v = 0; v < now.position.size(); v += 3) {
+            const double weight = normals[v].length();
+            if (!(weight > 0)) continue;
+            const Vec3 normal = normals[v] / weight;
+            const Vec3 way = Vec3(now.velocity[v]) * kStep;
+            const double ahead = wayAlong(after, now.position[v] + way, normal, 20 * kStep),
+                         behind = wayAlong(before, now.position[v] - way, normal, 20 * kStep);
+            if (!std::isfinite(ahead) || !std::isfinite(behind)) continue;  // another surface, or none
+            if (std::abs(ahead + behind) > 0.1 * kStep) continue;           // an event
+            const double off = (ahead - behind) / (2 * kStep), speed = dot(normal, now.velocity[v]);
+            error += weight * off * off;
+            size += weight * speed * speed;
         }
-        // Where the surface moves relative to the balls faster than they do relative to each other, its velocity is
-        // limited.
-        EXPECT_LE(std::sqrt(error / size), 0.06) << "inset " << inset;
     }
+    // Where the surface moves relative to the balls faster than they do relative to each other, its velocity is
+    // limited.
+    EXPECT_LE(std::sqrt(error / size), 0.06);
 }
 
 TEST(SurfaceVelocity, OfAnIsolatedDropIsThatOfItsParticle) {
@@ -329,21 +286,17 @@ TEST(SurfaceVelocity, OfAnIsolatedDropIsThatOfItsParticle) {
 
 TEST(SurfaceVelocity, OfARigidBodyIsThatOfTheBody) {
     const Vec3 turn(0.3, -0.7, 0.5), drift(1, 2, -0.5);
-    for (Particles particles : {box(6, 6, 6, 1), box(9, 9, 1, 2), box(3, 2, 2, 3), box(20, 2, 1, 4)})
-        for (const double inset : {0.0, 0.6}) {
-            for (const Vec3f& p : particles.position) particles.velocity.emplace_back(drift + cross(turn, Vec3(p)));
-            SkinParams params = withRadius(1.5);
-            params.inset = inset;
-            const Mesh mesh = skinFrame(particles, params).mesh;
-            double worst = 0, fastest = 0;
-            for (std::size_t v = 0; v < mesh.position.size(); ++v) {
-                const Vec3 expected = drift + cross(turn, mesh.position[v]);
-                worst = std::max(worst, (mesh.velocity[v] - expected).length());
-                fastest = std::max(fastest, expected.length());
-            }
-            EXPECT_LE(worst, 1e-4 * fastest);
-            particles.velocity.clear();
+    for (Particles particles : {box(6, 6, 6, 1), box(9, 9, 1, 2), box(3, 2, 2, 3), box(20, 2, 1, 4)}) {
+        for (const Vec3f& p : particles.position) particles.velocity.emplace_back(drift + cross(turn, Vec3(p)));
+        const Mesh mesh = skinFrame(particles, withRadius(1.5)).mesh;
+        double worst = 0, fastest = 0;
+        for (std::size_t v = 0; v < mesh.position.size(); ++v) {
+            const Vec3 expected = drift + cross(turn, mesh.position[v]);
+            worst = std::max(worst, (mesh.velocity[v] - expected).length());
+            fastest = std::max(fastest, expected.length());
         }
+        EXPECT_LE(worst, 1e-4 * fastest);
+    }
 }
 
 }  // namespace betamesh

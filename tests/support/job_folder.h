@@ -63,9 +63,9 @@ protected:
         return !exists(numbered("out/a", frame, ".ply")) && !exists(numbered("out/a", frame, ".ply.json"));
     }
 
-    Json report(int frame) { return Json::parse(contentsOf(folder_ / numbered("out/a", frame, ".ply.json"))); }
+    Json manifest(int frame) { return Json::parse(contentsOf(folder_ / numbered("out/a", frame, ".ply.json"))); }
 
-    /// Names and contents of all files in a folder except reports, which contain times.
+    /// Names and contents of all files in a folder except manifests, which contain times.
     std::map<std::string, std::string> meshesIn(const std::string& name) {
         std::map<std::string, std::string> files;
         for (const auto& entry : fs::directory_iterator(folder_ / name)) {

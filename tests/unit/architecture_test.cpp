@@ -31,7 +31,7 @@ const std::string kUmbrella = "betamesh/betamesh.h", kFiles = "betamesh/io.h";
 
 // How the headers of a third-party library begin, and the files that may include them.
 const std::vector<std::pair<std::string, std::vector<std::string>>> kThirdParty{
-    {"CLI/", {"cmd/command.h", "cmd/job_options.h", "cmd/picture_options.h"}},
+    {"CLI/", {"cmd/command.h", "cmd/job_options.h", "cmd/preview_options.h"}},
     {"Imath/", {"include/betamesh/vec3.h"}},
     {"OpenEXR/", {"render/exr_file.cpp"}},
     {"blosc.h", {"io/houdini_scf.cpp"}},

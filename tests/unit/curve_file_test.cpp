@@ -74,18 +74,18 @@ std::size_t count(const std::string& text, const std::string& what) {
     return found;
 }
 
-TEST(Picture, DrawsTheRequestedLayersOnly) {
+TEST(Drawing, DrawsTheRequestedLayersOnly) {
     const TemporaryFolder folder;
-    PlanePicture picture;
-    picture.particles = {{0, 0, 0}, {1, 0, 0}, {2, 1, 0}};
-    picture.radius = 1.5;
-    picture.alpha.position = picture.particles;
-    picture.alpha.edges = {{0, 1}, {1, 0}};
-    picture.before = picture.beta = someCurves();
-    picture.pure = {1, 0, 1, 0, 1, 1, 1, 1, 1, 1};
-    picture.apart = {{9, 9, 0}};
+    PlaneDrawing drawing;
+    drawing.particles = {{0, 0, 0}, {1, 0, 0}, {2, 1, 0}};
+    drawing.radius = 1.5;
+    drawing.alpha.position = drawing.particles;
+    drawing.alpha.edges = {{0, 1}, {1, 0}};
+    drawing.before = drawing.beta = someCurves();
+    drawing.pure = {1, 0, 1, 0, 1, 1, 1, 1, 1, 1};
+    drawing.apart = {{9, 9, 0}};
     const auto drawn = [&](const std::vector<Layer>& layers) {
-        writeSvg(folder / "p.svg", picture, layers);
+        writeSvg(folder / "p.svg", drawing, layers);
         const std::string text = contentsOf(folder / "p.svg");
         EXPECT_TRUE(text.starts_with("<svg ") && text.ends_with("</svg>\n"));
         return std::pair(count(text, "<circle"), count(text, "<path"));
@@ -98,16 +98,16 @@ TEST(Picture, DrawsTheRequestedLayersOnly) {
     EXPECT_EQ(drawn({Layer::before}), Counts(10, 1));
     EXPECT_EQ(drawn({Layer::beta}), Counts(0, 1));
     EXPECT_EQ(drawn({Layer::beta, Layer::vertices}), Counts(10, 1));
-    picture = {};
+    drawing = {};
     EXPECT_EQ(drawn({Layer::discs, Layer::particles, Layer::alpha, Layer::beta}), Counts(0, 2));
 }
 
-TEST(Picture, DrawsTheRequestedBounds) {
+TEST(Drawing, DrawsTheRequestedBounds) {
     const TemporaryFolder folder;
-    PlanePicture picture;
-    picture.particles = {{3, 4, 0}};
-    picture.radius = 1;
-    writeSvg(folder / "p.svg", picture, {Layer::discs}, {{1, 2, 0}, {5, 4, 0}});
+    PlaneDrawing drawing;
+    drawing.particles = {{3, 4, 0}};
+    drawing.radius = 1;
+    writeSvg(folder / "p.svg", drawing, {Layer::discs}, {{1, 2, 0}, {5, 4, 0}});
     const std::string text = contentsOf(folder / "p.svg");
     EXPECT_NE(text.find("width='1000.00' height='500.00'"), std::string::npos) << text;
     EXPECT_NE(text.find("cx='500.00' cy='0.00' r='250.00'"), std::string::npos) << text;  // y points up

@@ -295,8 +295,8 @@ void printOutput(std::ostream& out, const std::vector<KeyValue>& keys) {
 
 void applyPreset(Config& config, std::string_view name) {
     const Preset& preset = presetNamed(name);
-    const fs::path origin = "preset '" + std::string(name) + "'";
-    applyRows(config, readYaml(origin, [&] { return YAML::LoadAll(std::string(preset.text)); }), origin);
+    const fs::path source = "preset '" + std::string(name) + "'";
+    applyRows(config, readYaml(source, [&] { return YAML::LoadAll(std::string(preset.text)); }), source);
 }
 
 Config readConfig(const fs::path& file, const std::vector<KeyValue>& command_line, const Config& base) {

@@ -28,7 +28,7 @@ struct Length {
 
 enum class OnMissing { error, skip, empty };  ///< what to do with a frame whose input is missing
 
-/// What a preview picture shows.
+/// What a preview shows.
 enum class ShownGeometry {
     surface,
     particles,  ///< small balls
@@ -47,7 +47,7 @@ struct KeyValue {
 /// frames_in_flight, threads and memory_limit.
 struct Config {
     std::vector<std::string> preset;  ///< names, already applied to the members below
-    struct Input : ParticleInput {    ///< its origin is set when the job is planned, see resolveOrigin()
+    struct Input : ParticleInput {    ///< its origin is set when the job is planned, see resolvedLocalOrigin()
         std::string path;
         std::optional<std::array<double, 3>> given_origin;  ///< nullopt: auto
     } input;
@@ -162,7 +162,7 @@ std::string nearestConfigKey(std::string_view unknown);
 /// The key and value in `a.b=c`, the argument of --set.
 KeyValue keyValueOf(const std::string& assignment);
 
-/// Sets one key. `where` names the origin of the value in errors: "--set", "splash.yaml:4:11". Setting `preset` sets
+/// Sets one key. `where` is the place of the value for errors: "--set", "splash.yaml:4:11". Setting `preset` sets
 /// all keys of those presets, so it has to come before keys that override them.
 void setConfigKey(Config& config, const std::string& path, const std::string& value, const std::string& where);
 

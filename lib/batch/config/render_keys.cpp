@@ -1,4 +1,4 @@
-// Configuration keys of preview pictures of meshes and particles.
+// Configuration keys of previews, pictures of meshes and particles.
 
 #include "batch/config/key_tables.h"
 #include "batch/config/key_types.h"
@@ -83,13 +83,13 @@ ConfigKey groundKey(const KeyText& text) {
 void addPreviewKeys(std::vector<ConfigKey>& keys) {
     keys.push_back(textKey(
         {"preview.path", "", "",
-         "Preview pictures, one per frame. .png: a picture to look at. .exr: also depth, normals, positions, motion "
+         "Previews, one picture per frame. .png: to look at. .exr: also depth, normals, positions, motion "
          "vectors and ids for compositing. Empty: no previews."},
         "a path ending in .png or .exr, with the frame number written as in input.path; or leave it empty",
         [](Config& c) -> std::string& { return c.preview.path; }, checkPreviewPath));
     keys.push_back(choiceKey<ShownGeometry>(
         {"preview.show", "--show", "",
-         "What the picture shows. surface: the mesh and the spheres beside it. particles: small balls. union: balls "
+         "What the preview shows. surface: the mesh and the spheres beside it. particles: small balls. union: balls "
          "with the radius of the surface. `betamesh render` always shows a mesh as a surface, and particle files as "
          "balls."},
         {{"surface", ShownGeometry::surface},
@@ -99,9 +99,9 @@ void addPreviewKeys(std::vector<ConfigKey>& keys) {
     keys.push_back(lengthKey({"preview.particle_radius", "--particle-radius", "",
                               "Radius of the small balls that preview.show particles draws."},
                              "", [](Config& c) -> Length& { return c.preview.particle_radius; }));
-    keys.push_back(integerKey({"preview.width", "--width", "pixels", "Width of the picture."}, 16, 16384, false,
+    keys.push_back(integerKey({"preview.width", "--width", "pixels", "Width of the preview."}, 16, 16384, false,
                               [](Config& c) -> int& { return c.preview.width; }));
-    keys.push_back(integerKey({"preview.height", "--height", "pixels", "Height of the picture."}, 16, 16384, false,
+    keys.push_back(integerKey({"preview.height", "--height", "pixels", "Height of the preview."}, 16, 16384, false,
                               [](Config& c) -> int& { return c.preview.height; }));
     keys.push_back(integerKey({"preview.samples", "--samples", "rays per pixel",
                                "Number of rays per pixel. More rays give cleaner edges, shadows and motion blur but "
@@ -117,7 +117,7 @@ void addPreviewKeys(std::vector<ConfigKey>& keys) {
         [](Config & c) -> auto& { return c.preview.camera_position; }));
     keys.push_back(pointKey(
         {"preview.look_at", "--look-at", "world units",
-         "Point at the centre of the picture. auto: the centre of what the automatic camera frames."},
+         "Point at the centre of the preview. auto: the centre of what the automatic camera frames."},
         [](Config & c) -> auto& { return c.preview.look_at; }));
     keys.push_back(realKey({"preview.azimuth", "--azimuth", "degrees",
                             "Direction of the automatic camera around the vertical axis: 0 looks along -z (+y if z is "
@@ -128,7 +128,7 @@ void addPreviewKeys(std::vector<ConfigKey>& keys) {
                            -89, 89, [](Config& c) -> double& { return c.preview.elevation; }));
     keys.push_back(realKey({"preview.fov", "--fov", "degrees", "Vertical field of view of the camera."}, 1, 150,
                            [](Config& c) -> double& { return c.preview.fov; }));
-    keys.push_back(choiceKey<UpAxis>({"preview.up", "--up", "", "Axis that points up in the picture."},
+    keys.push_back(choiceKey<UpAxis>({"preview.up", "--up", "", "Axis that points up in the preview."},
                                      {{"y", UpAxis::y}, {"z", UpAxis::z}},
                                      [](Config& c) -> UpAxis& { return c.preview.up; }));
     keys.push_back(choiceKey<Shading>({"preview.shading", "--shading", "",
@@ -143,7 +143,7 @@ void addPreviewKeys(std::vector<ConfigKey>& keys) {
                                              {{"smooth", PreviewNormals::smooth}, {"flat", PreviewNormals::flat}},
                                              [](Config& c) -> PreviewNormals& { return c.preview.normals; }));
     keys.push_back(cutKey({"preview.cut", "--cut", "world units",
-                           "Cuts the picture open: shows only one side of a plane across an axis, as in z<0.25, and "
+                           "Cuts the preview open: shows only one side of a plane across an axis, as in z<0.25, and "
                            "the cross-section of the liquid there. none: shows everything."}));
     keys.push_back(realKey({"preview.wireframe", "--wireframe", "pixels", "Wireframe line width; 0 disables it."}, 0,
                            100, [](Config& c) -> double& { return c.preview.wireframe; }));

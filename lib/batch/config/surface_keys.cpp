@@ -65,7 +65,7 @@ void addSurfaceKeys(std::vector<ConfigKey>& keys) {
         {"surface.dimension", "--dimension", "",
          "3: balls, which give closed triangle meshes. 2: discs, which give closed curves, for particles in one plane "
          "across an axis: all have the same z, the same y or the same x; curves are written as .ply edges, .bgeo "
-         "polylines, .obj lines or .svg pictures."},
+         "polylines, .obj lines or .svg drawings."},
         2, 3, false, [](Config& c) -> int& { return c.surface.dimension; }));
     keys.push_back(choiceKey<Tessellation>(
         {"surface.tessellation", "--tessellation", "",
@@ -208,7 +208,7 @@ void addSurfaceOutputKeys(std::vector<ConfigKey>& keys) {
         {"output.normals", "--output-normals", "",
          "Writes normals fitted to the surface near each vertex as the attribute `N`. They shade more smoothly than "
          "those of the triangles, and change continuously over time. .vtp, .usda, .abc and .obj files have normals in "
-         "any case, computed from the triangles unless this is true. Pictures use `N`, too."},
+         "any case, computed from the triangles unless this is true. Previews use `N`, too."},
         [](Config& c) -> bool& { return c.output.normals; }));
     keys.push_back(namesKey(
         {"output.surface_attributes", "--surface-attributes", "",

@@ -19,8 +19,8 @@ constexpr double kLeastUsualRadius = 0.8, kMostUsualRadius = 3;  // usual ball r
 constexpr double kWrongRadius = 50, kWrongRadiusOfMany = 10;
 constexpr std::size_t kMany = 5000;  // particles
 
-ResolvedRadius resolvedRadius(const Length& radius, double spacing, std::string origin) {
-    return {radius.in_spacings ? radius.value * spacing : radius.value, spacing, std::move(origin), {}};
+ResolvedRadius resolvedRadius(const Length& radius, double spacing, std::string source) {
+    return {radius.in_spacings ? radius.value * spacing : radius.value, spacing, std::move(source), {}};
 }
 
 /// The paper's smoothing needs its tessellation.

@@ -17,7 +17,7 @@ namespace betamesh {
 struct ResolvedRadius {
     double radius = 0;
     double spacing = 0;
-    std::string origin;  ///< where the spacing comes from, for the log: "as given", "measured in a.0001.vdb"
+    std::string source;  ///< where the spacing comes from, for the log: "as given", "measured in a.0001.vdb"
     std::vector<std::string> warnings;
 };
 

@@ -1,5 +1,6 @@
 #include "batch/job/empty_frames.h"
 
+#include "base/attribute_names.h"
 #include "batch/job/frames.h"
 #include "betamesh/error.h"
 #include "io/particle_file.h"
@@ -11,9 +12,7 @@
 namespace betamesh {
 namespace {
 
-bool isAcceleration(const Attribute& a) {
-    return (a.name == "accel" || a.name == "acceleration") && a.components == 3 && !a.hasIntegers();
-}
+bool isAcceleration(const Attribute& a) { return isAccelerationName(a.name) && a.components == 3 && !a.hasIntegers(); }
 
 const Attribute* find(const std::vector<Attribute>& attributes, std::string_view name) {
     const auto found =

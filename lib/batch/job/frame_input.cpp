@@ -1,5 +1,7 @@
 #include "batch/job/frame_input.h"
 
+#include "base/attribute_names.h"
+#include "base/lower_case.h"
 #include "base/parallel.h"
 #include "batch/platform/interrupt.h"
 #include "batch/platform/memory.h"
@@ -7,7 +9,6 @@
 #include "betamesh/error.h"
 
 #include <algorithm>
-#include <cctype>
 #include <cmath>
 #include <sstream>
 #include <utility>
@@ -61,13 +62,11 @@ bool needsOnlySurface(const Plan& plan) {
     return plan.config.surface.dimension == 3 && plan.skin.radius > 0 && !shows_particles;
 }
 
-bool isAcceleration(const std::string& name) { return name == "accel" || name == "acceleration"; }
-
 /// Whether an attribute, or the vector that it is a component of, is written to the output.
 bool isOutput(const std::string& name, const Config& config) {
     const std::vector<std::string>& names = config.output.attributes;
     const auto isWanted = [&](const std::string& attribute) {
-        return isAcceleration(attribute) || std::find(names.begin(), names.end(), attribute) != names.end();
+        return isAccelerationName(attribute) || std::find(names.begin(), names.end(), attribute) != names.end();
     };
     const auto part = componentName(name);
     return isWanted(name) || (part && isWanted(part->vector));
@@ -159,8 +158,7 @@ std::optional<InputRemark> remarkOnPrecision(const Attribute& attribute, const s
                (p.name == attribute.name || (component && component->vector == attribute.name));
     });
     if (part == parts.end()) return std::nullopt;
-    std::string type = part->type;
-    for (char& c : type) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    const std::string type = lowerCase(part->type);
     const auto has = [&](const char* word) { return type.find(word) != std::string::npos; };
     if (has("int"))
         return InputRemark{

@@ -51,7 +51,7 @@ WriteOptions writeOptions(const WriteOptions& of_sequence, int frame) {
     return options;
 }
 
-std::string reportPath(const std::string& output) { return output + ".json"; }
+std::string manifestPath(const std::string& output) { return output + ".json"; }
 
 std::string spheresPath(const std::string& output) {
     const auto [stem, extension] = splitExtension(output);

@@ -12,7 +12,7 @@ namespace betamesh {
 /// What is planned for a frame.
 enum class FrameAction {
     mesh,            ///< read, skin, write
-    draw,            ///< the mesh is up to date: render its picture again
+    draw,            ///< the mesh is up to date: render its preview again
     write_empty,     ///< the input is missing; run.on_missing is empty
     skip_missing,    ///< the input is missing; run.on_missing is skip
     fail_missing,    ///< the input is missing; run.on_missing is error
@@ -32,7 +32,7 @@ struct FrameTask {
     std::string input;
     std::string output;
     FrameAction action = FrameAction::mesh;
-    std::string picture{};      ///< path; empty: no picture
+    std::string preview{};      ///< path; empty: no preview
     std::string why{};          ///< why an existing output is made again, or why the frame was lost
     std::uint64_t memory = 0;   ///< estimated peak memory of the frame, with that of a level set, bytes
     bool near_surface = false;  ///< the frame does not fit: load only the particles near its surface
@@ -52,8 +52,8 @@ enum class FrameStatus {
 /// "ok", "empty", "skipped" or "failed".
 const char* nameOf(FrameStatus status);
 
-/// The path of the report beside an output: "o.0001.ply" -> "o.0001.ply.json".
-std::string reportPath(const std::string& output);
+/// The path of the manifest beside an output: "o.0001.ply" -> "o.0001.ply.json".
+std::string manifestPath(const std::string& output);
 
 /// The path of the spheres beside an output: "o.0001.ply" -> "o.0001.spheres.ply". .ply if the format of the output
 /// cannot store a radius.

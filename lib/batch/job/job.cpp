@@ -17,6 +17,7 @@
 #include <map>
 #include <mutex>
 #include <new>
+#include <span>
 #include <string>
 #include <system_error>
 #include <utility>
@@ -32,7 +33,7 @@ std::map<std::string, bool> foldersOf(std::span<const Plan> outputs) {
     std::map<std::string, bool> folders;
     for (const Plan& plan : outputs)
         for (const FrameTask& task : plan.tasks)
-            for (const std::string& output : {task.output, task.picture})
+            for (const std::string& output : {task.output, task.preview})
                 if (!output.empty())
                     folders[folderOf(output)] |= isWritten(task.action) || task.action == FrameAction::fail_lost;
     return folders;
@@ -98,11 +99,11 @@ void runInRounds(std::span<const Plan> outputs, const DoFrame& doFrame, const Ou
 }
 
 /// The status of a frame: failed if one of its outputs failed, otherwise that of an output that was written, if any.
-FrameStatus statusOf(const std::vector<FrameReport>& outputs) {
+FrameStatus statusOf(const std::vector<FrameResult>& outputs) {
     FrameStatus status = FrameStatus::skipped;
-    for (const FrameReport& report : outputs) {
-        if (report.status == FrameStatus::failed) return FrameStatus::failed;
-        if (report.status != FrameStatus::skipped) status = report.status;
+    for (const FrameResult& result : outputs) {
+        if (result.status == FrameStatus::failed) return FrameStatus::failed;
+        if (result.status != FrameStatus::skipped) status = result.status;
     }
     return status;
 }
@@ -130,16 +131,9 @@ bool writeSequenceLayers(std::span<const Plan> outputs) {
     return all;
 }
 
-}  // namespace
-
-int JobResult::exitCode() const {
-    if (signal != 0) return kSignalBase + signal;
-    if (out_of_memory) return kOutOfMemory;
-    return failed > 0 || layer_failed ? kSomeFailed : kAllWritten;
-}
-
-JobResult runJob(std::span<const Plan> outputs, SignalWatch& signals, const WorkerEvents& events,
-                 const FrameEnded& frameEnded) {
+/// Runs all frames of the plans.
+JobResult runFrames(std::span<const Plan> outputs, SignalWatch& signals, const WorkerEvents& events,
+                    const FrameEnded& frameEnded) {
     const std::map<std::string, bool> folders = foldersOf(outputs);
     for (const auto& [folder, is_written_to] : folders) {
         std::error_code error;
@@ -151,9 +145,9 @@ JobResult runJob(std::span<const Plan> outputs, SignalWatch& signals, const Work
     JobResult result;
     std::mutex mutex;  // guards result and frameEnded
     JobState job{signals};
-    std::vector<std::vector<FrameReport>> reports(frames);  // by frame, of the outputs that have ended
+    std::vector<std::vector<FrameResult>> results(frames);  // by frame, of the outputs that have ended
 
-    const auto finish = [&](std::vector<FrameReport>& of_frame) {
+    const auto finish = [&](std::vector<FrameResult>& of_frame) {
         const std::scoped_lock lock(mutex);
         const FrameStatus status = statusOf(of_frame);
         if (status == FrameStatus::failed) {
@@ -170,8 +164,8 @@ JobResult runJob(std::span<const Plan> outputs, SignalWatch& signals, const Work
     const auto doFrame = [&](std::size_t i, bool alone) {
         const WorkerEvents::FrameInProgress in_progress(events, outputs.front().tasks[i].frame);
         try {
-            processFrame(outputs, i, alone, job, reports[i]);
-            finish(reports[i]);
+            processFrame(outputs, i, alone, job, results[i]);
+            finish(results[i]);
         } catch (const Interrupted&) {
         } catch (const std::bad_alloc&) {
             return false;
@@ -180,14 +174,54 @@ JobResult runJob(std::span<const Plan> outputs, SignalWatch& signals, const Work
     };
     const auto outOfMemory = [&](std::size_t i) {
         result.out_of_memory = true;
-        failFrame(outputs, i, outOfMemoryError(outputs, i, job), reports[i]);
-        finish(reports[i]);
+        failFrame(outputs, i, outOfMemoryError(outputs, i, job), results[i]);
+        finish(results[i]);
     };
     withThreads(outputs.front().threads, [&] { runInRounds(outputs, doFrame, outOfMemory); });
 
     result.layer_failed = !writeSequenceLayers(outputs);
     sweep(folders);  // again: jobs killed since the first time have left files, too
     if (result.written + result.skipped + result.failed < frames) result.signal = caughtSignal();
+    return result;
+}
+
+void add(JobResult& sum, const JobResult& result) {
+    sum.written += result.written;
+    sum.skipped += result.skipped;
+    sum.failed += result.failed;
+    sum.out_of_memory = sum.out_of_memory || result.out_of_memory;
+    sum.layer_failed = sum.layer_failed || result.layer_failed;
+    if (result.signal != 0) sum.signal = result.signal;
+}
+
+}  // namespace
+
+int JobResult::exitCode() const {
+    if (signal != 0) return kSignalBase + signal;
+    if (out_of_memory) return kOutOfMemory;
+    return failed > 0 || layer_failed ? kSomeFailed : kAllWritten;
+}
+
+JobResult runJob(const std::vector<Plan>& outputs, const JobHistory& history, SignalWatch& signals,
+                 const WorkerEvents& events, const FrameEnded& frameEnded) {
+    if (history.last_loss.empty()) return runFrames(outputs, signals, events, frameEnded);
+    logWarning(history.last_loss + "; the frames in progress at that time are restarted one at a time");
+    const auto wasInProgress = [&](const FrameTask& task) { return history.begun.contains(task.frame); };
+    std::vector<Plan> restarted = outputs, others = outputs;
+    for (Plan& plan : restarted) {
+        std::erase_if(plan.tasks, [&](const FrameTask& task) { return !wasInProgress(task); });
+        plan.frames_in_flight = 1;
+    }
+    for (Plan& plan : others) {
+        std::erase_if(plan.tasks, wasInProgress);
+        plan.frames_in_flight = std::max<std::size_t>(1, plan.frames_in_flight >> history.kills);
+    }
+    JobResult result{.written = history.written,
+                     .skipped = history.skipped,
+                     .failed = history.failed,
+                     .out_of_memory = history.out_of_memory};
+    add(result, runFrames(restarted, signals, events, frameEnded));
+    add(result, runFrames(others, signals, events, frameEnded));
     return result;
 }
 

@@ -5,10 +5,10 @@
 #include "batch/job/output_plan.h"
 #include "batch/platform/exit_code.h"
 #include "batch/platform/interrupt.h"
+#include "batch/platform/worker.h"
 #include "batch/report/report.h"
 
 #include <functional>
-#include <span>
 #include <vector>
 
 namespace betamesh {
@@ -23,18 +23,22 @@ struct JobResult {
     int exitCode() const;
 };
 
-/// Called for each frame when it ends, from one thread at a time, with the reports of its outputs.
-using FrameEnded = std::function<void(const std::vector<FrameReport>& outputs)>;
+/// Called for each frame when it ends, from one thread at a time, with the results of its outputs.
+using FrameEnded = std::function<void(const std::vector<FrameResult>& outputs)>;
 
 /// Meshes the frames of a job, each with all its outputs. A frame that fails writes no mesh, leaves an older one as it
 /// was, and does not keep other frames from being written.
 ///
+/// After the loss of a worker process, the frames that were in progress then are run first and one at a time, because
+/// one of them may be the cause.
+///
 /// in      outputs: at least one, from planOutputs()
-/// out     for each output of each frame the mesh, its spheres if it has any, then its report. Each file is complete or
-///         absent. If several processes mesh the same frame, one complete set of files wins
+///         history: what earlier workers have done, which the result includes
+/// out     for each output of each frame the mesh, its spheres if it has any, then its manifest. Each file is complete
+///         or absent. If several processes mesh the same frame, one complete set of files wins
 /// same    bytes of meshes and spheres for any number of threads and frames in flight
-/// errors  an output folder that cannot be created, before any frame is begun; all other errors are in the reports
-JobResult runJob(std::span<const Plan> outputs, SignalWatch& signals, const WorkerEvents& events,
-                 const FrameEnded& frameEnded);
+/// errors  an output folder that cannot be created, before any frame is begun; all other errors are in the results
+JobResult runJob(const std::vector<Plan>& outputs, const JobHistory& history, SignalWatch& signals,
+                 const WorkerEvents& events, const FrameEnded& frameEnded);
 
 }  // namespace betamesh

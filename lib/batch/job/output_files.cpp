@@ -41,10 +41,10 @@ void requireDistinctFiles(std::span<const Plan> outputs, const std::map<int, std
         for (const FrameTask& task : outputs[i].tasks) {
             files.read(task.input, ofFrame("the input", task.frame));
             files.written(task.output, ofFrame("the mesh", task.frame) + which);
-            files.written(reportPath(task.output), ofFrame("the manifest", task.frame) + which);
+            files.written(manifestPath(task.output), ofFrame("the manifest", task.frame) + which);
             files.written(spheresPath(task.output),
                           ofFrame("the file of spheres", task.frame) + (mayHaveSpheres(outputs[i].skin) ? which : ""));
-            if (!task.picture.empty()) files.written(task.picture, ofFrame("the picture", task.frame) + which);
+            if (!task.preview.empty()) files.written(task.preview, ofFrame("the preview", task.frame) + which);
         }
     }
 }
@@ -53,7 +53,7 @@ void requireWritableFolders(std::span<const Plan> outputs) {
     std::set<std::string> folders;
     for (const Plan& plan : outputs)
         for (const FrameTask& task : plan.tasks)
-            for (const std::string& file : {task.output, task.picture})
+            for (const std::string& file : {task.output, task.preview})
                 if (isWritten(task.action) && !file.empty()) folders.insert(folderOf(file));
     for (const std::string& folder : folders) {
         fs::path existing = fs::absolute(folder);
@@ -85,7 +85,7 @@ void requireDistinctLog(const std::string& log_file, const std::string& pipeline
             if (fs::equivalent(name, file, ignored)) refuse(name, "the input " + file);
         for (const Config& each : outputs) {
             const std::string& output = each.output.path;
-            for (const std::string& file : {output, reportPath(output), spheresPath(output), each.preview.path,
+            for (const std::string& file : {output, manifestPath(output), spheresPath(output), each.preview.path,
                                             sequenceLayer(framePattern(output))})
                 if (!file.empty() && isFrameOf(framePattern(file), name)) refuse(name, "an output");
         }

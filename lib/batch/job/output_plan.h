@@ -27,7 +27,7 @@ struct PlanOptions {
 /// The plan of one output of a job. Those of all outputs have the same frames in the same order, threads and memory.
 struct Plan {
     Config config;
-    std::string configuration;     ///< fingerprint of the configuration
+    std::string config_hash;       ///< see configHash()
     std::vector<FrameTask> tasks;  ///< ascending frames
     SkinParams skin;               ///< radius is 0 if no frame could be read to measure the spacing
     double spacing = 0;            ///< world units

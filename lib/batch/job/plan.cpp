@@ -3,7 +3,7 @@
 
 #include "base/parallel.h"
 #include "batch/config/key_types.h"
-#include "batch/config/origin.h"
+#include "batch/config/local_origin.h"
 #include "batch/config/radius.h"
 #include "batch/config/surface_params.h"
 #include "batch/job/output_files.h"
@@ -85,9 +85,9 @@ void noteOutputFormat(Plan& plan) {
                                 ": this format cannot store attributes; output.attributes is written to spheres alone");
 }
 
-void planOrigin(Plan& plan, const std::map<int, std::string>& on_disk, const PlanOptions& options) {
+void planLocalOrigin(Plan& plan, const std::map<int, std::string>& on_disk, const PlanOptions& options) {
     ParticleInput& input = plan.config.input;
-    input.origin = resolveOrigin(plan.config, on_disk, options.events);
+    input.origin = resolvedLocalOrigin(plan.config, on_disk, options.events);
     const Vec3 origin = worldOrigin(input, plan.config.output.up_axis);
     if (origin == Vec3(0, 0, 0)) return;
     const std::string text = textOf(origin.x) + ',' + textOf(origin.y) + ',' + textOf(origin.z);
@@ -114,7 +114,7 @@ void planRadius(Plan& plan, const std::map<int, std::string>& on_disk, const Pla
     const double skin = skinDepth(plan.skin, plan.config.surface.dimension);
     plan.notes.push_back("radius " + shortNumber(resolved->radius) +
                          (skin > 0 ? ", skin " + shortNumber(skin) : std::string()) + ", spacing " +
-                         shortNumber(resolved->spacing) + " (" + resolved->origin + ')');
+                         shortNumber(resolved->spacing) + " (" + resolved->source + ')');
     if (!givenRadius(plan.config))
         plan.notes.push_back("to mesh files of this sequence one by one with the same spacing, use --spacing " +
                              textOf(resolved->spacing));
@@ -122,7 +122,7 @@ void planRadius(Plan& plan, const std::map<int, std::string>& on_disk, const Pla
 }
 
 /// The camera is derived from all frames on disk, so that it does not depend on which of them are meshed by this job.
-void planPictures(Plan& plan, const std::map<int, std::string>& on_disk, const PlanOptions& options) {
+void planPreview(Plan& plan, const std::map<int, std::string>& on_disk, const PlanOptions& options) {
     const Config::Preview& preview = plan.config.preview;
     if (preview.path.empty()) return;
     const double small = preview.particle_radius.value * (preview.particle_radius.in_spacings ? plan.spacing : 1);
@@ -174,14 +174,14 @@ Plan withTasks(const Config& config, const FramePattern& input, const std::map<i
                const PlanOptions& options) {
     if (config.output.path.empty()) throw Error("no output. Set output.path, as in mesh/splash.####.ply");
     const FramePattern output = framePattern(config.output.path);
-    const FramePattern picture = framePattern(config.preview.path);
+    const FramePattern preview = framePattern(config.preview.path);
     if (!config.preview.path.empty() && config.surface.dimension == 2)
-        throw Error("preview.path: pictures need surface.dimension 3. In two dimensions write an .svg (output.path)");
+        throw Error("preview.path: previews need surface.dimension 3. In two dimensions write an .svg (output.path)");
 
     Plan plan;
     plan.config = config;
     reconcileSurface(plan.config, plan.warnings);
-    plan.configuration = fingerprintOf(plan.config);
+    plan.config_hash = configHash(plan.config);
     plan.skin = skinParams(plan.config);
     checkSkin(plan.config, plan.warnings);
     requireDimension(plan.config, plan.skin);
@@ -190,13 +190,13 @@ Plan withTasks(const Config& config, const FramePattern& input, const std::map<i
 
     const std::vector<int> frames = chosenFrames(config.frames, input, on_disk);
     requirePlaceholder(frames.size(), output);
-    if (!config.preview.path.empty()) requirePlaceholder(frames.size(), picture);
+    if (!config.preview.path.empty()) requirePlaceholder(frames.size(), preview);
     noteGaps(config, frames, plan.warnings);
     noteOtherNumbers(config, input, plan.warnings);
     for (const int frame : chunkOf(frames, options.chunk)) {
         if (options.history.ended.contains(frame)) continue;
         FrameTask task{frame, fileOfFrame(input, on_disk, frame), frameName(output, frame), FrameAction::mesh, {}};
-        if (!config.preview.path.empty()) task.picture = frameName(picture, frame);
+        if (!config.preview.path.empty()) task.preview = frameName(preview, frame);
         plan.tasks.push_back(std::move(task));
     }
     for (const auto& [frame, why] : options.history.unmeasured)
@@ -230,14 +230,14 @@ public:
         addLevelSets(plan);
         if (!options_.measure) return;
         if (!options_.dry_run)  // the camera has no influence on what can be done
-            withThreads(plan.threads, [&] { planPictures(plan, measurable_, options_); });
+            withThreads(plan.threads, [&] { planPreview(plan, measurable_, options_); });
     }
 
 private:
     void planLengths(Plan& plan) {
         if (!have_lengths_.insert(&plan).second) return;
         withThreads(plan.threads, [&] {
-            planOrigin(plan, measurable_, options_);
+            planLocalOrigin(plan, measurable_, options_);
             planRadius(plan, measurable_, options_, measured_);
         });
     }
@@ -278,8 +278,6 @@ std::vector<Plan> planOutputs(const Config& config, const PlanOptions& options) 
     for (Plan& plan : outputs) planner.planMeasures(plan);
     return outputs;
 }
-
-Plan planJob(const Config& config, const PlanOptions& options) { return planOutputs(config, options).front(); }
 
 std::string taskLine(const FrameTask& task) {
     std::string line = "frame " + std::to_string(task.frame) + ": " + task.input + " -> " + task.output + ": " +

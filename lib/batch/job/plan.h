@@ -25,9 +25,6 @@ std::uint64_t memoryBudget(const Config& config);
 ///         a spacing that cannot be measured; lengths that 32-bit floats cannot store
 std::vector<Plan> planOutputs(const Config& config, const PlanOptions& options);
 
-/// Plans the first output of a job.
-Plan planJob(const Config& config, const PlanOptions& options);
-
 /// The line of --dry-run for a frame.
 std::string taskLine(const FrameTask& task);
 

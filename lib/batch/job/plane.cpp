@@ -56,7 +56,7 @@ void requireDimension(const Config& config, const SkinParams& params) {
     if (config.surface.dimension == 3) {
         if (isSvg(config.output.path))
             throw Error(config.output.path +
-                        ": an .svg picture shows curves, but surface.dimension 3 gives a mesh. Use another extension, "
+                        ": an .svg drawing shows curves, but surface.dimension 3 gives a mesh. Use another extension, "
                         "or --dimension 2.");
         requireMeshExtension(config.output.path);
     } else {
@@ -123,16 +123,16 @@ Curves toSpace(Curves curves, const AxisPlane& plane) {
 void writePlane(const std::string& output, const SkinnedPlane& plane, const FlatParticles& discs,
                 const SkinParams& params, const Config& config, const WriteOptions& options) {
     if (!isSvg(output)) return writeCurves(output, toSpace(plane.curves, discs.plane), options);
-    PlanePicture picture;
+    PlaneDrawing drawing;
     const std::vector<Vec3f>& centres = discs.particles.position;
-    picture.particles.assign(centres.begin(), centres.end());
-    picture.radius = params.radius;
-    picture.alpha = plane.alpha;
-    picture.before = plane.before;
-    picture.beta = plane.curves;
-    picture.pure = plane.pure;
-    picture.apart = plane.spheres.position;
-    writeSvg(output, picture, parseLayers(config.picture.layers), parseBounds(config.picture.bounds));
+    drawing.particles.assign(centres.begin(), centres.end());
+    drawing.radius = params.radius;
+    drawing.alpha = plane.alpha;
+    drawing.before = plane.before;
+    drawing.beta = plane.curves;
+    drawing.pure = plane.pure;
+    drawing.apart = plane.spheres.position;
+    writeSvg(output, drawing, parseLayers(config.picture.layers), parseBounds(config.picture.bounds));
 }
 
 }  // namespace betamesh

@@ -1,4 +1,4 @@
-// Frames in two dimensions: checks of the configuration, output as curves or as a picture.
+// Frames in two dimensions: checks of the configuration, output as curves or as a drawing.
 
 #pragma once
 
@@ -15,7 +15,7 @@ namespace betamesh {
 /// Checks that configuration and output fit surface.dimension.
 ///
 /// errors  an output format that cannot store meshes or curves, whichever is needed; in two dimensions, keys that are
-///         for three dimensions only; keys of pictures if the output is not a picture
+///         for three dimensions only; keys of drawings if the output is not a drawing
 void requireDimension(const Config& config, const SkinParams& params);
 
 /// The values of picture.layers and picture.bounds.

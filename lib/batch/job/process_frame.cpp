@@ -1,7 +1,7 @@
 #include "batch/job/process_frame.h"
 
 #include "base/parallel.h"
-#include "batch/config/origin.h"
+#include "batch/config/local_origin.h"
 #include "batch/config/radius.h"
 #include "batch/job/empty_frames.h"
 #include "batch/job/frame_input.h"
@@ -75,21 +75,21 @@ void retrying(int retries, const Attempt& attempt) {
     }
 }
 
-void warnOf(const std::string& warning, const std::string& file, FrameReport& report) {
-    report.warnings.push_back(warning);
+void warnOf(const std::string& warning, const std::string& file, FrameResult& result) {
+    result.warnings.push_back(warning);
     logWarning(file + ": " + warning);
 }
 
 /// Logs the first remark of each kind on the input, and records all that are warnings.
-void remark(const Liquid& liquid, const Config& config, FrameReport& report, JobState& job) {
+void remark(const Liquid& liquid, const Config& config, FrameResult& result, JobState& job) {
     for (const InputRemark& found : remarksOn(liquid, config)) {
-        if (found.is_warning) report.warnings.push_back(found.text);
-        if (job.isFirst(found.kind)) (found.is_warning ? logWarning : logInfo)(report.input + ": " + found.text);
+        if (found.is_warning) result.warnings.push_back(found.text);
+        if (job.isFirst(found.kind)) (found.is_warning ? logWarning : logInfo)(result.input + ": " + found.text);
     }
 }
 
-/// The bytes of the picture of a frame; empty if the plan has no pictures.
-std::string pictureOf(const FrameTask& task, const Plan& plan, const SkinnedFrame& skinned,
+/// The bytes of the preview of a frame; empty if the plan has none.
+std::string previewOf(const FrameTask& task, const Plan& plan, const SkinnedFrame& skinned,
                       const Particles& particles) {
     if (!plan.preview) return {};
     const RenderPlan& preview = *plan.preview;
@@ -97,33 +97,33 @@ std::string pictureOf(const FrameTask& task, const Plan& plan, const SkinnedFram
     const Picture picture =
         balls ? renderFrame({}, ballsAround(particles, preview.ball), preview.camera, preview.settings)
               : renderFrame(skinned.mesh, skinned.spheres, preview.camera, preview.settings);
-    return encodePicture(picture, task.picture);
+    return encodePicture(picture, task.preview);
 }
 
 /// Compares radius and spacing with the particles. A radius that does not suit them is the same mistake in all frames:
 /// it is logged once.
-void checkSpacing(const Liquid& liquid, const Plan& plan, FrameReport& report, JobState& job) {
+void checkSpacing(const Liquid& liquid, const Plan& plan, FrameResult& result, JobState& job) {
     if (liquid.near && !liquid.near->all) return;  // the particles near the surface do not tell the spacing
     const FrameSpacing frame =
         compareSpacing(liquid.particles.position, plan.skin.radius, plan.spacing, plan.config.surface.dimension);
-    report.frame_spacing = frame.own.value_or(0);
-    if (frame.drift) logWarning(report.input + ": " + *frame.drift);
-    if (frame.scale && job.isFirst("scale")) logWarning(report.input + ": " + *frame.scale);
+    result.frame_spacing = frame.own.value_or(0);
+    if (frame.drift) logWarning(result.input + ": " + *frame.drift);
+    if (frame.scale && job.isFirst("scale")) logWarning(result.input + ": " + *frame.scale);
     for (const auto& warning : {frame.drift, frame.scale})
-        if (warning) report.warnings.push_back(*warning);
+        if (warning) result.warnings.push_back(*warning);
 }
 
-void hintAtPlane(const Particles& particles, const Plan& plan, const FrameReport& report, JobState& job) {
+void hintAtPlane(const Particles& particles, const Plan& plan, const FrameResult& result, JobState& job) {
     const auto plane = particles.size() > 1 ? planeOf(particles.position, plan.spacing) : std::nullopt;
     if (plane && job.isFirst("plane"))
-        logInfo(report.input + ": all particles have the same " + std::string(1, "xyz"[plane->axis]) +
+        logInfo(result.input + ": all particles have the same " + std::string(1, "xyz"[plane->axis]) +
                 ". Use --dimension 2 to get curves");
 }
 
 /// Records a written file with its size, by which a later run tells whether it is still intact.
-void recordFile(const fs::path& file, const FrameTask& task, Provenance& origin) {
+void recordFile(const fs::path& file, const FrameTask& task, Provenance& provenance) {
     const fs::path name = file.lexically_relative(fs::path(task.output).parent_path());
-    origin.files[name.string()] = fileFingerprint(file.string()).bytes;
+    provenance.files[name.string()] = fileFingerprint(file.string()).bytes;
 }
 
 /// Adds up the seconds of each stage. Throws Interrupted between stages once a signal has come.
@@ -230,7 +230,7 @@ private:
 /// What is written for an output.
 struct Surface {
     Spheres spheres;
-    std::string picture;  ///< bytes of the picture file; empty: none
+    std::string preview;  ///< bytes of the preview file; empty: none
     std::function<void()> write;
 };
 
@@ -238,29 +238,29 @@ struct Surface {
 Surface emptySurface(const FrameTask& task, const Plan& plan, Mesh mesh, JobState& job) {
     if (plan.skin.components) mesh.component.emplace();
     putFirst(job.columnsOf(plan), mesh.attributes);
-    return {{}, pictureOf(task, plan, {}, {}), [empty = std::make_shared<Mesh>(std::move(mesh)), &task, &plan] {
+    return {{}, previewOf(task, plan, {}, {}), [empty = std::make_shared<Mesh>(std::move(mesh)), &task, &plan] {
                 writeMesh(task.output, *empty, writeOptions(plan.config.output, task.frame));
             }};
 }
 
 /// A mesh; empty if the input is missing.
 Surface surfaceOf(SharedFrame& frame, const Liquid& liquid, const FrameTask& task, const Plan& plan, StageWatch& watch,
-                  FrameReport& report, JobState& job) {
+                  FrameResult& result, JobState& job) {
     if (task.action != FrameAction::mesh)
         return emptySurface(task, plan, {{}, {}, {}, emptyColumns(plan.skin.surface_attributes), {}}, job);
     const SkinnedFrame& skinned = frame.skinned(plan, watch);
-    report.skin = skinned.report;
-    report.vertices = skinned.mesh.position.size();
-    report.triangles = skinned.mesh.triangles.size();
+    result.skin = skinned.report;
+    result.vertices = skinned.mesh.position.size();
+    result.triangles = skinned.mesh.triangles.size();
     if (liquid.particles.size() == 0) {
-        report.measure = frame.measure(skinned.mesh);
+        result.measure = frame.measure(skinned.mesh);
         return emptySurface(task, plan, skinned.mesh, job);
     }
     if (skinned.mesh.triangles.empty() && plan.skin.box)
-        warnOf("the mesh is empty: no part of the surface is inside surface.box (--surface-box)", task.output, report);
-    std::string picture = pictureOf(task, plan, skinned, liquid.particles);
+        warnOf("the mesh is empty: no part of the surface is inside surface.box (--surface-box)", task.output, result);
+    std::string preview = previewOf(task, plan, skinned, liquid.particles);
     watch(Stage::picture);
-    const auto write = [&frame, &mesh = skinned.mesh, &task, &plan, &report] {
+    const auto write = [&frame, &mesh = skinned.mesh, &task, &plan, &result] {
         std::optional<OutputFile> file;
         std::future<void> on_disk;  // waiting for the disk should occupy no worker thread
         std::string warned;
@@ -272,22 +272,22 @@ Surface surfaceOf(SharedFrame& frame, const Liquid& liquid, const FrameTask& tas
                 file.emplace(encodedMesh(task.output, mesh, options));
                 on_disk = std::async([&file] { file->commit(); });  // on this thread if no other can be started
             },
-            [&] { report.measure = frame.measure(mesh); });
+            [&] { result.measure = frame.measure(mesh); });
         on_disk.get();
-        if (!warned.empty()) warnOf(warned, task.output, report);
+        if (!warned.empty()) warnOf(warned, task.output, result);
     };
-    return {skinned.spheres, std::move(picture), write};
+    return {skinned.spheres, std::move(preview), write};
 }
 
 /// Curves in two dimensions.
 Surface planarSurfaceOf(const Liquid& liquid, const FrameTask& task, const Plan& plan, StageWatch& watch,
-                        FrameReport& report, JobState& job) {
+                        FrameResult& result, JobState& job) {
     const auto flat = std::make_shared<FlatParticles>(flattened(liquid.particles, plan.spacing));
     const auto plane = std::make_shared<SkinnedPlane>();
     if (task.action == FrameAction::mesh) *plane = skinPlane(flat->particles, skinOf(plan), std::ref(watch));
     if (liquid.particles.size() == 0) putFirst(job.columnsOf(plan), plane->curves.attributes);
-    report.plane = {plane->report, measureCurves(plane->curves), plane->curves.edges.size()};
-    report.vertices = plane->curves.position.size();
+    result.plane = {plane->report, measureCurves(plane->curves), plane->curves.edges.size()};
+    result.vertices = plane->curves.position.size();
     watch(Stage::measure);
     return {toSpace(plane->spheres, flat->plane), {}, [=, &task, &plan] {
                 writePlane(task.output, *plane, *flat, skinOf(plan), plan.config,
@@ -295,142 +295,142 @@ Surface planarSurfaceOf(const Liquid& liquid, const FrameTask& task, const Plan&
             }};
 }
 
-/// A report beside a mesh means that the frame is complete: it is removed first, and the caller writes it last.
-void writeFrame(const FrameTask& task, const Surface& surface, const Config& config, FrameReport& report) {
-    fs::remove(reportPath(task.output));
+/// A manifest beside a mesh means that the frame is complete: it is removed first, and the caller writes it last.
+void writeFrame(const FrameTask& task, const Surface& surface, const Config& config, FrameResult& result) {
+    fs::remove(manifestPath(task.output));
     if (surface.spheres.size() > 0) {  // before the mesh: what the format cannot hold leaves no mesh alone
         const std::string file = spheresPath(task.output);
         WriteOptions options = writeOptions(config.output, task.frame);
-        const WarningHandler warn = [&](const std::string& warning) { warnOf(warning, file, report); };
+        const WarningHandler warn = [&](const std::string& warning) { warnOf(warning, file, result); };
         options.warn = &warn;
         writeSpheres(file, surface.spheres, options);
     }
     surface.write();
     if (surface.spheres.size() == 0) fs::remove(spheresPath(task.output));
-    if (!surface.picture.empty()) writeFile(task.picture, surface.picture);
+    if (!surface.preview.empty()) writeFile(task.preview, surface.preview);
 }
 
-/// Makes an output of a frame: the mesh, its spheres, its picture, its report.
-void meshOutput(SharedFrame& frame, const FrameTask& task, const Plan& plan, FrameReport& report, JobState& job) {
+/// Makes an output of a frame: the mesh, its spheres, its preview, its manifest.
+void meshOutput(SharedFrame& frame, const FrameTask& task, const Plan& plan, FrameResult& result, JobState& job) {
     const Config& config = plan.config;
     const bool planar = config.surface.dimension == 2;
-    report.origin = {version(),
-                     plan.configuration,
-                     report.radius,
-                     report.spacing,
-                     {},
-                     {},
-                     worldOrigin(config.input, config.output.up_axis),
-                     config.output.up_axis};
+    result.provenance = {version(),
+                         plan.config_hash,
+                         result.radius,
+                         result.spacing,
+                         {},
+                         {},
+                         worldOrigin(config.input, config.output.up_axis),
+                         config.output.up_axis};
     Stopwatch total;
-    StageWatch watch(report.seconds);
+    StageWatch watch(result.seconds);
     const Liquid nothing;
     const Liquid* liquid = &nothing;
     if (task.action == FrameAction::mesh) {
         liquid = &frame.liquid(task, plan);
-        report.origin->input = frame.identity();
+        result.provenance->input = frame.identity();
         if (plan.skin.radius == 0 && liquid->particles.size() > 0)
             throw Error(task.input +
                         ": could not be read when the spacing was measured, but can be read now. Run the job again");
-        report.particles_read = liquid->summary.particles_read;
-        report.particles_dropped = liquid->summary.dropped;
-        report.input_parts = partsOf(*liquid, config);
-        remark(*liquid, config, report, job);
-        if (!planar) hintAtPlane(liquid->particles, plan, report, job);
-        checkSpacing(*liquid, plan, report, job);
+        result.particles_read = liquid->summary.particles_read;
+        result.particles_dropped = liquid->summary.dropped;
+        result.input_parts = partsOf(*liquid, config);
+        remark(*liquid, config, result, job);
+        if (!planar) hintAtPlane(liquid->particles, plan, result, job);
+        checkSpacing(*liquid, plan, result, job);
         watch(Stage::read);
     } else {
-        report.warnings.push_back("no input: an empty mesh is written (run.on_missing)");
+        result.warnings.push_back("no input: an empty mesh is written (run.on_missing)");
     }
-    const Surface surface = planar ? planarSurfaceOf(*liquid, task, plan, watch, report, job)
-                                   : surfaceOf(frame, *liquid, task, plan, watch, report, job);
-    report.spheres = surface.spheres.size();
-    report.status = liquid->particles.size() > 0 ? FrameStatus::ok : FrameStatus::empty;
+    const Surface surface = planar ? planarSurfaceOf(*liquid, task, plan, watch, result, job)
+                                   : surfaceOf(frame, *liquid, task, plan, watch, result, job);
+    result.spheres = surface.spheres.size();
+    result.status = liquid->particles.size() > 0 ? FrameStatus::ok : FrameStatus::empty;
 
     const FrameLock lock(task.output, leaveIfInterrupted);
     const SignalWatch::Writing writing(job.signals);
-    retrying(config.run.retries, [&] { writeFrame(task, surface, config, report); });
-    recordFile(task.output, task, *report.origin);
-    if (report.spheres > 0) recordFile(spheresPath(task.output), task, *report.origin);
-    if (!surface.picture.empty()) recordFile(task.picture, task, *report.origin);
+    retrying(config.run.retries, [&] { writeFrame(task, surface, config, result); });
+    recordFile(task.output, task, *result.provenance);
+    if (result.spheres > 0) recordFile(spheresPath(task.output), task, *result.provenance);
+    if (!surface.preview.empty()) recordFile(task.preview, task, *result.provenance);
     watch(Stage::write);
-    report.seconds.total = total.lap();
-    report.peak_bytes = peakMemory();
-    retrying(config.run.retries, [&] { writeFile(reportPath(task.output), reportJson(report) + '\n'); });
+    result.seconds.total = total.lap();
+    result.peak_bytes = peakMemory();
+    retrying(config.run.retries, [&] { writeFile(manifestPath(task.output), manifestJson(result) + '\n'); });
 }
 
-/// Renders the picture of a mesh on disk.
-void drawOutput(const FrameTask& task, const Plan& plan, FrameReport& report, JobState& job) {
-    if (const auto manifest = readReport(reportPath(task.output))) report.skin = manifest->skin;
+/// Renders the preview of a mesh on disk.
+void drawOutput(const FrameTask& task, const Plan& plan, FrameResult& result, JobState& job) {
+    if (const auto manifest = readManifest(manifestPath(task.output))) result.skin = manifest->skin;
     Stopwatch total;
-    StageWatch watch(report.seconds);
+    StageWatch watch(result.seconds);
     FrameGeometry geometry;
     retrying(plan.config.run.retries, [&] { geometry = readFrameGeometry(task.output, plan.config, 0); });
     watch(Stage::read);
-    report.vertices = geometry.mesh.position.size();
-    report.triangles = geometry.mesh.triangles.size();
-    report.spheres = geometry.spheres.size();
+    result.vertices = geometry.mesh.position.size();
+    result.triangles = geometry.mesh.triangles.size();
+    result.spheres = geometry.spheres.size();
     const SkinnedFrame skinned{std::move(geometry.mesh), std::move(geometry.spheres), {}};
-    const std::string picture = pictureOf(task, plan, skinned, {});
+    const std::string preview = previewOf(task, plan, skinned, {});
     watch(Stage::picture);
     const FrameLock lock(task.output, leaveIfInterrupted);
     const SignalWatch::Writing writing(job.signals);
-    retrying(plan.config.run.retries, [&] { writeFile(task.picture, picture); });
+    retrying(plan.config.run.retries, [&] { writeFile(task.preview, preview); });
     watch(Stage::write);
-    report.seconds.total = total.lap();
+    result.seconds.total = total.lap();
 }
 
-FrameReport reportFor(const FrameTask& task, const Plan& plan) {
-    FrameReport report;
-    report.frame = task.frame;
-    report.input = task.input;
-    report.output = task.output;
-    report.preset = plan.config.preset;
-    report.radius = plan.skin.radius;
-    report.spacing = plan.spacing;
-    report.skin_depth = skinDepth(plan.skin, plan.config.surface.dimension);
-    report.predicates = plan.skin.predicates;
-    if (plan.config.surface.dimension == 2) report.plane.emplace();
-    return report;
+FrameResult emptyResult(const FrameTask& task, const Plan& plan) {
+    FrameResult result;
+    result.frame = task.frame;
+    result.input = task.input;
+    result.output = task.output;
+    result.preset = plan.config.preset;
+    result.radius = plan.skin.radius;
+    result.spacing = plan.spacing;
+    result.skin_depth = skinDepth(plan.skin, plan.config.surface.dimension);
+    result.predicates = plan.skin.predicates;
+    if (plan.config.surface.dimension == 2) result.plane.emplace();
+    return result;
 }
 
-void fail(FrameReport& report, const std::string& why) {
-    report.status = FrameStatus::failed;
-    report.origin.reset();
-    report.error = "frame " + std::to_string(report.frame) + ": " + why;
-    logError(report.error);
+void fail(FrameResult& result, const std::string& why) {
+    result.status = FrameStatus::failed;
+    result.provenance.reset();
+    result.error = "frame " + std::to_string(result.frame) + ": " + why;
+    logError(result.error);
 }
 
 /// Processes one output of a frame. Interrupted and std::bad_alloc are passed on.
-FrameReport outputReport(SharedFrame& frame, const FrameTask& task, const Plan& plan, bool is_one_of_several,
-                         JobState& job) {
-    FrameReport report = reportFor(task, plan);
+FrameResult resultOfOutput(SharedFrame& frame, const FrameTask& task, const Plan& plan, bool is_one_of_several,
+                           JobState& job) {
+    FrameResult result = emptyResult(task, plan);
     switch (task.action) {
         case FrameAction::fail_missing:
-            fail(report,
+            fail(result,
                  task.input + ": no such file. Use --on-missing skip or empty (run.on_missing) to continue without it");
             break;
         case FrameAction::refuse_existing:
-            fail(report, task.output + " already exists");
+            fail(result, task.output + " already exists");
             break;
         case FrameAction::fail_lost:
-            fail(report, task.input + ": " + task.why);
+            fail(result, task.input + ": " + task.why);
             break;
         case FrameAction::skip_missing:
-            report.status = FrameStatus::skipped;
-            report.warnings.push_back("no input: frame left out (run.on_missing)");
+            result.status = FrameStatus::skipped;
+            result.warnings.push_back("no input: frame left out (run.on_missing)");
             break;
         case FrameAction::skip_existing:
-            report.status = FrameStatus::skipped;
+            result.status = FrameStatus::skipped;
             break;
         case FrameAction::mesh:
         case FrameAction::draw:
         case FrameAction::write_empty:
             try {
                 if (task.action == FrameAction::draw)
-                    drawOutput(task, plan, report, job);
+                    drawOutput(task, plan, result, job);
                 else
-                    meshOutput(frame, task, plan, report, job);
+                    meshOutput(frame, task, plan, result, job);
             } catch (const std::bad_alloc&) {
                 throw;
             } catch (const MemoryError& error) {
@@ -438,11 +438,11 @@ FrameReport outputReport(SharedFrame& frame, const FrameTask& task, const Plan& 
                 job.memory_error[task.frame] = error.what();
                 throw std::bad_alloc();
             } catch (const std::exception& error) {
-                fail(report, (is_one_of_several ? task.output + ": " : "") + error.what());
+                fail(result, (is_one_of_several ? task.output + ": " : "") + error.what());
             }
     }
-    report.peak_bytes = peakMemory();
-    return report;
+    result.peak_bytes = peakMemory();
+    return result;
 }
 
 /// The outputs in the order in which they are made: those that share a surface, then those that share particles,
@@ -480,21 +480,21 @@ const std::vector<Attribute>& JobState::columnsOf(const Plan& plan) {
 }
 
 void processFrame(std::span<const Plan> outputs, std::size_t row, bool near_surface, JobState& job,
-                  std::vector<FrameReport>& reports) {
+                  std::vector<FrameResult>& results) {
     const std::vector<std::size_t> order = sharingOrder(outputs);
     SharedFrame frame(job, near_surface);
-    while (reports.size() < order.size()) {
-        const Plan& plan = outputs[order[reports.size()]];
-        reports.push_back(outputReport(frame, plan.tasks[row], plan, outputs.size() > 1, job));
+    while (results.size() < order.size()) {
+        const Plan& plan = outputs[order[results.size()]];
+        results.push_back(resultOfOutput(frame, plan.tasks[row], plan, outputs.size() > 1, job));
     }
 }
 
 void failFrame(std::span<const Plan> outputs, std::size_t row, const std::string& why,
-               std::vector<FrameReport>& reports) {
+               std::vector<FrameResult>& results) {
     const std::vector<std::size_t> order = sharingOrder(outputs);
-    while (reports.size() < order.size()) {
-        const Plan& plan = outputs[order[reports.size()]];
-        fail(reports.emplace_back(reportFor(plan.tasks[row], plan)), why);
+    while (results.size() < order.size()) {
+        const Plan& plan = outputs[order[results.size()]];
+        fail(results.emplace_back(emptyResult(plan.tasks[row], plan)), why);
     }
 }
 

@@ -37,14 +37,14 @@ struct JobState {
 ///
 /// in      row: of the frame in the tasks of each plan; near_surface: keep only the particles near the surface in
 ///         memory, even if all would fit
-///         reports: of outputs that an earlier call has completed; they are not made again
-/// out     reports: those of all outputs, with the errors of those that failed
-/// errors  Interrupted and std::bad_alloc; `reports` then has the outputs that are complete
+///         results: of outputs that an earlier call has completed; they are not made again
+/// out     results: those of all outputs, with the errors of those that failed
+/// errors  Interrupted and std::bad_alloc; `results` then has the outputs that are complete
 void processFrame(std::span<const Plan> outputs, std::size_t row, bool near_surface, JobState& job,
-                  std::vector<FrameReport>& reports);
+                  std::vector<FrameResult>& results);
 
-/// Adds the reports of the outputs that are not in `reports` yet: they failed because of `why`.
+/// Adds the results of the outputs that are not in `results` yet: they failed because of `why`.
 void failFrame(std::span<const Plan> outputs, std::size_t row, const std::string& why,
-               std::vector<FrameReport>& reports);
+               std::vector<FrameResult>& results);
 
 }  // namespace betamesh

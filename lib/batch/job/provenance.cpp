@@ -39,7 +39,7 @@ std::int64_t now() {
     return std::chrono::duration_cast<std::chrono::nanoseconds>(since).count();
 }
 
-std::string fingerprintOfFile(const std::string& file) {
+std::string contentHash(const std::string& file) {
     Digester digester;
     std::ifstream in(file, std::ios::binary);
     const auto block = std::make_unique_for_overwrite<char[]>(kBlock);
@@ -51,9 +51,9 @@ std::string fingerprintOfFile(const std::string& file) {
 
 }  // namespace
 
-std::string fingerprintOf(std::string_view bytes) { return hexDigits(digestOf(std::as_bytes(std::span(bytes)))); }
+std::string hashOf(std::string_view bytes) { return hexDigits(digestOf(std::as_bytes(std::span(bytes)))); }
 
-std::string fingerprintOf(const Config& config) {
+std::string configHash(const Config& config) {
     const auto isIrrelevant = [&](const ConfigKey& key) {
         return key.path.starts_with("run.") || key.path == "frames" || key.path == "preset" ||
                key.path == "input.path" || key.path == "output.path" || key.path == "preview.path" ||
@@ -63,7 +63,7 @@ std::string fingerprintOf(const Config& config) {
     std::string text;
     for (const ConfigKey& key : configKeys())
         if (!isIrrelevant(key)) text += key.path + '=' + key.get(config) + '\n';
-    return fingerprintOf(std::string_view(text));
+    return hashOf(text);
 }
 
 FileFingerprint fileFingerprint(const std::string& file) {
@@ -77,17 +77,17 @@ FileFingerprint fileFingerprint(const std::string& file) {
 FileIdentity fileIdentity(const std::string& file) {
     const std::int64_t start = now();
     FileIdentity identity;
-    identity.stamp = fileFingerprint(file);
-    if (identity.stamp.modified > start - kCoarsestClock) identity.stamp.modified = 0;
-    identity.content = fingerprintOfFile(file);
+    identity.fingerprint = fileFingerprint(file);
+    if (identity.fingerprint.modified > start - kCoarsestClock) identity.fingerprint.modified = 0;
+    identity.content_hash = contentHash(file);
     return identity;
 }
 
 bool isSame(const std::string& file, const FileIdentity& identity) {
-    const FileFingerprint stamp = fileFingerprint(file);
-    if (stamp.bytes != identity.stamp.bytes) return false;
-    if (identity.stamp.modified != 0 && stamp.modified == identity.stamp.modified) return true;
-    return fingerprintOfFile(file) == identity.content;
+    const FileFingerprint current = fileFingerprint(file);
+    if (current.bytes != identity.fingerprint.bytes) return false;
+    if (identity.fingerprint.modified != 0 && current.modified == identity.fingerprint.modified) return true;
+    return contentHash(file) == identity.content_hash;
 }
 
 }  // namespace betamesh

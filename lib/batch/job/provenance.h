@@ -20,28 +20,28 @@ struct FileFingerprint {
 };
 
 struct FileIdentity {
-    FileFingerprint stamp;  ///< modified is 0 if the file is so new that its time might miss a later change
-    std::string content;    ///< fingerprint of the bytes
+    FileFingerprint fingerprint;  ///< modified is 0 if the file is so new that its time might miss a later change
+    std::string content_hash;     ///< hashOf() its bytes
 };
 
-/// The provenance of a frame, as stored in its report.
+/// The provenance of a frame, as stored in its manifest.
 struct Provenance {
     std::string version;                ///< of the program
-    std::string configuration;          ///< fingerprint of the keys that affect the mesh
+    std::string config_hash;            ///< see configHash()
     double radius = 0;                  ///< world units, after measuring the spacing
     double spacing = 0;                 ///< world units
     std::optional<FileIdentity> input;  ///< nullopt: the input was missing and an empty mesh was written
     std::map<std::string, std::uint64_t>
-        files;                   ///< sizes in bytes of the written files, by path relative to the report
+        files;                   ///< sizes in bytes of the written files, by path relative to the manifest
     Vec3 local_origin{0, 0, 0};  ///< has to be added to the mesh to return to the coordinates of the input; world units
     UpAxis up_axis = UpAxis::y;  ///< of the mesh
 };
 
 /// A 128 bit hash in hexadecimal digits. Not secure against forgery.
-std::string fingerprintOf(std::string_view bytes);
+std::string hashOf(std::string_view bytes);
 
-/// A hash of every key that can affect a mesh or its picture: not of paths, frames and how the job runs.
-std::string fingerprintOf(const Config& config);
+/// The hash of every key that can affect a mesh or its preview: not of paths, frames and how the job runs.
+std::string configHash(const Config& config);
 
 /// errors  a file that cannot be accessed
 FileFingerprint fileFingerprint(const std::string& file);

@@ -1,6 +1,7 @@
 
 #include "batch/job/render_frames.h"
 
+#include "base/lower_case.h"
 #include "base/parallel.h"
 #include "batch/job/frame_task.h"
 #include "betamesh/error.h"
@@ -24,9 +25,7 @@ constexpr double kColourScaleEnd = 2.5;  // root mean square speeds
 constexpr double kGroundGap = 1e-3;      // below the lowest point, as a fraction of the diagonal of the bounds
 
 bool hasExtension(const std::string& path, const std::string& extension) {
-    std::string found = std::filesystem::path(path).extension().string();
-    for (char& c : found) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-    return found == extension;
+    return lowerCase(std::filesystem::path(path).extension().string()) == extension;
 }
 
 Spheres spheresOf(Mesh points, double radius) {
@@ -184,7 +183,7 @@ std::string describe(const RenderPlan& plan) {
 bool isExr(const std::string& path) {
     if (hasExtension(path, ".exr")) return true;
     if (hasExtension(path, ".png")) return false;
-    throw Error(path + ": unknown picture format. Use a name that ends in .png or .exr");
+    throw Error(path + ": unknown format of previews. Use a name that ends in .png or .exr");
 }
 
 std::string encodePicture(const Picture& picture, const std::string& path) {

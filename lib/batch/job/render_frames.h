@@ -1,4 +1,4 @@
-// Renders frames: reads what is shown, places the camera for a whole sequence, encodes the picture files.
+// Renders frames: reads what is shown, places the camera for a whole sequence, encodes the previews.
 
 #pragma once
 
@@ -51,7 +51,7 @@ struct Extent {
 Extent sequenceExtent(const std::map<int, std::string>& files, const Config& config, double radius,
                       const WorkerEvents& events, bool several_at_once);
 
-/// Camera and settings for all pictures of a sequence.
+/// Camera and settings for all previews of a sequence.
 struct RenderPlan {
     Camera camera;
     RenderSettings settings;
@@ -72,7 +72,7 @@ std::string describe(const RenderPlan& plan);
 /// errors  an extension other than .exr and .png
 bool isExr(const std::string& path);
 
-/// The bytes of a picture file in the format of the path's extension.
+/// The bytes of a preview in the format of the path's extension.
 std::string encodePicture(const Picture& picture, const std::string& path);
 
 }  // namespace betamesh

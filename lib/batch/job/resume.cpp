@@ -1,6 +1,6 @@
 #include "batch/job/resume.h"
 
-#include "batch/config/origin.h"
+#include "batch/config/local_origin.h"
 #include "batch/job/provenance.h"
 #include "batch/report/report.h"
 #include "betamesh/error.h"
@@ -20,7 +20,7 @@ bool exists(const std::string& path) {
     return fs::exists(fs::symlink_status(path, ignored));
 }
 
-/// Whether the picture can be rendered from the files of the frame. They hold all that it shows.
+/// Whether the preview can be rendered from the files of the frame. They hold all that it shows.
 bool canRedraw(const FrameTask& task, const Config& config) {
     return config.preview.show == ShownGeometry::surface && config.output.up_axis == UpAxis::y &&
            canHold(task.output, FileKind::mesh, Access::read) &&
@@ -30,27 +30,28 @@ bool canRedraw(const FrameTask& task, const Config& config) {
 }  // namespace
 
 Staleness stalenessOf(const FrameTask& task, bool input_exists, const Plan& plan) {
-    const auto report = readReport(reportPath(task.output));
-    if (!report || !report->origin) return {"no manifest"};
-    const Provenance& origin = *report->origin;
-    if (origin.version != version()) return {"made by version " + origin.version};
-    if (origin.configuration != plan.configuration) return {"other configuration"};
+    const auto manifest = readManifest(manifestPath(task.output));
+    if (!manifest || !manifest->provenance) return {"no manifest"};
+    const Provenance& provenance = *manifest->provenance;
+    if (provenance.version != version()) return {"made by version " + provenance.version};
+    if (provenance.config_hash != plan.config_hash) return {"other configuration"};
     const bool resolved = plan.skin.radius > 0;  // false if no input is left
-    if (resolved && (origin.radius != plan.skin.radius || origin.spacing != plan.spacing)) return {"other radius"};
-    if (origin.local_origin != worldOrigin(plan.config.input, plan.config.output.up_axis))
+    if (resolved && (provenance.radius != plan.skin.radius || provenance.spacing != plan.spacing))
+        return {"other radius"};
+    if (provenance.local_origin != worldOrigin(plan.config.input, plan.config.output.up_axis))
         return {"other local origin"};
     const fs::path folder = fs::path(task.output).parent_path();
-    std::string changed, picture;
-    for (const auto& [name, bytes] : origin.files) {
+    std::string changed, preview;
+    for (const auto& [name, bytes] : provenance.files) {
         std::error_code error;
         if (fs::file_size(folder / name, error) == bytes && !error) continue;
-        const bool is_picture =
-            !task.picture.empty() && fs::path(name) == fs::path(task.picture).lexically_relative(folder);
-        (is_picture ? picture : changed) = name + " is missing or was changed";
+        const bool is_preview =
+            !task.preview.empty() && fs::path(name) == fs::path(task.preview).lexically_relative(folder);
+        (is_preview ? preview : changed) = name + " is missing or was changed";
     }
     if (!changed.empty()) return {changed};
-    if (input_exists && !(origin.input && isSame(task.input, *origin.input))) return {"other input"};
-    return {picture, !picture.empty()};
+    if (input_exists && !(provenance.input && isSame(task.input, *provenance.input))) return {"other input"};
+    return {preview, !preview.empty()};
 }
 
 void chooseAction(FrameTask& task, bool input_exists, const Plan& plan, const PlanOptions& options) {
@@ -65,11 +66,11 @@ void chooseAction(FrameTask& task, bool input_exists, const Plan& plan, const Pl
     if (output_exists && options.skip_existing) {
         const Staleness stale = stalenessOf(task, input_exists, plan);
         task.why = stale.why;
-        const bool redraw = stale.only_picture && canRedraw(task, config);
+        const bool redraw = stale.only_preview && canRedraw(task, config);
         task.action = redraw ? FrameAction::draw : FrameAction::skip_existing;
         if (stale.why.empty() || redraw) return;
     }
-    const bool any_exists = output_exists || (!task.picture.empty() && exists(task.picture));
+    const bool any_exists = output_exists || (!task.preview.empty() && exists(task.preview));
     const bool may_replace = options.skip_existing || options.overwrite || options.history.begun.contains(task.frame);
     if (!input_exists && config.run.on_missing == OnMissing::skip)
         task.action = FrameAction::skip_missing;

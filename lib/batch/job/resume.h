@@ -11,7 +11,7 @@ namespace betamesh {
 /// Why the existing output of a task is not up to date.
 struct Staleness {
     std::string why;            ///< empty: it is up to date
-    bool only_picture = false;  ///< all but the picture is up to date
+    bool only_preview = false;  ///< all but the preview is up to date
 };
 
 /// Compares an output with its manifest, and that with the plan. Reads the input if its size is the same and its time

@@ -1,5 +1,6 @@
 #include "batch/job/usd_sequence.h"
 
+#include "base/lower_case.h"
 #include "batch/report/log.h"
 #include "betamesh/error.h"
 #include "io/extension.h"
@@ -17,11 +18,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-bool isUsda(const std::string& path) {
-    std::string extension = fs::path(path).extension().string();
-    for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-    return extension == ".usda";
-}
+bool isUsda(const std::string& path) { return lowerCase(fs::path(path).extension().string()) == ".usda"; }
 
 std::string contentsOf(const std::string& file) {
     std::ifstream in(file, std::ios::binary);

@@ -1,4 +1,4 @@
-// Line plots as SVG pictures.
+// Line plots as SVG.
 
 #pragma once
 
@@ -22,7 +22,7 @@ struct Plot {
     bool logarithmic = true;   ///< whether the vertical axis is logarithmic
     bool whole_at = false;     ///< horizontal positions are whole numbers, such as frames
     bool whole_value = false;  ///< values are whole numbers, and their axis begins at 0
-    double width = 960;        ///< of the picture, pixels
+    double width = 960;        ///< of the plot, pixels
     double height = 480;
 };
 

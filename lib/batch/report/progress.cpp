@@ -31,38 +31,38 @@ std::string secondsText(double seconds) {
     return text;
 }
 
-std::size_t particlesOf(const FrameReport& report) {
-    return report.plane ? report.plane->skin.particles : report.skin.particles;
+std::size_t particlesOf(const FrameResult& result) {
+    return result.plane ? result.plane->skin.particles : result.skin.particles;
 }
 
 /// One line about a frame for people.
-std::string frameLine(const FrameReport& report) {
-    const std::string name = "frame " + std::to_string(report.frame) + ": ";
-    switch (report.status) {
+std::string frameLine(const FrameResult& result) {
+    const std::string name = "frame " + std::to_string(result.frame) + ": ";
+    switch (result.status) {
         case FrameStatus::skipped:
-            return name + "skipped (" + report.output + ')';
+            return name + "skipped (" + result.output + ')';
         case FrameStatus::failed:
             return name + "failed";
         case FrameStatus::empty:
-            return name + "no particles; empty mesh -> " + report.output;
+            return name + "no particles; empty mesh -> " + result.output;
         case FrameStatus::ok:
             break;
     }
     const std::string surface =
-        report.plane ? std::to_string(report.plane->edges) + " edges" : std::to_string(report.triangles) + " triangles";
-    return name + std::to_string(particlesOf(report)) + " particles, " + surface + ", " +
-           secondsText(report.seconds.total) + " -> " + report.output;
+        result.plane ? std::to_string(result.plane->edges) + " edges" : std::to_string(result.triangles) + " triangles";
+    return name + std::to_string(particlesOf(result)) + " particles, " + surface + ", " +
+           secondsText(result.seconds.total) + " -> " + result.output;
 }
 
 /// Timings and memory of a frame.
-std::string detailLine(const FrameReport& report) {
-    const StageSeconds& seconds = report.seconds;
+std::string detailLine(const FrameResult& result) {
+    const StageSeconds& seconds = result.seconds;
     std::string text;
     forStages([&](Stage stage) {
         if (seconds[stage] > 0)
             text += (text.empty() ? "" : ", ") + std::string(nameOf(stage)) + ' ' + secondsText(seconds[stage]);
     });
-    return "frame " + std::to_string(report.frame) + ": " + text + "; peak " + std::to_string(report.peak_bytes >> 20) +
+    return "frame " + std::to_string(result.frame) + ": " + text + "; peak " + std::to_string(result.peak_bytes >> 20) +
            " MiB";
 }
 
@@ -115,13 +115,13 @@ Progress::~Progress() {
     if (kind_ == ProgressKind::bar) setLogFooter("");
 }
 
-void Progress::frameEnded(const std::vector<FrameReport>& outputs) {
+void Progress::frameEnded(const std::vector<FrameResult>& outputs) {
     const auto any = [&](FrameStatus status) {
-        return std::any_of(outputs.begin(), outputs.end(), [&](const FrameReport& r) { return r.status == status; });
+        return std::any_of(outputs.begin(), outputs.end(), [&](const FrameResult& r) { return r.status == status; });
     };
     std::size_t particles = 0;
-    for (const FrameReport& report : outputs)
-        if (report.status == FrameStatus::ok) particles = std::max(particles, particlesOf(report));
+    for (const FrameResult& result : outputs)
+        if (result.status == FrameStatus::ok) particles = std::max(particles, particlesOf(result));
     ++job_.ended;
     if (any(FrameStatus::failed)) ++job_.failed;
     if (any(FrameStatus::failed) || any(FrameStatus::ok) || any(FrameStatus::empty)) ++processed_;
@@ -139,7 +139,7 @@ void Progress::frameEnded(const std::vector<FrameReport>& outputs) {
         case ProgressKind::none:
             break;
         case ProgressKind::lines:
-            for (const FrameReport& report : outputs) logInfo(frameLine(report) + " (" + count + ')');
+            for (const FrameResult& result : outputs) logInfo(frameLine(result) + " (" + count + ')');
             break;
         case ProgressKind::bar: {
             const std::size_t cells = kBarCells * job_.ended / std::max<std::size_t>(job_.frames, 1);
@@ -161,8 +161,8 @@ void Progress::frameEnded(const std::vector<FrameReport>& outputs) {
             std::fflush(farm_stream_);
             break;
     }
-    for (const FrameReport& report : outputs)
-        if (report.status == FrameStatus::ok) logDetail(detailLine(report));
+    for (const FrameResult& result : outputs)
+        if (result.status == FrameStatus::ok) logDetail(detailLine(result));
 }
 
 void Progress::jobFailed(const std::string& reason) {

@@ -38,8 +38,8 @@ public:
     Progress(const Progress&) = delete;
     Progress& operator=(const Progress&) = delete;
 
-    /// outputs: the reports of all outputs of one frame.
-    void frameEnded(const std::vector<FrameReport>& outputs);
+    /// outputs: the results of all outputs of one frame.
+    void frameEnded(const std::vector<FrameResult>& outputs);
 
     /// Reports that the job did not finish all its frames.
     void jobFailed(const std::string& reason);

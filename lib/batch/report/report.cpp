@@ -45,39 +45,40 @@ FrameStatus statusNamed(const std::string& name) {
 }
 
 /// The provenance in the JSON of a frame.
-Provenance originFrom(const Json& json) {
+Provenance provenanceFrom(const Json& json) {
     const Json& from = json.at("origin");
-    Provenance origin;
-    from.at("version").get_to(origin.version);
-    from.at("configuration").get_to(origin.configuration);
-    json.at("radius").get_to(origin.radius);
-    json.at("spacing").get_to(origin.spacing);
+    Provenance provenance;
+    from.at("version").get_to(provenance.version);
+    from.at("configuration").get_to(provenance.config_hash);
+    json.at("radius").get_to(provenance.radius);
+    json.at("spacing").get_to(provenance.spacing);
     if (const Json& input = from.at("input"); !input.is_null()) {
-        const FileFingerprint stamp{input.at("bytes").get<std::uint64_t>(), input.at("modified").get<std::int64_t>()};
-        origin.input = FileIdentity{stamp, input.at("content").get<std::string>()};
+        const FileFingerprint fingerprint{input.at("bytes").get<std::uint64_t>(),
+                                          input.at("modified").get<std::int64_t>()};
+        provenance.input = FileIdentity{fingerprint, input.at("content").get<std::string>()};
     }
     if (const auto local = json.find("local_origin"); local != json.end())
         for (int axis = 0; axis < 3; ++axis)
-            local->at(static_cast<std::size_t>(axis)).get_to(origin.local_origin[axis]);
-    if (json.value("up_axis", "y") == "z") origin.up_axis = UpAxis::z;
-    for (const auto& [name, bytes] : from.at("files").items()) origin.files[name] = bytes.get<std::uint64_t>();
+            local->at(static_cast<std::size_t>(axis)).get_to(provenance.local_origin[axis]);
+    if (json.value("up_axis", "y") == "z") provenance.up_axis = UpAxis::z;
+    for (const auto& [name, bytes] : from.at("files").items()) provenance.files[name] = bytes.get<std::uint64_t>();
     if (const auto encoded = from.find(std::string("files") + kEncoded); encoded != from.end())
         for (const auto& [name, bytes] : encoded->items())
-            origin.files[percentDecoded(name)] = bytes.get<std::uint64_t>();
-    return origin;
+            provenance.files[percentDecoded(name)] = bytes.get<std::uint64_t>();
+    return provenance;
 }
 
-Json originJson(const Provenance& origin) {
+Json provenanceJson(const Provenance& provenance) {
     Json json;
-    json["version"] = origin.version;
-    json["configuration"] = origin.configuration;
+    json["version"] = provenance.version;
+    json["configuration"] = provenance.config_hash;
     json["input"] = nullptr;
-    if (origin.input)
-        json["input"] = {{"bytes", origin.input->stamp.bytes},
-                         {"modified", origin.input->stamp.modified},
-                         {"content", origin.input->content}};
+    if (provenance.input)
+        json["input"] = {{"bytes", provenance.input->fingerprint.bytes},
+                         {"modified", provenance.input->fingerprint.modified},
+                         {"content", provenance.input->content_hash}};
     json["files"] = Json::object();
-    for (const auto& [name, bytes] : origin.files)
+    for (const auto& [name, bytes] : provenance.files)
         if (isUtf8(name))
             json["files"][name] = bytes;
         else
@@ -98,44 +99,44 @@ Json partsJson(const std::vector<InputPart>& parts) {
     return json;
 }
 
-void addSurface(const FrameReport& report, Json& json) {
-    json["particles"] = report.skin.particles;
-    json["particles_read"] = report.particles_read;
-    json["particles_dropped"] = report.particles_dropped;
-    json["distinct_particles"] = report.skin.distinct_particles;
-    json["radius"] = report.radius;
-    json["spacing"] = report.spacing;
-    if (report.frame_spacing > 0) json["frame_spacing"] = report.frame_spacing;
-    json["skin"] = report.skin_depth;
-    json["predicates"] = report.predicates == PredicateKind::exact ? "exact" : "float";
-    json["perturbation_retries"] = report.skin.perturbation_retries;
-    json["alpha_vertices"] = report.skin.alpha_vertices;
-    json["alpha_triangles"] = report.skin.alpha_triangles;
-    json["double_sided_triangles"] = report.skin.double_sided_triangles;
-    json["degenerate_edges"] = report.skin.degenerate_edges;
-    json["isolated_particles"] = report.skin.isolated_particles;
-    json["droplets"] = report.skin.droplets;
-    json["droplet_particles"] = report.skin.droplet_particles;
-    json["tendril_particles"] = report.skin.tendril_particles;
-    json["bubbles_filled"] = report.skin.bubbles_filled;
-    json["vertices"] = report.vertices;
-    json["triangles"] = report.triangles;
-    json["spheres"] = report.spheres;
-    json["components"] = report.measure.components;
-    json["euler"] = report.measure.euler;
-    json["volume"] = report.measure.volume;
-    json["area"] = report.measure.area;
+void addSurface(const FrameResult& result, Json& json) {
+    json["particles"] = result.skin.particles;
+    json["particles_read"] = result.particles_read;
+    json["particles_dropped"] = result.particles_dropped;
+    json["distinct_particles"] = result.skin.distinct_particles;
+    json["radius"] = result.radius;
+    json["spacing"] = result.spacing;
+    if (result.frame_spacing > 0) json["frame_spacing"] = result.frame_spacing;
+    json["skin"] = result.skin_depth;
+    json["predicates"] = result.predicates == PredicateKind::exact ? "exact" : "float";
+    json["perturbation_retries"] = result.skin.perturbation_retries;
+    json["alpha_vertices"] = result.skin.alpha_vertices;
+    json["alpha_triangles"] = result.skin.alpha_triangles;
+    json["double_sided_triangles"] = result.skin.double_sided_triangles;
+    json["degenerate_edges"] = result.skin.degenerate_edges;
+    json["isolated_particles"] = result.skin.isolated_particles;
+    json["droplets"] = result.skin.droplets;
+    json["droplet_particles"] = result.skin.droplet_particles;
+    json["tendril_particles"] = result.skin.tendril_particles;
+    json["bubbles_filled"] = result.skin.bubbles_filled;
+    json["vertices"] = result.vertices;
+    json["triangles"] = result.triangles;
+    json["spheres"] = result.spheres;
+    json["components"] = result.measure.components;
+    json["euler"] = result.measure.euler;
+    json["volume"] = result.measure.volume;
+    json["area"] = result.measure.area;
 }
 
-void addPlane(const FrameReport& report, const PlaneFrameReport& plane, Json& json) {
+void addPlane(const FrameResult& result, const PlaneFrameResult& plane, Json& json) {
     json["particles"] = plane.skin.particles;
-    json["particles_read"] = report.particles_read;
-    json["particles_dropped"] = report.particles_dropped;
+    json["particles_read"] = result.particles_read;
+    json["particles_dropped"] = result.particles_dropped;
     json["distinct_particles"] = plane.skin.distinct_particles;
-    json["radius"] = report.radius;
-    json["spacing"] = report.spacing;
-    if (report.frame_spacing > 0) json["frame_spacing"] = report.frame_spacing;
-    json["skin"] = report.skin_depth;
+    json["radius"] = result.radius;
+    json["spacing"] = result.spacing;
+    if (result.frame_spacing > 0) json["frame_spacing"] = result.frame_spacing;
+    json["skin"] = result.skin_depth;
     json["alpha_vertices"] = plane.skin.alpha_vertices;
     json["alpha_segments"] = plane.skin.alpha_segments;
     json["double_sided_segments"] = plane.skin.double_sided_segments;
@@ -143,9 +144,9 @@ void addPlane(const FrameReport& report, const PlaneFrameReport& plane, Json& js
     json["droplets"] = plane.skin.droplets;
     json["droplet_particles"] = plane.skin.droplet_particles;
     json["bubbles_filled"] = plane.skin.bubbles_filled;
-    json["vertices"] = report.vertices;
+    json["vertices"] = result.vertices;
     json["edges"] = plane.edges;
-    json["spheres"] = report.spheres;
+    json["spheres"] = result.spheres;
     json["curves"] = plane.measure.curves;
     json["euler"] = plane.measure.turning;
     json["area"] = plane.measure.area;
@@ -255,31 +256,31 @@ Json placeJson(const CoherenceReport& report, const JumpSite& place) {
 
 }  // namespace
 
-std::string reportJson(const FrameReport& report) {
+std::string manifestJson(const FrameResult& result) {
     Json json;
-    json["frame"] = report.frame;
-    addPath(json, "input", report.input);
-    addPath(json, "output", report.output);
-    json["status"] = nameOf(report.status);
-    if (report.status == FrameStatus::failed) json["error"] = report.error;
-    json["dimension"] = report.plane ? 2 : 3;
-    json["preset"] = report.preset;
-    if (report.plane)
-        addPlane(report, *report.plane, json);
+    json["frame"] = result.frame;
+    addPath(json, "input", result.input);
+    addPath(json, "output", result.output);
+    json["status"] = nameOf(result.status);
+    if (result.status == FrameStatus::failed) json["error"] = result.error;
+    json["dimension"] = result.plane ? 2 : 3;
+    json["preset"] = result.preset;
+    if (result.plane)
+        addPlane(result, *result.plane, json);
     else
-        addSurface(report, json);
-    const StageSeconds& seconds = report.seconds;
+        addSurface(result, json);
+    const StageSeconds& seconds = result.seconds;
     Json& stages = json["seconds"];
     forStages([&](Stage stage) { stages[std::string(nameOf(stage))] = seconds[stage]; });
     stages["total"] = seconds.total;
-    json["peak_bytes"] = report.peak_bytes;
-    json["warnings"] = report.warnings;
-    json["input_contents"] = partsJson(report.input_parts);
-    if (report.origin) {
-        const Vec3& local = report.origin->local_origin;
+    json["peak_bytes"] = result.peak_bytes;
+    json["warnings"] = result.warnings;
+    json["input_contents"] = partsJson(result.input_parts);
+    if (result.provenance) {
+        const Vec3& local = result.provenance->local_origin;
         json["local_origin"] = {local.x, local.y, local.z};
-        json["up_axis"] = report.origin->up_axis == UpAxis::z ? "z" : "y";
-        json["origin"] = originJson(*report.origin);
+        json["up_axis"] = result.provenance->up_axis == UpAxis::z ? "z" : "y";
+        json["origin"] = provenanceJson(*result.provenance);
     }
     return oneLine(json);
 }
@@ -303,49 +304,49 @@ std::string taskJson(const FrameTask& task) {
     return oneLine(json);
 }
 
-std::optional<FrameReport> readReport(const std::filesystem::path& file) {
+std::optional<FrameResult> readManifest(const std::filesystem::path& file) {
     requireRegularFile(file);
     std::ifstream in(file);
     if (!in) return std::nullopt;
     try {
         const Json json = Json::parse(in);
-        FrameReport report;
-        json.at("frame").get_to(report.frame);
+        FrameResult result;
+        json.at("frame").get_to(result.frame);
         if (!json.contains("output")) return std::nullopt;
-        report.output = pathFrom(json, "output");
-        report.status = statusNamed(json.at("status").get<std::string>());
+        result.output = pathFrom(json, "output");
+        result.status = statusNamed(json.at("status").get<std::string>());
         const auto take = [](const Json& from, const char* name, auto& value) {
             if (from.contains(name)) from.at(name).get_to(value);
         };
-        report.input = pathFrom(json, "input");
-        take(json, "error", report.error);
-        take(json, "preset", report.preset);
-        take(json, "radius", report.radius);
-        take(json, "spacing", report.spacing);
-        take(json, "skin", report.skin_depth);
-        take(json, "particles", report.skin.particles);
-        take(json, "perturbation_retries", report.skin.perturbation_retries);
-        take(json, "vertices", report.vertices);
-        take(json, "triangles", report.triangles);
-        take(json, "spheres", report.spheres);
-        take(json, "components", report.measure.components);
-        take(json, "volume", report.measure.volume);
-        take(json, "area", report.measure.area);
+        result.input = pathFrom(json, "input");
+        take(json, "error", result.error);
+        take(json, "preset", result.preset);
+        take(json, "radius", result.radius);
+        take(json, "spacing", result.spacing);
+        take(json, "skin", result.skin_depth);
+        take(json, "particles", result.skin.particles);
+        take(json, "perturbation_retries", result.skin.perturbation_retries);
+        take(json, "vertices", result.vertices);
+        take(json, "triangles", result.triangles);
+        take(json, "spheres", result.spheres);
+        take(json, "components", result.measure.components);
+        take(json, "volume", result.measure.volume);
+        take(json, "area", result.measure.area);
         if (json.value("dimension", 3) == 2) {
-            PlaneFrameReport& plane = report.plane.emplace();
+            PlaneFrameResult& plane = result.plane.emplace();
             take(json, "particles", plane.skin.particles);
             take(json, "edges", plane.edges);
             take(json, "curves", plane.measure.curves);
             take(json, "area", plane.measure.area);
             take(json, "length", plane.measure.length);
         }
-        take(json, "peak_bytes", report.peak_bytes);
-        take(json, "warnings", report.warnings);
+        take(json, "peak_bytes", result.peak_bytes);
+        take(json, "warnings", result.warnings);
         const Json seconds = json.value("seconds", Json::object());
-        forStages([&](Stage stage) { take(seconds, std::string(nameOf(stage)).c_str(), report.seconds[stage]); });
-        take(seconds, "total", report.seconds.total);
-        if (json.contains("origin")) report.origin = originFrom(json);
-        return report;
+        forStages([&](Stage stage) { take(seconds, std::string(nameOf(stage)).c_str(), result.seconds[stage]); });
+        take(seconds, "total", result.seconds.total);
+        if (json.contains("origin")) result.provenance = provenanceFrom(json);
+        return result;
     } catch (const Json::exception&) {
         return std::nullopt;
     }

@@ -36,14 +36,14 @@ void forStages(const Visit& visit) {
 }
 
 /// Results of a frame in two dimensions, which replace `skin`, `measure` and `triangles`.
-struct PlaneFrameReport {
+struct PlaneFrameResult {
     PlaneReport skin;
     CurveMeasure measure;
     std::size_t edges = 0;
 };
 
 /// What happened to one frame. Written beside its mesh as the manifest NAME.json. Lengths in world units.
-struct FrameReport {
+struct FrameResult {
     int frame = 0;
     std::string input;
     std::string output;
@@ -57,7 +57,7 @@ struct FrameReport {
     PredicateKind predicates = PredicateKind::exact;
     SkinReport skin;
     MeshMeasure measure;
-    std::optional<PlaneFrameReport> plane;
+    std::optional<PlaneFrameResult> plane;
     std::uint64_t particles_read = 0;     ///< in the input, of which some may not be chosen
     std::uint64_t particles_dropped = 0;  ///< not finite, and left out
     std::vector<InputPart> input_parts;   ///< what the input contains
@@ -67,11 +67,11 @@ struct FrameReport {
     StageSeconds seconds;
     std::uint64_t peak_bytes = 0;  ///< the most memory the whole process has held so far
     std::vector<std::string> warnings;
-    std::optional<Provenance> origin;  ///< set if the frame was written
+    std::optional<Provenance> provenance;  ///< set if the frame was written
 };
 
-/// The JSON of a frame. One line without a line break, as from all functions below.
-std::string reportJson(const FrameReport& report);
+/// The JSON of a frame, for its manifest and for --json. One line without a line break, as from all functions below.
+std::string manifestJson(const FrameResult& result);
 
 /// Progress of a job.
 struct JobProgress {
@@ -88,7 +88,7 @@ std::string taskJson(const FrameTask& task);
 
 /// Reads a manifest; nullopt if the file does not exist or is incomplete. Members that it lacks keep their defaults.
 /// errors  not a regular file
-std::optional<FrameReport> readReport(const std::filesystem::path& file);
+std::optional<FrameResult> readManifest(const std::filesystem::path& file);
 
 /// The JSON of `betamesh info`. spacing: particle spacing in world units.
 std::string infoJson(const std::string& file, const FileInfo& info, std::optional<double> spacing);

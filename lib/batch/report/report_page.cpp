@@ -19,7 +19,7 @@
 namespace betamesh {
 namespace {
 
-// A picture is the target of its own link, which shows it over the whole window.
+// A preview is the target of its own link, which shows it over the whole window.
 constexpr const char* kStyle =
     "body{font:14px/1.4 Helvetica,Arial,sans-serif;color:#20262e;margin:24px auto;padding:0 24px;max-width:1500px}"
     "h1{font-size:22px}h2{font-size:17px;margin-top:32px}h1,h2,p,dd{overflow-wrap:anywhere}"
@@ -45,7 +45,7 @@ constexpr std::array<const char*, 8> kColours{"#1f77b4", "#d62728", "#2ca02c", "
 constexpr double kPlotWidth = 640, kPlotHeight = 340;  // pixels; about the size at which the page shows plots
 constexpr double kLeastSeconds = 1e-3;                 // stages that take less are not drawn
 
-using Value = std::function<double(const FrameReport&)>;
+using Value = std::function<double(const FrameResult&)>;
 
 struct Curve {
     std::string name;
@@ -66,29 +66,29 @@ std::string cell(std::size_t count) { return cell(std::to_string(count)); }
 
 bool isPlane(const ReportOutput& output) { return !output.frames.empty() && output.frames.front().plane.has_value(); }
 
-std::size_t particlesOf(const FrameReport& report) {
-    return report.plane ? report.plane->skin.particles : report.skin.particles;
+std::size_t particlesOf(const FrameResult& result) {
+    return result.plane ? result.plane->skin.particles : result.skin.particles;
 }
 
 /// The curves of a frame; those of a frame with a surface have no edges.
-PlaneFrameReport planeOf(const FrameReport& report) { return report.plane.value_or(PlaneFrameReport{}); }
+PlaneFrameResult planeOf(const FrameResult& result) { return result.plane.value_or(PlaneFrameResult{}); }
 
-double mebibytesOf(const FrameReport& report) { return static_cast<double>(report.peak_bytes >> 20); }
+double mebibytesOf(const FrameResult& result) { return static_cast<double>(result.peak_bytes >> 20); }
 
 /// A plot over all frames. Missing frames have the value NaN, so that lines are interrupted there.
 std::string plotOf(const ReportOutput& output, const std::string& title, const std::string& unit,
                    const std::vector<Curve>& curves, bool logarithmic) {
     const bool is_whole = unit == "count" || unit == "MiB";
     Plot plot{title, "frame", unit, {}, {}, logarithmic, true, is_whole, kPlotWidth, kPlotHeight};
-    std::map<int, const FrameReport*> report_at;
+    std::map<int, const FrameResult*> report_at;
     for (const int frame : output.missing) report_at[frame] = nullptr;
-    for (const FrameReport& report : output.frames) report_at[report.frame] = &report;
+    for (const FrameResult& result : output.frames) report_at[result.frame] = &result;
     for (const auto& entry : report_at) plot.at.push_back(entry.first);
     for (std::size_t i = 0; i < curves.size(); ++i) {
         PlotLine line{curves[i].name, kColours[i % kColours.size()], {}};
-        for (const auto& [frame, report] : report_at)
-            line.value.push_back(report == nullptr ? std::numeric_limits<double>::quiet_NaN()
-                                                   : curves[i].value(*report));
+        for (const auto& [frame, result] : report_at)
+            line.value.push_back(result == nullptr ? std::numeric_limits<double>::quiet_NaN()
+                                                   : curves[i].value(*result));
         plot.lines.push_back(std::move(line));
     }
     return svgOf(plot);
@@ -97,7 +97,7 @@ std::string plotOf(const ReportOutput& output, const std::string& title, const s
 /// A count as a value to plot.
 template <typename Count>
 Value count(const Count& of) {
-    return [of](const FrameReport& report) { return static_cast<double>(of(report)); };
+    return [of](const FrameResult& result) { return static_cast<double>(of(result)); };
 }
 
 /// Seconds as a value to plot; NaN, which is left out, if they are too few for a logarithmic axis.
@@ -129,12 +129,12 @@ std::string surfacePlots(const ReportOutput& output) {
 
 std::string plots(const ReportOutput& output) {
     std::string text = "<div class=\"plots\">\n" + (isPlane(output) ? planePlots(output) : surfacePlots(output));
-    std::vector<Curve> stages{{"total", [](const FrameReport& r) { return plottedSeconds(r.seconds.total); }}};
+    std::vector<Curve> stages{{"total", [](const FrameResult& r) { return plottedSeconds(r.seconds.total); }}};
     forStages([&](Stage stage) {
-        const auto seconds = [stage](const FrameReport& r) { return r.seconds[stage]; };
+        const auto seconds = [stage](const FrameResult& r) { return r.seconds[stage]; };
         if (std::any_of(output.frames.begin(), output.frames.end(), [&](const auto& r) { return seconds(r) > 0; }))
             stages.push_back(
-                {std::string(nameOf(stage)), [=](const FrameReport& r) { return plottedSeconds(seconds(r)); }});
+                {std::string(nameOf(stage)), [=](const FrameResult& r) { return plottedSeconds(seconds(r)); }});
     });
     text += plotOf(output, "Time by stage, from a millisecond", "seconds", stages, true);
     text += plotOf(output, "Peak memory of the process", "MiB", {{"peak", mebibytesOf}}, false);
@@ -145,7 +145,7 @@ std::string plots(const ReportOutput& output) {
     if (!output.jump.empty())
         text += plotOf(output, "Distance from the surface of the previous frame", "world units",
                        {{"largest distance",
-                         [&](const FrameReport& r) {
+                         [&](const FrameResult& r) {
                              const auto jump = output.jump.find(r.frame);
                              return jump == output.jump.end() ? std::numeric_limits<double>::quiet_NaN() : jump->second;
                          }}},
@@ -153,20 +153,20 @@ std::string plots(const ReportOutput& output) {
     return text + "</div>\n";
 }
 
-std::string rowOf(const FrameReport& report, const ReportOutput& output) {
-    const std::string status = nameOf(report.status);
-    std::string notes = report.error;
-    for (const std::string& warning : report.warnings) notes += (notes.empty() ? "" : "; ") + warning;
-    const PlaneFrameReport plane = planeOf(report);
+std::string rowOf(const FrameResult& result, const ReportOutput& output) {
+    const std::string status = nameOf(result.status);
+    std::string notes = result.error;
+    for (const std::string& warning : result.warnings) notes += (notes.empty() ? "" : "; ") + warning;
+    const PlaneFrameResult plane = planeOf(result);
     const std::string shape = isPlane(output)
                                   ? cell(plane.edges) + cell(plane.measure.curves) + cell(number(plane.measure.area)) +
                                         cell(number(plane.measure.length))
-                                  : cell(report.triangles) + cell(report.measure.components) +
-                                        cell(number(report.measure.volume)) + cell(number(report.measure.area));
-    const auto jump = output.jump.find(report.frame);
-    return "<tr class=\"" + status + "\">" + cell(std::to_string(report.frame)) + cell(status) +
-           cell(particlesOf(report)) + cell(report.vertices) + shape + cell(number(report.seconds.total)) +
-           cell(number(mebibytesOf(report))) + cell(std::to_string(report.skin.perturbation_retries)) +
+                                  : cell(result.triangles) + cell(result.measure.components) +
+                                        cell(number(result.measure.volume)) + cell(number(result.measure.area));
+    const auto jump = output.jump.find(result.frame);
+    return "<tr class=\"" + status + "\">" + cell(std::to_string(result.frame)) + cell(status) +
+           cell(particlesOf(result)) + cell(result.vertices) + shape + cell(number(result.seconds.total)) +
+           cell(number(mebibytesOf(result))) + cell(std::to_string(result.skin.perturbation_retries)) +
            (output.jump.empty() ? "" : cell(jump == output.jump.end() ? "" : number(jump->second))) +
            "<td class=\"text\">" + shown(notes) + "</td></tr>\n";
 }
@@ -186,27 +186,27 @@ std::string table(const ReportOutput& output) {
     for (const int frame : output.missing)
         rows[frame] = "<tr class=\"missing\">" + cell(std::to_string(frame)) + "<td>missing</td><td colspan=\"" +
                       std::to_string(names.size() - 1) + "\" class=\"text\">no manifest</td></tr>\n";
-    for (const FrameReport& report : output.frames) rows[report.frame] = rowOf(report, output);
+    for (const FrameResult& result : output.frames) rows[result.frame] = rowOf(result, output);
     for (const auto& row : rows) text += row.second;
     return text + "</tbody>\n</table></div>\n";
 }
 
 /// The different texts of all frames; the first ones if there are many.
-std::string valuesOf(const ReportOutput& output, const std::function<std::string(const FrameReport&)>& text) {
+std::string valuesOf(const ReportOutput& output, const std::function<std::string(const FrameResult&)>& text) {
     std::set<std::string> values;
-    for (const FrameReport& report : output.frames) values.insert(text(report));
+    for (const FrameResult& result : output.frames) values.insert(text(result));
     return firstNames({values.begin(), values.end()});
 }
 
 /// A length of all frames, or the least and the largest, in world units and in spacings; empty if it is 0.
-std::string lengthOf(const ReportOutput& output, double FrameReport::*length) {
+std::string lengthOf(const ReportOutput& output, double FrameResult::*length) {
     double least = std::numeric_limits<double>::infinity(), most = -least;
-    for (const FrameReport& report : output.frames)
-        least = std::min(least, report.*length), most = std::max(most, report.*length);
+    for (const FrameResult& result : output.frames)
+        least = std::min(least, result.*length), most = std::max(most, result.*length);
     if (!(most > 0)) return "";
     const std::string text = number(least) + (most > least ? " to " + number(most) : "") + " world units";
     const double spacing = output.frames.front().spacing;
-    if (length == &FrameReport::spacing || !(spacing > 0) || most > least) return text;
+    if (length == &FrameResult::spacing || !(spacing > 0) || most > least) return text;
     std::array<char, 32> spacings{};
     std::snprintf(spacings.data(), spacings.size(), " (%.3g spacings)", most / spacing);
     return text + spacings.data();
@@ -228,18 +228,18 @@ std::string settings(const ReportOutput& output) {
     row("Input", valuesOf(output, [](const auto& r) { return sequenceName(r.input, r.frame); }));
     row("Output", output.name);
     std::vector<int> frames;
-    for (const FrameReport& report : output.frames) frames.push_back(report.frame);
+    for (const FrameResult& result : output.frames) frames.push_back(result.frame);
     if (!frames.empty()) row("Frames", printFrames(frames));
     if (!output.missing.empty()) row("Missing frames", printFrames(output.missing));
     if (frames.empty()) return text + "</dl>\n";
     row("Preset", valuesOf(output, [](const auto& r) { return listed(r.preset); }));
-    row("Radius", lengthOf(output, &FrameReport::radius));
-    row("Spacing", lengthOf(output, &FrameReport::spacing));
-    const std::string skin = lengthOf(output, &FrameReport::skin_depth);
+    row("Radius", lengthOf(output, &FrameResult::radius));
+    row("Spacing", lengthOf(output, &FrameResult::spacing));
+    const std::string skin = lengthOf(output, &FrameResult::skin_depth);
     row("Skin", skin.empty() ? "none" : skin);
     row("Dimension", valuesOf(output, [](const auto& r) { return r.plane ? "2" : "3"; }));
     row("Program", valuesOf(output, [](const auto& r) {
-            return "betamesh " + (r.origin ? r.origin->version : std::string("of unknown version"));
+            return "betamesh " + (r.provenance ? r.provenance->version : std::string("of unknown version"));
         }));
     return text + "</dl>\n";
 }
@@ -247,11 +247,11 @@ std::string settings(const ReportOutput& output) {
 std::string summary(const ReportOutput& output) {
     double seconds = 0, peak = 0;
     std::size_t particles = 0, warnings = 0;
-    for (const FrameReport& report : output.frames) {
-        seconds += report.seconds.total;
-        particles += particlesOf(report);
-        warnings += report.warnings.size();
-        peak = std::max(peak, mebibytesOf(report));
+    for (const FrameResult& result : output.frames) {
+        seconds += result.seconds.total;
+        particles += particlesOf(result);
+        warnings += result.warnings.size();
+        peak = std::max(peak, mebibytesOf(result));
     }
     return "<p>" + std::to_string(output.frames.size()) + " frames, " + std::to_string(output.missing.size()) +
            " missing, " + std::to_string(warnings) + " warnings; " + number(seconds) + " seconds in all frames, " +
@@ -272,7 +272,7 @@ std::string base64(const std::string& bytes) {
     return text;
 }
 
-/// The pictures of a sequence. A link opens each over the whole window, with links to the ones before and after.
+/// The previews of a sequence. A link opens each over the whole window, with links to the ones before and after.
 std::string previews(const ReportPreviews& sequence, const std::string& id) {
     if (sequence.png.empty()) return "";
     const auto figureId = [&](int frame) { return id + "-frame-" + std::to_string(frame); };

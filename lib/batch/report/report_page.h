@@ -13,15 +13,15 @@ namespace betamesh {
 /// One output of the job: the meshes of one sequence.
 struct ReportOutput {
     std::string name;                 ///< path with #### for the frame
-    std::vector<FrameReport> frames;  ///< ascending
+    std::vector<FrameResult> frames;  ///< ascending
     std::vector<int> missing;         ///< expected frames without a manifest, ascending
     std::map<int, double> jump;       ///< frame -> distance from the previous surface, world units, if measured
 };
 
-/// Pictures of frames.
+/// Previews of frames.
 struct ReportPreviews {
     std::string name;                ///< path with a placeholder for the frame
-    std::map<int, std::string> png;  ///< frame -> bytes of its picture
+    std::map<int, std::string> png;  ///< frame -> bytes of its preview
 };
 
 /// What the page shows.

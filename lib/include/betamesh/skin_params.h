@@ -97,8 +97,6 @@ struct SkinParams {
     int passes = 1;                       ///< smoothing passes, >= 0
     std::optional<double> skin;           ///< distance of the surface from the outermost particles, world units, >= 0;
                                           ///< none: volume-true; 0: the boundary of the union of balls itself
-    double inset = 0;                     ///< displacement inwards where the liquid is thick, world units, >= 0; not
-                                          ///< with the paper's smoothing
     std::vector<std::string> attributes;  ///< names of particle attributes to interpolate to the vertices
     SurfaceAttributes surface_attributes;
     std::vector<Wall> walls;             ///< the surface is laid flat against them; complete tessellation only

@@ -1,4 +1,4 @@
-#include "picture_options.h"
+#include "preview_options.h"
 
 #include "base/parallel.h"
 #include "batch/job/distinct_files.h"
@@ -40,15 +40,15 @@ void refuseExisting(const std::vector<std::string>& outputs) {
 }
 
 /// errors  a file that would be both read and written, or written twice
-void requireDistinctFiles(const PictureJob& job) {
+void requireDistinctFiles(const PreviewJob& job) {
     DistinctFiles files;
     if (!job.options.pipeline.empty()) files.read(job.options.pipeline, "the pipeline file");
     for (const auto& [frame, file] : job.on_disk) files.read(file, "the input of frame " + std::to_string(frame));
-    for (const PictureTask& task : job.tasks) {
+    for (const PreviewTask& task : job.tasks) {
         const std::string of_frame = " of frame " + std::to_string(task.frame);
         files.read(task.input, "the input" + of_frame);
         for (std::size_t i = 0; i < task.outputs.size(); ++i)
-            files.written(task.outputs[i], (i == 0 ? "the picture" : "the second picture") + of_frame);
+            files.written(task.outputs[i], (i == 0 ? "the preview" : "the second preview") + of_frame);
     }
     if (!job.options.contact_sheet.empty()) files.written(job.options.contact_sheet, "the contact sheet");
     if (!job.options.movie.empty()) files.written(job.options.movie, "the movie");
@@ -65,17 +65,17 @@ void writeWhole(const std::string& file, std::string_view bytes) {
     writeFile(file, bytes);
 }
 
-Image readPicture(const std::string& file) {
+Image readImage(const std::string& file) {
     const Bytes bytes = readWholeFile(file);
     const std::string text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
     return fs::path(file).extension() == ".exr" ? toneMapped(decodeExr(text, file)) : decodePng(text, file);
 }
 
-/// Collects the pictures for the contact sheet and the movie.
+/// Collects the previews for the contact sheet and the movie.
 class Collection {
 public:
-    Collection(const PictureOptions& options, double fps, std::size_t pictures)
-        : options_(options), fps_(fps), pictures_(pictures) {}
+    Collection(const PreviewOptions& options, double fps, std::size_t previews)
+        : options_(options), fps_(fps), previews_(previews) {}
 
     bool isWanted() const { return !options_.contact_sheet.empty() || !options_.movie.empty(); }
     void add(std::size_t i, int frame, const Image& image) {
@@ -101,25 +101,25 @@ public:
     }
 
 private:
-    /// Whether picture i is one of the evenly chosen ones, which include the first and the last.
+    /// Whether preview i is one of the evenly chosen ones, which include the first and the last.
     bool isOnSheet(std::size_t i) const {
         const auto cells = static_cast<std::size_t>(options_.sheet_pictures);
-        if (pictures_ <= cells) return true;
+        if (previews_ <= cells) return true;
         if (cells == 1) return i == 0;
-        const std::size_t cell = (i * (cells - 1) + (pictures_ - 1) / 2) / (pictures_ - 1);
-        return (cell * (pictures_ - 1) + (cells - 1) / 2) / (cells - 1) == i;
+        const std::size_t cell = (i * (cells - 1) + (previews_ - 1) / 2) / (previews_ - 1);
+        return (cell * (previews_ - 1) + (cells - 1) / 2) / (cells - 1) == i;
     }
 
-    const PictureOptions& options_;
+    const PreviewOptions& options_;
     double fps_;
-    std::size_t pictures_;
+    std::size_t previews_;
     std::vector<CaptionedImage> cells_;
     std::optional<Movie> movie_;
 };
 
 }  // namespace
 
-void addPictureOptions(CLI::App& command, PictureOptions& options,
+void addPreviewOptions(CLI::App& command, PreviewOptions& options,
                        const std::function<bool(const ConfigKey&)>& wanted) {
     addKeyOptions(command, options.values, wanted);
     command
@@ -138,18 +138,18 @@ void addPictureOptions(CLI::App& command, PictureOptions& options,
         ->group("Running");
     command
         .add_option("--contact-sheet", options.contact_sheet,
-                    "Also write small pictures of the sequence side by side on one sheet.")
+                    "Also write small previews of the sequence side by side on one sheet.")
         ->type_name("FILE.png")
         ->group("Sequence");
     command
         .add_option("--sheet-pictures", options.sheet_pictures,
-                    "Largest number of pictures on the contact sheet, chosen evenly from the sequence.")
+                    "Largest number of previews on the contact sheet, chosen evenly from the sequence.")
         ->type_name("N")
         ->capture_default_str()
         ->check(wholeNumber(1, 1000))
         ->group("Sequence");
     command
-        .add_option("--sheet-width", options.sheet_width, "Largest width of a picture on the contact sheet, in pixels.")
+        .add_option("--sheet-width", options.sheet_width, "Largest width of a preview on the contact sheet, in pixels.")
         ->type_name("N")
         ->capture_default_str()
         ->check(wholeNumber(16, 16384))
@@ -164,12 +164,12 @@ void addPictureOptions(CLI::App& command, PictureOptions& options,
         ->type_name("FILE.mp4")
         ->group("Sequence");
     command.add_flag("--overwrite", options.overwrite, "Replace outputs that already exist.")->group("Running");
-    command.add_flag("--skip-existing", options.skip_existing, "Skip frames whose pictures already exist.")
+    command.add_flag("--skip-existing", options.skip_existing, "Skip frames whose previews already exist.")
         ->group("Running");
     command.add_flag("-q,--quiet", options.quiet, "Print only errors.")->group("Running");
 }
 
-PictureJob planPictures(const PictureOptions& options, const Config& defaults) {
+PreviewJob planPreviews(const PreviewOptions& options, const Config& defaults) {
     setLogLevel(options.quiet ? LogLevel::quiet : LogLevel::normal);
     if (options.overwrite && options.skip_existing)
         throw Error("--overwrite and --skip-existing contradict each other. Use one of them.");
@@ -178,7 +178,7 @@ PictureJob planPictures(const PictureOptions& options, const Config& defaults) {
     const auto from_options = keyValuesOf(options.assignments, options.values);
     given.insert(given.end(), from_options.begin(), from_options.end());
     const Config base = options.pipeline.empty() ? defaults : Config{};
-    PictureJob job{outputConfigs(readConfig(options.pipeline, given, base)).front(), {}, {}, options};
+    PreviewJob job{outputConfigs(readConfig(options.pipeline, given, base)).front(), {}, {}, options};
     job.config.input.path = options.input;
     const FramePattern input = inputPattern(options.input);
     job.on_disk = framesOnDisk(input);
@@ -189,7 +189,7 @@ PictureJob planPictures(const PictureOptions& options, const Config& defaults) {
         requirePlaceholder(frames.size(), outputs.back());
     }
     for (const int frame : frames) {
-        PictureTask task{frame, fileOfFrame(input, job.on_disk, frame), {}, false};
+        PreviewTask task{frame, fileOfFrame(input, job.on_disk, frame), {}, false};
         for (const FramePattern& output : outputs) task.outputs.push_back(frameName(output, frame));
         task.keep = options.skip_existing && allExist(task.outputs);
         if (!options.skip_existing && !options.overwrite) refuseExisting(task.outputs);
@@ -200,7 +200,7 @@ PictureJob planPictures(const PictureOptions& options, const Config& defaults) {
     return job;
 }
 
-int inPictureWorker(const PictureJob& job, const std::function<int(const PictureWorker&)>& work) {
+int inPreviewWorker(const PreviewJob& job, const std::function<int(const PreviewWorker&)>& work) {
     rememberSignals();
     const Supervision watched = superviseWorkers(isVdb(job.config.input.path), job.config.run.timeout);
     if (!watched.is_worker) return watched.exit_code;
@@ -210,25 +210,25 @@ int inPictureWorker(const PictureJob& job, const std::function<int(const Picture
     return exit_code;
 }
 
-int writePictures(const PictureJob& job, const PictureWorker& worker,
-                  const std::function<Drawn(const PictureTask&)>& draw) {
+int writePreviews(const PreviewJob& job, const PreviewWorker& worker,
+                  const std::function<Rendering(const PreviewTask&)>& render) {
     Collection collection(job.options, job.config.preview.fps, job.tasks.size());
     const JobHistory& history = worker.history;
     bool any_failed = history.failed > 0;
     const auto write = [&](std::size_t i) {
-        const PictureTask& task = job.tasks[i];
+        const PreviewTask& task = job.tasks[i];
         if (task.keep || history.ended.contains(task.frame)) {
             if (collection.isWanted() && allExist(task.outputs))
-                collection.add(i, task.frame, readPicture(task.outputs.front()));
+                collection.add(i, task.frame, readImage(task.outputs.front()));
             return;
         }
         if (const auto lost = history.lost.find(task.frame); lost != history.lost.end())
             throw Error(task.input + ": " + lost->second);
         const auto begin = std::chrono::steady_clock::now();
-        const Drawn drawn = draw(task);
+        const Rendering rendering = render(task);
         const SignalWatch::Writing writing(worker.signals);
-        for (std::size_t k = 0; k < drawn.files.size(); ++k) writeWhole(task.outputs[k], drawn.files[k]);
-        if (collection.isWanted()) collection.add(i, task.frame, drawn.image);
+        for (std::size_t k = 0; k < rendering.files.size(); ++k) writeWhole(task.outputs[k], rendering.files[k]);
+        if (collection.isWanted()) collection.add(i, task.frame, rendering.image);
         const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - begin;
         char time[32];
         std::snprintf(time, sizeof time, "%.2f s", seconds.count());

@@ -1,4 +1,4 @@
-// Options of pictures, shared by `render` and `compare`, and drawing them one after the other.
+// Options of previews, shared by `render` and `compare`, and rendering them one after the other.
 
 #pragma once
 
@@ -16,7 +16,7 @@
 
 namespace betamesh {
 
-struct PictureOptions {
+struct PreviewOptions {
     std::string input;
     std::vector<std::string> outputs;
     std::map<std::string, std::string> values;  ///< key -> value given by its option
@@ -24,7 +24,7 @@ struct PictureOptions {
     std::string pipeline;                       ///< pipeline file; empty: none
     std::string contact_sheet;                  ///< file to write; empty: none
     int sheet_pictures = 12;                    ///< at most, on the contact sheet
-    int sheet_width = 600;                      ///< pixels per picture on the contact sheet
+    int sheet_width = 600;                      ///< pixels per preview on the contact sheet
     int sheet_columns = 0;                      ///< 0: about as many as rows
     std::string movie;                          ///< file to write; empty: none
     bool overwrite = false;
@@ -34,33 +34,33 @@ struct PictureOptions {
 
 /// Adds the options of the configuration keys that are wanted and those of a single run, such as --overwrite. `options`
 /// must outlive the command.
-void addPictureOptions(CLI::App& command, PictureOptions& options, const std::function<bool(const ConfigKey&)>& wanted);
+void addPreviewOptions(CLI::App& command, PreviewOptions& options, const std::function<bool(const ConfigKey&)>& wanted);
 
-/// One picture, written to one or more files.
-struct PictureTask {
+/// One preview, written to one or more files.
+struct PreviewTask {
     int frame = 0;
     std::string input;
     std::vector<std::string> outputs;
     bool keep = false;  ///< all outputs exist and stay as they are
 };
 
-/// The pictures to draw, planned before anything is written.
-struct PictureJob {
+/// The previews to render, planned before anything is written.
+struct PreviewJob {
     Config config;
-    std::vector<PictureTask> tasks;      ///< ascending frames, at least one
+    std::vector<PreviewTask> tasks;      ///< ascending frames, at least one
     std::map<int, std::string> on_disk;  ///< frame -> file, all inputs of the sequence
-    PictureOptions options;
+    PreviewOptions options;
 };
 
-/// The worker process that draws. If a damaged file ends it, another one continues.
-struct PictureWorker {
+/// The worker process that renders. If a damaged file ends it, another one continues.
+struct PreviewWorker {
     const WorkerEvents& events;
     const JobHistory& history;
     SignalWatch& signals;
 };
 
 /// The result of one task.
-struct Drawn {
+struct Rendering {
     std::vector<std::string> files;  ///< bytes of each output
     Image image;                     ///< for the contact sheet and the movie
 };
@@ -68,18 +68,18 @@ struct Drawn {
 /// in      defaults: the configuration that options and pipeline file change
 /// errors  no frames; an output exists and neither overwrite nor skip_existing is set; a movie is wanted and ffmpeg is
 ///         not installed
-PictureJob planPictures(const PictureOptions& options, const Config& defaults = {});
+PreviewJob planPreviews(const PreviewOptions& options, const Config& defaults = {});
 
 /// Calls work() in a worker process, on as many threads as the job may use.
 ///
 /// out     exit code of work(), or of the supervisor if workers were lost
-int inPictureWorker(const PictureJob& job, const std::function<int(const PictureWorker&)>& work);
+int inPreviewWorker(const PreviewJob& job, const std::function<int(const PreviewWorker&)>& work);
 
-/// Draws and writes one picture after the other, then the contact sheet and the movie. If a frame fails, the others are
-/// still drawn.
+/// Renders and writes one preview after the other, then the contact sheet and the movie. If a frame fails, the others
+/// are still rendered.
 ///
 /// out     exit code
-int writePictures(const PictureJob& job, const PictureWorker& worker,
-                  const std::function<Drawn(const PictureTask&)>& draw);
+int writePreviews(const PreviewJob& job, const PreviewWorker& worker,
+                  const std::function<Rendering(const PreviewTask&)>& render);
 
 }  // namespace betamesh

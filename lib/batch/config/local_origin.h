@@ -16,7 +16,7 @@ namespace betamesh {
 /// in      frames_on_disk: all frames of the input, also those that are not to be meshed
 ///         events: reports each frame that is read to the supervising process
 /// same    the origin for any choice of frames
-Vec3 resolveOrigin(const Config& config, const std::map<int, std::string>& frames_on_disk,
-                   const WorkerEvents& events = {});
+Vec3 resolvedLocalOrigin(const Config& config, const std::map<int, std::string>& frames_on_disk,
+                         const WorkerEvents& events = {});
 
 }  // namespace betamesh

@@ -92,7 +92,7 @@ void addOutputKeys(std::vector<ConfigKey>& keys) {
         {"output.up_axis", "--output-up-axis", "",
          "Axis that points up in the files that are written. y: nothing is rotated. z: positions, velocities, "
          "accelerations and normals are rotated by 90 degrees about x, (x, y, z) becomes (x, -z, y), which undoes "
-         "input.up_axis z. Pictures, and .svg drawings, are not rotated."},
+         "input.up_axis z. Previews and .svg drawings are not rotated."},
         {{"y", UpAxis::y}, {"z", UpAxis::z}}, [](Config& c) -> UpAxis& { return c.output.up_axis; }));
     keys.push_back(positiveKey(
         {"output.fps", "--output-fps", "frames per second",
@@ -123,7 +123,7 @@ void addOutputKeys(std::vector<ConfigKey>& keys) {
 void addPictureKeys(std::vector<ConfigKey>& keys) {
     keys.push_back(namesKey(
         {"picture.layers", "--layers", "",
-         "Layers of an .svg picture, in two dimensions. discs: the union of the discs. particles: dots. alpha: the "
+         "Layers of an .svg drawing, in two dimensions. discs: the union of the discs. particles: dots. alpha: the "
          "alpha mesh. before: the curves before smoothing, dotted. beta: the curves. vertices: their vertices, pure "
          "beta vertices in red and alphabeta vertices in blue."},
         "some of discs, particles, alpha, before, beta and vertices, each at most once, separated by commas",
@@ -131,7 +131,7 @@ void addPictureKeys(std::vector<ConfigKey>& keys) {
         [](const auto& names) { parseLayers(names); }));
     keys.push_back(textKey(
         {"picture.bounds", "--bounds", "world units",
-         "Part of the plane that an .svg picture shows: lowest x, lowest y, highest x, highest y. auto: the bounding "
+         "Part of the plane that an .svg drawing shows: lowest x, lowest y, highest x, highest y. auto: the bounding "
          "box of the discs, separately for each frame."},
         "auto, or four numbers separated by commas", [](Config& c) -> std::string& { return c.picture.bounds; },
         [](const std::string& text) { parseBounds(text); }));

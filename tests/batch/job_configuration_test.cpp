@@ -1,0 +1,99 @@
+// Which of presets, pipeline files, --set and options wins.
+
+#include "batch/config/presets.h"
+#include "support/job_folder.h"
+
+#include <algorithm>
+
+namespace betamesh {
+namespace {
+
+using Job = JobFolder;
+
+TEST_F(Job, PresetsAreListedAndOverriddenByEverythingElse) {
+    writeFrames(1, 1);
+    const Outcome listed = runProgram({"config", "presets"}, folder_.path());
+    EXPECT_EQ(listed.exit_code, 0);
+    std::size_t lines = 0;
+    for (const Preset& preset : presets()) {
+        ++lines;
+        EXPECT_NE(listed.out.find(std::string(preset.name) + ' '), std::string::npos) << listed.out;
+        EXPECT_NE(listed.out.find(std::string(descriptionOf(preset)) + '\n'), std::string::npos) << listed.out;
+        const Outcome printed = runProgram({"config", "print", "--preset", std::string(preset.name)}, folder_.path());
+        EXPECT_NE(printed.out.find("\npreset: " + std::string(preset.name) + '\n'), std::string::npos);
+    }
+    EXPECT_EQ(std::count(listed.out.begin(), listed.out.end(), '\n'), static_cast<std::ptrdiff_t>(lines));
+
+    write(folder_ / "job.yaml",
+          "version: 1\npreset: flip\ninput: {path: in/a.####.ply}\noutput: {path: out/a.####.ply}\n");
+    write(folder_ / "own.yaml", "version: 1\ninclude: job.yaml\nsurface: {radius: 1.4dx}\n");
+    const auto radiusOf = [&](std::vector<std::string> words) {  // in spacings
+        words.insert(words.end(), {"--overwrite", "--spacing", "0.2"});
+        const Outcome outcome =
+            words.front() == "mesh" ? mesh({words.begin() + 1, words.end()}) : runProgram(words, folder_.path());
+        EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+        return manifest(1)["radius"].get<double>() / 0.2;
+    };
+    EXPECT_NEAR(radiusOf({"mesh", "--preset", "splash"}), 1.2, 1e-12);
+    EXPECT_NEAR(radiusOf({"mesh", "--set", "preset=splash"}), 1.2, 1e-12);
+    EXPECT_NEAR(radiusOf({"mesh", "--preset", "splash", "--set", "surface.radius=1.3dx"}), 1.3, 1e-12);
+    EXPECT_NEAR(radiusOf({"mesh", "--preset", "splash,viscous"}), 1.75, 1e-12);
+    EXPECT_NEAR(radiusOf({"mesh", "--radius", "1.1dx", "--preset", "splash"}), 1.1, 1e-12);
+    EXPECT_NEAR(radiusOf({"run", "job.yaml"}), 2, 1e-12);
+    EXPECT_NEAR(radiusOf({"run", "job.yaml", "--preset", "splash"}), 1.2, 1e-12);
+    EXPECT_NEAR(radiusOf({"run", "own.yaml", "--preset", "splash"}), 1.4, 1e-12);
+    EXPECT_NEAR(radiusOf({"mesh", "--preset", "paper", "--radius", "1.5dx"}), 1.5, 1e-12);
+    EXPECT_EQ(manifest(1)["predicates"], "float");
+    EXPECT_EQ(manifest(1)["skin"], 0);
+}
+
+TEST_F(Job, AnUnknownPresetIsAnErrorThatListsAllPresets) {
+    writeFrames(1, 1);
+    const Outcome outcome = mesh({"--preset", "flipp"});
+    EXPECT_EQ(outcome.exit_code, 2);
+    for (const Preset& preset : presets())
+        EXPECT_NE(outcome.err.find(std::string(preset.name)), std::string::npos) << outcome.err;
+    EXPECT_NE(outcome.err.find("Did you mean 'flip'?"), std::string::npos) << outcome.err;
+    EXPECT_NE(outcome.err.find("--preset"), std::string::npos) << outcome.err;
+    EXPECT_FALSE(exists("out"));
+}
+
+TEST_F(Job, SetOverridesThePipelineFileAndOptionsOverrideSet) {
+    writeFrames(1, 3);
+    write(folder_ / "presets/base.yaml", "version: 1\nsurface: {radius: 0.5, predicates: float}\n");
+    write(folder_ / "job.yaml",
+          "version: 1\ninclude: presets/base.yaml\ninput: {path: in/a.@@@@.ply}\noutput: {path: out/a.%04d.ply}\n"
+          "frames: 1-2\nsurface: {radius: 0.4}\n");
+    const auto radiusOf = [&](const std::vector<std::string>& further) {
+        std::vector<std::string> words{"run", "job.yaml", "--overwrite"};
+        words.insert(words.end(), further.begin(), further.end());
+        const Outcome outcome = runProgram(words, folder_.path());
+        EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+        return manifest(1)["radius"].get<double>();
+    };
+    EXPECT_EQ(radiusOf({}), 0.4);
+    EXPECT_EQ(manifest(1)["predicates"], "float");
+    EXPECT_TRUE(written(2) && absent(3));
+    EXPECT_EQ(radiusOf({"--set", "surface.radius=0.3", "--set", "surface.predicates=exact"}), 0.3);
+    EXPECT_EQ(manifest(1)["predicates"], "exact");
+    EXPECT_EQ(radiusOf({"--radius", "0.2", "--set", "surface.radius=0.3"}), 0.2);
+}
+
+TEST_F(Job, AnInvalidPipelineFileRunsNothing) {
+    writeFrames(1, 1);
+    write(folder_ / "job.yaml",
+          "version: 1\ninput: {path: in/a.####.ply}\noutput: {path: out/a.####.ply}\nsurface:\n  radus: 1\n");
+    for (const std::vector<std::string>& words : {std::vector<std::string>{"run", "job.yaml"},
+                                                  {"config", "check", "job.yaml"},
+                                                  {"config", "print", "job.yaml"}}) {
+        const Outcome outcome = runProgram(words, folder_.path());
+        EXPECT_EQ(outcome.exit_code, 2);
+        EXPECT_NE(outcome.err.find("job.yaml:5:3: unknown key 'surface.radus'"), std::string::npos) << outcome.err;
+        EXPECT_NE(outcome.err.find("'surface.radius'"), std::string::npos) << outcome.err;
+        EXPECT_EQ(outcome.out, "");
+    }
+    EXPECT_FALSE(exists("out"));
+}
+
+}  // namespace
+}  // namespace betamesh
