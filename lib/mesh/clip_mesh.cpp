@@ -6,6 +6,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <set>
 #include <utility>
 
 namespace betamesh {
@@ -84,8 +86,19 @@ std::vector<std::vector<std::uint32_t>> loopsOf(const std::vector<std::uint32_t>
     return loops;
 }
 
-// Removes what is outside of a face and closes the mesh there.
-void clip(const Face& face, Mesh& mesh) {
+constexpr std::uint8_t kSurface = 0;  // of triangles that are not on a face of the box
+
+// Coordinates in a face for which counter-clockwise is seen from outside the box, of the vertices from `first` on.
+std::vector<PlanePoint> pointsIn(const Face& face, const std::vector<Vec3>& position, std::size_t first) {
+    const int u = (face.axis + (face.is_high ? 1 : 2)) % 3, v = (face.axis + (face.is_high ? 2 : 1)) % 3;
+    std::vector<PlanePoint> point(position.size());
+    for (std::size_t i = first; i < point.size(); ++i) point[i] = {position[i][u], position[i][v]};
+    return point;
+}
+
+// Removes what is outside of a face and closes the mesh there with triangles that are marked with the number of the
+// face in `face_of`, which has a row for each triangle.
+void clip(const Face& face, std::uint8_t number, Mesh& mesh, std::vector<std::uint8_t>& face_of) {
     std::vector<std::uint8_t> is_inside(mesh.position.size());
     parallelFor(mesh.position.size(), 8192, [&](std::size_t v) { is_inside[v] = face.isInside(mesh.position[v]); });
     if (std::all_of(is_inside.begin(), is_inside.end(), [](std::uint8_t inside) { return inside != 0; })) return;
@@ -104,33 +117,78 @@ void clip(const Face& face, Mesh& mesh) {
     appendCutVertices(face, edges, mesh);
 
     std::vector<Triangle> kept;
+    std::vector<std::uint8_t> kept_face_of;
     std::vector<std::uint32_t> next(edges.size());  // along the polygons that close the mesh
-    for (const Triangle& t : mesh.triangles) {
+    for (std::size_t row = 0; row < mesh.triangles.size(); ++row) {
+        const Triangle& t = mesh.triangles[row];
         const int inside = is_inside[t[0]] + is_inside[t[1]] + is_inside[t[2]];
-        if (inside == 3) kept.push_back(t);
+        const auto keep = [&](const Triangle& triangle) {
+            kept.push_back(triangle);
+            kept_face_of.push_back(face_of[row]);
+        };
+        if (inside == 3) keep(t);
         if (inside == 0 || inside == 3) continue;
         std::size_t m = 0;  // the corner that is alone on its side
         while (is_inside[t[m]] != (inside == 1)) ++m;
         const std::uint32_t a = t[m], b = t[(m + 1) % 3], c = t[(m + 2) % 3];
         if (inside == 1) {
             const std::uint32_t ab = cutVertex(a, b), ac = cutVertex(a, c);
-            kept.push_back({a, ab, ac});
+            keep({a, ab, ac});
             next[ac - first] = ab;
         } else {
             const std::uint32_t ba = cutVertex(b, a), ca = cutVertex(c, a);
-            kept.push_back({ba, b, c});
-            kept.push_back({ba, c, ca});
+            keep({ba, b, c});
+            keep({ba, c, ca});
             next[ba - first] = ca;
         }
     }
     mesh.triangles = std::move(kept);
-
-    // Coordinates in the face for which counter-clockwise is seen from outside the box.
-    const int u = (face.axis + (face.is_high ? 1 : 2)) % 3, v = (face.axis + (face.is_high ? 2 : 1)) % 3;
-    std::vector<PlanePoint> point(mesh.position.size());
-    for (std::size_t i = first; i < point.size(); ++i) point[i] = {mesh.position[i][u], mesh.position[i][v]};
-    const std::vector<Triangle> polygons = polygonTriangles(point, loopsOf(next, first));
+    const auto polygons = polygonTriangles(pointsIn(face, mesh.position, first), loopsOf(next, first));
     mesh.triangles.insert(mesh.triangles.end(), polygons.begin(), polygons.end());
+    face_of = std::move(kept_face_of);
+    face_of.resize(mesh.triangles.size(), number);
+}
+
+// Divides the faces of the box anew. What closes the mesh at one face was cut by the faces after it, into slivers that
+// rounding can turn over, and with more vertices along the edges of the box than the surface and its corners need.
+void retriangulate(const std::vector<Face>& faces, Mesh& mesh, const std::vector<std::uint8_t>& face_of) {
+    std::vector<std::uint8_t> at_surface(mesh.position.size(), 0);
+    std::vector<std::vector<std::uint8_t>> faces_at(faces.size());  // [face]: does it have the vertex?
+    for (auto& has : faces_at) has.resize(mesh.position.size(), 0);
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+        for (const std::uint32_t v : mesh.triangles[t])
+            (face_of[t] == kSurface ? at_surface : faces_at[face_of[t] - 1U])[v] = 1;
+    const auto isNeeded = [&](std::uint32_t v) {
+        int touched = 0;
+        for (const auto& has : faces_at) touched += has[v];
+        return at_surface[v] != 0 || touched > 2;
+    };
+    std::vector<Triangle> triangles;
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+        if (face_of[t] == kSurface) triangles.push_back(mesh.triangles[t]);
+    for (std::size_t f = 0; f < faces.size(); ++f) {
+        std::set<std::pair<std::uint32_t, std::uint32_t>> sides;
+        for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+            for (std::size_t m = 0; face_of[t] == f + 1 && m < 3; ++m) {
+                const std::uint32_t a = mesh.triangles[t][m], b = mesh.triangles[t][(m + 1) % 3];
+                if (sides.erase({b, a}) == 0) sides.insert({a, b});
+            }
+        std::map<std::uint32_t, std::uint32_t> next(sides.begin(), sides.end());
+        std::vector<std::vector<std::uint32_t>> loops;
+        while (!next.empty()) {
+            std::vector<std::uint32_t> loop;
+            for (auto at = next.begin(); at != next.end();) {
+                const std::uint32_t v = at->second;
+                if (isNeeded(v)) loop.push_back(v);
+                next.erase(at);
+                at = next.find(v);
+            }
+            if (loop.size() > 2) loops.push_back(std::move(loop));
+        }
+        const auto polygons = polygonTriangles(pointsIn(faces[f], mesh.position, 0), loops);
+        triangles.insert(triangles.end(), polygons.begin(), polygons.end());
+    }
+    mesh.triangles = std::move(triangles);
 }
 
 template <typename Value>
@@ -147,10 +205,14 @@ void keepRows(const std::vector<std::uint32_t>& rows, std::size_t components, st
 
 Mesh clippedToBox(const Mesh& mesh, const Vec3& low, const Vec3& high) {
     Mesh clipped = mesh;
-    for (int axis = 0; axis < 3; ++axis) {
-        clip({axis, false, low[axis]}, clipped);
-        clip({axis, true, high[axis]}, clipped);
-    }
+    std::vector<std::uint8_t> face_of(mesh.triangles.size(), kSurface);
+    std::vector<Face> faces;
+    for (int axis = 0; axis < 3; ++axis)
+        for (const bool is_high : {false, true}) {
+            faces.push_back({axis, is_high, is_high ? high[axis] : low[axis]});
+            clip(faces.back(), static_cast<std::uint8_t>(faces.size()), clipped, face_of);
+        }
+    retriangulate(faces, clipped, face_of);
     const std::vector<std::uint32_t> used = verticesOf(clipped.triangles, clipped.position.size());
     std::vector<std::uint32_t> new_row(clipped.position.size());
     for (std::size_t i = 0; i < used.size(); ++i) new_row[used[i]] = static_cast<std::uint32_t>(i);
