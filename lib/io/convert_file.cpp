@@ -145,20 +145,6 @@ Units unitsOf(FileContents& contents, const FileFormat& format, const Conversion
     return result;
 }
 
-/// Removes particles that are not finite.
-void dropBadParticles(const std::string& file, FileContents& contents, Conversion& done) {
-    ParticleInput input;
-    input.on_bad_particle = OnBadParticle::drop;
-    ParticleSelector selector(input, file);
-    selector.choose(contents);
-    const InputSummary summary = selector.summary(contents, contents);
-    done.points = contents.position.size();
-    if (summary.dropped > 0)
-        done.warnings.push_back(
-            std::to_string(summary.dropped) + (summary.dropped > 1 ? " particles are" : " particle is") +
-            " left out because the position or velocity is not finite; the first: " + summary.first_dropped);
-}
-
 }  // namespace
 
 Conversion convertFile(const fs::path& from, const fs::path& to, const ConversionOptions& given) {
@@ -186,7 +172,11 @@ Conversion convertFile(const fs::path& from, const fs::path& to, const Conversio
     noteReading(contents, done.warnings);
     const std::string file = from.string();
     if (done.kind == FileKind::particles) {
-        if (given.on_bad_particle == OnBadParticle::drop) dropBadParticles(file, contents, done);
+        if (given.on_bad_particle == OnBadParticle::drop) {
+            const std::string bad = dropBadParticles(file, contents);
+            done.points = contents.position.size();
+            if (!bad.empty()) done.warnings.push_back(bad);
+        }
         Particles particles = particlesFrom(std::move(contents), {}, file);
         if (units.turns_to_y) particles = withYUp(std::move(particles));
         dropLargeIds(formatOf(to, done.kind, Access::write), particles, done.warnings);

@@ -3,6 +3,7 @@
 
 #include "io/extension.h"
 #include "io/file_contents.h"
+#include "io/particle_selector.h"
 
 #include <algorithm>
 #include <system_error>
@@ -29,6 +30,10 @@ FileInfo inspectFile(const std::filesystem::path& path, std::vector<Vec3f>* part
     info.passed_over = contents.passed_over;
     info.passed_over.insert(info.passed_over.end(), contents.warnings.begin(), contents.warnings.end());
     info.volumes = contents.volumes;
+    if (info.kind == FileKind::particles) {
+        const std::string bad = dropBadParticles(path.string(), contents);
+        if (!bad.empty()) info.passed_over.push_back(bad);
+    }
     if (!contents.position.empty()) info.lower = info.upper = contents.position.front();
     for (const Vec3f& p : contents.position)
         for (int axis = 0; axis < 3; ++axis) {

@@ -181,4 +181,15 @@ InputSummary ParticleSelector::summary(const FileContents& kept, const FileConte
     return summary;
 }
 
+std::string dropBadParticles(const std::string& file, FileContents& contents) {
+    ParticleInput input;
+    input.on_bad_particle = OnBadParticle::drop;
+    ParticleSelector selector(input, file);
+    selector.choose(contents);
+    const InputSummary summary = selector.summary(contents, contents);
+    if (summary.dropped == 0) return {};
+    return std::to_string(summary.dropped) + (summary.dropped > 1 ? " particles are" : " particle is") +
+           " left out because the position or velocity is not finite; the first: " + summary.first_dropped;
+}
+
 }  // namespace betamesh

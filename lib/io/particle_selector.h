@@ -55,4 +55,7 @@ private:
     std::vector<LostNumber> lost_numbers_;
 };
 
+/// Removes particles whose position or velocity is not finite. Returns a sentence about them; empty if there are none.
+std::string dropBadParticles(const std::string& file, FileContents& contents);
+
 }  // namespace betamesh

@@ -1,5 +1,6 @@
 // Tables of text, PRT and STL.
 
+#include "io/file_info.h"
 #include "io/output_file.h"
 #include "io/prt.h"
 #include "io/stl.h"
@@ -264,6 +265,19 @@ TEST(StlFile, HoldsEveryTriangleWithItsNormal) {
     EXPECT_EQ(second[2], -1);
     EXPECT_EQ(third[2], 0);  // without area
     EXPECT_NE(std::string(reinterpret_cast<const char*>(bytes.data()), 5), "solid");
+}
+
+TEST(TableFile, FileInfoNamesParticlesThatAreNotFinite) {
+    const TemporaryFolder folder;
+    writeFile(folder / "a.csv", "x,y,z,vx,vy,vz\n1,2,3,0,0,0\nnan,2,3,0,0,0\n3,4,5,0,inf,0\n5,6,7,0,0,0\n");
+    std::vector<Vec3f> particles;
+    const FileInfo info = inspectFile(folder / "a.csv", &particles);
+    EXPECT_EQ(info.points, 4U);
+    EXPECT_EQ(particles.size(), 2U);
+    EXPECT_EQ(info.lower, Vec3f(1, 2, 3));
+    EXPECT_EQ(info.upper, Vec3f(5, 6, 7));
+    ASSERT_EQ(info.passed_over.size(), 1U);
+    EXPECT_NE(info.passed_over[0].find("2 particles are left out"), std::string::npos) << info.passed_over[0];
 }
 
 }  // namespace
