@@ -7,20 +7,20 @@
 #include "batch/job/frame_input.h"
 #include "batch/job/plane.h"
 #include "batch/job/render_frames.h"
+#include "batch/job/retrying.h"
+#include "batch/job/shared_frame.h"
+#include "batch/job/stage_watch.h"
 #include "batch/platform/frame_lock.h"
 #include "batch/platform/machine.h"
 #include "batch/platform/memory.h"
 #include "batch/report/log.h"
 #include "betamesh/error.h"
-#include "betamesh/simplify.h"
 #include "betamesh/version.h"
 #include "io/mesh_file.h"
 #include "io/output_file.h"
-#include "skin/pipeline.h"
 #include "skin/surface_attributes.h"
 
 #include <algorithm>
-#include <chrono>
 #include <exception>
 #include <filesystem>
 #include <functional>
@@ -28,53 +28,12 @@
 #include <memory>
 #include <new>
 #include <optional>
-#include <thread>
 #include <utility>
 
 namespace betamesh {
 namespace {
 
 namespace fs = std::filesystem;
-using Clock = std::chrono::steady_clock;
-
-constexpr auto kFirstWait =
-    std::chrono::milliseconds(200);  // before reading or writing is tried again; doubles each time
-constexpr auto kLongestWait = std::chrono::milliseconds(5000);
-
-/// Seconds since construction or the last call of lap().
-class Stopwatch {
-public:
-    double lap() {
-        const auto now = Clock::now();
-        const std::chrono::duration<double> seconds = now - begin_;
-        begin_ = now;
-        return seconds.count();
-    }
-
-private:
-    Clock::time_point begin_ = Clock::now();
-};
-
-/// Calls attempt(), and again after an Error, up to `retries` times with growing waits. Rethrows the last Error, and
-/// MemoryError at once.
-template <typename Attempt>
-void retrying(int retries, const Attempt& attempt) {
-    auto wait = kFirstWait;
-    for (int failures = 0;; ++failures) {
-        try {
-            return attempt();
-        } catch (const MemoryError&) {
-            throw;
-        } catch (const Error& error) {
-            if (failures == retries) throw;
-            logDetail(std::string(error.what()) + "; trying again");
-        }
-        std::this_thread::sleep_for(wait);
-        wait = std::min<std::chrono::milliseconds>(2 * wait, kLongestWait);
-        leaveIfInterrupted();
-    }
-}
-
 void warnOf(const std::string& warning, const std::string& file, FrameResult& result) {
     result.warnings.push_back(warning);
     logWarning(file + ": " + warning);
@@ -125,107 +84,6 @@ void recordFile(const fs::path& file, const FrameTask& task, Provenance& provena
     const fs::path name = file.lexically_relative(fs::path(task.output).parent_path());
     provenance.files[name.string()] = fileFingerprint(file.string()).bytes;
 }
-
-/// Adds up the seconds of each stage. Throws Interrupted between stages once a signal has come.
-class StageWatch {
-public:
-    explicit StageWatch(StageSeconds& seconds) : seconds_(seconds) {}
-    void operator()(Stage stage) {
-        seconds_[stage] += stopwatch_.lap();
-        if (stage != Stage::write) leaveIfInterrupted();
-    }
-
-private:
-    StageSeconds& seconds_;
-    Stopwatch stopwatch_;
-};
-
-/// The parameters of a frame. The radius of a sequence without particles is unknown, and any will do.
-SkinParams skinOf(const Plan& plan) {
-    SkinParams skin = plan.skin;
-    if (skin.radius == 0) skin.radius = 1;
-    return skin;
-}
-
-/// Whether two outputs read the same particles. Those near the surface depend on its settings.
-bool readTheSame(const Plan& a, const Plan& b, bool near_surface) {
-    return a.config.input == b.config.input && (!near_surface || a.skin == b.skin);
-}
-
-/// Whether two outputs have the same surface.
-bool skinTheSame(const Plan& a, const Plan& b) {
-    return a.config.input == b.config.input && a.skin == b.skin &&
-           a.config.surface.dimension == b.config.surface.dimension;
-}
-
-/// What the outputs of a frame share: the particles and the surface of the output before.
-class SharedFrame {
-public:
-    SharedFrame(JobState& job, bool near_surface) : job_(job), near_surface_(near_surface) {}
-
-    /// The particles of an output.
-    Liquid& liquid(const FrameTask& task, const Plan& plan) {
-        if (read_for_ != nullptr && readTheSame(*read_for_, plan, liquid_.near.has_value())) return liquid_;
-        read_for_ = skinned_for_ = nullptr;
-        skinned_ = {};
-        const auto foundNear = [&](const std::string& line) {
-            logDetail(task.input + ": " + line);
-            const std::scoped_lock lock(job_.mutex);
-            job_.near_surface[task.frame] = line;
-        };
-        retrying(plan.config.run.retries, [&] {
-            liquid_ = {};
-            liquid_ = readInput(task, plan, near_surface_ || task.near_surface, identity_, foundNear);
-        });
-        std::vector<Vec3f>& velocity = liquid_.particles.velocity;
-        if (velocity.empty()) velocity.resize(liquid_.particles.size(), Vec3f(0, 0, 0));
-        read_for_ = &plan;
-        return liquid_;
-    }
-
-    /// The identity of the file that liquid() has read.
-    const FileIdentity& identity() const { return identity_; }
-
-    /// The surface of the particles that liquid() has read.
-    const SkinnedFrame& skinned(const Plan& plan, StageWatch& watch) {
-        if (skinned_for_ == nullptr || !skinTheSame(*skinned_for_, plan)) {
-            skinned_for_ = nullptr;
-            skinned_ = simplified_ = {};
-            simplified_by_ = 0;
-            skinned_ = liquid_.near ? skinFrame(liquid_.particles, *liquid_.near, skinOf(plan), std::ref(watch))
-                                    : skinFrame(liquid_.particles, skinOf(plan), std::ref(watch));
-            skinned_for_ = &plan;
-            measured_ = nullptr;
-        }
-        if (plan.simplify == 0) return skinned_;
-        if (simplified_by_ != plan.simplify) {
-            simplified_ = {simplified(skinned_.mesh, plan.simplify), skinned_.spheres, skinned_.report};
-            simplified_by_ = plan.simplify;
-            measured_ = nullptr;
-        }
-        watch(Stage::simplify);
-        return simplified_;
-    }
-
-    /// measureMesh() of a mesh that skinned() has returned.
-    const MeshMeasure& measure(const Mesh& mesh) {
-        if (measured_ != &mesh) measure_ = measureMesh(mesh);
-        measured_ = &mesh;
-        return measure_;
-    }
-
-private:
-    JobState& job_;
-    bool near_surface_;
-    Liquid liquid_;
-    FileIdentity identity_;
-    SkinnedFrame skinned_, simplified_;
-    double simplified_by_ = 0;        ///< tolerance of simplified_; 0: it was not made
-    const Mesh* measured_ = nullptr;  ///< the mesh of measure_; null: none
-    MeshMeasure measure_;
-    const Plan* read_for_ = nullptr;     ///< the output for which liquid_ was read; null: none
-    const Plan* skinned_for_ = nullptr;  ///< the output for which skinned_ was made; null: none
-};
 
 /// What is written for an output.
 struct Surface {
