@@ -321,22 +321,6 @@ std::vector<std::size_t> sharingOrder(std::span<const Plan> outputs) {
 
 }  // namespace
 
-bool JobState::isFirst(const std::string& kind) {
-    const std::scoped_lock lock(mutex);
-    return remarked.insert(kind).second;
-}
-
-const std::vector<Attribute>& JobState::columnsOf(const Plan& plan) {
-    {
-        const std::scoped_lock lock(mutex);
-        if (const auto known = columns.find(&plan); known != columns.end()) return known->second;
-    }
-    // Not under the lock: a thread that waits for others while it reads may begin another frame.
-    std::vector<Attribute> found = attributesOfEmptyFrames(plan.config);
-    const std::scoped_lock lock(mutex);
-    return columns.emplace(&plan, std::move(found)).first->second;
-}
-
 void processFrame(std::span<const Plan> outputs, std::size_t row, bool near_surface, JobState& job,
                   std::vector<FrameResult>& results) {
     const std::vector<std::size_t> order = sharingOrder(outputs);

@@ -2,35 +2,16 @@
 
 #pragma once
 
+#include "batch/job/job_state.h"
 #include "batch/job/output_plan.h"
-#include "batch/platform/interrupt.h"
 #include "batch/report/report.h"
 
 #include <cstddef>
-#include <map>
-#include <mutex>
-#include <set>
 #include <span>
 #include <string>
 #include <vector>
 
 namespace betamesh {
-
-/// State that the frames of a running job share.
-struct JobState {
-    SignalWatch& signals;
-    std::mutex mutex{};                         // guards the following
-    std::set<std::string> remarked{};           ///< kinds of remarks that the log has shown
-    std::map<int, std::string> near_surface{};  ///< by frame: a line on the particles near its surface
-    std::map<int, std::string> memory_error{};  ///< by frame: why an output was not begun for lack of memory
-
-    std::map<const Plan*, std::vector<Attribute>> columns{};  ///< attributesOfEmptyFrames() of outputs
-
-    /// Whether a remark is the first of its kind.
-    bool isFirst(const std::string& kind);
-    /// The attributes of an output's meshes without vertices.
-    const std::vector<Attribute>& columnsOf(const Plan& plan);
-};
 
 /// Makes the outputs of a frame one after the other. Outputs that select the same particles read the frame once, and
 /// those that also have the same surface settings skin it once.

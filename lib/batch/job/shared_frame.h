@@ -3,8 +3,8 @@
 #pragma once
 
 #include "batch/job/frame_input.h"
+#include "batch/job/job_state.h"
 #include "batch/job/output_plan.h"
-#include "batch/job/process_frame.h"
 #include "batch/job/stage_watch.h"
 #include "betamesh/check.h"
 #include "betamesh/skin.h"
