@@ -52,8 +52,8 @@ void appendCutVertices(const Face& face, const std::vector<CutEdge>& edges, Mesh
     for (Attribute& attribute : mesh.attributes)
         for (std::size_t i = 0; i < edges.size(); ++i)
             for (std::size_t k = 0; k < attribute.components; ++k) {
-                const std::size_t inside = edges[i].inside * attribute.components + k,
-                                  outside = edges[i].outside * attribute.components + k;
+                const std::size_t inside = std::size_t{edges[i].inside} * attribute.components + k,
+                                  outside = std::size_t{edges[i].outside} * attribute.components + k;
                 if (!attribute.integer.empty())
                     attribute.integer.push_back(attribute.integer[inside]);
                 else
