@@ -2,6 +2,9 @@
 
 #include "support/job_folder.h"
 
+#include <chrono>
+#include <thread>
+
 namespace betamesh {
 namespace {
 
@@ -131,11 +134,12 @@ TEST_F(Outputs, SurviveTheLossOfAWorker) {
     fs::remove_all(folder_ / "proxy");
     RunningProgram program({"run", "job.yaml"}, folder_.path());
     ASSERT_TRUE(within(kSecondsToStart, [&] { return exists("proxy/a.0002.ply.json"); }));
+    std::this_thread::sleep_for(std::chrono::milliseconds(30));  // a worker that dies of a single frame gives that up
     if (const pid_t worker = program.worker(); worker > 0) kill(worker, SIGKILL);
     const Outcome outcome = program.wait();
-    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
-    EXPECT_EQ(meshesIn("hero"), hero);
-    EXPECT_EQ(meshesIn("proxy"), proxy);
+    ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+    EXPECT_TRUE(meshesIn("hero") == hero);  // printing a difference of so many bytes takes gigabytes
+    EXPECT_TRUE(meshesIn("proxy") == proxy);
 }
 
 TEST_F(Outputs, WrongListsAreRefusedBeforeAnythingIsWritten) {

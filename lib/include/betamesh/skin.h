@@ -25,7 +25,7 @@ enum class Stage {
     picture,
     write,
 };
-inline constexpr std::size_t kStages = static_cast<std::size_t>(Stage::write) + 1;
+inline constexpr std::size_t kStages = static_cast<std::size_t>(Stage::write) + 1;  ///< how many there are
 /// The name of a stage in reports.
 std::string_view nameOf(Stage stage);
 
