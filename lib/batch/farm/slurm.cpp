@@ -13,6 +13,7 @@
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
+#include <filesystem>
 #include <string_view>
 #include <tuple>
 #include <utility>
@@ -98,10 +99,10 @@ public:
         const int file = ::mkstemp(path_.data());
         std::FILE* stream = file < 0 ? nullptr : ::fdopen(file, "w");
         if (stream == nullptr)
-            throw Error(path_ + ": this temporary script for sbatch cannot be written. Check the space left in /tmp.");
+            throw Error(path_ + ": this temporary script for sbatch cannot be written. Check the space left there.");
         const bool whole = std::fwrite(text.data(), 1, text.size(), stream) == text.size();
         if (std::fclose(stream) != 0 || !whole)
-            throw Error(path_ + ": this temporary script for sbatch cannot be written. Check the space left in /tmp.");
+            throw Error(path_ + ": this temporary script for sbatch cannot be written. Check the space left there.");
     }
     ~ScriptFile() { ::unlink(path_.c_str()); }
     ScriptFile(const ScriptFile&) = delete;
@@ -109,7 +110,7 @@ public:
     const std::string& path() const { return path_; }
 
 private:
-    std::string path_ = "/tmp/betamesh-sbatch-XXXXXX";
+    std::string path_ = (std::filesystem::temp_directory_path() / "betamesh-sbatch-XXXXXX").string();
 };
 
 /// Submits a script. Returns the job id and whether sbatch succeeded.
