@@ -28,7 +28,7 @@ namespace {
 
 constexpr std::size_t kMaxGeneraPrinted = 8;
 
-struct Arguments {
+struct CheckArguments {
     std::vector<std::string> meshes;
     std::string particles;
     double radius = 0;
@@ -189,7 +189,7 @@ Spheres spheresBeside(const std::string& mesh) {
 }
 
 /// The particle file of the same frame as a mesh.
-std::string particleFileOf(const std::string& mesh_file, const Arguments& arguments) {
+std::string particleFileOf(const std::string& mesh_file, const CheckArguments& arguments) {
     return nameForFrameOf(framePattern(arguments.particles), mesh_file);
 }
 
@@ -197,7 +197,7 @@ std::string particleFileOf(const std::string& mesh_file, const Arguments& argume
 /// positions are in its coordinates.
 template <typename Surface>
 ParticleCheck checkParticles(const Surface& surface, const AxisPlane& plane, const std::string& mesh_file,
-                             const Arguments& arguments) {
+                             const CheckArguments& arguments) {
     ParticleCheck check;
     check.file = particleFileOf(mesh_file, arguments);
     check.radius = arguments.radius;
@@ -223,7 +223,7 @@ ParticleCheck checkParticles(const Surface& surface, const AxisPlane& plane, con
 /// Adds the faults to the report and prints it. Returns whether there are none. `surface` is a mesh or curves.
 template <typename Surface, typename Check>
 bool finish(const Surface& surface, const AxisPlane& plane, const Check& check, CheckReport& report,
-            const Arguments& arguments) {
+            const CheckArguments& arguments) {
     for (const std::string_view fault : faultsOf(check, arguments.strict)) report.faults.emplace_back(fault);
     if (!arguments.particles.empty()) {
         report.particles = checkParticles(surface, plane, report.file, arguments);
@@ -238,7 +238,7 @@ bool finish(const Surface& surface, const AxisPlane& plane, const Check& check, 
 }
 
 /// Checks the mesh or the curves in a file. Returns whether they have no fault.
-bool checkFile(const std::string& file, const Arguments& arguments) {
+bool checkFile(const std::string& file, const CheckArguments& arguments) {
     CheckReport report;
     report.file = file;
     Mesh mesh = readMesh(file);
@@ -256,7 +256,7 @@ bool checkFile(const std::string& file, const Arguments& arguments) {
     return finish(mesh, {}, report.check, report, arguments);
 }
 
-int checkFiles(const Arguments& arguments) {
+int checkFiles(const CheckArguments& arguments) {
     if (!arguments.scratch.empty()) logWarning("--scratch has no effect any more: meshes are checked in memory alone");
     StandardStreams streams;
     std::vector<std::string> meshes = withoutSequenceLayers(filesNamed(arguments.meshes));

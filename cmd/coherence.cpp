@@ -36,7 +36,7 @@ namespace {
 
 constexpr double kDefaultPlacesAbove = 1;
 
-struct Arguments {
+struct CoherenceArguments {
     std::vector<std::string> meshes;
     std::string particles;
     std::string pipeline;
@@ -117,7 +117,7 @@ std::vector<std::string> filesOf(const std::vector<std::string>& names) {
     return files;
 }
 
-Sequence meshFiles(const Arguments& arguments) {
+Sequence meshFiles(const CoherenceArguments& arguments) {
     Sequence sequence;
     sequence.names = filesOf(arguments.meshes);
     sequence.axis_label = "frame";
@@ -153,7 +153,7 @@ std::shared_ptr<const Particles> startingParticles(const std::string& file, cons
 }
 
 /// The particles of one frame, moved along their velocities in small steps and meshed at each.
-Sequence fineSteps(const Arguments& arguments, const Supervision& watched) {
+Sequence fineSteps(const CoherenceArguments& arguments, const Supervision& watched) {
     Config config =
         outputConfigs(readConfig(arguments.pipeline, keyValuesOf(arguments.assignments, arguments.input_values)))
             .front();
@@ -200,7 +200,7 @@ double placeRadius(const Particles& particles, const Sequence& sequence, const S
 }
 
 CoherenceReport compared(const Moment& before, const Moment& after, const Sequence& sequence,
-                         const Arguments& arguments) {
+                         const CoherenceArguments& arguments) {
     CoherenceReport report;
     DistanceSampling sampling = arguments.sampling;
     if (before.particles) {
@@ -220,11 +220,11 @@ CoherenceReport compared(const Moment& before, const Moment& after, const Sequen
     return report;
 }
 
-bool isBeyondLimits(const CoherenceReport& report, const Arguments& arguments) {
+bool isBeyondLimits(const CoherenceReport& report, const CoherenceArguments& arguments) {
     return report.distance.max > arguments.max_jump || report.largestExpectedRatio() > arguments.max_ratio;
 }
 
-int measure(const Sequence& sequence, const Arguments& arguments, const WorkerEvents& events) {
+int measure(const Sequence& sequence, const CoherenceArguments& arguments, const WorkerEvents& events) {
     std::optional<PlotLine> against;
     if (!arguments.against.empty()) against = lineOf(arguments.against, sequence.names.size() - 1);
     const bool with_particles = !arguments.particles.empty() || !arguments.pipeline.empty();
@@ -263,7 +263,7 @@ int measure(const Sequence& sequence, const Arguments& arguments, const WorkerEv
 }
 
 /// Refuses options that contradict each other or lack what they refer to.
-void checkUsage(const Arguments& arguments) {
+void checkUsage(const CoherenceArguments& arguments) {
     if (arguments.meshes.empty() == arguments.pipeline.empty())
         throw Error("Give either mesh files, or --pipeline with --frame and --step.");
     if (!arguments.particles.empty() || !arguments.pipeline.empty()) return;
@@ -274,7 +274,7 @@ void checkUsage(const Arguments& arguments) {
 }
 
 /// errors  the plot is a file that is read
-void requireDistinctFiles(const Arguments& arguments) {
+void requireDistinctFiles(const CoherenceArguments& arguments) {
     if (arguments.plot.empty()) return;
     DistinctFiles files;
     for (const std::string& file : filesNamed(arguments.meshes)) files.read(file, "a mesh");
@@ -283,7 +283,7 @@ void requireDistinctFiles(const Arguments& arguments) {
     files.written(arguments.plot, "the plot");
 }
 
-int run(const Arguments& arguments) {
+int measureFrames(const CoherenceArguments& arguments) {
     checkUsage(arguments);
     requireDistinctFiles(arguments);
     const Supervision watched = superviseWorkers(true);
@@ -304,8 +304,8 @@ int run(const Arguments& arguments) {
 }  // namespace
 
 void addCoherenceCommand(CLI::App& program, int& exit_code) {
-    const auto [command, arguments] =
-        addCommand(program, exit_code, "coherence", "Measures how far the surface moves or jumps between frames.", run);
+    const auto [command, arguments] = addCommand(
+        program, exit_code, "coherence", "Measures how far the surface moves or jumps between frames.", measureFrames);
     command->footer(
         "For every two consecutive meshes the table shows distances between the two surfaces in world units: the\n"
         "largest distance (Hausdorff), the distance below which 99.9 % of the area lies, and the root mean square.\n"

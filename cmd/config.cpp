@@ -12,12 +12,12 @@ namespace betamesh {
 void addConfigCommand(CLI::App& program, int&) {
     CLI::App* command = program.add_subcommand("config", "Explains and checks pipeline files, and lists presets.");
     command->require_subcommand(1);
-    struct Arguments {
+    struct ConfigArguments {
         std::string file;
         std::vector<std::string> assignments;
         std::map<std::string, std::string> values;
     };
-    const auto arguments = std::make_shared<Arguments>();
+    const auto arguments = std::make_shared<ConfigArguments>();
 
     CLI::App* print =
         command->add_subcommand("print", "Prints every key with its value, explanation, valid values and unit.");

@@ -33,7 +33,7 @@ namespace fs = std::filesystem;
 constexpr std::array<std::string_view, 6> kKeys{
     "input.grid", "input.on_bad_particle", "input.up_axis", "output.up_axis", "output.fps", "output.meters_per_unit"};
 
-struct Arguments {
+struct ConvertArguments {
     std::string input, output;
     std::string frames = "all";
     LevelSetOptions level_set{};
@@ -48,7 +48,7 @@ struct ConversionTask {
     ConversionOptions options{};
 };
 
-ConversionOptions conversionOptions(const Arguments& arguments) {
+ConversionOptions conversionOptions(const ConvertArguments& arguments) {
     Config config;
     for (const KeyValue& given : keyValuesOf({}, arguments.values))
         setConfigKey(config, given.path, given.value, given.where);
@@ -67,7 +67,7 @@ ConversionOptions conversionOptions(const Arguments& arguments) {
     return options;
 }
 
-std::vector<ConversionTask> tasksOf(const Arguments& arguments) {
+std::vector<ConversionTask> tasksOf(const ConvertArguments& arguments) {
     const FramePattern input = inputPattern(arguments.input), output = framePattern(arguments.output);
     const auto on_disk = framesOnDisk(input);
     const std::vector<int> frames = chosenFrames(arguments.frames, input, on_disk);
@@ -82,7 +82,7 @@ std::vector<ConversionTask> tasksOf(const Arguments& arguments) {
 }
 
 /// Throws Error before anything is written.
-void requireOutputs(const std::vector<ConversionTask>& tasks, const Arguments& arguments) {
+void requireOutputs(const std::vector<ConversionTask>& tasks, const ConvertArguments& arguments) {
     const auto canWrite = [&](FileKind kind) { return canHold(arguments.output, kind, Access::write); };
     if (!canWrite(FileKind::particles) && !canWrite(FileKind::curves))
         formatOf(arguments.output, FileKind::mesh, Access::write);
@@ -102,7 +102,7 @@ std::string describe(const Conversion& done) {
     return text;
 }
 
-int convertFiles(const Arguments& arguments) {
+int convertFiles(const ConvertArguments& arguments) {
     const std::vector<ConversionTask> tasks = tasksOf(arguments);
     requireOutputs(tasks, arguments);
     requireOwnSequenceLayer(framePattern(arguments.output));
@@ -130,8 +130,8 @@ int convertFiles(const Arguments& arguments) {
     return exit_code;
 }
 
-int convert(const Arguments& given) {
-    Arguments arguments = given;
+int convert(const ConvertArguments& given) {
+    ConvertArguments arguments = given;
     setLogLevel(arguments.quiet ? LogLevel::quiet : LogLevel::normal);
     StandardStreams streams;
     if (!arguments.format.empty() && arguments.output != kStandardStream)

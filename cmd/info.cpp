@@ -54,7 +54,7 @@ void print(const std::string& file, const FileInfo& info, std::optional<double> 
     for (const std::string& what : info.passed_over) std::cout << "  not read    " << printable(what) << '\n';
 }
 
-struct Arguments {
+struct InfoArguments {
     std::vector<std::string> files;
     bool json = false;
 };
@@ -74,7 +74,7 @@ void showFile(const std::string& file, bool json) {
     }
 }
 
-int showFiles(const Arguments& arguments) {
+int showFiles(const InfoArguments& arguments) {
     StandardStreams streams;
     std::vector<std::string> files = withoutSequenceLayers(filesNamed(arguments.files));
     for (std::string& file : files)

@@ -14,7 +14,7 @@
 namespace betamesh {
 namespace {
 
-struct Arguments {
+struct ManualArguments {
     const CLI::App* program = nullptr;
     std::string form;
 };
@@ -332,7 +332,7 @@ std::string fishCompletion(const CLI::App& program) {
     return text;
 }
 
-int print(const Arguments& arguments) {
+int printManual(const ManualArguments& arguments) {
     std::cout << (arguments.form == "man"    ? manPage(*arguments.program)
                   : arguments.form == "bash" ? bashCompletion(*arguments.program)
                   : arguments.form == "zsh"  ? zshCompletion(*arguments.program)
@@ -344,7 +344,7 @@ int print(const Arguments& arguments) {
 
 void addManualCommand(CLI::App& program, int& exit_code) {
     const auto [command, arguments] =
-        addCommand(program, exit_code, "manual", "Prints the man page or the completion for a shell.", print);
+        addCommand(program, exit_code, "manual", "Prints the man page or the completion for a shell.", printManual);
     command->footer(
         "Examples:\n"
         "  betamesh manual man | man -l -         # show the man page\n"

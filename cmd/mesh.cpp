@@ -15,7 +15,7 @@
 namespace betamesh {
 namespace {
 
-struct Arguments {
+struct MeshArguments {
     std::string input, output;
     std::string format;  ///< of stdout; empty: that of the input
     JobOptions options;
@@ -30,7 +30,7 @@ std::vector<std::string> streamFormats() {
 }
 
 /// The extension of the mesh on stdout: --format, or that of the input if meshes can have it.
-std::string extensionForStdout(const Arguments& arguments, const std::string& input) {
+std::string extensionForStdout(const MeshArguments& arguments, const std::string& input) {
     if (!arguments.format.empty()) return '.' + arguments.format;
     const FileFormat& format = formatOf(input, FileKind::particles, Access::read);
     const std::string_view extensions =
@@ -38,7 +38,7 @@ std::string extensionForStdout(const Arguments& arguments, const std::string& in
     return std::string(extensions.substr(0, extensions.find(' ')));
 }
 
-int run(const Arguments& arguments) {
+int meshFiles(const MeshArguments& arguments) {
     StandardStreams streams;
     std::string input = arguments.input, output = arguments.output;
     JobOptions options = arguments.options;
@@ -61,8 +61,9 @@ int run(const Arguments& arguments) {
 }  // namespace
 
 void addMeshCommand(CLI::App& program, int& exit_code) {
-    const auto [command, arguments] = addCommand(
-        program, exit_code, "mesh", "Meshes one frame or a sequence of particle files, without a pipeline file.", run);
+    const auto [command, arguments] =
+        addCommand(program, exit_code, "mesh",
+                   "Meshes one frame or a sequence of particle files, without a pipeline file.", meshFiles);
     command->footer(
         "IN and OUT may be - for stdin (a file that its contents identify) and stdout. A mesh on\n"
         "stdout has no manifest and no spheres beside it.\n"

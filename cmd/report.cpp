@@ -18,7 +18,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-struct Arguments {
+struct ReportArguments {
     std::vector<std::string> manifests;
     std::string output;
     std::string frames;
@@ -36,14 +36,14 @@ std::string bytesOf(const std::string& file) {
 
 /// The files that an argument stands for. A pattern without any is an output whose frames all failed if it is known
 /// which ones are expected.
-std::vector<std::string> manifestsNamed(const std::string& argument, const Arguments& arguments) {
+std::vector<std::string> manifestsNamed(const std::string& argument, const ReportArguments& arguments) {
     const FramePattern pattern = framePattern(argument);
     const bool none = pattern.numbered && !fs::exists(argument) && framesOnDisk(pattern).empty();
     return none && !arguments.frames.empty() ? std::vector<std::string>{} : filesNamed({argument});
 }
 
 /// The outputs that manifests are of, in the order of the arguments: those of a pattern are of one output.
-std::vector<ReportOutput> outputsOf(const Arguments& arguments) {
+std::vector<ReportOutput> outputsOf(const ReportArguments& arguments) {
     std::vector<ReportOutput> outputs;
     for (const std::string& argument : arguments.manifests) {
         const bool is_pattern = framePattern(argument).numbered;
@@ -76,7 +76,7 @@ void completeFrames(ReportOutput& output, const std::vector<int>& expected) {
                         std::back_inserter(output.missing));
 }
 
-ReportPage pageOf(const Arguments& arguments) {
+ReportPage pageOf(const ReportArguments& arguments) {
     ReportPage page;
     page.title = arguments.title.empty() ? fs::path(arguments.output).stem().string() : arguments.title;
     page.outputs = outputsOf(arguments);
@@ -100,7 +100,7 @@ ReportPage pageOf(const Arguments& arguments) {
 }
 
 /// errors  the page is a file that it is made from
-void requireDistinctFiles(const Arguments& arguments) {
+void requireDistinctFiles(const ReportArguments& arguments) {
     DistinctFiles files;
     for (const std::string& argument : arguments.manifests)
         for (const std::string& file : manifestsNamed(argument, arguments)) files.read(file, "a manifest");
@@ -110,7 +110,7 @@ void requireDistinctFiles(const Arguments& arguments) {
     files.written(arguments.output, "the page");
 }
 
-int report(const Arguments& arguments) {
+int report(const ReportArguments& arguments) {
     requireDistinctFiles(arguments);
     const ReportPage page = pageOf(arguments);
     writeFile(arguments.output, htmlOf(page));

@@ -5,18 +5,18 @@
 namespace betamesh {
 namespace {
 
-struct Arguments {
+struct RunArguments {
     std::string pipeline;
     JobOptions options;
 };
 
-int run(const Arguments& arguments) { return runWithOptions(arguments.pipeline, {}, arguments.options); }
+int runPipeline(const RunArguments& arguments) { return runWithOptions(arguments.pipeline, {}, arguments.options); }
 
 }  // namespace
 
 void addRunCommand(CLI::App& program, int& exit_code) {
     const auto [command, arguments] =
-        addCommand(program, exit_code, "run", "Meshes the frames of a pipeline file.", run);
+        addCommand(program, exit_code, "run", "Meshes the frames of a pipeline file.", runPipeline);
     command->footer(
         "Examples:\n"
         "  betamesh run pipelines/dambreak.yaml\n"

@@ -22,7 +22,7 @@ namespace fs = std::filesystem;
 
 constexpr const char* kDefaultFrames = "1-24";
 
-struct Arguments {
+struct SampleArguments {
     std::string output;
     std::string frames;
     SampleParams params;
@@ -43,7 +43,7 @@ std::string listOfSamples() {
     return list + "Example:\n  betamesh sample dambreak sim/dambreak.####.vdb --frames 1-48";
 }
 
-std::vector<int> framesOf(const Arguments& arguments, const FramePattern& pattern) {
+std::vector<int> framesOf(const SampleArguments& arguments, const FramePattern& pattern) {
     if (arguments.frames.empty()) {
         return pattern.numbered ? parseFrames(kDefaultFrames)
                                 : std::vector<int>{std::max(1, frameInName(pattern.text))};
@@ -53,7 +53,7 @@ std::vector<int> framesOf(const Arguments& arguments, const FramePattern& patter
     return frames;
 }
 
-int writeSample(const Arguments& arguments) {
+int writeSample(const SampleArguments& arguments) {
     keepFreedMemory();
     setLogLevel(arguments.quiet ? LogLevel::quiet : LogLevel::normal);
     requireParticleExtension(arguments.output);

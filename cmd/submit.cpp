@@ -23,7 +23,7 @@ namespace fs = std::filesystem;
 constexpr double kMemoryMargin = 1.5;  // estimates are rough, and farms kill tasks that exceed their memory
 constexpr std::uint64_t kProgramMemory = std::uint64_t{256} << 20;  // bytes without any frame
 
-struct Arguments {
+struct SubmitArguments {
     std::string pipeline;
     std::string farm;
     std::string frames;
@@ -53,7 +53,8 @@ std::vector<Plan> plansOf(const Config& config) {
 
 /// The command that makes the final report on all outputs, in `<meshes>/<job>.html` unless --report names another file,
 /// without --frames.
-std::vector<std::string> reportCommand(const Arguments& arguments, const FarmJob& job, const std::vector<Plan>& plans) {
+std::vector<std::string> reportCommand(const SubmitArguments& arguments, const FarmJob& job,
+                                       const std::vector<Plan>& plans) {
     const fs::path page = arguments.report.empty()
                               ? fs::path(plans.front().config.output.path).parent_path() / (job.name + ".html")
                               : fs::path(arguments.report);
@@ -73,7 +74,8 @@ std::uint64_t taskMemory(const Config& config, const std::vector<Plan>& plans) {
     return static_cast<std::uint64_t>(static_cast<double>(largest) * kMemoryMargin) + kProgramMemory;
 }
 
-std::vector<std::vector<int>> chunksOf(const Arguments& arguments, const FarmJob& job, const Plan& plan, Farm farm) {
+std::vector<std::vector<int>> chunksOf(const SubmitArguments& arguments, const FarmJob& job, const Plan& plan,
+                                       Farm farm) {
     const std::size_t max_tasks = farm == Farm::slurm ? maxSlurmTasks() : plan.tasks.size();
     if (arguments.chunk_size == 0) return chunksOfEqualCost(plan.tasks, job.threads, job.task_seconds, max_tasks);
     const auto chunks = chunksOfSize(plan.tasks, arguments.chunk_size);
@@ -101,7 +103,7 @@ void setFiles(FarmJob& job, const Config& config, const std::vector<Plan>& plans
 }
 
 /// Workers to which the files of a bundle are transferred have them elsewhere.
-void warnOfAbsolutePaths(const Arguments& arguments, const std::vector<Plan>& plans) {
+void warnOfAbsolutePaths(const SubmitArguments& arguments, const std::vector<Plan>& plans) {
     std::vector<std::string> files{arguments.pipeline, arguments.report};
     for (const Plan& plan : plans)
         files.insert(files.end(), {plan.tasks.front().input, plan.tasks.front().output, plan.tasks.front().preview});
@@ -113,7 +115,7 @@ void warnOfAbsolutePaths(const Arguments& arguments, const std::vector<Plan>& pl
                    "paths relative to the current folder.");
 }
 
-FarmJob farmJob(const Arguments& arguments, Farm farm) {
+FarmJob farmJob(const SubmitArguments& arguments, Farm farm) {
     Config config = readConfig(arguments.pipeline, keyValuesOf(arguments.assignments));
     if (!arguments.frames.empty()) setConfigKey(config, "frames", arguments.frames, "--frames");
     const std::vector<Plan> plans = plansOf(config);
@@ -167,7 +169,7 @@ void print(const std::vector<FarmFile>& files) {
 }
 
 /// Where the files of an engine are written: --output, or a default; empty if they are printed or submitted.
-std::string destinationOf(const Arguments& arguments, Farm farm, const FarmJob& job) {
+std::string destinationOf(const SubmitArguments& arguments, Farm farm, const FarmJob& job) {
     if (arguments.print) return "";
     if (!arguments.output.empty()) return arguments.output;
     if (farm == Farm::openjd) return job.name + ".openjd.yaml";
@@ -176,7 +178,7 @@ std::string destinationOf(const Arguments& arguments, Farm farm, const FarmJob& 
 }
 
 /// Writes several files into a folder, which is made if it is not there, a single file as `destination`.
-void write(const std::vector<FarmFile>& files, const std::string& destination, const Arguments& arguments,
+void write(const std::vector<FarmFile>& files, const std::string& destination, const SubmitArguments& arguments,
            bool folder) {
     DistinctFiles distinct;
     distinct.read(arguments.pipeline, "the pipeline file");
@@ -197,7 +199,7 @@ void write(const std::vector<FarmFile>& files, const std::string& destination, c
     }
 }
 
-int submit(const Arguments& arguments) {
+int submit(const SubmitArguments& arguments) {
     const Farm farm = farmNamed(arguments.farm);
     if (!arguments.sbatch_options.empty() && farm != Farm::slurm)
         throw Error("'" + arguments.sbatch_options.front() +

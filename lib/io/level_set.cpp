@@ -33,21 +33,6 @@ namespace vdb = openvdb;
 
 using Triangles = std::vector<Triangle>;
 
-/// A mesh in voxels, as OpenVDB reads it.
-struct MeshInVoxels {
-    const std::vector<Vec3>& position;
-    const Triangles& triangles;
-    double voxel;
-
-    std::size_t polygonCount() const { return triangles.size(); }
-    std::size_t pointCount() const { return position.size(); }
-    static std::size_t vertexCount(std::size_t) { return 3; }
-    void getIndexSpacePoint(std::size_t triangle, std::size_t corner, vdb::Vec3d& point) const {
-        const Vec3& p = position[triangles[triangle][corner]];
-        point = vdb::Vec3d(p.x / voxel, p.y / voxel, p.z / voxel);
-    }
-};
-
 /// Distances to some triangles of a mesh.
 class Distances {
 public:
@@ -62,9 +47,17 @@ public:
             grid->setTransform(transform);
             return grid;
         }
+        std::vector<vdb::Vec3s> points;  // in voxels; OpenVDB's library contains the conversion of this type
+        points.reserve(mesh_.position.size());
+        for (const Vec3& p : mesh_.position) points.emplace_back(vdb::Vec3d(p.x, p.y, p.z) / voxel_);
+        std::vector<vdb::Vec3I> corners;
+        corners.reserve(triangles.size());
+        for (const Triangle& t : triangles) corners.emplace_back(t[0], t[1], t[2]);
+        const vdb::tools::QuadAndTriangleDataAdapter<vdb::Vec3s, vdb::Vec3I> mesh(points, corners);
+        vdb::util::NullInterrupter uninterrupted;
         // Renormalisation would smooth the surface where the mesh crosses itself, and shift it elsewhere.
-        return vdb::tools::meshToVolume<vdb::FloatGrid>(MeshInVoxels{mesh_.position, triangles, voxel_}, *transform,
-                                                        band, band, vdb::tools::DISABLE_RENORMALIZATION);
+        return vdb::tools::meshToVolume<vdb::FloatGrid>(uninterrupted, mesh, *transform, band, band,
+                                                        vdb::tools::DISABLE_RENORMALIZATION);
     }
 
 private:
