@@ -10,18 +10,22 @@ namespace betamesh {
 
 namespace {
 
-// Sphere radii. Derivatives divide by at least this radius, so those of smaller circles are damped.
+// Radii of the smaller sphere. Derivatives divide by at least this radius, so those of smaller circles are damped.
 constexpr double kLeastRadius = 0.1;
 
 }  // namespace
 
-IntersectionCircle::IntersectionCircle(const DualVec3& a, const DualVec3& b, double sphere_radius)
-    : centre_((a + b) * 0.5), sphere_(sphere_radius) {
+IntersectionCircle::IntersectionCircle(const DualVec3& a, Dual radius_a, const DualVec3& b, Dual radius_b)
+    : centre_((a + b) * 0.5), sphere_(radius_a.value < radius_b.value ? radius_a : radius_b) {
     const DualVec3 span = b - a;
-    const Dual half = length(span) / 2;
+    const Dual distance = length(span);
     axis_ = normalized(span);
-    radius_.value = std::sqrt(std::max(0.0, (sphere_ - half.value) * (sphere_ + half.value)));
-    radius_.rate = -half.value * half.rate / std::max(radius_.value, kLeastRadius * sphere_);
+    const Dual off_middle = (radius_a * radius_a - radius_b * radius_b) / (distance * 2);
+    centre_ = centre_ + axis_ * off_middle;
+    const Dual from_a = distance / 2 + off_middle;
+    radius_.value = std::sqrt(std::max(0.0, (radius_a.value - from_a.value) * (radius_a.value + from_a.value)));
+    radius_.rate = (radius_a.value * radius_a.rate - from_a.value * from_a.rate) /
+                   std::max(radius_.value, kLeastRadius * sphere_.value);
 }
 
 DualVec3 IntersectionCircle::rejection(const DualVec3& point) const {
@@ -34,7 +38,7 @@ void IntersectionCircle::setZeroTowards(const DualVec3& point) {
     if (!(offset.position.length2() > 0)) return setZeroAnywhere();
     first_ = normalized(offset);
     const double distance = offset.position.length();
-    if (distance < kLeastRadius * sphere_) first_.velocity *= distance / (kLeastRadius * sphere_);
+    if (const double least = kLeastRadius * sphere_.value; distance < least) first_.velocity *= distance / least;
     second_ = cross(axis_, first_);
 }
 
@@ -48,7 +52,7 @@ void IntersectionCircle::setZeroAnywhere() {
 Dual IntersectionCircle::angleOfPoint(const DualVec3& point, double angle) const {
     const DualVec3 offset = rejection(point);
     const Dual x = dot(offset, first_), y = dot(offset, second_);
-    const double least = kLeastRadius * sphere_;
+    const double least = kLeastRadius * sphere_.value;
     return {angle,
             (x.value * y.rate - y.value * x.rate) / std::max(x.value * x.value + y.value * y.value, least * least)};
 }

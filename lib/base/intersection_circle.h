@@ -1,4 +1,4 @@
-// The intersection circle of two equal spheres, with its derivative with respect to time.
+// The intersection circle of two spheres, with its derivative with respect to time.
 
 #pragma once
 
@@ -10,9 +10,10 @@ namespace betamesh {
 /// setZeroAnywhere() chooses the direction of angle zero and has to be called before angles are used.
 class IntersectionCircle {
 public:
-    /// a, b: centres of the spheres, distinct. Where the spheres barely touch, the radius changes arbitrarily fast; for
-    /// circles smaller than a tenth of the spheres' radius the derivatives are damped.
-    IntersectionCircle(const DualVec3& a, const DualVec3& b, double sphere_radius);
+    /// a, b: centres of the spheres, distinct, and their radii. Where the spheres barely touch, the radius of the
+    /// circle changes arbitrarily fast; for circles smaller than a tenth of the smaller sphere's radius the derivatives
+    /// are damped.
+    IntersectionCircle(const DualVec3& a, Dual radius_a, const DualVec3& b, Dual radius_b);
 
     /// Angle zero points towards this moving point; an arbitrary direction if the point is on the axis.
     void setZeroTowards(const DualVec3& point);
@@ -20,7 +21,8 @@ public:
     void setZeroAnywhere();
 
     Dual radius() const { return radius_; }
-    double sphereRadius() const { return sphere_; }
+    /// Of the smaller sphere.
+    Dual sphereRadius() const { return sphere_; }
     const DualVec3& centre() const { return centre_; }
     const DualVec3& axis() const { return axis_; }
     /// The vector from the axis to a point, perpendicular to the axis.
@@ -38,7 +40,7 @@ private:
 
     DualVec3 centre_, axis_, first_, second_;  // first_, second_: unit vectors of angles 0 and π/2
     Dual radius_;
-    double sphere_;  // radius of the spheres
+    Dual sphere_;  // radius of the smaller sphere
 };
 
 }  // namespace betamesh

@@ -3,6 +3,7 @@
 
 #include <cassert>
 #include <cmath>
+#include <utility>
 
 namespace betamesh {
 
@@ -29,6 +30,8 @@ int compare(const Wide& a, const Wide& b) {
     return 0;
 }
 
+constexpr double kRounding = 0x1p-53;
+
 int sign(Int x) { return (x > 0) - (x < 0); }
 Unsigned magnitude(Int x) { return x < 0 ? -static_cast<Unsigned>(x) : static_cast<Unsigned>(x); }
 
@@ -40,55 +43,102 @@ Unsigned dotWide(const Vec3i& a, const Vec3i& b) {
 
 std::int64_t square(const Vec3i& a) { return a.x * a.x + a.y * a.y + a.z * a.z; }
 
-// D = 4R²N - UVW, where N = |u × v|² and U, V, W are the squared sides: zero where the circumradius of the triangle is
-// exactly R, negative where it is larger.
-Int discriminant(const Vec3i& u, const Vec3i& v, std::int64_t radius, Int n_squared) {
-    const std::int64_t diameter_squared = 4 * radius * radius;
-    return Int{diameter_squared} * n_squared - Int{square(u)} * square(v) * square(u - v);
+std::int64_t power(const OffsetBall& u, std::int64_t radius) {
+    return square(u.centre) + (radius * radius - u.radius * u.radius);
 }
 
-bool circleFits(const Vec3i& u, const Vec3i& v, std::int64_t radius) {
-    const std::int64_t diameter_squared = 4 * radius * radius;
-    return square(u) <= diameter_squared && square(v) <= diameter_squared && square(u - v) <= diameter_squared;
+// D = 4R²N - |p_u v - p_v u|², where N = |u × v|²: four times N times the squared distance of the points where the
+// three spheres meet from the plane of the centres; negative where they do not meet. Sums wrap modulo 2^128: correct
+// where |D| < 2^127. (Among balls of one radius D = 4R²N - UVW with the squared sides U, V, W.)
+Int discriminant(const OffsetBall& u, const OffsetBall& v, std::int64_t radius, Int n_squared) {
+    const auto p = static_cast<Unsigned>(Int{power(u, radius)}), q = static_cast<Unsigned>(Int{power(v, radius)});
+    const Unsigned cancelling = p * p * static_cast<Unsigned>(square(v.centre)) +
+                                q * q * static_cast<Unsigned>(square(u.centre)) -
+                                2 * p * q * static_cast<Unsigned>(Int{u.centre.dot(v.centre)});
+    const auto four_rr = static_cast<Unsigned>(4 * radius * radius);
+    return static_cast<Int>(four_rr * static_cast<Unsigned>(n_squared) - cancelling);
 }
 
-Vec3i toInteger(const Vec3& v) {
-    return {static_cast<std::int64_t>(v.x), static_cast<std::int64_t>(v.y), static_cast<std::int64_t>(v.z)};
-}
-
-// For four cocircular points 0, u, v, w: the sign of w's power when every squared radius has an ε of its own.
+// Where w is in the plane of the centres 0, u and v, and its sphere passes through the points where theirs meet: the
+// sign of w's power there when every squared radius has an ε of its own.
 int cocircularSign(const Vec3i& u, const Vec3i& v, const Vec3i& w, const Vec3i& n) {
-    const Vec3i zero(0, 0, 0);
-    if (before(w, zero) && before(w, u) && before(w, v)) return -1;
-    // w = α·0 + β·u + γ·v; the coefficient of the lexicographically first of the three decides.
-    if (before(zero, u) && before(zero, v)) return sign(static_cast<Int>(dotWide(cross(u - w, v - w), n)));
-    if (before(u, v)) return sign(static_cast<Int>(dotWide(cross(w, v), n)));
-    return sign(static_cast<Int>(dotWide(cross(u, w), n)));
+    // w = α·0 + β·u + γ·v with α + β + γ = 1, and the power changes by α ε_0 + β ε_u + γ ε_v - ε_w. The first of these
+    // in the lexicographic order that is not 0 decides; a coefficient is 0 where w is in line with the other two.
+    const auto signOf = [&](const Vec3i& a, const Vec3i& b) { return sign(static_cast<Int>(dotWide(cross(a, b), n))); };
+    const std::pair<Vec3i, int> terms[] = {
+        {Vec3i(0, 0, 0), signOf(u - w, v - w)}, {u, signOf(w, v)}, {v, signOf(u, w)}};
+    std::pair<Vec3i, int> first{w, -1};
+    for (const auto& term : terms)
+        if (term.second != 0 && before(term.first, first.first)) first = term;
+    return first.second;
+}
+
+// Quantities of the triangle 0, u, v and of the points where the three spheres meet, in floating point.
+struct MeetingPoints {
+    double p, q;            // powers of u and v
+    Vec3 normal;            // u × v
+    double n_squared;       // |u × v|²
+    double cancelling = 0;  // |p_u v - p_v u|²
+    double d = 0, d_error;  // D and a bound on its error
+
+    MeetingPoints(const Neighbour& u, const Neighbour& v, double radius)
+        : p(u.power(radius)), q(v.power(radius)), normal(cross(u.offset, v.offset)), n_squared(dot(normal, normal)) {
+        const double four_rr_n = 4 * radius * radius * n_squared;
+        if (u.radius == radius && v.radius == radius) {
+            const Vec3 edge = u.offset - v.offset;
+            cancelling = p * q * dot(edge, edge);
+            d_error = 16 * kRounding * (four_rr_n + cancelling);
+        } else {
+            cancelling = (p * v.offset - q * u.offset).length2();
+            const double terms = cancellingTerms(u, v);
+            d_error = 16 * kRounding * (four_rr_n + cancelling + std::sqrt(cancelling) * terms) +
+                      16 * kRounding * kRounding * terms * terms;
+        }
+        d = four_rr_n - cancelling;
+    }
+    Vec3 circumcentre(const Vec3& u, const Vec3& v) const { return cross(p * v - q * u, normal) / (2 * n_squared); }
+    // |p_u||v| + |p_v||u|: magnitude of the terms that cancel in p_u v - p_v u.
+    double cancellingTerms(const Neighbour& u, const Neighbour& v) const {
+        return std::abs(p) * std::sqrt(v.squared) + std::abs(q) * std::sqrt(u.squared);
+    }
+};
+
+Neighbour neighbourOf(const OffsetBall& ball) {
+    return {toDouble(ball.centre), static_cast<double>(square(ball.centre)), 0, static_cast<std::int32_t>(ball.radius)};
 }
 
 }  // namespace
 
-bool ballExists(const Vec3i& u, const Vec3i& v, std::int64_t radius) {
-    if (!circleFits(u, v, radius)) return false;
-    const Vec3i n = cross(u, v);
-    const Int n_squared = static_cast<Int>(dotWide(n, n));
-    return n_squared > 0 && discriminant(u, v, radius, n_squared) >= 0;
+bool spheresMeet(const OffsetBall& u, std::int64_t radius) {
+    const std::int64_t squared = square(u.centre), sum = radius + u.radius, difference = radius - u.radius;
+    return squared <= sum * sum && squared >= difference * difference && squared > 0;
 }
 
-bool insideBall(const Vec3i& u, const Vec3i& v, const Vec3i& w, int side, std::int64_t radius) {
-    // N (|w - c|² - R²) = A + B √D, with the centre c of the ball
-    const Vec3i n = cross(u, v);
+bool ballExists(const OffsetBall& u, const OffsetBall& v, std::int64_t radius) {
+    if (!spheresMeet(u, radius) || !spheresMeet(v, radius) || !spheresMeet({v.centre - u.centre, v.radius}, u.radius))
+        return false;
+    const MeetingPoints points(neighbourOf(u), neighbourOf(v), static_cast<double>(radius));
+    if (points.n_squared == 0) return false;
+    if (std::abs(points.d) > points.d_error) return points.d > 0;
+    const Vec3i n = cross(u.centre, v.centre);
+    return discriminant(u, v, radius, static_cast<Int>(dotWide(n, n))) >= 0;
+}
+
+bool insideBall(const OffsetBall& u, const OffsetBall& v, const OffsetBall& w, int side, std::int64_t radius) {
+    // N times the power of the point is A + B √D
+    const Vec3i n = cross(u.centre, v.centre);
     const Int n_squared = static_cast<Int>(dotWide(n, n));
     const Int d = discriminant(u, v, radius, n_squared);
     assert(n_squared > 0 && d >= 0);
-    const Unsigned term_w = static_cast<Unsigned>(n_squared) * static_cast<Unsigned>(square(w));
-    const Unsigned term_u = static_cast<Unsigned>(square(u)) * dotWide(n, cross(w, v));
-    const Unsigned term_v = static_cast<Unsigned>(square(v)) * dotWide(n, cross(u, w));
+    const auto powerOf = [&](const OffsetBall& ball) { return static_cast<Unsigned>(Int{power(ball, radius)}); };
+    const Unsigned term_w = static_cast<Unsigned>(n_squared) * powerOf(w);
+    const Unsigned term_u = powerOf(u) * dotWide(n, cross(w.centre, v.centre));
+    const Unsigned term_v = powerOf(v) * dotWide(n, cross(u.centre, w.centre));
     const Int a = static_cast<Int>(term_w - term_u - term_v);
-    const Int b = -side * static_cast<Int>(dotWide(w, n));
+    const Int b = -side * static_cast<Int>(dotWide(w.centre, n));
 
     const int sign_a = sign(a), sign_b = sign(b);
-    if (sign_b == 0) return (sign_a != 0 ? sign_a : cocircularSign(u, v, w, n)) < 0;
+    if (sign_b == 0) return (sign_a != 0 ? sign_a : cocircularSign(u.centre, v.centre, w.centre, n)) < 0;
     if (d == 0 && sign_a != 0) return sign_a < 0;
     if (sign_a == 0 || sign_a == sign_b) return sign_b < 0;
     const int larger =
@@ -97,7 +147,15 @@ bool insideBall(const Vec3i& u, const Vec3i& v, const Vec3i& w, int side, std::i
     return (larger > 0 ? sign_a : sign_b) < 0;
 }
 
-bool coversCircle(const Vec3i& u, const Vec3i& w) { return static_cast<Int>(dotWide(w, w - u)) < 0; }
+bool coversCircle(const OffsetBall& u, const OffsetBall& w, std::int64_t radius) {
+    // |u|² times the mean power of the circle's points. Where it is 0 the three spheres share the circle, with w = λu.
+    const std::int64_t uu = square(u.centre), along = u.centre.dot(w.centre);
+    const Int mean = Int{power(w, radius)} * uu - Int{power(u, radius)} * along;
+    if (mean != 0) return mean < 0;
+    const Vec3i zero(0, 0, 0);
+    if (before(w.centre, zero) && before(w.centre, u.centre)) return true;
+    return before(zero, u.centre) ? along > uu : along < 0;
+}
 
 int turn(const Vec3i& u, const Vec3i& a, const Vec3i& b) { return sign(static_cast<Int>(dotWide(cross(u, a), b))); }
 
@@ -105,70 +163,47 @@ int sameSide(const Vec3i& u, const Vec3i& a, const Vec3i& b) {
     return sign(static_cast<Int>(dotWide(cross(u, a), cross(u, b))));
 }
 
-namespace {
+// Error bounds. Offsets, u × v and powers are integers below 2^53, hence exact. With e = 2^-53, the error of N is at
+// most 3e relative, that of p_u v - p_v u at most 2e·cancellingTerms(), and so that of D at most 8e·(4R²N + |p_u v -
+// p_v u|² + |p_u v - p_v u|·cancellingTerms()) and a term with e²; among balls of one radius, where D is made of
+// products alone, without the last two. The error of the circumcentre is at most 12e·cancellingTerms()/|n|, that of the
+// height follows from that of D. All bounds are at least doubled here. Radii are at most 2^20, so nothing overflows or
+// underflows.
+ExactBalls::ExactBalls(const Vec3&, const Neighbour& u, const Neighbour& v, double radius, double largest)
+    : u_(u), v_(v), radius_(radius) {
+    const Vec3 edge = u.offset - v.offset;
+    const double sum = static_cast<double>(u.radius) + v.radius;
+    if (dot(edge, edge) > sum * sum) return;
+    const MeetingPoints points(u, v, radius);
+    if (points.n_squared == 0) return;
 
-// Quantities of the triangle 0, u, v, in floating point.
-struct TriangleTerms {
-    double uu, vv;     // |u|², |v|²
-    Vec3 normal;       // u × v
-    double n_squared;  // |u × v|²
-    double uvw;        // |u|² |v|² |u - v|²
-
-    TriangleTerms(const Vec3& u, const Vec3& v)
-        : uu(dot(u, u)), vv(dot(v, v)), normal(cross(u, v)), n_squared(dot(normal, normal)) {
-        const Vec3 edge = u - v;
-        uvw = uu * vv * dot(edge, edge);
-    }
-    Vec3 circumcentre(const Vec3& u, const Vec3& v) const { return cross(uu * v - vv * u, normal) / (2 * n_squared); }
-    // |u|²|v| + |v|²|u|: magnitude of the terms that cancel in circumcentre().
-    double cancellingTerms() const { return uu * std::sqrt(vv) + vv * std::sqrt(uu); }
-};
-
-}  // namespace
-
-// Error bounds. u, v, u × v and squared lengths are integers below 2^53, hence exact. With e = 2^-53, the error of N is
-// at most 3e relative, that of D at most 8e·(4R²N + UVW), that of the circumcentre at most 12e·cancellingTerms()/|n|;
-// the error of the height follows from that of D. All bounds are at least doubled here. R is at most 2^20, so nothing
-// overflows or underflows.
-ExactBalls::ExactBalls(const Vec3&, const Vec3& u, const Vec3& v, double radius) : u_(u), v_(v), radius_(radius) {
-    constexpr double kRounding = 0x1p-53;
-    const Vec3 edge = u - v;
-    if (dot(edge, edge) > 4 * radius * radius) return;
-    const TriangleTerms triangle(u, v);
-    if (triangle.n_squared == 0) return;
-
-    const double four_rr_n = 4 * radius * radius * triangle.n_squared;
-    double d = four_rr_n - triangle.uvw;
-    double d_error = 16 * kRounding * (four_rr_n + triangle.uvw);
+    double d = points.d, d_error = points.d_error;
     if (d < -d_error) return;
     if (d <= d_error) {
-        const Vec3i iu = toInteger(u), iv = toInteger(v), n = cross(iu, iv);
-        const Int exact = discriminant(iu, iv, static_cast<std::int64_t>(radius), static_cast<Int>(dotWide(n, n)));
+        const Vec3i n = cross(Vec3i(u.offset), Vec3i(v.offset));
+        const Int exact =
+            discriminant(u.ball(), v.ball(), static_cast<std::int64_t>(radius), static_cast<Int>(dotWide(n, n)));
         if (exact < 0) return;
         d = static_cast<double>(exact);
         d_error = 2 * kRounding * d;
     }
     exist_ = true;
-    const double root = std::sqrt(d), n_length = std::sqrt(triangle.n_squared);
-    circumcentre_ = triangle.circumcentre(u, v);
-    height_ = triangle.normal * (root / (2 * triangle.n_squared));
-    const double centre_error = 32 * kRounding * (triangle.cancellingTerms() / n_length + radius) +
+    const double root = std::sqrt(d), n_length = std::sqrt(points.n_squared);
+    circumcentre_ = points.circumcentre(u.offset, v.offset);
+    height_ = points.normal * (root / (2 * points.n_squared));
+    const double centre_error = 32 * kRounding * (points.cancellingTerms(u, v) / n_length + radius) +
                                 (root > 0 ? d_error / (root * n_length) : 0);
-    tolerance_ = 4 * radius * centre_error + 64 * kRounding * radius * radius;
+    tolerance_ = 4 * largest * centre_error + 64 * kRounding * largest * largest;
 }
 
-bool ExactBalls::containsExactly(int side, const Vec3& w) const {
-    return insideBall(toInteger(u_), toInteger(v_), toInteger(w), side, static_cast<std::int64_t>(radius_));
-}
-
-FloatBalls::FloatBalls(const Vec3& origin, const Vec3& u, const Vec3& v, double radius)
+FloatBalls::FloatBalls(const Vec3& origin, const Neighbour& u, const Neighbour& v, double radius, double)
     : origin_(origin), radius_(radius) {
-    const TriangleTerms triangle(u, v);
-    const double circumradius = std::sqrt(triangle.uvw) / (2 * std::sqrt(triangle.n_squared));
+    const MeetingPoints points(u, v, radius);
+    const double circumradius = std::sqrt(points.cancelling) / (2 * std::sqrt(points.n_squared));
     if (!(circumradius <= radius)) return;  // collinear triplets give infinity or NaN
     exist_ = true;
-    circumcentre_ = origin + triangle.circumcentre(u, v);
-    height_ = triangle.normal * std::sqrt((radius * radius - circumradius * circumradius) / triangle.n_squared);
+    circumcentre_ = origin + points.circumcentre(u.offset, v.offset);
+    height_ = points.normal * std::sqrt((radius * radius - circumradius * circumradius) / points.n_squared);
 }
 
 }  // namespace betamesh

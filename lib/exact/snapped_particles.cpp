@@ -53,8 +53,12 @@ int compareBytes(const std::vector<T>& column, std::size_t per_row, std::uint32_
     return std::memcmp(&column[a * per_row], &column[b * per_row], per_row * sizeof(T));
 }
 
+// Radii of the input's particles in quanta; empty: all the same.
+using Radii = std::vector<std::int32_t>;
+
 // Is the first of two coincident particles kept? A total order on all their data, so it does not depend on row order.
-bool preferred(const Particles& particles, std::uint32_t a, std::uint32_t b) {
+bool preferred(const Particles& particles, const Radii& radii, std::uint32_t a, std::uint32_t b) {
+    if (!radii.empty() && radii[a] != radii[b]) return radii[a] > radii[b];
     if (!particles.id.empty() && particles.id[a] != particles.id[b]) return particles.id[a] < particles.id[b];
     if (const int order = compareBytes(particles.velocity, 1, a, b)) return order < 0;
     for (const Attribute& attribute : particles.attributes) {
@@ -87,7 +91,7 @@ ParticlesByCell groupedByCell(std::size_t n, const PositionAt& positionAt, std::
 // of cells.particles; such items are what the result has in `row`.
 template <typename PositionAt, typename RowAt>
 SnappedParticles sortedWithinCells(ParticlesByCell&& cells, const PositionAt& positionAt, const RowAt& rowAt,
-                                   const Particles& particles) {
+                                   const Particles& particles, const Radii& radii = {}) {
     const std::vector<std::uint32_t>& item = cells.particles.item;
     const std::size_t n = item.size();
     SnappedParticles snapped;
@@ -106,7 +110,7 @@ SnappedParticles sortedWithinCells(ParticlesByCell&& cells, const PositionAt& po
                 cell.emplace_back(positionAt(item[i]), item[i]);
             std::sort(cell.begin(), cell.end(), [&](const auto& a, const auto& b) {
                 return a.first != b.first ? before(a.first, b.first)
-                                          : preferred(particles, rowAt(a.second), rowAt(b.second));
+                                          : preferred(particles, radii, rowAt(a.second), rowAt(b.second));
             });
             cell.erase(
                 std::unique(cell.begin(), cell.end(), [](const auto& a, const auto& b) { return a.first == b.first; }),
@@ -131,15 +135,19 @@ SnappedParticles sortedWithinCells(ParticlesByCell&& cells, const PositionAt& po
 
 // row[i]: the row in `particles` of item i in cells; empty where the two are the same.
 SnappedParticles snapInCells(ParticlesByCell&& cells, std::span<const std::uint32_t> row, const Particles& particles,
-                             const SnapGrid& grid, std::span<const std::uint8_t> is_covered = {}) {
+                             const SnapGrid& grid, std::span<const std::uint8_t> is_covered = {},
+                             const Radii& radii = {}) {
     const auto rowAt = [&](std::uint32_t i) { return row.empty() ? i : row[i]; };
     SnappedParticles snapped = sortedWithinCells(
-        std::move(cells), [&](std::uint32_t i) { return grid.at(particles.position[rowAt(i)]); }, rowAt, particles);
+        std::move(cells), [&](std::uint32_t i) { return grid.at(particles.position[rowAt(i)]); }, rowAt, particles,
+        radii);
     snapped.is_covered.resize(is_covered.empty() ? 0 : snapped.size());
     parallelFor(snapped.size(), 4096, [&](std::size_t i) {
         if (!is_covered.empty()) snapped.is_covered[i] = is_covered[snapped.row[i]];
         snapped.row[i] = rowAt(snapped.row[i]);
     });
+    if (!radii.empty())
+        for (const std::uint32_t particle : snapped.row) snapped.radius_of.push_back(radii[particle]);
     snapped.quantum = 1 / grid.perUnit();
     snapped.radius = grid.radius();
     if (snapped.size() > kMostInCell * snapped.cell.size())
@@ -203,6 +211,26 @@ SnappedParticles snapParticles(const Particles& particles, double radius, const 
     snapped.quantum = original.quantum;
     snapped.radius = original.radius;
     return snapped;
+}
+
+SnappedParticles snapParticles(const Particles& particles, std::span<const double> radii) {
+    if (radii.empty()) return {};
+    constexpr double kLeastShare = 0x1p-10;
+    const double largest = *std::max_element(radii.begin(), radii.end());
+    const SnapGrid grid(largest);
+    const std::size_t bad =
+        firstIndexWhere(radii.size(), [&](std::size_t i) { return !(radii[i] >= kLeastShare * largest); });
+    if (bad < radii.size())
+        throw Error("particle " + std::to_string(bad) + " has a ball of radius " + std::to_string(radii[bad]) +
+                    ", but the largest has " + std::to_string(largest) + "; expected at least a thousandth of it");
+    grid.requireWithin(particles.position, 0);
+    Radii in_quanta(radii.size());
+    for (std::size_t i = 0; i < radii.size(); ++i)
+        in_quanta[i] = static_cast<std::int32_t>(std::llround(radii[i] * grid.perUnit()));
+    const bool all_equal = std::all_of(in_quanta.begin(), in_quanta.end(), [&](auto r) { return r == in_quanta[0]; });
+    const auto snappedAt = [&](std::size_t i) { return grid.at(particles.position[i]); };
+    return snapInCells(groupedByCell(particles.size(), snappedAt, grid.radius()), {}, particles, grid, {},
+                       all_equal ? Radii() : in_quanta);
 }
 
 SnappedParticles snapParticles(const Particles& particles, double radius, const NearSurface& near) {
@@ -322,9 +350,22 @@ void NeighbourFinder::find(std::uint32_t particle, Reach reach, std::vector<Neig
     const auto near = within(reach, candidates, Box(position));
     neighbours.resize(near.size());
     std::size_t found = 0;  // the particle itself, the only one at distance zero, is excluded
-    for (const std::uint32_t k : near) {
-        neighbours[found] = {candidates.at(k) - position, squared_[k], candidates.particle[k]};
-        found += squared_[k] > 0;
+    if (particles_.radius_of.empty()) {
+        const auto radius = static_cast<std::int32_t>(particles_.radius);
+        for (const std::uint32_t k : near) {
+            neighbours[found] = {candidates.at(k) - position, squared_[k], candidates.particle[k], radius};
+            found += squared_[k] > 0;
+        }
+    } else {
+        const double own = particles_.radius_of[particle];
+        for (const std::uint32_t k : near) {
+            const std::int32_t radius = particles_.radius_of[candidates.particle[k]];
+            const double sum = own + radius, difference = own - radius;
+            neighbours[found] = {candidates.at(k) - position, squared_[k], candidates.particle[k], radius};
+            const bool touches = squared_[k] <= sum * sum;
+            const bool is_inside = difference > 0 && squared_[k] < difference * difference;
+            found += squared_[k] > 0 && touches && !is_inside;
+        }
     }
     neighbours.resize(found);
 }
@@ -335,6 +376,7 @@ void NeighbourFinder::find(std::uint32_t particle, std::vector<Neighbour>& neigh
 }
 
 bool NeighbourFinder::findInDenseCell(std::uint32_t particle, std::vector<Neighbour>& neighbours) {
+    if (!particles_.radius_of.empty()) return false;
     enterCellOf(particle);
     if (!isInDenseCell()) return false;
     find(particle, within_radius, neighbours);
@@ -342,6 +384,7 @@ bool NeighbourFinder::findInDenseCell(std::uint32_t particle, std::vector<Neighb
 }
 
 bool NeighbourFinder::findSomeInDenseCell(std::uint32_t particle, std::vector<Neighbour>& neighbours) {
+    if (!particles_.radius_of.empty()) return false;
     enterCellOf(particle);
     if (!isInDenseCell()) return false;
     if (candidatesFor(positionInCell(particle), within_radius).particle.size() < kSampledCandidates) return false;

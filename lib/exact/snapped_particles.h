@@ -74,7 +74,8 @@ struct NearSurface {
 /// World position = quantum · position. position, row and is_covered have one row per distinct particle.
 struct SnappedParticles {
     double quantum = 1;                    ///< a power of two, world units
-    std::int64_t radius = 0;               ///< the ball radius R in quanta, in (2^19, 2^20]
+    std::int64_t radius = 0;               ///< radius R of the largest ball in quanta, in (2^19, 2^20]
+    std::vector<std::int32_t> radius_of;   ///< of each ball, in quanta; empty: all R
     std::vector<Vec3i> position;           ///< in quanta
     std::vector<std::uint32_t> row;        ///< row of the particle in the input
     std::vector<std::uint8_t> is_covered;  ///< 1 where the ball is known to be covered; empty: not known
@@ -84,6 +85,7 @@ struct SnappedParticles {
     std::vector<std::uint8_t> is_incomplete;  ///< of each cell, as NearSurface::is_incomplete; empty: all 0
 
     std::size_t size() const { return position.size(); }
+    std::int64_t radiusOf(std::size_t particle) const { return radius_of.empty() ? radius : radius_of[particle]; }
 };
 
 /// Snaps particles to the grid, in the same way in every frame and for every order of the particles. A coordinate moves
@@ -95,6 +97,13 @@ struct SnappedParticles {
 /// errors  a particle with a coordinate beyond 2^50 quanta; a radius that is not a normal number, or so large that
 ///         cells have more than 50,000 distinct particles on average
 SnappedParticles snapParticles(const Particles& particles, double radius, const Jitter& jitter = {});
+
+/// The same for balls of different radii, one per particle, world units. The grid is that of the largest; of particles
+/// at one grid point the one with the largest ball is kept. Where all radii are equal, the result is that for this
+/// radius.
+///
+/// errors  those above, and a radius that is not positive or less than 2^-10 of the largest
+SnappedParticles snapParticles(const Particles& particles, std::span<const double> radii);
 
 /// The same for the particles near the surface only. particles: all of them, or only the selected ones in the order of
 /// near.row.
@@ -145,13 +154,6 @@ private:
     std::array<std::size_t, 9> first_{};  // previous result for each of the nine lines of cells along x
 };
 
-/// A neighbour of a particle: its offset and the squared length of that, in quanta; both hold integers.
-struct Neighbour {
-    Vec3 offset;
-    double squared;
-    std::uint32_t particle;
-};
-
 /// Cells with at least this many particles are dense. With a radius of 1.5 spacings a cell has about thirty.
 inline constexpr std::uint32_t kDenseCell = 64;
 
@@ -160,13 +162,15 @@ inline constexpr std::uint32_t kDenseCell = 64;
 class NeighbourFinder {
 public:
     explicit NeighbourFinder(const SnappedParticles& particles) : particles_(particles), around_(particles.cell) {}
-    /// All neighbours within 2R.
+    /// All neighbours whose balls touch that of the particle, but for those wholly inside it: with one radius, all
+    /// within 2R.
     void find(std::uint32_t particle, std::vector<Neighbour>& neighbours);
     /// For a particle in a dense cell all neighbours within R, about a fifth of those within 2R. Returns false, and
-    /// finds nothing, for a particle in any other cell.
+    /// finds nothing, for a particle in any other cell, and where balls have different radii.
     bool findInDenseCell(std::uint32_t particle, std::vector<Neighbour>& neighbours);
     /// For a particle in a dense cell with at least a thousand candidates within R: several hundred of its neighbours
-    /// within R, spread over all directions. Returns false, and finds nothing, for any other particle.
+    /// within R, spread over all directions. Returns false, and finds nothing, for any other particle, and where balls
+    /// have different radii.
     bool findSomeInDenseCell(std::uint32_t particle, std::vector<Neighbour>& neighbours);
 
 private:

@@ -95,8 +95,8 @@ private:
     Dual fade_weight_;
 };
 
-// The subdivision of an arc, or of half a circle. relative_radius: of the circle, in radii of the sphere; per_radian:
-// the number of segments per radian of a great circle.
+// The subdivision of an arc, or of half a circle. relative_radius: of the circle, in radii of the smaller ball;
+// per_radian: the number of segments per radian of a great circle.
 Subdivision subdivisionOf(Dual angle, Dual relative_radius, std::uint32_t least, int segments, Dual per_radian,
                           const ArcSubdivision& subdivision) {
     const Dual great_circle_angle = angle * squareRoot(relative_radius);  // of the same sagitta
@@ -113,7 +113,6 @@ Subdivision subdivisionOf(Dual angle, Dual relative_radius, std::uint32_t least,
 // ArcNetwork::flatness. Continuous in time, as it depends on integrals along the lines round each face.
 std::vector<Dual> faceFlatness(const BallBoundary& boundary, const std::vector<DualVec3>& balls,
                                const ArcNetwork& network) {
-    const double radius = boundary.worldRadius();
     const std::size_t cycles = boundary.cycle.size(), arcs = network.arc_start.size();
     std::vector<Dual> flatness;
     firstTouchResize(flatness, boundary.twin.size());
@@ -124,7 +123,11 @@ std::vector<Dual> faceFlatness(const BallBoundary& boundary, const std::vector<D
         const auto add = [&](std::size_t l) {
             const ArcLine& line = network.line[l];
             const std::uint32_t other = line.balls[line.balls[0] == b];
-            across = across + (balls[other] - balls[b]) * (line.length * 0.5);
+            const DualVec3 offset = balls[other] - balls[b];
+            const Dual own = boundary.worldRadiusOf(b), r = boundary.worldRadiusOf(other);
+            const Dual share =
+                0.5 + (own * own - r * r) / (dot(offset, offset) * 2);  // of the way, to the circle's centre
+            across = across + offset * (line.length * share);
             along = along + line.outwards * line.radius;
             length = length + line.length;
         };
@@ -134,7 +137,7 @@ std::vector<Dual> faceFlatness(const BallBoundary& boundary, const std::vector<D
             else
                 for (const std::uint32_t h : boundary.cycle[c]) add(network.arc_of[h]);
         along = along + across;
-        const Dual square = dot(along, along), longest = length * radius;
+        const Dual square = dot(along, along), longest = length * boundary.worldRadiusOf(b);
         Dual flatness_of_face = 0;
         if (square.value > 0) {
             const Dual one_sided = (square / (longest * longest) - kSurroundingRim) / (kOneSidedRim - kSurroundingRim);
@@ -175,7 +178,9 @@ FadingVertex* setPoints(const IntersectionCircle& circle, Dual from, Dual angle,
 
 ArcNetwork arcPoints(const BallBoundary& boundary, const std::vector<DualVec3>& balls, std::vector<DualVec3> vertices,
                      const ArcSubdivision& subdivision) {
-    const double radius = boundary.worldRadius();
+    const auto circleBetween = [&](std::uint32_t a, std::uint32_t b) {
+        return IntersectionCircle(balls[a], boundary.worldRadiusOf(a), balls[b], boundary.worldRadiusOf(b));
+    };
     ArcNetwork network;
     network.vertices = vertices.size();
     network.point = std::move(vertices);
@@ -191,7 +196,7 @@ ArcNetwork arcPoints(const BallBoundary& boundary, const std::vector<DualVec3>& 
     const std::size_t arcs = network.arc_start.size(), circles = boundary.circle.size();
     const auto circleOfArc = [&](std::size_t a) {
         const std::uint32_t start = network.arc_start[a];
-        IntersectionCircle circle(balls[from(start)], balls[from(boundary.twin[start])], radius);
+        IntersectionCircle circle = circleBetween(from(start), from(boundary.twin[start]));
         circle.setZeroTowards(network.point[start / 3]);
         return circle;
     };
@@ -205,16 +210,14 @@ ArcNetwork arcPoints(const BallBoundary& boundary, const std::vector<DualVec3>& 
             per_radian = per_radian + (one.value < other.value ? one : other) *
                                           (1 / subdivision.flat_angle - 1 / subdivision.max_angle);
         }
-        return subdivisionOf(network.arc_angle[a], network.line[a].radius / radius, one_triplet ? 2 : 1,
+        return subdivisionOf(network.arc_angle[a], network.relativeRadius(a, boundary), one_triplet ? 2 : 1,
                              subdivision.segments, per_radian, subdivision);
     };
     const auto subdivisionOfHalf = [&](std::size_t k) {
-        return subdivisionOf(kTurn / 2, network.line[arcs + k].radius / radius, 2, (subdivision.segments + 1) / 2,
+        return subdivisionOf(kTurn / 2, network.relativeRadius(arcs + k, boundary), 2, (subdivision.segments + 1) / 2,
                              1 / subdivision.max_angle, subdivision);
     };
-    const auto circleAt = [&](std::size_t k) {
-        return IntersectionCircle(balls[boundary.circle[k][0]], balls[boundary.circle[k][1]], radius);
-    };
+    const auto circleAt = [&](std::size_t k) { return circleBetween(boundary.circle[k][0], boundary.circle[k][1]); };
     firstTouchResize(network.line, arcs + circles);
     firstTouchResize(network.arc_angle, arcs);
     parallelFor(arcs, 512, [&](std::size_t a) {

@@ -45,6 +45,11 @@ struct ArcNetwork {
 
     std::uint32_t arcSize(std::size_t a) const { return arc_begin[a + 1] - arc_begin[a]; }
     std::uint32_t circleSize(std::size_t k) const { return circle_begin[k + 1] - circle_begin[k]; }
+    /// Radius of a line's circle in radii of the smaller of its balls.
+    Dual relativeRadius(std::size_t l, const BallBoundary& boundary) const {
+        const Dual a = boundary.worldRadiusOf(line[l].balls[0]), b = boundary.worldRadiusOf(line[l].balls[1]);
+        return line[l].radius / (a.value < b.value ? a : b);
+    }
 };
 
 /// How finely arcs are subdivided.
@@ -59,11 +64,11 @@ struct ArcSubdivision {
 };
 
 /// Subdivides every arc. The sagitta r·δ²/8 is the same on circles of any size: an arc of angle θ on a circle of radius
-/// ρ needs θ sqrt(ρ/r) / δ segments. With Appearance::on_boundary that is rounded up, and all segments are equal. With
-/// Appearance::gradual it is rounded up to one or an even number: new points fade in from the chords in the middle as
-/// the arc grows, then move apart until all segments are equal again, symmetrically, so either end may grow. An arc
-/// between the two sides of one triplet gets at least two segments, half a circle likewise, so that no two segments
-/// share both ends.
+/// ρ needs θ sqrt(ρ/r) / δ segments, where r is the radius of the smaller of its two balls. With
+/// Appearance::on_boundary that is rounded up, and all segments are equal. With Appearance::gradual it is rounded up to
+/// one or an even number: new points fade in from the chords in the middle as the arc grows, then move apart until all
+/// segments are equal again, symmetrically, so either end may grow. An arc between the two sides of one triplet gets at
+/// least two segments, half a circle likewise, so that no two segments share both ends.
 ///
 /// Flat faces are in the surface of a liquid or on a side of a sheet, as a rule. Smoothing lays them flat together with
 /// their chords, so arcs between two of them can have longer segments, and the surface still jumps less where balls

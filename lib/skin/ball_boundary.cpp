@@ -47,7 +47,7 @@ struct Parts {
     std::vector<ExposedDirection> exposed;
 };
 
-// Does the ball that rests on particles i, j and k contain no other particle? last: index of the neighbour that was
+// Is the point where the spheres of particles i, j and k meet in no other ball? last: index of the neighbour that was
 // inside last time, which often is again.
 template <typename Balls>
 bool isEmpty(const Balls& balls, int side, const ExposedRegion& region, std::uint32_t j, std::uint32_t k,
@@ -55,7 +55,7 @@ bool isEmpty(const Balls& balls, int side, const ExposedRegion& region, std::uin
     const Vec3 centre = balls.centre(side);
     const std::vector<Neighbour>& neighbours = region.neighbours();
     const auto isInside = [&](const Neighbour& n) {
-        return n.particle != j && n.particle != k && balls.contains(centre, side, n.offset, n.squared);
+        return n.particle != j && n.particle != k && balls.contains(centre, side, n);
     };
     if (last < neighbours.size() && isInside(neighbours[last])) return false;
     for (std::size_t n = 0; n < neighbours.size(); ++n)
@@ -68,13 +68,22 @@ bool isEmpty(const Balls& balls, int side, const ExposedRegion& region, std::uin
 
 // Is the whole circle in which the sphere of `other` meets the one at the origin exposed?
 template <typename Balls>
-bool isFullCircle(const Vec3& origin, const Neighbour& other, const std::vector<Neighbour>& neighbours, double radius) {
+bool isFullCircle(const Vec3& origin, const Neighbour& other, const std::vector<Neighbour>& neighbours,
+                  std::int64_t radius, std::int64_t largest) {
     for (const Neighbour& n : neighbours) {
         if (n.particle == other.particle) continue;
-        if (Balls(origin, other.offset, n.offset, radius).exist()) return false;
-        if (coversCircle(Vec3i(other.offset), Vec3i(n.offset))) return false;
+        if (Balls(origin, other, n, static_cast<double>(radius), static_cast<double>(largest)).exist()) return false;
+        if (coversCircle(other.ball(), n.ball(), radius)) return false;
     }
     return true;
+}
+
+// Is the ball inside that of a neighbour?
+bool isHidden(const std::vector<Neighbour>& neighbours, std::int64_t radius) {
+    return std::any_of(neighbours.begin(), neighbours.end(), [&](const Neighbour& n) {
+        const auto difference = static_cast<double>(n.radius - radius);
+        return difference > 0 && n.squared < difference * difference;
+    });
 }
 
 // A neighbour that may share an exposed circle with the ball.
@@ -92,7 +101,7 @@ void addBall(const SnappedParticles& particles, const std::vector<bool>& is_cand
         out.isolated.push_back(i);
         return;
     }
-    const auto radius = static_cast<double>(particles.radius);
+    const std::int64_t radius = particles.radiusOf(i);
     partners.clear();
     for (const std::uint32_t row : region.bounding())
         if (const Neighbour& n = neighbours[row]; n.particle > i && is_candidate[n.particle]) partners.push_back({n});
@@ -103,7 +112,7 @@ void addBall(const SnappedParticles& particles, const std::vector<bool>& is_cand
         const Neighbour& j = partners[a].ball;
         for (std::size_t b = a + 1; b < partners.size(); ++b) {
             const Neighbour& k = partners[b].ball;
-            const Balls balls(origin, j.offset, k.offset, radius);
+            const Balls balls(origin, j, k, static_cast<double>(radius), static_cast<double>(particles.radius));
             if (!balls.exist()) continue;
             partners[a].is_crossed = partners[b].is_crossed = true;
             for (const int side : {1, -1}) {
@@ -113,16 +122,17 @@ void addBall(const SnappedParticles& particles, const std::vector<bool>& is_cand
                 out.vertex.push_back((origin + balls.centre(side)) * particles.quantum);
             }
         }
-        if (!partners[a].is_crossed && isFullCircle<Balls>(origin, j, neighbours, radius))
+        if (!partners[a].is_crossed && isFullCircle<Balls>(origin, j, neighbours, radius, particles.radius))
             out.circle.push_back({i, j.particle});
     }
 }
 
 // Is a particle in a dense cell surely covered? Nearly always its nearest neighbours alone cover it.
-bool isCoveredInDenseCell(std::uint32_t i, NeighbourFinder& finder, std::vector<Neighbour>& neighbours,
-                          ExposedRegion& region) {
-    return (finder.findSomeInDenseCell(i, neighbours) && region.isCoveredBy(neighbours)) ||
-           (finder.findInDenseCell(i, neighbours) && region.isCoveredBy(neighbours));
+bool isCoveredInDenseCell(std::uint32_t i, std::int64_t radius, NeighbourFinder& finder,
+                          std::vector<Neighbour>& neighbours, ExposedRegion& region) {
+    const auto isCovered = [&] { return region.isCoveredBy(neighbours, radius); };
+    return (finder.findSomeInDenseCell(i, neighbours) && isCovered()) ||
+           (finder.findInDenseCell(i, neighbours) && isCovered());
 }
 
 template <typename Balls>
@@ -134,26 +144,28 @@ std::vector<Parts> exposedParts(const SnappedParticles& particles, const std::ve
     std::vector<Parts> parts(tasks);
     parallelFor(tasks, 1, [&](std::size_t task) {
         NeighbourFinder finder(particles);
-        ExposedRegion region(particles.radius);
-        ExposedDirections exposed_directions(directions, particles.radius);
+        ExposedRegion region;
+        ExposedDirections exposed_directions(directions);
         std::vector<Neighbour> neighbours;
         std::vector<Partner> partners;
         Parts& part = parts[task];
         bool was_covered = false;
         for (std::size_t s = task * kBallsPerTask; s < std::min(n, (task + 1) * kBallsPerTask); ++s) {
-            if (isCoveredInDenseCell(exposed[s], finder, neighbours, region)) continue;
+            const std::int64_t radius = particles.radiusOf(exposed[s]);
+            if (isCoveredInDenseCell(exposed[s], radius, finder, neighbours, region)) continue;
             finder.find(exposed[s], neighbours);
+            if (isHidden(neighbours, radius)) continue;
             if (was_covered) {  // then this one probably is, too
-                was_covered = region.isCoveredBy(neighbours);
+                was_covered = region.isCoveredBy(neighbours, radius);
             } else {
-                region.construct(neighbours);
+                region.construct(neighbours, radius);
                 was_covered = region.empty();
             }
             if (was_covered) continue;
             addBall<Balls>(particles, is_candidate, exposed[s], neighbours, region, partners, part);
             if (directions.empty()) continue;
             const std::size_t before = part.exposed.size();
-            exposed_directions.find(region, neighbours, part.exposed);
+            exposed_directions.find(region, neighbours, radius, part.exposed);
             part.candidate.push_back(exposed[s]);
             part.directions.push_back(static_cast<std::uint32_t>(part.exposed.size() - before));
         }
@@ -208,11 +220,13 @@ BallBoundary assemble(const SnappedParticles& particles, const std::vector<Parts
     boundary.snapped_row = indicesWhere(ball.size(), [&](std::uint32_t p) { return ball[p] != kInvalidIndex; });
     firstTouchResize(boundary.position, boundary.snapped_row.size());
     firstTouchResize(boundary.row, boundary.snapped_row.size());
+    if (!particles.radius_of.empty()) boundary.radius_of.resize(boundary.snapped_row.size());
     parallelFor(boundary.snapped_row.size(), 4096, [&](std::size_t b) {
         const std::uint32_t p = boundary.snapped_row[b];
         ball[p] = static_cast<std::uint32_t>(b);
         boundary.position[b] = particles.position[p];
         boundary.row[b] = particles.row[p];
+        if (!particles.radius_of.empty()) boundary.radius_of[b] = particles.radius_of[p];
     });
     forEachBallIndex([&](std::uint32_t& p) { p = ball[p]; });
     boundary.exposed = exposedDirectionsOf(parts, ball, boundary.position.size());

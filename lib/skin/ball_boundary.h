@@ -7,6 +7,7 @@
 #pragma once
 
 #include "base/compressed_rows.h"
+#include "base/dual.h"
 #include "base/index.h"
 #include "betamesh/mesh.h"
 #include "exact/snapped_particles.h"
@@ -24,7 +25,9 @@ namespace betamesh {
 /// there the boundary goes round the rim of a sheet.
 struct BallBoundary {
     double quantum = 1;                      ///< world units
-    std::int64_t radius = 0;                 ///< quanta
+    std::int64_t radius = 0;                 ///< of the largest ball, quanta
+    std::vector<std::int32_t> radius_of;     ///< of each ball, quanta; empty: all `radius`
+    std::vector<double> radius_rate;         ///< of each ball: change of its radius, world units per second; empty: 0
     std::vector<Vec3i> position;             ///< of each ball, quanta
     std::vector<std::uint32_t> row;          ///< of each ball: its particle's row in the input
     std::vector<std::uint32_t> snapped_row;  ///< of each ball: its row in SnappedParticles, ascending
@@ -47,6 +50,10 @@ struct BallBoundary {
 
     Vec3 centre(std::size_t ball) const { return toDouble(position[ball]) * quantum; }
     double worldRadius() const { return static_cast<double>(radius) * quantum; }
+    std::int64_t radiusOf(std::size_t ball) const { return radius_of.empty() ? radius : radius_of[ball]; }
+    Dual worldRadiusOf(std::size_t ball) const {
+        return {static_cast<double>(radiusOf(ball)) * quantum, radius_rate.empty() ? 0 : radius_rate[ball]};
+    }
 };
 
 /// The half-edge before and after h in its triangle.

@@ -20,15 +20,17 @@ void BallLoopMaker::makeLoops(std::uint32_t ball, std::uint32_t first_face, std:
 void BallLoopMaker::add(std::uint32_t ball, std::uint32_t point, std::uint32_t circle_before,
                         std::uint32_t circle_after, BallLoops& out) const {
     const Vec3 offset = network_.point[point].position - boundary_.centre(ball);
-    out.loops.point.push_back(onHullGrid(offset / boundary_.worldRadius()));
+    out.loops.point.push_back(onHullGrid(offset / boundary_.worldRadiusOf(ball).value));
     out.loops.circles.push_back({circle_before, circle_after});
     out.network_point.push_back(point);
 }
 
 bool BallLoopMaker::isNearlyTangent(std::uint32_t ball, std::uint32_t other) const {
     const Vec3 offset = toDouble(boundary_.position[other] - boundary_.position[ball]);
-    const double diameter = 2 * static_cast<double>(boundary_.radius);
-    return dot(offset, offset) > diameter * diameter * (1 - 1e-12);
+    const auto own = static_cast<double>(boundary_.radiusOf(ball)), r = static_cast<double>(boundary_.radiusOf(other));
+    const double squared = dot(offset, offset), sum = own + r, difference = own - r;
+    const bool from_outside = squared > sum * sum * (1 - 1e-12);
+    return from_outside || (difference > 0 && squared < difference * difference * (1 + 1e-12));
 }
 
 void BallLoopMaker::addCycle(std::uint32_t ball, std::span<const std::uint32_t> cycle, BallLoops& out) const {

@@ -24,7 +24,7 @@ Dual sinc(Dual x) {
 }
 
 // Distance from the centre of a circle at which samples of it are placed.
-Dual liftedRadius(Dual radius, double sphere_radius) { return radius * (1 - kArcLift) + kArcLift * sphere_radius; }
+Dual liftedRadius(Dual radius, Dual sphere_radius) { return radius * (1 - kArcLift) + kArcLift * sphere_radius; }
 
 // The sample of a piece of a circle: an arc of angle `covered` with its middle at `angle`.
 BoundarySample arcSample(const IntersectionCircle& circle, Dual angle, Dual covered) {
@@ -188,7 +188,7 @@ SamplesInRadii boundarySamples(const BallBoundary& boundary, const std::vector<D
     const double area = kAreaWeight * 2 * kTurn * radius / static_cast<double>(directions);
     const auto forPieces = [&](std::size_t l, const auto& visit) {
         const auto [low, high] = network.line[l].balls;
-        IntersectionCircle circle(balls[low], balls[high], radius);
+        IntersectionCircle circle(balls[low], radius, balls[high], radius);
         Dual angle = kTurn;
         if (l < arcs) {
             circle.setZeroTowards(network.point[network.arc_start[l] / 3]);

@@ -239,6 +239,7 @@ std::vector<std::uint32_t> exposureCandidates(const SnappedParticles& particles)
         return indicesWhere(is_covered.size(), [&](std::uint32_t i) { return !is_covered[i]; });
     };
     if (!particles.is_covered.empty()) return uncovered(particles.is_covered);
+    if (!particles.radius_of.empty()) return indicesWhere(particles.size(), [](std::uint32_t) { return true; });
     std::vector<CellOffset> offset(particles.size());
     parallelFor(particles.cell.size(), 64, [&](std::size_t c) {
         const Vec3i corner = particles.cell[c] * (2 * particles.radius);

@@ -14,13 +14,15 @@ namespace {
 constexpr float kNegligible = 1e-6F;  // sine of a cap's half-angle below which it counts as covering nothing
 
 // For each cap of half-angle α, in: cosine = cos α, scale = sin² α; out: scale is the factor that turns
-// cos α - direction · axis into the rim distance of FacePoints. Negligible caps become farther than kMaxRimDistance.
+// cos α - direction · axis into the rim distance of FacePoints. Negligible caps become farther than kMaxRimDistance;
+// one that covers all but a negligible part covers every direction.
 BETAMESH_EVERY_CPU
 void setScales(std::size_t n, float* cosine, float* scale) {
 #pragma GCC ivdep
     for (std::size_t i = 0; i < n; ++i) {
         const float sine = std::sqrt(scale[i] > 0 ? scale[i] : 0), width = sine / static_cast<float>(kWideCapSine);
-        cosine[i] = sine < kNegligible ? static_cast<float>(2 * kMaxRimDistance) : cosine[i];
+        const float none_or_all = cosine[i] > 0 ? static_cast<float>(2 * kMaxRimDistance) : -2;
+        cosine[i] = sine < kNegligible ? none_or_all : cosine[i];
         scale[i] = sine < kNegligible ? 1 : 1 / (sine * (width < 1 ? width : 1) + std::numeric_limits<float>::min());
     }
 }
@@ -81,23 +83,26 @@ struct FindCovered {
 
 }  // namespace
 
-ExposedDirections::ExposedDirections(const std::vector<Vec3>& directions, std::int64_t radius)
+ExposedDirections::ExposedDirections(const std::vector<Vec3>& directions)
     : all_(directions),
       candidates_(all_),
       rim_distance_(all_.size()),
       nearest_cap_(all_.size()),
       candidate_number_(directions.size()),
-      directions_(directions.size()),
-      per_diameter_(0.5 / static_cast<double>(radius)) {}
+      directions_(directions.size()) {}
 
-void ExposedDirections::find(const ExposedRegion& region, const std::vector<Neighbour>& neighbours,
+void ExposedDirections::find(const ExposedRegion& region, const std::vector<Neighbour>& neighbours, std::int64_t radius,
                              std::vector<ExposedDirection>& exposed) {
     const ExposedRegion::Planes& caps = region.planes();
     const std::size_t n = neighbours.size();
     cosine_.assign(caps.distance.begin(), caps.distance.begin() + static_cast<std::ptrdiff_t>(n));
     scale_.resize(n);
-    for (std::size_t i = 0; i < n; ++i)  // in doubles: the digits left by cancellation matter where balls barely meet
-        scale_[i] = static_cast<float>(1 - neighbours[i].squared * per_diameter_ * per_diameter_);
+    const auto own = static_cast<double>(radius);
+    const double per_diameter = 0.5 / own;
+    for (std::size_t i = 0; i < n; ++i) {  // in doubles: the digits left by cancellation matter where balls barely meet
+        const double share = neighbours[i].power(own) / neighbours[i].squared;  // 1 for a ball of the same radius
+        scale_[i] = static_cast<float>(1 - neighbours[i].squared * per_diameter * per_diameter * (share * share));
+    }
     setScales(n, cosine_.data(), scale_.data());
 
     onThisCpu(FindCovered{all_, caps, cosine_, region.bounding(), rim_distance_});

@@ -22,13 +22,14 @@ struct ExposedDirection {
 /// Finds which of a set of directions are exposed on a ball. One object serves many balls in turn.
 class ExposedDirections {
 public:
-    ExposedDirections(const std::vector<Vec3>& directions, std::int64_t radius);
+    explicit ExposedDirections(const std::vector<Vec3>& directions);
 
-    /// Appends the exposed directions of a ball, ascending. region: constructed from these neighbours, which are all
-    /// within 2R. ExposedDirection::nearest is a row of SnappedParticles here, kInvalidIndex where there is no cap.
+    /// Appends the exposed directions of a ball of this radius, ascending. region: constructed from these neighbours,
+    /// which are all whose spheres meet its own. ExposedDirection::nearest is a row of SnappedParticles here,
+    /// kInvalidIndex where there is no cap.
     ///
     /// cost    O(directions · bounding neighbours + exposed directions · neighbours), in single precision
-    void find(const ExposedRegion& region, const std::vector<Neighbour>& neighbours,
+    void find(const ExposedRegion& region, const std::vector<Neighbour>& neighbours, std::int64_t radius,
               std::vector<ExposedDirection>& exposed);
 
 private:
@@ -37,7 +38,6 @@ private:
     std::vector<float> cosine_, scale_;  // of each cap, see setScales()
     std::vector<std::uint32_t> candidate_number_;
     std::size_t directions_;
-    double per_diameter_;
 };
 
 }  // namespace betamesh

@@ -36,10 +36,10 @@ public:
         return {along(twice_[0]), along(twice_[1]), along(twice_[2])};
     }
     // +1 if it lies beyond the bisector of another neighbour, 0 if on it, -1 otherwise.
-    int sideOf(const Neighbour& other) const {
+    int sideOf(const Neighbour& other, double radius) const {
         const Vec3i u(other.offset);
         const Int beyond =
-            u.x * twice_[0] + u.y * twice_[1] + u.z * twice_[2] - static_cast<Int>(other.squared) * scale_;
+            u.x * twice_[0] + u.y * twice_[1] + u.z * twice_[2] - static_cast<Int>(other.power(radius)) * scale_;
         return ((beyond > 0) - (beyond < 0)) * (scale_ > 0 ? 1 : -1);
     }
 
@@ -170,7 +170,14 @@ Vec3 exitFromBall(const Vec3& inner, const Vec3& outer) {
 
 }  // namespace
 
-void ExposedRegion::setPlanes(const std::vector<Neighbour>& neighbours) {
+// The distance of a bisector from the centre of the ball, in radii. length: of the neighbour's offset.
+double ExposedRegion::distanceOf(const Neighbour& neighbour, double length) const {
+    const double r = neighbour.radius;
+    return (length + (radius_ * radius_ - r * r) / length) / (2 * radius_);
+}
+
+void ExposedRegion::setPlanes(const std::vector<Neighbour>& neighbours, std::int64_t radius) {
+    radius_ = static_cast<double>(radius);
     const std::size_t n = neighbours.size(), whole = (n + kLanes - 1) / kLanes * kLanes;
     auto& [x, y, z, distance] = planes_;
     for (std::vector<float>* axis : {&x, &y, &z, &distance}) axis->resize(whole);
@@ -182,6 +189,9 @@ void ExposedRegion::setPlanes(const std::vector<Neighbour>& neighbours) {
         distance[i] = static_cast<float>(neighbour.squared);
     }
     toPlanes(n, static_cast<float>(0.5 / radius_), x.data(), y.data(), z.data(), distance.data());
+    for (std::size_t i = 0; i < n; ++i)
+        if (neighbours[i].radius != radius)
+            distance[i] = static_cast<float>(distanceOf(neighbours[i], std::sqrt(neighbours[i].squared)));
     for (std::size_t i = n; i < whole; ++i) {
         x[i] = y[i] = z[i] = 0;
         distance[i] = kOutOfReach;
@@ -273,9 +283,9 @@ bool ExposedRegion::clip(std::uint32_t neighbour) {
     if (free == kMostBisectors) return false;
     const Neighbour& n = (*all_)[neighbour];
     const double length = std::sqrt(n.squared);
-    const double distance = length / (2 * radius_);
-    const Bisector& bisector =
-        bisector_[free] = {n.offset / length, exact_ ? distance : distance + kSlack, n.offset, n.squared, neighbour};
+    const double distance = distanceOf(n, length);
+    const Bisector& bisector = bisector_[free] = {n.offset / length, exact_ ? distance : distance + kSlack, n.offset,
+                                                  n.power(radius_), neighbour};
 
     for (std::size_t c = 0; c < vertices_; c += 4)  // up to three more are computed, and ignored
         for (std::size_t k = c; k < c + 4; ++k)
@@ -357,7 +367,7 @@ bool ExposedRegion::verifyVertex(std::size_t vertex) {
 // Exact: +1 if a vertex lies beyond the bisector of a neighbour, 0 if on it, -1 otherwise.
 int ExposedRegion::sideOf(const CellVertex& vertex, const Neighbour& neighbour) const {
     const auto& [a, b, c] = vertex.bisector;
-    return BisectorIntersection(bisector_[a], bisector_[b], bisector_[c]).sideOf(neighbour);
+    return BisectorIntersection(bisector_[a], bisector_[b], bisector_[c]).sideOf(neighbour, radius_);
 }
 
 // As verifyVertex(), with exact signs. A neighbour whose bisector passes through the vertex matters, too.
@@ -374,7 +384,7 @@ bool ExposedRegion::verifyExactly(std::size_t vertex) {
         if (x[n] * rounded.x + y[n] * rounded.y + z[n] * rounded.z - unused_distance_[n] < least) continue;
         const Neighbour& neighbour = (*all_)[n];
         const double length = std::sqrt(neighbour.squared);
-        double far = dot(position, neighbour.offset / length) - length / (2 * radius_);
+        double far = dot(position, neighbour.offset / length) - distanceOf(neighbour, length);
         if (far < -kRounding) continue;
         if (far < kRounding) {
             const int side = sideOf(vertex_[vertex], neighbour);
@@ -412,9 +422,9 @@ bool ExposedRegion::verifyEdges() {
     return true;
 }
 
-bool ExposedRegion::isCoveredBy(const std::vector<Neighbour>& neighbours) {
+bool ExposedRegion::isCoveredBy(const std::vector<Neighbour>& neighbours, std::int64_t radius) {
     static const CoveringDirections directions;
-    setPlanes(neighbours);
+    setPlanes(neighbours, radius);
     rim_.resize(neighbours.size());
     setRims(rim_.size(), planes_.distance.data(), static_cast<float>(directions.cosine),
             static_cast<float>(directions.sine), rim_.data());
@@ -426,8 +436,8 @@ bool ExposedRegion::isCoveredBy(const std::vector<Neighbour>& neighbours) {
     return empty();
 }
 
-void ExposedRegion::construct(const std::vector<Neighbour>& neighbours) {
-    setPlanes(neighbours);
+void ExposedRegion::construct(const std::vector<Neighbour>& neighbours, std::int64_t radius) {
+    setPlanes(neighbours, radius);
     all_ = &neighbours;
     construct();
 }

@@ -13,11 +13,12 @@ namespace betamesh {
 /// Finds which neighbours of a ball bound the exposed part of its sphere. Conservative by 1e-5 radii: a neighbour that
 /// matters is never missed. One object serves many balls in turn.
 ///
-/// A neighbour covers what lies beyond the bisector plane between the two, so the exposed part is the sphere within the
-/// ball's Voronoi cell. Only the part of that cell outside the ball is constructed: a tetrahedron round the ball is
-/// clipped by bisectors until no vertex outside the ball, and no point where an edge leaves the ball, lies beyond any
-/// bisector. Each clip uses the bisector that the tested point lies farthest beyond. (Measured: taking the nearest
-/// neighbour instead is 50 % slower, the relatively farthest bisector 10 %, starting from a cube 10 % in dense cells.)
+/// A neighbour covers what lies beyond the plane in which the two spheres meet, their bisector, so the exposed part is
+/// the sphere within the ball's cell of the power diagram (with one radius, the Voronoi diagram). Only the part of that
+/// cell outside the ball is constructed: a tetrahedron round the ball is clipped by bisectors until no vertex outside
+/// the ball, and no point where an edge leaves the ball, lies beyond any bisector. Each clip uses the bisector that the
+/// tested point lies farthest beyond. (Measured: taking the nearest neighbour instead is 50 % slower, the relatively
+/// farthest bisector 10 %, starting from a cube 10 % in dense cells.)
 ///
 /// Where too many planes pass too close to its vertices, for example when many particles lie on a sphere of the radius,
 /// the whole cell is constructed instead, with exact signs.
@@ -34,14 +35,12 @@ public:
         std::vector<float> x, y, z, distance;
     };
 
-    explicit ExposedRegion(std::int64_t radius) : radius_(static_cast<double>(radius)) {}
-
-    /// Constructs the region of a ball from all neighbours within 2R, none of which may coincide with it.
-    void construct(const std::vector<Neighbour>& neighbours);
+    /// Constructs the region of a ball from all neighbours whose spheres meet its own.
+    void construct(const std::vector<Neighbour>& neighbours, std::int64_t radius);
 
     /// Do the neighbours surely cover the whole sphere? Fast where they are many and near: it first tests whether each
     /// of 42 directions, with all that is near it, is covered by a single neighbour.
-    bool isCoveredBy(const std::vector<Neighbour>& neighbours);
+    bool isCoveredBy(const std::vector<Neighbour>& neighbours, std::int64_t radius);
 
     bool empty() const { return outer_ == 0; }
     /// The neighbours that matter: what lies in none of their balls is exposed.
@@ -66,7 +65,7 @@ private:
         bool covers_only;  // bounds no exposed part
         auto operator<=>(const Relevant&) const = default;
     };
-    // A vertex of the Voronoi cell, where three bisectors meet: counter-clockwise seen from outside.
+    // A vertex of the cell, where three bisectors meet: counter-clockwise seen from outside.
     struct CellVertex {
         std::array<std::uint8_t, 3> bisector;
         bool outer;                         // not inside the ball
@@ -82,7 +81,8 @@ private:
     };
 
     Vec3 positionOf(std::size_t vertex) const { return {x_[vertex], y_[vertex], z_[vertex]}; }
-    void setPlanes(const std::vector<Neighbour>& neighbours);
+    void setPlanes(const std::vector<Neighbour>& neighbours, std::int64_t radius);
+    double distanceOf(const Neighbour& neighbour, double length) const;
     void construct();
     void startWithTetrahedron();
     void constructCell();
@@ -101,7 +101,7 @@ private:
     void verifyVertices();
     bool verifyEdges();
 
-    double radius_;
+    double radius_ = 0;  // of the ball
     const std::vector<Neighbour>* all_ = nullptr;
     Planes planes_;
     std::vector<float> unused_distance_;  // as planes_.distance, out of reach for bisectors already used

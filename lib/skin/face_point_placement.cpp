@@ -6,16 +6,19 @@
 
 namespace betamesh {
 
-CompressedRows<NearTangentNeighbour> nearTangentNeighbours(const std::vector<DualVec3>& balls,
-                                                           const ArcNetwork& network, const FacePoints& points,
-                                                           double radius) {
+CompressedRows<NearTangentNeighbour> nearTangentNeighbours(const BallBoundary& boundary,
+                                                           const std::vector<DualVec3>& balls,
+                                                           const ArcNetwork& network, const FacePoints& points) {
     return sortedIntoRows<NearTangentNeighbour>(balls.size(), balls.size(), [&](std::size_t b, const auto& visit) {
+        const Dual radius = boundary.worldRadiusOf(b);
         for (const std::uint32_t l : network.at_ball[b]) {
             const ArcLine& line = network.line[l];
-            if (line.radius.value >= kWideCapSine * radius) continue;
-            const DualVec3 offset = balls[line.balls[line.balls[0] == b ? 1 : 0]] - balls[b];
-            const Dual distance = length(offset);
-            visit(b, NearTangentNeighbour{offset / distance, distance / (2 * radius)});
+            if (line.radius.value >= kWideCapSine * radius.value) continue;
+            const std::uint32_t other = line.balls[line.balls[0] == b ? 1 : 0];
+            const DualVec3 offset = balls[other] - balls[b];
+            const Dual distance = length(offset), r = boundary.worldRadiusOf(other);
+            visit(b, NearTangentNeighbour{offset / distance,
+                                          (distance + (radius * radius - r * r) / distance) / (2 * radius)});
         }
         for (std::uint32_t p = points.begin[b]; p < points.begin[b + 1]; ++p)
             if (const FacePoints::Contact* contact = points.contactOf(p))

@@ -21,9 +21,9 @@ struct NearTangentNeighbour {
 };
 
 /// The near-tangent neighbours of each ball that no wider cap covers; on others the rim of the wider cap is nearer.
-CompressedRows<NearTangentNeighbour> nearTangentNeighbours(const std::vector<DualVec3>& balls,
-                                                           const ArcNetwork& network, const FacePoints& points,
-                                                           double radius);
+CompressedRows<NearTangentNeighbour> nearTangentNeighbours(const BallBoundary& boundary,
+                                                           const std::vector<DualVec3>& balls,
+                                                           const ArcNetwork& network, const FacePoints& points);
 
 /// Positions of face points relative to their balls, in ball radii. Points are rows of FacePoints. With
 /// Appearance::on_boundary all lie on the sphere, and those too close to a rim are not used. With Appearance::gradual

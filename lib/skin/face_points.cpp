@@ -14,7 +14,7 @@ namespace betamesh {
 namespace {
 
 constexpr std::size_t kBallsPerTask = 256;
-// Squared distance of balls, in squared diameters, from which on they cover nothing of each other.
+// Squared distance of balls, over the square of their radii's sum, from which on they cover nothing of each other.
 constexpr double kTangentSquared = 1 - 1e-12;
 // Radii: a point closer to a ball's centre is covered by it.
 constexpr double kSurelyInside = 1 - 1e-6;
@@ -44,9 +44,10 @@ std::uint32_t ballOf(const BallBoundary& boundary, std::uint32_t snapped_row) {
                                                         : kInvalidIndex;
 }
 
-// Rim distance of a direction from one cap, and its rate. offset: from the ball to the other one, in radii.
-Dual rimDistance(const DualVec3& direction, const DualVec3& offset) {
-    const Dual distance = length(offset), cosine = distance / 2;
+// Rim distance of a direction from one cap, and its rate. offset: from the ball to the other one, and that one's
+// radius, both in radii of the ball.
+Dual rimDistance(const DualVec3& direction, const DualVec3& offset, Dual radius) {
+    const Dual distance = length(offset), cosine = (distance + (1 - radius * radius) / distance) / 2;
     const Dual sine = squareRoot(1 - cosine * cosine);
     const Dual along = dot(direction, offset) / distance;
     const Dual width = sine.value < kWideCapSine ? sine * sine / kWideCapSine : sine;
@@ -60,8 +61,10 @@ std::pair<double, std::uint32_t> nearestCap(const Vec3& direction, const std::ve
     std::pair<double, std::uint32_t> nearest{kMaxRimDistance, kInvalidIndex};
     for (const Neighbour& n : neighbours) {
         if (nearest.first <= least) break;
-        if (n.squared > 4 * radius * radius * kTangentSquared) continue;
-        const double rim_distance = rimDistance({direction, Vec3(0)}, {n.offset / radius, Vec3(0)}).value;
+        const double sum = radius + n.radius;
+        if (n.squared > sum * sum * kTangentSquared) continue;
+        const double rim_distance =
+            rimDistance({direction, Vec3(0)}, {n.offset / radius, Vec3(0)}, n.radius / radius).value;
         if (rim_distance < nearest.first) nearest = {rim_distance, n.particle};
     }
     return nearest;
@@ -80,41 +83,43 @@ bool anyInStrides(std::span<const std::uint32_t> items, const Is& is) {
 
 // For each ball the others that are about to touch it in a point that no third ball covers, ascending.
 std::vector<std::vector<std::uint32_t>> ballsNearContact(const BallBoundary& boundary) {
-    const double radius = static_cast<double>(boundary.radius), diameter = 2 * radius;
-    const double reach = diameter * (1 + kContactGap / 2), covered = kSurelyInside * radius * kSurelyInside * radius;
+    const double reach = 2 * static_cast<double>(boundary.radius) * (1 + kContactGap / 2);
     std::vector<Vec3> position(boundary.position.size());
     parallelFor(position.size(), 4096, [&](std::size_t b) { position[b] = toDouble(boundary.position[b]); });
     const auto positionOf = [&](std::size_t b) -> const Vec3& { return position[b]; };
     const CellGrid order(boundary.position.size(), reach, positionOf);
     std::vector<std::vector<std::uint32_t>> near(boundary.position.size());
     struct Buffers {
-        std::vector<double> x, y, z, squared;
+        std::vector<double> x, y, z, squared, radius;
         std::vector<std::uint32_t> found, covering;
     };
     forCellsAndNeighbours(reach, order, order, positionOf, [&, buffers = Buffers()](auto cell, auto around) mutable {
-        auto& [x, y, z, squared, found, covering] = buffers;
+        auto& [x, y, z, squared, radius, found, covering] = buffers;
         const std::size_t n = around.size();
-        for (std::vector<double>* column : {&x, &y, &z, &squared}) column->resize(n);
+        for (std::vector<double>* column : {&x, &y, &z, &squared, &radius}) column->resize(n);
         for (std::size_t k = 0; k < n; ++k) {
             const Vec3& p = position[around[k]];
             x[k] = p.x, y[k] = p.y, z[k] = p.z;
+            radius[k] = static_cast<double>(boundary.radiusOf(around[k]));
         }
         found.resize(n + 1);
         covering.resize(n + 1);  // balls that may cover part of this one, itself among them
         for (const std::uint32_t row : order.rowsOf(cell)) {
             const Vec3 here = position[row];
+            const auto own = static_cast<double>(boundary.radiusOf(row));
             squaredDistances(Box(here), x.data(), y.data(), z.data(), n, squared.data());
             std::size_t pair_count = 0, cover_count = 0;
             for (std::uint32_t k = 0; k < n; ++k) {
                 found[pair_count] = covering[cover_count] = k;
-                cover_count += squared[k] <= diameter * diameter;
-                pair_count += (squared[k] > diameter * diameter) & (squared[k] < reach * reach);
+                const double sum = own + radius[k], near_contact = sum + kContactGap * std::min(own, radius[k]);
+                cover_count += squared[k] <= sum * sum;
+                pair_count += (squared[k] > sum * sum) & (squared[k] < near_contact * near_contact);
             }
             for (const std::uint32_t other : std::span(found).first(pair_count)) {
-                const Vec3 offset = position[around[other]] - here,
-                           contact = here + offset * (radius / offset.length());
+                const Vec3 offset = position[around[other]] - here, contact = here + offset * (own / offset.length());
                 const auto isCovering = [&](std::uint32_t k) {
-                    return (position[around[k]] - contact).length2() < covered;
+                    const double inside = kSurelyInside * radius[k];
+                    return (position[around[k]] - contact).length2() < inside * inside;
                 };
                 if (!anyInStrides(std::span(covering).first(cover_count), isCovering))
                     near[row].push_back(around[other]);
@@ -134,7 +139,10 @@ FacePoints facePoints(const SnappedParticles& particles, const BallBoundary& bou
     const std::vector<Vec3>& fixed = points.directions.position;
 
     const auto offsetTo = [&](std::size_t b, std::uint32_t other) {
-        return (balls[other] - balls[b]) / boundary.worldRadius();
+        return (balls[other] - balls[b]) / boundary.worldRadiusOf(b);
+    };
+    const auto ratioTo = [&](std::size_t b, std::uint32_t other) {
+        return boundary.worldRadiusOf(other) / boundary.worldRadiusOf(b);
     };
     const std::vector<std::vector<std::uint32_t>> near = ballsNearContact(boundary);
     const std::size_t tasks = (balls.size() + kBallsPerTask - 1) / kBallsPerTask;
@@ -148,8 +156,9 @@ FacePoints facePoints(const SnappedParticles& particles, const BallBoundary& bou
             const auto add = [&](std::uint32_t d, const DualVec3& outwards, double rim_distance,
                                  std::uint32_t nearest) {
                 part.direction.push_back(d);
-                part.rim_distance.push_back(nearest == kInvalidIndex ? Dual(rim_distance)
-                                                                     : rimDistance(outwards, offsetTo(b, nearest)));
+                part.rim_distance.push_back(nearest == kInvalidIndex
+                                                ? Dual(rim_distance)
+                                                : rimDistance(outwards, offsetTo(b, nearest), ratioTo(b, nearest)));
             };
             for (const auto& [d, nearest, rim_distance] : boundary.exposed[b])
                 add(d, {fixed[d], Vec3(0)}, rim_distance, nearest);
@@ -159,12 +168,13 @@ FacePoints facePoints(const SnappedParticles& particles, const BallBoundary& bou
                 const Dual distance = length(offset);
                 const DualVec3 towards = offset / distance;
                 const auto [rim_distance, nearest] = nearestCap(
-                    towards.position, neighbours, static_cast<double>(boundary.radius), kMinContactSeparation);
+                    towards.position, neighbours, static_cast<double>(boundary.radiusOf(b)), kMinContactSeparation);
                 if (!(rim_distance > kMinContactSeparation) || hasPointNear(towards.position, fixed, part, before))
                     continue;
                 add(static_cast<std::uint32_t>(fixed.size() + part.contact.size()), towards, rim_distance,
                     ballOf(boundary, nearest));
-                part.contact.push_back({towards, 1 - (distance - 2) / kContactGap});
+                const Dual ratio = ratioTo(b, other), smaller = ratio.value < 1 ? ratio : Dual(1);
+                part.contact.push_back({towards, 1 - (distance - (1 + ratio)) / (smaller * kContactGap)});
             }
             part.count.push_back(static_cast<std::uint32_t>(part.direction.size() - before));
         }

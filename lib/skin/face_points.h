@@ -24,7 +24,8 @@ struct FacePoints {
     /// A point in the direction of a ball that is about to touch this one.
     struct Contact {
         DualVec3 direction;  ///< unit vector
-        Dual weight;         ///< contact weight: 0 where the gap is kContactGap, 1 where the balls touch
+        Dual weight;         ///< contact weight: 0 where the gap is kContactGap radii of the smaller ball, 1 where they
+                             ///< touch
     };
     Icosphere directions;
     std::vector<Contact> contact;

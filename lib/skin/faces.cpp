@@ -20,28 +20,41 @@ constexpr std::size_t kBallsPerTask = 256;
 constexpr int kGreatCirclesPerArc = 16;       // tried in turn, from different points of the arc
 constexpr std::size_t kManyNeighbours = 256;  // from here on only those that bound the exposed part are looked at
 
+// Is the cap of a wider than that of b?
+bool isWider(const Neighbour& a, const Neighbour& b, std::int64_t radius) {
+    // the caps' planes are at distances p / 2|u|
+    using Int = __int128;
+    const auto own = static_cast<double>(radius);
+    const auto p = static_cast<Int>(a.power(own)), q = static_cast<Int>(b.power(own));
+    if ((p < 0) != (q < 0)) return p < 0;
+    const Int nearer = p * p * static_cast<std::int64_t>(b.squared),
+              farther = q * q * static_cast<std::int64_t>(a.squared);
+    return nearer != farther && (nearer < farther) != (p < 0);
+}
+
 // The number of connected groups that the neighbours' caps on one sphere form, by exact signs.
 std::size_t capGroups(std::vector<Neighbour> neighbours, std::int64_t radius) {
     // The widest caps first: a cap within another meets no third cap that the other does not meet, and in dense cells
     // nearly all caps are within another. While the caps so far form one group, it is enough to meet one of them.
-    std::sort(neighbours.begin(), neighbours.end(), [](const auto& a, const auto& b) { return a.squared < b.squared; });
-    std::vector<Vec3i> caps;
+    std::sort(neighbours.begin(), neighbours.end(),
+              [&](const auto& a, const auto& b) { return isWider(a, b, radius); });
+    std::vector<OffsetBall> caps;
     std::vector<std::uint32_t> met;
     UnionFind touching(neighbours.size());
     const auto groups = [&] { return touching.groups() - (neighbours.size() - caps.size()); };
-    const auto isWithinAnother = [&](const Vec3i& cap) {
+    const auto isWithinAnother = [&](const OffsetBall& cap) {
         met.clear();
         const bool one_group = groups() == 1;
         for (std::uint32_t b = 0; b < caps.size() && !(one_group && !met.empty()); ++b) {
             if (ballExists(caps[b], cap, radius))
                 met.push_back(b);
-            else if (coversCircle(cap, caps[b]))
-                return true;
+            else if (coversCircle(cap, caps[b], radius) || coversCircle(caps[b], cap, radius))
+                return true;  // the latter where both have the same circle
         }
         return false;
     };
     for (const Neighbour& neighbour : neighbours) {
-        const Vec3i cap(neighbour.offset);
+        const OffsetBall cap = neighbour.ball();
         if (isWithinAnother(cap)) continue;
         const auto number = static_cast<std::uint32_t>(caps.size());
         for (const std::uint32_t b : met) touching.join(b, number);
@@ -80,7 +93,8 @@ Arc circleOf(const BallBoundary& boundary, std::uint32_t ball, std::uint32_t oth
     const Vec3 aside = std::abs(arc.axis.x) < 0.5 ? Vec3(1, 0, 0) : Vec3(0, 1, 0);
     arc.x = cross(arc.axis, aside).normalized();
     arc.y = cross(arc.axis, arc.x);
-    arc.height = distance / (2 * static_cast<double>(boundary.radius));
+    const auto radius = static_cast<double>(boundary.radiusOf(ball)), r = static_cast<double>(boundary.radiusOf(other));
+    arc.height = (distance + (radius * radius - r * r) / distance) / (2 * radius);
     arc.begin = 0;
     arc.sweep = 2 * std::numbers::pi;
     arc.cycle = cycle;
@@ -186,7 +200,7 @@ void groupFaces(const SnappedParticles& particles, BallBoundary& boundary) {
     std::vector<std::uint32_t> group(cycles_of.item.size());
     parallelRanges(balls, kBallsPerTask, [&](std::size_t first_ball, std::size_t last_ball) {
         NeighbourFinder finder(particles);
-        ExposedRegion region(particles.radius);
+        ExposedRegion region;
         std::vector<Neighbour> neighbours;
         for (auto ball = static_cast<std::uint32_t>(first_ball); ball < last_ball; ++ball) {
             const auto cycles = cycles_of[ball];
@@ -194,8 +208,9 @@ void groupFaces(const SnappedParticles& particles, BallBoundary& boundary) {
             UnionFind groups(cycles.size());
             finder.find(boundary.snapped_row[ball], neighbours);
             const bool many = neighbours.size() >= kManyNeighbours;  // the caps of few cover as much as all
-            if (many) region.construct(neighbours);
-            const std::size_t groups_of_caps = capGroups(many ? region.neighbours() : neighbours, particles.radius);
+            const std::int64_t radius = boundary.radiusOf(ball);
+            if (many) region.construct(neighbours, radius);
+            const std::size_t groups_of_caps = capGroups(many ? region.neighbours() : neighbours, radius);
             const std::size_t faces = cycles.size() + 1 - groups_of_caps;
             if (faces == 1)
                 for (std::uint32_t c = 1; c < cycles.size(); ++c) groups.join(0, c);

@@ -87,7 +87,7 @@ struct Ball {
     const std::vector<Vec3>& on_grid;              // all points on the hull's grid
     const FacePointPlacement& placement;
     DualVec3 centre;
-    double radius;
+    Dual radius;
 
     std::size_t inLoops() const { return loops.network_point.size(); }
     std::size_t given() const { return loops.loops.point.size(); }  // without new points
@@ -255,7 +255,9 @@ private:
             part_.volume_offsets += ball_.placement.hasVolumeOffset(p);
         } else {
             const Vec3 direction = toDouble(filling_.new_point[v - ball_.given()]).normalized();
-            part_.add({{ball_.centre.position + direction * ball_.radius, ball_.centre.velocity}, Dual(0)});
+            part_.add({{ball_.centre.position + direction * ball_.radius.value,
+                        ball_.centre.velocity + direction * ball_.radius.rate},
+                       Dual(0)});
         }
         return number;
     }
@@ -274,8 +276,7 @@ private:
 
 BetaMesh completeTessellation(const BallBoundary& boundary, const std::vector<DualVec3>& balls, ArcNetwork network,
                               FacePoints points, const ArcSubdivision& subdivision) {
-    const CompressedRows<NearTangentNeighbour> near_tangent =
-        nearTangentNeighbours(balls, network, points, boundary.worldRadius());
+    const CompressedRows<NearTangentNeighbour> near_tangent = nearTangentNeighbours(boundary, balls, network, points);
     std::exchange(network.line, {}), std::exchange(network.at_ball, {});  // large and no longer needed
     const std::vector<std::uint32_t> first_face = firstFaces(boundary);
     const BallLoopMaker maker(boundary, network);
@@ -312,7 +313,7 @@ BetaMesh completeTessellation(const BallBoundary& boundary, const std::vector<Du
             on_grid.resize(loops.point.size());
             std::transform(loops.point.begin(), loops.point.end(), on_grid.begin(), toDouble);
             const Ball ball{ball_loops, network,   face_point, direction.size(),
-                            on_grid,    placement, balls[b],   boundary.worldRadius()};
+                            on_grid,    placement, balls[b],   boundary.worldRadiusOf(b)};
             if (in_loops == 0 && loops.perhaps_above.empty()) {  // an isolated sphere
                 FillingAdder(ball, {points.directions.triangles, {}, {}}, parts[task], buffers);
                 continue;
@@ -372,10 +373,10 @@ BetaMesh completeTessellation(const BallBoundary& boundary, const std::vector<Du
                     mesh.rim_distance[v] = part.other[p - kNewPoint].rim_distance;
                     continue;
                 }
-                mesh.vertex[v] = balls[b] + placement.at(p) * boundary.worldRadius();
+                mesh.vertex[v] = balls[b] + placement.at(p) * boundary.worldRadiusOf(b);
                 mesh.rim_distance[v] = placement.rimDistance(p);
                 if (placement.hasVolumeOffset(p))
-                    *offset++ = {v, placement.volumeOffset(p, near_tangent[b]) * boundary.worldRadius()};
+                    *offset++ = {v, placement.volumeOffset(p, near_tangent[b]) * boundary.worldRadiusOf(b)};
             }
         }
         std::transform(part.triangles.begin(), part.triangles.end(), mesh.triangles.begin() + triangles[task],

@@ -7,6 +7,7 @@
 #include "skin/constants.h"
 
 #include <algorithm>
+#include <array>
 #include <utility>
 
 namespace betamesh {
@@ -30,18 +31,21 @@ Vec3 dampedSolution(const Vec3 q[3], const double speed[3], double damping) {
 struct SphereEquations {
     Vec3 q[3];
     Vec3 velocity[3];
+    double growth[3];  // rates of the radii
     double determinant;
 
-    SphereEquations(const Vec3& vertex, const DualVec3& a, const DualVec3& b, const DualVec3& c)
+    SphereEquations(const Vec3& vertex, const DualVec3& a, const DualVec3& b, const DualVec3& c,
+                    const std::array<double, 3>& rates)
         : q{(vertex - a.position).normalized(), (vertex - b.position).normalized(), (vertex - c.position).normalized()},
           velocity{a.velocity, b.velocity, c.velocity},
+          growth{rates[0], rates[1], rates[2]},
           determinant(dot(q[0], cross(q[1], q[2]))) {}
 
     // 1 where the equations are singular, 0 and below where they are well-conditioned.
     double illConditioning() const { return 1 - std::abs(determinant) / kWellConditioned; }
-    // The right-hand sides q_m·(v_m - base): speeds along q relative to a base velocity.
+    // The right-hand sides q_m·(v_m - base) + ṙ_m: speeds along q relative to a base velocity.
     void relativeSpeeds(const Vec3& base, double speed[3]) const {
-        for (int m = 0; m < 3; ++m) speed[m] = dot(q[m], velocity[m] - base);
+        for (int m = 0; m < 3; ++m) speed[m] = dot(q[m], velocity[m] - base) + growth[m];
     }
     Vec3 solved() const {
         const Vec3 mean = (velocity[0] + velocity[1] + velocity[2]) / 3;
@@ -61,12 +65,13 @@ struct SphereEquations {
 // Rigid motion of the particles near one, as a function of the offset from it in quanta.
 RigidMotionFit rigidMotion(const Particles& particles, const SnappedParticles& snapped, std::uint32_t around,
                            NeighbourFinder& finder, std::vector<Neighbour>& neighbours) {
-    const auto reach = 4 * static_cast<double>(snapped.radius) * static_cast<double>(snapped.radius);
+    const auto own = static_cast<std::int32_t>(snapped.radiusOf(around));
     finder.find(around, neighbours);
-    neighbours.push_back({Vec3(0, 0, 0), 0, around});
+    neighbours.push_back({Vec3(0, 0, 0), 0, around, own});
     RigidMotionFit fit;
+    if (particles.velocity.empty()) return fit;
     for (const Neighbour& n : neighbours) {
-        const double w = 1 - n.squared / (1.0001 * reach);
+        const double reach = static_cast<double>(own) + n.radius, w = 1 - n.squared / (1.0001 * (reach * reach));
         fit.add(n.offset, Vec3(particles.velocity[snapped.row[n.particle]]), w * w);
     }
     return fit;
@@ -95,9 +100,11 @@ std::vector<DualVec3> boundaryVertices(const Particles& particles, const Snapped
         std::uint32_t fitted = kInvalidIndex;  // ball of the last fit: neighbouring vertices share it
         for (std::size_t v = begin; v < end; ++v) {
             vertices[v].position = boundary.vertex[v];
-            if (particles.velocity.empty()) continue;
+            if (particles.velocity.empty() && boundary.radius_rate.empty()) continue;
             const Triangle& t = boundary.triangle[v];
-            const SphereEquations spheres(boundary.vertex[v], balls[t[0]], balls[t[1]], balls[t[2]]);
+            const auto rate = [&](std::size_t m) { return boundary.worldRadiusOf(t[m]).rate; };
+            const SphereEquations spheres(boundary.vertex[v], balls[t[0]], balls[t[1]], balls[t[2]],
+                                          {rate(0), rate(1), rate(2)});
             if (spheres.illConditioning() <= 0) {
                 vertices[v].velocity = spheres.solved();
                 continue;

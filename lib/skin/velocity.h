@@ -13,7 +13,7 @@ namespace betamesh {
 std::vector<DualVec3> ballCentres(const BallBoundary& boundary, const Particles& particles);
 
 /// The pure beta vertices with their velocities. A vertex c on the spheres round p1, p2, p3 keeps its distance r from
-/// each of them: q_m·ċ = q_m·v_m with q_m = c - p_m, three equations for ċ. They are solved exactly where
+/// each of them: q_m·ċ = q_m·v_m + r ṙ_m with q_m = c - p_m, three equations for ċ. They are solved exactly where
 /// |q1·(q2 × q3)| / r³ >= kWellConditioned. Below that, where the balls barely meet or two particles nearly coincide,
 /// the solution is blended continuously into the rigid motion of the particles within two radii of p1.
 ///

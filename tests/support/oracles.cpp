@@ -36,23 +36,31 @@ TriangleSet canonical(const std::vector<Triangle>& triangles) {
     return set;
 }
 
-TriangleSet bruteForceAlphaTriangles(const Particles& particles, double radius) {
-    const SnappedParticles snapped = snapParticles(particles, radius);
+TriangleSet bruteForceAlphaTriangles(const SnappedParticles& snapped) {
     TriangleSet found;
     forEveryOrientedTriplet(static_cast<std::uint32_t>(snapped.size()), [&](auto a, auto b, auto c) {
-        const Vec3i &origin = snapped.position[a], u = snapped.position[b] - origin, v = snapped.position[c] - origin;
-        if (!ballExists(u, v, snapped.radius)) return;
+        const std::int64_t radius = snapped.radiusOf(a);
+        const auto ball = [&](std::uint32_t p) {
+            return OffsetBall{snapped.position[p] - snapped.position[a], snapped.radiusOf(p)};
+        };
+        const OffsetBall u = ball(b), v = ball(c);
+        if (!ballExists(u, v, radius)) return;
         for (std::uint32_t p = 0; p < snapped.size(); ++p) {
-            const Vec3i w = snapped.position[p] - origin;
-            if (p == a || p == b || p == c || w.dot(w) > 4 * snapped.radius * snapped.radius) continue;
-            if (insideBall(u, v, w, 1, snapped.radius)) return;
+            if (p == a || p == b || p == c) continue;
+            const OffsetBall w = ball(p);
+            if (spheresMeet(w, radius)) {
+                if (insideBall(u, v, w, 1, radius)) return;
+            } else if (const std::int64_t wider = w.radius - radius;
+                       wider > 0 && w.centre.dot(w.centre) < wider * wider) {
+                return;  // ball a is inside w
+            }
         }
         found.insert(smallestFirst({snapped.row[a], snapped.row[b], snapped.row[c]}));
     });
     return found;
 }
 
-TriangleSet perturbedAlphaTriangles(const Particles& particles, double radius) {
+TriangleSet perturbedAlphaTriangles(const SnappedParticles& snapped) {
     using Real =
         boost::multiprecision::number<boost::multiprecision::cpp_bin_float<3000, boost::multiprecision::digit_base_2>,
                                       boost::multiprecision::et_off>;
@@ -63,7 +71,6 @@ TriangleSet perturbedAlphaTriangles(const Particles& particles, double radius) {
         return Point{p[1] * q[2] - p[2] * q[1], p[2] * q[0] - p[0] * q[2], p[0] * q[1] - p[1] * q[0]};
     };
 
-    const SnappedParticles snapped = snapParticles(particles, radius);
     const auto n = static_cast<std::uint32_t>(snapped.size());
     std::vector<std::uint32_t> rank(n);  // in lexicographic order
     for (std::uint32_t i = 0; i < n; ++i)
@@ -76,7 +83,7 @@ TriangleSet perturbedAlphaTriangles(const Particles& particles, double radius) {
         const Vec3i& p = snapped.position[i];
         centre[i] = {Real(p.x), Real(p.y), Real(p.z)};
         // R² + η + ε_rank with η = 2^-200, ε_k = 2^-(450 + 180 k)
-        squared_radius[i] = Real(snapped.radius) * snapped.radius + ldexp(Real(1), -200) +
+        squared_radius[i] = Real(snapped.radiusOf(i)) * snapped.radiusOf(i) + ldexp(Real(1), -200) +
                             ldexp(Real(1), -450 - 180 * static_cast<int>(rank[i]));
     }
 

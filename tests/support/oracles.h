@@ -4,6 +4,7 @@
 
 #include "betamesh/mesh.h"
 #include "betamesh/particles.h"
+#include "exact/snapped_particles.h"
 
 #include <set>
 
@@ -14,13 +15,13 @@ using TriangleSet = std::set<Triangle>;
 
 TriangleSet canonical(const std::vector<Triangle>& triangles);
 
-/// The paper's Algorithm 1 with exact predicates: every triplet, both sides, every other particle.
-/// Coincident particles count once, as the smallest row. O(n⁴).
-TriangleSet bruteForceAlphaTriangles(const Particles& particles, double radius);
+/// The paper's Algorithm 1 with exact predicates: every triplet, both sides, every other particle. Triangles are of input
+/// rows. O(n⁴).
+TriangleSet bruteForceAlphaTriangles(const SnappedParticles& particles);
 
 /// The same without tie rules: in floating point of 3,000 bits, for balls whose squared radii differ by the tiny
 /// amounts that break ties. O(n⁴), for at most 12 particles.
-TriangleSet perturbedAlphaTriangles(const Particles& particles, double radius);
+TriangleSet perturbedAlphaTriangles(const SnappedParticles& particles);
 
 /// The generalised winding number of a closed mesh about a point, from solid angles.
 double windingNumber(const Mesh& mesh, const Vec3& point);

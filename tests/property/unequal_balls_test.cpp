@@ -1,0 +1,288 @@
+// Properties of the boundary of balls of different radii.
+
+#include "base/icosphere.h"
+#include "base/random.h"
+#include "base/union_find.h"
+#include "betamesh/check.h"
+#include "skin/arcs.h"
+#include "skin/ball_boundary.h"
+#include "skin/coverage.h"
+#include "skin/face_points.h"
+#include "skin/faces.h"
+#include "skin/tessellate.h"
+#include "skin/velocity.h"
+#include "support/clouds.h"
+#include "support/oracles.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <map>
+
+namespace betamesh {
+
+namespace {
+
+struct UnequalCloud {
+    std::string name;
+    Particles particles;
+    std::vector<double> radius;  // of each ball
+};
+
+BallBoundary boundaryOf(const SnappedParticles& snapped) {
+    BallBoundary boundary = ballBoundary(snapped, exposureCandidates(snapped));
+    groupFaces(snapped, boundary);
+    return boundary;
+}
+
+TriangleSet trianglesOfRows(const BallBoundary& boundary) {
+    std::vector<Triangle> triangles;
+    for (const Triangle& t : boundary.triangle)
+        triangles.push_back({boundary.row[t[0]], boundary.row[t[1]], boundary.row[t[2]]});
+    return canonical(triangles);
+}
+
+/// Radii of a cloud: two sizes, a continuous range up to a ratio of 20, powers of two, or a slowly varying field.
+std::vector<double> radiiFor(const Cloud& cloud, std::uint64_t kind, std::uint64_t seed) {
+    Random random(seed);
+    std::vector<double> radii;
+    for (const Vec3f& p : cloud.particles.position) {
+        const double u = random.unit();
+        const double factor = kind == 0   ? (u < 0.5 ? 1 : 0.5)
+                              : kind == 1 ? std::pow(20, -u)
+                              : kind == 2 ? std::ldexp(1.0, -static_cast<int>(4 * u))
+                                          : 0.625 + 0.375 * std::sin(p.x / cloud.radius);
+        radii.push_back(cloud.radius * factor);
+    }
+    return radii;
+}
+
+void forEveryUnequalCloud(std::uint64_t random_clouds, const std::function<void(const UnequalCloud&)>& check) {
+    std::uint64_t seed = 0;
+    forEveryCloud(random_clouds, [&](const Cloud& cloud) {
+        if (cloud.particles.size() == 0 || cloud.particles.size() > 400) return;
+        for (std::uint64_t kind = 0; kind < 4 && !testing::Test::HasFailure(); ++kind) {
+            SCOPED_TRACE("radii " + std::to_string(kind));
+            check({cloud.name, cloud.particles, radiiFor(cloud, kind, ++seed)});
+        }
+    });
+}
+
+/// A cloud of grid points with radii of half-integers: nearly every predicate is a tie, balls touch from inside and
+/// outside, and centres coincide.
+UnequalCloud tiedCloud(std::uint64_t seed) {
+    UnequalCloud cloud;
+    cloud.name = "seed " + std::to_string(seed);
+    std::uint64_t state = seed * 7919 + 17;
+    const auto next = [&](std::uint64_t below) {
+        state = state * 6364136223846793005u + 1442695040888963407u;
+        return (state >> 33) % below;
+    };
+    const std::uint64_t count = 4 + next(6), side = 2 + next(3), flat = 1 + next(2), sizes = 2 + next(3);
+    constexpr double kRadii[] = {1.0, 0.5, 1.5, 2.0, 2.5, 0.25};
+    const std::uint64_t first = next(3);
+    for (std::uint64_t i = 0; i < count; ++i) {
+        cloud.particles.position.emplace_back(static_cast<float>(next(side)), static_cast<float>(next(side)),
+                                              static_cast<float>(next(flat)));
+        cloud.radius.push_back(kRadii[first + next(std::min<std::uint64_t>(sizes, 6 - first))]);
+    }
+    return cloud;
+}
+
+struct Tessellated {
+    BallBoundary boundary;
+    Mesh mesh;
+};
+
+Tessellated tessellated(const UnequalCloud& cloud, Appearance appearance, double angle) {
+    const SnappedParticles snapped = snapParticles(cloud.particles, cloud.radius);
+    const Icosphere directions = icosphereOf(angle);
+    BallBoundary boundary = ballBoundary(snapped, exposureCandidates(snapped), directions.position);
+    groupFaces(snapped, boundary);
+    const std::vector<DualVec3> balls = ballCentres(boundary, cloud.particles);
+    const ArcSubdivision subdivision{angle, 0, appearance};
+    const ArcNetwork network =
+        arcPoints(boundary, balls, boundaryVertices(cloud.particles, snapped, boundary, balls), subdivision);
+    Mesh mesh = asMesh(
+        completeTessellation(boundary, balls, network, facePoints(snapped, boundary, balls, directions), subdivision));
+    return {std::move(boundary), std::move(mesh)};
+}
+
+void expectAClosedManifoldWithoutCrossings(const UnequalCloud& cloud) {
+    for (const Appearance appearance : {Appearance::on_boundary, Appearance::gradual}) {
+        const Tessellated made = tessellated(cloud, appearance, 0.25);
+        CheckParams params;
+        params.tolerance = 1e-6 * made.boundary.worldRadius();
+        const MeshCheck check = checkMesh(made.mesh, params);
+        EXPECT_EQ(check.open_edges.count, 0U);
+        EXPECT_EQ(check.misoriented_edges.count, 0U);
+        EXPECT_EQ(check.nonmanifold_edges.count, 0U);
+        EXPECT_EQ(check.nonmanifold_vertices.count, 0U);
+        EXPECT_EQ(check.repeated_vertices.count, 0U);
+        EXPECT_EQ(check.euler, eulerCharacteristic(made.boundary));
+        EXPECT_EQ(check.crossings.count, 0U) << "the deepest: " << check.deepest / made.boundary.worldRadius();
+    }
+}
+
+}  // namespace
+
+TEST(UnequalBalls, TiesAreBrokenAsForSlightlyDifferentRadii) {
+    std::size_t triangles = 0;
+    for (std::uint64_t seed = 0; seed < 600 && !testing::Test::HasFailure(); ++seed) {
+        const UnequalCloud cloud = tiedCloud(seed);
+        SCOPED_TRACE(cloud.name);
+        const SnappedParticles snapped = snapParticles(cloud.particles, cloud.radius);
+        const TriangleSet found = trianglesOfRows(boundaryOf(snapped));
+        EXPECT_EQ(found, perturbedAlphaTriangles(snapped));
+        triangles += found.size();
+    }
+    EXPECT_GT(triangles, 1000U);
+}
+
+TEST(UnequalBalls, AgreeWithBruteForceTriangleForTriangle) {
+    forEveryUnequalCloud(500, [](const UnequalCloud& cloud) {
+        if (cloud.particles.size() > 60) return;
+        const SnappedParticles snapped = snapParticles(cloud.particles, cloud.radius);
+        EXPECT_EQ(trianglesOfRows(boundaryOf(snapped)), bruteForceAlphaTriangles(snapped));
+    });
+}
+
+TEST(UnequalBalls, OfOneRadiusAreThoseOfThatRadius) {
+    forEveryCloud(100, [](const Cloud& cloud) {
+        const SnappedParticles one = snapParticles(cloud.particles, cloud.radius);
+        const SnappedParticles each =
+            snapParticles(cloud.particles, std::vector<double>(cloud.particles.size(), cloud.radius));
+        EXPECT_EQ(one.position, each.position);
+        EXPECT_EQ(one.row, each.row);
+        EXPECT_TRUE(each.radius_of.empty());
+    });
+}
+
+TEST(UnequalBalls, ArcsPairUpAndEveryComponentIsAClosedSurface) {
+    const auto check = [](const UnequalCloud& cloud) {
+        const SnappedParticles snapped = snapParticles(cloud.particles, cloud.radius);
+        const BallBoundary boundary = boundaryOf(snapped);
+        for (std::uint32_t h = 0; h < boundary.twin.size(); ++h) {
+            const std::uint32_t t = boundary.twin[h];
+            ASSERT_EQ(boundary.twin[t], h);
+            ASSERT_EQ(boundary.triangle[h / 3][h % 3], boundary.triangle[t / 3][(t + 1) % 3]);
+        }
+        ASSERT_EQ(boundary.cycle.item.size(), boundary.twin.size());
+        UnionFind pieces(boundary.face.size());
+        std::map<std::uint32_t, std::uint32_t> face_of_cycle;
+        for (std::uint32_t f = 0; f < boundary.face.size(); ++f)
+            for (const std::uint32_t c : boundary.face[f])
+                ASSERT_TRUE(face_of_cycle.emplace(c, f).second) << "a cycle bounds two faces";
+        ASSERT_EQ(face_of_cycle.size(), boundary.cycle.size() + 2 * boundary.circle.size());
+        std::vector<std::uint32_t> cycle_of(boundary.twin.size());
+        for (std::uint32_t c = 0; c < boundary.cycle.size(); ++c)
+            for (const std::uint32_t h : boundary.cycle[c]) {
+                ASSERT_EQ(boundary.triangle[h / 3][h % 3],
+                          boundary.triangle[boundary.cycle[c][0] / 3][boundary.cycle[c][0] % 3]);
+                cycle_of[h] = c;
+            }
+        for (std::uint32_t h = 0; h < boundary.twin.size(); ++h)
+            pieces.join(face_of_cycle[cycle_of[h]], face_of_cycle[cycle_of[nextInTriangle(h)]]);
+        for (std::uint32_t k = 0; k < boundary.circle.size(); ++k) {
+            const auto row = static_cast<std::uint32_t>(boundary.cycle.size()) + 2 * k;
+            pieces.join(face_of_cycle[row], face_of_cycle[row + 1]);
+        }
+        const std::int64_t euler = eulerCharacteristic(boundary);
+        EXPECT_EQ(euler % 2, 0);
+        EXPECT_LE(euler, 2 * static_cast<std::int64_t>(pieces.groups()));
+    };
+    forEveryUnequalCloud(600, check);
+    for (std::uint64_t seed = 0; seed < 2000 && !testing::Test::HasFailure(); ++seed) {
+        SCOPED_TRACE("tied cloud " + std::to_string(seed));
+        check(tiedCloud(seed));
+    }
+}
+
+TEST(UnequalBalls, VerticesAreOnThreeSpheresAndInsideNone) {
+    forEveryUnequalCloud(200, [](const UnequalCloud& cloud) {
+        const SnappedParticles snapped = snapParticles(cloud.particles, cloud.radius);
+        const BallBoundary boundary = boundaryOf(snapped);
+        for (std::size_t v = 0; v < boundary.vertex.size(); ++v)
+            for (std::uint32_t p = 0; p < snapped.size(); ++p) {
+                const double distance = (boundary.vertex[v] - toDouble(snapped.position[p]) * snapped.quantum).length();
+                EXPECT_GE(distance, static_cast<double>(snapped.radiusOf(p)) * snapped.quantum * (1 - 1e-6) -
+                                        1e-6 * boundary.worldRadius());
+            }
+    });
+}
+
+TEST(UnequalBalls, AreExposedWhereNoOtherBallCoversThem) {
+    constexpr double kInDoubt = 2e-5;  // of cosines in single precision
+    const std::vector<Vec3> directions = icosphere(3).position;
+    std::size_t exposed = 0, covered = 0;
+    forEveryUnequalCloud(300, [&](const UnequalCloud& cloud) {
+        if (cloud.particles.size() > 200) return;
+        const SnappedParticles snapped = snapParticles(cloud.particles, cloud.radius);
+        const BallBoundary boundary = ballBoundary(snapped, exposureCandidates(snapped), directions);
+        ASSERT_EQ(boundary.exposed.size(), boundary.position.size());
+        for (std::size_t b = 0; b < boundary.position.size(); ++b) {
+            std::span<const ExposedDirection> listed = boundary.exposed[b];
+            const auto own = static_cast<double>(boundary.radiusOf(b));
+            for (std::uint32_t d = 0; d < directions.size(); ++d) {
+                double least = 1;  // cos α - cos β, of caps of half-angle α that the direction is at β from
+                for (std::uint32_t p = 0; p < snapped.size(); ++p) {
+                    const Vec3 offset = toDouble(snapped.position[p] - boundary.position[b]);
+                    const double distance = offset.length(), radius = static_cast<double>(snapped.radiusOf(p));
+                    if (distance == 0 || distance > own + radius || distance < own - radius) continue;
+                    const double cosine = (distance * distance + own * own - radius * radius) / (2 * distance * own);
+                    const bool is_negligible = 1 - cosine * cosine < 1e-8;
+                    if (is_negligible && cosine > 0) continue;    // hides next to nothing
+                    if (is_negligible && cosine < 0) least = -1;  // hides next to everything
+                    least = std::min(least, cosine - dot(offset, directions[d]) / distance);
+                }
+                const bool is_listed = !listed.empty() && listed.front().direction == d;
+                if (std::abs(least) > kInDoubt) {
+                    ASSERT_EQ(is_listed, least > 0) << "ball " << b;
+                }
+                is_listed ? ++exposed : ++covered;
+                if (is_listed) listed = listed.subspan(1);
+            }
+            ASSERT_TRUE(listed.empty()) << "ball " << b;
+        }
+    });
+    EXPECT_GT(exposed, 10000U);
+    EXPECT_GT(covered, 10000U);
+}
+
+TEST(UnequalBalls, AreMeshedClosedAndWithoutCrossings) {
+    forEveryUnequalCloud(200, expectAClosedManifoldWithoutCrossings);
+    for (std::uint64_t seed = 0; seed < 300 && !testing::Test::HasFailure(); ++seed) {
+        SCOPED_TRACE("tied cloud " + std::to_string(seed));
+        expectAClosedManifoldWithoutCrossings(tiedCloud(seed));
+    }
+}
+
+TEST(UnequalBalls, AreMeshedWithTheVolumeOfTheirUnion) {
+    for (std::uint64_t seed = 0; seed < 12; ++seed) {
+        SCOPED_TRACE("seed " + std::to_string(seed));
+        Random random(seed);
+        UnequalCloud cloud;
+        for (int i = 0; i < 12; ++i) {
+            cloud.particles.position.emplace_back(random.cube());
+            cloud.radius.push_back(random.between(0.05, 1));
+        }
+        const Mesh mesh = tessellated(cloud, Appearance::on_boundary, 0.05).mesh;
+        double volume = 0;
+        for (const auto& [a, b, c] : mesh.triangles)
+            volume += dot(mesh.position[a], cross(mesh.position[b], mesh.position[c])) / 6;
+        constexpr int kPoints = 1000000;
+        int inside = 0;
+        for (int i = 0; i < kPoints; ++i) {
+            const Vec3 point = random.cube() * 2;
+            for (std::size_t b = 0; b < cloud.radius.size(); ++b)
+                if ((point - Vec3(cloud.particles.position[b])).length() < cloud.radius[b]) {
+                    ++inside;
+                    break;
+                }
+        }
+        const double expected = 64.0 * inside / kPoints;
+        EXPECT_NEAR(volume, expected, 0.02 * expected);
+    }
+}
+
+}  // namespace betamesh
