@@ -82,7 +82,7 @@ struct MeetingPoints {
     double d = 0, d_error;  // D and a bound on its error
 
     MeetingPoints(const Neighbour& u, const Neighbour& v, double radius)
-        : p(u.power(radius)), q(v.power(radius)), normal(cross(u.offset, v.offset)), n_squared(dot(normal, normal)) {
+        : p(u.power), q(v.power), normal(cross(u.offset, v.offset)), n_squared(dot(normal, normal)) {
         const double four_rr_n = 4 * radius * radius * n_squared;
         if (u.radius == radius && v.radius == radius) {
             const Vec3 edge = u.offset - v.offset;
@@ -99,12 +99,12 @@ struct MeetingPoints {
     Vec3 circumcentre(const Vec3& u, const Vec3& v) const { return cross(p * v - q * u, normal) / (2 * n_squared); }
     // |p_u||v| + |p_v||u|: magnitude of the terms that cancel in p_u v - p_v u.
     double cancellingTerms(const Neighbour& u, const Neighbour& v) const {
-        return std::abs(p) * std::sqrt(v.squared) + std::abs(q) * std::sqrt(u.squared);
+        return std::abs(p) * std::sqrt(v.squaredDistance()) + std::abs(q) * std::sqrt(u.squaredDistance());
     }
 };
 
-Neighbour neighbourOf(const OffsetBall& ball) {
-    return {toDouble(ball.centre), static_cast<double>(square(ball.centre)), 0, static_cast<std::int32_t>(ball.radius)};
+Neighbour neighbourOf(const OffsetBall& ball, std::int64_t radius) {
+    return {toDouble(ball.centre), static_cast<double>(power(ball, radius)), 0, static_cast<std::int32_t>(ball.radius)};
 }
 
 }  // namespace
@@ -117,7 +117,7 @@ bool spheresMeet(const OffsetBall& u, std::int64_t radius) {
 bool ballExists(const OffsetBall& u, const OffsetBall& v, std::int64_t radius) {
     if (!spheresMeet(u, radius) || !spheresMeet(v, radius) || !spheresMeet({v.centre - u.centre, v.radius}, u.radius))
         return false;
-    const MeetingPoints points(neighbourOf(u), neighbourOf(v), static_cast<double>(radius));
+    const MeetingPoints points(neighbourOf(u, radius), neighbourOf(v, radius), static_cast<double>(radius));
     if (points.n_squared == 0) return false;
     if (std::abs(points.d) > points.d_error) return points.d > 0;
     const Vec3i n = cross(u.centre, v.centre);

@@ -55,19 +55,14 @@ int turn(const Vec3i& u, const Vec3i& a, const Vec3i& b);
 /// The sign of (u × a) · (u × b): +1 where a and b are less than a quarter turn apart, about the axis u.
 int sameSide(const Vec3i& u, const Vec3i& a, const Vec3i& b);
 
-/// A neighbour of a particle: its offset, the squared length of that, and the radius of its ball, in quanta; all hold
-/// integers.
+/// A neighbour of a particle: its offset, its power, and the radius of its ball, in quanta; all hold integers.
 struct Neighbour {
     Vec3 offset;
-    double squared;
+    double power;  ///< |offset|² + R² - radius², where R is the particle's own radius
     std::uint32_t particle;
     std::int32_t radius;
 
-    /// |offset|² + R² - radius², where R is the particle's own radius.
-    double power(double own_radius) const {
-        const double r = radius;
-        return squared + (own_radius * own_radius - r * r);
-    }
+    double squaredDistance() const { return dot(offset, offset); }
     OffsetBall ball() const { return {Vec3i(offset), radius}; }
 };
 
@@ -83,7 +78,7 @@ public:
     Vec3 centre(int side) const { return side > 0 ? circumcentre_ + height_ : circumcentre_ - height_; }
     /// Is the point on that side, centre(side), inside the ball of w?
     bool contains(const Vec3& centre, int side, const Neighbour& w) const {
-        const double power = w.power(radius_) - 2 * dot(w.offset, centre);
+        const double power = w.power - 2 * dot(w.offset, centre);
         if (power > tolerance_) return false;
         if (power < -tolerance_) return true;
         return insideBall(u_.ball(), v_.ball(), w.ball(), side, static_cast<std::int64_t>(radius_));

@@ -361,7 +361,8 @@ void NeighbourFinder::find(std::uint32_t particle, Reach reach, std::vector<Neig
         for (const std::uint32_t k : near) {
             const std::int32_t radius = particles_.radius_of[candidates.particle[k]];
             const double sum = own + radius, difference = own - radius;
-            neighbours[found] = {candidates.at(k) - position, squared_[k], candidates.particle[k], radius};
+            neighbours[found] = {candidates.at(k) - position, squared_[k] + sum * difference, candidates.particle[k],
+                                 radius};
             const bool touches = squared_[k] <= sum * sum;
             const bool is_inside = difference > 0 && squared_[k] < difference * difference;
             found += squared_[k] > 0 && touches && !is_inside;

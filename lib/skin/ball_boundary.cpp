@@ -82,7 +82,7 @@ bool isFullCircle(const Vec3& origin, const Neighbour& other, const std::vector<
 bool isHidden(const std::vector<Neighbour>& neighbours, std::int64_t radius) {
     return std::any_of(neighbours.begin(), neighbours.end(), [&](const Neighbour& n) {
         const auto difference = static_cast<double>(n.radius - radius);
-        return difference > 0 && n.squared < difference * difference;
+        return difference > 0 && n.squaredDistance() < difference * difference;
     });
 }
 
@@ -341,10 +341,10 @@ std::optional<UnpairedEdge> ballWithoutTriangle(const SnappedParticles& particle
         if (is_in_boundary[exposed[s]]) continue;
         finder.find(exposed[s], neighbours);
         for (const Vec3& direction : sphere.position) {
-            const auto covers = [&](const Neighbour& n) { return reach * dot(direction, n.offset) >= n.squared; };
+            const auto covers = [&](const Neighbour& n) { return reach * dot(direction, n.offset) >= n.power; };
             if (std::any_of(neighbours.begin(), neighbours.end(), covers)) continue;
             const auto nearest = std::min_element(neighbours.begin(), neighbours.end(),
-                                                  [](const auto& a, const auto& b) { return a.squared < b.squared; });
+                                                  [](const auto& a, const auto& b) { return a.power < b.power; });
             return UnpairedEdge{particles.row[exposed[s]], particles.row[nearest->particle],
                                 "has no triangle, though the first particle's ball is exposed"};
         }

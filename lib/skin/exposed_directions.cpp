@@ -97,11 +97,13 @@ void ExposedDirections::find(const ExposedRegion& region, const std::vector<Neig
     const std::size_t n = neighbours.size();
     cosine_.assign(caps.distance.begin(), caps.distance.begin() + static_cast<std::ptrdiff_t>(n));
     scale_.resize(n);
-    const auto own = static_cast<double>(radius);
-    const double per_diameter = 0.5 / own;
+    const double per_diameter = 0.5 / static_cast<double>(radius);
     for (std::size_t i = 0; i < n; ++i) {  // in doubles: the digits left by cancellation matter where balls barely meet
-        const double share = neighbours[i].power(own) / neighbours[i].squared;  // 1 for a ball of the same radius
-        scale_[i] = static_cast<float>(1 - neighbours[i].squared * per_diameter * per_diameter * (share * share));
+        const Neighbour& neighbour = neighbours[i];
+        const double squared_cosine = neighbour.power * per_diameter * per_diameter;  // of a ball of the same radius
+        scale_[i] = static_cast<float>(1 - (neighbour.radius == radius
+                                                ? squared_cosine
+                                                : squared_cosine * (neighbour.power / neighbour.squaredDistance())));
     }
     setScales(n, cosine_.data(), scale_.data());
 

@@ -36,10 +36,9 @@ public:
         return {along(twice_[0]), along(twice_[1]), along(twice_[2])};
     }
     // +1 if it lies beyond the bisector of another neighbour, 0 if on it, -1 otherwise.
-    int sideOf(const Neighbour& other, double radius) const {
+    int sideOf(const Neighbour& other) const {
         const Vec3i u(other.offset);
-        const Int beyond =
-            u.x * twice_[0] + u.y * twice_[1] + u.z * twice_[2] - static_cast<Int>(other.power(radius)) * scale_;
+        const Int beyond = u.x * twice_[0] + u.y * twice_[1] + u.z * twice_[2] - static_cast<Int>(other.power) * scale_;
         return ((beyond > 0) - (beyond < 0)) * (scale_ > 0 ? 1 : -1);
     }
 
@@ -186,12 +185,12 @@ void ExposedRegion::setPlanes(const std::vector<Neighbour>& neighbours, std::int
         x[i] = static_cast<float>(neighbour.offset.x);
         y[i] = static_cast<float>(neighbour.offset.y);
         z[i] = static_cast<float>(neighbour.offset.z);
-        distance[i] = static_cast<float>(neighbour.squared);
+        distance[i] = static_cast<float>(neighbour.radius == radius ? neighbour.power : neighbour.squaredDistance());
     }
     toPlanes(n, static_cast<float>(0.5 / radius_), x.data(), y.data(), z.data(), distance.data());
     for (std::size_t i = 0; i < n; ++i)
         if (neighbours[i].radius != radius)
-            distance[i] = static_cast<float>(distanceOf(neighbours[i], std::sqrt(neighbours[i].squared)));
+            distance[i] = static_cast<float>(distanceOf(neighbours[i], std::sqrt(neighbours[i].squaredDistance())));
     for (std::size_t i = n; i < whole; ++i) {
         x[i] = y[i] = z[i] = 0;
         distance[i] = kOutOfReach;
@@ -282,10 +281,10 @@ bool ExposedRegion::clip(std::uint32_t neighbour) {
     const auto free = static_cast<std::size_t>(std::countr_one(bisectors_));
     if (free == kMostBisectors) return false;
     const Neighbour& n = (*all_)[neighbour];
-    const double length = std::sqrt(n.squared);
+    const double length = std::sqrt(n.squaredDistance());
     const double distance = distanceOf(n, length);
-    const Bisector& bisector = bisector_[free] = {n.offset / length, exact_ ? distance : distance + kSlack, n.offset,
-                                                  n.power(radius_), neighbour};
+    const Bisector& bisector =
+        bisector_[free] = {n.offset / length, exact_ ? distance : distance + kSlack, n.offset, n.power, neighbour};
 
     for (std::size_t c = 0; c < vertices_; c += 4)  // up to three more are computed, and ignored
         for (std::size_t k = c; k < c + 4; ++k)
@@ -367,7 +366,7 @@ bool ExposedRegion::verifyVertex(std::size_t vertex) {
 // Exact: +1 if a vertex lies beyond the bisector of a neighbour, 0 if on it, -1 otherwise.
 int ExposedRegion::sideOf(const CellVertex& vertex, const Neighbour& neighbour) const {
     const auto& [a, b, c] = vertex.bisector;
-    return BisectorIntersection(bisector_[a], bisector_[b], bisector_[c]).sideOf(neighbour, radius_);
+    return BisectorIntersection(bisector_[a], bisector_[b], bisector_[c]).sideOf(neighbour);
 }
 
 // As verifyVertex(), with exact signs. A neighbour whose bisector passes through the vertex matters, too.
@@ -383,7 +382,7 @@ bool ExposedRegion::verifyExactly(std::size_t vertex) {
     for (std::uint32_t n = 0; n < all_->size(); ++n) {
         if (x[n] * rounded.x + y[n] * rounded.y + z[n] * rounded.z - unused_distance_[n] < least) continue;
         const Neighbour& neighbour = (*all_)[n];
-        const double length = std::sqrt(neighbour.squared);
+        const double length = std::sqrt(neighbour.squaredDistance());
         double far = dot(position, neighbour.offset / length) - distanceOf(neighbour, length);
         if (far < -kRounding) continue;
         if (far < kRounding) {

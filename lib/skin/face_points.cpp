@@ -62,7 +62,7 @@ std::pair<double, std::uint32_t> nearestCap(const Vec3& direction, const std::ve
     for (const Neighbour& n : neighbours) {
         if (nearest.first <= least) break;
         const double sum = radius + n.radius;
-        if (n.squared > sum * sum * kTangentSquared) continue;
+        if (n.squaredDistance() > sum * sum * kTangentSquared) continue;
         const double rim_distance =
             rimDistance({direction, Vec3(0)}, {n.offset / radius, Vec3(0)}, n.radius / radius).value;
         if (rim_distance < nearest.first) nearest = {rim_distance, n.particle};
@@ -91,10 +91,10 @@ std::vector<std::vector<std::uint32_t>> ballsNearContact(const BallBoundary& bou
     std::vector<std::vector<std::uint32_t>> near(boundary.position.size());
     struct Buffers {
         std::vector<double> x, y, z, squared, radius;
-        std::vector<std::uint32_t> found, covering;
+        std::vector<std::uint32_t> found;
     };
     forCellsAndNeighbours(reach, order, order, positionOf, [&, buffers = Buffers()](auto cell, auto around) mutable {
-        auto& [x, y, z, squared, radius, found, covering] = buffers;
+        auto& [x, y, z, squared, radius, found] = buffers;
         const std::size_t n = around.size();
         for (std::vector<double>* column : {&x, &y, &z, &squared, &radius}) column->resize(n);
         for (std::size_t k = 0; k < n; ++k) {
@@ -103,26 +103,25 @@ std::vector<std::vector<std::uint32_t>> ballsNearContact(const BallBoundary& bou
             radius[k] = static_cast<double>(boundary.radiusOf(around[k]));
         }
         found.resize(n + 1);
-        covering.resize(n + 1);  // balls that may cover part of this one, itself among them
         for (const std::uint32_t row : order.rowsOf(cell)) {
             const Vec3 here = position[row];
             const auto own = static_cast<double>(boundary.radiusOf(row));
             squaredDistances(Box(here), x.data(), y.data(), z.data(), n, squared.data());
-            std::size_t pair_count = 0, cover_count = 0;
+            std::size_t count = 0;
             for (std::uint32_t k = 0; k < n; ++k) {
-                found[pair_count] = covering[cover_count] = k;
-                const double sum = own + radius[k], near_contact = sum + kContactGap * std::min(own, radius[k]);
-                cover_count += squared[k] <= sum * sum;
-                pair_count += (squared[k] > sum * sum) & (squared[k] < near_contact * near_contact);
+                found[count] = k;
+                count += squared[k] < reach * reach;
             }
-            for (const std::uint32_t other : std::span(found).first(pair_count)) {
+            const auto within_reach = std::span<const std::uint32_t>(found).first(count);
+            for (const std::uint32_t other : within_reach) {
+                const double sum = own + radius[other], reach_here = sum + kContactGap * std::min(own, radius[other]);
+                if (squared[other] <= sum * sum || squared[other] >= reach_here * reach_here) continue;
                 const Vec3 offset = position[around[other]] - here, contact = here + offset * (own / offset.length());
                 const auto isCovering = [&](std::uint32_t k) {
                     const double inside = kSurelyInside * radius[k];
                     return (position[around[k]] - contact).length2() < inside * inside;
                 };
-                if (!anyInStrides(std::span(covering).first(cover_count), isCovering))
-                    near[row].push_back(around[other]);
+                if (!anyInStrides(within_reach, isCovering)) near[row].push_back(around[other]);
             }
             std::sort(near[row].begin(), near[row].end());
         }

@@ -21,14 +21,13 @@ constexpr int kGreatCirclesPerArc = 16;       // tried in turn, from different p
 constexpr std::size_t kManyNeighbours = 256;  // from here on only those that bound the exposed part are looked at
 
 // Is the cap of a wider than that of b?
-bool isWider(const Neighbour& a, const Neighbour& b, std::int64_t radius) {
+bool isWider(const Neighbour& a, const Neighbour& b) {
     // the caps' planes are at distances p / 2|u|
     using Int = __int128;
-    const auto own = static_cast<double>(radius);
-    const auto p = static_cast<Int>(a.power(own)), q = static_cast<Int>(b.power(own));
+    const auto p = static_cast<Int>(a.power), q = static_cast<Int>(b.power);
     if ((p < 0) != (q < 0)) return p < 0;
-    const Int nearer = p * p * static_cast<std::int64_t>(b.squared),
-              farther = q * q * static_cast<std::int64_t>(a.squared);
+    const Int nearer = p * p * static_cast<std::int64_t>(b.squaredDistance()),
+              farther = q * q * static_cast<std::int64_t>(a.squaredDistance());
     return nearer != farther && (nearer < farther) != (p < 0);
 }
 
@@ -36,8 +35,7 @@ bool isWider(const Neighbour& a, const Neighbour& b, std::int64_t radius) {
 std::size_t capGroups(std::vector<Neighbour> neighbours, std::int64_t radius) {
     // The widest caps first: a cap within another meets no third cap that the other does not meet, and in dense cells
     // nearly all caps are within another. While the caps so far form one group, it is enough to meet one of them.
-    std::sort(neighbours.begin(), neighbours.end(),
-              [&](const auto& a, const auto& b) { return isWider(a, b, radius); });
+    std::sort(neighbours.begin(), neighbours.end(), isWider);
     std::vector<OffsetBall> caps;
     std::vector<std::uint32_t> met;
     UnionFind touching(neighbours.size());

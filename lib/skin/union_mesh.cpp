@@ -20,7 +20,7 @@ void addExposed(const Icosphere& sphere, double radius, double quantum, const st
     std::vector<std::uint8_t> inside(sphere.position.size());
     for (const Neighbour& n : neighbours) {
         for (std::size_t v = 0; v < inside.size(); ++v)
-            inside[v] = 2 * radius * dot(sphere.position[v], n.offset) > n.squared;
+            inside[v] = 2 * radius * dot(sphere.position[v], n.offset) > n.power;
         for (std::size_t t = 0; t < is_covered.size(); ++t) {
             const Triangle& corners = sphere.triangles[t];
             if (inside[corners[0]] && inside[corners[1]] && inside[corners[2]]) is_covered[t] = 1;
@@ -54,8 +54,8 @@ Mesh unionOfBalls(const SnappedParticles& particles, const BallBoundary& boundar
         std::vector<std::uint8_t> is_covered;
         for (std::size_t b = task * kBallsPerTask; b < std::min(balls.size(), (task + 1) * kBallsPerTask); ++b) {
             finder.find(boundary.snapped_row[b], neighbours);
-            addExposed(sphere, static_cast<double>(boundary.radius), boundary.quantum, neighbours, balls[b], is_covered,
-                       parts[task]);
+            addExposed(sphere, static_cast<double>(boundary.radiusOf(b)), boundary.quantum, neighbours, balls[b],
+                       is_covered, parts[task]);
         }
     });
     Mesh mesh;

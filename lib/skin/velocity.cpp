@@ -71,7 +71,8 @@ RigidMotionFit rigidMotion(const Particles& particles, const SnappedParticles& s
     RigidMotionFit fit;
     if (particles.velocity.empty()) return fit;
     for (const Neighbour& n : neighbours) {
-        const double reach = static_cast<double>(own) + n.radius, w = 1 - n.squared / (1.0001 * (reach * reach));
+        const double reach = static_cast<double>(own) + n.radius,
+                     w = 1 - n.squaredDistance() / (1.0001 * (reach * reach));
         fit.add(n.offset, Vec3(particles.velocity[snapped.row[n.particle]]), w * w);
     }
     return fit;

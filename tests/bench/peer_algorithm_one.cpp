@@ -19,12 +19,11 @@ Mesh algorithmOne(const Particles& particles, double radius) {
             for (const Neighbour& j : neighbours)
                 for (const Neighbour& k : neighbours) {
                     if (j.particle < i || k.particle < i || k.particle == j.particle) continue;
-                    const FloatBalls balls(origin, j.offset, k.offset, whole_radius);
+                    const FloatBalls balls(origin, j, k, whole_radius, whole_radius);
                     if (!balls.exist()) continue;
                     const Vec3 centre = balls.centre(1);
                     const auto blocks = [&](const Neighbour& n) {
-                        return n.particle != j.particle && n.particle != k.particle &&
-                               balls.contains(centre, 1, n.offset, n.squared);
+                        return n.particle != j.particle && n.particle != k.particle && balls.contains(centre, 1, n);
                     };
                     if (std::none_of(neighbours.begin(), neighbours.end(), blocks))
                         found[task].push_back({snapped.row[i], snapped.row[j.particle], snapped.row[k.particle]});

@@ -250,7 +250,7 @@ TEST(NeighbourFinder, SamplesADenseCell) {
         EXPECT_LT(some.size(), 1000U);
         for (const Neighbour& n : some)
             EXPECT_TRUE(std::any_of(all.begin(), all.end(), [&](const Neighbour& a) {
-                return a.particle == n.particle && a.offset == n.offset && a.squared == n.squared;
+                return a.particle == n.particle && a.offset == n.offset && a.power == n.power;
             }));
     }
 }
@@ -270,7 +270,7 @@ TEST(NeighbourFinder, FindsAllWithinReach) {
                 ASSERT_LT(next, found.size()) << "of particle " << i;
                 ASSERT_EQ(found[next].particle, k) << "of particle " << i;
                 ASSERT_EQ(found[next].offset, offset);
-                ASSERT_EQ(found[next].squared, offset.length2());
+                ASSERT_EQ(found[next].power, offset.length2());
                 ++next;
             }
             ASSERT_EQ(next, found.size()) << "of particle " << i;
