@@ -133,6 +133,21 @@ SnappedParticles sortedWithinCells(ParticlesByCell&& cells, const PositionAt& po
     return snapped;
 }
 
+// The particles by how often their radius can be doubled.
+std::shared_ptr<const std::vector<SizeClass>> sizeClasses(const SnappedParticles& snapped, std::int64_t largest) {
+    auto classes = std::make_shared<std::vector<SizeClass>>();
+    for (; largest > 0; largest /= 2) {
+        std::vector<std::uint32_t> particle = indicesWhere(snapped.size(), [&](std::uint32_t i) {
+            return snapped.radius_of[i] <= largest && snapped.radius_of[i] > largest / 2;
+        });
+        if (particle.empty()) continue;
+        CellGrid cells(particle.size(), 2 * static_cast<double>(largest),
+                       [&](std::size_t i) { return toDouble(snapped.position[particle[i]]); });
+        classes->push_back({largest, std::move(particle), std::move(cells)});
+    }
+    return classes;
+}
+
 // row[i]: the row in `particles` of item i in cells; empty where the two are the same.
 SnappedParticles snapInCells(ParticlesByCell&& cells, std::span<const std::uint32_t> row, const Particles& particles,
                              const SnapGrid& grid, std::span<const std::uint8_t> is_covered = {},
@@ -146,8 +161,10 @@ SnappedParticles snapInCells(ParticlesByCell&& cells, std::span<const std::uint3
         if (!is_covered.empty()) snapped.is_covered[i] = is_covered[snapped.row[i]];
         snapped.row[i] = rowAt(snapped.row[i]);
     });
-    if (!radii.empty())
+    if (!radii.empty()) {
         for (const std::uint32_t particle : snapped.row) snapped.radius_of.push_back(radii[particle]);
+        snapped.size_classes = sizeClasses(snapped, grid.radius());
+    }
     snapped.quantum = 1 / grid.perUnit();
     snapped.radius = grid.radius();
     if (snapped.size() > kMostInCell * snapped.cell.size())
@@ -350,34 +367,43 @@ void NeighbourFinder::find(std::uint32_t particle, Reach reach, std::vector<Neig
     const auto near = within(reach, candidates, Box(position));
     neighbours.resize(near.size());
     std::size_t found = 0;  // the particle itself, the only one at distance zero, is excluded
-    if (particles_.radius_of.empty()) {
-        const auto radius = static_cast<std::int32_t>(particles_.radius);
-        for (const std::uint32_t k : near) {
-            neighbours[found] = {candidates.at(k) - position, squared_[k], candidates.particle[k], radius};
-            found += squared_[k] > 0;
-        }
-    } else {
-        const double own = particles_.radius_of[particle];
-        for (const std::uint32_t k : near) {
-            const std::int32_t radius = particles_.radius_of[candidates.particle[k]];
-            const double sum = own + radius, difference = own - radius;
-            neighbours[found] = {candidates.at(k) - position, squared_[k] + sum * difference, candidates.particle[k],
-                                 radius};
-            const bool touches = squared_[k] <= sum * sum;
-            const bool is_inside = difference > 0 && squared_[k] < difference * difference;
-            found += squared_[k] > 0 && touches && !is_inside;
-        }
+    const auto radius = static_cast<std::int32_t>(particles_.radius);
+    for (const std::uint32_t k : near) {
+        neighbours[found] = {candidates.at(k) - position, squared_[k], candidates.particle[k], radius};
+        found += squared_[k] > 0;
     }
     neighbours.resize(found);
 }
 
+void NeighbourFinder::findInSizeClasses(std::uint32_t particle, std::vector<Neighbour>& neighbours) const {
+    neighbours.clear();
+    const Vec3i here = particles_.position[particle];
+    const Vec3 position = toDouble(here);
+    const double own = particles_.radius_of[particle];
+    for (const SizeClass& size_class : *particles_.size_classes) {
+        const Vec3 reach(own + static_cast<double>(size_class.largest));
+        size_class.cells.forRowsIn(position - reach, position + reach, [&](std::uint32_t row) {
+            const std::uint32_t other = size_class.particle[row];
+            const std::int32_t radius = particles_.radius_of[other];
+            const Vec3 offset = toDouble(particles_.position[other] - here);
+            const double squared = dot(offset, offset), sum = own + radius, difference = own - radius;
+            const bool is_inside = difference > 0 && squared < difference * difference;
+            if (squared > sum * sum || is_inside || other == particle) return;
+            neighbours.push_back({offset, squared + sum * difference, other, radius});
+        });
+    }
+    std::sort(neighbours.begin(), neighbours.end(),
+              [](const Neighbour& a, const Neighbour& b) { return a.particle < b.particle; });
+}
+
 void NeighbourFinder::find(std::uint32_t particle, std::vector<Neighbour>& neighbours) {
+    if (particles_.size_classes) return findInSizeClasses(particle, neighbours);
     enterCellOf(particle);
     find(particle, within_diameter, neighbours);
 }
 
 bool NeighbourFinder::findInDenseCell(std::uint32_t particle, std::vector<Neighbour>& neighbours) {
-    if (!particles_.radius_of.empty()) return false;
+    if (particles_.size_classes) return false;
     enterCellOf(particle);
     if (!isInDenseCell()) return false;
     find(particle, within_radius, neighbours);
@@ -385,7 +411,7 @@ bool NeighbourFinder::findInDenseCell(std::uint32_t particle, std::vector<Neighb
 }
 
 bool NeighbourFinder::findSomeInDenseCell(std::uint32_t particle, std::vector<Neighbour>& neighbours) {
-    if (!particles_.radius_of.empty()) return false;
+    if (particles_.size_classes) return false;
     enterCellOf(particle);
     if (!isInDenseCell()) return false;
     if (candidatesFor(positionInCell(particle), within_radius).particle.size() < kSampledCandidates) return false;

@@ -3,12 +3,14 @@
 #pragma once
 
 #include "base/box.h"
+#include "base/cell_grid.h"
 #include "betamesh/particles.h"
 #include "exact/predicates.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <memory>
 #include <span>
 #include <tuple>
 
@@ -70,14 +72,22 @@ struct NearSurface {
     std::size_t omitted() const { return all ? 0 : particles - row.size(); }
 };
 
+/// Particles whose balls are less than twice as large as each other, in cells of their own.
+struct SizeClass {
+    std::int64_t largest;                 ///< radius up to which these are, quanta
+    std::vector<std::uint32_t> particle;  ///< rows of SnappedParticles, ascending
+    CellGrid cells;                       ///< of these, rows of `particle`
+};
+
 /// Distinct particles, sorted by cell of edge 2R (z, then y, then x) and within a cell by position.
 /// World position = quantum · position. position, row and is_covered have one row per distinct particle.
 struct SnappedParticles {
-    double quantum = 1;                    ///< a power of two, world units
-    std::int64_t radius = 0;               ///< radius R of the largest ball in quanta, in (2^19, 2^20]
-    std::vector<std::int32_t> radius_of;   ///< of each ball, in quanta; empty: all R
-    std::vector<Vec3i> position;           ///< in quanta
-    std::vector<std::uint32_t> row;        ///< row of the particle in the input
+    double quantum = 1;                   ///< a power of two, world units
+    std::int64_t radius = 0;              ///< radius R of the largest ball in quanta, in (2^19, 2^20]
+    std::vector<std::int32_t> radius_of;  ///< of each ball, in quanta; empty: all R
+    std::shared_ptr<const std::vector<SizeClass>> size_classes;  ///< the largest balls first; null: all R
+    std::vector<Vec3i> position;                                 ///< in quanta
+    std::vector<std::uint32_t> row;                              ///< row of the particle in the input
     std::vector<std::uint8_t> is_covered;  ///< 1 where the ball is known to be covered; empty: not known
 
     std::vector<Vec3i> cell;                  ///< occupied cells, sorted by cellBefore()
@@ -187,6 +197,7 @@ private:
     Vec3 positionInCell(std::uint32_t particle) const;
     bool isInDenseCell() const;
     void find(std::uint32_t particle, Reach reach, std::vector<Neighbour>& neighbours);
+    void findInSizeClasses(std::uint32_t particle, std::vector<Neighbour>& neighbours) const;
     std::span<const std::uint32_t> within(Reach reach, const Candidates& candidates, const Box& box);
     std::span<const std::uint32_t> sampleOf(const Candidates& candidates);
     const Candidates& candidatesFor(const Vec3& position, Reach reach);

@@ -7,6 +7,7 @@
 #include <array>
 #include <atomic>
 #include <cmath>
+#include <optional>
 
 namespace betamesh {
 
@@ -31,11 +32,13 @@ using WindowWords = std::uint32_t __attribute__((vector_size(32), aligned(4)));
 using Stencil = std::array<SliceRows, kSlices>;
 
 // For each sub-voxel position of a particle: the voxels wholly inside its ball, and those its sphere passes through.
+// With balls of several radii, the voxels wholly inside the smallest, and all that the sphere of any passes through.
 struct Stencils {
     std::array<Stencil, kSubsteps * kSubsteps * kSubsteps> inside, sphere;
 };
 
-Stencils computedStencils() {
+// smallest: radius of the smallest balls, in radii of the largest.
+Stencils computedStencils(double smallest) {
     // Least and greatest squared distance along one axis between a point of a voxel and one of a sub-voxel interval.
     struct SquaredDistances {
         double least, greatest;
@@ -49,7 +52,7 @@ Stencils computedStencils() {
             along[static_cast<std::size_t>(step)][static_cast<std::size_t>(voxel + kStencilReach)] = {
                 least * least, greatest * greatest};
         }
-    constexpr double kInsideSquared = (kRadius - kSlack) * (kRadius - kSlack);
+    const double inside_squared = (kRadius * smallest - kSlack) * (kRadius * smallest - kSlack);
     constexpr double kOutsideSquared = (kRadius + kSlack) * (kRadius + kSlack);
     Stencils stencils{};
     for (std::size_t position = 0; position < stencils.inside.size(); ++position) {
@@ -60,18 +63,13 @@ Stencils computedStencils() {
             for (std::size_t y = 0; y < kSlices; ++y)
                 for (std::size_t x = 0; x < kSlices; ++x) {
                     const auto bit = static_cast<std::uint16_t>(1U << x);
-                    if (along_x[x].greatest + along_y[y].greatest + along_z[z].greatest < kInsideSquared)
+                    if (along_x[x].greatest + along_y[y].greatest + along_z[z].greatest < inside_squared)
                         stencils.inside[position][z][y] |= bit;
                     else if (along_x[x].least + along_y[y].least + along_z[z].least < kOutsideSquared)
                         stencils.sphere[position][z][y] |= bit;
                 }
     }
     return stencils;
-}
-
-const Stencils& stencils() {
-    static const Stencils tables = computedStencils();
-    return tables;
 }
 
 // The voxels of a cell and the 26 round it: rows of bits along x, [z][y]. The last rows are padding for whole reads.
@@ -179,7 +177,7 @@ std::vector<Vec3i> emptyBesideDenseCells(const std::vector<Vec3i>& cell, const s
 
 // As coveredParticles(), for a list of cells that may include empty ones.
 std::vector<std::uint8_t> coveredInCells(const std::vector<Vec3i>& cell, const std::vector<std::uint32_t>& cell_begin,
-                                         const std::vector<CellOffset>& offset) {
+                                         const std::vector<CellOffset>& offset, const Stencils& stencils) {
     constexpr std::size_t kCellsPerTask = 16;
     std::vector<Brick> bricks(cell.size(), Brick{});
     parallelRanges(bricks.size(), kCellsPerTask, [&](std::size_t first, std::size_t last) {
@@ -188,7 +186,7 @@ std::vector<std::uint8_t> coveredInCells(const std::vector<Vec3i>& cell, const s
             Window window{};
             for (std::uint32_t i = cell_begin[c]; i < cell_begin[c + 1]; ++i) {
                 const StencilPosition p = stencilPosition(offset[i]);
-                setInside(window, p, stencils().inside[p.table]);
+                setInside(window, p, stencils.inside[p.table]);
             }
             around.forEach(c, [&](const Vec3i& where, std::size_t other) {
                 if (!bricks[other].isFull()) addToBrick(bricks[other], window, where);
@@ -209,7 +207,7 @@ std::vector<std::uint8_t> coveredInCells(const std::vector<Vec3i>& cell, const s
                            [&](const Vec3i& where, std::size_t other) { addToWindow(bricks[other], window, where); });
             for (std::uint32_t i = cell_begin[c]; i < cell_begin[c + 1]; ++i) {
                 const StencilPosition p = stencilPosition(offset[i]);
-                is_covered[i] = coversAll(window, p, stencils().sphere[p.table]);
+                is_covered[i] = coversAll(window, p, stencils.sphere[p.table]);
             }
         }
     });
@@ -219,9 +217,14 @@ std::vector<std::uint8_t> coveredInCells(const std::vector<Vec3i>& cell, const s
 }  // namespace
 
 std::vector<std::uint8_t> coveredParticles(const std::vector<Vec3i>& cell, const std::vector<std::uint32_t>& cell_begin,
-                                           const std::vector<CellOffset>& offset) {
+                                           const std::vector<CellOffset>& offset, double smallest) {
+    static const Stencils of_one_radius = computedStencils(1);
+    std::optional<Stencils> of_several;
+    if (smallest < 1) of_several = computedStencils(smallest);
+    const Stencils& stencils = of_several ? *of_several : of_one_radius;
     const std::vector<Vec3i> empty = emptyBesideDenseCells(cell, cell_begin);
-    if (empty.empty()) return coveredInCells(cell, cell_begin, offset);  // the usual case, without a copy of the cells
+    if (empty.empty())
+        return coveredInCells(cell, cell_begin, offset, stencils);  // the usual case, without a copy of the cells
     std::vector<Vec3i> all(cell.size() + empty.size());
     std::merge(cell.begin(), cell.end(), empty.begin(), empty.end(), all.begin(), cellBefore);
     std::vector<std::uint32_t> begin;
@@ -231,15 +234,55 @@ std::vector<std::uint8_t> coveredParticles(const std::vector<Vec3i>& cell, const
         passed += passed < cell.size() && cell[passed] == here;
     }
     begin.push_back(cell_begin.back());
-    return coveredInCells(all, begin, offset);
+    return coveredInCells(all, begin, offset, stencils);
 }
+
+namespace {
+
+// Of each particle, 1 where its ball is covered by others of nearly the same radius. Among balls of unlike radii
+// nothing is known to be covered.
+std::vector<std::uint8_t> coveredByAlike(const SnappedParticles& particles) {
+    constexpr std::int64_t kBins = 4;  // per size class, whose radii differ by a factor of less than two
+    std::vector<std::uint8_t> is_covered(particles.size(), 0);
+    for (const SizeClass& size_class : *particles.size_classes)
+        for (std::int64_t bin = 0; bin < kBins; ++bin) {
+            const std::int64_t above = size_class.largest * (kBins + bin) / (2 * kBins),
+                               up_to = size_class.largest * (kBins + bin + 1) / (2 * kBins);
+            std::vector<std::uint32_t> alike = size_class.particle;
+            std::erase_if(alike, [&](std::uint32_t i) {
+                return particles.radius_of[i] <= above || particles.radius_of[i] > up_to;
+            });
+            if (alike.empty()) continue;
+            const auto radiusOf = [&](std::uint32_t i) { return particles.radius_of[i]; };
+            const std::int64_t smallest = radiusOf(*std::ranges::min_element(alike, {}, radiusOf)),
+                               largest = radiusOf(*std::ranges::max_element(alike, {}, radiusOf));
+            const CellGrid grid(alike.size(), static_cast<double>(2 * largest),
+                                [&](std::size_t i) { return toDouble(particles.position[alike[i]]); });
+            std::vector<Vec3i> cell;
+            std::vector<std::uint32_t> cell_begin{0};
+            std::vector<CellOffset> offset;
+            for (std::uint32_t c = 0; c < grid.cells(); ++c) {
+                const auto [z, y, x] = grid.cell(c);
+                cell.emplace_back(x, y, z);
+                cell_begin.push_back(grid.begin(c + 1));
+                for (const std::uint32_t row : grid.rowsOf(c))
+                    offset.push_back(cellOffset(particles.position[alike[row]] - cell.back() * (2 * largest), largest));
+            }
+            const std::vector<std::uint8_t> covered = coveredParticles(
+                cell, cell_begin, offset, static_cast<double>(smallest) / static_cast<double>(largest));
+            for (std::size_t i = 0; i < covered.size(); ++i) is_covered[alike[grid.rows()[i]]] = covered[i];
+        }
+    return is_covered;
+}
+
+}  // namespace
 
 std::vector<std::uint32_t> exposureCandidates(const SnappedParticles& particles) {
     const auto uncovered = [](const std::vector<std::uint8_t>& is_covered) {
         return indicesWhere(is_covered.size(), [&](std::uint32_t i) { return !is_covered[i]; });
     };
     if (!particles.is_covered.empty()) return uncovered(particles.is_covered);
-    if (!particles.radius_of.empty()) return indicesWhere(particles.size(), [](std::uint32_t) { return true; });
+    if (particles.size_classes) return uncovered(coveredByAlike(particles));
     std::vector<CellOffset> offset(particles.size());
     parallelFor(particles.cell.size(), 64, [&](std::size_t c) {
         const Vec3i corner = particles.cell[c] * (2 * particles.radius);

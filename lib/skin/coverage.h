@@ -31,12 +31,13 @@ inline CellOffset cellOffset(const Vec3i& from_corner, std::int64_t radius) {
 /// conservative: a covered particle may be missed, an exposed one is never reported. Empty cells count as not covered,
 /// except beside dense cells. Only the 27 cells round a particle can cover its ball.
 ///
-/// in      cells in order and the first particle of each, as in SnappedParticles; each particle's offset in its cell
+/// in      cells in order and the first particle of each, as in SnappedParticles; each particle's offset in its cell;
+///         smallest: radius of the smallest ball in radii R of the largest. The fewer are found the more they differ
 /// out     per particle, 1 if it is covered; particles with equal offsets in a cell get equal answers
 /// same    result for any thread count, instruction set and order of particles in a cell
 /// cost    O(n), about 40 ns per particle; 64 bytes per cell, and per empty cell beside a dense one
 std::vector<std::uint8_t> coveredParticles(const std::vector<Vec3i>& cell, const std::vector<std::uint32_t>& cell_begin,
-                                           const std::vector<CellOffset>& offset);
+                                           const std::vector<CellOffset>& offset, double smallest = 1);
 
 /// The particles whose balls may be exposed: all but the covered ones. Coverage is computed unless it is known already.
 ///

@@ -147,6 +147,33 @@ TEST(UnequalBalls, AgreeWithBruteForceTriangleForTriangle) {
     });
 }
 
+TEST(UnequalBalls, HaveAllWhoseSpheresMeetTheirsAsNeighbours) {
+    forEveryUnequalCloud(150, [](const UnequalCloud& cloud) {
+        const SnappedParticles snapped = snapParticles(cloud.particles, cloud.radius);
+        if (snapped.radius_of.empty()) return;
+        NeighbourFinder finder(snapped);
+        std::vector<Neighbour> found;
+        for (std::uint32_t i = 0; i < snapped.size(); ++i) {
+            finder.find(i, found);
+            std::size_t next = 0;
+            for (std::uint32_t other = 0; other < snapped.size(); ++other) {
+                const Vec3i offset = snapped.position[other] - snapped.position[i];
+                const std::int64_t sum = snapped.radiusOf(i) + snapped.radiusOf(other),
+                                   difference = snapped.radiusOf(i) - snapped.radiusOf(other);
+                const bool is_inside = difference > 0 && offset.length2() < difference * difference;
+                if (other == i || offset.length2() > sum * sum || is_inside) continue;
+                ASSERT_LT(next, found.size());
+                ASSERT_EQ(found[next].particle, other);
+                ASSERT_EQ(Vec3i(found[next].offset), offset);
+                ASSERT_EQ(found[next].radius, snapped.radiusOf(other));
+                ASSERT_EQ(found[next].power, static_cast<double>(offset.length2() + sum * difference));
+                ++next;
+            }
+            ASSERT_EQ(next, found.size());
+        }
+    });
+}
+
 TEST(UnequalBalls, OfOneRadiusAreThoseOfThatRadius) {
     forEveryCloud(100, [](const Cloud& cloud) {
         const SnappedParticles one = snapParticles(cloud.particles, cloud.radius);
