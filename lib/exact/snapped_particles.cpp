@@ -133,21 +133,6 @@ SnappedParticles sortedWithinCells(ParticlesByCell&& cells, const PositionAt& po
     return snapped;
 }
 
-// The particles by how often their radius can be doubled.
-std::shared_ptr<const std::vector<SizeClass>> sizeClasses(const SnappedParticles& snapped, std::int64_t largest) {
-    auto classes = std::make_shared<std::vector<SizeClass>>();
-    for (; largest > 0; largest /= 2) {
-        std::vector<std::uint32_t> particle = indicesWhere(snapped.size(), [&](std::uint32_t i) {
-            return snapped.radius_of[i] <= largest && snapped.radius_of[i] > largest / 2;
-        });
-        if (particle.empty()) continue;
-        CellGrid cells(particle.size(), 2 * static_cast<double>(largest),
-                       [&](std::size_t i) { return toDouble(snapped.position[particle[i]]); });
-        classes->push_back({largest, std::move(particle), std::move(cells)});
-    }
-    return classes;
-}
-
 // row[i]: the row in `particles` of item i in cells; empty where the two are the same.
 SnappedParticles snapInCells(ParticlesByCell&& cells, std::span<const std::uint32_t> row, const Particles& particles,
                              const SnapGrid& grid, std::span<const std::uint8_t> is_covered = {},
@@ -161,12 +146,11 @@ SnappedParticles snapInCells(ParticlesByCell&& cells, std::span<const std::uint3
         if (!is_covered.empty()) snapped.is_covered[i] = is_covered[snapped.row[i]];
         snapped.row[i] = rowAt(snapped.row[i]);
     });
-    if (!radii.empty()) {
+    if (!radii.empty())
         for (const std::uint32_t particle : snapped.row) snapped.radius_of.push_back(radii[particle]);
-        snapped.size_classes = sizeClasses(snapped, grid.radius());
-    }
     snapped.quantum = 1 / grid.perUnit();
     snapped.radius = grid.radius();
+    listSizeClasses(snapped);
     if (snapped.size() > kMostInCell * snapped.cell.size())
         throw Error(std::to_string(snapped.size()) + " particles fit into " + std::to_string(snapped.cell.size()) +
                     " cubes of the balls' diameter; expected at most " + std::to_string(kMostInCell) +
@@ -177,6 +161,22 @@ SnappedParticles snapInCells(ParticlesByCell&& cells, std::span<const std::uint3
 }
 
 }  // namespace
+
+void listSizeClasses(SnappedParticles& particles) {
+    particles.size_classes = nullptr;
+    if (particles.radius_of.empty()) return;
+    auto classes = std::make_shared<std::vector<SizeClass>>();
+    for (std::int64_t largest = particles.radius; largest > 0; largest /= 2) {
+        std::vector<std::uint32_t> particle = indicesWhere(particles.size(), [&](std::uint32_t i) {
+            return particles.radius_of[i] <= largest && particles.radius_of[i] > largest / 2;
+        });
+        if (particle.empty()) continue;
+        CellGrid cells(particle.size(), 2 * static_cast<double>(largest),
+                       [&](std::size_t i) { return toDouble(particles.position[particle[i]]); });
+        classes->push_back({largest, std::move(particle), std::move(cells)});
+    }
+    particles.size_classes = std::move(classes);
+}
 
 SnapGrid::SnapGrid(double world_radius) {
     constexpr double kSmallest = 0x1p-900, kLargest = 0x1p900;

@@ -119,6 +119,9 @@ SnappedParticles snapParticles(const Particles& particles, std::span<const doubl
 /// near.row.
 SnappedParticles snapParticles(const Particles& particles, double radius, const NearSurface& near);
 
+/// Sets size_classes from radius_of; null where all radii are equal.
+void listSizeClasses(SnappedParticles& particles);
+
 /// The order of cells: by z, then y, then x.
 inline bool cellBefore(const Vec3i& a, const Vec3i& b) { return std::tuple(a.z, a.y, a.x) < std::tuple(b.z, b.y, b.x); }
 

@@ -94,7 +94,8 @@ std::vector<std::vector<std::uint32_t>> ballsNearContact(const BallBoundary& bou
         std::vector<std::uint32_t> found;
     };
     forCellsAndNeighbours(reach, order, order, positionOf, [&, buffers = Buffers()](auto cell, auto around) mutable {
-        auto& [x, y, z, squared, radius, found] = buffers;
+        auto& [x, y, z, squared, radius_buffer, found] = buffers;
+        std::vector<double>& radius = radius_buffer;
         const std::size_t n = around.size();
         for (std::vector<double>* column : {&x, &y, &z, &squared, &radius}) column->resize(n);
         for (std::size_t k = 0; k < n; ++k) {

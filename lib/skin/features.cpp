@@ -8,6 +8,7 @@
 #include "skin/voids.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 #include <numeric>
@@ -119,11 +120,45 @@ void removeComponents(BetaMesh& mesh, const Components& components, const std::v
     for (VolumeOffset& offset : mesh.volume_offsets) offset.vertex = new_index[offset.vertex];
 }
 
+// The components with fewer than `least` particles. Components join units of particles, particlesOf(unit).
+template <typename ParticlesOf>
+SmallComponents smallAmong(const SnappedParticles& particles, UnionFind& components, std::uint32_t units,
+                           const ParticlesOf& particlesOf, std::size_t least) {
+    const std::vector<bool> on_rim = particlesOnRim(particles);
+    std::vector<std::size_t> count(units, 0);
+    for (std::uint32_t unit = 0; unit < units; ++unit)
+        for (const std::uint32_t row : particlesOf(unit)) count[components.find(unit)] += on_rim[row] ? least : 1;
+    SmallComponents small;
+    for (std::uint32_t unit = 0; unit < units; ++unit) {
+        const std::uint32_t component = components.find(unit);
+        if (count[component] >= least) continue;
+        small.count += component == unit;
+        const auto own = particlesOf(unit);
+        small.particle.insert(small.particle.end(), own.begin(), own.end());
+    }
+    parallelSort(small.particle, std::less<>());
+    return small;
+}
+
+// The same as smallComponents() for balls of different radii, neighbour by neighbour.
+SmallComponents smallComponentsOfUnequal(const SnappedParticles& particles, std::size_t least) {
+    const auto n = static_cast<std::uint32_t>(particles.size());
+    UnionFind components(n);
+    NeighbourFinder finder(particles);
+    std::vector<Neighbour> neighbours;
+    for (std::uint32_t i = 0; i < n; ++i) {
+        finder.find(i, neighbours);  // a ball inside another does not count as its neighbour, but the reverse does
+        for (const Neighbour& neighbour : neighbours) components.join(i, neighbour.particle);
+    }
+    return smallAmong(
+        particles, components, n, [](std::uint32_t i) { return std::array{i}; }, least);
+}
+
 }  // namespace
 
 SmallComponents smallComponents(const SnappedParticles& particles, std::size_t least) {
-    SmallComponents small;
-    if (particles.size() == 0) return small;
+    if (particles.size() == 0) return {};
+    if (particles.size_classes) return smallComponentsOfUnequal(particles, least);
     const MeetingCells cells(particles);
     UnionFind components(cells.size());
     for (std::int32_t dz = 0; dz <= 2; ++dz)
@@ -131,21 +166,8 @@ SmallComponents smallComponents(const SnappedParticles& particles, std::size_t l
             cells.forPairs(dz, dy, dz == 0 && dy == 0 ? 1 : -2, 2, [&](std::uint32_t a, std::uint32_t b) {
                 if (components.find(a) != components.find(b) && cells.meet(a, b)) components.join(a, b);
             });
-
-    const std::vector<bool> on_rim = particlesOnRim(particles);
-    std::vector<std::size_t> particles_of(cells.size(), 0);
-    for (std::uint32_t cell = 0; cell < cells.size(); ++cell) {
-        std::size_t& count = particles_of[components.find(cell)];
-        for (const std::uint32_t row : cells[cell]) count += on_rim[row] ? least : 1;
-    }
-    for (std::uint32_t cell = 0; cell < cells.size(); ++cell) {
-        const std::uint32_t component = components.find(cell);
-        if (particles_of[component] >= least) continue;
-        small.count += component == cell;
-        small.particle.insert(small.particle.end(), cells[cell].begin(), cells[cell].end());
-    }
-    parallelSort(small.particle, std::less<>());
-    return small;
+    return smallAmong(
+        particles, components, cells.size(), [&](std::uint32_t cell) { return cells[cell]; }, least);
 }
 
 SnappedParticles withoutRows(const SnappedParticles& particles, const std::vector<std::uint32_t>& rows) {
@@ -163,6 +185,7 @@ SnappedParticles withoutRows(const SnappedParticles& particles, const std::vecto
             rest.position.push_back(particles.position[i]);
             rest.row.push_back(particles.row[i]);
             if (!particles.is_covered.empty()) rest.is_covered.push_back(particles.is_covered[i]);
+            if (!particles.radius_of.empty()) rest.radius_of.push_back(particles.radius_of[i]);
         }
         if (rest.position.size() == first) continue;
         rest.cell.push_back(particles.cell[cell]);
@@ -170,6 +193,7 @@ SnappedParticles withoutRows(const SnappedParticles& particles, const std::vecto
         rest.cell_begin.push_back(first);
     }
     rest.cell_begin.push_back(static_cast<std::uint32_t>(rest.position.size()));
+    listSizeClasses(rest);
     return rest;
 }
 
@@ -181,7 +205,7 @@ void addSpheres(const Particles& particles, const SnappedParticles& snapped, con
         spheres.position.emplace_back(particles.position[row]);
         if (!particles.velocity.empty()) spheres.velocity.emplace_back(particles.velocity[row]);
         if (!particles.id.empty()) spheres.id.push_back(particles.id[row]);
-        spheres.radius.push_back(static_cast<float>(static_cast<double>(snapped.radius) * snapped.quantum));
+        spheres.radius.push_back(static_cast<float>(static_cast<double>(snapped.radiusOf(i)) * snapped.quantum));
     }
 }
 

@@ -9,6 +9,7 @@
 #include "skin/coverage.h"
 #include "skin/face_points.h"
 #include "skin/faces.h"
+#include "skin/features.h"
 #include "skin/tessellate.h"
 #include "skin/velocity.h"
 #include "support/clouds.h"
@@ -172,6 +173,34 @@ TEST(UnequalBalls, HaveAllWhoseSpheresMeetTheirsAsNeighbours) {
             ASSERT_EQ(next, found.size());
         }
     });
+}
+
+TEST(UnequalBalls, AreConnectedWhereTheyMeetOrContainEachOther) {
+    std::size_t left_out = 0;
+    forEveryUnequalCloud(150, [&](const UnequalCloud& cloud) {
+        constexpr std::size_t kLeast = 4;
+        const SnappedParticles snapped = snapParticles(cloud.particles, cloud.radius);
+        UnionFind groups(snapped.size());
+        for (std::uint32_t i = 0; i < snapped.size(); ++i)
+            for (std::uint32_t k = 0; k < i; ++k) {
+                const std::int64_t sum = snapped.radiusOf(i) + snapped.radiusOf(k);
+                if ((snapped.position[i] - snapped.position[k]).length2() <= sum * sum) groups.join(i, k);
+            }
+        std::vector<std::size_t> size(snapped.size(), 0);
+        for (std::uint32_t i = 0; i < snapped.size(); ++i) ++size[groups.find(i)];
+        std::vector<std::uint32_t> expected;
+        for (std::uint32_t i = 0; i < snapped.size(); ++i)
+            if (size[groups.find(i)] < kLeast) expected.push_back(i);
+        const SmallComponents small = smallComponents(snapped, kLeast);
+        EXPECT_EQ(small.particle, expected);
+        left_out += expected.size();
+
+        const SnappedParticles rest = withoutRows(snapped, expected);
+        ASSERT_EQ(rest.size(), snapped.size() - expected.size());
+        for (std::size_t i = 0; i < rest.size(); ++i)
+            EXPECT_EQ(static_cast<double>(rest.radiusOf(i)), std::round(cloud.radius[rest.row[i]] / rest.quantum));
+    });
+    EXPECT_GT(left_out, 1000U);
 }
 
 TEST(UnequalBalls, OfOneRadiusAreThoseOfThatRadius) {

@@ -15,8 +15,8 @@ using TriangleSet = std::set<Triangle>;
 
 TriangleSet canonical(const std::vector<Triangle>& triangles);
 
-/// The paper's Algorithm 1 with exact predicates: every triplet, both sides, every other particle. Triangles are of input
-/// rows. O(n⁴).
+/// The paper's Algorithm 1 with exact predicates: every triplet, both sides, every other particle. Triangles are of
+/// input rows. O(n⁴).
 TriangleSet bruteForceAlphaTriangles(const SnappedParticles& particles);
 
 /// The same without tie rules: in floating point of 3,000 bits, for balls whose squared radii differ by the tiny
