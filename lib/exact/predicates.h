@@ -10,7 +10,7 @@
 // centres. Results do not depend on the order in which particles are stored.
 //
 // source  Edelsbrunner & Mücke 1990 (simulation of simplicity); Devillers & Teillaud 2011 (lexicographic order);
-//         Edelsbrunner 1995 (the union of balls and its dual shape: power in the place of squared distance)
+//         Edelsbrunner 1993 (the union of balls: power in the place of squared distance)
 
 #pragma once
 
