@@ -38,6 +38,10 @@ __attribute__((always_inline)) inline void getLanes(const Lanes (&lanes)[n], std
     for (std::size_t i = 0; i < n; ++i)
         std::memcpy(&part[i], reinterpret_cast<const float*>(&lanes[i]) + first, sizeof part[i]);
 }
+template <std::size_t kWidth>
+__attribute__((always_inline)) inline void getLanes(const Lanes& lanes, std::size_t first, Floats<kWidth>& part) {
+    std::memcpy(&part, reinterpret_cast<const float*>(&lanes) + first, sizeof part);
+}
 template <std::size_t kWidth, std::size_t n>
 __attribute__((always_inline)) inline void setLanes(Lanes (&lanes)[n], std::size_t first,
                                                     const Floats<kWidth> (&part)[n]) {

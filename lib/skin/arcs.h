@@ -45,6 +45,12 @@ struct ArcNetwork {
 
     std::uint32_t arcSize(std::size_t a) const { return arc_begin[a + 1] - arc_begin[a]; }
     std::uint32_t circleSize(std::size_t k) const { return circle_begin[k + 1] - circle_begin[k]; }
+    /// Mean of BallBoundary::scaleOf() over the two balls of a line.
+    double scaleOfLine(std::size_t l, const BallBoundary& boundary) const {
+        return (boundary.scaleOf(line[l].balls[0]) + boundary.scaleOf(line[l].balls[1])) / 2;
+    }
+    /// The same for each point: over two balls on arcs and circles, over three at vertices. Empty if all are 1.
+    std::vector<float> pointScales(const BallBoundary& boundary) const;
     /// Radius of a line's circle in radii of the smaller of its balls.
     Dual relativeRadius(std::size_t l, const BallBoundary& boundary) const {
         const Dual a = boundary.worldRadiusOf(line[l].balls[0]), b = boundary.worldRadiusOf(line[l].balls[1]);

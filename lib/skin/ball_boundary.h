@@ -51,6 +51,10 @@ struct BallBoundary {
     Vec3 centre(std::size_t ball) const { return toDouble(position[ball]) * quantum; }
     double worldRadius() const { return static_cast<double>(radius) * quantum; }
     std::int64_t radiusOf(std::size_t ball) const { return radius_of.empty() ? radius : radius_of[ball]; }
+    /// Radius of a ball in radii of the largest.
+    double scaleOf(std::size_t ball) const {
+        return radius_of.empty() ? 1 : static_cast<double>(radius_of[ball]) / static_cast<double>(radius);
+    }
     Dual worldRadiusOf(std::size_t ball) const {
         return {static_cast<double>(radiusOf(ball)) * quantum, radius_rate.empty() ? 0 : radius_rate[ball]};
     }

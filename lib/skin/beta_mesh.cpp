@@ -42,13 +42,16 @@ void reorderVertices(BetaMesh& mesh, const std::vector<std::uint32_t>& order) {
     std::vector<std::uint32_t> new_index(order.size());
     std::vector<DualVec3> vertex(order.size());
     std::vector<Dual> rim_distance(mesh.rim_distance.size());
+    std::vector<float> scale(mesh.scale.size());
     parallelFor(order.size(), 8192, [&](std::size_t i) {
         new_index[order[i]] = static_cast<std::uint32_t>(i);
         vertex[i] = mesh.vertex[order[i]];
         if (!rim_distance.empty()) rim_distance[i] = mesh.rim_distance[order[i]];
+        if (!scale.empty()) scale[i] = mesh.scale[order[i]];
     });
     mesh.vertex = std::move(vertex);
     mesh.rim_distance = std::move(rim_distance);
+    mesh.scale = std::move(scale);
     parallelFor(mesh.triangles.size(), 8192, [&](std::size_t t) {
         for (std::uint32_t& v : mesh.triangles[t]) v = new_index[v];
     });

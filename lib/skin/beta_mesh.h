@@ -49,6 +49,8 @@ struct BetaMesh {
     FadingVertices fading;
     std::vector<VolumeOffset> volume_offsets;
     std::vector<std::uint32_t> ball_begin;  ///< first triangle of each ball, then their number; empty: not known
+    /// Local particle spacing at each vertex, in spacings of the frame; empty: all 1.
+    std::vector<float> scale;
 };
 
 /// The plain mesh, without vertices that no triangle uses.

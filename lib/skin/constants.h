@@ -240,6 +240,12 @@ inline constexpr double kTurnedHeight = 0.03;
 /// Longest step of relaxFolds().
 inline constexpr float kMaxFoldStep = 0.25F;
 
+// Particles of different sizes (deforming_mesh.cpp); lengths in dx ----------------------------------------------------
+
+/// How often, and with a kernel how wide, the local particle spacing is averaged along the surface.
+inline constexpr int kScaleMeans = 3;
+inline constexpr double kScaleKernel = 1.5;
+
 // Smoothing of the skin (skin_smoothing.cpp, surface_elements.cpp, skin_fit.cpp, long_waves.cpp); lengths in dx -------
 
 /// Steps of the bi-Laplacian in a pass; their gain: as much as four steps of 1, and below where it oscillates.

@@ -18,21 +18,22 @@ enum Field { kX, kY, kZ, kArea, kNx, kNy, kNz, kFields };
 // Σ w n and Σ w, w = area · (1 - d²/width²)²₊ · (n · own normal)²₊.
 struct NormalSums {
     SampleRuns<kFields> samples;
-    float inverse_square_width;
+    const Lanes& inverse_square_width;
     const Lanes (&point)[3], (&normal)[3];
     Lanes (&sums)[4];
 
     template <std::size_t kWidth>
     __attribute__((always_inline)) void operator()(std::size_t first) const {
         using Pack = Floats<kWidth>;
-        Pack x[3], n[3];
+        Pack x[3], n[3], inverse;
         getLanes<kWidth>(point, first, x);
         getLanes<kWidth>(normal, first, n);
+        getLanes<kWidth>(inverse_square_width, first, inverse);
         const Pack zero{}, one = zero + 1.0F;
         Pack sum[4] = {};
         samples.forEach(
             x, [&](const auto& f, const Pack(&p)[3]) __attribute__((always_inline)) {
-                Pack t = one - (p[0] * p[0] + p[1] * p[1] + p[2] * p[2]) * inverse_square_width;
+                Pack t = one - (p[0] * p[0] + p[1] * p[1] + p[2] * p[2]) * inverse;
                 Pack c = f[kNx] * n[0] + f[kNy] * n[1] + f[kNz] * n[2];
                 t = t > 0 ? t : zero;
                 c = c > 0 ? c : zero;
@@ -50,20 +51,21 @@ struct NormalSums {
 enum ValueField { kVx = 3, kVy, kVz, kWeight, kValueFields };
 struct ValueMeans {
     SampleRuns<kValueFields> samples;
-    float inverse_square_width;
+    const Lanes& inverse_square_width;
     const Lanes (&point)[3];
     Lanes (&mean)[3];
 
     template <std::size_t kWidth>
     __attribute__((always_inline)) void operator()(std::size_t first) const {
         using Pack = Floats<kWidth>;
-        Pack x[3];
+        Pack x[3], inverse;
         getLanes<kWidth>(point, first, x);
+        getLanes<kWidth>(inverse_square_width, first, inverse);
         const Pack zero{}, one = zero + 1.0F;
         Pack sum[3] = {}, weight = zero + 1e-12F;
         samples.forEach(
             x, [&](const auto& f, const Pack(&p)[3]) __attribute__((always_inline)) {
-                Pack t = one - (p[0] * p[0] + p[1] * p[1] + p[2] * p[2]) * inverse_square_width;
+                Pack t = one - (p[0] * p[0] + p[1] * p[1] + p[2] * p[2]) * inverse;
                 t = t > 0 ? t : zero;
                 const Pack w = t * t * f[kWeight];
                 weight += w;
@@ -124,7 +126,8 @@ std::vector<std::uint32_t> DeformingMesh::arrange() {
     const auto rows = static_cast<std::uint32_t>(size());
     const std::vector<std::uint32_t> present = indicesWhere(rows, [&](std::uint32_t v) { return fade[v] > 0; });
     std::vector<std::uint32_t> order;
-    groups_ = PointGroups(inOrder(position_, present), kGroupCell * spacing_, order);
+    groups_ =
+        PointGroups(inOrder(position_, present), kGroupCell * spacing_ * static_cast<double>(smallestScale()), order);
     order = inOrder(present, order);
     order.reserve(rows);
     for (std::uint32_t v = 0; v < rows; ++v)
@@ -139,6 +142,25 @@ std::vector<std::uint32_t> DeformingMesh::arrange() {
     listConstraints();
     measure();
     return order;
+}
+
+float DeformingMesh::largestScale(std::size_t group) const {
+    if (mesh_.scale.empty()) return 1;
+    return *std::max_element(mesh_.scale.begin() + groups_.begin(group),
+                             mesh_.scale.begin() + groups_.begin(group + 1));
+}
+
+float DeformingMesh::smallestScale() const {
+    return mesh_.scale.empty() ? 1 : *std::min_element(mesh_.scale.begin(), mesh_.scale.end());
+}
+
+void DeformingMesh::setInverseSquares(const PointGroup& group, double width, Lanes& inverse) const {
+    inverse = Lanes{} + static_cast<float>(1 / (width * width));
+    if (mesh_.scale.empty()) return;
+    for (std::size_t lane = 0; lane < kLanes; ++lane) {
+        const float s = mesh_.scale[group.row[lane]];
+        inverse[lane] /= s * s;
+    }
 }
 
 void DeformingMesh::measure() {
@@ -215,7 +237,6 @@ void DeformingMesh::moveAveraged(std::vector<Vec3f>& step, const std::vector<flo
 std::vector<Vec3f> DeformingMesh::kernelMeans(double width, const std::vector<Vec3f>& values) const {
     constexpr float kMinArea = 1e-9F;  // equal weights where no vertex has an area
     std::vector<Vec3f> means(values.size(), Vec3f(0));
-    const auto inverse = static_cast<float>(1 / (width * width));
     forNeighbourhoods<kValueFields>(
         width,
         [&](std::uint32_t v, SampleFields<kValueFields>& f) {
@@ -223,12 +244,26 @@ std::vector<Vec3f> DeformingMesh::kernelMeans(double width, const std::vector<Ve
             f[kVx] = value.x, f[kVy] = value.y, f[kVz] = value.z, f[kWeight] = area_[v] + kMinArea;
         },
         [&](const PointGroup& group, SampleRuns<kValueFields> samples) {
-            Lanes mean[3];
+            Lanes inverse, mean[3];
+            setInverseSquares(group, width, inverse);
             forLanes(ValueMeans{samples, inverse, group.position, mean});
             for (std::size_t lane = 0; lane < group.size; ++lane)
                 means[group.row[lane]] = Vec3f(mean[0][lane], mean[1][lane], mean[2][lane]);
         });
     return means;
+}
+
+void DeformingMesh::smoothScales() {
+    if (mesh_.scale.empty()) return;
+    for (int round = 0; round < kScaleMeans; ++round) {
+        std::vector<Vec3f> value(size());
+        parallelFor(size(), 8192, [&](std::size_t v) { value[v] = Vec3f(mesh_.scale[v], 0, 0); });
+        const std::vector<Vec3f> mean = kernelMeans(kScaleKernel, value);
+        parallelFor(size(), 8192, [&](std::size_t v) {
+            if (mean[v].x > 0) mesh_.scale[v] = mean[v].x;  // a vertex in no group follows others
+        });
+        constrainFading(mesh_.scale);
+    }
 }
 
 std::vector<Vec3f> DeformingMesh::meanNormals() const {
@@ -241,7 +276,6 @@ std::vector<Vec3f> DeformingMesh::smoothNormals() const { return kernelNormals(k
 
 DeformingMesh::KernelNormals DeformingMesh::kernelNormals(double width, const std::vector<Vec3f>& normals) const {
     KernelNormals means{std::vector<Vec3f>(size(), Vec3f(0)), std::vector<float>(size())};
-    const auto inverse = static_cast<float>(1 / (width * width));
     forNeighbourhoods<kFields>(
         width,
         [&](std::uint32_t v, SampleFields<kFields>& f) {
@@ -249,7 +283,8 @@ DeformingMesh::KernelNormals DeformingMesh::kernelNormals(double width, const st
         },
         [&](const PointGroup& group, SampleRuns<kFields> samples) {
             const PointGroup::Vectors own = group.gather(normals);
-            Lanes sums[4];
+            Lanes inverse, sums[4];
+            setInverseSquares(group, width, inverse);
             forLanes(NormalSums{samples, inverse, group.position, own.lanes, sums});
             for (std::size_t lane = 0; lane < group.size; ++lane) {
                 const std::uint32_t v = group.row[lane];
@@ -301,7 +336,8 @@ void DeformingMesh::relaxFolds() {
     });
     for (const std::uint32_t triangle : inverted) turnInverted(triangle, step);
     parallelFor(size(), 8192, [&](std::size_t v) {
-        if (const float length = step[v].length(); length > kMaxFoldStep) step[v] *= kMaxFoldStep / length;
+        const float longest = kMaxFoldStep * scale(v);
+        if (const float length = step[v].length(); length > longest) step[v] *= longest / length;
     });
     move(step);
     measure();

@@ -19,8 +19,8 @@ inline constexpr std::size_t kRefinements = (std::tuple_size_v<FadingVertices> -
 /// A vertex represents a third of the triangles of its one-ring. One that fades in with weight s (FadingVertex::fade)
 /// passes 1 - s of that to the vertices it fades in from, and takes 1 - s of its displacements from them. Areas,
 /// normals and displacements therefore change continuously when vertices appear or vanish and when edges flip, because
-/// a plane polygon's area is distributed alike before and after. Lengths are in particle spacings, positions in world
-/// units.
+/// a plane polygon's area is distributed alike before and after. Lengths are in particle spacings of the frame,
+/// positions in world units. Widths of kernels are in particle spacings at the vertex.
 class DeformingMesh {
 public:
     /// Sorts the vertices of the mesh in space. The mesh is referenced and must outlive this object; spacing: of the
@@ -35,6 +35,14 @@ public:
     const std::vector<Vec3>& position() const { return position_; }
     float area(std::size_t v) const { return area_[v]; }
     const std::vector<Vec3f>& normals() const { return normal_; }  ///< unit vectors; zero without triangles
+    /// Particle spacing at a vertex, in spacings of the frame.
+    float scale(std::size_t v) const { return mesh_.scale.empty() ? 1 : mesh_.scale[v]; }
+    /// The largest among the vertices of a group.
+    float largestScale(std::size_t group) const;
+    /// The smallest of all.
+    float smallestScale() const;
+    /// Sets 1 / width² for each vertex of a group; the width is given in particle spacings at the vertex.
+    void setInverseSquares(const PointGroup& group, double width, Lanes& inverse) const;
     const BetaMesh& mesh() const { return mesh_; }
 
     /// Constrains the values of vertices that fade in: v = s · v + (1 - s) · Σ weight · value of the vertices it fades
@@ -67,6 +75,8 @@ public:
     void moveAveraged(std::vector<Vec3f>& step, const std::vector<float>& own = {});
     /// Recomputes areas and normals.
     void measure();
+    /// Makes the particle spacings at the vertices vary smoothly along the surface.
+    void smoothScales();
     /// Splits edges that are long for the local curvature, kRefinements times, at vertices that fade in with the length
     /// of the edge, and sorts the vertices again. To be called once.
     /// radius: of the balls that the mesh comes from, particle spacings; edge_factor: scales the longest edges.
@@ -87,7 +97,8 @@ public:
         constexpr std::size_t kMaxSamples = 2048;
         forGroups<kFields>(
             groups_, position_, groups_, position_, spacing_, kMaxSamples,
-            [&](std::size_t) { return reach * spacing_; }, fill, visit);
+            [&](std::size_t group) { return reach * spacing_ * static_cast<double>(largestScale(group)); }, fill,
+            visit);
     }
 
     /// Kernel means over space, whatever the normals; the weight is (1 - d²/width²)² times area.

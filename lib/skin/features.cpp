@@ -99,10 +99,12 @@ void removeComponents(BetaMesh& mesh, const Components& components, const std::v
         if (components.of_vertex[v] == kInvalidIndex || is_removed[components.of_vertex[v]]) continue;
         mesh.vertex[vertices] = mesh.vertex[v];
         if (!mesh.rim_distance.empty()) mesh.rim_distance[vertices] = mesh.rim_distance[v];
+        if (!mesh.scale.empty()) mesh.scale[vertices] = mesh.scale[v];
         new_index[v] = vertices++;
     }
     mesh.vertex.resize(vertices);
     if (!mesh.rim_distance.empty()) mesh.rim_distance.resize(vertices);
+    if (!mesh.scale.empty()) mesh.scale.resize(vertices);
     for (Triangle& t : mesh.triangles)
         for (std::uint32_t& v : t) v = new_index[v];
     const auto isGone = [&](const auto& listed) {

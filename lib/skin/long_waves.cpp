@@ -24,7 +24,7 @@ struct ValueSums {
         Pack x[3], n[3], inverse;
         getLanes<kWidth>(point.position, first, x);
         getLanes<kWidth>(point.normal, first, n);
-        std::memcpy(&inverse, reinterpret_cast<const float*>(&inverse_square_width) + first, sizeof inverse);
+        getLanes<kWidth>(inverse_square_width, first, inverse);
         const Pack zero{}, one = zero + 1.0F;
         Pack sum[2] = {};
         samples.forEach(
@@ -45,8 +45,9 @@ struct ValueSums {
 // has its own kernel width.
 template <typename Visit>
 void forMeans(const PointGroups& points, const std::vector<Vec3>& point, const GroupedElements& elements, double unit,
-              const Normals& normal, const std::vector<float>& inverse_square, const Visit& visit) {
-    forElements(points, point, elements, unit, kWaveKernel, normal,
+              const Normals& normal, const std::vector<float>& width, const Visit& visit) {
+    const std::vector<float> inverse_square = inverseSquares(width);
+    forElements(points, point, elements, unit, width, normal,
                 [&](const PointGroup& group, ElementSamples near, const OrientedPoints& at) {
                     Lanes inverse, sums[2];
                     for (std::size_t lane = 0; lane < kLanes; ++lane) inverse[lane] = inverse_square[group.row[lane]];
@@ -64,12 +65,12 @@ void returnLongWaves(DeformingMesh& surface, const Normals& normal, const std::v
     parallelFor(kernel.size(), 8192, [&](std::size_t v) {
         const Vec3 back = before[v] - surface.position()[v];
         lost[v] = static_cast<float>(dot(back, Vec3(normal[v])) / surface.spacing());
-        kernel[v] = std::min(width[v], static_cast<float>(kWaveKernel));
+        kernel[v] = std::min(width[v], static_cast<float>(kWaveKernel)) * surface.scale(v);
     });
     surface.constrainFading(lost);
-    std::vector<std::array<float, 2>> lost_and_width(surface.size());
-    parallelFor(kernel.size(), 8192, [&](std::size_t v) { lost_and_width[v] = {lost[v], width[v]}; });
-    GroupedElements elements(surface, lost_and_width);
+    std::vector<std::array<float, 3>> value(surface.size());
+    parallelFor(value.size(), 8192, [&](std::size_t v) { value[v] = {lost[v], width[v], surface.scale(v)}; });
+    GroupedElements elements(surface, value);
     const std::size_t n = elements.element.size();
     Normals facing(n);
     std::vector<float> missing(n), total(n), element_kernel(n), mean(n);
@@ -78,10 +79,10 @@ void returnLongWaves(DeformingMesh& surface, const Normals& normal, const std::v
         facing[i] = element.direction.normalized();
         missing[i] = total[i] = element.value[0];
         element_kernel[i] = std::min(element.value[1], static_cast<float>(kWaveKernel));
+        if (!surface.mesh().scale.empty()) element_kernel[i] *= element.value[2];
     }
-    const std::vector<float> inverse_square = inverseSquares(element_kernel);
     for (int i = 1; i < kWaveReturns; ++i) {
-        forMeans(elements.groups, elements.position, elements, surface.spacing(), facing, inverse_square,
+        forMeans(elements.groups, elements.position, elements, surface.spacing(), facing, element_kernel,
                  [&](std::uint32_t e, float of_missing) { mean[e] = of_missing; });
         for (std::size_t e = 0; e < n; ++e) {
             missing[e] -= mean[e] * static_cast<float>(fitShare(elements.element[e].value[1]));
@@ -91,7 +92,7 @@ void returnLongWaves(DeformingMesh& surface, const Normals& normal, const std::v
     }
     for (std::size_t e = 0; e < n; ++e) elements.element[e].value[0] = total[e];
     std::vector<float> height(surface.size());
-    forMeans(surface.groups(), surface.position(), elements, surface.spacing(), normal, inverseSquares(kernel),
+    forMeans(surface.groups(), surface.position(), elements, surface.spacing(), normal, kernel,
              [&](std::uint32_t v, float returned) { height[v] = returned * static_cast<float>(fitShare(width[v])); });
     std::vector<Vec3f> step(height.size());
     parallelFor(step.size(), 8192, [&](std::size_t v) { step[v] = normal[v] * height[v]; });

@@ -86,11 +86,13 @@ private:
     std::span<const Run> runs_;
 };
 
-/// Bounding boxes of runs, axis by axis.
+/// Bounding boxes of runs, axis by axis, and the largest reach factor of each run, if there are any.
 struct BoxColumns {
     Columns low, high;
+    std::vector<float> reach_factor;
 
     void clear() {
+        reach_factor.clear();
         for (auto& column : low) column.clear();
         for (auto& column : high) column.clear();
     }
@@ -100,6 +102,15 @@ struct BoxColumns {
             high[k].push_back(box.max[static_cast<int>(k)]);
         }
     }
+    float squaredDistance(std::uint32_t run, const Boxf& box) const {
+        float sum = 0;
+        for (std::size_t k = 0; k < 3; ++k) {
+            const int axis = static_cast<int>(k);
+            const float gap = std::max({0.0F, low[k][run] - box.max[axis], box.min[axis] - high[k][run]});
+            sum += gap * gap;
+        }
+        return sum;
+    }
 };
 
 /// The samples of sums, in the order of their groups. Positions are relative to the lowest corner of the group's cell
@@ -107,13 +118,15 @@ struct BoxColumns {
 template <std::size_t kFields>
 class SampleTable {
 public:
-    /// fill(row, fields) sets a sample's fields after its position.
+    /// fill(row, fields) sets a sample's fields after its position. reach_factor: of each sample; empty: all 1
     template <typename Fill>
-    SampleTable(const PointGroups& groups, const std::vector<Vec3>& position, double unit, const Fill& fill)
+    SampleTable(const PointGroups& groups, const std::vector<Vec3>& position, double unit, const Fill& fill,
+                const std::vector<float>& reach_factor)
         : groups_(groups),
           scale_(1 / unit),
           field_(std::make_unique_for_overwrite<SampleFields<kFields>[]>(position.size())),
-          box_(groups.size() * kRuns) {
+          box_(groups.size() * kRuns),
+          reach_factor_(reach_factor.empty() ? 0 : box_.size()) {
         parallelFor(groups.cells(), 16, [&](std::size_t c) {
             const auto cell = static_cast<std::uint32_t>(c);
             const Vec3 corner = groups.lowestCorner(cell);
@@ -121,6 +134,10 @@ public:
                 for (std::uint32_t i = groups.begin(group), run = 0; i < groups.begin(group + 1); ++run) {
                     Boxf& box = box_[group * kRuns + run];
                     for (const std::uint32_t run_end = endOfRun(group, i); i < run_end; ++i) {
+                        if (!reach_factor.empty()) {
+                            float& largest = reach_factor_[group * kRuns + run];
+                            largest = std::max(largest, reach_factor[i]);
+                        }
                         const Vec3f local((position[i] - corner) * scale_);
                         box.extendBy(local);
                         for (int k = 0; k < 3; ++k) field_[i][static_cast<std::size_t>(k)] = local[k];
@@ -139,6 +156,7 @@ public:
             runs.push_back({field_.get() + i, field_.get() + run_end, origin});
             const Boxf& box = box_[group * kRuns + run];
             boxes.add(Boxf(box.min + origin, box.max + origin));
+            if (!reach_factor_.empty()) boxes.reach_factor.push_back(reach_factor_[group * kRuns + run]);
             i = run_end;
         }
     }
@@ -154,7 +172,8 @@ private:
     const PointGroups& groups_;
     double scale_;
     std::unique_ptr<SampleFields<kFields>[]> field_;
-    std::vector<Boxf> box_;  // of runs, kRuns per group, in the coordinates of the samples
+    std::vector<Boxf> box_;            // of runs, kRuns per group, in the coordinates of the samples
+    std::vector<float> reach_factor_;  // the largest of each run; empty: all 1
 };
 
 /// Calls visit(PointGroup, SampleRuns) for every group of points on several threads. The samples contain at least all
@@ -163,12 +182,13 @@ private:
 /// units and have a common origin near the group. fill(row, fields) sets a sample's fields after its position.
 ///
 /// max_samples    largest number of samples per group: of more, every second (third, …) one is visited
+/// reach_factor   of each sample, at most 1: it is visited within this times reachOf(group); empty: all 1
 template <std::size_t kFields, typename ReachOf, typename Fill, typename Visit>
 void forGroups(const PointGroups& points, const std::vector<Vec3>& point, const PointGroups& samples,
                const std::vector<Vec3>& sample, double unit, std::size_t max_samples, const ReachOf& reachOf,
-               const Fill& fill, const Visit& visit) {
+               const Fill& fill, const Visit& visit, const std::vector<float>& reach_factor = {}) {
     using Run = typename SampleRuns<kFields>::Run;
-    const SampleTable<kFields> table(samples, sample, unit, fill);
+    const SampleTable<kFields> table(samples, sample, unit, fill, reach_factor);
     const double scale = 1 / unit;
     parallelRanges(points.cells(), 4, [&](std::size_t first, std::size_t last) {
         std::vector<Run> candidates, runs;
@@ -193,9 +213,17 @@ void forGroups(const PointGroups& points, const std::vector<Vec3>& point, const 
             for (const std::uint32_t g : points.groupsOf(cell)) {
                 const double reach = reachOf(g) * scale;
                 // Slightly more than the reach, so that rounding never excludes a sample within reach.
-                const std::size_t found =
-                    findNear(Boxf(localOf(points.box(g).min), localOf(points.box(g).max)), boxes.low, boxes.high,
-                             static_cast<float>(reach * reach * (1 + 1e-5)), near);
+                const auto squared_reach = static_cast<float>(reach * reach * (1 + 1e-5));
+                const Boxf local(localOf(points.box(g).min), localOf(points.box(g).max));
+                std::size_t found = findNear(local, boxes.low, boxes.high, squared_reach, near);
+                if (!boxes.reach_factor.empty()) {
+                    const auto isTooFar = [&](std::uint32_t run) {
+                        const float factor = boxes.reach_factor[run];
+                        return boxes.squaredDistance(run, local) > squared_reach * factor * factor;
+                    };
+                    const auto end = near.begin() + static_cast<std::ptrdiff_t>(found);
+                    found = static_cast<std::size_t>(std::remove_if(near.begin(), end, isTooFar) - near.begin());
+                }
                 runs.clear();
                 std::size_t n = 0;
                 for (const std::uint32_t i : std::span(near).first(found)) {

@@ -37,11 +37,40 @@ Particles unsnapped(const Particles& particles, const SnappedParticles& snapped)
 std::vector<std::uint32_t> exposureCandidates(const SnappedParticles& larger, std::size_t particles,
                                               const BallBoundary& boundary) {
     std::vector<std::uint32_t> candidates = exposureCandidates(larger);
-    if (larger.size() != particles) return candidates;
+    if (larger.size() != particles || larger.size_classes) return candidates;
     std::vector<std::uint8_t> is_exposed(particles, 0);
     for (const std::uint32_t row : boundary.snapped_row) is_exposed[row] = 1;
     std::erase_if(candidates, [&](std::uint32_t i) { return !is_exposed[larger.row[i]]; });
     return candidates;
+}
+
+// The particles with larger balls, of which the largest has this radius.
+SnappedParticles enlarged(const SnappedParticles& snapped, const Particles& particles, double radius) {
+    if (!snapped.size_classes) {
+        SkinParams params;
+        params.radius = radius;
+        NearSurfaceFinder finder(params);
+        finder.add(particles.position);
+        return snapParticles(particles, radius, finder.find());
+    }
+    std::vector<double> radii(snapped.size());
+    for (std::size_t i = 0; i < radii.size(); ++i)
+        radii[i] = radius * (static_cast<double>(snapped.radius_of[i]) / static_cast<double>(snapped.radius));
+    return snapParticles(particles, radii);
+}
+
+// Sets the rates of the larger balls' radii, which are in proportion to those of the smaller ones; 0 for balls that are
+// covered among the smaller ones.
+void setRadiusRates(const BallBoundary& boundary, BallBoundary& outer) {
+    if (boundary.radius_rate.empty()) return;
+    const double factor = outer.worldRadius() / boundary.worldRadius();
+    outer.radius_rate.assign(outer.position.size(), 0);
+    for (std::size_t b = 0; b < outer.row.size(); ++b) {
+        const auto& rows = boundary.snapped_row;
+        const auto found = std::lower_bound(rows.begin(), rows.end(), outer.row[b]);
+        if (found != rows.end() && *found == outer.row[b])
+            outer.radius_rate[b] = factor * boundary.radius_rate[static_cast<std::size_t>(found - rows.begin())];
+    }
 }
 
 }  // namespace
@@ -49,15 +78,12 @@ std::vector<std::uint32_t> exposureCandidates(const SnappedParticles& larger, st
 OuterSamples outerSamples(const Particles& particles, const SnappedParticles& snapped, const BallBoundary& boundary,
                           double radius, double spacing) {
     const Particles all = unsnapped(particles, snapped);
-    SkinParams params;
-    params.radius = radius;
-    NearSurfaceFinder finder(params);
-    finder.add(all.position);
-    const SnappedParticles larger = snapParticles(all, radius, finder.find());
+    const SnappedParticles larger = enlarged(snapped, all, radius);
     Icosphere directions = icosphereOf(kOuterFaceAngle);
     const auto direction_count = static_cast<double>(directions.position.size());
-    const BallBoundary outer =
+    BallBoundary outer =
         ballBoundary(larger, exposureCandidates(larger, snapped.size(), boundary), directions.position);
+    setRadiusRates(boundary, outer);
     const std::vector<DualVec3> balls = ballCentres(outer, all);
     ArcSubdivision subdivision;
     subdivision.max_angle = kOuterArcAngle;
@@ -66,25 +92,27 @@ OuterSamples outerSamples(const Particles& particles, const SnappedParticles& sn
     const FacePoints inside = facePoints(larger, outer, balls, std::move(directions));
 
     OuterSamples samples;
+    samples.scale = network.pointScales(outer);
     samples.point = std::move(network.point);
     for (const FadingVertex& fading : network.fading) samples.point[fading.vertex] = fading.unfaded;
     const std::size_t on_arcs = samples.point.size();
     samples.weight.assign(on_arcs, 0);
     samples.fading.assign(on_arcs, 0);
-    const auto addSegment = [&](std::uint32_t from, std::uint32_t to) {
-        const double length = (samples.point[from].position - samples.point[to].position).length() / spacing;
+    const auto addSegment = [&](std::size_t line, std::uint32_t from, std::uint32_t to) {
+        const double unit = spacing * network.scaleOfLine(line, outer);
+        const double length = (samples.point[from].position - samples.point[to].position).length() / unit;
         for (const std::uint32_t end : {from, to}) samples.weight[end] += static_cast<float>(length / 2);
     };
     for (std::size_t a = 0; a < network.arc_start.size(); ++a) {
         std::uint32_t last = network.arc_start[a] / 3;
         for (std::uint32_t p = network.arc_begin[a]; p < network.arc_begin[a + 1]; ++p)
-            addSegment(std::exchange(last, p), p);
-        addSegment(last, outer.twin[network.arc_start[a]] / 3);
+            addSegment(a, std::exchange(last, p), p);
+        addSegment(a, last, outer.twin[network.arc_start[a]] / 3);
     }
     for (std::size_t k = 0; k + 1 < network.circle_begin.size(); ++k) {
         std::uint32_t last = network.circle_begin[k + 1] - 1;
         for (std::uint32_t p = network.circle_begin[k]; p < network.circle_begin[k + 1]; ++p)
-            addSegment(std::exchange(last, p), p);
+            addSegment(network.arc_start.size() + k, std::exchange(last, p), p);
     }
     for (const FadingVertex& fading : network.fading) {  // what they lack of their weight belongs to their neighbours
         const auto rest = static_cast<float>(1 - fading.fade.value), moved = samples.weight[fading.vertex] * rest;
@@ -93,19 +121,20 @@ OuterSamples outerSamples(const Particles& particles, const SnappedParticles& sn
         for (const std::size_t k : {0U, 1U}) samples.weight[fading.anchor[k]] += moved / 2;
     }
     samples.exposure.assign(on_arcs, 0);
-
     const double face_area = 4 * std::numbers::pi * radius * radius / direction_count / (spacing * spacing);
     for (std::size_t b = 0; b < balls.size(); ++b) {
+        const Dual of_ball(radius * outer.scaleOf(b), outer.worldRadiusOf(b).rate);
         double exposed = 0;
         for (std::uint32_t p = inside.begin[b]; p < inside.begin[b + 1]; ++p) {
             const double fade = smoothStep(inside.rim_distance[p] / kOuterFadeWidth).value;
             if (inside.contactOf(p) || !(fade > 0)) continue;
-            samples.point.push_back(balls[b] + inside.outwards(p) * radius);
+            samples.point.push_back(balls[b] + inside.outwards(p) * of_ball);
             samples.weight.push_back(static_cast<float>(face_area * fade));
             samples.fading.push_back(static_cast<float>(1 - fade));
             exposed += fade;
         }
         samples.exposure.resize(samples.point.size(), static_cast<float>(exposed / direction_count));
+        if (!outer.radius_of.empty()) samples.scale.resize(samples.point.size(), static_cast<float>(outer.scaleOf(b)));
     }
     return samples;
 }

@@ -14,16 +14,18 @@ namespace betamesh {
 /// Points on the boundary of a union of balls. Row i of every array is sample i.
 struct OuterSamples {
     std::vector<DualVec3> point;  ///< world units, world units per second
-    std::vector<float> weight;    ///< >= 0: length of arc in particle spacings, or area of face in square spacings
+    std::vector<float> weight;    ///< >= 0: length of arc in particle spacings there, or area of face in their squares
     std::vector<float> fading;    ///< 0 for a permanent sample, near 1 for one that has just appeared
     std::vector<float> exposure;  ///< inside faces the exposed share of the ball, 0 to 1; 0 on arcs
+    std::vector<float> scale;     ///< particle spacing there, in those of the largest ball; empty: all 1
 };
 
-/// Samples the boundary of the union of balls of a larger radius around the same particles. Balls that are covered at
-/// the smaller radius are covered at the larger one, too; only those exposed in `boundary` are examined.
+/// Samples the boundary of the union of balls of a larger radius around the same particles. Balls of one radius that
+/// are covered at the smaller radius are covered at the larger one, too; only those exposed in `boundary` are examined.
 ///
-/// in      all particles within four smaller radii of the surface; radius: the larger one; spacing: of the particles;
-///         both in world units
+/// in      all particles within four smaller radii of the surface; radius: the larger one of the largest ball, all
+/// others
+///         being larger in proportion; spacing: of the particles with the largest balls; both in world units
 /// out     samples at most half a radius apart, including every vertex of the boundary; their weights change
 ///         continuously in time
 /// same    result for any thread count and particle order

@@ -65,7 +65,8 @@ struct DeformingMesh::SplitDemand {
     double longest_on_saddles;
 
     double operator()(std::uint32_t a, std::uint32_t b) const {
-        const Vec3 along = (surface.position_[b] - surface.position_[a]) / surface.spacing_;
+        const double spacing = surface.spacing_ * (static_cast<double>(surface.scale(a)) + surface.scale(b)) / 2;
+        const Vec3 along = (surface.position_[b] - surface.position_[a]) / spacing;
         const double length = along.length();
         double longest_here = (longest[a] + longest[b]) / 2;
         if (const float both = curved[a] + curved[b]; both > 0 && length > longest_on_saddles) {
@@ -144,7 +145,7 @@ void DeformingMesh::splitLongEdges(std::size_t refinement, SplitDemand& demand) 
                                const std::array<double, 4>& weight, double fade) {
         FadingVertex fading{static_cast<std::uint32_t>(size()), from, {}, fade, {}};
         Vec3 position(0);
-        double longest = 0, curved = 0;
+        double longest = 0, curved = 0, scale = 0;
         Vec3f normal(0);
         for (std::size_t k = 0; k < 4; ++k) {
             fading.anchor_weight[k] = weight[k];
@@ -152,9 +153,11 @@ void DeformingMesh::splitLongEdges(std::size_t refinement, SplitDemand& demand) 
             position += position_[from[k]] * weight[k];
             longest += demand.longest[from[k]] * weight[k];
             curved += demand.curved[from[k]] * weight[k];
+            scale += static_cast<double>(this->scale(from[k])) * weight[k];
             normal += demand.normal[from[k]] * static_cast<float>(weight[k]);
         }
         mesh_.vertex.push_back(fading.unfaded);
+        if (!mesh_.scale.empty()) mesh_.scale.push_back(static_cast<float>(scale));
         position_.push_back(position);
         demand.longest.push_back(static_cast<float>(longest));
         demand.fade.push_back(static_cast<float>(fade));

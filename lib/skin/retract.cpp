@@ -23,14 +23,20 @@ double extraDepth(double exposure) {
            kDropExtraDepth * smoothStep((exposure - kDropExposure) / kDropExposureFade).value;
 }
 
-enum Field { kX, kY, kZ, kVx, kVy, kVz, kWeight, kExtra, kFading, kFields };
-using Samples = SampleRuns<kFields>;
+// The last field, the inverse of the particle spacing at the sample, exists only where spacings differ.
+enum Field { kX, kY, kZ, kVx, kVy, kVz, kWeight, kExtra, kFading, kInverseScale };
+template <bool kScaled>
+constexpr std::size_t kFieldsOf = kInverseScale + (kScaled ? 1 : 0);
+template <bool kScaled>
+using Samples = SampleRuns<kFieldsOf<kScaled>>;
 
 // Sums over the outer samples in a band beyond the nearest one, with weights w: Σ w (x - y), Σ w v, Σ w, Σ w extra; and
-// the squared distance of the nearest.
-enum Sum { kAway, kVelocity = kAway + 3, kWeights = kVelocity + 3, kExtras, kNearest, kSums };
+// the squared distance of the nearest. Where spacings differ, offsets and distances are in spacings at the sample, and
+// the last sum is Σ w / spacing.
+enum Sum { kAway, kVelocity = kAway + 3, kWeights = kVelocity + 3, kExtras, kNearest, kInverseScales, kSums };
+template <bool kScaled>
 struct OuterSums {
-    Samples samples;
+    Samples<kScaled> samples;
     const Lanes (&point)[3];
     Lanes (&sums)[kSums];
 
@@ -41,9 +47,15 @@ struct OuterSums {
         getLanes<kWidth>(point, first, x);
         const Pack zero{}, one = zero + 1.0F;
         Pack nearest = zero + 1e30F;
+        const auto setSquare = [](const auto& f, const Pack(&p)[3], Pack& square) __attribute__((always_inline)) {
+            square = p[0] * p[0] + p[1] * p[1] + p[2] * p[2];
+            if constexpr (kScaled) square *= f[kInverseScale] * f[kInverseScale];
+            square += f[kFading];
+        };
         samples.forEach(
             x, [&](const auto& f, const Pack(&p)[3]) __attribute__((always_inline)) {
-                const Pack square = p[0] * p[0] + p[1] * p[1] + p[2] * p[2] + f[kFading];
+                Pack square;
+                setSquare(f, p, square);
                 nearest = square < nearest ? square : nearest;
             });
         Pack root = (nearest + one) * 0.5F;  // Newton's method; the width of the band needs no more accuracy
@@ -53,13 +65,19 @@ struct OuterSums {
         Pack sum[kSums] = {};
         samples.forEach(
             x, [&](const auto& f, const Pack(&p)[3]) __attribute__((always_inline)) {
-                const Pack square = p[0] * p[0] + p[1] * p[1] + p[2] * p[2] + f[kFading];
+                Pack square;
+                setSquare(f, p, square);
                 Pack t = one - (square - nearest) * inverse;
                 t = t > 0 ? t : zero;
                 const Pack w = t * t * f[kWeight];
-                sum[kAway] -= w * p[0];
-                sum[kAway + 1] -= w * p[1];
-                sum[kAway + 2] -= w * p[2];
+                Pack away = w;
+                if constexpr (kScaled) {
+                    away *= f[kInverseScale];
+                    sum[kInverseScales] += away;
+                }
+                sum[kAway] -= away * p[0];
+                sum[kAway + 1] -= away * p[1];
+                sum[kAway + 2] -= away * p[2];
                 sum[kVelocity] += w * f[kVx];
                 sum[kVelocity + 1] += w * f[kVy];
                 sum[kVelocity + 2] += w * f[kVz];
@@ -77,7 +95,8 @@ struct Approach {
     float gap = 0;       // displacement along it that gives the right depth; negative where the vertex is too deep
     float in_reach = 0;  // 1, fading to 0 deep below the skin
     Vec3f velocity{0};   // of the outer boundary there
-    float distance = 0;  // to the nearest outer sample, larger for samples that fade
+    float distance = 0;  // to the nearest outer sample, in spacings there; larger for samples that fade
+    float scale = 1;     // particle spacing there
 };
 
 class OuterBoundary {
@@ -98,12 +117,20 @@ public:
             sample_[i] = {Vec3f(samples.point[row].velocity), samples.weight[row], static_cast<float>(extra),
                           samples.fading[row] * kNewSampleSquaredOffset};
         });
+        if (!samples.scale.empty()) scale_ = inOrder(samples.scale, order);
     }
 
     // Distance beyond which no outer sample matters.
     double maxReach() const { return rolling_ + kReachFade + kDirectionBand; }
-    // reach: per vertex, beyond which no outer sample matters; empty if not known yet
+    // reach: per vertex, beyond which no outer sample matters, in spacings at the sample; empty if not known yet
     std::vector<Approach> approaches(const DeformingMesh& surface, const std::vector<float>& reach) const {
+        return scale_.empty() ? approachesAmong<false>(surface, reach) : approachesAmong<true>(surface, reach);
+    }
+
+private:
+    template <bool kScaled>
+    std::vector<Approach> approachesAmong(const DeformingMesh& surface, const std::vector<float>& reach) const {
+        constexpr std::size_t kFields = kFieldsOf<kScaled>;
         std::vector<Approach> approach(surface.size());
         const PointGroups& groups = surface.groups();
         const auto reachOf = [&](std::size_t group) {
@@ -118,26 +145,28 @@ public:
                 const Sample& s = sample_[i];
                 f[kVx] = s.velocity.x, f[kVy] = s.velocity.y, f[kVz] = s.velocity.z;
                 f[kWeight] = s.weight, f[kExtra] = s.extra, f[kFading] = s.squared_offset;
+                if constexpr (kScaled) f[kInverseScale] = 1 / scale_[i];
             },
-            [&](const PointGroup& group, Samples samples) {
+            [&](const PointGroup& group, Samples<kScaled> samples) {
                 Lanes sums[kSums];
-                forLanes(OuterSums{samples, group.position, sums});
+                forLanes(OuterSums<kScaled>{samples, group.position, sums});
                 for (std::size_t lane = 0; lane < group.size; ++lane)
                     approach[group.row[lane]] = approachOf(sums, lane);
-            });
+            },
+            scale_);
         return approach;
     }
 
-private:
     Approach approachOf(const Lanes (&sums)[kSums], std::size_t lane) const {
         const double distance = std::sqrt(static_cast<double>(sums[kNearest][lane]));
         const double in_reach = 1 - smoothStep((distance - rolling_) / kReachFade).value;
         const float weight = sums[kWeights][lane];
         if (!(in_reach > 0) || !(weight > 0)) return Approach{.distance = static_cast<float>(distance)};
         const auto vector = [&](int s) { return Vec3f(sums[s][lane], sums[s + 1][lane], sums[s + 2][lane]); };
-        return {vector(kAway).normalized(),
-                static_cast<float>(rolling_ - distance - sums[kExtras][lane] / static_cast<double>(weight)),
-                static_cast<float>(in_reach), vector(kVelocity) / weight, static_cast<float>(distance)};
+        const double gap = rolling_ - distance - sums[kExtras][lane] / static_cast<double>(weight);
+        const double scale = scale_.empty() ? 1 : weight / static_cast<double>(sums[kInverseScales][lane]);
+        return {vector(kAway).normalized(), static_cast<float>(gap * scale), static_cast<float>(in_reach),
+                vector(kVelocity) / weight, static_cast<float>(distance),    static_cast<float>(scale)};
     }
 
     struct Sample {
@@ -148,6 +177,7 @@ private:
     double rolling_, spacing_;
     std::vector<Vec3> position_;
     std::vector<Sample> sample_;
+    std::vector<float> scale_;  // particle spacing at each sample; empty: all 1
     PointGroups groups_;
 };
 
@@ -156,6 +186,7 @@ private:
 void retract(const OuterSamples& samples, const SkinLengths& lengths, DeformingMesh& surface) {
     const OuterBoundary outer(samples, lengths, surface.spacing());
     std::vector<float> reach;
+    surface.smoothScales();
     // Wide steps approach the skin evenly; narrower ones correct what averaging has left of the gap.
     const auto wide_steps =
         static_cast<std::size_t>(std::min(kMaxWideSteps, std::ceil((lengths.joining - lengths.skin) / kWideStep)));
@@ -171,7 +202,8 @@ void retract(const OuterSamples& samples, const SkinLengths& lengths, DeformingM
         std::vector<Vec3f> step(surface.size());
         parallelFor(step.size(), 4096, [&](std::size_t v) {
             const Approach& a = approach[v];
-            const double longest = kMaxStepInKernels * width, longest_outwards = std::min(kMaxOutwardStep, longest);
+            const double scale = surface.scale(v), longest = kMaxStepInKernels * width * scale,
+                         longest_outwards = std::min(kMaxOutwardStep * scale, longest);
             const double length = std::clamp(a.gap * fraction, -longest_outwards, longest) * a.in_reach;
             step[v] = a.inwards * static_cast<float>(length);
         });
@@ -187,8 +219,9 @@ void retract(const OuterSamples& samples, const SkinLengths& lengths, DeformingM
         step = surface.kernelMeans(width, step);
         surface.move(step);
         reach.resize(surface.size());
-        parallelFor(reach.size(), 8192,
-                    [&](std::size_t v) { reach[v] = approach[v].distance + step[v].length() + kReachSlack; });
+        parallelFor(reach.size(), 8192, [&](std::size_t v) {
+            reach[v] = approach[v].distance + step[v].length() / approach[v].scale + kReachSlack;
+        });
     }
     surface.measure();
 }

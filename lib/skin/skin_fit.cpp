@@ -17,28 +17,30 @@ namespace {
 // sum is the same for elements that face the opposite way.
 struct SidewaysSums {
     ElementSamples samples;
-    float inverse_square_reach;
+    const Lanes &inverse_square_reach, &softening;
     OrientedPoints point;
     Lanes (&sums)[2];
 
     template <std::size_t kWidth>
     __attribute__((always_inline)) void operator()(std::size_t first) const {
         using Pack = Floats<kWidth>;
-        Pack x[3], n[3];
+        Pack x[3], n[3], inverse, soft;
         getLanes<kWidth>(point.position, first, x);
         getLanes<kWidth>(point.normal, first, n);
+        getLanes<kWidth>(inverse_square_reach, first, inverse);
+        getLanes<kWidth>(softening, first, soft);
         const Pack zero{}, one = zero + 1.0F;
         Pack sum[2] = {};
         samples.forEach(
             x, [&](const auto& f, const Pack(&p)[3]) __attribute__((always_inline)) {
-                const Pack square = p[0] * p[0] + p[1] * p[1] + p[2] * p[2] + f[kVariance] + kSidewaysSoftening;
+                const Pack square = p[0] * p[0] + p[1] * p[1] + p[2] * p[2] + f[kVariance] + soft;
                 const Pack t = f[kDx] * n[0] + f[kDy] * n[1] + f[kDz] * n[2];
                 Pack u = (kSidewaysMax + kSidewaysFade - t) / kSidewaysFade,
                      v = (t - kSidewaysMin + kSidewaysFade) / kSidewaysFade;
                 u = u < v ? u : v;
                 u = u < one ? u : one;
                 u = u > 0 ? u : zero;
-                Pack within = one - square * inverse_square_reach;
+                Pack within = one - square * inverse;
                 within = within > 0 ? within : zero;
                 Pack opposite = (kSidewaysMin - t) / kSidewaysFade;
                 opposite = opposite < one ? opposite : one;
@@ -64,7 +66,7 @@ struct FitSums {
         Pack x[3], n[3], inverse;
         getLanes<kWidth>(point.position, first, x);
         getLanes<kWidth>(point.normal, first, n);
-        std::memcpy(&inverse, reinterpret_cast<const float*>(&inverse_square_width) + first, sizeof inverse);
+        getLanes<kWidth>(inverse_square_width, first, inverse);
         const Pack zero{}, one = zero + 1.0F;
         Pack sum[9] = {};
         samples.forEach(
@@ -89,14 +91,14 @@ struct FitSums {
     }
 };
 
-// The step from a point onto the sphere fitted to the sums.
-Vec3 stepOntoSphere(const Lanes (&sums)[9], std::size_t lane) {
+// The step from a point onto the sphere fitted to the sums. scale: particle spacing there, in spacings of the frame.
+Vec3 stepOntoSphere(const Lanes (&sums)[9], std::size_t lane, double scale) {
     const double weight = sums[0][lane];
     if (!(weight > 0)) return Vec3(0);
     const Vec3 a = Vec3(sums[1][lane], sums[2][lane], sums[3][lane]) / weight,
                b = Vec3(sums[4][lane], sums[5][lane], sums[6][lane]) / weight;
     const double c = sums[7][lane] / weight, e = sums[8][lane] / weight;
-    const double quadratic = (c - dot(a, b)) / (2 * (e - dot(a, a) + kSkinFitVariance));
+    const double quadratic = (c - dot(a, b)) / (2 * (e - dot(a, a) + kSkinFitVariance * (scale * scale)));
     const Vec3 linear = b - a * (2 * quadratic);
     const double constant = -(dot(linear, a) + quadratic * e), slope = dot(linear, linear);
     if (!(slope > 1e-9)) return Vec3(0);
@@ -104,23 +106,30 @@ Vec3 stepOntoSphere(const Lanes (&sums)[9], std::size_t lane) {
     return linear * (-2 * constant / (slope + root));
 }
 
-// The kernel width at each vertex: limited by where the surface turns sideways, less so where the liquid is thick.
+// The kernel width at each vertex, in particle spacings there: limited by where the surface turns sideways, less so
+// where the liquid is thick.
 std::vector<float> kernelWidths(DeformingMesh& surface, const GroupedElements& elements, const Normals& wide,
                                 double widest) {
     std::vector<float> width(surface.size());
-    const auto inverse = static_cast<float>(1 / (widest * widest));
     const auto visit = [&](const PointGroup& group, ElementSamples near, const OrientedPoints& point) {
-        Lanes sums[2];
-        forLanes(SidewaysSums{near, inverse, point, sums});
+        Lanes inverse, softening, sums[2];
+        surface.setInverseSquares(group, widest, inverse);
+        for (std::size_t lane = 0; lane < kLanes; ++lane) {
+            const float scale = surface.scale(group.row[lane]);
+            softening[lane] = kSidewaysSoftening * (scale * scale);
+        }
+        forLanes(SidewaysSums{near, inverse, softening, point, sums});
         for (std::size_t lane = 0; lane < group.size; ++lane) {
-            const double sideways = kWallFactor * static_cast<double>(sums[0][lane]);
-            const double limit =
-                1 / (kEdgeFit * kEdgeFit) + kThinFactor * kWallFactor * static_cast<double>(sums[1][lane]);
+            const double scale = surface.scale(group.row[lane]), factor = kWallFactor * (scale * scale);
+            const double sideways = factor * static_cast<double>(sums[0][lane]);
+            const double limit = 1 / (kEdgeFit * kEdgeFit) + kThinFactor * factor * static_cast<double>(sums[1][lane]);
             const double inverse_square = 1 / (widest * widest) + sideways * limit / (sideways + limit);
             width[group.row[lane]] = static_cast<float>(std::max(kNarrowestFit, 1 / std::sqrt(inverse_square)));
         }
     };
-    forElements(surface.groups(), surface.position(), elements, surface.spacing(), widest, wide, visit);
+    std::vector<float> reach(surface.size());
+    parallelFor(reach.size(), 8192, [&](std::size_t v) { reach[v] = static_cast<float>(widest) * surface.scale(v); });
+    forElements(surface.groups(), surface.position(), elements, surface.spacing(), reach, wide, visit);
     surface.constrainFading(width);
     return width;
 }
@@ -134,7 +143,9 @@ std::vector<float> fitSpheres(DeformingMesh& surface, double widest) {
     const Normals wide = surface.kernelNormals(kSidewaysKernel, normal).normal;
     const GroupedElements elements(surface);
     std::vector<float> width = kernelWidths(surface, elements, wide, widest);
-    const std::vector<float> inverse_square = inverseSquares(width);
+    std::vector<float> absolute(width.size());
+    parallelFor(width.size(), 8192, [&](std::size_t v) { absolute[v] = width[v] * surface.scale(v); });
+    const std::vector<float> inverse_square = inverseSquares(absolute);
     std::vector<Vec3f> step(surface.size(), Vec3f(0));
     const auto visit = [&](const PointGroup& group, ElementSamples near, const OrientedPoints& point) {
         Lanes inverse, sums[9];
@@ -142,12 +153,13 @@ std::vector<float> fitSpheres(DeformingMesh& surface, double widest) {
         forLanes(FitSums{near, inverse, point, sums});
         for (std::size_t lane = 0; lane < group.size; ++lane) {
             const std::uint32_t v = group.row[lane];
-            Vec3 onto = stepOntoSphere(sums, lane) * fitShare(width[v]);
-            if (const double length = onto.length(); length > kMaxFitStep) onto *= kMaxFitStep / length;
+            const double scale = surface.scale(v), longest = kMaxFitStep * scale;
+            Vec3 onto = stepOntoSphere(sums, lane, scale) * fitShare(width[v]);
+            if (const double length = onto.length(); length > longest) onto *= longest / length;
             step[v] = Vec3f(onto);
         }
     };
-    forElements(surface.groups(), surface.position(), elements, surface.spacing(), widest, normal, visit);
+    forElements(surface.groups(), surface.position(), elements, surface.spacing(), absolute, normal, visit);
     std::vector<float> own(width.size());
     parallelFor(own.size(), 8192, [&](std::size_t v) {
         own[v] = static_cast<float>(smoothStep((width[v] - kOwnStepBegins) / (kOwnStepFull - kOwnStepBegins)).value);

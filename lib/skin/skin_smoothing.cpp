@@ -21,21 +21,22 @@ using Samples = SampleRuns<kFields>;
 template <bool kHeight>
 struct FacingSums {
     Samples samples;
-    float inverse_square_width;
+    const Lanes& inverse_square_width;
     OrientedPoints point;
     Lanes (&sums)[2];
 
     template <std::size_t kWidth>
     __attribute__((always_inline)) void operator()(std::size_t first) const {
         using Pack = Floats<kWidth>;
-        Pack x[3], n[3];
+        Pack x[3], n[3], inverse;
         getLanes<kWidth>(point.position, first, x);
         getLanes<kWidth>(point.normal, first, n);
+        getLanes<kWidth>(inverse_square_width, first, inverse);
         const Pack zero{}, one = zero + 1.0F;
         Pack sum[2] = {};
         samples.forEach(
             x, [&](const auto& f, const Pack(&p)[3]) __attribute__((always_inline)) {
-                Pack t = one - (p[0] * p[0] + p[1] * p[1] + p[2] * p[2]) * inverse_square_width;
+                Pack t = one - (p[0] * p[0] + p[1] * p[1] + p[2] * p[2]) * inverse;
                 Pack c = f[kNx] * n[0] + f[kNy] * n[1] + f[kNz] * n[2];
                 t = t > 0 ? t : zero;
                 c = c > 0 ? c : zero;
@@ -55,7 +56,6 @@ template <bool kHeight>
 std::vector<float> facingMeans(DeformingMesh& surface, const std::vector<Vec3f>& normal,
                                const std::vector<float>& value) {
     std::vector<float> mean(surface.size());
-    constexpr auto inverse = static_cast<float>(1 / (kBiLaplacianKernel * kBiLaplacianKernel));
     surface.forNeighbourhoods<kFields>(
         kBiLaplacianKernel,
         [&](std::uint32_t v, SampleFields<kFields>& f) {
@@ -65,7 +65,8 @@ std::vector<float> facingMeans(DeformingMesh& surface, const std::vector<Vec3f>&
         },
         [&](const PointGroup& group, Samples samples) {
             const PointGroup::Vectors n = group.gather(normal);
-            Lanes sums[2];
+            Lanes inverse, sums[2];
+            surface.setInverseSquares(group, kBiLaplacianKernel, inverse);
             forLanes(FacingSums<kHeight>{samples, inverse, {group.position, n.lanes}, sums});
             for (std::size_t lane = 0; lane < group.size; ++lane)
                 mean[group.row[lane]] = sums[1][lane] > 0 ? sums[0][lane] / sums[1][lane] : 0;
@@ -77,8 +78,8 @@ std::vector<float> facingMeans(DeformingMesh& surface, const std::vector<Vec3f>&
 void smoothByBiLaplacian(DeformingMesh& surface, const std::vector<Vec3f>& normal, bool is_last) {
     std::vector<float> height = facingMeans<true>(surface, normal, {});
     const std::vector<float> mean = facingMeans<false>(surface, normal, height);
-    constexpr auto longest = static_cast<float>(kMaxBiLaplacianStep);
     parallelFor(height.size(), 8192, [&](std::size_t v) {
+        const float longest = static_cast<float>(kMaxBiLaplacianStep) * surface.scale(v);
         height[v] = std::clamp(kBiLaplacianGain * (height[v] - mean[v]), -longest, longest);
     });
     std::vector<Vec3f> step(height.size());
@@ -106,7 +107,8 @@ void smoothSkin(DeformingMesh& surface, double widest, double farthest, int pass
     std::vector<Vec3f> back(surface.size());
     parallelFor(back.size(), 8192, [&](std::size_t v) {
         const Vec3 displacement = (surface.position()[v] - retracted[v]) / surface.spacing();
-        const double s2 = displacement.length2() / (farthest * farthest), s4 = s2 * s2, s8 = s4 * s4;
+        const double farthest_here = farthest * surface.scale(v);
+        const double s2 = displacement.length2() / (farthest_here * farthest_here), s4 = s2 * s2, s8 = s4 * s4;
         back[v] = Vec3f(displacement * (std::pow(1 + s8 * s8, -1.0 / 16) - 1));  // negligible below 2/3 of `farthest`
     });
     surface.move(back);

@@ -15,10 +15,10 @@ constexpr std::size_t kCorners = 4;  // of a tetrahedron: the directions by whic
 // Integrals over triangles, relative to an origin.
 struct MomentAccumulator {
     double area = 0, square = 0, along = 0;
-    std::array<double, 2> value{};
+    std::array<double, 3> value{};
     Vec3 first{0}, direction{0};
 
-    void add(const Vec3& a, const Vec3& b, const Vec3& c, const std::array<double, 2>& value_sum, double share) {
+    void add(const Vec3& a, const Vec3& b, const Vec3& c, const std::array<double, 3>& value_sum, double share) {
         const Vec3 vector_area = cross(b - a, c - a) / 2 * share;
         const double triangle_area = vector_area.length();
         const Vec3 sum = a + b + c;
@@ -27,7 +27,7 @@ struct MomentAccumulator {
         direction += vector_area;
         square += triangle_area / 12 * (dot(a, a) + dot(b, b) + dot(c, c) + dot(sum, sum));
         along += dot(a, vector_area);
-        for (std::size_t k = 0; k < 2; ++k) value[k] += value_sum[k] / 3 * triangle_area;
+        for (std::size_t k = 0; k < 3; ++k) value[k] += value_sum[k] / 3 * triangle_area;
     }
     SurfaceElement element(const Vec3& origin, double unit) const {
         const Vec3 middle = first / area;
@@ -37,11 +37,12 @@ struct MomentAccumulator {
                 static_cast<float>(area),
                 static_cast<float>(std::max(0.0, square / area - dot(middle, middle))),
                 static_cast<float>(along / area - dot(middle, mean)),
-                {static_cast<float>(value[0] / area), static_cast<float>(value[1] / area)}};
+                {static_cast<float>(value[0] / area), static_cast<float>(value[1] / area),
+                 static_cast<float>(value[2] / area)}};
     }
 };
 
-std::vector<SurfaceElement> elementsOf(const DeformingMesh& surface, const std::vector<std::array<float, 2>>& value) {
+std::vector<SurfaceElement> elementsOf(const DeformingMesh& surface, const std::vector<std::array<float, 3>>& value) {
     const BetaMesh& mesh = surface.mesh();
     const double unit = surface.spacing(), scale = 1 / unit;
     const std::array<Vec3, kCorners> corner{Vec3(1, 1, 1), Vec3(1, -1, -1), Vec3(-1, 1, -1), Vec3(-1, -1, 1)};
@@ -58,9 +59,9 @@ std::vector<SurfaceElement> elementsOf(const DeformingMesh& surface, const std::
                 const auto localOf = [&](std::uint32_t v) { return (surface.position()[v] - origin) * scale; };
                 for (std::uint32_t t = begin; t < end; ++t) {
                     const auto& [i, j, k] = mesh.triangles[t];
-                    std::array<double, 2> sum{};
+                    std::array<double, 3> sum{};
                     if (!value.empty())
-                        for (std::size_t m = 0; m < 2; ++m)
+                        for (std::size_t m = 0; m < 3; ++m)
                             sum[m] = static_cast<double>(value[i][m]) + value[j][m] + value[k][m];
                     visit(localOf(i), localOf(j), localOf(k), sum);
                 }
@@ -97,14 +98,15 @@ std::vector<SurfaceElement> elementsOf(const DeformingMesh& surface, const std::
 
 }  // namespace
 
-GroupedElements::GroupedElements(const DeformingMesh& surface, const std::vector<std::array<float, 2>>& value)
+GroupedElements::GroupedElements(const DeformingMesh& surface, const std::vector<std::array<float, 3>>& value)
     : element(elementsOf(surface, value)), position(element.size()) {
     const auto setPositions = [&] {
         parallelFor(position.size(), 8192, [&](std::size_t i) { position[i] = element[i].position; });
     };
     setPositions();
     std::vector<std::uint32_t> order;
-    groups = PointGroups(position, kGroupCell * surface.spacing(), order);
+    groups =
+        PointGroups(position, kGroupCell * surface.spacing() * static_cast<double>(surface.smallestScale()), order);
     element = inOrder(element, order);
     setPositions();
     groups.fitBoxes(position);

@@ -4,6 +4,7 @@
 
 #include "skin/deforming_mesh.h"
 
+#include <algorithm>
 #include <array>
 #include <vector>
 
@@ -18,7 +19,7 @@ struct SurfaceElement {
     Vec3f direction;             ///< mean normal, shorter than 1 where the element is curved
     float area, variance;        ///< area, and mean squared distance from the position
     float convexity;             ///< mean of (x - position) · (normal at x): > 0 where the element is convex
-    std::array<float, 2> value;  ///< means of two values of the vertices
+    std::array<float, 3> value;  ///< means of three values of the vertices
 };
 
 /// Elements in compact groups.
@@ -29,8 +30,8 @@ struct GroupedElements {
 
     /// The elements of a surface, one per ball or four where its part of the surface is strongly curved. They are exact
     /// integrals, which do not depend on how a plane polygon is triangulated.
-    /// value: two values per vertex, whose means the elements get; empty: zeros.
-    explicit GroupedElements(const DeformingMesh& surface, const std::vector<std::array<float, 2>>& value = {});
+    /// value: three values per vertex, whose means the elements get; empty: zeros.
+    explicit GroupedElements(const DeformingMesh& surface, const std::vector<std::array<float, 3>>& value = {});
 };
 
 /// Fields of an element in sums.
@@ -43,15 +44,18 @@ struct OrientedPoints {
     const Lanes (&normal)[3];
 };
 
-/// Calls visit(group of points, elements within reach, positions and normals of the group) for every group; reach: in
-/// units.
+/// Calls visit(group of points, elements within reach, positions and normals of the group) for every group; reach: of
+/// each point, units.
 template <typename Visit>
 void forElements(const PointGroups& points, const std::vector<Vec3>& point, const GroupedElements& elements,
-                 double unit, double reach, const Normals& normal, const Visit& visit) {
+                 double unit, const std::vector<float>& reach, const Normals& normal, const Visit& visit) {
     constexpr std::size_t kMaxElements = 4096;
     forGroups<kElementFields>(
         points, point, elements.groups, elements.position, unit, kMaxElements,
-        [&](std::size_t) { return reach * unit; },
+        [&](std::size_t group) {
+            const auto first = reach.begin() + points.begin(group), last = reach.begin() + points.begin(group + 1);
+            return static_cast<double>(*std::max_element(first, last)) * unit;
+        },
         [&](std::uint32_t i, SampleFields<kElementFields>& f) {
             const SurfaceElement& e = elements.element[i];
             f[kDx] = e.direction.x, f[kDy] = e.direction.y, f[kDz] = e.direction.z;

@@ -277,6 +277,8 @@ private:
 BetaMesh completeTessellation(const BallBoundary& boundary, const std::vector<DualVec3>& balls, ArcNetwork network,
                               FacePoints points, const ArcSubdivision& subdivision) {
     const CompressedRows<NearTangentNeighbour> near_tangent = nearTangentNeighbours(boundary, balls, network, points);
+    BetaMesh mesh;
+    mesh.scale = network.pointScales(boundary);
     std::exchange(network.line, {}), std::exchange(network.at_ball, {});  // large and no longer needed
     const std::vector<std::uint32_t> first_face = firstFaces(boundary);
     const BallLoopMaker maker(boundary, network);
@@ -345,11 +347,11 @@ BetaMesh completeTessellation(const BallBoundary& boundary, const std::vector<Du
     std::vector<std::uint32_t> first_offset;
     for (const Part& part : parts) first_offset.push_back(part.volume_offsets);
     first_offset = exclusiveScan(first_offset);
-    BetaMesh mesh;
     const std::size_t in_network = network.point.size();
     mesh.vertex = std::move(network.point);
     firstTouchResize(mesh.vertex, in_network + vertices.back());
     firstTouchResize(mesh.rim_distance, mesh.vertex.size());
+    if (!mesh.scale.empty()) mesh.scale.resize(mesh.vertex.size());
     firstTouchResize(mesh.triangles, triangles.back());
     auto &on_edges = mesh.fading[0], &on_facets = mesh.fading[1], &in_quads = mesh.fading[2];
     on_edges = std::move(network.fading);
@@ -368,6 +370,7 @@ BetaMesh completeTessellation(const BallBoundary& boundary, const std::vector<Du
             const std::size_t end = k + 1 < part.ball.size() ? part.ball[k + 1].points : part.point.size();
             for (std::size_t i = part.ball[k].points; i < end; ++i) {
                 const std::uint32_t p = part.point[i], v = first + static_cast<std::uint32_t>(i);
+                if (!mesh.scale.empty()) mesh.scale[v] = static_cast<float>(boundary.scaleOf(b));
                 if (p >= kNewPoint) {
                     mesh.vertex[v] = part.other[p - kNewPoint].vertex;
                     mesh.rim_distance[v] = part.other[p - kNewPoint].rim_distance;

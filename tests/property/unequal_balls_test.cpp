@@ -4,12 +4,18 @@
 #include "base/random.h"
 #include "base/union_find.h"
 #include "betamesh/check.h"
+#include "betamesh/io.h"
 #include "skin/arcs.h"
 #include "skin/ball_boundary.h"
 #include "skin/coverage.h"
 #include "skin/face_points.h"
 #include "skin/faces.h"
 #include "skin/features.h"
+#include "skin/outer_boundary.h"
+#include "skin/retract.h"
+#include "skin/self_intersections.h"
+#include "skin/skin_smoothing.h"
+#include "skin/stage_settings.h"
 #include "skin/tessellate.h"
 #include "skin/velocity.h"
 #include "support/clouds.h"
@@ -107,6 +113,52 @@ Tessellated tessellated(const UnequalCloud& cloud, Appearance appearance, double
     Mesh mesh = asMesh(
         completeTessellation(boundary, balls, network, facePoints(snapped, boundary, balls, directions), subdivision));
     return {std::move(boundary), std::move(mesh)};
+}
+
+/// The smoothed skin, with the default's lengths. spacing: of the particles with the largest balls; their radius is 1.5
+/// times that.
+Mesh skinned(const UnequalCloud& cloud, double spacing, bool is_smoothed = true) {
+    const SnappedParticles snapped = snapParticles(cloud.particles, cloud.radius);
+    SkinParams params;
+    params.radius = 1.5 * spacing;
+    params.spacing = spacing;
+    Icosphere directions = faceDirections(params);
+    BallBoundary boundary = ballBoundary(snapped, exposureCandidates(snapped), directions.position);
+    groupFaces(snapped, boundary);
+    const std::vector<DualVec3> balls = ballCentres(boundary, cloud.particles);
+    const ArcSubdivision subdivision = arcSubdivision(params);
+    const OuterSamples outer =
+        outerSamples(cloud.particles, snapped, boundary, skinLengths(params).outer() * spacing, spacing);
+    ArcNetwork network =
+        arcPoints(boundary, balls, boundaryVertices(cloud.particles, snapped, boundary, balls), subdivision);
+    FacePoints points = facePoints(snapped, boundary, balls, std::move(directions));
+    BetaMesh mesh = completeTessellation(boundary, balls, std::move(network), std::move(points), subdivision);
+    mesh.rim_distance.clear();
+    DeformingMesh surface(mesh, spacing);
+    retract(outer, skinLengths(params), surface);
+    if (is_smoothed) smoothSkin(surface, widestSkinFit(params), farthestSkinSmoothing(params), 1);
+    surface.writePositions();
+    return asMesh(std::move(mesh));
+}
+
+double volumeOf(const Mesh& mesh) {
+    double volume = 0;
+    for (const auto& [a, b, c] : mesh.triangles)
+        volume += dot(mesh.position[a], cross(mesh.position[b], mesh.position[c])) / 6;
+    return volume;
+}
+
+/// Adds a block of particles with this spacing, `side` wide, from a corner on.
+void addBlock(const Vec3& corner, double spacing, double side, double jitter, UnequalCloud& cloud) {
+    Random random(cloud.radius.size());
+    const int n = static_cast<int>(std::lround(side / spacing));
+    for (int z = 0; z < n; ++z)
+        for (int y = 0; y < n; ++y)
+            for (int x = 0; x < n; ++x) {
+                cloud.particles.position.emplace_back(corner +
+                                                      (Vec3(x, y, z) + Vec3(0.5) + random.cube() * jitter) * spacing);
+                cloud.radius.push_back(1.5 * spacing);
+            }
 }
 
 void expectAClosedManifoldWithoutCrossings(const UnequalCloud& cloud) {
@@ -323,9 +375,7 @@ TEST(UnequalBalls, AreMeshedWithTheVolumeOfTheirUnion) {
             cloud.radius.push_back(random.between(0.05, 1));
         }
         const Mesh mesh = tessellated(cloud, Appearance::on_boundary, 0.05).mesh;
-        double volume = 0;
-        for (const auto& [a, b, c] : mesh.triangles)
-            volume += dot(mesh.position[a], cross(mesh.position[b], mesh.position[c])) / 6;
+        const double volume = volumeOf(mesh);
         constexpr int kPoints = 1000000;
         int inside = 0;
         for (int i = 0; i < kPoints; ++i) {
@@ -339,6 +389,29 @@ TEST(UnequalBalls, AreMeshedWithTheVolumeOfTheirUnion) {
         const double expected = 64.0 * inside / kPoints;
         EXPECT_NEAR(volume, expected, 0.02 * expected);
     }
+}
+
+// Two blocks far from each other, each with the volume of its liquid.
+TEST(UnequalBalls, HaveASkinAtTheDistanceOfTheirSize) {
+    for (const double fine : {1.0, 0.5, 0.25}) {
+        SCOPED_TRACE("spacing " + std::to_string(fine));
+        UnequalCloud cloud;
+        addBlock(Vec3(0), 1, 10, 0.1, cloud);
+        const double alone = volumeOf(skinned(cloud, 1));
+        addBlock(Vec3(40, 0, 0), fine, 10 * fine, 0.1, cloud);
+        const double both = volumeOf(skinned(cloud, 1));
+        EXPECT_NEAR(alone / 1000, 1.01, 0.03);
+        EXPECT_NEAR((both - alone) / (1000 * fine * fine * fine), 1.01, 0.03);
+    }
+}
+
+TEST(UnequalBalls, AdaptiveBlock) {
+    UnequalCloud cloud;
+    addBlock(Vec3(0), 1, 12, 0.1, cloud);
+    addBlock(Vec3(12, 0, 0), 0.25, 12, 0.1, cloud);
+    const Mesh mesh = skinned(cloud, 1);
+    EXPECT_NEAR(volumeOf(mesh) / (2 * 12 * 12 * 12), 1.01, 0.03);
+    if (const char* path = std::getenv("BETAMESH_ADAPTIVE")) writeMesh(path, mesh);
 }
 
 }  // namespace betamesh
