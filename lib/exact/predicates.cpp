@@ -55,8 +55,8 @@ Int discriminant(const OffsetBall& u, const OffsetBall& v, std::int64_t radius, 
     const Unsigned cancelling = p * p * static_cast<Unsigned>(square(v.centre)) +
                                 q * q * static_cast<Unsigned>(square(u.centre)) -
                                 2 * p * q * static_cast<Unsigned>(Int{u.centre.dot(v.centre)});
-    const auto four_rr = static_cast<Unsigned>(4 * radius * radius);
-    return static_cast<Int>(four_rr * static_cast<Unsigned>(n_squared) - cancelling);
+    const std::int64_t diameter_squared = 4 * radius * radius;
+    return static_cast<Int>(static_cast<Unsigned>(diameter_squared) * static_cast<Unsigned>(n_squared) - cancelling);
 }
 
 // Where w is in the plane of the centres 0, u and v, and its sphere passes through the points where theirs meet: the
