@@ -134,10 +134,14 @@ TEST_F(Outputs, SurviveTheLossOfAWorker) {
     fs::remove_all(folder_ / "proxy");
     RunningProgram program({"run", "job.yaml"}, folder_.path());
     ASSERT_TRUE(within(kSecondsToStart, [&] { return exists("proxy/a.0002.ply.json"); }));
-    std::this_thread::sleep_for(std::chrono::milliseconds(30));  // a worker that dies of a single frame gives that up
     if (const pid_t worker = program.worker(); worker > 0) kill(worker, SIGKILL);
     const Outcome outcome = program.wait();
-    ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+    if (outcome.exit_code != 0) {  // only one frame was in progress: then that is given up
+        EXPECT_EQ(outcome.exit_code, 33) << outcome.err;
+        EXPECT_NE(outcome.err.find("39 of 40 frames written, 0 skipped, 1 failed"), std::string::npos) << outcome.err;
+        const Outcome again = runProgram({"run", "job.yaml", "--skip-existing"}, folder_.path());
+        ASSERT_EQ(again.exit_code, 0) << again.err;
+    }
     EXPECT_TRUE(meshesIn("hero") == hero);  // printing a difference of so many bytes takes gigabytes
     EXPECT_TRUE(meshesIn("proxy") == proxy);
 }
