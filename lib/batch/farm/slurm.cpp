@@ -15,6 +15,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <string_view>
+#include <system_error>
 #include <tuple>
 #include <utility>
 
@@ -110,7 +111,14 @@ public:
     const std::string& path() const { return path_; }
 
 private:
-    std::string path_ = (std::filesystem::temp_directory_path() / "betamesh-sbatch-XXXXXX").string();
+    static std::string pathToFill() {
+        std::error_code failure;
+        const std::filesystem::path folder = std::filesystem::temp_directory_path(failure);
+        if (failure) throw Error("the folder for temporary files, TMPDIR, does not exist. Set it to one that does.");
+        return (folder / "betamesh-sbatch-XXXXXX").string();
+    }
+
+    std::string path_ = pathToFill();
 };
 
 /// Submits a script. Returns the job id and whether sbatch succeeded.
