@@ -42,7 +42,7 @@ const char* groupOf(const ConfigKey& key) {
 }
 
 /// What stands for the value in the help of a key's option: "LENGTH", "beta|alpha|union".
-std::string placeholderFor(const ConfigKey& key) {
+std::string typeNameOf(const ConfigKey& key) {
     if (key.path == "preset") return presetNames("|");
     if (key.path == "frames") return "FRAMES";
     if (key.unit == "bytes") return "SIZE";
@@ -155,7 +155,7 @@ void addKeyOptions(CLI::App& command, std::map<std::string, std::string>& values
             option = command.add_flag_callback(
                 key.option, [store] { store("true"); }, help);
         } else {
-            option = command.add_option_function<std::string>(key.option, store, help)->type_name(placeholderFor(key));
+            option = command.add_option_function<std::string>(key.option, store, help)->type_name(typeNameOf(key));
         }
         option->group(groupOf(key));
     }

@@ -1,13 +1,16 @@
 #include "support/oracles.h"
 
+#include "base/union_find.h"
 #include "exact/predicates.h"
 #include "exact/snapped_particles.h"
 #include "skin/patch_tree.h"
 
+#include <gtest/gtest.h>
 #include <algorithm>
 #include <boost/multiprecision/cpp_bin_float.hpp>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <numbers>
 
 namespace betamesh {
@@ -110,6 +113,27 @@ TriangleSet perturbedAlphaTriangles(const SnappedParticles& snapped) {
         found.insert(smallestFirst({snapped.row[a], snapped.row[b], snapped.row[c]}));
     });
     return found;
+}
+
+void expectClosedSurfaces(const BallBoundary& boundary) {
+    UnionFind pieces(boundary.face.size());
+    std::map<std::uint32_t, std::uint32_t> face_of_cycle;
+    for (std::uint32_t f = 0; f < boundary.face.size(); ++f)
+        for (const std::uint32_t c : boundary.face[f])
+            ASSERT_TRUE(face_of_cycle.emplace(c, f).second) << "a cycle bounds two faces";
+    ASSERT_EQ(face_of_cycle.size(), boundary.cycle.size() + 2 * boundary.circle.size());
+    std::vector<std::uint32_t> cycle_of(boundary.twin.size());
+    for (std::uint32_t c = 0; c < boundary.cycle.size(); ++c)
+        for (const std::uint32_t h : boundary.cycle[c]) cycle_of[h] = c;
+    for (std::uint32_t h = 0; h < boundary.twin.size(); ++h)  // three faces meet in a vertex
+        pieces.join(face_of_cycle[cycle_of[h]], face_of_cycle[cycle_of[nextInTriangle(h)]]);
+    for (std::uint32_t k = 0; k < boundary.circle.size(); ++k) {
+        const auto row = static_cast<std::uint32_t>(boundary.cycle.size()) + 2 * k;
+        pieces.join(face_of_cycle[row], face_of_cycle[row + 1]);
+    }
+    const std::int64_t euler = eulerCharacteristic(boundary);
+    EXPECT_EQ(euler % 2, 0);
+    EXPECT_LE(euler, 2 * static_cast<std::int64_t>(pieces.groups()));
 }
 
 double windingNumber(const Mesh& mesh, const Vec3& point) {

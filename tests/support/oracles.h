@@ -5,6 +5,7 @@
 #include "betamesh/mesh.h"
 #include "betamesh/particles.h"
 #include "exact/snapped_particles.h"
+#include "skin/ball_boundary.h"
 
 #include <set>
 
@@ -22,6 +23,10 @@ TriangleSet bruteForceAlphaTriangles(const SnappedParticles& particles);
 /// The same without tie rules: in floating point of 3,000 bits, for balls whose squared radii differ by the tiny
 /// amounts that break ties. O(n⁴), for at most 12 particles.
 TriangleSet perturbedAlphaTriangles(const SnappedParticles& particles);
+
+/// Expects each cycle of a boundary to bound one face, and each component to be a closed orientable surface: V - E + F
+/// is even and at most two per component.
+void expectClosedSurfaces(const BallBoundary& boundary);
 
 /// The generalised winding number of a closed mesh about a point, from solid angles.
 double windingNumber(const Mesh& mesh, const Vec3& point);
