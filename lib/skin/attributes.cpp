@@ -9,9 +9,6 @@
 
 namespace betamesh {
 
-namespace {
-
-// Null if there are no particles: files without particles often have no attributes either.
 const Attribute* attributeOf(const Particles& particles, const std::string& name) {
     std::string known;
     for (const Attribute& a : particles.attributes) {
@@ -22,6 +19,8 @@ const Attribute* attributeOf(const Particles& particles, const std::string& name
     throw Error("the particles have no attribute '" + name +
                 "'. Available attributes: " + (known.empty() ? "none" : known));
 }
+
+namespace {
 
 std::vector<std::string> withAccelerations(std::vector<std::string> names, const Particles& particles) {
     for (const Attribute& a : particles.attributes)

@@ -10,6 +10,11 @@
 
 namespace betamesh {
 
+/// The attribute of that name; null if there are no particles, since files without particles often have no attributes.
+///
+/// errors  particles without such an attribute; the message lists those they have
+const Attribute* attributeOf(const Particles& particles, const std::string& name);
+
 /// The named attributes of the particles, interpolated to the vertices of a mesh or of curves. Real numbers are means
 /// over the balls within two radii of the vertex, weighted by (1 - d²/4r²)²; integers are copied from the ball with the
 /// largest weight. Without a ball within two radii the values are zero. Accelerations (`accel`, `acceleration`) are

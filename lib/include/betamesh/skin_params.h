@@ -84,8 +84,12 @@ struct Wall {
 
 /// All parameters of one frame's surface.
 struct SkinParams {
-    double radius = 0;   ///< ball radius, world units, > 0; the paper uses 1.5 particle spacings
-    double spacing = 0;  ///< particle spacing dx, world units, >= 0; 0: radius / 1.5
+    double radius = 0;             ///< ball radius, world units, > 0; the paper uses 1.5 particle spacings
+    double spacing = 0;            ///< particle spacing dx, world units, >= 0; 0: radius / 1.5
+    std::string radius_attribute;  ///< particle attribute that, times radius_scale, is each particle's own spacing, to
+                                   ///< which its radius and skin are as those above to `spacing`; empty: all are alike
+    double radius_scale = 1;       ///< > 0
+    std::string radius_rate_attribute;  ///< particle attribute with the change of radius_attribute per second; empty: 0
     SurfaceKind surface = SurfaceKind::beta;
     Tessellation tessellation = Tessellation::complete;
     int arc_subdivisions = 0;  ///< segments per arc, >= 0; 0: sagitta below 0.01 radii, 0.02 in flat parts
