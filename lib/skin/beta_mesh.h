@@ -51,6 +51,8 @@ struct BetaMesh {
     std::vector<std::uint32_t> ball_begin;  ///< first triangle of each ball, then their number; empty: not known
     /// Local particle spacing at each vertex, in spacings of the frame; empty: all 1.
     std::vector<float> scale;
+
+    double scaleOf(std::size_t v) const { return scale.empty() ? 1 : static_cast<double>(scale[v]); }
 };
 
 /// The plain mesh, without vertices that no triangle uses.

@@ -26,10 +26,10 @@ Dual sinc(Dual x) {
 // Distance from the centre of a circle at which samples of it are placed.
 Dual liftedRadius(Dual radius, Dual sphere_radius) { return radius * (1 - kArcLift) + kArcLift * sphere_radius; }
 
-// The sample of a piece of a circle: an arc of angle `covered` with its middle at `angle`.
-BoundarySample arcSample(const IntersectionCircle& circle, Dual angle, Dual covered) {
-    const Dual lifted = liftedRadius(circle.radius(), circle.sphereRadius());
-    const Dual level = circle.radius() / circle.sphereRadius(), flat = sinc(covered / 2), curved = 1 - flat * flat;
+// The sample of a piece of a circle on a sphere of a radius: an arc of angle `covered` with its middle at `angle`.
+BoundarySample arcSample(const IntersectionCircle& circle, Dual sphere_radius, Dual angle, Dual covered) {
+    const Dual lifted = liftedRadius(circle.radius(), sphere_radius);
+    const Dual level = circle.radius() / sphere_radius, flat = sinc(covered / 2), curved = 1 - flat * flat;
     const DualVec3 outwards = circle.outwards(angle) * flat;
     return {circle.centre() + outwards * lifted, outwards * level, circle.radius() * covered, lifted * lifted * curved,
             lifted * level * curved};
@@ -55,7 +55,7 @@ class MomentAccumulator {
 public:
     explicit MomentAccumulator(const DualVec3& origin = {}) : origin_(origin) {}
     // Adds half of an arc or circle around the ball at the origin, integrated exactly; middle: the circle's centre.
-    void addHalf(const ArcLine& line, const DualVec3& middle, double radius) {
+    void addHalf(const ArcLine& line, const DualVec3& middle, Dual radius) {
         const Dual weight = line.length * 0.5, lifted = liftedRadius(line.radius, radius), level = line.radius / radius;
         weight_ = weight_ + weight;
         offset_ = offset_ + (middle - origin_) * weight + line.outwards * (lifted * 0.5);
@@ -64,7 +64,7 @@ public:
         along_ = along_ + level * lifted * weight;
     }
     // Adds points on the ball at the origin.
-    void add(const DirectionSum& points, double radius) {
+    void add(const DirectionSum& points, Dual radius) {
         const Dual weight = points.weight();
         const DualVec3& direction = points.direction();
         weight_ = weight_ + weight;
@@ -141,7 +141,7 @@ struct ExposedBall {
     // forPieces    forPieces(visit) calls visit(sample) for pieces of these arcs and circles
     // inside       points of its faces
     template <typename ForPieces>
-    ExposedBall(const DualVec3& ball, double radius, MomentAccumulator moments, const ForPieces& forPieces,
+    ExposedBall(const DualVec3& ball, Dual radius, MomentAccumulator moments, const ForPieces& forPieces,
                 const std::vector<WeightedDirection>& inside) {
         DirectionSum all;
         for (const auto& [direction, weight, corner_weight] : inside) all.add(direction, weight);
@@ -179,16 +179,22 @@ struct ExposedBall {
     }
 };
 
+// The centre of the circle in which two spheres meet.
+DualVec3 circleCentre(const BallBoundary& boundary, const std::vector<DualVec3>& balls,
+                      const std::array<std::uint32_t, 2>& pair) {
+    const DualVec3 &a = balls[pair[0]], &b = balls[pair[1]], middle = (a + b) * 0.5;
+    if (boundary.radius_of.empty() && boundary.radius_rate.empty()) return middle;
+    return IntersectionCircle(a, boundary.worldRadiusOf(pair[0]), b, boundary.worldRadiusOf(pair[1])).centre();
+}
+
 }  // namespace
 
 SamplesInRadii boundarySamples(const BallBoundary& boundary, const std::vector<DualVec3>& balls,
                                const ArcNetwork& network, const FacePoints& points) {
-    const double radius = boundary.worldRadius();
     const std::size_t arcs = network.arc_start.size(), directions = points.directions.position.size();
-    const double area = kAreaWeight * 2 * kTurn * radius / static_cast<double>(directions);
-    const auto forPieces = [&](std::size_t l, const auto& visit) {
+    const auto forPieces = [&](std::size_t l, Dual radius, const auto& visit) {
         const auto [low, high] = network.line[l].balls;
-        IntersectionCircle circle(balls[low], radius, balls[high], radius);
+        IntersectionCircle circle(balls[low], boundary.worldRadiusOf(low), balls[high], boundary.worldRadiusOf(high));
         Dual angle = kTurn;
         if (l < arcs) {
             circle.setZeroTowards(network.point[network.arc_start[l] / 3]);
@@ -197,7 +203,7 @@ SamplesInRadii boundarySamples(const BallBoundary& boundary, const std::vector<D
             circle.setZeroAnywhere();
         }
         const int n = std::max(1, static_cast<int>(std::ceil(angle.value / kMaxPieceAngle)));
-        for (int k = 0; k < n; ++k) visit(arcSample(circle, angle * ((k + 0.5) / n), angle / n));
+        for (int k = 0; k < n; ++k) visit(arcSample(circle, radius, angle * ((k + 0.5) / n), angle / n));
     };
 
     std::vector<std::array<double, kCorners>> corner_weight(directions);
@@ -213,11 +219,11 @@ SamplesInRadii boundarySamples(const BallBoundary& boundary, const std::vector<D
         parts[task].reserve(kBallsPerTask);  // most balls give one sample
         std::vector<WeightedDirection> inside;
         for (std::size_t b = task * kBallsPerTask; b < std::min(balls.size(), (task + 1) * kBallsPerTask); ++b) {
+            const Dual radius = boundary.worldRadiusOf(b);
+            const Dual area = kAreaWeight * 2 * kTurn * radius / static_cast<double>(directions);
             MomentAccumulator lines(balls[b]);
-            for (const std::uint32_t l : network.at_ball[b]) {
-                const ArcLine& line = network.line[l];
-                lines.addHalf(line, (balls[line.balls[0]] + balls[line.balls[1]]) * 0.5, radius);
-            }
+            for (const std::uint32_t l : network.at_ball[b])
+                lines.addHalf(network.line[l], circleCentre(boundary, balls, network.line[l].balls), radius);
             inside.clear();
             for (std::uint32_t p = points.begin[b]; p < points.begin[b + 1]; ++p) {
                 if (points.contactOf(p) || points.rim_distance[p].value <= kFaceSampleBegins) continue;
@@ -227,10 +233,14 @@ SamplesInRadii boundarySamples(const BallBoundary& boundary, const std::vector<D
                 inside.push_back({points.directions.position[d], fade * area, corner_weight[d]});
             }
             const auto forPiecesHere = [&](const auto& visit) {
-                for (const std::uint32_t l : network.at_ball[b]) forPieces(l, visit);
+                for (const std::uint32_t l : network.at_ball[b]) forPieces(l, radius, visit);
             };
             const ExposedBall exposed(balls[b], radius, lines, forPiecesHere, inside);
-            exposed.forSamples([&](const BoundarySample& sample) { parts[task].emplace_back(sample, radius); });
+            const double scale = boundary.scaleOf(b);
+            exposed.forSamples([&](BoundarySample sample) {
+                sample.weight = sample.weight * scale;
+                parts[task].emplace_back(sample, boundary.worldRadius(), scale);
+            });
         }
     });
     return concatenate(parts);

@@ -24,14 +24,16 @@ struct BoundarySample {
 
 using BoundarySamples = std::vector<BoundarySample>;
 
-/// A BoundarySample in single precision, in radii except for its position: compact, and what sums read.
+/// A BoundarySample in single precision, in radii of the largest ball except for its position: compact, and what sums
+/// read.
 struct SampleInRadii {
     Vec3 position;  ///< world units
     Vec3f velocity, direction, direction_rate;
     float weight, weight_rate, variance, half_variance_rate, convexity, convexity_rate;
+    float scale = 1;  ///< radius of its ball in those of the largest
 
     SampleInRadii() = default;
-    SampleInRadii(const BoundarySample& sample, double radius)
+    SampleInRadii(const BoundarySample& sample, double radius, double ball_scale)
         : position(sample.position.position),
           velocity(sample.position.velocity / radius),
           direction(sample.direction.position),
@@ -41,7 +43,8 @@ struct SampleInRadii {
           variance(static_cast<float>(sample.variance.value / (radius * radius))),
           half_variance_rate(static_cast<float>(sample.variance.rate / (2 * radius * radius))),
           convexity(static_cast<float>(sample.convexity.value / radius)),
-          convexity_rate(static_cast<float>(sample.convexity.rate / radius)) {}
+          convexity_rate(static_cast<float>(sample.convexity.rate / radius)),
+          scale(static_cast<float>(ball_scale)) {}
 };
 using SamplesInRadii = std::vector<SampleInRadii>;
 
@@ -53,7 +56,8 @@ using SamplesInRadii = std::vector<SampleInRadii>;
 /// continuously when arcs appear, vanish or change their neighbours, and it is smoother than the faces, whose area is
 /// dominated by the bumps of single balls. Arcs are the valleys between balls; each is therefore lifted by kArcLift
 /// towards the sphere of radius r round its centre. Its direction is the mean of the two spheres' normals. Faces far
-/// from any arc count by their area, which fades out near arcs.
+/// from any arc count by their area, which fades out near arcs. Among balls of different radii the weights of a ball's
+/// samples are multiplied by its radius in those of the largest: small balls have more arcs per area.
 ///
 /// in      a boundary, its balls, its arcs and its face points, with their velocities
 /// same    result for any thread count

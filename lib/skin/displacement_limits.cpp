@@ -94,10 +94,12 @@ void DisplacementLimits::requestBase(std::uint32_t v) {
 // Merges the active triangles of each small cell into one element: there may be thousands where spheres meet.
 void DisplacementLimits::gatherElements(const PatchTree& tree) {
     std::vector<Element> triangle;
-    double largest = 0;  // absolute coordinate
+    double largest = 0;                // absolute coordinate
+    double least = radius_, most = 0;  // radii
     tree.forActiveTriangles([&](const Triangle& t) {
         DualVec3 middle, end;
         for (const std::uint32_t v : t) {
+            least = std::min(least, radiusAt(v)), most = std::max(most, radiusAt(v));
             middle = middle + from_[v] * (1.0 / 3);
             end = end + limitOf(v).to * (1.0 / 3);
         }
@@ -107,7 +109,7 @@ void DisplacementLimits::gatherElements(const PatchTree& tree) {
         for (int k = 0; k < 3; ++k) largest = std::max(largest, std::abs(middle.position[k]));
     });
     const double min_edge = largest * 0x1p-30;  // of cells, whose indices have 32 bits
-    const CellGrid cells(triangle.size(), std::max(kDisplacementCell * radius_, min_edge),
+    const CellGrid cells(triangle.size(), std::max(kDisplacementCell * least, min_edge),
                          [&](std::size_t i) { return triangle[i].middle.position; });
     element_.clear();
     for (std::uint32_t cell = 0; cell < cells.cells(); ++cell) {
@@ -120,13 +122,13 @@ void DisplacementLimits::gatherElements(const PatchTree& tree) {
         }
         if (sum.area > 0) element_.push_back({sum.middle / sum.area, sum.displacement / sum.area, sum.area});
     }
-    element_cells_.emplace(element_.size(), std::max(kMeanDisplacementKernel * radius_, min_edge),
+    element_cells_.emplace(element_.size(), std::max(kMeanDisplacementKernel * most, min_edge),
                            [&](std::size_t i) { return element_[i].middle.position; });
 }
 
 void DisplacementLimits::setMeanDisplacements() {
-    const double width = kMeanDisplacementKernel * radius_, inverse_square = 1 / (width * width);
     parallelFor(without_base_.size(), 64, [&](std::size_t i) {
+        const double width = kMeanDisplacementKernel * radiusAt(without_base_[i]), inverse_square = 1 / (width * width);
         const DualVec3 at = from_[without_base_[i]];
         DualVec3 sum;
         Dual weight = 0;
@@ -161,7 +163,7 @@ std::vector<std::optional<Dual>> DisplacementLimits::crossingFreeFractions(
                 while (corners[k / 3][k % 3] != v) ++k;
                 return displacements[k];
             },
-            radius_);
+            radiusAt(corners[0][0]));
     });
     return fractions;
 }
@@ -174,7 +176,7 @@ void DisplacementLimits::propagate(const PatchTree& tree) {
                 const std::uint32_t u = t[m], v = t[(m + 1) % 3];
                 VertexLimit &at_u = limit_[row_[u]], &at_v = limit_[row_[v]];
                 if (at_u.fraction.value >= 1 && at_v.fraction.value >= 1) continue;
-                const Dual distance = length(from_[u] - from_[v]) / Dual(radius_);
+                const Dual distance = length(from_[u] - from_[v]) / Dual((radiusAt(u) + radiusAt(v)) / 2);
                 more |= lower(at_u, at_v.fraction + distance);
                 more |= lower(at_v, at_u.fraction + distance);
             }

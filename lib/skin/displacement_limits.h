@@ -16,7 +16,7 @@ namespace betamesh {
 class DisplacementLimits {
 public:
     /// from: positions of all vertices before the displacement. mesh: after it; referenced, like `from`. radius: of the
-    /// balls, world units.
+    /// largest balls, world units. Lengths are in radii of balls as large as BetaMesh::scale says.
     DisplacementLimits(const DualPoints& from, double radius, const BetaMesh& mesh);
 
     /// Reduces the fractions of the vertices of crossing triangles, and of those they fade in from, until these
@@ -41,6 +41,7 @@ private:
     };
 
     Dual fractionOf(std::uint32_t v) const { return row_[v] == kInvalidIndex ? Dual(1) : limit_[row_[v]].fraction; }
+    double radiusAt(std::uint32_t v) const { return radius_ * mesh_.scaleOf(v); }
     static bool lower(VertexLimit& limit, Dual fraction);
     template <typename Visit>
     void forSupports(std::uint32_t v, const Visit& visit);

@@ -2,6 +2,7 @@
 #include "skin/limit_velocities.h"
 
 #include "base/box.h"
+#include "base/octaves.h"
 #include "base/sample_groups.h"
 #include "skin/constants.h"
 
@@ -14,11 +15,12 @@ namespace {
 
 constexpr double kRounding = 3e-6;  // relative error of sums of squares in single precision
 
-// Fields of a ball: position and velocity.
-enum Field { kX, kY, kZ, kVx, kVy, kVz, kFields };
+// Fields of a ball: position, velocity and share.
+enum Field { kX, kY, kZ, kVx, kVy, kVz, kShare, kFields };
 
-// Sums over balls: y is the position relative to a vertex in units of the reach, v the velocity relative to a reference
-// velocity of the vertex, w = (1 - |y|²)⁴. Σw, Σw y, Σw v, Σw y × v, Σw of xx, yy, zz, xy, yz, zx, and Σw v·v.
+// Sums over balls: y is the position relative to a vertex in units of the vertex's reach, v the velocity relative to a
+// reference velocity of the vertex, w = share · (1 - |y|²)⁴. Σw, Σw y, Σw v, Σw y × v, Σw of xx, yy, zz, xy, yz, zx,
+// and Σw v·v.
 enum Sum {
     kWeight,
     kOffset,
@@ -28,9 +30,11 @@ enum Sum {
     kEnergy = kSquares + 6,
     kSums
 };
+// Positions of samples and points are in units of the group's reach, of which the vertices have these shares.
 struct MotionSums {
     SampleSubset<kFields> samples;
     const Lanes (&point)[3], (&reference)[3];
+    const Lanes& inverse_share;
     Lanes (&sums)[kSums];
 
     template <std::size_t kWidth>
@@ -39,14 +43,16 @@ struct MotionSums {
         Pack x[3], u[3];
         getLanes<kWidth>(point, first, x);
         getLanes<kWidth>(reference, first, u);
+        Pack scale;
+        getLanes<kWidth>(inverse_share, first, scale);
         const Pack zero{}, one = zero + 1.0F;
         Pack sum[kSums] = {};
         for (const auto& f : samples) {
-            const Pack y[3] = {f[kX] - x[0], f[kY] - x[1], f[kZ] - x[2]};
+            const Pack y[3] = {(f[kX] - x[0]) * scale, (f[kY] - x[1]) * scale, (f[kZ] - x[2]) * scale};
             const Pack v[3] = {f[kVx] - u[0], f[kVy] - u[1], f[kVz] - u[2]};
             Pack t = one - (y[0] * y[0] + y[1] * y[1] + y[2] * y[2]);
             t = t > 0 ? t : zero;
-            const Pack square = t * t, w = square * square, wy[3] = {w * y[0], w * y[1], w * y[2]};
+            const Pack square = t * t, w = f[kShare] * (square * square), wy[3] = {w * y[0], w * y[1], w * y[2]};
             sum[kWeight] += w;
             for (int k = 0; k < 3; ++k) {
                 const int l = (k + 1) % 3, m = (k + 2) % 3;
@@ -100,38 +106,51 @@ struct LiquidMotion {
 
 }  // namespace
 
-void limitVelocities(const std::vector<DualVec3>& balls, double reach, const std::vector<Vec3>& normals,
-                     std::vector<DualVec3>& vertices) {
+void limitVelocities(const BallBoundary& boundary, const std::vector<DualVec3>& balls, double reach,
+                     const std::vector<Vec3>& normals, BetaMesh& mesh) {
     if (balls.empty()) return;
     Box velocities;
     for (const DualVec3& ball : balls) velocities.extendBy(ball.velocity);
-    const SampleCloud<kFields> cloud(
-        balls.size(), [&](std::size_t b) { return balls[b].position; },
-        [&](std::size_t b) {
-            const Vec3f v(balls[b].velocity);
-            return std::array{v.x, v.y, v.z};
-        },
-        reach, reach);
-    cloud.forPoints(
-        vertices.size(), [&](std::size_t v) { return vertices[v].position; }, Grouping::unsorted,
-        [&](const PointGroup& group, SampleSubset<kFields> near) {
-            Lanes reference[3], sums[kSums];  // subtracted first: floats lose small differences of large velocities
-            for (std::size_t lane = 0; lane < kLanes; ++lane)
-                for (int k = 0; k < 3; ++k)
-                    reference[k][lane] = static_cast<float>(
-                        std::clamp(vertices[group.row[lane]].velocity[k], velocities.min[k], velocities.max[k]));
-            forLanes(MotionSums{near, group.position, reference, sums});
-            for (std::size_t lane = 0; lane < group.size; ++lane) {
-                if (!(sums[kWeight][lane] > 0)) continue;
-                const std::uint32_t v = group.row[lane];
-                const LiquidMotion liquid(sums, lane,
-                                          Vec3f(reference[0][lane], reference[1][lane], reference[2][lane]));
-                const double limit = kMaxRelativeVelocity * liquid.residual;
-                double relative = dot(normals[v], vertices[v].velocity - liquid.velocity);
-                relative *= limitingFactor(relative * relative, limit * limit);
-                vertices[v].velocity = liquid.velocity + normals[v] * relative;
-            }
-        });
+    std::vector<DualVec3>& vertices = mesh.vertex;
+    const std::vector<std::vector<std::uint32_t>> octaves = byOctave(allRows(vertices.size()), mesh.scale);
+    for (std::size_t octave = 0; octave < octaves.size(); ++octave) {
+        const std::vector<std::uint32_t>& rows = octaves[octave];
+        if (rows.empty()) continue;
+        const double largest = largestOfOctave(octave), longest = reach * largest;
+        const SampleCloud<kFields> cloud(
+            balls.size(), [&](std::size_t b) { return balls[b].position; },
+            [&](std::size_t b) {
+                const Vec3f v(balls[b].velocity);
+                const double scale = boundary.scaleOf(b);
+                return std::array{v.x, v.y, v.z, static_cast<float>(scale * scale)};
+            },
+            longest, longest);
+        cloud.forPoints(
+            rows.size(), [&](std::size_t i) { return vertices[rows[i]].position; }, Grouping::unsorted,
+            [&](const PointGroup& group, SampleSubset<kFields> near) {
+                std::uint32_t row[kLanes];
+                Lanes reference[3], inverse_share, sums[kSums];
+                for (std::size_t lane = 0; lane < kLanes; ++lane) {
+                    row[lane] = rows[group.row[lane]];
+                    inverse_share[lane] = mesh.scale.empty() ? 1 : static_cast<float>(largest) / mesh.scale[row[lane]];
+                    for (int k = 0; k < 3; ++k)  // subtracted first: floats lose small differences of large velocities
+                        reference[k][lane] = static_cast<float>(
+                            std::clamp(vertices[row[lane]].velocity[k], velocities.min[k], velocities.max[k]));
+                }
+                forLanes(MotionSums{near, group.position, reference, inverse_share, sums});
+                for (std::size_t lane = 0; lane < group.size; ++lane) {
+                    if (!(sums[kWeight][lane] > 0)) continue;
+                    DualVec3& vertex = vertices[row[lane]];
+                    const Vec3& normal = normals[row[lane]];
+                    const LiquidMotion liquid(sums, lane,
+                                              Vec3f(reference[0][lane], reference[1][lane], reference[2][lane]));
+                    const double limit = kMaxRelativeVelocity * liquid.residual;
+                    double relative = dot(normal, vertex.velocity - liquid.velocity);
+                    relative *= limitingFactor(relative * relative, limit * limit);
+                    vertex.velocity = liquid.velocity + normal * relative;
+                }
+            });
+    }
 }
 
 }  // namespace betamesh

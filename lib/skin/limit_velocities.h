@@ -2,9 +2,8 @@
 
 #pragma once
 
-#include "base/dual.h"
-
-#include <vector>
+#include "skin/ball_boundary.h"
+#include "skin/beta_mesh.h"
 
 namespace betamesh {
 
@@ -13,13 +12,14 @@ namespace betamesh {
 /// (1 - d²/reach²)⁴. The normal part keeps its difference from that motion, limited to kMaxRelativeVelocity times the
 /// root mean square of the balls' own differences. Rims and necks, whose instantaneous speed is unbounded while balls
 /// meet or part, are therefore no faster than the liquid; where the liquid moves as a rigid body, the surface does so
-/// exactly.
+/// exactly. Among balls of different radii, the reach is as large as the spacing at the vertex, and a ball counts by
+/// the square of its radius.
 ///
-/// in      reach: world units; a vertex farther than this from all balls keeps its velocity. normals: of the vertices,
-///         zero where there is none
+/// in      reach: of vertices beside the largest balls, world units; a vertex farther than its reach from all balls
+///         keeps its velocity. normals: of the vertices, zero where there is none
 /// same    bytes for any thread count and particle order
 /// cost    O(vertices · balls within reach)
-void limitVelocities(const std::vector<DualVec3>& balls, double reach, const std::vector<Vec3>& normals,
-                     std::vector<DualVec3>& vertices);
+void limitVelocities(const BallBoundary& boundary, const std::vector<DualVec3>& balls, double reach,
+                     const std::vector<Vec3>& normals, BetaMesh& mesh);
 
 }  // namespace betamesh

@@ -4,6 +4,7 @@
 #include "betamesh/error.h"
 #include "skin/attributes.h"
 
+#include <algorithm>
 #include <cmath>
 #include <string>
 
@@ -41,7 +42,7 @@ ParticleSizes particleSizes(const Particles& particles, const SkinParams& params
     if (params.radius_rate_attribute.empty()) return sizes;
     sizes.rate = numbersOf(
         particles, params.radius_rate_attribute, [](double x) { return std::isfinite(x); }, "a finite number");
-    for (double& rate : sizes.rate) rate *= scale;
+    for (double& rate : sizes.rate) rate *= scale * params.radius_rate_scale;
     return sizes;
 }
 
@@ -54,6 +55,11 @@ SkinParams withRadius(const SkinParams& params, double radius) {
     scaled.smoothing_width *= factor;
     if (scaled.skin) *scaled.skin *= factor;
     return scaled;
+}
+
+SkinParams withLargest(const SkinParams& params, const ParticleSizes& sizes) {
+    return sizes.radius.empty() ? params
+                                : withRadius(params, *std::max_element(sizes.radius.begin(), sizes.radius.end()));
 }
 
 }  // namespace betamesh

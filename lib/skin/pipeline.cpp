@@ -106,7 +106,7 @@ Mesh completeSurface(const Particles& particles, Structure& structure, const std
     BetaMesh surface = smoothedSurface(std::move(base), boundary, params);
     watch(Stage::smooth);
     if (!particles.velocity.empty())
-        limitVelocities(balls, motionReach(params), vertexNormals(surface), surface.vertex);
+        limitVelocities(boundary, balls, motionReach(params), vertexNormals(surface), surface);
     if (!params.walls.empty()) layAgainstWalls(params.walls, particleSpacing(params), boundary, surface);
     std::vector<Attribute> measured = measuredAttributes(surface, params);
     Mesh mesh = asMesh(std::move(surface));
@@ -190,12 +190,14 @@ SkinnedFrame skinFrame(const Particles& particles, const SkinParams& params, con
     return skinFrame(particles, finder.find(), params, watch);
 }
 
-SkinnedFrame skinFrame(const Particles& particles, const NearSurface& near, const SkinParams& params,
+SkinnedFrame skinFrame(const Particles& particles, const NearSurface& near, const SkinParams& given,
                        const Watch& watch_or_none) {
-    requireConsistent(params);
+    requireConsistent(given);
     const Watch watch = watch_or_none ? watch_or_none : [](Stage) {};
+    const ParticleSizes sizes = particleSizes(particles, given);
+    const SkinParams params = withLargest(given, sizes);
 
-    Structure structure = exposedStructure(particles, near, params, faceDirections(params));
+    Structure structure = exposedStructure(particles, near, params, sizes, faceDirections(params));
     if (isComplete(params)) groupFaces(structure.snapped, structure.boundary);
     SkinnedFrame frame{{}, std::move(structure.spheres), reportOf(near, structure)};
     const BallBoundary& boundary = structure.boundary;

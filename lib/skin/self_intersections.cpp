@@ -122,8 +122,9 @@ void moveToRingMeans(const std::vector<TrianglePair>& pairs, const PatchTree& tr
     }
 }
 
-// Moves crossing triangles away from each other's planes, each to the side of its farthest corner.
-void moveOffPlanes(const std::vector<TrianglePair>& pairs, double distance, BetaMesh& mesh) {
+// Moves crossing triangles away from each other's planes, each to the side of its farthest corner. longest: distance
+// beside the largest balls.
+void moveOffPlanes(const std::vector<TrianglePair>& pairs, double distance, double longest, BetaMesh& mesh) {
     std::vector<std::pair<std::uint32_t, Vec3>> directions;  // of vertices
     for (const TrianglePair& pair : pairs)
         for (const auto& [plane, moved] : {std::pair(pair[0], pair[1]), std::pair(pair[1], pair[0])}) {
@@ -144,7 +145,7 @@ void moveOffPlanes(const std::vector<TrianglePair>& pairs, double distance, Beta
         Vec3 sum(0);
         for (; i < directions.size() && directions[i].first == v; ++i) sum += directions[i].second;
         Vec3& position = mesh.vertex[v].position;
-        position = roundedToFloats(position + sum.normalized() * distance);
+        position = roundedToFloats(position + sum.normalized() * std::min(distance, longest * mesh.scaleOf(v)));
     }
 }
 
@@ -158,23 +159,25 @@ bool resolveSelfIntersections(const BallBoundary& boundary, const DualPoints& fr
     PatchTree tree(mesh, from.position, radius, crossingFreeComponents(boundary, from.position, mesh));
     std::vector<TrianglePair> pairs = crossingPairs(tree, mesh);
     if (pairs.empty()) return true;
-    const auto activateNear = [&](double distance) {
+    const auto activateNear = [&](double radii) {
         std::vector<std::uint32_t> triangles;
         for (const TrianglePair& pair : pairs) triangles.insert(triangles.end(), pair.begin(), pair.end());
         std::sort(triangles.begin(), triangles.end());
         triangles.erase(std::unique(triangles.begin(), triangles.end()), triangles.end());
         for (const std::uint32_t t : triangles) {
             Box box;
+            double scale = 0;
             for (const std::uint32_t v : mesh.triangles[t]) {
                 box.extendBy(from.position[v]);
                 box.extendBy(mesh.vertex[v].position);
+                scale = std::max(scale, mesh.scaleOf(v));
             }
-            tree.activate(box, distance);
+            tree.activate(box, radii * scale * radius);
         }
     };
     for (; corner_relaxations > 0 && !pairs.empty(); --corner_relaxations) {
         tree.deactivateAll();
-        activateNear(radius / 2);
+        activateNear(0.5);
         moveToRingMeans(pairs, tree, mesh);
         tree.refit();
         pairs = crossingPairs(tree, mesh);
@@ -182,7 +185,7 @@ bool resolveSelfIntersections(const BallBoundary& boundary, const DualPoints& fr
     DisplacementLimits limits(from, radius, mesh);
     for (int round = 0; !pairs.empty();) {
         tree.deactivateAll();
-        activateNear(radius);
+        activateNear(1);
         const bool all_the_way = round >= kMaxReductionRounds, any = limits.reduce(pairs, all_the_way, tree);
         if (!any && all_the_way) break;
         round = any ? round + 1 : kMaxReductionRounds;
@@ -201,11 +204,11 @@ bool resolveSelfIntersections(const BallBoundary& boundary, const DualPoints& fr
     double distance = largest * std::numeric_limits<float>::epsilon();
     for (int i = 0; i < kMaxSeparations && !pairs.empty(); ++i, distance *= kSeparationGrowth) {
         tree.deactivateAll();
-        activateNear(radius / 2);
+        activateNear(0.5);
         if (i < kSupportSeparations)
             moveToSupports(pairs, mesh);
         else if (i % 2 == 0)
-            moveOffPlanes(pairs, std::min(distance, kMaxSeparation * radius), mesh);
+            moveOffPlanes(pairs, distance, kMaxSeparation * radius, mesh);
         else
             moveToRingMeans(pairs, tree, mesh);
         tree.refit();

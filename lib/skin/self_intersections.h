@@ -10,7 +10,8 @@ namespace betamesh {
 /// Reduces the displacements of vertices, by as little as possible, until no two triangles cross. Vertices near a
 /// crossing keep the locally averaged displacement, which cannot cause crossings. Of the rest of its displacement, each
 /// vertex keeps the fraction at which the first two triangles would meet. Vertices near it along the surface are
-/// limited, too: fractions differ by at most the distance in radii. Fractions change continuously as the liquid moves,
+/// limited, too: fractions differ by at most the distance in radii, which are those of balls as large as
+/// BetaMesh::scale says. Fractions change continuously as the liquid moves,
 /// and velocities are differentiated through them.
 ///
 /// Before that, it can move the corners of crossing triangles to the means of their one-rings, which opens folds of

@@ -2,14 +2,15 @@
 #include "skin/smooth_coherent.h"
 
 #include "base/dual_packs.h"
+#include "base/octaves.h"
 #include "base/parallel.h"
 #include "base/sample_groups.h"
 #include "skin/constants.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstring>
-#include <numeric>
 #include <span>
 #include <utility>
 
@@ -18,7 +19,7 @@ namespace betamesh {
 namespace {
 
 // Fields of a sample: position, velocity, direction, weight, variance and convexity, each with its rate; of the
-// variance half the rate. Lengths are in radii.
+// variance half the rate. Lengths are in radii of the largest ball.
 enum Field {
     kX,
     kY,
@@ -68,8 +69,10 @@ template <typename Pack>
 struct RelativeSample {
     Pack px, py, pz, vx, vy, vz, square, half_square_rate, t;
 
+    // Number: a float for all vertices, or one per vertex.
+    template <typename Number>
     __attribute__((always_inline))
-    RelativeSample(const Sample& f, const Pack (&x)[3], const Pack (&v)[3], float inverse_square_width)
+    RelativeSample(const Sample& f, const Pack (&x)[3], const Pack (&v)[3], const Number& inverse_square_width)
         : px(f[kX] - x[0]),
           py(f[kY] - x[1]),
           pz(f[kZ] - x[2]),
@@ -119,12 +122,15 @@ __attribute__((always_inline)) inline void invert(const Pack (&mean)[3], const P
 // Accumulates the sums of a sphere fit; derivatives are written out. With dual numbers instead (a struct of two packs
 // and its operators) a frame without a skin took 1.03 to 1.15 times the whole program's user time, depending on how the
 // compiler keeps the fields of a sample in registers. Lengths are in radii; x, v: the vertices and their velocities.
+// Among balls of different radii the lengths of a vertex, such as the width, are `scale` times those of the largest.
 // Samples are visited in order, and those out of reach or facing away add zero: results do not depend on the
 // instruction set or on how vertices are grouped.
+template <bool kScaled>
 struct FitSums {
     SampleSubset<kFields> samples;
     float inverse_square_width;
     const Lanes (&point)[3], (&velocity)[3];
+    const Lanes& scale;
     Sums& sums;
 
     template <std::size_t kWidth>
@@ -134,11 +140,21 @@ struct FitSums {
         getLanes<kWidth>(point, first, x);
         getLanes<kWidth>(velocity, first, v);
         const Pack zero{}, one = zero + 1.0F;
-        const float four_inverse_square_width = 4 * inverse_square_width;
+        using Number = std::conditional_t<kScaled, Pack, float>;
+        Number square_scale, inverse_square;
+        if constexpr (kScaled) {
+            getLanes<kWidth>(scale, first, square_scale);
+            square_scale *= square_scale;
+            inverse_square = inverse_square_width / square_scale;
+        } else {
+            square_scale = 1;
+            inverse_square = inverse_square_width;
+        }
+        const Number four_inverse_square_width = 4 * inverse_square;
 
         Pack mean[4] = {}, mean_rate[4] = {};
         for (const Sample& f : samples) {
-            const RelativeSample<Pack> y(f, x, v, inverse_square_width);
+            const RelativeSample<Pack> y(f, x, v, inverse_square);
             const Pack k = f[kW] * y.t * y.t;
             const Pack k_rate = f[kWRate] * y.t * y.t - f[kW] * y.t * y.half_square_rate * four_inverse_square_width;
             mean[0] += k * f[kDx];
@@ -161,11 +177,11 @@ struct FitSums {
 
         Pack value[kSums] = {}, rate[kSums] = {};
         for (const Sample& f : samples) {
-            const RelativeSample<Pack> y(f, x, v, inverse_square_width);
+            const RelativeSample<Pack> y(f, x, v, inverse_square);
             const Facing<Pack> n(f, y, m, m_rate);
             const Pack facing = n.facing > 0 ? n.facing : zero;
             if (!anyAbove<kWidth>(facing * y.t)) continue;  // adds zero
-            const Pack distance = one / (y.square + 1.0F);
+            const Pack distance = one / (y.square + square_scale);
             const Pack steepness = n.height * distance * (inverse_mean / kMaxSquaredSlope);
             Pack level = one - n.height * steepness;
             level = level > 0 ? level : zero;
@@ -217,30 +233,26 @@ struct Fits {
 };
 
 BETAMESH_EVERY_CPU
-void fitSpheres(const Sums& sums, Fits& fits) {
+void fitSpheres(const Sums& sums, const Lanes& scale, Fits& fits) {
     for (std::size_t lane = 0; lane < kLanes; ++lane) {
+        const double square_scale = static_cast<double>(scale[lane]) * static_cast<double>(scale[lane]);
         const bool any = sums.value[kWeight][lane] > 0;  // otherwise all sums are zero
         const Dual weight = any ? sums.number(kWeight, lane) : Dual(1);
         const DualVec3 a = sums.vector(kOffset, lane) / weight, b = sums.vector(kDirection, lane) / weight;
         const Dual c = sums.number(kAlong, lane) / weight, e = sums.number(kSquare, lane) / weight;
-        const Dual variance = e - dot(a, a) + kFitVariance;
+        const Dual variance = e - dot(a, a) + kFitVariance * square_scale;
         const Dual uq = (c - dot(a, b)) / (variance * 2);
         const DualVec3 ul = b - a * (uq * 2);
         const Dual minus_uc = dot(ul, a) + uq * e, slope = dot(ul, ul) + 1e-6;
         const Dual root = squareRoot(slope * slope + uq * minus_uc * slope * 4);
+        const double half_trust = kHalfTrustWeight * square_scale;
         const Dual squared = weight * weight, agreement = sums.squareOfMean(lane) / kHalfTrustDirection,
                    cubed = agreement * agreement * agreement;
-        const Dual trust = squared / (squared + kHalfTrustWeight * kHalfTrustWeight) * (cubed / (cubed + 1));
+        const Dual trust = squared / (squared + half_trust * half_trust) * (cubed / (cubed + 1));
         fits.step.set(lane, ul * (minus_uc * 2 / (slope + root)));
         fits.direction.set(lane, ul);
         fits.trust.set(lane, any ? trust : Dual(0));
     }
-}
-
-std::vector<std::uint32_t> allRows(std::size_t n) {
-    std::vector<std::uint32_t> rows(n);
-    std::iota(rows.begin(), rows.end(), 0U);
-    return rows;
 }
 
 std::array<float, kFields - 3> fieldsOf(const SampleInRadii& s) {
@@ -250,27 +262,33 @@ std::array<float, kFields - 3> fieldsOf(const SampleInRadii& s) {
 }
 
 // Fits spheres at pointAt(row) for all rows, at most kLanes at a time and on several threads: calls prefetch(row) for
-// each row of a group, then visit(rows, fits). Lengths of fits are in radii.
+// each row of a group, then visit(rows, fits). Lengths of fits are in radii of the largest ball. scale: of each row;
+// empty: all 1.
 template <typename PointAt, typename Prefetch, typename Visit>
-void fitAll(const std::vector<std::uint32_t>& rows, const PointAt& pointAt, const SampleCloud<kFields>& cloud,
-            const CoherentSmoothing& params, const Prefetch& prefetch, const Visit& visit) {
-    const double scale = 1 / params.radius, width = params.width * scale;
+void fitAll(const std::vector<std::uint32_t>& rows, const PointAt& pointAt, const std::vector<float>& scale,
+            const SampleCloud<kFields>& cloud, const CoherentSmoothing& params, const Prefetch& prefetch,
+            const Visit& visit) {
+    const double inverse_radius = 1 / params.radius, width = params.width * inverse_radius;
     const auto inverse_square_width = static_cast<float>(1 / (width * width));
     cloud.forPoints(
         rows.size(), [&](std::size_t i) { return pointAt(rows[i]).position; }, Grouping::compact,
         [&](const PointGroup& group, SampleSubset<kFields> near) {
             std::uint32_t row[kLanes];
-            Lanes v[3];
+            Lanes v[3], own_scale;
             for (std::size_t lane = 0; lane < kLanes; ++lane) {
                 row[lane] = rows[group.row[lane]];
                 prefetch(row[lane]);
-                const Vec3f velocity(pointAt(row[lane]).velocity * scale);
+                const Vec3f velocity(pointAt(row[lane]).velocity * inverse_radius);
                 for (int k = 0; k < 3; ++k) v[k][lane] = velocity[k];
+                own_scale[lane] = scale.empty() ? 1 : scale[row[lane]];
             }
             Sums sums;
-            forLanes(FitSums{near, inverse_square_width, group.position, v, sums});
+            if (scale.empty())
+                forLanes(FitSums<false>{near, inverse_square_width, group.position, v, own_scale, sums});
+            else
+                forLanes(FitSums<true>{near, inverse_square_width, group.position, v, own_scale, sums});
             Fits fits;
-            fitSpheres(sums, fits);
+            fitSpheres(sums, own_scale, fits);
             visit(std::span<const std::uint32_t>(row, group.size), fits);
         });
 }
@@ -282,13 +300,15 @@ Dual stepShare(Dual rim_distance) { return 1 - smoothStep((rim_distance - kStayB
 struct Displacements {
     DualVec3Pack from, to;
     DualPack rim_distance;
+    std::array<double, kLanes> longest;  // of the step to take
 };
 
 // Reduces displacements by the vertices' shares and smoothly limits their length to below `longest`; displacements that
 // are not nearly as long do not change.
 BETAMESH_EVERY_CPU
-void limitDisplacements(Displacements& moves, double longest) {
+void limitDisplacements(Displacements& moves) {
     for (std::size_t lane = 0; lane < kLanes; ++lane) {
+        const double longest = moves.longest[lane];
         const DualVec3 from = moves.from[lane], step = (moves.to[lane] - from) * stepShare(moves.rim_distance[lane]);
         const Dual s2 = dot(step, step) / (longest * longest), s4 = s2 * s2, s8 = s4 * s4, s = 1 + s8 * s8;
         const double root = std::sqrt(std::sqrt(std::sqrt(std::sqrt(s.value))));
@@ -320,69 +340,88 @@ public:
 
 CoherentSmoother::CoherentSmoother(SamplesInRadii samples, const CoherentSmoothing& params)
     : params_(params), samples_(std::move(samples)) {
-    buildCloud(0);
+    for (const SampleInRadii& sample : samples_) {
+        const std::size_t octave = octaveOf(sample.scale);
+        octaves_ = std::max(octaves_, octave + 1);
+    }
+    buildClouds(0);
 }
 CoherentSmoother::CoherentSmoother(CoherentSmoother&&) noexcept = default;
 CoherentSmoother::~CoherentSmoother() = default;
 
 bool CoherentSmoother::isLast(int pass) const { return pass + 1 >= params_.passes; }
 
-void CoherentSmoother::buildCloud(int pass) {
-    cloud_ = std::make_unique<Cloud>(
-        samples_.size(), [&](std::size_t i) { return samples_[i].position; },
-        [&](std::size_t i) { return fieldsOf(samples_[i]); }, params_.width, params_.radius);
+void CoherentSmoother::buildClouds(int pass) {
+    clouds_.clear();
+    for (std::size_t octave = 0; octave < octaves_; ++octave)
+        clouds_.emplace_back(
+            samples_.size(), [&](std::size_t i) { return samples_[i].position; },
+            [&](std::size_t i) { return fieldsOf(samples_[i]); }, params_.width * largestOfOctave(octave),
+            params_.radius);
     if (isLast(pass)) std::exchange(samples_, {});  // large
 }
 
 DualPoints CoherentSmoother::smooth(BetaMesh& mesh) {
     const CoherentSmoothing& params = params_;
     DualPoints from = dualPoints(mesh.vertex);
-    const std::vector<std::uint32_t> moving = indicesWhere(mesh.vertex.size(), [&](std::uint32_t v) {
-        return mesh.rim_distance.empty() || mesh.rim_distance[v].value < kStayFull;
-    });
+    const std::vector<std::vector<std::uint32_t>> moving = byOctave(
+        indicesWhere(
+            mesh.vertex.size(),
+            [&](std::uint32_t v) { return mesh.rim_distance.empty() || mesh.rim_distance[v].value < kStayFull; }),
+        mesh.scale);
+    const auto longestStep = [&](std::uint32_t v) { return kMaxSmoothingStep * params.radius * mesh.scaleOf(v); };
     for (const auto& group : mesh.fading)
         parallelFor(group.size(), 4096, [&](std::size_t i) { mesh.vertex[group[i].vertex] = group[i].unfaded; });
 
     const std::vector<DualVec3> begin = params.passes > 1 ? mesh.vertex : std::vector<DualVec3>();
     for (int pass = 0; pass < params.passes; ++pass) {
-        fitAll(
-            moving, [&](std::uint32_t v) -> const DualVec3& { return mesh.vertex[v]; }, *cloud_, params,
-            [&](std::uint32_t v) {
-                if (!mesh.rim_distance.empty()) __builtin_prefetch(&mesh.rim_distance[v]);
-            },
-            [&](std::span<const std::uint32_t> rows, const Fits& fits) {
-                Displacements displacements;
-                for (std::size_t lane = 0; lane < rows.size(); ++lane) {
-                    const std::uint32_t v = rows[lane];
-                    const DualVec3& vertex = mesh.vertex[v];
-                    displacements.from.set(lane, pass == 0 ? vertex : begin[v]);
-                    displacements.to.set(lane, vertex + fits.step[lane] * fits.trust[lane] * params.radius);
-                    if (!mesh.rim_distance.empty()) displacements.rim_distance.set(lane, mesh.rim_distance[v]);
-                }
-                if (isLast(pass)) limitDisplacements(displacements, kMaxSmoothingStep * params.radius);
-                for (std::size_t lane = 0; lane < rows.size(); ++lane) mesh.vertex[rows[lane]] = displacements.to[lane];
-            });
+        for (std::size_t octave = 0; octave < moving.size(); ++octave)
+            fitAll(
+                moving[octave], [&](std::uint32_t v) -> const DualVec3& { return mesh.vertex[v]; }, mesh.scale,
+                clouds_[std::min(octave, clouds_.size() - 1)], params,
+                [&](std::uint32_t v) {
+                    if (!mesh.rim_distance.empty()) __builtin_prefetch(&mesh.rim_distance[v]);
+                },
+                [&](std::span<const std::uint32_t> rows, const Fits& fits) {
+                    Displacements moves;
+                    moves.longest.fill(1);
+                    for (std::size_t lane = 0; lane < rows.size(); ++lane) {
+                        const std::uint32_t v = rows[lane];
+                        const DualVec3& vertex = mesh.vertex[v];
+                        moves.from.set(lane, pass == 0 ? vertex : begin[v]);
+                        moves.to.set(lane, vertex + fits.step[lane] * fits.trust[lane] * params.radius);
+                        if (!mesh.rim_distance.empty()) moves.rim_distance.set(lane, mesh.rim_distance[v]);
+                        moves.longest[lane] = longestStep(v);
+                    }
+                    if (isLast(pass)) limitDisplacements(moves);
+                    for (std::size_t lane = 0; lane < rows.size(); ++lane) mesh.vertex[rows[lane]] = moves.to[lane];
+                });
         if (isLast(pass)) break;
         SamplesInRadii smoothed = samples_;
         const auto pointAt = [&](std::uint32_t i) -> DualVec3 {
             return {samples_[i].position, Vec3(samples_[i].velocity) * params.radius};
         };
-        fitAll(
-            allRows(samples_.size()), pointAt, *cloud_, params, [](std::uint32_t) {},
-            [&](std::span<const std::uint32_t> rows, const Fits& fits) {
-                for (std::size_t lane = 0; lane < rows.size(); ++lane) {
-                    SampleInRadii& sample = smoothed[rows[lane]];
-                    const DualVec3 step = fits.step[lane] * fits.trust[lane];
-                    sample.position += step.position * params.radius;
-                    sample.velocity += Vec3f(step.velocity);
-                    const DualVec3 direction{Vec3(sample.direction), Vec3(sample.direction_rate)};
-                    const DualVec3 turned = direction + (fits.direction[lane] - direction) * fits.trust[lane];
-                    sample.direction = Vec3f(turned.position);
-                    sample.direction_rate = Vec3f(turned.velocity);
-                }
-            });
+        std::vector<float> sample_scale;
+        if (!mesh.scale.empty())
+            for (const SampleInRadii& sample : samples_) sample_scale.push_back(sample.scale);
+        const std::vector<std::vector<std::uint32_t>> samples = byOctave(allRows(samples_.size()), sample_scale);
+        for (std::size_t octave = 0; octave < samples.size(); ++octave)
+            fitAll(
+                samples[octave], pointAt, sample_scale, clouds_[octave], params, [](std::uint32_t) {},
+                [&](std::span<const std::uint32_t> rows, const Fits& fits) {
+                    for (std::size_t lane = 0; lane < rows.size(); ++lane) {
+                        SampleInRadii& sample = smoothed[rows[lane]];
+                        const DualVec3 step = fits.step[lane] * fits.trust[lane];
+                        sample.position += step.position * params.radius;
+                        sample.velocity += Vec3f(step.velocity);
+                        const DualVec3 direction{Vec3(sample.direction), Vec3(sample.direction_rate)};
+                        const DualVec3 turned = direction + (fits.direction[lane] - direction) * fits.trust[lane];
+                        sample.direction = Vec3f(turned.position);
+                        sample.direction_rate = Vec3f(turned.velocity);
+                    }
+                });
         samples_ = std::move(smoothed);
-        buildCloud(pass + 1);
+        buildClouds(pass + 1);
     }
     for (const auto& [v, step] : mesh.volume_offsets) mesh.vertex[v] = mesh.vertex[v] + step;
     blendFadingVertices(mesh);

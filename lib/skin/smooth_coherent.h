@@ -5,13 +5,13 @@
 #include "skin/beta_mesh.h"
 #include "skin/boundary_samples.h"
 
-#include <memory>
+#include <vector>
 
 namespace betamesh {
 
 struct CoherentSmoothing {
-    double radius = 0;  ///< of the balls, world units
-    double width = 0;   ///< kernel width, world units; by default 2.8 radii
+    double radius = 0;  ///< of the largest balls, world units
+    double width = 0;   ///< kernel width beside them, world units; by default 2.8 radii
     int passes = 1;     ///< >= 0
 };
 
@@ -36,6 +36,9 @@ struct CoherentSmoothing {
 /// Vertices that fade in are blended with the smoothed positions of the vertices they fade in from; otherwise the
 /// triangles there would jump.
 ///
+/// Among balls of different radii all lengths at a vertex, with ε for W, are those for balls as large as
+/// BetaMesh::scale says there.
+///
 /// Velocities are differentiated through all of it.
 ///
 /// same    bytes for any thread count and instruction set
@@ -54,11 +57,12 @@ private:
     class Cloud;
 
     bool isLast(int pass) const;
-    void buildCloud(int pass);
+    void buildClouds(int pass);
 
     CoherentSmoothing params_;
-    SamplesInRadii samples_;        // released in the last pass
-    std::unique_ptr<Cloud> cloud_;  // the samples, arranged for sums
+    std::size_t octaves_ = 1;    // that the balls and, hence, the vertices are in
+    SamplesInRadii samples_;     // released in the last pass
+    std::vector<Cloud> clouds_;  // the samples, arranged for sums at the vertices of each octave
 };
 
 }  // namespace betamesh

@@ -95,6 +95,20 @@ std::optional<Box> clippingBox(const SkinParams& params) {
     return box;
 }
 
+void requireSizes(const SkinParams& params) {
+    if (!params.radius_rate_attribute.empty() && params.radius_attribute.empty())
+        throw Error("the rate of the radii (surface.radius_rate_attribute) needs the radii (surface.radius_attribute)");
+    if (params.radius_attribute.empty()) return;
+    if (!(params.radius_scale > 0) || !std::isfinite(params.radius_scale))
+        throw Error("the factor of the radii (surface.radius_scale) is " + std::to_string(params.radius_scale) +
+                    "; expected a number above 0");
+    if (params.tessellation == Tessellation::paper && params.surface == SurfaceKind::beta)
+        throw Error(
+            "the paper's tessellation knows one radius (surface.radius_attribute); expected the complete tessellation");
+    if (params.predicates != PredicateKind::exact)
+        throw Error("floating predicates know one radius (surface.radius_attribute); expected exact ones");
+}
+
 void requireConsistent(const SkinParams& params) {
     if (params.surface == SurfaceKind::beta && params.tessellation != Tessellation::paper &&
         params.smoothing == SmoothingMethod::paper)
@@ -106,6 +120,7 @@ void requireConsistent(const SkinParams& params) {
             "only the complete tessellation has bubbles that can be filled; expected the complete "
             "tessellation, or bubbles that are meshed");
     requireScale(params);
+    requireSizes(params);
     requireSkin(params);
     requireDistinctNames(params);
     requireWalls(params);

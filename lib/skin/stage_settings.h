@@ -31,6 +31,12 @@ SkinLengths skinLengths(const SkinParams& params);
 double widestSkinFit(const SkinParams& params);
 double farthestSkinSmoothing(const SkinParams& params);
 
+/// Checks the parameters for particles of different sizes.
+///
+/// errors  a factor that is not above 0; a rate without radii; radii with the paper's tessellation or floating
+///         predicates
+void requireSizes(const SkinParams& params);
+
 /// Checks the walls.
 ///
 /// errors  walls of another surface than the complete tessellation; a normal that is not of unit length; an offset that
@@ -43,7 +49,7 @@ void requireWalls(const SkinParams& params);
 std::optional<Box> clippingBox(const SkinParams& params);
 
 /// errors  the paper's smoothing with another tessellation than the paper's; filled bubbles with another tessellation
-///         than the complete one; what requireScale(), requireSkin(), requireWalls(), clippingBox() and
+///         than the complete one; what requireScale(), requireSizes(), requireSkin(), requireWalls(), clippingBox() and
 ///         requireDistinctNames() throw
 void requireConsistent(const SkinParams& params);
 

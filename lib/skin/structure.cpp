@@ -45,14 +45,20 @@ std::optional<UnpairedEdge> buildStructure(const Particles& particles, const Ski
 }
 
 Structure exactStructure(const Particles& particles, const NearSurface& near, const SkinParams& params,
-                         const std::vector<Vec3>& directions) {
+                         const ParticleSizes& sizes, const std::vector<Vec3>& directions) {
     const auto boundaryOf = [&](const SnappedParticles& snapped, const std::vector<std::uint32_t>& exposed,
                                 const std::vector<Vec3>& towards) {
         return ballBoundary(snapped, exposed, towards,
                             params.surface == SurfaceKind::alpha ? ArcTracing::none : ArcTracing::traced);
     };
     Structure structure;
-    buildStructure(particles, params, snapParticles(particles, params.radius, near), boundaryOf, directions, structure);
+    buildStructure(
+        particles, params,
+        sizes.radius.empty() ? snapParticles(particles, params.radius, near) : snapParticles(particles, sizes.radius),
+        boundaryOf, directions, structure);
+    std::vector<double>& rate = structure.boundary.radius_rate;
+    for (const std::uint32_t row : structure.boundary.row)
+        if (!sizes.rate.empty()) rate.push_back(sizes.rate[row]);
     return structure;
 }
 
@@ -77,9 +83,9 @@ Structure floatStructure(const Particles& particles, const SkinParams& params, c
 }  // namespace
 
 Structure exposedStructure(const Particles& particles, const NearSurface& near, const SkinParams& params,
-                           Icosphere&& directions) {
+                           const ParticleSizes& sizes, Icosphere&& directions) {
     Structure structure = params.predicates == PredicateKind::exact
-                              ? exactStructure(particles, near, params, directions.position)
+                              ? exactStructure(particles, near, params, sizes, directions.position)
                               : floatStructure(particles, params, directions.position);
     structure.directions = std::move(directions);
     return structure;

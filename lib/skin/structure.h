@@ -10,6 +10,7 @@
 #include "skin/ball_boundary.h"
 #include "skin/features.h"
 #include "skin/near_surface.h"
+#include "skin/particle_sizes.h"
 
 namespace betamesh {
 
@@ -27,12 +28,13 @@ struct Structure {
 
 /// The structure of a frame, with params.predicates.
 ///
-/// in      near: of the particles, as in skinFrame(); used with exact predicates only
+/// in      near: of the particles, as in skinFrame(); used with exact predicates only. sizes: of the particles, whose
+///         largest ball params belong to
 /// same    result for any thread count and particle order
 /// cost    O(n); with floating-point predicates that times the number of attempts
 /// errors  floating-point predicates: an edge that stays without its opposite after params.retries
 /// source  beta mesh paper, section 3.2; its perturbation by `tolerance`
 Structure exposedStructure(const Particles& particles, const NearSurface& near, const SkinParams& params,
-                           Icosphere&& directions);
+                           const ParticleSizes& sizes, Icosphere&& directions);
 
 }  // namespace betamesh

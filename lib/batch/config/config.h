@@ -55,6 +55,9 @@ struct Config {
     struct Surface {
         Length radius{kDefaultRadiusSpacings, true};
         double spacing = 0;
+        std::string radius_attribute;
+        double radius_scale = 1;
+        std::string radius_rate_attribute;
         SurfaceKind kind = SurfaceKind::beta;
         int dimension = 3;
         Tessellation tessellation = Tessellation::complete;

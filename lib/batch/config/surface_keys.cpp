@@ -55,6 +55,26 @@ void addSurfaceKeys(std::vector<ConfigKey>& keys) {
              "last frame on disk with at least seven distinct particles, and used for all frames."},
         "auto, or a number above 0", std::numeric_limits<float>::max(), true,
         [](Config& c) -> double& { return c.surface.spacing; }));
+    keys.push_back(textKey(
+        {"surface.radius_attribute", "--radius-attribute", "",
+         "Particle attribute, such as pscale or radius, that gives each particle a spacing of its own, for adaptive "
+         "simulations, spray and whitewater. Times surface.radius_scale it is what dx stands for in surface.radius, "
+         "surface.skin and smoothing.width at this particle. All other lengths are in units of surface.spacing. Empty: "
+         "all particles are alike."},
+        "the name of an attribute with one number above 0 per particle, or leave it empty",
+        [](Config& c) -> std::string& { return c.surface.radius_attribute; }));
+    keys.push_back(positiveKey(
+        {"surface.radius_scale", "--radius-scale", "particle spacings per unit of the attribute",
+         "Multiplies surface.radius_attribute: 2 where it is half of the distance at which particles were seeded. "
+         "Numbers of the attribute are in units of the file, as positions are: input.scale multiplies them, too."},
+        "a number above 0", std::numeric_limits<float>::max(), false,
+        [](Config& c) -> double& { return c.surface.radius_scale; }));
+    keys.push_back(textKey(
+        {"surface.radius_rate_attribute", "--radius-rate-attribute", "",
+         "Particle attribute with the change of surface.radius_attribute per second, for the velocities of growing and "
+         "shrinking particles. Empty: they keep their sizes during the shutter."},
+        "the name of an attribute with one number per particle, or leave it empty",
+        [](Config& c) -> std::string& { return c.surface.radius_rate_attribute; }));
     keys.push_back(choiceKey<SurfaceKind>(
         {"surface.kind", "--surface", "",
          "Surface to build. beta: the closed beta mesh. alpha: triangles between the particle centres, fast and rough. "

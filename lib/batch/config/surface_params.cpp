@@ -172,6 +172,10 @@ SkinParams skinParams(const Config& config) {
     params.retries = config.perturbation.retries;
     params.tolerance = config.perturbation.tolerance;
     params.arc_subdivisions = config.surface.arc_subdivisions;
+    params.radius_attribute = config.surface.radius_attribute;
+    params.radius_scale = config.surface.radius_scale * config.input.scale;
+    params.radius_rate_attribute = config.surface.radius_rate_attribute;
+    params.radius_rate_scale = config.input.time_scale;
     params.smoothing = config.smoothing.method;
     params.passes = config.smoothing.passes;
     params.resolve_intersections = config.surface.resolve_intersections;
@@ -193,6 +197,7 @@ SkinParams skinParams(const Config& config) {
 void checkSkin(const Config& config, std::vector<std::string>& warnings) {
     const SkinParams params = skinParams(config);
     requireDistinctNames(params);
+    requireSizes(params);
     const Config::Surface& surface = config.surface;
     if (surface.inset && surface.skin)
         throw Error("surface.skin and surface.inset are both set. Use surface.skin alone; surface.inset is deprecated");
