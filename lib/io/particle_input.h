@@ -19,7 +19,7 @@ struct InputPart {
     Kind kind = Kind::attribute;
     std::string name;
     std::string type;  ///< as the format names it, with the number of components: "float", "vector", "3 float32"
-    std::string use;   ///< "position", "velocity", "id", "selection", "output"; empty: not used
+    std::string use;   ///< "position", "velocity", "id", "selection", "size", "output"; empty: not used
 };
 
 /// A number that is finite in the file, but too large for single precision.

@@ -131,8 +131,7 @@ SkinParams resolvedParams(SurfaceCall& call, SurfaceLengths& lengths) {
     const int dimension = call.config.surface.dimension;
     SkinParams params = withLengths(skinParams(call.config), call.config, resolved);
     lengths = {resolved.radius, resolved.spacing, skinDepth(params, dimension)};
-    const FrameSpacing frame =
-        compareSpacing(call.particles->particles.position, resolved.radius, resolved.spacing, dimension);
+    const FrameSpacing frame = compareSpacing(call.particles->particles, params, dimension);
     for (const auto& warning : {frame.drift, frame.scale})
         if (warning) call.warnings.push_back(*warning);
     return params;

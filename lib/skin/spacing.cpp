@@ -11,6 +11,7 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <tuple>
 
 namespace betamesh {
 
@@ -339,10 +340,16 @@ std::uint64_t hashOf(const Vec3& p) {
     return bits;
 }
 
-std::vector<double> localSpacings(const NearestFinder& finder, int dimension) {
+// A particle and its local spacing.
+struct LocalSpacing {
+    Vec3f position;
+    double spacing;
+};
+
+std::vector<LocalSpacing> localSpacingsAt(const NearestFinder& finder, int dimension) {
     const auto factor = [&](int local) { return kMeanOfSix[dimension - 1] / kMeanOfSix[local - 1]; };
     const std::uint64_t every = std::max<std::uint64_t>(1, finder.size() / kSampled);
-    std::vector<std::vector<double>> of_leaves(finder.leaves());
+    std::vector<std::vector<LocalSpacing>> of_leaves(finder.leaves());
     parallelFor(finder.leaves(), 16, [&](std::size_t l) {
         finder.forEachPoint(l, [&](const Vec3& point) {
             if (every > 1 && hashOf(point) % every != 0) return;
@@ -350,10 +357,16 @@ std::vector<double> localSpacings(const NearestFinder& finder, int dimension) {
             if (!std::isfinite(mean)) return;
             Scatter neighbours;
             finder.forEachWithin(point, 2 * mean, [&](const Vec3& offset) { neighbours.add(offset); });
-            of_leaves[l].push_back(mean * factor(neighbours.dimension()));
+            of_leaves[l].push_back({Vec3f(point), mean * factor(neighbours.dimension())});
         });
     });
     return concatenate(of_leaves);
+}
+
+std::vector<double> localSpacings(const NearestFinder& finder, int dimension) {
+    std::vector<double> local;
+    for (const LocalSpacing& at : localSpacingsAt(finder, dimension)) local.push_back(at.spacing);
+    return local;
 }
 
 std::optional<double> medianSixNearest(const NearestFinder& finder) {
@@ -401,6 +414,28 @@ std::optional<SpacingEstimate> spacingOf(std::vector<Vec3f> positions, int dimen
 
 std::vector<double> localSpacings(std::vector<Vec3f> positions, int dimension) {
     return localSpacings(NearestFinder(std::move(positions)), dimension);
+}
+
+std::vector<double> spacingsInSizes(const std::vector<Vec3f>& positions, const std::vector<double>& size,
+                                    int dimension) {
+    const auto before = [](const Vec3f& a, const Vec3f& b) {
+        return std::tuple(a.x, a.y, a.z) < std::tuple(b.x, b.y, b.z);
+    };
+    std::vector<LocalSpacing> local = localSpacingsAt(NearestFinder(positions), dimension);
+    std::sort(local.begin(), local.end(),
+              [&](const LocalSpacing& a, const LocalSpacing& b) { return before(a.position, b.position); });
+    std::vector<double> largest(local.size(), 0);  // of the particles at the same position
+    for (std::size_t i = 0; i < positions.size(); ++i) {
+        const auto at = std::lower_bound(local.begin(), local.end(), positions[i],
+                                         [&](const LocalSpacing& a, const Vec3f& p) { return before(a.position, p); });
+        if (at == local.end() || at->position != positions[i]) continue;
+        double& found = largest[static_cast<std::size_t>(at - local.begin())];
+        found = std::max(found, size[i]);
+    }
+    std::vector<double> relative;
+    for (std::size_t i = 0; i < local.size(); ++i)
+        if (largest[i] > 0) relative.push_back(local[i].spacing / largest[i]);
+    return relative;
 }
 
 double typicalSpacing(std::vector<double> local) {

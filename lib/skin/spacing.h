@@ -56,6 +56,13 @@ std::optional<SpacingEstimate> spacingOf(std::vector<Vec3f> positions, int dimen
 /// cost    O(n log n), about a third of SpacingEstimator::add()
 std::vector<double> localSpacings(std::vector<Vec3f> positions, int dimension = 3);
 
+/// The local spacings of about a thousand particles, each divided by the particle's own size.
+///
+/// in      size: of each particle, > 0
+/// out     as localSpacings()
+std::vector<double> spacingsInSizes(const std::vector<Vec3f>& positions, const std::vector<double>& size,
+                                    int dimension = 3);
+
 /// The most frequent among at least one local spacing: the median of those around the densest place.
 double typicalSpacing(std::vector<double> local);
 

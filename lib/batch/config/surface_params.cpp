@@ -2,6 +2,7 @@
 
 #include "batch/config/key_types.h"
 #include "betamesh/error.h"
+#include "skin/particle_sizes.h"
 #include "skin/stage_settings.h"
 #include "skin/surface_attributes.h"
 
@@ -14,6 +15,8 @@ namespace {
 
 constexpr double kMostDrift = 0.25;  // of a frame's spacing before there is a warning, relative
 constexpr double kLeastUsualRadius = 0.8, kMostUsualRadius = 3;  // usual ball radii, in spacings
+
+constexpr double kMostSpacingInSizes = 1.5;  // usual distance between particles in sizes of their own, or its inverse
 
 // Spacings; a larger radius is taken for a mistake. It costs hours where a ball has thousands of neighbours.
 constexpr double kWrongRadius = 50, kWrongRadiusOfMany = 10;
@@ -97,6 +100,19 @@ std::vector<Wall> localWalls(const Config& config) {
         walls.back().offset -= dot(walls.back().normal, origin);
     }
     return walls;
+}
+
+/// Compares sizes with local spacings, which are given in sizes.
+FrameSpacing compareSizes(std::vector<double> spacings, const std::string& attribute) {
+    if (spacings.empty()) return {};
+    const double typical = typicalSpacing(std::move(spacings));
+    if (typical < kMostSpacingInSizes && typical > 1 / kMostSpacingInSizes) return {};
+    return {{},
+            {},
+            "the distance between neighbouring particles is typically " + shortNumber(typical) + " times their " +
+                attribute + " with its factor; about 1 is expected, as " + attribute +
+                " stands for the particle spacing. Multiply the factor (--radius-scale, surface.radius_scale) by " +
+                shortNumber(typical)};
 }
 
 }  // namespace
@@ -239,8 +255,13 @@ SkinParams withLengths(SkinParams params, const Config& config, const ResolvedRa
     return params;
 }
 
-FrameSpacing compareSpacing(const std::vector<Vec3f>& positions, double radius, double spacing, int dimension) {
-    std::vector<double> local = localSpacings(positions, dimension);
+FrameSpacing compareSpacing(const Particles& particles, const SkinParams& params, int dimension) {
+    const double radius = params.radius, spacing = particleSpacing(params);
+    if (ParticleSizes sizes = particleSizes(particles, params); !sizes.radius.empty()) {
+        for (double& size : sizes.radius) size *= spacing / radius;
+        return compareSizes(spacingsInSizes(particles.position, sizes.radius, dimension), params.radius_attribute);
+    }
+    std::vector<double> local = localSpacings(particles.position, dimension);
     if (local.empty()) return {};
     const double own = typicalSpacing(std::move(local));
     FrameSpacing result{own, {}, {}};

@@ -66,8 +66,12 @@ struct FrameSpacing {
     std::optional<std::string> scale;  ///< warning otherwise: the radius is outside 0.8 to 3 of the own spacing
 };
 
-/// in      radius, spacing: as used, world units
+/// Particles with sizes of their own have no common spacing and cannot drift; their sizes are compared with their local
+/// spacings.
+///
+/// in      params: as used, in world units
 /// cost    O(n log n), under 1 % of skinning the frame
-FrameSpacing compareSpacing(const std::vector<Vec3f>& positions, double radius, double spacing, int dimension);
+/// errors  those of particleSizes()
+FrameSpacing compareSpacing(const Particles& particles, const SkinParams& params, int dimension);
 
 }  // namespace betamesh

@@ -120,7 +120,8 @@ std::optional<InputRemark> remarkOnRadius(const Attribute& attribute) {
     return InputRemark{"radius", true,
                        "the attribute '" + attribute.name + "' gives each particle a radius, from " +
                            std::to_string(*least) + " to " + std::to_string(*most) +
-                           ". It is not used: all balls have the same radius"};
+                           ". It is not used: all balls have the same radius. Use it with --radius-attribute " +
+                           attribute.name + " (surface.radius_attribute)"};
 }
 
 std::optional<InputRemark> remarkOnValues(const Attribute& attribute, const InputSummary& summary) {
@@ -195,9 +196,12 @@ Liquid readInput(const FrameTask& task, const Plan& plan, bool near_surface, Fil
 
 std::vector<InputPart> partsOf(const Liquid& liquid, const Config& config) {
     std::vector<InputPart> parts = liquid.summary.parts;
-    for (InputPart& part : parts)
-        if (part.kind == InputPart::Kind::attribute && part.use.empty() && isOutput(part.name, config))
-            part.use = "output";
+    const Config::Surface& surface = config.surface;
+    for (InputPart& part : parts) {
+        if (part.kind != InputPart::Kind::attribute || !part.use.empty()) continue;
+        if (part.name == surface.radius_attribute || part.name == surface.radius_rate_attribute) part.use = "size";
+        if (isOutput(part.name, config)) part.use = "output";
+    }
     return parts;
 }
 
@@ -224,7 +228,7 @@ std::vector<InputRemark> remarksOn(const Liquid& liquid, const Config& config) {
     add(remarkOnVelocity(summary, config));
     add(remarkOnGrids(summary, config));
     for (const Attribute& attribute : liquid.particles.attributes) {
-        add(remarkOnRadius(attribute));
+        if (config.surface.radius_attribute.empty()) add(remarkOnRadius(attribute));
         if (!isOutput(attribute.name, config)) continue;
         add(remarkOnValues(attribute, summary));
         add(remarkOnPrecision(attribute, summary.parts));

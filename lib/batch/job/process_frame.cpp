@@ -63,8 +63,7 @@ std::string previewOf(const FrameTask& task, const Plan& plan, const SkinnedFram
 /// it is logged once.
 void checkSpacing(const Liquid& liquid, const Plan& plan, FrameResult& result, JobState& job) {
     if (liquid.near && !liquid.near->all) return;  // the particles near the surface do not tell the spacing
-    const FrameSpacing frame =
-        compareSpacing(liquid.particles.position, plan.skin.radius, plan.spacing, plan.config.surface.dimension);
+    const FrameSpacing frame = compareSpacing(liquid.particles, plan.skin, plan.config.surface.dimension);
     result.frame_spacing = frame.own.value_or(0);
     if (frame.drift) logWarning(result.input + ": " + *frame.drift);
     if (frame.scale && job.isFirst("scale")) logWarning(result.input + ": " + *frame.scale);
