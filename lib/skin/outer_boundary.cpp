@@ -1,6 +1,8 @@
 
 #include "skin/outer_boundary.h"
 
+#include "base/cell_grid.h"
+#include "base/octaves.h"
 #include "base/parallel.h"
 #include "betamesh/skin_params.h"
 #include "skin/arcs.h"
@@ -73,16 +75,58 @@ void setRadiusRates(const BallBoundary& boundary, BallBoundary& outer) {
     }
 }
 
+// Lowers the scales of samples so that the rolling ball at each reaches no deeper than to the skin of any particle.
+// Only the skins of smaller particles can be nearer than that of the sample's own.
+void keepOutOfSkins(const Particles& particles, const SnappedParticles& larger,
+                    const std::vector<std::uint32_t>& candidates, const SkinLengths& lengths, double spacing,
+                    OuterSamples& samples) {
+    const auto scaleOf = [&](std::uint32_t i) {
+        return static_cast<double>(larger.radiusOf(i)) / static_cast<double>(larger.radius);
+    };
+    std::vector<float> particle_scale(larger.size());
+    for (const std::uint32_t i : candidates) particle_scale[i] = static_cast<float>(scaleOf(i));
+    const std::vector<float> own = samples.scale;
+    const auto samples_of = byOctave(allRows(own.size()), own);
+    const auto particles_of = byOctave(std::vector<std::uint32_t>(candidates), particle_scale);
+    const auto positionOf = [&](std::uint32_t i) { return Vec3(particles.position[larger.row[i]]); };
+    for (std::size_t coarse = 0; coarse < samples_of.size(); ++coarse)
+        for (std::size_t fine = coarse; fine < particles_of.size(); ++fine) {
+            const std::vector<std::uint32_t>&rows = samples_of[coarse], &near = particles_of[fine];
+            if (rows.empty() || near.empty()) continue;
+            const double reach =
+                spacing * (lengths.rolling() * largestOfOctave(coarse) + lengths.skin * largestOfOctave(fine));
+            const auto nearAt = [&](std::size_t i) { return positionOf(near[i]); };
+            const CellGrid points(rows.size(), reach / 2,
+                                  [&](std::size_t i) { return samples.point[rows[i]].position; });
+            const CellGrid around(near.size(), reach / 2, nearAt);
+            forCellsAndNeighbours(
+                reach, points, around, nearAt, [&](std::uint32_t cell, std::span<const std::uint32_t> found) {
+                    for (const std::uint32_t row : points.rowsOf(cell)) {
+                        const std::uint32_t sample = rows[row];
+                        for (const std::uint32_t other : found) {
+                            const std::uint32_t i = near[other];
+                            if (!(particle_scale[i] < own[sample])) continue;
+                            const double distance = (positionOf(i) - samples.point[sample].position).length();
+                            const double room = distance / spacing - lengths.skin * scaleOf(i);
+                            samples.scale[sample] =
+                                std::min(samples.scale[sample], static_cast<float>(room / lengths.rolling()));
+                        }
+                    }
+                });
+        }
+}
+
 }  // namespace
 
 OuterSamples outerSamples(const Particles& particles, const SnappedParticles& snapped, const BallBoundary& boundary,
-                          double radius, double spacing) {
+                          const SkinLengths& lengths, double spacing) {
+    const double radius = lengths.outer() * spacing;
     const Particles all = unsnapped(particles, snapped);
     const SnappedParticles larger = enlarged(snapped, all, radius);
     Icosphere directions = icosphereOf(kOuterFaceAngle);
     const auto direction_count = static_cast<double>(directions.position.size());
-    BallBoundary outer =
-        ballBoundary(larger, exposureCandidates(larger, snapped.size(), boundary), directions.position);
+    const std::vector<std::uint32_t> candidates = exposureCandidates(larger, snapped.size(), boundary);
+    BallBoundary outer = ballBoundary(larger, candidates, directions.position);
     setRadiusRates(boundary, outer);
     const std::vector<DualVec3> balls = ballCentres(outer, all);
     ArcSubdivision subdivision;
@@ -136,6 +180,7 @@ OuterSamples outerSamples(const Particles& particles, const SnappedParticles& sn
         samples.exposure.resize(samples.point.size(), static_cast<float>(exposed / direction_count));
         if (!outer.radius_of.empty()) samples.scale.resize(samples.point.size(), static_cast<float>(outer.scaleOf(b)));
     }
+    if (!samples.scale.empty()) keepOutOfSkins(all, larger, candidates, lengths, spacing, samples);
     return samples;
 }
 

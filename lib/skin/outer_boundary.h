@@ -6,6 +6,7 @@
 #include "betamesh/particles.h"
 #include "exact/snapped_particles.h"
 #include "skin/ball_boundary.h"
+#include "skin/skin_lengths.h"
 
 #include <vector>
 
@@ -17,20 +18,22 @@ struct OuterSamples {
     std::vector<float> weight;    ///< >= 0: length of arc in particle spacings there, or area of face in their squares
     std::vector<float> fading;    ///< 0 for a permanent sample, near 1 for one that has just appeared
     std::vector<float> exposure;  ///< inside faces the exposed share of the ball, 0 to 1; 0 on arcs
-    std::vector<float> scale;     ///< particle spacing there, in those of the largest ball; empty: all 1
+    std::vector<float> scale;     ///< of the ball that rolls there, in those beside the largest balls; empty: all 1
 };
 
-/// Samples the boundary of the union of balls of a larger radius around the same particles. Balls of one radius that
-/// are covered at the smaller radius are covered at the larger one, too; only those exposed in `boundary` are examined.
+/// Samples the boundary of the union of balls of radius outer() around the same particles. Balls of one radius that are
+/// covered at the smaller radius are covered at the larger one, too; only those exposed in `boundary` are examined.
 ///
-/// in      all particles within four smaller radii of the surface; radius: the larger one of the largest ball, all
-/// others
-///         being larger in proportion; spacing: of the particles with the largest balls; both in world units
+/// Among balls of different radii all are enlarged in proportion. The ball that rolls at a point touches the skin of
+/// the nearest particle: where small particles lie beside large ones it is so small that they stay inside the surface.
+///
+/// in      all particles within four smaller radii of the surface; lengths: in spacings; spacing: of the particles with
+///         the largest balls, world units
 /// out     samples at most half a radius apart, including every vertex of the boundary; their weights change
 ///         continuously in time
 /// same    result for any thread count and particle order
 /// cost    O(exposed balls · neighbours within two radii)
 OuterSamples outerSamples(const Particles& particles, const SnappedParticles& snapped, const BallBoundary& boundary,
-                          double radius, double spacing);
+                          const SkinLengths& lengths, double spacing);
 
 }  // namespace betamesh

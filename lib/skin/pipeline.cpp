@@ -49,8 +49,7 @@ BaseSurface baseSurface(const Particles& particles, Structure& structure, const 
     FacePoints points = facePoints(structure.snapped, boundary, balls, std::move(structure.directions));
     if (hasSkin(params)) {
         const double spacing = particleSpacing(params);
-        base.outer =
-            outerSamples(particles, structure.snapped, boundary, skinLengths(params).outer() * spacing, spacing);
+        base.outer = outerSamples(particles, structure.snapped, boundary, skinLengths(params), spacing);
     }
     std::exchange(structure.snapped, {});  // large
     std::exchange(structure.boundary.exposed, {});

@@ -126,8 +126,7 @@ Mesh skinned(const UnequalCloud& cloud, double spacing) {
     groupFaces(snapped, boundary);
     const std::vector<DualVec3> balls = ballCentres(boundary, cloud.particles);
     const ArcSubdivision subdivision = arcSubdivision(params);
-    const OuterSamples outer =
-        outerSamples(cloud.particles, snapped, boundary, skinLengths(params).outer() * spacing, spacing);
+    const OuterSamples outer = outerSamples(cloud.particles, snapped, boundary, skinLengths(params), spacing);
     ArcNetwork network =
         arcPoints(boundary, balls, boundaryVertices(cloud.particles, snapped, boundary, balls), subdivision);
     FacePoints points = facePoints(snapped, boundary, balls, std::move(directions));

@@ -1,0 +1,23 @@
+// The lengths that define the skin.
+
+#pragma once
+
+namespace betamesh {
+
+/// The lengths that define a skin, all in particle spacings.
+///
+/// Balls of radius `joining` decide which particles are connected. The skin is the boundary of the region that a ball
+/// of radius rolling() cannot enter when it rolls over balls of radius `skin`; it is `skin` away from the outermost
+/// particles. Since outer()² = joining² + rolling()², two balls of the joining radius touch exactly when the skins
+/// around both meet, and the hole between three balls closes exactly when the skin closes there.
+struct SkinLengths {
+    double joining = 1.5;      ///< > 0
+    double skin = 0.55;        ///< > 0, < joining
+    bool volume_true = false;  ///< threads and drops are a little thicker than `skin`, which makes their volume true
+    double edge_factor = 1;    ///< >= 1: scales the edge lengths at which the mesh is refined
+
+    double rolling() const { return (joining * joining - skin * skin) / (2 * skin); }
+    double outer() const { return skin + rolling(); }
+};
+
+}  // namespace betamesh
