@@ -15,12 +15,13 @@ namespace {
 
 constexpr double kRounding = 3e-6;  // relative error of sums of squares in single precision
 
-// Fields of a ball: position, velocity and share.
-enum Field { kX, kY, kZ, kVx, kVy, kVz, kShare, kFields };
+// Fields of a ball: position, velocity, change of its radius and share.
+enum Field { kX, kY, kZ, kVx, kVy, kVz, kGrowth, kShare, kFields };
 
 // Sums over balls: y is the position relative to a vertex in units of the vertex's reach, v the velocity relative to a
 // reference velocity of the vertex, w = share · (1 - |y|²)⁴. Σw, Σw y, Σw v, Σw y × v, Σw of xx, yy, zz, xy, yz, zx,
-// and Σw v·v.
+// Σw v·v, and Σw of
+// the squared change of the radius.
 enum Sum {
     kWeight,
     kOffset,
@@ -28,9 +29,11 @@ enum Sum {
     kMoment = kVelocity + 3,
     kSquares = kMoment + 3,
     kEnergy = kSquares + 6,
+    kSquaredGrowth,
     kSums
 };
 // Positions of samples and points are in units of the group's reach, of which the vertices have these shares.
+template <bool kGrowing>
 struct MotionSums {
     SampleSubset<kFields> samples;
     const Lanes (&point)[3], (&reference)[3];
@@ -63,6 +66,7 @@ struct MotionSums {
                 sum[kSquares + 3 + k] += wy[k] * y[l];
             }
             sum[kEnergy] += w * (v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
+            if constexpr (kGrowing) sum[kSquaredGrowth] += w * f[kGrowth] * f[kGrowth];
         }
         setLanes<kWidth>(sums, first, sum);
     }
@@ -79,7 +83,7 @@ double limitingFactor(double square, double limit) {
 // The motion of the liquid at a vertex.
 struct LiquidMotion {
     Vec3 velocity;    // of the best rigid motion
-    double residual;  // root mean square of the balls' velocities relative to it
+    double residual;  // root mean square of the balls' velocities relative to it and of the changes of their radii
 
     LiquidMotion(const Lanes (&sums)[kSums], std::size_t lane, const Vec3f& reference) {
         const auto at = [&](int s) { return static_cast<double>(sums[s][lane]); };
@@ -97,7 +101,7 @@ struct LiquidMotion {
         const Vec3 angular_velocity = moment * inertia(kMinInertia + kNoiseInertia * (1 - explained)).inverse();
         const double rotating = std::clamp(dot(angular_velocity, angular_velocity * inertia(0)), 0.0, energy),
                      rest = energy - 2 * dot(moment, angular_velocity) + rotating;
-        residual = std::sqrt(std::clamp(rest - kRounding * total, 0.0, energy));
+        residual = std::sqrt(std::clamp(rest - kRounding * total, 0.0, energy) + at(kSquaredGrowth) / at(kWeight));
         const Vec3 rotated = cross(y, angular_velocity);  // velocity at the vertex: its offset from the mean is -y
         velocity = Vec3(reference) + v +
                    rotated * limitingFactor(rotated.length2(), kMaxRotationGain * kMaxRotationGain * rotating);
@@ -122,7 +126,8 @@ void limitVelocities(const BallBoundary& boundary, const std::vector<DualVec3>& 
             [&](std::size_t b) {
                 const Vec3f v(balls[b].velocity);
                 const double scale = boundary.scaleOf(b);
-                return std::array{v.x, v.y, v.z, static_cast<float>(scale * scale)};
+                const double growth = boundary.worldRadiusOf(b).rate;
+                return std::array{v.x, v.y, v.z, static_cast<float>(growth), static_cast<float>(scale * scale)};
             },
             longest, longest);
         cloud.forPoints(
@@ -137,7 +142,10 @@ void limitVelocities(const BallBoundary& boundary, const std::vector<DualVec3>& 
                         reference[k][lane] = static_cast<float>(
                             std::clamp(vertices[row[lane]].velocity[k], velocities.min[k], velocities.max[k]));
                 }
-                forLanes(MotionSums{near, group.position, reference, inverse_share, sums});
+                if (boundary.radius_rate.empty())
+                    forLanes(MotionSums<false>{near, group.position, reference, inverse_share, sums});
+                else
+                    forLanes(MotionSums<true>{near, group.position, reference, inverse_share, sums});
                 for (std::size_t lane = 0; lane < group.size; ++lane) {
                     if (!(sums[kWeight][lane] > 0)) continue;
                     DualVec3& vertex = vertices[row[lane]];

@@ -10,10 +10,10 @@ namespace betamesh {
 /// Replaces the instantaneous velocities of tessellation points by velocities that are valid over a shutter interval.
 /// The tangential part becomes that of the rigid motion that fits the balls within reach best, with weights
 /// (1 - d²/reach²)⁴. The normal part keeps its difference from that motion, limited to kMaxRelativeVelocity times the
-/// root mean square of the balls' own differences. Rims and necks, whose instantaneous speed is unbounded while balls
-/// meet or part, are therefore no faster than the liquid; where the liquid moves as a rigid body, the surface does so
-/// exactly. Among balls of different radii, the reach is as large as the spacing at the vertex, and a ball counts by
-/// the square of its radius.
+/// root mean square of the balls' own differences and of the changes of their radii. Rims and necks, whose
+/// instantaneous speed is unbounded while balls meet or part, are therefore no faster than the liquid; where the liquid
+/// moves as a rigid body, the surface does so exactly. Among balls of different radii, the reach is as large as the
+/// spacing at the vertex, and a ball counts by the square of its radius.
 ///
 /// in      reach: of vertices beside the largest balls, world units; a vertex farther than its reach from all balls
 ///         keeps its velocity. normals: of the vertices, zero where there is none

@@ -61,11 +61,11 @@ SnappedParticles enlarged(const SnappedParticles& snapped, const Particles& part
     return snapParticles(particles, radii);
 }
 
-// Sets the rates of the larger balls' radii, which are in proportion to those of the smaller ones; 0 for balls that are
-// covered among the smaller ones.
-void setRadiusRates(const BallBoundary& boundary, BallBoundary& outer) {
+// Sets the rates of the larger balls' radii; 0 for balls that are covered among the smaller ones. They are those of the
+// skins, as the velocities of samples become those of the skin below them, which is a rolling ball's radius away.
+void setRadiusRates(const BallBoundary& boundary, const SkinLengths& lengths, BallBoundary& outer) {
     if (boundary.radius_rate.empty()) return;
-    const double factor = outer.worldRadius() / boundary.worldRadius();
+    const double factor = lengths.skin / lengths.joining;
     outer.radius_rate.assign(outer.position.size(), 0);
     for (std::size_t b = 0; b < outer.row.size(); ++b) {
         const auto& rows = boundary.snapped_row;
@@ -127,7 +127,7 @@ OuterSamples outerSamples(const Particles& particles, const SnappedParticles& sn
     const auto direction_count = static_cast<double>(directions.position.size());
     const std::vector<std::uint32_t> candidates = exposureCandidates(larger, snapped.size(), boundary);
     BallBoundary outer = ballBoundary(larger, candidates, directions.position);
-    setRadiusRates(boundary, outer);
+    setRadiusRates(boundary, lengths, outer);
     const std::vector<DualVec3> balls = ballCentres(outer, all);
     ArcSubdivision subdivision;
     subdivision.max_angle = kOuterArcAngle;
