@@ -69,7 +69,9 @@ public:
         Vec3f origin;  // of the samples' positions, in the frame of the points
     };
 
-    explicit SampleRuns(std::span<const Run> runs) : runs_(runs) {}
+    explicit SampleRuns(std::span<const Run> runs, std::size_t step = 1) : runs_(runs), step_(step) {}
+    /// These are every step()-th of the samples.
+    std::size_t step() const { return step_; }
     /// Calls visit(fields, offset) for every sample; `offset` is its position relative to each point.
     template <typename Pack, typename Visit>
     __attribute__((always_inline)) void forEach(const Pack (&point)[3], const Visit& visit) const {
@@ -84,6 +86,7 @@ public:
 
 private:
     std::span<const Run> runs_;
+    std::size_t step_;
 };
 
 /// Bounding boxes of runs, axis by axis, and the largest reach factor of each run, if there are any.
@@ -234,7 +237,8 @@ void forGroups(const PointGroups& points, const std::vector<Vec3>& point, const 
                     else
                         runs.push_back(run);
                 }
-                if (const std::size_t step = (n + max_samples - 1) / max_samples; step > 1) {
+                const std::size_t step = std::max<std::size_t>((n + max_samples - 1) / max_samples, 1);
+                if (step > 1) {
                     thinned.clear();
                     std::size_t count = 0;
                     for (const Run& run : runs)
@@ -251,7 +255,7 @@ void forGroups(const PointGroups& points, const std::vector<Vec3>& point, const 
                                      const std::uint32_t row = begin + static_cast<std::uint32_t>(i);
                                      return PointRow{localOf(point[row]), row};
                                  }),
-                      SampleRuns<kFields>(runs));
+                      SampleRuns<kFields>(runs, step));
             }
         }
     });

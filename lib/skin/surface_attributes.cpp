@@ -18,7 +18,7 @@ namespace betamesh {
 
 namespace {
 
-// Lengths are in particle spacings.
+// Lengths are in particle spacings of the frame, but for widths and limits, which are in those at the vertex.
 enum Field { kX, kY, kZ, kArea, kNx, kNy, kNz, kFields };
 using Samples = SampleRuns<kFields>;
 
@@ -34,21 +34,22 @@ enum FitSum {
 };
 struct FitSums {
     Samples samples;
-    float inverse_square_width;
+    const Lanes& inverse_square_width;
     OrientedPoints point;
     Lanes (&sums)[kFitSums];
 
     template <std::size_t kWidth>
     __attribute__((always_inline)) void operator()(std::size_t first) const {
         using Pack = Floats<kWidth>;
-        Pack x[3], n[3];
+        Pack x[3], n[3], inverse;
         getLanes<kWidth>(point.position, first, x);
         getLanes<kWidth>(point.normal, first, n);
+        getLanes<kWidth>(inverse_square_width, first, inverse);
         const Pack zero{}, one = zero + 1.0F;
         Pack sum[kFitSums] = {};
         samples.forEach(
             x, [&](const auto& f, const Pack(&p)[3]) __attribute__((always_inline)) {
-                Pack t = one - (p[0] * p[0] + p[1] * p[1] + p[2] * p[2]) * inverse_square_width;
+                Pack t = one - (p[0] * p[0] + p[1] * p[1] + p[2] * p[2]) * inverse;
                 Pack c = f[kNx] * n[0] + f[kNy] * n[1] + f[kNz] * n[2];
                 t = t > 0 ? t : zero;
                 c = c > 0 ? c : zero;
@@ -78,8 +79,8 @@ struct FittedNormal {
 };
 
 // The fitted normal at offset 0; nothing if the sums are too small. Offsets and changes of the normal are restricted to
-// the plane across the mean normal.
-std::optional<FittedNormal> fittedNormal(const Lanes (&sums)[kFitSums], std::size_t lane) {
+// the plane across the mean normal. scale: particle spacing there, in spacings of the frame.
+std::optional<FittedNormal> fittedNormal(const Lanes (&sums)[kFitSums], std::size_t lane, double scale) {
     const double weight = sums[kWeights][lane];
     if (!(weight > 0)) return std::nullopt;
     const auto mean = [&](int sum) { return static_cast<double>(sums[sum][lane]) / weight; };
@@ -103,7 +104,7 @@ std::optional<FittedNormal> fittedNormal(const Lanes (&sums)[kFitSums], std::siz
                                  dot(meanVector(kProducts + 6), along[j]));
             product[i][j] = dot(along[i], of_normal) - dot(along[i], normal) * dot(along[j], offset);
         }
-    for (std::size_t i = 0; i < 2; ++i) square[i][i] += kSkinFitVariance;
+    for (std::size_t i = 0; i < 2; ++i) square[i][i] += kSkinFitVariance * (scale * scale);
     const double determinant = square[0][0] * square[1][1] - square[0][1] * square[1][0];
     double turn[2][2];  // of the normal, per length
     for (std::size_t i = 0; i < 2; ++i) {
@@ -124,27 +125,28 @@ std::optional<FittedNormal> fittedNormal(const Lanes (&sums)[kFitSums], std::siz
 // vertex, so the sum stays finite where the sides nearly touch.
 struct OppositeSum {
     Samples samples;
-    float inverse_square_reach;
+    const Lanes &inverse_square_reach, &min_square;  // min_square: of vertices without area
     OrientedPoints point;
     Lanes (&sums)[1];
 
     template <std::size_t kWidth>
     __attribute__((always_inline)) void operator()(std::size_t first) const {
         using Pack = Floats<kWidth>;
-        Pack x[3], n[3];
+        Pack x[3], n[3], inverse, least;
         getLanes<kWidth>(point.position, first, x);
         getLanes<kWidth>(point.normal, first, n);
+        getLanes<kWidth>(inverse_square_reach, first, inverse);
+        getLanes<kWidth>(min_square, first, least);
         const Pack zero{}, one = zero + 1.0F;
         constexpr float kSpread = 0.15915494F;  // 1 / 2π: mean squared radius of a disc over its area
-        constexpr float kMinSquare = 1e-6F;     // of vertices without area
         constexpr float kInverseElevation = 1 / (kOppositeElevation * kOppositeElevation);
         Pack sum[1] = {};
         samples.forEach(
             x, [&](const auto& f, const Pack(&p)[3]) __attribute__((always_inline)) {
-                const Pack square = p[0] * p[0] + p[1] * p[1] + p[2] * p[2] + f[kArea] * kSpread + kMinSquare;
+                const Pack square = p[0] * p[0] + p[1] * p[1] + p[2] * p[2] + f[kArea] * kSpread + least;
                 Pack below = -(p[0] * n[0] + p[1] * n[1] + p[2] * n[2]);
                 Pack v = (kOppositeFade - (f[kNx] * n[0] + f[kNy] * n[1] + f[kNz] * n[2])) / (2 * kOppositeFade);
-                Pack within = one - square * inverse_square_reach;
+                Pack within = one - square * inverse;
                 below = below > 0 ? below : zero;
                 v = v > 0 ? v : zero;
                 v = v < one ? v : one;
@@ -170,11 +172,12 @@ double inverseSquareThickness(double s) {
 struct Shape {
     double drop, thread, sheet;  // the rest is bulk
 };
-Shape shapeOf(double thickness, double smaller_curvature, double larger_curvature) {
+// scale: particle spacing there, in spacings of the frame.
+Shape shapeOf(double thickness, double smaller_curvature, double larger_curvature, double scale) {
     const auto rounded = [&](double curvature) {
         return smoothStep((thickness * curvature - kRoundBegins) / (kRoundFull - kRoundBegins)).value;
     };
-    const double thin = 1 - smoothStep((thickness - kBulkBegins) / (kBulkFull - kBulkBegins)).value;
+    const double thin = 1 - smoothStep((thickness / scale - kBulkBegins) / (kBulkFull - kBulkBegins)).value;
     const double drop = rounded(smaller_curvature), not_sheet = rounded(larger_curvature);
     return {thin * drop, thin * (not_sheet - drop), thin * (1 - not_sheet)};
 }
@@ -185,8 +188,8 @@ public:
         : surface_(mesh, spacing, former_row) {}
 
     std::vector<Vec3f> normal;
-    std::vector<Vec3f> curvature;  // mean, smaller, larger; per particle spacing
-    std::vector<float> thickness;  // particle spacings
+    std::vector<Vec3f> curvature;  // mean, smaller, larger; per particle spacing of the frame
+    std::vector<float> thickness;  // particle spacings of the frame
     std::vector<Vec3f> shape;      // weights of drop, thread, sheet
 
     void fit() {
@@ -194,10 +197,11 @@ public:
         normal = facing;
         curvature.assign(surface_.size(), Vec3f(0));
         visitSamples(kAttributeFit, facing, [&](const PointGroup& group, Samples samples, const OrientedPoints& point) {
-            Lanes sums[kFitSums];
-            forLanes(FitSums{samples, inverseSquare(kAttributeFit), point, sums});
+            Lanes inverse, sums[kFitSums];
+            surface_.setInverseSquares(group, kAttributeFit, inverse);
+            forLanes(FitSums{samples, inverse, point, sums});
             for (std::size_t lane = 0; lane < group.size; ++lane) {
-                const auto fitted = fittedNormal(sums, lane);
+                const auto fitted = fittedNormal(sums, lane, scaleOf(group.row[lane]));
                 if (!fitted) continue;
                 normal[group.row[lane]] = Vec3f(fitted->normal);
                 curvature[group.row[lane]] =
@@ -208,13 +212,19 @@ public:
     void measureThickness() {
         thickness.assign(surface_.size(), 0);
         const double reach = kMaxThickness * std::sqrt(inverseSquareThickness(kThicknessSmoothing));
-        const auto scale = reach * reach / std::numbers::pi;
         visitSamples(reach, normal, [&](const PointGroup& group, Samples samples, const OrientedPoints& point) {
-            Lanes sums[1];
-            forLanes(OppositeSum{samples, inverseSquare(reach), point, sums});
+            Lanes inverse, least, sums[1];
+            surface_.setInverseSquares(group, reach, inverse);
+            for (std::size_t lane = 0; lane < kLanes; ++lane) {
+                const float scale = surface_.scale(group.row[lane]);
+                least[lane] = kMinSquare * (scale * scale);
+            }
+            forLanes(OppositeSum{samples, inverse, least, point, sums});
             for (std::size_t lane = 0; lane < group.size; ++lane) {
-                const double sum = scale * static_cast<double>(sums[0][lane]) + kThicknessSmoothing;
-                thickness[group.row[lane]] = static_cast<float>(reach / std::sqrt(inverseSquareThickness(sum)));
+                const double own_reach = reach * scaleOf(group.row[lane]),
+                             factor = own_reach * own_reach / std::numbers::pi * stepOf(samples);
+                const double sum = factor * static_cast<double>(sums[0][lane]) + kThicknessSmoothing;
+                thickness[group.row[lane]] = static_cast<float>(own_reach / std::sqrt(inverseSquareThickness(sum)));
             }
         });
     }
@@ -222,7 +232,7 @@ public:
         shape.resize(surface_.size());
         parallelFor(shape.size(), 8192, [&](std::size_t v) {
             const Vec3 of_normal(curvature[v]);
-            const Shape of_vertex = shapeOf(static_cast<double>(thickness[v]), of_normal.y, of_normal.z);
+            const Shape of_vertex = shapeOf(static_cast<double>(thickness[v]), of_normal.y, of_normal.z, scaleOf(v));
             shape[v] = Vec3f(Vec3(of_vertex.drop, of_vertex.thread, of_vertex.sheet));
         });
     }
@@ -235,13 +245,22 @@ public:
 
 private:
     static constexpr std::size_t kMaxSamples = 16384;
+    static constexpr float kMinSquare = 1e-6F;
 
-    static float inverseSquare(double length) { return static_cast<float>(1 / (length * length)); }
+    double scaleOf(std::size_t v) const { return static_cast<double>(surface_.scale(v)); }
+    // By how much a sum over samples must be multiplied because only every so many of them were visited. With one size
+    // of particles that happens nowhere but where surfaces are degenerate.
+    double stepOf(const Samples& samples) const {
+        return surface_.mesh().scale.empty() ? 1 : static_cast<double>(samples.step());
+    }
     template <typename Visit>
     void visitSamples(double reach, const Normals& point_normal, const Visit& visit) const {
         forGroups<kFields>(
             surface_.groups(), surface_.position(), surface_.groups(), surface_.position(), surface_.spacing(),
-            kMaxSamples, [&](std::size_t) { return reach * surface_.spacing(); },
+            kMaxSamples,
+            [&](std::size_t group) {
+                return reach * surface_.spacing() * static_cast<double>(surface_.largestScale(group));
+            },
             [&](std::uint32_t v, SampleFields<kFields>& f) {
                 const Vec3f& n = surface_.normals()[v];
                 f[kArea] = surface_.area(v), f[kNx] = n.x, f[kNy] = n.y, f[kNz] = n.z;

@@ -26,10 +26,12 @@ void requireDistinctNames(const SkinParams& params);
 /// A vertex that fades in takes its values from the vertices it fades in from, as it does with displacements, so
 /// shading does not change when a vertex appears or vanishes.
 ///
-/// in      spacing: of the particles, world units
-/// out     finite numbers; normals of unit length
+/// Widths, the largest thickness and the thicknesses at which shapes differ are in the particle spacings at the vertex.
+///
+/// in      spacing: of the particles, of the largest if their sizes differ, world units
+/// out     finite numbers; normals of unit length; thickness in world units, curvature per world unit
 /// same    bytes for any thread count and instruction set
-/// cost    O(vertices · vertices within 1.2 spacings, for thickness and shape 5 spacings)
+/// cost    O(vertices · vertices within 1.2 spacings, for thickness and shape 5 spacings, 16,384 at most)
 std::vector<Attribute> surfaceAttributes(BetaMesh mesh, double spacing, const SurfaceAttributes& wanted);
 
 }  // namespace betamesh

@@ -6,6 +6,7 @@
 #include "betamesh/error.h"
 #include "mesh/triangle_tree.h"
 #include "mesh/vertex_normals.h"
+#include "skin/surface_attributes.h"
 #include "support/clouds.h"
 
 #include <gtest/gtest.h>
@@ -280,6 +281,85 @@ TEST(SurfaceAttributes, ChangeContinuously) {
         EXPECT_LE(all[all.size() * 999 / 1000], 100 * kStep) << name;
         EXPECT_LE(all.back(), 0.05) << name;
     }
+}
+
+// Appends a surface, scaled about the origin and then moved, whose particles are as many times as large.
+void addCopy(const BetaMesh& surface, double scale, const Vec3& offset, BetaMesh& all) {
+    const auto first = static_cast<std::uint32_t>(all.vertex.size());
+    for (const DualVec3& v : surface.vertex) all.vertex.push_back({v.position * scale + offset, v.velocity});
+    for (const Triangle& t : surface.triangles) all.triangles.push_back({first + t[0], first + t[1], first + t[2]});
+    all.scale.resize(all.vertex.size(), static_cast<float>(scale));
+}
+
+TEST(SurfaceAttributes, OfSmallerParticlesAreThoseOfTheSameSurfaceScaled) {
+    Particles shapes = lattice(12, 12, 6, 0.25);
+    const auto add = [&](const Particles& particles, const Vec3& offset) {
+        for (const Vec3f& p : particles.position) shapes.position.push_back(p + Vec3f(offset));
+    };
+    add(lattice(14, 14, 1, 0.25, 2), Vec3(0, 0, 12));
+    add(lattice(20, 1, 1, 0.25, 3), Vec3(0, 0, 18));
+    add(lattice(1, 1, 1), Vec3(0, 0, 24));
+    const BetaMesh surface = asBetaMesh(skinFrame(shapes, measuring()).mesh);
+    const SurfaceAttributes wanted = measuring().surface_attributes;
+    const std::vector<Attribute> alone = surfaceAttributes(surface, 1, wanted);
+    constexpr double kScale = 0.25;
+    BetaMesh both;
+    addCopy(surface, 1, Vec3(0), both);
+    addCopy(surface, kScale, Vec3(128, 0, 0), both);
+    const std::vector<Attribute> measured = surfaceAttributes(both, 1, wanted);
+    ASSERT_EQ(measured.size(), alone.size());
+    for (std::size_t a = 0; a < alone.size(); ++a) {
+        const std::string& name = alone[a].name;
+        const double factor = name == "thickness" ? kScale : name == "curvature" ? 1 / kScale : 1;
+        const std::size_t numbers = alone[a].real.size();
+        ASSERT_EQ(measured[a].real.size(), 2 * numbers);
+        double largest = 0, farthest = 0, farthest_scaled = 0;
+        for (std::size_t i = 0; i < numbers; ++i) {
+            const double expected = static_cast<double>(alone[a].real[i]);
+            largest = std::max(largest, std::abs(expected));
+            farthest = std::max(farthest, std::abs(static_cast<double>(measured[a].real[i]) - expected));
+            farthest_scaled = std::max(
+                farthest_scaled, std::abs(static_cast<double>(measured[a].real[numbers + i]) / factor - expected));
+        }
+        EXPECT_LE(farthest, 2e-4 * largest) << name;
+        EXPECT_LE(farthest_scaled, 2e-4 * largest) << name;
+    }
+}
+
+// A plane sheet whose upper side is of coarse and whose lower side is of fine particles: each side measures the
+// distance of the other, in its own spacings, although there are more fine vertices than a sum visits.
+TEST(SurfaceAttributes, TellTheThicknessBetweenCoarseAndFineSides) {
+    constexpr double kScale = 0.05, kHeight = 0.6;
+    const auto addSide = [](double edge, double z, BetaMesh& mesh) {
+        const auto first = static_cast<std::uint32_t>(mesh.vertex.size());
+        const auto n = static_cast<std::uint32_t>(std::lround(14 / edge));
+        for (std::uint32_t y = 0; y <= n; ++y)
+            for (std::uint32_t x = 0; x <= n; ++x) mesh.vertex.push_back({Vec3(edge * x, edge * y, z), Vec3(0)});
+        for (std::uint32_t y = 0; y < n; ++y)
+            for (std::uint32_t x = 0; x < n; ++x) {
+                const std::uint32_t a = first + y * (n + 1) + x, b = a + 1, c = a + n + 1, d = c + 1;
+                for (Triangle t : {Triangle{a, b, d}, Triangle{a, d, c}}) {
+                    if (z <= 0) std::swap(t[1], t[2]);
+                    mesh.triangles.push_back(t);
+                }
+            }
+        mesh.scale.resize(mesh.vertex.size(), static_cast<float>(z > 0 ? 1 : kScale));
+    };
+    BetaMesh sheet;
+    addSide(0.35, kHeight, sheet);
+    const std::size_t coarse = sheet.vertex.size();
+    addSide(0.35 * kScale, 0, sheet);
+    const std::vector<Attribute> measured = surfaceAttributes(sheet, 1, measuring().surface_attributes);
+    ASSERT_EQ(measured[1].name, "thickness");
+    std::size_t checked = 0;
+    for (std::size_t v = 0; v < sheet.vertex.size(); ++v) {
+        const Vec3& p = sheet.vertex[v].position;
+        if (std::min(p.x, p.y) < 5.5 || std::max(p.x, p.y) > 8.5) continue;
+        const double expected = v < coarse ? kHeight : 4 * kScale;
+        ASSERT_NEAR(static_cast<double>(measured[1].real[v]), expected, 0.02 * expected);
+        ++checked;
+    }
+    EXPECT_GT(checked, 20000U);
 }
 
 TEST(SurfaceAttributes, HaveColumnsOfAnEmptyFrame) {
