@@ -221,7 +221,7 @@ SkinnedPlane skinPlane(const Particles& particles, const SkinParams& params, con
     plane.alpha.velocity.clear();
     for (auto* rows : {&plane.curves.position, &plane.before.position, &plane.alpha.position, &plane.spheres.position})
         for (Vec3& p : *rows) p.z = particles.position[0].z;
-    plane.curves.attributes = carriedAttributes(particles, boundary.row, discs, boundary.worldRadius(),
+    plane.curves.attributes = carriedAttributes(particles, boundary.row, discs, {boundary.worldRadius()},
                                                 params.attributes, plane.curves.position);
     plane.spheres.attributes = attributesOf(particles, plane.spheres.particle, params.attributes);
     return plane;

@@ -6,6 +6,10 @@
 #include "betamesh/error.h"
 
 #include <algorithm>
+#include <array>
+#include <cmath>
+#include <numeric>
+#include <utility>
 
 namespace betamesh {
 
@@ -30,10 +34,102 @@ std::vector<std::string> withAccelerations(std::vector<std::string> names, const
     return names;
 }
 
+double scaleAt(const std::vector<float>& scale, std::size_t row) {
+    return scale.empty() ? 1 : static_cast<double>(scale[row]);
+}
+
+// Points with radii that differ by less than a factor of two, in cells of their own.
+struct Octave {
+    double largest;                  // radius
+    std::vector<std::uint32_t> row;  // of the points, ascending
+    CellGrid cells;                  // of these, as indices of `row`
+};
+
+// The octaves of points with radii, those with the largest first. edge: of cells, in the largest radii of their octave.
+template <typename PositionOf>
+std::vector<Octave> octavesOf(std::size_t points, double radius, const std::vector<float>& scale, double edge,
+                              const PositionOf& positionOf) {
+    constexpr int kMost = 32;
+    std::array<std::vector<std::uint32_t>, kMost> rows;
+    std::array<float, kMost> largest{};
+    double least_edge = 0;  // no cell has an index beyond 2^30
+    if (scale.empty()) {
+        rows[0].resize(points);
+        std::iota(rows[0].begin(), rows[0].end(), 0U);
+        largest[0] = 1;
+    } else {
+        for (std::size_t row = 0; row < points; ++row) {
+            int exponent;
+            const bool is_power = std::frexp(scale[row], &exponent) == 0.5F;
+            const auto octave = static_cast<std::size_t>(std::clamp(is_power - exponent, 0, kMost - 1));
+            rows[octave].push_back(static_cast<std::uint32_t>(row));
+            largest[octave] = std::max(largest[octave], scale[row]);
+            const Vec3 p = positionOf(row);
+            for (int k = 0; k < 3; ++k) least_edge = std::max(least_edge, std::abs(p[k]) * 0x1p-30);
+        }
+    }
+    std::vector<Octave> octaves;
+    for (std::size_t k = 0; k < rows.size(); ++k) {
+        if (rows[k].empty()) continue;
+        const double own = radius * static_cast<double>(largest[k]);
+        CellGrid cells(rows[k].size(), std::max(edge * own, least_edge),
+                       [&](std::size_t i) { return positionOf(rows[k][i]); });
+        octaves.push_back({own, std::move(rows[k]), std::move(cells)});
+    }
+    return octaves;
+}
+
+// Appends the balls of an octave that may reach the points in a cell of another octave.
+template <typename RadiusOf>
+void appendNear(const Octave& points, std::uint32_t cell, const Octave& octave, const std::vector<DualVec3>& balls,
+                const RadiusOf& radiusOf, std::vector<std::uint32_t>& near) {
+    const Vec3 low = points.cells.lowestCorner(cell), high = low + Vec3(points.cells.edge());
+    const Vec3 farthest(points.largest + octave.largest);
+    octave.cells.forRowsIn(low - farthest, high + farthest, [&](std::uint32_t i) {
+        const std::uint32_t ball = octave.row[i];
+        const Vec3& p = balls[ball].position;
+        double squared = 0;
+        for (int k = 0; k < 3; ++k) {
+            const double outside = std::max({0.0, low[k] - p[k], p[k] - high[k]});
+            squared += outside * outside;
+        }
+        const double reach = points.largest + radiusOf(ball);
+        if (squared < reach * reach) near.push_back(ball);
+    });
+}
+
+struct WeightedRow {
+    std::uint32_t row;
+    double weight;
+};
+
+// Sets the values of a vertex to weighted means of those of particles; integers to those of the largest weight.
+void setMeans(const std::vector<WeightedRow>& weighted, std::size_t vertex, const std::vector<const Attribute*>& from,
+              std::vector<Attribute>& carried) {
+    double sum = 0;
+    for (const WeightedRow& w : weighted) sum += w.weight;
+    const auto nearest =
+        std::max_element(weighted.begin(), weighted.end(),
+                         [](const WeightedRow& a, const WeightedRow& b) { return a.weight < b.weight; });
+    for (std::size_t a = 0; a < carried.size(); ++a) {
+        const std::size_t components = carried[a].components, first = vertex * components;
+        for (std::size_t c = 0; c < components; ++c) {
+            if (!from[a]->integer.empty()) {
+                carried[a].integer[first + c] = from[a]->integer[nearest->row * components + c];
+                continue;
+            }
+            double mean = 0;
+            for (const WeightedRow& w : weighted)
+                mean += w.weight / sum * static_cast<double>(from[a]->real[w.row * components + c]);
+            carried[a].real[first + c] = static_cast<float>(mean);
+        }
+    }
+}
+
 }  // namespace
 
 std::vector<Attribute> carriedAttributes(const Particles& particles, const std::vector<std::uint32_t>& rows,
-                                         const std::vector<DualVec3>& balls, double radius,
+                                         const std::vector<DualVec3>& balls, const LocalRadii& radii,
                                          const std::vector<std::string>& names, const std::vector<Vec3>& position) {
     std::vector<const Attribute*> from;
     std::vector<Attribute> carried;
@@ -51,42 +147,27 @@ std::vector<Attribute> carriedAttributes(const Particles& particles, const std::
     }
     if (carried.empty() || position.empty()) return carried;
 
-    const double reach = 2 * radius;
-    const CellGrid far(balls.size(), reach, [&](std::size_t b) { return balls[b].position; });
-    const CellGrid near(position.size(), reach / 2, [&](std::size_t v) { return position[v]; });
-    forCellsAndNeighbours(
-        reach, near, far, [&](std::uint32_t b) { return balls[b].position; },
-        [&](std::uint32_t cell, std::span<const std::uint32_t> around) {
-            struct WeightedRow {
-                std::uint32_t row;
-                double weight;
-            };
+    const std::vector<Octave> around =
+        octavesOf(balls.size(), radii.largest, radii.ball_scale, 2, [&](std::size_t b) { return balls[b].position; });
+    const auto ballRadius = [&](std::uint32_t ball) { return radii.largest * scaleAt(radii.ball_scale, ball); };
+    for (const Octave& octave :
+         octavesOf(position.size(), radii.largest, radii.vertex_scale, 1, [&](std::size_t v) { return position[v]; }))
+        parallelRanges(octave.cells.cells(), 16, [&](std::size_t first, std::size_t last) {
+            std::vector<std::uint32_t> near;
             std::vector<WeightedRow> weighted;
-            for (const std::uint32_t row : near.rowsOf(cell)) {
-                weighted.clear();
-                double sum = 0;
-                for (const std::uint32_t b : around) {
-                    const double t = 1 - (position[row] - balls[b].position).length2() / (reach * reach);
-                    if (!(t > 0)) continue;
-                    weighted.push_back({rows[b], t * t});
-                    sum += t * t;
-                }
-                if (weighted.empty()) continue;
-                const auto nearest =
-                    std::max_element(weighted.begin(), weighted.end(),
-                                     [](const WeightedRow& a, const WeightedRow& b) { return a.weight < b.weight; });
-                for (std::size_t a = 0; a < carried.size(); ++a) {
-                    const std::size_t components = carried[a].components, first = row * components;
-                    for (std::size_t c = 0; c < components; ++c) {
-                        if (!from[a]->integer.empty()) {
-                            carried[a].integer[first + c] = from[a]->integer[nearest->row * components + c];
-                            continue;
-                        }
-                        double mean = 0;
-                        for (const WeightedRow& w : weighted)
-                            mean += w.weight / sum * static_cast<double>(from[a]->real[w.row * components + c]);
-                        carried[a].real[first + c] = static_cast<float>(mean);
+            for (auto cell = static_cast<std::uint32_t>(first); cell < last; ++cell) {
+                near.clear();
+                for (const Octave& other : around) appendNear(octave, cell, other, balls, ballRadius, near);
+                for (const std::uint32_t i : octave.cells.rowsOf(cell)) {
+                    const std::uint32_t vertex = octave.row[i];
+                    const double radius = radii.largest * scaleAt(radii.vertex_scale, vertex);
+                    weighted.clear();
+                    for (const std::uint32_t b : near) {
+                        const double reach = radius + ballRadius(b);
+                        const double t = 1 - (position[vertex] - balls[b].position).length2() / (reach * reach);
+                        if (t > 0) weighted.push_back({rows[b], t * t});
                     }
+                    if (!weighted.empty()) setMeans(weighted, vertex, from, carried);
                 }
             }
         });

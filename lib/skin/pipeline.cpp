@@ -210,7 +210,7 @@ SkinnedFrame skinFrame(const Particles& particles, const NearSurface& near, cons
         if (params.surface == SurfaceKind::beta) append(externalSpheres(boundary, particles), frame.spheres);
     }
     if (particles.velocity.empty()) frame.mesh.velocity.clear();
-    std::vector<Attribute> carried = carriedAttributes(particles, boundary.row, balls, boundary.worldRadius(),
+    std::vector<Attribute> carried = carriedAttributes(particles, boundary.row, balls, {boundary.worldRadius()},
                                                        params.attributes, frame.mesh.position);
     std::move(carried.begin(), carried.end(), std::inserter(frame.mesh.attributes, frame.mesh.attributes.begin()));
     if (const auto box = clippingBox(params)) {

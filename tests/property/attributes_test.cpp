@@ -2,12 +2,16 @@
 
 #include "betamesh/skin.h"
 
+#include "base/random.h"
 #include "betamesh/error.h"
+#include "skin/attributes.h"
 #include "support/clouds.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
+#include <numeric>
 
 namespace betamesh {
 
@@ -19,6 +23,45 @@ SkinParams carrying(double radius, std::vector<std::string> names) {
     params.attributes = std::move(names);
     return params;
 }
+
+// Balls of different radii with the attributes "value" and "row", and vertices with local radii.
+struct CarryCase {
+    Particles particles;
+    std::vector<DualVec3> balls;
+    std::vector<Vec3> vertices;
+    LocalRadii radii{1};
+
+    void addBall(const Vec3& position, double scale, float value) {
+        if (particles.attributes.empty()) particles.attributes = {{"value", 1, {}, {}}, {"row", 1, {}, {}}};
+        particles.attributes[0].real.push_back(value);
+        particles.attributes[1].integer.push_back(static_cast<std::int32_t>(particles.position.size()));
+        particles.position.emplace_back(position);
+        balls.push_back({Vec3(particles.position.back()), Vec3(0)});
+        radii.ball_scale.push_back(static_cast<float>(scale));
+    }
+    void addVertex(const Vec3& position, double scale) {
+        vertices.push_back(position);
+        radii.vertex_scale.push_back(static_cast<float>(scale));
+    }
+    // Vertices all over a ball, of its own scale.
+    void addVerticesOn(std::size_t ball) {
+        const auto scale = static_cast<double>(radii.ball_scale[ball]);
+        for (const Vec3f& p : spiralOnSphere(50, 1).position)
+            addVertex(balls[ball].position + Vec3(p) * scale * radii.largest, scale);
+    }
+    // A block of n³ balls whose spacing is two thirds of their radius.
+    void addBlock(const Vec3& corner, int n, double scale, float value) {
+        for (int z = 0; z < n; ++z)
+            for (int y = 0; y < n; ++y)
+                for (int x = 0; x < n; ++x)
+                    addBall(corner + Vec3(x, y, z) * (scale * radii.largest / 1.5), scale, value);
+    }
+    std::vector<Attribute> carried() const {
+        std::vector<std::uint32_t> rows(balls.size());
+        std::iota(rows.begin(), rows.end(), 0U);
+        return carriedAttributes(particles, rows, balls, radii, {"value", "row"}, vertices);
+    }
+};
 
 }  // namespace
 
@@ -61,6 +104,69 @@ TEST(Attributes, DoNotDependOnParticleOrder) {
         EXPECT_EQ(skinFrame(cloud.particles, params).mesh.attributes[0].real,
                   skinFrame(shuffled(cloud.particles, 5), params).mesh.attributes[0].real);
     }
+}
+
+TEST(Attributes, OfBallsOfDifferentRadiiAreTheirMeansWithinBothReaches) {
+    for (std::uint64_t seed = 0; seed < 30; ++seed) {
+        Random random(seed);
+        CarryCase c;
+        c.radii.largest = random.between(0.1, 3);
+        const auto scale = [&] {
+            return seed % 3 == 0 ? std::ldexp(1, -static_cast<int>(5 * random.unit())) : std::pow(20, -random.unit());
+        };
+        for (int i = 0; i < 300; ++i)
+            c.addBall(random.cube() * (4 * c.radii.largest), scale(), static_cast<float>(random.unit()));
+        for (int i = 0; i < 300; ++i) c.addVertex(random.cube() * (4 * c.radii.largest), scale());
+        const std::vector<Attribute> carried = c.carried();
+        std::size_t reached = 0;
+        for (std::size_t v = 0; v < c.vertices.size(); ++v) {
+            double sum = 0, weights = 0, largest = 0;
+            std::int32_t nearest = 0;
+            for (std::size_t b = 0; b < c.balls.size(); ++b) {
+                const double reach = c.radii.largest * (static_cast<double>(c.radii.ball_scale[b]) +
+                                                        static_cast<double>(c.radii.vertex_scale[v]));
+                const double t = 1 - (c.vertices[v] - c.balls[b].position).length2() / (reach * reach);
+                if (t <= 0) continue;
+                sum += t * t * static_cast<double>(c.particles.attributes[0].real[b]);
+                weights += t * t;
+                if (t > largest) nearest = static_cast<std::int32_t>(b);
+                largest = std::max(largest, t);
+            }
+            ASSERT_NEAR(static_cast<double>(carried[0].real[v]), weights > 0 ? sum / weights : 0, 1e-5);
+            ASSERT_EQ(carried[1].integer[v], nearest);
+            reached += weights > 0;
+        }
+        EXPECT_GT(reached, 50U);
+    }
+}
+
+TEST(Attributes, OfASmallDropBesideCoarseLiquidAreItsOwn) {
+    for (const double fine : {0.25, 0.1, 0.05}) {
+        CarryCase c;
+        c.addBlock(Vec3(0), 4, 1, 0);
+        const Vec3 last = c.balls.back().position;
+        const std::size_t first = c.balls.size();
+        c.addBlock(last + Vec3(1.3, 0, 0), 2, fine, 1);
+        for (std::size_t b = first; b < c.balls.size(); ++b) c.addVerticesOn(b);
+        const std::vector<Attribute> carried = c.carried();
+        for (const float value : carried[0].real) EXPECT_GT(value, 0.9f);
+    }
+}
+
+TEST(Attributes, OfCoarseLiquidAreNotChangedByFineLiquidFarAway) {
+    CarryCase c;
+    Random random(1);
+    for (int i = 0; i < 200; ++i) c.addBall(random.cube() * 2, 1, static_cast<float>(random.unit()));
+    for (std::size_t b = 0; b < c.balls.size(); ++b) c.addVerticesOn(b);
+    CarryCase of_one_radius = c;
+    of_one_radius.radii = {1};
+    const std::size_t vertices = c.vertices.size();
+    c.addBlock(Vec3(6, 0, 0), 10, 0.05, 7);
+    for (std::size_t b = 200; b < c.balls.size(); ++b) c.addVerticesOn(b);
+    std::vector<Attribute> both = c.carried();
+    for (std::size_t v = vertices; v < c.vertices.size(); ++v) ASSERT_EQ(both[0].real[v], 7);
+    both[0].real.resize(vertices);
+    EXPECT_EQ(both[0].real, of_one_radius.carried()[0].real);
 }
 
 TEST(Attributes, MissingNamesAreAnError) {

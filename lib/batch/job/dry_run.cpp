@@ -13,7 +13,7 @@ std::string whyFrameFails(const FrameTask& task, const Plan& plan) {
     try {
         const Particles particles = readParticles(task.input, plan.config.input);
         if (plan.config.surface.dimension == 2) flattened(particles, plan.spacing);
-        carriedAttributes(particles, {}, {}, 1, plan.skin.attributes, {});  // of no vertices: checks the names alone
+        carriedAttributes(particles, {}, {}, {}, plan.skin.attributes, {});  // of no vertices: checks the names alone
         particleSizes(particles, plan.skin);
         return "";
     } catch (const Error& error) {
