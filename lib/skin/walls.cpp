@@ -44,7 +44,8 @@ void layAgainstWalls(const std::vector<Wall>& walls, double spacing, const BallB
     std::vector<DualVec3> displacement(mesh.vertex.size());
     parallelFor(mesh.vertex.size(), 4096, [&](std::size_t v) {
         DualVec3 point = mesh.vertex[v];
-        for (const Wall& wall : walls) point = laidAgainst(wall, spacing, point);
+        const double own = mesh.scale.empty() ? spacing : spacing * static_cast<double>(mesh.scale[v]);
+        for (const Wall& wall : walls) point = laidAgainst(wall, own, point);
         displacement[v] = point - mesh.vertex[v];
     });
     blendFading(mesh.fading, displacement);

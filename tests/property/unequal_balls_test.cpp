@@ -18,6 +18,7 @@
 #include "skin/stage_settings.h"
 #include "skin/tessellate.h"
 #include "skin/velocity.h"
+#include "skin/walls.h"
 #include "support/clouds.h"
 #include "support/oracles.h"
 
@@ -114,9 +115,9 @@ Tessellated tessellated(const UnequalCloud& cloud, Appearance appearance, double
     return {std::move(boundary), std::move(mesh)};
 }
 
-/// The smoothed skin, with the default's lengths. spacing: of the particles with the largest balls; their radius is 1.5
-/// times that.
-Mesh skinned(const UnequalCloud& cloud, double spacing) {
+/// The smoothed skin, with the default's lengths, laid against walls. spacing: of the particles with the largest balls;
+/// their radius is 1.5 times that.
+Mesh skinned(const UnequalCloud& cloud, double spacing, const std::vector<Wall>& walls = {}) {
     const SnappedParticles snapped = snapParticles(cloud.particles, cloud.radius);
     SkinParams params;
     params.radius = 1.5 * spacing;
@@ -141,6 +142,7 @@ Mesh skinned(const UnequalCloud& cloud, double spacing) {
     surface.writePositions();
     if (!resolveSelfIntersections(boundary, retracted, mesh, kCornerRelaxations, false))
         resolveSelfIntersections(boundary, on_balls, mesh, kCornerRelaxations);
+    if (!walls.empty()) layAgainstWalls(walls, spacing, boundary, mesh);
     return asMesh(std::move(mesh));
 }
 
@@ -411,6 +413,36 @@ TEST(UnequalBalls, HaveASkinAtTheDistanceOfTheirSize) {
         const double both = volumeOf(skinned(cloud, 1));
         EXPECT_NEAR(alone / 1000, 1.01, 0.03);
         EXPECT_NEAR((both - alone) / (1000 * fine * fine * fine), 1.01, 0.03);
+    }
+}
+
+// A fine and a coarse block, far from each other, on the floor: lengths near a wall are those of the particles there.
+TEST(UnequalBalls, AreLaidAgainstWallsWithinTheirSize) {
+    constexpr double kFine = 0.25, kSide = 10;
+    UnequalCloud cloud;
+    addBlock(Vec3(0), 1, kSide, 0.25, cloud);
+    addBlock(Vec3(40, 0, 0), kFine, kFine * kSide, 0.25, cloud);
+    const Mesh free = skinned(cloud, 1), mesh = skinned(cloud, 1, {{Vec3(0, 0, -1), 0}});
+    ASSERT_EQ(mesh.triangles, free.triangles);
+    std::array<std::size_t, 2> on_wall{}, unmoved{};
+    double farthest_free = 0;
+    for (std::size_t v = 0; v < free.position.size(); ++v) {
+        const bool is_fine = free.position[v].x > 30;
+        const double spacing = is_fine ? kFine : 1;
+        const Vec3 at = (free.position[v] - Vec3(is_fine ? 40 : 0, 0, 0)) / spacing;  // in the block's own spacings
+        if (at.z > 2) {
+            EXPECT_EQ(mesh.position[v], free.position[v]);
+            ++unmoved[is_fine];
+        }
+        if (at.z > 1 || std::min(at.x, at.y) < 3 || std::max(at.x, at.y) > kSide - 3) continue;
+        EXPECT_LE(std::abs(mesh.position[v].z), 0.01 * spacing);
+        if (is_fine) farthest_free = std::max(farthest_free, std::abs(at.z));
+        ++on_wall[is_fine];
+    }
+    EXPECT_GE(farthest_free, 0.05);
+    for (const std::size_t kind : {0U, 1U}) {
+        EXPECT_GT(on_wall[kind], 50U);
+        EXPECT_GT(unmoved[kind], 500U);
     }
 }
 
