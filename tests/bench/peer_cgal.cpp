@@ -1,5 +1,6 @@
 #include "base/parallel.h"
 #include "peers.h"
+#include "support/cgal_alpha_shape.h"
 
 #include <CGAL/Delaunay_triangulation_3.h>
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
@@ -31,18 +32,6 @@ Mesh meshOf(const Particles& particles, std::vector<Triangle> triangles) {
     return mesh;
 }
 
-// The triangle of facet `opposite` of a cell, counter-clockwise seen from outside the cell.
-template <typename Cell>
-Triangle facetOf(const Cell& cell, int opposite) {
-    Triangle t;
-    for (int k = 0; k < 3; ++k)
-        t[static_cast<std::size_t>(k)] =
-            cell->vertex(CGAL::Triangulation_utils_3::vertex_triple_index(opposite, k))->info();
-    return t;
-}
-
-Triangle reversed(const Triangle& t) { return {t[0], t[2], t[1]}; }
-
 }  // namespace
 
 Mesh cgalFixedAlphaShape(const Particles& particles, double radius) {
@@ -53,16 +42,7 @@ Mesh cgalFixedAlphaShape(const Particles& particles, double radius) {
     const auto points = numberedPoints(particles);
     Triangulation triangulation(points.begin(), points.end());
     AlphaShape shape(triangulation, radius * radius);
-    std::vector<Triangle> triangles;
-    for (auto facet = shape.finite_facets_begin(); facet != shape.finite_facets_end(); ++facet) {
-        const auto kind = shape.classify(*facet);
-        if (kind != AlphaShape::REGULAR && kind != AlphaShape::SINGULAR) continue;
-        const bool inside = shape.classify(facet->first) == AlphaShape::INTERIOR;
-        const Triangle t = facetOf(facet->first, facet->second);
-        if (kind == AlphaShape::SINGULAR || inside) triangles.push_back(t);
-        if (kind == AlphaShape::SINGULAR || !inside) triangles.push_back(reversed(t));
-    }
-    return meshOf(particles, std::move(triangles));
+    return meshOf(particles, exposedTriangles(shape));
 }
 
 Mesh cgalDelaunay(const Particles& particles, double radius) {
