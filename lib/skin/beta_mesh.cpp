@@ -79,4 +79,23 @@ std::vector<Vec3> vertexNormals(const BetaMesh& mesh) {
                          [&](std::uint32_t v) -> const Vec3& { return mesh.vertex[v].position; });
 }
 
+void blendFading(const FadingVertices& fading, std::vector<DualVec3>& displacement) {
+    constexpr int kRounds = 4;  // vertices on facets fade in from each other
+    std::vector<DualVec3> own, blended;
+    for (const std::vector<FadingVertex>& group : fading) {
+        own.resize(group.size());
+        blended.resize(group.size());
+        for (std::size_t i = 0; i < group.size(); ++i) own[i] = displacement[group[i].vertex];
+        for (int round = 0; round < kRounds; ++round) {
+            parallelFor(group.size(), 1024, [&](std::size_t i) {
+                const FadingVertex& v = group[i];
+                DualVec3 from;
+                for (std::size_t k = 0; k < 4; ++k) from = from + displacement[v.anchor[k]] * v.anchor_weight[k];
+                blended[i] = own[i] * v.fade + from * (1 - v.fade);
+            });
+            for (std::size_t i = 0; i < group.size(); ++i) displacement[group[i].vertex] = blended[i];
+        }
+    }
+}
+
 }  // namespace betamesh

@@ -89,6 +89,9 @@ void roundToFloats(BetaMesh& mesh);
 /// As in mesh/vertex_normals.h.
 std::vector<Vec3> vertexNormals(const BetaMesh& mesh);
 
+/// Blends the displacements of vertices that fade in with those of the vertices they fade in from.
+void blendFading(const FadingVertices& fading, std::vector<DualVec3>& displacement);
+
 /// The paper's beta mesh. First come the pure beta vertices, in the order of the ball boundary's vertices, then the
 /// alphabeta vertices, one per fan. A fan is a face of the alpha graph: the whole ring of triangles round an alpha
 /// vertex (closed), or the part of it on one side of a thin sheet (open).

@@ -246,6 +246,13 @@ inline constexpr float kMaxFoldStep = 0.25F;
 inline constexpr int kScaleMeans = 3;
 inline constexpr double kScaleKernel = 1.5;
 
+// Small particles beside large ones (keep_inside.cpp) ----------------------------------------------------------------
+
+/// Width of a bump, in distances of the nearest triangle's farthest corner or in heights, whichever is more.
+inline constexpr double kBumpWidth = 2;
+/// How often bumps are raised: each raises the surface over a particle by about half of what is missing.
+inline constexpr int kBumpRounds = 8;
+
 // Smoothing of the skin (skin_smoothing.cpp, surface_elements.cpp, skin_fit.cpp, long_waves.cpp); lengths in dx -------
 
 /// Steps of the bi-Laplacian in a pass; their gain: as much as four steps of 1, and below where it oscillates.

@@ -34,15 +34,17 @@ std::vector<double> numbersOf(const Particles& particles, const std::string& nam
 ParticleSizes particleSizes(const Particles& particles, const SkinParams& params) {
     ParticleSizes sizes;
     if (params.radius_attribute.empty()) return sizes;
-    const double scale = params.radius_scale * params.radius / particleSpacing(params);
+    const auto radiusOf = [&](double value) {
+        return value * params.radius_scale / particleSpacing(params) * params.radius;
+    };
     sizes.radius = numbersOf(
         particles, params.radius_attribute, [](double x) { return x > 0 && std::isfinite(x); },
         "a size above 0. Leave such particles out with --where (input.where)");
-    for (double& radius : sizes.radius) radius *= scale;
+    for (double& radius : sizes.radius) radius = radiusOf(radius);
     if (params.radius_rate_attribute.empty()) return sizes;
     sizes.rate = numbersOf(
         particles, params.radius_rate_attribute, [](double x) { return std::isfinite(x); }, "a finite number");
-    for (double& rate : sizes.rate) rate *= scale * params.radius_rate_scale;
+    for (double& rate : sizes.rate) rate = radiusOf(rate) * params.radius_rate_scale;
     return sizes;
 }
 

@@ -8,6 +8,7 @@
 #include "skin/constants.h"
 #include "skin/faces.h"
 #include "skin/features.h"
+#include "skin/keep_inside.h"
 #include "skin/limit_velocities.h"
 #include "skin/outer_boundary.h"
 #include "skin/paper_mesh.h"
@@ -35,6 +36,7 @@ namespace {
 struct BaseSurface {
     BetaMesh mesh;
     OuterSamples outer;                        // of a surface with a skin
+    std::vector<DeepParticle> small;           // likewise
     std::optional<CoherentSmoother> smoother;  // of one without, if it is smoothed
 };
 
@@ -50,6 +52,7 @@ BaseSurface baseSurface(const Particles& particles, Structure& structure, const 
     if (hasSkin(params)) {
         const double spacing = particleSpacing(params);
         base.outer = outerSamples(particles, structure.snapped, boundary, skinLengths(params), spacing);
+        base.small = smallParticles(structure.snapped, effectiveSkinDepth(params));
     }
     std::exchange(structure.snapped, {});  // large
     std::exchange(structure.boundary.exposed, {});
@@ -62,15 +65,17 @@ BaseSurface baseSurface(const Particles& particles, Structure& structure, const 
 }
 
 // Moves the vertices to the skin and smooths it.
-void moveToSkin(const OuterSamples& outer, const BallBoundary& boundary, const SkinParams& params, BetaMesh& mesh) {
+void moveToSkin(const BaseSurface& base, const BallBoundary& boundary, const SkinParams& params, BetaMesh& mesh) {
     DeformingMesh surface(mesh, particleSpacing(params));
-    retract(outer, skinLengths(params), surface);
+    retract(base.outer, skinLengths(params), surface);
     const DualPoints on_balls = dualPoints(mesh.vertex);
     surface.writePositions();
+    keepInside(base.small, mesh);
     if (coherentPasses(params) > 0) {
         const DualPoints retracted = dualPoints(mesh.vertex);
         smoothSkin(surface, widestSkinFit(params), farthestSkinSmoothing(params), coherentPasses(params));
         surface.writePositions();
+        keepInside(base.small, mesh);
         if (resolveSelfIntersections(boundary, retracted, mesh, kCornerRelaxations, false)) return;
     }
     resolveSelfIntersections(boundary, on_balls, mesh, kCornerRelaxations);
@@ -80,7 +85,7 @@ BetaMesh smoothedSurface(BaseSurface&& base, const BallBoundary& boundary, const
     BetaMesh mesh = std::move(base.mesh);
     if (hasSkin(params)) {
         std::exchange(mesh.rim_distance, {});  // large
-        moveToSkin(base.outer, boundary, params, mesh);
+        moveToSkin(base, boundary, params, mesh);
         std::exchange(base.outer, {});
         return mesh;
     }
@@ -96,9 +101,17 @@ std::vector<Attribute> measuredAttributes(const BetaMesh& mesh, const SkinParams
     return surfaceAttributes(mesh, particleSpacing(params), params.surface_attributes);
 }
 
-// The surface of the complete tessellation, with its measured attributes.
+// The scales of the vertices that triangles use, which are those of the plain mesh.
+std::vector<float> scalesOfUsed(const BetaMesh& mesh) {
+    std::vector<float> scale;
+    if (!mesh.scale.empty())
+        for (const std::uint32_t v : verticesOf(mesh.triangles, mesh.vertex.size())) scale.push_back(mesh.scale[v]);
+    return scale;
+}
+
+// The surface of the complete tessellation, with its measured attributes, and the local scale at each vertex.
 Mesh completeSurface(const Particles& particles, Structure& structure, const std::vector<DualVec3>& balls,
-                     const SkinParams& params, const Watch& watch, SkinReport& report) {
+                     const SkinParams& params, const Watch& watch, SkinReport& report, std::vector<float>& scale) {
     const BallBoundary& boundary = structure.boundary;
     BaseSurface base = baseSurface(particles, structure, balls, params, report);
     watch(Stage::tessellate);
@@ -108,6 +121,7 @@ Mesh completeSurface(const Particles& particles, Structure& structure, const std
         limitVelocities(boundary, balls, motionReach(params), vertexNormals(surface), surface);
     if (!params.walls.empty()) layAgainstWalls(params.walls, particleSpacing(params), boundary, surface);
     std::vector<Attribute> measured = measuredAttributes(surface, params);
+    scale = scalesOfUsed(surface);
     Mesh mesh = asMesh(std::move(surface));
     mesh.attributes = std::move(measured);
     return mesh;
@@ -203,15 +217,18 @@ SkinnedFrame skinFrame(const Particles& particles, const NearSurface& near, cons
     const std::vector<DualVec3> balls = ballCentres(boundary, particles);
     watch(Stage::structure);
 
+    LocalRadii radii{boundary.worldRadius()};
     if (isComplete(params)) {
-        frame.mesh = completeSurface(particles, structure, balls, params, watch, frame.report);
+        frame.mesh = completeSurface(particles, structure, balls, params, watch, frame.report, radii.vertex_scale);
     } else {
         frame.mesh = comparisonSurface(particles, structure, balls, params, watch);
         if (params.surface == SurfaceKind::beta) append(externalSpheres(boundary, particles), frame.spheres);
     }
     if (particles.velocity.empty()) frame.mesh.velocity.clear();
-    std::vector<Attribute> carried = carriedAttributes(particles, boundary.row, balls, {boundary.worldRadius()},
-                                                       params.attributes, frame.mesh.position);
+    for (std::size_t b = 0; b < boundary.radius_of.size(); ++b)
+        radii.ball_scale.push_back(static_cast<float>(boundary.scaleOf(b)));
+    std::vector<Attribute> carried =
+        carriedAttributes(particles, boundary.row, balls, radii, params.attributes, frame.mesh.position);
     std::move(carried.begin(), carried.end(), std::inserter(frame.mesh.attributes, frame.mesh.attributes.begin()));
     if (const auto box = clippingBox(params)) {
         frame.mesh = clippedToBox(frame.mesh, box->min, box->max);

@@ -1,0 +1,32 @@
+// Keeps small particles beside large ones inside the surface.
+
+#pragma once
+
+#include "exact/snapped_particles.h"
+#include "skin/beta_mesh.h"
+
+#include <vector>
+
+namespace betamesh {
+
+/// A particle and the depth below the surface that it has to keep, world units.
+struct DeepParticle {
+    Vec3 position;
+    double least_depth;
+};
+
+/// Those that the skin beside larger particles might pass: all that may be exposed and are smaller than the largest.
+/// None where all are of one size, since kernels as wide as the particles' own spacing keep their distance.
+///
+/// skin    of the largest particle, world units
+std::vector<DeepParticle> smallParticles(const SnappedParticles& snapped, double skin);
+
+/// Moves the surface outwards near particles that are not as deep below it as they have to be, by smooth bumps as high
+/// as what is missing. Where large and small particles alternate, the skin is averaged over widths in which the small
+/// ones vanish.
+///
+/// same    bytes for any thread count
+/// cost    O(particles · log triangles), and as many passes over the mesh as there are rounds with such particles
+void keepInside(std::vector<DeepParticle> particles, BetaMesh& mesh);
+
+}  // namespace betamesh
