@@ -176,21 +176,27 @@ FadingVertex* setPoints(const IntersectionCircle& circle, Dual from, Dual angle,
 
 }  // namespace
 
-std::vector<float> ArcNetwork::pointScales(const BallBoundary& boundary) const {
-    if (boundary.radius_of.empty()) return {};
-    std::vector<float> scale(point.size());
+std::vector<float> ArcNetwork::pointMeans(const BallBoundary& boundary,
+                                          const std::function<double(std::size_t)>& ofBall) const {
+    std::vector<float> mean(point.size());
     for (std::size_t v = 0; v < vertices; ++v) {
         double sum = 0;
-        for (const std::uint32_t ball : boundary.triangle[v]) sum += boundary.scaleOf(ball);
-        scale[v] = static_cast<float>(sum / 3);
+        for (const std::uint32_t ball : boundary.triangle[v]) sum += ofBall(ball);
+        mean[v] = static_cast<float>(sum / 3);
     }
     const auto setLine = [&](std::size_t l, std::uint32_t begin, std::uint32_t end) {
-        for (std::uint32_t p = begin; p < end; ++p) scale[p] = static_cast<float>(scaleOfLine(l, boundary));
+        for (std::uint32_t p = begin; p < end; ++p)
+            mean[p] = static_cast<float>((ofBall(line[l].balls[0]) + ofBall(line[l].balls[1])) / 2);
     };
     const std::size_t arcs = arc_start.size();
     for (std::size_t a = 0; a < arcs; ++a) setLine(a, arc_begin[a], arc_begin[a + 1]);
     for (std::size_t k = 0; k + 1 < circle_begin.size(); ++k) setLine(arcs + k, circle_begin[k], circle_begin[k + 1]);
-    return scale;
+    return mean;
+}
+
+std::vector<float> ArcNetwork::pointScales(const BallBoundary& boundary) const {
+    if (boundary.radius_of.empty()) return {};
+    return pointMeans(boundary, [&](std::size_t ball) { return boundary.scaleOf(ball); });
 }
 
 ArcNetwork arcPoints(const BallBoundary& boundary, const std::vector<DualVec3>& balls, std::vector<DualVec3> vertices,

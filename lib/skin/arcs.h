@@ -9,6 +9,7 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <span>
 #include <vector>
 
@@ -49,7 +50,10 @@ struct ArcNetwork {
     double scaleOfLine(std::size_t l, const BallBoundary& boundary) const {
         return (boundary.scaleOf(line[l].balls[0]) + boundary.scaleOf(line[l].balls[1])) / 2;
     }
-    /// The same for each point: over two balls on arcs and circles, over three at vertices. Empty if all are 1.
+    /// For each point the mean of a number that each ball has: over two balls on arcs and circles, over three at
+    /// vertices.
+    std::vector<float> pointMeans(const BallBoundary& boundary, const std::function<double(std::size_t)>& ofBall) const;
+    /// These means of BallBoundary::scaleOf(). Empty if all are 1.
     std::vector<float> pointScales(const BallBoundary& boundary) const;
     /// Radius of a line's circle in radii of the smaller of its balls.
     Dual relativeRadius(std::size_t l, const BallBoundary& boundary) const {

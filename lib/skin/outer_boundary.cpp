@@ -61,11 +61,11 @@ SnappedParticles enlarged(const SnappedParticles& snapped, const Particles& part
     return snapParticles(particles, radii);
 }
 
-// Sets the rates of the larger balls' radii; 0 for balls that are covered among the smaller ones. They are those of the
-// skins, as the velocities of samples become those of the skin below them, which is a rolling ball's radius away.
-void setRadiusRates(const BallBoundary& boundary, const SkinLengths& lengths, BallBoundary& outer) {
+// Sets the rates of the larger balls' radii, which are in proportion to those of the smaller ones; 0 for balls that are
+// covered among the smaller ones.
+void setRadiusRates(const BallBoundary& boundary, BallBoundary& outer) {
     if (boundary.radius_rate.empty()) return;
-    const double factor = lengths.skin / lengths.joining;
+    const double factor = outer.worldRadius() / boundary.worldRadius();
     outer.radius_rate.assign(outer.position.size(), 0);
     for (std::size_t b = 0; b < outer.row.size(); ++b) {
         const auto& rows = boundary.snapped_row;
@@ -127,7 +127,7 @@ OuterSamples outerSamples(const Particles& particles, const SnappedParticles& sn
     const auto direction_count = static_cast<double>(directions.position.size());
     const std::vector<std::uint32_t> candidates = exposureCandidates(larger, snapped.size(), boundary);
     BallBoundary outer = ballBoundary(larger, candidates, directions.position);
-    setRadiusRates(boundary, lengths, outer);
+    setRadiusRates(boundary, outer);
     const std::vector<DualVec3> balls = ballCentres(outer, all);
     ArcSubdivision subdivision;
     subdivision.max_angle = kOuterArcAngle;
@@ -137,6 +137,12 @@ OuterSamples outerSamples(const Particles& particles, const SnappedParticles& sn
 
     OuterSamples samples;
     samples.scale = network.pointScales(outer);
+    const double rolling_share = lengths.rolling() / lengths.outer();
+    if (!outer.radius_rate.empty()) {
+        samples.growth =
+            network.pointMeans(outer, [&](std::size_t ball) { return outer.radius_rate[ball] * rolling_share; });
+        samples.scale.resize(samples.growth.size(), 1);
+    }
     samples.point = std::move(network.point);
     for (const FadingVertex& fading : network.fading) samples.point[fading.vertex] = fading.unfaded;
     const std::size_t on_arcs = samples.point.size();
@@ -178,9 +184,11 @@ OuterSamples outerSamples(const Particles& particles, const SnappedParticles& sn
             exposed += fade;
         }
         samples.exposure.resize(samples.point.size(), static_cast<float>(exposed / direction_count));
-        if (!outer.radius_of.empty()) samples.scale.resize(samples.point.size(), static_cast<float>(outer.scaleOf(b)));
+        if (!samples.scale.empty()) samples.scale.resize(samples.point.size(), static_cast<float>(outer.scaleOf(b)));
+        if (!samples.growth.empty())
+            samples.growth.resize(samples.point.size(), static_cast<float>(of_ball.rate * rolling_share));
     }
-    if (!samples.scale.empty()) keepOutOfSkins(all, larger, candidates, lengths, spacing, samples);
+    if (!outer.radius_of.empty()) keepOutOfSkins(all, larger, candidates, lengths, spacing, samples);
     return samples;
 }
 

@@ -19,6 +19,8 @@ struct OuterSamples {
     std::vector<float> fading;    ///< 0 for a permanent sample, near 1 for one that has just appeared
     std::vector<float> exposure;  ///< inside faces the exposed share of the ball, 0 to 1; 0 on arcs
     std::vector<float> scale;     ///< of the ball that rolls there, in those beside the largest balls; empty: all 1
+    std::vector<float> growth;    ///< of the ball that rolls there: change of its radius, world units per second; empty
+                                  ///< where no ball changes, otherwise `scale` is not
 };
 
 /// Samples the boundary of the union of balls of radius outer() around the same particles. Balls of one radius that are

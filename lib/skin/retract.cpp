@@ -23,16 +23,17 @@ double extraDepth(double exposure) {
            kDropExtraDepth * smoothStep((exposure - kDropExposure) / kDropExposureFade).value;
 }
 
-// The last field, the inverse of the particle spacing at the sample, exists only where spacings differ.
-enum Field { kX, kY, kZ, kVx, kVy, kVz, kWeight, kExtra, kFading, kInverseScale };
+// The last fields, the inverse of the particle spacing at the sample and the change of the rolling ball's radius over
+// that radius, exist only where spacings differ.
+enum Field { kX, kY, kZ, kVx, kVy, kVz, kWeight, kExtra, kFading, kInverseScale, kGrowth };
 template <bool kScaled>
-constexpr std::size_t kFieldsOf = kInverseScale + (kScaled ? 1 : 0);
+constexpr std::size_t kFieldsOf = kScaled ? kGrowth + 1 : kInverseScale;
 template <bool kScaled>
 using Samples = SampleRuns<kFieldsOf<kScaled>>;
 
 // Sums over the outer samples in a band beyond the nearest one, with weights w: Σ w (x - y), Σ w v, Σ w, Σ w extra; and
-// the squared distance of the nearest. Where spacings differ, offsets and distances are in spacings at the sample, and
-// the last sum is Σ w / spacing.
+// the squared distance of the nearest. Where spacings differ, offsets and distances are in spacings at the sample, the
+// last sum is Σ w / spacing, and v has the growth of the rolling ball towards x.
 enum Sum { kAway, kVelocity = kAway + 3, kWeights = kVelocity + 3, kExtras, kNearest, kInverseScales, kSums };
 template <bool kScaled>
 struct OuterSums {
@@ -74,6 +75,8 @@ struct OuterSums {
                 if constexpr (kScaled) {
                     away *= f[kInverseScale];
                     sum[kInverseScales] += away;
+                    const Pack growth = w * f[kGrowth];
+                    for (std::size_t k = 0; k < 3; ++k) sum[kVelocity + k] -= growth * p[k];
                 }
                 sum[kAway] -= away * p[0];
                 sum[kAway + 1] -= away * p[1];
@@ -94,7 +97,7 @@ struct Approach {
     Vec3f inwards{0};    // unit vector away from the outer boundary; zero where that is out of reach
     float gap = 0;       // displacement along it that gives the right depth; negative where the vertex is too deep
     float in_reach = 0;  // 1, fading to 0 deep below the skin
-    Vec3f velocity{0};   // of the outer boundary there
+    Vec3f velocity{0};   // of the skin there
     float distance = 0;  // to the nearest outer sample, in spacings there; larger for samples that fade
     float scale = 1;     // particle spacing there
 };
@@ -118,6 +121,7 @@ public:
                           samples.fading[row] * kNewSampleSquaredOffset};
         });
         if (!samples.scale.empty()) scale_ = inOrder(samples.scale, order);
+        if (!samples.growth.empty()) growth_ = inOrder(samples.growth, order);
     }
 
     // Distance beyond which no outer sample matters.
@@ -145,7 +149,10 @@ private:
                 const Sample& s = sample_[i];
                 f[kVx] = s.velocity.x, f[kVy] = s.velocity.y, f[kVz] = s.velocity.z;
                 f[kWeight] = s.weight, f[kExtra] = s.extra, f[kFading] = s.squared_offset;
-                if constexpr (kScaled) f[kInverseScale] = 1 / scale_[i];
+                if constexpr (kScaled) {
+                    f[kInverseScale] = 1 / scale_[i];
+                    f[kGrowth] = growth_.empty() ? 0 : growth_[i] / (static_cast<float>(rolling_) * scale_[i]);
+                }
             },
             [&](const PointGroup& group, Samples<kScaled> samples) {
                 Lanes sums[kSums];
@@ -177,7 +184,8 @@ private:
     double rolling_, spacing_;
     std::vector<Vec3> position_;
     std::vector<Sample> sample_;
-    std::vector<float> scale_;  // particle spacing at each sample; empty: all 1
+    std::vector<float> scale_;   // particle spacing at each sample; empty: all 1
+    std::vector<float> growth_;  // as OuterSamples::growth
     PointGroups groups_;
 };
 
