@@ -230,28 +230,34 @@ SnappedParticles snapParticles(const Particles& particles, double radius, const 
     return snapped;
 }
 
-SnappedParticles snapParticles(const Particles& particles, std::span<const double> radii) {
-    if (radii.empty()) return {};
+void requireSimilar(std::span<const double> radii, double largest, std::size_t first_row) {
     constexpr double kLeastShare = 0x1p-10;
-    const double largest = *std::max_element(radii.begin(), radii.end());
-    const SnapGrid grid(largest);
     const std::size_t bad =
         firstIndexWhere(radii.size(), [&](std::size_t i) { return !(radii[i] >= kLeastShare * largest); });
     if (bad < radii.size())
-        throw Error("particle " + std::to_string(bad) + " has a ball of radius " + std::to_string(radii[bad]) +
-                    ", but the largest has " + std::to_string(largest) + "; expected at least a thousandth of it");
-    grid.requireWithin(particles.position, 0);
+        throw Error("particle " + std::to_string(first_row + bad) + " has a ball of radius " +
+                    std::to_string(radii[bad]) + ", but the largest has " + std::to_string(largest) +
+                    "; expected at least a thousandth of it");
+}
+
+namespace {
+
+Radii inQuanta(std::span<const double> radii, const SnapGrid& grid) {
     Radii in_quanta(radii.size());
     for (std::size_t i = 0; i < radii.size(); ++i)
         in_quanta[i] = static_cast<std::int32_t>(std::llround(radii[i] * grid.perUnit()));
-    const bool all_equal = std::all_of(in_quanta.begin(), in_quanta.end(), [&](auto r) { return r == in_quanta[0]; });
-    const auto snappedAt = [&](std::size_t i) { return grid.at(particles.position[i]); };
-    return snapInCells(groupedByCell(particles.size(), snappedAt, grid.radius()), {}, particles, grid, {},
-                       all_equal ? Radii() : in_quanta);
+    return in_quanta;
 }
 
-SnappedParticles snapParticles(const Particles& particles, double radius, const NearSurface& near) {
-    if (near.all) return snapParticles(particles, radius);
+SnappedParticles snapUnequal(const Particles& particles, const Radii& in_quanta, const SnapGrid& grid) {
+    grid.requireWithin(particles.position, 0);
+    const auto snappedAt = [&](std::size_t i) { return grid.at(particles.position[i]); };
+    return snapInCells(groupedByCell(particles.size(), snappedAt, grid.radius()), {}, particles, grid, {}, in_quanta);
+}
+
+// The selected particles. radii: empty if all are alike.
+SnappedParticles snapNear(const Particles& particles, const NearSurface& near, const SnapGrid& grid,
+                          const Radii& radii = {}) {
     ParticlesByCell cells{near.cell, sortedIntoRows<std::uint32_t>(
                                          near.cell.size(), near.row.size(), [&](std::size_t i, const auto& visit) {
                                              visit(near.cell_of[i], static_cast<std::uint32_t>(i));
@@ -259,9 +265,36 @@ SnappedParticles snapParticles(const Particles& particles, double radius, const 
     const bool selected = particles.size() == near.row.size();
     const std::span<const std::uint32_t> row(near.row);
     SnappedParticles snapped =
-        snapInCells(std::move(cells), selected ? row.first(0) : row, particles, SnapGrid(radius), near.is_covered);
+        snapInCells(std::move(cells), selected ? row.first(0) : row, particles, grid, near.is_covered, radii);
     snapped.is_incomplete = near.is_incomplete;
     return snapped;
+}
+
+}  // namespace
+
+SnappedParticles snapParticles(const Particles& particles, std::span<const double> radii) {
+    if (radii.empty()) return {};
+    const double largest = *std::max_element(radii.begin(), radii.end());
+    const SnapGrid grid(largest);
+    requireSimilar(radii, largest, 0);
+    const Radii in_quanta = inQuanta(radii, grid);
+    const bool all_equal = std::all_of(in_quanta.begin(), in_quanta.end(), [&](auto r) { return r == in_quanta[0]; });
+    return snapUnequal(particles, all_equal ? Radii() : in_quanta, grid);
+}
+
+SnappedParticles snapParticles(const Particles& particles, std::span<const double> radii, double largest) {
+    const SnapGrid grid(largest);
+    return snapUnequal(particles, inQuanta(radii, grid), grid);
+}
+
+SnappedParticles snapParticles(const Particles& particles, double radius, const NearSurface& near) {
+    return near.all ? snapParticles(particles, radius) : snapNear(particles, near, SnapGrid(radius));
+}
+
+SnappedParticles snapParticles(const Particles& particles, std::span<const double> radii, const NearSurface& near) {
+    if (near.all || radii.empty()) return snapParticles(particles, radii);
+    const SnapGrid grid(near.largest);
+    return snapNear(particles, near, grid, near.is_unequal ? inQuanta(radii, grid) : Radii());
 }
 
 void NeighbourFinder::gatherCandidates(std::size_t cell) {

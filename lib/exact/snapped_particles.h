@@ -58,9 +58,11 @@ private:
     std::int64_t radius_ = 0;
 };
 
-/// Which of n particles can influence the surface; made by nearSurface() in skin/near_surface.h.
+/// Which of n particles can influence the surface; made by NearSurfaceFinder in skin/near_surface.h.
 struct NearSurface {
     std::size_t particles = 0;             ///< n
+    double largest = 0;                    ///< radius of the largest of all n balls, world units; 0: none was given
+    bool is_unequal = false;               ///< the n balls have different radii, in quanta of the largest
     bool all = true;                       ///< no selection was made: all particles are used, and the arrays are empty
     std::vector<std::uint32_t> row;        ///< selected particles, ascending
     std::vector<std::uint32_t> cell_of;    ///< cell of each selected particle, an index into cell
@@ -115,9 +117,18 @@ SnappedParticles snapParticles(const Particles& particles, double radius, const 
 /// errors  those above, and a radius that is not positive or less than 2^-10 of the largest
 SnappedParticles snapParticles(const Particles& particles, std::span<const double> radii);
 
-/// The same for the particles near the surface only. particles: all of them, or only the selected ones in the order of
-/// near.row.
+/// The same for some of the balls only, the largest of which may not be among them: the grid is that of the radius
+/// `largest`, and balls that all have one radius are treated like balls of different ones.
+SnappedParticles snapParticles(const Particles& particles, std::span<const double> radii, double largest);
+
+/// The same for the particles near the surface only. particles, radii: all of them, or only the selected ones in the
+/// order of near.row.
 SnappedParticles snapParticles(const Particles& particles, double radius, const NearSurface& near);
+SnappedParticles snapParticles(const Particles& particles, std::span<const double> radii, const NearSurface& near);
+
+/// Throws Error for the first ball whose radius is not positive or less than 2^-10 of the largest. first_row: row
+/// number of radii[0] for the message.
+void requireSimilar(std::span<const double> radii, double largest, std::size_t first_row);
 
 /// Sets size_classes from radius_of; null where all radii are equal.
 void listSizeClasses(SnappedParticles& particles);

@@ -97,6 +97,20 @@ void visitPositions(const std::filesystem::path& path, const std::function<void(
     visitPositions(path, {}, visit);
 }
 
+void visitAttributes(const std::filesystem::path& path, const ParticleInput& input,
+                     const std::function<void(const Particles&)>& visit) {
+    ParticleSelector selector(input, path.string());
+    selector.check(Checks::positions);
+    readChosen(path, input, true, selector, [&](FileContents&& points, std::uint64_t) {
+        Particles particles;
+        particles.position = std::move(points.position);
+        particles.attributes = std::move(points.attributes);
+        toWorld(input, particles.position);
+        toWorld(input, particles);
+        visit(particles);
+    });
+}
+
 bool hasDoublePositions(const std::filesystem::path& path) {
     struct Known {};
     bool has_doubles = false;

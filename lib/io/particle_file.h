@@ -30,6 +30,10 @@ void visitPositions(const std::filesystem::path& path, const ParticleInput& inpu
                     const std::function<void(std::span<const Vec3f>)>& visit);
 void visitPositions(const std::filesystem::path& path, const std::function<void(std::span<const Vec3f>)>& visit);
 
+/// The same with the attributes that are not the id: blocks of particles without velocity and id.
+void visitAttributes(const std::filesystem::path& path, const ParticleInput& input,
+                     const std::function<void(const Particles&)>& visit);
+
 /// The attributes of the particles in a file, without rows; nullopt if it has no particles. Reads no more than it has
 /// to.
 ///

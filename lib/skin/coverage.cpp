@@ -1,5 +1,7 @@
 #include "skin/coverage.h"
 
+#include "base/cell_grid.h"
+#include "base/compressed_rows.h"
 #include "base/parallel.h"
 #include "base/simd.h"
 
@@ -237,52 +239,60 @@ std::vector<std::uint8_t> coveredParticles(const std::vector<Vec3i>& cell, const
     return coveredInCells(all, begin, offset, stencils);
 }
 
-namespace {
-
-// Of each particle, 1 where its ball is covered by others of nearly the same radius. Among balls of unlike radii
-// nothing is known to be covered.
-std::vector<std::uint8_t> coveredByAlike(const SnappedParticles& particles) {
-    constexpr std::int64_t kBins = 4;  // per size class, whose radii differ by a factor of less than two
-    std::vector<std::uint8_t> is_covered(particles.size(), 0);
-    for (const SizeClass& size_class : *particles.size_classes)
-        for (std::int64_t bin = 0; bin < kBins; ++bin) {
-            const std::int64_t above = size_class.largest * (kBins + bin) / (2 * kBins),
-                               up_to = size_class.largest * (kBins + bin + 1) / (2 * kBins);
-            std::vector<std::uint32_t> alike = size_class.particle;
-            std::erase_if(alike, [&](std::uint32_t i) {
-                return particles.radius_of[i] <= above || particles.radius_of[i] > up_to;
-            });
-            if (alike.empty()) continue;
-            const auto radiusOf = [&](std::uint32_t i) { return particles.radius_of[i]; };
-            const std::int64_t smallest = radiusOf(*std::ranges::min_element(alike, {}, radiusOf)),
-                               largest = radiusOf(*std::ranges::max_element(alike, {}, radiusOf));
-            const CellGrid grid(alike.size(), static_cast<double>(2 * largest),
-                                [&](std::size_t i) { return toDouble(particles.position[alike[i]]); });
-            std::vector<Vec3i> cell;
-            std::vector<std::uint32_t> cell_begin{0};
-            std::vector<CellOffset> offset;
-            for (std::uint32_t c = 0; c < grid.cells(); ++c) {
-                const auto [z, y, x] = grid.cell(c);
-                cell.emplace_back(x, y, z);
-                cell_begin.push_back(grid.begin(c + 1));
-                for (const std::uint32_t row : grid.rowsOf(c))
-                    offset.push_back(cellOffset(particles.position[alike[row]] - cell.back() * (2 * largest), largest));
-            }
-            const std::vector<std::uint8_t> covered = coveredParticles(
-                cell, cell_begin, offset, static_cast<double>(smallest) / static_cast<double>(largest));
-            for (std::size_t i = 0; i < covered.size(); ++i) is_covered[alike[grid.rows()[i]]] = covered[i];
+std::vector<std::uint8_t> coveredByAlike(std::size_t n, std::int64_t largest_of_all,
+                                         const std::function<Vec3i(std::uint32_t)>& positionOf,
+                                         const std::function<std::int64_t(std::uint32_t)>& radiusOf) {
+    // Four ranges of radii for each power of two: range 4k + b is of radii up to (8 - b) / 8 of the largest / 2^k.
+    constexpr std::int64_t kRanges = 4;
+    const auto rangeOf = [&](std::int64_t radius) {
+        std::size_t range = 0;
+        std::int64_t largest = largest_of_all;
+        for (; radius <= largest / 2; largest /= 2) range += kRanges;
+        for (std::int64_t eighths = 2 * kRanges - 1; radius <= largest * eighths / (2 * kRanges); --eighths) ++range;
+        return range;
+    };
+    const std::size_t ranges = rangeOf(1) + 1;
+    const IndexRows balls_in = sortedIntoRows<std::uint32_t>(ranges, n, [&](std::size_t i, const auto& visit) {
+        const auto ball = static_cast<std::uint32_t>(i);
+        visit(rangeOf(radiusOf(ball)), ball);
+    });
+    std::vector<std::uint8_t> is_covered(n, 0);
+    for (std::size_t range = 0; range < ranges; ++range) {
+        const std::span<const std::uint32_t> alike = balls_in[range];
+        if (alike.empty()) continue;
+        std::int64_t smallest = radiusOf(alike[0]), largest = smallest;
+        for (const std::uint32_t ball : alike) {
+            smallest = std::min(smallest, radiusOf(ball));
+            largest = std::max(largest, radiusOf(ball));
         }
+        const CellGrid grid(alike.size(), static_cast<double>(2 * largest),
+                            [&](std::size_t i) { return toDouble(positionOf(alike[i])); });
+        std::vector<Vec3i> cell(grid.cells());
+        std::vector<std::uint32_t> cell_begin(grid.cells() + 1, 0);
+        std::vector<CellOffset> offset(alike.size());
+        parallelFor(cell.size(), 64, [&](std::size_t i) {
+            const auto c = static_cast<std::uint32_t>(i);
+            cell[c] = Vec3i(grid.cell(c).x, grid.cell(c).y, grid.cell(c).z);
+            cell_begin[c + 1] = grid.begin(c + 1);
+            for (std::uint32_t at = grid.begin(c); at < grid.begin(c + 1); ++at)
+                offset[at] = cellOffset(positionOf(alike[grid.rows()[at]]) - cell[c] * (2 * largest), largest);
+        });
+        const std::vector<std::uint8_t> covered =
+            coveredParticles(cell, cell_begin, offset, static_cast<double>(smallest) / static_cast<double>(largest));
+        for (std::size_t i = 0; i < covered.size(); ++i) is_covered[alike[grid.rows()[i]]] = covered[i];
+    }
     return is_covered;
 }
-
-}  // namespace
 
 std::vector<std::uint32_t> exposureCandidates(const SnappedParticles& particles) {
     const auto uncovered = [](const std::vector<std::uint8_t>& is_covered) {
         return indicesWhere(is_covered.size(), [&](std::uint32_t i) { return !is_covered[i]; });
     };
     if (!particles.is_covered.empty()) return uncovered(particles.is_covered);
-    if (particles.size_classes) return uncovered(coveredByAlike(particles));
+    if (particles.size_classes)
+        return uncovered(coveredByAlike(
+            particles.size(), particles.radius, [&](std::uint32_t i) { return particles.position[i]; },
+            [&](std::uint32_t i) { return particles.radiusOf(i); }));
     std::vector<CellOffset> offset(particles.size());
     parallelFor(particles.cell.size(), 64, [&](std::size_t c) {
         const Vec3i corner = particles.cell[c] * (2 * particles.radius);

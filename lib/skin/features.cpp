@@ -84,6 +84,20 @@ std::vector<double> volumesOf(const Components& components, const std::vector<Tr
     return volume;
 }
 
+// The least radius of a ball that has triangles in each component, world units.
+std::vector<double> smallestBalls(const BetaMesh& mesh, const BallBoundary& boundary, const Components& components) {
+    std::vector<double> smallest(components.count, boundary.worldRadius());
+    if (boundary.radius_of.empty()) return smallest;
+    for (std::size_t ball = 0; ball < boundary.position.size(); ++ball) {
+        const double radius = boundary.worldRadiusOf(ball).value;
+        for (std::uint32_t t = mesh.ball_begin[ball]; t < mesh.ball_begin[ball + 1]; ++t) {
+            double& least = smallest[components.of_vertex[mesh.triangles[t][0]]];
+            least = std::min(least, radius);
+        }
+    }
+    return smallest;
+}
+
 void removeComponents(BetaMesh& mesh, const Components& components, const std::vector<bool>& is_removed) {
     std::size_t kept = 0, ball = 0;
     for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
@@ -233,26 +247,31 @@ std::vector<std::uint32_t> tendrilParticles(const BallBoundary& boundary) {
     return rows;
 }
 
-std::size_t fillBubbles(BetaMesh& mesh, const BallBoundary& boundary, const Features& features) {
-    const double radius = boundary.worldRadius(), empty_radius = features.bubble_gap / 2;
+std::size_t fillBubbles(BetaMesh& mesh, const BallBoundary& boundary, const Features& features,
+                        double reference_radius) {
+    const double empty_radius = features.bubble_gap / 2;
     const bool by_gap = features.bubble_gap > 0;
-    if (by_gap && empty_radius <= radius) return 0;
+    // Whether the reference radius is that of the largest balls, whose radius in quanta then counts.
+    const bool is_of_largest = std::abs(reference_radius - boundary.worldRadius()) <= boundary.quantum;
+    const double reference = is_of_largest ? boundary.worldRadius() : reference_radius;
+    const double room = empty_radius - reference;  // radius of a ball that has to fit between those of the particles
+    if (by_gap && room <= 0) return 0;
     const Components components = componentsOf(mesh.vertex.size(), mesh.triangles);
     const auto positionOf = [&](std::uint32_t v) -> const Vec3& { return mesh.vertex[v].position; };
     const std::vector<double> enclosed = volumesOf(components, mesh.triangles, positionOf);
-    const double least_liquid = kMinLiquidVolume * ballVolume(radius);
-    // A void with an empty ball holds at least the ball of the same centre whose radius is smaller by the particles'
-    // radius.
-    const double least_void = by_gap ? kRounding * ballVolume(empty_radius - radius) : features.bubble_volume;
+    const std::vector<double> smallest = smallestBalls(mesh, boundary, components);
+    const double smallest_of_all =
+        smallest.empty() ? boundary.worldRadius() : *std::min_element(smallest.begin(), smallest.end());
+    const double least_void = by_gap ? kRounding * ballVolume(room) : features.bubble_volume;
     std::vector<bool> is_removed(components.count), is_liquid(components.count);
     std::vector<std::uint32_t> large_voids;  // voids that could hold a liquid component
     std::vector<std::uint32_t> void_of(components.count, kInvalidIndex);
     bool any_undecided = false;
     for (std::uint32_t component = 0; component < components.count; ++component) {
-        is_liquid[component] = enclosed[component] >= least_liquid;
+        is_liquid[component] = enclosed[component] >= kMinLiquidVolume * ballVolume(smallest[component]);
         if (is_liquid[component]) continue;
         is_removed[component] = enclosed[component] > -least_void;
-        if (enclosed[component] < -least_liquid) large_voids.push_back(component);
+        if (enclosed[component] < -kMinLiquidVolume * ballVolume(smallest_of_all)) large_voids.push_back(component);
         if (by_gap && !is_removed[component]) any_undecided = true, void_of[component] = component;
     }
     std::sort(large_voids.begin(), large_voids.end(), [&](std::uint32_t a, std::uint32_t b) {
@@ -262,7 +281,8 @@ std::size_t fillBubbles(BetaMesh& mesh, const BallBoundary& boundary, const Feat
     if (any_undecided) {
         for (std::uint32_t component = 0; component < components.count; ++component)
             if (enclosing[component] != kInvalidIndex) void_of[component] = void_of[enclosing[component]];
-        const std::vector<bool> fits = voidsFittingBall(mesh, boundary, components, void_of, empty_radius);
+        const std::vector<bool> fits = voidsFittingBall(mesh, boundary, components, void_of,
+                                                        is_of_largest ? empty_radius : boundary.worldRadius() + room);
         for (std::uint32_t component = 0; component < components.count; ++component)
             if (void_of[component] == component) is_removed[component] = !fits[component];
     }

@@ -43,15 +43,18 @@ RemovedDroplets removeDroplets(const Particles& particles, const Features& featu
 std::vector<std::uint32_t> tendrilParticles(const BallBoundary& boundary);
 
 /// Removes bubbles from a mesh: voids, which are closed components that face inwards, into which no empty ball of
-/// diameter bubble_gap fits between the particles; without a bubble_gap, voids that enclose less than bubble_volume.
-/// Components that float in a removed void are removed with it, as they become part of the liquid; voids inside those
-/// are judged by themselves. All other components stay as they are, in their order.
+/// diameter bubble_gap fits between particles whose balls have the reference radius. With other balls, the room between
+/// their surfaces counts: none for a ball whose radius is bubble_gap / 2 less the reference radius. Without a
+/// bubble_gap, voids that enclose less than bubble_volume. Components that float in a removed void are removed with it,
+/// as they become part of the liquid; voids inside those are judged by themselves. All other components stay as they
+/// are, in their order.
 ///
-/// in      the complete tessellation of that boundary, its vertices not yet moved
+/// in      the complete tessellation of that boundary, its vertices not yet moved; reference_radius: world units
 /// out     the number of voids filled; vertices that no triangle uses are removed
 /// same    result for any thread count and particle order
 /// cost    O(triangles); 1-4 µs for each ball round a void that is large enough to need a closer look
-std::size_t fillBubbles(BetaMesh& mesh, const BallBoundary& boundary, const Features& features);
+std::size_t fillBubbles(BetaMesh& mesh, const BallBoundary& boundary, const Features& features,
+                        double reference_radius);
 
 /// Sets mesh.component. Components are numbered by enclosed volume, the largest first: 0 is the largest body of liquid,
 /// bubbles come last. Ties are broken by the lexicographically first vertex.

@@ -4,6 +4,7 @@
 #include "base/parallel.h"
 #include "betamesh/error.h"
 #include "skin/coverage.h"
+#include "skin/particle_sizes.h"
 
 #include <algorithm>
 #include <atomic>
@@ -26,6 +27,12 @@ struct Batch {
     std::vector<std::uint32_t> cell;  // number of each particle's cell
     std::vector<CellOffset> offset;   // of each particle in its cell; freed once slot is filled
     std::vector<std::uint32_t> slot;  // index of each particle among all, sorted by cell
+};
+
+// Consecutive particles of different radii, kept until the largest radius is known.
+struct SizedParticles {
+    std::vector<Vec3f> position;
+    std::vector<double> radius;  // world units
 };
 
 // Finds particles of a cell that have the same offset as others: they may be duplicates.
@@ -76,16 +83,23 @@ std::vector<int> distancesToExposed(const std::vector<Vec3i>& cells, const std::
     return distance;
 }
 
-// How many layers of cells (edge 2R) round cells with exposed balls are kept. The skin lies as deep below the union of
-// larger balls as the rolling ball is large, and those balls' exposed parts depend on their neighbours in turn.
-int marginCells(const SkinParams& params) {
+// Radius within which particles matter to an exposed ball, because of the skin. The skin lies as deep below the union
+// of larger balls as the rolling ball is large, and those balls' exposed parts depend on their neighbours in turn. Of
+// different radii, larger balls may be exposed whose smaller ones are not: those that reach out of the smaller ones
+// beside an exposed one.
+double reachOfSkin(const SkinParams& params, bool different_radii) {
+    const double skin = effectiveSkinDepth(params);
+    if (!(skin > 0)) return 0;
+    const double rolling = (params.radius * params.radius - skin * skin) / (2 * skin);
+    return params.radius + 2 * rolling + skin + particleSpacing(params) + (different_radii ? rolling + 2 * skin : 0);
+}
+
+// How many layers of cells (edge 2R) round cells with exposed balls are kept.
+int marginCells(const SkinParams& params, bool different_radii = false) {
     const Features& features = params.features;
     int margin = 1;
-    if (const double skin = effectiveSkinDepth(params); skin > 0) {
-        const double rolling = (params.radius * params.radius - skin * skin) / (2 * skin);
-        const double farthest = params.radius + 2 * rolling + skin + particleSpacing(params);
-        margin = static_cast<int>(std::ceil(farthest / (2 * params.radius)));
-    }
+    if (const double reach = reachOfSkin(params, different_radii); reach > 0)
+        margin = static_cast<int>(std::ceil(reach / (2 * params.radius)));
     if (features.droplets != Droplets::mesh)
         for (double side = -1; side * side * side < features.droplet_particles; side += 2) ++margin;
     return margin;
@@ -94,6 +108,7 @@ int marginCells(const SkinParams& params) {
 }  // namespace
 
 struct NearSurfaceFinder::State {
+    SkinParams params;
     SnapGrid grid;
     int margin;
     bool all;
@@ -102,13 +117,22 @@ struct NearSurfaceFinder::State {
     std::mutex mutex{};  // guards numbers
     CellNumbering numbers{};
 
+    double largest = 0;                   // radius of the largest ball, world units; 0: no radii are given
+    std::vector<SizedParticles> sized{};  // each of kRowsPerBatch particles, but for the last
+
+    void count(std::size_t more);
     void process(std::span<const Vec3f> positions, Batch& batch);
+    void keep(std::span<const Vec3f> positions, std::span<const double> radii);
+    void processSized();
+    bool isUnequal() const;
+    std::vector<std::uint8_t> coveredAmongSized() const;
     std::vector<Vec3i> sortedCells();
     std::vector<CellOffset> sortedOffsets(std::vector<std::uint32_t>& cell_begin);
+    std::vector<std::uint8_t> sortedByCell(const std::vector<std::uint8_t>& of_row) const;
 };
 
 NearSurfaceFinder::NearSurfaceFinder(const SkinParams& params)
-    : state_(new State{SnapGrid(params.radius), marginCells(params),
+    : state_(new State{params, SnapGrid(params.radius), marginCells(params),
                        params.predicates != PredicateKind::exact || params.features.tendrils != Tendrils::mesh}) {}
 NearSurfaceFinder::~NearSurfaceFinder() = default;
 
@@ -134,10 +158,8 @@ void NearSurfaceFinder::State::process(std::span<const Vec3f> positions, Batch& 
 void NearSurfaceFinder::add(std::span<const Vec3f> positions) {
     State& state = *state_;
     state.grid.requireWithin(positions, state.particles);
-    const std::size_t first_row = std::exchange(state.particles, state.particles + positions.size());
-    if (state.particles > kMostParticles)
-        throw Error("a frame of " + std::to_string(state.particles) +
-                    " particles or more is too large; at most 2^32 - 2 are supported");
+    const std::size_t first_row = state.particles;
+    state.count(positions.size());
     if (state.all) return;
     const std::size_t before = state.batches.size(), more = (positions.size() + kRowsPerBatch - 1) / kRowsPerBatch;
     state.batches.resize(before + more);
@@ -147,6 +169,62 @@ void NearSurfaceFinder::add(std::span<const Vec3f> positions) {
         batch.first_row = first_row + begin;
         state.process(positions.subspan(begin, std::min(kRowsPerBatch, positions.size() - begin)), batch);
     });
+}
+
+void NearSurfaceFinder::add(std::span<const Vec3f> positions, std::span<const double> radii) {
+    if (radii.empty()) return add(positions);
+    State& state = *state_;
+    state.count(positions.size());
+    state.largest = std::max(state.largest, *std::max_element(radii.begin(), radii.end()));
+    if (!state.all) state.keep(positions, radii);
+}
+
+void NearSurfaceFinder::State::count(std::size_t more) {
+    particles += more;
+    if (particles > kMostParticles)
+        throw Error("a frame of " + std::to_string(particles) +
+                    " particles or more is too large; at most 2^32 - 2 are supported");
+}
+
+void NearSurfaceFinder::State::keep(std::span<const Vec3f> positions, std::span<const double> radii) {
+    for (std::size_t i = 0; i < positions.size();) {
+        if (sized.empty() || sized.back().radius.size() == kRowsPerBatch) sized.emplace_back();
+        auto& [position, radius] = sized.back();
+        const std::size_t count = std::min(positions.size() - i, kRowsPerBatch - radius.size());
+        position.insert(position.end(), &positions[i], &positions[i] + count);
+        radius.insert(radius.end(), &radii[i], &radii[i] + count);
+        i += count;
+    }
+}
+
+// Sorts the particles that were kept into cells, once the largest radius is known.
+void NearSurfaceFinder::State::processSized() {
+    grid = SnapGrid(largest);
+    margin = marginCells(withRadius(params, largest), true);
+    for (std::size_t p = 0; p < sized.size(); ++p) requireSimilar(sized[p].radius, largest, p * kRowsPerBatch);
+    for (std::size_t p = 0; p < sized.size(); ++p) grid.requireWithin(sized[p].position, p * kRowsPerBatch);
+    batches.resize(sized.size());
+    parallelFor(batches.size(), 1, [&](std::size_t p) {
+        batches[p].first_row = p * kRowsPerBatch;
+        process(sized[p].position, batches[p]);
+    });
+}
+
+// Do the balls have different radii in quanta?
+bool NearSurfaceFinder::State::isUnequal() const {
+    return std::any_of(sized.begin(), sized.end(), [&](const SizedParticles& some) {
+        return std::any_of(some.radius.begin(), some.radius.end(),
+                           [&](double radius) { return std::llround(radius * grid.perUnit()) != grid.radius(); });
+    });
+}
+
+std::vector<std::uint8_t> NearSurfaceFinder::State::coveredAmongSized() const {
+    return coveredByAlike(
+        particles, grid.radius(),
+        [&](std::uint32_t row) { return grid.at(sized[row / kRowsPerBatch].position[row % kRowsPerBatch]); },
+        [&](std::uint32_t row) {
+            return std::llround(sized[row / kRowsPerBatch].radius[row % kRowsPerBatch] * grid.perUnit());
+        });
 }
 
 // The occupied cells in order. The cell numbers of all batches become indices into them.
@@ -195,17 +273,37 @@ std::vector<CellOffset> NearSurfaceFinder::State::sortedOffsets(std::vector<std:
     return offsets;
 }
 
+// Numbers of the particles, which have their slots, in the order of the cells.
+std::vector<std::uint8_t> NearSurfaceFinder::State::sortedByCell(const std::vector<std::uint8_t>& of_row) const {
+    std::vector<std::uint8_t> sorted(of_row.size());
+    parallelFor(batches.size(), 1, [&](std::size_t p) {
+        for (std::size_t i = 0; i < batches[p].slot.size(); ++i)
+            sorted[batches[p].slot[i]] = of_row[batches[p].first_row + i];
+    });
+    return sorted;
+}
+
 NearSurface NearSurfaceFinder::find() {
     State& state = *state_;
     NearSurface near;
     near.particles = state.particles;
     near.all = state.all;
+    near.largest = state.largest;
     if (near.all) return near;
+    const bool has_radii = state.largest > 0;
+    std::vector<std::uint8_t> is_row_covered;  // of each particle in the order of the stream
+    if (has_radii) {
+        state.processSized();
+        near.is_unequal = state.isUnequal();
+        is_row_covered = state.coveredAmongSized();
+        state.sized = {};
+    }
 
     const std::vector<Vec3i> cells = state.sortedCells();
     std::vector<std::uint32_t> cell_begin(cells.size() + 1);
     const std::vector<CellOffset> offsets = state.sortedOffsets(cell_begin);
-    const std::vector<std::uint8_t> is_covered = coveredParticles(cells, cell_begin, offsets);
+    const std::vector<std::uint8_t> is_covered =
+        has_radii ? state.sortedByCell(is_row_covered) : coveredParticles(cells, cell_begin, offsets);
     const int limit = state.margin + 1;
     const std::vector<int> distance = distancesToExposed(cells, cell_begin, is_covered, limit);
 

@@ -33,13 +33,39 @@ Particles unsnapped(const Particles& particles, const SnappedParticles& snapped)
     return all;
 }
 
+// Is some ball's centre at most this far from a point? In quanta.
+bool anyWithin(const BallBoundary& boundary, const CellGrid& grid, const Vec3& point, double reach) {
+    bool any = false;
+    grid.forCellsIn(point - Vec3(reach), point + Vec3(reach), [&](std::uint32_t cell) {
+        if (any) return;
+        for (const std::uint32_t ball : grid.rowsOf(cell))
+            any = any || (toDouble(boundary.position[ball]) - point).length2() <= reach * reach;
+    });
+    return any;
+}
+
 // Particles that may be exposed at the larger radius: those not certainly covered, and exposed at the smaller radius.
 // If the coarser grid of the larger radius has merged particles, rows no longer correspond and only the first test
-// applies.
-std::vector<std::uint32_t> exposureCandidates(const SnappedParticles& larger, std::size_t particles,
+// applies. With different radii a ball may emerge as all grow. But on the way from its centre to a point that is
+// exposed then, one leaves the smaller balls: the ball where this happens is exposed, and its centre no farther than
+// the largest of the smaller radii and of the larger ones together.
+std::vector<std::uint32_t> exposureCandidates(const SnappedParticles& larger, const SnappedParticles& snapped,
                                               const BallBoundary& boundary) {
     std::vector<std::uint32_t> candidates = exposureCandidates(larger);
-    if (larger.size() != particles || larger.size_classes) return candidates;
+    if (snapped.size_classes) {
+        const double reach =
+            1.001 * (boundary.worldRadius() + static_cast<double>(larger.radius) * larger.quantum) / boundary.quantum;
+        const CellGrid grid(boundary.position.size(), reach,
+                            [&](std::size_t ball) { return toDouble(boundary.position[ball]); });
+        const std::vector<std::uint32_t> near = indicesWhere(candidates.size(), [&](std::uint32_t k) {
+            return anyWithin(boundary, grid, toDouble(snapped.position[larger.row[candidates[k]]]), reach);
+        });
+        for (std::size_t k = 0; k < near.size(); ++k) candidates[k] = candidates[near[k]];
+        candidates.resize(near.size());
+        return candidates;
+    }
+    const std::size_t particles = snapped.size();
+    if (larger.size() != particles) return candidates;
     std::vector<std::uint8_t> is_exposed(particles, 0);
     for (const std::uint32_t row : boundary.snapped_row) is_exposed[row] = 1;
     std::erase_if(candidates, [&](std::uint32_t i) { return !is_exposed[larger.row[i]]; });
@@ -58,7 +84,7 @@ SnappedParticles enlarged(const SnappedParticles& snapped, const Particles& part
     std::vector<double> radii(snapped.size());
     for (std::size_t i = 0; i < radii.size(); ++i)
         radii[i] = radius * (static_cast<double>(snapped.radius_of[i]) / static_cast<double>(snapped.radius));
-    return snapParticles(particles, radii);
+    return snapParticles(particles, radii, radius);
 }
 
 // Sets the rates of the larger balls' radii, which are in proportion to those of the smaller ones; 0 for balls that are
@@ -125,7 +151,7 @@ OuterSamples outerSamples(const Particles& particles, const SnappedParticles& sn
     const SnappedParticles larger = enlarged(snapped, all, radius);
     Icosphere directions = icosphereOf(kOuterFaceAngle);
     const auto direction_count = static_cast<double>(directions.position.size());
-    const std::vector<std::uint32_t> candidates = exposureCandidates(larger, snapped.size(), boundary);
+    const std::vector<std::uint32_t> candidates = exposureCandidates(larger, snapped, boundary);
     BallBoundary outer = ballBoundary(larger, candidates, directions.position);
     setRadiusRates(boundary, outer);
     const std::vector<DualVec3> balls = ballCentres(outer, all);

@@ -29,7 +29,8 @@ struct OuterSamples {
 /// Among balls of different radii all are enlarged in proportion. The ball that rolls at a point touches the skin of
 /// the nearest particle: where small particles lie beside large ones it is so small that they stay inside the surface.
 ///
-/// in      all particles within four smaller radii of the surface; lengths: in spacings; spacing: of the particles with
+/// in      all particles within two larger radii of the surface, with different radii within three; lengths: in
+/// spacings; spacing: of the particles with
 ///         the largest balls, world units
 /// out     samples at most half a radius apart, including every vertex of the boundary; their weights change
 ///         continuously in time

@@ -18,8 +18,8 @@ struct ParticleSizes {
 /// What params.radius_attribute gives each particle: params.radius times its own spacing over particleSpacing().
 ///
 /// errors  an attribute that the particles do not have, or that is not one number per particle; a size that is not
-///         positive and finite, a rate that is not finite; the message names the first particle
-ParticleSizes particleSizes(const Particles& particles, const SkinParams& params);
+///         positive and finite, a rate that is not finite; the message names the first particle, counted from first_row
+ParticleSizes particleSizes(const Particles& particles, const SkinParams& params, std::size_t first_row = 0);
 
 /// The parameters with all lengths that belong to a particle, such as radius, spacing and skin, as they are for one
 /// whose ball has the given radius. Lengths of the world, such as bubble_gap and the walls, stay.

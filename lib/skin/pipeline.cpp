@@ -60,7 +60,7 @@ BaseSurface baseSurface(const Particles& particles, Structure& structure, const 
         base.smoother.emplace(boundarySamples(boundary, balls, network, points), coherentSmoothing(params));
     base.mesh = completeTessellation(boundary, balls, std::move(network), std::move(points), subdivision);
     if (params.features.bubbles == Bubbles::fill)  // before smoothing, which may turn small bubbles inside out
-        report.bubbles_filled = fillBubbles(base.mesh, boundary, params.features);
+        report.bubbles_filled = fillBubbles(base.mesh, boundary, params.features, params.radius);
     return base;
 }
 

@@ -85,20 +85,33 @@ std::uint32_t ballOf(const BetaMesh& mesh, std::uint32_t triangle) {
     return static_cast<std::uint32_t>(after - mesh.ball_begin.begin()) - 1;
 }
 
+// Is a direction no farther from that of a corner than the other corners? Of triangles without a size, nearly every
+// direction is within the tolerance of all three edges.
+bool isNear(const Vec3& direction, const Vec3& a, const Vec3& b, const Vec3& c) {
+    const auto cosine = [&](const Vec3& other) { return dot(a, other) / (a.length() * other.length()); };
+    return cosine(direction) >= std::min(cosine(b), cosine(c)) - kEdgeTolerance;
+}
+
 // The component whose triangle a ray from a ball's centre meets on that ball; kInvalidIndex if it meets none.
 std::uint32_t componentTowards(const BetaMesh& mesh, const BallBoundary& boundary, const Components& components,
                                std::uint32_t ball, const Vec3& direction) {
     const Vec3 centre = boundary.centre(ball);
-    const double least = -kEdgeTolerance * boundary.worldRadius() * boundary.worldRadius() * direction.length();
+    const double radius = boundary.worldRadiusOf(ball).value;
+    const double least = -kEdgeTolerance * radius * radius * direction.length();
     for (std::uint32_t row = mesh.ball_begin[ball]; row < mesh.ball_begin[ball + 1]; ++row) {
         const Triangle& t = mesh.triangles[row];
         const Vec3 a = mesh.vertex[t[0]].position - centre, b = mesh.vertex[t[1]].position - centre,
                    c = mesh.vertex[t[2]].position - centre;
         if (dot(direction, cross(a, b)) >= least && dot(direction, cross(b, c)) >= least &&
-            dot(direction, cross(c, a)) >= least && dot(a, cross(b, c)) > 0)
+            dot(direction, cross(c, a)) >= least && dot(a, cross(b, c)) > 0 && isNear(direction, a, b, c))
             return components.of_vertex[t[0]];
     }
     return kInvalidIndex;
+}
+
+// Radius of a ball that is enlarged by as much as the largest, which gets `radius`; world units.
+double enlargedRadius(const BallBoundary& boundary, std::size_t ball, double radius) {
+    return radius - static_cast<double>(boundary.radius - boundary.radiusOf(ball)) * boundary.quantum;
 }
 
 // A quick form of voidsFittingBall(): is the ball round the centroid of a void's vertices empty and in the void?
@@ -108,8 +121,8 @@ std::vector<bool> fitsAtCentroid(const BetaMesh& mesh, const BallBoundary& bound
                                  const std::vector<std::uint32_t>& void_of, double radius) {
     struct Centroid {
         Vec3 position{0};
-        double corners = 0, squared = std::numeric_limits<double>::infinity();  // distance of the nearest ball
-        std::uint32_t nearest = 0;                                              // ball that bounds the void
+        double corners = 0, room = std::numeric_limits<double>::infinity();  // distance to the nearest enlarged ball
+        std::uint32_t nearest = 0;                                           // ball that bounds the void
     };
     std::vector<Centroid> centroid(components.count);
     for (const Triangle& t : mesh.triangles) {
@@ -127,14 +140,14 @@ std::vector<bool> fitsAtCentroid(const BetaMesh& mesh, const BallBoundary& bound
             if (void_component == kInvalidIndex || void_component == last) continue;
             last = void_component;
             Centroid& m = centroid[void_component];
-            const double squared = (m.position - boundary.centre(ball)).length2();
-            if (squared < m.squared) m.squared = squared, m.nearest = ball;
+            const double room = (m.position - boundary.centre(ball)).length() - enlargedRadius(boundary, ball, radius);
+            if (room < m.room) m.room = room, m.nearest = ball;
         }
     }
     std::vector<bool> fits(components.count, false);
     for (std::uint32_t component = 0; component < components.count; ++component) {
         const Centroid& m = centroid[component];
-        if (void_of[component] != component || m.squared < radius * radius) continue;
+        if (void_of[component] != component || m.room < 0) continue;
         const std::uint32_t towards =
             componentTowards(mesh, boundary, components, m.nearest, m.position - boundary.centre(m.nearest));
         fits[component] = towards != kInvalidIndex && void_of[towards] == component;
@@ -154,7 +167,7 @@ std::vector<std::uint32_t> enclosingVoids(const BetaMesh& mesh, const BallBounda
             visit(components.of_vertex[mesh.triangles[t][0]], static_cast<std::uint32_t>(t));
         });
     struct LiquidComponent {
-        Vec3 particle;  // one of the component's: a radius away from the triangles of voids that it floats in
+        Vec3 particle;  // one of the component's: its radius away from the triangles of voids that it floats in
         std::uint32_t component;
     };
     std::vector<LiquidComponent> liquid_components;
@@ -208,7 +221,10 @@ std::vector<bool> voidsFittingBall(const BetaMesh& mesh, const BallBoundary& bou
     Particles particles;
     particles.position.resize(balls.size());
     parallelFor(balls.size(), 4096, [&](std::size_t i) { particles.position[i] = Vec3f(centreOf(i)); });
-    const SnappedParticles snapped = snapParticles(particles, radius);
+    std::vector<double> radii(boundary.radius_of.empty() ? 0 : balls.size());
+    for (std::size_t i = 0; i < radii.size(); ++i) radii[i] = enlargedRadius(boundary, balls[i], radius);
+    const SnappedParticles snapped =
+        radii.empty() ? snapParticles(particles, radius) : snapParticles(particles, radii, radius);
     const BallBoundary larger = ballBoundary(snapped, exposureCandidates(snapped), {}, ArcTracing::none);
 
     std::vector<std::uint32_t> void_at(larger.vertex.size(), kInvalidIndex);

@@ -24,25 +24,27 @@ std::vector<std::uint32_t> enclosingVoids(const BetaMesh& mesh, const BallBounda
                                           const Components& components, const std::vector<std::uint32_t>& voids,
                                           const std::vector<bool>& is_liquid);
 
-/// For each component whether it is a void into which a ball of the given radius fits that contains no particle, not
-/// even of the liquid components that float in the void.
+/// For each component whether it is a void into which an empty ball fits, with room between it and the balls of all
+/// particles, even of the liquid components that float in the void. Its radius is `radius` less that of the largest
+/// ball of the boundary. With balls of one radius: whether a ball of the given radius fits that contains no particle.
 ///
-/// A ball fits if the boundary of the union of balls of the larger radius has a vertex in the void: a part of that
-/// boundary that encloses a space never consists of full circles and isolated spheres alone, as its outermost ball is
-/// exposed on the far side.
+/// Let e be the radius of the empty ball. It fits round a point if no ball that is larger by e contains that point. So
+/// it fits if the boundary of the union of these larger balls has a vertex in the void: a space that the larger balls
+/// enclose has extreme points, through which no segment within that space passes. Through a point of only one or two
+/// spheres passes a tangent of both, which lies outside their balls. So extreme points are vertices.
 ///
-/// Only the balls that bound the void matter. Let r be their radius, x a point of the void and q any particle. The
-/// segment from x to q leaves the void at a point y on one of these balls, of particle b say, and no particle is nearer
-/// to y than b. So b is no farther from x than q: |x - b| <= |x - y| + |y - b| <= |x - y| + |y - q| = |x - q|.
+/// Only the balls that bound the void matter. Let d_q = |x - q| - r_q be the distance of a point x of the void from the
+/// surface of any ball q. The segment from x to the centre of q leaves the void at a point y on a ball b that bounds
+/// it, and inside none. So d_b <= |x - y| + |y - b| - r_b = |x - y| <= |x - y| + |y - q| - r_q = d_q.
 ///
 /// Balls of several voids can be looked at together. They have vertices outside the voids as well; which void a vertex
-/// x is in is told by any particle b that its ball touches: balls round points of the segment from x to b lie within
-/// the one round x, so they contain no particle, and the segment stays in the space of x until it meets b's own ball.
-/// Hence x is in the void if and only if the segment meets a triangle of the void there.
+/// x is in is told by any ball b that the empty ball round x touches: of the segment from x to b, the points as near to
+/// x as e are in none of the balls, so the segment stays in the space of x until it meets b. Hence x is in the void if
+/// and only if the segment meets a triangle of the void there.
 ///
 /// in      mesh, boundary and components as above; void_of: of each void in question, itself; of each liquid component
-///         that floats in one, that void; of all others kInvalidIndex; radius: above that of the boundary's balls,
-///         world units
+///         that floats in one, that void; of all others kInvalidIndex; radius: above that of the boundary's largest
+///         ball, world units
 /// out     where there are more than 20,000 particles per cell as wide as the ball round the voids that no ball fits
 ///         the centroid of, true for all of these
 /// same    result for any thread count and particle order

@@ -3,7 +3,13 @@
 #include "skin/near_surface.h"
 
 #include "base/random.h"
+#include "skin/coverage.h"
+#include "skin/faces.h"
+#include "skin/features.h"
+#include "skin/outer_boundary.h"
+#include "skin/particle_sizes.h"
 #include "skin/pipeline.h"
+#include "skin/stage_settings.h"
 #include "support/clouds.h"
 #include "support/file_checks.h"
 #include "support/oracles.h"
@@ -11,6 +17,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 namespace betamesh {
@@ -157,6 +164,219 @@ TEST(NearSurface, DoesNotChangeTheFrameOfAnyCloud) {
         params.features.droplets = Droplets::drop;
         expectNothingChanges(cloud, params, &left_out);
     });
+}
+
+// Particles with a ball radius each.
+struct SizedCloud {
+    std::string name;
+    Particles particles;
+    std::vector<double> radius;
+};
+
+using RadiusOf = std::function<double(const Vec3&, Random&)>;
+
+SizedCloud sized(const Cloud& cloud, const RadiusOf& radiusOf) {
+    SizedCloud made{cloud.name, cloud.particles, {}};
+    for (std::size_t i = 0; i < made.particles.size(); ++i) {
+        Random random(i);
+        made.radius.push_back(radiusOf(Vec3(made.particles.position[i]), random));
+    }
+    return made;
+}
+
+RadiusOf twoRadii(double large, double small) {
+    return [=](const Vec3&, Random& random) { return random.unit() < 0.5 ? large : small; };
+}
+RadiusOf ratioOf20(double largest) {
+    return [=](const Vec3&, Random& random) { return largest * std::pow(20, -random.unit()); };
+}
+RadiusOf wave(double largest, double depth) {
+    return [=](const Vec3& p, Random&) { return largest * (1 - depth + depth * std::sin(p.x / (4 * largest))); };
+}
+
+// A block of n³ particles with spacing 1 below, and one of spacing 1 / 2 on top of it.
+SizedCloud twoBlocks(int n, int n_above) {
+    const auto everything = [](const Vec3&) { return true; };
+    SizedCloud made = sized(block("", n, 0.2, everything, 11), [](const Vec3&, Random&) { return 1.5; });
+    const Particles above = block("", n_above, 0.2, everything, 12).particles;
+    for (std::size_t i = 0; i < above.size(); ++i) {
+        made.particles.position.push_back(above.position[i] * 0.5F + Vec3f(0, 0, static_cast<float>(n)));
+        made.particles.velocity.push_back(above.velocity[i]);
+        made.particles.id.push_back(1000000 + i);
+        made.radius.push_back(0.75);
+    }
+    made.particles.attributes.clear();
+    return made;
+}
+
+std::vector<SizedCloud> sizedBlocks() {
+    const auto outside = [](const Vec3& p, const Vec3& centre, double radius) {
+        return (p - centre).length() > radius;
+    };
+    const Vec3 middle(21, 21, 21);
+    const Cloud bubble = block(
+        "bubble", 34, 0.1,
+        [&](const Vec3& p) {
+            return outside(p, {6, 6, 6}, 2.2);
+        },
+        3);
+    Cloud drops = block(
+        "drops above a ball", 46, 0.1,
+        [&](const Vec3& p) {
+            const bool drop = p.z == 44 && static_cast<int>(p.x) % 6 < 2 && static_cast<int>(p.y) % 7 < 2;
+            return drop || !outside(p, middle, 21);
+        },
+        7);
+    std::vector<SizedCloud> made;
+    made.push_back(sized(bubble, [](const Vec3&, Random&) { return 1.35; }));
+    made.push_back(sized(bubble, twoRadii(1.4, 1.3)));
+    made.push_back(sized(bubble, wave(1.4, 0.03)));
+    made.push_back(sized(drops, twoRadii(1.4, 1.3)));
+    made.push_back(sized(drops, [](const Vec3& p, Random& random) {  // tiny drops
+        return p.z > 43 ? 0.07 : 1.35 - 0.05 * random.unit();
+    }));
+    made.push_back(sized(drops, [&](const Vec3& p, Random& random) {  // the largest ball is deep inside
+        return outside(p, middle, 2) ? 1.35 - 0.05 * random.unit() : 1.45;
+    }));
+    for (Vec3f& p : drops.particles.position) p += Vec3f(3000, -400, 77);
+    addDuplicates(drops, 7);
+    made.push_back(sized(drops, twoRadii(1.4, 1.3)));
+    for (std::size_t i = 0; i < made.size(); ++i) made[i].name += ", radii " + std::to_string(i);
+    return made;
+}
+
+NearSurface nearOf(const SizedCloud& cloud, const SkinParams& params, std::size_t rows_at_once) {
+    NearSurfaceFinder finder(params);
+    const std::span<const Vec3f> all(cloud.particles.position);
+    const std::span<const double> radii(cloud.radius);
+    for (std::size_t row = 0; row < all.size(); row += rows_at_once) {
+        const std::size_t count = std::min(rows_at_once, all.size() - row);
+        finder.add(all.subspan(row, count), radii.subspan(row, count));
+    }
+    return finder.find();
+}
+
+// What the surface is made from.
+struct SizedStructure {
+    BallBoundary boundary;
+    OuterSamples outer;
+    Spheres droplets;
+    std::size_t distinct = 0;
+    RemovedDroplets left_out;
+};
+
+SizedStructure structureOf(const Particles& particles, SnappedParticles snapped, const SkinParams& params) {
+    SizedStructure made;
+    made.distinct = snapped.size();
+    made.left_out = removeDroplets(particles, params.features, snapped, made.droplets);
+    made.boundary = ballBoundary(snapped, exposureCandidates(snapped), faceDirections(params).position);
+    groupFaces(snapped, made.boundary);
+    if (hasSkin(params) && snapped.size() > 0) {
+        const double spacing = particleSpacing(params);
+        made.outer = outerSamples(particles, snapped, made.boundary, skinLengths(params).outer() * spacing, spacing);
+    }
+    return made;
+}
+
+void expectSame(const SizedStructure& one, const SizedStructure& other) {
+    const BallBoundary &a = one.boundary, &b = other.boundary;
+    EXPECT_EQ(one.distinct, other.distinct);
+    EXPECT_EQ(std::tuple(one.left_out.droplets, one.left_out.particles),
+              std::tuple(other.left_out.droplets, other.left_out.particles));
+    EXPECT_EQ(one.droplets.position, other.droplets.position);
+    EXPECT_EQ(one.droplets.radius, other.droplets.radius);
+    EXPECT_EQ(std::tuple(a.quantum, a.radius), std::tuple(b.quantum, b.radius));
+    EXPECT_EQ(a.position, b.position);
+    EXPECT_EQ(a.radius_of, b.radius_of);
+    EXPECT_EQ(a.row, b.row);
+    EXPECT_EQ(a.triangle, b.triangle);
+    EXPECT_EQ(a.vertex, b.vertex);
+    EXPECT_EQ(a.twin, b.twin);
+    EXPECT_EQ(a.circle, b.circle);
+    EXPECT_EQ(a.isolated, b.isolated);
+    EXPECT_EQ(a.cycle.item, b.cycle.item);
+    EXPECT_EQ(a.face.item, b.face.item);
+    ASSERT_EQ(one.outer.point.size(), other.outer.point.size());
+    for (std::size_t i = 0; i < one.outer.point.size(); ++i) {
+        ASSERT_EQ(one.outer.point[i].position, other.outer.point[i].position);
+        ASSERT_EQ(one.outer.point[i].velocity, other.outer.point[i].velocity);
+    }
+    EXPECT_EQ(one.outer.weight, other.outer.weight);
+    EXPECT_EQ(one.outer.exposure, other.outer.exposure);
+    EXPECT_EQ(one.outer.scale, other.outer.scale);
+}
+
+// Returns how many particles are left out.
+std::size_t expectNothingChanges(const SizedCloud& cloud, const SkinParams& nominal) {
+    const SkinParams params = withRadius(nominal, *std::max_element(cloud.radius.begin(), cloud.radius.end()));
+    const SizedStructure expected = structureOf(cloud.particles, snapParticles(cloud.particles, cloud.radius), params);
+    const NearSurface near = nearOf(cloud, nominal, 7777);
+    EXPECT_EQ(near.largest, params.radius);
+    const Particles kept = rowsOf(cloud.particles, near.row);
+    std::vector<double> radii;
+    for (const std::uint32_t row : near.row) radii.push_back(cloud.radius[row]);
+    SizedStructure made = structureOf(kept, snapParticles(kept, radii, near), params);
+    made.distinct += near.omitted();
+    for (std::uint32_t& row : made.boundary.row) row = near.row[row];
+    expectSame(made, expected);
+    return near.omitted();
+}
+
+SkinParams paramsOf(double radius, bool skin) {
+    SkinParams params;
+    params.radius = radius;
+    params.radius_attribute = "size";
+    params.skin = skin ? 0.8 * radius : 0;
+    return params;
+}
+
+TEST(NearSurface, OfDifferentRadiiDoesNotChangeTheStructureOfAnyBlock) {
+    for (const SizedCloud& cloud : sizedBlocks()) {
+        SCOPED_TRACE(cloud.name);
+        SkinParams params = paramsOf(2, true);
+        EXPECT_GT(expectNothingChanges(cloud, params), 0U);
+        params = paramsOf(0.3, false);
+        params.features.droplets = Droplets::points;
+        params.features.droplet_particles = 6;
+        EXPECT_GT(expectNothingChanges(cloud, params), 0U);
+    }
+}
+
+TEST(NearSurface, OfDifferentRadiiDoesNotChangeTheStructureOfAnyCloud) {
+    std::uint64_t clouds = 0;
+    forEveryCloud(60, [&](const Cloud& cloud) {
+        if (cloud.particles.size() == 0 || cloud.particles.size() > 400) return;
+        const double radius = cloud.radius;
+        for (const RadiusOf& radiusOf : {twoRadii(radius, radius / 2), ratioOf20(radius), wave(radius, 0.25)}) {
+            SkinParams params = paramsOf(radius * 0.7, ++clouds % 3 == 0);
+            if (clouds % 2 == 0) params.features.droplets = Droplets::drop;
+            expectNothingChanges(sized(cloud, radiusOf), params);
+        }
+    });
+}
+
+TEST(NearSurface, OfTwoBlocksOfDifferentRadiiLeavesOutWhatIsDeepInBoth) {
+    const SkinParams params = paramsOf(1, false);
+    EXPECT_GT(expectNothingChanges(twoBlocks(24, 48), params), 3000U);
+    const SizedCloud large = twoBlocks(64, 96);
+    const NearSurface near = nearOf(large, params, 1000000);
+    EXPECT_GT(near.omitted(), large.particles.size() * 2 / 5);
+    EXPECT_EQ(nearOf(large, params, 12345).row, near.row);
+}
+
+TEST(NearSurface, OfEqualRadiiIsThatOfOneRadius) {
+    for (const Cloud& cloud : {block(
+             "jittered", 30, 0.25, [](const Vec3&) { return true; }, 2)}) {
+        const SkinParams params = paramsOf(1.5, false);
+        const NearSurface one = nearOf(cloud.particles, params, 5000);
+        const NearSurface each = nearOf(sized(cloud, [](const Vec3&, Random&) { return 1.5; }), params, 5000);
+        EXPECT_GT(one.omitted(), 0U);
+        EXPECT_FALSE(each.is_unequal);
+        EXPECT_EQ(one.row, each.row);
+        EXPECT_EQ(one.cell_of, each.cell_of);
+        EXPECT_EQ(one.is_covered, each.is_covered);
+        EXPECT_EQ(one.is_incomplete, each.is_incomplete);
+    }
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 #include "batch/platform/memory.h"
 #include "batch/report/log.h"
 #include "betamesh/error.h"
+#include "skin/particle_sizes.h"
 
 #include <algorithm>
 #include <cmath>
@@ -21,16 +22,28 @@ constexpr double kSameRadius = 0.01;  // relative difference of radii that count
 NearSurface nearSurfaceOf(const std::string& file, const ParticleInput& input, const SkinParams& skin) {
     constexpr std::size_t kRowsAtOnce = std::size_t{1} << 20;
     NearSurfaceFinder finder(skin);
-    std::vector<Vec3f> batch;
+    std::vector<Vec3f> positions;
+    std::vector<double> radii;  // none if all particles are alike
     const auto handOver = [&] {
-        finder.add(batch);
-        batch.clear();
+        finder.add(positions, radii);
+        positions.clear();
+        radii.clear();
         leaveIfInterrupted();
     };
-    visitPositions(file, input, [&](std::span<const Vec3f> positions) {
-        batch.insert(batch.end(), positions.begin(), positions.end());
-        if (batch.size() >= kRowsAtOnce) handOver();
-    });
+    const auto append = [&](std::span<const Vec3f> more, std::span<const double> their_radii) {
+        positions.insert(positions.end(), more.begin(), more.end());
+        radii.insert(radii.end(), their_radii.begin(), their_radii.end());
+        if (positions.size() >= kRowsAtOnce) handOver();
+    };
+    if (skin.radius_attribute.empty()) {
+        visitPositions(file, input, [&](std::span<const Vec3f> more) { append(more, {}); });
+    } else {
+        std::size_t row = 0;
+        visitAttributes(file, input, [&](const Particles& more) {
+            append(more.position, particleSizes(more, skin, row).radius);
+            row += more.size();
+        });
+    }
     handOver();
     return finder.find();
 }
