@@ -10,6 +10,7 @@
 #include <atomic>
 #include <cmath>
 #include <optional>
+#include <utility>
 
 namespace betamesh {
 
@@ -239,47 +240,88 @@ std::vector<std::uint8_t> coveredParticles(const std::vector<Vec3i>& cell, const
     return coveredInCells(all, begin, offset, stencils);
 }
 
-std::vector<std::uint8_t> coveredByAlike(std::size_t n, std::int64_t largest_of_all,
+namespace {
+
+// Balls of nearly the same radius, by cells as wide as the largest of them.
+struct AlikeBalls {
+    std::span<const std::uint32_t> ball;
+    std::int64_t smallest, largest;  // radii, quanta
+    CellGrid grid;                   // rows of `ball`
+};
+
+// Of each row of alike.ball, 1 where the others cover it.
+std::vector<std::uint8_t> coveredByAlike(const AlikeBalls& alike,
+                                         const std::function<Vec3i(std::uint32_t)>& positionOf) {
+    const CellGrid& grid = alike.grid;
+    std::vector<Vec3i> cell(grid.cells());
+    std::vector<std::uint32_t> cell_begin(grid.cells() + 1, 0);
+    std::vector<CellOffset> offset(alike.ball.size());
+    parallelFor(cell.size(), 64, [&](std::size_t i) {
+        const auto c = static_cast<std::uint32_t>(i);
+        cell[c] = Vec3i(grid.cell(c).x, grid.cell(c).y, grid.cell(c).z);
+        cell_begin[c + 1] = grid.begin(c + 1);
+        for (std::uint32_t at = grid.begin(c); at < grid.begin(c + 1); ++at) {
+            const Vec3i corner = cell[c] * (2 * alike.largest);
+            offset[at] = cellOffset(positionOf(alike.ball[grid.rows()[at]]) - corner, alike.largest);
+        }
+    });
+    const std::vector<std::uint8_t> covered = coveredParticles(
+        cell, cell_begin, offset, static_cast<double>(alike.smallest) / static_cast<double>(alike.largest));
+    std::vector<std::uint8_t> is_covered(covered.size());
+    for (std::size_t i = 0; i < covered.size(); ++i) is_covered[grid.rows()[i]] = covered[i];
+    return is_covered;
+}
+
+// Numbers a ball's range of radii: 4k + b is for those up to (8 - b) / 8 of the largest / 2^k.
+std::size_t rangeOf(std::int64_t radius, std::int64_t largest) {
+    constexpr std::int64_t kRanges = 4;
+    std::size_t range = 0;
+    for (; radius <= largest / 2; largest /= 2) range += kRanges;
+    for (std::int64_t eighths = 2 * kRanges - 1; radius <= largest * eighths / (2 * kRanges); --eighths) ++range;
+    return range;
+}
+
+}  // namespace
+
+std::vector<std::uint8_t> coveredUnequal(std::size_t n, std::int64_t largest_of_all,
                                          const std::function<Vec3i(std::uint32_t)>& positionOf,
                                          const std::function<std::int64_t(std::uint32_t)>& radiusOf) {
-    // Four ranges of radii for each power of two: range 4k + b is of radii up to (8 - b) / 8 of the largest / 2^k.
-    constexpr std::int64_t kRanges = 4;
-    const auto rangeOf = [&](std::int64_t radius) {
-        std::size_t range = 0;
-        std::int64_t largest = largest_of_all;
-        for (; radius <= largest / 2; largest /= 2) range += kRanges;
-        for (std::int64_t eighths = 2 * kRanges - 1; radius <= largest * eighths / (2 * kRanges); --eighths) ++range;
-        return range;
-    };
-    const std::size_t ranges = rangeOf(1) + 1;
+    const std::size_t ranges = rangeOf(1, largest_of_all) + 1;
     const IndexRows balls_in = sortedIntoRows<std::uint32_t>(ranges, n, [&](std::size_t i, const auto& visit) {
         const auto ball = static_cast<std::uint32_t>(i);
-        visit(rangeOf(radiusOf(ball)), ball);
+        visit(rangeOf(radiusOf(ball), largest_of_all), ball);
     });
     std::vector<std::uint8_t> is_covered(n, 0);
+    std::vector<AlikeBalls> larger;  // the largest first
+    const auto isInsideOneOf = [&](const AlikeBalls& others, const Vec3i& position, std::int64_t radius) {
+        const Vec3 reach(static_cast<double>(others.largest - radius)), at = toDouble(position);
+        bool is_inside = false;
+        others.grid.forRowsIn(at - reach, at + reach, [&](std::uint32_t row) {
+            const std::int64_t margin = radiusOf(others.ball[row]) - radius;
+            is_inside = is_inside || (positionOf(others.ball[row]) - position).length2() < margin * margin;
+        });
+        return is_inside;
+    };
     for (std::size_t range = 0; range < ranges; ++range) {
-        const std::span<const std::uint32_t> alike = balls_in[range];
-        if (alike.empty()) continue;
-        std::int64_t smallest = radiusOf(alike[0]), largest = smallest;
-        for (const std::uint32_t ball : alike) {
+        const std::span<const std::uint32_t> balls = balls_in[range];
+        if (balls.empty()) continue;
+        std::int64_t smallest = radiusOf(balls[0]), largest = smallest;
+        for (const std::uint32_t ball : balls) {
             smallest = std::min(smallest, radiusOf(ball));
             largest = std::max(largest, radiusOf(ball));
         }
-        const CellGrid grid(alike.size(), static_cast<double>(2 * largest),
-                            [&](std::size_t i) { return toDouble(positionOf(alike[i])); });
-        std::vector<Vec3i> cell(grid.cells());
-        std::vector<std::uint32_t> cell_begin(grid.cells() + 1, 0);
-        std::vector<CellOffset> offset(alike.size());
-        parallelFor(cell.size(), 64, [&](std::size_t i) {
-            const auto c = static_cast<std::uint32_t>(i);
-            cell[c] = Vec3i(grid.cell(c).x, grid.cell(c).y, grid.cell(c).z);
-            cell_begin[c + 1] = grid.begin(c + 1);
-            for (std::uint32_t at = grid.begin(c); at < grid.begin(c + 1); ++at)
-                offset[at] = cellOffset(positionOf(alike[grid.rows()[at]]) - cell[c] * (2 * largest), largest);
+        CellGrid grid(balls.size(), static_cast<double>(2 * largest),
+                      [&](std::size_t i) { return toDouble(positionOf(balls[i])); });
+        const AlikeBalls& alike = larger.emplace_back(AlikeBalls{balls, smallest, largest, std::move(grid)});
+        const std::vector<std::uint8_t> by_alike = coveredByAlike(alike, positionOf);
+        parallelFor(balls.size(), 256, [&](std::size_t i) {
+            const std::int64_t radius = radiusOf(balls[i]);
+            is_covered[balls[i]] = by_alike[i];
+            for (const AlikeBalls& others : larger) {
+                if (is_covered[balls[i]] || others.largest < 2 * radius) break;
+                is_covered[balls[i]] = isInsideOneOf(others, positionOf(balls[i]), radius);
+            }
         });
-        const std::vector<std::uint8_t> covered =
-            coveredParticles(cell, cell_begin, offset, static_cast<double>(smallest) / static_cast<double>(largest));
-        for (std::size_t i = 0; i < covered.size(); ++i) is_covered[alike[grid.rows()[i]]] = covered[i];
     }
     return is_covered;
 }
@@ -290,7 +332,7 @@ std::vector<std::uint32_t> exposureCandidates(const SnappedParticles& particles)
     };
     if (!particles.is_covered.empty()) return uncovered(particles.is_covered);
     if (particles.size_classes)
-        return uncovered(coveredByAlike(
+        return uncovered(coveredUnequal(
             particles.size(), particles.radius, [&](std::uint32_t i) { return particles.position[i]; },
             [&](std::uint32_t i) { return particles.radiusOf(i); }));
     std::vector<CellOffset> offset(particles.size());

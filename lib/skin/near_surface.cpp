@@ -219,7 +219,7 @@ bool NearSurfaceFinder::State::isUnequal() const {
 }
 
 std::vector<std::uint8_t> NearSurfaceFinder::State::coveredAmongSized() const {
-    return coveredByAlike(
+    return coveredUnequal(
         particles, grid.radius(),
         [&](std::uint32_t row) { return grid.at(sized[row / kRowsPerBatch].position[row % kRowsPerBatch]); },
         [&](std::uint32_t row) {

@@ -99,6 +99,15 @@ TEST(ParticleInput, ChosenParticlesAreThoseOfTheWholeFileThatFit) {
                 positions.insert(positions.end(), some.begin(), some.end());
             });
             EXPECT_EQ(positions, expected.position);
+            positions.clear();
+            std::vector<std::int32_t> states;
+            visitAttributes(file, input, [&](const Particles& some) {
+                positions.insert(positions.end(), some.position.begin(), some.position.end());
+                const std::vector<std::int32_t>& more = attributeOf(some, "state").integer;
+                states.insert(states.end(), more.begin(), more.end());
+            });
+            EXPECT_EQ(positions, expected.position);
+            EXPECT_EQ(states, attributeOf(expected, "state").integer);
             const std::vector<std::uint32_t> rows{0, 7, static_cast<std::uint32_t>(expected.size()) - 1};
             expectSame(readParticles(file, input, rows), particlesWhere(expected, [&](std::size_t row) {
                            return std::find(rows.begin(), rows.end(), row) != rows.end();
@@ -143,6 +152,9 @@ TEST(ParticleInput, BadParticlesAreAnErrorOrAreDroppedAndCounted) {
     std::size_t visited = 0;
     visitPositions(file, input, [&](std::span<const Vec3f> some) { visited += some.size(); });
     EXPECT_EQ(visited, 19998U);  // the same particles as are read
+    visited = 0;
+    visitAttributes(file, input, [&](const Particles& some) { visited += some.size(); });
+    EXPECT_EQ(visited, 19998U);
 }
 
 TEST(ParticleInput, GroupsAndGridsThatAreNotThereAreNamed) {
