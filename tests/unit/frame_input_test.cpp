@@ -1,0 +1,69 @@
+// The particles of a frame near its surface, read from files that need not fit into memory.
+
+#include "batch/job/frame_input.h"
+
+#include "skin/particle_sizes.h"
+#include "support/file_checks.h"
+
+#include <gtest/gtest.h>
+
+namespace betamesh {
+namespace {
+
+/// A block of n³ particles with spacing 1, and the size of each as the attribute pscale.
+Particles blockWithSizes(int n) {
+    Particles particles;
+    particles.attributes.push_back({"pscale", 1, {}, {}});
+    for (int i = 0; i < n * n * n; ++i) {
+        particles.position.emplace_back(static_cast<float>(i % n), static_cast<float>(i / n % n),
+                                        static_cast<float>(i / (n * n)));
+        particles.attributes[0].real.push_back(i % 3 == 0 ? 1.0F : 0.95F);
+    }
+    return particles;
+}
+
+Liquid readNear(const std::string& file, const Plan& plan) {
+    FrameTask task;
+    task.input = file;
+    FileIdentity identity;
+    return readInput(task, plan, true, identity, [](const std::string&) {});
+}
+
+TEST(FrameInput, SizesOfParticlesAreReadWithTheirPositions) {
+    const TemporaryFolder folder;
+    Plan plan;
+    plan.skin.radius = 0.3;  // of other particles
+    plan.skin.radius_attribute = "pscale";
+    plan.skin.skin = 0;
+    Particles particles = blockWithSizes(30);
+    NearSurfaceFinder finder(plan.skin);
+    finder.add(particles.position, particleSizes(particles, plan.skin).radius);
+    const NearSurface expected = finder.find();
+    EXPECT_GT(expected.omitted(), 1000U);
+    EXPECT_NEAR(expected.largest, 1.5, 1e-6);
+    for (const char* name : {"a.ply", "a.bgeo.sc", "a.vdb", "a.vtp", "a.csv"}) {
+        SCOPED_TRACE(name);
+        writeParticles(folder / name, particles);
+        const Particles all = readParticles(folder / name);  // a .vdb has another order
+        NearSurfaceFinder again(plan.skin);
+        again.add(all.position, particleSizes(all, plan.skin).radius);
+        const NearSurface near = again.find();
+        const Liquid liquid = readNear(folder / name, plan);
+        ASSERT_TRUE(liquid.near.has_value());
+        EXPECT_EQ(liquid.near->omitted(), expected.omitted());
+        EXPECT_EQ(liquid.near->largest, expected.largest);
+        EXPECT_TRUE(liquid.near->is_unequal);
+        EXPECT_EQ(liquid.near->row, near.row);
+        EXPECT_EQ(liquid.particles.position, rowsOf(all, near.row).position);
+    }
+    particles.attributes[0].real[20000] = 0;
+    writeParticles(folder / "bad.ply", particles);
+    expectError([&] { readNear(folder / "bad.ply", plan); }, {"particle 20000 has pscale = 0", "above 0"});
+    plan.config.input.where = "pscale > 0";
+    EXPECT_EQ(readNear(folder / "bad.ply", plan).near->particles, particles.size() - 1);
+    plan.skin.radius_attribute = "size";
+    expectError([&] { readNear(folder / "bad.ply", plan); }, {"no attribute 'size'", "pscale"});
+}
+
+}  // namespace
+}  // namespace betamesh
