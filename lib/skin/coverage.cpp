@@ -9,7 +9,7 @@
 #include <array>
 #include <atomic>
 #include <cmath>
-#include <optional>
+#include <span>
 #include <utility>
 
 namespace betamesh {
@@ -35,13 +35,14 @@ using WindowWords = std::uint32_t __attribute__((vector_size(32), aligned(4)));
 using Stencil = std::array<SliceRows, kSlices>;
 
 // For each sub-voxel position of a particle: the voxels wholly inside its ball, and those its sphere passes through.
-// With balls of several radii, the voxels wholly inside the smallest, and all that the sphere of any passes through.
-struct Stencils {
+// For balls of several radii, the voxels wholly inside the smallest, and all that the sphere of any passes through.
+// Aligned for the widest registers, whatever the processor that this file is compiled for.
+struct alignas(64) Stencils {
     std::array<Stencil, kSubsteps * kSubsteps * kSubsteps> inside, sphere;
 };
 
-// smallest: radius of the smallest balls, in radii of the largest.
-Stencils computedStencils(double smallest) {
+// smallest, largest: radii of the balls, in R.
+Stencils computedStencils(double smallest, double largest) {
     // Least and greatest squared distance along one axis between a point of a voxel and one of a sub-voxel interval.
     struct SquaredDistances {
         double least, greatest;
@@ -56,7 +57,7 @@ Stencils computedStencils(double smallest) {
                 least * least, greatest * greatest};
         }
     const double inside_squared = (kRadius * smallest - kSlack) * (kRadius * smallest - kSlack);
-    constexpr double kOutsideSquared = (kRadius + kSlack) * (kRadius + kSlack);
+    const double outside_squared = (kRadius * largest + kSlack) * (kRadius * largest + kSlack);
     Stencils stencils{};
     for (std::size_t position = 0; position < stencils.inside.size(); ++position) {
         const auto& along_x = along[position % kSubsteps];
@@ -68,7 +69,7 @@ Stencils computedStencils(double smallest) {
                     const auto bit = static_cast<std::uint16_t>(1U << x);
                     if (along_x[x].greatest + along_y[y].greatest + along_z[z].greatest < inside_squared)
                         stencils.inside[position][z][y] |= bit;
-                    else if (along_x[x].least + along_y[y].least + along_z[z].least < kOutsideSquared)
+                    else if (along_x[x].least + along_y[y].least + along_z[z].least < outside_squared)
                         stencils.sphere[position][z][y] |= bit;
                 }
     }
@@ -178,9 +179,10 @@ std::vector<Vec3i> emptyBesideDenseCells(const std::vector<Vec3i>& cell, const s
     return empty;
 }
 
-// As coveredParticles(), for a list of cells that may include empty ones.
+// As coveredParticles(), for a list of cells that may include empty ones. stencilsOf(i): those for a ball's radius.
+template <typename StencilsOf>
 std::vector<std::uint8_t> coveredInCells(const std::vector<Vec3i>& cell, const std::vector<std::uint32_t>& cell_begin,
-                                         const std::vector<CellOffset>& offset, const Stencils& stencils) {
+                                         const std::vector<CellOffset>& offset, const StencilsOf& stencilsOf) {
     constexpr std::size_t kCellsPerTask = 16;
     std::vector<Brick> bricks(cell.size(), Brick{});
     parallelRanges(bricks.size(), kCellsPerTask, [&](std::size_t first, std::size_t last) {
@@ -189,7 +191,7 @@ std::vector<std::uint8_t> coveredInCells(const std::vector<Vec3i>& cell, const s
             Window window{};
             for (std::uint32_t i = cell_begin[c]; i < cell_begin[c + 1]; ++i) {
                 const StencilPosition p = stencilPosition(offset[i]);
-                setInside(window, p, stencils.inside[p.table]);
+                setInside(window, p, stencilsOf(i).inside[p.table]);
             }
             around.forEach(c, [&](const Vec3i& where, std::size_t other) {
                 if (!bricks[other].isFull()) addToBrick(bricks[other], window, where);
@@ -210,24 +212,20 @@ std::vector<std::uint8_t> coveredInCells(const std::vector<Vec3i>& cell, const s
                            [&](const Vec3i& where, std::size_t other) { addToWindow(bricks[other], window, where); });
             for (std::uint32_t i = cell_begin[c]; i < cell_begin[c + 1]; ++i) {
                 const StencilPosition p = stencilPosition(offset[i]);
-                is_covered[i] = coversAll(window, p, stencils.sphere[p.table]);
+                is_covered[i] = coversAll(window, p, stencilsOf(i).sphere[p.table]);
             }
         }
     });
     return is_covered;
 }
 
-}  // namespace
-
-std::vector<std::uint8_t> coveredParticles(const std::vector<Vec3i>& cell, const std::vector<std::uint32_t>& cell_begin,
-                                           const std::vector<CellOffset>& offset, double smallest) {
-    static const Stencils of_one_radius = computedStencils(1);
-    std::optional<Stencils> of_several;
-    if (smallest < 1) of_several = computedStencils(smallest);
-    const Stencils& stencils = of_several ? *of_several : of_one_radius;
+// As coveredParticles(), for occupied cells.
+template <typename StencilsOf>
+std::vector<std::uint8_t> coveredBy(const std::vector<Vec3i>& cell, const std::vector<std::uint32_t>& cell_begin,
+                                    const std::vector<CellOffset>& offset, const StencilsOf& stencilsOf) {
     const std::vector<Vec3i> empty = emptyBesideDenseCells(cell, cell_begin);
     if (empty.empty())
-        return coveredInCells(cell, cell_begin, offset, stencils);  // the usual case, without a copy of the cells
+        return coveredInCells(cell, cell_begin, offset, stencilsOf);  // the usual case, without a copy of the cells
     std::vector<Vec3i> all(cell.size() + empty.size());
     std::merge(cell.begin(), cell.end(), empty.begin(), empty.end(), all.begin(), cellBefore);
     std::vector<std::uint32_t> begin;
@@ -237,21 +235,33 @@ std::vector<std::uint8_t> coveredParticles(const std::vector<Vec3i>& cell, const
         passed += passed < cell.size() && cell[passed] == here;
     }
     begin.push_back(cell_begin.back());
-    return coveredInCells(all, begin, offset, stencils);
+    return coveredInCells(all, begin, offset, stencilsOf);
 }
 
-namespace {
-
-// Balls of nearly the same radius, by cells as wide as the largest of them.
+// Balls of which the largest is at most about twice as large as the smallest, by cells as wide as the largest.
 struct AlikeBalls {
-    std::span<const std::uint32_t> ball;
-    std::int64_t smallest, largest;  // radii, quanta
-    CellGrid grid;                   // rows of `ball`
+    std::span<const std::uint32_t> ball;  // the larger ranges first
+    std::vector<std::uint32_t> begin;     // first row of `ball` of each range of nearly the same radius, and the end
+    std::int64_t largest;                 // radius, quanta
+    CellGrid grid;                        // rows of `ball`
 };
 
-// Of each row of alike.ball, 1 where the others cover it.
-std::vector<std::uint8_t> coveredByAlike(const AlikeBalls& alike,
-                                         const std::function<Vec3i(std::uint32_t)>& positionOf) {
+// Of each row of alike.ball, 1 where the others cover it. radiusOf, positionOf: of a ball.
+template <typename PositionOf, typename RadiusOf>
+std::vector<std::uint8_t> coveredByAlike(const AlikeBalls& alike, const PositionOf& positionOf,
+                                         const RadiusOf& radiusOf) {
+    std::vector<Stencils> stencils(alike.begin.size() - 1);
+    std::vector<std::uint8_t> range_of(alike.ball.size());  // of each row
+    for (std::size_t range = 0; range < stencils.size(); ++range) {
+        const std::uint32_t first = alike.begin[range], last = alike.begin[range + 1];
+        if (first == last) continue;
+        const auto balls = alike.ball.subspan(first, last - first);
+        const auto [least, most] = std::ranges::minmax_element(balls, {}, radiusOf);
+        const auto scale = static_cast<double>(alike.largest);
+        stencils[range] = computedStencils(static_cast<double>(radiusOf(*least)) / scale,
+                                           static_cast<double>(radiusOf(*most)) / scale);
+        std::fill(range_of.begin() + first, range_of.begin() + last, static_cast<std::uint8_t>(range));
+    }
     const CellGrid& grid = alike.grid;
     std::vector<Vec3i> cell(grid.cells());
     std::vector<std::uint32_t> cell_begin(grid.cells() + 1, 0);
@@ -265,34 +275,51 @@ std::vector<std::uint8_t> coveredByAlike(const AlikeBalls& alike,
             offset[at] = cellOffset(positionOf(alike.ball[grid.rows()[at]]) - corner, alike.largest);
         }
     });
-    const std::vector<std::uint8_t> covered = coveredParticles(
-        cell, cell_begin, offset, static_cast<double>(alike.smallest) / static_cast<double>(alike.largest));
+    const std::vector<std::uint8_t> covered = coveredBy(
+        cell, cell_begin, offset, [&](std::size_t i) -> const Stencils& { return stencils[range_of[grid.rows()[i]]]; });
     std::vector<std::uint8_t> is_covered(covered.size());
     for (std::size_t i = 0; i < covered.size(); ++i) is_covered[grid.rows()[i]] = covered[i];
     return is_covered;
 }
 
+constexpr std::size_t kRangesPerFactorOfTwo = 4;
+
 // Numbers a ball's range of radii: 4k + b is for those up to (8 - b) / 8 of the largest / 2^k.
 std::size_t rangeOf(std::int64_t radius, std::int64_t largest) {
-    constexpr std::int64_t kRanges = 4;
+    constexpr std::int64_t kEighths = 2 * kRangesPerFactorOfTwo;
     std::size_t range = 0;
-    for (; radius <= largest / 2; largest /= 2) range += kRanges;
-    for (std::int64_t eighths = 2 * kRanges - 1; radius <= largest * eighths / (2 * kRanges); --eighths) ++range;
+    for (; radius <= largest / 2; largest /= 2) range += kRangesPerFactorOfTwo;
+    for (std::int64_t eighths = kEighths - 1; radius <= largest * eighths / kEighths; --eighths) ++range;
     return range;
 }
 
 }  // namespace
 
-std::vector<std::uint8_t> coveredUnequal(std::size_t n, std::int64_t largest_of_all,
+std::vector<std::uint8_t> coveredParticles(const std::vector<Vec3i>& cell, const std::vector<std::uint32_t>& cell_begin,
+                                           const std::vector<CellOffset>& offset) {
+    static const Stencils stencils = computedStencils(1, 1);
+    return coveredBy(cell, cell_begin, offset, [](std::size_t) -> const Stencils& { return stencils; });
+}
+
+std::vector<std::uint8_t> coveredUnequal(std::size_t n, std::int64_t largest,
                                          const std::function<Vec3i(std::uint32_t)>& positionOf,
                                          const std::function<std::int64_t(std::uint32_t)>& radiusOf) {
-    const std::size_t ranges = rangeOf(1, largest_of_all) + 1;
+    const std::size_t ranges = rangeOf(1, largest) + 1;
     const IndexRows balls_in = sortedIntoRows<std::uint32_t>(ranges, n, [&](std::size_t i, const auto& visit) {
         const auto ball = static_cast<std::uint32_t>(i);
-        visit(rangeOf(radiusOf(ball), largest_of_all), ball);
+        visit(rangeOf(radiusOf(ball), largest), ball);
     });
-    std::vector<std::uint8_t> is_covered(n, 0);
-    std::vector<AlikeBalls> larger;  // the largest first
+    // The balls of several ranges in succession.
+    const auto alikeIn = [&](std::size_t first, std::size_t last) {
+        const std::uint32_t begin = balls_in.begin[first];
+        const auto balls = std::span(balls_in.item).subspan(begin, balls_in.begin[last] - begin);
+        std::vector<std::uint32_t> begin_of;
+        for (std::size_t range = first; range <= last; ++range) begin_of.push_back(balls_in.begin[range] - begin);
+        const std::int64_t most = radiusOf(*std::ranges::max_element(balls, {}, radiusOf));
+        CellGrid grid(balls.size(), static_cast<double>(2 * most),
+                      [&](std::size_t i) { return toDouble(positionOf(balls[i])); });
+        return AlikeBalls{balls, std::move(begin_of), most, std::move(grid)};
+    };
     const auto isInsideOneOf = [&](const AlikeBalls& others, const Vec3i& position, std::int64_t radius) {
         const Vec3 reach(static_cast<double>(others.largest - radius)), at = toDouble(position);
         bool is_inside = false;
@@ -302,18 +329,13 @@ std::vector<std::uint8_t> coveredUnequal(std::size_t n, std::int64_t largest_of_
         });
         return is_inside;
     };
+    std::vector<std::uint8_t> is_covered(n, 0);
+    std::vector<AlikeBalls> larger;  // the largest first
     for (std::size_t range = 0; range < ranges; ++range) {
         const std::span<const std::uint32_t> balls = balls_in[range];
         if (balls.empty()) continue;
-        std::int64_t smallest = radiusOf(balls[0]), largest = smallest;
-        for (const std::uint32_t ball : balls) {
-            smallest = std::min(smallest, radiusOf(ball));
-            largest = std::max(largest, radiusOf(ball));
-        }
-        CellGrid grid(balls.size(), static_cast<double>(2 * largest),
-                      [&](std::size_t i) { return toDouble(positionOf(balls[i])); });
-        const AlikeBalls& alike = larger.emplace_back(AlikeBalls{balls, smallest, largest, std::move(grid)});
-        const std::vector<std::uint8_t> by_alike = coveredByAlike(alike, positionOf);
+        larger.push_back(alikeIn(range, range + 1));
+        const std::vector<std::uint8_t> by_alike = coveredByAlike(larger.back(), positionOf, radiusOf);
         parallelFor(balls.size(), 256, [&](std::size_t i) {
             const std::int64_t radius = radiusOf(balls[i]);
             is_covered[balls[i]] = by_alike[i];
@@ -322,6 +344,19 @@ std::vector<std::uint8_t> coveredUnequal(std::size_t n, std::int64_t largest_of_
                 is_covered[balls[i]] = isInsideOneOf(others, positionOf(balls[i]), radius);
             }
         });
+    }
+    // Together, balls of several ranges cover more, but small ones are resolved less finely.
+    std::pair<std::uint32_t, std::uint32_t> previous;
+    for (std::size_t first = 0; first < ranges; first += kRangesPerFactorOfTwo / 2) {
+        const std::size_t last = std::min(first + kRangesPerFactorOfTwo, ranges);
+        std::size_t occupied = 0;
+        for (std::size_t range = first; range < last; ++range) occupied += !balls_in[range].empty();
+        const std::pair balls(balls_in.begin[first], balls_in.begin[last]);
+        if (occupied < 2 || balls == previous) continue;
+        previous = balls;
+        const AlikeBalls alike = alikeIn(first, last);
+        const std::vector<std::uint8_t> by_alike = coveredByAlike(alike, positionOf, radiusOf);
+        for (std::size_t i = 0; i < by_alike.size(); ++i) is_covered[alike.ball[i]] |= by_alike[i];
     }
     return is_covered;
 }

@@ -32,20 +32,20 @@ inline CellOffset cellOffset(const Vec3i& from_corner, std::int64_t radius) {
 /// conservative: a covered particle may be missed, an exposed one is never reported. Empty cells count as not covered,
 /// except beside dense cells. Only the 27 cells round a particle can cover its ball.
 ///
-/// in      cells in order and the first particle of each, as in SnappedParticles; each particle's offset in its cell;
-///         smallest: radius of the smallest ball in radii R of the largest. The fewer are found the more they differ
+/// in      cells in order and the first particle of each, as in SnappedParticles; each particle's offset in its cell
 /// out     per particle, 1 if it is covered; particles with equal offsets in a cell get equal answers
 /// same    result for any thread count, instruction set and order of particles in a cell
 /// cost    O(n), about 40 ns per particle; 64 bytes per cell, and per empty cell beside a dense one
 std::vector<std::uint8_t> coveredParticles(const std::vector<Vec3i>& cell, const std::vector<std::uint32_t>& cell_begin,
-                                           const std::vector<CellOffset>& offset, double smallest = 1);
+                                           const std::vector<CellOffset>& offset);
 
-/// The same for balls of different radii: of each of n, 1 where others of nearly the same radius cover it, or where it
-/// lies inside one at least twice as large. What several unlike balls cover together is not found.
+/// The same for balls of different radii: of each of n, 1 where others cover it that are at most about twice as large
+/// or as small, or where it lies inside one at least twice as large. The fewer are found the more the radii differ;
+/// none that balls of more unlike radii cover together.
 ///
 /// in      radius of the largest, positions and radii, all in quanta
-/// cost    O(n), about 60 ns per ball, and 1 µs for each that others of nearly the same radius do not cover; 17 bytes
-///         per ball
+/// cost    O(n), about 100 ns per ball, 400 ns where radii vary from ball to ball, and 1 µs for each that is not
+///         covered; 20 bytes per ball
 std::vector<std::uint8_t> coveredUnequal(std::size_t n, std::int64_t largest,
                                          const std::function<Vec3i(std::uint32_t)>& positionOf,
                                          const std::function<std::int64_t(std::uint32_t)>& radiusOf);
