@@ -1,6 +1,8 @@
 
 #include "exact/predicates.h"
 
+#include "exact/wide.h"
+
 #include <cassert>
 #include <cmath>
 #include <utility>
@@ -9,31 +11,7 @@ namespace betamesh {
 
 namespace {
 
-using Int = __int128;
-using Unsigned = unsigned __int128;
-
-struct Wide {  // an unsigned integer of 256 bits
-    Unsigned high, low;
-};
-
-Wide multiply(Unsigned a, Unsigned b) {
-    const Unsigned mask = ~std::uint64_t{0};
-    const Unsigned a0 = a & mask, a1 = a >> 64, b0 = b & mask, b1 = b >> 64;
-    const Unsigned low = a0 * b0, cross0 = a1 * b0, cross1 = a0 * b1, high = a1 * b1;
-    const Unsigned middle = (low >> 64) + (cross0 & mask) + (cross1 & mask);
-    return {high + (cross0 >> 64) + (cross1 >> 64) + (middle >> 64), (middle << 64) | (low & mask)};
-}
-
-int compare(const Wide& a, const Wide& b) {
-    if (a.high != b.high) return a.high < b.high ? -1 : 1;
-    if (a.low != b.low) return a.low < b.low ? -1 : 1;
-    return 0;
-}
-
 constexpr double kRounding = 0x1p-53;
-
-int sign(Int x) { return (x > 0) - (x < 0); }
-Unsigned magnitude(Int x) { return x < 0 ? -static_cast<Unsigned>(x) : static_cast<Unsigned>(x); }
 
 // Sums wrap modulo 2^128. The final values fit whenever the triangle has a circumradius of at most R.
 Unsigned dotWide(const Vec3i& a, const Vec3i& b) {

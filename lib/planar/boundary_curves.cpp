@@ -60,11 +60,14 @@ BetaCurve paperCurve(const DiscBoundary& boundary, const std::vector<DualVec3>& 
 
 BetaCurve completeCurve(const DiscBoundary& boundary, const std::vector<DualVec3>& discs,
                         const std::vector<DualVec3>& vertices, int directions) {
-    const double step = 2 * std::numbers::pi / directions, radius = boundary.worldRadius();
+    const double step = 2 * std::numbers::pi / directions;
     BetaCurve curve;
     const auto addPoint = [&](std::uint32_t disc, double angle) {
         const auto [sine, cosine] = sineCosine(angle);
-        curve.add({discs[disc].position + Vec3(cosine, sine, 0) * radius, discs[disc].velocity}, false);
+        const Vec3 outwards(cosine, sine, 0);
+        const Dual radius = boundary.worldRadiusOf(disc);
+        curve.add({discs[disc].position + outwards * radius.value, discs[disc].velocity + outwards * radius.rate},
+                  false);
     };
     for (std::size_t c = 0; c < boundary.cycle.size(); ++c) {
         for (const std::uint32_t v : boundary.cycle[c]) {

@@ -58,7 +58,7 @@ BetaCurve paperCurve(const DiscBoundary& boundary, const std::vector<DualVec3>& 
 /// The complete beta mesh: every arc from vertex to vertex, with a point wherever it passes one of `directions` (>= 8)
 /// fixed directions from its centre; isolated discs become polygons of these points. A point appears or vanishes where
 /// it coincides with the end of its arc, so the curve moves continuously. Nothing crosses before smoothing, because all
-/// points of a disc are on one circle and in its Voronoi cell.
+/// points of a disc are on one circle and in its power cell.
 ///
 /// out     one line per cycle of the boundary, then one per isolated disc
 /// cost    O(points)

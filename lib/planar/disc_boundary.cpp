@@ -22,6 +22,14 @@ constexpr std::size_t kParticlesPerTask = 256;
 
 std::int64_t dotXY(const Vec3i& a, const Vec3i& b) { return a.x * b.x + a.y * b.y; }
 
+// A disc as a neighbour of another one.
+Neighbour neighbourOf(const DiscBoundary& boundary, std::uint32_t disc, std::uint32_t other) {
+    const Vec3 offset = toDouble(boundary.position[other] - boundary.position[disc]);
+    const std::int64_t own = boundary.radiusOf(disc), radius = boundary.radiusOf(other);
+    return {offset, dot(offset, offset) + static_cast<double>(own * own - radius * radius), other,
+            static_cast<std::int32_t>(radius)};
+}
+
 }  // namespace
 
 double arcAngle(const DiscBoundary& boundary, std::uint32_t v) {
@@ -32,10 +40,13 @@ double arcAngle(const DiscBoundary& boundary, std::uint32_t v) {
     const double angle = angleOf(crossZ(begin, end), begin.x * end.x + begin.y * end.y);
     if (std::abs(angle) > kNearlyZero) return angle < 0 ? angle + kTurn : angle;
     // The arc is either nearly empty or nearly the whole circle. In the latter case the covered rest begins with one
-    // neighbour and ends with the other, both distant in nearly the same direction.
+    // neighbour and ends with the other, both distant in nearly the same direction, and each covers less than half of
+    // the circle. (Around a nearly empty arc these directions can be so close only if one covers more than half.)
+    const auto coversLess = [&](std::uint32_t other) { return neighbourOf(boundary, disc, other).power > 0; };
     const Vec3i from = boundary.position[before] - boundary.position[disc],
                 to = boundary.position[after] - boundary.position[disc];
-    const bool whole = before == after || (crossZ(from, to) < 0 && dotXY(from, to) > 0);
+    const bool follow = before == after || (crossZ(from, to) < 0 && dotXY(from, to) > 0);
+    const bool whole = follow && coversLess(before) && coversLess(after);
     return whole ? std::min(kTurn, kTurn + angle) : std::max(0.0, angle);
 }
 
@@ -47,12 +58,26 @@ struct AlphaSegments {
     std::vector<std::uint32_t> isolated;
 };
 
-// Is the disc to the right of the segment to `u` empty? `blocker` is the neighbour found inside the previous disc; it
-// is tested first, because it is probably inside this one, too.
-bool isEmpty(const Neighbour& u, const std::vector<Neighbour>& neighbours, double radius, const Neighbour*& blocker) {
-    const auto isInside = [&](const Neighbour& w) {
-        return w.particle != u.particle && insideDisc(u.offset, w.offset, radius);
-    };
+// The CircleIntersection of discs of one radius, where the predicate is simpler.
+class EqualCircleIntersection {
+public:
+    EqualCircleIntersection(const Neighbour& u, double radius, double) : u_(u.offset), radius_(radius) {}
+
+    Vec3 position() const { return discCentre(u_, radius_); }
+    bool isInside(const Neighbour& w) const { return insideDisc(u_, w.offset, radius_); }
+
+private:
+    Vec3 u_;
+    double radius_;
+};
+
+// Is the point where the circles of a particle and of u meet in no other disc? `blocker` is the neighbour found around
+// the previous point; it is tested first, because it probably contains this one, too.
+template <typename Intersection>
+bool isExposed(const Neighbour& u, const std::vector<Neighbour>& neighbours, double radius, double largest,
+               const Neighbour*& blocker) {
+    const Intersection intersection(u, radius, largest);
+    const auto isInside = [&](const Neighbour& w) { return w.particle != u.particle && intersection.isInside(w); };
     if (blocker != nullptr && isInside(*blocker)) return false;
     const auto found = std::find_if(neighbours.begin(), neighbours.end(), isInside);
     if (found == neighbours.end()) return true;
@@ -60,18 +85,29 @@ bool isEmpty(const Neighbour& u, const std::vector<Neighbour>& neighbours, doubl
     return false;
 }
 
+// Is the disc inside that of a neighbour?
+bool isHidden(const std::vector<Neighbour>& neighbours, double radius) {
+    return std::any_of(neighbours.begin(), neighbours.end(), [&](const Neighbour& n) {
+        const double difference = n.radius - radius;
+        return difference > 0 && n.squaredDistance() < difference * difference;
+    });
+}
+
+template <typename Intersection>
 AlphaSegments segmentsFrom(const SnappedParticles& particles, std::uint32_t begin, std::uint32_t end) {
-    const auto radius = static_cast<double>(particles.radius);
+    const auto largest = static_cast<double>(particles.radius);
     AlphaSegments found;
     NeighbourFinder finder(particles);
     std::vector<Neighbour> neighbours, ends;
     for (std::uint32_t i = begin; i < end; ++i) {
+        const auto radius = static_cast<double>(particles.radiusOf(i));
         finder.find(i, neighbours);
         if (neighbours.empty()) found.isolated.push_back(i);
+        if (!particles.radius_of.empty() && isHidden(neighbours, radius)) continue;
         ends.clear();
         const Neighbour* blocker = nullptr;
         for (const Neighbour& u : neighbours)
-            if (isEmpty(u, neighbours, radius, blocker)) ends.push_back(u);
+            if (isExposed<Intersection>(u, neighbours, radius, largest, blocker)) ends.push_back(u);
         std::sort(ends.begin(), ends.end(),
                   [](const Neighbour& a, const Neighbour& b) { return directionBefore(a.offset, b.offset); });
         for (const Neighbour& u : ends) found.segment.push_back({i, u.particle});
@@ -84,7 +120,9 @@ AlphaSegments allSegments(const SnappedParticles& particles) {
     std::vector<AlphaSegments> parts((n + kParticlesPerTask - 1) / kParticlesPerTask);
     parallelFor(parts.size(), 1, [&](std::size_t task) {
         const auto begin = static_cast<std::uint32_t>(task * kParticlesPerTask);
-        parts[task] = segmentsFrom(particles, begin, std::min<std::uint32_t>(n, begin + kParticlesPerTask));
+        const std::uint32_t end = std::min<std::uint32_t>(n, begin + kParticlesPerTask);
+        parts[task] = particles.radius_of.empty() ? segmentsFrom<EqualCircleIntersection>(particles, begin, end)
+                                                  : segmentsFrom<CircleIntersection>(particles, begin, end);
     });
     AlphaSegments all;
     for (const AlphaSegments& part : parts) {
@@ -105,6 +143,7 @@ void numberDiscs(const SnappedParticles& particles, AlphaSegments& alpha, DiscBo
         boundary.position.push_back(particles.position[i]);
         boundary.row.push_back(particles.row[i]);
         boundary.snapped_row.push_back(i);
+        if (!particles.radius_of.empty()) boundary.radius_of.push_back(particles.radius_of[i]);
     }
     for (auto& segment : alpha.segment) segment = {disc[segment[0]], disc[segment[1]]};
     for (std::uint32_t& i : alpha.isolated) i = disc[i];
@@ -120,8 +159,10 @@ struct ArcEnd {
 };
 
 // On each circle the vertex that enters is linked to the next one, counter-clockwise, that leaves. The part of the
-// circle that is covered between two arcs begins with one disc and ends with another or the same one, and the
-// directions of the two follow each other in this order.
+// circle that is covered between two arcs begins with one disc and ends with another or the same one. The directions of
+// the two follow each other in this order, whatever their radii: each is the middle of what its disc covers, and both
+// the begin and the end of this are earlier for the first disc. As each direction is inside the covered part that the
+// disc belongs to, the directions of different parts follow each other like the parts.
 void linkVertices(DiscBoundary& boundary) {
     const std::size_t discs = boundary.position.size();
     CompressedRows<ArcEnd> ends =
@@ -159,6 +200,18 @@ void collectCycles(DiscBoundary& boundary) {
     }
 }
 
+template <typename Intersection>
+void setVertices(DiscBoundary& boundary) {
+    const auto largest = static_cast<double>(boundary.radius);
+    boundary.vertex.resize(boundary.segment.size());
+    parallelFor(boundary.segment.size(), 1024, [&](std::size_t v) {
+        const std::uint32_t from = boundary.segment[v][0], to = boundary.segment[v][1];
+        const Intersection intersection(neighbourOf(boundary, from, to), static_cast<double>(boundary.radiusOf(from)),
+                                        largest);
+        boundary.vertex[v] = (toDouble(boundary.position[from]) + intersection.position()) * boundary.quantum;
+    });
+}
+
 }  // namespace
 
 DiscBoundary discBoundary(const SnappedParticles& particles) {
@@ -167,13 +220,10 @@ DiscBoundary discBoundary(const SnappedParticles& particles) {
     boundary.radius = particles.radius;
     AlphaSegments alpha = allSegments(particles);
     numberDiscs(particles, alpha, boundary);
-    const auto radius = static_cast<double>(particles.radius);
-    boundary.vertex.resize(boundary.segment.size());
-    parallelFor(boundary.segment.size(), 1024, [&](std::size_t v) {
-        const auto [from, to] = boundary.segment[v];
-        const Vec3 offset = toDouble(boundary.position[to] - boundary.position[from]);
-        boundary.vertex[v] = (toDouble(boundary.position[from]) + discCentre(offset, radius)) * particles.quantum;
-    });
+    if (particles.radius_of.empty())
+        setVertices<EqualCircleIntersection>(boundary);
+    else
+        setVertices<CircleIntersection>(boundary);
     linkVertices(boundary);
     collectCycles(boundary);
     return boundary;
@@ -182,7 +232,7 @@ DiscBoundary discBoundary(const SnappedParticles& particles) {
 namespace {
 
 // The sample that represents the part of a circle from one angle to another.
-BoundarySample arcSample(const DualVec3& centre, double radius, Dual begin, Dual end) {
+BoundarySample arcSample(const DualVec3& centre, Dual radius, Dual begin, Dual end) {
     const Dual angle = (begin + end) / 2;
     const auto [s, c] = sineCosine(angle.value);
     const DualVec3 outwards{{c, s, 0}, Vec3(-s, c, 0) * angle.rate};
@@ -200,10 +250,12 @@ Dual angleAbout(const DualVec3& point, const DualVec3& centre) {
 
 BoundarySamples boundarySamples(const DiscBoundary& boundary, const std::vector<DualVec3>& discs,
                                 const std::vector<DualVec3>& vertices, int directions) {
-    const double radius = boundary.worldRadius(), step = 2 * std::numbers::pi / directions;
+    const double step = 2 * std::numbers::pi / directions;
     BoundarySamples samples;
     for (std::uint32_t v = 0; v < vertices.size(); ++v) {
-        const DualVec3& centre = discs[boundary.segment[v][1]];
+        const std::uint32_t disc = boundary.segment[v][1];
+        const Dual radius = boundary.worldRadiusOf(disc);
+        const DualVec3& centre = discs[disc];
         Dual begin = angleAbout(vertices[v], centre);
         const Dual end(begin.value + arcAngle(boundary, v), angleAbout(vertices[boundary.next[v]], centre).rate);
         for (double k = std::floor(begin.value / step) + 1; k * step < end.value; ++k) {
@@ -212,8 +264,10 @@ BoundarySamples boundarySamples(const DiscBoundary& boundary, const std::vector<
         }
         samples.push_back(arcSample(centre, radius, begin, end));
     }
-    for (const std::uint32_t d : boundary.isolated)
+    for (const std::uint32_t d : boundary.isolated) {
+        const Dual radius = boundary.worldRadiusOf(d);
         for (int k = 0; k < directions; ++k) samples.push_back(arcSample(discs[d], radius, k * step, (k + 1) * step));
+    }
     return samples;
 }
 
