@@ -68,10 +68,12 @@ BetaCurve completeCurve(const DiscBoundary& boundary, const std::vector<DualVec3
         const Dual radius = boundary.worldRadiusOf(disc);
         curve.add({discs[disc].position + outwards * radius.value, discs[disc].velocity + outwards * radius.rate},
                   false);
+        if (!boundary.radius_of.empty()) curve.scale.push_back(boundary.scaleOf(disc));
     };
     for (std::size_t c = 0; c < boundary.cycle.size(); ++c) {
         for (const std::uint32_t v : boundary.cycle[c]) {
             curve.add(vertices[v], true);
+            if (!boundary.radius_of.empty()) curve.scale.push_back(boundary.scaleOfVertex(v));
             const std::uint32_t disc = boundary.segment[v][1];
             const Vec3 outwards = vertices[v].position - discs[disc].position;
             const double begin = angleOf(outwards.y, outwards.x), end = begin + arcAngle(boundary, v);
@@ -135,8 +137,10 @@ std::size_t fillHoles(BetaCurve& curve, double radius,
     BetaCurve remaining;
     for (std::size_t line = 0; line < curve.lines(); ++line) {
         if (removed[line]) continue;
-        for (std::uint32_t v = curve.begin[line]; v < curve.begin[line + 1]; ++v)
+        for (std::uint32_t v = curve.begin[line]; v < curve.begin[line + 1]; ++v) {
             remaining.add(curve.vertex[v], curve.pure[v] != 0);
+            if (!curve.scale.empty()) remaining.scale.push_back(curve.scale[v]);
+        }
         remaining.endLine();
     }
     curve = std::move(remaining);
@@ -145,6 +149,7 @@ std::size_t fillHoles(BetaCurve& curve, double radius,
 
 std::vector<bool> cyclesWithRoom(const DiscBoundary& boundary, const DiscBoundary& wider) {
     constexpr double kSameParticle = 1e-4;  // radii: distance up to which centres are one particle, above snapping
+    constexpr double kSameQuanta = 4;       // the same where the smallest discs may be nearly as small as that
     constexpr double kTurn = 2 * std::numbers::pi;
     const IndexRows arcs = sortedIntoRows<std::uint32_t>(
         boundary.position.size(), boundary.segment.size(),
@@ -152,7 +157,7 @@ std::vector<bool> cyclesWithRoom(const DiscBoundary& boundary, const DiscBoundar
     std::vector<std::size_t> cycle_of(boundary.segment.size());
     for (std::size_t c = 0; c < boundary.cycle.size(); ++c)
         for (const std::uint32_t v : boundary.cycle[c]) cycle_of[v] = c;
-    const double same = kSameParticle * wider.worldRadius();
+    const double same = wider.radius_of.empty() ? kSameParticle * wider.worldRadius() : kSameQuanta * wider.quantum;
     const CellGrid discs(boundary.position.size(), boundary.worldRadius(),
                          [&](std::size_t d) { return boundary.centre(d); });
     std::vector<bool> has_room(boundary.cycle.size(), false);

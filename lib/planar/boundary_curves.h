@@ -6,6 +6,7 @@
 #include "betamesh/curves.h"
 #include "planar/disc_boundary.h"
 
+#include <algorithm>
 #include <cstdint>
 #include <functional>
 #include <vector>
@@ -16,10 +17,13 @@ namespace betamesh {
 /// liquid on their left; the last one is connected to the first.
 struct BetaCurve {
     std::vector<DualVec3> vertex;
+    std::vector<double> scale;            ///< of each vertex: radius of its disc in radii of the largest; empty: all 1
     std::vector<std::uint8_t> pure;       ///< of each vertex: 1 where two circles intersect, 0 on an arc between them
     std::vector<std::uint32_t> begin{0};  ///< first vertex of each line, and one entry past the last
 
     std::size_t lines() const { return begin.size() - 1; }
+    double scaleOf(std::size_t v) const { return scale.empty() ? 1 : scale[v]; }
+    double leastScale() const { return scale.empty() ? 1 : *std::min_element(scale.begin(), scale.end()); }
     void add(const DualVec3& point, bool is_pure) {
         vertex.push_back(point);
         pure.push_back(is_pure);
@@ -67,18 +71,19 @@ BetaCurve completeCurve(const DiscBoundary& boundary, const std::vector<DualVec3
 
 /// Removes lines that bound small holes, with everything inside these. Other lines and their order do not change.
 ///
-/// in      the complete curve of discs of that radius, not yet moved. isSmall(line, area): called for lines that bound
+/// in      the complete curve of discs of that radius or larger ones, not yet moved. isSmall(line, area): called for
+/// lines that bound
 ///         holes, with the enclosed area, world units squared
 /// out     number of holes filled
 /// cost    O(points), more where holes are large enough to contain drops
 std::size_t fillHoles(BetaCurve& curve, double radius,
                       const std::function<bool(std::size_t line, double area)>& isSmall);
 
-/// For each cycle of a boundary: does a disc of the larger radius fit between the particles in the region that the
-/// cycle bounds? It does if the boundary of discs of that radius has a vertex there. Exact for holes. Outside the
-/// liquid a single particle, or two far apart, leave no vertex and give false.
+/// For each cycle of a boundary: does a disc fit between its discs in the region that the cycle bounds? Its radius is
+/// that by which the discs of `wider` are larger. It fits if the boundary of those has a vertex there. Exact for holes.
+/// Outside the liquid a single particle, or two far apart, leave no vertex and give false.
 ///
-/// in      boundaries of the same particles; `wider` has the larger radius and may lack some that nearly coincide
+/// in      boundaries of the same particles; `wider` has larger discs and may lack some that nearly coincide
 /// same    result for any thread count
 /// cost    O(vertices)
 std::vector<bool> cyclesWithRoom(const DiscBoundary& boundary, const DiscBoundary& wider);

@@ -4,6 +4,8 @@
 #include "base/cell_grid.h"
 #include "base/parallel.h"
 #include "exact/orientation.h"
+#include "planar/scaled_points.h"
+#include "skin/constants.h"
 
 #include <algorithm>
 #include <cmath>
@@ -31,25 +33,32 @@ std::vector<Dual> vertexLengths(const BetaCurve& curve) {
 std::vector<DualVec3> smoothedValues(const std::vector<DualVec3>& values, const BetaCurve& curve, double width) {
     const std::vector<Dual> lengths = vertexLengths(curve);
     std::vector<DualVec3> means(values.size());
-    const double inverse_square = 1 / (width * width);
     const auto positionOf = [&](std::size_t v) -> const Vec3& { return curve.vertex[v].position; };
-    const CellGrid cells(values.size(), width / 2, positionOf);
-    forCellsAndNeighbours(
-        width, cells, cells, positionOf, [&](std::uint32_t cell, std::span<const std::uint32_t> near) {
-            for (const std::uint32_t v : cells.rowsOf(cell)) {
-                DualVec3 sum = values[v] * (kOwnWeight * width);
-                Dual total = kOwnWeight * width;
-                for (const std::uint32_t u : near) {
-                    if (!((positionOf(u) - positionOf(v)).length2() * inverse_square < 1)) continue;
-                    const DualVec3 offset = curve.vertex[u] - curve.vertex[v];
-                    const Dual t = 1 - dot(offset, offset) * inverse_square, weight = t * t * lengths[u];
-                    sum = sum + values[u] * weight;
-                    total = total + weight;
-                }
-                means[v] = sum / total;
-            }
-        });
+    forScaledNeighbours({width, width / 2, width / 2}, values.size(), positionOf, curve.scale, values.size(),
+                        positionOf, [&](std::uint32_t v, std::span<const std::uint32_t> near) {
+                            const double own = width * curve.scaleOf(v), inverse_square = 1 / (own * own);
+                            DualVec3 sum = values[v] * (kOwnWeight * own);
+                            Dual total = kOwnWeight * own;
+                            for (const std::uint32_t u : near) {
+                                if (!((positionOf(u) - positionOf(v)).length2() * inverse_square < 1)) continue;
+                                const DualVec3 offset = curve.vertex[u] - curve.vertex[v];
+                                const Dual t = 1 - dot(offset, offset) * inverse_square, weight = t * t * lengths[u];
+                                sum = sum + values[u] * weight;
+                                total = total + weight;
+                            }
+                            means[v] = sum / total;
+                        });
     return means;
+}
+
+void smoothScales(BetaCurve& curve, double spacing) {
+    if (curve.scale.empty()) return;
+    for (int round = 0; round < kScaleMeans; ++round) {
+        std::vector<DualVec3> scale(curve.scale.size());
+        for (std::size_t v = 0; v < scale.size(); ++v) scale[v].position.x = curve.scale[v];
+        const std::vector<DualVec3> mean = smoothedValues(scale, curve, kScaleKernel * spacing);
+        for (std::size_t v = 0; v < scale.size(); ++v) curve.scale[v] = mean[v].position.x;
+    }
 }
 
 namespace {

@@ -32,6 +32,18 @@ Neighbour neighbourOf(const DiscBoundary& boundary, std::uint32_t disc, std::uin
 
 }  // namespace
 
+std::vector<double> DiscBoundary::scales() const {
+    std::vector<double> scale(radius_of.size());
+    for (std::size_t d = 0; d < scale.size(); ++d) scale[d] = scaleOf(d);
+    return scale;
+}
+
+double DiscBoundary::leastScale() const {
+    double least = 1;
+    for (std::size_t d = 0; d < radius_of.size(); ++d) least = std::min(least, scaleOf(d));
+    return least;
+}
+
 double arcAngle(const DiscBoundary& boundary, std::uint32_t v) {
     const auto [before, disc] = boundary.segment[v];
     const std::uint32_t after = boundary.segment[boundary.next[v]][1];
@@ -248,26 +260,27 @@ Dual angleAbout(const DualVec3& point, const DualVec3& centre) {
 
 }  // namespace
 
-BoundarySamples boundarySamples(const DiscBoundary& boundary, const std::vector<DualVec3>& discs,
-                                const std::vector<DualVec3>& vertices, int directions) {
+DiscSamples boundarySamples(const DiscBoundary& boundary, const std::vector<DualVec3>& discs,
+                            const std::vector<DualVec3>& vertices, int directions) {
     const double step = 2 * std::numbers::pi / directions;
-    BoundarySamples samples;
+    DiscSamples samples;
+    const auto add = [&](std::uint32_t disc, Dual begin, Dual end) {
+        samples.sample.push_back(arcSample(discs[disc], boundary.worldRadiusOf(disc), begin, end));
+        if (boundary.hasScales()) samples.scale.push_back(boundary.movingScaleOf(disc));
+    };
     for (std::uint32_t v = 0; v < vertices.size(); ++v) {
         const std::uint32_t disc = boundary.segment[v][1];
-        const Dual radius = boundary.worldRadiusOf(disc);
         const DualVec3& centre = discs[disc];
         Dual begin = angleAbout(vertices[v], centre);
         const Dual end(begin.value + arcAngle(boundary, v), angleAbout(vertices[boundary.next[v]], centre).rate);
         for (double k = std::floor(begin.value / step) + 1; k * step < end.value; ++k) {
-            samples.push_back(arcSample(centre, radius, begin, k * step));
+            add(disc, begin, k * step);
             begin = k * step;
         }
-        samples.push_back(arcSample(centre, radius, begin, end));
+        add(disc, begin, end);
     }
-    for (const std::uint32_t d : boundary.isolated) {
-        const Dual radius = boundary.worldRadiusOf(d);
-        for (int k = 0; k < directions; ++k) samples.push_back(arcSample(discs[d], radius, k * step, (k + 1) * step));
-    }
+    for (const std::uint32_t d : boundary.isolated)
+        for (int k = 0; k < directions; ++k) add(d, k * step, (k + 1) * step);
     return samples;
 }
 

@@ -48,6 +48,14 @@ struct DiscBoundary {
     }
     /// The mean of this over the two discs of a vertex.
     double scaleOfVertex(std::size_t v) const { return (scaleOf(segment[v][0]) + scaleOf(segment[v][1])) / 2; }
+    /// Of all discs; empty where all are 1.
+    std::vector<double> scales() const;
+    /// Of the smallest disc; 1 without discs.
+    double leastScale() const;
+    /// Do sizes differ or change?
+    bool hasScales() const { return !radius_of.empty() || !radius_rate.empty(); }
+    /// The scale of a disc with its rate, for a constant radius of the largest.
+    Dual movingScaleOf(std::size_t disc) const { return {scaleOf(disc), worldRadiusOf(disc).rate / worldRadius()}; }
 };
 
 /// Angle subtended by the arc that begins at a vertex, radians in [0, 2π].
@@ -63,6 +71,12 @@ double arcAngle(const DiscBoundary& boundary, std::uint32_t v);
 /// source  beta mesh paper, sections 3.2 and 3.3, in two dimensions; Edelsbrunner 1993, The union of balls
 DiscBoundary discBoundary(const SnappedParticles& particles);
 
+/// Samples of the boundary of discs.
+struct DiscSamples {
+    BoundarySamples sample;
+    std::vector<Dual> scale;  ///< radius of each sample's disc, in radii of the largest; empty: all 1
+};
+
 /// Samples of the boundary: all arcs and isolated circles, cut at `directions` fixed directions from each centre. A
 /// sample is the midpoint of its segment of the arc, weighted by the length of that, and points away from the centre.
 /// As a measure the samples change continuously through every event: arcs appear and vanish with length zero. Where
@@ -70,7 +84,7 @@ DiscBoundary discBoundary(const SnappedParticles& particles);
 ///
 /// in      discs, vertices: those of the boundary, with velocities
 /// cost    O(samples)
-BoundarySamples boundarySamples(const DiscBoundary& boundary, const std::vector<DualVec3>& discs,
-                                const std::vector<DualVec3>& vertices, int directions = 24);
+DiscSamples boundarySamples(const DiscBoundary& boundary, const std::vector<DualVec3>& discs,
+                            const std::vector<DualVec3>& vertices, int directions = 24);
 
 }  // namespace betamesh

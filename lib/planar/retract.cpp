@@ -1,12 +1,16 @@
 
 #include "planar/retract.h"
 
+#include "base/cell_grid.h"
 #include "base/parallel.h"
 #include "planar/curve_displacement.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <optional>
+#include <span>
+#include <utility>
 
 namespace betamesh {
 
@@ -39,31 +43,65 @@ std::vector<Step> stepsFor(const CurveSkin& skin) {
 
 Dual clamped(Dual a, double low, double high) { return a.value < low ? low : a.value > high ? high : a; }
 
-// The samples and corners of the outer boundary, numbered consecutively.
+// The samples and corners of the outer boundary, numbered consecutively. Offsets from them, distances and weights are
+// divided by the scale there.
 class OuterPoints {
 public:
-    OuterPoints(const OuterBoundary& boundary, double reach) : boundary_(boundary), reach_(reach) {}
+    OuterPoints(const OuterBoundary& boundary, double reach) : boundary_(boundary), reach_(reach) {
+        for (const Dual& scale : boundary.scale) scale_.push_back(scale.value);
+        if (!scale_.empty())
+            points_.emplace(
+                size(), reach_ / 4, [this](std::size_t i) { return point(i).position; }, scale_);
+    }
 
     // Calls visit(vertex, outer points) for every vertex, with all outer points within reach and some beyond.
     template <typename Visit>
     void forVertices(const std::vector<DualVec3>& vertices, const Visit& visit) const {
+        if (points_) {
+            parallelRanges(vertices.size(), 64, [&](std::size_t begin, std::size_t end) {
+                std::vector<std::uint32_t> near;
+                for (auto v = static_cast<std::uint32_t>(begin); v < end; ++v) {
+                    near.clear();
+                    points_->forNear(vertices[v].position, reach_, 0, [&](std::uint32_t i) { near.push_back(i); });
+                    visit(v, near);
+                }
+            });
+            return;
+        }
         const auto positionOf = [&](std::size_t i) -> const Vec3& { return point(i).position; };
-        const CellGrid points(boundary_.samples.size() + boundary_.corners.size(), reach_ / 4, positionOf);
+        const CellGrid points(size(), reach_ / 4, positionOf);
         const CellGrid cells(vertices.size(), reach_ / 4, [&](std::size_t v) { return vertices[v].position; });
         forCellsAndNeighbours(reach_, cells, points, positionOf,
                               [&](std::uint32_t cell, std::span<const std::uint32_t> near) {
                                   for (const std::uint32_t v : cells.rowsOf(cell)) visit(v, near);
                               });
     }
+    DualVec3 offset(const DualVec3& from, std::size_t i) const {
+        const DualVec3 offset = from - point(i);
+        return scale_.empty() ? offset : offset / boundary_.scale[i];
+    }
+    double squaredDistance(const DualVec3& from, std::size_t i) const {
+        const double square = (from.position - point(i).position).length2();
+        return scale_.empty() ? square : square / (scale_[i] * scale_[i]);
+    }
+    Dual weight(std::size_t i) const {
+        if (i >= boundary_.samples.size()) return 0;
+        const Dual weight = boundary_.samples[i].weight;
+        return scale_.empty() ? weight : weight / boundary_.scale[i];
+    }
+    double scale(std::size_t i) const { return scale_.empty() ? 1 : scale_[i]; }
+
+private:
+    std::size_t size() const { return boundary_.samples.size() + boundary_.corners.size(); }
     const DualVec3& point(std::size_t i) const {
         const std::size_t samples = boundary_.samples.size();
         return i < samples ? boundary_.samples[i].position : boundary_.corners[i - samples];
     }
-    Dual weight(std::size_t i) const { return i < boundary_.samples.size() ? boundary_.samples[i].weight : 0; }
 
-private:
     const OuterBoundary& boundary_;
     double reach_;
+    std::vector<double> scale_;           // empty: all 1
+    std::optional<ScaledPoints> points_;  // where scales differ
 };
 
 }  // namespace
@@ -83,43 +121,49 @@ void retract(const OuterBoundary& boundary, const CurveSkin& skin,
             double least = reach * reach;
             const std::uint32_t* nearest = nullptr;
             for (const std::uint32_t& i : near) {
-                const double square = (x.position - outer.point(i).position).length2();
+                const double square = outer.squaredDistance(x, i);
                 if (square < least) least = square, nearest = &i;
             }
             if (nearest == nullptr) return;
-            const DualVec3 shortest = x - outer.point(*nearest);
+            const DualVec3 shortest = outer.offset(x, *nearest);
             const Dual nearest_square = dot(shortest, shortest), depth = length(shortest);
             const Dual target = skin.rolling() - extra_skin(x), fade = 1 - smoothStep((depth - target) / too_deep);
             if (!(fade.value > 0)) return;
             // The weight of an outer point falls from 1 at the distance of the nearest one to 0 one band farther.
             const Dual span = band * band + depth * (2 * band);
             DualVec3 away;
+            double weights = 0, by_scale = 0;  // Σ weight, Σ weight / scale
             for (const std::uint32_t i : near) {
-                const double square = (x.position - outer.point(i).position).length2();
+                const double square = outer.squaredDistance(x, i);
                 if (!(square - nearest_square.value < span.value)) continue;
-                const DualVec3 offset = x - outer.point(i);
-                const Dual t = 1 - (dot(offset, offset) - nearest_square) / span;
-                away = away + offset * (t * t * outer.weight(i));
+                const DualVec3 offset = outer.offset(x, i);
+                const Dual t = 1 - (dot(offset, offset) - nearest_square) / span, weight = t * t * outer.weight(i);
+                away = away + offset * weight;
+                weights += weight.value;
+                by_scale += weight.value / outer.scale(i);
             }
-            const Dual distance =
-                clamped((target - depth) * step.share, -kLongestOutwards * width, kLongestInwards * width);
+            const double scale = weights > 0 ? weights / by_scale : 1, longest = width * curve.scaleOf(v);
+            const Dual distance = clamped((target - depth) * (step.share * scale), -kLongestOutwards * longest,
+                                          kLongestInwards * longest);
             displacement[v] = normalized(away) * (distance * fade);
         });
-        moveWithoutCrossings(curve, smoothedValues(displacement, curve, width), skin.spacing);
+        moveWithoutCrossings(curve, smoothedValues(displacement, curve, width), skin.spacing * curve.leastScale());
     }
 }
 
-IsolationField::IsolationField(const std::vector<DualVec3>& particles, double radius, double wide_radius)
+IsolationField::IsolationField(const std::vector<DualVec3>& particles, double radius, double wide_radius,
+                               std::vector<double> scale)
     : particles_(particles),
+      scale_(std::move(scale)),
       reach_(kIsolationReach * radius),
-      cells_(particles.size(), radius, [&](std::size_t i) { return particles[i].position; }),
+      cells_(
+          particles.size(), radius, [&](std::size_t i) { return particles[i].position; }, scale_),
       isolation_(particles.size()) {
-    const double touching = 2 * radius, far = 2 * wide_radius;
     parallelFor(particles_.size(), 256, [&](std::size_t i) {
-        const Vec3& p = particles_[i].position;
         Dual isolation = 1;
-        cells_.forRowsIn(p - Vec3(far, far, 0), p + Vec3(far, far, 0), [&](std::uint32_t j) {
+        cells_.forNear(particles_[i].position, wide_radius, wide_radius * scaleOf(i), [&](std::uint32_t j) {
             if (j == i || isolation.value == 0) return;
+            const double scales = scaleOf(i) + scaleOf(j), touching = radius * scales, far = wide_radius * scales;
             isolation = isolation * smoothStep((length(particles_[j] - particles_[i]) - touching) / (far - touching));
         });
         isolation_[i] = isolation;
@@ -128,9 +172,10 @@ IsolationField::IsolationField(const std::vector<DualVec3>& particles, double ra
 
 Dual IsolationField::at(const DualVec3& x) const {
     Dual sum = 0, total = 0;
-    cells_.forRowsIn(x.position - Vec3(reach_, reach_, 0), x.position + Vec3(reach_, reach_, 0), [&](std::uint32_t i) {
+    cells_.forNear(x.position, reach_, 0, [&](std::uint32_t i) {
         const DualVec3 offset = particles_[i] - x;
-        const Dual t = 1 - dot(offset, offset) / (reach_ * reach_), weight = t.value > 0 ? t * t : Dual(0);
+        const double reach = reach_ * scaleOf(i);
+        const Dual t = 1 - dot(offset, offset) / (reach * reach), weight = t.value > 0 ? t * t : Dual(0);
         sum = sum + isolation_[i] * weight;
         total = total + weight;
     });

@@ -2,8 +2,8 @@
 
 #pragma once
 
-#include "base/cell_grid.h"
 #include "planar/boundary_curves.h"
+#include "planar/scaled_points.h"
 #include "skin/boundary_samples.h"
 
 #include <functional>
@@ -30,10 +30,14 @@ struct CurveSkin {
 struct OuterBoundary {
     BoundarySamples samples;        ///< a tenth of a spacing apart
     std::vector<DualVec3> corners;  ///< intersections of two circles
+    std::vector<Dual> scale;        ///< of the samples and then of the corners: radius of the disc there, in radii of
+                                    ///< the largest; empty: all 1
 };
 
 /// Moves vertices from the boundary of discs of radius `joining` inwards until they are rolling() - extra_skin(x) deep
-/// below the outer boundary. Every step is directed away from the nearest points of the outer boundary, with soft
+/// below the outer boundary. Where discs differ in size, all lengths are those of the largest discs; depths below a
+/// point of the outer boundary, and distances from it, are in proportion to the scale there, and widths and steps to
+/// that of the curve. Every step is directed away from the nearest points of the outer boundary, with soft
 /// weights, and is smoothed along the curve, so displacements vary slowly and fold nothing. Vertices that are deep
 /// enough stay. Velocities are carried through.
 ///
@@ -48,16 +52,21 @@ void retract(const OuterBoundary& outer, const CurveSkin& skin,
 class IsolationField {
 public:
     /// particles: all of them. A particle's isolation is 1 if discs of the larger radius, wide_radius, do not intersect
-    /// its own, and 0 if discs of the other radius do; it varies smoothly between.
-    IsolationField(const std::vector<DualVec3>& particles, double radius, double wide_radius);
+    /// its own, and 0 if discs of the other radius do; it varies smoothly between. scale: of each particle, in
+    /// proportion to which both radii are; empty: all 1.
+    IsolationField(const std::vector<DualVec3>& particles, double radius, double wide_radius,
+                   std::vector<double> scale);
 
     /// Weighted mean of the isolation of particles near x, in [0, 1]; 0 if there are none. Continuous.
     Dual at(const DualVec3& x) const;
 
 private:
+    double scaleOf(std::size_t i) const { return scale_.empty() ? 1 : scale_[i]; }
+
     std::vector<DualVec3> particles_;
+    std::vector<double> scale_;
     double reach_;
-    CellGrid cells_;
+    ScaledPoints cells_;
     std::vector<Dual> isolation_;
 };
 

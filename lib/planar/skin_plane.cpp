@@ -5,6 +5,7 @@
 #include "base/parallel.h"
 #include "betamesh/error.h"
 #include "planar/boundary_curves.h"
+#include "planar/curve_displacement.h"
 #include "planar/disc_boundary.h"
 #include "planar/retract.h"
 #include "planar/skin_smoothing.h"
@@ -12,11 +13,13 @@
 #include "planar/velocity.h"
 #include "skin/attributes.h"
 #include "skin/features.h"
+#include "skin/particle_sizes.h"
 
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <optional>
+#include <utility>
 
 namespace betamesh {
 
@@ -55,6 +58,22 @@ double lengthUnit(const SkinParams& params) {
     return std::min({particleSpacing(params), params.radius, kMostSkins * effectiveSkin(params)});
 }
 
+// All particles are alike, or each has a disc of its own size.
+struct SizedParticles {
+    const Particles& particles;
+    ParticleSizes sizes;
+
+    SnappedParticles snapped(double radius) const {
+        return sizes.radius.empty() ? snapParticles(particles, radius) : snapParticles(particles, sizes.radius);
+    }
+    DiscBoundary boundaryOf(const SnappedParticles& snapped) const {
+        DiscBoundary boundary = discBoundary(snapped);
+        if (!sizes.rate.empty())
+            for (const std::uint32_t row : boundary.row) boundary.radius_rate.push_back(sizes.rate[row]);
+        return boundary;
+    }
+};
+
 // The positions and velocities of selected particles.
 Particles particlesAt(const std::vector<std::uint32_t>& rows, const Particles& particles) {
     Particles selected;
@@ -65,8 +84,22 @@ Particles particlesAt(const std::vector<std::uint32_t>& rows, const Particles& p
     return selected;
 }
 
+// Snaps selected particles with discs of new radii, given by row of the selection; equal, where those of before are.
+template <typename RadiusOf>
+SnappedParticles snapAgain(const Particles& selected, const SnappedParticles& before, double largest,
+                           const RadiusOf& radiusOf) {
+    if (before.radius_of.empty()) return snapParticles(selected, largest);
+    std::vector<double> radii(selected.size());
+    for (std::size_t i = 0; i < radii.size(); ++i) radii[i] = radiusOf(i);
+    return snapParticles(selected, radii);
+}
+
+double scaleOf(const SnappedParticles& snapped, std::size_t i) {
+    return static_cast<double>(snapped.radiusOf(i)) / static_cast<double>(snapped.radius);
+}
+
 // The boundary of discs of the outer radius, as far as it influences the curve.
-OuterBoundary outerBoundary(const Particles& particles, const SnappedParticles& snapped, const DiscBoundary& boundary,
+OuterBoundary outerBoundary(const SizedParticles& sized, const SnappedParticles& snapped, const DiscBoundary& boundary,
                             const CurveSkin& skin) {
     const double reach = skin.joining + skin.reach() + skin.outer();
     const CellGrid exposed(boundary.position.size(), reach / 2, [&](std::size_t d) { return boundary.centre(d); });
@@ -79,45 +112,61 @@ OuterBoundary outerBoundary(const Particles& particles, const SnappedParticles& 
     });
     std::vector<std::uint32_t> rows;
     for (const std::uint32_t i : near) rows.push_back(snapped.row[i]);
-    const Particles selected = particlesAt(rows, particles);
-    const DiscBoundary outer = discBoundary(snapParticles(selected, skin.outer()));
+    const Particles selected = particlesAt(rows, sized.particles);
+    DiscBoundary outer = discBoundary(snapAgain(
+        selected, snapped, skin.outer(), [&](std::size_t i) { return skin.outer() * scaleOf(snapped, near[i]); }));
+    if (!sized.sizes.rate.empty())
+        for (const std::uint32_t row : outer.row)
+            outer.radius_rate.push_back(sized.sizes.rate[rows[row]] * (skin.outer() / skin.joining));
     const std::vector<DualVec3> discs = movingDiscs(outer, selected);
     std::vector<DualVec3> corners = boundaryVertices(outer, discs);
     const int directions =
         static_cast<int>(std::ceil(2 * std::numbers::pi * skin.outer() / (kOuterSpacing * skin.spacing)));
-    BoundarySamples samples = boundarySamples(outer, discs, corners, std::max(directions, kDirections));
-    return {std::move(samples), std::move(corners)};
+    DiscSamples samples = boundarySamples(outer, discs, corners, std::max(directions, kDirections));
+    for (std::size_t v = 0; v < corners.size() && outer.hasScales(); ++v)
+        samples.scale.push_back((outer.movingScaleOf(outer.segment[v][0]) + outer.movingScaleOf(outer.segment[v][1])) *
+                                0.5);
+    return {std::move(samples.sample), std::move(corners), std::move(samples.scale)};
 }
 
 // Moves the curve from the boundary of discs inwards to the skin. The skin is thicker around isolated particles.
-void moveToSkin(const Particles& particles, const SnappedParticles& snapped, const DiscBoundary& boundary,
+void moveToSkin(const SizedParticles& sized, const SnappedParticles& snapped, const DiscBoundary& boundary,
                 const SkinParams& params, BetaCurve& curve) {
+    const Particles& particles = sized.particles;
     const CurveSkin skin{params.radius, effectiveSkin(params), lengthUnit(params)};
-    const OuterBoundary outer = outerBoundary(particles, snapped, boundary, skin);
+    smoothScales(curve, skin.spacing);
+    const OuterBoundary outer = outerBoundary(sized, snapped, boundary, skin);
     const double extra = isolatedSkinDepth(params) - skinDepth(params, 2);
     std::optional<IsolationField> isolation;
     if (extra > 0) {
         std::vector<DualVec3> moving;
+        std::vector<double> scale;
         for (std::size_t i = 0; i < snapped.size(); ++i) {
             const Vec3f v = particles.velocity.empty() ? Vec3f(0) : particles.velocity[snapped.row[i]];
             moving.push_back({toDouble(snapped.position[i]) * snapped.quantum, Vec3(v.x, v.y, 0)});
+            if (!snapped.radius_of.empty()) scale.push_back(scaleOf(snapped, i));
         }
-        isolation.emplace(moving, params.radius, skin.outer());
+        isolation.emplace(moving, params.radius, skin.outer(), std::move(scale));
     }
     const auto extraSkin = [&](const DualVec3& x) { return isolation ? isolation->at(x) * extra : Dual(0); };
     retract(outer, skin, extraSkin, curve);
 }
 
+// reference: radius of a disc about which a disc of diameter bubble_gap, were it about a particle, would be wider by
+// as much as has to fit between the discs
 std::size_t fillSmallHoles(const Particles& particles, const SnappedParticles& snapped, const DiscBoundary& boundary,
-                           const SkinParams& params, BetaCurve& curve) {
+                           const SkinParams& params, double reference, BetaCurve& curve) {
     const double gap = params.features.bubble_gap;
     std::optional<std::vector<bool>> has_room;
-    return fillHoles(curve, params.radius, [&](std::size_t line, double area) {
+    return fillHoles(curve, params.radius * boundary.leastScale(), [&](std::size_t line, double area) {
         if (!(gap > 0)) return area < params.features.bubble_volume;
-        if (gap <= 2 * params.radius || line >= boundary.cycle.size()) return false;
+        if (gap <= 2 * reference || line >= boundary.cycle.size()) return false;
         if (!has_room) {
             const Particles all = particlesAt(snapped.row, particles);
-            has_room = cyclesWithRoom(boundary, discBoundary(snapParticles(all, gap / 2)));
+            const double wider = gap / 2 - reference;
+            has_room = cyclesWithRoom(boundary, discBoundary(snapAgain(all, snapped, gap / 2, [&](std::size_t i) {
+                                          return static_cast<double>(snapped.radiusOf(i)) * snapped.quantum + wider;
+                                      })));
         }
         return !(*has_room)[line];
     });
@@ -126,6 +175,7 @@ std::size_t fillSmallHoles(const Particles& particles, const SnappedParticles& s
 void smooth(const DiscBoundary& boundary, const std::vector<DualVec3>& discs, const std::vector<DualVec3>& vertices,
             const SkinParams& params, BetaCurve& curve) {
     if (params.smoothing == SmoothingMethod::paper) smoothAsInPaper(curve, params.passes);
+    if (!(skinDepth(params, 2) > 0)) smoothScales(curve, particleSpacing(params));  // with a skin, they are already
     if (isSmoothedCoherently(params) && skinDepth(params, 2) > 0) {
         const double widest =
             params.smoothing_width > 0 ? params.smoothing_width : kSkinWidth * particleSpacing(params);
@@ -178,18 +228,24 @@ void requireOnePlane(const Particles& particles) {
 
 }  // namespace
 
-SkinnedPlane skinPlane(const Particles& particles, const SkinParams& params, const Watch& watch_or_none) {
+SkinnedPlane skinPlane(const Particles& particles, const SkinParams& reference, const Watch& watch_or_none) {
     const Watch watch = watch_or_none ? watch_or_none : [](Stage) {};
-    requirePlanar(params);
-    requireScale(params);
-    requireSkin(params);
+    requirePlanar(reference);
+    requireScale(reference);
+    requireSkin(reference);
     requireOnePlane(particles);
+    const SizedParticles sized{particles, particleSizes(particles, reference)};
+    const std::vector<double>& radii = sized.sizes.radius;
+    const SkinParams params =
+        withRadius(reference, radii.empty() ? reference.radius : *std::max_element(radii.begin(), radii.end()));
     SkinnedPlane plane;
-    SnappedParticles snapped = snapParticles(particles, params.radius);
+    SnappedParticles snapped = sized.snapped(params.radius);
+    const double room_radius = snapped.radius_of.empty() ? params.radius : reference.radius;
     const std::size_t distinct_particles = snapped.size();
     const RemovedDroplets left_out = removeDroplets(particles, params.features, snapped, plane.spheres);
-    const DiscBoundary boundary = discBoundary(snapped);
+    const DiscBoundary boundary = sized.boundaryOf(snapped);
     const std::vector<DualVec3> discs = movingDiscs(boundary, particles);
+    const bool is_moving = !particles.velocity.empty() || !sized.sizes.rate.empty();
     watch(Stage::structure);
 
     plane.report = reportOf(particles, boundary);
@@ -203,19 +259,19 @@ SkinnedPlane skinPlane(const Particles& particles, const SkinParams& params, con
         const std::vector<DualVec3> vertices = boundaryVertices(boundary, discs);
         BetaCurve curve = tessellated(boundary, discs, vertices, params);
         if (params.features.bubbles == Bubbles::fill)
-            plane.report.bubbles_filled = fillSmallHoles(particles, snapped, boundary, params, curve);
+            plane.report.bubbles_filled = fillSmallHoles(particles, snapped, boundary, params, room_radius, curve);
         plane.before = asCurves(curve);
         plane.pure = curve.pure;
         watch(Stage::tessellate);
-        if (skinDepth(params, 2) > 0) moveToSkin(particles, snapped, boundary, params, curve);
+        if (skinDepth(params, 2) > 0) moveToSkin(sized, snapped, boundary, params, curve);
         if (params.surface == SurfaceKind::beta) smooth(boundary, discs, vertices, params, curve);
         watch(Stage::smooth);
-        if (!particles.velocity.empty()) projectTangentialVelocity(boundary, discs, curve);
+        if (is_moving) projectTangentialVelocity(boundary, discs, curve);
         watch(Stage::velocity);
         plane.curves = asCurves(curve);
         if (usesPaperTessellation(params)) addSpheres(particles, snapped, isolatedRows(boundary), plane.spheres);
     }
-    if (particles.velocity.empty()) plane.curves.velocity.clear();
+    if (!is_moving) plane.curves.velocity.clear();
     plane.before.velocity.clear();
     for (Vec3& v : plane.spheres.velocity) v.z = 0;
     plane.alpha.velocity.clear();
@@ -233,6 +289,10 @@ void requirePlanar(const SkinParams& params) {
         throw Error(what + " works in three dimensions only. Leave it out in two");
     };
     if (params.predicates == PredicateKind::floating) refuse("floating predicates (--predicates float)");
+    if (!params.radius_attribute.empty() && usesPaperTessellation(params))
+        throw Error(
+            "particles of different sizes work with the complete tessellation only; expected "
+            "that tessellation");
     if (features.tendrils != Tendrils::mesh) refuse("leaving out tendrils (--tendrils)");
     if (features.bubbles != Bubbles::mesh &&
         (params.surface != SurfaceKind::beta || params.tessellation != Tessellation::complete))

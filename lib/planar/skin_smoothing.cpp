@@ -1,8 +1,8 @@
 
 #include "planar/skin_smoothing.h"
 
-#include "base/cell_grid.h"
 #include "planar/curve_displacement.h"
+#include "planar/scaled_points.h"
 
 #include <algorithm>
 #include <array>
@@ -39,7 +39,7 @@ constexpr double kDisagreement = 0.25;   // mean squared difference of direction
 Dual positivePart(Dual a) { return a.value > 0 ? a : Dual(0); }
 Dual clamped(Dual a, double low, double high) { return a.value < low ? low : a.value > high ? high : a; }
 
-// An edge of the curve. Here and below lengths are in particle spacings.
+// An edge of the curve. Here and below lengths are in particle spacings; where those differ, in the largest ones.
 struct EdgeSample {
     DualVec3 middle, direction;  // direction: outward unit normal
     Dual length;
@@ -56,6 +56,7 @@ class SkinSmoother {
 public:
     SkinSmoother(BetaCurve& curve, const SkinSmoothing& params) : curve_(curve), params_(params) {
         original_ = curve.vertex;
+        for (std::uint32_t v = 0; v < curve.vertex.size(); ++v) inverse_scale_.push_back(1 / scaleOf(v));
     }
 
     void smoothNarrowly() {
@@ -69,9 +70,9 @@ public:
                 for (const std::uint32_t e : near) {
                     if (!isFacingNeighbour(e, v, kNarrow, normal[v])) continue;
                     const EdgeSample& edge = edges_[e];
-                    const DualVec3 offset = edge.middle - position_[v];
+                    const DualVec3 offset = offsetOf(e, v);
                     const Dual weight = kernel(offset, kNarrow) * facing(edge, normal[v]) * edge.length;
-                    sum = sum + weight * (of_values ? edge.value : dot(offset, normal[v].direction));
+                    sum = sum + weight * (of_values ? edge.value : dot(offset, normal[v].direction) * scaleOf(v));
                     total = total + weight;
                 }
                 if (total.value > 0) mean[v] = sum / total;
@@ -82,7 +83,7 @@ public:
         sample(height);
         const std::vector<Dual> mean_height = means(true);
         for (std::size_t v = 0; v < size(); ++v)
-            height[v] = clamped(height[v] - mean_height[v], -kLongestNarrow, kLongestNarrow);
+            height[v] = clamped(height[v] - mean_height[v], -kLongestNarrow * scaleOf(v), kLongestNarrow * scaleOf(v));
         move(normal, height, std::vector<Dual>(size(), 0));
     }
 
@@ -93,7 +94,7 @@ public:
         std::vector<Dual> height(size()), unsmoothed(size());
         forEdgesNear(widest(), [&](std::uint32_t v, std::span<const std::uint32_t> near) {
             unsmoothed[v] = wideWeight(v);
-            if (unsmoothed[v].value > 0) height[v] = stepOntoCircle(v, normal[v], near) * unsmoothed[v];
+            if (unsmoothed[v].value > 0) height[v] = stepOntoCircle(v, normal[v], near) * scaleOf(v) * unsmoothed[v];
         });
         move(normal, height, unsmoothed);
     }
@@ -114,7 +115,7 @@ public:
             for (const std::uint32_t e : near) {
                 if (!isFacingNeighbour(e, v, width.value, normal[v])) continue;
                 const EdgeSample& edge = edges_[e];
-                const DualVec3 offset = edge.middle - position_[v];
+                const DualVec3 offset = offsetOf(e, v);
                 const Dual face = facing(edge, normal[v]);
                 const Dual weight = kernel(offset, width) * face * face * levelWeight(offset, normal[v]) * edge.length;
                 sum = sum + weight * edge.value;
@@ -154,16 +155,19 @@ private:
     template <typename Visit>
     void forEdgesNear(double reach, const Visit& visit) const {
         const auto middleOf = [&](std::size_t e) -> const Vec3& { return edges_[e].middle.position; };
-        const CellGrid middles(edges_.size(), reach / 2, middleOf);
-        const CellGrid cells(size(), std::min(reach / 2, 1.0), [&](std::size_t v) { return position_[v].position; });
-        forCellsAndNeighbours(reach, cells, middles, middleOf,
-                              [&](std::uint32_t cell, std::span<const std::uint32_t> near) {
-                                  for (const std::uint32_t v : cells.rowsOf(cell)) visit(v, near);
-                              });
+        forScaledNeighbours(
+            {reach, std::min(reach / 2, 1.0), reach / 2}, size(),
+            [&](std::size_t v) -> const Vec3& { return position_[v].position; }, curve_.scale, edges_.size(), middleOf,
+            visit);
     }
 
+    double scaleOf(std::size_t v) const { return curve_.scaleOf(v); }
+    // From a vertex to the middle of an edge; here and below in spacings at the vertex.
+    DualVec3 offsetOf(std::uint32_t e, std::uint32_t v) const {
+        return (edges_[e].middle - position_[v]) * inverse_scale_[v];
+    }
     bool isWithin(double width, std::uint32_t e, std::uint32_t v) const {
-        return (edges_[e].middle.position - position_[v].position).length2() < width * width;
+        return ((edges_[e].middle.position - position_[v].position) * inverse_scale_[v]).length2() < width * width;
     }
     // Is an edge within `width` of a vertex, and on the same side as the vertex's normal?
     bool isFacingNeighbour(std::uint32_t e, std::uint32_t v, double width, const Normal& normal) const {
@@ -192,7 +196,7 @@ private:
             Dual total = 0;
             for (const std::uint32_t e : near) {
                 if (!isWithin(kNormalWidth, e, v)) continue;
-                const Dual weight = kernel(edges_[e].middle - position_[v], kNormalWidth) * edges_[e].length;
+                const Dual weight = kernel(offsetOf(e, v), kNormalWidth) * edges_[e].length;
                 sum = sum + edges_[e].direction * weight;
                 total = total + weight;
             }
@@ -219,11 +223,11 @@ private:
                 const double estimate = dot(direction[e].position, normal[v].direction.position);
                 if (!(estimate < kSameDirection + kBlur && estimate > kOppositeDirection - kBlur)) continue;
                 const Dual cosine = dot(direction[e], normal[v].direction);
-                const DualVec3 offset = edge.middle - position_[v];
+                const DualVec3 offset = offsetOf(e, v);
                 const Dual sideways = smoothStep((kSameDirection + kBlur - cosine) / kBlur) *
                                       smoothStep((cosine - kOppositeDirection + kBlur) / kBlur) * kernel(offset, reach);
                 const Dual square = dot(offset, offset) + kLeastDistance * kLeastDistance;
-                sum = sum + sideways * edge.length / (square * square * kSidewaysLength);
+                sum = sum + sideways * (edge.length * inverse_scale_[v]) / (square * square * kSidewaysLength);
             }
             widths[v] = squareRoot(squareRoot(1 / sum));
         });
@@ -237,7 +241,7 @@ private:
         for (const std::uint32_t e : near) {
             if (!isFacingNeighbour(e, v, widths_[v].value, normal)) continue;
             const EdgeSample& edge = edges_[e];
-            const DualVec3 offset = edge.middle - position_[v];
+            const DualVec3 offset = offsetOf(e, v);
             const Dual face = facing(edge, normal);
             const Dual weight = kernel(offset, widths_[v]) * face * face * levelWeight(offset, normal) * edge.length;
             total = total + weight;
@@ -259,20 +263,21 @@ private:
         return clamped(dot(step, normal.direction), -kLongestWide, kLongestWide);
     }
 
-    // Moves vertices by heights along their normals. Displacements are smoothed along the curve, except for a share
-    // `unsmoothed`.
+    // Moves vertices by heights, in largest spacings, along their normals. Displacements are smoothed along the curve,
+    // except for a share `unsmoothed`.
     void move(const std::vector<Normal>& normal, const std::vector<Dual>& height, const std::vector<Dual>& unsmoothed) {
         std::vector<DualVec3> step(size());
         for (std::size_t v = 0; v < size(); ++v)
             step[v] = normal[v].direction * (height[v] * normal[v].trust * params_.spacing);
         const std::vector<DualVec3> smooth = smoothedValues(step, curve_, kStepWidth * params_.spacing);
         for (std::size_t v = 0; v < size(); ++v) step[v] = smooth[v] + (step[v] - smooth[v]) * unsmoothed[v];
-        moveWithoutCrossings(curve_, step, params_.spacing);
+        moveWithoutCrossings(curve_, step, params_.spacing * curve_.leastScale());
     }
 
     BetaCurve& curve_;
     SkinSmoothing params_;
     std::vector<DualVec3> original_;
+    std::vector<double> inverse_scale_;
     Vec3 origin_{0, 0, 0};            // world units
     std::vector<DualVec3> position_;  // of vertices, relative to the origin
     std::vector<EdgeSample> edges_;

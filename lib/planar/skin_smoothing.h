@@ -7,7 +7,7 @@
 namespace betamesh {
 
 struct SkinSmoothing {
-    double spacing = 0;  ///< of the particles, world units
+    double spacing = 0;  ///< of the particles of scale 1, world units; as all lengths, elsewhere in proportion to scale
     double widest = 0;   ///< radius of the widest fit, world units
     int passes = 1;      ///< of wide fits, >= 1
 };

@@ -3,6 +3,7 @@
 
 #include "base/cell_grid.h"
 #include "base/simd.h"
+#include "planar/scaled_points.h"
 
 #include <algorithm>
 #include <cmath>
@@ -97,7 +98,7 @@ struct alignas(kPackSize * sizeof(double)) SamplePack {
 };
 
 struct Fit {
-    DualVec3 step;       // radii
+    DualVec3 step;       // radii of the discs there
     DualVec3 direction;  // gradient of the fitted circle
     Dual trust;          // 0 without samples, near 1 with many consistent ones
 };
@@ -108,7 +109,8 @@ struct Sums {
 };
 
 BETAMESH_EVERY_CPU
-void sumUp(const SamplePack* packs, std::size_t n, double inverse_square_width, const DualVec3& at, Sums& sums) {
+void sumUp(const SamplePack* packs, std::size_t n, double inverse_square_width, const DualVec3& at,
+           double inverse_scale, Sums& sums) {
     const Duals one = broadcast(1), x = broadcast({at.position.x, at.velocity.x}),
                 y = broadcast({at.position.y, at.velocity.y});
     const auto kernel = [&](const Duals& square, double inverse_square) __attribute__((always_inline)) {
@@ -119,7 +121,8 @@ void sumUp(const SamplePack* packs, std::size_t n, double inverse_square_width, 
     Duals mean_x, mean_y, mean_weight;
     for (std::size_t i = 0; i < n; ++i) {
         const SamplePack& s = packs[i];
-        const Duals px = s.x - x, py = s.y - y, k = s.weight * kernel(px * px + py * py, inverse_square_near);
+        const Duals px = (s.x - x) * inverse_scale, py = (s.y - y) * inverse_scale,
+                    k = s.weight * kernel(px * px + py * py, inverse_square_near);
         mean_x = mean_x + k * s.dx;
         mean_y = mean_y + k * s.dy;
         mean_weight = mean_weight + k;
@@ -133,7 +136,7 @@ void sumUp(const SamplePack* packs, std::size_t n, double inverse_square_width, 
     Duals weight, offset_x, offset_y, direction_x, direction_y, along, square;
     for (std::size_t i = 0; i < n; ++i) {
         const SamplePack& s = packs[i];
-        const Duals px = s.x - x, py = s.y - y, pp = px * px + py * py;
+        const Duals px = (s.x - x) * inverse_scale, py = (s.y - y) * inverse_scale, pp = px * px + py * py;
         const Duals height = px * m_x + py * m_y;
         const Duals level = positivePart(one - height * height * inverse(pp + one) * steep);
         const Duals facing = positivePart(s.dx * m_x + s.dy * m_y) * level;
@@ -155,7 +158,8 @@ void sumUp(const SamplePack* packs, std::size_t n, double inverse_square_width, 
             vector(total(direction_x), total(direction_y))};
 }
 
-Fit fitCircle(const Sums& sums) {
+// inverse_scale: of the unit of weights over that of positions
+Fit fitCircle(const Sums& sums, double inverse_scale) {
     const Dual weight = sums.weight;
     if (!(weight.value > 0)) return {};
     const DualVec3 a = sums.offset / weight, b = sums.direction / weight;
@@ -164,7 +168,8 @@ Fit fitCircle(const Sums& sums) {
     const DualVec3 ul = b - a * bend;
     const Dual minus_uc = dot(ul, a) + uq * e, slope = dot(ul, ul) + 1e-6;
     const Dual root = squareRoot(slope * slope + uq * minus_uc * slope * 4);
-    const Dual squared = weight * weight, missed = (1 - dot(b, b) - opening * bend) * (1 / kDisagreement);
+    const Dual squared = weight * weight * (inverse_scale * inverse_scale),
+               missed = (1 - dot(b, b) - opening * bend) * (1 / kDisagreement);
     const Dual share = sums.mean_square * (1 / kOpposedMean), agreed = share * share * share * share;
     const Dual trust =
         squared / (squared + kOwnWeight * kOwnWeight) * agreed / (1 + agreed) / (1 + missed * missed * missed * missed);
@@ -176,41 +181,51 @@ void set(Duals& rates, std::size_t lane, Dual number) {
     rates.rate[lane] = number.rate;
 }
 
-// The fit at each of n moving points.
+// The fits at those of some moving points that are of one class.
 template <typename PointAt>
-std::vector<Fit> fitAll(std::size_t n, const PointAt& pointAt, const BoundarySamples& samples,
-                        const CurveSmoothing& params) {
-    const double reach = params.width, scale = 1 / params.radius, edge = std::max(reach / 4, 0.5 * params.radius);
+void fitAllOf(const ScaleClass& points, const PointAt& pointAt, const std::vector<double>& scale_at,
+              const BoundarySamples& samples, const CurveSmoothing& params, std::vector<Fit>& fits) {
+    const double scale = 1 / params.radius, reach = params.width * points.largest,
+                 edge = std::max(reach / 4, 0.5 * params.radius * points.largest);
     const auto samplePosition = [&](std::size_t i) { return samples[i].position.position; };
     const CellGrid sample_cells(samples.size(), std::max(reach, edge), samplePosition);
-    const CellGrid cells(n, edge, [&](std::size_t i) { return pointAt(i).position; });
-    std::vector<Fit> fits(n);
-    forCellsAndNeighbours(reach, cells, sample_cells, samplePosition,
-                          [&](std::uint32_t cell, std::span<const std::uint32_t> around) {
-                              const DualVec3 middle{cells.lowestCorner(cell) + Vec3(edge / 2), Vec3(0)};
-                              std::vector<SamplePack> packs((around.size() + kPackSize - 1) / kPackSize);
-                              for (std::size_t i = 0; i < around.size(); ++i) {
-                                  const BoundarySample& sample = samples[around[i]];
-                                  const DualVec3 offset = (sample.position - middle) * scale;
-                                  const DualVec3& d = sample.direction;
-                                  SamplePack& pack = packs[i / kPackSize];
-                                  const std::size_t lane = i % kPackSize;
-                                  set(pack.x, lane, {offset.position.x, offset.velocity.x});
-                                  set(pack.y, lane, {offset.position.y, offset.velocity.y});
-                                  set(pack.dx, lane, {d.position.x, d.velocity.x});
-                                  set(pack.dy, lane, {d.position.y, d.velocity.y});
-                                  set(pack.weight, lane, sample.weight * scale);
-                              }
-                              for (const std::uint32_t row : cells.rowsOf(cell)) {
-                                  Sums sums;
-                                  sumUp(packs.data(), packs.size(), 1 / (reach * scale * reach * scale),
-                                        (pointAt(row) - middle) * scale, sums);
-                                  fits[row] = fitCircle(sums);
-                              }
-                          });
-    return fits;
+    const CellGrid cells(points.row.size(), edge, [&](std::size_t k) { return pointAt(points.row[k]).position; });
+    const double inverse_square_width = 1 / (params.width * scale * params.width * scale);
+    forCellsAndNeighbours(
+        reach, cells, sample_cells, samplePosition, [&](std::uint32_t cell, std::span<const std::uint32_t> around) {
+            const DualVec3 middle{cells.lowestCorner(cell) + Vec3(edge / 2), Vec3(0)};
+            std::vector<SamplePack> packs((around.size() + kPackSize - 1) / kPackSize);
+            for (std::size_t i = 0; i < around.size(); ++i) {
+                const BoundarySample& sample = samples[around[i]];
+                const DualVec3 offset = (sample.position - middle) * scale;
+                const DualVec3& d = sample.direction;
+                SamplePack& pack = packs[i / kPackSize];
+                const std::size_t lane = i % kPackSize;
+                set(pack.x, lane, {offset.position.x, offset.velocity.x});
+                set(pack.y, lane, {offset.position.y, offset.velocity.y});
+                set(pack.dx, lane, {d.position.x, d.velocity.x});
+                set(pack.dy, lane, {d.position.y, d.velocity.y});
+                set(pack.weight, lane, sample.weight * scale);
+            }
+            for (const std::uint32_t k : cells.rowsOf(cell)) {
+                const std::uint32_t row = points.row[k];
+                const double inverse = scale_at.empty() ? 1 : 1 / scale_at[row];
+                Sums sums;
+                sumUp(packs.data(), packs.size(), inverse_square_width, (pointAt(row) - middle) * scale, inverse, sums);
+                fits[row] = fitCircle(sums, inverse);
+            }
+        });
 }
 
+// The fit at each of n moving points. scale: of the discs at each point; empty: all 1.
+template <typename PointAt>
+std::vector<Fit> fitAll(std::size_t n, const PointAt& pointAt, const std::vector<double>& scale_at,
+                        const BoundarySamples& samples, const CurveSmoothing& params) {
+    std::vector<Fit> fits(n);
+    for (const ScaleClass& points : scaleClasses(n, scale_at))
+        fitAllOf(points, pointAt, scale_at, samples, params, fits);
+    return fits;
+}
 // The step smoothly limited to the length `farthest`; clearly shorter steps are almost unchanged.
 DualVec3 limited(const DualVec3& step, double farthest) {
     const Dual s2 = dot(step, step) / (farthest * farthest), s4 = s2 * s2, s8 = s4 * s4;
@@ -219,24 +234,30 @@ DualVec3 limited(const DualVec3& step, double farthest) {
 
 }  // namespace
 
-void smoothCoherently(BetaCurve& curve, BoundarySamples samples, const CurveSmoothing& params) {
+void smoothCoherently(BetaCurve& curve, DiscSamples all, const CurveSmoothing& params) {
+    BoundarySamples& samples = all.sample;
+    std::vector<double> sample_scale;
+    for (const Dual& scale : all.scale) sample_scale.push_back(scale.value);
     std::vector<DualVec3> smooth = curve.vertex;
     for (int pass = 0; pass < params.passes; ++pass) {
         const auto fits = fitAll(
-            smooth.size(), [&](std::size_t v) -> const DualVec3& { return smooth[v]; }, samples, params);
+            smooth.size(), [&](std::size_t v) -> const DualVec3& { return smooth[v]; }, curve.scale, samples, params);
         for (std::size_t v = 0; v < smooth.size(); ++v)
-            smooth[v] = smooth[v] + fits[v].step * fits[v].trust * params.radius;
+            smooth[v] = smooth[v] + fits[v].step * fits[v].trust * (params.radius * curve.scaleOf(v));
         if (pass + 1 == params.passes) break;
         const auto of_samples = fitAll(
-            samples.size(), [&](std::size_t i) -> const DualVec3& { return samples[i].position; }, samples, params);
+            samples.size(), [&](std::size_t i) -> const DualVec3& { return samples[i].position; }, sample_scale,
+            samples, params);
         for (std::size_t i = 0; i < samples.size(); ++i) {
             const Fit& fit = of_samples[i];
-            samples[i].position = samples[i].position + fit.step * fit.trust * params.radius;
+            const double radius = sample_scale.empty() ? params.radius : params.radius * sample_scale[i];
+            samples[i].position = samples[i].position + fit.step * fit.trust * radius;
             samples[i].direction = samples[i].direction + (fit.direction - samples[i].direction) * fit.trust;
         }
     }
     for (std::size_t v = 0; v < smooth.size(); ++v)
-        curve.vertex[v] = curve.vertex[v] + limited(smooth[v] - curve.vertex[v], kFarthest * params.radius);
+        curve.vertex[v] =
+            curve.vertex[v] + limited(smooth[v] - curve.vertex[v], kFarthest * params.radius * curve.scaleOf(v));
 }
 
 }  // namespace betamesh

@@ -24,7 +24,7 @@ void smoothAsInPaper(BetaCurve& curve, int passes);
 void resolveIntersections(const DiscBoundary& boundary, const std::vector<DualVec3>& discs, BetaCurve& curve);
 
 struct CurveSmoothing {
-    double radius = 0;  ///< of the discs, world units
+    double radius = 0;  ///< of the largest discs, world units
     double width = 0;   ///< radius of a sample's influence, world units; 2.8 radii unless there is a reason
     int passes = 1;     ///< >= 0
 };
@@ -45,11 +45,12 @@ struct CurveSmoothing {
 /// - by M⁴ / (M⁴ + 0.2⁴), M = |m|²: in narrow gaps directions cancel, so boundaries that nearly touch do not move.
 /// No vertex moves farther than half a radius. The displacement is a continuous function in the plane, made of a
 /// measure that changes continuously, so the curve moves continuously through every event. Samples on an arc have its
-/// circle's directions, so isolated discs, rows and rings keep their size. Velocities are carried through.
+/// circle's directions, so isolated discs, rows and rings keep their size. Velocities are carried through. Where discs
+/// differ in size, all lengths are those of the largest, and in proportion to the scale at the vertex.
 ///
 /// same    bytes for any thread count and instruction set
 /// cost    O(passes · vertices · samples within reach)
 /// source  Guennebaud & Gross 2007, Algebraic point set surfaces
-void smoothCoherently(BetaCurve& curve, BoundarySamples samples, const CurveSmoothing& params);
+void smoothCoherently(BetaCurve& curve, DiscSamples samples, const CurveSmoothing& params);
 
 }  // namespace betamesh

@@ -1,9 +1,9 @@
 
 #include "planar/velocity.h"
 
-#include "base/cell_grid.h"
 #include "base/parallel.h"
 #include "base/rigid_motion.h"
+#include "planar/scaled_points.h"
 
 #include <algorithm>
 #include <cmath>
@@ -22,14 +22,18 @@ class LocalMotion {
 public:
     LocalMotion(const DiscBoundary& boundary, const std::vector<DualVec3>& discs)
         : discs_(discs),
-          reach_(2 * boundary.worldRadius()),
-          cells_(discs.size(), reach_, [&](std::size_t d) { return discs[d].position; }) {}
+          radius_(boundary.worldRadius()),
+          scale_(boundary.scales()),
+          cells_(
+              discs.size(), 2 * radius_, [&](std::size_t d) { return discs[d].position; }, scale_) {}
 
-    Vec3 at(const Vec3& point) const {
+    // scale: of the discs at the point
+    Vec3 at(const Vec3& point, double scale) const {
         RigidMotionFit fit;
-        cells_.forRowsIn(point - Vec3(reach_, reach_, 0), point + Vec3(reach_, reach_, 0), [&](std::uint32_t d) {
+        cells_.forNear(point, radius_, radius_ * scale, [&](std::uint32_t d) {
             const Vec3 offset = discs_[d].position - point;
-            const double t = 1 - offset.length2() / (reach_ * reach_);
+            const double reach = radius_ * ((scale_.empty() ? 1 : scale_[d]) + scale);
+            const double t = 1 - offset.length2() / (reach * reach);
             if (t > 0) fit.add(offset, discs_[d].velocity, t * t);
         });
         return fit.velocityAt(Vec3(0));
@@ -37,14 +41,22 @@ public:
 
 private:
     const std::vector<DualVec3>& discs_;
-    double reach_;
-    CellGrid cells_;
+    double radius_;
+    std::vector<double> scale_;
+    ScaledPoints cells_;
 };
 
-// Solves q1·ċ = q1·v1 and q2·ċ = q2·v2 for ċ, regularised towards `prior` where they are ill-conditioned.
-Vec3 vertexVelocity(const Vec3& q1, const Vec3& v1, const Vec3& q2, const Vec3& v2, const Vec3& prior) {
+// A circle on which a vertex stays: the direction from its centre, the centre's velocity, the change of its radius.
+struct Circle {
+    Vec3 direction, velocity;
+    double growth;
+};
+
+// Solves q·(ċ - v) = ṙ for two circles, regularised towards `prior` where the equations are ill-conditioned.
+Vec3 vertexVelocity(const Circle& one, const Circle& other, const Vec3& prior) {
+    const Vec3 &q1 = one.direction, &q2 = other.direction;
     const double determinant = crossZ(q1, q2), shortfall = 1 - std::abs(determinant) / kWellConditionedInPlane;
-    const double s1 = dot(q1, v1 - prior), s2 = dot(q2, v2 - prior);
+    const double s1 = dot(q1, one.velocity - prior) + one.growth, s2 = dot(q2, other.velocity - prior) + other.growth;
     if (shortfall <= 0) return prior + (rotatedLeft(q1) * s2 - rotatedLeft(q2) * s1) / determinant;
     // Damped least squares: the third equation, of small weight, is ċ = prior.
     const double damping = kDamping * shortfall * shortfall, weight = damping * damping;
@@ -76,8 +88,10 @@ std::vector<DualVec3> boundaryVertices(const DiscBoundary& boundary, const std::
         const Vec3 c = boundary.vertex[v], q1 = (c - discs[from].position).normalized(),
                    q2 = (c - discs[to].position).normalized();
         const bool ill_conditioned = std::abs(crossZ(q1, q2)) < kWellConditionedInPlane;
-        const Vec3 prior = ill_conditioned ? motion.at(c) : (discs[from].velocity + discs[to].velocity) / 2;
-        vertices[v] = {c, vertexVelocity(q1, discs[from].velocity, q2, discs[to].velocity, prior)};
+        const Vec3 prior =
+            ill_conditioned ? motion.at(c, boundary.scaleOfVertex(v)) : (discs[from].velocity + discs[to].velocity) / 2;
+        vertices[v] = {c, vertexVelocity({q1, discs[from].velocity, boundary.worldRadiusOf(from).rate},
+                                         {q2, discs[to].velocity, boundary.worldRadiusOf(to).rate}, prior)};
     });
     return vertices;
 }
@@ -91,7 +105,7 @@ void projectTangentialVelocity(const DiscBoundary& boundary, const std::vector<D
     });
     parallelFor(normals.size(), 256, [&](std::size_t v) {
         DualVec3& vertex = curve.vertex[v];
-        const Vec3 liquid = motion.at(vertex.position);
+        const Vec3 liquid = motion.at(vertex.position, curve.scaleOf(v));
         vertex.velocity = liquid + normals[v] * dot(normals[v], vertex.velocity - liquid);
     });
 }
