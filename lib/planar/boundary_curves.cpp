@@ -68,12 +68,12 @@ BetaCurve completeCurve(const DiscBoundary& boundary, const std::vector<DualVec3
         const Dual radius = boundary.worldRadiusOf(disc);
         curve.add({discs[disc].position + outwards * radius.value, discs[disc].velocity + outwards * radius.rate},
                   false);
-        if (!boundary.radius_of.empty()) curve.scale.push_back(boundary.scaleOf(disc));
+        if (boundary.hasScales()) curve.scale.push_back(boundary.movingScaleOf(disc));
     };
     for (std::size_t c = 0; c < boundary.cycle.size(); ++c) {
         for (const std::uint32_t v : boundary.cycle[c]) {
             curve.add(vertices[v], true);
-            if (!boundary.radius_of.empty()) curve.scale.push_back(boundary.scaleOfVertex(v));
+            if (boundary.hasScales()) curve.scale.push_back(boundary.movingScaleOfVertex(v));
             const std::uint32_t disc = boundary.segment[v][1];
             const Vec3 outwards = vertices[v].position - discs[disc].position;
             const double begin = angleOf(outwards.y, outwards.x), end = begin + arcAngle(boundary, v);

@@ -17,13 +17,23 @@ namespace betamesh {
 /// liquid on their left; the last one is connected to the first.
 struct BetaCurve {
     std::vector<DualVec3> vertex;
-    std::vector<double> scale;            ///< of each vertex: radius of its disc in radii of the largest; empty: all 1
+    std::vector<Dual> scale;              ///< of each vertex: radius of its disc in radii of the largest; empty: all 1
     std::vector<std::uint8_t> pure;       ///< of each vertex: 1 where two circles intersect, 0 on an arc between them
     std::vector<std::uint32_t> begin{0};  ///< first vertex of each line, and one entry past the last
 
     std::size_t lines() const { return begin.size() - 1; }
-    double scaleOf(std::size_t v) const { return scale.empty() ? 1 : scale[v]; }
-    double leastScale() const { return scale.empty() ? 1 : *std::min_element(scale.begin(), scale.end()); }
+    Dual scaleOf(std::size_t v) const { return scale.empty() ? 1 : scale[v]; }
+    /// The values of `scale`.
+    std::vector<double> scales() const {
+        std::vector<double> values;
+        for (const Dual& s : scale) values.push_back(s.value);
+        return values;
+    }
+    double leastScale() const {
+        double least = 1;
+        for (const Dual& s : scale) least = std::min(least, s.value);
+        return least;
+    }
     void add(const DualVec3& point, bool is_pure) {
         vertex.push_back(point);
         pure.push_back(is_pure);

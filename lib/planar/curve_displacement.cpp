@@ -34,13 +34,13 @@ std::vector<DualVec3> smoothedValues(const std::vector<DualVec3>& values, const 
     const std::vector<Dual> lengths = vertexLengths(curve);
     std::vector<DualVec3> means(values.size());
     const auto positionOf = [&](std::size_t v) -> const Vec3& { return curve.vertex[v].position; };
-    forScaledNeighbours({width, width / 2, width / 2}, values.size(), positionOf, curve.scale, values.size(),
+    forScaledNeighbours({width, width / 2, width / 2}, values.size(), positionOf, curve.scales(), values.size(),
                         positionOf, [&](std::uint32_t v, std::span<const std::uint32_t> near) {
-                            const double own = width * curve.scaleOf(v), inverse_square = 1 / (own * own);
-                            DualVec3 sum = values[v] * (kOwnWeight * own);
-                            Dual total = kOwnWeight * own;
+                            const Dual own = width * curve.scaleOf(v), inverse_square = 1 / (own * own);
+                            DualVec3 sum = values[v] * (kOwnWeight * own.value);
+                            Dual total = kOwnWeight * own.value;
                             for (const std::uint32_t u : near) {
-                                if (!((positionOf(u) - positionOf(v)).length2() * inverse_square < 1)) continue;
+                                if (!((positionOf(u) - positionOf(v)).length2() * inverse_square.value < 1)) continue;
                                 const DualVec3 offset = curve.vertex[u] - curve.vertex[v];
                                 const Dual t = 1 - dot(offset, offset) * inverse_square, weight = t * t * lengths[u];
                                 sum = sum + values[u] * weight;
@@ -55,9 +55,10 @@ void smoothScales(BetaCurve& curve, double spacing) {
     if (curve.scale.empty()) return;
     for (int round = 0; round < kScaleMeans; ++round) {
         std::vector<DualVec3> scale(curve.scale.size());
-        for (std::size_t v = 0; v < scale.size(); ++v) scale[v].position.x = curve.scale[v];
+        for (std::size_t v = 0; v < scale.size(); ++v)
+            scale[v].position.x = curve.scale[v].value, scale[v].velocity.x = curve.scale[v].rate;
         const std::vector<DualVec3> mean = smoothedValues(scale, curve, kScaleKernel * spacing);
-        for (std::size_t v = 0; v < scale.size(); ++v) curve.scale[v] = mean[v].position.x;
+        for (std::size_t v = 0; v < scale.size(); ++v) curve.scale[v] = {mean[v].position.x, mean[v].velocity.x};
     }
 }
 

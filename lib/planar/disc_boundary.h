@@ -46,8 +46,6 @@ struct DiscBoundary {
     double scaleOf(std::size_t disc) const {
         return radius_of.empty() ? 1 : static_cast<double>(radius_of[disc]) / static_cast<double>(radius);
     }
-    /// The mean of this over the two discs of a vertex.
-    double scaleOfVertex(std::size_t v) const { return (scaleOf(segment[v][0]) + scaleOf(segment[v][1])) / 2; }
     /// Of all discs; empty where all are 1.
     std::vector<double> scales() const;
     /// Of the smallest disc; 1 without discs.
@@ -56,6 +54,10 @@ struct DiscBoundary {
     bool hasScales() const { return !radius_of.empty() || !radius_rate.empty(); }
     /// The scale of a disc with its rate, for a constant radius of the largest.
     Dual movingScaleOf(std::size_t disc) const { return {scaleOf(disc), worldRadiusOf(disc).rate / worldRadius()}; }
+    /// The mean of this over the two discs of a vertex.
+    Dual movingScaleOfVertex(std::size_t v) const {
+        return (movingScaleOf(segment[v][0]) + movingScaleOf(segment[v][1])) * 0.5;
+    }
 };
 
 /// Angle subtended by the arc that begins at a vertex, radians in [0, 2π].

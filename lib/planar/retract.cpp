@@ -41,7 +41,7 @@ std::vector<Step> stepsFor(const CurveSkin& skin) {
     return steps;
 }
 
-Dual clamped(Dual a, double low, double high) { return a.value < low ? low : a.value > high ? high : a; }
+Dual clamped(Dual a, Dual low, Dual high) { return a.value < low.value ? low : a.value > high.value ? high : a; }
 
 // The samples and corners of the outer boundary, numbered consecutively. Offsets from them, distances and weights are
 // divided by the scale there.
@@ -89,7 +89,7 @@ public:
         const Dual weight = boundary_.samples[i].weight;
         return scale_.empty() ? weight : weight / boundary_.scale[i];
     }
-    double scale(std::size_t i) const { return scale_.empty() ? 1 : scale_[i]; }
+    Dual scale(std::size_t i) const { return scale_.empty() ? 1 : boundary_.scale[i]; }
 
 private:
     std::size_t size() const { return boundary_.samples.size() + boundary_.corners.size(); }
@@ -132,17 +132,17 @@ void retract(const OuterBoundary& boundary, const CurveSkin& skin,
             // The weight of an outer point falls from 1 at the distance of the nearest one to 0 one band farther.
             const Dual span = band * band + depth * (2 * band);
             DualVec3 away;
-            double weights = 0, by_scale = 0;  // Σ weight, Σ weight / scale
+            Dual weights = 0, by_scale = 0;  // Σ weight, Σ weight / scale
             for (const std::uint32_t i : near) {
                 const double square = outer.squaredDistance(x, i);
                 if (!(square - nearest_square.value < span.value)) continue;
                 const DualVec3 offset = outer.offset(x, i);
                 const Dual t = 1 - (dot(offset, offset) - nearest_square) / span, weight = t * t * outer.weight(i);
                 away = away + offset * weight;
-                weights += weight.value;
-                by_scale += weight.value / outer.scale(i);
+                weights = weights + weight;
+                by_scale = by_scale + weight / outer.scale(i);
             }
-            const double scale = weights > 0 ? weights / by_scale : 1, longest = width * curve.scaleOf(v);
+            const Dual scale = weights.value > 0 ? weights / by_scale : 1, longest = width * curve.scaleOf(v);
             const Dual distance = clamped((target - depth) * (step.share * scale), -kLongestOutwards * longest,
                                           kLongestInwards * longest);
             displacement[v] = normalized(away) * (distance * fade);

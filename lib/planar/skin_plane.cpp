@@ -124,8 +124,7 @@ OuterBoundary outerBoundary(const SizedParticles& sized, const SnappedParticles&
         static_cast<int>(std::ceil(2 * std::numbers::pi * skin.outer() / (kOuterSpacing * skin.spacing)));
     DiscSamples samples = boundarySamples(outer, discs, corners, std::max(directions, kDirections));
     for (std::size_t v = 0; v < corners.size() && outer.hasScales(); ++v)
-        samples.scale.push_back((outer.movingScaleOf(outer.segment[v][0]) + outer.movingScaleOf(outer.segment[v][1])) *
-                                0.5);
+        samples.scale.push_back(outer.movingScaleOfVertex(v));
     return {std::move(samples.sample), std::move(corners), std::move(samples.scale)};
 }
 

@@ -157,11 +157,11 @@ private:
         const auto middleOf = [&](std::size_t e) -> const Vec3& { return edges_[e].middle.position; };
         forScaledNeighbours(
             {reach, std::min(reach / 2, 1.0), reach / 2}, size(),
-            [&](std::size_t v) -> const Vec3& { return position_[v].position; }, curve_.scale, edges_.size(), middleOf,
-            visit);
+            [&](std::size_t v) -> const Vec3& { return position_[v].position; }, curve_.scales(), edges_.size(),
+            middleOf, visit);
     }
 
-    double scaleOf(std::size_t v) const { return curve_.scaleOf(v); }
+    double scaleOf(std::size_t v) const { return curve_.scaleOf(v).value; }
     // From a vertex to the middle of an edge; here and below in spacings at the vertex.
     DualVec3 offsetOf(std::uint32_t e, std::uint32_t v) const {
         return (edges_[e].middle - position_[v]) * inverse_scale_[v];

@@ -241,9 +241,10 @@ void smoothCoherently(BetaCurve& curve, DiscSamples all, const CurveSmoothing& p
     std::vector<DualVec3> smooth = curve.vertex;
     for (int pass = 0; pass < params.passes; ++pass) {
         const auto fits = fitAll(
-            smooth.size(), [&](std::size_t v) -> const DualVec3& { return smooth[v]; }, curve.scale, samples, params);
+            smooth.size(), [&](std::size_t v) -> const DualVec3& { return smooth[v]; }, curve.scales(), samples,
+            params);
         for (std::size_t v = 0; v < smooth.size(); ++v)
-            smooth[v] = smooth[v] + fits[v].step * fits[v].trust * (params.radius * curve.scaleOf(v));
+            smooth[v] = smooth[v] + fits[v].step * fits[v].trust * (params.radius * curve.scaleOf(v).value);
         if (pass + 1 == params.passes) break;
         const auto of_samples = fitAll(
             samples.size(), [&](std::size_t i) -> const DualVec3& { return samples[i].position; }, sample_scale,
@@ -257,7 +258,7 @@ void smoothCoherently(BetaCurve& curve, DiscSamples all, const CurveSmoothing& p
     }
     for (std::size_t v = 0; v < smooth.size(); ++v)
         curve.vertex[v] =
-            curve.vertex[v] + limited(smooth[v] - curve.vertex[v], kFarthest * params.radius * curve.scaleOf(v));
+            curve.vertex[v] + limited(smooth[v] - curve.vertex[v], kFarthest * params.radius * curve.scaleOf(v).value);
 }
 
 }  // namespace betamesh

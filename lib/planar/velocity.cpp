@@ -88,8 +88,8 @@ std::vector<DualVec3> boundaryVertices(const DiscBoundary& boundary, const std::
         const Vec3 c = boundary.vertex[v], q1 = (c - discs[from].position).normalized(),
                    q2 = (c - discs[to].position).normalized();
         const bool ill_conditioned = std::abs(crossZ(q1, q2)) < kWellConditionedInPlane;
-        const Vec3 prior =
-            ill_conditioned ? motion.at(c, boundary.scaleOfVertex(v)) : (discs[from].velocity + discs[to].velocity) / 2;
+        const Vec3 prior = ill_conditioned ? motion.at(c, boundary.movingScaleOfVertex(v).value)
+                                           : (discs[from].velocity + discs[to].velocity) / 2;
         vertices[v] = {c, vertexVelocity({q1, discs[from].velocity, boundary.worldRadiusOf(from).rate},
                                          {q2, discs[to].velocity, boundary.worldRadiusOf(to).rate}, prior)};
     });
@@ -105,7 +105,7 @@ void projectTangentialVelocity(const DiscBoundary& boundary, const std::vector<D
     });
     parallelFor(normals.size(), 256, [&](std::size_t v) {
         DualVec3& vertex = curve.vertex[v];
-        const Vec3 liquid = motion.at(vertex.position, curve.scaleOf(v));
+        const Vec3 liquid = motion.at(vertex.position, curve.scaleOf(v).value);
         vertex.velocity = liquid + normals[v] * dot(normals[v], vertex.velocity - liquid);
     });
 }
