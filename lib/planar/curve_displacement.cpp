@@ -34,8 +34,8 @@ std::vector<DualVec3> smoothedValues(const std::vector<DualVec3>& values, const 
     const std::vector<Dual> lengths = vertexLengths(curve);
     std::vector<DualVec3> means(values.size());
     const auto positionOf = [&](std::size_t v) -> const Vec3& { return curve.vertex[v].position; };
-    forScaledNeighbours({width, width / 2, width / 2}, values.size(), positionOf, curve.scales(), values.size(),
-                        positionOf, [&](std::uint32_t v, std::span<const std::uint32_t> near) {
+    forScaledNeighbours(width, values.size(), positionOf, curve.scales(),
+                        [&](std::uint32_t v, std::span<const std::uint32_t> near) {
                             const Dual own = width * curve.scaleOf(v), inverse_square = 1 / (own * own);
                             DualVec3 sum = values[v] * (kOwnWeight * own.value);
                             Dual total = kOwnWeight * own.value;

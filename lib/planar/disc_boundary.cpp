@@ -45,8 +45,8 @@ double DiscBoundary::leastScale() const {
 }
 
 double arcAngle(const DiscBoundary& boundary, std::uint32_t v) {
-    const auto [before, disc] = boundary.segment[v];
-    const std::uint32_t after = boundary.segment[boundary.next[v]][1];
+    const std::uint32_t before = boundary.segment[v][0], disc = boundary.segment[v][1],
+                        after = boundary.segment[boundary.next[v]][1];
     const Vec3 centre = boundary.centre(disc), begin = boundary.vertex[v] - centre,
                end = boundary.vertex[boundary.next[v]] - centre;
     const double angle = angleOf(crossZ(begin, end), begin.x * end.x + begin.y * end.y);

@@ -51,11 +51,11 @@ private:
     std::vector<Class> classes_;
 };
 
-/// A search from n points for `others` within reach · (the searching point's scale).
+/// Lengths of a search from points of scale 1; those of others are in proportion.
 struct ScaledSearch {
-    double reach;           ///< at scale 1, as all here
+    double reach;
     double edge;            ///< of the cells in which searching points are grouped
-    double edge_of_others;  ///< of the cells in which the others are sorted
+    double edge_of_others;  ///< of the cells in which the points to be found are sorted
 };
 
 /// Calls visit(row, rows of others) for each of n points, in parallel, with all others within reach and some beyond.
@@ -75,6 +75,19 @@ void forScaledNeighbours(const ScaledSearch& search, std::size_t n, const Positi
                                   for (const std::uint32_t k : cells.rowsOf(cell)) visit(points.row[k], near);
                               });
     }
+}
+
+/// The same among n points, in cells whose edge is half the reach.
+template <typename PositionOf, typename Visit>
+void forScaledNeighbours(double reach, std::size_t n, const PositionOf& positionOf, std::span<const double> scale,
+                         const Visit& visit) {
+    if (!scale.empty())
+        return forScaledNeighbours({reach, reach / 2, reach / 2}, n, positionOf, scale, n, positionOf, visit);
+    const CellGrid cells(n, reach / 2, positionOf);
+    forCellsAndNeighbours(reach, cells, cells, positionOf,
+                          [&](std::uint32_t cell, std::span<const std::uint32_t> near) {
+                              for (const std::uint32_t row : cells.rowsOf(cell)) visit(row, near);
+                          });
 }
 
 }  // namespace betamesh
