@@ -150,7 +150,9 @@ std::size_t fillHoles(BetaCurve& curve, double radius,
 std::vector<bool> cyclesWithRoom(const DiscBoundary& boundary, const DiscBoundary& wider) {
     constexpr double kSameParticle = 1e-4;  // radii: distance up to which centres are one particle, above snapping
     constexpr double kSameQuanta = 4;       // the same where the smallest discs may be nearly as small as that
+    constexpr double kNearlyZero = 1e-2;    // radians, above rounding of directions on the smallest discs
     constexpr double kTurn = 2 * std::numbers::pi;
+    const double farthest = boundary.radius_of.empty() ? std::numbers::pi : kNearlyZero;
     const IndexRows arcs = sortedIntoRows<std::uint32_t>(
         boundary.position.size(), boundary.segment.size(),
         [&](std::size_t v, const auto& visit) { visit(boundary.segment[v][1], static_cast<std::uint32_t>(v)); });
@@ -178,7 +180,7 @@ std::vector<bool> cyclesWithRoom(const DiscBoundary& boundary, const DiscBoundar
                 if (outside_arc < least) least = outside_arc, cycle = cycle_of[arc];
             }
         });
-        if (least < std::numbers::pi) has_room[cycle] = true;
+        if (least < farthest) has_room[cycle] = true;
     }
     return has_room;
 }

@@ -93,7 +93,8 @@ std::size_t fillHoles(BetaCurve& curve, double radius,
 /// that by which the discs of `wider` are larger. It fits if the boundary of those has a vertex there. Exact for holes.
 /// Outside the liquid a single particle, or two far apart, leave no vertex and give false.
 ///
-/// in      boundaries of the same particles; `wider` has larger discs and may lack some that nearly coincide
+/// in      boundaries of the same particles; `wider` has larger discs and may lack some that nearly coincide. Where
+///         sizes differ, also those that are covered in `boundary`
 /// same    result for any thread count
 /// cost    O(vertices)
 std::vector<bool> cyclesWithRoom(const DiscBoundary& boundary, const DiscBoundary& wider);

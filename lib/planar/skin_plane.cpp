@@ -84,16 +84,6 @@ Particles particlesAt(const std::vector<std::uint32_t>& rows, const Particles& p
     return selected;
 }
 
-// Snaps selected particles with discs of new radii, given by row of the selection; equal, where those of before are.
-template <typename RadiusOf>
-SnappedParticles snapAgain(const Particles& selected, const SnappedParticles& before, double largest,
-                           const RadiusOf& radiusOf) {
-    if (before.radius_of.empty()) return snapParticles(selected, largest);
-    std::vector<double> radii(selected.size());
-    for (std::size_t i = 0; i < radii.size(); ++i) radii[i] = radiusOf(i);
-    return snapParticles(selected, radii);
-}
-
 double scaleOf(const SnappedParticles& snapped, std::size_t i) {
     return static_cast<double>(snapped.radiusOf(i)) / static_cast<double>(snapped.radius);
 }
@@ -113,8 +103,11 @@ OuterBoundary outerBoundary(const SizedParticles& sized, const SnappedParticles&
     std::vector<std::uint32_t> rows;
     for (const std::uint32_t i : near) rows.push_back(snapped.row[i]);
     const Particles selected = particlesAt(rows, sized.particles);
-    DiscBoundary outer = discBoundary(snapAgain(
-        selected, snapped, skin.outer(), [&](std::size_t i) { return skin.outer() * scaleOf(snapped, near[i]); }));
+    const bool have_sizes = !snapped.radius_of.empty();
+    std::vector<double> radii;
+    for (const std::uint32_t i : near) radii.push_back(skin.outer() * scaleOf(snapped, i));
+    DiscBoundary outer =
+        discBoundary(have_sizes ? snapParticles(selected, radii) : snapParticles(selected, skin.outer()));
     if (!sized.sizes.rate.empty())
         for (const std::uint32_t row : outer.row)
             outer.radius_rate.push_back(sized.sizes.rate[rows[row]] * (skin.outer() / skin.joining));
@@ -123,8 +116,12 @@ OuterBoundary outerBoundary(const SizedParticles& sized, const SnappedParticles&
     const int directions =
         static_cast<int>(std::ceil(2 * std::numbers::pi * skin.outer() / (kOuterSpacing * skin.spacing)));
     DiscSamples samples = boundarySamples(outer, discs, corners, std::max(directions, kDirections));
-    for (std::size_t v = 0; v < corners.size() && outer.hasScales(); ++v)
-        samples.scale.push_back(outer.movingScaleOfVertex(v));
+    if (have_sizes || outer.hasScales()) {  // in those of the largest disc of all, which may not be near
+        samples.scale.resize(samples.sample.size(), 1);
+        for (std::size_t v = 0; v < corners.size(); ++v) samples.scale.push_back(outer.movingScaleOfVertex(v));
+        const double largest = outer.worldRadius() / skin.outer();
+        for (Dual& scale : samples.scale) scale = scale * largest;
+    }
     return {std::move(samples.sample), std::move(corners), std::move(samples.scale)};
 }
 
@@ -151,8 +148,19 @@ void moveToSkin(const SizedParticles& sized, const SnappedParticles& snapped, co
     retract(outer, skin, extraSkin, curve);
 }
 
-// reference: radius of a disc about which a disc of diameter bubble_gap, were it about a particle, would be wider by
-// as much as has to fit between the discs
+// The boundary of discs between which no disc of diameter bubble_gap has room about a particle of radius `reference`,
+// where discs have one radius: theirs is half the gap. Where sizes differ, every disc is as much wider. The exposed
+// discs are then enough: the points that only covered ones would cover are in no direction in which others are exposed.
+DiscBoundary widerBoundary(const Particles& particles, const SnappedParticles& snapped, const DiscBoundary& boundary,
+                           double gap, double reference) {
+    if (boundary.radius_of.empty()) return discBoundary(snapParticles(particlesAt(snapped.row, particles), gap / 2));
+    std::vector<double> radii;
+    for (std::size_t d = 0; d < boundary.row.size(); ++d)
+        radii.push_back(boundary.worldRadiusOf(d).value + (gap / 2 - reference));
+    return discBoundary(snapParticles(particlesAt(boundary.row, particles), radii));
+}
+
+// reference: particle radius that bubble_gap includes on either side
 std::size_t fillSmallHoles(const Particles& particles, const SnappedParticles& snapped, const DiscBoundary& boundary,
                            const SkinParams& params, double reference, BetaCurve& curve) {
     const double gap = params.features.bubble_gap;
@@ -160,13 +168,7 @@ std::size_t fillSmallHoles(const Particles& particles, const SnappedParticles& s
     return fillHoles(curve, params.radius * boundary.leastScale(), [&](std::size_t line, double area) {
         if (!(gap > 0)) return area < params.features.bubble_volume;
         if (gap <= 2 * reference || line >= boundary.cycle.size()) return false;
-        if (!has_room) {
-            const Particles all = particlesAt(snapped.row, particles);
-            const double wider = gap / 2 - reference;
-            has_room = cyclesWithRoom(boundary, discBoundary(snapAgain(all, snapped, gap / 2, [&](std::size_t i) {
-                                          return static_cast<double>(snapped.radiusOf(i)) * snapped.quantum + wider;
-                                      })));
-        }
+        if (!has_room) has_room = cyclesWithRoom(boundary, widerBoundary(particles, snapped, boundary, gap, reference));
         return !(*has_room)[line];
     });
 }

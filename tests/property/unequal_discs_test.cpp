@@ -305,7 +305,24 @@ TEST(UnequalDiscs, OfASquareThatIsCoarseOnOneSideEncloseItsArea) {
     }
 }
 
-// Discs of one size that is that of the others, from another reference, have the same skin.
+// Fine particles round coarse ones: all discs near the surface have one size, which is not the largest.
+TEST(UnequalDiscs, HaveASkinOfTheSizeAtTheSurface) {
+    UnequalDiscs cloud, fine;
+    addSquare(Vec3(-4, -4, 0), 1, 8, cloud);
+    addSquare(Vec3(-12, -12, 0), 0.5, 24, fine);
+    for (std::size_t i = 0; i < fine.radius.size(); ++i) {
+        const Vec3f& p = fine.particles.position[i];
+        if (std::max(std::abs(p.x), std::abs(p.y)) < 4) continue;
+        cloud.particles.position.push_back(p);
+        cloud.radius.push_back(fine.radius[i]);
+    }
+    const Curves mixed = skinPlane(sized(cloud), sizedParams()).curves,
+                 alone = skinPlane(sized(fine), sizedParams()).curves;
+    ASSERT_EQ(mixed.position.size(), alone.position.size());
+    for (std::size_t v = 0; v < mixed.position.size(); ++v) EXPECT_LE(distanceTo(alone, mixed.position[v]), 1e-4);
+}
+
+// The reference is not a size of its own: the same skin follows from another radius with its spacing.
 TEST(UnequalDiscs, DoNotDependOnWhichSizeTheRadiusIsGivenFor) {
     UnequalDiscs cloud;
     addSquare(Vec3(0), 1, 8, cloud);
