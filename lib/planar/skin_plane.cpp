@@ -148,9 +148,10 @@ void moveToSkin(const SizedParticles& sized, const SnappedParticles& snapped, co
     retract(outer, skin, extraSkin, curve);
 }
 
-// The boundary of discs between which no disc of diameter bubble_gap has room about a particle of radius `reference`,
-// where discs have one radius: theirs is half the gap. Where sizes differ, every disc is as much wider. The exposed
-// discs are then enough: the points that only covered ones would cover are in no direction in which others are exposed.
+// The boundary of wider discs, which has a vertex wherever a disc of diameter `gap` fits between the particles:
+// discs of that radius, gap / 2, or, where sizes differ, discs that are all wider by gap / 2 - reference. In the latter
+// case the exposed ones are enough. Without the others, vertices may appear within the liquid, but only in directions
+// in which a disc is covered.
 DiscBoundary widerBoundary(const Particles& particles, const SnappedParticles& snapped, const DiscBoundary& boundary,
                            double gap, double reference) {
     if (boundary.radius_of.empty()) return discBoundary(snapParticles(particlesAt(snapped.row, particles), gap / 2));
@@ -160,7 +161,7 @@ DiscBoundary widerBoundary(const Particles& particles, const SnappedParticles& s
     return discBoundary(snapParticles(particlesAt(boundary.row, particles), radii));
 }
 
-// reference: particle radius that bubble_gap includes on either side
+// reference: radius of a particle's disc, which half of bubble_gap includes
 std::size_t fillSmallHoles(const Particles& particles, const SnappedParticles& snapped, const DiscBoundary& boundary,
                            const SkinParams& params, double reference, BetaCurve& curve) {
     const double gap = params.features.bubble_gap;

@@ -100,7 +100,9 @@ struct SkinnedPlane {
 /// and closed curves for the mesh. Arcs are divided at fixed directions from their centre: 8 per arc_subdivisions, 24
 /// for 0. Discs determine which particles are connected; then the curve moves inwards to the skin, skinDepth(params, 2)
 /// outside the outermost particles, but at least a twentieth of the radius. Features::bubble_gap is the diameter of a
-/// disc, bubble_volume an area in world units squared.
+/// disc, bubble_volume an area in world units squared. With SkinParams::radius_attribute every particle has a disc and
+/// a skin of its own size; a bubble is then filled if no disc fits between the discs that is as large as the gap leaves
+/// between two of SkinParams::radius.
 ///
 /// in      n >= 0 valid particles
 /// out     closed curves with the liquid on their left: seen from +z counter-clockwise around liquid, clockwise around
@@ -108,13 +110,15 @@ struct SkinnedPlane {
 /// same    bytes for any thread count and particle order
 /// cost    O(n) for a bounded number of neighbours within two radii
 /// errors  a particle with a different z than the first; those of requirePlanar(), requireScale() and requireSkin();
-///         an attribute that the particles do not have; particles beyond the integer range
+///         an attribute that the particles do not have; a size that is not positive, or less than a thousandth of the
+///         largest; particles beyond the integer range
 /// source  beta mesh paper, section 3 and Figure 8
 SkinnedPlane skinPlane(const Particles& particles, const SkinParams& params, const Watch& watch = {});
 
 /// Checks that the parameters are supported in two dimensions.
 ///
-/// errors  parameters that work in three dimensions only; the paper's smoothing without the paper's tessellation
+/// errors  parameters that work in three dimensions only; the paper's smoothing without the paper's tessellation,
+///         particles of different sizes with it
 void requirePlanar(const SkinParams& params);
 
 }  // namespace betamesh
