@@ -303,7 +303,7 @@ std::vector<std::uint8_t> coveredParticles(const std::vector<Vec3i>& cell, const
 
 std::vector<std::uint8_t> coveredUnequal(std::size_t n, std::int64_t largest,
                                          const std::function<Vec3i(std::uint32_t)>& positionOf,
-                                         const std::function<std::int64_t(std::uint32_t)>& radiusOf) {
+                                         const std::function<std::int64_t(std::uint32_t)>& radiusOf, CoveredBy by) {
     const std::size_t ranges = rangeOf(1, largest) + 1;
     const IndexRows balls_in = sortedIntoRows<std::uint32_t>(ranges, n, [&](std::size_t i, const auto& visit) {
         const auto ball = static_cast<std::uint32_t>(i);
@@ -339,12 +339,14 @@ std::vector<std::uint8_t> coveredUnequal(std::size_t n, std::int64_t largest,
         parallelFor(balls.size(), 256, [&](std::size_t i) {
             const std::int64_t radius = radiusOf(balls[i]);
             is_covered[balls[i]] = by_alike[i];
+            if (by == CoveredBy::nearly_equal) return;
             for (const AlikeBalls& others : larger) {
                 if (is_covered[balls[i]] || others.largest < 2 * radius) break;
                 is_covered[balls[i]] = isInsideOneOf(others, positionOf(balls[i]), radius);
             }
         });
     }
+    if (by == CoveredBy::nearly_equal) return is_covered;
     // Together, balls of several ranges cover more, but small ones are resolved less finely.
     std::pair<std::uint32_t, std::uint32_t> previous;
     for (std::size_t first = 0; first < ranges; first += kRangesPerFactorOfTwo / 2) {
@@ -361,15 +363,27 @@ std::vector<std::uint8_t> coveredUnequal(std::size_t n, std::int64_t largest,
     return is_covered;
 }
 
+namespace {
+
+std::vector<std::uint32_t> uncovered(const std::vector<std::uint8_t>& is_covered) {
+    return indicesWhere(is_covered.size(), [&](std::uint32_t i) { return !is_covered[i]; });
+}
+
+std::vector<std::uint32_t> uncoveredUnequal(const SnappedParticles& particles, CoveredBy by) {
+    return uncovered(coveredUnequal(
+        particles.size(), particles.radius, [&](std::uint32_t i) { return particles.position[i]; },
+        [&](std::uint32_t i) { return particles.radiusOf(i); }, by));
+}
+
+}  // namespace
+
+std::vector<std::uint32_t> notAmongAlike(const SnappedParticles& particles) {
+    return uncoveredUnequal(particles, CoveredBy::nearly_equal);
+}
+
 std::vector<std::uint32_t> exposureCandidates(const SnappedParticles& particles) {
-    const auto uncovered = [](const std::vector<std::uint8_t>& is_covered) {
-        return indicesWhere(is_covered.size(), [&](std::uint32_t i) { return !is_covered[i]; });
-    };
     if (!particles.is_covered.empty()) return uncovered(particles.is_covered);
-    if (particles.size_classes)
-        return uncovered(coveredUnequal(
-            particles.size(), particles.radius, [&](std::uint32_t i) { return particles.position[i]; },
-            [&](std::uint32_t i) { return particles.radiusOf(i); }));
+    if (particles.size_classes) return uncoveredUnequal(particles, CoveredBy::any);
     std::vector<CellOffset> offset(particles.size());
     parallelFor(particles.cell.size(), 64, [&](std::size_t c) {
         const Vec3i corner = particles.cell[c] * (2 * particles.radius);

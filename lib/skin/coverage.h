@@ -39,6 +39,9 @@ inline CellOffset cellOffset(const Vec3i& from_corner, std::int64_t radius) {
 std::vector<std::uint8_t> coveredParticles(const std::vector<Vec3i>& cell, const std::vector<std::uint32_t>& cell_begin,
                                            const std::vector<CellOffset>& offset);
 
+/// Which balls may cover one: all, or only those of nearly its own radius.
+enum class CoveredBy { any, nearly_equal };
+
 /// The same for balls of different radii: of each of n, 1 where others cover it that are at most about twice as large
 /// or as small, or where it lies inside one at least twice as large. The fewer are found the more the radii differ;
 /// none that balls of more unlike radii cover together.
@@ -48,7 +51,8 @@ std::vector<std::uint8_t> coveredParticles(const std::vector<Vec3i>& cell, const
 ///         covered; 20 bytes per ball
 std::vector<std::uint8_t> coveredUnequal(std::size_t n, std::int64_t largest,
                                          const std::function<Vec3i(std::uint32_t)>& positionOf,
-                                         const std::function<std::int64_t(std::uint32_t)>& radiusOf);
+                                         const std::function<std::int64_t(std::uint32_t)>& radiusOf,
+                                         CoveredBy by = CoveredBy::any);
 
 /// The particles whose balls may be exposed: all but the covered ones. Coverage is computed unless it is known already.
 ///
@@ -56,5 +60,11 @@ std::vector<std::uint8_t> coveredUnequal(std::size_t n, std::int64_t largest,
 /// same    result for any thread count and instruction set
 /// cost    O(n), about 40 ns per particle whose coverage is not known
 std::vector<std::uint32_t> exposureCandidates(const SnappedParticles& particles);
+
+/// Particles that may be outside the skin of larger ones: all but those that balls of nearly their own radius cover.
+/// Rows, ascending.
+///
+/// in      balls of different radii
+std::vector<std::uint32_t> notAmongAlike(const SnappedParticles& particles);
 
 }  // namespace betamesh

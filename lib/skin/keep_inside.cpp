@@ -87,7 +87,7 @@ std::vector<DualVec3> displacements(const std::vector<Bump>& bumps, const BetaMe
 std::vector<DeepParticle> smallParticles(const SnappedParticles& snapped, double skin) {
     std::vector<DeepParticle> small;
     if (!snapped.size_classes) return small;
-    for (const std::uint32_t i : exposureCandidates(snapped)) {
+    for (const std::uint32_t i : notAmongAlike(snapped)) {
         if (snapped.radiusOf(i) == snapped.radius) continue;
         const double scale = static_cast<double>(snapped.radiusOf(i)) / static_cast<double>(snapped.radius);
         small.push_back({toDouble(snapped.position[i]) * snapped.quantum, (1 - kMaxSkinSmoothing) * skin * scale});

@@ -15,7 +15,8 @@ struct DeepParticle {
     double least_depth;
 };
 
-/// Those that the skin beside larger particles might pass: all that may be exposed and are smaller than the largest.
+/// Those that the skin beside larger particles might pass: all that no balls alike
+/// cover and that are smaller than the largest.
 /// None where all are of one size, since kernels as wide as the particles' own spacing keep their distance.
 ///
 /// skin    of the largest particle, world units

@@ -104,16 +104,16 @@ void setRadiusRates(const BallBoundary& boundary, BallBoundary& outer) {
 // Lowers the scales of samples so that the rolling ball at each reaches no deeper than to the skin of any particle.
 // Only the skins of smaller particles can be nearer than that of the sample's own.
 void keepOutOfSkins(const Particles& particles, const SnappedParticles& larger,
-                    const std::vector<std::uint32_t>& candidates, const SkinLengths& lengths, double spacing,
+                    const std::vector<std::uint32_t>& uncovered, const SkinLengths& lengths, double spacing,
                     OuterSamples& samples) {
     const auto scaleOf = [&](std::uint32_t i) {
         return static_cast<double>(larger.radiusOf(i)) / static_cast<double>(larger.radius);
     };
     std::vector<float> particle_scale(larger.size());
-    for (const std::uint32_t i : candidates) particle_scale[i] = static_cast<float>(scaleOf(i));
+    for (const std::uint32_t i : uncovered) particle_scale[i] = static_cast<float>(scaleOf(i));
     const std::vector<float> own = samples.scale;
     const auto samples_of = byOctave(allRows(own.size()), own);
-    const auto particles_of = byOctave(std::vector<std::uint32_t>(candidates), particle_scale);
+    const auto particles_of = byOctave(std::vector<std::uint32_t>(uncovered), particle_scale);
     const auto positionOf = [&](std::uint32_t i) { return Vec3(particles.position[larger.row[i]]); };
     for (std::size_t coarse = 0; coarse < samples_of.size(); ++coarse)
         for (std::size_t fine = coarse; fine < particles_of.size(); ++fine) {
@@ -151,8 +151,7 @@ OuterSamples outerSamples(const Particles& particles, const SnappedParticles& sn
     const SnappedParticles larger = enlarged(snapped, all, radius);
     Icosphere directions = icosphereOf(kOuterFaceAngle);
     const auto direction_count = static_cast<double>(directions.position.size());
-    const std::vector<std::uint32_t> candidates = exposureCandidates(larger, snapped, boundary);
-    BallBoundary outer = ballBoundary(larger, candidates, directions.position);
+    BallBoundary outer = ballBoundary(larger, exposureCandidates(larger, snapped, boundary), directions.position);
     setRadiusRates(boundary, outer);
     const std::vector<DualVec3> balls = ballCentres(outer, all);
     ArcSubdivision subdivision;
@@ -214,7 +213,7 @@ OuterSamples outerSamples(const Particles& particles, const SnappedParticles& sn
         if (!samples.growth.empty())
             samples.growth.resize(samples.point.size(), static_cast<float>(of_ball.rate * rolling_share));
     }
-    if (!outer.radius_of.empty()) keepOutOfSkins(all, larger, candidates, lengths, spacing, samples);
+    if (!outer.radius_of.empty()) keepOutOfSkins(all, larger, notAmongAlike(larger), lengths, spacing, samples);
     return samples;
 }
 

@@ -4,7 +4,6 @@
 #include "betamesh/error.h"
 #include "skin/attributes.h"
 
-#include <algorithm>
 #include <cmath>
 #include <string>
 
@@ -58,11 +57,6 @@ SkinParams withRadius(const SkinParams& params, double radius) {
     scaled.smoothing_width *= factor;
     if (scaled.skin) *scaled.skin *= factor;
     return scaled;
-}
-
-SkinParams withLargest(const SkinParams& params, const ParticleSizes& sizes) {
-    return sizes.radius.empty() ? params
-                                : withRadius(params, *std::max_element(sizes.radius.begin(), sizes.radius.end()));
 }
 
 }  // namespace betamesh

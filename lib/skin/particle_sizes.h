@@ -25,7 +25,4 @@ ParticleSizes particleSizes(const Particles& particles, const SkinParams& params
 /// whose ball has the given radius. Lengths of the world, such as bubble_gap and the walls, stay.
 SkinParams withRadius(const SkinParams& params, double radius);
 
-/// The same for the largest of these balls; the parameters themselves where there is none.
-SkinParams withLargest(const SkinParams& params, const ParticleSizes& sizes);
-
 }  // namespace betamesh

@@ -60,7 +60,7 @@ BaseSurface baseSurface(const Particles& particles, Structure& structure, const 
         base.smoother.emplace(boundarySamples(boundary, balls, network, points), coherentSmoothing(params));
     base.mesh = completeTessellation(boundary, balls, std::move(network), std::move(points), subdivision);
     if (params.features.bubbles == Bubbles::fill)  // before smoothing, which may turn small bubbles inside out
-        report.bubbles_filled = fillBubbles(base.mesh, boundary, params.features, params.radius);
+        report.bubbles_filled = fillBubbles(base.mesh, boundary, params.features, structure.reference_radius);
     return base;
 }
 
@@ -199,7 +199,7 @@ std::string_view nameOf(Stage stage) {
 
 SkinnedFrame skinFrame(const Particles& particles, const SkinParams& params, const Watch& watch) {
     NearSurfaceFinder finder(params);
-    finder.add(particles.position);
+    finder.add(particles.position, particleSizes(particles, params).radius);
     return skinFrame(particles, finder.find(), params, watch);
 }
 
@@ -208,9 +208,10 @@ SkinnedFrame skinFrame(const Particles& particles, const NearSurface& near, cons
     requireConsistent(given);
     const Watch watch = watch_or_none ? watch_or_none : [](Stage) {};
     const ParticleSizes sizes = particleSizes(particles, given);
-    const SkinParams params = withLargest(given, sizes);
+    const SkinParams params = near.largest > 0 ? withRadius(given, near.largest) : given;
 
     Structure structure = exposedStructure(particles, near, params, sizes, faceDirections(params));
+    structure.reference_radius = near.is_unequal ? given.radius : params.radius;
     if (isComplete(params)) groupFaces(structure.snapped, structure.boundary);
     SkinnedFrame frame{{}, std::move(structure.spheres), reportOf(near, structure)};
     const BallBoundary& boundary = structure.boundary;

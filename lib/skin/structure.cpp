@@ -52,10 +52,10 @@ Structure exactStructure(const Particles& particles, const NearSurface& near, co
                             params.surface == SurfaceKind::alpha ? ArcTracing::none : ArcTracing::traced);
     };
     Structure structure;
-    buildStructure(
-        particles, params,
-        sizes.radius.empty() ? snapParticles(particles, params.radius, near) : snapParticles(particles, sizes.radius),
-        boundaryOf, directions, structure);
+    buildStructure(particles, params,
+                   sizes.radius.empty() ? snapParticles(particles, params.radius, near)
+                                        : snapParticles(particles, sizes.radius, near),
+                   boundaryOf, directions, structure);
     std::vector<double>& rate = structure.boundary.radius_rate;
     for (const std::uint32_t row : structure.boundary.row)
         if (!sizes.rate.empty()) rate.push_back(sizes.rate[row]);

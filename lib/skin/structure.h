@@ -18,6 +18,7 @@ namespace betamesh {
 struct Structure {
     SnappedParticles snapped;  ///< particles without those left out as droplets or tendrils
     BallBoundary boundary;
+    double reference_radius = 0;  ///< of balls that Features::bubble_gap is meant for, world units
     Icosphere directions;  ///< directions in which points inside faces are sought; none where they are not needed
     Spheres spheres;       ///< left-out particles that are kept as spheres
     std::size_t distinct_particles = 0;

@@ -287,8 +287,7 @@ SizedStructure structureOf(const Particles& particles, SnappedParticles snapped,
     made.boundary = ballBoundary(snapped, exposureCandidates(snapped), faceDirections(params).position);
     groupFaces(snapped, made.boundary);
     if (hasSkin(params) && snapped.size() > 0) {
-        const double spacing = particleSpacing(params);
-        made.outer = outerSamples(particles, snapped, made.boundary, skinLengths(params).outer() * spacing, spacing);
+        made.outer = outerSamples(particles, snapped, made.boundary, skinLengths(params), particleSpacing(params));
     }
     return made;
 }

@@ -1,10 +1,12 @@
 // Properties of surfaces of particles with sizes of their own, given by an attribute.
 
+#include "skin/particle_sizes.h"
 #include "base/random.h"
 #include "betamesh/check.h"
 #include "betamesh/error.h"
 #include "betamesh/skin.h"
 #include "mesh/enclosure.h"
+#include "skin/pipeline.h"
 #include "support/clouds.h"
 #include "support/oracles.h"
 
@@ -74,13 +76,13 @@ Particles shuffled(const Particles& particles) {
     return other;
 }
 
-/// A block of liquid with a cavity for finer liquid: particles of two sizes with one surface around both.
-Particles adaptiveBlock(double fine, std::uint64_t seed) {
+/// A block of liquid, 1 larger in x than the edge, that is finer in its last 2: one surface around both.
+Particles adaptiveBlock(double fine, std::uint64_t seed, double edge = 6) {
     Particles particles;
     std::vector<float> sizes;
     Random random(seed);
     const auto add = [&](double dx, double low, double high) {
-        const int n = static_cast<int>(std::lround(6 / dx)), begin = static_cast<int>(std::lround(low / dx)),
+        const int n = static_cast<int>(std::lround(edge / dx)), begin = static_cast<int>(std::lround(low / dx)),
                   end = static_cast<int>(std::lround(high / dx));
         for (int i = begin; i < end; ++i)
             for (int j = 0; j < n; ++j)
@@ -90,8 +92,8 @@ Particles adaptiveBlock(double fine, std::uint64_t seed) {
                     sizes.push_back(static_cast<float>(dx));
                 }
     };
-    add(1, 0, 5);
-    add(fine, 5, 7);
+    add(1, 0, edge - 1);
+    add(fine, edge - 1, edge + 1);
     addSizes(sizes, particles);
     return particles;
 }
@@ -154,6 +156,24 @@ TEST(ParticleSizes, DoNotDependOnTheNumberOfThreads) {
     const Mesh single = skinned(particles, params);
     EXPECT_EQ(many.position, single.position);
     EXPECT_EQ(many.triangles, single.triangles);
+}
+
+TEST(ParticleSizes, NearTheSurfaceAreAllThatCounts) {
+    const Particles particles = adaptiveBlock(0.5, 5, 18);
+    const SkinParams params = paramsFor(1.5);
+    NearSurfaceFinder finder(params);
+    finder.add(particles.position, particleSizes(particles, params).radius);
+    const NearSurface near = finder.find();
+    EXPECT_GT(near.omitted(), 500U);
+    Particles some;
+    some.attributes.push_back({"size", 1, {}, {}});
+    for (const std::uint32_t row : near.row) {
+        some.position.push_back(particles.position[row]);
+        some.attributes[0].real.push_back(particles.attributes[0].real[row]);
+    }
+    const Mesh all = skinned(particles, params), kept = skinFrame(some, near, params).mesh;
+    EXPECT_EQ(all.position, kept.position);
+    EXPECT_EQ(all.triangles, kept.triangles);
 }
 
 TEST(ParticleSizes, OfAnAdaptiveBlockKeepEveryParticleInside) {

@@ -130,6 +130,8 @@ def skin(
         radius: of the balls. Particles closer than two radii are joined.
         spacing: dx, at which the simulation seeded its particles. "auto" or None: radius / 1.5 if the radius is in
             world units, else measured in this frame. Give all frames of a sequence the same, as from spacing().
+        radius_attribute: name of an attribute that, times radius_scale, is each particle's own dx;
+            radius_rate_attribute: of one with its change per second. "": all particles are alike.
         skin: distance from the outermost particles to the surface, less than the radius. "auto": the mesh encloses the
             volume of the liquid. "none": the surface of the balls themselves.
 
@@ -173,6 +175,9 @@ def skin_plane(
     *,
     radius: Length = "1.5dx",
     spacing: float | str | None = "auto",
+    radius_attribute: str = "",
+    radius_scale: float = 1,
+    radius_rate_attribute: str = "",
     skin: Length = "auto",
     kind: str = "beta",
     tessellation: str = "complete",
