@@ -90,7 +90,7 @@ struct SkinParams {
                                    ///< which its radius and skin are as those above to `spacing`; empty: all are alike
     double radius_scale = 1;       ///< > 0
     std::string radius_rate_attribute;  ///< particle attribute with the change of radius_attribute; empty: 0
-    double radius_rate_scale = 1;  ///< what has to multiply that, besides radius_scale, for the change per second
+    double radius_rate_scale = 1;       ///< what has to multiply that, besides radius_scale, for the change per second
     SurfaceKind surface = SurfaceKind::beta;
     Tessellation tessellation = Tessellation::complete;
     int arc_subdivisions = 0;  ///< segments per arc, >= 0; 0: sagitta below 0.01 radii, 0.02 in flat parts
