@@ -22,7 +22,7 @@ std::int64_t power(const OffsetBall& u, std::int64_t radius) {
 // D = 4R²|u|² - p_u²: four times |u|² times the squared distance of the points where the circles meet from the line of
 // the centres. Where they meet, |p_u| <= 2R|u|, so both terms are at most 2^84.
 Int discriminant(const OffsetBall& u, std::int64_t radius) {
-    const Int p = power(u, radius), diameter_squared = 4 * radius * radius;
+    const Int p = power(u, radius), diameter_squared = Int{4} * radius * radius;
     return diameter_squared * dotXY(u.centre, u.centre) - p * p;
 }
 

@@ -173,7 +173,13 @@ void listSizeClasses(SnappedParticles& particles) {
         if (particle.empty()) continue;
         CellGrid cells(particle.size(), 2 * static_cast<double>(largest),
                        [&](std::size_t i) { return toDouble(particles.position[particle[i]]); });
-        classes->push_back({largest, std::move(particle), std::move(cells)});
+        std::vector<SizeClass::Ball> balls;
+        balls.reserve(particle.size());
+        for (const std::uint32_t row : cells.rows()) {
+            const std::uint32_t i = particle[row];
+            balls.push_back({particles.position[i], particles.radius_of[i], i});
+        }
+        classes->push_back({largest, std::move(cells), std::move(balls)});
     }
     particles.size_classes = std::move(classes);
 }
@@ -415,14 +421,16 @@ void NeighbourFinder::findInSizeClasses(std::uint32_t particle, std::vector<Neig
     const double own = particles_.radius_of[particle];
     for (const SizeClass& size_class : *particles_.size_classes) {
         const Vec3 reach(own + static_cast<double>(size_class.largest));
-        size_class.cells.forRowsIn(position - reach, position + reach, [&](std::uint32_t row) {
-            const std::uint32_t other = size_class.particle[row];
-            const std::int32_t radius = particles_.radius_of[other];
-            const Vec3 offset = toDouble(particles_.position[other] - here);
-            const double squared = dot(offset, offset), sum = own + radius, difference = own - radius;
-            const bool is_inside = difference > 0 && squared < difference * difference;
-            if (squared > sum * sum || is_inside || other == particle) return;
-            neighbours.push_back({offset, squared + sum * difference, other, radius});
+        size_class.cells.forCellsIn(position - reach, position + reach, [&](std::uint32_t cell) {
+            const std::uint32_t begin = size_class.cells.begin(cell), end = size_class.cells.begin(cell + 1);
+            for (const SizeClass::Ball& ball : std::span(size_class.ball).subspan(begin, end - begin)) {
+                const Vec3 offset = toDouble(ball.position - here);
+                const double squared = dot(offset, offset), sum = own + ball.radius, difference = own - ball.radius;
+                if (squared > sum * sum) continue;
+                const bool is_inside = difference > 0 && squared < difference * difference;
+                if (!is_inside && ball.particle != particle)
+                    neighbours.push_back({offset, squared + sum * difference, ball.particle, ball.radius});
+            }
         });
     }
     std::sort(neighbours.begin(), neighbours.end(),

@@ -76,9 +76,14 @@ struct NearSurface {
 
 /// Particles whose balls are less than twice as large as each other, in cells of their own.
 struct SizeClass {
-    std::int64_t largest;                 ///< radius up to which these are, quanta
-    std::vector<std::uint32_t> particle;  ///< rows of SnappedParticles, ascending
-    CellGrid cells;                       ///< of these, rows of `particle`
+    struct Ball {
+        Vec3i position;  ///< quanta
+        std::int32_t radius;
+        std::uint32_t particle;  ///< row of SnappedParticles
+    };
+    std::int64_t largest;    ///< radius up to which these are, quanta
+    CellGrid cells;          ///< of their positions
+    std::vector<Ball> ball;  ///< in the order of the cells
 };
 
 /// Distinct particles, sorted by cell of edge 2R (z, then y, then x) and within a cell by position.

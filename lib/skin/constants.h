@@ -248,6 +248,8 @@ inline constexpr double kScaleKernel = 1.5;
 
 // Small particles beside large ones (keep_inside.cpp) ----------------------------------------------------------------
 
+/// A particle is beside larger ones where a vertex is within so many spacings there, which is so many of its own size.
+inline constexpr double kReachOfLarger = 1.5, kMuchLarger = 1.3;
 /// Width of a bump, in distances of the nearest triangle's farthest corner or in heights, whichever is more.
 inline constexpr double kBumpWidth = 2;
 /// How often bumps are raised: each raises the surface over a particle by about half of what is missing.

@@ -1,6 +1,7 @@
 #include "skin/keep_inside.h"
 
 #include "base/cell_grid.h"
+#include "base/octaves.h"
 #include "base/parallel.h"
 #include "mesh/enclosure.h"
 #include "mesh/triangle_tree.h"
@@ -14,6 +15,41 @@
 namespace betamesh {
 
 namespace {
+
+// The particles beside vertices where the spacing is much larger than their own size. Elsewhere the surface is averaged
+// over widths that suit them.
+std::vector<DeepParticle> besideLarger(const std::vector<DeepParticle>& particles, double spacing,
+                                       const BetaMesh& mesh) {
+    std::vector<float> scale;
+    for (const DeepParticle& particle : particles) scale.push_back(static_cast<float>(particle.scale));
+    const auto particles_of = byOctave(allRows(particles.size()), scale),
+               vertices_of = byOctave(allRows(mesh.vertex.size()), mesh.scale);
+    std::vector<std::uint8_t> is_beside(particles.size(), 0);
+    for (std::size_t large = 0; large < vertices_of.size(); ++large)
+        for (std::size_t small = large; small < particles_of.size(); ++small) {
+            const std::vector<std::uint32_t>&vertices = vertices_of[large], &rows = particles_of[small];
+            if (vertices.empty() || rows.empty()) continue;
+            const double reach = kReachOfLarger * largestOfOctave(large) * spacing;
+            const auto vertexAt = [&](std::size_t i) { return mesh.vertex[vertices[i]].position; };
+            const CellGrid points(rows.size(), reach, [&](std::size_t i) { return particles[rows[i]].position; });
+            const CellGrid around(vertices.size(), reach, vertexAt);
+            forCellsAndNeighbours(
+                reach, points, around, vertexAt, [&](std::uint32_t cell, std::span<const std::uint32_t> near) {
+                    for (const std::uint32_t row : points.rowsOf(cell)) {
+                        const DeepParticle& particle = particles[rows[row]];
+                        is_beside[rows[row]] |= std::any_of(near.begin(), near.end(), [&](std::uint32_t i) {
+                            const double there = mesh.scaleOf(vertices[i]), within = kReachOfLarger * there * spacing;
+                            return there > kMuchLarger * particle.scale &&
+                                   (vertexAt(i) - particle.position).length2() < within * within;
+                        });
+                    }
+                });
+        }
+    std::vector<DeepParticle> beside;
+    for (std::size_t i = 0; i < particles.size(); ++i)
+        if (is_beside[i]) beside.push_back(particles[i]);
+    return beside;
+}
 
 // Where the surface has to move, and how far.
 struct Bump {
@@ -90,12 +126,15 @@ std::vector<DeepParticle> smallParticles(const SnappedParticles& snapped, double
     for (const std::uint32_t i : notAmongAlike(snapped)) {
         if (snapped.radiusOf(i) == snapped.radius) continue;
         const double scale = static_cast<double>(snapped.radiusOf(i)) / static_cast<double>(snapped.radius);
-        small.push_back({toDouble(snapped.position[i]) * snapped.quantum, (1 - kMaxSkinSmoothing) * skin * scale});
+        small.push_back(
+            {toDouble(snapped.position[i]) * snapped.quantum, scale, (1 - kMaxSkinSmoothing) * skin * scale});
     }
     return small;
 }
 
-void keepInside(std::vector<DeepParticle> particles, BetaMesh& mesh) {
+void keepInside(const std::vector<DeepParticle>& all, double spacing, BetaMesh& mesh) {
+    if (all.empty()) return;
+    std::vector<DeepParticle> particles = besideLarger(all, spacing, mesh);
     for (int round = 0; round < kBumpRounds && !particles.empty(); ++round) {
         const std::vector<Vec3> normals = vertexNormals(mesh);
         Mesh plain;

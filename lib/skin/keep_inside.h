@@ -12,6 +12,7 @@ namespace betamesh {
 /// A particle and the depth below the surface that it has to keep, world units.
 struct DeepParticle {
     Vec3 position;
+    double scale;  ///< its size in those of the largest
     double least_depth;
 };
 
@@ -26,8 +27,10 @@ std::vector<DeepParticle> smallParticles(const SnappedParticles& snapped, double
 /// as what is missing. Where large and small particles alternate, the skin is averaged over widths in which the small
 /// ones vanish.
 ///
+/// in      spacing: of the largest particles, world units
 /// same    bytes for any thread count
-/// cost    O(particles · log triangles), and as many passes over the mesh as there are rounds with such particles
-void keepInside(std::vector<DeepParticle> particles, BetaMesh& mesh);
+/// cost    O(particles), O(log triangles) for each beside larger ones, and as many passes over the mesh as there are
+///         rounds with particles that are not deep enough
+void keepInside(const std::vector<DeepParticle>& particles, double spacing, BetaMesh& mesh);
 
 }  // namespace betamesh

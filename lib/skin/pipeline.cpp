@@ -70,12 +70,12 @@ void moveToSkin(const BaseSurface& base, const BallBoundary& boundary, const Ski
     retract(base.outer, skinLengths(params), surface);
     const DualPoints on_balls = dualPoints(mesh.vertex);
     surface.writePositions();
-    keepInside(base.small, mesh);
+    keepInside(base.small, particleSpacing(params), mesh);
     if (coherentPasses(params) > 0) {
         const DualPoints retracted = dualPoints(mesh.vertex);
         smoothSkin(surface, widestSkinFit(params), farthestSkinSmoothing(params), coherentPasses(params));
         surface.writePositions();
-        keepInside(base.small, mesh);
+        keepInside(base.small, particleSpacing(params), mesh);
         if (resolveSelfIntersections(boundary, retracted, mesh, kCornerRelaxations, false)) return;
     }
     resolveSelfIntersections(boundary, on_balls, mesh, kCornerRelaxations);

@@ -101,7 +101,7 @@ Particles adaptiveBlock(double fine, std::uint64_t seed, double edge = 6) {
 }  // namespace
 
 TEST(ParticleSizes, ThatAreEqualGiveTheBytesOfThatRadius) {
-    forEveryCloud(30, [](const Cloud& cloud) {
+    forEveryCloud(5, [](const Cloud& cloud) {
         if (cloud.particles.size() == 0 || cloud.particles.size() > 400) return;
         SkinParams params;
         params.radius = cloud.radius;
@@ -120,7 +120,7 @@ TEST(ParticleSizes, ThatAreEqualGiveTheBytesOfThatRadius) {
 TEST(ParticleSizes, OfEveryCloudGiveClosedMeshesAroundAllParticles) {
     std::uint64_t seed = 0;
     std::size_t meshes = 0, crossing = 0, outside = 0;
-    forEveryCloud(30, [&](const Cloud& cloud) {
+    forEveryCloud(15, [&](const Cloud& cloud) {
         if (cloud.particles.size() == 0 || cloud.particles.size() > 100) return;
         if (cloud.name.ends_with("far from the origin")) return;  // floats round by much of the smallest balls' skin
         for (std::uint64_t kind = 0; kind < 4; ++kind) {

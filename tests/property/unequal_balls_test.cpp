@@ -346,8 +346,8 @@ TEST(UnequalBalls, AreExposedWhereNoOtherBallCoversThem) {
 }
 
 TEST(UnequalBalls, AreMeshedClosedAndWithoutCrossings) {
-    forEveryUnequalCloud(200, expectAClosedManifoldWithoutCrossings);
-    for (std::uint64_t seed = 0; seed < 300 && !testing::Test::HasFailure(); ++seed) {
+    forEveryUnequalCloud(80, expectAClosedManifoldWithoutCrossings);
+    for (std::uint64_t seed = 0; seed < 150 && !testing::Test::HasFailure(); ++seed) {
         SCOPED_TRACE("tied cloud " + std::to_string(seed));
         expectAClosedManifoldWithoutCrossings(tiedCloud(seed));
     }
@@ -394,7 +394,7 @@ TEST(UnequalBalls, HaveASkinThatIsClosedAndWithoutCrossings) {
         crossing += found.crossings.count > 0;
         ++clouds;
     };
-    forEveryUnequalCloud(40, check);
+    forEveryUnequalCloud(10, check);
     for (std::uint64_t seed = 0; seed < 100 && !testing::Test::HasFailure(); ++seed) {
         SCOPED_TRACE("tied cloud " + std::to_string(seed));
         check(tiedCloud(seed));
