@@ -112,8 +112,11 @@ void planRadius(Plan& plan, const std::map<int, std::string>& on_disk, const Pla
     plan.config.output.level_set.voxel = inWorldUnits(plan.config.output.voxel);
     plan.simplify = inWorldUnits(plan.config.output.simplify);
     const double skin = skinDepth(plan.skin, plan.config.surface.dimension);
-    plan.notes.push_back("radius " + shortNumber(resolved->radius) +
-                         (skin > 0 ? ", skin " + shortNumber(skin) : std::string()) + ", spacing " +
+    const std::string& attribute = plan.skin.radius_attribute;
+    const double unit = attribute.empty() ? 1 : resolved->spacing / plan.skin.radius_scale;
+    const std::string times = attribute.empty() ? "" : " times " + attribute;
+    plan.notes.push_back("radius " + shortNumber(resolved->radius / unit) + times +
+                         (skin > 0 ? ", skin " + shortNumber(skin / unit) + times : std::string()) + ", spacing " +
                          shortNumber(resolved->spacing) + " (" + resolved->source + ')');
     if (!givenRadius(plan.config))
         plan.notes.push_back("to mesh files of this sequence one by one with the same spacing, use --spacing " +
