@@ -11,7 +11,7 @@ namespace betamesh {
 
 /// Points whose scales are within a factor of two of each other.
 struct ScaleClass {
-    double largest;                  ///< scale of these
+    double largest;                  ///< scale that these may have
     std::vector<std::uint32_t> row;  ///< of the points, ascending
 };
 

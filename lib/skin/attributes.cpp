@@ -3,12 +3,11 @@
 
 #include "base/attribute_names.h"
 #include "base/cell_grid.h"
+#include "base/octaves.h"
 #include "betamesh/error.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <numeric>
 #include <utility>
 
 namespace betamesh {
@@ -40,7 +39,7 @@ double scaleAt(const std::vector<float>& scale, std::size_t row) {
 
 // Points with radii that differ by less than a factor of two, in cells of their own.
 struct Octave {
-    double largest;                  // radius
+    double largest;                  // radius that these may have
     std::vector<std::uint32_t> row;  // of the points, ascending
     CellGrid cells;                  // of these, as indices of `row`
 };
@@ -49,32 +48,19 @@ struct Octave {
 template <typename PositionOf>
 std::vector<Octave> octavesOf(std::size_t points, double radius, const std::vector<float>& scale, double edge,
                               const PositionOf& positionOf) {
-    constexpr int kMost = 32;
-    std::array<std::vector<std::uint32_t>, kMost> rows;
-    std::array<float, kMost> largest{};
     double least_edge = 0;  // no cell has an index beyond 2^30
-    if (scale.empty()) {
-        rows[0].resize(points);
-        std::iota(rows[0].begin(), rows[0].end(), 0U);
-        largest[0] = 1;
-    } else {
-        for (std::size_t row = 0; row < points; ++row) {
-            int exponent;
-            const bool is_power = std::frexp(scale[row], &exponent) == 0.5F;
-            const auto octave = static_cast<std::size_t>(std::clamp(is_power - exponent, 0, kMost - 1));
-            rows[octave].push_back(static_cast<std::uint32_t>(row));
-            largest[octave] = std::max(largest[octave], scale[row]);
-            const Vec3 p = positionOf(row);
-            for (int k = 0; k < 3; ++k) least_edge = std::max(least_edge, std::abs(p[k]) * 0x1p-30);
-        }
+    for (std::size_t row = 0; !scale.empty() && row < points; ++row) {
+        const Vec3 p = positionOf(row);
+        for (int k = 0; k < 3; ++k) least_edge = std::max(least_edge, std::abs(p[k]) * 0x1p-30);
     }
+    std::vector<std::vector<std::uint32_t>> rows = byOctave(allRows(points), scale);
     std::vector<Octave> octaves;
     for (std::size_t k = 0; k < rows.size(); ++k) {
         if (rows[k].empty()) continue;
-        const double own = radius * static_cast<double>(largest[k]);
-        CellGrid cells(rows[k].size(), std::max(edge * own, least_edge),
+        const double largest = radius * largestOfOctave(k);
+        CellGrid cells(rows[k].size(), std::max(edge * largest, least_edge),
                        [&](std::size_t i) { return positionOf(rows[k][i]); });
-        octaves.push_back({own, std::move(rows[k]), std::move(cells)});
+        octaves.push_back({largest, std::move(rows[k]), std::move(cells)});
     }
     return octaves;
 }

@@ -341,7 +341,7 @@ public:
 CoherentSmoother::CoherentSmoother(SamplesInRadii samples, const CoherentSmoothing& params)
     : params_(params), samples_(std::move(samples)) {
     for (const SampleInRadii& sample : samples_) {
-        const std::size_t octave = octaveOf(sample.scale);
+        const std::size_t octave = octaveOf(static_cast<double>(sample.scale));
         octaves_ = std::max(octaves_, octave + 1);
     }
     buildClouds(0);
