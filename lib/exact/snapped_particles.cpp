@@ -4,9 +4,7 @@
 #include "base/box.h"
 #include "base/cell_grid.h"
 #include "base/compressed_rows.h"
-#include "base/icosphere.h"
 #include "base/parallel.h"
-#include "base/simd.h"
 #include "betamesh/error.h"
 
 #include <algorithm>
@@ -14,17 +12,14 @@
 #include <cmath>
 #include <cstdio>
 #include <cstring>
-#include <limits>
 #include <tuple>
 
 namespace betamesh {
 
 namespace {
 
-constexpr double kLargestCoordinate = 0x1p50;     // quanta: still exact in double precision
-constexpr std::size_t kSampledCandidates = 1024;  // candidates of an octant from which on a sample replaces them
-constexpr std::size_t kSampleSize = 512;          // evenly chosen candidates of a sample
-constexpr std::size_t kMostInCell = 50000;        // on average; usual are about thirty, thousands in clumped liquids
+constexpr double kLargestCoordinate = 0x1p50;  // quanta: still exact in double precision
+constexpr std::size_t kMostInCell = 50000;     // on average; usual are about thirty, thousands in clumped liquids
 
 std::uint64_t mix(std::uint64_t x) {  // the finaliser of splitmix64
     x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9u;
@@ -68,6 +63,45 @@ bool preferred(const Particles& particles, const Radii& radii, std::uint32_t a, 
     return a < b;
 }
 
+// The cells of size classes: those of edge 2R, halved along each axis as often as the largest radius of the class has
+// been halved, but not so often that cells could not be numbered.
+class SizeClassCells {
+public:
+    SizeClassCells(std::int64_t radius, int most_halvings) : radius_(radius), most_halvings_(most_halvings) {}
+    /// How often these cells can be halved so that they can be numbered.
+    static int mostHalvings(const std::vector<Vec3i>& cells) {
+        std::int64_t farthest = 1;
+        for (const Vec3i& cell : cells)
+            for (int axis = 0; axis < 3; ++axis) farthest = std::max(farthest, std::abs(cell[axis]) + 2);
+        int halvings = 0;
+        while (farthest << (halvings + 1) < kMostCells) ++halvings;
+        return halvings;
+    }
+    /// How often R can be halved so that it is not less than the radius.
+    int halvings(std::int32_t radius) const {
+        int count = 0;
+        while (radius_ >> (count + 1) >= radius) ++count;
+        return count;
+    }
+    double edge(int halvings) const {
+        return std::ldexp(static_cast<double>(2 * radius_), -std::min(halvings, most_halvings_));
+    }
+    /// By what the particles of one cell of edge 2R are sorted: size class, then the class's cell. Less than 2^34.
+    std::uint64_t orderOf(const Vec3i& cell, const Vec3i& position, std::int32_t radius) const {
+        const int count = halvings(radius), halved = std::min(count, most_halvings_);
+        const Vec3i from_corner = (position - cell * (2 * radius_)) * (std::int64_t{1} << halved);
+        return (((static_cast<std::uint64_t>(count) << 10 | at(from_corner.z)) << 10) | at(from_corner.y)) << 10 |
+               at(from_corner.x);
+    }
+
+private:
+    static constexpr std::int64_t kMostCells = std::int64_t{1} << 30;
+    std::uint64_t at(std::int64_t scaled) const { return static_cast<std::uint64_t>(scaled / (2 * radius_)); }
+
+    std::int64_t radius_;
+    int most_halvings_;
+};
+
 // Particles grouped by cell; cells are sorted by cellBefore().
 struct ParticlesByCell {
     std::vector<Vec3i> cell;
@@ -87,22 +121,39 @@ ParticlesByCell groupedByCell(std::size_t n, const PositionAt& positionAt, std::
     return grouped;
 }
 
-// Sorts the particles of each cell by position and keeps one of those that coincide. positionAt and rowAt take an item
-// of cells.particles; such items are what the result has in `row`.
+// Sorts the particles of each cell by size class, the class's cell and position, and keeps one of those that coincide.
+// positionAt and rowAt take an item of cells.particles; such items are what the result has in `row`.
 template <typename PositionAt, typename RowAt>
 SnappedParticles sortedWithinCells(ParticlesByCell&& cells, const PositionAt& positionAt, const RowAt& rowAt,
-                                   const Particles& particles, const Radii& radii = {}) {
+                                   const Particles& particles, std::int64_t radius, const Radii& radii = {}) {
     const std::vector<std::uint32_t>& item = cells.particles.item;
     const std::size_t n = item.size();
     SnappedParticles snapped;
     snapped.cell = std::move(cells.cell);
     snapped.cell_begin = std::move(cells.particles.begin);
+    snapped.radius = radius;
+    snapped.most_halvings = SizeClassCells::mostHalvings(snapped.cell);
+    const SizeClassCells class_cells(radius, snapped.most_halvings);
 
     snapped.position.resize(n);
     snapped.row.resize(n);
     std::vector<std::uint32_t> kept(snapped.cell.size());  // distinct particles of each cell
     parallelRanges(kept.size(), 64, [&](std::size_t first, std::size_t last) {
         std::vector<std::pair<Vec3i, std::uint32_t>> cell;
+        std::vector<std::uint64_t> order;
+        // Sorted as they are, but by size class first.
+        const auto sortBySizeClass = [&](const Vec3i& here) {
+            constexpr int kIndexBits = 30;
+            order.clear();
+            for (const auto& [position, item_here] : cell)
+                order.push_back(class_cells.orderOf(here, position, radii[rowAt(item_here)]) << kIndexBits |
+                                order.size());
+            if (std::ranges::is_sorted(order)) return;
+            std::ranges::sort(order);
+            const auto before = cell;
+            for (std::size_t k = 0; k < order.size(); ++k)
+                cell[k] = before[order[k] & ((std::uint64_t{1} << kIndexBits) - 1)];
+        };
         for (std::size_t c = first; c < last; ++c) {
             cell.clear();
             const std::uint32_t begin = snapped.cell_begin[c];
@@ -115,6 +166,7 @@ SnappedParticles sortedWithinCells(ParticlesByCell&& cells, const PositionAt& po
             cell.erase(
                 std::unique(cell.begin(), cell.end(), [](const auto& a, const auto& b) { return a.first == b.first; }),
                 cell.end());
+            if (!radii.empty()) sortBySizeClass(snapped.cell[c]);
             kept[c] = static_cast<std::uint32_t>(cell.size());
             for (std::uint32_t k = 0; k < kept[c]; ++k)
                 std::tie(snapped.position[begin + k], snapped.row[begin + k]) = cell[k];
@@ -133,6 +185,22 @@ SnappedParticles sortedWithinCells(ParticlesByCell&& cells, const PositionAt& po
     return snapped;
 }
 
+// Throws Error where so many balls meet that the radius must be in another unit than the positions. Small balls count
+// by their volume.
+void requireSuitable(const SnappedParticles& snapped) {
+    double balls = 0;  // as large as the largest
+    for (std::size_t i = 0; i < snapped.size(); ++i) {
+        const double scale = static_cast<double>(snapped.radiusOf(i)) / static_cast<double>(snapped.radius);
+        balls += scale * scale * scale;
+    }
+    if (balls <= static_cast<double>(kMostInCell * snapped.cell.size())) return;
+    throw Error(std::to_string(snapped.size()) + " particles fit into " + std::to_string(snapped.cell.size()) +
+                " cubes of the balls' diameter; expected at most " + std::to_string(kMostInCell) +
+                " particles per cube. The radius, " +
+                std::to_string(static_cast<double>(snapped.radius) * snapped.quantum) +
+                ", is probably not in the unit of the particles' positions.");
+}
+
 // row[i]: the row in `particles` of item i in cells; empty where the two are the same.
 SnappedParticles snapInCells(ParticlesByCell&& cells, std::span<const std::uint32_t> row, const Particles& particles,
                              const SnapGrid& grid, std::span<const std::uint8_t> is_covered = {},
@@ -140,7 +208,7 @@ SnappedParticles snapInCells(ParticlesByCell&& cells, std::span<const std::uint3
     const auto rowAt = [&](std::uint32_t i) { return row.empty() ? i : row[i]; };
     SnappedParticles snapped = sortedWithinCells(
         std::move(cells), [&](std::uint32_t i) { return grid.at(particles.position[rowAt(i)]); }, rowAt, particles,
-        radii);
+        grid.radius(), radii);
     snapped.is_covered.resize(is_covered.empty() ? 0 : snapped.size());
     parallelFor(snapped.size(), 4096, [&](std::size_t i) {
         if (!is_covered.empty()) snapped.is_covered[i] = is_covered[snapped.row[i]];
@@ -149,14 +217,8 @@ SnappedParticles snapInCells(ParticlesByCell&& cells, std::span<const std::uint3
     if (!radii.empty())
         for (const std::uint32_t particle : snapped.row) snapped.radius_of.push_back(radii[particle]);
     snapped.quantum = 1 / grid.perUnit();
-    snapped.radius = grid.radius();
     listSizeClasses(snapped);
-    if (snapped.size() > kMostInCell * snapped.cell.size())
-        throw Error(std::to_string(snapped.size()) + " particles fit into " + std::to_string(snapped.cell.size()) +
-                    " cubes of the balls' diameter; expected at most " + std::to_string(kMostInCell) +
-                    " particles per cube. The radius, " +
-                    std::to_string(static_cast<double>(grid.radius()) / grid.perUnit()) +
-                    ", is probably not in the unit of the particles' positions.");
+    requireSuitable(snapped);
     return snapped;
 }
 
@@ -165,13 +227,14 @@ SnappedParticles snapInCells(ParticlesByCell&& cells, std::span<const std::uint3
 void listSizeClasses(SnappedParticles& particles) {
     particles.size_classes = nullptr;
     if (particles.radius_of.empty()) return;
+    const SizeClassCells class_cells(particles.radius, particles.most_halvings);
     auto classes = std::make_shared<std::vector<SizeClass>>();
-    for (std::int64_t largest = particles.radius; largest > 0; largest /= 2) {
+    for (int halvings = 0; particles.radius >> halvings > 0; ++halvings) {
         std::vector<std::uint32_t> particle = indicesWhere(particles.size(), [&](std::uint32_t i) {
-            return particles.radius_of[i] <= largest && particles.radius_of[i] > largest / 2;
+            return class_cells.halvings(particles.radius_of[i]) == halvings;
         });
         if (particle.empty()) continue;
-        CellGrid cells(particle.size(), 2 * static_cast<double>(largest),
+        CellGrid cells(particle.size(), class_cells.edge(halvings),
                        [&](std::size_t i) { return toDouble(particles.position[particle[i]]); });
         std::vector<SizeClass::Ball> balls;
         balls.reserve(particle.size());
@@ -179,7 +242,7 @@ void listSizeClasses(SnappedParticles& particles) {
             const std::uint32_t i = particle[row];
             balls.push_back({particles.position[i], particles.radius_of[i], i});
         }
-        classes->push_back({largest, std::move(cells), std::move(balls)});
+        classes->push_back({particles.radius >> halvings, std::move(cells), std::move(balls)});
     }
     particles.size_classes = std::move(classes);
 }
@@ -229,10 +292,9 @@ SnappedParticles snapParticles(const Particles& particles, double radius, const 
     };
     snapped = sortedWithinCells(
         groupedByCell(original.size(), jitteredAt, grid.radius()), jitteredAt,
-        [&](std::size_t i) { return original.row[i]; }, particles);
+        [&](std::size_t i) { return original.row[i]; }, particles, grid.radius());
     for (std::uint32_t& row : snapped.row) row = original.row[row];
     snapped.quantum = original.quantum;
-    snapped.radius = original.radius;
     return snapped;
 }
 
@@ -301,163 +363,6 @@ SnappedParticles snapParticles(const Particles& particles, std::span<const doubl
     if (near.all || radii.empty()) return snapParticles(particles, radii);
     const SnapGrid grid(near.largest);
     return snapNear(particles, near, grid, near.is_unequal ? inQuanta(radii, grid) : Radii());
-}
-
-void NeighbourFinder::gatherCandidates(std::size_t cell) {
-    cell_ = cell;
-    const Vec3i corner = particles_.cell[cell] * (2 * particles_.radius);
-    Candidates& candidates = of_cell_;
-    std::size_t n = 0;
-    around_.forEach(cell, [&](const Vec3i&, std::size_t other) {
-        const std::uint32_t begin = particles_.cell_begin[other], end = particles_.cell_begin[other + 1];
-        const std::size_t all = n + (end - begin);
-        candidates.particle.resize(all), candidates.x.resize(all), candidates.y.resize(all), candidates.z.resize(all);
-        for (std::uint32_t k = begin; k < end; ++k, ++n) {
-            const Vec3 position = toDouble(particles_.position[k] - corner);
-            candidates.particle[n] = k, candidates.x[n] = position.x, candidates.y[n] = position.y,
-            candidates.z[n] = position.z;
-        }
-    });
-    squared_.resize(candidates.particle.size());
-    found_.resize(candidates.particle.size() + 1);
-    for (auto& octants : of_octant_)
-        for (Candidates& octant : octants) octant.particle.clear();
-}
-
-// Indices of the candidates within reach of a box.
-std::span<const std::uint32_t> NeighbourFinder::within(Reach reach, const Candidates& candidates, const Box& box) {
-    const auto& [particle, x, y, z] = candidates;
-    squaredDistances(box, x.data(), y.data(), z.data(), particle.size(), squared_.data());  // integers, hence exact
-    const std::int64_t farthest = (reach == within_diameter ? 2 : 1) * particles_.radius;
-    const auto square = static_cast<double>(farthest * farthest);
-    std::size_t found = 0;
-    for (std::uint32_t k = 0; k < particle.size(); ++k) {
-        found_[found] = k;
-        found += squared_[k] <= square;
-    }
-    return std::span(found_).first(found);
-}
-
-Vec3 NeighbourFinder::positionInCell(std::uint32_t particle) const {
-    return toDouble(particles_.position[particle] - particles_.cell[cell_] * (2 * particles_.radius));
-}
-
-bool NeighbourFinder::isInDenseCell() const {
-    return particles_.cell_begin[cell_ + 1] - particles_.cell_begin[cell_] >= kDenseCell;
-}
-
-// Indices of evenly chosen candidates and of the extreme ones in fixed directions; balls of these cover most others.
-std::span<const std::uint32_t> NeighbourFinder::sampleOf(const Candidates& candidates) {
-    static const std::vector<Vec3> directions = icosphere(1).position;
-    const std::size_t n = candidates.particle.size();
-    std::size_t found = 0;
-    while (found < kSampleSize) {
-        found_[found] = static_cast<std::uint32_t>(found * n / kSampleSize);
-        ++found;
-    }
-    for (const Vec3& direction : directions) {
-        double farthest = -std::numeric_limits<double>::infinity();
-        for (std::uint32_t k = 0; k < n; ++k)
-            if (const double extent = dot(candidates.at(k), direction); extent > farthest)
-                farthest = extent, found_[found] = k;
-        ++found;
-    }
-    return std::span(found_).first(found);
-}
-
-// In a dense cell the candidates are narrowed to those within reach of one octant: two in five, or one in eight. The
-// many particles of the octant share the list.
-const NeighbourFinder::Candidates& NeighbourFinder::candidatesFor(const Vec3& position, Reach reach) {
-    if (!isInDenseCell()) return of_cell_;
-    const auto radius = static_cast<double>(particles_.radius);
-    const bool upper_x = position.x >= radius, upper_y = position.y >= radius, upper_z = position.z >= radius;
-    Candidates& selected = of_octant_[reach][(upper_x ? 1 : 0) + (upper_y ? 2 : 0) + (upper_z ? 4 : 0)];
-    if (!selected.particle.empty()) return selected;
-    const auto select = [&](const Candidates& from, std::span<const std::uint32_t> indices) {
-        const auto copySelected = [&](const auto& all, auto& to) {
-            to.resize(indices.size());
-            for (std::size_t k = 0; k < indices.size(); ++k) to[k] = all[indices[k]];
-        };
-        copySelected(from.particle, selected.particle);
-        copySelected(from.x, selected.x);
-        copySelected(from.y, selected.y);
-        copySelected(from.z, selected.z);
-    };
-    if (reach == some_within_radius) {
-        const Candidates& all = candidatesFor(position, within_radius);
-        select(all, sampleOf(all));
-    } else {
-        const Vec3 low(upper_x ? radius : 0, upper_y ? radius : 0, upper_z ? radius : 0);
-        select(of_cell_, within(reach, of_cell_, {low, low + Vec3(radius)}));
-    }
-    return selected;
-}
-
-void NeighbourFinder::enterCellOf(std::uint32_t particle) {
-    const std::vector<std::uint32_t>& begin = particles_.cell_begin;
-    if (cell_ != ~std::size_t{0} && particle >= begin[cell_] && particle < begin[cell_ + 1]) return;
-    const auto next = std::upper_bound(begin.begin(), begin.end(), particle);
-    gatherCandidates(static_cast<std::size_t>(next - begin.begin()) - 1);
-}
-
-void NeighbourFinder::find(std::uint32_t particle, Reach reach, std::vector<Neighbour>& neighbours) {
-    const Vec3 position = positionInCell(particle);
-    const Candidates& candidates = candidatesFor(position, reach);
-    const auto near = within(reach, candidates, Box(position));
-    neighbours.resize(near.size());
-    std::size_t found = 0;  // the particle itself, the only one at distance zero, is excluded
-    const auto radius = static_cast<std::int32_t>(particles_.radius);
-    for (const std::uint32_t k : near) {
-        neighbours[found] = {candidates.at(k) - position, squared_[k], candidates.particle[k], radius};
-        found += squared_[k] > 0;
-    }
-    neighbours.resize(found);
-}
-
-void NeighbourFinder::findInSizeClasses(std::uint32_t particle, std::vector<Neighbour>& neighbours) const {
-    neighbours.clear();
-    const Vec3i here = particles_.position[particle];
-    const Vec3 position = toDouble(here);
-    const double own = particles_.radius_of[particle];
-    for (const SizeClass& size_class : *particles_.size_classes) {
-        const Vec3 reach(own + static_cast<double>(size_class.largest));
-        size_class.cells.forCellsIn(position - reach, position + reach, [&](std::uint32_t cell) {
-            const std::uint32_t begin = size_class.cells.begin(cell), end = size_class.cells.begin(cell + 1);
-            for (const SizeClass::Ball& ball : std::span(size_class.ball).subspan(begin, end - begin)) {
-                const Vec3 offset = toDouble(ball.position - here);
-                const double squared = dot(offset, offset), sum = own + ball.radius, difference = own - ball.radius;
-                if (squared > sum * sum) continue;
-                const bool is_inside = difference > 0 && squared < difference * difference;
-                if (!is_inside && ball.particle != particle)
-                    neighbours.push_back({offset, squared + sum * difference, ball.particle, ball.radius});
-            }
-        });
-    }
-    std::sort(neighbours.begin(), neighbours.end(),
-              [](const Neighbour& a, const Neighbour& b) { return a.particle < b.particle; });
-}
-
-void NeighbourFinder::find(std::uint32_t particle, std::vector<Neighbour>& neighbours) {
-    if (particles_.size_classes) return findInSizeClasses(particle, neighbours);
-    enterCellOf(particle);
-    find(particle, within_diameter, neighbours);
-}
-
-bool NeighbourFinder::findInDenseCell(std::uint32_t particle, std::vector<Neighbour>& neighbours) {
-    if (particles_.size_classes) return false;
-    enterCellOf(particle);
-    if (!isInDenseCell()) return false;
-    find(particle, within_radius, neighbours);
-    return true;
-}
-
-bool NeighbourFinder::findSomeInDenseCell(std::uint32_t particle, std::vector<Neighbour>& neighbours) {
-    if (particles_.size_classes) return false;
-    enterCellOf(particle);
-    if (!isInDenseCell()) return false;
-    if (candidatesFor(positionInCell(particle), within_radius).particle.size() < kSampledCandidates) return false;
-    find(particle, some_within_radius, neighbours);
-    return true;
 }
 
 }  // namespace betamesh

@@ -66,7 +66,7 @@ struct NearSurface {
     bool all = true;                       ///< no selection was made: all particles are used, and the arrays are empty
     std::vector<std::uint32_t> row;        ///< selected particles, ascending
     std::vector<std::uint32_t> cell_of;    ///< cell of each selected particle, an index into cell
-    std::vector<std::uint8_t> is_covered;  ///< of each selected particle: 1 where its ball is known to be covered
+    std::vector<std::uint8_t> is_covered;  ///< of each selected particle: not 0 where its ball is known to be covered
     std::vector<Vec3i> cell;               ///< occupied cells, sorted by cellBefore()
     std::vector<std::uint8_t>
         is_incomplete;  ///< of each cell: 1 where particles of it or of an adjacent cell are left out
@@ -74,7 +74,8 @@ struct NearSurface {
     std::size_t omitted() const { return all ? 0 : particles - row.size(); }
 };
 
-/// Particles whose balls are less than twice as large as each other, in cells of their own.
+/// Particles whose balls are less than twice as large as each other, in cells of their own. These cells divide those of
+/// SnappedParticles and contain consecutive particles.
 struct SizeClass {
     struct Ball {
         Vec3i position;  ///< quanta
@@ -82,20 +83,22 @@ struct SizeClass {
         std::uint32_t particle;  ///< row of SnappedParticles
     };
     std::int64_t largest;    ///< radius up to which these are, quanta
-    CellGrid cells;          ///< of their positions
+    CellGrid cells;          ///< of their positions; the edge is at least 2 largest
     std::vector<Ball> ball;  ///< in the order of the cells
 };
 
-/// Distinct particles, sorted by cell of edge 2R (z, then y, then x) and within a cell by position.
+/// Distinct particles, sorted by cell of edge 2R (z, then y, then x) and within a cell by size class, its cells and
+/// position.
 /// World position = quantum · position. position, row and is_covered have one row per distinct particle.
 struct SnappedParticles {
     double quantum = 1;                   ///< a power of two, world units
     std::int64_t radius = 0;              ///< radius R of the largest ball in quanta, in (2^19, 2^20]
     std::vector<std::int32_t> radius_of;  ///< of each ball, in quanta; empty: all R
     std::shared_ptr<const std::vector<SizeClass>> size_classes;  ///< the largest balls first; null: all R
-    std::vector<Vec3i> position;                                 ///< in quanta
-    std::vector<std::uint32_t> row;                              ///< row of the particle in the input
-    std::vector<std::uint8_t> is_covered;  ///< 1 where the ball is known to be covered; empty: not known
+    int most_halvings = 0;                 ///< cells of size classes are those of edge 2R halved at most so often
+    std::vector<Vec3i> position;           ///< in quanta
+    std::vector<std::uint32_t> row;        ///< row of the particle in the input
+    std::vector<std::uint8_t> is_covered;  ///< not 0 where the ball is known to be covered; empty: not known
 
     std::vector<Vec3i> cell;                  ///< occupied cells, sorted by cellBefore()
     std::vector<std::uint32_t> cell_begin;    ///< first particle of each cell, and one entry past the last
@@ -112,7 +115,7 @@ struct SnappedParticles {
 /// in      n >= 0 valid particles, radius > 0 in world units
 /// cost    O(n log n)
 /// errors  a particle with a coordinate beyond 2^50 quanta; a radius that is not a normal number, or so large that
-///         cells have more than 50,000 distinct particles on average
+///         cells have more than 50,000 distinct particles on average, of which small ones count by their volume
 SnappedParticles snapParticles(const Particles& particles, double radius, const Jitter& jitter = {});
 
 /// The same for balls of different radii, one per particle, world units. The grid is that of the largest; of particles
@@ -181,53 +184,6 @@ private:
 
     const std::vector<Vec3i>& cells_;
     std::array<std::size_t, 9> first_{};  // previous result for each of the nine lines of cells along x
-};
-
-/// Cells with at least this many particles are dense. With a radius of 1.5 spacings a cell has about thirty.
-inline constexpr std::uint32_t kDenseCell = 64;
-
-/// Finds the neighbours of a particle, itself excluded, in the order of SnappedParticles. Fastest when the particles of
-/// one cell are queried in succession.
-class NeighbourFinder {
-public:
-    explicit NeighbourFinder(const SnappedParticles& particles) : particles_(particles), around_(particles.cell) {}
-    /// All neighbours whose balls touch that of the particle, but for those wholly inside it: with one radius, all
-    /// within 2R.
-    void find(std::uint32_t particle, std::vector<Neighbour>& neighbours);
-    /// For a particle in a dense cell all neighbours within R, about a fifth of those within 2R. Returns false, and
-    /// finds nothing, for a particle in any other cell, and where balls have different radii.
-    bool findInDenseCell(std::uint32_t particle, std::vector<Neighbour>& neighbours);
-    /// For a particle in a dense cell with at least a thousand candidates within R: several hundred of its neighbours
-    /// within R, spread over all directions. Returns false, and finds nothing, for any other particle, and where balls
-    /// have different radii.
-    bool findSomeInDenseCell(std::uint32_t particle, std::vector<Neighbour>& neighbours);
-
-private:
-    // Particles that may be neighbours, with positions relative to the lowest corner of the current cell.
-    struct Candidates {
-        std::vector<std::uint32_t> particle;
-        std::vector<double> x, y, z;
-        Vec3 at(std::size_t k) const { return {x[k], y[k], z[k]}; }
-    };
-    enum Reach { some_within_radius, within_radius, within_diameter };
-
-    void enterCellOf(std::uint32_t particle);
-    void gatherCandidates(std::size_t cell);
-    Vec3 positionInCell(std::uint32_t particle) const;
-    bool isInDenseCell() const;
-    void find(std::uint32_t particle, Reach reach, std::vector<Neighbour>& neighbours);
-    void findInSizeClasses(std::uint32_t particle, std::vector<Neighbour>& neighbours) const;
-    std::span<const std::uint32_t> within(Reach reach, const Candidates& candidates, const Box& box);
-    std::span<const std::uint32_t> sampleOf(const Candidates& candidates);
-    const Candidates& candidatesFor(const Vec3& position, Reach reach);
-
-    const SnappedParticles& particles_;
-    NeighbourCells around_;
-    std::size_t cell_ = ~std::size_t{0};                  // the current cell
-    Candidates of_cell_;                                  // for all particles of the current cell
-    std::array<std::array<Candidates, 8>, 3> of_octant_;  // [reach][octant of the current cell]; empty: not made yet
-    std::vector<std::uint32_t> found_;                    // buffer: indices of candidates within reach
-    std::vector<double> squared_;                         // buffer: squared distances of all candidates
 };
 
 }  // namespace betamesh

@@ -3,7 +3,6 @@
 #include "base/parallel.h"
 #include "exact/orientation.h"
 #include "mesh/mesh_measure.h"
-#include "mesh/triangle_tree.h"
 
 #include <algorithm>
 
@@ -88,6 +87,11 @@ private:
 };
 
 }  // namespace
+
+bool isEnclosed(const TriangleTree& tree, const Vec3& point) {
+    const PointLocation location = locate(tree, point);
+    return location.on_surface || location.winding > 0;
+}
 
 std::vector<double> distancesOutside(const Mesh& mesh, const Spheres& beside, const std::vector<Vec3>& points) {
     const std::vector<Triangle> triangles = measurableTriangles(mesh);

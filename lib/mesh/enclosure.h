@@ -4,8 +4,15 @@
 
 #include "betamesh/curves.h"
 #include "betamesh/mesh.h"
+#include "mesh/triangle_tree.h"
 
 namespace betamesh {
+
+/// Is the winding number of the tree's triangles, which face outwards, positive at a point, or the point on one of
+/// them?
+///
+/// cost    O(triangles above + log triangles)
+bool isEnclosed(const TriangleTree& tree, const Vec3& point);
 
 /// Distance of each point to the enclosed region: 0 where the mesh encloses the point, on the surface, or inside one of
 /// the spheres `beside`; else the distance to the nearest triangle, infinite without triangles. Enclosed means a

@@ -42,7 +42,7 @@ double squaredDistance(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& 
 }  // namespace
 
 TriangleTree::TriangleTree(std::span<const Vec3> position, std::span<const Triangle> triangles, double margin)
-    : position_(position), triangles_(triangles), order_(triangles.size()), box_(triangles.size()) {
+    : position_(position), triangles_(triangles), margin_(margin), order_(triangles.size()), box_(triangles.size()) {
     const std::size_t n = triangles.size();
     struct CodedTriangle {
         std::uint64_t morton_code;
@@ -59,15 +59,19 @@ TriangleTree::TriangleTree(std::span<const Vec3> position, std::span<const Trian
         return a.morton_code != b.morton_code ? a.morton_code < b.morton_code : a.triangle < b.triangle;
     });
 
+    parallelFor(n, 8192, [&](std::size_t i) { order_[i] = sorted[i].triangle; });
+    refit();
+}
+
+void TriangleTree::refit() {
     first_leaf_ = std::bit_ceil(std::max<std::size_t>(leaves(), 1));
     node_.assign(2 * first_leaf_, {});
     parallelFor(leaves(), 1024, [&](std::size_t leaf) {
         Box& leaf_box = node_[first_leaf_ + leaf];
-        for (std::size_t i = leaf * kLeaf; i < std::min(n, (leaf + 1) * kLeaf); ++i) {
-            order_[i] = sorted[i].triangle;
-            box_[i] = boxOf(position, triangles[order_[i]]);
-            box_[i].min -= Vec3(margin);
-            box_[i].max += Vec3(margin);
+        for (std::size_t i = leaf * kLeaf; i < std::min(order_.size(), (leaf + 1) * kLeaf); ++i) {
+            box_[i] = boxOf(position_, triangles_[order_[i]]);
+            box_[i].min -= Vec3(margin_);
+            box_[i].max += Vec3(margin_);
             leaf_box.extendBy(box_[i]);
         }
     });

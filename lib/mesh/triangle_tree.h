@@ -21,6 +21,8 @@ public:
     /// same    tree for any thread count
     /// cost    O(triangles log triangles)
     TriangleTree(std::span<const Vec3> position, std::span<const Triangle> triangles, double margin = 0);
+    /// Fits the boxes to positions that have changed since. The order stays, so that far moves make queries slower.
+    void refit();
 
     std::size_t leaves() const { return (order_.size() + kLeaf - 1) / kLeaf; }
     std::span<const Vec3> position() const { return position_; }
@@ -97,6 +99,7 @@ private:
 
     std::span<const Vec3> position_;
     std::span<const Triangle> triangles_;
+    double margin_;
     std::vector<std::uint32_t> order_;  ///< triangles in Morton order
     std::vector<Box> box_;              ///< of each triangle, in the same order
     std::vector<Box> node_;             ///< of each node; entry 0 is unused

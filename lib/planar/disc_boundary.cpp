@@ -4,6 +4,7 @@
 #include "base/angles.h"
 #include "base/compressed_rows.h"
 #include "base/parallel.h"
+#include "exact/neighbour_finder.h"
 #include "exact/plane_predicates.h"
 
 #include <algorithm>

@@ -3,6 +3,7 @@
 #include "base/icosphere.h"
 #include "base/index.h"
 #include "base/parallel.h"
+#include "exact/neighbour_finder.h"
 #include "exact/predicates.h"
 #include "mesh/mesh_edges.h"
 #include "skin/exposed_region.h"
@@ -78,12 +79,11 @@ bool isFullCircle(const Vec3& origin, const Neighbour& other, const std::vector<
     return true;
 }
 
-// Is the ball inside that of a neighbour?
+// Is the ball inside that of a neighbour? Then p = |u|² + r² - r_n² is less than with the spheres touching inside.
 bool isHidden(const std::vector<Neighbour>& neighbours, std::int64_t radius) {
-    return std::any_of(neighbours.begin(), neighbours.end(), [&](const Neighbour& n) {
-        const auto difference = static_cast<double>(n.radius - radius);
-        return difference > 0 && n.squaredDistance() < difference * difference;
-    });
+    const auto twice = static_cast<double>(2 * radius), square = twice * static_cast<double>(radius);
+    return std::any_of(neighbours.begin(), neighbours.end(),
+                       [&](const Neighbour& n) { return n.power < square - twice * n.radius; });
 }
 
 // A neighbour that may share an exposed circle with the ball.
@@ -154,7 +154,7 @@ std::vector<Parts> exposedParts(const SnappedParticles& particles, const std::ve
             const std::int64_t radius = particles.radiusOf(exposed[s]);
             if (isCoveredInDenseCell(exposed[s], radius, finder, neighbours, region)) continue;
             finder.find(exposed[s], neighbours);
-            if (isHidden(neighbours, radius)) continue;
+            if (particles.size_classes && isHidden(neighbours, radius)) continue;
             if (was_covered) {  // then this one probably is, too
                 was_covered = region.isCoveredBy(neighbours, radius);
             } else {

@@ -4,6 +4,7 @@
 #include "base/compressed_rows.h"
 #include "base/parallel.h"
 #include "base/simd.h"
+#include "exact/neighbour_finder.h"
 
 #include <algorithm>
 #include <array>
@@ -282,7 +283,7 @@ std::vector<std::uint8_t> coveredByAlike(const AlikeBalls& alike, const Position
     return is_covered;
 }
 
-constexpr std::size_t kRangesPerFactorOfTwo = 4;
+constexpr std::size_t kRangesPerFactorOfTwo = 4, kRangesAlike = 2;
 
 // Numbers a ball's range of radii: 4k + b is for those up to (8 - b) / 8 of the largest / 2^k.
 std::size_t rangeOf(std::int64_t radius, std::int64_t largest) {
@@ -303,8 +304,8 @@ std::vector<std::uint8_t> coveredParticles(const std::vector<Vec3i>& cell, const
 
 std::vector<std::uint8_t> coveredUnequal(std::size_t n, std::int64_t largest,
                                          const std::function<Vec3i(std::uint32_t)>& positionOf,
-                                         const std::function<std::int64_t(std::uint32_t)>& radiusOf, CoveredBy by) {
-    const std::size_t ranges = rangeOf(1, largest) + 1;
+                                         const std::function<std::int64_t(std::uint32_t)>& radiusOf) {
+    const std::size_t ranges = (rangeOf(1, largest) / kRangesAlike + 1) * kRangesAlike;
     const IndexRows balls_in = sortedIntoRows<std::uint32_t>(ranges, n, [&](std::size_t i, const auto& visit) {
         const auto ball = static_cast<std::uint32_t>(i);
         visit(rangeOf(radiusOf(ball), largest), ball);
@@ -330,67 +331,65 @@ std::vector<std::uint8_t> coveredUnequal(std::size_t n, std::int64_t largest,
         return is_inside;
     };
     std::vector<std::uint8_t> is_covered(n, 0);
-    std::vector<AlikeBalls> larger;  // the largest first
-    for (std::size_t range = 0; range < ranges; ++range) {
-        const std::span<const std::uint32_t> balls = balls_in[range];
-        if (balls.empty()) continue;
-        larger.push_back(alikeIn(range, range + 1));
+    std::vector<AlikeBalls> larger;   // the largest first
+    std::vector<std::size_t> firsts;  // the first range of each
+    for (std::size_t first = 0; first < ranges; first += kRangesAlike) {
+        if (balls_in.begin[first] == balls_in.begin[first + kRangesAlike]) continue;
+        firsts.push_back(first);
+        larger.push_back(alikeIn(first, first + kRangesAlike));
+        const std::span<const std::uint32_t> balls = larger.back().ball;
         const std::vector<std::uint8_t> by_alike = coveredByAlike(larger.back(), positionOf, radiusOf);
         parallelFor(balls.size(), 256, [&](std::size_t i) {
+            std::uint8_t& covered = is_covered[balls[i]];
+            if (by_alike[i]) covered = kCoveredByAlike;
             const std::int64_t radius = radiusOf(balls[i]);
-            is_covered[balls[i]] = by_alike[i];
-            if (by == CoveredBy::nearly_equal) return;
             for (const AlikeBalls& others : larger) {
-                if (is_covered[balls[i]] || others.largest < 2 * radius) break;
-                is_covered[balls[i]] = isInsideOneOf(others, positionOf(balls[i]), radius);
+                if (covered || others.largest < 2 * radius) break;
+                covered = isInsideOneOf(others, positionOf(balls[i]), radius);
             }
         });
     }
-    if (by == CoveredBy::nearly_equal) return is_covered;
-    // Together, balls of several ranges cover more, but small ones are resolved less finely.
-    std::pair<std::uint32_t, std::uint32_t> previous;
-    for (std::size_t first = 0; first < ranges; first += kRangesPerFactorOfTwo / 2) {
-        const std::size_t last = std::min(first + kRangesPerFactorOfTwo, ranges);
-        std::size_t occupied = 0;
-        for (std::size_t range = first; range < last; ++range) occupied += !balls_in[range].empty();
-        const std::pair balls(balls_in.begin[first], balls_in.begin[last]);
-        if (occupied < 2 || balls == previous) continue;
-        previous = balls;
-        const AlikeBalls alike = alikeIn(first, last);
+    // Together, all that are at most twice as large as each other cover more, but small ones are resolved less finely.
+    for (std::size_t k = 0; k + 1 < firsts.size(); ++k) {
+        if (firsts[k + 1] >= firsts[k] + kRangesPerFactorOfTwo) continue;
+        const AlikeBalls alike = alikeIn(firsts[k], firsts[k] + kRangesPerFactorOfTwo);
         const std::vector<std::uint8_t> by_alike = coveredByAlike(alike, positionOf, radiusOf);
-        for (std::size_t i = 0; i < by_alike.size(); ++i) is_covered[alike.ball[i]] |= by_alike[i];
+        for (std::size_t i = 0; i < by_alike.size(); ++i)
+            is_covered[alike.ball[i]] = std::max(is_covered[alike.ball[i]], by_alike[i]);
     }
     return is_covered;
 }
 
 namespace {
 
-std::vector<std::uint32_t> uncovered(const std::vector<std::uint8_t>& is_covered) {
-    return indicesWhere(is_covered.size(), [&](std::uint32_t i) { return !is_covered[i]; });
-}
-
-std::vector<std::uint32_t> uncoveredUnequal(const SnappedParticles& particles, CoveredBy by) {
-    return uncovered(coveredUnequal(
-        particles.size(), particles.radius, [&](std::uint32_t i) { return particles.position[i]; },
-        [&](std::uint32_t i) { return particles.radiusOf(i); }, by));
+// The rows whose coverage is below a value.
+std::vector<std::uint32_t> rowsBelow(std::uint8_t value, const std::vector<std::uint8_t>& is_covered) {
+    return indicesWhere(is_covered.size(), [&](std::uint32_t i) { return is_covered[i] < value; });
 }
 
 }  // namespace
 
-std::vector<std::uint32_t> notAmongAlike(const SnappedParticles& particles) {
-    return uncoveredUnequal(particles, CoveredBy::nearly_equal);
-}
-
-std::vector<std::uint32_t> exposureCandidates(const SnappedParticles& particles) {
-    if (!particles.is_covered.empty()) return uncovered(particles.is_covered);
-    if (particles.size_classes) return uncoveredUnequal(particles, CoveredBy::any);
+std::vector<std::uint8_t> coverage(const SnappedParticles& particles) {
+    if (!particles.is_covered.empty()) return particles.is_covered;
+    if (particles.size_classes)
+        return coveredUnequal(
+            particles.size(), particles.radius, [&](std::uint32_t i) { return particles.position[i]; },
+            [&](std::uint32_t i) { return particles.radiusOf(i); });
     std::vector<CellOffset> offset(particles.size());
     parallelFor(particles.cell.size(), 64, [&](std::size_t c) {
         const Vec3i corner = particles.cell[c] * (2 * particles.radius);
         for (std::uint32_t i = particles.cell_begin[c]; i < particles.cell_begin[c + 1]; ++i)
             offset[i] = cellOffset(particles.position[i] - corner, particles.radius);
     });
-    return uncovered(coveredParticles(particles.cell, particles.cell_begin, offset));
+    return coveredParticles(particles.cell, particles.cell_begin, offset);
+}
+
+std::vector<std::uint32_t> exposureCandidates(const SnappedParticles& particles) {
+    return rowsBelow(1, coverage(particles));
+}
+
+std::vector<std::uint32_t> notAmongAlike(const SnappedParticles& particles) {
+    return rowsBelow(kCoveredByAlike, coverage(particles));
 }
 
 }  // namespace betamesh

@@ -126,8 +126,8 @@ std::vector<std::uint32_t> DeformingMesh::arrange() {
     const auto rows = static_cast<std::uint32_t>(size());
     const std::vector<std::uint32_t> present = indicesWhere(rows, [&](std::uint32_t v) { return fade[v] > 0; });
     std::vector<std::uint32_t> order;
-    groups_ =
-        PointGroups(inOrder(position_, present), kGroupCell * spacing_ * static_cast<double>(smallestScale()), order);
+    groups_ = PointGroups(inOrder(position_, present), kGroupCell * spacing_,
+                          mesh_.scale.empty() ? mesh_.scale : inOrder(mesh_.scale, present), order);
     order = inOrder(present, order);
     order.reserve(rows);
     for (std::uint32_t v = 0; v < rows; ++v)
@@ -148,10 +148,6 @@ float DeformingMesh::largestScale(std::size_t group) const {
     if (mesh_.scale.empty()) return 1;
     return *std::max_element(mesh_.scale.begin() + groups_.begin(group),
                              mesh_.scale.begin() + groups_.begin(group + 1));
-}
-
-float DeformingMesh::smallestScale() const {
-    return mesh_.scale.empty() ? 1 : *std::min_element(mesh_.scale.begin(), mesh_.scale.end());
 }
 
 void DeformingMesh::setInverseSquares(const PointGroup& group, double width, Lanes& inverse) const {

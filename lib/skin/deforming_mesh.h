@@ -39,8 +39,6 @@ public:
     float scale(std::size_t v) const { return mesh_.scale.empty() ? 1 : mesh_.scale[v]; }
     /// The largest among the vertices of a group.
     float largestScale(std::size_t group) const;
-    /// The smallest of all.
-    float smallestScale() const;
     /// Sets 1 / width² for each vertex of a group; the width is given in particle spacings at the vertex.
     void setInverseSquares(const PointGroup& group, double width, Lanes& inverse) const;
     const BetaMesh& mesh() const { return mesh_; }

@@ -61,6 +61,19 @@ void toPlanes(std::size_t n, float half, float* x, float* y, float* z, float* sq
     }
 }
 
+// The same for balls of different radii, with the powers of their centres in the place of squared lengths.
+BETAMESH_EVERY_CPU
+void toPlanesOfUnequal(std::size_t n, float half, float* x, float* y, float* z, float* power) {
+#pragma GCC ivdep
+    for (std::size_t i = 0; i < n; ++i) {
+        const float inverse = 1 / std::sqrt(x[i] * x[i] + y[i] * y[i] + z[i] * z[i]);
+        x[i] *= inverse;
+        y[i] *= inverse;
+        z[i] *= inverse;
+        power[i] *= inverse * half;
+    }
+}
+
 // For each point the first of the planes that it lies farthest beyond, and by how much.
 template <std::size_t kPoints>
 struct FarthestBeyond {
@@ -180,17 +193,17 @@ void ExposedRegion::setPlanes(const std::vector<Neighbour>& neighbours, std::int
     const std::size_t n = neighbours.size(), whole = (n + kLanes - 1) / kLanes * kLanes;
     auto& [x, y, z, distance] = planes_;
     for (std::vector<float>* axis : {&x, &y, &z, &distance}) axis->resize(whole);
+    bool all_equal = true;
     for (std::size_t i = 0; i < n; ++i) {
         const Neighbour& neighbour = neighbours[i];
         x[i] = static_cast<float>(neighbour.offset.x);
         y[i] = static_cast<float>(neighbour.offset.y);
         z[i] = static_cast<float>(neighbour.offset.z);
-        distance[i] = static_cast<float>(neighbour.radius == radius ? neighbour.power : neighbour.squaredDistance());
+        distance[i] = static_cast<float>(neighbour.power);
+        all_equal &= neighbour.radius == radius;
     }
-    toPlanes(n, static_cast<float>(0.5 / radius_), x.data(), y.data(), z.data(), distance.data());
-    for (std::size_t i = 0; i < n; ++i)
-        if (neighbours[i].radius != radius)
-            distance[i] = static_cast<float>(distanceOf(neighbours[i], std::sqrt(neighbours[i].squaredDistance())));
+    const auto half = static_cast<float>(0.5 / radius_);
+    (all_equal ? toPlanes : toPlanesOfUnequal)(n, half, x.data(), y.data(), z.data(), distance.data());
     for (std::size_t i = n; i < whole; ++i) {
         x[i] = y[i] = z[i] = 0;
         distance[i] = kOutOfReach;

@@ -3,7 +3,9 @@
 #include "base/box.h"
 #include "base/cell_grid.h"
 #include "base/index.h"
+#include "base/octaves.h"
 #include "base/parallel.h"
+#include "exact/neighbour_finder.h"
 
 #include <algorithm>
 #include <cmath>
@@ -81,19 +83,73 @@ bool anyInStrides(std::span<const std::uint32_t> items, const Is& is) {
     return false;
 }
 
+// Balls by octaves of their radii, in cells in which those of one octave that are about to touch are neighbours.
+class BallsByOctave {
+public:
+    explicit BallsByOctave(const BallBoundary& boundary) : boundary_(boundary), position_(boundary.position.size()) {
+        parallelFor(position_.size(), 4096, [&](std::size_t b) { position_[b] = toDouble(boundary.position[b]); });
+        std::vector<double> scale(boundary.radius_of.empty() ? 0 : position_.size());
+        for (std::size_t b = 0; b < scale.size(); ++b) scale[b] = boundary.scaleOf(b);
+        balls_ = byOctave(allRows(position_.size()), scale);
+        for (std::size_t octave = 0; octave < balls_.size(); ++octave)
+            cells_.emplace_back(balls_[octave].size(), reach(octave, octave),
+                                [&](std::size_t i) -> const Vec3& { return position_[balls_[octave][i]]; });
+    }
+
+    const std::vector<Vec3>& position() const { return position_; }
+
+    /// Calls visit(balls of a cell, balls of all octaves that may touch one of these or are about to) for each cell, in
+    /// parallel. Every thread calls its own copy of `visit`.
+    template <typename Visit>
+    void forCellsAndNeighbours(const Visit& visit) const {
+        for (std::size_t octave = 0; octave < balls_.size(); ++octave)
+            parallelRanges(cells_[octave].cells(), 16, [&](std::size_t first, std::size_t last) {
+                Visit own(visit);
+                std::vector<std::uint32_t> balls, around;
+                for (auto cell = static_cast<std::uint32_t>(first); cell < last; ++cell) {
+                    balls.clear();
+                    Box box;
+                    for (const std::uint32_t row : cells_[octave].rowsOf(cell)) {
+                        balls.push_back(balls_[octave][row]);
+                        box.extendBy(position_[balls.back()]);
+                    }
+                    around.clear();
+                    for (std::size_t other = 0; other < balls_.size(); ++other)
+                        addNear(box, reach(octave, other), other, around);
+                    own(balls, around);
+                }
+            });
+    }
+
+private:
+    // The distance within which balls of two octaves touch or are about to, quanta.
+    double reach(std::size_t a, std::size_t b) const {
+        return static_cast<double>(boundary_.radius) * (largestOfOctave(a) + largestOfOctave(b)) *
+               (1 + kContactGap / 2);
+    }
+    void addNear(const Box& box, double reach, std::size_t octave, std::vector<std::uint32_t>& near) const {
+        cells_[octave].forRowsIn(box.min - Vec3(reach), box.max + Vec3(reach), [&](std::uint32_t row) {
+            const std::uint32_t ball = balls_[octave][row];
+            if (squaredDistance(box, position_[ball]) < reach * reach) near.push_back(ball);
+        });
+    }
+
+    const BallBoundary& boundary_;
+    std::vector<Vec3> position_;                     // of all balls, quanta
+    std::vector<std::vector<std::uint32_t>> balls_;  // of each octave
+    std::vector<CellGrid> cells_;                    // of each octave
+};
+
 // For each ball the others that are about to touch it in a point that no third ball covers, ascending.
 std::vector<std::vector<std::uint32_t>> ballsNearContact(const BallBoundary& boundary) {
-    const double reach = 2 * static_cast<double>(boundary.radius) * (1 + kContactGap / 2);
-    std::vector<Vec3> position(boundary.position.size());
-    parallelFor(position.size(), 4096, [&](std::size_t b) { position[b] = toDouble(boundary.position[b]); });
-    const auto positionOf = [&](std::size_t b) -> const Vec3& { return position[b]; };
-    const CellGrid order(boundary.position.size(), reach, positionOf);
+    const BallsByOctave by_octave(boundary);
+    const std::vector<Vec3>& position = by_octave.position();
     std::vector<std::vector<std::uint32_t>> near(boundary.position.size());
     struct Buffers {
         std::vector<double> x, y, z, squared, radius;
         std::vector<std::uint32_t> found;
     };
-    forCellsAndNeighbours(reach, order, order, positionOf, [&, buffers = Buffers()](auto cell, auto around) mutable {
+    by_octave.forCellsAndNeighbours([&, buffers = Buffers()](const auto& balls, const auto& around) mutable {
         auto& [x, y, z, squared, radius_buffer, found] = buffers;
         std::vector<double>& radius = radius_buffer;
         const std::size_t n = around.size();
@@ -104,12 +160,13 @@ std::vector<std::vector<std::uint32_t>> ballsNearContact(const BallBoundary& bou
             radius[k] = static_cast<double>(boundary.radiusOf(around[k]));
         }
         found.resize(n + 1);
-        for (const std::uint32_t row : order.rowsOf(cell)) {
+        for (const std::uint32_t row : balls) {
             const Vec3 here = position[row];
             const auto own = static_cast<double>(boundary.radiusOf(row));
             squaredDistances(Box(here), x.data(), y.data(), z.data(), n, squared.data());
             std::size_t count = 0;
             for (std::uint32_t k = 0; k < n; ++k) {
+                const double reach = (own + radius[k]) * (1 + kContactGap / 2);
                 found[count] = k;
                 count += squared[k] < reach * reach;
             }

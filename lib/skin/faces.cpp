@@ -4,6 +4,7 @@
 #include "base/compressed_rows.h"
 #include "base/parallel.h"
 #include "base/union_find.h"
+#include "exact/neighbour_finder.h"
 #include "skin/exposed_region.h"
 
 #include <algorithm>

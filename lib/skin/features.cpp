@@ -3,6 +3,7 @@
 #include "base/cell_grid.h"
 #include "base/index.h"
 #include "base/union_find.h"
+#include "exact/neighbour_finder.h"
 #include "mesh/components.h"
 #include "skin/constants.h"
 #include "skin/voids.h"
@@ -190,6 +191,7 @@ SnappedParticles withoutRows(const SnappedParticles& particles, const std::vecto
     SnappedParticles rest;
     rest.quantum = particles.quantum;
     rest.radius = particles.radius;
+    rest.most_halvings = particles.most_halvings;
     auto next_removed = rows.begin();
     for (std::size_t cell = 0; cell < particles.cell.size(); ++cell) {
         const auto first = static_cast<std::uint32_t>(rest.position.size());

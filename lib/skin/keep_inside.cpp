@@ -1,6 +1,7 @@
 #include "skin/keep_inside.h"
 
 #include "base/cell_grid.h"
+#include "base/index.h"
 #include "base/octaves.h"
 #include "base/parallel.h"
 #include "mesh/enclosure.h"
@@ -11,10 +12,18 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
+#include <optional>
 
 namespace betamesh {
 
 namespace {
+
+double largestScale(const BetaMesh& mesh, const std::vector<std::uint32_t>& vertices) {
+    double largest = 0;
+    for (const std::uint32_t v : vertices) largest = std::max(largest, mesh.scaleOf(v));
+    return largest;
+}
 
 // The particles beside vertices where the spacing is much larger than their own size. Elsewhere the surface is averaged
 // over widths that suit them.
@@ -25,11 +34,13 @@ std::vector<DeepParticle> besideLarger(const std::vector<DeepParticle>& particle
     const auto particles_of = byOctave(allRows(particles.size()), scale),
                vertices_of = byOctave(allRows(mesh.vertex.size()), mesh.scale);
     std::vector<std::uint8_t> is_beside(particles.size(), 0);
-    for (std::size_t large = 0; large < vertices_of.size(); ++large)
+    for (std::size_t large = 0; large < vertices_of.size(); ++large) {
+        const std::vector<std::uint32_t>& vertices = vertices_of[large];
+        const double largest = largestScale(mesh, vertices), reach = kReachOfLarger * largest * spacing;
         for (std::size_t small = large; small < particles_of.size(); ++small) {
-            const std::vector<std::uint32_t>&vertices = vertices_of[large], &rows = particles_of[small];
-            if (vertices.empty() || rows.empty()) continue;
-            const double reach = kReachOfLarger * largestOfOctave(large) * spacing;
+            std::vector<std::uint32_t> rows = particles_of[small];
+            std::erase_if(rows, [&](std::uint32_t row) { return largest <= kMuchLarger * particles[row].scale; });
+            if (rows.empty()) continue;
             const auto vertexAt = [&](std::size_t i) { return mesh.vertex[vertices[i]].position; };
             const CellGrid points(rows.size(), reach, [&](std::size_t i) { return particles[rows[i]].position; });
             const CellGrid around(vertices.size(), reach, vertexAt);
@@ -45,11 +56,15 @@ std::vector<DeepParticle> besideLarger(const std::vector<DeepParticle>& particle
                     }
                 });
         }
+    }
     std::vector<DeepParticle> beside;
     for (std::size_t i = 0; i < particles.size(); ++i)
         if (is_beside[i]) beside.push_back(particles[i]);
     return beside;
 }
+
+// How far triangles may move before the tree over them is fitted again, spacings.
+constexpr double kBumpMargin = 0.05;
 
 // Where the surface has to move, and how far.
 struct Bump {
@@ -57,11 +72,12 @@ struct Bump {
     double height, width;
 };
 
-// The bump over a particle; none, with height 0, where it is deep enough.
-Bump bumpOver(const DeepParticle& particle, double outside, const TriangleTree& tree,
-              const std::vector<Vec3>& normals) {
-    std::size_t at = 0;
-    const double distance = tree.distanceTo(particle.position, at), depth = outside > 0 ? -outside : distance;
+// The bump over a particle; none, with height 0, where it is deep enough. at: of the triangle nearest to a particle
+// nearby; set to that nearest to this one.
+Bump bumpOver(const DeepParticle& particle, const TriangleTree& tree, const std::vector<Vec3>& normals,
+              std::size_t& at) {
+    const double distance = tree.distanceTo(particle.position, at);
+    const double depth = isEnclosed(tree, particle.position) ? distance : -distance;
     Bump bump{particle.position, Vec3(0), particle.least_depth - depth, 0};
     if (!(bump.height > 0)) return {};
     const Triangle& nearest = tree.triangles()[tree.triangleAt(at)];
@@ -77,13 +93,15 @@ Bump bumpOver(const DeepParticle& particle, double outside, const TriangleTree& 
 }
 
 // The bumps over particles that are not deep enough, which alone are kept in the list.
-std::vector<Bump> bumpsOver(std::vector<DeepParticle>& particles, const Mesh& mesh, const std::vector<Vec3>& normals) {
-    std::vector<Vec3> position;
-    for (const DeepParticle& particle : particles) position.push_back(particle.position);
-    const std::vector<double> outside = distancesOutside(mesh, {}, position);
-    const TriangleTree tree(mesh.position, mesh.triangles);
+std::vector<Bump> bumpsOver(std::vector<DeepParticle>& particles, const TriangleTree& tree,
+                            const std::vector<Vec3>& normals) {
     std::vector<Bump> all(particles.size());
-    parallelFor(all.size(), 64, [&](std::size_t i) { all[i] = bumpOver(particles[i], outside[i], tree, normals); });
+    constexpr std::size_t kPerTask = 64;  // fixed, as the triangle from which a search starts may change rounding
+    parallelFor((all.size() + kPerTask - 1) / kPerTask, 1, [&](std::size_t task) {
+        std::size_t nearest = 0;
+        for (std::size_t i = task * kPerTask; i < std::min(all.size(), (task + 1) * kPerTask); ++i)
+            all[i] = bumpOver(particles[i], tree, normals, nearest);
+    });
     std::vector<Bump> bumps;
     std::vector<DeepParticle> rest;
     for (std::size_t i = 0; i < all.size(); ++i) {
@@ -95,28 +113,87 @@ std::vector<Bump> bumpsOver(std::vector<DeepParticle>& particles, const Mesh& me
     return bumps;
 }
 
-// The displacement of each vertex: a mean over the bumps that reach it, each as high as its weight there.
-std::vector<DualVec3> displacements(const std::vector<Bump>& bumps, const BetaMesh& mesh,
-                                    const std::vector<Vec3>& normals) {
-    double widest = 0;
-    for (const Bump& bump : bumps) widest = std::max(widest, bump.width);
-    const CellGrid cells(mesh.vertex.size(), widest, [&](std::size_t v) { return mesh.vertex[v].position; });
-    std::vector<Vec3> sum(mesh.vertex.size(), Vec3(0));
-    std::vector<double> weight(mesh.vertex.size(), 0);
-    for (const Bump& bump : bumps)
-        cells.forRowsIn(bump.centre - Vec3(bump.width), bump.centre + Vec3(bump.width), [&](std::uint32_t v) {
-            const double t = 1 - (mesh.vertex[v].position - bump.centre).length2() / (bump.width * bump.width);
-            const double facing = dot(normals[v], bump.normal);
+// The part of a mesh near bumps, where alone vertices move.
+class Neighbourhood {
+public:
+    /// tree: of the positions, with boxes that reach beyond their triangles by `margin`. All are referred to.
+    Neighbourhood(const std::vector<Bump>& bumps, BetaMesh& mesh, std::vector<Vec3>& position,
+                  const std::vector<Vec3>& normals, TriangleTree& tree, double margin)
+        : mesh_(mesh), position_(position), normals_(normals), tree_(tree), margin_(margin) {
+        for (const Bump& bump : bumps) widest_ = std::max(widest_, bump.width);
+        const double reach = kBumpReach * widest_;
+        const CellGrid centres(bumps.size(), reach, [&](std::size_t b) { return bumps[b].centre; });
+        std::vector<std::uint8_t> is_near(position.size(), 0);
+        parallelFor(position.size(), 1024, [&](std::size_t v) {
+            centres.forRowsIn(position[v] - Vec3(reach), position[v] + Vec3(reach),
+                              [&](std::uint32_t) { is_near[v] = 1; });
+        });
+        for (std::size_t group = 0; group < fading_.size(); ++group)
+            std::ranges::copy_if(mesh.fading[group], std::back_inserter(fading_[group]), [&](const FadingVertex& v) {
+                return is_near[v.vertex] || std::ranges::any_of(v.anchor, [&](std::uint32_t w) { return is_near[w]; });
+            });
+        vertices_ = indicesWhere(position.size(), [&](std::uint32_t v) { return is_near[v]; });
+        sum_.resize(vertices_.size());
+        weight_.resize(vertices_.size());
+        displacement_.resize(position.size());
+        cells_.emplace(vertices_.size(), widest_, [&](std::size_t i) { return position[vertices_[i]]; });
+    }
+
+    /// Moves vertices: each by a mean over the bumps that reach it, each as high as its weight there.
+    void raise(const std::vector<Bump>& bumps) {
+        std::ranges::fill(sum_, Vec3(0));
+        std::ranges::fill(weight_, 0.0);
+        for (const Bump& bump : bumps) add(bump);
+        for (std::size_t i = 0; i < vertices_.size(); ++i)
+            displacement_[vertices_[i]].position = weight_[i] > 0 ? sum_[i] / weight_[i] : Vec3(0);
+        blendFading(fading_, displacement_);
+        double farthest = 0;
+        const auto move = [&](std::uint32_t v) {
+            DualVec3& by = displacement_[v];
+            farthest = std::max(farthest, by.position.length());
+            mesh_.vertex[v] = mesh_.vertex[v] + by;
+            position_[v] = mesh_.vertex[v].position;
+            by = {};
+        };
+        for (const std::uint32_t v : vertices_) move(v);
+        for (const std::vector<FadingVertex>& group : fading_)
+            for (const FadingVertex& v : group) move(v.vertex);
+        moved_ += farthest;
+        since_fit_ += farthest;
+        if (since_fit_ < margin_) return;
+        tree_.refit();
+        since_fit_ = 0;
+    }
+
+private:
+    void add(const Bump& bump) {
+        const double width = std::min(bump.width, widest_);
+        const Vec3 reach(width + moved_);
+        cells_->forRowsIn(bump.centre - reach, bump.centre + reach, [&](std::uint32_t i) {
+            const std::uint32_t v = vertices_[i];
+            const double t = 1 - (position_[v] - bump.centre).length2() / (width * width);
+            const double facing = dot(normals_[v], bump.normal);
             if (!(t > 0) || !(facing > 0)) return;
             const double w = t * t * std::sqrt(facing);
-            sum[v] += bump.normal * (bump.height * w * w);
-            weight[v] += w;
+            sum_[i] += bump.normal * (bump.height * w * w);
+            weight_[i] += w;
         });
-    std::vector<DualVec3> displacement(mesh.vertex.size());
-    for (std::size_t v = 0; v < sum.size(); ++v)
-        if (weight[v] > 0) displacement[v].position = sum[v] / weight[v];
-    return displacement;
-}
+    }
+
+    static constexpr double kBumpReach = 3;  // of the part, widths; displacements are blended over short distances
+
+    BetaMesh& mesh_;
+    std::vector<Vec3>& position_;
+    const std::vector<Vec3>& normals_;
+    TriangleTree& tree_;
+    double margin_, widest_ = 0, moved_ = 0, since_fit_ = 0;
+    FadingVertices fading_;
+    std::vector<std::uint32_t> vertices_;
+    std::optional<CellGrid> cells_;       // of these vertices, where they were at first
+    std::vector<Vec3> sum_;               // of each of these
+    std::vector<double> weight_;          // likewise
+    std::vector<DualVec3> displacement_;  // of all vertices, 0 between calls
+};
 
 }  // namespace
 
@@ -135,16 +212,18 @@ std::vector<DeepParticle> smallParticles(const SnappedParticles& snapped, double
 void keepInside(const std::vector<DeepParticle>& all, double spacing, BetaMesh& mesh) {
     if (all.empty()) return;
     std::vector<DeepParticle> particles = besideLarger(all, spacing, mesh);
-    for (int round = 0; round < kBumpRounds && !particles.empty(); ++round) {
-        const std::vector<Vec3> normals = vertexNormals(mesh);
-        Mesh plain;
-        plain.triangles = mesh.triangles;
-        for (const DualVec3& vertex : mesh.vertex) plain.position.push_back(vertex.position);
-        const std::vector<Bump> bumps = bumpsOver(particles, plain, normals);
-        if (bumps.empty()) return;
-        std::vector<DualVec3> displacement = displacements(bumps, mesh, normals);
-        blendFading(mesh.fading, displacement);
-        for (std::size_t v = 0; v < displacement.size(); ++v) mesh.vertex[v] = mesh.vertex[v] + displacement[v];
+    if (particles.empty()) return;
+    std::vector<Vec3> position;
+    for (const DualVec3& vertex : mesh.vertex) position.push_back(vertex.position);
+    const double margin = kBumpMargin * spacing;
+    TriangleTree tree(position, mesh.triangles, margin);
+    const std::vector<Vec3> normals = vertexNormals(mesh);
+    std::vector<Bump> bumps = bumpsOver(particles, tree, normals);
+    if (bumps.empty()) return;
+    Neighbourhood near(bumps, mesh, position, normals, tree, margin);
+    for (int round = 1; round <= kBumpRounds && !bumps.empty(); ++round) {
+        near.raise(bumps);
+        if (round < kBumpRounds) bumps = bumpsOver(particles, tree, normals);
     }
 }
 

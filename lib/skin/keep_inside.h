@@ -29,8 +29,8 @@ std::vector<DeepParticle> smallParticles(const SnappedParticles& snapped, double
 ///
 /// in      spacing: of the largest particles, world units
 /// same    bytes for any thread count
-/// cost    O(particles), O(log triangles) for each beside larger ones, and as many passes over the mesh as there are
-///         rounds with particles that are not deep enough
+/// cost    O(particles); O(triangles log triangles) where some are beside larger ones, and O(log triangles) for each of
+///         these; where some are not deep enough, a pass over the mesh and a few over the vertices near these
 void keepInside(const std::vector<DeepParticle>& particles, double spacing, BetaMesh& mesh);
 
 }  // namespace betamesh

@@ -4,25 +4,29 @@
 
 #include "base/box.h"
 #include "base/cell_grid.h"
+#include "base/octaves.h"
 #include "base/sample_groups.h"
 
 #include <memory>
-#include <optional>
 #include <span>
 #include <vector>
 
 namespace betamesh {
 
 /// Compact groups of at most kLanes points. The points of group g are begin(g) … begin(g + 1) - 1, once they have been
-/// brought into the order that the constructor returns.
+/// brought into the order that the constructor returns. Points of different octaves of scale are in different groups,
+/// so that where the points are far apart groups are wide.
 class PointGroups {
 public:
     PointGroups() = default;
-    /// edge    edge of the cells in which points are grouped, a few times the intended width of groups; world units
+    /// edge    edge of the cells in which points of scale 1 are grouped, a few times the intended width of groups;
+    ///         world units
+    /// scale   of each point; empty: all 1
     /// order   set to the required order of the points: order[i] is the row of the i-th
     ///
     /// same    groups for any thread count
-    PointGroups(const std::vector<Vec3>& position, double edge, std::vector<std::uint32_t>& order);
+    PointGroups(const std::vector<Vec3>& position, double edge, const std::vector<float>& scale,
+                std::vector<std::uint32_t>& order);
 
     std::size_t size() const { return box_.size(); }
     std::uint32_t begin(std::size_t group) const { return begin_[group]; }
@@ -30,26 +34,41 @@ public:
     /// Fits the boxes to the current positions of the points. To be called after construction and after every move.
     void fitBoxes(const std::vector<Vec3>& position);
 
-    std::uint32_t cells() const { return cells_ ? cells_->cells() : 0; }
-    /// The groups of a cell, which are consecutive.
-    std::span<const std::uint32_t> groupsOf(std::uint32_t cell) const { return cells_->rowsOf(cell); }
-    Vec3 lowestCorner(std::uint32_t cell) const { return cells_->lowestCorner(cell); }
+    std::uint32_t cells() const { return static_cast<std::uint32_t>(corner_.size()); }
+    /// The groups of a cell are firstGroup(cell) … firstGroup(cell + 1) - 1.
+    std::uint32_t firstGroup(std::uint32_t cell) const { return first_group_[cell]; }
+    const Vec3& lowestCorner(std::uint32_t cell) const { return corner_[cell]; }
     /// Calls visit(group, its cell), in order, for all groups whose boxes are within reach of another box, and a few
-    /// more.
-    template <typename Visit>
-    void forGroupsNear(const Box& box, double reach, const Visit& visit) const {
-        if (!cells_) return;
-        const Vec3 margin(reach + overhang_);
-        cells_->forCellsIn(box.min - margin, box.max + margin, [&](std::uint32_t cell) {
-            for (const std::uint32_t group : groupsOf(cell)) visit(group, cell);
-        });
+    /// more. reachOf(largest scale in the group)
+    template <typename ReachOf, typename Visit>
+    void forGroupsNear(const Box& box, const ReachOf& reachOf, const Visit& visit) const {
+        for (const Octave& octave : octaves_) {
+            const double reach = reachOf(octave.largest);
+            const Vec3 margin(reach + octave.overhang);
+            octave.cells.forCellsIn(box.min - margin, box.max + margin, [&](std::uint32_t c) {
+                const std::uint32_t cell = octave.first_cell + c;
+                for (std::uint32_t group = firstGroup(cell); group < firstGroup(cell + 1); ++group)
+                    if (squaredDistance(box, box_[group]) <= reach * reach) visit(group, cell);
+            });
+        }
     }
 
 private:
-    std::vector<std::uint32_t> begin_{0};
+    // The cells of points with scales up to `largest`.
+    struct Octave {
+        double largest;
+        std::uint32_t first_cell;
+        CellGrid cells;       // of one point of each group
+        double overhang = 0;  // largest distance by which a box extends beyond its cell
+    };
+
+    void addOctave(double largest, double edge, const std::vector<Vec3>& position,
+                   std::span<const std::uint32_t> points, std::vector<std::uint32_t>& order);
+
+    std::vector<std::uint32_t> begin_{0}, first_group_{0};
     std::vector<Box> box_;
-    std::optional<CellGrid> cells_;  // of groups
-    double overhang_ = 0;            // largest distance by which a box extends beyond its cell
+    std::vector<Vec3> corner_;  // of each cell
+    std::vector<Octave> octaves_;
 };
 
 /// values[order[i]] for every i.
@@ -133,7 +152,7 @@ public:
         parallelFor(groups.cells(), 16, [&](std::size_t c) {
             const auto cell = static_cast<std::uint32_t>(c);
             const Vec3 corner = groups.lowestCorner(cell);
-            for (const std::uint32_t group : groups.groupsOf(cell))
+            for (std::uint32_t group = groups.firstGroup(cell); group < groups.firstGroup(cell + 1); ++group)
                 for (std::uint32_t i = groups.begin(group), run = 0; i < groups.begin(group + 1); ++run) {
                     Boxf& box = box_[group * kRuns + run];
                     for (const std::uint32_t run_end = endOfRun(group, i); i < run_end; ++i) {
@@ -185,7 +204,8 @@ private:
 /// units and have a common origin near the group. fill(row, fields) sets a sample's fields after its position.
 ///
 /// max_samples    largest number of samples per group: of more, every second (third, …) one is visited
-/// reach_factor   of each sample, at most 1: it is visited within this times reachOf(group); empty: all 1
+/// reach_factor   of each sample: it is visited within this times reachOf(group); the scales by which the samples were
+///                grouped, or empty: all 1
 template <std::size_t kFields, typename ReachOf, typename Fill, typename Visit>
 void forGroups(const PointGroups& points, const std::vector<Vec3>& point, const PointGroups& samples,
                const std::vector<Vec3>& sample, double unit, std::size_t max_samples, const ReachOf& reachOf,
@@ -201,7 +221,8 @@ void forGroups(const PointGroups& points, const std::vector<Vec3>& point, const 
         for (auto cell = static_cast<std::uint32_t>(first); cell < last; ++cell) {
             Box box;
             double largest_reach = 0;
-            for (const std::uint32_t g : points.groupsOf(cell)) {
+            const std::uint32_t first_group = points.firstGroup(cell), end_group = points.firstGroup(cell + 1);
+            for (std::uint32_t g = first_group; g < end_group; ++g) {
                 box.extendBy(points.box(g));
                 largest_reach = std::max(largest_reach, reachOf(g));
             }
@@ -209,11 +230,12 @@ void forGroups(const PointGroups& points, const std::vector<Vec3>& point, const 
             const auto localOf = [&](const Vec3& p) { return Vec3f((p - frame) * scale); };
             candidates.clear();
             boxes.clear();
-            samples.forGroupsNear(box, largest_reach, [&](std::uint32_t group, std::uint32_t its_cell) {
-                if (squaredDistance(box, samples.box(group)) <= largest_reach * largest_reach)
+            samples.forGroupsNear(
+                box, [&](double factor) { return reach_factor.empty() ? largest_reach : largest_reach * factor; },
+                [&](std::uint32_t group, std::uint32_t its_cell) {
                     table.addRuns(group, its_cell, frame, boxes, candidates);
-            });
-            for (const std::uint32_t g : points.groupsOf(cell)) {
+                });
+            for (std::uint32_t g = first_group; g < end_group; ++g) {
                 const double reach = reachOf(g) * scale;
                 // Slightly more than the reach, so that rounding never excludes a sample within reach.
                 const auto squared_reach = static_cast<float>(reach * reach * (1 + 1e-5));

@@ -84,7 +84,9 @@ SnappedParticles enlarged(const SnappedParticles& snapped, const Particles& part
     std::vector<double> radii(snapped.size());
     for (std::size_t i = 0; i < radii.size(); ++i)
         radii[i] = radius * (static_cast<double>(snapped.radius_of[i]) / static_cast<double>(snapped.radius));
-    return snapParticles(particles, radii, radius);
+    SnappedParticles larger = snapParticles(particles, radii, radius);
+    larger.is_covered = coverage(larger);
+    return larger;
 }
 
 // Sets the rates of the larger balls' radii, which are in proportion to those of the smaller ones; 0 for balls that are

@@ -111,7 +111,7 @@ public:
           sample_(samples.point.size()) {
         std::vector<std::uint32_t> order;
         parallelFor(position_.size(), 8192, [&](std::size_t i) { position_[i] = samples.point[i].position; });
-        groups_ = PointGroups(position_, kOuterCell * spacing, order);
+        groups_ = PointGroups(position_, kOuterCell * spacing, samples.scale, order);
         position_ = inOrder(position_, order);
         groups_.fitBoxes(position_);
         parallelFor(sample_.size(), 8192, [&](std::size_t i) {

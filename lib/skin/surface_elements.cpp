@@ -38,7 +38,8 @@ struct MomentAccumulator {
                 static_cast<float>(std::max(0.0, square / area - dot(middle, middle))),
                 static_cast<float>(along / area - dot(middle, mean)),
                 {static_cast<float>(value[0] / area), static_cast<float>(value[1] / area),
-                 static_cast<float>(value[2] / area)}};
+                 static_cast<float>(value[2] / area)},
+                1};
     }
 };
 
@@ -76,6 +77,7 @@ std::vector<SurfaceElement> elementsOf(const DeformingMesh& surface, const std::
                 if (!(m.area * share > 1e-9)) return;
                 parts[task].push_back(m.element(origin, unit));
                 parts[task].back().area *= static_cast<float>(share);
+                parts[task].back().scale = surface.scale(mesh.triangles[begin][0]);
             };
             add(whole, 1 - divided);
             if (!(divided > 0)) continue;
@@ -105,8 +107,9 @@ GroupedElements::GroupedElements(const DeformingMesh& surface, const std::vector
     };
     setPositions();
     std::vector<std::uint32_t> order;
-    groups =
-        PointGroups(position, kGroupCell * surface.spacing() * static_cast<double>(surface.smallestScale()), order);
+    std::vector<float> scale(surface.mesh().scale.empty() ? 0 : element.size());
+    for (std::size_t i = 0; i < scale.size(); ++i) scale[i] = element[i].scale;
+    groups = PointGroups(position, kGroupCell * surface.spacing(), scale, order);
     element = inOrder(element, order);
     setPositions();
     groups.fitBoxes(position);

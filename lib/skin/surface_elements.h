@@ -20,6 +20,7 @@ struct SurfaceElement {
     float area, variance;        ///< area, and mean squared distance from the position
     float convexity;             ///< mean of (x - position) · (normal at x): > 0 where the element is convex
     std::array<float, 3> value;  ///< means of three values of the vertices
+    float scale;                 ///< particle spacing at one of the vertices, in spacings of the frame
 };
 
 /// Elements in compact groups.

@@ -3,6 +3,7 @@
 #include "base/icosphere.h"
 #include "base/index.h"
 #include "base/parallel.h"
+#include "exact/neighbour_finder.h"
 
 #include <algorithm>
 

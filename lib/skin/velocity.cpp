@@ -4,6 +4,7 @@
 #include "base/index.h"
 #include "base/parallel.h"
 #include "base/rigid_motion.h"
+#include "exact/neighbour_finder.h"
 #include "skin/constants.h"
 
 #include <algorithm>

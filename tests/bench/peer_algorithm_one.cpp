@@ -1,5 +1,5 @@
 #include "base/parallel.h"
-#include "exact/snapped_particles.h"
+#include "exact/neighbour_finder.h"
 #include "peers.h"
 
 namespace betamesh {

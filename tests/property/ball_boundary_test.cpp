@@ -4,6 +4,7 @@
 #include "base/icosphere.h"
 #include "base/random.h"
 #include "betamesh/check.h"
+#include "exact/neighbour_finder.h"
 #include "skin/alpha_mesh.h"
 #include "skin/coverage.h"
 #include "skin/exposed_region.h"

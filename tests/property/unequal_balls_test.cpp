@@ -4,6 +4,8 @@
 #include "base/random.h"
 #include "base/union_find.h"
 #include "betamesh/check.h"
+#include "betamesh/error.h"
+#include "exact/neighbour_finder.h"
 #include "skin/arcs.h"
 #include "skin/ball_boundary.h"
 #include "skin/constants.h"
@@ -205,31 +207,65 @@ TEST(UnequalBalls, AgreeWithBruteForceTriangleForTriangle) {
     });
 }
 
+/// Compares the neighbours of every ball with those that brute force finds.
+void expectAllNeighbours(const SnappedParticles& snapped) {
+    NeighbourFinder finder(snapped);
+    std::vector<Neighbour> found;
+    for (std::uint32_t i = 0; i < snapped.size(); ++i) {
+        finder.find(i, found);
+        std::size_t next = 0;
+        for (std::uint32_t other = 0; other < snapped.size(); ++other) {
+            const Vec3i offset = snapped.position[other] - snapped.position[i];
+            const std::int64_t sum = snapped.radiusOf(i) + snapped.radiusOf(other),
+                               difference = snapped.radiusOf(i) - snapped.radiusOf(other);
+            const bool is_inside = difference > 0 && offset.length2() < difference * difference;
+            if (other == i || offset.length2() > sum * sum || is_inside) continue;
+            ASSERT_LT(next, found.size());
+            ASSERT_EQ(found[next].particle, other);
+            ASSERT_EQ(Vec3i(found[next].offset), offset);
+            ASSERT_EQ(found[next].radius, snapped.radiusOf(other));
+            ASSERT_EQ(found[next].power, static_cast<double>(offset.length2() + sum * difference));
+            ++next;
+        }
+        ASSERT_EQ(next, found.size());
+    }
+}
+
 TEST(UnequalBalls, HaveAllWhoseSpheresMeetTheirsAsNeighbours) {
     forEveryUnequalCloud(150, [](const UnequalCloud& cloud) {
         const SnappedParticles snapped = snapParticles(cloud.particles, cloud.radius);
-        if (snapped.radius_of.empty()) return;
-        NeighbourFinder finder(snapped);
-        std::vector<Neighbour> found;
-        for (std::uint32_t i = 0; i < snapped.size(); ++i) {
-            finder.find(i, found);
-            std::size_t next = 0;
-            for (std::uint32_t other = 0; other < snapped.size(); ++other) {
-                const Vec3i offset = snapped.position[other] - snapped.position[i];
-                const std::int64_t sum = snapped.radiusOf(i) + snapped.radiusOf(other),
-                                   difference = snapped.radiusOf(i) - snapped.radiusOf(other);
-                const bool is_inside = difference > 0 && offset.length2() < difference * difference;
-                if (other == i || offset.length2() > sum * sum || is_inside) continue;
-                ASSERT_LT(next, found.size());
-                ASSERT_EQ(found[next].particle, other);
-                ASSERT_EQ(Vec3i(found[next].offset), offset);
-                ASSERT_EQ(found[next].radius, snapped.radiusOf(other));
-                ASSERT_EQ(found[next].power, static_cast<double>(offset.length2() + sum * difference));
-                ++next;
-            }
-            ASSERT_EQ(next, found.size());
-        }
+        if (!snapped.radius_of.empty()) expectAllNeighbours(snapped);
     });
+}
+
+// Cells with many balls are divided, and a few are far away.
+TEST(UnequalBalls, HaveAllTheirNeighboursWhereManyMeet) {
+    Random random(3);
+    for (const double least : {0.9, 0.4, 0.05}) {
+        Particles particles;
+        std::vector<double> radius;
+        for (int i = 0; i < 1200; ++i) {
+            const Vec3 at(random.between(-2, 2), random.between(-2, 2), random.between(-2, 2));
+            particles.position.emplace_back(i % 100 == 0 ? at * 500 : at);
+            radius.push_back(random.between(least, 1));
+        }
+        expectAllNeighbours(snapParticles(particles, radius));
+    }
+}
+
+// As where a simulation refines most of a liquid: very many small balls fit into the space of a large one.
+TEST(UnequalBalls, MayBeManyInTheSpaceOfALargeOne) {
+    constexpr int kSide = 56;
+    Particles particles;
+    std::vector<double> radius;
+    for (int i = 0; i < kSide * kSide * kSide; ++i) {
+        particles.position.emplace_back(Vec3f(static_cast<float>(i % kSide), static_cast<float>(i / kSide % kSide),
+                                              static_cast<float>(i / (kSide * kSide))));
+        radius.push_back(1.5);
+    }
+    EXPECT_THROW(snapParticles(particles, 30), Error);
+    radius.front() = 30;
+    EXPECT_EQ(snapParticles(particles, radius).size(), particles.size());
 }
 
 TEST(UnequalBalls, AreConnectedWhereTheyMeetOrContainEachOther) {
