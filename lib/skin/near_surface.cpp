@@ -296,6 +296,8 @@ NearSurface NearSurfaceFinder::find() {
         state.processSized();
         near.is_unequal = state.isUnequal();
         is_row_covered = state.coveredAmongSized();
+        if (!near.is_unequal)
+            for (std::uint8_t& covered : is_row_covered) covered = covered != 0;
         state.sized = {};
     }
 

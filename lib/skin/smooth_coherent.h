@@ -36,8 +36,9 @@ struct CoherentSmoothing {
 /// Vertices that fade in are blended with the smoothed positions of the vertices they fade in from; otherwise the
 /// triangles there would jump.
 ///
-/// Among balls of different radii all lengths at a vertex, with ε for W, are those for balls as large as
-/// BetaMesh::scale says there.
+/// Among balls of different radii all lengths at a vertex, with ε for W, are those for balls as large as the mean of
+/// the samples' scales near it, over widths that begin with BetaMesh::scale; how far it may move depends on the
+/// smallest of them.
 ///
 /// Velocities are differentiated through all of it.
 ///
@@ -55,14 +56,21 @@ public:
 
 private:
     class Cloud;
+    class ScaleCloud;
+    // Of the balls near each vertex, in that of the largest; empty: all 1.
+    struct Scales {
+        std::vector<float> mean, least;
+    };
 
     bool isLast(int pass) const;
     void buildClouds(int pass);
+    Scales scalesAround(const BetaMesh& mesh, const std::vector<std::uint32_t>& rows) const;
 
     CoherentSmoothing params_;
-    std::size_t octaves_ = 1;    // that the balls and, hence, the vertices are in
-    SamplesInRadii samples_;     // released in the last pass
-    std::vector<Cloud> clouds_;  // the samples, arranged for sums at the vertices of each octave
+    std::size_t octaves_ = 1;               // that the balls and, hence, the vertices are in
+    SamplesInRadii samples_;                // released in the last pass
+    std::vector<ScaleCloud> scale_clouds_;  // of each octave, of scales alone; empty where all are equal
+    std::vector<Cloud> clouds_;             // the samples, arranged for sums at the vertices of each octave
 };
 
 }  // namespace betamesh

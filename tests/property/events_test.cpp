@@ -1,13 +1,10 @@
 // Single events: moments at which the boundary of the union of moving balls changes its combinatorics, and how far each
 // surface jumps there. README.md has the measurements.
 
+#include "support/events.h"
 #include "base/random.h"
 #include "betamesh/coherence.h"
 #include "betamesh/skin.h"
-#include "exact/snapped_particles.h"
-#include "skin/ball_boundary.h"
-#include "skin/coverage.h"
-#include "support/oracles.h"
 
 #include <gtest/gtest.h>
 
@@ -28,36 +25,6 @@ constexpr double kSteepest = 50;
 // Radii. Coordinates are snapped to a grid of r / 2^19 or finer, which vertices magnify.
 constexpr double kNoise = 3e-5;
 
-// The combinatorics of the boundary of the union of balls, in rows of particles.
-struct Combinatorics {
-    TriangleSet triangles;
-    std::set<std::array<std::uint32_t, 2>> circles;
-    bool operator==(const Combinatorics&) const = default;
-};
-
-Combinatorics combinatoricsOf(const Particles& particles) {
-    const SnappedParticles snapped = snapParticles(particles, kRadius);
-    const BallBoundary boundary = ballBoundary(snapped, exposureCandidates(snapped));
-    std::vector<Triangle> triangles = boundary.triangle;
-    for (Triangle& t : triangles)
-        for (std::uint32_t& ball : t) ball = boundary.row[ball];
-    Combinatorics found{canonical(triangles), {}};
-    for (const auto& [a, b] : boundary.circle)
-        found.circles.insert({std::min(boundary.row[a], boundary.row[b]), std::max(boundary.row[a], boundary.row[b])});
-    return found;
-}
-
-// Kinds of events, by the numbers of vertices (oriented triangles of particles) that vanish and appear:
-//
-//     flip     2 -> 2  four particles become cocircular on the boundary, an arc shrinks to a point and another grows
-//     birth    1 -> 3  a ball emerges at a vertex: a face of three arcs
-//     void     0 -> 4  a bubble inside a tetrahedron
-//     hole     0 -> 2  three balls begin to share two points, their centres an acute triangle: the opening between
-//                      them closes
-//     graze    0 -> 2  the same with an obtuse one: a ball reaches an arc or circle and cuts it
-//     contact  circles only: two balls touch
-//
-// Each includes its reverse.
 struct Event {
     std::string kind;
     bool in_block;        // not in a thin sheet or in spray
@@ -65,90 +32,6 @@ struct Event {
     double time;
     std::string name;
 };
-
-std::string kindOf(const Combinatorics& before, const Combinatorics& after, const Particles& at) {
-    std::vector<Triangle> gone, come;
-    std::set_difference(before.triangles.begin(), before.triangles.end(), after.triangles.begin(),
-                        after.triangles.end(), std::back_inserter(gone));
-    std::set_difference(after.triangles.begin(), after.triangles.end(), before.triangles.begin(),
-                        before.triangles.end(), std::back_inserter(come));
-    std::set<std::uint32_t> of;
-    for (const auto* list : {&gone, &come})
-        for (const Triangle& t : *list) of.insert(t.begin(), t.end());
-    const std::size_t less = std::min(gone.size(), come.size()), more = std::max(gone.size(), come.size());
-    if (more == 0) return "contact";
-    if (less == 2 && more == 2 && of.size() == 4) return "flip";
-    if (less == 1 && more == 3 && of.size() == 4) return "birth";
-    if (less == 0 && more == 4 && of.size() == 4) return "void";
-    if (less == 0 && more == 2 && of.size() == 3) {
-        const Triangle& t = (gone.empty() ? come : gone)[0];
-        const Vec3 a(at.position[t[0]]), b(at.position[t[1]]), c(at.position[t[2]]);
-        const bool acute = dot(b - a, c - a) > 0 && dot(a - b, c - b) > 0 && dot(a - c, b - c) > 0;
-        return acute ? "hole" : "graze";
-    }
-    return "several";
-}
-
-// Bisects a time interval until single events are isolated or the interval cannot be halved; returns all its events.
-void findEvents(const Particles& start, double begin, const Combinatorics& before, double end,
-                const Combinatorics& after, const std::function<void(double, const std::string&)>& found) {
-    if (before == after) return;
-    const double middle = (begin + end) / 2;
-    if (end - begin < 1e-9) {
-        found(middle, kindOf(before, after, advected(start, middle)));
-        return;
-    }
-    const Combinatorics between = combinatoricsOf(advected(start, middle));
-    findEvents(start, begin, before, middle, between, found);
-    findEvents(start, middle, between, end, after, found);
-}
-
-// About as many particles as fit into a box of this many spacings, near the origin, where floats are finest; speeds up
-// to one spacing per second.
-Particles cloud(std::uint64_t seed, std::array<int, 3> size, double jitter, double keep) {
-    Random random(seed);
-    Particles particles;
-    for (int z = 0; z < size[2]; ++z)
-        for (int y = 0; y < size[1]; ++y)
-            for (int x = 0; x < size[0]; ++x) {
-                const Vec3 middle = Vec3(size[0] - 1, size[1] - 1, size[2] - 1) / 2;
-                const Vec3 position = Vec3(x, y, z) - middle + random.cube() * jitter, velocity = random.ball();
-                if (random.unit() > keep) continue;
-                particles.position.emplace_back(position);
-                particles.velocity.emplace_back(velocity);
-                particles.id.push_back(particles.id.size());
-            }
-    return particles;
-}
-
-// A few events of each kind from blocks, and as many from sheets with gaps and from spray.
-const std::vector<Event>& events() {
-    static const std::vector<Event> all = [] {
-        constexpr std::size_t kMost = 8, kMostOfACloud = 2;
-        std::vector<Event> list;
-        std::map<std::pair<std::string, bool>, std::size_t> count;
-        for (std::uint64_t seed = 0; seed < 24; ++seed) {
-            const bool block = seed % 3 == 0, spray = seed % 3 == 2;
-            const Particles start = block   ? cloud(seed, {5, 5, 5}, 0.25, 1)
-                                    : spray ? cloud(seed, {5, 5, 5}, 0.5, 0.1)
-                                            : cloud(seed, {5, 5, 1}, 0.25, 0.8);
-            const double span = spray ? 2 : 0.1;
-            std::map<std::string, std::size_t> here;
-            const Combinatorics before = combinatoricsOf(start), after = combinatoricsOf(advected(start, span));
-            findEvents(start, 0, before, span, after, [&](double time, const std::string& kind) {
-                if (kind == "several" || count[{kind, block}] == kMost || here[kind] == kMostOfACloud) return;
-                ++count[{kind, block}], ++here[kind];
-                list.push_back({kind, block, start, time,
-                                kind + " of cloud " + std::to_string(seed) + " at " + std::to_string(time)});
-            });
-        }
-        std::stable_sort(list.begin(), list.end(), [](const Event& x, const Event& y) {
-            return std::pair(x.kind, !x.in_block) < std::pair(y.kind, !y.in_block);
-        });
-        return list;
-    }();
-    return all;
-}
 
 struct Surface {
     const char* name;
@@ -177,6 +60,35 @@ const std::vector<Surface>& surfaces() {
         list.back().params.surface = SurfaceKind::alpha;
         list[kOurs].params.skin = 0;
         list.push_back({"ours, the skin", skin(Tessellation::complete, SmoothingMethod::coherent)});
+        return list;
+    }();
+    return all;
+}
+
+// A few events of each kind from blocks, and as many from sheets with gaps and from spray.
+const std::vector<Event>& events() {
+    static const std::vector<Event> all = [] {
+        constexpr std::size_t kMost = 8, kMostOfACloud = 2;
+        std::vector<Event> list;
+        std::map<std::pair<std::string, bool>, std::size_t> count;
+        for (std::uint64_t seed = 0; seed < 24; ++seed) {
+            const bool block = seed % 3 == 0, spray = seed % 3 == 2;
+            const Particles start = block   ? movingCloud(seed, {5, 5, 5}, 0.25, 1)
+                                    : spray ? movingCloud(seed, {5, 5, 5}, 0.5, 0.1)
+                                            : movingCloud(seed, {5, 5, 1}, 0.25, 0.8);
+            const double span = spray ? 2 : 0.1;
+            std::map<std::string, std::size_t> here;
+            const auto particlesAt = [&](double time) { return advected(start, time); };
+            findEvents(0, span, surfaces()[kOurs].params, particlesAt, [&](double time, const std::string& kind) {
+                if (kind == "several" || count[{kind, block}] == kMost || here[kind] == kMostOfACloud) return;
+                ++count[{kind, block}], ++here[kind];
+                list.push_back({kind, block, start, time,
+                                kind + " of cloud " + std::to_string(seed) + " at " + std::to_string(time)});
+            });
+        }
+        std::stable_sort(list.begin(), list.end(), [](const Event& x, const Event& y) {
+            return std::pair(x.kind, !x.in_block) < std::pair(y.kind, !y.in_block);
+        });
         return list;
     }();
     return all;
@@ -281,9 +193,11 @@ TEST(Events, PointsInsideFacesVanishWithoutAJump) {
     three.velocity = {
         {-0.0765557f, 0.648931f, 0.969507f}, {1.97399f, -0.361015f, -1.11566f}, {0.99669f, -0.72244f, 0.802014f}};
     constexpr double kTime = 2.7734375e-05;
-    EXPECT_EQ(combinatoricsOf(advected(three, kTime - 1e-3)), combinatoricsOf(advected(three, kTime + 1e-3)));
+    const SkinParams& params = surfaces()[kOurs].params;
+    EXPECT_EQ(combinatoricsOf(advected(three, kTime - 1e-3), params),
+              combinatoricsOf(advected(three, kTime + 1e-3), params));
     for (const double span : {1e-4, 1e-5, 2e-6})
-        EXPECT_LE(jump(three, kTime, span, surfaces()[kOurs].params), kRadius * (kSteepest * span + kNoise)) << span;
+        EXPECT_LE(jump(three, kTime, span, params), kRadius * (kSteepest * span + kNoise)) << span;
 }
 
 // The jump, in radii, when balls approach by `way` radii; rotated, so that nothing is aligned with an axis.
