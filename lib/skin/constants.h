@@ -189,6 +189,8 @@ inline constexpr double kDirectionBand = 0.25;
 inline constexpr double kReachFade = 0.3;
 /// Added to the squared distance of an outer sample that has only just appeared (square dx): it comes gradually.
 inline constexpr float kNewSampleSquaredOffset = 0.3F;
+/// The same among balls of different sizes, where the spacings by which distances are divided change along an arc.
+inline constexpr float kNewSampleSquaredOffsetOfUnequal = 1;
 /// Length of a wide step, and their largest number.
 inline constexpr double kWideStep = 0.37, kMaxWideSteps = 16;
 /// Kernel widths over which steps are averaged: of the wide steps, then of each narrower one.
@@ -252,8 +254,9 @@ inline constexpr double kScaleKernel = 1.5;
 inline constexpr double kReachOfLarger = 1.5, kMuchLarger = 1.3;
 /// Width of a bump, in distances of the nearest triangle's farthest corner or in heights, whichever is more.
 inline constexpr double kBumpWidth = 2;
-/// How often bumps are raised: each raises the surface over a particle by about half of what is missing.
-inline constexpr int kBumpRounds = 8;
+/// How often bumps are raised: each raises the surface over a particle by about half of what is missing, less where
+/// bumps over others pull it down.
+inline constexpr int kBumpRounds = 16;
 
 // Smoothing of the skin (skin_smoothing.cpp, surface_elements.cpp, skin_fit.cpp, long_waves.cpp); lengths in dx -------
 

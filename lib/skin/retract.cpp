@@ -114,11 +114,12 @@ public:
         groups_ = PointGroups(position_, kOuterCell * spacing, samples.scale, order);
         position_ = inOrder(position_, order);
         groups_.fitBoxes(position_);
+        const float offset = samples.scale.empty() ? kNewSampleSquaredOffset : kNewSampleSquaredOffsetOfUnequal;
         parallelFor(sample_.size(), 8192, [&](std::size_t i) {
             const std::uint32_t row = order[i];
             const double extra = lengths.volume_true ? extraDepth(samples.exposure[row]) : 0;
             sample_[i] = {Vec3f(samples.point[row].velocity), samples.weight[row], static_cast<float>(extra),
-                          samples.fading[row] * kNewSampleSquaredOffset};
+                          samples.fading[row] * offset};
         });
         if (!samples.scale.empty()) scale_ = inOrder(samples.scale, order);
         if (!samples.growth.empty()) growth_ = inOrder(samples.growth, order);

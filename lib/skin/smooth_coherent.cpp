@@ -43,10 +43,6 @@ enum Field {
 };
 using Sample = SampleFields<kFields>;
 
-// Fields of a sample of which only the scale matters.
-enum ScaleField { kScaleWeight = 3, kScale, kInversePower, kScaleFields };  // scale⁻⁸
-using ScaleSample = SampleFields<kScaleFields>;
-
 // Sums over samples, with their rates: Σk, Σk y, Σk d, Σk y·d, Σk |y|². One lane per vertex.
 enum Sum { kWeight, kOffset, kDirection = kOffset + 3, kAlong = kDirection + 3, kSquare, kSums };
 struct Sums {
@@ -297,33 +293,6 @@ void fitAll(const std::vector<std::uint32_t>& rows, const PointAt& pointAt, cons
         });
 }
 
-// The scales around vertices, one per lane.
-struct LocalScales {
-    Lanes mean;   // Σ w K s / Σ w K over samples with scales s
-    Lanes least;  // the same of s⁻⁸, to the power -1/8: near the smallest, unless that has next to no weight
-};
-
-// Replaces scales by those of the samples in reach, where there are any; the kernel K is `width` mean scales wide.
-void averageScales(const PointGroup& group, const SampleSubset<kScaleFields>& samples, float width,
-                   LocalScales& scales) {
-    const Lanes reach = scales.mean * width, inverse_square = 1 / (reach * reach), zero{};
-    Lanes weight{}, sum{}, powers{};
-    for (const ScaleSample& f : samples) {
-        const Lanes x = f[kX] - group.position[0], y = f[kY] - group.position[1], z = f[kZ] - group.position[2];
-        Lanes t = 1 - (x * x + y * y + z * z) * inverse_square;
-        t = t > 0 ? t : zero;
-        const Lanes k = f[kScaleWeight] * t * t;
-        weight += k;
-        sum += k * f[kScale];
-        powers += k * f[kInversePower];
-    }
-    for (std::size_t lane = 0; lane < kLanes; ++lane) {
-        if (!(weight[lane] > 0)) continue;
-        scales.mean[lane] = sum[lane] / weight[lane];
-        scales.least[lane] = std::sqrt(std::sqrt(std::sqrt(weight[lane] / powers[lane])));
-    }
-}
-
 // Share of a step that a vertex takes: 1 up to kStayBegins, 0 from kStayFull on.
 Dual stepShare(Dual rim_distance) { return 1 - smoothStep((rim_distance - kStayBegins) / (kStayFull - kStayBegins)); }
 
@@ -369,26 +338,22 @@ public:
     using SampleCloud::SampleCloud;
 };
 
-class CoherentSmoother::ScaleCloud : public SampleCloud<kScaleFields> {
-public:
-    using SampleCloud::SampleCloud;
-};
-
 CoherentSmoother::CoherentSmoother(SamplesInRadii samples, const CoherentSmoothing& params)
     : params_(params), samples_(std::move(samples)) {
     for (const SampleInRadii& sample : samples_) {
         const std::size_t octave = octaveOf(static_cast<double>(sample.scale));
         octaves_ = std::max(octaves_, octave + 1);
     }
-    const bool all_equal = std::ranges::all_of(samples_, [](const SampleInRadii& s) { return s.scale == 1; });
-    for (std::size_t octave = 0; octave < (all_equal ? 0 : octaves_); ++octave)
-        scale_clouds_.emplace_back(
-            samples_.size(), [&](std::size_t i) { return samples_[i].position; },
-            [&](std::size_t i) {
-                const float scale = samples_[i].scale;
-                return std::array{samples_[i].weight, scale, std::pow(scale, -8.0F)};
-            },
-            params_.width * largestOfOctave(octave), params_.radius);
+    if (std::ranges::any_of(samples_, [](const SampleInRadii& sample) { return sample.scale != 1; })) {
+        std::vector<Vec3> position;
+        std::vector<float> weight, scale;
+        for (const SampleInRadii& sample : samples_) {
+            position.push_back(sample.position);
+            weight.push_back(sample.weight);
+            scale.push_back(sample.scale);
+        }
+        scale_means_.emplace(position, weight, scale, params.width);
+    }
     buildClouds(0);
 }
 CoherentSmoother::CoherentSmoother(CoherentSmoother&&) noexcept = default;
@@ -408,35 +373,6 @@ void CoherentSmoother::buildClouds(int pass) {
 
 // Where parts of the boundary appear or vanish, balls of different scales meet in one point; only scales that are means
 // over space are the same for all vertices there.
-CoherentSmoother::Scales CoherentSmoother::scalesAround(const BetaMesh& mesh,
-                                                        const std::vector<std::uint32_t>& rows) const {
-    Scales scales{mesh.scale, mesh.scale};
-    if (scale_clouds_.empty()) return scales;
-    const auto width = static_cast<float>(params_.width / params_.radius);
-    for (int round = 0; round < kScaleMeans; ++round) {
-        Scales means = scales;
-        const auto rows_of = byOctave(std::vector<std::uint32_t>(rows), scales.mean);
-        for (std::size_t octave = 0; octave < rows_of.size(); ++octave)
-            scale_clouds_[std::min(octave, octaves_ - 1)].forPoints(
-                rows_of[octave].size(), [&](std::size_t i) { return mesh.vertex[rows_of[octave][i]].position; },
-                Grouping::compact,
-                [&](const PointGroup& group, SampleSubset<kScaleFields> samples) {
-                    LocalScales local;
-                    for (std::size_t lane = 0; lane < kLanes; ++lane) {
-                        const std::uint32_t v = rows_of[octave][group.row[lane]];
-                        local.mean[lane] = scales.mean[v], local.least[lane] = scales.least[v];
-                    }
-                    averageScales(group, samples, width, local);
-                    for (std::size_t lane = 0; lane < group.size; ++lane) {
-                        const std::uint32_t v = rows_of[octave][group.row[lane]];
-                        means.mean[v] = local.mean[lane], means.least[v] = local.least[lane];
-                    }
-                });
-        scales = std::move(means);
-    }
-    return scales;
-}
-
 DualPoints CoherentSmoother::smooth(BetaMesh& mesh) {
     const CoherentSmoothing& params = params_;
     DualPoints from = dualPoints(mesh.vertex);
@@ -446,7 +382,10 @@ DualPoints CoherentSmoother::smooth(BetaMesh& mesh) {
     for (const auto& group : mesh.fading)
         parallelFor(group.size(), 4096, [&](std::size_t i) { mesh.vertex[group[i].vertex] = group[i].unfaded; });
 
-    const Scales scales = scalesAround(mesh, in_motion);
+    ScaleMeans::Scales scales{mesh.scale, mesh.scale};
+    if (scale_means_)
+        scale_means_->average(
+            in_motion, [&](std::uint32_t v) { return mesh.vertex[v].position; }, scales);
     const std::vector<std::vector<std::uint32_t>> moving = byOctave(std::move(in_motion), scales.mean);
 
     const std::vector<DualVec3> begin = params.passes > 1 ? mesh.vertex : std::vector<DualVec3>();

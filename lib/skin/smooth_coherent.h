@@ -4,7 +4,9 @@
 
 #include "skin/beta_mesh.h"
 #include "skin/boundary_samples.h"
+#include "skin/scale_means.h"
 
+#include <optional>
 #include <vector>
 
 namespace betamesh {
@@ -56,21 +58,15 @@ public:
 
 private:
     class Cloud;
-    class ScaleCloud;
-    // Of the balls near each vertex, in that of the largest; empty: all 1.
-    struct Scales {
-        std::vector<float> mean, least;
-    };
 
     bool isLast(int pass) const;
     void buildClouds(int pass);
-    Scales scalesAround(const BetaMesh& mesh, const std::vector<std::uint32_t>& rows) const;
 
     CoherentSmoothing params_;
-    std::size_t octaves_ = 1;               // that the balls and, hence, the vertices are in
-    SamplesInRadii samples_;                // released in the last pass
-    std::vector<ScaleCloud> scale_clouds_;  // of each octave, of scales alone; empty where all are equal
-    std::vector<Cloud> clouds_;             // the samples, arranged for sums at the vertices of each octave
+    std::size_t octaves_ = 1;                // that the balls and, hence, the vertices are in
+    SamplesInRadii samples_;                 // released in the last pass
+    std::optional<ScaleMeans> scale_means_;  // of the samples; none where all balls are equal
+    std::vector<Cloud> clouds_;              // the samples, arranged for sums at the vertices of each octave
 };
 
 }  // namespace betamesh
