@@ -242,11 +242,13 @@ inline constexpr double kTurnedHeight = 0.03;
 /// Longest step of relaxFolds().
 inline constexpr float kMaxFoldStep = 0.25F;
 
-// Particles of different sizes (deforming_mesh.cpp); lengths in dx ----------------------------------------------------
+// Particles of different sizes (deforming_mesh.cpp, scale_means.cpp, outer_boundary.cpp); lengths in dx ---------------
 
 /// How often, and with a kernel how wide, the local particle spacing is averaged along the surface.
 inline constexpr int kScaleMeans = 3;
 inline constexpr double kScaleKernel = 1.5;
+/// So much less deep than the skin are the outermost of particles, whose places vary, beneath a level surface.
+inline constexpr double kOutermost = 0.2;
 
 // Small particles beside large ones (keep_inside.cpp) ----------------------------------------------------------------
 

@@ -115,11 +115,12 @@ void averageScales(double spacing, OuterSamples& samples) {
     samples.scale = std::move(scales.mean);
 }
 
-// Lowers the scales of samples so that the rolling ball at each reaches no deeper than to the skin of any particle.
+// Lowers the scales of samples so that the rolling ball at each reaches hardly deeper than to the skin of any particle.
 // Only the skins of smaller particles can be nearer than that of the sample's own.
 void keepOutOfSkins(const Particles& particles, const SnappedParticles& larger,
                     const std::vector<std::uint32_t>& uncovered, const SkinLengths& lengths, double spacing,
                     OuterSamples& samples) {
+    const double least_depth = std::max(0.0, lengths.skin - kOutermost);
     const auto scaleOf = [&](std::uint32_t i) {
         return static_cast<double>(larger.radiusOf(i)) / static_cast<double>(larger.radius);
     };
@@ -147,7 +148,7 @@ void keepOutOfSkins(const Particles& particles, const SnappedParticles& larger,
                             const std::uint32_t i = near[other];
                             if (!(particle_scale[i] < own[sample])) continue;
                             const double distance = (positionOf(i) - samples.point[sample].position).length();
-                            const double room = distance / spacing - lengths.skin * scaleOf(i);
+                            const double room = distance / spacing - least_depth * scaleOf(i);
                             samples.scale[sample] =
                                 std::min(samples.scale[sample], static_cast<float>(room / lengths.rolling()));
                         }
