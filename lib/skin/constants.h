@@ -248,7 +248,7 @@ inline constexpr float kMaxFoldStep = 0.25F;
 inline constexpr int kScaleMeans = 3;
 inline constexpr double kScaleKernel = 1.5;
 /// So much less deep than the skin are the outermost of particles, whose places vary, beneath a level surface.
-inline constexpr double kOutermost = 0.2;
+inline constexpr double kOutermost = 0.1;
 
 // Small particles beside large ones (keep_inside.cpp) ----------------------------------------------------------------
 

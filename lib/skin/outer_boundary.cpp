@@ -11,7 +11,6 @@
 #include "skin/coverage.h"
 #include "skin/face_points.h"
 #include "skin/near_surface.h"
-#include "skin/scale_means.h"
 #include "skin/velocity.h"
 
 #include <algorithm>
@@ -102,17 +101,6 @@ void setRadiusRates(const BallBoundary& boundary, BallBoundary& outer) {
         if (found != rows.end() && *found == outer.row[b])
             outer.radius_rate[b] = factor * boundary.radius_rate[static_cast<std::size_t>(found - rows.begin())];
     }
-}
-
-// Replaces the scales of samples, which are those of their balls, by means over space.
-void averageScales(double spacing, OuterSamples& samples) {
-    std::vector<Vec3> position;
-    for (const DualVec3& point : samples.point) position.push_back(point.position);
-    ScaleMeans::Scales scales{samples.scale, samples.scale};
-    ScaleMeans(position, samples.weight, samples.scale, kScaleKernel * spacing)
-        .average(
-            allRows(position.size()), [&](std::uint32_t i) { return position[i]; }, scales);
-    samples.scale = std::move(scales.mean);
 }
 
 // Lowers the scales of samples so that the rolling ball at each reaches hardly deeper than to the skin of any particle.
@@ -229,7 +217,6 @@ OuterSamples outerSamples(const Particles& particles, const SnappedParticles& sn
             samples.growth.resize(samples.point.size(), static_cast<float>(of_ball.rate * rolling_share));
     }
     if (outer.radius_of.empty()) return samples;
-    averageScales(spacing, samples);
     keepOutOfSkins(all, larger, notAmongAlike(larger), lengths, spacing, samples);
     return samples;
 }
