@@ -371,8 +371,6 @@ void CoherentSmoother::buildClouds(int pass) {
     if (isLast(pass)) std::exchange(samples_, {});  // large
 }
 
-// Where parts of the boundary appear or vanish, balls of different scales meet in one point; only scales that are means
-// over space are the same for all vertices there.
 DualPoints CoherentSmoother::smooth(BetaMesh& mesh) {
     const CoherentSmoothing& params = params_;
     DualPoints from = dualPoints(mesh.vertex);
