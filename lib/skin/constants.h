@@ -259,6 +259,8 @@ inline constexpr double kBumpWidth = 2;
 /// How often bumps are raised: each raises the surface over a particle by about half of what is missing, less where
 /// bumps over others pull it down.
 inline constexpr int kBumpRounds = 16;
+/// How often at most displacements are taken back, each time twice as far, around particles that are outside.
+inline constexpr int kMaxRestorations = 16;
 
 // Smoothing of the skin (skin_smoothing.cpp, surface_elements.cpp, skin_fit.cpp, long_waves.cpp); lengths in dx -------
 

@@ -209,22 +209,58 @@ std::vector<DeepParticle> smallParticles(const SnappedParticles& snapped, double
     return small;
 }
 
-void keepInside(const std::vector<DeepParticle>& all, double spacing, BetaMesh& mesh) {
-    if (all.empty()) return;
-    std::vector<DeepParticle> particles = besideLarger(all, spacing, mesh);
-    if (particles.empty()) return;
-    std::vector<Vec3> position;
-    for (const DualVec3& vertex : mesh.vertex) position.push_back(vertex.position);
-    const double margin = kBumpMargin * spacing;
-    TriangleTree tree(position, mesh.triangles, margin);
-    const std::vector<Vec3> normals = vertexNormals(mesh);
-    std::vector<Bump> bumps = bumpsOver(particles, tree, normals);
+InsideKeeper::InsideKeeper(const std::vector<DeepParticle>& particles, double spacing, BetaMesh& mesh)
+    : particles_(besideLarger(particles, spacing, mesh)), mesh_(mesh), margin_(kBumpMargin * spacing) {
+    if (particles_.empty()) return;
+    for (const DualVec3& vertex : mesh.vertex) position_.push_back(vertex.position);
+    tree_.emplace(position_, mesh.triangles, margin_);
+}
+
+void InsideKeeper::readPositions() {
+    parallelFor(position_.size(), 8192, [&](std::size_t v) { position_[v] = mesh_.vertex[v].position; });
+    tree_->refit();
+}
+
+void InsideKeeper::raise() {
+    if (!tree_) return;
+    readPositions();
+    const std::vector<Vec3> normals = vertexNormals(mesh_);
+    std::vector<DeepParticle> particles = particles_;
+    std::vector<Bump> bumps = bumpsOver(particles, *tree_, normals);
     if (bumps.empty()) return;
-    Neighbourhood near(bumps, mesh, position, normals, tree, margin);
+    Neighbourhood near(bumps, mesh_, position_, normals, *tree_, margin_);
     for (int round = 1; round <= kBumpRounds && !bumps.empty(); ++round) {
         near.raise(bumps);
-        if (round < kBumpRounds) bumps = bumpsOver(particles, tree, normals);
+        if (round < kBumpRounds) bumps = bumpsOver(particles, *tree_, normals);
     }
+}
+
+bool InsideKeeper::restore(const DualPoints& from) {
+    if (!tree_) return false;
+    readPositions();
+    std::vector<std::uint8_t> is_outside(particles_.size());
+    parallelFor(particles_.size(), 64,
+                [&](std::size_t i) { is_outside[i] = !isEnclosed(*tree_, particles_[i].position); });
+    const std::vector<std::uint32_t> outside =
+        indicesWhere(particles_.size(), [&](std::uint32_t i) { return is_outside[i]; });
+    if (outside.empty()) return false;
+    std::vector<double> reach(outside.size());
+    for (std::size_t i = 0; i < outside.size(); ++i) {
+        const DeepParticle& particle = particles_[outside[i]];
+        reach[i] = restored_reach_ * (tree_->distanceTo(particle.position) + particle.least_depth);
+    }
+    restored_reach_ *= 2;
+    const double farthest = *std::max_element(reach.begin(), reach.end());
+    const CellGrid grid(outside.size(), farthest, [&](std::size_t i) { return particles_[outside[i]].position; });
+    parallelFor(position_.size(), 1024, [&](std::size_t v) {
+        double kept = 1;
+        grid.forRowsIn(position_[v] - Vec3(farthest), position_[v] + Vec3(farthest), [&](std::uint32_t i) {
+            const double distance = (position_[v] - particles_[outside[i]].position).length();
+            kept = std::min(kept, smoothStep(2 * distance / reach[i] - 1).value);
+        });
+        if (kept < 1) mesh_.vertex[v] = from[v] + (mesh_.vertex[v] - from[v]) * kept;
+    });
+    return true;
 }
 
 }  // namespace betamesh

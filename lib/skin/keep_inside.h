@@ -3,8 +3,10 @@
 #pragma once
 
 #include "exact/snapped_particles.h"
+#include "mesh/triangle_tree.h"
 #include "skin/beta_mesh.h"
 
+#include <optional>
 #include <vector>
 
 namespace betamesh {
@@ -23,14 +25,44 @@ struct DeepParticle {
 /// skin    of the largest particle, world units
 std::vector<DeepParticle> smallParticles(const SnappedParticles& snapped, double skin);
 
-/// Moves the surface outwards near particles that are not as deep below it as they have to be, by smooth bumps as high
-/// as what is missing. Where large and small particles alternate, the skin is averaged over widths in which the small
-/// ones vanish.
+/// Keeps small particles beside large ones inside a surface that moves. Where large and small particles alternate, the
+/// skin is averaged over widths in which the small ones vanish.
 ///
-/// in      spacing: of the largest particles, world units
 /// same    bytes for any thread count
-/// cost    O(particles); O(triangles log triangles) where some are beside larger ones, and O(log triangles) for each of
-///         these; where some are not deep enough, a pass over the mesh and a few over the vertices near these
-void keepInside(const std::vector<DeepParticle>& particles, double spacing, BetaMesh& mesh);
+class InsideKeeper {
+public:
+    /// particles: those of smallParticles(); spacing: of the largest particles, world units. The mesh is referred to;
+    /// afterwards only the positions of its vertices may change.
+    ///
+    /// cost    O(particles); O(triangles log triangles) where some are beside larger ones
+    InsideKeeper(const std::vector<DeepParticle>& particles, double spacing, BetaMesh& mesh);
+    InsideKeeper(const InsideKeeper&) = delete;
+    InsideKeeper& operator=(const InsideKeeper&) = delete;
+
+    /// Moves the surface outwards near particles that are not as deep below it as they have to be, by smooth bumps as
+    /// high as what is missing.
+    ///
+    /// cost    O(triangles), and O(log triangles) for each particle beside larger ones; where some are not deep enough, a
+    ///         few passes over the vertices near these
+    void raise();
+    /// Takes back displacements near particles that are outside, which happens where bumps hinder each other, or where
+    /// removing self-intersections takes some back: those nearby in full, in a neighbourhood that doubles with every
+    /// call. Not continuous in time.
+    ///
+    /// in      from: positions of the vertices before the displacement, where all particles are inside
+    /// out     was any outside?
+    /// cost    O(triangles), and O(log triangles) for each particle beside larger ones
+    bool restore(const DualPoints& from);
+
+private:
+    void readPositions();
+
+    std::vector<DeepParticle> particles_;  // beside larger ones
+    BetaMesh& mesh_;
+    std::vector<Vec3> position_;  // of the mesh; none without particles
+    double margin_;               // of the boxes in the tree
+    std::optional<TriangleTree> tree_;
+    double restored_reach_ = 2;  // around particles that are outside, in distances to where they ought to be
+};
 
 }  // namespace betamesh

@@ -171,6 +171,7 @@ OuterSamples outerSamples(const Particles& particles, const SnappedParticles& sn
             network.pointMeans(outer, [&](std::size_t ball) { return outer.radius_rate[ball] * rolling_share; });
         samples.scale.resize(samples.growth.size(), 1);
     }
+    const bool have_growth = !outer.radius_rate.empty(), have_scales = have_growth || !outer.radius_of.empty();
     samples.point = std::move(network.point);
     for (const FadingVertex& fading : network.fading) samples.point[fading.vertex] = fading.unfaded;
     const std::size_t on_arcs = samples.point.size();
@@ -212,8 +213,8 @@ OuterSamples outerSamples(const Particles& particles, const SnappedParticles& sn
             exposed += fade;
         }
         samples.exposure.resize(samples.point.size(), static_cast<float>(exposed / direction_count));
-        if (!samples.scale.empty()) samples.scale.resize(samples.point.size(), static_cast<float>(outer.scaleOf(b)));
-        if (!samples.growth.empty())
+        if (have_scales) samples.scale.resize(samples.point.size(), static_cast<float>(outer.scaleOf(b)));
+        if (have_growth)
             samples.growth.resize(samples.point.size(), static_cast<float>(of_ball.rate * rolling_share));
     }
     if (outer.radius_of.empty()) return samples;

@@ -70,15 +70,21 @@ void moveToSkin(const BaseSurface& base, const BallBoundary& boundary, const Ski
     retract(base.outer, skinLengths(params), surface);
     const DualPoints on_balls = dualPoints(mesh.vertex);
     surface.writePositions();
-    keepInside(base.small, particleSpacing(params), mesh);
+    InsideKeeper particles(base.small, particleSpacing(params), mesh);
+    particles.raise();
+    const auto resolve = [&](const DualPoints& from, bool is_last) {
+        return resolveSelfIntersections(boundary, from, mesh, kCornerRelaxations, is_last);
+    };
+    bool is_resolved = false;
     if (coherentPasses(params) > 0) {
         const DualPoints retracted = dualPoints(mesh.vertex);
         smoothSkin(surface, widestSkinFit(params), farthestSkinSmoothing(params), coherentPasses(params));
         surface.writePositions();
-        keepInside(base.small, particleSpacing(params), mesh);
-        if (resolveSelfIntersections(boundary, retracted, mesh, kCornerRelaxations, false)) return;
+        particles.raise();
+        is_resolved = resolve(retracted, false);
     }
-    resolveSelfIntersections(boundary, on_balls, mesh, kCornerRelaxations);
+    if (!is_resolved) resolve(on_balls, true);
+    for (int round = 0; round < kMaxRestorations && particles.restore(on_balls); ++round) resolve(on_balls, true);
 }
 
 BetaMesh smoothedSurface(BaseSurface&& base, const BallBoundary& boundary, const SkinParams& params) {

@@ -348,10 +348,11 @@ BetaMesh completeTessellation(const BallBoundary& boundary, const std::vector<Du
     for (const Part& part : parts) first_offset.push_back(part.volume_offsets);
     first_offset = exclusiveScan(first_offset);
     const std::size_t in_network = network.point.size();
+    const bool have_scales = !boundary.radius_of.empty();
     mesh.vertex = std::move(network.point);
     firstTouchResize(mesh.vertex, in_network + vertices.back());
     firstTouchResize(mesh.rim_distance, mesh.vertex.size());
-    if (!mesh.scale.empty()) mesh.scale.resize(mesh.vertex.size());
+    if (have_scales) mesh.scale.resize(mesh.vertex.size());
     firstTouchResize(mesh.triangles, triangles.back());
     auto &on_edges = mesh.fading[0], &on_facets = mesh.fading[1], &in_quads = mesh.fading[2];
     on_edges = std::move(network.fading);
@@ -370,7 +371,7 @@ BetaMesh completeTessellation(const BallBoundary& boundary, const std::vector<Du
             const std::size_t end = k + 1 < part.ball.size() ? part.ball[k + 1].points : part.point.size();
             for (std::size_t i = part.ball[k].points; i < end; ++i) {
                 const std::uint32_t p = part.point[i], v = first + static_cast<std::uint32_t>(i);
-                if (!mesh.scale.empty()) mesh.scale[v] = static_cast<float>(boundary.scaleOf(b));
+                if (have_scales) mesh.scale[v] = static_cast<float>(boundary.scaleOf(b));
                 if (p >= kNewPoint) {
                     mesh.vertex[v] = part.other[p - kNewPoint].vertex;
                     mesh.rim_distance[v] = part.other[p - kNewPoint].rim_distance;
