@@ -250,10 +250,12 @@ inline constexpr double kScaleKernel = 1.5;
 /// So much less deep than the skin are the outermost of particles, whose places vary, beneath a level surface.
 inline constexpr double kOutermost = 0.1;
 
-// Small particles beside large ones (keep_inside.cpp) ----------------------------------------------------------------
+// Particles at risk of being left outside (keep_inside.cpp) -----------------------------------------------------------
 
+/// Skin, in dx, below which facets between vertices at that depth may cut off particles.
+inline constexpr double kThinSkin = 0.5;
 /// A particle is beside larger ones where a vertex is within so many spacings there, which is so many of its own size.
-inline constexpr double kReachOfLarger = 1.5, kMuchLarger = 1.3;
+inline constexpr double kReachOfLarger = 1.5, kMuchLarger = 1.2;
 /// Width of a bump, in distances of the nearest triangle's farthest corner or in heights, whichever is more.
 inline constexpr double kBumpWidth = 2;
 /// How often bumps are raised: each raises the surface over a particle by about half of what is missing, less where

@@ -197,33 +197,30 @@ private:
 
 }  // namespace
 
-std::vector<DeepParticle> smallParticles(const SnappedParticles& snapped, double skin) {
-    std::vector<DeepParticle> small;
-    if (!snapped.size_classes) return small;
-    for (const std::uint32_t i : notAmongAlike(snapped)) {
-        if (snapped.radiusOf(i) == snapped.radius) continue;
+DeepParticles deepParticles(const SnappedParticles& snapped, double skin, double spacing) {
+    DeepParticles deep;
+    deep.all_are_at_risk = skin < kThinSkin * spacing;
+    if (!deep.all_are_at_risk && !snapped.size_classes) return deep;
+    for (const std::uint32_t i : snapped.size_classes ? notAmongAlike(snapped) : exposureCandidates(snapped)) {
+        if (!deep.all_are_at_risk && snapped.radiusOf(i) == snapped.radius) continue;
         const double scale = static_cast<double>(snapped.radiusOf(i)) / static_cast<double>(snapped.radius);
-        small.push_back(
+        deep.particle.push_back(
             {toDouble(snapped.position[i]) * snapped.quantum, scale, (1 - kMaxSkinSmoothing) * skin * scale});
     }
-    return small;
+    return deep;
 }
 
-InsideKeeper::InsideKeeper(const std::vector<DeepParticle>& particles, double spacing, BetaMesh& mesh)
-    : particles_(besideLarger(particles, spacing, mesh)), mesh_(mesh), margin_(kBumpMargin * spacing) {
+InsideKeeper::InsideKeeper(const DeepParticles& deep, double spacing, BetaMesh& mesh)
+    : particles_(deep.all_are_at_risk ? deep.particle : besideLarger(deep.particle, spacing, mesh)),
+      mesh_(mesh),
+      margin_(kBumpMargin * spacing) {
     if (particles_.empty()) return;
     for (const DualVec3& vertex : mesh.vertex) position_.push_back(vertex.position);
     tree_.emplace(position_, mesh.triangles, margin_);
 }
 
-void InsideKeeper::readPositions() {
-    parallelFor(position_.size(), 8192, [&](std::size_t v) { position_[v] = mesh_.vertex[v].position; });
-    tree_->refit();
-}
-
 void InsideKeeper::raise() {
     if (!tree_) return;
-    readPositions();
     const std::vector<Vec3> normals = vertexNormals(mesh_);
     std::vector<DeepParticle> particles = particles_;
     std::vector<Bump> bumps = bumpsOver(particles, *tree_, normals);
@@ -237,7 +234,8 @@ void InsideKeeper::raise() {
 
 bool InsideKeeper::restore(const DualPoints& from) {
     if (!tree_) return false;
-    readPositions();
+    parallelFor(position_.size(), 8192, [&](std::size_t v) { position_[v] = mesh_.vertex[v].position; });
+    tree_->refit();
     std::vector<std::uint8_t> is_outside(particles_.size());
     parallelFor(particles_.size(), 64,
                 [&](std::size_t i) { is_outside[i] = !isEnclosed(*tree_, particles_[i].position); });

@@ -1,4 +1,4 @@
-// Keeps small particles beside large ones inside the surface.
+// Keeps particles inside the surface: small ones beside large ones, and all where the skin is thin.
 
 #pragma once
 
@@ -18,31 +18,36 @@ struct DeepParticle {
     double least_depth;
 };
 
-/// Those that the skin beside larger particles might pass: all that no balls alike
-/// cover and that are smaller than the largest.
-/// None where all are of one size, since kernels as wide as the particles' own spacing keep their distance.
-///
-/// skin    of the largest particle, world units
-std::vector<DeepParticle> smallParticles(const SnappedParticles& snapped, double skin);
+/// Particles that the surface might pass.
+struct DeepParticles {
+    std::vector<DeepParticle> particle;
+    bool all_are_at_risk = false;  ///< otherwise only those beside larger ones
+};
 
-/// Keeps small particles beside large ones inside a surface that moves. Where large and small particles alternate, the
-/// skin is averaged over widths in which the small ones vanish.
+/// Of a thin skin, all that may be exposed. Else all that no balls alike cover and that are smaller than the largest;
+/// none where all are of one size, since kernels as wide as the particles' own spacing keep their distance.
+///
+/// skin, spacing    of the largest particle, world units
+DeepParticles deepParticles(const SnappedParticles& snapped, double skin, double spacing);
+
+/// Keeps particles inside a surface that moves. Where large and small particles alternate, the skin is averaged over
+/// widths in which the small ones vanish; if it is thin, facets that are long for its depth cut off particles.
 ///
 /// same    bytes for any thread count
 class InsideKeeper {
 public:
-    /// particles: those of smallParticles(); spacing: of the largest particles, world units. The mesh is referred to;
-    /// afterwards only the positions of its vertices may change.
+    /// spacing: of the largest particles, world units. The mesh is referred to; afterwards only the positions of its
+    /// vertices may change.
     ///
-    /// cost    O(particles); O(triangles log triangles) where some are beside larger ones
-    InsideKeeper(const std::vector<DeepParticle>& particles, double spacing, BetaMesh& mesh);
+    /// cost    O(particles); O(triangles log triangles) if any are at risk
+    InsideKeeper(const DeepParticles& deep, double spacing, BetaMesh& mesh);
     InsideKeeper(const InsideKeeper&) = delete;
     InsideKeeper& operator=(const InsideKeeper&) = delete;
 
     /// Moves the surface outwards near particles that are not as deep below it as they have to be, by smooth bumps as
-    /// high as what is missing.
+    /// high as what is missing. To be called first.
     ///
-    /// cost    O(triangles), and O(log triangles) for each particle beside larger ones; where some are not deep enough, a
+    /// cost    O(triangles), and O(log triangles) for each particle at risk; where some are not deep enough, a
     ///         few passes over the vertices near these
     void raise();
     /// Takes back displacements near particles that are outside, which happens where bumps hinder each other, or where
@@ -51,13 +56,11 @@ public:
     ///
     /// in      from: positions of the vertices before the displacement, where all particles are inside
     /// out     was any outside?
-    /// cost    O(triangles), and O(log triangles) for each particle beside larger ones
+    /// cost    O(triangles), and O(log triangles) for each particle at risk
     bool restore(const DualPoints& from);
 
 private:
-    void readPositions();
-
-    std::vector<DeepParticle> particles_;  // beside larger ones
+    std::vector<DeepParticle> particles_;  // at risk
     BetaMesh& mesh_;
     std::vector<Vec3> position_;  // of the mesh; none without particles
     double margin_;               // of the boxes in the tree

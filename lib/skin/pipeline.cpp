@@ -36,7 +36,7 @@ namespace {
 struct BaseSurface {
     BetaMesh mesh;
     OuterSamples outer;                        // of a surface with a skin
-    std::vector<DeepParticle> small;           // likewise
+    DeepParticles deep;                        // likewise
     std::optional<CoherentSmoother> smoother;  // of one without, if it is smoothed
 };
 
@@ -52,7 +52,7 @@ BaseSurface baseSurface(const Particles& particles, Structure& structure, const 
     if (hasSkin(params)) {
         const double spacing = particleSpacing(params);
         base.outer = outerSamples(particles, structure.snapped, boundary, skinLengths(params), spacing);
-        base.small = smallParticles(structure.snapped, effectiveSkinDepth(params));
+        base.deep = deepParticles(structure.snapped, effectiveSkinDepth(params), spacing);
     }
     std::exchange(structure.snapped, {});  // large
     std::exchange(structure.boundary.exposed, {});
@@ -70,20 +70,18 @@ void moveToSkin(const BaseSurface& base, const BallBoundary& boundary, const Ski
     retract(base.outer, skinLengths(params), surface);
     const DualPoints on_balls = dualPoints(mesh.vertex);
     surface.writePositions();
-    InsideKeeper particles(base.small, particleSpacing(params), mesh);
+    std::optional<DualPoints> retracted;
+    if (coherentPasses(params) > 0) {
+        retracted = dualPoints(mesh.vertex);
+        smoothSkin(surface, widestSkinFit(params), farthestSkinSmoothing(params), coherentPasses(params));
+        surface.writePositions();
+    }
+    InsideKeeper particles(base.deep, particleSpacing(params), mesh);
     particles.raise();
     const auto resolve = [&](const DualPoints& from, bool is_last) {
         return resolveSelfIntersections(boundary, from, mesh, kCornerRelaxations, is_last);
     };
-    bool is_resolved = false;
-    if (coherentPasses(params) > 0) {
-        const DualPoints retracted = dualPoints(mesh.vertex);
-        smoothSkin(surface, widestSkinFit(params), farthestSkinSmoothing(params), coherentPasses(params));
-        surface.writePositions();
-        particles.raise();
-        is_resolved = resolve(retracted, false);
-    }
-    if (!is_resolved) resolve(on_balls, true);
+    if (!retracted || !resolve(*retracted, false)) resolve(on_balls, true);
     for (int round = 0; round < kMaxRestorations && particles.restore(on_balls); ++round) resolve(on_balls, true);
 }
 
