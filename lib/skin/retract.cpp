@@ -33,8 +33,8 @@ using Samples = SampleRuns<kFieldsOf<kScaled>>;
 
 // Sums over the outer samples in a band beyond the nearest one, with weights w: Σ w (x - y), Σ w v, Σ w, Σ w extra; and
 // the squared distance of the nearest. Where spacings differ, offsets and distances are in spacings at the sample, the
-// last sum is Σ w / spacing, and v has the growth of the rolling ball towards x.
-enum Sum { kAway, kVelocity = kAway + 3, kWeights = kVelocity + 3, kExtras, kNearest, kInverseScales, kSums };
+// last sums are Σ w / spacing and Σ w growth, and v has the growth of the rolling ball towards x.
+enum Sum { kAway, kVelocity = kAway + 3, kWeights = kVelocity + 3, kExtras, kNearest, kInverseScales, kGrowths, kSums };
 template <bool kScaled>
 struct OuterSums {
     Samples<kScaled> samples;
@@ -76,6 +76,7 @@ struct OuterSums {
                     away *= f[kInverseScale];
                     sum[kInverseScales] += away;
                     const Pack growth = w * f[kGrowth];
+                    sum[kGrowths] += growth;
                     for (std::size_t k = 0; k < 3; ++k) sum[kVelocity + k] -= growth * p[k];
                 }
                 sum[kAway] -= away * p[0];
@@ -100,6 +101,7 @@ struct Approach {
     Vec3f velocity{0};   // of the skin there
     float distance = 0;  // to the nearest outer sample, in spacings there; larger for samples that fade
     float scale = 1;     // particle spacing there
+    float growth = 0;    // its rate, over the spacing; 1 / s
 };
 
 class OuterBoundary {
@@ -173,8 +175,9 @@ private:
         const auto vector = [&](int s) { return Vec3f(sums[s][lane], sums[s + 1][lane], sums[s + 2][lane]); };
         const double gap = rolling_ - distance - sums[kExtras][lane] / static_cast<double>(weight);
         const double scale = scale_.empty() ? 1 : weight / static_cast<double>(sums[kInverseScales][lane]);
-        return {vector(kAway).normalized(), static_cast<float>(gap * scale), static_cast<float>(in_reach),
-                vector(kVelocity) / weight, static_cast<float>(distance),    static_cast<float>(scale)};
+        return {vector(kAway).normalized(),   static_cast<float>(gap * scale), static_cast<float>(in_reach),
+                vector(kVelocity) / weight,   static_cast<float>(distance),    static_cast<float>(scale),
+                sums[kGrowths][lane] / weight};
     }
 
     struct Sample {
@@ -189,6 +192,23 @@ private:
     std::vector<float> growth_;  // as OuterSamples::growth
     PointGroups groups_;
 };
+
+}  // namespace
+
+namespace {
+
+// A mean over a surface that grows in proportion to itself lies beneath that surface, as does the mean of its
+// velocities.
+void addGrowth(const std::vector<Approach>& approach, double width, const DeformingMesh& surface,
+               std::vector<Vec3f>& mean_velocity) {
+    const Vec3 origin = surface.position().empty() ? Vec3(0) : surface.position()[0];
+    std::vector<Vec3f> position(surface.size());
+    parallelFor(position.size(), 8192, [&](std::size_t v) { position[v] = Vec3f(surface.position()[v] - origin); });
+    const std::vector<Vec3f> mean = surface.kernelMeans(width, position);
+    parallelFor(position.size(), 8192, [&](std::size_t v) {
+        mean_velocity[v] += (position[v] - mean[v]) * (approach[v].growth * approach[v].in_reach);
+    });
+}
 
 }  // namespace
 
@@ -223,6 +243,7 @@ void retract(const OuterSamples& samples, const SkinLengths& lengths, DeformingM
                 velocity[v] = own + (approach[v].velocity - own) * approach[v].in_reach;
             });
             velocity = surface.kernelMeans(width, velocity);
+            if (!samples.growth.empty()) addGrowth(approach, width, surface, velocity);
             surface.setVelocities(velocity);
         }
         step = surface.kernelMeans(width, step);

@@ -111,19 +111,14 @@ std::size_t compared(const UnequalCloud& cloud) {
 TEST(Cgal, FindsTheSameTrianglesOfBallsOfDifferentRadii) {
     constexpr int kEdge = 37;
     std::size_t triangles = 0;
-    for (const int kind : {0, 1, 2})
+    for (const RadiusPattern pattern : {RadiusPattern::two, RadiusPattern::twentieth, RadiusPattern::wave})
         for (const double largest : {1.5, 0.8, 0.65}) {
-            SCOPED_TRACE(testing::Message() << "kind " << kind << ", largest radius " << largest);
-            Random random(static_cast<std::uint64_t>(kind));
+            SCOPED_TRACE(testing::Message() << "radii " << static_cast<int>(pattern) << ", largest radius " << largest);
+            Random random(static_cast<std::uint64_t>(pattern));
             UnequalCloud cloud;
             addBlock(
                 Vec3(0), kEdge, 1, 0.4,
-                [&](const Vec3& p) {
-                    const double u = random.unit();
-                    return largest * (kind == 0   ? (u < 0.5 ? 1 : 0.5)
-                                      : kind == 1 ? std::pow(20, -u)
-                                                  : 0.525 + 0.475 * std::sin(p.x + 0.3 * p.y));
-                },
+                [&](const Vec3& p) { return largest * relativeRadius(pattern, p, random); },
                 cloud);
             triangles += compared(cloud);
         }

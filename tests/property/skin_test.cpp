@@ -6,6 +6,7 @@
 #include "base/parallel.h"
 #include "betamesh/check.h"
 #include "mesh/components.h"
+#include "mesh/enclosure.h"
 #include "support/clouds.h"
 #include "support/oracles.h"
 #include "support/slab_top.h"
@@ -143,6 +144,20 @@ TEST(Skin, OfEveryCloudIsClosedWithoutCrossingsAndHasTheComponentsOfTheBalls) {
                   componentsOf(balls.position.size(), balls.triangles).count);
         for (const Vec3& p : skin.position) ASSERT_TRUE(std::isfinite(p.x + p.y + p.z));
         for (const Vec3f& p : cloud.particles.position) EXPECT_GT(windingNumber(skin, Vec3(p)), 0.5);
+    });
+}
+
+TEST(Skin, HasAllParticlesInsideHoweverThinItIs) {
+    std::uint64_t seed = 0;
+    forEveryCloud(60, [&](const Cloud& cloud) {
+        if (cloud.particles.size() > 400) return;
+        SkinParams params = withSpacing(cloud.radius / 1.5);
+        params.skin = 0.05 * static_cast<double>(1 + ++seed % 9) * params.spacing;
+        params.radius *= seed % 2 == 0 ? 0.8 : 1;
+        const Mesh skin = skinFrame(cloud.particles, params).mesh;
+        EXPECT_EQ(faultsOf(checkMesh(skin)), std::vector<std::string_view>{});
+        const std::vector<Vec3> points(cloud.particles.position.begin(), cloud.particles.position.end());
+        for (const double distance : distancesOutside(skin, {}, points)) EXPECT_EQ(distance, 0);
     });
 }
 

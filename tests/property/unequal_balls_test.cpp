@@ -51,28 +51,14 @@ TriangleSet trianglesOfRows(const BallBoundary& boundary) {
     return canonical(triangles);
 }
 
-/// Radii of a cloud: two sizes, a continuous range up to a ratio of 20, powers of two, or a slowly varying field.
-std::vector<double> radiiFor(const Cloud& cloud, std::uint64_t kind, std::uint64_t seed) {
-    Random random(seed);
-    std::vector<double> radii;
-    for (const Vec3f& p : cloud.particles.position) {
-        const double u = random.unit();
-        const double factor = kind == 0   ? (u < 0.5 ? 1 : 0.5)
-                              : kind == 1 ? std::pow(20, -u)
-                              : kind == 2 ? std::ldexp(1.0, -static_cast<int>(4 * u))
-                                          : 0.625 + 0.375 * std::sin(p.x / cloud.radius);
-        radii.push_back(cloud.radius * factor);
-    }
-    return radii;
-}
-
 void forEveryUnequalCloud(std::uint64_t random_clouds, const std::function<void(const UnequalCloud&)>& check) {
     std::uint64_t seed = 0;
     forEveryCloud(random_clouds, [&](const Cloud& cloud) {
         if (cloud.particles.size() == 0 || cloud.particles.size() > 400) return;
-        for (std::uint64_t kind = 0; kind < 4 && !testing::Test::HasFailure(); ++kind) {
-            SCOPED_TRACE("radii " + std::to_string(kind));
-            check({cloud.name, cloud.particles, radiiFor(cloud, kind, ++seed)});
+        for (const RadiusPattern pattern : kRadiusPatterns) {
+            if (testing::Test::HasFailure()) return;
+            SCOPED_TRACE(testing::Message() << "radii " << static_cast<int>(pattern));
+            check({cloud.name, cloud.particles, radiiFor(cloud, pattern, ++seed)});
         }
     });
 }

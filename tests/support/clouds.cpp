@@ -1,7 +1,5 @@
 #include "support/clouds.h"
 
-#include "base/random.h"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -281,6 +279,25 @@ void forEveryCloud(std::uint64_t random_clouds, const std::function<void(const C
     for (const Cloud& cloud : awkwardClouds()) checkOne(cloud);
     for (std::uint64_t seed = 0; seed < random_clouds && !testing::Test::HasFailure(); ++seed)
         checkOne(randomCloud(seed));
+}
+
+double relativeRadius(RadiusPattern pattern, const Vec3& p, Random& random) {
+    const double u = random.unit();
+    switch (pattern) {
+    case RadiusPattern::two: return u < 0.5 ? 1 : 0.5;
+    case RadiusPattern::twentieth: return std::pow(20, -u);
+    case RadiusPattern::powers_of_two: return std::ldexp(1.0, -static_cast<int>(4 * u));
+    case RadiusPattern::wave: return 0.625 + 0.375 * std::sin(p.x);
+    }
+    return 1;
+}
+
+std::vector<double> radiiFor(const Cloud& cloud, RadiusPattern pattern, std::uint64_t seed) {
+    Random random(seed);
+    std::vector<double> radii;
+    for (const Vec3f& p : cloud.particles.position)
+        radii.push_back(cloud.radius * relativeRadius(pattern, Vec3(p) / cloud.radius, random));
+    return radii;
 }
 
 Particles shuffled(const Particles& particles, std::uint64_t seed) {

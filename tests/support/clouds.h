@@ -2,6 +2,7 @@
 
 #pragma once
 
+#include "base/random.h"
 #include "betamesh/particles.h"
 
 #include <cstdint>
@@ -32,6 +33,20 @@ Cloud randomCloud(std::uint64_t seed);
 /// Calls check for all awkward clouds and for random ones from seed 0 on, with the cloud's name as trace, until a check
 /// fails.
 void forEveryCloud(std::uint64_t random_clouds, const std::function<void(const Cloud&)>& check);
+
+/// How the radii of balls vary, relative to the largest.
+enum class RadiusPattern {
+    two,            ///< 1 or a half
+    twentieth,      ///< any from 1/20 to 1
+    powers_of_two,  ///< 1, 1/2, 1/4 or 1/8, so that ties stay exact
+    wave,           ///< slowly varying in x, from 1/4 to 1
+};
+inline constexpr RadiusPattern kRadiusPatterns[] = {RadiusPattern::two, RadiusPattern::twentieth,
+                                                    RadiusPattern::powers_of_two, RadiusPattern::wave};
+/// The radius of a ball relative to the largest. p: its centre, in radii of the largest.
+double relativeRadius(RadiusPattern pattern, const Vec3& p, Random& random);
+/// Radii for the particles of a cloud, up to the cloud's.
+std::vector<double> radiiFor(const Cloud& cloud, RadiusPattern pattern, std::uint64_t seed);
 
 /// The same particles in another order: all arrays permuted alike.
 Particles shuffled(const Particles& particles, std::uint64_t seed);

@@ -1,7 +1,5 @@
 #include "support/unequal_discs.h"
 
-#include "base/random.h"
-
 #include <gtest/gtest.h>
 #include <boost/multiprecision/cpp_bin_float.hpp>
 
@@ -26,27 +24,14 @@ UnequalDiscs tiedDiscs(std::uint64_t seed) {
     return cloud;
 }
 
-UnequalDiscs withRadii(const Cloud& cloud, std::uint64_t kind, std::uint64_t seed) {
-    Random random(seed);
-    UnequalDiscs discs{cloud.name + ", radii " + std::to_string(kind), cloud.particles, {}};
-    for (const Vec3f& p : cloud.particles.position) {
-        const double u = random.unit();
-        const double factor = kind == 0   ? (u < 0.5 ? 1 : 0.5)
-                              : kind == 1 ? std::pow(20, -u)
-                              : kind == 2 ? std::ldexp(1.0, -static_cast<int>(4 * u))
-                                          : 0.625 + 0.375 * std::sin(p.x / cloud.radius);
-        discs.radius.push_back(cloud.radius * factor);
-    }
-    return discs;
-}
-
 void forEveryUnequalDiscs(std::uint64_t n, const std::function<void(const UnequalDiscs&)>& check) {
     std::uint64_t seed = 0;
     forEveryPlanarCloud(n / 12, [&](const Cloud& cloud) {
         if (cloud.particles.size() == 0 || cloud.particles.size() > 400) return;
-        for (std::uint64_t kind = 0; kind < 4 && !testing::Test::HasFailure(); ++kind) {
-            SCOPED_TRACE("radii " + std::to_string(kind));
-            check(withRadii(cloud, kind, ++seed));
+        for (const RadiusPattern pattern : kRadiusPatterns) {
+            if (testing::Test::HasFailure()) return;
+            SCOPED_TRACE(testing::Message() << "radii " << static_cast<int>(pattern));
+            check({cloud.name, cloud.particles, radiiFor(cloud, pattern, ++seed)});
         }
     });
     for (std::uint64_t tied = 0; tied < n && !testing::Test::HasFailure(); ++tied) {

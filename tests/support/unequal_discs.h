@@ -17,12 +17,8 @@ struct UnequalDiscs {
 /// outside, and centres coincide.
 UnequalDiscs tiedDiscs(std::uint64_t seed);
 
-/// The planar clouds with radii of two sizes, of a range up to a ratio of 20, of powers of two, or of a slowly varying
-/// field.
-UnequalDiscs withRadii(const Cloud& cloud, std::uint64_t kind, std::uint64_t seed);
-
-/// Calls check for the awkward planar clouds, for a third of n random ones, and for tied clouds, with the cloud's name
-/// as trace, until a check fails.
+/// Calls check for the awkward planar clouds and n / 12 random ones with radii of every pattern, and for tied clouds,
+/// with the cloud's name as trace, until a check fails.
 void forEveryUnequalDiscs(std::uint64_t n, const std::function<void(const UnequalDiscs&)>& check);
 
 /// The same discs in reverse order.
