@@ -112,15 +112,55 @@ std::vector<double> distancesOutside(const Mesh& mesh, const Spheres& beside, co
     return distances;
 }
 
+EnclosedRegion::EnclosedRegion(const std::vector<Vec3>& position, const std::vector<Edge>& edges)
+    : position_(position) {
+    double lowest = std::numeric_limits<double>::infinity(), highest = -lowest, heights = 0;
+    for (const Edge& edge : edges) {
+        const auto [low, high] = std::minmax(position[edge[0]].y, position[edge[1]].y);
+        lowest = std::min(lowest, low);
+        highest = std::max(highest, high);
+        heights += high - low;
+    }
+    const auto n = static_cast<double>(edges.size());
+    if (heights > 0) {  // strips as high as the mean edge, but no more than edges
+        lowest_ = lowest;
+        strips_per_unit_ = n / std::max(heights, highest - lowest);
+    }
+    strip_.resize(edges.empty() ? 1 : stripOf(highest) + 1);
+    for (const Edge& edge : edges) {
+        const auto [low, high] = std::minmax(position[edge[0]].y, position[edge[1]].y);
+        for (std::size_t s = stripOf(low); s <= stripOf(high); ++s) strip_[s].push_back(edge);
+    }
+}
+
+std::size_t EnclosedRegion::stripOf(double y) const {
+    const double strip = std::max((y - lowest_) * strips_per_unit_, 0.0);
+    const auto last = static_cast<double>(std::max(strip_.size(), std::size_t{1}) - 1);
+    return static_cast<std::size_t>(strip_.empty() ? strip : std::min(strip, last));
+}
+
+bool EnclosedRegion::contains(const Vec3& p) const {
+    int winding = 0;
+    for (const Edge& edge : strip_[stripOf(p.y)]) {
+        const Vec3 &a = position_[edge[0]], &b = position_[edge[1]];
+        if ((a.y <= p.y) == (b.y <= p.y)) continue;  // the horizontal line through p does not cross the edge
+        const int side = orientationAlong(2, a, b, p);
+        if (side == 0) return true;
+        if (side == (b.y > a.y ? 1 : -1)) winding += side;
+    }
+    return winding > 0;
+}
+
 std::vector<double> distancesOutside(const Curves& curves, const Spheres& beside, const std::vector<Vec3>& points) {
     std::vector<double> distances(points.size());
+    const EnclosedRegion region(curves.position, curves.edges);
     parallelFor(points.size(), 64, [&](std::size_t i) {
         const Vec3 p(points[i].x, points[i].y, 0);
         for (std::size_t s = 0; s < beside.size(); ++s)
             if (std::hypot(beside.position[s].x - p.x, beside.position[s].y - p.y) <=
                 static_cast<double>(beside.radius[s]))
                 return;
-        int winding = 0;
+        if (region.contains(p)) return;
         double nearest = std::numeric_limits<double>::infinity();
         for (const Edge& edge : curves.edges) {
             Vec3 a = curves.position[edge[0]], b = curves.position[edge[1]];
@@ -128,12 +168,8 @@ std::vector<double> distancesOutside(const Curves& curves, const Spheres& beside
             const Vec3 along = b - a;
             const double t = along.length2() > 0 ? std::clamp(dot(p - a, along) / along.length2(), 0.0, 1.0) : 0;
             nearest = std::min(nearest, (a + along * t - p).length2());
-            if ((a.y <= p.y) == (b.y <= p.y)) continue;  // the horizontal line through p does not cross the edge
-            const int side = orientationAlong(2, a, b, p);
-            if (side == 0) return;  // p is on the edge
-            if (side == (b.y > a.y ? 1 : -1)) winding += side;
         }
-        if (winding <= 0) distances[i] = std::sqrt(nearest);
+        distances[i] = std::sqrt(nearest);
     });
     return distances;
 }

@@ -23,12 +23,33 @@ bool isEnclosed(const TriangleTree& tree, const Vec3& point);
 /// cost    O(triangles above + log triangles) per point, more for points far outside
 std::vector<double> distancesOutside(const Mesh& mesh, const Spheres& beside, const std::vector<Vec3>& points);
 
+/// The region of a plane in which the winding number of curves is positive, and the curves themselves; z is ignored.
+class EnclosedRegion {
+public:
+    /// The positions are referred to.
+    ///
+    /// cost    O(edges)
+    EnclosedRegion(const std::vector<Vec3>& position, const std::vector<Edge>& edges);
+
+    /// Decided exactly.
+    ///
+    /// cost    O(edges at this height), of long closed curves about the square root of all
+    bool contains(const Vec3& point) const;
+
+private:
+    std::size_t stripOf(double y) const;
+
+    const std::vector<Vec3>& position_;
+    double lowest_ = 0, strips_per_unit_ = 0;
+    std::vector<std::vector<Edge>> strip_;  // of the plane, each with the edges that may cross it
+};
+
 /// Distance of each point to the enclosed region: 0 where the winding number of the curves is positive, on a curve, or
 /// inside one of the circles `beside`; else the distance to the nearest edge, infinite without edges. Inside and
 /// outside are decided exactly; z is ignored.
 ///
 /// in      curves with finite positions
-/// cost    O(points · edges)
+/// cost    O(points · edges at their heights + points outside · edges)
 std::vector<double> distancesOutside(const Curves& curves, const Spheres& beside, const std::vector<Vec3>& points);
 
 }  // namespace betamesh

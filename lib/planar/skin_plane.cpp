@@ -7,11 +7,13 @@
 #include "planar/boundary_curves.h"
 #include "planar/curve_displacement.h"
 #include "planar/disc_boundary.h"
+#include "planar/keep_inside.h"
 #include "planar/retract.h"
 #include "planar/skin_smoothing.h"
 #include "planar/smooth.h"
 #include "planar/velocity.h"
 #include "skin/attributes.h"
+#include "skin/constants.h"
 #include "skin/features.h"
 #include "skin/particle_sizes.h"
 
@@ -88,6 +90,29 @@ double scaleOf(const SnappedParticles& snapped, std::size_t i) {
     return static_cast<double>(snapped.radiusOf(i)) / static_cast<double>(snapped.radius);
 }
 
+// Lowers the scales of outer points so that the disc that rolls at each reaches hardly deeper than to the skin of any
+// particle. Only the skins of smaller particles can be nearer than that of the point's own.
+void keepOutOfSkins(const std::vector<DualVec3>& particles, const std::vector<double>& particle_scale,
+                    const CurveSkin& skin, OuterBoundary& outer) {
+    const double least_depth = std::max(0.0, skin.skin - kOutermost * skin.spacing), reach = skin.rolling() + skin.skin;
+    std::vector<DualVec3> points;
+    for (const BoundarySample& sample : outer.samples) points.push_back(sample.position);
+    points.insert(points.end(), outer.corners.begin(), outer.corners.end());
+    std::vector<double> own;
+    for (const Dual& scale : outer.scale) own.push_back(scale.value);
+    forScaledNeighbours(
+        {reach, reach / 2, reach / 2}, points.size(), [&](std::size_t i) { return points[i].position; }, own,
+        particles.size(), [&](std::size_t i) { return particles[i].position; },
+        [&](std::uint32_t row, std::span<const std::uint32_t> near) {
+            for (const std::uint32_t i : near) {
+                if (!(particle_scale[i] < own[row])) continue;
+                const Dual room = length(points[row] - particles[i]) - least_depth * particle_scale[i],
+                           scale = room / skin.rolling();
+                if (scale.value < outer.scale[row].value) outer.scale[row] = scale;
+            }
+        });
+}
+
 // The boundary of discs of the outer radius, as far as it influences the curve.
 OuterBoundary outerBoundary(const SizedParticles& sized, const SnappedParticles& snapped, const DiscBoundary& boundary,
                             const CurveSkin& skin) {
@@ -122,7 +147,26 @@ OuterBoundary outerBoundary(const SizedParticles& sized, const SnappedParticles&
         const double largest = outer.worldRadius() / skin.outer();
         for (Dual& scale : samples.scale) scale = scale * largest;
     }
-    return {std::move(samples.sample), std::move(corners), std::move(samples.scale)};
+    OuterBoundary result{std::move(samples.sample), std::move(corners), std::move(samples.scale)};
+    if (!have_sizes) return result;
+    std::vector<DualVec3> moving;
+    std::vector<double> scale;
+    for (std::size_t i = 0; i < near.size(); ++i) {
+        const Vec3f v = selected.velocity.empty() ? Vec3f(0) : selected.velocity[i];
+        moving.push_back({Vec3(selected.position[i].x, selected.position[i].y, 0), Vec3(v.x, v.y, 0)});
+        scale.push_back(scaleOf(snapped, near[i]));
+    }
+    keepOutOfSkins(moving, scale, skin, result);
+    return result;
+}
+
+// Where sizes differ, particles keep a tenth of their skin; else smoothing keeps its distance from them by itself.
+std::vector<DeepPoint> deepPoints(const SnappedParticles& snapped, const SkinParams& params) {
+    const double depth = snapped.radius_of.empty() ? 0 : (1 - kMaxSkinSmoothing) * effectiveSkin(params);
+    std::vector<DeepPoint> deep;
+    for (std::size_t i = 0; i < snapped.size(); ++i)
+        deep.push_back({toDouble(snapped.position[i]) * snapped.quantum, depth * scaleOf(snapped, i)});
+    return deep;
 }
 
 // Moves the curve from the boundary of discs inwards to the skin. The skin is thicker around isolated particles.
@@ -265,8 +309,12 @@ SkinnedPlane skinPlane(const Particles& particles, const SkinParams& reference, 
         plane.before = asCurves(curve);
         plane.pure = curve.pure;
         watch(Stage::tessellate);
+        const std::vector<DualVec3> on_discs = curve.vertex;
         if (skinDepth(params, 2) > 0) moveToSkin(sized, snapped, boundary, params, curve);
         if (params.surface == SurfaceKind::beta) smooth(boundary, discs, vertices, params, curve);
+        if (skinDepth(params, 2) > 0)
+            keepInside(deepPoints(snapped, params), on_discs, params.radius, lengthUnit(params) * curve.leastScale(),
+                       curve);
         watch(Stage::smooth);
         if (is_moving) projectTangentialVelocity(boundary, discs, curve);
         watch(Stage::velocity);

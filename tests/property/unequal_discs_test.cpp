@@ -7,6 +7,7 @@
 #include "betamesh/check.h"
 #include "betamesh/error.h"
 #include "betamesh/skin.h"
+#include "mesh/enclosure.h"
 #include "planar/boundary_curves.h"
 #include "planar/disc_boundary.h"
 #include "planar/velocity.h"
@@ -226,12 +227,13 @@ TEST(UnequalDiscs, HaveCurvesWithTheAreaOfTheirUnion) {
     }
 }
 
-TEST(UnequalDiscs, HaveASkinThatIsClosedAndWithoutCrossings) {
+TEST(UnequalDiscs, HaveASkinThatIsClosedAroundAllParticlesAndWithoutCrossings) {
     forEveryUnequalDiscs(72, [](const UnequalDiscs& cloud) {
         if (cloud.particles.size() > 40) return;  // takes too long
-        for (const bool with_skin : {true, false}) {
+        for (const double skin : {0.55, 0.2, 0.0}) {
+            const bool with_skin = skin > 0;
             SkinParams params = sizedParams();
-            if (!with_skin) params.skin = 0;
+            if (skin != 0.55) params.skin = skin * params.spacing;
             const Curves curves = skinPlane(sized(cloud), params).curves;
             EXPECT_EQ(measureCurves(curves).unpaired_ends, 0U);
             for (const Vec3& p : curves.position) ASSERT_TRUE(std::isfinite(p.x) && std::isfinite(p.y));
@@ -241,6 +243,8 @@ TEST(UnequalDiscs, HaveASkinThatIsClosedAndWithoutCrossings) {
             if (with_skin) {
                 EXPECT_EQ(checkCurves(curves, check).crossings.count, 0U);
             }
+            const std::vector<Vec3> points(cloud.particles.position.begin(), cloud.particles.position.end());
+            for (const double distance : distancesOutside(curves, {}, points)) EXPECT_LE(distance, check.tolerance);
         }
     });
 }
