@@ -252,8 +252,10 @@ inline constexpr double kOutermost = 0.1;
 
 // Particles at risk of being left outside (keep_inside.cpp) -----------------------------------------------------------
 
-/// Skin, in dx, below which facets between vertices at that depth may cut off particles.
+/// Skin, in dx and in edge factors, below which facets between vertices at that depth may cut off particles.
 inline constexpr double kThinSkin = 0.5;
+/// After more passes, facets of any skin may.
+inline constexpr int kFewPasses = 2;
 /// A particle is beside larger ones where a vertex is within so many spacings there, which is so many of its own size.
 inline constexpr double kReachOfLarger = 1.5, kMuchLarger = 1.2;
 /// Width of a bump, in distances of the nearest triangle's farthest corner or in heights, whichever is more.

@@ -197,9 +197,8 @@ private:
 
 }  // namespace
 
-DeepParticles deepParticles(const SnappedParticles& snapped, double skin, double spacing) {
-    DeepParticles deep;
-    deep.all_are_at_risk = skin < kThinSkin * spacing;
+DeepParticles deepParticles(const SnappedParticles& snapped, double skin, bool all_are_at_risk) {
+    DeepParticles deep{{}, all_are_at_risk};
     if (!deep.all_are_at_risk && !snapped.size_classes) return deep;
     for (const std::uint32_t i : snapped.size_classes ? notAmongAlike(snapped) : exposureCandidates(snapped)) {
         if (!deep.all_are_at_risk && snapped.radiusOf(i) == snapped.radius) continue;

@@ -24,11 +24,11 @@ struct DeepParticles {
     bool all_are_at_risk = false;  ///< otherwise only those beside larger ones
 };
 
-/// Of a thin skin, all that may be exposed. Else all that no balls alike cover and that are smaller than the largest;
-/// none where all are of one size, since kernels as wide as the particles' own spacing keep their distance.
+/// If all are at risk, those that may be exposed. Else all that no balls alike cover and that are smaller than the
+/// largest; none where all are of one size, since kernels as wide as the particles' own spacing keep their distance.
 ///
-/// skin, spacing    of the largest particle, world units
-DeepParticles deepParticles(const SnappedParticles& snapped, double skin, double spacing);
+/// skin    of the largest particle, world units
+DeepParticles deepParticles(const SnappedParticles& snapped, double skin, bool all_are_at_risk);
 
 /// Keeps particles inside a surface that moves. Where large and small particles alternate, the skin is averaged over
 /// widths in which the small ones vanish; if it is thin, facets that are long for its depth cut off particles.

@@ -50,9 +50,8 @@ BaseSurface baseSurface(const Particles& particles, Structure& structure, const 
         arcPoints(boundary, balls, boundaryVertices(particles, structure.snapped, boundary, balls), subdivision);
     FacePoints points = facePoints(structure.snapped, boundary, balls, std::move(structure.directions));
     if (hasSkin(params)) {
-        const double spacing = particleSpacing(params);
-        base.outer = outerSamples(particles, structure.snapped, boundary, skinLengths(params), spacing);
-        base.deep = deepParticles(structure.snapped, effectiveSkinDepth(params), spacing);
+        base.outer = outerSamples(particles, structure.snapped, boundary, skinLengths(params), particleSpacing(params));
+        base.deep = deepParticles(structure.snapped, effectiveSkinDepth(params), facetsMayCutOffParticles(params));
     }
     std::exchange(structure.snapped, {});  // large
     std::exchange(structure.boundary.exposed, {});

@@ -66,6 +66,11 @@ SkinLengths skinLengths(const SkinParams& params) {
             params.arc_subdivisions == 1 ? kSingleSegmentEdgeFactor : 1};
 }
 
+bool facetsMayCutOffParticles(const SkinParams& params) {
+    const SkinLengths lengths = skinLengths(params);
+    return lengths.skin < kThinSkin * lengths.edge_factor || params.passes > kFewPasses;
+}
+
 double widestSkinFit(const SkinParams& params) {
     return params.smoothing_width > 0 ? params.smoothing_width / particleSpacing(params) : kWidestFit;
 }

@@ -27,6 +27,8 @@ Icosphere faceDirections(const SkinParams& params);
 ArcSubdivision arcSubdivision(const SkinParams& params);
 CoherentSmoothing coherentSmoothing(const SkinParams& params);
 SkinLengths skinLengths(const SkinParams& params);
+/// May triangles be so long, for the depth of the skin, that particles are left outside?
+bool facetsMayCutOffParticles(const SkinParams& params);
 /// Widest kernel of the skin's sphere fits, and farthest displacement by its smoothing; particle spacings.
 double widestSkinFit(const SkinParams& params);
 double farthestSkinSmoothing(const SkinParams& params);
