@@ -8,11 +8,9 @@ namespace betamesh {
 
 namespace {
 
-constexpr bool kSwapBytes = std::endian::native != std::endian::little;
-
 template <typename T>
 T little(Cursor& in, const char* what) {
-    return loadNumber<T>(in.take(sizeof(T), what), kSwapBytes);
+    return loadLittle<T>(in.take(sizeof(T), what));
 }
 
 /// A number of 1, 2 or 4 bytes.
@@ -106,7 +104,7 @@ AlembicArchive::AlembicArchive(OgawaReader file) : file_(std::move(file)) {
     const std::vector<OgawaChild> root = file_.group(file_.root(), "root");
     if (root.size() <= kMetadata) fail("an Ogawa file, but not one of Alembic. It is damaged.");
     const Bytes version = file_.data(root[kVersion], "version");
-    if (version.size() != 4 || loadNumber<std::int32_t>(version.data(), kSwapBytes) != 0)
+    if (version.size() != 4 || loadLittle<std::int32_t>(version.data()) != 0)
         fail("the version of the layout is unknown. 0 was expected.");
     const Bytes table = file_.data(root[kMetadata], "metadata table");
     Cursor in(table, "metadata table");
@@ -207,7 +205,7 @@ std::optional<Matrix4> AlembicArchive::transformOf(OgawaChild group, const std::
     }
     std::vector<double> numbers(values.size() / sizeof(double));
     for (std::size_t i = 0; i < numbers.size(); ++i)
-        numbers[i] = loadNumber<double>(values.data() + i * sizeof(double), kSwapBytes);
+        numbers[i] = loadLittle<double>(values.data() + i * sizeof(double));
     Matrix4 local = identity();
     std::size_t used = 0;
     for (const std::byte code : codes) {

@@ -15,13 +15,11 @@ namespace betamesh {
 
 namespace {
 
-constexpr bool kSwapBytes = std::endian::native != std::endian::little;
-
 template <typename From, typename To>
 std::vector<To> convertedNumbers(const Bytes& bytes) {
     std::vector<To> numbers(bytes.size() / sizeof(From));
     for (std::size_t i = 0; i < numbers.size(); ++i)
-        numbers[i] = static_cast<To>(loadNumber<From>(bytes.data() + i * sizeof(From), kSwapBytes));
+        numbers[i] = static_cast<To>(loadLittle<From>(bytes.data() + i * sizeof(From)));
     return numbers;
 }
 
@@ -173,8 +171,8 @@ private:
         for (std::size_t i = 0; i < points_.position.size(); ++i) {
             std::array<double, 3> x;
             for (std::size_t k = 0; k < 3; ++k)
-                x[k] = doubles ? loadNumber<double>(bytes.data() + (3 * i + k) * sizeof(double), kSwapBytes)
-                               : loadNumber<float>(bytes.data() + (3 * i + k) * sizeof(float), kSwapBytes);
+                x[k] = doubles ? loadLittle<double>(bytes.data() + (3 * i + k) * sizeof(double))
+                               : loadLittle<float>(bytes.data() + (3 * i + k) * sizeof(float));
             if (object_.world) x = transformed(x, VectorKind::point, *object_.world);
             const Vec3& o = options_.origin;
             points_.position[i] =

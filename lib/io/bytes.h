@@ -56,6 +56,10 @@ template <typename T>
 T loadBig(const std::byte* from) {
     return loadNumber<T>(from, std::endian::native == std::endian::little);
 }
+template <typename T>
+T loadLittle(const std::byte* from) {
+    return loadNumber<T>(from, std::endian::native != std::endian::little);
+}
 
 /// Reads the bytes of one file in order, from memory or from a source that is read on demand. Never reads beyond the
 /// end: if a damaged count asks for more, that is an Error with file name and byte offset, before any memory is

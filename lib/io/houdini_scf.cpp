@@ -68,8 +68,7 @@ private:
         const std::string_view header = in_.peek(kHeader).substr(0, kHeader);
         if (header.size() < kHeader) in_.fail("the file ends here, expected a block or the table of blocks");
         const auto numberAt = [&](std::size_t at) {
-            return loadNumber<std::uint32_t>(reinterpret_cast<const std::byte*>(header.data()) + at,
-                                             std::endian::native == std::endian::big);
+            return loadLittle<std::uint32_t>(reinterpret_cast<const std::byte*>(header.data()) + at);
         };
         const std::size_t size = numberAt(kSizeAt), packed_size = numberAt(kPackedSizeAt);
         if (packed_size < kHeader)

@@ -9,7 +9,6 @@ namespace {
 
 constexpr std::string_view kMagic = "Ogawa";
 constexpr std::uint64_t kHeaderBytes = 16;
-constexpr bool kSwapBytes = std::endian::native != std::endian::little;
 
 }  // namespace
 
@@ -63,7 +62,7 @@ OgawaReader::OgawaReader(Source source, std::uint64_t size, std::string file)
     if (text[6] != 0 || text[7] != 1)
         fail(6, "version " + std::to_string(std::to_integer<int>(header[6]) << 8 | std::to_integer<int>(header[7])) +
                     " of the Ogawa container is unknown. 1 was expected.");
-    root_ = loadNumber<std::uint64_t>(header.data() + 8, kSwapBytes);
+    root_ = loadLittle<std::uint64_t>(header.data() + 8);
 }
 
 std::vector<OgawaChild> OgawaReader::group(OgawaChild child, const char* what) {
@@ -78,7 +77,7 @@ std::vector<OgawaChild> OgawaReader::group(OgawaChild child, const char* what) {
                         "truncated or damaged.");
     std::vector<OgawaChild> children(count);
     read(begin, std::as_writable_bytes(std::span(children)), what);
-    if constexpr (kSwapBytes)
+    if constexpr (std::endian::native != std::endian::little)
         for (OgawaChild& c : children) c = withBytesReversed(c);
     return children;
 }
@@ -108,7 +107,7 @@ void OgawaReader::fail(std::uint64_t at, const std::string& text) const {
 std::uint64_t OgawaReader::numberAt(std::uint64_t at, const char* what) {
     std::array<std::byte, sizeof(std::uint64_t)> bytes;
     read(at, bytes, what);
-    return loadNumber<std::uint64_t>(bytes.data(), kSwapBytes);
+    return loadLittle<std::uint64_t>(bytes.data());
 }
 
 void OgawaReader::read(std::uint64_t at, std::span<std::byte> to, const char* what) {

@@ -14,8 +14,6 @@ namespace betamesh {
 
 namespace {
 
-constexpr std::size_t kRowsAtOnce = std::size_t{1} << 12;
-
 /// A name in lower case without a unit in brackets: "Vel.x [m/s]" becomes "vel.x".
 std::string plainName(const std::string& name) {
     std::string plain = lowerCase(name);
@@ -130,7 +128,7 @@ void turn(T* v) {
 
 void transform(float* vectors, std::size_t n, double scale, UpAxis up) {
     if (scale == 1 && up == UpAxis::y) return;
-    parallelFor(n, kRowsAtOnce, [&](std::size_t i) {
+    parallelFor(n, 4096, [&](std::size_t i) {
         float* v = vectors + 3 * i;
         if (scale != 1)
             for (int k = 0; k < 3; ++k) v[k] = static_cast<float>(static_cast<double>(v[k]) * scale);

@@ -53,10 +53,10 @@ public:
                 return deliverRows(source.cursor(), element_.rows, row_bytes, decode, options_, contents);
             }
         }
-        constexpr std::uint64_t kRowsAtOnce = 1 << 14;
+        constexpr std::uint64_t kRowsInBlock = 1 << 14;
         std::uint64_t row = 0;
         do {  // at least once, so that the attributes are declared
-            const auto rows = static_cast<std::size_t>(std::min(kRowsAtOnce, element_.rows - row));
+            const auto rows = static_cast<std::size_t>(std::min(kRowsInBlock, element_.rows - row));
             deliver(assembled(rowsFrom(source, rows)), element_.rows, options_, contents);
             row += rows;
         } while (row < element_.rows);

@@ -13,10 +13,9 @@ namespace betamesh {
 namespace {
 
 constexpr std::string_view kMagic = "\xc0PRT\r\n\x1a\n", kSuccessor = "\xc0PRT2\r\n\x1a";
-constexpr std::uint32_t kMostChannels = 1000, kMostComponents = 1000;
+constexpr std::uint32_t kMostChannels = 1000, kMostArity = 1000;
 constexpr std::uint64_t kMostPacked = 1100;  // bytes that zlib makes of one, at most about 1,032
 constexpr std::size_t kHeader = 56, kLongestName = 32;
-constexpr bool kOtherOrder = std::endian::native != std::endian::little;
 
 // Numbers of types in the file, in their order; 3 is a half float.
 constexpr std::array<NumberType, 11> kTypes{NumberType::int16,   NumberType::int32,   NumberType::int64,
@@ -48,7 +47,7 @@ float fromHalf(std::uint16_t bits) {
 
 template <typename T>
 T little(Cursor& in, const char* what) {
-    return loadNumber<T>(in.take(sizeof(T), what), kOtherOrder);
+    return loadLittle<T>(in.take(sizeof(T), what));
 }
 
 Channel readChannel(Cursor& in, std::uint32_t definition_bytes, std::size_t number) {
@@ -57,14 +56,14 @@ Channel readChannel(Cursor& in, std::uint32_t definition_bytes, std::size_t numb
     channel.name.assign(reinterpret_cast<const char*>(from), kLongestName);
     channel.name.resize(std::min(channel.name.find('\0'), kLongestName));
     if (channel.name.empty()) channel.name = "channel" + std::to_string(number);
-    channel.type = loadNumber<std::uint32_t>(from + kLongestName, kOtherOrder);
-    channel.arity = loadNumber<std::uint32_t>(from + kLongestName + 4, kOtherOrder);
-    channel.offset = loadNumber<std::uint32_t>(from + kLongestName + 8, kOtherOrder);
+    channel.type = loadLittle<std::uint32_t>(from + kLongestName);
+    channel.arity = loadLittle<std::uint32_t>(from + kLongestName + 4);
+    channel.offset = loadLittle<std::uint32_t>(from + kLongestName + 8);
     if (channel.type >= kTypes.size())
         in.fail("channel '" + channel.name + "' has type " + std::to_string(channel.type) + ", expected 0 to 10");
-    if (channel.arity == 0 || channel.arity > kMostComponents)
+    if (channel.arity == 0 || channel.arity > kMostArity)
         in.fail("channel '" + channel.name + "' has " + std::to_string(channel.arity) + " numbers, expected 1 to " +
-                std::to_string(kMostComponents));
+                std::to_string(kMostArity));
     return channel;
 }
 
@@ -74,9 +73,10 @@ NumberColumn columnOf(const Channel& channel, const std::byte* rows, std::size_t
         const std::byte* from = rows + i * row_bytes + channel.offset;
         if (channel.type == kHalf)
             for (std::size_t k = 0; k < channel.arity; ++k)
-                column.real.push_back(fromHalf(loadNumber<std::uint16_t>(from + 2 * k, kOtherOrder)));
+                column.real.push_back(fromHalf(loadLittle<std::uint16_t>(from + 2 * k)));
         else
-            appendNumbers(kTypes[channel.type], from, channel.arity, kOtherOrder, column);
+            appendNumbers(kTypes[channel.type], from, channel.arity, std::endian::native != std::endian::little,
+                          column);
     }
     return column;
 }
@@ -162,7 +162,7 @@ private:
             const std::string type = text("type of a channel");
             std::string_view number = type;
             const auto arity = nextInteger(number);
-            channel.arity = static_cast<std::uint32_t>(std::clamp<std::int64_t>(arity.value_or(1), 0, kMostComponents));
+            channel.arity = static_cast<std::uint32_t>(std::clamp<std::int64_t>(arity.value_or(1), 0, kMostArity));
             if (arity) number.remove_prefix(std::min(number.size(), std::string_view(" * ").size()));
             const auto found = std::find(kTypeNames.begin(), kTypeNames.end(), number);
             if (found == kTypeNames.end() || channel.arity == 0)

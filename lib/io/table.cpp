@@ -17,7 +17,7 @@ namespace betamesh {
 
 namespace {
 
-constexpr std::size_t kLongestLine = std::size_t{1} << 20;
+constexpr std::size_t kLongestRow = std::size_t{1} << 20;
 
 /// The lines of a file one by one, without their ends.
 class Lines {
@@ -28,9 +28,9 @@ public:
         std::string_view text = in_.peek(512);
         std::size_t end = text.find('\n');
         if (end == std::string_view::npos) {
-            text = in_.peek(kLongestLine);
+            text = in_.peek(kLongestRow);
             end = text.find('\n');
-            if (end == std::string_view::npos && text.size() >= kLongestLine)
+            if (end == std::string_view::npos && text.size() >= kLongestRow)
                 throw Error(in_.file() + ": line " + std::to_string(number_ + 1) + " is longer than a mebibyte");
         }
         if (text.empty()) return std::nullopt;
@@ -97,7 +97,7 @@ std::vector<std::string> nextCells(Lines& lines, std::string line) {
     for (;;) {
         if (auto cells = cellsOf(line)) return std::move(*cells);
         const auto more = lines.next();
-        if (!more || line.size() + more->size() > kLongestLine) lines.fail("a quote is not closed");
+        if (!more || line.size() + more->size() > kLongestRow) lines.fail("a quote is not closed");
         line += '\n' + *more;
     }
 }

@@ -11,14 +11,12 @@ namespace betamesh {
 
 namespace {
 
-constexpr std::size_t kRowsAtOnce = std::size_t{1} << 12;
-
 bool isVector(const Attribute& a) { return a.components == 3 && !a.real.empty(); }
 
 /// Rotates `rows` vectors of an up axis y to `up`, or back from z.
 template <typename Number>
 void turn(Number* vectors, std::size_t rows, UpAxis up) {
-    parallelFor(rows, kRowsAtOnce, [&](std::size_t i) {
+    parallelFor(rows, 4096, [&](std::size_t i) {
         Number* v = vectors + 3 * i;
         const Number y = v[1], z = v[2];
         v[1] = up == UpAxis::z ? -z : z;

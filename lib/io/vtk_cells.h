@@ -26,6 +26,9 @@ struct CellList {
 void addCells(const std::vector<CellList>& lists, const std::vector<std::int64_t>& types, const ReadOptions& options,
               const std::string& file, FileContents& contents);
 
+/// A damaged file may give any number of components to an array.
+inline constexpr std::uint64_t kMostComponents = 1000;
+
 /// The name that VTK's own filters give to normals; here they are the attribute `N`.
 inline constexpr const char* kVtkNormals = "Normals";
 

@@ -18,7 +18,6 @@ namespace {
 
 constexpr std::size_t kLongestLine = 1 << 16;
 constexpr std::size_t kLongestNumber = 64;  // characters
-constexpr std::uint64_t kMostComponents = 1000;
 
 std::string upper(std::string word) {
     for (char& c : word) c = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));

@@ -19,7 +19,6 @@ namespace betamesh {
 
 namespace {
 
-constexpr std::uint64_t kMostComponents = 1000;
 constexpr std::uint64_t kMostPacked = 1100;  // bytes that zlib makes of one, at most about 1,032
 
 const std::map<std::string, NumberType> kTypes{{"Int8", NumberType::int8},       {"UInt8", NumberType::uint8},

@@ -10,7 +10,7 @@ namespace betamesh {
 namespace {
 
 /// Six numbers, or nothing.
-ConfigKey boxKey(const KeyText& text) {
+ConfigKey particleBoxKey(const KeyText& text) {
     const std::string accepts =
         "six numbers separated by commas: the lowest x, y and z, then the highest; or leave it empty";
     return makeKey(
@@ -82,8 +82,8 @@ void addChoice(std::vector<ConfigKey>& keys) {
         [](const std::string& text) {
             if (!text.empty()) AttributeExpression{text};
         }));
-    keys.push_back(boxKey({"input.box", "--box", "units of the file, before input.scale",
-                           "Reads only the particles inside this box or on its sides."}));
+    keys.push_back(particleBoxKey({"input.box", "--box", "units of the file, before input.scale",
+                                   "Reads only the particles inside this box or on its sides."}));
     keys.push_back(
         namesKey({"input.group", "--group", "",
                   "Reads only the particles that are in one of these point groups, of .vdb and Houdini's files."},

@@ -23,7 +23,7 @@ void checkSurfaceAttributes(const std::vector<std::string>& names) {
             failValue(name, "some of thickness, curvature and shape, separated by commas", known);
 }
 
-ConfigKey boxKey(const KeyText& text) {
+ConfigKey surfaceBoxKey(const KeyText& text) {
     const std::string accepts = "none, or six numbers separated by commas, each lowest one below the highest";
     return makeKey(
         text, ConfigKey::Kind::list, accepts,
@@ -124,7 +124,7 @@ void addSurfaceKeys(std::vector<ConfigKey>& keys) {
          "beta with the complete tessellation."},
         "planes such as x>0 or 0.6x+0.8y<2, each at most once, separated by commas; or leave it empty",
         [](Config& c) -> std::vector<std::string>& { return c.surface.walls; }, checkWalls));
-    keys.push_back(boxKey(
+    keys.push_back(surfaceBoxKey(
         {"surface.box", "--surface-box", "world units",
          "Cuts the mesh off at a box and closes it with plane polygons: lowest x, y, z, highest x, y, z, with y up, "
          "after "

@@ -21,7 +21,7 @@ namespace fs = std::filesystem;
 
 constexpr const char* kSuffix = ".betamesh-lock";
 constexpr std::size_t kMostStem = 200;  // bytes; longer names that are equal up to there share a lock
-constexpr auto kPoll = std::chrono::milliseconds(10);
+constexpr auto kLockPoll = std::chrono::milliseconds(10);
 
 enum class Attempt {
     locked,
@@ -51,7 +51,7 @@ FrameLock::FrameLock(const fs::path& output, const std::function<void()>& whileW
         ::close(file_);
         file_ = -1;
         if (attempt == Attempt::gone) continue;
-        std::this_thread::sleep_for(kPoll);
+        std::this_thread::sleep_for(kLockPoll);
         whileWaiting();
     }
 }

@@ -20,7 +20,7 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr auto kPoll = std::chrono::milliseconds(50);
+constexpr auto kSignalPoll = std::chrono::milliseconds(50);
 constexpr auto kPatience =
     std::chrono::milliseconds(3000);  // then the process is ended; Slurm kills after 30 s, OpenJD after 120 s
 
@@ -76,7 +76,7 @@ void SignalWatch::run(const std::stop_token& stop) {
     std::optional<Clock::time_point> caught;
     while (!stop.stop_requested()) {
         std::unique_lock lock(mutex);
-        stopped.wait_for(lock, stop, kPoll, [] { return false; });
+        stopped.wait_for(lock, stop, kSignalPoll, [] { return false; });
         if (caughtSignal() == 0) continue;
         if (!caught) caught = Clock::now();
         if (writing_ == 0 && Clock::now() - *caught > kPatience) {

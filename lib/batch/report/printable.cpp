@@ -43,7 +43,7 @@ std::string formatted(const char* format, unsigned number) {
     return text.data();
 }
 
-std::string escaped(char32_t code) {
+std::string escapedCode(char32_t code) {
     if (code == '\n') return "\\n";
     if (code == '\r') return "\\r";
     if (code == '\t') return "\\t";
@@ -78,7 +78,7 @@ int hexDigit(char c) {
 }  // namespace
 
 std::string printable(std::string_view text) {
-    return replaced(text, isControl, escaped, [](unsigned byte) { return formatted("\\x%02x", byte); });
+    return replaced(text, isControl, escapedCode, [](unsigned byte) { return formatted("\\x%02x", byte); });
 }
 
 std::string printableJson(std::string_view json) {

@@ -31,10 +31,6 @@ std::string secondsText(double seconds) {
     return text;
 }
 
-std::size_t particlesOf(const FrameResult& result) {
-    return result.plane ? result.plane->skin.particles : result.skin.particles;
-}
-
 /// One line about a frame for people.
 std::string frameLine(const FrameResult& result) {
     const std::string name = "frame " + std::to_string(result.frame) + ": ";
@@ -50,7 +46,7 @@ std::string frameLine(const FrameResult& result) {
     }
     const std::string surface =
         result.plane ? std::to_string(result.plane->edges) + " edges" : std::to_string(result.triangles) + " triangles";
-    return name + std::to_string(particlesOf(result)) + " particles, " + surface + ", " +
+    return name + std::to_string(result.particles()) + " particles, " + surface + ", " +
            secondsText(result.seconds.total) + " -> " + result.output;
 }
 
@@ -121,7 +117,7 @@ void Progress::frameEnded(const std::vector<FrameResult>& outputs) {
     };
     std::size_t particles = 0;
     for (const FrameResult& result : outputs)
-        if (result.status == FrameStatus::ok) particles = std::max(particles, particlesOf(result));
+        if (result.status == FrameStatus::ok) particles = std::max(particles, result.particles());
     ++job_.ended;
     if (any(FrameStatus::failed)) ++job_.failed;
     if (any(FrameStatus::failed) || any(FrameStatus::ok) || any(FrameStatus::empty)) ++processed_;

@@ -68,6 +68,8 @@ struct FrameResult {
     std::uint64_t peak_bytes = 0;  ///< the most memory the whole process has held so far
     std::vector<std::string> warnings;
     std::optional<Provenance> provenance;  ///< set if the frame was written
+
+    std::size_t particles() const { return plane ? plane->skin.particles : skin.particles; }
 };
 
 /// The JSON of a frame, for its manifest and for --json. One line without a line break, as from all functions below.

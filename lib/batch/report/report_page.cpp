@@ -66,10 +66,6 @@ std::string cell(std::size_t count) { return cell(std::to_string(count)); }
 
 bool isPlane(const ReportOutput& output) { return !output.frames.empty() && output.frames.front().plane.has_value(); }
 
-std::size_t particlesOf(const FrameResult& result) {
-    return result.plane ? result.plane->skin.particles : result.skin.particles;
-}
-
 /// The curves of a frame; those of a frame with a surface have no edges.
 PlaneFrameResult planeOf(const FrameResult& result) { return result.plane.value_or(PlaneFrameResult{}); }
 
@@ -108,7 +104,8 @@ double plottedSeconds(double seconds) {
 /// Plots of what is measured on curves in two dimensions.
 std::string planePlots(const ReportOutput& output) {
     return plotOf(output, "Particles and edges", "count",
-                  {{"particles", count(particlesOf)}, {"edges", count([](const auto& r) { return planeOf(r).edges; })}},
+                  {{"particles", count([](const auto& r) { return r.particles(); })},
+                   {"edges", count([](const auto& r) { return planeOf(r).edges; })}},
                   true) +
            plotOf(output, "Enclosed area", "world units squared",
                   {{"area", [](const auto& r) { return planeOf(r).measure.area; }}}, false) +
@@ -119,7 +116,8 @@ std::string planePlots(const ReportOutput& output) {
 /// Plots of what is measured on surfaces.
 std::string surfacePlots(const ReportOutput& output) {
     return plotOf(output, "Particles and triangles", "count",
-                  {{"particles", count(particlesOf)}, {"triangles", count([](const auto& r) { return r.triangles; })}},
+                  {{"particles", count([](const auto& r) { return r.particles(); })},
+                   {"triangles", count([](const auto& r) { return r.triangles; })}},
                   true) +
            plotOf(output, "Volume", "world units cubed", {{"volume", [](const auto& r) { return r.measure.volume; }}},
                   false) +
@@ -165,7 +163,7 @@ std::string rowOf(const FrameResult& result, const ReportOutput& output) {
                                         cell(number(result.measure.volume)) + cell(number(result.measure.area));
     const auto jump = output.jump.find(result.frame);
     return "<tr class=\"" + status + "\">" + cell(std::to_string(result.frame)) + cell(status) +
-           cell(particlesOf(result)) + cell(result.vertices) + shape + cell(number(result.seconds.total)) +
+           cell(result.particles()) + cell(result.vertices) + shape + cell(number(result.seconds.total)) +
            cell(number(mebibytesOf(result))) + cell(std::to_string(result.skin.perturbation_retries)) +
            (output.jump.empty() ? "" : cell(jump == output.jump.end() ? "" : number(jump->second))) +
            "<td class=\"text\">" + shown(notes) + "</td></tr>\n";
@@ -249,7 +247,7 @@ std::string summary(const ReportOutput& output) {
     std::size_t particles = 0, warnings = 0;
     for (const FrameResult& result : output.frames) {
         seconds += result.seconds.total;
-        particles += particlesOf(result);
+        particles += result.particles();
         warnings += result.warnings.size();
         peak = std::max(peak, mebibytesOf(result));
     }
