@@ -214,8 +214,7 @@ OuterSamples outerSamples(const Particles& particles, const SnappedParticles& sn
         }
         samples.exposure.resize(samples.point.size(), static_cast<float>(exposed / direction_count));
         if (have_scales) samples.scale.resize(samples.point.size(), static_cast<float>(outer.scaleOf(b)));
-        if (have_growth)
-            samples.growth.resize(samples.point.size(), static_cast<float>(of_ball.rate * rolling_share));
+        if (have_growth) samples.growth.resize(samples.point.size(), static_cast<float>(of_ball.rate * rolling_share));
     }
     if (outer.radius_of.empty()) return samples;
     keepOutOfSkins(all, larger, notAmongAlike(larger), lengths, spacing, samples);

@@ -117,8 +117,7 @@ TEST(Cgal, FindsTheSameTrianglesOfBallsOfDifferentRadii) {
             Random random(static_cast<std::uint64_t>(pattern));
             UnequalCloud cloud;
             addBlock(
-                Vec3(0), kEdge, 1, 0.4,
-                [&](const Vec3& p) { return largest * relativeRadius(pattern, p, random); },
+                Vec3(0), kEdge, 1, 0.4, [&](const Vec3& p) { return largest * relativeRadius(pattern, p, random); },
                 cloud);
             triangles += compared(cloud);
         }

@@ -284,10 +284,14 @@ void forEveryCloud(std::uint64_t random_clouds, const std::function<void(const C
 double relativeRadius(RadiusPattern pattern, const Vec3& p, Random& random) {
     const double u = random.unit();
     switch (pattern) {
-    case RadiusPattern::two: return u < 0.5 ? 1 : 0.5;
-    case RadiusPattern::twentieth: return std::pow(20, -u);
-    case RadiusPattern::powers_of_two: return std::ldexp(1.0, -static_cast<int>(4 * u));
-    case RadiusPattern::wave: return 0.625 + 0.375 * std::sin(p.x);
+        case RadiusPattern::two:
+            return u < 0.5 ? 1 : 0.5;
+        case RadiusPattern::twentieth:
+            return std::pow(20, -u);
+        case RadiusPattern::powers_of_two:
+            return std::ldexp(1.0, -static_cast<int>(4 * u));
+        case RadiusPattern::wave:
+            return 0.625 + 0.375 * std::sin(p.x);
     }
     return 1;
 }
