@@ -134,7 +134,7 @@ EnclosedRegion::EnclosedRegion(const std::vector<Vec3>& position, const std::vec
 }
 
 std::size_t EnclosedRegion::stripOf(double y) const {
-    const double strip = std::max((y - lowest_) * strips_per_unit_, 0.0);
+    const double strip = std::max(0.0, (y - lowest_) * strips_per_unit_);  // 0 also if y is not a number
     const auto last = static_cast<double>(std::max(strip_.size(), std::size_t{1}) - 1);
     return static_cast<std::size_t>(strip_.empty() ? strip : std::min(strip, last));
 }

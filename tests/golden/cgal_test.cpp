@@ -4,6 +4,7 @@
 #include "skin/ball_boundary.h"
 #include "skin/coverage.h"
 #include "support/cgal_alpha_shape.h"
+#include "support/clouds.h"
 #include "support/oracles.h"
 
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
