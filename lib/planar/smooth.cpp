@@ -3,6 +3,7 @@
 
 #include "base/cell_grid.h"
 #include "base/simd.h"
+#include "planar/curve_displacement.h"
 #include "planar/scaled_points.h"
 
 #include <algorithm>
@@ -256,9 +257,10 @@ void smoothCoherently(BetaCurve& curve, DiscSamples all, const CurveSmoothing& p
             samples[i].direction = samples[i].direction + (fit.direction - samples[i].direction) * fit.trust;
         }
     }
+    std::vector<DualVec3> displacement(smooth.size());
     for (std::size_t v = 0; v < smooth.size(); ++v)
-        curve.vertex[v] =
-            curve.vertex[v] + limited(smooth[v] - curve.vertex[v], kFarthest * params.radius * curve.scaleOf(v).value);
+        displacement[v] = limited(smooth[v] - curve.vertex[v], kFarthest * params.radius * curve.scaleOf(v).value);
+    moveWithoutCrossings(curve, displacement, params.radius * curve.leastScale());
 }
 
 }  // namespace betamesh

@@ -40,13 +40,13 @@ struct CurveSmoothing {
 /// whose gradient fits the directions best passes near the vertex x at x + τ u_l. That displacement is multiplied
 /// - by W² / (W² + 0.25²), W = Σ k in radii, about 3 on a straight boundary;
 /// - by 1 / (1 + (E / 0.25)⁴), E the mean squared difference between gradient and directions: a drop near a pool fits
-/// no
-///   circle together with it;
+///   no circle with it;
 /// - by M⁴ / (M⁴ + 0.2⁴), M = |m|²: in narrow gaps directions cancel, so boundaries that nearly touch do not move.
-/// No vertex moves farther than half a radius. The displacement is a continuous function in the plane, made of a
-/// measure that changes continuously, so the curve moves continuously through every event. Samples on an arc have its
-/// circle's directions, so isolated discs, rows and rings keep their size. Velocities are carried through. Where discs
-/// differ in size, all lengths are those of the largest, and in proportion to the scale at the vertex.
+/// No vertex moves farther than half a radius, nor across the curve (moveWithoutCrossings()). The displacement is a
+/// continuous function in the plane, made of a measure that changes continuously, so the curve moves continuously
+/// through every event. Samples on an arc have its circle's directions, so isolated discs, rows and rings keep their
+/// size. Velocities are carried through. Where discs differ in size, all lengths are those of the largest, and in
+/// proportion to the scale at the vertex.
 ///
 /// same    bytes for any thread count and instruction set
 /// cost    O(passes · vertices · samples within reach)
