@@ -8,15 +8,10 @@ namespace betamesh {
 
 namespace {
 
-template <typename T>
-T little(Cursor& in, const char* what) {
-    return loadLittle<T>(in.take(sizeof(T), what));
-}
-
 /// A number of 1, 2 or 4 bytes.
 std::uint32_t sized(Cursor& in, std::size_t bytes, const char* what) {
-    if (bytes == 1) return little<std::uint8_t>(in, what);
-    return bytes == 2 ? little<std::uint16_t>(in, what) : little<std::uint32_t>(in, what);
+    if (bytes == 1) return takeLittle<std::uint8_t>(in, what);
+    return bytes == 2 ? takeLittle<std::uint16_t>(in, what) : takeLittle<std::uint32_t>(in, what);
 }
 
 std::string textOf(Cursor& in, std::size_t length, const char* what) {
@@ -110,7 +105,7 @@ AlembicArchive::AlembicArchive(OgawaReader file) : file_(std::move(file)) {
     Cursor in(table, "metadata table");
     metadata_.emplace_back();
     while (in.remaining() > 0 && metadata_.size() < kInlineMetadata) {
-        const auto length = little<std::uint8_t>(in, "metadata");
+        const auto length = takeLittle<std::uint8_t>(in, "metadata");
         metadata_.push_back(textOf(in, length, "metadata"));
     }
     readTimeSamplings(file_.data(root[kTimeSamplings], "time samplings"));
@@ -123,9 +118,9 @@ void AlembicArchive::readTimeSamplings(const Bytes& samplings) {
     Cursor in(samplings, "time samplings");
     constexpr std::size_t kHeader = 4 + 8 + 4;
     for (std::size_t i = 0; in.remaining() >= kHeader; ++i) {  // the geometry does not need them: damage is no error
-        little<std::uint32_t>(in, "time sampling");
-        const auto step = little<double>(in, "time sampling");
-        const auto times = little<std::uint32_t>(in, "time sampling");
+        takeLittle<std::uint32_t>(in, "time sampling");
+        const auto step = takeLittle<double>(in, "time sampling");
+        const auto times = takeLittle<std::uint32_t>(in, "time sampling");
         if (times > in.remaining() / sizeof(double)) return;
         in.skip(times * sizeof(double), "times");
         if (i == 0 || times != 1 || !(step > 0 && step < kAcyclic) || frames_per_second_) continue;
@@ -165,9 +160,9 @@ void AlembicArchive::addObjects(const std::vector<OgawaChild>& children, const s
     const std::span<const std::byte> before_digests(headers.data(), headers.size() - 2 * kDigestBytes);
     Cursor in(before_digests, "headers of the objects in '" + path + "/'");
     for (std::size_t child = 1; in.remaining() > 0; ++child) {
-        const auto length = little<std::uint32_t>(in, "name of an object");
+        const auto length = takeLittle<std::uint32_t>(in, "name of an object");
         const std::string object = path + '/' + textOf(in, length, "name of an object");
-        const auto index = little<std::uint8_t>(in, "metadata");
+        const auto index = takeLittle<std::uint8_t>(in, "metadata");
         const auto metadata = metadataOf(index, in, 4);
         if (child + 1 >= children.size()) fail("object '" + object + "' is missing. The file is damaged.");
         if (objects_.size() >= kMaxObjects) fail("more than " + std::to_string(kMaxObjects) + " objects");
@@ -227,7 +222,7 @@ std::vector<AlembicProperty> AlembicArchive::properties(OgawaChild group) {
     const Bytes headers = file_.data(children.back(), "headers of properties");
     Cursor in(headers, "headers of properties");
     while (in.remaining() > 0) {
-        const auto flags = little<std::uint32_t>(in, "property");
+        const auto flags = takeLittle<std::uint32_t>(in, "property");
         const std::size_t bytes = std::size_t{1} << (flags >> kSizeShift & 3);
         if (bytes > 4) in.fail("the size of numbers of a property is unknown");
         AlembicProperty p;

@@ -141,6 +141,12 @@ private:
     std::string file_;
 };
 
+/// The next number, little-endian.
+template <typename T>
+T takeLittle(Cursor& in, const char* what) {
+    return loadLittle<T>(in.take(sizeof(T), what));
+}
+
 /// Buffers bytes and passes them to a sink in large blocks.
 class ByteWriter {
 public:

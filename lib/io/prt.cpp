@@ -45,11 +45,6 @@ float fromHalf(std::uint16_t bits) {
     return std::bit_cast<float>(sign | wide << 23 | mantissa << 13);
 }
 
-template <typename T>
-T little(Cursor& in, const char* what) {
-    return loadLittle<T>(in.take(sizeof(T), what));
-}
-
 Channel readChannel(Cursor& in, std::uint32_t definition_bytes, std::size_t number) {
     const std::byte* from = in.take(definition_bytes, "a channel");
     Channel channel;
@@ -124,11 +119,11 @@ public:
 
     FileContents read() {
         in_.take(kSuccessor.size(), "magic");
-        contents_.format = "prt2 version " + std::to_string(little<std::uint32_t>(in_, "version"));
+        contents_.format = "prt2 version " + std::to_string(takeLittle<std::uint32_t>(in_, "version"));
         bool has_particles = false;
         while (!in_.peek(1).empty()) {
             const std::string kind(reinterpret_cast<const char*>(in_.take(4, "a chunk")), 4);
-            const auto length = little<std::uint64_t>(in_, "length of a chunk");
+            const auto length = takeLittle<std::uint64_t>(in_, "length of a chunk");
             in_.requireRows(length, 1, "a chunk");
             const std::uint64_t end = in_.offset() + length;
             if (kind == "Chan") readChannels();
@@ -184,11 +179,11 @@ private:
         const std::string filter = text("filter");
         if (filter != "transpose-zlib")
             in_.fail("particles are stored by the filter '" + filter + "', expected transpose-zlib");
-        const auto total = little<std::uint64_t>(in_, "number of particles");
+        const auto total = takeLittle<std::uint64_t>(in_, "number of particles");
         std::uint64_t left = total;
-        for (auto blocks = little<std::uint64_t>(in_, "number of blocks"); blocks > 0; --blocks) {
-            const auto size = little<std::uint32_t>(in_, "length of a block"),
-                       count = little<std::uint32_t>(in_, "particles of a block");
+        for (auto blocks = takeLittle<std::uint64_t>(in_, "number of blocks"); blocks > 0; --blocks) {
+            const auto size = takeLittle<std::uint32_t>(in_, "length of a block"),
+                       count = takeLittle<std::uint32_t>(in_, "particles of a block");
             const std::uint64_t bytes = std::uint64_t{count} * row_bytes_;
             if (count > left || bytes > kMostPacked * (std::uint64_t{size} + 1))
                 in_.fail("a block of " + std::to_string(size) + " bytes claims to hold " + std::to_string(count) +
@@ -222,17 +217,17 @@ FileContents parsePrt(Cursor in, const ReadOptions& options) {
     if (in.peek(kSuccessor.size()).starts_with(kSuccessor)) return ChunkReader(in, options).read();
     if (!in.peek(kMagic.size()).starts_with(kMagic)) in.fail("expected a PRT file, which begins with the bytes c0 PRT");
     in.take(kMagic.size(), "magic");
-    const auto header_bytes = little<std::uint32_t>(in, "header length");
+    const auto header_bytes = takeLittle<std::uint32_t>(in, "header length");
     in.take(kLongestName, "signature");
-    const auto version = little<std::uint32_t>(in, "version");
-    const auto count = little<std::int64_t>(in, "number of particles");
+    const auto version = takeLittle<std::uint32_t>(in, "version");
+    const auto count = takeLittle<std::int64_t>(in, "number of particles");
     if (header_bytes < kHeader)
         in.fail("the header has " + std::to_string(header_bytes) + " bytes, expected 56 or more");
     if (count < 0) in.fail("the number of particles is " + std::to_string(count) + ": the file was not finished");
     in.skip(header_bytes - kHeader, "metadata");
-    little<std::uint32_t>(in, "a reserved number");
-    const auto channel_count = little<std::uint32_t>(in, "number of channels"),
-               definition_bytes = little<std::uint32_t>(in, "length of a channel's definition");
+    takeLittle<std::uint32_t>(in, "a reserved number");
+    const auto channel_count = takeLittle<std::uint32_t>(in, "number of channels"),
+               definition_bytes = takeLittle<std::uint32_t>(in, "length of a channel's definition");
     if (channel_count > kMostChannels || definition_bytes < kLongestName + 12)
         in.fail(std::to_string(channel_count) + " channels of " + std::to_string(definition_bytes) +
                 " bytes, expected at most " + std::to_string(kMostChannels) + " of 44 or more");

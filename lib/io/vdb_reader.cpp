@@ -35,7 +35,7 @@ namespace {
 namespace vdb = openvdb;
 namespace points = openvdb::points;
 
-std::uint32_t readNumber(Cursor& in, const char* what) { return loadLittle<std::uint32_t>(in.take(4, what)); }
+std::uint32_t readNumber(Cursor& in, const char* what) { return takeLittle<std::uint32_t>(in, what); }
 
 /// Skips a string: its length and characters.
 void skipString(Cursor& in, const char* what) { in.take(readNumber(in, what), what); }
@@ -70,7 +70,7 @@ void requireComplete(const std::string& path) {
     };
     Bytes block = blockAt(0);
     Cursor in(block, "file header");
-    if (loadLittle<std::int64_t>(in.take(8, "magic")) != vdb::OPENVDB_MAGIC)
+    if (takeLittle<std::int64_t>(in, "magic") != vdb::OPENVDB_MAGIC)
         throw Error("not an OpenVDB file: the magic number is missing");
     if (readNumber(in, "version") < kOldestVersion) return;
     in.take(8, "library version");
@@ -84,7 +84,7 @@ void requireComplete(const std::string& path) {
         Cursor descriptor(block, "grid " + std::to_string(i));
         for (int text = 0; text < 3; ++text) skipString(descriptor, "names");
         const auto position = [&](const char* what, std::int64_t min) {
-            const auto offset = loadLittle<std::int64_t>(descriptor.take(8, what));
+            const auto offset = takeLittle<std::int64_t>(descriptor, what);
             if (offset < min || offset > size)
                 throw Error("grid " + std::to_string(i) + ": " + what + " should be at byte " + std::to_string(offset) +
                             ", but the file has " + std::to_string(size) + " bytes. It is truncated or damaged.");
