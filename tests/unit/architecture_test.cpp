@@ -7,6 +7,7 @@
 #include <fstream>
 #include <functional>
 #include <map>
+#include <regex>
 #include <set>
 #include <string>
 #include <vector>
@@ -237,6 +238,24 @@ TEST(Architecture, HasNoIncludeCycles) {
 
 TEST(Architecture, NoFileOfTheLibraryIsTooLong) {
     for (const SourceFile& file : sourcesIn({"lib"})) EXPECT_LE(file.lines.size(), kMostLines) << file.name;
+}
+
+// Two definitions of one name are undefined behaviour that no compiler reports: the linker takes one of two functions.
+TEST(Architecture, TypesHaveDifferentNames) {
+    const std::regex definition("(struct|class|enum|enum class|union) (\\w+)( final)?( :.*)? \\{.*");
+    std::map<std::string, std::string> file_of;
+    for (const SourceFile& file : sourcesIn({"lib", "cmd"})) {
+        bool is_private = false;  // in an anonymous namespace
+        for (const std::string& line : file.lines) {
+            if (line == "namespace {") is_private = true;
+            if (line == "}  // namespace") is_private = false;
+            std::smatch match;
+            if (is_private || !std::regex_match(line, match, definition)) continue;
+            const auto [first, is_new] = file_of.emplace(match[2], file.name);
+            EXPECT_TRUE(is_new) << match[2] << " is defined in " << first->second << " and in " << file.name;
+        }
+    }
+    EXPECT_GT(file_of.size(), 100u);
 }
 
 /// A line without its comment and string literals.

@@ -22,7 +22,7 @@ Particles blockWithSizes(int n) {
     return particles;
 }
 
-Liquid readNear(const std::string& file, const Plan& plan) {
+FrameInput readNear(const std::string& file, const Plan& plan) {
     FrameTask task;
     task.input = file;
     FileIdentity identity;
@@ -48,7 +48,7 @@ TEST(FrameInput, SizesOfParticlesAreReadWithTheirPositions) {
         NearSurfaceFinder again(plan.skin);
         again.add(all.position, particleSizes(all, plan.skin).radius);
         const NearSurface near = again.find();
-        const Liquid liquid = readNear(folder / name, plan);
+        const FrameInput liquid = readNear(folder / name, plan);
         ASSERT_TRUE(liquid.near.has_value());
         EXPECT_EQ(liquid.near->omitted(), expected.omitted());
         EXPECT_EQ(liquid.near->largest, expected.largest);

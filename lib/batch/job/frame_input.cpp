@@ -57,10 +57,10 @@ std::string lineOn(const NearSurface& near) {
 }
 
 /// Reads the file twice: first to find the particles near the surface, then to load them.
-Liquid readNearSurface(const FrameTask& task, const Plan& plan,
-                       const std::function<void(const std::string&)>& foundNear) {
+FrameInput readNearSurface(const FrameTask& task, const Plan& plan,
+                           const std::function<void(const std::string&)>& foundNear) {
     const ParticleInput& input = plan.config.input;
-    Liquid liquid;
+    FrameInput liquid;
     liquid.near = nearSurfaceOf(task.input, input, plan.skin);
     foundNear(lineOn(*liquid.near));
     auto [particles, summary] = readSummarised(task.input, input, liquid.near->all ? nullptr : &liquid.near->row);
@@ -188,10 +188,10 @@ std::optional<InputRemark> remarkOnPrecision(const Attribute& attribute, const s
 
 }  // namespace
 
-Liquid readInput(const FrameTask& task, const Plan& plan, bool near_surface, FileIdentity& identity,
-                 const std::function<void(const std::string&)>& foundNear) {
+FrameInput readInput(const FrameTask& task, const Plan& plan, bool near_surface, FileIdentity& identity,
+                     const std::function<void(const std::string&)>& foundNear) {
     const FileFingerprint before = fileFingerprint(task.input);
-    Liquid liquid;
+    FrameInput liquid;
     const auto read = [&] {
         if (near_surface && needsOnlySurface(plan)) {
             liquid = readNearSurface(task, plan, foundNear);
@@ -207,7 +207,7 @@ Liquid readInput(const FrameTask& task, const Plan& plan, bool near_surface, Fil
     return liquid;
 }
 
-std::vector<InputPart> partsOf(const Liquid& liquid, const Config& config) {
+std::vector<InputPart> partsOf(const FrameInput& liquid, const Config& config) {
     std::vector<InputPart> parts = liquid.summary.parts;
     const Config::Surface& surface = config.surface;
     for (InputPart& part : parts) {
@@ -218,7 +218,7 @@ std::vector<InputPart> partsOf(const Liquid& liquid, const Config& config) {
     return parts;
 }
 
-std::vector<InputRemark> remarksOn(const Liquid& liquid, const Config& config) {
+std::vector<InputRemark> remarksOn(const FrameInput& liquid, const Config& config) {
     const InputSummary& summary = liquid.summary;
     std::vector<InputRemark> remarks;
     const auto add = [&](std::optional<InputRemark>&& remark) {

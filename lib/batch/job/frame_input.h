@@ -15,7 +15,7 @@
 namespace betamesh {
 
 /// The particles of a frame.
-struct Liquid {
+struct FrameInput {
     Particles particles;              ///< all that are chosen, or those in near->row
     std::optional<NearSurface> near;  ///< set if only the particles near the surface were read
     InputSummary summary;
@@ -26,8 +26,8 @@ struct Liquid {
 /// in      near_surface: read only the particles near the surface, if the output depends on these alone
 ///         foundNear: gets a line on the particles near the surface before they are read
 /// errors  those of readParticles(); the file changes while it is read: the simulation is still writing it
-Liquid readInput(const FrameTask& task, const Plan& plan, bool near_surface, FileIdentity& identity,
-                 const std::function<void(const std::string&)>& foundNear);
+FrameInput readInput(const FrameTask& task, const Plan& plan, bool near_surface, FileIdentity& identity,
+                     const std::function<void(const std::string&)>& foundNear);
 
 /// Something about the input of a frame that the user should know.
 struct InputRemark {
@@ -38,9 +38,9 @@ struct InputRemark {
 
 /// Remarks on the velocity, on particles, attributes, groups and grids that are not used, and on values that are not
 /// finite.
-std::vector<InputRemark> remarksOn(const Liquid& liquid, const Config& config);
+std::vector<InputRemark> remarksOn(const FrameInput& liquid, const Config& config);
 
 /// The parts of a file with their use in a job: requested attributes and accelerations are "output".
-std::vector<InputPart> partsOf(const Liquid& liquid, const Config& config);
+std::vector<InputPart> partsOf(const FrameInput& liquid, const Config& config);
 
 }  // namespace betamesh

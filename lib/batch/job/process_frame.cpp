@@ -40,7 +40,7 @@ void warnOf(const std::string& warning, const std::string& file, FrameResult& re
 }
 
 /// Logs the first remark of each kind on the input, and records all that are warnings.
-void remark(const Liquid& liquid, const Config& config, FrameResult& result, JobState& job) {
+void remark(const FrameInput& liquid, const Config& config, FrameResult& result, JobState& job) {
     for (const InputRemark& found : remarksOn(liquid, config)) {
         if (found.is_warning) result.warnings.push_back(found.text);
         if (job.isFirst(found.kind)) (found.is_warning ? logWarning : logInfo)(result.input + ": " + found.text);
@@ -61,7 +61,7 @@ std::string previewOf(const FrameTask& task, const Plan& plan, const SkinnedFram
 
 /// Compares radius and spacing with the particles. A radius that does not suit them is the same mistake in all frames:
 /// it is logged once.
-void checkSpacing(const Liquid& liquid, const Plan& plan, FrameResult& result, JobState& job) {
+void checkSpacing(const FrameInput& liquid, const Plan& plan, FrameResult& result, JobState& job) {
     if (liquid.near && !liquid.near->all) return;  // the particles near the surface do not tell the spacing
     const FrameSpacing frame = compareSpacing(liquid.particles, plan.skin, plan.config.surface.dimension);
     result.frame_spacing = frame.own.value_or(0);
@@ -101,8 +101,8 @@ Surface emptySurface(const FrameTask& task, const Plan& plan, Mesh mesh, JobStat
 }
 
 /// A mesh; empty if the input is missing.
-Surface surfaceOf(SharedFrame& frame, const Liquid& liquid, const FrameTask& task, const Plan& plan, StageWatch& watch,
-                  FrameResult& result, JobState& job) {
+Surface surfaceOf(SharedFrame& frame, const FrameInput& liquid, const FrameTask& task, const Plan& plan,
+                  StageWatch& watch, FrameResult& result, JobState& job) {
     if (task.action != FrameAction::mesh)
         return emptySurface(task, plan, {{}, {}, {}, emptyColumns(plan.skin.surface_attributes), {}}, job);
     const SkinnedFrame& skinned = frame.skinned(plan, watch);
@@ -137,7 +137,7 @@ Surface surfaceOf(SharedFrame& frame, const Liquid& liquid, const FrameTask& tas
 }
 
 /// Curves in two dimensions.
-Surface planarSurfaceOf(const Liquid& liquid, const FrameTask& task, const Plan& plan, StageWatch& watch,
+Surface planarSurfaceOf(const FrameInput& liquid, const FrameTask& task, const Plan& plan, StageWatch& watch,
                         FrameResult& result, JobState& job) {
     const auto flat = std::make_shared<FlatParticles>(flattened(liquid.particles, plan.spacing));
     const auto plane = std::make_shared<SkinnedPlane>();
@@ -181,8 +181,8 @@ void meshOutput(SharedFrame& frame, const FrameTask& task, const Plan& plan, Fra
                          config.output.up_axis};
     Stopwatch total;
     StageWatch watch(result.seconds);
-    const Liquid nothing;
-    const Liquid* liquid = &nothing;
+    const FrameInput nothing;
+    const FrameInput* liquid = &nothing;
     if (task.action == FrameAction::mesh) {
         liquid = &frame.liquid(task, plan);
         result.provenance->input = frame.identity();

@@ -24,7 +24,7 @@ bool skinTheSame(const Plan& a, const Plan& b) {
            a.config.surface.dimension == b.config.surface.dimension;
 }
 
-Liquid& SharedFrame::liquid(const FrameTask& task, const Plan& plan) {
+FrameInput& SharedFrame::liquid(const FrameTask& task, const Plan& plan) {
     if (read_for_ != nullptr && readTheSame(*read_for_, plan, liquid_.near.has_value())) return liquid_;
     read_for_ = skinned_for_ = nullptr;
     skinned_ = {};

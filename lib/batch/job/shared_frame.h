@@ -26,7 +26,7 @@ public:
     SharedFrame(JobState& job, bool near_surface) : job_(job), near_surface_(near_surface) {}
 
     /// The particles of an output.
-    Liquid& liquid(const FrameTask& task, const Plan& plan);
+    FrameInput& liquid(const FrameTask& task, const Plan& plan);
 
     /// The identity of the file that liquid() has read.
     const FileIdentity& identity() const { return identity_; }
@@ -40,7 +40,7 @@ public:
 private:
     JobState& job_;
     bool near_surface_;
-    Liquid liquid_;
+    FrameInput liquid_;
     FileIdentity identity_;
     SkinnedFrame skinned_, simplified_;
     double simplified_by_ = 0;        ///< tolerance of simplified_; 0: it was not made
