@@ -91,6 +91,13 @@ std::vector<std::string> optionGroups(const CLI::App& command) {
     return groups;
 }
 
+std::vector<std::string> subcommandsOf(const CLI::App& command) {
+    std::vector<std::string> names;
+    for (const CLI::App* subcommand : command.get_subcommands([](const CLI::App*) { return true; }))
+        names.push_back(subcommand->get_name());
+    return names;
+}
+
 std::string fullName(const CLI::App& command) {
     const CLI::App* parent = command.get_parent();
     return (parent == nullptr ? "" : fullName(*parent) + ' ') + command.get_name();

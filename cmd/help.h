@@ -21,6 +21,9 @@ void showInShortHelp(CLI::App& command, const std::vector<std::string>& option_n
 /// The groups of a command's options in the order in which help shows them.
 std::vector<std::string> optionGroups(const CLI::App& command);
 
+/// The names of a command's subcommands.
+std::vector<std::string> subcommandsOf(const CLI::App& command);
+
 /// "betamesh config print"
 std::string fullName(const CLI::App& command);
 

@@ -149,13 +149,6 @@ std::string manPage(const CLI::App& program) {
 }
 
 /// Names of the subcommands of an app.
-std::vector<std::string> subcommandsOf(const CLI::App& app) {
-    std::vector<std::string> names;
-    for (const CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; }))
-        names.push_back(command->get_name());
-    return names;
-}
-
 /// Names of commands that have subcommands.
 std::vector<std::string> parentsOf(const CLI::App& program) {
     std::vector<std::string> parents;

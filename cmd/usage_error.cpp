@@ -25,13 +25,6 @@ std::string listOf(const std::vector<std::string>& names, const std::string& las
     return list;
 }
 
-std::vector<std::string> subcommandsOf(const CLI::App& app) {
-    std::vector<std::string> names;
-    for (const CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; }))
-        names.push_back(command->get_name());
-    return names;
-}
-
 std::vector<std::string> optionNamesOf(const CLI::App& app) {
     std::vector<std::string> names;
     for (const CLI::Option* option : app.get_options()) {

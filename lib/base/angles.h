@@ -1,12 +1,15 @@
-// Arctangent, sine and cosine with the same bits on every machine; those of the C library depend on the instruction
+// Arctangent, sine and cosine with the same bits on every machine: those of the C library depend on the instruction
 // set.
 
 #pragma once
 
 #include <array>
 #include <cmath>
+#include <numbers>
 
 namespace betamesh {
+
+inline constexpr double kTwoPi = 2 * std::numbers::pi;  ///< a full turn, radians
 
 /// Angle of (x, y) from the x axis, radians in (-π, π]; 0 at the origin. Absolute error below 3e-16.
 ///

@@ -74,6 +74,16 @@ void parallelShares(std::size_t n, const Body& body) {
     parallelFor(shares, 1, [&](std::size_t share) { body(share, n * share / shares, n * (share + 1) / shares); });
 }
 
+/// Calls body(begin, end, part) for ranges of rows_per_part rows that cover [0, n), the last of which may be shorter,
+/// in any order. Returns the parts, in the order of the ranges: the same for any number of threads.
+template <typename Part, typename Body>
+std::vector<Part> parallelParts(std::size_t n, std::size_t rows_per_part, const Body& body) {
+    std::vector<Part> parts((n + rows_per_part - 1) / rows_per_part);
+    parallelFor(parts.size(), 1,
+                [&](std::size_t p) { body(p * rows_per_part, std::min(n, (p + 1) * rows_per_part), parts[p]); });
+    return parts;
+}
+
 /// Calls body() as an isolated task: while its thread waits for loops inside body, it starts no unrelated task. So body
 /// may hold a lock.
 template <typename Body>
@@ -129,13 +139,11 @@ auto concatenate(const std::vector<Part>& parts, const VectorOf& vectorOf = {}) 
 /// The indices i of [0, n) for which holds(i), ascending.
 template <typename Predicate>
 std::vector<std::uint32_t> indicesWhere(std::size_t n, const Predicate& holds) {
-    constexpr std::size_t kRowsPerTask = 16384;
-    std::vector<std::vector<std::uint32_t>> rows((n + kRowsPerTask - 1) / kRowsPerTask);
-    parallelFor(rows.size(), 1, [&](std::size_t task) {
-        for (std::size_t i = task * kRowsPerTask; i < std::min(n, (task + 1) * kRowsPerTask); ++i)
-            if (holds(static_cast<std::uint32_t>(i))) rows[task].push_back(static_cast<std::uint32_t>(i));
-    });
-    return concatenate(rows);
+    using Indices = std::vector<std::uint32_t>;
+    return concatenate(parallelParts<Indices>(n, 16384, [&](std::size_t begin, std::size_t end, Indices& rows) {
+        for (std::size_t i = begin; i < end; ++i)
+            if (holds(static_cast<std::uint32_t>(i))) rows.push_back(static_cast<std::uint32_t>(i));
+    }));
 }
 
 /// The number of indices i of [0, n) for which holds(i).

@@ -15,14 +15,14 @@ int signOf(double x) { return (x > 0) - (x < 0); }
 
 std::int64_t dotXY(const Vec3i& a, const Vec3i& b) { return a.x * b.x + a.y * b.y; }
 
-std::int64_t power(const OffsetBall& u, std::int64_t radius) {
+std::int64_t powerXY(const OffsetBall& u, std::int64_t radius) {
     return dotXY(u.centre, u.centre) + (radius * radius - u.radius * u.radius);
 }
 
 // D = 4R²|u|² - p_u²: four times |u|² times the squared distance of the points where the circles meet from the line of
 // the centres. Where they meet, |p_u| <= 2R|u|, so both terms are at most 2^84.
 Int discriminant(const OffsetBall& u, std::int64_t radius) {
-    const Int p = power(u, radius), diameter_squared = Int{4} * radius * radius;
+    const Int p = powerXY(u, radius), diameter_squared = Int{4} * radius * radius;
     return diameter_squared * dotXY(u.centre, u.centre) - p * p;
 }
 
@@ -61,7 +61,7 @@ bool insideDisc(const OffsetBall& u, const OffsetBall& w, std::int64_t radius) {
     assert(spheresMeet(u, radius) && spheresMeet(w, radius));
     // |u|² times the power of the point is A + B √D. With |u|, |w| <= 2^21 and |p| <= 2^42, |A| <= 2^85, |B| <= 2^42.
     const std::int64_t uu = dotXY(u.centre, u.centre), along = dotXY(u.centre, w.centre);
-    const Int a = Int{uu} * power(w, radius) - Int{along} * power(u, radius), d = discriminant(u, radius);
+    const Int a = Int{uu} * powerXY(w, radius) - Int{along} * powerXY(u, radius), d = discriminant(u, radius);
     const Int b = u.centre.x * w.centre.y - u.centre.y * w.centre.x;
     assert(d >= 0);
     const int sign_a = sign(a), sign_b = sign(b);

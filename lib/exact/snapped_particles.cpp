@@ -18,8 +18,8 @@ namespace betamesh {
 
 namespace {
 
-constexpr double kLargestCoordinate = 0x1p50;  // quanta: still exact in double precision
-constexpr std::size_t kMostInCell = 50000;     // on average; usual are about thirty, thousands in clumped liquids
+constexpr double kLargestQuanta = 0x1p50;   // quanta: still exact in double precision
+constexpr std::size_t kMostInCell = 50000;  // on average; usual are about thirty, thousands in clumped liquids
 
 std::uint64_t mix(std::uint64_t x) {  // the finaliser of splitmix64
     x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9u;
@@ -260,7 +260,7 @@ SnapGrid::SnapGrid(double world_radius) {
 }
 
 void SnapGrid::requireWithin(std::span<const Vec3f> positions, std::size_t first_row) const {
-    const double reach = kLargestCoordinate / per_unit_;
+    const double reach = kLargestQuanta / per_unit_;
     const std::size_t i = firstIndexWhere(positions.size(), [&](std::size_t row) {
         const Vec3f& p = positions[row];
         return !((std::abs(p.x) <= reach) & (std::abs(p.y) <= reach) & (std::abs(p.z) <= reach));

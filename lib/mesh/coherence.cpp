@@ -14,7 +14,6 @@ namespace betamesh {
 
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kAreaAtCorners = 0.25;  // share of the area; integrates squares of linear functions exactly
 constexpr double kMostCuts = 64;         // segments into which a triangle's side is divided
 constexpr double kQuantile = 0.999;
@@ -177,7 +176,7 @@ SurfaceDistance surfaceDistance(const Mesh& from, const Mesh& to, const Distance
     SurfaceDistance result;
     if (n[0] == 0 || n[1] == 0) {
         if (n[0] == n[1]) return result;
-        result.max = result.quantile999 = result.rms = kInfinity;
+        result.max = result.quantile999 = result.rms = std::numeric_limits<double>::infinity();
         result.worst = surface[n[0] == 0].corner(0, 0);
         return result;
     }

@@ -13,10 +13,6 @@ namespace {
 
 constexpr int kAxis = 2;  // predicates project along z
 
-void count(FaultCount& found, std::size_t row) {
-    if (found.count++ == 0) found.first = static_cast<std::uint32_t>(row);
-}
-
 double distanceToLine(const Vec3& p, const Vec3& a, const Vec3& b) {
     return std::abs(crossZ(b - a, p - a)) / std::hypot(b.x - a.x, b.y - a.y);
 }
@@ -85,18 +81,18 @@ CurveCheck checkCurves(const Curves& curves, const CheckParams& params) {
     check.vertices = n;
     check.edges = curves.edges.size();
     for (std::size_t v = 0; v < n; ++v) {
-        if (!isInRange(curves.position[v])) count(check.not_finite, v);
-        if (curves.position[v].z != curves.position[0].z) count(check.off_plane, v);
+        if (!isInRange(curves.position[v])) check.not_finite.add(v);
+        if (curves.position[v].z != curves.position[0].z) check.off_plane.add(v);
         if (curves.velocity.empty()) continue;
         const Vec3& velocity = curves.velocity[v];
-        if (!isFinite(velocity)) count(check.velocity_not_finite, v);
+        if (!isFinite(velocity)) check.velocity_not_finite.add(v);
     }
     Curves valid;
     std::vector<std::uint32_t> rows, outgoing(n, 0), incoming(n, 0);
     valid.position = curves.position;
     for (std::uint32_t e = 0; e < curves.edges.size(); ++e) {
         const Edge& edge = curves.edges[e];
-        if (edge[0] == edge[1]) count(check.repeated_vertices, e);
+        if (edge[0] == edge[1]) check.repeated_vertices.add(e);
         if (edge[0] == edge[1] || !isInRange(curves.position[edge[0]]) || !isInRange(curves.position[edge[1]]))
             continue;
         valid.edges.push_back(edge);
@@ -105,9 +101,9 @@ CurveCheck checkCurves(const Curves& curves, const CheckParams& params) {
         ++incoming[edge[1]];
     }
     for (std::size_t v = 0; v < n; ++v) {
-        if (outgoing[v] != incoming[v]) count(check.open_ends, v);
-        if (outgoing[v] > 1) count(check.branches, v);
-        if (outgoing[v] + incoming[v] == 0) count(check.unused_vertices, v);
+        if (outgoing[v] != incoming[v]) check.open_ends.add(v);
+        if (outgoing[v] > 1) check.branches.add(v);
+        if (outgoing[v] + incoming[v] == 0) check.unused_vertices.add(v);
     }
     check.measure = measureCurves(valid);
     check.inside_out = !check.open_ends && check.measure.area < 0;

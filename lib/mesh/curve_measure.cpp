@@ -1,10 +1,11 @@
 
 #include "mesh/curve_measure.h"
 
+#include "base/angles.h"
+
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
-#include <numbers>
 
 namespace betamesh {
 
@@ -48,7 +49,7 @@ std::int64_t turningNumber(const Curves& curves, std::span<const Edge> line) {
         const double cross = crossZ(before, after);
         turn += std::atan2(cross == 0 ? 0.0 : cross, dot(before, after));  // atan2 of -0 would be a right turn
     }
-    return std::llround(turn / (2 * std::numbers::pi));
+    return std::llround(turn / kTwoPi);
 }
 
 CurveMeasure measureCurves(const Curves& curves) {

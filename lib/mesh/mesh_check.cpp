@@ -21,10 +21,6 @@ namespace {
 
 constexpr std::size_t kLeavesPerTask = 128;
 
-void count(FaultCount& found, std::size_t row) {
-    if (found.count++ == 0 || row < found.first) found.first = static_cast<std::uint32_t>(row);
-}
-
 bool hasMissingVertex(const Triangle& t, std::size_t vertices) { return std::max({t[0], t[1], t[2]}) >= vertices; }
 bool hasRepeatedVertex(const Triangle& t) { return t[0] == t[1] || t[1] == t[2] || t[2] == t[0]; }
 
@@ -61,7 +57,7 @@ void countDuplicates(const Selection& valid, MeshCheck& check) {
         return a.sorted != b.sorted ? a.sorted < b.sorted : a.row < b.row;
     });
     for (std::size_t i = 1; i < all.size(); ++i)
-        if (all[i].sorted == all[i - 1].sorted) count(check.duplicates, all[i].row);
+        if (all[i].sorted == all[i - 1].sorted) check.duplicates.add(all[i].row);
 }
 
 // Edge adjacency: counts edges, vertices and components with their faults, and finds the triangle across every side.
@@ -75,7 +71,7 @@ public:
         check.components.resize(components.count);
         for (std::uint32_t v = 0; v < vertices; ++v) {
             if (components.of_vertex[v] == kInvalidIndex) {
-                count(check.unused_vertices, v);
+                check.unused_vertices.add(v);
             } else {
                 ++check.components[components.of_vertex[v]].vertices;
             }
@@ -104,9 +100,9 @@ private:
             fans_.join(corners[1], first[1]);
         }
         const bool open = sides.size() % 2 != 0, misoriented = std::abs(surplus) > 1, manifold = sides.size() <= 2;
-        if (open) count(check.open_edges, low);
-        if (misoriented) count(check.misoriented_edges, low);
-        if (!manifold) count(check.nonmanifold_edges, low);
+        if (open) check.open_edges.add(low);
+        if (misoriented) check.misoriented_edges.add(low);
+        if (!manifold) check.nonmanifold_edges.add(low);
         if (open) component.closed = false;
         if (misoriented || !manifold) is_manifold_[c] = false;
     }
@@ -127,7 +123,7 @@ private:
         }
         for (std::uint32_t v = 0; v < vertices; ++v) {
             if (!several[v]) continue;
-            count(check.nonmanifold_vertices, v);
+            check.nonmanifold_vertices.add(v);
             is_manifold_[components.of_vertex[v]] = false;
         }
     }
@@ -201,7 +197,7 @@ void findContacts(const TestedSurface& surface, const Selection& solid, const Se
                     return;
                 }
                 const std::uint32_t first = valid.row[solid.row[s]], second = valid.row[solid.row[t]];
-                count(contacts.crossings, first);
+                contacts.crossings.add(first);
                 contacts.list({first, second, contact.position, contact.depth, contact.coplanar}, params.examples);
             });
     });
@@ -230,17 +226,17 @@ MeshCheck checkMesh(const Mesh& mesh, const CheckParams& params) {
     check.vertices = n;
     check.triangles = mesh.triangles.size();
     for (std::size_t v = 0; v < n; ++v)
-        if (!isInRange(mesh.position[v])) count(check.not_finite, v);
+        if (!isInRange(mesh.position[v])) check.not_finite.add(v);
     for (std::size_t v = 0; v < mesh.velocity.size(); ++v) {
         const Vec3& u = mesh.velocity[v];
-        if (!isFinite(u)) count(check.velocity_not_finite, v);
+        if (!isFinite(u)) check.velocity_not_finite.add(v);
     }
 
     const Selection valid = select(mesh.triangles, [&](std::uint32_t row) {
         const Triangle& t = mesh.triangles[row];
         const bool missing = hasMissingVertex(t, n), repeated = hasRepeatedVertex(t);
-        if (missing) count(check.missing_vertices, row);
-        if (repeated) count(check.repeated_vertices, row);
+        if (missing) check.missing_vertices.add(row);
+        if (repeated) check.repeated_vertices.add(row);
         return !missing && !repeated;
     });
     countDuplicates(valid, check);
@@ -248,7 +244,7 @@ MeshCheck checkMesh(const Mesh& mesh, const CheckParams& params) {
 
     const std::vector<std::uint32_t> first_at = firstVerticesAtPositions(mesh.position);
     for (std::size_t v = 0; v < n; ++v)
-        if (first_at[v] != v) count(check.coincident_vertices, v);
+        if (first_at[v] != v) check.coincident_vertices.add(v);
     enum Shape : std::uint8_t { not_finite, degenerate, solid };
     std::vector<Shape> shape(valid.row.size());
     parallelFor(shape.size(), 1024, [&](std::size_t i) {
@@ -258,7 +254,7 @@ MeshCheck checkMesh(const Mesh& mesh, const CheckParams& params) {
         shape[i] = !finite ? not_finite : areCollinear(a, b, c) ? degenerate : solid;
     });
     for (std::size_t i = 0; i < shape.size(); ++i)
-        if (shape[i] == degenerate) count(check.zero_area, valid.row[i]);
+        if (shape[i] == degenerate) check.zero_area.add(valid.row[i]);
     const Selection solids = select(valid.triangles, [&](std::uint32_t i) { return shape[i] == solid; });
     measure(mesh, solids, topology.components, check);
     check.inside_out = check.closed() && !check.misoriented_edges && check.volume < 0;

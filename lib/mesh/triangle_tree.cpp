@@ -11,8 +11,6 @@ namespace betamesh {
 
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-
 Box boxOf(std::span<const Vec3> position, const Triangle& t) {
     Box box;
     for (const std::uint32_t v : t) box.extendBy(position[v]);
@@ -88,7 +86,7 @@ std::size_t TriangleTree::lastLeaf(std::size_t node) const {
 }
 
 double TriangleTree::distanceTo(const Vec3& point, std::size_t& hint) const {
-    if (order_.empty()) return kInfinity;
+    if (order_.empty()) return std::numeric_limits<double>::infinity();
     const auto squaredTo = [&](std::size_t i) {
         const Triangle& t = triangles_[order_[i]];
         return squaredDistance(point, position_[t[0]], position_[t[1]], position_[t[2]]);

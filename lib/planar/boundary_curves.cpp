@@ -60,7 +60,7 @@ BetaCurve paperCurve(const DiscBoundary& boundary, const std::vector<DualVec3>& 
 
 BetaCurve completeCurve(const DiscBoundary& boundary, const std::vector<DualVec3>& discs,
                         const std::vector<DualVec3>& vertices, int directions) {
-    const double step = 2 * std::numbers::pi / directions;
+    const double step = kTwoPi / directions;
     BetaCurve curve;
     const auto addPoint = [&](std::uint32_t disc, double angle) {
         const auto [sine, cosine] = sineCosine(angle);
@@ -151,7 +151,6 @@ std::vector<bool> cyclesWithRoom(const DiscBoundary& boundary, const DiscBoundar
     constexpr double kSameParticle = 1e-4;  // radii: distance up to which centres are one particle, above snapping
     constexpr double kSameQuanta = 4;       // the same where the smallest discs may be nearly as small as that
     constexpr double kNearlyZero = 1e-2;    // radians, above rounding of directions on the smallest discs
-    constexpr double kTurn = 2 * std::numbers::pi;
     const double farthest = boundary.radius_of.empty() ? std::numbers::pi : kNearlyZero;
     const IndexRows arcs = sortedIntoRows<std::uint32_t>(
         boundary.position.size(), boundary.segment.size(),
@@ -175,8 +174,8 @@ std::vector<bool> cyclesWithRoom(const DiscBoundary& boundary, const DiscBoundar
             for (const std::uint32_t arc : arcs[d]) {
                 const Vec3 begin = boundary.vertex[arc] - boundary.centre(d);
                 double after = direction - angleOf(begin.y, begin.x);
-                if (after < 0) after += kTurn;
-                const double outside_arc = std::max(0.0, std::min(after - arcAngle(boundary, arc), kTurn - after));
+                if (after < 0) after += kTwoPi;
+                const double outside_arc = std::max(0.0, std::min(after - arcAngle(boundary, arc), kTwoPi - after));
                 if (outside_arc < least) least = outside_arc, cycle = cycle_of[arc];
             }
         });

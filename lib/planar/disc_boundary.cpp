@@ -11,13 +11,11 @@
 #include <cassert>
 #include <cmath>
 #include <limits>
-#include <numbers>
 
 namespace betamesh {
 
 namespace {
 
-constexpr double kTurn = 2 * std::numbers::pi;
 constexpr double kNearlyZero = 1e-3;  // radians, far above rounding
 constexpr std::size_t kParticlesPerTask = 256;
 
@@ -51,7 +49,7 @@ double arcAngle(const DiscBoundary& boundary, std::uint32_t v) {
     const Vec3 centre = boundary.centre(disc), begin = boundary.vertex[v] - centre,
                end = boundary.vertex[boundary.next[v]] - centre;
     const double angle = angleOf(crossZ(begin, end), begin.x * end.x + begin.y * end.y);
-    if (std::abs(angle) > kNearlyZero) return angle < 0 ? angle + kTurn : angle;
+    if (std::abs(angle) > kNearlyZero) return angle < 0 ? angle + kTwoPi : angle;
     // The arc is either nearly empty or nearly the whole circle. In the latter case the covered rest begins with one
     // neighbour and ends with the other, both distant in nearly the same direction, and each covers less than half of
     // the circle. (Around a nearly empty arc these directions can be so close only if one covers more than half.)
@@ -60,7 +58,7 @@ double arcAngle(const DiscBoundary& boundary, std::uint32_t v) {
                 to = boundary.position[after] - boundary.position[disc];
     const bool follow = before == after || (crossZ(from, to) < 0 && dotXY(from, to) > 0);
     const bool whole = follow && coversLess(before) && coversLess(after);
-    return whole ? std::min(kTurn, kTurn + angle) : std::max(0.0, angle);
+    return whole ? std::min(kTwoPi, kTwoPi + angle) : std::max(0.0, angle);
 }
 
 namespace {
@@ -263,7 +261,7 @@ Dual angleAbout(const DualVec3& point, const DualVec3& centre) {
 
 DiscSamples boundarySamples(const DiscBoundary& boundary, const std::vector<DualVec3>& discs,
                             const std::vector<DualVec3>& vertices, int directions) {
-    const double step = 2 * std::numbers::pi / directions;
+    const double step = kTwoPi / directions;
     DiscSamples samples;
     const auto add = [&](std::uint32_t disc, Dual begin, Dual end) {
         samples.sample.push_back(arcSample(discs[disc], boundary.worldRadiusOf(disc), begin, end));

@@ -1,6 +1,7 @@
 
 #include "betamesh/skin.h"
 
+#include "base/angles.h"
 #include "base/cell_grid.h"
 #include "base/parallel.h"
 #include "betamesh/error.h"
@@ -19,7 +20,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <optional>
 #include <utility>
 
@@ -138,8 +138,7 @@ OuterBoundary outerBoundary(const SizedParticles& sized, const SnappedParticles&
             outer.radius_rate.push_back(sized.sizes.rate[rows[row]] * (skin.outer() / skin.joining));
     const std::vector<DualVec3> discs = movingDiscs(outer, selected);
     std::vector<DualVec3> corners = boundaryVertices(outer, discs);
-    const int directions =
-        static_cast<int>(std::ceil(2 * std::numbers::pi * skin.outer() / (kOuterSpacing * skin.spacing)));
+    const int directions = static_cast<int>(std::ceil(kTwoPi * skin.outer() / (kOuterSpacing * skin.spacing)));
     DiscSamples samples = boundarySamples(outer, discs, corners, std::max(directions, kDirections));
     if (have_sizes || outer.hasScales()) {  // in those of the largest disc of all, which may not be near
         samples.scale.resize(samples.sample.size(), 1);

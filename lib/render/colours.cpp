@@ -12,8 +12,6 @@
 namespace betamesh {
 namespace {
 
-constexpr std::size_t kGrain = 4096;  // rows
-
 // Linear red, green, blue.
 const Vec3f kLiquid(0.055f, 0.165f, 0.30f);
 const Vec3f kBubble(0.75f, 0.36f, 0.08f);
@@ -36,21 +34,15 @@ Vec3f colourAt(const Scale& scale, double share) {
 template <typename ValueOf>
 std::vector<Vec3f> scaled(std::size_t rows, const Scale& scale, double low, double high, const ValueOf& valueOf) {
     std::vector<Vec3f> colours(rows);
-    parallelFor(rows, kGrain, [&](std::size_t i) {
+    parallelFor(rows, 4096, [&](std::size_t i) {
         colours[i] = colourAt(scale, high > low ? (static_cast<double>(valueOf(i)) - low) / (high - low) : 0);
     });
     return colours;
 }
 
-double largestSpeed(const std::vector<Vec3>& velocity) {
-    double squared = 0;
-    for (const Vec3& v : velocity) squared = std::max(squared, v.length2());
-    return std::sqrt(squared);
-}
-
 void colourByVelocity(const Mesh& mesh, const Spheres& spheres, Colouring colouring, SurfaceColours& colours) {
     if (!(colouring.high > colouring.low))
-        colouring.low = 0, colouring.high = std::max(largestSpeed(mesh.velocity), largestSpeed(spheres.velocity));
+        colouring.low = 0, colouring.high = std::max(largestLength(mesh.velocity), largestLength(spheres.velocity));
     const auto coloured = [&](std::size_t rows, const std::vector<Vec3>& velocity) {
         return scaled(rows, kFoam, colouring.low, colouring.high,
                       [&](std::size_t i) { return velocity.empty() ? 0.0 : velocity[i].length(); });
@@ -113,7 +105,7 @@ std::vector<std::uint8_t> twoSided(const Mesh& mesh) {
         }
     };
     std::vector<Row> rows(mesh.triangles.size());
-    parallelFor(rows.size(), kGrain, [&](std::size_t i) {
+    parallelFor(rows.size(), 4096, [&](std::size_t i) {
         rows[i] = {mesh.triangles[i], static_cast<std::uint32_t>(i)};
         std::sort(rows[i].corners.begin(), rows[i].corners.end());
     });

@@ -10,7 +10,6 @@
 namespace betamesh {
 namespace {
 
-constexpr std::size_t kGrain = 4;        // lines of the picture
 constexpr int kRadius = 3;               // of the neighbourhood that is averaged, pixels
 constexpr float kOneSampleError = 1;     // largest error of a visibility estimated from one sample
 constexpr float kErrorExponent = 0.75f;  // the error of n well distributed samples is proportional to n^-0.75
@@ -109,7 +108,7 @@ public:
     template <typename Each>
     void average(int radius, float sharpness, const Plane& rough_key, const Plane& rough_sky, const Plane& rough_shadow,
                  const Each& each) const {
-        parallelFor(static_cast<std::size_t>(height_), kGrain, [&](std::size_t row) {
+        parallelFor(static_cast<std::size_t>(height_), 4, [&](std::size_t row) {
             const int y = static_cast<int>(row);
             LineSums sums(static_cast<std::size_t>(width_));
             const auto line = [&](int v) {

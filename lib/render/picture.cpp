@@ -9,7 +9,6 @@
 namespace betamesh {
 namespace {
 
-constexpr std::size_t kGrain = 16384;  // pixels
 constexpr float kBackground = 0.84f;
 
 std::uint8_t byteOf(float value) { return static_cast<std::uint8_t>(std::lround(std::clamp(value, 0.0f, 1.0f) * 255)); }
@@ -46,7 +45,7 @@ float srgbOf(float linear) {
 Image toneMapped(const Picture& picture) {
     Image image(picture.width, picture.height, {});
     const SrgbTable& bytes = srgbTable();
-    parallelFor(picture.size(), kGrain, [&](std::size_t i) {
+    parallelFor(picture.size(), 16384, [&](std::size_t i) {
         const float back = kBackground * (1 - picture.shadow[i]) * (1 - picture.alpha[i]);
         image.pixel[i] = {bytes(picture.red[i] + back), bytes(picture.green[i] + back), bytes(picture.blue[i] + back)};
     });

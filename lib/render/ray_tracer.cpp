@@ -13,7 +13,6 @@
 namespace betamesh {
 namespace {
 
-constexpr std::size_t kGrain = 4096;   // rows
 constexpr float kPastHit = 1 + 1e-5f;  // the search for the next hit starts at this multiple of the last distance
 
 [[noreturn]] void fail(RTCError code) {
@@ -65,7 +64,7 @@ struct RayTracer::Embree {
             auto* rows = static_cast<float*>(
                 rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, step, format, row_bytes, position.size()));
             check();
-            parallelFor(position.size(), kGrain, [&](std::size_t i) {
+            parallelFor(position.size(), 4096, [&](std::size_t i) {
                 const Vec3 at = space.fromWorld(blurred ? position[i] + velocity[i] * later : position[i]);
                 float* row = rows + i * (row_bytes / sizeof(float));
                 for (int axis = 0; axis < 3; ++axis) row[axis] = static_cast<float>(at[axis]);

@@ -417,12 +417,6 @@ std::optional<ClipPlane> clipPlane(const std::optional<CutawayPlane>& cutaway, c
     return plane;
 }
 
-double largestSpeed(const std::vector<Vec3>& velocity) {
-    double squared = 0;
-    for (const Vec3& v : velocity) squared = std::max(squared, v.length2());
-    return std::sqrt(squared);
-}
-
 /// The origin is the camera's target or the point of the bounds nearest to it: precision matters most there.
 SceneSpace spaceOf(const Bounds& bounds, const Camera& camera) {
     SceneSpace space;
@@ -453,7 +447,7 @@ Picture renderFrame(const Mesh& mesh, const Spheres& spheres, const Camera& came
     const SceneSpace space = spaceOf(all, camera);
     const double shutter_seconds = settings.shutter / settings.fps;
     const double displacement =
-        shutter_seconds / 2 * std::max(largestSpeed(mesh.velocity), largestSpeed(spheres.velocity));
+        shutter_seconds / 2 * std::max(largestLength(mesh.velocity), largestLength(spheres.velocity));
     const double near_depth = view.depth(all.centre()) - (all.diagonal() / 2 + displacement) * (1 + 1e-6);
 
     std::vector<Vec3> normal;

@@ -1,19 +1,17 @@
 // Scenes given by formulas for position and velocity, its derivative. Lengths are in world units, times in seconds.
 // Motion starts at time 0, which is frame 1.
 
+#include "base/angles.h"
 #include "base/parallel.h"
 #include "base/random.h"
 #include "sample/scene.h"
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 namespace betamesh {
 
 namespace {
-
-constexpr double kTwoPi = 2 * std::numbers::pi;
 
 struct State {
     Vec3 position, velocity;
@@ -63,9 +61,9 @@ private:
 std::size_t atLeastOne(double n) { return static_cast<std::size_t>(std::max(1.0, std::round(n))); }
 
 // A lattice of about n points: equally many along x and y, and the number of layers that comes closest to n.
-struct Grid {
+struct LatticePoints {
     std::size_t x, y, z;
-    explicit Grid(std::size_t n) {
+    explicit LatticePoints(std::size_t n) {
         x = y = atLeastOne(std::cbrt(static_cast<double>(n)));
         z = atLeastOne(static_cast<double>(n) / static_cast<double>(x * y));
     }
@@ -81,13 +79,13 @@ constexpr double kLatticeSpacing = 0x1p-6;
 class Lattice : public FormulaScene {
 public:
     explicit Lattice(const SampleParams& params)
-        : FormulaScene(params.frames_per_second, kLatticeSpacing), grid_(params.particles) {}
+        : FormulaScene(params.frames_per_second, kLatticeSpacing), points_(params.particles) {}
 
 protected:
-    std::size_t count() const override { return grid_.size(); }
-    State at(std::size_t i, double) const override { return {grid_.point(i) * kLatticeSpacing, {0, 0, 0}}; }
+    std::size_t count() const override { return points_.size(); }
+    State at(std::size_t i, double) const override { return {points_.point(i) * kLatticeSpacing, {0, 0, 0}}; }
 
-    Grid grid_;
+    LatticePoints points_;
 };
 
 class Jitter final : public Lattice {

@@ -12,7 +12,7 @@ namespace betamesh {
 
 namespace {
 
-constexpr double kCourant = 0.8;        // cells that the largestSpeed particle may cross in one step
+constexpr double kCourant = 0.8;        // cells that the fastest particle may cross in one step
 constexpr double kMinDistance = 0.4;    // cells; particles closer than this repel each other
 constexpr double kRepulsion = 0.1;      // fraction of the missing distance that one step restores
 constexpr double kMaxRepulsion = 0.02;  // cells per step
@@ -383,12 +383,6 @@ void moveParticles(Liquid& liquid, const Grid& grid, const Surroundings& surroun
     liquid.position = std::move(position);
 }
 
-double largestSpeed(const Liquid& liquid) {
-    double squared = 0;
-    for (const Vec3& velocity : liquid.velocity) squared = std::max(squared, velocity.length2());
-    return std::sqrt(squared);
-}
-
 }  // namespace
 
 bool Surroundings::solid(const Vec3i& cell) const {
@@ -399,7 +393,7 @@ bool Surroundings::solid(const Vec3i& cell) const {
 
 void advance(Liquid& liquid, const Surroundings& surroundings, double seconds) {
     if (liquid.position.empty()) return;
-    const double speed = largestSpeed(liquid) + surroundings.gravity.length() * seconds;
+    const double speed = largestLength(liquid.velocity) + surroundings.gravity.length() * seconds;
     const int steps = std::max(1, static_cast<int>(std::ceil(speed * seconds / kCourant)));
     const double dt = seconds / steps;
     for (int step = 0; step < steps; ++step) {

@@ -13,8 +13,6 @@ namespace betamesh {
 
 namespace {
 
-constexpr double kTurn = 2 * std::numbers::pi;
-
 double angleBetween(const Vec3& a, const Vec3& b) { return angleOf(cross(a, b).length(), dot(a, b)); }
 
 // The angle of an arc, in radians. Computed from the angles of the two apex particles, whose order is exact, so that an
@@ -31,16 +29,16 @@ double arcAngle(const BallBoundary& boundary, const IntersectionCircle& circle, 
     const double covered_before = angleBetween(first_apex, circle.fromAxis(boundary.vertex[start / 3]));
     const double covered_after = angleBetween(last_apex, circle.fromAxis(boundary.vertex[end / 3]));
 
-    double between = kTurn;  // from apex to apex, counter-clockwise
+    double between = kTwoPi;  // from apex to apex, counter-clockwise
     if (first != last) {
         const Vec3i origin = boundary.position[low], axis = boundary.position[high] - origin;
         const Vec3i a = boundary.position[first] - origin, b = boundary.position[last] - origin;
         const int side = turn(axis, a, b);
         const double angle = angleBetween(first_apex, last_apex);
         if (side != 0)
-            between = side > 0 ? angle : kTurn - angle;
+            between = side > 0 ? angle : kTwoPi - angle;
         else
-            between = sameSide(axis, a, b) > 0 ? kTurn : std::numbers::pi;
+            between = sameSide(axis, a, b) > 0 ? kTwoPi : std::numbers::pi;
     }
     return std::max(0.0, between - covered_before - covered_after);
 }
@@ -237,8 +235,8 @@ ArcNetwork arcPoints(const BallBoundary& boundary, const std::vector<DualVec3>& 
                              subdivision.segments, per_radian, subdivision);
     };
     const auto subdivisionOfHalf = [&](std::size_t k) {
-        return subdivisionOf(kTurn / 2, network.relativeRadius(arcs + k, boundary), 2, (subdivision.segments + 1) / 2,
-                             1 / subdivision.max_angle, subdivision);
+        return subdivisionOf(std::numbers::pi, network.relativeRadius(arcs + k, boundary), 2,
+                             (subdivision.segments + 1) / 2, 1 / subdivision.max_angle, subdivision);
     };
     const auto circleAt = [&](std::size_t k) { return circleBetween(boundary.circle[k][0], boundary.circle[k][1]); };
     firstTouchResize(network.line, arcs + circles);
@@ -254,7 +252,7 @@ ArcNetwork arcPoints(const BallBoundary& boundary, const std::vector<DualVec3>& 
     });
     for (std::size_t k = 0; k < circles; ++k) {
         const Dual of_circle = circleAt(k).radius();
-        network.line[arcs + k] = {boundary.circle[k], of_circle, of_circle * kTurn, {}};
+        network.line[arcs + k] = {boundary.circle[k], of_circle, of_circle * kTwoPi, {}};
     }
     network.at_ball =
         sortedIntoRows<std::uint32_t>(balls.size(), network.line.size(), [&](std::size_t l, const auto& visit) {
@@ -300,8 +298,8 @@ ArcNetwork arcPoints(const BallBoundary& boundary, const std::vector<DualVec3>& 
             const auto pointOf = [&](std::uint32_t m) {
                 return network.circle_begin[k] + (half * division.segments() + m) % inside[arcs + k];
             };
-            next = setPoints(circle, half * kTurn / 2, kTurn / 2, division, 0, division.segments() - 1, pointOf,
-                             network, next);
+            next = setPoints(circle, half * std::numbers::pi, std::numbers::pi, division, 0, division.segments() - 1,
+                             pointOf, network, next);
         }
     });
     return network;

@@ -36,8 +36,6 @@ std::int64_t eulerCharacteristic(const BallBoundary& boundary) {
 
 namespace {
 
-constexpr std::size_t kBallsPerTask = 256;
-
 // What one task finds. Balls are given by rows of SnappedParticles until all exposed balls are known.
 struct Parts {
     std::vector<Triangle> triangle;
@@ -140,17 +138,14 @@ std::vector<Parts> exposedParts(const SnappedParticles& particles, const std::ve
                                 const std::vector<Vec3>& directions) {
     std::vector<bool> is_candidate(particles.size(), false);
     for (const std::uint32_t i : exposed) is_candidate[i] = true;
-    const std::size_t n = exposed.size(), tasks = (n + kBallsPerTask - 1) / kBallsPerTask;
-    std::vector<Parts> parts(tasks);
-    parallelFor(tasks, 1, [&](std::size_t task) {
+    return parallelParts<Parts>(exposed.size(), kBallsPerTask, [&](std::size_t begin, std::size_t end, Parts& part) {
         NeighbourFinder finder(particles);
         ExposedRegion region;
         ExposedDirections exposed_directions(directions);
         std::vector<Neighbour> neighbours;
         std::vector<Partner> partners;
-        Parts& part = parts[task];
         bool was_covered = false;
-        for (std::size_t s = task * kBallsPerTask; s < std::min(n, (task + 1) * kBallsPerTask); ++s) {
+        for (std::size_t s = begin; s < end; ++s) {
             const std::int64_t radius = particles.radiusOf(exposed[s]);
             if (isCoveredInDenseCell(exposed[s], radius, finder, neighbours, region)) continue;
             finder.find(exposed[s], neighbours);
@@ -170,7 +165,6 @@ std::vector<Parts> exposedParts(const SnappedParticles& particles, const std::ve
             part.directions.push_back(static_cast<std::uint32_t>(part.exposed.size() - before));
         }
     });
-    return parts;
 }
 
 // The exposed directions of each ball. ball: of each row of SnappedParticles, or kInvalidIndex.

@@ -18,6 +18,8 @@
 
 namespace betamesh {
 
+inline constexpr std::size_t kBallsPerTask = 128;  ///< of parallel loops over the balls of a boundary
+
 /// The boundary of a union of balls. Its balls are the exposed ones, in the order of SnappedParticles. Vertex v is the
 /// centre of an empty r-ball and the dual of one oriented alpha triangle; if both sides of a triplet are exposed, its
 /// two vertices follow one another in the list. Half-edge 3v + m runs from triangle[v][m] to triangle[v][(m + 1) % 3]

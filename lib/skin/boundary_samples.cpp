@@ -15,7 +15,6 @@ namespace betamesh {
 
 namespace {
 
-constexpr double kTurn = 2 * std::numbers::pi;
 // sin(x) / x for x >= 0; a series near 0.
 Dual sinc(Dual x) {
     const auto [sine, cosine] = sineCosine(x.value);
@@ -195,7 +194,7 @@ SamplesInRadii boundarySamples(const BallBoundary& boundary, const std::vector<D
     const auto forPieces = [&](std::size_t l, Dual radius, const auto& visit) {
         const auto [low, high] = network.line[l].balls;
         IntersectionCircle circle(balls[low], boundary.worldRadiusOf(low), balls[high], boundary.worldRadiusOf(high));
-        Dual angle = kTurn;
+        Dual angle = kTwoPi;
         if (l < arcs) {
             circle.setZeroTowards(network.point[network.arc_start[l] / 3]);
             angle = network.arc_angle[l];
@@ -212,38 +211,35 @@ SamplesInRadii boundarySamples(const BallBoundary& boundary, const std::vector<D
         corner_weight[d] = cornerWeights(at.x, at.y, at.z);
     }
 
-    constexpr std::size_t kBallsPerTask = 256;
-    const std::size_t tasks = (balls.size() + kBallsPerTask - 1) / kBallsPerTask;
-    std::vector<SamplesInRadii> parts(tasks);
-    parallelFor(tasks, 1, [&](std::size_t task) {
-        parts[task].reserve(kBallsPerTask);  // most balls give one sample
-        std::vector<WeightedDirection> inside;
-        for (std::size_t b = task * kBallsPerTask; b < std::min(balls.size(), (task + 1) * kBallsPerTask); ++b) {
-            const Dual radius = boundary.worldRadiusOf(b);
-            const Dual area = kAreaWeight * 2 * kTurn * radius / static_cast<double>(directions);
-            MomentAccumulator lines(balls[b]);
-            for (const std::uint32_t l : network.at_ball[b])
-                lines.addHalf(network.line[l], circleCentre(boundary, balls, network.line[l].balls), radius);
-            inside.clear();
-            for (std::uint32_t p = points.begin[b]; p < points.begin[b + 1]; ++p) {
-                if (points.contactOf(p) || points.rim_distance[p].value <= kFaceSampleBegins) continue;
-                const Dual fade =
-                    smoothStep((points.rim_distance[p] - kFaceSampleBegins) / (kFaceSampleFull - kFaceSampleBegins));
-                const std::uint32_t d = points.direction[p];
-                inside.push_back({points.directions.position[d], fade * area, corner_weight[d]});
+    return concatenate(parallelParts<SamplesInRadii>(
+        balls.size(), kBallsPerTask, [&](std::size_t begin, std::size_t end, SamplesInRadii& samples) {
+            samples.reserve(kBallsPerTask);  // most balls give one sample
+            std::vector<WeightedDirection> inside;
+            for (std::size_t b = begin; b < end; ++b) {
+                const Dual radius = boundary.worldRadiusOf(b);
+                const Dual area = kAreaWeight * 2 * kTwoPi * radius / static_cast<double>(directions);
+                MomentAccumulator lines(balls[b]);
+                for (const std::uint32_t l : network.at_ball[b])
+                    lines.addHalf(network.line[l], circleCentre(boundary, balls, network.line[l].balls), radius);
+                inside.clear();
+                for (std::uint32_t p = points.begin[b]; p < points.begin[b + 1]; ++p) {
+                    if (points.contactOf(p) || points.rim_distance[p].value <= kFaceSampleBegins) continue;
+                    const Dual fade = smoothStep((points.rim_distance[p] - kFaceSampleBegins) /
+                                                 (kFaceSampleFull - kFaceSampleBegins));
+                    const std::uint32_t d = points.direction[p];
+                    inside.push_back({points.directions.position[d], fade * area, corner_weight[d]});
+                }
+                const auto forPiecesHere = [&](const auto& visit) {
+                    for (const std::uint32_t l : network.at_ball[b]) forPieces(l, radius, visit);
+                };
+                const ExposedBall exposed(balls[b], radius, lines, forPiecesHere, inside);
+                const double scale = boundary.scaleOf(b);
+                exposed.forSamples([&](BoundarySample sample) {
+                    sample.weight = sample.weight * scale;
+                    samples.emplace_back(sample, boundary.worldRadius(), scale);
+                });
             }
-            const auto forPiecesHere = [&](const auto& visit) {
-                for (const std::uint32_t l : network.at_ball[b]) forPieces(l, radius, visit);
-            };
-            const ExposedBall exposed(balls[b], radius, lines, forPiecesHere, inside);
-            const double scale = boundary.scaleOf(b);
-            exposed.forSamples([&](BoundarySample sample) {
-                sample.weight = sample.weight * scale;
-                parts[task].emplace_back(sample, boundary.worldRadius(), scale);
-            });
-        }
-    });
-    return concatenate(parts);
+        }));
 }
 
 }  // namespace betamesh

@@ -15,7 +15,6 @@ namespace betamesh {
 
 namespace {
 
-constexpr std::size_t kBallsPerTask = 256;
 // Squared distance of balls, over the square of their radii's sum, from which on they cover nothing of each other.
 constexpr double kTangentSquared = 1 - 1e-12;
 // Radii: a point closer to a ball's centre is covered by it.
@@ -202,13 +201,10 @@ FacePoints facePoints(const SnappedParticles& particles, const BallBoundary& bou
         return boundary.worldRadiusOf(other) / boundary.worldRadiusOf(b);
     };
     const std::vector<std::vector<std::uint32_t>> near = ballsNearContact(boundary);
-    const std::size_t tasks = (balls.size() + kBallsPerTask - 1) / kBallsPerTask;
-    std::vector<Part> parts(tasks);
-    parallelFor(tasks, 1, [&](std::size_t task) {
-        Part& part = parts[task];
+    auto parts = parallelParts<Part>(balls.size(), kBallsPerTask, [&](std::size_t begin, std::size_t end, Part& part) {
         NeighbourFinder finder(particles);
         std::vector<Neighbour> neighbours;
-        for (std::size_t b = task * kBallsPerTask; b < std::min(balls.size(), (task + 1) * kBallsPerTask); ++b) {
+        for (std::size_t b = begin; b < end; ++b) {
             const std::size_t before = part.direction.size();
             const auto add = [&](std::uint32_t d, const DualVec3& outwards, double rim_distance,
                                  std::uint32_t nearest) {
@@ -237,11 +233,11 @@ FacePoints facePoints(const SnappedParticles& particles, const BallBoundary& bou
         }
     });
 
-    std::vector<std::uint32_t> contacts;  // before each task
+    std::vector<std::uint32_t> contacts;  // before each part
     for (const Part& part : parts) contacts.push_back(static_cast<std::uint32_t>(part.contact.size()));
     contacts = exclusiveScan(contacts);
-    parallelFor(tasks, 4, [&](std::size_t task) {
-        for (std::uint32_t& d : parts[task].direction) d += d < fixed.size() ? 0 : contacts[task];
+    parallelFor(parts.size(), 4, [&](std::size_t p) {
+        for (std::uint32_t& d : parts[p].direction) d += d < fixed.size() ? 0 : contacts[p];
     });
     points.begin = exclusiveScan(concatenate(parts, &Part::count));
     points.direction = concatenate(parts, &Part::direction);

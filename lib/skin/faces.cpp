@@ -16,8 +16,7 @@ namespace betamesh {
 
 namespace {
 
-constexpr double kAngleMargin = 1e-9;  // radians: closer calls are left undecided, never guessed
-constexpr std::size_t kBallsPerTask = 256;
+constexpr double kAngleMargin = 1e-9;         // radians: closer calls are left undecided, never guessed
 constexpr int kGreatCirclesPerArc = 16;       // tried in turn, from different points of the arc
 constexpr std::size_t kManyNeighbours = 256;  // from here on only those that bound the exposed part are looked at
 
@@ -79,8 +78,8 @@ struct Arc {
 };
 
 double positiveAngle(double angle) {
-    angle = std::fmod(angle, 2 * std::numbers::pi);
-    return angle < 0 ? angle + 2 * std::numbers::pi : angle;
+    angle = std::fmod(angle, kTwoPi);
+    return angle < 0 ? angle + kTwoPi : angle;
 }
 
 // The full circle of a ball with another, as an arc.
@@ -95,7 +94,7 @@ Arc circleOf(const BallBoundary& boundary, std::uint32_t ball, std::uint32_t oth
     const auto radius = static_cast<double>(boundary.radiusOf(ball)), r = static_cast<double>(boundary.radiusOf(other));
     arc.height = (distance + (radius * radius - r * r) / distance) / (2 * radius);
     arc.begin = 0;
-    arc.sweep = 2 * std::numbers::pi;
+    arc.sweep = kTwoPi;
     arc.cycle = cycle;
     return arc;
 }
@@ -145,9 +144,9 @@ std::optional<std::uint32_t> firstCycleMet(const std::vector<Arc>& arcs, std::si
         }
         const double cosine = arcs[a].height / reach;
         double angle = positiveAngle(nearest - angleOf(std::sqrt(1 - cosine * cosine), cosine));
-        const bool meets_at_start = angle < kAngleMargin || angle > 2 * std::numbers::pi - kAngleMargin;
+        const bool meets_at_start = angle < kAngleMargin || angle > kTwoPi - kAngleMargin;
         if (meets_at_start && !own_circle) return std::nullopt;
-        if (meets_at_start) angle = 2 * std::numbers::pi;
+        if (meets_at_start) angle = kTwoPi;
         if (met < arcs.size() && arcs[a].axis == arcs[met].axis) continue;  // another arc of the circle met
         undecided = std::min(undecided, std::max(angle, first));
         if (angle < first) first = angle, met = a;

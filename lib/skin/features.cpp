@@ -66,7 +66,7 @@ std::vector<bool> particlesOnRim(const SnappedParticles& particles) {
     return on_rim;
 }
 
-constexpr double kRounding = 0.999;  // of volumes, to allow for their rounding errors
+constexpr double kVolumeRounding = 0.999;  // factor that allows for rounding errors
 
 double ballVolume(double radius) { return 4 * std::numbers::pi / 3 * radius * radius * radius; }
 
@@ -264,7 +264,7 @@ std::size_t fillBubbles(BetaMesh& mesh, const BallBoundary& boundary, const Feat
     const std::vector<double> smallest = smallestBalls(mesh, boundary, components);
     const double smallest_of_all =
         smallest.empty() ? boundary.worldRadius() : *std::min_element(smallest.begin(), smallest.end());
-    const double least_void = by_gap ? kRounding * ballVolume(room) : features.bubble_volume;
+    const double least_void = by_gap ? kVolumeRounding * ballVolume(room) : features.bubble_volume;
     std::vector<bool> is_removed(components.count), is_liquid(components.count);
     std::vector<std::uint32_t> large_voids;  // voids that could hold a liquid component
     std::vector<std::uint32_t> void_of(components.count, kInvalidIndex);

@@ -38,7 +38,7 @@ using Points = std::vector<Vec3f>;
 struct Leaf {
     std::uint32_t begin, end;  // of points
 };
-using Columns = std::array<std::vector<double>, 3>;  // x, y, z of points
+using Coordinates = std::array<std::vector<double>, 3>;  // x, y, z of points
 
 using Nearest = std::array<double, kNearest>;  // squared distances, ascending
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
@@ -69,7 +69,7 @@ double meanDistanceOf(const Nearest& nearest) {
 using NearestOfLeaf = std::array<std::array<double, kLeafSize>, kNearest>;
 
 struct FindNearest {
-    const Columns& candidates;
+    const Coordinates& candidates;
     std::size_t size;                     // number of candidates
     std::array<const double*, 3> points;  // of the leaf; kLeafSize of them can be read
     std::size_t count;                    // number of points in the leaf
@@ -105,7 +105,7 @@ public:
 
     void clear() { size_ = 0; }
     std::size_t size() const { return size_; }
-    void add(const Columns& points, const Leaf& leaf, const Box& box, double squared_reach) {
+    void add(const Coordinates& points, const Leaf& leaf, const Box& box, double squared_reach) {
         for (std::vector<double>& column : near_)
             if (column.size() < size_ + kLeafSize) column.resize(2 * size_ + kLeafSize);
         std::array<double, kLeafSize> squared;
@@ -117,7 +117,7 @@ public:
             size_ += squared[i] < squared_reach;
         }
     }
-    void findNearest(const Columns& points, const Leaf& leaf, NearestOfLeaf& nearest) const {
+    void findNearest(const Coordinates& points, const Leaf& leaf, NearestOfLeaf& nearest) const {
         const std::array<const double*, 3> first{&points[0][leaf.begin], &points[1][leaf.begin],
                                                  &points[2][leaf.begin]};
         onThisCpu(FindNearest{near_, size_, first, leaf.end - leaf.begin, nearest});
@@ -125,7 +125,7 @@ public:
 
 private:
     std::size_t size_ = 0;
-    Columns near_;
+    Coordinates near_;
 };
 
 // A k-d tree of points. Duplicates are dropped within leaves.
@@ -299,7 +299,7 @@ private:
 
     std::vector<Node> node_;
     std::vector<std::uint32_t> leaf_;  // the nodes that are leaves
-    Columns points_;                   // padded by one leaf
+    Coordinates points_;               // padded by one leaf
 };
 
 // Second moments of the offsets of a point's neighbours about their mean.

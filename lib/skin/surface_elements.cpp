@@ -1,6 +1,7 @@
 #include "skin/surface_elements.h"
 
 #include "base/parallel.h"
+#include "skin/ball_boundary.h"
 #include "skin/constants.h"
 
 #include <algorithm>
@@ -47,55 +48,53 @@ std::vector<SurfaceElement> elementsOf(const DeformingMesh& surface, const std::
     const BetaMesh& mesh = surface.mesh();
     const double unit = surface.spacing(), scale = 1 / unit;
     const std::array<Vec3, kCorners> corner{Vec3(1, 1, 1), Vec3(1, -1, -1), Vec3(-1, 1, -1), Vec3(-1, -1, 1)};
-    constexpr std::size_t kBallsPerTask = 256;
     const std::size_t balls = mesh.ball_begin.empty() ? 0 : mesh.ball_begin.size() - 1;
-    const std::size_t tasks = (balls + kBallsPerTask - 1) / kBallsPerTask;
-    std::vector<std::vector<SurfaceElement>> parts(tasks);
-    parallelFor(tasks, 1, [&](std::size_t task) {
-        for (std::size_t b = task * kBallsPerTask; b < std::min(balls, (task + 1) * kBallsPerTask); ++b) {
-            const std::uint32_t begin = mesh.ball_begin[b], end = mesh.ball_begin[b + 1];
-            if (begin == end) continue;
-            const Vec3 origin = surface.position()[mesh.triangles[begin][0]];
-            const auto forTriangles = [&](const auto& visit) {
-                const auto localOf = [&](std::uint32_t v) { return (surface.position()[v] - origin) * scale; };
-                for (std::uint32_t t = begin; t < end; ++t) {
-                    const auto& [i, j, k] = mesh.triangles[t];
-                    std::array<double, 3> sum{};
-                    if (!value.empty())
-                        for (std::size_t m = 0; m < 3; ++m)
-                            sum[m] = static_cast<double>(value[i][m]) + value[j][m] + value[k][m];
-                    visit(localOf(i), localOf(j), localOf(k), sum);
-                }
-            };
-            MomentAccumulator whole;
-            forTriangles(
-                [&](const Vec3& p, const Vec3& q, const Vec3& r, const auto& sum) { whole.add(p, q, r, sum, 1); });
-            if (!(whole.area > 0)) continue;
-            const double flatness = whole.direction.length() / whole.area;
-            const double divided = 1 - smoothStep((flatness - kUndividedFlatness) / kDivisionFade).value;
-            const auto add = [&](const MomentAccumulator& m, double share) {
-                if (!(m.area * share > 1e-9)) return;
-                parts[task].push_back(m.element(origin, unit));
-                parts[task].back().area *= static_cast<float>(share);
-                parts[task].back().scale = surface.scale(mesh.triangles[begin][0]);
-            };
-            add(whole, 1 - divided);
-            if (!(divided > 0)) continue;
-            std::array<MomentAccumulator, kCorners> part;
-            forTriangles([&](const Vec3& p, const Vec3& q, const Vec3& r, const auto& sum) {
-                const Vec3 normal = cross(q - p, r - p).normalized();
-                std::array<double, kCorners> share;
-                double all = 0;
-                for (std::size_t m = 0; m < kCorners; ++m) {
-                    const double s = 1 + dot(normal, corner[m]) * 0.577, s2 = s * s, s4 = s2 * s2;
-                    all += share[m] = s4 * s4;
-                }
-                for (std::size_t m = 0; m < kCorners; ++m) part[m].add(p, q, r, sum, share[m] / all);
-            });
-            for (const MomentAccumulator& m : part) add(m, divided);
-        }
-    });
-    return concatenate(parts);
+    using Elements = std::vector<SurfaceElement>;
+    return concatenate(
+        parallelParts<Elements>(balls, kBallsPerTask, [&](std::size_t from, std::size_t to, Elements& elements) {
+            for (std::size_t b = from; b < to; ++b) {
+                const std::uint32_t begin = mesh.ball_begin[b], end = mesh.ball_begin[b + 1];
+                if (begin == end) continue;
+                const Vec3 origin = surface.position()[mesh.triangles[begin][0]];
+                const auto forTriangles = [&](const auto& visit) {
+                    const auto localOf = [&](std::uint32_t v) { return (surface.position()[v] - origin) * scale; };
+                    for (std::uint32_t t = begin; t < end; ++t) {
+                        const auto& [i, j, k] = mesh.triangles[t];
+                        std::array<double, 3> sum{};
+                        if (!value.empty())
+                            for (std::size_t m = 0; m < 3; ++m)
+                                sum[m] = static_cast<double>(value[i][m]) + value[j][m] + value[k][m];
+                        visit(localOf(i), localOf(j), localOf(k), sum);
+                    }
+                };
+                MomentAccumulator whole;
+                forTriangles(
+                    [&](const Vec3& p, const Vec3& q, const Vec3& r, const auto& sum) { whole.add(p, q, r, sum, 1); });
+                if (!(whole.area > 0)) continue;
+                const double flatness = whole.direction.length() / whole.area;
+                const double divided = 1 - smoothStep((flatness - kUndividedFlatness) / kDivisionFade).value;
+                const auto add = [&](const MomentAccumulator& m, double share) {
+                    if (!(m.area * share > 1e-9)) return;
+                    elements.push_back(m.element(origin, unit));
+                    elements.back().area *= static_cast<float>(share);
+                    elements.back().scale = surface.scale(mesh.triangles[begin][0]);
+                };
+                add(whole, 1 - divided);
+                if (!(divided > 0)) continue;
+                std::array<MomentAccumulator, kCorners> part;
+                forTriangles([&](const Vec3& p, const Vec3& q, const Vec3& r, const auto& sum) {
+                    const Vec3 normal = cross(q - p, r - p).normalized();
+                    std::array<double, kCorners> share;
+                    double all = 0;
+                    for (std::size_t m = 0; m < kCorners; ++m) {
+                        const double s = 1 + dot(normal, corner[m]) * 0.577, s2 = s * s, s4 = s2 * s2;
+                        all += share[m] = s4 * s4;
+                    }
+                    for (std::size_t m = 0; m < kCorners; ++m) part[m].add(p, q, r, sum, share[m] / all);
+                });
+                for (const MomentAccumulator& m : part) add(m, divided);
+            }
+        }));
 }
 
 }  // namespace

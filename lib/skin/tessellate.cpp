@@ -20,8 +20,6 @@ namespace betamesh {
 
 namespace {
 
-constexpr std::size_t kBallsPerTask = 128;
-
 // The first face of each ball, as the faces of a ball follow one another.
 std::vector<std::uint32_t> firstFaces(const BallBoundary& boundary) {
     std::vector<std::uint32_t> count(boundary.position.size(), 0);
@@ -285,57 +283,55 @@ BetaMesh completeTessellation(const BallBoundary& boundary, const std::vector<Du
     const FacePointPlacement placement(points, subdivision);
     const DirectionTriangles direction_triangles(points.directions);
 
-    const std::size_t tasks = (balls.size() + kBallsPerTask - 1) / kBallsPerTask;
-    std::vector<Part> parts(tasks);
-    parallelFor(tasks, 1, [&](std::size_t task) {
-        HullFiller hull;
-        LoopFilling filling;
-        BallLoops ball_loops;
-        LoopsOnSphere& loops = ball_loops.loops;
-        FillingAdder::Buffers buffers;
-        std::vector<std::uint32_t> face_point, direction, direction_index;
-        std::vector<Vec3> on_grid;
-        for (std::size_t b = task * kBallsPerTask; b < std::min(balls.size(), (task + 1) * kBallsPerTask); ++b) {
-            Part& part = parts[task];
-            part.ball.push_back(
-                {static_cast<std::uint32_t>(part.triangles.size()), static_cast<std::uint32_t>(part.point.size())});
-            maker.makeLoops(static_cast<std::uint32_t>(b), first_face[b], first_face[b + 1], ball_loops);
-            const auto in_loops = static_cast<std::uint32_t>(loops.point.size());
-            face_point.clear();
-            direction.clear();
-            for (const bool lowered : {false, true})
-                for (std::uint32_t p = points.begin[b]; p < points.begin[b + 1]; ++p) {
-                    if (!placement.isUsed(p) || placement.isLowered(p) != lowered) continue;
-                    face_point.push_back(p);
-                    if (!lowered) direction.push_back(points.direction[p]);
-                    if (points.contactOf(p))
-                        loops.perhaps_above.push_back(static_cast<std::uint32_t>(loops.point.size()));
-                    loops.point.push_back(onHullGrid(placement.at(p).position));
+    const auto parts =
+        parallelParts<Part>(balls.size(), kBallsPerTask, [&](std::size_t begin, std::size_t end, Part& part) {
+            HullFiller hull;
+            LoopFilling filling;
+            BallLoops ball_loops;
+            LoopsOnSphere& loops = ball_loops.loops;
+            FillingAdder::Buffers buffers;
+            std::vector<std::uint32_t> face_point, direction, direction_index;
+            std::vector<Vec3> on_grid;
+            for (std::size_t b = begin; b < end; ++b) {
+                part.ball.push_back(
+                    {static_cast<std::uint32_t>(part.triangles.size()), static_cast<std::uint32_t>(part.point.size())});
+                maker.makeLoops(static_cast<std::uint32_t>(b), first_face[b], first_face[b + 1], ball_loops);
+                const auto in_loops = static_cast<std::uint32_t>(loops.point.size());
+                face_point.clear();
+                direction.clear();
+                for (const bool lowered : {false, true})
+                    for (std::uint32_t p = points.begin[b]; p < points.begin[b + 1]; ++p) {
+                        if (!placement.isUsed(p) || placement.isLowered(p) != lowered) continue;
+                        face_point.push_back(p);
+                        if (!lowered) direction.push_back(points.direction[p]);
+                        if (points.contactOf(p))
+                            loops.perhaps_above.push_back(static_cast<std::uint32_t>(loops.point.size()));
+                        loops.point.push_back(onHullGrid(placement.at(p).position));
+                    }
+                on_grid.resize(loops.point.size());
+                std::transform(loops.point.begin(), loops.point.end(), on_grid.begin(), toDouble);
+                const Ball ball{ball_loops, network,   face_point, direction.size(),
+                                on_grid,    placement, balls[b],   boundary.worldRadiusOf(b)};
+                if (in_loops == 0 && loops.perhaps_above.empty()) {  // an isolated sphere
+                    FillingAdder(ball, {points.directions.triangles, {}, {}}, part, buffers);
+                    continue;
                 }
-            on_grid.resize(loops.point.size());
-            std::transform(loops.point.begin(), loops.point.end(), on_grid.begin(), toDouble);
-            const Ball ball{ball_loops, network,   face_point, direction.size(),
-                            on_grid,    placement, balls[b],   boundary.worldRadiusOf(b)};
-            if (in_loops == 0 && loops.perhaps_above.empty()) {  // an isolated sphere
-                FillingAdder(ball, {points.directions.triangles, {}, {}}, parts[task], buffers);
-                continue;
+                direction_triangles.among(direction, direction_index, [&](const Triangle& t) {
+                    loops.likely_facet.push_back({in_loops + t[0], in_loops + t[1], in_loops + t[2]});
+                });
+                if (hull.fill(loops, filling)) {
+                    FillingAdder adder(ball, filling, part, buffers);
+                    if (subdivision.appearance != Appearance::gradual) continue;
+                    adder.addFadingPoints();
+                    adder.addFlippingEdges();
+                } else {
+                    loops.point.resize(in_loops);
+                    const std::vector<std::uint32_t>& face = ball_loops.face_begin;
+                    for (std::size_t f = 0; f + 1 < face.size(); ++f)
+                        FillingAdder(ball, fillWithFan(loops, face[f], face[f + 1]), part, buffers);
+                }
             }
-            direction_triangles.among(direction, direction_index, [&](const Triangle& t) {
-                loops.likely_facet.push_back({in_loops + t[0], in_loops + t[1], in_loops + t[2]});
-            });
-            if (hull.fill(loops, filling)) {
-                FillingAdder adder(ball, filling, parts[task], buffers);
-                if (subdivision.appearance != Appearance::gradual) continue;
-                adder.addFadingPoints();
-                adder.addFlippingEdges();
-            } else {
-                loops.point.resize(in_loops);
-                const std::vector<std::uint32_t>& begin = ball_loops.face_begin;
-                for (std::size_t f = 0; f + 1 < begin.size(); ++f)
-                    FillingAdder(ball, fillWithFan(loops, begin[f], begin[f + 1]), parts[task], buffers);
-            }
-        }
-    });
+        });
 
     const auto firstRows = [&](auto list) {
         std::vector<std::uint32_t> sizes;
@@ -360,30 +356,30 @@ BetaMesh completeTessellation(const BallBoundary& boundary, const std::vector<Du
     firstTouchResize(in_quads, flipping.back());
     firstTouchResize(mesh.volume_offsets, first_offset.back());
     mesh.ball_begin.assign(balls.size() + 1, triangles.back());
-    parallelFor(tasks, 4, [&](std::size_t task) {
-        const Part& part = parts[task];
-        const auto first = static_cast<std::uint32_t>(in_network + vertices[task]);
+    parallelFor(parts.size(), 4, [&](std::size_t p) {
+        const Part& part = parts[p];
+        const auto first = static_cast<std::uint32_t>(in_network + vertices[p]);
         const auto numbered = [&](std::uint32_t v) { return v >= kNewPoint ? first + (v - kNewPoint) : v; };
-        VolumeOffset* offset = mesh.volume_offsets.data() + first_offset[task];
+        VolumeOffset* offset = mesh.volume_offsets.data() + first_offset[p];
         for (std::size_t k = 0; k < part.ball.size(); ++k) {
-            const std::size_t b = task * kBallsPerTask + k;
-            mesh.ball_begin[b] = triangles[task] + part.ball[k].triangles;
+            const std::size_t b = p * kBallsPerTask + k;
+            mesh.ball_begin[b] = triangles[p] + part.ball[k].triangles;
             const std::size_t end = k + 1 < part.ball.size() ? part.ball[k + 1].points : part.point.size();
             for (std::size_t i = part.ball[k].points; i < end; ++i) {
-                const std::uint32_t p = part.point[i], v = first + static_cast<std::uint32_t>(i);
+                const std::uint32_t q = part.point[i], v = first + static_cast<std::uint32_t>(i);
                 if (have_scales) mesh.scale[v] = static_cast<float>(boundary.scaleOf(b));
-                if (p >= kNewPoint) {
-                    mesh.vertex[v] = part.other[p - kNewPoint].vertex;
-                    mesh.rim_distance[v] = part.other[p - kNewPoint].rim_distance;
+                if (q >= kNewPoint) {
+                    mesh.vertex[v] = part.other[q - kNewPoint].vertex;
+                    mesh.rim_distance[v] = part.other[q - kNewPoint].rim_distance;
                     continue;
                 }
-                mesh.vertex[v] = balls[b] + placement.at(p) * boundary.worldRadiusOf(b);
-                mesh.rim_distance[v] = placement.rimDistance(p);
-                if (placement.hasVolumeOffset(p))
-                    *offset++ = {v, placement.volumeOffset(p, near_tangent[b]) * boundary.worldRadiusOf(b)};
+                mesh.vertex[v] = balls[b] + placement.at(q) * boundary.worldRadiusOf(b);
+                mesh.rim_distance[v] = placement.rimDistance(q);
+                if (placement.hasVolumeOffset(q))
+                    *offset++ = {v, placement.volumeOffset(q, near_tangent[b]) * boundary.worldRadiusOf(b)};
             }
         }
-        std::transform(part.triangles.begin(), part.triangles.end(), mesh.triangles.begin() + triangles[task],
+        std::transform(part.triangles.begin(), part.triangles.end(), mesh.triangles.begin() + triangles[p],
                        [&](const Triangle& t) {
                            return Triangle{numbered(t[0]), numbered(t[1]), numbered(t[2])};
                        });
@@ -395,8 +391,8 @@ BetaMesh completeTessellation(const BallBoundary& boundary, const std::vector<Du
                 ++to;
             }
         };
-        copy(part.fading, on_facets.data() + fading[task]);
-        copy(part.flipping, in_quads.data() + flipping[task]);
+        copy(part.fading, on_facets.data() + fading[p]);
+        copy(part.flipping, in_quads.data() + flipping[p]);
     });
     return mesh;
 }

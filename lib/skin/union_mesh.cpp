@@ -12,7 +12,6 @@ namespace betamesh {
 namespace {
 
 constexpr std::uint32_t kEdgeDivisions = 5;  // of the icosahedron: 20 · 5² triangles
-constexpr std::size_t kBallsPerTask = 64;
 
 // Appends the sphere's triangles that no single neighbour contains.
 void addExposed(const Icosphere& sphere, double radius, double quantum, const std::vector<Neighbour>& neighbours,
@@ -47,18 +46,17 @@ void addExposed(const Icosphere& sphere, double radius, double quantum, const st
 
 Mesh unionOfBalls(const SnappedParticles& particles, const BallBoundary& boundary, const std::vector<DualVec3>& balls) {
     const Icosphere sphere = icosphere(kEdgeDivisions);
-    const std::size_t tasks = (balls.size() + kBallsPerTask - 1) / kBallsPerTask;
-    std::vector<Mesh> parts(tasks);
-    parallelFor(tasks, 1, [&](std::size_t task) {
-        NeighbourFinder finder(particles);
-        std::vector<Neighbour> neighbours;
-        std::vector<std::uint8_t> is_covered;
-        for (std::size_t b = task * kBallsPerTask; b < std::min(balls.size(), (task + 1) * kBallsPerTask); ++b) {
-            finder.find(boundary.snapped_row[b], neighbours);
-            addExposed(sphere, static_cast<double>(boundary.radiusOf(b)), boundary.quantum, neighbours, balls[b],
-                       is_covered, parts[task]);
-        }
-    });
+    const auto parts =
+        parallelParts<Mesh>(balls.size(), kBallsPerTask, [&](std::size_t begin, std::size_t end, Mesh& part) {
+            NeighbourFinder finder(particles);
+            std::vector<Neighbour> neighbours;
+            std::vector<std::uint8_t> is_covered;
+            for (std::size_t b = begin; b < end; ++b) {
+                finder.find(boundary.snapped_row[b], neighbours);
+                addExposed(sphere, static_cast<double>(boundary.radiusOf(b)), boundary.quantum, neighbours, balls[b],
+                           is_covered, part);
+            }
+        });
     Mesh mesh;
     for (const Mesh& part : parts) {
         const auto first = static_cast<std::uint32_t>(mesh.position.size());

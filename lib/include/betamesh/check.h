@@ -40,6 +40,11 @@ struct FaultCount {
 
     /// Has the fault occurred?
     explicit operator bool() const { return count > 0; }
+
+    /// Counts an occurrence in a row.
+    void add(std::size_t row) {
+        if (count++ == 0 || row < first) first = static_cast<std::uint32_t>(row);
+    }
 };
 
 /// Two triangles that pass through each other or overlap in a plane.

@@ -6,8 +6,10 @@
 #include <Imath/ImathMatrix.h>
 #include <Imath/ImathVec.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <vector>
 
 namespace betamesh {
 
@@ -46,6 +48,13 @@ bool isFinite(const Imath::Vec3<T>& v) {
 /// Rounds coordinates beyond 2^53.
 inline Vec3 toDouble(const Vec3i& v) {
     return {static_cast<double>(v.x), static_cast<double>(v.y), static_cast<double>(v.z)};
+}
+
+/// The length of the longest vector; 0 without any.
+inline double largestLength(const std::vector<Vec3>& vectors) {
+    double squared = 0;
+    for (const Vec3& v : vectors) squared = std::max(squared, v.length2());
+    return std::sqrt(squared);
 }
 
 }  // namespace betamesh
