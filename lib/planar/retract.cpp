@@ -4,6 +4,7 @@
 #include "base/cell_grid.h"
 #include "base/parallel.h"
 #include "planar/curve_displacement.h"
+#include "skin/constants.h"
 
 #include <algorithm>
 #include <array>
@@ -17,9 +18,7 @@ namespace betamesh {
 namespace {
 
 // Lengths in particle spacings.
-constexpr double kBand = 0.25;       // outer points up to this much farther than the nearest one count, too
-constexpr double kTooDeep = 0.3;     // vertices deeper than the target by this are not moved
-constexpr double kFirstWidth = 1.3;  // smoothing width of the first steps
+constexpr double kFirstWidth = 1.3;                                     // smoothing width of the first steps
 constexpr std::array<double, 5> kLastWidths{1.1, 0.95, 0.8, 0.7, 0.6};  // of the last steps
 // Lengths of a step, in smoothing widths.
 constexpr double kLongestInwards = 0.2, kLongestOutwards = 0.1;
@@ -106,11 +105,11 @@ private:
 
 }  // namespace
 
-double CurveSkin::reach() const { return rolling() + (kTooDeep + kBand) * spacing; }
+double CurveSkin::reach() const { return rolling() + (kReachFade + kDirectionBand) * spacing; }
 
 void retract(const OuterBoundary& boundary, const CurveSkin& skin,
              const std::function<Dual(const DualVec3& x)>& extra_skin, BetaCurve& curve) {
-    const double band = kBand * skin.spacing, too_deep = kTooDeep * skin.spacing;
+    const double band = kDirectionBand * skin.spacing, too_deep = kReachFade * skin.spacing;
     const double reach = skin.reach();
     const OuterPoints outer(boundary, reach);
     for (const Step& step : stepsFor(skin)) {

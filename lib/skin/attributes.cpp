@@ -19,8 +19,8 @@ const Attribute* attributeOf(const Particles& particles, const std::string& name
         known += (known.empty() ? "" : ", ") + a.name;
     }
     if (particles.size() == 0) return nullptr;
-    throw Error("the particles have no attribute '" + name +
-                "'. Available attributes: " + (known.empty() ? "none" : known));
+    throw Error("the particles have no attribute '" + name + "'. Besides position, velocity and id they have " +
+                (known.empty() ? "none" : known) + '.');
 }
 
 namespace {

@@ -115,8 +115,8 @@ inline constexpr double kLonePlanarSkin = 0.5641896;
 /// Largest automatic skin depth in radii, < 1: keeps the skin inside the balls where these are small.
 inline constexpr double kMaxAutomaticSkin = 0.8;
 /// Largest radius in skin depths: a skin thinner than a seventh of the radius is drawn as thick as that. Its depth is
-/// measured from balls of (radius² + skin²) / (2 skin), here 3.57 radii; larger ones need more neighbours than are
-/// near.
+/// measured from balls of (radius² + skin²) / (2 skin), here 3.57 radii; larger ones would
+/// need neighbours from outside the neighbourhood that is searched.
 inline constexpr double kMaxRadiusInSkins = 7;
 /// Reach of the neighbourhood whose motion limits vertex velocities: in dx, and at least in radii. Every vertex is
 /// within a radius of a ball, so the neighbourhood is never empty.
@@ -162,7 +162,8 @@ inline constexpr double kSmoothingWidth = 2.8;
 inline constexpr double kMaxSmoothingStep = 0.5;
 /// rim_distance up to which vertices take the whole step, and from which they stay: drops and tips keep their shape.
 inline constexpr double kStayBegins = 0.7, kStayFull = 1.4;
-/// Weight that counts as half trust, in radii of arc; on a plane surface the samples weigh about 20.
+/// Weight of samples, in radii of arc, at which a step counts half (smooth_coherent.h: trust); on a plane they
+/// weigh 20.
 inline constexpr double kHalfTrustWeight = 1.5;
 /// Squared length of the mean direction at which a step counts half; 1 on a plane, 0 where parts meet in a point.
 inline constexpr double kHalfTrustDirection = 0.15;
@@ -216,12 +217,12 @@ inline constexpr double kMaxFlatEdge = 0.9, kMaxFlatEdgeRadii = 0.55;
 inline constexpr double kMaxRoundEdge = 0.4, kRimEdgeReduction = 0.12;
 /// Kernel width for the variation of normals, and the variations (0 to 1) that count as flat, as round and as a rim.
 inline constexpr double kVariationKernel = 0.8, kFlatVariation = 0.03, kRoundVariation = 0.1, kRimVariation = 0.2;
-/// Longest edges along rims of holes, where the surface is a saddle: concave along the edge, by radians per dx between
-/// the two values; the variation from which that counts, in full from twice that.
+/// Longest edges along rims of holes, where the surface is a saddle; the concavity along an edge, radians per dx, from
+/// which it counts as one and from which in full; the variation of normals from which that counts, in full at twice it.
 inline constexpr double kMaxSaddleEdge = 0.2, kSaddleBegins = 0.05, kSaddleFull = 0.15, kSaddleVariation = 0.07;
 /// Excess length, in longest lengths, over which the vertex that splits an edge fades in.
 inline constexpr double kSplitFade = 0.5;
-/// Demand, 0 to 1, over which a vertex in a quad goes to the middles of its diagonals.
+/// Demand for a split (SplitDemand), 0 to 1, over which a vertex in a quad goes to the middles of its diagonals.
 inline constexpr double kQuadCentreFade = 0.05;
 
 // Folds (deforming_mesh.cpp); lengths in dx ---------------------------------------------------------------------------
@@ -247,18 +248,20 @@ inline constexpr float kMaxFoldStep = 0.25F;
 /// How often, and with a kernel how wide, the local particle spacing is averaged along the surface.
 inline constexpr int kScaleMeans = 3;
 inline constexpr double kScaleKernel = 1.5;
-/// So much less deep than the skin are the outermost of particles, whose places vary, beneath a level surface.
+/// How much less than the skin's depth the outermost of irregularly spaced particles lie beneath a level surface.
 inline constexpr double kOutermost = 0.1;
 
 // Particles at risk of being left outside (keep_inside.cpp) -----------------------------------------------------------
 
-/// Skin, in dx and in edge factors, below which facets between vertices at that depth may cut off particles.
+/// All particles are checked where the skin is thinner than kThinSkin · edge factor dx, or where there are more
+/// smoothing passes than kFewPasses: there facets may cut particles off.
 inline constexpr double kThinSkin = 0.5;
-/// After more passes, facets of any skin may.
 inline constexpr int kFewPasses = 2;
-/// A particle is beside larger ones where a vertex is within so many spacings there, which is so many of its own size.
+/// A particle is beside larger ones, and checked, if a vertex is within kReachOfLarger local spacings of it and that
+/// spacing is more than kMuchLarger times the particle's own.
 inline constexpr double kReachOfLarger = 1.5, kMuchLarger = 1.2;
-/// Width of a bump, in distances of the nearest triangle's farthest corner or in heights, whichever is more.
+/// Radius of a bump over its height, or over the distance from the particle to the farthest corner of the nearest
+/// triangle, whichever is larger.
 inline constexpr double kBumpWidth = 2;
 /// How often bumps are raised: each raises the surface over a particle by about half of what is missing, less where
 /// bumps over others pull it down.
@@ -292,8 +295,9 @@ inline constexpr float kSidewaysMax = 0.5F, kSidewaysMin = -0.3F, kSidewaysFade 
 inline constexpr double kSidewaysKernel = 1.2;
 /// 2 / π: the inverse square distance of a wall across the surface is this times the sum over it (derived).
 inline constexpr double kWallFactor = 0.6366;
-/// Kernel width of fits at edges of thick liquid, which are rounded whatever faces sideways; what faces the opposite
-/// way takes that back by kThinFactor times its nearness, on rims of sheets and on threads.
+/// Kernel width of fits at edges of thick liquid, which are rounded whatever faces sideways. On rims of sheets and on
+/// threads it may be narrower: with a surface at distance D that faces the opposite way, 1 / sqrt(1 / kEdgeFit² +
+/// kThinFactor / D²).
 inline constexpr double kEdgeFit = 2.5, kThinFactor = 2;
 /// Added to squared distances in those sums, square dx.
 inline constexpr float kSidewaysSoftening = 0.02F;

@@ -197,6 +197,7 @@ SkinReport reportOf(const NearSurface& near, const Structure& structure) {
 std::string_view nameOf(Stage stage) {
     constexpr std::array<std::string_view, kStages> kNames = {
         "read", "structure", "tessellate", "smooth", "velocity", "simplify", "measure", "picture", "write"};
+    static_assert(!kNames.back().empty());
     return kNames[static_cast<std::size_t>(stage)];
 }
 

@@ -12,9 +12,9 @@ namespace betamesh {
 namespace {
 
 // All lengths are in particle spacings.
-constexpr float kReachSlack = 0.26F;           // added to the distance of the nearest sample: the band, and rounding
-constexpr std::size_t kMaxSamplesNear = 4096;  // outer samples visited per group of vertices
-constexpr double kOuterCell = 3;               // edge of the cells in which outer samples are grouped
+constexpr auto kReachSlack = static_cast<float>(kDirectionBand + 0.01);  // beyond the nearest sample
+constexpr std::size_t kMaxSamplesNear = 4096;                            // outer samples visited per group of vertices
+constexpr double kOuterCell = 3;  // edge of the cells in which outer samples are grouped
 
 // Depth beyond the skin for a true volume, from the exposed share of an outer ball. None on arcs, where parts of the
 // liquid meet: there the skin itself has to make them meet at contact.

@@ -82,7 +82,9 @@ double farthestSkinSmoothing(const SkinParams& params) {
 void requireWalls(const SkinParams& params) {
     if (params.walls.empty()) return;
     if (!isComplete(params))
-        throw Error("only the beta mesh with the complete tessellation can be laid against walls (surface.walls)");
+        throw Error(
+            "walls (surface.walls) need the beta mesh with the complete tessellation. Leave them out, or choose that "
+            "(surface.kind, surface.tessellation)");
     for (const Wall& wall : params.walls)
         if (!(std::abs(wall.normal.length() - 1) < 1e-6) || !std::isfinite(wall.offset))
             throw Error("a wall needs a normal of unit length and a finite offset (surface.walls)");
@@ -91,7 +93,10 @@ void requireWalls(const SkinParams& params) {
 std::optional<Box> clippingBox(const SkinParams& params) {
     if (!params.box) return std::nullopt;
     if (!isComplete(params))
-        throw Error("only the beta mesh with the complete tessellation can be cut off at a box (surface.box)");
+        throw Error(
+            "a box that cuts the surface off (surface.box) needs the beta mesh with the complete tessellation. Leave "
+            "it "
+            "out, or choose that (surface.kind, surface.tessellation)");
     const Box box(roundedToFloats(params.box->min), roundedToFloats(params.box->max));
     for (int k = 0; k < 3; ++k)
         if (!(box.min[k] < box.max[k]) || !std::isfinite(box.max[k] - box.min[k]))
@@ -102,16 +107,19 @@ std::optional<Box> clippingBox(const SkinParams& params) {
 
 void requireSizes(const SkinParams& params) {
     if (!params.radius_rate_attribute.empty() && params.radius_attribute.empty())
-        throw Error("the rate of the radii (surface.radius_rate_attribute) needs the radii (surface.radius_attribute)");
+        throw Error("surface.radius_rate_attribute is given, but surface.radius_attribute is not. Give both");
     if (params.radius_attribute.empty()) return;
     if (!(params.radius_scale > 0) || !std::isfinite(params.radius_scale))
         throw Error("the factor of the radii (surface.radius_scale) is " + std::to_string(params.radius_scale) +
                     "; expected a number above 0");
     if (params.tessellation == Tessellation::paper && params.surface == SurfaceKind::beta)
         throw Error(
-            "the paper's tessellation knows one radius (surface.radius_attribute); expected the complete tessellation");
+            "surface.radius_attribute needs the complete tessellation: the paper's supports one radius alone "
+            "(surface.tessellation)");
     if (params.predicates != PredicateKind::exact)
-        throw Error("floating predicates know one radius (surface.radius_attribute); expected exact ones");
+        throw Error(
+            "surface.radius_attribute needs exact predicates: floating ones support one radius alone "
+            "(surface.predicates)");
 }
 
 void requireConsistent(const SkinParams& params) {
