@@ -251,6 +251,10 @@ bool checkFile(const std::string& file, const CheckArguments& arguments) {
         report.curves = checkCurves(curves, arguments.params);
         return finish(curves, plane, *report.curves, report, arguments);
     }
+    if (mesh.triangles.empty() && !mesh.position.empty() && inspectFile(file).kind == FileKind::particles)
+        throw Error(file +
+                    ": contains particles, but no triangles and no curves. Give meshes, and the particles that "
+                    "they were made from with --particles.");
     if (arguments.weld) mesh = weldVertices(mesh);
     report.check = checkMesh(mesh, arguments.params);
     return finish(mesh, {}, report.check, report, arguments);

@@ -11,6 +11,7 @@ namespace betamesh {
 
 void addConfigCommand(CLI::App& program, int&) {
     CLI::App* command = program.add_subcommand("config", "Explains and checks pipeline files, and lists presets.");
+    command->footer("Exit codes: 0 printed, and valid; 2 wrong usage, or a key or value that is not valid.");
     command->require_subcommand(1);
     struct ConfigArguments {
         std::string file;

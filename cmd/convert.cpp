@@ -154,9 +154,9 @@ void addConvertCommand(CLI::App& program, int& exit_code) {
         addCommand(program, exit_code, "convert",
                    "Converts particles, meshes or curves from one file format to another.", convert);
     command->footer(
-        "Particles stay particles, and meshes meshes. What the output format cannot hold is named once.\n"
+        "Particles stay particles, and meshes meshes. A warning lists once what the output format cannot hold.\n"
         "Frame rate, up axis and unit of length are those of IN where both formats store them, unless options say\n"
-        "otherwise. Nothing is rotated but where --output-up-axis is not the up axis of IN.\n"
+        "otherwise. The geometry is rotated only where --output-up-axis differs from the up axis of IN.\n"
         "IN and OUT may be - for stdin (a file that its contents identify) and stdout.\n"
         "`betamesh manual man` lists the formats.\n"
         "Exit codes: 0 every file converted; 1 some were not; 2 wrong usage, or an output that exists already.\n"

@@ -99,6 +99,7 @@ void addInfoCommand(CLI::App& program, int& exit_code) {
                          "(####) stands for every frame on disk, - for stdin.")
         ->required();
     command->add_flag("--json", arguments->json, "Print one JSON object per file on stdout.");
+    command->footer("Exit codes: 0 every file is shown; 1 a file cannot be read; 2 wrong usage.");
 }
 
 }  // namespace betamesh

@@ -128,7 +128,7 @@ std::string formatsPage() {
             row += "Written: " + std::string(format.write_extensions) + " (" + contentsOf(format) + "). ";
         if (!format.holds_attributes) row += "Holds neither velocity nor attributes. ";
         if (format.id_bits > 0 && format.id_bits < 64) row += "Ids have " + std::to_string(format.id_bits) + " bits. ";
-        row += "Test: " + std::string(format.test) + ": " + std::string(format.proof) + '.';
+        row += "Proof: " + std::string(format.proof) + " (test " + std::string(format.test) + ").";
         text += ".TP\n.B " + troff(std::string(format.name)) + '\n' + troff(row) + '\n';
     }
     return text;
@@ -344,7 +344,7 @@ void addManualCommand(CLI::App& program, int& exit_code) {
         "  source <(betamesh manual bash)         # complete commands and options in this bash\n"
         "  betamesh manual fish > ~/.config/fish/completions/betamesh.fish");
     arguments->program = &program;
-    command->add_option("FORM", arguments->form, "What to print: the man page, or the completion for a shell.")
+    command->add_option("FORM", arguments->form, "man: the man page; otherwise the shell to complete for.")
         ->type_name("man|bash|zsh|fish")
         ->required()
         ->check(oneOf({"man", "bash", "zsh", "fish"}));

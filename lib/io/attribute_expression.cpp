@@ -1,6 +1,6 @@
 #include "io/attribute_expression.h"
 
-#include "base/edit_distance.h"
+#include "base/nearest_word.h"
 #include "betamesh/error.h"
 
 #include <muParser.h>
@@ -105,13 +105,10 @@ Column columnOf(const Variable& variable, const FileContents& points, const Vec3
     std::vector<std::string> known{"P"};
     if (!points.id.empty()) known.emplace_back("id");
     for (const Attribute& a : points.attributes) known.push_back(a.name);
-    const auto nearest = std::min_element(known.begin(), known.end(), [&](const auto& a, const auto& b) {
-        return editDistance(a, variable.attribute) < editDistance(b, variable.attribute);
-    });
     std::string all;
     for (const std::string& name : known) all += (all.empty() ? "" : ", ") + name;
-    throw Error(where + "there is no attribute '" + variable.attribute + "'. Did you mean '" + *nearest +
-                "'? The file has: " + all);
+    throw Error(where + "there is no attribute '" + variable.attribute + "'. The file has " + all + '.' +
+                didYouMean(variable.attribute, known));
 }
 
 }  // namespace
@@ -142,8 +139,9 @@ AttributeExpression::AttributeExpression(const std::string& text)
         parser.Eval(results);  // compiles it, and finds the names in it
         if (results != 1) throw Error("'" + text + "' is not a condition: it has several results, separated by commas");
     } catch (const mu::ParserError& error) {
-        throw Error("'" + text + "' is not a condition: " + error.GetMsg() +
-                    " Expected something like type == 1 && P.y > 0.5");
+        std::string why = error.GetMsg();
+        if (why.ends_with('.')) why.pop_back();
+        throw Error("'" + text + "' is not a condition: " + why + ". Use something like type == 1 && P.y > 0.5");
     }
 }
 

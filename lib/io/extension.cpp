@@ -161,7 +161,7 @@ const FileFormat& formatOf(const fs::path& path, FileKind kind, Access access) {
     else if (format != nullptr && formatWith(name, access) == nullptr)
         fault = ": " + extension + " can be " +
                 (access == Access::read ? "written, but not read" : "read, but not written");
-    else
+    else if (formatWith(name, access) == nullptr)
         guess = didYouMean(extension, wordsOf(known));
     throw Error(path.string() + fault + ". Use one of " + known + '.' + guess);
 }

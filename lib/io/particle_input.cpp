@@ -51,7 +51,7 @@ VelocitySource::Component requestedComponent(const std::vector<Attribute>& attri
             return {a, part->index};
     }
     throw Error(file + ": has no velocity attribute '" + name + "' with one number per point. The file has " + known +
-                ".");
+                ". Name one of these, or leave --velocity out (input.velocity).");
 }
 
 VelocitySource requestedVelocity(const std::vector<Attribute>& attributes, std::size_t n, const std::string& requested,
@@ -65,7 +65,8 @@ VelocitySource requestedVelocity(const std::vector<Attribute>& attributes, std::
     const auto found =
         std::find_if(attributes.begin(), attributes.end(), [&](const Attribute& a) { return a.name == requested; });
     if (found == attributes.end())
-        throw Error(file + ": has no velocity attribute '" + requested + "'. The file has " + known + ".");
+        throw Error(file + ": has no velocity attribute '" + requested + "'. The file has " + known +
+                    ". Name one of these, three components as in vx,vy,vz, or leave --velocity out (input.velocity).");
     if (!isFloatVector(*found, n))
         throw Error(file + ": velocity attribute '" + requested + "' has " + std::to_string(found->components) +
                     (found->real.empty() ? " integers" : " floats") + " per point, but needs 3 floats");

@@ -47,6 +47,21 @@ TEST(Check, ClosedMeshesPassAndOpenOnesFail) {
     EXPECT_EQ(reports[1]["component"][0]["genus"], 0);
 }
 
+TEST(Check, ParticlesAreNoMesh) {
+    const TemporaryFolder folder;
+    Particles particles;
+    particles.position = {{0, 0, 0}, {1, 0, 0}};
+    particles.id = {0, 1};
+    for (const char* name : {"a.ply", "a.bgeo", "a.vtp", "a.usda", "a.abc"}) {
+        writeParticles(folder / name, particles);
+        const Outcome outcome = runProgram({"check", name}, folder.path());
+        EXPECT_EQ(outcome.exit_code, 1) << name << '\n' << outcome.out;
+        EXPECT_NE(outcome.err.find(std::string(name) + ": contains particles"), std::string::npos) << outcome.err;
+        writeMesh(folder / name, {});
+        EXPECT_EQ(runProgram({"check", name}, folder.path()).exit_code, 0) << name;
+    }
+}
+
 TEST(Check, TheDeprecatedScratchFolderIsWarnedOf) {
     const TemporaryFolder folder;
     writeMesh(folder / "a.ply", sphere(1, Vec3(0)));

@@ -318,7 +318,7 @@ TEST_F(Files, StandardStreamsLeaveNothingBehindAndRefuseWhatTheyCannotDo) {
     expect(2, "mesh - - < /dev/null", "stdin is empty");
     expect(2, "mesh - - --json < in/a.0001.ply", "--json prints on stdout");
     expect(2, "mesh - - --dry-run < in/a.0001.ply", "--dry-run prints on stdout");
-    expect(1, "mesh - - --attributes absent < in/a.0001.ply", "no attribute 'absent'");
+    expect(1, "mesh - - --attributes absent < in/a.0001.ply", "stdin.ply: the particles have no attribute 'absent'");
     expect(2, "mesh - - --radius 0 < in/a.0001.ply", "--radius");
     expect(2, "check - - < in/a.0001.ply", "stdin (-) is named twice");
 }

@@ -273,7 +273,7 @@ TEST_F(Job, AnEmptyLevelSetIsWarnedOf) {
         const Outcome wrong = mesh({"--voxel", voxel}, "out/b.####.vdb");
         EXPECT_EQ(wrong.exit_code, 2);
         EXPECT_NE(
-            wrong.err.find(std::string("--voxel: output.voxel: '") + voxel + "' is not valid. Use a number above 0"),
+            wrong.err.find(std::string("--voxel (output.voxel): '") + voxel + "' is not valid. Use a number above 0"),
             std::string::npos)
             << wrong.err;
     }

@@ -101,7 +101,7 @@ TEST_F(PlaneJob, ContradictingOptionsAreRefusedBeforeAnythingIsWritten) {
 TEST_F(PlaneJob, ParticlesOutsideThePlaneFailTheirFrameAndFlatInputGivesAHint) {
     const Outcome bent = run("bent.bgeo", "c.ply", {"--dimension", "2"});
     EXPECT_EQ(bent.exit_code, 1);
-    EXPECT_NE(bent.err.find("expected one z"), std::string::npos) << bent.err;
+    EXPECT_NE(bent.err.find("plane of one z"), std::string::npos) << bent.err;
     EXPECT_NE(run("flat.bgeo", "m.ply", {}).err.find("--dimension 2"), std::string::npos);
     EXPECT_EQ(run("bent.bgeo", "m.ply", {}).err.find("--dimension 2"), std::string::npos);
 }

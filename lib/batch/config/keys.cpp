@@ -57,7 +57,9 @@ void setConfigKey(Config& config, const std::string& path, const std::string& va
     try {
         key->set(config, value);
     } catch (const Error& error) {
-        throw Error(where + ": " + path + ": " + error.what());
+        const bool is_option = where.starts_with('-') && !where.starts_with("--set ");
+        const bool repeats = where == "--" + path;
+        throw Error(where + (repeats ? "" : is_option ? " (" + path + ')' : ": " + path) + ": " + error.what());
     }
 }
 

@@ -58,8 +58,9 @@ void addSurfaceKeys(std::vector<ConfigKey>& keys) {
     keys.push_back(textKey(
         {"surface.radius_attribute", "--radius-attribute", "",
          "Particle attribute, such as pscale or radius, that gives each particle a spacing of its own, for adaptive "
-         "simulations, spray and whitewater. Times surface.radius_scale it is what dx stands for in surface.radius, "
-         "surface.skin and smoothing.width at this particle. All other lengths are in units of surface.spacing. Empty: "
+         "simulations, spray and whitewater. At this particle, dx in surface.radius, surface.skin and "
+         "smoothing.width means this attribute times surface.radius_scale. All other lengths are in units of "
+         "surface.spacing. Empty: "
          "all particles are alike."},
         "the name of an attribute with one number above 0 per particle, or leave it empty",
         [](Config& c) -> std::string& { return c.surface.radius_attribute; }));
@@ -83,8 +84,9 @@ void addSurfaceKeys(std::vector<ConfigKey>& keys) {
         [](Config& c) -> SurfaceKind& { return c.surface.kind; }));
     keys.push_back(integerKey(
         {"surface.dimension", "--dimension", "",
-         "3: balls, which give closed triangle meshes. 2: discs, which give closed curves, for particles in one plane "
-         "across an axis: all have the same z, the same y or the same x; curves are written as .ply edges, .bgeo "
+         "3: balls, which give closed triangle meshes. 2: discs, which give closed curves, for particles in a plane "
+         "perpendicular to a coordinate axis: all have the same z, the same y or the same x. Curves are written as "
+         ".ply edges, .bgeo "
          "polylines, .obj lines or .svg drawings."},
         2, 3, false, [](Config& c) -> int& { return c.surface.dimension; }));
     keys.push_back(choiceKey<Tessellation>(

@@ -32,8 +32,7 @@ void reconcileTessellation(Config& config, std::vector<std::string>& warnings) {
         config.surface.tessellation == Tessellation::paper)
         return;
     config.surface.tessellation = Tessellation::paper;
-    warnings.emplace_back(
-        "smoothing.method paper needs surface.tessellation paper, which is used instead of the given one");
+    warnings.emplace_back("smoothing.method paper needs the paper's tessellation: surface.tessellation paper is used");
 }
 
 void reconcileBubbles(Config& config, std::vector<std::string>& warnings) {
@@ -171,7 +170,7 @@ std::optional<ResolvedRadius> measuredRadius(const Config& config, const Measure
     if (given) return given;
     if (!found) return std::nullopt;
     return resolvedRadius(config.surface.radius, found->spacing,
-                          "measured in " + measured.where + ", where 90 % of the particles have " +
+                          "measured in " + measured.where + ", where the local spacing of 90 % of the particles is " +
                               shortNumber(found->low) + " to " + shortNumber(found->high));
 }
 

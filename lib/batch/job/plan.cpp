@@ -38,8 +38,10 @@ void noteGaps(const Config& config, const std::vector<int>& frames, std::vector<
     for (std::size_t i = 2; i < frames.size(); ++i) step = std::min(step, std::int64_t{frames[i]} - frames[i - 1]);
     for (std::size_t i = 1; i < frames.size(); ++i) {
         if (std::int64_t{frames[i]} - frames[i - 1] != step) {
-            warnings.push_back("'" + config.input.path + "': the frames on disk have gaps (" + printFrames(frames) +
-                               "). Use --frames to choose what happens to missing frames (run.on_missing)");
+            warnings.push_back(
+                "'" + config.input.path + "': the frames on disk have gaps (" + printFrames(frames) +
+                "), which are left out. Give the range with --frames to make them errors, or empty meshes with "
+                "--on-missing empty (run.on_missing)");
             return;
         }
     }

@@ -96,8 +96,9 @@ FlatParticles flattened(Particles particles, double spacing) {
     const auto plane = planeOf(particles.position, spacing);
     if (!plane) {
         const Vec3f size = boxOf(particles.position).size();
-        throw Error("expected one z, one y or one x for all particles in two dimensions; they extend over " +
-                    std::to_string(size.x) + ", " + std::to_string(size.y) + " and " + std::to_string(size.z));
+        throw Error("the particles do not lie in a plane of one z, one y or one x: they extend over " +
+                    std::to_string(size.x) + ", " + std::to_string(size.y) + " and " + std::to_string(size.z) +
+                    ". Skin them in three dimensions (surface.dimension 3)");
     }
     FlatParticles flat{*plane, std::move(particles)};
     for (Vec3f& p : flat.particles.position) {

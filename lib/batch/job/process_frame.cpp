@@ -258,6 +258,13 @@ void fail(FrameResult& result, const std::string& why) {
     logError(result.error);
 }
 
+/// An error that names a file of the frame: its input unless it names another one.
+std::string withFile(const std::string& error, const FrameTask& task) {
+    const std::string output = fs::path(task.output).stem().string();
+    const bool names_file = error.find(task.input) != std::string::npos || error.find(output) != std::string::npos;
+    return (names_file ? "" : task.input + ": ") + error;
+}
+
 /// Processes one output of a frame. Interrupted and std::bad_alloc are passed on.
 FrameResult resultOfOutput(SharedFrame& frame, const FrameTask& task, const Plan& plan, bool is_one_of_several,
                            JobState& job) {
@@ -265,7 +272,9 @@ FrameResult resultOfOutput(SharedFrame& frame, const FrameTask& task, const Plan
     switch (task.action) {
         case FrameAction::fail_missing:
             fail(result,
-                 task.input + ": no such file. Use --on-missing skip or empty (run.on_missing) to continue without it");
+                 task.input + ": no such file." +
+                     (plan.tasks.size() > 1 ? " Use --on-missing skip or empty (run.on_missing) to continue without it"
+                                            : ""));
             break;
         case FrameAction::refuse_existing:
             fail(result, task.output + " already exists");
@@ -295,7 +304,7 @@ FrameResult resultOfOutput(SharedFrame& frame, const FrameTask& task, const Plan
                 job.memory_error[task.frame] = error.what();
                 throw std::bad_alloc();
             } catch (const std::exception& error) {
-                fail(result, (is_one_of_several ? task.output + ": " : "") + error.what());
+                fail(result, (is_one_of_several ? task.output + ": " : "") + withFile(error.what(), task));
             }
     }
     result.peak_bytes = peakMemory();

@@ -222,7 +222,7 @@ def test_planar_settings_and_positions():
     assert betamesh.check(curves, flat)["good"]
     across = np.stack([flat[:, 0], flat[:, 0] * 0 + 2, flat[:, 1]], axis=1)
     assert np.all(betamesh.skin_plane(across).vertices[:, 1] == 2)
-    with pytest.raises(ValueError, match="expected one z, one y or one x"):
+    with pytest.raises(ValueError, match="do not lie in a plane of one z, one y or one x"):
         betamesh.skin_plane(lattice())
     with pytest.raises(TypeError):
         betamesh.skin_plane(flat, predicates="float")
