@@ -3,6 +3,7 @@
 
 #include "base/simd.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -27,6 +28,9 @@ __attribute__((always_inline)) inline double angleInUpperHalfPlane(double y, dou
     return x < 0 ? std::numbers::pi - right : right;
 }
 
+// Height over longest side below which a triangle counts less: its normal is that of rounding and of tiny steps.
+constexpr double kSliver = 0.2;
+
 }  // namespace
 
 BETAMESH_EVERY_CPU
@@ -40,14 +44,18 @@ void cornerNormals(const TriangleCorners& at, std::size_t count, CornerNormals* 
         const double x = uy * vz - uz * vy, y = uz * vx - ux * vz, z = ux * vy - uy * vx;
         const double doubled_area = std::sqrt(x * x + y * y + z * z);
         const double scale = doubled_area > 0 ? 1 / (doubled_area + std::numeric_limits<double>::min()) : 0;
+        const double longest =
+            std::max({ux * ux + uy * uy + uz * uz, vx * vx + vy * vy + vz * vz, wx * wx + wy * wy + wz * wz});
+        const double width = std::min(1.0, doubled_area / (kSliver * longest + std::numeric_limits<double>::min()));
+        const double weight = width * width;
         const double at_a = angleInUpperHalfPlane(doubled_area, -(wx * ux + wy * uy + wz * uz)),
                      at_b = angleInUpperHalfPlane(doubled_area, -(ux * vx + uy * vy + uz * vz));
         out[0][i] = static_cast<float>(x * scale);
         out[1][i] = static_cast<float>(y * scale);
         out[2][i] = static_cast<float>(z * scale);
-        out[3][i] = static_cast<float>(at_a);
-        out[4][i] = static_cast<float>(at_b);
-        out[5][i] = static_cast<float>(std::numbers::pi - at_a - at_b);
+        out[3][i] = static_cast<float>(at_a * weight);
+        out[4][i] = static_cast<float>(at_b * weight);
+        out[5][i] = static_cast<float>((std::numbers::pi - at_a - at_b) * weight);
     }
     for (std::size_t i = 0; i < count; ++i)
         normals[i] = {{out[0][i], out[1][i], out[2][i]}, {out[3][i], out[4][i], out[5][i]}};

@@ -18,17 +18,19 @@ namespace betamesh {
 inline constexpr std::size_t kTrianglesAtOnce = 64;
 using TriangleCorners = std::array<std::array<std::array<double, kTrianglesAtOnce>, 3>, 3>;  ///< [corner][axis]
 
-/// What a triangle contributes to the normals of its corners: its normal, weighted by the angle at the corner.
+/// What a triangle contributes to the normals of its corners: its normal, weighted by the angle at the corner. Slivers
+/// count less, with the square of their height: some are so narrow that their normals are arbitrary.
 struct CornerNormals {
-    Vec3f normal;                ///< unit length; zero for degenerate triangles
-    std::array<float, 3> angle;  ///< radians, error below 1e-7
+    Vec3f normal;                 ///< unit length; zero for degenerate triangles
+    std::array<float, 3> weight;  ///< radians, error below 1e-7
 };
 
 /// Computes `normals` of the first `count` triangles of a batch.
 void cornerNormals(const TriangleCorners& at, std::size_t count, CornerNormals* normals);
 
-/// Angle-weighted normals. Unlike other means they do not depend on how planar polygons are triangulated. Unit vectors;
-/// zero for vertices without triangles.
+/// Angle-weighted normals, almost without slivers. Unlike other means they do not depend on how planar polygons are
+/// triangulated, unless into slivers. Unit vectors; zero for vertices without triangles, or with slivers of no width
+/// alone.
 ///
 /// in      positionOf(v): position of vertex v < vertices
 /// same    result for any thread count and instruction set
@@ -64,7 +66,7 @@ std::vector<Vec3> vertexNormals(std::size_t vertices, std::span<const Triangle> 
     parallelInOrder(nextBlock, normalsOf, [&](Block&& block) {
         for (std::size_t i = 0; i < block.triangles.size(); ++i)
             for (std::size_t m = 0; m < 3; ++m)
-                normals[block.triangles[i][m]] += Vec3(block.corners[i].normal * block.corners[i].angle[m]);
+                normals[block.triangles[i][m]] += Vec3(block.corners[i].normal * block.corners[i].weight[m]);
     });
     parallelFor(vertices, 4096, [&](std::size_t v) { normals[v].normalize(); });
     return normals;
