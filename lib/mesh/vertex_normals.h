@@ -37,7 +37,7 @@ void cornerNormals(const TriangleCorners& at, std::size_t count, CornerNormals* 
 template <typename PositionOf>
 std::vector<Vec3> vertexNormals(std::size_t vertices, std::span<const Triangle> triangles,
                                 const PositionOf& positionOf) {
-    constexpr std::size_t kBlock = 64 * kTrianglesAtOnce;
+    constexpr std::size_t kTrianglesPerBlock = 64 * kTrianglesAtOnce;
     struct Block {
         std::span<const Triangle> triangles;
         std::unique_ptr<CornerNormals[]> corners;
@@ -45,7 +45,7 @@ std::vector<Vec3> vertexNormals(std::size_t vertices, std::span<const Triangle> 
     std::size_t next = 0;
     const auto nextBlock = [&]() -> std::optional<std::span<const Triangle>> {
         if (next == triangles.size()) return std::nullopt;
-        const std::size_t begin = std::exchange(next, std::min(next + kBlock, triangles.size()));
+        const std::size_t begin = std::exchange(next, std::min(next + kTrianglesPerBlock, triangles.size()));
         return triangles.subspan(begin, next - begin);
     };
     const auto normalsOf = [&](std::span<const Triangle> of_block) {
