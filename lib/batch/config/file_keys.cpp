@@ -86,8 +86,7 @@ void addOutputKeys(std::vector<ConfigKey>& keys) {
         {"output.simplify", "--simplify", "",
          "Leaves out vertices where the surface is flat: no point of it moves farther than this. 0.01dx is invisible. "
          "It keeps 43 % of the triangles of a splash and 25 % of calm water, and takes twice as long as meshing. The "
-         "other "
-         "vertices keep their position, velocity and attributes. Meshes only, not curves."},
+         "other vertices keep their position, velocity and attributes. Meshes only, not curves."},
         "none", [](Config& c) -> Length& { return c.output.simplify; }));
     keys.push_back(choiceKey<UpAxis>(
         {"output.up_axis", "--output-up-axis", "",

@@ -77,8 +77,8 @@ void addChoice(std::vector<ConfigKey>& keys) {
          "Condition that chooses particles, such as type == 1 && density > 900. Names are attributes of the file, id, "
          "and P for the position; components are P.x or P[0]; length(v) is the length of a vector. Operators: + - * / "
          "^ (power), comparisons, && || ! and a ? b : c. Values are those in the file, before input.scale and the "
-         "like. A comparison with NaN fails. "
-         "Everything else, such as the measured spacing, is derived from the chosen particles alone."},
+         "like. A comparison with NaN fails. Everything else, such as the measured spacing, is derived from the chosen "
+         "particles alone."},
         "a condition, or leave it empty", [](Config& c) -> std::string& { return c.input.where; },
         [](const std::string& text) {
             if (!text.empty()) AttributeExpression{text};
@@ -133,10 +133,8 @@ void addUnits(std::vector<ConfigKey>& keys) {
         {"input.origin", "--origin", "units of the file, before input.scale",
          "Point that becomes the origin of the output, subtracted in double precision. auto: none, unless positions "
          "are stored in double precision and so far from the origin that single precision loses them: then a point of "
-         "few "
-         "digits near the middle of the first frame on disk, for all frames. The warning and the manifest "
-         "(local_origin) tell "
-         "what has to be added to the mesh."}));
+         "few digits near the middle of the first frame on disk, for all frames. The warning and the manifest "
+         "(local_origin) tell what has to be added to the mesh."}));
 }
 
 }  // namespace

@@ -86,8 +86,7 @@ void addSurfaceKeys(std::vector<ConfigKey>& keys) {
         {"surface.dimension", "--dimension", "",
          "3: balls, which give closed triangle meshes. 2: discs, which give closed curves, for particles in a plane "
          "perpendicular to a coordinate axis: all have the same z, the same y or the same x. Curves are written as "
-         ".ply edges, .bgeo "
-         "polylines, .obj lines or .svg drawings."},
+         ".ply edges, .bgeo polylines, .obj lines or .svg drawings."},
         2, 3, false, [](Config& c) -> int& { return c.surface.dimension; }));
     keys.push_back(choiceKey<Tessellation>(
         {"surface.tessellation", "--tessellation", "",
