@@ -197,11 +197,20 @@ inline constexpr double kWideStep = 0.37, kMaxWideSteps = 16;
 /// Kernel widths over which steps are averaged: of the wide steps, then of each narrower one.
 inline constexpr double kWideKernel = 1.3;
 inline constexpr double kNarrowKernels[] = {1.0, 0.8, 0.6};
-/// The mesh is refined after this many narrower steps: edges around holes grow until then.
-inline constexpr std::size_t kRefineAfter = 1;
 /// Longest step inwards, in kernel widths: an averaged field that changes so slowly does not fold the mesh. Longest
 /// step outwards, in dx.
 inline constexpr double kMaxStepInKernels = 0.2, kMaxOutwardStep = 0.1;
+/// Least share of a step by which the distance from the outer boundary is assumed to grow. On a flat surface it is 1,
+/// at the rim of a hole less, as the outer boundary is near on both sides.
+inline constexpr double kLeastGain = 0.3;
+/// Gap beyond which a vertex lags behind.
+inline constexpr double kLagging = 0.07;
+/// Steps of vertices that lag behind, before the mesh is refined (edges around holes grow until then) and after; their
+/// kernel width; their length over what the gap exceeds kLagging by, > 1, as averaging shortens them.
+inline constexpr int kCatchUpsBefore = 3, kCatchUpsAfter = 2;
+inline constexpr double kCatchUpKernel = 0.5, kCatchUpGain = 2;
+/// Kernel width over which velocities are averaged.
+inline constexpr double kVelocityKernel = 0.6;
 /// Depth beyond the automatic skin that makes volumes true: of threads, which expose a fifth of each outer ball, and of
 /// lone particles, which expose all of it, in addition (0.55 + 0.1 - 0.02 is near 0.62). Chosen so that the volumes of
 /// threads and drops are true.
@@ -258,8 +267,8 @@ inline constexpr double kOutermost = 0.1;
 inline constexpr double kThinSkin = 0.5;
 inline constexpr int kFewPasses = 2;
 /// A particle is beside larger ones, and checked, if a vertex is within kReachOfLarger local spacings of it and that
-/// spacing is more than kMuchLarger times the particle's own.
-inline constexpr double kReachOfLarger = 1.5, kMuchLarger = 1.2;
+/// spacing is more than kMuchLarger times the particle's own. 1.1 left particles outside where the skin was 0.5 dx.
+inline constexpr double kReachOfLarger = 1.5, kMuchLarger = 1.05;
 /// Radius of a bump over its height, or over the distance from the particle to the farthest corner of the nearest
 /// triangle, whichever is larger.
 inline constexpr double kBumpWidth = 2;

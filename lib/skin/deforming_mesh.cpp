@@ -230,11 +230,27 @@ void DeformingMesh::moveAveraged(std::vector<Vec3f>& step, const std::vector<flo
     move(step);
 }
 
-std::vector<Vec3f> DeformingMesh::kernelMeans(double width, const std::vector<Vec3f>& values) const {
+// The groups of vertices with values other than 0 within reach.
+std::vector<std::uint8_t> DeformingMesh::groupsNear(double width, const std::vector<Vec3f>& values) const {
+    std::vector<std::uint8_t> is_near(groups_.size(), 0);
+    for (std::uint32_t group = 0; group < groups_.size(); ++group) {
+        const auto begin = values.begin() + groups_.begin(group), end = values.begin() + groups_.begin(group + 1);
+        if (std::all_of(begin, end, [](const Vec3f& value) { return value == Vec3f(0); })) continue;
+        groups_.forGroupsNear(
+            groups_.box(group), [&](double largest_scale) { return width * spacing_ * largest_scale; },
+            [&](std::uint32_t near, std::uint32_t) { is_near[near] = 1; });
+    }
+    return is_near;
+}
+
+// reachOf: world units; groups for which it is negative get 0
+template <typename ReachOf>
+std::vector<Vec3f> DeformingMesh::kernelMeansWithin(double width, const std::vector<Vec3f>& values,
+                                                    const ReachOf& reachOf) const {
     constexpr float kMinArea = 1e-9F;  // equal weights where no vertex has an area
     std::vector<Vec3f> means(values.size(), Vec3f(0));
     forNeighbourhoods<kValueFields>(
-        width,
+        reachOf,
         [&](std::uint32_t v, SampleFields<kValueFields>& f) {
             const Vec3f& value = values[v];
             f[kVx] = value.x, f[kVy] = value.y, f[kVz] = value.z, f[kWeight] = area_[v] + kMinArea;
@@ -247,6 +263,16 @@ std::vector<Vec3f> DeformingMesh::kernelMeans(double width, const std::vector<Ve
                 means[group.row[lane]] = Vec3f(mean[0][lane], mean[1][lane], mean[2][lane]);
         });
     return means;
+}
+
+std::vector<Vec3f> DeformingMesh::kernelMeans(double width, const std::vector<Vec3f>& values) const {
+    return kernelMeansWithin(width, values, [&](std::size_t group) { return reach(width, group); });
+}
+
+std::vector<Vec3f> DeformingMesh::kernelMeansOfFew(double width, const std::vector<Vec3f>& values) const {
+    const std::vector<std::uint8_t> is_near = groupsNear(width, values);
+    return kernelMeansWithin(width, values,
+                             [&](std::size_t group) { return is_near[group] != 0 ? reach(width, group) : -1; });
 }
 
 void DeformingMesh::smoothScales() {

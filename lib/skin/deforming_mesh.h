@@ -89,18 +89,27 @@ public:
 
     /// Groups of the vertices at their current positions.
     const PointGroups& groups() const { return groups_; }
+    /// How far the widest kernel of a group of vertices reaches, world units.
+    double reach(double width, std::size_t group) const {
+        return width * spacing_ * static_cast<double>(largestScale(group));
+    }
     /// forGroups() with vertices as points and as samples. Of a well-shaped surface some 300 samples are near a group.
-    template <std::size_t kFields, typename Fill, typename Visit>
-    void forNeighbourhoods(double reach, const Fill& fill, const Visit& visit) const {
+    template <std::size_t kFields, typename ReachOf, typename Fill, typename Visit>
+    void forNeighbourhoods(const ReachOf& reachOf, const Fill& fill, const Visit& visit) const {
         constexpr std::size_t kMaxSamples = 2048;
-        forGroups<kFields>(
-            groups_, position_, groups_, position_, spacing_, kMaxSamples,
-            [&](std::size_t group) { return reach * spacing_ * static_cast<double>(largestScale(group)); }, fill,
-            visit);
+        const SampleTable<kFields> table(groups_, position_, spacing_, fill);
+        forGroups(groups_, position_, table, kMaxSamples, reachOf, visit);
+    }
+    /// The same for kernels of a width at all vertices.
+    template <std::size_t kFields, typename Fill, typename Visit>
+    void forNeighbourhoods(double width, const Fill& fill, const Visit& visit) const {
+        forNeighbourhoods<kFields>([&](std::size_t group) { return reach(width, group); }, fill, visit);
     }
 
     /// Kernel means over space, whatever the normals; the weight is (1 - d²/width²)² times area.
     std::vector<Vec3f> kernelMeans(double width, const std::vector<Vec3f>& values) const;
+    /// The same, faster where most values are zero.
+    std::vector<Vec3f> kernelMeansOfFew(double width, const std::vector<Vec3f>& values) const;
 
     /// Narrow kernel means of the normals, whatever they are: the normal of a vertex of slivers may be arbitrary.
     std::vector<Vec3f> meanNormals() const;
@@ -136,6 +145,9 @@ private:
     void placeOnDiagonals(FadingVertex& fading, double of_other, double middle);
     struct SplitDemand;
     void splitLongEdges(std::size_t refinement, SplitDemand& demand);
+    std::vector<std::uint8_t> groupsNear(double width, const std::vector<Vec3f>& values) const;
+    template <typename ReachOf>
+    std::vector<Vec3f> kernelMeansWithin(double width, const std::vector<Vec3f>& values, const ReachOf& reachOf) const;
     void turnInverted(std::uint32_t triangle, std::vector<Vec3f>& step) const;
 
     BetaMesh& mesh_;

@@ -135,16 +135,20 @@ struct BoxColumns {
     }
 };
 
-/// The samples of sums, in the order of their groups. Positions are relative to the lowest corner of the group's cell
-/// and in units, so that single precision suffices far from the origin.
+/// The samples of sums, in the order of their groups, which are referenced and must outlive the table. Positions are
+/// relative to the lowest corner of the group's cell and in units, so that single precision suffices far from the
+/// origin.
 template <std::size_t kFields>
 class SampleTable {
 public:
-    /// fill(row, fields) sets a sample's fields after its position. reach_factor: of each sample; empty: all 1
+    /// fill(row, fields) sets a sample's fields after its position.
+    /// reach_factor: of each sample, which is visited within this times the reach of a group of points; the scales by
+    /// which the samples were grouped, or empty: all 1
     template <typename Fill>
     SampleTable(const PointGroups& groups, const std::vector<Vec3>& position, double unit, const Fill& fill,
-                const std::vector<float>& reach_factor)
+                const std::vector<float>& reach_factor = {})
         : groups_(groups),
+          unit_(unit),
           scale_(1 / unit),
           field_(std::make_unique_for_overwrite<SampleFields<kFields>[]>(position.size())),
           box_(groups.size() * kRuns),
@@ -169,6 +173,10 @@ public:
         });
     }
 
+    const PointGroups& groups() const { return groups_; }
+    double unit() const { return unit_; }  ///< world units
+    bool haveReachFactors() const { return !reach_factor_.empty(); }
+
     /// Appends the runs of a group and their bounding boxes, relative to `frame`, world units.
     void addRuns(std::uint32_t group, std::uint32_t cell, const Vec3& frame, BoxColumns& boxes,
                  std::vector<typename SampleRuns<kFields>::Run>& runs) const {
@@ -192,7 +200,7 @@ private:
     }
 
     const PointGroups& groups_;
-    double scale_;
+    double unit_, scale_;
     std::unique_ptr<SampleFields<kFields>[]> field_;
     std::vector<Boxf> box_;            // of runs, kRuns per group, in the coordinates of the samples
     std::vector<float> reach_factor_;  // the largest of each run; empty: all 1
@@ -201,18 +209,15 @@ private:
 /// Calls visit(PointGroup, SampleRuns) for every group of points on several threads. The samples contain at least all
 /// those within reachOf(group) of each of its points, in an order that does not depend on the groups: if samples beyond
 /// a point's own reach contribute zero, its sums depend on the samples alone. Positions of points and samples are in
-/// units and have a common origin near the group. fill(row, fields) sets a sample's fields after its position.
+/// units and have a common origin near the group.
 ///
-/// max_samples    largest number of samples per group: of more, every second (third, …) one is visited
-/// reach_factor   of each sample: it is visited within this times reachOf(group); the scales by which the samples were
-///                grouped, or empty: all 1
-template <std::size_t kFields, typename ReachOf, typename Fill, typename Visit>
-void forGroups(const PointGroups& points, const std::vector<Vec3>& point, const PointGroups& samples,
-               const std::vector<Vec3>& sample, double unit, std::size_t max_samples, const ReachOf& reachOf,
-               const Fill& fill, const Visit& visit, const std::vector<float>& reach_factor = {}) {
+/// max_samples  largest number of samples per group: of more, every second (third, …) one is visited
+/// reachOf      of a group of points, world units; groups for which it is negative are left out
+template <std::size_t kFields, typename ReachOf, typename Visit>
+void forGroups(const PointGroups& points, const std::vector<Vec3>& point, const SampleTable<kFields>& samples,
+               std::size_t max_samples, const ReachOf& reachOf, const Visit& visit) {
     using Run = typename SampleRuns<kFields>::Run;
-    const SampleTable<kFields> table(samples, sample, unit, fill, reach_factor);
-    const double scale = 1 / unit;
+    const double scale = 1 / samples.unit();
     parallelRanges(points.cells(), 4, [&](std::size_t first, std::size_t last) {
         std::vector<Run> candidates, runs;
         std::vector<SampleFields<kFields>> thinned;
@@ -220,23 +225,27 @@ void forGroups(const PointGroups& points, const std::vector<Vec3>& point, const 
         std::vector<std::uint32_t> near;
         for (auto cell = static_cast<std::uint32_t>(first); cell < last; ++cell) {
             Box box;
-            double largest_reach = 0;
+            double largest_reach = -1;
             const std::uint32_t first_group = points.firstGroup(cell), end_group = points.firstGroup(cell + 1);
             for (std::uint32_t g = first_group; g < end_group; ++g) {
+                const double reach = reachOf(g);
+                if (reach < 0) continue;
                 box.extendBy(points.box(g));
-                largest_reach = std::max(largest_reach, reachOf(g));
+                largest_reach = std::max(largest_reach, reach);
             }
+            if (largest_reach < 0) continue;
             const Vec3 frame = box.center();
             const auto localOf = [&](const Vec3& p) { return Vec3f((p - frame) * scale); };
             candidates.clear();
             boxes.clear();
-            samples.forGroupsNear(
-                box, [&](double factor) { return reach_factor.empty() ? largest_reach : largest_reach * factor; },
+            samples.groups().forGroupsNear(
+                box, [&](double factor) { return samples.haveReachFactors() ? largest_reach * factor : largest_reach; },
                 [&](std::uint32_t group, std::uint32_t its_cell) {
-                    table.addRuns(group, its_cell, frame, boxes, candidates);
+                    samples.addRuns(group, its_cell, frame, boxes, candidates);
                 });
             for (std::uint32_t g = first_group; g < end_group; ++g) {
                 const double reach = reachOf(g) * scale;
+                if (reach < 0) continue;
                 // Slightly more than the reach, so that rounding never excludes a sample within reach.
                 const auto squared_reach = static_cast<float>(reach * reach * (1 + 1e-5));
                 const Boxf local(localOf(points.box(g).min), localOf(points.box(g).max));

@@ -104,67 +104,51 @@ struct Approach {
     float growth = 0;    // its rate, over the spacing; 1 / s
 };
 
+template <bool kScaled>
 class OuterBoundary {
 public:
     OuterBoundary(const OuterSamples& samples, const SkinLengths& lengths, double spacing)
-        : rolling_(lengths.rolling()),
-          spacing_(spacing),
-          position_(samples.point.size()),
-          sample_(samples.point.size()) {
-        std::vector<std::uint32_t> order;
-        parallelFor(position_.size(), 8192, [&](std::size_t i) { position_[i] = samples.point[i].position; });
-        groups_ = PointGroups(position_, kOuterCell * spacing, samples.scale, order);
-        position_ = inOrder(position_, order);
-        groups_.fitBoxes(position_);
-        const float offset = samples.scale.empty() ? kNewSampleSquaredOffset : kNewSampleSquaredOffsetOfUnequal;
-        parallelFor(sample_.size(), 8192, [&](std::size_t i) {
-            const std::uint32_t row = order[i];
-            const double extra = lengths.volume_true ? extraDepth(samples.exposure[row]) : 0;
-            sample_[i] = {Vec3f(samples.point[row].velocity), samples.weight[row], static_cast<float>(extra),
-                          samples.fading[row] * offset};
-        });
-        if (!samples.scale.empty()) scale_ = inOrder(samples.scale, order);
-        if (!samples.growth.empty()) growth_ = inOrder(samples.growth, order);
-    }
+        : rolling_(lengths.rolling()), position_(samples.point.size()), table_(tableOf(samples, lengths, spacing)) {}
 
     // Distance beyond which no outer sample matters.
     double maxReach() const { return rolling_ + kReachFade + kDirectionBand; }
-    // reach: per vertex, beyond which no outer sample matters, in spacings at the sample; empty if not known yet
-    std::vector<Approach> approaches(const DeformingMesh& surface, const std::vector<float>& reach) const {
-        return scale_.empty() ? approachesAmong<false>(surface, reach) : approachesAmong<true>(surface, reach);
-    }
-
-private:
-    template <bool kScaled>
-    std::vector<Approach> approachesAmong(const DeformingMesh& surface, const std::vector<float>& reach) const {
-        constexpr std::size_t kFields = kFieldsOf<kScaled>;
-        std::vector<Approach> approach(surface.size());
-        const PointGroups& groups = surface.groups();
-        const auto reachOf = [&](std::size_t group) {
-            if (reach.empty()) return maxReach();
-            const auto begin = reach.begin() + groups.begin(group), end = reach.begin() + groups.begin(group + 1);
-            return std::min(maxReach(), static_cast<double>(*std::max_element(begin, end)));
-        };
-        forGroups<kFields>(
-            groups, surface.position(), groups_, position_, spacing_, kMaxSamplesNear,
-            [&](std::size_t group) { return reachOf(group) * spacing_; },
-            [&](std::uint32_t i, SampleFields<kFields>& f) {
-                const Sample& s = sample_[i];
-                f[kVx] = s.velocity.x, f[kVy] = s.velocity.y, f[kVz] = s.velocity.z;
-                f[kWeight] = s.weight, f[kExtra] = s.extra, f[kFading] = s.squared_offset;
-                if constexpr (kScaled) {
-                    f[kInverseScale] = 1 / scale_[i];
-                    f[kGrowth] = growth_.empty() ? 0 : growth_[i] / (static_cast<float>(rolling_) * scale_[i]);
-                }
-            },
+    // Sets the approaches of all groups of vertices but those that are left out.
+    // reachOf(group): distance beyond which no outer sample matters, in spacings at the sample; negative: left out
+    template <typename ReachOf>
+    void approach(const DeformingMesh& surface, const ReachOf& reachOf, std::vector<Approach>& approach) const {
+        forGroups(
+            surface.groups(), surface.position(), table_, kMaxSamplesNear,
+            [&](std::size_t group) { return reachOf(group) * surface.spacing(); },
             [&](const PointGroup& group, Samples<kScaled> samples) {
                 Lanes sums[kSums];
                 forLanes(OuterSums<kScaled>{samples, group.position, sums});
                 for (std::size_t lane = 0; lane < group.size; ++lane)
                     approach[group.row[lane]] = approachOf(sums, lane);
-            },
-            scale_);
-        return approach;
+            });
+    }
+
+private:
+    SampleTable<kFieldsOf<kScaled>> tableOf(const OuterSamples& samples, const SkinLengths& lengths, double spacing) {
+        std::vector<std::uint32_t> order;
+        parallelFor(position_.size(), 8192, [&](std::size_t i) { position_[i] = samples.point[i].position; });
+        groups_ = PointGroups(position_, kOuterCell * spacing, samples.scale, order);
+        position_ = inOrder(position_, order);
+        groups_.fitBoxes(position_);
+        const float offset = kScaled ? kNewSampleSquaredOffsetOfUnequal : kNewSampleSquaredOffset;
+        const auto fill = [&](std::uint32_t i, SampleFields<kFieldsOf<kScaled>>& f) {
+            const std::uint32_t row = order[i];
+            const Vec3f velocity(samples.point[row].velocity);
+            f[kVx] = velocity.x, f[kVy] = velocity.y, f[kVz] = velocity.z;
+            f[kWeight] = samples.weight[row];
+            f[kExtra] = lengths.volume_true ? static_cast<float>(extraDepth(samples.exposure[row])) : 0;
+            f[kFading] = samples.fading[row] * offset;
+            if constexpr (kScaled) {
+                const float scale = samples.scale[row];
+                f[kInverseScale] = 1 / scale;
+                f[kGrowth] = samples.growth.empty() ? 0 : samples.growth[row] / (static_cast<float>(rolling_) * scale);
+            }
+        };
+        return {groups_, position_, spacing, fill, inOrder(samples.scale, kScaled ? order : decltype(order)())};
     }
 
     Approach approachOf(const Lanes (&sums)[kSums], std::size_t lane) const {
@@ -173,87 +157,149 @@ private:
         const float weight = sums[kWeights][lane];
         if (!(in_reach > 0) || !(weight > 0)) return Approach{.distance = static_cast<float>(distance)};
         const auto vector = [&](int s) { return Vec3f(sums[s][lane], sums[s + 1][lane], sums[s + 2][lane]); };
-        const double gap = rolling_ - distance - sums[kExtras][lane] / static_cast<double>(weight);
-        const double scale = scale_.empty() ? 1 : weight / static_cast<double>(sums[kInverseScales][lane]);
-        return {vector(kAway).normalized(),   static_cast<float>(gap * scale), static_cast<float>(in_reach),
-                vector(kVelocity) / weight,   static_cast<float>(distance),    static_cast<float>(scale),
+        const Vec3f away = vector(kAway);
+        const double depth = rolling_ - distance - sums[kExtras][lane] / static_cast<double>(weight);
+        // Between the two sides of a hole, the distance grows only by this share of a step.
+        const double gain = std::clamp(away.length() / (weight * distance), kLeastGain, 1.0);
+        const double scale = kScaled ? weight / static_cast<double>(sums[kInverseScales][lane]) : 1;
+        return {away.normalized(),
+                static_cast<float>(depth / gain * scale),
+                static_cast<float>(in_reach),
+                vector(kVelocity) / weight,
+                static_cast<float>(distance),
+                static_cast<float>(scale),
                 sums[kGrowths][lane] / weight};
     }
 
-    struct Sample {
-        Vec3f velocity;
-        float weight, extra, squared_offset;
-    };
-
-    double rolling_, spacing_;
+    double rolling_;
     std::vector<Vec3> position_;
-    std::vector<Sample> sample_;
-    std::vector<float> scale_;   // particle spacing at each sample; empty: all 1
-    std::vector<float> growth_;  // as OuterSamples::growth
     PointGroups groups_;
+    SampleTable<kFieldsOf<kScaled>> table_;
 };
 
-}  // namespace
+template <bool kScaled>
+class Retraction {
+public:
+    Retraction(const OuterSamples& samples, const SkinLengths& lengths, DeformingMesh& surface)
+        : outer_(samples, lengths, surface.spacing()), surface_(surface) {}
 
-namespace {
+    // All vertices step by a share of their gaps, averaged over a kernel.
+    void step(double share, double width) {
+        updateApproaches();
+        std::vector<Vec3f> step(surface_.size());
+        parallelFor(step.size(), 4096, [&](std::size_t v) {
+            const Approach& a = approach_[v];
+            const double scale = surface_.scale(v), longest = kMaxStepInKernels * width * scale,
+                         longest_outwards = std::min(kMaxOutwardStep * scale, longest);
+            const double length = std::clamp(a.gap * share, -longest_outwards, longest) * a.in_reach;
+            step[v] = a.inwards * static_cast<float>(length);
+        });
+        step = surface_.kernelMeans(width, step);
+        move(step);
+    }
+    // Vertices step that are still far from the skin, as on the rims of holes: most of what is near them is flat and
+    // has arrived, and shortens mean steps.
+    void catchUp() {
+        updateApproaches();
+        std::vector<Vec3f> step(surface_.size());
+        parallelFor(step.size(), 4096, [&](std::size_t v) {
+            const Approach& a = approach_[v];
+            const double scale = surface_.scale(v), longest = kCatchUpKernel * scale;
+            const double lag = std::max(0.0, std::abs(a.gap) - kLagging * scale) * kCatchUpGain * a.in_reach;
+            const double length = a.gap > 0 ? std::min(lag, longest) : -std::min(lag, kMaxOutwardStep * scale);
+            step[v] = a.inwards * static_cast<float>(length);
+        });
+        step = surface_.kernelMeansOfFew(kCatchUpKernel, step);
+        parallelFor(step.size(), 8192, [&](std::size_t v) {
+            const float longest = static_cast<float>(kMaxStepInKernels * kCatchUpKernel) * surface_.scale(v);
+            if (const float length = step[v].length(); length > longest) step[v] *= longest / length;
+        });
+        move(step);
+    }
+    void refine(double radius, double edge_factor) {
+        surface_.refine(radius, edge_factor);
+        approach_.clear(), reach_.clear(), has_moved_.clear();
+    }
+    // Replaces velocities by those of the skin.
+    void setVelocities(bool with_growth) {
+        std::vector<Vec3f> velocity(surface_.size());
+        parallelFor(velocity.size(), 4096, [&](std::size_t v) {
+            const Vec3f own(surface_.mesh().vertex[v].velocity);
+            velocity[v] = own + (approach_[v].velocity - own) * approach_[v].in_reach;
+        });
+        velocity = surface_.kernelMeans(kVelocityKernel, velocity);
+        if (with_growth) addGrowth(velocity);
+        surface_.setVelocities(velocity);
+    }
 
-// A mean over a surface that grows in proportion to itself lies beneath that surface, as does the mean of its
-// velocities.
-void addGrowth(const std::vector<Approach>& approach, double width, const DeformingMesh& surface,
-               std::vector<Vec3f>& mean_velocity) {
-    const Vec3 origin = surface.position().empty() ? Vec3(0) : surface.position()[0];
-    std::vector<Vec3f> position(surface.size());
-    parallelFor(position.size(), 8192, [&](std::size_t v) { position[v] = Vec3f(surface.position()[v] - origin); });
-    const std::vector<Vec3f> mean = surface.kernelMeans(width, position);
-    parallelFor(position.size(), 8192, [&](std::size_t v) {
-        mean_velocity[v] += (position[v] - mean[v]) * (approach[v].growth * approach[v].in_reach);
-    });
+private:
+    // Updates the approaches of groups of vertices some of which have moved.
+    void updateApproaches() {
+        approach_.resize(surface_.size());
+        const PointGroups& groups = surface_.groups();
+        const auto largestOf = [&](const auto& values, std::size_t group) {
+            return *std::max_element(values.begin() + groups.begin(group), values.begin() + groups.begin(group + 1));
+        };
+        outer_.approach(
+            surface_,
+            [&](std::size_t group) -> double {
+                if (reach_.empty()) return outer_.maxReach();
+                if (largestOf(has_moved_, group) == 0) return -1;
+                return std::min(outer_.maxReach(), static_cast<double>(largestOf(reach_, group)));
+            },
+            approach_);
+    }
+    void move(std::vector<Vec3f>& step) {
+        surface_.move(step);
+        reach_.resize(surface_.size());
+        has_moved_.resize(surface_.size());
+        parallelFor(reach_.size(), 8192, [&](std::size_t v) {
+            has_moved_[v] = step[v] != Vec3f(0);
+            reach_[v] = approach_[v].distance + step[v].length() / approach_[v].scale + kReachSlack;
+        });
+    }
+    // A mean over a surface that grows in proportion to itself lies beneath that surface, as does the mean of its
+    // velocities.
+    void addGrowth(std::vector<Vec3f>& mean_velocity) const {
+        const Vec3 origin = surface_.position().empty() ? Vec3(0) : surface_.position()[0];
+        std::vector<Vec3f> position(surface_.size());
+        parallelFor(position.size(), 8192,
+                    [&](std::size_t v) { position[v] = Vec3f(surface_.position()[v] - origin); });
+        const std::vector<Vec3f> mean = surface_.kernelMeans(kVelocityKernel, position);
+        parallelFor(position.size(), 8192, [&](std::size_t v) {
+            mean_velocity[v] += (position[v] - mean[v]) * (approach_[v].growth * approach_[v].in_reach);
+        });
+    }
+
+    OuterBoundary<kScaled> outer_;
+    DeformingMesh& surface_;
+    std::vector<Approach> approach_;
+    std::vector<float> reach_;             // beyond which no outer sample matters, in spacings at the sample
+    std::vector<std::uint8_t> has_moved_;  // in the last step
+};
+
+template <bool kScaled>
+void retractFrom(const OuterSamples& outer, const SkinLengths& lengths, DeformingMesh& surface) {
+    surface.smoothScales();
+    Retraction<kScaled> retraction(outer, lengths, surface);
+    // Wide steps approach the skin evenly; narrower ones correct what averaging has left of the gap.
+    const double wide_steps = std::min(kMaxWideSteps, std::ceil((lengths.joining - lengths.skin) / kWideStep));
+    for (double left = wide_steps; left > 0; --left) retraction.step(1 / left, kWideKernel);
+    for (const double width : kNarrowKernels) retraction.step(1, width);
+    for (int i = 0; i < kCatchUpsBefore; ++i) retraction.catchUp();
+    retraction.refine(lengths.joining, lengths.edge_factor);
+    for (int i = 0; i < kCatchUpsAfter; ++i) retraction.catchUp();
+    retraction.setVelocities(!outer.growth.empty());
+    surface.measure();
 }
 
 }  // namespace
 
-void retract(const OuterSamples& samples, const SkinLengths& lengths, DeformingMesh& surface) {
-    const OuterBoundary outer(samples, lengths, surface.spacing());
-    std::vector<float> reach;
-    surface.smoothScales();
-    // Wide steps approach the skin evenly; narrower ones correct what averaging has left of the gap.
-    const auto wide_steps =
-        static_cast<std::size_t>(std::min(kMaxWideSteps, std::ceil((lengths.joining - lengths.skin) / kWideStep)));
-    const std::size_t steps = wide_steps + std::size(kNarrowKernels);
-    for (std::size_t s = 0; s < steps; ++s) {
-        const double fraction = s < wide_steps ? 1 / static_cast<double>(wide_steps - s) : 1;  // of the remaining gap
-        const double width = s < wide_steps ? kWideKernel : kNarrowKernels[s - wide_steps];
-        if (s == wide_steps + kRefineAfter) {
-            surface.refine(lengths.joining, lengths.edge_factor);
-            reach.clear();
-        }
-        const std::vector<Approach> approach = outer.approaches(surface, reach);
-        std::vector<Vec3f> step(surface.size());
-        parallelFor(step.size(), 4096, [&](std::size_t v) {
-            const Approach& a = approach[v];
-            const double scale = surface.scale(v), longest = kMaxStepInKernels * width * scale,
-                         longest_outwards = std::min(kMaxOutwardStep * scale, longest);
-            const double length = std::clamp(a.gap * fraction, -longest_outwards, longest) * a.in_reach;
-            step[v] = a.inwards * static_cast<float>(length);
-        });
-        if (s + 1 == steps) {
-            std::vector<Vec3f> velocity(surface.size());
-            parallelFor(velocity.size(), 4096, [&](std::size_t v) {
-                const Vec3f own(surface.mesh().vertex[v].velocity);
-                velocity[v] = own + (approach[v].velocity - own) * approach[v].in_reach;
-            });
-            velocity = surface.kernelMeans(width, velocity);
-            if (!samples.growth.empty()) addGrowth(approach, width, surface, velocity);
-            surface.setVelocities(velocity);
-        }
-        step = surface.kernelMeans(width, step);
-        surface.move(step);
-        reach.resize(surface.size());
-        parallelFor(reach.size(), 8192, [&](std::size_t v) {
-            reach[v] = approach[v].distance + step[v].length() / approach[v].scale + kReachSlack;
-        });
-    }
-    surface.measure();
+void retract(const OuterSamples& outer, const SkinLengths& lengths, DeformingMesh& surface) {
+    if (outer.scale.empty())
+        retractFrom<false>(outer, lengths, surface);
+    else
+        retractFrom<true>(outer, lengths, surface);
 }
 
 }  // namespace betamesh

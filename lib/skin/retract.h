@@ -11,7 +11,8 @@ namespace betamesh {
 /// Moves the vertices of the union of balls of the joining radius to depth rolling() below the boundary of the union of
 /// balls of the outer radius. Each vertex moves away from the nearest samples of that boundary, chosen by a smooth
 /// weight. Every step is a kernel mean of such displacements over space and is short compared with the kernel's width:
-/// so smooth a displacement field cannot fold the mesh. Long edges in strongly curved parts are split on the way.
+/// so smooth a displacement field cannot fold the mesh. Vertices that are still far from their depth then, as at the
+/// rims of holes, take further steps. Long edges in strongly curved parts are split on the way.
 /// Vertices that are deep enough stay. Velocities become kernel means of those of the nearest samples: along its
 /// normal, a surface at constant depth moves as fast as they do.
 ///

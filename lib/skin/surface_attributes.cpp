@@ -255,16 +255,14 @@ private:
     }
     template <typename Visit>
     void visitSamples(double reach, const Normals& point_normal, const Visit& visit) const {
-        forGroups<kFields>(
-            surface_.groups(), surface_.position(), surface_.groups(), surface_.position(), surface_.spacing(),
-            kMaxSamples,
-            [&](std::size_t group) {
-                return reach * surface_.spacing() * static_cast<double>(surface_.largestScale(group));
-            },
-            [&](std::uint32_t v, SampleFields<kFields>& f) {
-                const Vec3f& n = surface_.normals()[v];
-                f[kArea] = surface_.area(v), f[kNx] = n.x, f[kNy] = n.y, f[kNz] = n.z;
-            },
+        const SampleTable<kFields> table(surface_.groups(), surface_.position(), surface_.spacing(),
+                                         [&](std::uint32_t v, SampleFields<kFields>& f) {
+                                             const Vec3f& n = surface_.normals()[v];
+                                             f[kArea] = surface_.area(v), f[kNx] = n.x, f[kNy] = n.y, f[kNz] = n.z;
+                                         });
+        forGroups(
+            surface_.groups(), surface_.position(), table, kMaxSamples,
+            [&](std::size_t group) { return surface_.reach(reach, group); },
             [&](const PointGroup& group, Samples samples) {
                 const PointGroup::Vectors n = group.gather(point_normal);
                 visit(group, samples, OrientedPoints{group.position, n.lanes});

@@ -51,17 +51,18 @@ template <typename Visit>
 void forElements(const PointGroups& points, const std::vector<Vec3>& point, const GroupedElements& elements,
                  double unit, const std::vector<float>& reach, const Normals& normal, const Visit& visit) {
     constexpr std::size_t kMaxElements = 4096;
-    forGroups<kElementFields>(
-        points, point, elements.groups, elements.position, unit, kMaxElements,
-        [&](std::size_t group) {
-            const auto first = reach.begin() + points.begin(group), last = reach.begin() + points.begin(group + 1);
-            return static_cast<double>(*std::max_element(first, last)) * unit;
-        },
-        [&](std::uint32_t i, SampleFields<kElementFields>& f) {
+    const SampleTable<kElementFields> table(
+        elements.groups, elements.position, unit, [&](std::uint32_t i, SampleFields<kElementFields>& f) {
             const SurfaceElement& e = elements.element[i];
             f[kDx] = e.direction.x, f[kDy] = e.direction.y, f[kDz] = e.direction.z;
             f[kElementArea] = e.area, f[kVariance] = e.variance, f[kConvexity] = e.convexity;
             f[kElementValue] = e.value[0];
+        });
+    forGroups(
+        points, point, table, kMaxElements,
+        [&](std::size_t group) {
+            const auto first = reach.begin() + points.begin(group), last = reach.begin() + points.begin(group + 1);
+            return static_cast<double>(*std::max_element(first, last)) * unit;
         },
         [&](const PointGroup& group, ElementSamples samples) {
             const PointGroup::Vectors n = group.gather(normal);

@@ -256,7 +256,7 @@ TEST(SurfaceAttributes, ChangeContinuously) {
     constexpr double kStep = 1e-5;
     std::map<std::string, std::vector<double>> changes;
     for (const auto& [nx, ny, nz] : {std::array{6, 6, 6}, std::array{9, 9, 1}, std::array{14, 1, 1}})
-        for (unsigned seed = 1; seed <= 6; ++seed) {
+        for (unsigned seed = 1; seed <= 24; ++seed) {
             Particles before = lattice(nx, ny, nz, 0.3, seed), after = before;
             std::mt19937 random(seed);
             std::uniform_real_distribution<double> speed(-1, 1);
