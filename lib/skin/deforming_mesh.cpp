@@ -5,6 +5,7 @@
 #include "skin/constants.h"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 namespace betamesh {
@@ -165,13 +166,15 @@ void DeformingMesh::measure() {
     const double scale = 1 / (6 * spacing_ * spacing_);
     parallelFor(triangles, 4096, [&](std::size_t t) {
         const auto& [a, b, c] = mesh_.triangles[t];
-        const Vec3f third(cross(position_[b] - position_[a], position_[c] - position_[a]) * scale);
-        third_[t] = {third, third.length()};
+        const Vec3 ab = position_[b] - position_[a], ac = position_[c] - position_[a];
+        const Vec3f third(cross(ab, ac) * scale);
+        const double shortest = std::min({ab.length2(), ac.length2(), (ac - ab).length2()});
+        third_[t] = {third, third.length(), static_cast<float>(shortest / (spacing_ * spacing_))};
     });
     area_.resize(n);
     std::vector<Vec3f> sum(n);
     parallelFor(n, 2048, [&](std::size_t v) {
-        TriangleThird all{Vec3f(0), 0};
+        TriangleThird all{};
         for (const std::uint32_t t : triangles_of_[v]) {
             all.vector_area += third_[t].vector_area;
             all.area += third_[t].area;
@@ -339,21 +342,61 @@ void DeformingMesh::turnInverted(std::uint32_t triangle, std::vector<Vec3f>& ste
     step[t[k]] += Vec3f((target - apex) * (turned / spacing_));
 }
 
+// Whether each vertex is in a triangle with an edge so short that its ends count as one vertex in part.
+std::vector<std::uint8_t> DeformingMesh::haveShortEdges() const {
+    std::vector<std::uint8_t> have(size(), 0);
+    for (std::size_t t = 0; t < third_.size(); ++t) {
+        const auto& [a, b, c] = mesh_.triangles[t];
+        const float limit = kFoldCluster * std::max({scale(a), scale(b), scale(c)});
+        if (third_[t].shortest_square < limit * limit) have[a] = have[b] = have[c] = 1;
+    }
+    return have;
+}
+
 void DeformingMesh::relaxFolds() {
+    constexpr double kMinArea = 1e-12;  // equal weights where no triangle has an area
+    const std::vector<std::uint8_t> has_short_edges = haveShortEdges();
     std::vector<Vec3f> step(size(), Vec3f(0));
     parallelFor(size(), 2048, [&](std::size_t v) {
-        const double share = smoothStep((kFoldBegins - flatness_[v]) / (kFoldBegins - kFoldFull)).value;
-        const std::span<const std::uint32_t> one_ring = std::as_const(triangles_of_)[v];
-        if (!(share > 0) || one_ring.empty()) return;
-        Vec3 sum(0);  // counts every vertex of the one-ring twice
-        for (const std::uint32_t t : one_ring)
-            for (const std::uint32_t u : mesh_.triangles[t]) sum += position_[u] - position_[v];
-        step[v] = Vec3f(sum * (kFoldRelaxation * share / (2.0 * static_cast<double>(one_ring.size()) * spacing_)));
+        if (!(flatness_[v] < static_cast<float>(kFoldBegins)) && has_short_edges[v] == 0) return;
+        const double limit = static_cast<double>(kFoldCluster * scale(v)) * spacing_;
+        const auto forCloseNeighbours = [&](const auto& visit) {
+            if (has_short_edges[v] == 0) return;
+            for (const std::uint32_t t : std::as_const(triangles_of_)[v])
+                for (const std::uint32_t u : mesh_.triangles[t]) {
+                    const double k = 1 - (position_[u] - position_[v]).length2() / (limit * limit);
+                    if (u != v && k > 0) visit(u, k * k / 2);  // each is in two of the triangles
+                }
+        };
+        Vec3f vector_area(0);
+        float area = 0;
+        const auto addArea = [&](std::size_t u, double k) {
+            const float weighted = area_[u] * static_cast<float>(k);
+            vector_area += normal_[u] * (flatness_[u] * weighted);
+            area += weighted;
+        };
+        addArea(v, 1);
+        forCloseNeighbours(addArea);
+        const float flatness = area > 0 ? vector_area.length() / area : flatness_[v];
+        const double share = smoothStep((kFoldBegins - flatness) / (kFoldBegins - kFoldFull)).value;
+        if (!(share > 0)) return;
+        Vec3 sum(0);
+        double weight = 0;
+        const auto addOneRing = [&](std::size_t u, double k) {
+            for (const std::uint32_t t : std::as_const(triangles_of_)[u]) {
+                const double w = k * std::sqrt(static_cast<double>(third_[t].area) + kMinArea);
+                for (const std::uint32_t x : mesh_.triangles[t]) sum += (position_[x] - position_[v]) * w;
+                weight += 2 * w;
+            }
+        };
+        addOneRing(v, 1);
+        forCloseNeighbours(addOneRing);
+        if (weight > 0) step[v] = Vec3f(sum * (kFoldRelaxation * share / (weight * spacing_)));
     });
     const std::vector<std::uint32_t> inverted = indicesWhere(mesh_.triangles.size(), [&](std::uint32_t triangle) {
         const auto& [a, b, c] = mesh_.triangles[triangle];
         const Vec3f sum = normal_[a] + normal_[b] + normal_[c];
-        const auto& [vector_area, area] = third_[triangle];
+        const auto& [vector_area, area, shortest_square] = third_[triangle];
         return !(dot(vector_area, sum) > static_cast<float>(kInvertedCosine) * area * sum.length());
     });
     for (const std::uint32_t triangle : inverted) turnInverted(triangle, step);

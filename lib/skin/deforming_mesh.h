@@ -80,7 +80,8 @@ public:
     /// radius: of the balls that the mesh comes from, particle spacings; edge_factor: scales the longest edges.
     void refine(double radius, double edge_factor);
     /// Moves vertices with folded one-rings towards the mean of their one-ring, and turns triangles that are inverted
-    /// relative to the surface. Recomputes areas and normals afterwards.
+    /// relative to the surface. Vertices that nearly coincide share their one-rings. Recomputes areas and normals
+    /// afterwards.
     void relaxFolds();
     /// Constrains the velocities and writes them to the mesh; world units per second.
     void setVelocities(std::vector<Vec3f>& velocity);
@@ -148,6 +149,7 @@ private:
     std::vector<std::uint8_t> groupsNear(double width, const std::vector<Vec3f>& values) const;
     template <typename ReachOf>
     std::vector<Vec3f> kernelMeansWithin(double width, const std::vector<Vec3f>& values, const ReachOf& reachOf) const;
+    std::vector<std::uint8_t> haveShortEdges() const;
     void turnInverted(std::uint32_t triangle, std::vector<Vec3f>& step) const;
 
     BetaMesh& mesh_;
@@ -155,8 +157,9 @@ private:
     std::vector<Vec3> position_;
     IndexRows triangles_of_;  // of each vertex
     struct TriangleThird {
-        Vec3f vector_area;  // a third of the triangle's
-        float area;         // a third of the triangle's
+        Vec3f vector_area{0};       // a third of the triangle's
+        float area = 0;             // a third of the triangle's
+        float shortest_square = 0;  // of its edges
     };
     std::vector<TriangleThird> third_;
     std::vector<float> area_, flatness_;  // flatness: |Σ vector areas| / Σ areas of the one-ring, 1 where it is plane

@@ -144,13 +144,15 @@ TEST(Events, OurSurfaceIsContinuousThroughFlipsAndBirths) {
     }
 }
 
-// Most of these events do not move the skin at all. The remaining jumps are due to vertices that split long edges, and
-// to facets of a few thin features.
+// In bulk none of these events moves the skin. In thin liquid most do not; there folds are relaxed.
 TEST(Events, TheSkinHardlyJumpsAtFlipsAndBirths) {
     std::vector<double> found;
     for (std::size_t e = 0; e < events().size(); ++e) {
         if (events()[e].kind != "flip" && events()[e].kind != "birth") continue;
         found.push_back(jumpOf(e, kSkin, 3));
+        if (events()[e].in_block) {
+            EXPECT_LE(found.back(), 0.0002) << events()[e].name;
+        }
     }
     ASSERT_GE(found.size(), 16u);
     std::sort(found.begin(), found.end());
