@@ -14,7 +14,8 @@ namespace {
 // All lengths are in particle spacings.
 constexpr auto kReachSlack = static_cast<float>(kDirectionBand + 0.01);  // beyond the nearest sample
 constexpr std::size_t kMaxSamplesNear = 4096;                            // outer samples visited per group of vertices
-constexpr double kOuterCell = 3;  // edge of the cells in which outer samples are grouped
+constexpr double kOuterCell = 3;       // edge of the cells in which outer samples are grouped
+constexpr double kMinDistance = 1e-6;  // from an outer sample: can be divided by
 
 // Depth beyond the skin for a true volume, from the exposed share of an outer ball. None on arcs, where parts of the
 // liquid meet: there the skin itself has to make them meet at contact.
@@ -160,7 +161,7 @@ private:
         const Vec3f away = vector(kAway);
         const double depth = rolling_ - distance - sums[kExtras][lane] / static_cast<double>(weight);
         // Between the two sides of a hole, the distance grows only by this share of a step.
-        const double gain = std::clamp(away.length() / (weight * distance), kLeastGain, 1.0);
+        const double gain = std::clamp(away.length() / (weight * std::max(distance, kMinDistance)), kLeastGain, 1.0);
         const double scale = kScaled ? weight / static_cast<double>(sums[kInverseScales][lane]) : 1;
         return {away.normalized(),
                 static_cast<float>(depth / gain * scale),
