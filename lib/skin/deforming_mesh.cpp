@@ -5,7 +5,6 @@
 #include "skin/constants.h"
 
 #include <algorithm>
-#include <cmath>
 #include <utility>
 
 namespace betamesh {
@@ -354,7 +353,6 @@ std::vector<std::uint8_t> DeformingMesh::haveShortEdges() const {
 }
 
 void DeformingMesh::relaxFolds() {
-    constexpr double kMinArea = 1e-12;  // equal weights where no triangle has an area
     const std::vector<std::uint8_t> has_short_edges = haveShortEdges();
     std::vector<Vec3f> step(size(), Vec3f(0));
     parallelFor(size(), 2048, [&](std::size_t v) {
@@ -379,19 +377,18 @@ void DeformingMesh::relaxFolds() {
         forCloseNeighbours(addArea);
         const float flatness = area > 0 ? vector_area.length() / area : flatness_[v];
         const double share = smoothStep((kFoldBegins - flatness) / (kFoldBegins - kFoldFull)).value;
-        if (!(share > 0)) return;
+        if (!(share > 0) || std::as_const(triangles_of_)[v].empty()) return;
         Vec3 sum(0);
         double weight = 0;
         const auto addOneRing = [&](std::size_t u, double k) {
             for (const std::uint32_t t : std::as_const(triangles_of_)[u]) {
-                const double w = k * std::sqrt(static_cast<double>(third_[t].area) + kMinArea);
-                for (const std::uint32_t x : mesh_.triangles[t]) sum += (position_[x] - position_[v]) * w;
-                weight += 2 * w;
+                for (const std::uint32_t x : mesh_.triangles[t]) sum += (position_[x] - position_[v]) * k;
+                weight += 2 * k;  // every vertex of a one-ring counts twice
             }
         };
         addOneRing(v, 1);
         forCloseNeighbours(addOneRing);
-        if (weight > 0) step[v] = Vec3f(sum * (kFoldRelaxation * share / (weight * spacing_)));
+        step[v] = Vec3f(sum * (kFoldRelaxation * share / (weight * spacing_)));
     });
     const std::vector<std::uint32_t> inverted = indicesWhere(mesh_.triangles.size(), [&](std::uint32_t triangle) {
         const auto& [a, b, c] = mesh_.triangles[triangle];
