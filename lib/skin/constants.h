@@ -241,8 +241,8 @@ inline constexpr double kMeanNormalKernel = 0.3;
 /// Flatness of a one-ring, 0 to 1, at which a vertex begins to move to the mean of its ring, and where it moves in
 /// full.
 inline constexpr double kFoldBegins = 0.95, kFoldFull = 0.8;
-/// Vertices that an edge shorter than this connects share their one-rings, as three take the place of one where a ball
-/// emerges.
+/// Vertices that an edge shorter than this connects share their one-rings in part, because where a ball emerges three
+/// take the place of one.
 inline constexpr float kFoldCluster = 0.05F;
 /// Share of the distance to that mean in one step.
 inline constexpr double kFoldRelaxation = 0.7;
