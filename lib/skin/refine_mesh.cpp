@@ -63,8 +63,10 @@ struct DeformingMesh::SplitDemand {
     std::vector<float> curved;   // 0 … 1: curved enough for the rim of a hole
     std::vector<Vec3f> normal;
     double longest_on_saddles;
+    std::uint32_t settled = 0;  // vertices before this one: edges between them have been split where they are long
 
     double operator()(std::uint32_t a, std::uint32_t b) const {
+        if (std::max(a, b) < settled) return 0;
         const double spacing = surface.spacing_ * (static_cast<double>(surface.scale(a)) + surface.scale(b)) / 2;
         const Vec3 along = (surface.position_[b] - surface.position_[a]) / spacing;
         const double length = along.length();
@@ -118,13 +120,14 @@ void DeformingMesh::splitLongEdges(std::size_t refinement, SplitDemand& demand) 
     const std::size_t triangles = mesh_.triangles.size();
     constexpr std::size_t kPerTask = 8192;
     std::vector<std::vector<LongEdge>> parts((triangles + kPerTask - 1) / kPerTask);
+    std::vector<std::array<bool, 3>> is_long(triangles);
     parallelFor(parts.size(), 1, [&](std::size_t task) {
         for (std::size_t t = task * kPerTask; t < std::min(triangles, (task + 1) * kPerTask); ++t)
             for (std::size_t k = 0; k < 3; ++k) {
                 const std::uint32_t a = mesh_.triangles[t][k], b = mesh_.triangles[t][(k + 1) % 3];
-                if (a > b) continue;  // the triangle on the other side finds it
-                const double demanded = demand(a, b);
-                if (demanded > 0) parts[task].push_back({a, b, demanded});
+                const double demanded = demand(std::min(a, b), std::max(a, b));
+                is_long[t][k] = demanded > 0;
+                if (is_long[t][k] && a < b) parts[task].push_back({a, b, demanded});  // not again from the other side
             }
     });
     std::vector<LongEdge> edges = concatenate(parts);
@@ -134,8 +137,7 @@ void DeformingMesh::splitLongEdges(std::size_t refinement, SplitDemand& demand) 
                             [](const LongEdge& a, const LongEdge& b) { return a.ends() == b.ends(); }),
                 edges.end());
     const auto first = static_cast<std::uint32_t>(size());
-    const auto middleOf = [&](std::uint32_t a, std::uint32_t b) -> std::uint32_t {
-        if (!(demand(std::min(a, b), std::max(a, b)) > 0)) return kInvalidIndex;
+    const auto middleOf = [&](std::uint32_t a, std::uint32_t b) {
         const std::pair ends(std::min(a, b), std::max(a, b));
         const auto at = std::lower_bound(edges.begin(), edges.end(), ends,
                                          [](const LongEdge& edge, const auto& sought) { return edge.ends() < sought; });
@@ -172,7 +174,8 @@ void DeformingMesh::splitLongEdges(std::size_t refinement, SplitDemand& demand) 
     std::vector<std::array<std::uint32_t, 3>> middles(triangles);
     parallelFor(triangles, 4096, [&](std::size_t t) {
         const Triangle& q = mesh_.triangles[t];
-        for (std::size_t k = 0; k < 3; ++k) middles[t][k] = middleOf(q[k], q[(k + 1) % 3]);
+        for (std::size_t k = 0; k < 3; ++k)
+            middles[t][k] = is_long[t][k] ? middleOf(q[k], q[(k + 1) % 3]) : kInvalidIndex;
     });
     std::vector<Triangle> split;
     split.reserve(triangles + 4 * edges.size());
@@ -206,6 +209,7 @@ void DeformingMesh::splitLongEdges(std::size_t refinement, SplitDemand& demand) 
     }
     for (; ball < mesh_.ball_begin.size(); ++ball) mesh_.ball_begin[ball] = static_cast<std::uint32_t>(split.size());
     mesh_.triangles = std::move(split);
+    demand.settled = first;
 }
 
 }  // namespace betamesh
