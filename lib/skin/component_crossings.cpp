@@ -23,18 +23,12 @@ constexpr float kOverAPlane = 0.05F;  // least cosine to a plane's normal of tri
 template <std::size_t kWidth>
 using Bytes = typename VectorOf<std::uint8_t, kWidth>::Type;
 
-constexpr std::uint8_t sevenBits(std::uint64_t facing, std::size_t column) {
-    return static_cast<std::uint8_t>(facing >> (7 * column) & 0x7f);
-}
-
 }  // namespace
 
-// Marks with kTopBit the triangles of a block that may cross a given one: their boxes meet, and they face no common
-// direction. With seven bits per number, the top bit of a difference or sum tells which of two numbers is larger and
-// whether two masks have a common bit; g++ would split comparisons of bytes into scalar code.
+// Marks with kTopBit the triangles of a block whose boxes meet that of a given one. With seven bits per number, the top
+// bit of a difference tells which of two numbers is larger; g++ would split comparisons of bytes into scalar code.
 struct ComponentCrossings::MarkNear {
     const StepBox& box;
-    std::uint64_t facing;
     const Block& block;
     std::array<std::uint8_t, kBlock>& near;
 
@@ -42,12 +36,7 @@ struct ComponentCrossings::MarkNear {
     __attribute__((always_inline)) void operator()() const {
         constexpr std::size_t kWidth = kFloats * sizeof(float);
         for (std::size_t first = 0; first < kBlock; first += kWidth) {
-            Bytes<kWidth> column, common{};
-            for (std::size_t c = 0; c < kFacingColumns; ++c) {
-                std::memcpy(&column, &block.facing[c][first], kWidth);
-                common |= column & sevenBits(facing, c);
-            }
-            Bytes<kWidth> excluded = common + static_cast<std::uint8_t>(kTopBit - 1);
+            Bytes<kWidth> column, excluded{};
             for (std::size_t k = 0; k < 3; ++k) {
                 std::memcpy(&column, &block.low[k][first], kWidth);
                 excluded |= box.high[k] - column;
@@ -114,17 +103,22 @@ void ComponentCrossings::makeBlocks() {
             block.box.low[k] = std::min(block.box.low[k], box.low[k]);
             block.box.high[k] = std::max(block.box.high[k], box.high[k]);
         }
-        for (std::size_t c = 0; c < kFacingColumns; ++c)
-            block.facing[c][i % kBlock] = sevenBits(exists ? facing_[i] : 0, c);
     }
 }
 
-bool ComponentCrossings::mayCross(std::size_t row, std::size_t other) const {
+std::size_t ComponentCrossings::commonCorners(std::size_t row, std::size_t other) const {
+    std::size_t common = 0;
+    for (const std::uint32_t u : mesh_.triangles[triangle_[row]])
+        for (const std::uint32_t v : mesh_.triangles[triangle_[other]]) common += u == v;
+    return common;
+}
+
+bool ComponentCrossings::mayCross(std::size_t row, std::size_t other, bool even_if_touching) const {
     if (((facing_[row] | facing_[other]) & kFlat) != 0) return false;
     const Triangle &s = mesh_.triangles[triangle_[row]], &t = mesh_.triangles[triangle_[other]];
     const TriangleRelation relation = relationOf(s, t, [&](std::uint32_t v) { return mesh_.vertex[v].position; });
     if (relation != TriangleRelation::undecided) return relation == TriangleRelation::crossing;
-    return !isFlat(mesh_.vertex, s) && !isFlat(mesh_.vertex, t);
+    return even_if_touching && !isFlat(mesh_.vertex, s) && !isFlat(mesh_.vertex, t);
 }
 
 bool ComponentCrossings::crossesItself() const {
@@ -132,13 +126,18 @@ bool ComponentCrossings::crossesItself() const {
     for (std::size_t i = 0; i < triangle_.size(); ++i)
         for (std::size_t b = i / kBlock; b < block_.size(); ++b) {
             if (!step_box_[i].intersects(block_[b].box)) continue;
-            onThisCpu(MarkNear{step_box_[i], facing_[i], block_[b], near});
+            onThisCpu(MarkNear{step_box_[i], block_[b], near});
             for (std::size_t first = 0; first < kBlock; first += sizeof(std::uint64_t)) {
                 std::uint64_t any;
                 std::memcpy(&any, &near[first], sizeof any);
                 if (any == 0) continue;
-                for (std::size_t k = first; k < first + sizeof any; ++k)
-                    if (const std::size_t j = b * kBlock + k; near[k] && j > i && mayCross(i, j)) return true;
+                for (std::size_t k = first; k < first + sizeof any; ++k) {
+                    const std::size_t j = b * kBlock + k;
+                    if (near[k] == 0 || j <= i || !box_[i].intersects(box_[j])) continue;
+                    const bool face_alike = (facing_[i] & facing_[j]) != 0;
+                    if (face_alike && commonCorners(i, j) > 0) continue;  // hasFoldedOneRing() tells
+                    if (mayCross(i, j, !face_alike)) return true;
+                }
             }
         }
     return false;
@@ -171,10 +170,7 @@ bool ComponentCrossings::hasFoldedOneRing() {
         return a.vertex != b.vertex ? a.vertex < b.vertex : a.row < b.row;
     });
     const auto shareEdge = [&](std::size_t row, std::size_t other) {  // and therefore cannot cross
-        int common = 0;
-        for (const std::uint32_t u : mesh_.triangles[triangle_[row]])
-            for (const std::uint32_t v : mesh_.triangles[triangle_[other]]) common += u == v;
-        return common > 1;
+        return commonCorners(row, other) > 1;
     };
     for (std::size_t begin = 0, end; begin < corner_.size(); begin = end) {
         end = begin + 1;
@@ -184,7 +180,8 @@ bool ComponentCrossings::hasFoldedOneRing() {
         for (std::size_t i = 0; i < one_ring.size(); ++i)
             for (std::size_t j = i + 1; j < one_ring.size(); ++j) {
                 const std::size_t one = one_ring[i].row, other = one_ring[j].row;
-                if ((facing_[one] & facing_[other]) != 0 && !shareEdge(one, other) && mayCross(one, other)) return true;
+                if ((facing_[one] & facing_[other]) != 0 && !shareEdge(one, other) && mayCross(one, other, true))
+                    return true;
             }
     }
     return false;

@@ -47,8 +47,7 @@ public:
     bool crossesNothing(std::span<const TriangleRange> parts);
 
 private:
-    static constexpr std::size_t kBlock = 64;         // triangles compared at once
-    static constexpr std::size_t kFacingColumns = 6;  // of seven bits: the 42 directions of facing masks
+    static constexpr std::size_t kBlock = 64;  // triangles compared at once
 
     // A box on a grid of kSteps steps over the component's box.
     struct StepBox {
@@ -60,10 +59,9 @@ private:
             return !apart;
         }
     };
-    // The boxes and masks of kBlock triangles, column by column.
+    // The boxes of kBlock triangles, column by column.
     struct Block {
         std::array<std::array<std::uint8_t, kBlock>, 3> low, high;
-        std::array<std::array<std::uint8_t, kBlock>, kFacingColumns> facing;
         StepBox box;  // of all of them
     };
     struct Corner {
@@ -73,7 +71,8 @@ private:
 
     bool gather(std::span<const TriangleRange> parts);
     void makeBlocks();
-    bool mayCross(std::size_t row, std::size_t other) const;
+    std::size_t commonCorners(std::size_t row, std::size_t other) const;
+    bool mayCross(std::size_t row, std::size_t other, bool even_if_touching) const;
     bool crossesItself() const;
     bool isOverAPlane(std::span<const Corner> one_ring) const;
     bool hasFoldedOneRing();

@@ -266,8 +266,9 @@ inline constexpr double kOutermost = 0.1;
 // Particles at risk of being left outside (keep_inside.cpp) -----------------------------------------------------------
 
 /// All particles are checked where the skin is thinner than kThinSkin · edge factor dx, or where there are more
-/// smoothing passes than kFewPasses: there facets may cut particles off.
-inline constexpr double kThinSkin = 0.5;
+/// smoothing passes than kFewPasses: there facets may cut particles off. From a ball radius of kLargeBalls on the limit
+/// grows with the radius, as facets do.
+inline constexpr double kThinSkin = 0.5, kLargeBalls = 3;
 inline constexpr int kFewPasses = 2;
 /// A particle is beside larger ones, and checked, if a vertex is within kReachOfLarger local spacings of it and that
 /// spacing is more than kMuchLarger times the particle's own. 1.1 left particles outside where the skin was 0.5 dx.

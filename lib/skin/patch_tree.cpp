@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <bitset>
 
 namespace betamesh {
 
@@ -119,7 +120,6 @@ void PatchTree::makeTree(const std::vector<Patch>& patches) {
     });
     for (std::size_t i = first_leaf_ - 1; i > 0; --i) {
         const Node &a = node_[2 * i], &b = node_[2 * i + 1];
-        node_[i].facing = a.facing & b.facing;
         node_[i].component = a.component == b.component ? a.component : 0;
     }
     gatherBoxes();
@@ -348,8 +348,7 @@ void PatchTree::descend(const TrianglePair& nodes, std::vector<TrianglePair>& in
     const auto add = [&](std::uint32_t first, std::uint32_t second) {
         const Node &a = node_[first], &b = node_[second];
         const bool in_one_component = a.component != 0 && a.component == b.component;
-        if ((a.facing & b.facing) == 0 && !in_one_component && (a.active || b.active) && a.box.intersects(b.box))
-            into.push_back({first, second});
+        if (!in_one_component && (a.active || b.active) && a.box.intersects(b.box)) into.push_back({first, second});
     };
     if (i == j) {
         add(2 * i, 2 * i);
@@ -364,14 +363,33 @@ void PatchTree::descend(const TrianglePair& nodes, std::vector<TrianglePair>& in
     }
 }
 
-// The triangles of a range whose boxes meet that of a node and that face no common direction, written to `near`.
-std::span<const PatchTree::Boxed> PatchTree::boxesNear(const Range& range, const Node& node,
+// Do two patches have a vertex in common?
+bool PatchTree::areConnected(const Range& one, const Range& other) const {
+    if (one.end - one.begin > kRun || other.end - other.begin > kRun) return false;  // parts of components
+    std::array<std::uint32_t, 3 * kRun> corners;
+    std::bitset<256> residues;  // of the corners: most others differ in these
+    std::size_t n = 0;
+    for (const std::uint32_t t : trianglesOf(one))
+        for (const std::uint32_t v : mesh_.triangles[t]) {
+            corners[n++] = v;
+            residues.set(v % residues.size());
+        }
+    for (const std::uint32_t t : trianglesOf(other))
+        for (const std::uint32_t v : mesh_.triangles[t])
+            if (residues[v % residues.size()] &&
+                std::find(corners.begin(), corners.begin() + n, v) != corners.begin() + n)
+                return true;
+    return false;
+}
+
+// The triangles of a range whose boxes meet a box and that face none of some directions, written to `near`.
+std::span<const PatchTree::Boxed> PatchTree::boxesNear(const Range& range, const Boxf& box, std::uint64_t directions,
                                                        std::span<Boxed> near) const {
     std::size_t n = 0;
     for (std::uint32_t i = range.begin; i < range.end; ++i) {
-        if ((facing_[i] & (node.facing | kFlat)) != 0) continue;
+        if ((facing_[i] & (directions | kFlat)) != 0) continue;
         near[n] = {triangle_[i], facing_[i], boxOf(triangle_[i])};
-        n += near[n].box.intersects(node.box);
+        n += near[n].box.intersects(box);
     }
     return near.first(n);
 }
@@ -382,21 +400,26 @@ void PatchTree::addPairs(const TrianglePair& leaves, CandidatePairs& out) const 
     const auto flat = [&](std::uint32_t t) { return isFlat(mesh_.vertex, mesh_.triangles[t]); };
     std::array<Boxed, kRun> one_near, other_near;
     const Range first = range_[i - first_leaf_], second = range_[j - first_leaf_];
+    const Node &a = node_[i], &b = node_[j];
+    // Directions that two triangles must not both face: all where the patches are parts of one piece of surface.
+    const std::uint64_t directions = i == j || areConnected(first, second) ? ~std::uint64_t{0} : 0;
+    if ((a.facing & b.facing & directions) != 0) return;
     const auto runAt = [](const Range& range, std::uint32_t begin) {
         return Range{begin, std::min<std::uint32_t>(begin + kRun, range.end)};
     };
     for (std::uint32_t f = first.begin; f < first.end; f += kRun) {
-        const std::span<const Boxed> ones = boxesNear(runAt(first, f), node_[j], one_near);
+        const std::span<const Boxed> ones = boxesNear(runAt(first, f), b.box, b.facing & directions, one_near);
         for (std::uint32_t g = i == j ? f : second.begin; g < second.end && !ones.empty(); g += kRun) {
-            const std::span<const Boxed> others = boxesNear(runAt(second, g), node_[i], other_near);
+            const std::span<const Boxed> others = boxesNear(runAt(second, g), a.box, a.facing & directions, other_near);
             for (std::size_t m = 0; m < ones.size(); ++m)
                 for (std::size_t k = i == j && f == g ? m + 1 : 0; k < others.size(); ++k) {
                     const Boxed &one = ones[m], &other = others[k];
-                    if ((one.facing & other.facing) != 0 || !one.box.intersects(other.box)) continue;
+                    if ((one.facing & other.facing & directions) != 0 || !one.box.intersects(other.box)) continue;
                     const std::uint32_t s = one.triangle, t = other.triangle;
                     const TriangleRelation relation = relationOf(mesh_.triangles[s], mesh_.triangles[t], positionOf);
                     if (relation == TriangleRelation::apart) continue;
-                    if (relation == TriangleRelation::undecided && (flat(s) || flat(t))) continue;
+                    const bool face_alike = (one.facing & other.facing) != 0;
+                    if (relation == TriangleRelation::undecided && (face_alike || flat(s) || flat(t))) continue;
                     (relation == TriangleRelation::crossing ? out.crossing : out.undecided)
                         .push_back({std::min(s, t), std::max(s, t)});
                 }

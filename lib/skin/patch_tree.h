@@ -30,11 +30,11 @@ struct CandidatePairs {
 };
 
 /// Patches of triangles in a binary tree. A facing mask tells for 42 directions whether a triangle faces them, the mask
-/// of a node whether all of its triangles do. Two nodes with a common direction are parts of a surface over a plane,
-/// which cannot cross itself, and are not compared. Between two layers that face the same way there is a third one that
-/// would cross first, or they meet in a vertex with a folded one-ring. Masks are therefore ignored at folded one-rings
-/// and at triangles that have turned over. Degenerate triangles, frequent on lattices, cross nothing and do not count
-/// as turned over.
+/// of a patch whether all of its triangles do. Two patches that have a vertex in common and face a common direction are
+/// part of a surface over a plane, which cannot cross itself, and are not compared; nor are two such triangles. Only
+/// layers that meet in a vertex with a folded one-ring could cross nevertheless. Masks are therefore ignored at folded
+/// one-rings and at triangles that have turned over. Degenerate triangles, frequent on lattices, cross nothing and do
+/// not count as turned over.
 ///
 /// A component is a part of the surface known to be free of self-crossings until it is activated. It is divided into
 /// few patches, which are not compared with each other.
@@ -44,7 +44,7 @@ struct CandidatePairs {
 /// in      a mesh, which is referenced; the positions of its vertices before the displacement, when nothing crossed;
 ///         radius of the balls, world units. Patches that have moved are active
 /// same    pairs for any thread count
-/// cost    O(triangles), plus the pairs of patches near each other that face different ways
+/// cost    O(triangles), plus the pairs of patches whose boxes meet
 /// source  a surface over a plane does not cross itself: Volino & Magnenat-Thalmann 1994
 class PatchTree {
 public:
@@ -88,7 +88,7 @@ public:
 private:
     struct Node {
         Boxf box;
-        std::uint64_t facing = ~std::uint64_t{0};  // directions that all of its triangles face
+        std::uint64_t facing = ~std::uint64_t{0};  // directions that all triangles of a patch face
         std::uint32_t component = 0;               // of all its triangles; 0: of none, or of several
         std::uint8_t active = 0;
     };
@@ -111,7 +111,9 @@ private:
         return {&triangle_[range.begin], range.end - range.begin};
     }
     Boxf boxOf(std::uint32_t triangle) const;
-    std::span<const Boxed> boxesNear(const Range& range, const Node& node, std::span<Boxed> near) const;
+    bool areConnected(const Range& one, const Range& other) const;
+    std::span<const Boxed> boxesNear(const Range& range, const Boxf& box, std::uint64_t directions,
+                                     std::span<Boxed> near) const;
     std::vector<Patch> makePatches(const std::vector<Vec3>& before, std::span<const ComponentPart> components);
     void addPatches(const std::vector<Vec3>& before, std::uint32_t begin, std::uint32_t size, std::vector<Patch>& into);
     std::uint32_t endOfRun(std::uint32_t begin, std::uint32_t end) const;

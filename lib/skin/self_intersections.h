@@ -25,7 +25,7 @@ namespace betamesh {
 ///         other initial positions can be tried, so triangles that cross even there are moved apart
 /// out     rounded positions; true if no triangles cross
 /// same    bytes for any thread count
-/// cost    O(triangles), plus the pairs of triangles near each other that face different ways
+/// cost    O(triangles), plus the pairs of triangles near each other
 /// source  a surface over a plane does not cross itself: Volino & Magnenat-Thalmann 1994
 bool resolveSelfIntersections(const BallBoundary& boundary, const DualPoints& from, BetaMesh& mesh,
                               int corner_relaxations = 0, bool is_last = true);

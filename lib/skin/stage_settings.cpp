@@ -68,7 +68,8 @@ SkinLengths skinLengths(const SkinParams& params) {
 
 bool facetsMayCutOffParticles(const SkinParams& params) {
     const SkinLengths lengths = skinLengths(params);
-    return lengths.skin < kThinSkin * lengths.edge_factor || params.passes > kFewPasses;
+    const double longest_edges = lengths.edge_factor * std::max(1.0, lengths.joining / kLargeBalls);
+    return lengths.skin < kThinSkin * longest_edges || params.passes > kFewPasses;
 }
 
 double widestSkinFit(const SkinParams& params) {

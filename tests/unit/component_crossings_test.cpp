@@ -1,5 +1,6 @@
 #include "skin/component_crossings.h"
 
+#include "skin/patch_tree.h"
 #include "support/oracles.h"
 
 #include <gtest/gtest.h>
@@ -85,6 +86,32 @@ TEST(ComponentCrossings, NotWhatHasTurnedOver) {
     const std::vector<Vec3> before = positionsOf(mesh);
     mesh.vertex[0].position = before[9] + (before[9] - before[0]) * 0.1;
     EXPECT_FALSE(crossesNothing(mesh, before));
+}
+
+// Cones without a base, side by side, whose sides all face upwards.
+BetaMesh cones(double distance, std::uint32_t sides) {
+    constexpr double kTurn = 6.283185307179586;
+    BetaMesh mesh;
+    for (const double x : {0.0, distance}) {
+        const auto tip = static_cast<std::uint32_t>(mesh.vertex.size());
+        mesh.vertex.push_back({Vec3(x, 0, 1), Vec3(0)});
+        for (std::uint32_t i = 0; i < sides; ++i) {
+            const double angle = kTurn * i / sides;
+            mesh.vertex.push_back({Vec3(x + std::cos(angle), 0.9 * std::sin(angle), 0), Vec3(0)});
+            mesh.triangles.push_back({tip, tip + 1 + i, tip + 1 + (i + 1) % sides});
+        }
+    }
+    return mesh;
+}
+
+TEST(ComponentCrossings, LayersThatFaceTheSameWayAreCompared) {
+    const BetaMesh from = cones(3, 40);
+    for (const double distance : {2.5, 2.1, 1.9, 1.5, 1.0, 0.5}) {
+        const BetaMesh to = cones(distance, 40);
+        EXPECT_EQ(crossesNothing(to, positionsOf(from)), distance > 2) << "distance " << distance;
+        const PatchTree tree(to, positionsOf(from), 1);
+        EXPECT_EQ(tree.candidatePairs().crossing.empty(), distance > 2) << "distance " << distance;
+    }
 }
 
 }  // namespace
