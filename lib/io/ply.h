@@ -16,9 +16,9 @@
 namespace betamesh {
 
 /// Points are the element `vertex`: x y z, or px py pz, are the position, other scalar properties become attributes.
-/// Adjacent properties a_x a_y (a_z a_w) or a_0 a_1 … of the same kind become one attribute a; vx vy vz becomes v.
-/// Faces are the list vertex_indices or vertex_index of the element `face`, with the integer property `component`;
-/// edges are vertex1 and vertex2 of the element `edge`.
+/// Adjacent properties a_x a_y (a_z a_w) or a_0 a_1 … of the same kind become one attribute a; vx vy vz becomes v, nx
+/// ny nz the normals N, which are written so. Faces are the list vertex_indices or vertex_index of the element `face`,
+/// with the integer property `component`; edges are vertex1 and vertex2 of the element `edge`.
 ///
 /// errors  a damaged file, with the header line or byte offset
 FileContents parsePly(Cursor in, const ReadOptions& options = {});

@@ -239,7 +239,8 @@ private:
 
     std::size_t coordinateAlong(int axis) const { return xyz_[static_cast<std::size_t>(axis)]; }
 
-    /// Number of columns, from c on, that form one attribute: a_x a_y …, a_0 a_1 …, or vx vy vz. Sets its name.
+    /// Number of columns, from c on, that form one attribute: a_x a_y …, a_0 a_1 …, vx vy vz or nx ny nz. Sets its
+    /// name.
     std::size_t groupSize(std::size_t c, std::string& name) const {
         const auto& all = element_.properties;
         const auto same = [&](std::size_t i, const std::string& expected) {
@@ -248,6 +249,10 @@ private:
         name = all[c].name;
         if (name == "vx" && same(c + 1, "vy") && same(c + 2, "vz")) {
             name = "v";
+            return 3;
+        }
+        if (name == "nx" && is_real_[c] && same(c + 1, "ny") && same(c + 2, "nz")) {
+            name = "N";
             return 3;
         }
         if (name.size() < 3 || !(name.ends_with("_x") || name.ends_with("_0"))) return 1;

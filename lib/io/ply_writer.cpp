@@ -10,11 +10,13 @@ namespace betamesh {
 
 namespace {
 
-/// Suffix of the property of one component of an attribute: none, _x to _w, or its number.
-std::string suffix(std::uint32_t component, std::uint32_t components) {
-    if (components == 1) return {};
-    if (components <= 4) return std::string("_") + "xyzw"[component];
-    return "_" + std::to_string(component);
+/// The property of one component of an attribute: a, a_x to a_w, or a_0 …. Normals are nx ny nz, as other programs
+/// expect.
+std::string propertyName(const Attribute& a, std::uint32_t component) {
+    if (a.components == 1) return a.name;
+    if (a.name == "N" && a.components == 3 && !a.hasIntegers()) return std::string("n") + "xyz"[component];
+    if (a.components <= 4) return a.name + "_" + "xyzw"[component];
+    return a.name + "_" + std::to_string(component);
 }
 
 const char* nameOf(IntegerType type) {
@@ -48,7 +50,7 @@ public:
         for (const Attribute& a : attributes) {
             types_.push_back(writtenType(a));
             for (std::uint32_t c = 0; c < a.components; ++c)
-                scalars(a.hasIntegers() ? nameOf(types_.back()) : "float", {a.name + suffix(c, a.components)});
+                scalars(a.hasIntegers() ? nameOf(types_.back()) : "float", {propertyName(a, c)});
         }
     }
     void faces(std::size_t count, bool components) {
@@ -101,8 +103,7 @@ void requireWritableAttributes(const std::vector<Attribute>& attributes, std::si
     requireWritable(attributes, n, reserved, file);
     std::vector<Attribute> properties;
     for (const Attribute& a : attributes)
-        for (std::uint32_t c = 0; c < a.components; ++c)
-            properties.push_back({a.name + suffix(c, a.components), 1, {}, {}});
+        for (std::uint32_t c = 0; c < a.components; ++c) properties.push_back({propertyName(a, c), 1, {}, {}});
     requireWritable(properties, 0, reserved, file);
 }
 

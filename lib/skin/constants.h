@@ -372,6 +372,8 @@ inline constexpr double kWallRemainder = 0.01;
 
 /// Kernel width of the fit of normals.
 inline constexpr double kAttributeFit = 1.2;
+/// Length of a mean of normals, 0 to 1, up to which they cancel, and the width over which that fades.
+inline constexpr double kCancelling = 0.6, kCancellingFade = 0.4;
 /// Length of the mean normal below which there is no fit.
 inline constexpr double kMinMeanNormal = 1e-3;
 /// Largest thickness.

@@ -193,7 +193,7 @@ public:
     std::vector<Vec3f> shape;      // weights of drop, thread, sheet
 
     void fit() {
-        const Normals facing = surface_.smoothNormals();
+        const Normals facing = surface_.kernelNormals(kNormalKernel, facingNormals()).normal;
         normal = facing;
         curvature.assign(surface_.size(), Vec3f(0));
         visitSamples(kAttributeFit, facing, [&](const PointGroup& group, Samples samples, const OrientedPoints& point) {
@@ -244,6 +244,18 @@ public:
     }
 
 private:
+    // Mean normals, whatever those near are, as a sliver's own may be arbitrary; where they cancel, as round a pinhole,
+    // the vertex' own.
+    Normals facingNormals() const {
+        Normals mean = surface_.kernelMeans(kMeanNormalKernel, surface_.normals());
+        parallelFor(mean.size(), 8192, [&](std::size_t v) {
+            const double agreement = smoothStep((mean[v].length() - kCancelling) / kCancellingFade).value;
+            mean[v] += surface_.normals()[v] * static_cast<float>(1 - agreement);
+            mean[v].normalize();
+        });
+        return mean;
+    }
+
     static constexpr std::size_t kMaxSamples = 16384;
     static constexpr float kMinSquare = 1e-6F;
 

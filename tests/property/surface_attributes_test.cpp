@@ -151,6 +151,27 @@ TEST(SurfaceAttributes, TheCurvatureOfADropIsOneOverItsRadius) {
     EXPECT_NEAR(meanOf(skinFrame(ballOfShells(6), measuring()).mesh, "curvature", everywhere), 1 / 6.55, 0.05 / 6.55);
 }
 
+// A sheet of particles at random has pinholes, whose walls face each other.
+TEST(SurfaceAttributes, NormalsHardlyEverFaceInwards) {
+    double inwards = 0, all = 0;
+    for (unsigned seed = 0; seed < 6; ++seed) {
+        std::mt19937 random(seed);
+        std::uniform_real_distribution<double> at(0, 40), off(-0.25, 0.25);
+        Particles particles;
+        for (int i = 0; i < 1000; ++i) {
+            const double x = at(random), y = at(random);
+            particles.position.emplace_back(Vec3(x, y, off(random)));
+        }
+        const Mesh mesh = skinFrame(particles, measuring()).mesh;
+        for (const auto& [a, b, c] : mesh.triangles) {
+            const Vec3 area = cross(mesh.position[b] - mesh.position[a], mesh.position[c] - mesh.position[a]);
+            all += area.length();
+            if (dot(area, normalAt(mesh, a) + normalAt(mesh, b) + normalAt(mesh, c)) < 0) inwards += area.length();
+        }
+    }
+    EXPECT_LE(inwards / all, 0.0002);  // in folds of slivers
+}
+
 TEST(SurfaceAttributes, TellThreadsSheetsAndBulk) {
     const auto mostly = [](const Particles& particles, const char* shape, const Where& counts) {
         const Mesh mesh = skinFrame(particles, measuring()).mesh;

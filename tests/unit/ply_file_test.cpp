@@ -50,6 +50,18 @@ TEST(PlyFile, MeshesSurviveARoundTripAndAlwaysHaveVelocity) {
         }
 }
 
+TEST(PlyFile, NormalsHaveTheNamesThatOtherProgramsRead) {
+    const TemporaryFolder folder;
+    Mesh mesh = sampleMesh(5, true, true);
+    mesh.attributes = {{"N", 3, std::vector<float>(15, 0.5F), {}}};
+    writeMesh(folder / "a.ply", mesh);
+    EXPECT_NE(contentsOf(folder / "a.ply").find("property float nx\nproperty float ny\nproperty float nz\n"),
+              std::string::npos);
+    expectSame(readMesh(folder / "a.ply"), mesh);
+    mesh.attributes.push_back({"nx", 1, std::vector<float>(5, 1.0F), {}});
+    EXPECT_THROW(writeMesh(folder / "b.ply", mesh), Error);
+}
+
 TEST(PlyFile, ComponentsSurviveARoundTrip) {
     const TemporaryFolder folder;
     for (const std::size_t n : {1U, 3U, 1000U}) {
@@ -167,7 +179,8 @@ TEST(PlyFile, FindsVelocityByItsUsualNamesAndByAGivenName) {
         EXPECT_EQ(particlesOfPly(text(stem)).velocity, (std::vector<Vec3f>{{1, 2, 3}})) << stem;
     EXPECT_TRUE(particlesOfPly(text("flow_")).velocity.empty());
     EXPECT_EQ(particlesOfPly(text("flow_"), named("flow", "")).velocity.size(), 1U);
-    EXPECT_EQ(particlesOfPly(text("n")).attributes.size(), 3U);
+    EXPECT_EQ(particlesOfPly(text("q")).attributes.size(), 3U);
+    EXPECT_EQ(particlesOfPly(text("n")).attributes.size(), 1U);
     expectError([&] { particlesOfPly(text("v"), named("speed", "")); }, {"t.ply", "'speed'", "'vx'"});
     expectError([&] { particlesOfPly(text("v"), named("", "number")); }, {"t.ply", "'number'"});
 }
