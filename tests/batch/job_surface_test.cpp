@@ -178,7 +178,7 @@ TEST_F(Job, SpheresAreWrittenBesideTheMeshAndRemovedIfThereAreNone) {
     EXPECT_FALSE(exists("out/a.0001.spheres.ply"));
     EXPECT_TRUE(exists("out/a.0002.spheres.ply"));
     EXPECT_EQ(manifest(2)["isolated_particles"], 1);
-    ASSERT_EQ(mesh({"--tessellation", "paper"}, "out/a.####.obj").exit_code, 0);
+    ASSERT_EQ(mesh({"--tessellation", "paper", "--overwrite"}, "out/a.####.obj").exit_code, 0);
     EXPECT_TRUE(exists("out/a.0002.spheres.ply"));
     ASSERT_EQ(mesh({"--tessellation", "paper"}, "out/a.####.bgeo.gz").exit_code, 0);
     EXPECT_TRUE(exists("out/a.0002.spheres.bgeo.gz"));

@@ -94,6 +94,44 @@ TEST_F(Resume, AnEmptyMeshOfAMissingFrameIsReplacedWhenTheFrameArrives) {
     EXPECT_EQ(statusOf(2), "skipped");
 }
 
+TEST_F(Resume, FilesBesideAnOutputThatNoRunOfItWroteAreKept) {
+    Sample sample({"drop", 600, 1, 24});
+    writeFrame(1, sample.frame(1));
+    const std::string foreign = contentsOf(folder_ / "in/a.0001.ply");
+    fs::create_directory(folder_ / "out");
+    for (const char* name : {"out/a.0001.spheres.ply", "out/a.0001.ply.json"})
+        for (const char* droplets : {"mesh", "points"}) {
+            write(folder_ / name, foreign);
+            const Outcome refused = mesh({"--droplets", droplets});
+            EXPECT_EQ(refused.exit_code, 2) << name << droplets;
+            EXPECT_NE(refused.err.find(std::string(name) + " already exists"), std::string::npos) << refused.err;
+            EXPECT_EQ(contentsOf(folder_ / name), foreign);
+            EXPECT_FALSE(exists("out/a.0001.ply"));
+            fs::remove(folder_ / name);
+        }
+
+    // Spheres are removed only by the output that wrote them, also where others would have them in the same place.
+    const std::string spheres = "out/a.0001.spheres.ply";
+    ASSERT_EQ(mesh({"--droplets", "points"}, "out/a.####.obj").exit_code, 0);
+    const std::string before = contentsOf(folder_ / spheres);
+    EXPECT_EQ(mesh({"--droplets", "points"}).exit_code, 2);
+    const Outcome replaced = mesh({"--droplets", "mesh", "--overwrite"});
+    EXPECT_EQ(replaced.exit_code, 0);
+    EXPECT_NE(replaced.err.find(spheres + ": is kept"), std::string::npos) << replaced.err;
+    EXPECT_EQ(contentsOf(folder_ / spheres), before);
+    EXPECT_EQ(mesh({"--droplets", "mesh", "--overwrite"}, "out/a.####.obj").exit_code, 0);
+    EXPECT_FALSE(exists(spheres));
+
+    // What an earlier run left does not hinder the next one.
+    ASSERT_EQ(mesh({"--droplets", "points", "--overwrite"}).exit_code, 0);
+    fs::remove(folder_ / "out/a.0001.ply");
+    EXPECT_EQ(mesh({"--droplets", "points"}).exit_code, 0);
+    fs::remove(folder_ / "out/a.0001.ply");
+    fs::remove(folder_ / "out/a.0001.ply.json");
+    EXPECT_EQ(mesh({"--droplets", "points", "--skip-existing"}).exit_code, 0);
+    EXPECT_EQ(contentsOf(folder_ / spheres), before);
+}
+
 /// A process may be killed after it has written its last manifest and before it removes its lock.
 TEST_F(Resume, NoHiddenFilesRemainBesideFinishedFrames) {
     writeFrames(1, 2);

@@ -7,6 +7,7 @@
 #include "batch/job/frame_input.h"
 #include "batch/job/plane.h"
 #include "batch/job/render_frames.h"
+#include "batch/job/resume.h"
 #include "batch/job/retrying.h"
 #include "batch/job/shared_frame.h"
 #include "batch/job/stage_watch.h"
@@ -154,16 +155,21 @@ Surface planarSurfaceOf(const FrameInput& liquid, const FrameTask& task, const P
 
 /// A manifest beside a mesh means that the frame is complete: it is removed first, and the caller writes it last.
 void writeFrame(const FrameTask& task, const Surface& surface, const Config& config, FrameResult& result) {
+    const std::string file = spheresPath(task.output);
+    if (surface.spheres.size() == 0 && isListed(file, task.output)) fs::remove(file);  // while the manifest tells whose
     fs::remove(manifestPath(task.output));
     if (surface.spheres.size() > 0) {  // before the mesh: what the format cannot hold leaves no mesh alone
-        const std::string file = spheresPath(task.output);
         WriteOptions options = writeOptions(config.output, task.frame);
         const WarningHandler warn = [&](const std::string& warning) { warnOf(warning, file, result); };
         options.warn = &warn;
         writeSpheres(file, surface.spheres, options);
     }
     surface.write();
-    if (surface.spheres.size() == 0) fs::remove(spheresPath(task.output));
+    if (surface.spheres.size() == 0 && fs::exists(file))
+        warnOf(
+            "is kept, as no earlier run of this output wrote it, although render and check take it for the spheres of "
+            "this mesh. Move it",
+            file, result);
     if (!surface.preview.empty()) writeFile(task.preview, surface.preview);
 }
 

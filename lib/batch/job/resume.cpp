@@ -20,6 +20,17 @@ bool exists(const std::string& path) {
     return fs::exists(fs::symlink_status(path, ignored));
 }
 
+/// The first file on disk that the frame would replace and that is not left of an earlier run whose mesh was removed;
+/// empty: none.
+std::string existingFile(const FrameTask& task) {
+    const std::string manifest = manifestPath(task.output), spheres = spheresPath(task.output);
+    for (const std::string& file : {task.output, task.preview})
+        if (!file.empty() && exists(file)) return file;
+    if (exists(manifest) && !isListed(task.output, task.output)) return manifest;
+    if (exists(spheres) && !isListed(spheres, task.output)) return spheres;
+    return "";
+}
+
 /// Whether the preview can be rendered from the files of the frame. They hold all that it shows.
 bool canRedraw(const FrameTask& task, const Config& config) {
     return config.preview.show == ShownGeometry::surface && config.output.up_axis == UpAxis::y &&
@@ -28,6 +39,11 @@ bool canRedraw(const FrameTask& task, const Config& config) {
 }
 
 }  // namespace
+
+bool isListed(const std::string& file, const std::string& output) {
+    const auto manifest = readManifest(manifestPath(output));
+    return manifest && manifest->provenance && manifest->provenance->files.contains(fs::path(file).filename().string());
+}
 
 Staleness stalenessOf(const FrameTask& task, bool input_exists, const Plan& plan) {
     const auto manifest = readManifest(manifestPath(task.output));
@@ -70,13 +86,12 @@ void chooseAction(FrameTask& task, bool input_exists, const Plan& plan, const Pl
         task.action = redraw ? FrameAction::draw : FrameAction::skip_existing;
         if (stale.why.empty() || redraw) return;
     }
-    const bool any_exists = output_exists || (!task.preview.empty() && exists(task.preview));
     const bool may_replace = options.skip_existing || options.overwrite || options.history.begun.contains(task.frame);
     if (!input_exists && config.run.on_missing == OnMissing::skip)
         task.action = FrameAction::skip_missing;
     else if (!input_exists && config.run.on_missing == OnMissing::error)
         task.action = FrameAction::fail_missing;
-    else if (any_exists && !may_replace)
+    else if (!may_replace && !existingFile(task).empty())
         task.action = FrameAction::refuse_existing;
     else
         task.action = input_exists ? FrameAction::mesh : FrameAction::write_empty;
@@ -92,7 +107,7 @@ void refuseExisting(std::span<const Plan> outputs) {
         }
     }
     if (first == nullptr) return;
-    throw Error(first->output +
+    throw Error(existingFile(*first) +
                 (count > 1
                      ? " and " + std::to_string(count - 1) + " more outputs already exist. Use --overwrite to replace "
                      : " already exists. Use --overwrite to replace ") +

@@ -14,6 +14,9 @@ struct Staleness {
     bool only_preview = false;  ///< all but the preview is up to date
 };
 
+/// Whether the manifest beside an output says that a file in its folder was written with it.
+bool isListed(const std::string& file, const std::string& output);
+
 /// Compares an output with its manifest, and that with the plan. Reads the input if its size is the same and its time
 /// is not.
 Staleness stalenessOf(const FrameTask& task, bool input_exists, const Plan& plan);
