@@ -13,6 +13,7 @@
 #include "coherence_table.h"
 #include "command.h"
 #include "io/extension.h"
+#include "io/file_info.h"
 #include "io/mesh_file.h"
 #include "io/output_file.h"
 #include "io/particle_file.h"
@@ -117,6 +118,18 @@ std::vector<std::string> filesOf(const std::vector<std::string>& names) {
     return files;
 }
 
+/// errors  a file of particles or curves; one that is empty is a frame without liquid
+Mesh readSurface(const std::string& file) {
+    Mesh mesh = readMesh(file);
+    if (!mesh.triangles.empty() || mesh.position.empty()) return mesh;
+    const FileKind kind = inspectFile(file).kind;
+    throw Error(file + ": contains " +
+                (kind == FileKind::particles ? "particles"
+                 : kind == FileKind::curves  ? "curves"
+                                             : "vertices") +
+                ", but no triangles. Give surfaces, and the particles that they were made from with --particles.");
+}
+
 Sequence meshFiles(const CoherenceArguments& arguments) {
     Sequence sequence;
     sequence.names = filesOf(arguments.meshes);
@@ -134,7 +147,7 @@ Sequence meshFiles(const CoherenceArguments& arguments) {
         requirePlaceholder(sequence.names.size(), *particles);
     }
     sequence.moment = [names = sequence.names, particles, values = arguments.input_values](std::size_t i) {
-        Moment moment{readMesh(names[i]), std::nullopt};
+        Moment moment{readSurface(names[i]), std::nullopt};
         if (particles) moment.particles = particlesOf(names[i], nameForFrameOf(*particles, names[i]), values);
         return moment;
     };

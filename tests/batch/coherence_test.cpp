@@ -56,6 +56,29 @@ TEST(Coherence, MeasuresEachPairOfAPattern) {
     EXPECT_LE(pairs[0]["quantile_999"].get<double>(), pairs[0]["max"].get<double>());
 }
 
+TEST(Coherence, MeasuresSurfacesAlone) {
+    const TemporaryFolder folder;
+    writeSequence(folder);
+    Mesh vertices = sphere(Vec3(0));
+    vertices.triangles.clear();
+    writeMesh(folder / "vertices.bgeo", vertices);
+    write(folder / "curve.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nl 1 2 3 1\n");
+    for (const auto& [file, contents] : {std::pair("p.0001.bgeo", "particles"), {"curve.obj", "curves"}}) {
+        for (const char* other : {file, "m.0001.ply"}) {
+            const Outcome outcome = runProgram({"coherence", other, file}, folder.path());
+            EXPECT_EQ(outcome.exit_code, 1) << outcome.out;
+            EXPECT_NE(outcome.err.find(std::string(file) + ": contains " + contents + ", but no triangles"),
+                      std::string::npos)
+                << outcome.err;
+        }
+    }
+    EXPECT_EQ(runProgram({"coherence", "m.0001.ply", "vertices.bgeo"}, folder.path()).exit_code, 1);
+
+    writeMesh(folder / "empty.ply", {});
+    EXPECT_EQ(runProgram({"coherence", "empty.ply", "empty.ply"}, folder.path()).exit_code, 0);
+    EXPECT_EQ(runProgram({"coherence", "empty.ply", "m.0001.ply"}, folder.path()).exit_code, 0);
+}
+
 TEST(Coherence, PrintsWhereAndExitsWithOneBeyondTheLimit) {
     const TemporaryFolder folder;
     writeSequence(folder);
