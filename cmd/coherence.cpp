@@ -279,6 +279,8 @@ int measure(const Sequence& sequence, const CoherenceArguments& arguments, const
 void checkUsage(const CoherenceArguments& arguments) {
     if (arguments.meshes.empty() == arguments.pipeline.empty())
         throw Error("Give either mesh files, or --pipeline with --frame and --step.");
+    if (!arguments.plot.empty() && splitExtension(arguments.plot).second != ".svg")
+        throw Error("--plot: " + arguments.plot + " does not end in .svg, the format of the plot. Give a FILE.svg.");
     if (!arguments.particles.empty() || !arguments.pipeline.empty()) return;
     if (arguments.places_above)
         throw Error("--places-above compares with the fastest particle. Add --particles or use --pipeline.");
@@ -290,7 +292,11 @@ void checkUsage(const CoherenceArguments& arguments) {
 void requireDistinctFiles(const CoherenceArguments& arguments) {
     if (arguments.plot.empty()) return;
     DistinctFiles files;
-    for (const std::string& file : filesNamed(arguments.meshes)) files.read(file, "a mesh");
+    for (const std::string& file : filesNamed(arguments.meshes)) {
+        files.read(file, "a mesh");
+        if (!arguments.particles.empty())
+            files.read(nameForFrameOf(framePattern(arguments.particles), file), "the particles of a mesh");
+    }
     for (const std::string& file : {arguments.pipeline, arguments.against})
         if (!file.empty()) files.read(file, file == arguments.pipeline ? "the pipeline file" : "the file of --against");
     files.written(arguments.plot, "the plot");

@@ -6,6 +6,7 @@
 #include "betamesh/error.h"
 #include "command.h"
 #include "io/bytes.h"
+#include "io/extension.h"
 #include "io/output_file.h"
 
 #include <algorithm>
@@ -111,6 +112,9 @@ void requireDistinctFiles(const ReportArguments& arguments) {
 }
 
 int report(const ReportArguments& arguments) {
+    if (splitExtension(arguments.output).second != ".html")
+        throw Error("--output: " + arguments.output +
+                    " does not end in .html, the format of the page. Give a FILE.html.");
     requireDistinctFiles(arguments);
     const ReportPage page = pageOf(arguments);
     writeFile(arguments.output, htmlOf(page));

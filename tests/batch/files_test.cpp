@@ -89,9 +89,10 @@ TEST_F(Files, FifosSocketsAndDevicesAreRefused) {
         }
     }
     // Nor are they replaced.
-    const Outcome page = limited({"report", "out/a.0001.ply.json", "-o", "fifo.ply"});
+    ASSERT_EQ(mkfifo((folder_ / "fifo.html").c_str(), 0600), 0);
+    const Outcome page = limited({"report", "out/a.0001.ply.json", "-o", "fifo.html"});
     EXPECT_EQ(page.exit_code, 2);
-    EXPECT_NE(page.err.find("fifo.ply: this is a FIFO"), std::string::npos) << page.err;
+    EXPECT_NE(page.err.find("fifo.html: this is a FIFO"), std::string::npos) << page.err;
     EXPECT_EQ(limited({"mesh", "in/a.0001.ply", "fifo.ply", "--overwrite"}).exit_code, 1);
     EXPECT_EQ(limited({"mesh", "in/a.0001.ply", "x.ply", "--log-file", "fifo.ply"}).exit_code, 2);
     EXPECT_TRUE(fs::is_fifo(folder_ / "fifo.ply"));
@@ -132,6 +133,9 @@ TEST_F(Files, NoFileIsBothReadAndWrittenOrWrittenTwice) {
     fs::copy_file(folder_ / "in/a.0001.ply", folder_ / "in/c.ply");
     fs::create_directory_symlink("in", folder_ / "link");
     fs::create_symlink("in/a.0002.ply", folder_ / "log");
+    fs::create_hard_link(folder_ / "out/a.0001.ply.json", folder_ / "manifest.html");
+    fs::create_hard_link(folder_ / "out/a.0002.ply", folder_ / "mesh.svg");
+    fs::create_hard_link(folder_ / "in/a.0001.ply", folder_ / "particles.svg");
     write(folder_ / "job.yaml", "version: 1\ninput: {path: in/a.####.ply}\noutput: {path: new/a.####.ply}\n");
     const std::string yaml = contentsOf(folder_ / "job.yaml"), particles = contentsOf(folder_ / "in/a.0001.ply");
     const std::vector<std::string> small{"--width", "64", "--height", "48", "--overwrite"};
@@ -153,9 +157,10 @@ TEST_F(Files, NoFileIsBothReadAndWrittenOrWrittenTwice) {
         {"render", "out/a.####.ply", "x.####.png", "--contact-sheet", "s.png", "--movie", "s.png"},
         {"render", "out/a.0001.ply", "x.png", "--contact-sheet", "out/a.0001.ply", "--overwrite"},
         {"compare", "in/a.0001.ply", "x.png", "--contact-sheet", "in/a.0001.ply", "--overwrite"},
-        {"report", "out/a.0001.ply.json", "-o", "out/a.0001.ply.json"},
-        {"report", "out/a.####.ply.json", "-o", "out/a.0002.ply.json"},
-        {"coherence", "out/a.####.ply", "--plot", "out/a.0002.ply"},
+        {"report", "out/a.0001.ply.json", "-o", "manifest.html"},
+        {"report", "out/a.####.ply.json", "-o", "manifest.html"},
+        {"coherence", "out/a.####.ply", "--plot", "mesh.svg"},
+        {"coherence", "out/a.####.ply", "--particles", "in/a.####.ply", "--plot", "particles.svg"},
         {"submit", "job.yaml", "--to", "openjd", "-o", "job.yaml"},
     };
     const auto before = meshesIn("in");
@@ -177,6 +182,24 @@ TEST_F(Files, NoFileIsBothReadAndWrittenOrWrittenTwice) {
     // Other logs are fine.
     EXPECT_EQ(runProgram({"run", "job.yaml", "--log-file", "new.log"}, folder_.path()).exit_code, 0);
     EXPECT_TRUE(exists("new/a.0003.ply") && exists("new.log"));
+}
+
+TEST_F(Files, PlotsAndPagesReplaceNoFilesOfOtherFormats) {
+    ASSERT_EQ(mesh().exit_code, 0);
+    const auto before = meshesIn("out");
+    const std::vector<std::vector<std::string>> refused{
+        {"coherence", "out/a.####.ply", "--plot", "out/a.0001.ply"},
+        {"coherence", "out/a.####.ply", "--plot", "plot"},
+        {"report", "out/a.####.ply.json", "-o", "out/a.0001.ply"},
+        {"report", "out/a.####.ply.json", "-o", "html"},
+    };
+    for (const std::vector<std::string>& words : refused) {
+        const Outcome outcome = runProgram(words, folder_.path());
+        EXPECT_EQ(outcome.exit_code, 2) << words.back();
+        EXPECT_NE(outcome.err.find(words.back() + " does not end in ."), std::string::npos) << outcome.err;
+        EXPECT_EQ(meshesIn("out"), before);
+    }
+    EXPECT_FALSE(exists("plot") || exists("html"));
 }
 
 TEST_F(Files, DistinctFilesKnowsAFileByAnyPath) {
