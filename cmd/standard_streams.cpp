@@ -9,6 +9,8 @@
 #include <array>
 #include <cerrno>
 #include <cstdlib>
+#include <fstream>
+#include <iostream>
 #include <string_view>
 #include <system_error>
 
@@ -94,10 +96,10 @@ std::string StandardStreams::fileForStdout(const std::string& extension) {
 
 bool StandardStreams::writeStdout() const {
     if (owner_ != ::getpid() || stdout_file_.empty()) return false;
-    const Descriptor file(::open(stdout_file_.c_str(), O_RDONLY | O_CLOEXEC));
-    if (file.number < 0) fail(stdout_file_.string() + ": cannot be read");
-    copyAll(file.number, stdout_file_.string(), STDOUT_FILENO, "stdout");
-    return true;
+    std::ifstream file(stdout_file_, std::ios::binary);
+    if (!file) fail(stdout_file_.string() + ": cannot be read");
+    if (file.peek() != std::ifstream::traits_type::eof()) std::cout << file.rdbuf();
+    return static_cast<bool>(std::cout.flush());
 }
 
 }  // namespace betamesh

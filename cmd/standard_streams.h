@@ -31,9 +31,7 @@ public:
     std::string fileForStdout(const std::string& extension);
 
     /// Writes the file to stdout, in the process that made these files. Does nothing in a process forked from it.
-    /// Returns whether it was written.
-    ///
-    /// errors  stdout cannot be written
+    /// Returns whether it was written; if not, std::cout has failed, which the program reports at its end.
     bool writeStdout() const;
 
 private:

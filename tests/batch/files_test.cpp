@@ -344,6 +344,10 @@ TEST_F(Files, StandardStreamsLeaveNothingBehindAndRefuseWhatTheyCannotDo) {
     expect(1, "mesh - - --attributes absent < in/a.0001.ply", "stdin.ply: the particles have no attribute 'absent'");
     expect(2, "mesh - - --radius 0 < in/a.0001.ply", "--radius");
     expect(2, "check - - < in/a.0001.ply", "stdin (-) is named twice");
+    for (const char* command : {"mesh in/a.0001.ply -", "convert in/a.0001.ply -", "info in/a.0001.ply"}) {
+        EXPECT_EQ(shell("$betamesh " + std::string(command) + " > /dev/full"), 1) << command << said();
+        EXPECT_NE(said().find("stdout cannot be written"), std::string::npos) << said();
+    }
 }
 
 /// What a run refuses, a dry run refuses with the same exit code, and it writes nothing.
