@@ -285,7 +285,8 @@ FileContents parseTable(Cursor in, const ReadOptions& options) {
     std::vector<std::string> names;
     std::vector<Column> columns;
     bool has_names = false, has_element = false;
-    std::size_t chemistry_rows = 0, rows = 0;
+    std::optional<std::int64_t> atoms;  // as .xyz of chemistry says at its beginning
+    std::size_t rows = 0;
     while (auto line = lines.next()) {
         const std::size_t first = line->find_first_not_of(" \t,;");
         if (first == std::string::npos || line->at(first) == '#') continue;
@@ -293,12 +294,13 @@ FileContents parseTable(Cursor in, const ReadOptions& options) {
         if (cells.empty()) continue;
         if (columns.empty()) {
             const bool numeric = numberOf(cells[0]).has_value();
-            if (cells.size() == 1 && numeric && !has_names) {  // .xyz of chemistry: a count, then a comment
-                chemistry_rows = 1;
+            const auto count = cells.size() == 1 && !has_names ? integerOf(cells[0]) : std::nullopt;
+            if (count && *count >= 0) {  // .xyz of chemistry: a count, then a comment
+                atoms = count;
                 lines.next();
                 continue;
             }
-            has_element = chemistry_rows > 0 && !numeric;
+            has_element = atoms && !numeric;
             if (!numeric && !has_element) {
                 if (has_names) lines.fail("'" + cells[0] + "' is no number");
                 has_names = true;
@@ -322,6 +324,10 @@ FileContents parseTable(Cursor in, const ReadOptions& options) {
         }
         ++rows;
     }
+    if (lines.number() == 0) throw Error(in.file() + ": 0 bytes, expected the names of columns or rows of numbers");
+    if (atoms && static_cast<std::int64_t>(rows) < *atoms)
+        throw Error(in.file() + ": has " + std::to_string(rows) + " rows of atoms, expected " + std::to_string(*atoms) +
+                    ", as it says at its beginning");
     FileContents contents;
     contents.format = has_names ? "table with named columns" : "table without names";
     columns.resize(names.size());

@@ -48,8 +48,8 @@ TEST(TableFile, NamedColumnsOfEveryUsualSpelling) {
     }
     EXPECT_EQ(table(tables[4].first).id, (std::vector<std::uint64_t>{7, 8}));
     EXPECT_EQ(table(tables[5].first).attributes[1].integer, (std::vector<std::int32_t>{2, 1}));
-    EXPECT_TRUE(table("").position.empty());
-    EXPECT_TRUE(table("x,y,z\n").position.empty());
+    for (const char* empty : {"x,y,z\n", "# x y z\n", "0\nnothing\n", "0"})
+        EXPECT_TRUE(table(empty).position.empty()) << empty;
 }
 
 TEST(TableFile, QuotesAreThoseOfRfc4180) {
@@ -115,6 +115,10 @@ TEST(TableFile, ErrorsNameTheLine) {
     expectError([] { table("x,y,z\n1,2,a\n"); }, {"line 2", "'a'", "column 'z'"});
     expectError([] { table("x,y\n1,2\n"); }, {"no columns x, y and z", "'x', 'y'"});
     expectError([] { table("1,2\n1,2\n"); }, {"no columns x, y and z"});
+    expectError([] { table("1.5\n2.5\n"); }, {"no columns x, y and z"});
+    expectError([] { table(""); }, {"a.csv: 0 bytes", "expected"});
+    expectError([] { table("3\nwater\nO 1 2 3\nH 4 5 6\n"); }, {"a.csv: has 2 rows", "expected 3"});
+    expectError([] { table("3\n"); }, {"a.csv: has 0 rows", "expected 3"});
 }
 
 // A zlib stream that stores its bytes as they are.
