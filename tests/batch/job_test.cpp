@@ -33,7 +33,10 @@ TEST_F(Job, AMissingFrameIsAnErrorASkipOrAnEmptyMesh) {
     EXPECT_NE(error.err.find("in/a.0002.ply"), std::string::npos) << error.err;
     EXPECT_TRUE(written(1) && absent(2) && written(3));
 
-    EXPECT_EQ(mesh({"--frames", "1-3", "--overwrite", "--on-missing", "skip"}).exit_code, 0);
+    const Outcome skipped = mesh({"--frames", "1-3", "--overwrite", "--on-missing", "skip"});
+    EXPECT_EQ(skipped.exit_code, 0);
+    EXPECT_NE(skipped.err.find("frame 2: skipped, as there is no input (in/a.0002.ply)"), std::string::npos)
+        << skipped.err;
     EXPECT_TRUE(written(1) && absent(2) && written(3));
 
     EXPECT_EQ(mesh({"--frames", "1-3", "--overwrite", "--on-missing", "empty"}).exit_code, 0);

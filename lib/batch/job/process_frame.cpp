@@ -290,6 +290,7 @@ FrameResult resultOfOutput(SharedFrame& frame, const FrameTask& task, const Plan
             break;
         case FrameAction::skip_missing:
             result.status = FrameStatus::skipped;
+            result.input_missing = true;
             result.warnings.push_back("no input: frame left out (run.on_missing)");
             break;
         case FrameAction::skip_existing:

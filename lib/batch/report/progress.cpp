@@ -36,7 +36,10 @@ std::string frameLine(const FrameResult& result) {
     const std::string name = "frame " + std::to_string(result.frame) + ": ";
     switch (result.status) {
         case FrameStatus::skipped:
-            return name + "skipped (" + result.output + ')';
+            return name +
+                   (result.input_missing ? "skipped, as there is no input (" + result.input
+                                         : "skipped (" + result.output) +
+                   ')';
         case FrameStatus::failed:
             return name + "failed";
         case FrameStatus::empty:

@@ -49,6 +49,7 @@ struct FrameResult {
     std::string output;
     FrameStatus status = FrameStatus::ok;
     std::string error;                ///< why the frame failed
+    bool input_missing = false;       ///< the frame was skipped because it has no input
     std::vector<std::string> preset;  ///< names of presets, as in the configuration
     double radius = 0;
     double spacing = 0;
