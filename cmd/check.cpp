@@ -1,4 +1,5 @@
 #include "batch/job/frames.h"
+#include "batch/job/left_out.h"
 #include "batch/job/plan.h"
 #include "batch/job/plane.h"
 #include "batch/job/usd_sequence.h"
@@ -264,6 +265,7 @@ int checkFiles(const CheckArguments& arguments) {
     if (!arguments.scratch.empty()) logWarning("--scratch has no effect any more: meshes are checked in memory alone");
     StandardStreams streams;
     std::vector<std::string> meshes = withoutSequenceLayers(filesNamed(arguments.meshes));
+    warnOfLeftOut(arguments.meshes);
     for (std::string& mesh : meshes)
         if (mesh == kStandardStream) mesh = streams.fileOfStdin();
     for (const std::string& mesh : meshes) formatOf(mesh, FileKind::mesh, Access::read);

@@ -3,6 +3,7 @@
 #include "batch/job/distinct_files.h"
 #include "batch/job/frames.h"
 #include "batch/job/job.h"
+#include "batch/job/left_out.h"
 #include "batch/job/plan.h"
 #include "batch/job/usd_sequence.h"
 #include "batch/platform/worker.h"
@@ -305,6 +306,7 @@ void requireDistinctFiles(const CoherenceArguments& arguments) {
 int measureFrames(const CoherenceArguments& arguments) {
     checkUsage(arguments);
     requireDistinctFiles(arguments);
+    warnOfLeftOut(arguments.meshes);
     const Supervision watched = superviseWorkers(true);
     if (!watched.is_worker) return watched.exit_code;
     const Sequence sequence = arguments.pipeline.empty() ? meshFiles(arguments) : fineSteps(arguments, watched);

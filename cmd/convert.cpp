@@ -2,6 +2,7 @@
 
 #include "batch/job/frames.h"
 #include "batch/job/job.h"
+#include "batch/job/left_out.h"
 #include "batch/job/usd_sequence.h"
 #include "batch/platform/machine.h"
 #include "batch/report/log.h"
@@ -72,6 +73,7 @@ std::vector<ConversionTask> tasksOf(const ConvertArguments& arguments) {
     const auto on_disk = framesOnDisk(input);
     const std::vector<int> frames = chosenFrames(arguments.frames, input, on_disk);
     requirePlaceholder(frames.size(), output);
+    if (arguments.frames == "all") warnOfLeftOut({arguments.input});
     const ConversionOptions options = conversionOptions(arguments);
     std::vector<ConversionTask> tasks;
     for (const int frame : frames) {

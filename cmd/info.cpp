@@ -1,4 +1,5 @@
 #include "batch/job/frames.h"
+#include "batch/job/left_out.h"
 #include "batch/job/usd_sequence.h"
 #include "batch/report/printable.h"
 #include "batch/report/report.h"
@@ -77,6 +78,7 @@ void showFile(const std::string& file, bool json) {
 int showFiles(const InfoArguments& arguments) {
     StandardStreams streams;
     std::vector<std::string> files = withoutSequenceLayers(filesNamed(arguments.files));
+    warnOfLeftOut(arguments.files);
     for (std::string& file : files)
         if (file == kStandardStream) file = streams.fileOfStdin();
     const auto show = [&](std::size_t i) {

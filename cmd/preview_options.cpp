@@ -4,6 +4,7 @@
 #include "batch/job/distinct_files.h"
 #include "batch/job/frames.h"
 #include "batch/job/job.h"
+#include "batch/job/left_out.h"
 #include "batch/job/movie_file.h"
 #include "batch/job/plan.h"
 #include "batch/report/log.h"
@@ -183,6 +184,7 @@ PreviewJob planPreviews(const PreviewOptions& options, const Config& defaults) {
     const FramePattern input = inputPattern(options.input);
     job.on_disk = framesOnDisk(input);
     const std::vector<int> frames = chosenFrames(job.config.frames, input, job.on_disk);
+    if (job.config.frames == "all") warnOfLeftOut({options.input});
     std::vector<FramePattern> outputs;
     for (const std::string& output : options.outputs) {
         outputs.push_back(framePattern(output));

@@ -1,5 +1,6 @@
 // Batch jobs as a farm sees them: which files they write, and their exit codes.
 
+#include "batch/job/frames.h"
 #include "io/mesh_file.h"
 #include "support/job_folder.h"
 
@@ -239,11 +240,36 @@ TEST_F(Job, ASingleFileNeedsNoFrameNumber) {
     EXPECT_EQ(runProgram({"mesh", "in/a.0007.ply", "out/c.####.ply", "--frames", "1-2"}, folder_.path()).exit_code, 2);
 }
 
-TEST_F(Job, GapsInTheFramesOnDiskGiveAWarning) {
+TEST_F(Job, WhatIsLeftOutOfASequenceGivesAWarning) {
     for (const int frame : {1, 2, 4}) writeFrames(frame, frame);
-    const Outcome outcome = mesh();
-    EXPECT_EQ(outcome.exit_code, 0);
-    EXPECT_NE(outcome.err.find("gaps (1-2,4)"), std::string::npos) << outcome.err;
+    ASSERT_EQ(mesh().exit_code, 0);
+    const auto expectWarning = [&](const std::vector<std::string>& words, const std::string& warning) {
+        const Outcome outcome = runProgram(words, folder_.path());
+        EXPECT_EQ(outcome.exit_code, 0) << words[0] << outcome.err;
+        EXPECT_EQ(count(outcome.err, warning), 1U) << words[0] << outcome.err;
+    };
+    for (const std::string& folder : {std::string("in"), std::string("out")})
+        fs::copy_file(folder_ / (folder + "/a.0002.ply"), folder_ / (folder + "/a.03.ply"));
+    std::vector<std::vector<std::string>> commands{
+        {"convert", "in/a.####.ply", "new/a.####.ply", "--overwrite"},
+        {"render", "out/a.####.ply", "new/a.####.png", "--width", "64", "--height", "48", "--overwrite"},
+        {"info", "in/a.####.ply"},
+        {"check", "out/a.####.ply"},
+        {"coherence", "out/a.####.ply"}};
+    for (const auto& words : commands) {
+        expectWarning(words, "gaps (1-2,4)");
+        expectWarning(words,
+                      "left out because their numbers are padded otherwise: " + folderOf(words[1]) + "/a.03.ply");
+    }
+    expectWarning({"mesh", "in/a.####.ply", "new/m.####.ply"}, "gaps (1-2,4), which are left out. Give");
+    expectWarning({"mesh", "in/a.####.ply", "new/m.####.ply", "--overwrite"}, "padded otherwise: in/a.03.ply");
+    // Sub-frames have other time steps: only mesh refuses them.
+    for (const std::string& folder : {std::string("in"), std::string("out")})
+        fs::copy_file(folder_ / (folder + "/a.0002.ply"), folder_ / (folder + "/a.0002.25.ply"));
+    for (const auto& words : commands) expectWarning(words, "left out because they are sub-frames: ");
+    EXPECT_EQ(mesh({"--overwrite"}).exit_code, 2);
+    commands[0].insert(commands[0].end(), {"--frames", "1-2"});
+    EXPECT_EQ(runProgram(commands[0], folder_.path()).err.find("left out"), std::string::npos);
 }
 
 }  // namespace

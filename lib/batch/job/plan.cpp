@@ -6,6 +6,7 @@
 #include "batch/config/local_origin.h"
 #include "batch/config/radius.h"
 #include "batch/config/surface_params.h"
+#include "batch/job/left_out.h"
 #include "batch/job/output_files.h"
 #include "batch/job/plane.h"
 #include "batch/job/provenance.h"
@@ -31,36 +32,20 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Warns of gaps in the frames on disk, which may come from a simulation that failed, unless the step is constant.
-void noteGaps(const Config& config, const std::vector<int>& frames, std::vector<std::string>& warnings) {
-    if (config.frames != "all" || frames.size() < 3) return;
-    std::int64_t step = std::int64_t{frames[1]} - frames[0];
-    for (std::size_t i = 2; i < frames.size(); ++i) step = std::min(step, std::int64_t{frames[i]} - frames[i - 1]);
-    for (std::size_t i = 1; i < frames.size(); ++i) {
-        if (std::int64_t{frames[i]} - frames[i - 1] != step) {
-            warnings.push_back(
-                "'" + config.input.path + "': the frames on disk have gaps (" + printFrames(frames) +
-                "), which are left out. Give the range with --frames to make them errors, or empty meshes with "
-                "--on-missing empty (run.on_missing)");
-            return;
-        }
-    }
-}
-
-/// Warns of files that look like frames but are not meshed.
+/// Warns of files that look like frames but are not meshed, and of gaps.
 ///
 /// errors  sub-frames among all frames on disk
-void noteOtherNumbers(const Config& config, const FramePattern& input, std::vector<std::string>& warnings) {
-    if (config.frames != "all") return;
-    const OtherNumbers others = otherNumbersOnDisk(input);
-    if (!others.subframes.empty())
-        throw Error("'" + input.text +
-                    "': beside the frames there are sub-frames, which are not meshed in a sequence: " +
-                    firstNames(others.subframes) +
-                    ". Choose whole frames with --frames, and mesh sub-frames one by one with --spacing");
-    if (!others.padded.empty())
-        warnings.push_back("'" + input.text +
-                           "': not meshed because their numbers are padded otherwise: " + firstNames(others.padded));
+void noteLeftOut(const FramePattern& input, const std::vector<int>& frames, std::vector<std::string>& warnings) {
+    if (const auto subframes = otherNumbersOnDisk(input).subframes; !subframes.empty())
+        throw Error(
+            "'" + input.text +
+            "': beside the frames there are sub-frames, which are not meshed in a sequence: " + firstNames(subframes) +
+            ". Choose whole frames with --frames, and mesh sub-frames one by one with --spacing");
+    for (std::string& warning :
+         leftOutOnDisk(input, frames,
+                       ". Give the range with --frames to make them errors, or empty meshes with "
+                       "--on-missing empty (run.on_missing)"))
+        warnings.push_back(std::move(warning));
 }
 
 /// Warns of what the format of the output cannot hold, and that .bgeo is not the format that it was.
@@ -196,8 +181,7 @@ Plan withTasks(const Config& config, const FramePattern& input, const std::map<i
     const std::vector<int> frames = chosenFrames(config.frames, input, on_disk);
     requirePlaceholder(frames.size(), output);
     if (!config.preview.path.empty()) requirePlaceholder(frames.size(), preview);
-    noteGaps(config, frames, plan.warnings);
-    noteOtherNumbers(config, input, plan.warnings);
+    if (config.frames == "all") noteLeftOut(input, frames, plan.warnings);
     for (const int frame : chunkOf(frames, options.chunk)) {
         if (options.history.ended.contains(frame)) continue;
         FrameTask task{frame, fileOfFrame(input, on_disk, frame), frameName(output, frame), FrameAction::mesh, {}};
