@@ -1,5 +1,6 @@
 #include "batch/config/config.h"
 #include "batch/config/presets.h"
+#include "batch/job/plan.h"
 #include "command.h"
 #include "job_options.h"
 
@@ -33,9 +34,9 @@ void addConfigCommand(CLI::App& program, int&) {
     });
 
     CLI::App* check = command->add_subcommand(
-        "check", "Checks a pipeline file; if it is invalid, prints the line and column and exits with 2.");
+        "check", "Checks a pipeline file, but not its input; if it is invalid, prints why and exits with 2.");
     check->add_option("FILE", arguments->file, "The pipeline file.")->required();
-    check->callback([arguments] { outputConfigs(readConfig(arguments->file)); });
+    check->callback([arguments] { checkConfig(readConfig(arguments->file)); });
 
     command->add_subcommand("presets", "Lists the presets and what they are for.")->callback([] {
         std::size_t longest = 0;

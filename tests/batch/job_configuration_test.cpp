@@ -95,5 +95,46 @@ TEST_F(Job, AnInvalidPipelineFileRunsNothing) {
     EXPECT_FALSE(exists("out"));
 }
 
+TEST_F(Job, ConfigCheckRefusesWhatRunRefusesWithoutReadingTheInput) {
+    const std::string paths = "input: {path: in/a.####.ply}\noutput: {path: out/a.####.ply}\n";
+    const std::string input = "input: {path: in/a.####.ply}\n";
+    const auto check = [&](const std::string& text, const std::string& command) {
+        write(folder_ / "job.yaml", "version: 1\n" + text);
+        std::vector<std::string> words{"config", "check", "job.yaml"};
+        if (command == "run") words = {"run", "job.yaml"};
+        return runProgram(words, folder_.path());
+    };
+    const std::vector<std::string> refused{
+        paths + "surface: {radius: 1.5dx, skin: 2dx}\n",
+        paths + "surface: {radius: 1, skin: 2}\n",
+        paths + "surface: {kind: alpha, walls: \"x>0\"}\n",
+        paths + "surface: {kind: alpha, box: \"0,0,0,1,1,1\"}\n",
+        paths + "surface: {radius_attribute: pscale, predicates: float}\n",
+        paths + "surface: {tessellation: paper, skin: 0.5dx}\n",
+        paths + "surface: {dimension: 2, walls: \"x>0\"}\n",
+        paths + "surface: {dimension: 2}\npreview: {path: look/a.####.png}\n",
+        paths + "preview: {path: look.png}\nframes: 1-2\n",
+        input + "outputs: []\n",
+        input + "output: {path: in/a.####.ply}\n",
+        input + "output: {path: out/a.####.unknown}\n",
+        input + "output: {path: out/a.ply}\nframes: 1-2\n",
+        input + "outputs: [{path: out/a.####.ply}, {path: ./out/a.####.ply}]\n",
+    };
+    writeFrames(1, 2);
+    for (const std::string& text : refused) {
+        const Outcome checked = check(text, "check"), run = check(text, "run");
+        EXPECT_EQ(checked.exit_code, 2) << text;
+        EXPECT_EQ(run.exit_code, 2) << text;
+        const auto message = [](const Outcome& outcome) { return outcome.err.substr(outcome.err.find("error:")); };
+        EXPECT_EQ(message(checked), message(run)) << text;
+    }
+    // What is missing may come from options.
+    fs::remove_all(folder_ / "in");
+    for (const std::string& text :
+         {paths, input, std::string("surface: {radius: 0.5}\n"),
+          input + "outputs: [{path: out/a.####.ply}, {path: out/b.####.ply, smoothing: {passes: 2}}]\n"})
+        EXPECT_EQ(check(text, "check").exit_code, 0) << text;
+}
+
 }  // namespace
 }  // namespace betamesh

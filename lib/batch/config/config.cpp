@@ -137,12 +137,13 @@ std::vector<KeyValue> outputKeys(const YAML::Node& output, const fs::path& file)
     return keys;
 }
 
+constexpr const char* kOutputsExpected =
+    ". Use a list such as [{path: mesh/hero.####.bgeo}, {path: mesh/proxy.####.ply, preset: preview}].";
+
 void applyOutputs(Config& config, const YAML::Node& name, const YAML::Node& list, const fs::path& file) {
     if (!list.IsSequence())
         throw Error(located(file, list.IsNull() ? name.Mark() : list.Mark()) + ": outputs: the value is " +
-                    typeName(list) +
-                    ". Use a list such as [{path: mesh/hero.####.bgeo}, {path: mesh/proxy.####.ply, "
-                    "preset: preview}].");
+                    typeName(list) + kOutputsExpected);
     config.outputs.clear();
     for (const auto& output : list) {
         config.outputs.push_back(outputKeys(output, file));
@@ -168,6 +169,8 @@ std::optional<KeyValue> applyRows(Config& config, const YAML::Node& root, const 
             set(config, keyValueOf(row.first, name, row.second, file));
         }
     }
+    if (const YAML::Node list = root["outputs"]; list && list.size() == 0 && config.output.path.empty())
+        throw Error(located(file, list.Mark()) + ": outputs: the list is empty" + kOutputsExpected);
     return preset;
 }
 

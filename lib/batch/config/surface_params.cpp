@@ -101,6 +101,19 @@ std::vector<Wall> localWalls(const Config& config) {
     return walls;
 }
 
+/// The parameters with walls and box, relative to the local origin of the positions.
+SkinParams withWalls(SkinParams params, const Config& config) {
+    params.walls = localWalls(config);
+    requireWalls(params);
+    if (const auto& box = config.surface.box) {
+        const Vec3 origin = worldOrigin(config.input, UpAxis::y);
+        params.box =
+            Box(Vec3((*box)[0], (*box)[1], (*box)[2]) - origin, Vec3((*box)[3], (*box)[4], (*box)[5]) - origin);
+        clippingBox(params);
+    }
+    return params;
+}
+
 /// Compares sizes with local spacings, which are given in sizes.
 FrameSpacing compareSizes(std::vector<double> spacings, const std::string& attribute) {
     if (spacings.empty()) return {};
@@ -213,6 +226,7 @@ void checkSkin(const Config& config, std::vector<std::string>& warnings) {
     const SkinParams params = skinParams(config);
     requireDistinctNames(params);
     requireSizes(params);
+    withWalls(params, config);
     const Config::Surface& surface = config.surface;
     if (surface.inset && surface.skin)
         throw Error("surface.skin and surface.inset are both set. Use surface.skin alone; surface.inset is deprecated");
@@ -232,14 +246,7 @@ void checkSkin(const Config& config, std::vector<std::string>& warnings) {
 SkinParams withLengths(SkinParams params, const Config& config, const ResolvedRadius& resolved) {
     params = withSkin(std::move(params), config.surface, resolved.radius, resolved.spacing);
     requireScale(params);
-    params.walls = localWalls(config);
-    requireWalls(params);
-    if (const auto& box = config.surface.box) {
-        const Vec3 origin = worldOrigin(config.input, UpAxis::y);
-        params.box =
-            Box(Vec3((*box)[0], (*box)[1], (*box)[2]) - origin, Vec3((*box)[3], (*box)[4], (*box)[5]) - origin);
-        clippingBox(params);
-    }
+    params = withWalls(std::move(params), config);
     params.smoothing_width = worldLength(config.smoothing.width, resolved.spacing);
     const Config::Features& features = config.features;
     if (features.bubble_volume > 0)

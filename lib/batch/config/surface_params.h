@@ -49,9 +49,10 @@ void reconcileSurface(Config& config, std::vector<std::string>& warnings);
 /// The parameters without lengths. The configuration has passed reconcileSurface().
 SkinParams skinParams(const Config& config);
 
-/// Checks the skin as far as possible before the spacing is measured. Adds a warning about a deprecated key.
+/// Checks the surface as far as possible before the spacing is measured. Adds a warning about a deprecated key.
 ///
-/// errors  a skin that is not below the radius, or that the surface cannot have; both surface.skin and surface.inset
+/// errors  a skin that is not below the radius, or that the surface cannot have; both surface.skin and surface.inset;
+///         radii of particles, walls or a box that the surface cannot have
 void checkSkin(const Config& config, std::vector<std::string>& warnings);
 
 /// The parameters with all lengths, in world units.

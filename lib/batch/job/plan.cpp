@@ -159,34 +159,56 @@ void planMachine(Plan& plan) {
     plan.config.output.level_set.memory_limit = plan.memory_budget;
 }
 
-/// The plan of one output up to its tasks, whose actions are still open.
-Plan withTasks(const Config& config, const FramePattern& input, const std::map<int, std::string>& on_disk,
-               const PlanOptions& options) {
-    if (config.output.path.empty()) throw Error("no output. Set output.path, as in mesh/splash.####.ply");
-    const FramePattern output = framePattern(config.output.path);
-    const FramePattern preview = framePattern(config.preview.path);
+/// The plan of one output as far as its configuration alone tells, without tasks.
+Plan withParams(const Config& config) {
     if (!config.preview.path.empty() && config.surface.dimension == 2)
         throw Error("preview.path: previews need surface.dimension 3. In two dimensions write an .svg (output.path)");
-
     Plan plan;
     plan.config = config;
     reconcileSurface(plan.config, plan.warnings);
     plan.config_hash = configHash(plan.config);
     plan.skin = skinParams(plan.config);
     checkSkin(plan.config, plan.warnings);
-    requireDimension(plan.config, plan.skin);
-    noteOutputFormat(plan);
+    if (!config.output.path.empty()) {
+        requireDimension(plan.config, plan.skin);
+        noteOutputFormat(plan);
+    }
     planMachine(plan);
+    return plan;
+}
 
+/// Where the files of an output are.
+struct OutputPatterns {
+    explicit OutputPatterns(const Config& config)
+        : mesh(framePattern(config.output.path)), preview(framePattern(config.preview.path)) {}
+
+    /// errors  several frames but no placeholder
+    void requirePlaceholders(std::size_t frames) const {
+        requirePlaceholder(frames, mesh);
+        if (!preview.text.empty()) requirePlaceholder(frames, preview);
+    }
+    /// The task of a frame, whose action is still open.
+    FrameTask task(int frame, const std::string& input) const {
+        FrameTask task{frame, input, frameName(mesh, frame), FrameAction::mesh, {}};
+        if (!preview.text.empty()) task.preview = frameName(preview, frame);
+        return task;
+    }
+
+    FramePattern mesh, preview;
+};
+
+/// The plan of one output up to its tasks, whose actions are still open.
+Plan withTasks(const Config& config, const FramePattern& input, const std::map<int, std::string>& on_disk,
+               const PlanOptions& options) {
+    if (config.output.path.empty()) throw Error("no output. Set output.path, as in mesh/splash.####.ply");
+    const OutputPatterns patterns(config);
+    Plan plan = withParams(config);
     const std::vector<int> frames = chosenFrames(config.frames, input, on_disk);
-    requirePlaceholder(frames.size(), output);
-    if (!config.preview.path.empty()) requirePlaceholder(frames.size(), preview);
+    patterns.requirePlaceholders(frames.size());
     if (config.frames == "all") noteLeftOut(input, frames, plan.warnings);
     for (const int frame : chunkOf(frames, options.chunk)) {
         if (options.history.ended.contains(frame)) continue;
-        FrameTask task{frame, fileOfFrame(input, on_disk, frame), frameName(output, frame), FrameAction::mesh, {}};
-        if (!config.preview.path.empty()) task.preview = frameName(preview, frame);
-        plan.tasks.push_back(std::move(task));
+        plan.tasks.push_back(patterns.task(frame, fileOfFrame(input, on_disk, frame)));
     }
     for (const auto& [frame, why] : options.history.unmeasured)
         plan.warnings.push_back("not used to measure spacing and camera: " + frameName(input, frame) + ": " + why);
@@ -248,6 +270,21 @@ std::uint64_t memoryBudget(const Config& config) {
 
 int threadsOf(const Config& config) {
     return config.run.threads > 0 ? std::min(config.run.threads, mostThreads()) : availableThreads();
+}
+
+void checkConfig(const Config& config) {
+    const FramePattern input = framePattern(config.input.path);
+    const auto frames = config.frames == "all" ? std::vector<int>{1} : parseFrames(config.frames);
+    std::vector<Plan> outputs;
+    for (const Config& output : outputConfigs(config)) {
+        Plan& plan = outputs.emplace_back(withParams(output));
+        if (const auto given = givenRadius(plan.config)) withLengths(plan.skin, plan.config, *given);
+        if (input.text.empty() || output.output.path.empty()) continue;
+        const OutputPatterns patterns(output);
+        patterns.requirePlaceholders(frames.size());
+        plan.tasks = {patterns.task(frames.front(), frameName(input, frames.front()))};  // stands for all frames
+    }
+    requireDistinctFiles(outputs, {});
 }
 
 std::vector<Plan> planOutputs(const Config& config, const PlanOptions& options) {

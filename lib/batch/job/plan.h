@@ -17,6 +17,12 @@ int threadsOf(const Config& config);
 /// rest is for other processes, and for memory that is allocated but not used, which an enforced limit counts.
 std::uint64_t memoryBudget(const Config& config);
 
+/// Checks a configuration as far as possible without the files of the job. Paths may be missing, as in a file that
+/// others include.
+///
+/// errors  those of planOutputs() that do not depend on files
+void checkConfig(const Config& config);
+
 /// Plans all outputs of a job. Reads inputs to measure the particle spacing and to place the camera, if the
 /// configuration needs that.
 ///
