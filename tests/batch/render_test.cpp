@@ -178,6 +178,16 @@ TEST_F(Previews, CompareShowsFourSurfacesOfAFrame) {
     EXPECT_EQ(run({"compare", "sim.0002.vdb", "a.png"}).exit_code, 2);
 }
 
+TEST_F(Previews, CompareLeavesOutThePaperIfParticlesHaveSizes) {
+    std::ofstream(folder / "sizes.csv") << "x,y,z,pscale\n0,0,0,0.1\n0.1,0,0,0.1\n0,0.1,0,0.1\n0.2,0.2,0.2,0.2\n";
+    const std::vector<std::string> words =
+        small({"compare", "sizes.csv", "a.png", "--radius-attribute", "pscale", "--spacing", "0.1"});
+    const Outcome outcome = run(words);
+    ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+    EXPECT_NE(outcome.err.find("'beta mesh (paper)' is left out"), std::string::npos) << outcome.err;
+    EXPECT_GT(image("a.png").width, 2 * 160);
+}
+
 TEST_F(Previews, PanelsDifferOnlyInTheKeysTheySet) {
     const auto compared = [&](const std::vector<std::string>& panels) {
         std::vector<std::string> words = small({"compare", "sim.0002.vdb", "a.png", "--columns", "2", "--overwrite"});
