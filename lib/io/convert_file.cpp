@@ -9,6 +9,7 @@
 #include "io/particle_file.h"
 #include "io/particle_selector.h"
 #include "io/up_axis.h"
+#include "mesh/normals.h"
 
 #include <algorithm>
 #include <sstream>
@@ -201,7 +202,9 @@ Conversion convertFile(const fs::path& from, const fs::path& to, const Conversio
         done.warnings.emplace_back("edges are left out, because the file contains a mesh as well");
     Mesh mesh = meshFrom(std::move(contents), file);
     if (units.turns_to_y) mesh = withYUp(std::move(mesh));
-    noteWriting(to, done.kind, {!mesh.velocity.empty(), !mesh.attributes.empty(), mesh.component.has_value()}, options,
+    const bool has_kept_normals = formatOf(to, done.kind, Access::write).holds_normals && normalsIn(mesh.attributes);
+    const bool has_others = mesh.attributes.size() > (has_kept_normals ? 1 : 0);
+    noteWriting(to, done.kind, {!mesh.velocity.empty(), has_others, mesh.component.has_value()}, options,
                 done.warnings);
     noteNames(to, done.kind, mesh.attributes, done.warnings);
     writeMesh(to, mesh, options);

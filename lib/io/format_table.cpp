@@ -242,6 +242,7 @@ constexpr std::array kFormats = std::to_array<FileFormat>({
      .write_mesh = encodeObj,
      .write_curves = encodeObj,
      .holds_attributes = false,
+     .holds_normals = true,
      .holds_components = true,
      .test = "batch.Interop.Vtk",
      .proof = "VTK reads it"},

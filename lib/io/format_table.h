@@ -76,6 +76,7 @@ struct FileFormat {
     // What is written.
     bool is_drawing = false;        ///< a drawing of planar curves, which writeSvg() writes
     bool holds_attributes = true;   ///< velocity is one of them
+    bool holds_normals = false;     ///< of meshes, without other attributes
     bool holds_components = false;  ///< Mesh::component
     bool is_volume = false;       ///< a mesh is written as a level set, which has no attributes; velocity is an option
     int id_bits = 0;              ///< of Particles::id; 64: negative ids, too

@@ -28,7 +28,11 @@ public:
             readLine(text_.substr(0, end));
             text_.remove_prefix(std::min(end + 1, text_.size()));
         }
-        if (any_component_ && !face_without_component_) contents_.component = std::move(components_);
+        if (any_component_ && !face_without_component_)
+            contents_.component = std::move(components_);
+        else if (any_component_)
+            passOver("objects (o)");
+        takeNormals();
         for (std::size_t i = 0; i < contents_.triangles.size(); ++i)
             for (const std::uint32_t corner : contents_.triangles[i])
                 if (corner >= contents_.position.size())
@@ -57,14 +61,41 @@ private:
 
     void readLine(std::string_view line) {
         const std::string_view keyword = nextWord(line);
-        if (keyword == "v") readVertex(line);
-        if (keyword == "f") readFace(line);
-        if (keyword == "o") readObject(line);
-        if (keyword == "l") {
+        if (keyword == "v") {
+            readVertex(line);
+        } else if (keyword == "vn") {
+            readNormal(line);
+        } else if (keyword == "f") {
+            readFace(line);
+        } else if (keyword == "o") {
+            readObject(line);
+        } else if (keyword == "l") {
             readCorners(line);
             for (std::size_t i = 1; i < corners_.size(); ++i) contents_.edges.push_back({corners_[i - 1], corners_[i]});
             contents_.declares_edges = true;
+        } else if (!keyword.empty() && !keyword.starts_with('#')) {
+            passOverLine(keyword, nextWord(line));
         }
+    }
+
+    void passOver(const std::string& what) {
+        std::vector<std::string>& all = contents_.passed_over;
+        if (std::find(all.begin(), all.end(), what) == all.end()) all.push_back(what);
+    }
+
+    void passOverLine(std::string_view keyword, std::string_view value) {
+        if (keyword == "vt")
+            passOver("texture coordinates (vt)");
+        else if (keyword == "usemtl" || keyword == "mtllib")
+            passOver("materials (mtllib, usemtl)");
+        else if (keyword == "g")
+            passOver("groups (g)");
+        else if (keyword == "p")
+            passOver("point elements (p)");
+        else if (keyword != "s")
+            passOver("lines of other kinds than v, vn, vt, f, l, p, o, g, s, mtllib and usemtl");
+        else if (value != "off" && value != "0")
+            passOver("smoothing groups (s)");
     }
 
     void readVertex(std::string_view line) {
@@ -72,6 +103,26 @@ private:
         for (int axis = 0; axis < 3; ++axis) p[axis] = number(nextWord(line));
         if (contents_.position.size() == std::numeric_limits<std::uint32_t>::max()) fail("more than 2^32 - 1 vertices");
         contents_.position.push_back(p);
+        if (nextWord(line).empty()) return;
+        nextWord(line);
+        passOver(nextWord(line).empty() ? "weights of vertices" : "colours of vertices");
+    }
+
+    void readNormal(std::string_view line) {
+        for (int axis = 0; axis < 3; ++axis) normals_.push_back(number(nextWord(line)));
+    }
+
+    /// Normals become the attribute N if they are those of the vertices, in their order.
+    void takeNormals() {
+        if (normals_.empty()) return;
+        if (other_normals_ || normals_.size() != 3 * contents_.position.size())
+            return passOver("normals (vn) that are not one per vertex");
+        Attribute n;
+        n.name = "N";
+        n.components = 3;
+        n.real = std::move(normals_);
+        contents_.declared.push_back({"N", "float", 3, {}});
+        contents_.attributes.push_back(std::move(n));
     }
 
     float number(std::string_view word) const {
@@ -82,12 +133,13 @@ private:
         const auto as_float = std::from_chars(word.data(), end, single);
         if (as_float.ec == std::errc() && as_float.ptr == end) return single;
         const auto as_double = std::from_chars(word.data(), end, value);
-        if (as_double.ec != std::errc() || as_double.ptr != end) fail("a vertex needs three numbers");
+        if (as_double.ec != std::errc() || as_double.ptr != end) fail("a vertex or normal needs three numbers");
         return static_cast<float>(value);
     }
 
     void readFace(std::string_view line) {
         readCorners(line);
+        other_normals_ = other_normals_ || other_normal_;
         if (corners_.size() < 3)
             fail("a face has " + std::to_string(corners_.size()) + " corners; it needs at least 3");
         appendFan(corners_, contents_.triangles);
@@ -98,28 +150,37 @@ private:
     void readObject(std::string_view line) {
         const std::string_view name = nextWord(line), start = kObjectPrefix;
         component_.reset();
-        if (!name.starts_with(start)) return;
         std::int32_t number = 0;
         const char* end = name.data() + name.size();
-        const auto [stop, error] = std::from_chars(name.data() + start.size(), end, number);
-        if (error != std::errc() || stop != end) return;
+        const bool is_component = name.starts_with(start);
+        const auto [stop, error] = std::from_chars(is_component ? name.data() + start.size() : end, end, number);
+        if (error != std::errc() || stop != end) return passOver("objects (o)");
         component_ = number;
         any_component_ = true;
     }
 
     void readCorners(std::string_view line) {
         corners_.clear();
+        other_normal_ = false;
         for (std::string_view word = nextWord(line); !word.empty(); word = nextWord(line)) {
-            word = word.substr(0, word.find('/'));
-            std::int64_t index = 0;
-            const char* end = word.data() + word.size();
-            const auto [stop, error] = std::from_chars(word.data(), end, index);
-            const auto vertices = static_cast<std::int64_t>(contents_.position.size());
-            if (error == std::errc() && index < 0) index += vertices + 1;
-            if (error != std::errc() || stop != end || index < 1 || index > std::numeric_limits<std::uint32_t>::max())
-                fail("vertex indices must be integers: 1, 2 … or, counted from the last vertex, -1, -2 …");
-            corners_.push_back(static_cast<std::uint32_t>(index - 1));
+            const std::size_t texture = word.find('/'), normal = word.rfind('/');
+            const auto index = indexOf(word.substr(0, texture), contents_.position.size());
+            if (!index) fail("vertex indices must be integers: 1, 2 … or, counted from the last vertex, -1, -2 …");
+            corners_.push_back(*index);
+            other_normal_ =
+                other_normal_ || normal == texture || indexOf(word.substr(normal + 1), normals_.size() / 3) != index;
         }
+    }
+
+    /// Counted from 0; nothing unless the word is 1, 2 … or, counted from the last of `count`, -1, -2 …
+    static std::optional<std::uint32_t> indexOf(std::string_view word, std::size_t count) {
+        std::int64_t index = 0;
+        const char* end = word.data() + word.size();
+        const auto [stop, error] = std::from_chars(word.data(), end, index);
+        if (error == std::errc() && index < 0) index += static_cast<std::int64_t>(count) + 1;
+        if (error != std::errc() || stop != end || index < 1 || index > std::numeric_limits<std::uint32_t>::max())
+            return std::nullopt;
+        return static_cast<std::uint32_t>(index - 1);
     }
 
     std::string_view text_;
@@ -127,6 +188,9 @@ private:
     FileContents& contents_;
     std::size_t line_ = 0;
     std::vector<std::uint32_t> corners_;
+    std::vector<float> normals_;             // of the lines vn, three numbers each
+    bool other_normal_ = false;              // a corner in corners_ has none, or that of another index
+    bool other_normals_ = false;             // any face has such a corner
     std::optional<std::int32_t> component_;  // of the current object
     bool any_component_ = false, face_without_component_ = false;
     std::vector<std::int32_t> components_;  // of the triangles read so far

@@ -1,9 +1,9 @@
 // Wavefront OBJ.
 //
-// Read: v, f (a, a/b, a//c, a/b/c; negative indices count from the last vertex), l, and o for components. Other lines
-// are skipped.
-// Written: v, vn, f, l and o. The format has no velocity and no attributes but normals.
-// Format: Wavefront, "Advanced Visualizer" manual, appendix B1.
+// Read: v, f (a, a/b, a//c, a/b/c; negative indices count from the last vertex), l, o for components, and vn if each
+// face gives each vertex the normal of the same index. FileContents::passed_over tells of everything else. Written: v,
+// vn, f, l and o. The format has no velocity and no attributes but normals. Format: Wavefront, "Advanced Visualizer"
+// manual, appendix B1.
 
 #pragma once
 
@@ -14,7 +14,7 @@
 
 namespace betamesh {
 
-/// If every face belongs to an object `component_N`, these become the components.
+/// If every face belongs to an object `component_N`, these become the components. Normals become the attribute `N`.
 ///
 /// errors  not a text file; a damaged line, with its number
 FileContents parseObj(std::span<const std::byte> bytes, const std::string& file);

@@ -94,6 +94,15 @@ TEST_F(Convert, WhatTheFormatCannotHoldIsNamedOnce) {
     EXPECT_EQ(stl.exit_code, 0) << stl.err;
     EXPECT_NE(stl.err.find("without velocity, attributes and components"), std::string::npos) << stl.err;
     EXPECT_NE(convert("m.ply", "m.obj").err.find("without velocity and attributes"), std::string::npos);
+    const Outcome normals = convert("m.obj", "n.ply");
+    EXPECT_EQ(normals.err.find("warning"), std::string::npos) << normals.err;
+    EXPECT_EQ(readMesh(folder_ / "n.ply").attributes.at(0).name, "N");
+    EXPECT_EQ(convert("m.obj", "n.obj").err.find("warning"), std::string::npos);
+    write(folder_ / "paint.obj",
+          "v 0 0 0 1 0 0\nv 1 0 0 1 0 0\nv 0 1 0 1 0 0\nvn 0 0 1\nvt 0 0\nf 1/1/1 2/1/1 3/1/1\n");
+    EXPECT_NE(convert("paint.obj", "paint.ply")
+                  .err.find("paint.obj: not read: colours of vertices, texture coordinates (vt), normals (vn)"),
+              std::string::npos);
     const Outcome refused = convert("m.ply", "m.csv");
     EXPECT_EQ(refused.exit_code, 1);
     EXPECT_NE(refused.err.find("m.ply: contains a mesh. m.csv: '.csv' is not a format for meshes. Use one of"),

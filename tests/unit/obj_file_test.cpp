@@ -21,8 +21,51 @@ TEST(ObjFile, PositionsAndFacesSurviveARoundTrip) {
         writeMesh(folder / "a.obj", mesh);
         mesh.velocity.clear();
         mesh.attributes.clear();
-        expectSame(readMesh(folder / "a.obj"), mesh);
+        Mesh read = readMesh(folder / "a.obj");
+        EXPECT_EQ(read.attributes.size(), n > 0 ? 1U : 0U);
+        read.attributes.clear();
+        expectSame(read, mesh);
     }
+}
+
+TEST(ObjFile, NormalsOfVerticesAreRead) {
+    const std::string start = "v 0 0 0\nv 1 0 0\nv 0 1 0\nvn 0 0 1\nvn 0 .6 .8\nvn 1 0 0\n";
+    for (const char* face : {"f 1//1 2//2 3//3\n", "vt 0 0\nf 1/1/1 2/1/2 3/1/3\n", "f -3//-3 2//-2 -1//3\n"}) {
+        const Mesh mesh = meshOfObj(start + face);
+        ASSERT_EQ(mesh.attributes.size(), 1U) << face;
+        EXPECT_EQ(mesh.attributes[0].name, "N");
+        EXPECT_EQ(mesh.attributes[0].components, 3U);
+        EXPECT_EQ(mesh.attributes[0].real, (std::vector<float>{0, 0, 1, 0, 0.6F, 0.8F, 1, 0, 0}));
+    }
+    const TemporaryFolder folder;
+    const Mesh mesh = meshOfObj(start + "f 1//1 2//2 3//3\n");
+    writeMesh(folder / "a.obj", mesh);
+    expectSame(readMesh(folder / "a.obj"), mesh);
+    for (const char* face :
+         {"f 1//1 2//1 3//1\n", "f 1 2 3\n", "f 1/1 2/2 3/3\n", "f 1//1 2//2 3//\n", "vn 0 0 1\nf 1//1 2//2 3//3\n"}) {
+        const FileContents contents = parseObj(bytesOf(start + face), "t.obj");
+        EXPECT_TRUE(contents.attributes.empty()) << face;
+        EXPECT_EQ(contents.passed_over, std::vector<std::string>{"normals (vn) that are not one per vertex"}) << face;
+    }
+}
+
+TEST(ObjFile, TellsWhatItDoesNotRead) {
+    const auto passedOver = [](const std::string& text) { return parseObj(bytesOf(text), "t.obj").passed_over; };
+    const std::string triangle = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+    EXPECT_TRUE(passedOver("# comment\n#v 1\n\n \ns off\ns 0\no component_1\n" + triangle).empty());
+    for (const auto& [line, what] :
+         {std::pair("vt 0 0\nvt 0 1", "texture coordinates (vt)"),
+          {"usemtl a", "materials (mtllib, usemtl)"},
+          {"mtllib a.mtl", "materials (mtllib, usemtl)"},
+          {"g a b", "groups (g)"},
+          {"s 1", "smoothing groups (s)"},
+          {"o thing", "objects (o)"},
+          {"p 1", "point elements (p)"},
+          {"v 0 0 0 1 .5 0", "colours of vertices"},
+          {"v 0 0 0 1", "weights of vertices"},
+          {"o component_1\nf 1 2 3", "objects (o)"},
+          {"vp 1\ncstype x", "lines of other kinds than v, vn, vt, f, l, p, o, g, s, mtllib and usemtl"}})
+        EXPECT_EQ(passedOver(triangle + line + "\n"), std::vector<std::string>{what}) << line;
 }
 
 TEST(ObjFile, ComponentsBecomeObjects) {
@@ -63,6 +106,7 @@ TEST(ObjFile, ReadsFilesOfOtherWriters) {
 
 TEST(ObjFile, ErrorsSayWhatIsWrongAndInWhichLine) {
     expectError([] { meshOfObj("v 0 0\n"); }, {"t.obj", "line 1", "three numbers"});
+    expectError([] { meshOfObj("v 0 0 0\nvn 0 1\n"); }, {"t.obj", "line 2", "normal", "three numbers"});
     expectError([] { meshOfObj("v 0 0 0x\n"); }, {"line 1"});
     expectError([] { meshOfObj("v 0 0 0\nf 1 1\n"); }, {"line 2", "2 corners"});
     expectError([] { meshOfObj("v 0 0 0\nf 0 1 1\n"); }, {"line 2", "vertex indices"});
