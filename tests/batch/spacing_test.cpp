@@ -100,6 +100,25 @@ TEST_F(JobSpacing, ARadiusThatDoesNotSuitTheParticlesIsToldWhateverWayItWasGiven
     }
 }
 
+TEST_F(JobSpacing, ARadiusThatTheSizesOfParticlesCancelIsTold) {
+    Particles particles = box(6, 6, 6);
+    Attribute pscale;
+    pscale.name = "pscale";
+    pscale.real.assign(particles.size(), 0.1F);
+    particles.attributes = {pscale};
+    writeFrame(1, particles);
+    const auto isTold = [&](std::vector<std::string> options) {
+        options.insert(options.end(), {"--radius-attribute", "pscale", "--overwrite"});
+        const Outcome outcome = mesh(options);
+        EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+        return outcome.err.find("(surface.radius) alone does not change the size of the balls") != std::string::npos;
+    };
+    EXPECT_TRUE(isTold({"--radius", "0.2"}));
+    EXPECT_FALSE(isTold({}));
+    EXPECT_FALSE(isTold({"--radius", "2dx"}));
+    EXPECT_FALSE(isTold({"--radius", "0.2", "--spacing", "0.1"}));
+}
+
 TEST_F(JobSpacing, OfEmptyFramesIsNotNeeded) {
     writeFrame(1, {});
     for (const char* dimension : {"3", "2"}) {

@@ -233,6 +233,14 @@ void checkSkin(const Config& config, std::vector<std::string>& warnings) {
     if (surface.inset)
         warnings.push_back("surface.inset (--inset) is deprecated. Use surface.skin (--skin) instead: " +
                            skinForInset(*surface.inset, surface.radius));
+    if (!params.radius_attribute.empty() && !surface.radius.in_spacings && surface.spacing == 0)
+        warnings.push_back(
+            "--radius " + textOf(surface.radius) +
+            " (surface.radius) alone does not change the size of the balls: without --spacing "
+            "(surface.spacing) the spacing is this radius / 1.5, which makes the radius 1.5dx again, where dx "
+            "is the " +
+            params.radius_attribute +
+            " of each particle. Give the radius in dx, as in --radius 2dx, or give --spacing, too");
     const std::optional<Length>& length = skinText(surface);
     if (!length) return;
     if (const auto given = givenRadius(config)) {
