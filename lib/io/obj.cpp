@@ -109,7 +109,11 @@ private:
     }
 
     void readNormal(std::string_view line) {
-        for (int axis = 0; axis < 3; ++axis) normals_.push_back(number(nextWord(line)));
+        for (int axis = 0; axis < 3; ++axis) {
+            const auto value = numberOf(nextWord(line));
+            other_normals_ = other_normals_ || !value;
+            normals_.push_back(value.value_or(0));
+        }
     }
 
     /// Normals become the attribute N if they are those of the vertices, in their order.
@@ -126,6 +130,12 @@ private:
     }
 
     float number(std::string_view word) const {
+        const auto value = numberOf(word);
+        if (!value) fail("a vertex needs three numbers");
+        return *value;
+    }
+
+    static std::optional<float> numberOf(std::string_view word) {
         if (word.starts_with('+')) word.remove_prefix(1);
         double value = 0;
         float single = 0;
@@ -133,7 +143,7 @@ private:
         const auto as_float = std::from_chars(word.data(), end, single);
         if (as_float.ec == std::errc() && as_float.ptr == end) return single;
         const auto as_double = std::from_chars(word.data(), end, value);
-        if (as_double.ec != std::errc() || as_double.ptr != end) fail("a vertex or normal needs three numbers");
+        if (as_double.ec != std::errc() || as_double.ptr != end) return std::nullopt;
         return static_cast<float>(value);
     }
 
@@ -190,7 +200,7 @@ private:
     std::vector<std::uint32_t> corners_;
     std::vector<float> normals_;             // of the lines vn, three numbers each
     bool other_normal_ = false;              // a corner in corners_ has none, or that of another index
-    bool other_normals_ = false;             // any face has such a corner
+    bool other_normals_ = false;             // any face has such a corner, or a normal is not three numbers
     std::optional<std::int32_t> component_;  // of the current object
     bool any_component_ = false, face_without_component_ = false;
     std::vector<std::int32_t> components_;  // of the triangles read so far
