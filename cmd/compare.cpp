@@ -83,28 +83,30 @@ Picture rendered(const Plan& plan, const Particles& particles) {
     return renderFrame(skinned.mesh, skinned.spheres, preview.camera, preview.settings);
 }
 
-/// The default panels. The paper's tessellation supports one radius alone, so that particles with sizes of their own
-/// have none of it.
-std::vector<std::string> defaultPanels(const Config& config) {
-    std::vector<std::string> panels(std::begin(kDefaultPanels), std::end(kDefaultPanels));
-    const auto isLeftOut = [](const std::string& panel) { return panel.find("tessellation=paper") != panel.npos; };
-    if (!config.surface.radius_attribute.empty() && std::erase_if(panels, isLeftOut) > 0)
-        logInfo(
-            "the panel 'beta mesh (paper)' is left out: the paper's tessellation supports one radius alone, but "
-            "surface.radius_attribute is " +
-            config.surface.radius_attribute);
+/// The default panels; without those that cannot have what the configuration asks for, such as walls.
+std::vector<Panel> defaultPanels(const Config& config, const PreviewWorker& worker) {
+    std::vector<Panel> panels;
+    for (const std::string text : kDefaultPanels) {
+        try {
+            panels.push_back(panelOf(text, config, worker));
+        } catch (const Error& error) {
+            if (text == std::end(kDefaultPanels)[-1]) throw;  // the configuration as it is
+            logInfo("the panel '" + text.substr(0, text.find(':')) + "' is left out: " + error.what());
+        }
+    }
     return panels;
 }
 
 /// panel_texts: as panelOf() reads them; empty: defaultPanels().
-int compare(const PreviewJob& job, std::vector<std::string> panel_texts, int columns, const PreviewWorker& worker) {
+int compare(const PreviewJob& job, const std::vector<std::string>& panel_texts, int columns,
+            const PreviewWorker& worker) {
     const Plan plan = planOf(job.config, worker);
     for (const std::string& warning : plan.warnings) logWarning(warning);
     for (const std::string& note : plan.notes) logInfo(note);
-    if (panel_texts.empty()) panel_texts = defaultPanels(job.config);
+    const Config shared = withSharedValues(job.config, plan);
     std::vector<Panel> panels;
-    for (const std::string& text : panel_texts)
-        panels.push_back(panelOf(text, withSharedValues(job.config, plan), worker));
+    if (panel_texts.empty()) panels = defaultPanels(shared, worker);
+    for (const std::string& text : panel_texts) panels.push_back(panelOf(text, shared, worker));
     return writePreviews(job, worker, [&](const PreviewTask& task) {
         const Particles particles = readParticles(task.input, plan.config.input);
         std::vector<CaptionedImage> images;
