@@ -343,6 +343,15 @@ inline constexpr double kContactTimeStep = 1e-4, kMaxContactChange = 0.05, kMaxC
 inline constexpr int kMaxSeparations = 24, kSupportSeparations = 4;
 inline constexpr double kSeparationGrowth = 1.5, kMaxSeparation = 0.02;
 
+// Inverted triangles (unfold.cpp); lengths in dx ----------------------------------------------------------------------
+
+/// Smallest inverted area that could be seen, and that replacing an edge has to gain; square dx.
+inline constexpr double kLeastInverted = 1e-4;
+/// Largest distance between two diagonals of which one replaces the other; its share of the skin's depth.
+inline constexpr double kMaxDiagonalDistance = 0.02, kMaxDiagonalShare = 0.04;
+/// How often all inverted triangles are tried.
+inline constexpr int kUnfoldingRounds = 8;
+
 // Velocities (velocity.cpp, limit_velocities.cpp) ---------------------------------------------------------------------
 
 /// |q1·(q2 × q3)|, unit directions to the three balls, from which a vertex' equations are solved exactly: 99.9 % of

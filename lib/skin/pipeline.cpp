@@ -19,6 +19,7 @@
 #include "skin/structure.h"
 #include "skin/surface_attributes.h"
 #include "skin/tessellate.h"
+#include "skin/unfold.h"
 #include "skin/union_mesh.h"
 #include "skin/velocity.h"
 #include "skin/walls.h"
@@ -82,6 +83,8 @@ void moveToSkin(const BaseSurface& base, const BallBoundary& boundary, const Ski
     };
     if (!retracted || !resolve(*retracted, false)) resolve(on_balls, true);
     for (int round = 0; round < kMaxRestorations && particles.restore(on_balls); ++round) resolve(on_balls, true);
+    const double depth = effectiveSkinDepth(params) / particleSpacing(params);
+    unfold(surface.normals(), surface.spacing(), std::min(kMaxDiagonalDistance, kMaxDiagonalShare * depth), mesh);
 }
 
 BetaMesh smoothedSurface(BaseSurface&& base, const BallBoundary& boundary, const SkinParams& params) {

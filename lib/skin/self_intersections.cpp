@@ -1,11 +1,9 @@
 #include "skin/self_intersections.h"
 
-#include "base/index.h"
-#include "mesh/mesh_edges.h"
-#include "mesh/triangle_contact.h"
 #include "skin/component_crossings.h"
 #include "skin/constants.h"
 #include "skin/displacement_limits.h"
+#include "skin/local_surface.h"
 #include "skin/patch_tree.h"
 
 #include <algorithm>
@@ -18,64 +16,23 @@ namespace betamesh {
 
 namespace {
 
-// Triangles and those within two edges of them: enough of the surface to decide whether the triangles cross.
-class TwoRings {
-public:
-    TwoRings(const BetaMesh& mesh, const std::vector<TrianglePair>& pairs) {
-        constexpr int kRings = 2;
-        std::vector<std::uint8_t> is_near(mesh.vertex.size(), 0);
-        const auto mark = [&](const Triangle& t) {
-            for (const std::uint32_t v : t) is_near[v] = 1;
-        };
-        for (const TrianglePair& pair : pairs)
-            for (const std::uint32_t t : pair) mark(mesh.triangles[t]);
-        for (int ring = 0; ring < kRings; ++ring) {
-            row_.clear();
-            for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
-                const auto& [a, b, c] = mesh.triangles[t];
-                if (is_near[a] | is_near[b] | is_near[c]) row_.push_back(t);
-            }
-            for (const std::uint32_t t : row_) mark(mesh.triangles[t]);
-        }
-        std::vector<std::uint32_t> local(mesh.vertex.size(), kInvalidIndex);
-        for (const std::uint32_t row : row_) {
-            Triangle& t = triangles_.emplace_back(mesh.triangles[row]);
-            for (std::uint32_t& v : t) {
-                if (local[v] == kInvalidIndex) {
-                    local[v] = static_cast<std::uint32_t>(position_.size());
-                    position_.push_back(mesh.vertex[v].position);
-                }
-                v = local[v];
-            }
-        }
-        coincident_ = firstVerticesAtPositions(position_);
-        across_ = trianglesAcross(sortedSides(triangles_));
-    }
-
-    bool cross(const TrianglePair& pair) const {
-        const std::uint32_t s = localRow(pair[0]), t = localRow(pair[1]);
-        return contactOf({position_, triangles_, coincident_, across_}, s, t).kind == ContactKind::crossing;
-    }
-
-private:
-    std::uint32_t localRow(std::uint32_t triangle) const {
-        return static_cast<std::uint32_t>(std::lower_bound(row_.begin(), row_.end(), triangle) - row_.begin());
-    }
-
-    std::vector<std::uint32_t> row_;  // of the triangles in the mesh, ascending
-    std::vector<Triangle> triangles_;
-    std::vector<Vec3> position_;
-    std::vector<std::uint32_t> coincident_, across_;
-};
+// The triangles of pairs, ascending.
+std::vector<std::uint32_t> trianglesOf(const std::vector<TrianglePair>& pairs) {
+    std::vector<std::uint32_t> triangles;
+    for (const TrianglePair& pair : pairs) triangles.insert(triangles.end(), pair.begin(), pair.end());
+    std::sort(triangles.begin(), triangles.end());
+    triangles.erase(std::unique(triangles.begin(), triangles.end()), triangles.end());
+    return triangles;
+}
 
 // All crossing pairs. Whether triangles that only touch cross depends on the triangles beyond the touching edges.
 std::vector<TrianglePair> crossingPairs(const PatchTree& tree, const BetaMesh& mesh) {
     CandidatePairs candidates = tree.candidatePairs();
     std::vector<TrianglePair>& pairs = candidates.crossing;
     if (candidates.undecided.empty()) return std::move(pairs);
-    const TwoRings rings(mesh, candidates.undecided);
+    const LocalSurface surface(mesh, withRings(mesh, trianglesOf(candidates.undecided), 2));
     for (const TrianglePair& pair : candidates.undecided)
-        if (rings.cross(pair)) pairs.push_back(pair);
+        if (surface.cross(surface.triangleOf(pair[0]), surface.triangleOf(pair[1]))) pairs.push_back(pair);
     std::sort(pairs.begin(), pairs.end());
     return std::move(pairs);
 }
@@ -160,11 +117,7 @@ bool resolveSelfIntersections(const BallBoundary& boundary, const DualPoints& fr
     std::vector<TrianglePair> pairs = crossingPairs(tree, mesh);
     if (pairs.empty()) return true;
     const auto activateNear = [&](double radii) {
-        std::vector<std::uint32_t> triangles;
-        for (const TrianglePair& pair : pairs) triangles.insert(triangles.end(), pair.begin(), pair.end());
-        std::sort(triangles.begin(), triangles.end());
-        triangles.erase(std::unique(triangles.begin(), triangles.end()), triangles.end());
-        for (const std::uint32_t t : triangles) {
+        for (const std::uint32_t t : trianglesOf(pairs)) {
             Box box;
             double scale = 0;
             for (const std::uint32_t v : mesh.triangles[t]) {

@@ -7,6 +7,8 @@
 #include "betamesh/check.h"
 #include "mesh/components.h"
 #include "mesh/enclosure.h"
+#include "mesh/vertex_normals.h"
+#include "sample/sample.h"
 #include "skin/skin_lengths.h"
 #include "support/clouds.h"
 #include "support/oracles.h"
@@ -159,6 +161,24 @@ TEST(Skin, RimsOfHolesAreRound) {
         }
     EXPECT_GT(all, 150);
     EXPECT_LE(straight, 0.1 * all);
+}
+
+TEST(Skin, NoTriangleOfAPoolIsUpsideDown) {
+    SampleParams drop;
+    drop.name = "drop";
+    Sample sample(drop);
+    const double spacing = sample.spacing();
+    for (int frame = 20; frame <= 26; ++frame) {
+        const Mesh mesh = skinFrame(sample.frame(frame), withSpacing(spacing, 1.5)).mesh;
+        const std::vector<Vec3> normal =
+            vertexNormals(mesh.position.size(), mesh.triangles, [&](std::uint32_t v) { return mesh.position[v]; });
+        double largest = 0;  // area that faces the wrong way
+        for (const auto& [a, b, c] : mesh.triangles) {
+            const Vec3 area = cross(mesh.position[b] - mesh.position[a], mesh.position[c] - mesh.position[a]) / 2;
+            largest = std::max(largest, -dot(area, (normal[a] + normal[b] + normal[c]).normalized()));
+        }
+        EXPECT_LT(largest, 1e-3 * spacing * spacing) << "frame " << frame;
+    }
 }
 
 TEST(Skin, OneSegmentPerArcMakesMeshesSmall) {
