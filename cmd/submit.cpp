@@ -34,6 +34,7 @@ struct SubmitArguments {
     bool no_report = false;
     std::string program;
     std::string output;
+    bool overwrite = false;
     bool print = false;
     std::vector<std::string> sbatch_options;
 };
@@ -178,6 +179,8 @@ std::string destinationOf(const SubmitArguments& arguments, Farm farm, const Far
 }
 
 /// Writes several files into a folder, which is made if it is not there, a single file as `destination`.
+///
+/// errors  a file that exists, unless arguments.overwrite is set; nothing is written then
 void write(const std::vector<FarmFile>& files, const std::string& destination, const SubmitArguments& arguments,
            bool folder) {
     DistinctFiles distinct;
@@ -186,6 +189,11 @@ void write(const std::vector<FarmFile>& files, const std::string& destination, c
         return folder ? (fs::path(destination) / file.name).string() : destination;
     };
     for (const FarmFile& file : files) distinct.written(path(file), folder ? file.name : "the file of --output");
+    for (const FarmFile& file : files) {
+        std::error_code ignored;
+        if (!arguments.overwrite && fs::exists(fs::symlink_status(path(file), ignored)))
+            throw Error(path(file) + " already exists. Use --overwrite to replace it.");
+    }
     if (folder) {
         std::error_code error;
         fs::create_directories(destination, error);
@@ -272,6 +280,7 @@ void addSubmitCommand(CLI::App& program, int& exit_code) {
                      "and the bundle of deadline-cloud, a file for the others. Without it, openjd writes "
                      "PIPELINE.openjd.yaml and deadline-cloud PIPELINE.deadline-cloud in the current folder.")
         ->type_name("PATH");
+    command->add_flag("--overwrite", arguments->overwrite, "Replace files of --output that already exist.");
     command->add_option("SBATCH", arguments->sbatch_options,
                         "After --: more options for sbatch, for the array and for the report.");
 }

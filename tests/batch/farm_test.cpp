@@ -698,6 +698,33 @@ TEST_F(Submit, OpenJobDescriptionsFollowTheSchema) {
     EXPECT_NE(contentsOf(folder_ / "said").find("openjd_progress: 100"), std::string::npos);
 }
 
+TEST_F(Submit, FilesAreReplacedOnlyOnRequest) {
+    const std::vector<std::pair<std::vector<std::string>, std::string>> cases{
+        {{"openjd", "-o", "job.tcl"}, "job.tcl"},
+        {{"openjd"}, "my job.openjd.yaml"},
+        {{"tractor", "-o", "job.tcl"}, "job.tcl"},
+        {{"slurm", "-o", "scripts"}, "scripts/my job.report.sh"},
+        {{"deadline-cloud"}, "my job.deadline-cloud/asset_references.yaml"}};
+    for (const auto& [further, file] : cases) {
+        SCOPED_TRACE(further[0] + ' ' + file);
+        const fs::path folder = fs::path(folder_ / file).parent_path();
+        fs::create_directories(folder);
+        write(folder_ / file, "mine");
+        std::vector<std::string> words{"submit", "my job.yaml", "--to"};
+        words.insert(words.end(), further.begin(), further.end());
+        const Outcome refused = runProgram(words, folder_.path());
+        EXPECT_EQ(refused.exit_code, 2);
+        EXPECT_NE(refused.err.find(file + " already exists. Use --overwrite"), std::string::npos) << refused.err;
+        EXPECT_EQ(contentsOf(folder_ / file), "mine");
+        if (file.find('/') != std::string::npos) {
+            EXPECT_EQ(std::distance(fs::directory_iterator(folder), {}), 1) << "other files are written";
+        }
+        words.emplace_back("--overwrite");
+        EXPECT_EQ(runProgram(words, folder_.path()).exit_code, 0);
+        EXPECT_NE(contentsOf(folder_ / file), "mine");
+    }
+}
+
 TEST_F(Submit, WrongUsageSubmitsNothing) {
     for (const std::vector<std::string>& words :
          std::vector<std::vector<std::string>>{{"submit", "my job.yaml"},
