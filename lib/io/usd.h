@@ -34,7 +34,8 @@ std::string usdName(const std::string& name);
 
 /// Reads the prims of type Points, or else the points of those of type Mesh; as a surface, the prims of type Mesh. A
 /// time sample is taken at the frame in the file's name, or else the earliest one. Names are those of encodeUsda() in
-/// reverse. Transforms of the prims and their parents are applied.
+/// reverse. Transforms of the prims and their parents are applied. A prim without velocities or accelerations that
+/// others have gets zeros, with a warning; other attributes that not all prims have are passed over.
 ///
 /// in      options.grids: paths or names of the prims to read; empty: all
 /// errors  text that cannot be parsed, by line; references, payloads, sublayers, variants, inherits and value clips,

@@ -83,6 +83,7 @@ public:
             contents_.passed_over.push_back("metersPerUnit = " + std::string(stage_.meters_per_unit));
         contents_.units = unitsOf(stage_);
         for (const std::size_t prim : chosen) readPrim(prim);
+        joinBlocks();
         if (any_component_ && !faces_without_component_) contents_.component = std::move(component_);
         return deliverWhole(std::move(contents_), options_);
     }
@@ -136,8 +137,7 @@ private:
         const UsdaTransform to_world = transformOf(index);
         NumberColumn column = numbersOf(*points, type);
         const std::size_t n = column.size() / 3;
-        if (n + contents_.position.size() > std::numeric_limits<std::uint32_t>::max())
-            fail("more than 2^32 - 1 points");
+        if (n + points_ > std::numeric_limits<std::uint32_t>::max()) fail("more than 2^32 - 1 points");
         transformRows(
             column.real, [&](const Vec3& p) { return to_world.point(p); }, to_world);
         FileContents block;
@@ -152,7 +152,74 @@ private:
         if (contents_.declares_faces) readFaces(prim, n, to_world.determinant() < 0);
         contents_.has_double_positions |= block.has_double_positions;
         contents_.overflows.insert(contents_.overflows.end(), block.overflows.begin(), block.overflows.end());
-        append(std::move(block), n, contents_);
+        blocks_.push_back({path_, std::move(block)});
+        points_ += n;
+    }
+
+    /// The points of a prim.
+    struct Block {
+        std::string path;
+        FileContents points;
+    };
+
+    /// Appends the blocks to the contents. Prims that lack a velocity or acceleration which others have get zeros; of
+    /// other attributes only those of all prims are kept. Prims without points lack nothing.
+    void joinBlocks() {
+        for (const Attribute& a : attributesOfBlocks()) completeInBlocks(a);
+        const auto lacksIds = [](const Block& b) { return b.points.id.empty() && !b.points.position.empty(); };
+        const auto lacking = std::find_if(blocks_.begin(), blocks_.end(), lacksIds);
+        const auto owner =
+            std::find_if(blocks_.begin(), blocks_.end(), [](const Block& b) { return !b.points.id.empty(); });
+        if (lacking != blocks_.end() && owner != blocks_.end()) leaveOut(owner->path, options_.id, lacking->path);
+        for (Block& block : blocks_) append(std::move(block.points), points_, contents_);
+    }
+
+    /// The attributes that any prim with points has, or any prim if none has points; without rows.
+    std::vector<Attribute> attributesOfBlocks() const {
+        std::vector<Attribute> all;
+        for (const Block& block : blocks_) {
+            if (block.points.position.empty() && points_ > 0) continue;
+            for (const Attribute& a : block.points.attributes)
+                if (std::none_of(all.begin(), all.end(), [&](const Attribute& known) { return known.name == a.name; }))
+                    all.push_back({a.name, a.components, {}, {}, a.integer_type, a.hasIntegers()});
+        }
+        return all;
+    }
+
+    /// Adds an attribute without rows to the blocks that lack it, as joinBlocks() says, or else notes that it is lost.
+    void completeInBlocks(const Attribute& attribute) {
+        std::string owner, first, lacking;
+        std::vector<FileContents*> incomplete;
+        std::size_t count = 0;  // prims with points that lack it
+        for (Block& block : blocks_) {
+            const bool has_it = std::any_of(
+                block.points.attributes.begin(), block.points.attributes.end(),
+                [&](const Attribute& a) { return a.name == attribute.name && a.components == attribute.components; });
+            if (has_it) {
+                if (owner.empty()) owner = block.path;
+                continue;
+            }
+            incomplete.push_back(&block.points);
+            if (block.points.position.empty()) continue;
+            if (count++ == 0) first = block.path;
+            lacking += (lacking.empty() ? "" : ", ") + block.path;
+        }
+        const bool is_velocity = isNamed(attribute.name, {"v", "vel", "velocity"});
+        const bool is_motion =
+            attribute.components == 3 && (is_velocity || isNamed(attribute.name, {"accel", "acceleration"}));
+        if (count > 0 && !is_motion) return leaveOut(owner, attribute.name, first);
+        for (FileContents* points : incomplete) {
+            points->attributes.push_back(attribute);
+            points->attributes.back().real.resize(points->position.size() * attribute.components);
+        }
+        if (count > 0)
+            contents_.warnings.push_back(lacking + (count > 1 ? " have no " : " has no ") +
+                                         (is_velocity ? "velocities" : "accelerations") + ", unlike " + owner +
+                                         ": zero is taken for them");
+    }
+
+    void leaveOut(const std::string& owner, const std::string& attribute, const std::string& lacking) {
+        contents_.passed_over.push_back(owner + '.' + attribute + " (" + lacking + " does not have it)");
     }
 
     /// The time of the sample to read.
@@ -355,7 +422,7 @@ private:
         } else {
             faces_without_component_ |= !counts.empty();
         }
-        const auto first = static_cast<std::uint32_t>(contents_.position.size());
+        const auto first = static_cast<std::uint32_t>(points_);
         std::size_t at = 0;
         std::vector<std::uint32_t> corners;
         for (std::size_t face = 0; face < counts.size(); ++face) {
@@ -383,6 +450,8 @@ private:
     const std::string& file_;
     const ReadOptions& options_;
     FileContents contents_;
+    std::vector<Block> blocks_;       // of the prims read so far
+    std::size_t points_ = 0;          // in them
     std::vector<std::size_t> index_;  // of the prim of each of contents_.grids
     std::string path_;                // of the prim that is read
     double time_ = 0;                 // of its values

@@ -215,6 +215,52 @@ TEST(UsdFile, PrimsAreChosenLikeGrids) {
     EXPECT_EQ(readMesh(file).position.size(), 1U);
 }
 
+TEST(UsdFile, APrimWithoutVelocityLeavesThoseOfOthersAlone) {
+    const std::string water =
+        "def Points \"water\" { point3f[] points = [(1, 1, 1), (2, 2, 2)]\n"
+        "vector3f[] velocities = [(1, 2, 3), (4, 5, 6)]\nfloat[] primvars:temp = [7, 8] ( interpolation = \"vertex\" "
+        ")\n"
+        "int64[] ids = [1, 2] }\n";
+    const std::string foam = "def Points \"foam\" { point3f[] points = [(9, 9, 9)] }\n";
+    const std::string empty = "def Points \"spray\" { point3f[] points = [] }\n";
+    const std::vector<Vec3f> of_water{{1, 2, 3}, {4, 5, 6}};
+    for (const bool foam_first : {false, true}) {
+        SCOPED_TRACE(foam_first);
+        const FileContents contents = parsed("#usda 1.0\n" + (foam_first ? foam + water : water + foam) + empty);
+        ASSERT_EQ(contents.warnings.size(), 1U);
+        EXPECT_EQ(contents.warnings[0], "/foam has no velocities, unlike /water: zero is taken for them");
+        EXPECT_EQ(contents.passed_over, (std::vector<std::string>{"/water.temp (/foam does not have it)",
+                                                                  "/water.id (/foam does not have it)"}));
+        EXPECT_TRUE(contents.id.empty());
+        const Particles particles = particlesFrom(contents, {}, "a.usda");
+        std::vector<Vec3f> expected = of_water;
+        expected.insert(foam_first ? expected.begin() : expected.end(), Vec3f(0, 0, 0));
+        EXPECT_EQ(particles.velocity, expected);
+        EXPECT_TRUE(particles.attributes.empty());
+    }
+    // Nothing is lost or said because of prims without points, wherever they stand.
+    for (const std::string& text : {empty + water, water + empty}) {
+        const FileContents contents = parsed("#usda 1.0\n" + text);
+        EXPECT_TRUE(contents.warnings.empty() && contents.passed_over.empty());
+        EXPECT_EQ(contents.id, (std::vector<std::uint64_t>{1, 2}));
+        const Particles particles = particlesFrom(contents, {}, "a.usda");
+        EXPECT_EQ(particles.velocity, of_water);
+        EXPECT_EQ(particles.attributes.size(), 1U);
+    }
+    // Meshes alike.
+    const std::string faces = "int[] faceVertexCounts = [3]\nint[] faceVertexIndices = [0, 1, 2]\n";
+    const std::string corners = "point3f[] points = [(0, 0, 0), (1, 0, 0), (0, 1, 0)]\n";
+    const FileContents meshes =
+        parsed("#usda 1.0\ndef Mesh \"a\" {" + corners + faces + "}\ndef Mesh \"b\" {" + corners + faces +
+               "vector3f[] velocities = [(1, 0, 0), (2, 0, 0), (3, 0, 0)]\n}\n");
+    EXPECT_EQ(meshes.warnings.size(), 1U);
+    EXPECT_EQ(meshes.triangles, (std::vector<Triangle>{{0, 1, 2}, {3, 4, 5}}));
+    const Mesh mesh = meshFrom(meshes, "a.usda");
+    ASSERT_EQ(mesh.velocity.size(), 6U);
+    EXPECT_EQ(mesh.velocity[0], Vec3(0, 0, 0));
+    EXPECT_EQ(mesh.velocity[5], Vec3(3, 0, 0));
+}
+
 TEST(UsdFile, TakesTheFrameInTheNameOrTheEarliestSample) {
     const TemporaryFolder folder;
     const std::string text =
