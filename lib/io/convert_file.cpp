@@ -66,7 +66,7 @@ void noteReading(const FileContents& contents, std::vector<std::string>& warning
                 inexact.push_back(declared.name);
         } else if (isPosition(declared.name)) {
             if (has64Bits(declared.type)) rounded.push_back(declared.name);
-        } else if (declared.type == "string" || declared.type == "group" || declared.type == "dict") {
+        } else if (declared.type == "string" || declared.type == "dict") {
             lost.push_back(declared.name + " (" + declared.type + ")");
         }
     }
@@ -153,6 +153,7 @@ Conversion convertFile(const fs::path& from, const fs::path& to, const Conversio
     std::string note;
     ReadOptions reading;
     reading.grids = given.grids;
+    reading.all_groups = true;
     if (!given.grids.empty() && !hasGrids(from))
         throw Error(from.string() + ": has no grids, but grid '" + given.grids[0] +
                     "' is asked for. Only .vdb files have grids, .usda files prims and .abc files objects.");

@@ -245,6 +245,11 @@ void appendFan(const std::vector<std::uint32_t>& corners, std::vector<Triangle>&
     for (std::size_t i = 2; i < corners.size(); ++i) triangles.push_back({corners[0], corners[i - 1], corners[i]});
 }
 
+bool isPointGroup(const Attribute& a) {
+    return a.name.starts_with(kGroupPrefix) && a.name.size() > kGroupPrefix.size() && a.components == 1 &&
+           a.real.empty() && std::all_of(a.integer.begin(), a.integer.end(), [](auto n) { return n == 0 || n == 1; });
+}
+
 std::string unknownGroup(const std::string& wanted, const std::vector<std::string>& groups) {
     std::string names;
     for (const std::string& name : groups) names += (names.empty() ? "'" : ", '") + name + "'";

@@ -92,6 +92,9 @@ inline constexpr const char* kComponent = "component";
 /// What the names of point groups begin with among attributes.
 inline constexpr std::string_view kGroupPrefix = "group:";
 
+/// Whether an attribute is a point group: its name begins with kGroupPrefix, and its numbers are ones and zeros.
+bool isPointGroup(const Attribute& a);
+
 /// What a reader has to read.
 struct ReadOptions {
     std::string id = "id";              ///< name of the attribute that becomes FileContents::id; empty: none
@@ -100,6 +103,7 @@ struct ReadOptions {
                                         ///< name; empty: the only one
     std::vector<std::string> groups{};  ///< groups that become integer attributes, named kGroupPrefix + NAME, of ones
                                         ///< and zeros; the readers of Houdini's files read all groups
+    bool all_groups = false;            ///< all groups become such attributes, in addition to `groups`
     Vec3 origin{0, 0, 0};               ///< is subtracted from positions before they are rounded to float
     /// If set, gets the points (position, id and attributes) in blocks of a few thousand, and the result of the reader
     /// has none. total: number of points that the file declares.

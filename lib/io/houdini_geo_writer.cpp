@@ -14,12 +14,6 @@ namespace {
 constexpr const char* kVersion = "16.0.450";  // the first that has runs of polygons; later ones read it, too
 constexpr std::int64_t kPageRows = 1024;
 
-/// A point group rather than an attribute?
-bool isGroup(const Attribute& a) {
-    return a.name.starts_with(kGroupPrefix) && a.name.size() > kGroupPrefix.size() && a.components == 1 &&
-           a.real.empty() && std::all_of(a.integer.begin(), a.integer.end(), [](auto n) { return n == 0 || n == 1; });
-}
-
 /// What Houdini calls the meaning of the numbers, which it transforms accordingly; empty: none.
 std::string_view meaningOf(const std::string& name, std::uint32_t components) {
     if (components == 3 && name == "N") return "normal";
@@ -85,7 +79,7 @@ public:
 
     void attributes(const std::vector<Attribute>& attributes, std::size_t n) {
         for (const Attribute& a : attributes) {
-            if (isGroup(a)) continue;
+            if (isPointGroup(a)) continue;
             const auto write = [&](const auto& numbers) {
                 using T = typename std::decay_t<decltype(numbers)>::value_type;
                 attribute<T>(a.name, meaningOf(a.name, a.components), a.components, n, [&](std::size_t i) {
@@ -138,11 +132,11 @@ public:
     /// Ends the primitives; writes the groups among the attributes.
     void end(const std::vector<Attribute>& attributes) {
         json_.endArray();
-        if (std::any_of(attributes.begin(), attributes.end(), isGroup)) {
+        if (std::any_of(attributes.begin(), attributes.end(), isPointGroup)) {
             json_.text("pointgroups");
             json_.beginArray();
             for (const Attribute& a : attributes)
-                if (isGroup(a)) group(a.name.substr(kGroupPrefix.size()), a.integer);
+                if (isPointGroup(a)) group(a.name.substr(kGroupPrefix.size()), a.integer);
             json_.endArray();
         }
         json_.endArray();

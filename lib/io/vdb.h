@@ -22,7 +22,8 @@ namespace betamesh {
 ///         Programs that read files from unknown sources should do so in a process of their own.
 FileContents readVdb(const std::filesystem::path& path, const ReadOptions& options = {});
 
-/// Encodes one grid `points` with the attributes P and v (float, not quantised), id (int64) and the other attributes.
+/// Encodes one grid `points` with the attributes P and v (float, not quantised), id (int64) and the other attributes;
+/// those of which isPointGroup() is true as point groups.
 /// The voxel size is a power of two and offsets within voxels are floats, so that positions are preserved exactly.
 ///
 /// same    bytes for the same particles

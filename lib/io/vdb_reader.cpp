@@ -25,6 +25,7 @@
 #include <memory>
 #include <mutex>
 #include <new>
+#include <set>
 #include <system_error>
 #include <utility>
 
@@ -238,10 +239,15 @@ private:
             if (first == std::pair(components, kind.is_integer))
                 columns_.push_back({names[i], array.valueType(), components, kind.is_integer});
         }
-        for (const auto& [name, position] : attributes.descriptor().groupMap())
-            if (std::find(contents_.groups.begin(), contents_.groups.end(), name) == contents_.groups.end())
-                contents_.groups.push_back(name);
-        for (const std::string& name : options_.groups)
+        for (const auto& [name, position] : attributes.descriptor().groupMap()) {
+            if (std::find(contents_.groups.begin(), contents_.groups.end(), name) != contents_.groups.end()) continue;
+            contents_.groups.push_back(name);
+            if (options_.all_groups && has_delivered_)  // the points of earlier grids came without it
+                contents_.passed_over.push_back("group '" + name + "', which the first point grid does not have");
+        }
+        std::set<std::string> groups(options_.groups.begin(), options_.groups.end());
+        if (options_.all_groups) groups.insert(contents_.groups.begin(), contents_.groups.end());
+        for (const std::string& name : groups)
             columns_.push_back({std::string(kGroupPrefix) + name, kGroupType, 1, true});
     }
 
@@ -279,6 +285,7 @@ private:
 
     /// Delivers the points read so far. Leaves out attributes that are missing in some leaves.
     void deliverPoints(std::uint64_t total) {
+        has_delivered_ = true;
         FileContents rows;
         rows.position = std::exchange(positions_, {});
         for (Column& column : columns_) {
@@ -307,6 +314,7 @@ private:
     std::vector<Vec3f> positions_;
     std::vector<Column> columns_;
     bool has_points_ = false;
+    bool has_delivered_ = false;
 };
 
 /// The grids of a file, read one at a time. Unlike vdb::io::File it fails at the end of the file: OpenVDB does not

@@ -11,6 +11,7 @@
 #include <openvdb/openvdb.h>
 #include <openvdb/points/PointAttribute.h>
 #include <openvdb/points/PointDataGrid.h>
+#include <openvdb/points/PointGroup.h>
 
 #include <algorithm>
 #include <array>
@@ -140,6 +141,17 @@ void addAttribute(points::PointDataTree& tree, const std::vector<LeafRange>& lea
     }
 }
 
+/// member: 1 for the particles in the group, 0 for the others.
+void addGroup(points::PointDataTree& tree, const std::vector<LeafRange>& leaves, const std::string& name,
+              const std::vector<std::int32_t>& member) {
+    points::appendGroup(tree, name);
+    for (const LeafRange& range : leaves) {
+        points::GroupWriteHandle handle = range.leaf->groupWriteHandle(name);
+        for (std::size_t i = 0; i < range.grid_points.size(); ++i)
+            if (member[range.grid_points[i].row] != 0) handle.set(static_cast<vdb::Index>(i), true);
+    }
+}
+
 void addAttributes(points::PointDataTree& tree, const std::vector<LeafRange>& leaves, const Particles& particles) {
     if (leaves.empty()) return;
     const auto vectorOf = [](const auto& numbers, std::size_t row) {
@@ -155,6 +167,10 @@ void addAttributes(points::PointDataTree& tree, const std::vector<LeafRange>& le
             return static_cast<std::int64_t>(particles.id[row]);
         });
     for (const Attribute& a : particles.attributes) {
+        if (isPointGroup(a)) {
+            addGroup(tree, leaves, a.name.substr(kGroupPrefix.size()), a.integer);
+            continue;
+        }
         const bool vectors = a.components == 3;
         if (vectors && a.integer.empty())
             addAttribute<vdb::Vec3f>(tree, leaves, a.name, 1,

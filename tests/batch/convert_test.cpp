@@ -1,6 +1,7 @@
 // `betamesh convert`, and what commands say about the formats of files.
 
 #include "io/extension.h"
+#include "io/file_info.h"
 #include "io/mesh_file.h"
 #include "support/file_checks.h"
 #include "support/job_folder.h"
@@ -74,6 +75,30 @@ TEST_F(Convert, ASequenceIsConvertedFrameByFrame) {
     EXPECT_EQ(hiddenFiles("out"), 0U);
     EXPECT_EQ(convert("in/a.####.ply", "one.vtp").exit_code, 2);
     EXPECT_EQ(convert("in/a.0001.ply", "in/a.0001.ply", {"--overwrite"}).exit_code, 2);
+}
+
+TEST_F(Convert, PointGroupsStayGroups) {
+    Particles particles = sampleParticles(500, true, true, false);
+    Attribute group{"group:foam", 1, {}, {}};
+    for (std::size_t i = 0; i < particles.size(); ++i) group.integer.push_back(i % 3 == 0);
+    particles.attributes.push_back(group);
+    writeParticles(folder_ / "a.bgeo", particles);
+    std::string from = "a.bgeo";
+    for (const std::string to : {"b.vdb", "c.bgeo", "d.vdb"}) {
+        const Outcome outcome = convert(from, to);
+        ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+        EXPECT_EQ(outcome.err.find("warning"), std::string::npos) << to << ": " << outcome.err;
+        EXPECT_EQ(inspectFile(folder_ / to).groups, std::vector<std::string>{"foam"}) << to;
+        ParticleInput input;
+        input.group = {"foam"};
+        EXPECT_EQ(readParticles(folder_ / to, input).size(), 167U) << to;
+        from = to;
+    }
+    // Formats without groups hold them as an attribute of ones and zeros.
+    ASSERT_EQ(convert("d.vdb", "e.csv").exit_code, 0);
+    const Particles table = readParticles(folder_ / "e.csv");
+    ASSERT_EQ(table.attributes.size(), 1U);
+    EXPECT_EQ(table.attributes[0].name, "group:foam");
 }
 
 TEST_F(Convert, WhatTheFormatCannotHoldIsNamedOnce) {

@@ -5,6 +5,7 @@
 #include "io/particle_file.h"
 #include "support/file_checks.h"
 #include "support/file_samples.h"
+#include "support/program.h"
 #include "support/temporary_folder.h"
 #include "support/vdb_of_groups.h"
 #include "support/vdb_of_many_codecs.h"
@@ -184,6 +185,18 @@ TEST(VdbFile, GridsAndGroupsAreChosenByName) {
     input.group = {"foam"};
     expectError([&] { readParticles(file, input); }, {"no point group 'foam'", "'odd', 'spray'"});
 
+    // Or all groups are read: ones for members, also in grids that lack the group.
+    ReadOptions with_groups;
+    with_groups.all_groups = true;
+    const FileContents contents = readVdb(file, with_groups);
+    EXPECT_TRUE(contents.passed_over.empty());
+    for (const Attribute& a : contents.attributes)
+        if (a.name == "group:spray") {
+            EXPECT_EQ(std::accumulate(a.integer.begin(), a.integer.end(), 0), 2);
+            EXPECT_EQ(a.integer.size(), 8U);
+        }
+    EXPECT_EQ(std::count_if(contents.attributes.begin(), contents.attributes.end(), isPointGroup), 2);
+
     // Everything in the file is listed, with what it is used for.
     std::map<std::string, std::string> uses;
     for (const InputPart& part : readSummarised(file, {}).summary.parts) uses[part.name] = part.use;
@@ -191,6 +204,36 @@ TEST(VdbFile, GridsAndGroupsAreChosenByName) {
                                                       {"spray", ""},         {"odd", ""},          {"P", "position"},
                                                       {"v", "velocity"}};
     EXPECT_EQ(uses, expected);
+}
+
+TEST(VdbFile, GroupsAreWrittenAsPointGroups) {
+    const TemporaryFolder folder;
+    Particles particles = sampleParticles(2000, true, true, false);  // several leaves
+    std::iota(particles.id.begin(), particles.id.end(), std::uint64_t{0});
+    for (const int step : {3, 5000, 1}) {  // some, one and all
+        Attribute group{"group:every" + std::to_string(step), 1, {}, {}};
+        for (std::size_t i = 0; i < particles.size(); ++i)
+            group.integer.push_back(i % static_cast<std::size_t>(step) == 0);
+        particles.attributes.push_back(group);
+    }
+    particles.attributes.push_back({"group:weight", 1, std::vector<float>(particles.size(), 0.5F), {}});  // is none
+    const std::string file = folder / "a.vdb";
+    writeParticles(file, particles);
+    const FileInfo info = inspectFile(file);
+    EXPECT_EQ(info.groups, (std::vector<std::string>{"every1", "every3", "every5000"}));
+    ParticleInput input;
+    input.group = {"every3"};
+    std::vector<Vec3f> third;
+    for (std::size_t i = 0; i < particles.size(); i += 3) third.push_back(particles.position[i]);
+    EXPECT_EQ(sortedById(readParticles(file, input)).position, third);
+    input.group = {"every5000"};
+    EXPECT_EQ(readParticles(file, input).position, std::vector<Vec3f>{particles.position[0]});
+    input.group = {"every1"};
+    EXPECT_EQ(readParticles(file, input).size(), particles.size());
+    const Particles all = readParticles(file);
+    ASSERT_EQ(all.attributes.size(), 1U);
+    EXPECT_EQ(all.attributes[0].name, "group:weight");
+    EXPECT_EQ(encodeVdb(particles, "a.vdb"), contentsOf(file));
 }
 
 TEST(VdbFile, FileInfoReportsTypesAndCodecs) {
