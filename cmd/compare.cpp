@@ -78,7 +78,7 @@ Panel panelOf(const std::string& text, Config base, const PreviewWorker& worker)
 Picture rendered(const Plan& plan, const Particles& particles) {
     const RenderPlan& preview = *plan.preview;
     if (plan.config.preview.show != ShownGeometry::surface)  // exact spheres instead of a tessellated union
-        return renderFrame({}, ballsAround(particles, preview.ball), preview.camera, preview.settings);
+        return renderFrame({}, ballsAround(particles, preview.balls), preview.camera, preview.settings);
     const SkinnedFrame skinned = skinFrame(particles, plan.skin);
     return renderFrame(skinned.mesh, skinned.spheres, preview.camera, preview.settings);
 }

@@ -17,15 +17,18 @@
 namespace betamesh {
 namespace {
 
-/// Radius of the balls that show particles, world units; 0 if no frame can be read.
-double ballRadius(const Config& config, const std::map<int, std::string>& on_disk, const WorkerEvents& events) {
+/// The balls that show particles; of radius 0 if no frame can be read.
+ParticleBalls particleBalls(const Config& config, const std::map<int, std::string>& on_disk,
+                            const WorkerEvents& events) {
     std::vector<SequenceSpacing> measured;
     const auto resolved = resolveRadius(config, on_disk, events, measured);
-    if (!resolved) return 0;
+    if (!resolved) return {};
     logInfo("particle spacing " + std::to_string(resolved->spacing) + " (" + resolved->source + ')');
-    if (config.preview.show == ShownGeometry::union_) return resolved->radius;
-    const Length& radius = config.preview.particle_radius;
-    return radius.value * (radius.in_spacings ? resolved->spacing : 1);
+    const SkinParams skin = skinParams(config);
+    const Length& small = config.preview.particle_radius;
+    const bool is_union = config.preview.show == ShownGeometry::union_;
+    return {is_union ? resolved->radius : small.value * (small.in_spacings ? resolved->spacing : 1), resolved->spacing,
+            skin.radius_attribute, skin.radius_scale};
 }
 
 bool isEmpty(const FrameGeometry& subject) { return subject.mesh.triangles.empty() && subject.spheres.size() == 0; }
@@ -34,7 +37,7 @@ bool isEmpty(const FrameGeometry& subject) { return subject.mesh.triangles.empty
 struct FirstFrame {
     std::string file;
     FrameGeometry subject;
-    double ball_radius = 0;  ///< world units; 0 if the files are meshes
+    ParticleBalls balls{};  ///< of radius 0 if the files are meshes
 };
 
 FirstFrame firstFrame(const Config& config, const std::map<int, std::string>& on_disk, const WorkerEvents& events) {
@@ -42,7 +45,7 @@ FirstFrame firstFrame(const Config& config, const std::map<int, std::string>& on
     for (const auto& [frame, file] : on_disk) {
         const WorkerEvents::FrameInProgress at_work(events, frame, WorkerEvents::Doing::measuring);
         try {
-            first.subject = readFrameGeometry(file, config, 0);
+            first.subject = readFrameGeometry(file, config, {});
         } catch (const Error&) {  // reported when this frame is rendered
             continue;
         }
@@ -50,8 +53,12 @@ FirstFrame firstFrame(const Config& config, const std::map<int, std::string>& on
         if (!isEmpty(first.subject)) break;
     }
     if (first.subject.mesh.triangles.empty() && !isEmpty(first.subject)) {
-        first.ball_radius = ballRadius(config, on_disk, events);
-        first.subject = readFrameGeometry(first.file, config, first.ball_radius);
+        first.balls = particleBalls(config, on_disk, events);
+        try {
+            first.subject = readFrameGeometry(first.file, config, first.balls);
+        } catch (const Error&) {  // reported when this frame is rendered
+            first.file.clear();
+        }
     }
     return first;
 }
@@ -61,19 +68,19 @@ int render(const PreviewJob& job, const PreviewWorker& worker) {
     const auto on_disk = measurableOf(job.on_disk, worker.history);
     config.input.origin = resolvedLocalOrigin(config, on_disk, worker.events);
     FirstFrame first = firstFrame(config, on_disk, worker.events);
-    const double ball_radius = first.ball_radius;
+    const ParticleBalls balls = first.balls;
     Extent extent(config.preview);
     if (on_disk.size() > 1 && needsExtent(config)) {
-        extent = sequenceExtent(on_disk, config, ball_radius, worker.events, worker.history.last_loss.empty());
+        extent = sequenceExtent(on_disk, config, balls, worker.events, worker.history.last_loss.empty());
     } else {
         extent.add(first.subject);
     }
-    RenderPlan plan = planRendering(config, extent, ball_radius);
+    RenderPlan plan = planRendering(config, extent, balls);
     logInfo("camera " + describe(plan));
     plan.settings.layers = std::any_of(job.tasks[0].outputs.begin(), job.tasks[0].outputs.end(), isExr);
     return writePreviews(job, worker, [&](const PreviewTask& task) {
         const FrameGeometry subject =
-            task.input == first.file ? std::move(first.subject) : readFrameGeometry(task.input, config, ball_radius);
+            task.input == first.file ? std::move(first.subject) : readFrameGeometry(task.input, config, balls);
         const Picture picture = renderFrame(subject.mesh, subject.spheres, plan.camera, plan.settings);
         Rendering rendering{{}, toneMapped(picture)};
         for (const std::string& output : task.outputs)
@@ -89,7 +96,7 @@ void addRenderCommand(CLI::App& program, int& exit_code) {
         program.add_subcommand("render", "Renders previews of meshes or particles, one frame or a sequence.");
     command->footer(
         "Meshes are shown together with the spheres beside them. Particles are shown as small balls, or with\n"
-        "--show union as the balls that the surface is built from.\n"
+        "--show union as the balls that the surface is built from. With --radius-attribute each has its own size.\n"
         "Examples:\n"
         "  betamesh render mesh/splash.0012.ply splash.png\n"
         "  betamesh render 'mesh/splash.####.ply' look/splash.####.exr look/splash.####.png --shutter 0.5\n"
@@ -104,7 +111,13 @@ void addRenderCommand(CLI::App& program, int& exit_code) {
     command->add_option("OUT", options->outputs, "Previews to write: .png, .exr, or one of each.")
         ->required()
         ->expected(1, 2);
-    const std::set<std::string> other_keys{"frames", "run.threads", "run.timeout", "surface.radius", "surface.spacing"};
+    const std::set<std::string> other_keys{"frames",
+                                           "run.threads",
+                                           "run.timeout",
+                                           "surface.radius",
+                                           "surface.spacing",
+                                           "surface.radius_attribute",
+                                           "surface.radius_scale"};
     addPreviewOptions(*command, *options, [&](const ConfigKey& key) {
         return key.path.starts_with("preview.") || key.path.starts_with("input.") || other_keys.contains(key.path);
     });

@@ -188,6 +188,45 @@ TEST_F(Previews, CompareLeavesOutThePaperIfParticlesHaveSizes) {
     EXPECT_GT(image("a.png").width, 2 * 160);
 }
 
+TEST_F(Previews, OfParticlesWithSizesShowEachInItsOwn) {
+    std::ofstream(folder / "a.csv") << "x,y,z,pscale\n0,0,0,0.1\n1,0,0,0.2\n0,1,0,0.1\n1,1,0,0.4\n";
+    for (const char* show : {"particles", "union"}) {
+        SCOPED_TRACE(show);
+        std::ofstream(folder / "job.yaml")
+            << "version: 1\ninput: {path: a.csv}\noutput: {path: m.ply}\n"
+               "surface: {radius_attribute: pscale, spacing: 0.2}\n"
+            << "preview: {path: job.exr, show: " << show << ", width: 160, height: 90, samples: 2}\n";
+        const Outcome outcome = run({"run", "job.yaml", "--overwrite"});
+        ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+        const Picture job = exr("job.exr");
+        EXPECT_GT(coverage(job), 0.01);
+        double most = 0;  // z of the front of the largest ball
+        for (std::size_t i = 0; i < job.size(); ++i)
+            if (job.id[i] == Picture::kSphere) most = std::max(most, static_cast<double>(job.position[2][i]));
+        const double unit = std::string(show) == "union" ? 1.5 : 0.5;
+        EXPECT_NEAR(most, 0.4 * unit, 0.08 * unit);
+        ASSERT_EQ(run(small({"render", "a.csv", "same.exr", "--show", show, "--radius-attribute", "pscale", "--spacing",
+                             "0.2", "--overwrite"}))
+                      .exit_code,
+                  0);
+        if (std::string(show) == "union") {
+            EXPECT_NEAR(coverage(job), coverage(exr("same.exr")), 1e-6);
+        }
+    }
+    const std::vector<std::string> words = small({"compare", "a.csv", "b.png", "--radius-attribute", "pscale",
+                                                  "--spacing", "0.2", "--panel", "u: preview.show=union"});
+    ASSERT_EQ(run(words).exit_code, 0);
+    ASSERT_EQ(
+        run(small({"render", "a.csv", "u.png", "--show", "union", "--radius-attribute", "pscale", "--spacing", "0.2"}))
+            .exit_code,
+        0);
+    const Image sheet = image("b.png");
+    Image panel(160, 90, {});
+    const int gap = (sheet.width - 160) / 2;
+    paste(sheet, -gap, -gap, panel);
+    EXPECT_EQ(panel.pixel, image("u.png").pixel);
+}
+
 TEST_F(Previews, PanelsDifferOnlyInTheKeysTheySet) {
     const auto compared = [&](const std::vector<std::string>& panels) {
         std::vector<std::string> words = small({"compare", "sim.0002.vdb", "a.png", "--columns", "2", "--overwrite"});

@@ -90,14 +90,17 @@ void addPreviewKeys(std::vector<ConfigKey>& keys) {
     keys.push_back(choiceKey<ShownGeometry>(
         {"preview.show", "--show", "",
          "What the preview shows. surface: the mesh and the spheres beside it. particles: small balls. union: balls "
-         "with the radius of the surface. `betamesh render` always shows a mesh as a surface, and particle files as "
+         "with the radius of the surface. Balls are all alike, or with surface.radius_attribute as large as their "
+         "particles say. `betamesh render` always shows a mesh as a surface, and "
+         "particle files as "
          "balls."},
         {{"surface", ShownGeometry::surface},
          {"particles", ShownGeometry::particles},
          {"union", ShownGeometry::union_}},
         [](Config& c) -> ShownGeometry& { return c.preview.show; }));
     keys.push_back(lengthKey({"preview.particle_radius", "--particle-radius", "",
-                              "Radius of the small balls that preview.show particles draws."},
+                              "Radius of the small balls that preview.show particles draws. With "
+                              "surface.radius_attribute, that of a particle whose size is surface.spacing."},
                              "", [](Config& c) -> Length& { return c.preview.particle_radius; }));
     keys.push_back(integerKey({"preview.width", "--width", "pixels", "Width of the preview."}, 16, 16384, false,
                               [](Config& c) -> int& { return c.preview.width; }));

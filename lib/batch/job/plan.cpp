@@ -115,13 +115,14 @@ void planRadius(Plan& plan, const std::map<int, std::string>& on_disk, const Pla
 void planPreview(Plan& plan, const std::map<int, std::string>& on_disk, const PlanOptions& options) {
     const Config::Preview& preview = plan.config.preview;
     if (preview.path.empty()) return;
-    const double small = preview.particle_radius.value * (preview.particle_radius.in_spacings ? plan.spacing : 1);
+    const SkinParams& skin = plan.skin;
+    ParticleBalls balls{skin.radius, plan.spacing, skin.radius_attribute, skin.radius_scale};
     Extent extent(plan.config.preview);
     if (needsExtent(plan.config))
-        extent =
-            sequenceExtent(on_disk, plan.config, plan.skin.radius, options.events, options.history.last_loss.empty());
-    plan.preview =
-        planRendering(plan.config, extent, preview.show == ShownGeometry::particles ? small : plan.skin.radius);
+        extent = sequenceExtent(on_disk, plan.config, balls, options.events, options.history.last_loss.empty());
+    if (preview.show == ShownGeometry::particles)
+        balls.radius = preview.particle_radius.value * (preview.particle_radius.in_spacings ? plan.spacing : 1);
+    plan.preview = planRendering(plan.config, extent, balls);
     plan.preview->settings.layers = isExr(preview.path);
     plan.notes.push_back("camera " + describe(*plan.preview));
 }

@@ -55,7 +55,7 @@ std::string previewOf(const FrameTask& task, const Plan& plan, const SkinnedFram
     const RenderPlan& preview = *plan.preview;
     const bool balls = plan.config.preview.show != ShownGeometry::surface;
     const Picture picture =
-        balls ? renderFrame({}, ballsAround(particles, preview.ball), preview.camera, preview.settings)
+        balls ? renderFrame({}, ballsAround(particles, preview.balls), preview.camera, preview.settings)
               : renderFrame(skinned.mesh, skinned.spheres, preview.camera, preview.settings);
     return encodePicture(picture, task.preview);
 }
@@ -228,7 +228,7 @@ void drawOutput(const FrameTask& task, const Plan& plan, FrameResult& result, Jo
     Stopwatch total;
     StageWatch watch(result.seconds);
     FrameGeometry geometry;
-    retrying(plan.config.run.retries, [&] { geometry = readFrameGeometry(task.output, plan.config, 0); });
+    retrying(plan.config.run.retries, [&] { geometry = readFrameGeometry(task.output, plan.config, {}); });
     watch(Stage::read);
     result.vertices = geometry.mesh.position.size();
     result.triangles = geometry.mesh.triangles.size();

@@ -10,6 +10,7 @@
 #include "io/particle_file.h"
 #include "render/exr_file.h"
 #include "render/png_file.h"
+#include "skin/particle_sizes.h"
 
 #include <algorithm>
 #include <cmath>
@@ -28,25 +29,23 @@ bool hasExtension(const std::string& path, const std::string& extension) {
     return lowerCase(std::filesystem::path(path).extension().string()) == extension;
 }
 
-Spheres spheresOf(Mesh points, double radius) {
-    Spheres spheres;
-    spheres.radius.assign(points.position.size(), static_cast<float>(radius));
+/// Spheres whose radius is the attribute `radius` or `pscale`; that of `balls` if there is none.
+Spheres spheresOf(const Particles& points, const ParticleBalls& balls) {
+    Spheres spheres = ballsAround(points, {balls.radius});
     for (const Attribute& attribute : points.attributes)
         if ((attribute.name == "radius" || attribute.name == "pscale") && attribute.components == 1 &&
             !attribute.real.empty())
             spheres.radius = attribute.real;
-    spheres.position = std::move(points.position);
-    spheres.velocity = std::move(points.velocity);
     return spheres;
 }
 
-/// Particles as the vertices of a mesh.
-Mesh meshOf(Particles particles) {
-    Mesh mesh;
-    mesh.position.assign(particles.position.begin(), particles.position.end());
-    mesh.velocity.assign(particles.velocity.begin(), particles.velocity.end());
-    mesh.attributes = std::move(particles.attributes);
-    return mesh;
+/// The vertices of a mesh as particles.
+Particles verticesOf(Mesh mesh) {
+    Particles particles;
+    particles.position.assign(mesh.position.begin(), mesh.position.end());
+    particles.velocity.assign(mesh.velocity.begin(), mesh.velocity.end());
+    particles.attributes = std::move(mesh.attributes);
+    return particles;
 }
 
 Vec3 upOf(const Config::Preview& preview) { return preview.up == UpAxis::z ? Vec3(0, 0, 1) : Vec3(0, 1, 0); }
@@ -55,32 +54,45 @@ Vec3 vectorOf(const std::array<double, 3>& numbers) { return {numbers[0], number
 
 }  // namespace
 
-Spheres ballsAround(const Particles& particles, double radius) {
-    Spheres balls;
-    balls.position.assign(particles.position.begin(), particles.position.end());
-    balls.velocity.assign(particles.velocity.begin(), particles.velocity.end());
-    balls.radius.assign(particles.size(), static_cast<float>(radius));
-    return balls;
+Spheres ballsAround(const Particles& particles, const ParticleBalls& balls) {
+    SkinParams params;
+    params.radius = balls.radius;
+    params.spacing = balls.spacing;
+    params.radius_attribute = balls.attribute;
+    params.radius_scale = balls.scale;
+    const std::vector<double> radii = particleSizes(particles, params).radius;
+    Spheres spheres;
+    spheres.position.assign(particles.position.begin(), particles.position.end());
+    spheres.velocity.assign(particles.velocity.begin(), particles.velocity.end());
+    spheres.radius.assign(particles.size(), static_cast<float>(balls.radius));
+    std::transform(radii.begin(), radii.end(), spheres.radius.begin(), [](double r) { return static_cast<float>(r); });
+    return spheres;
 }
 
-FrameGeometry readFrameGeometry(const std::string& file, const Config& config, double radius) {
-    FrameGeometry subject;
-    if (!canHold(file, FileKind::mesh, Access::read)) {
-        subject.spheres = ballsAround(readParticles(file, config.input), radius);
-        return subject;
-    }
+FrameGeometry readFrameGeometry(const std::string& file, const Config& config, const ParticleBalls& balls) {
     const bool as_in_file = static_cast<const ParticleInput&>(config.input) == ParticleInput{};
-    try {
-        subject.mesh = readMesh(file);
-    } catch (const Error&) {  // perhaps because of particles that are not chosen
-        if (as_in_file) throw;
+    const bool may_be_mesh = canHold(file, FileKind::mesh, Access::read);
+    FrameGeometry subject;
+    if (may_be_mesh) {
+        try {
+            subject.mesh = readMesh(file);
+        } catch (const Error&) {  // perhaps because of particles that are not chosen
+            if (as_in_file) throw;
+        }
+        if (!subject.mesh.triangles.empty()) {
+            const std::string beside = spheresPath(file);
+            if (std::filesystem::exists(beside)) subject.spheres = spheresOf(readParticles(beside), balls);
+            return subject;
+        }
     }
-    if (subject.mesh.triangles.empty()) {
-        if (!as_in_file) subject.mesh = meshOf(readParticles(file, config.input));
-        subject.spheres = spheresOf(std::move(subject.mesh), radius);
-        subject.mesh = {};
-    } else if (std::filesystem::exists(spheresPath(file))) {
-        subject.spheres = spheresOf(readMesh(spheresPath(file)), radius);
+    const Particles particles =
+        may_be_mesh && as_in_file ? verticesOf(std::exchange(subject.mesh, {})) : readParticles(file, config.input);
+    subject.mesh = {};
+    try {
+        subject.spheres =
+            may_be_mesh && balls.attribute.empty() ? spheresOf(particles, balls) : ballsAround(particles, balls);
+    } catch (const Error& error) {
+        throw Error(file + ": " + error.what());
     }
     return subject;
 }
@@ -109,14 +121,14 @@ void Extent::add(const Extent& other) {
 
 double Extent::speed() const { return speeds > 0 ? std::sqrt(squares / static_cast<double>(speeds)) : 0; }
 
-Extent sequenceExtent(const std::map<int, std::string>& files, const Config& config, double radius,
+Extent sequenceExtent(const std::map<int, std::string>& files, const Config& config, const ParticleBalls& balls,
                       const WorkerEvents& events, bool several_at_once) {
     const std::vector<std::pair<int, std::string>> rows(files.begin(), files.end());
     std::vector<Extent> extents(rows.size(), Extent(config.preview));
     parallelFor(rows.size(), several_at_once ? 1 : rows.size(), [&](std::size_t i) {
         const WorkerEvents::FrameInProgress in_progress(events, rows[i].first, WorkerEvents::Doing::measuring);
         try {
-            extents[i].add(readFrameGeometry(rows[i].second, config, radius));
+            extents[i].add(readFrameGeometry(rows[i].second, config, balls));
         } catch (const Error&) {  // reported when this frame is meshed
         }
     });
@@ -131,10 +143,10 @@ bool needsExtent(const Config& config) {
            (preview.colouring.by == ColourBy::velocity && !(preview.colour_range[1] > preview.colour_range[0]));
 }
 
-RenderPlan planRendering(const Config& config, const Extent& extent, double ball) {
+RenderPlan planRendering(const Config& config, const Extent& extent, const ParticleBalls& balls) {
     const Config::Preview& preview = config.preview;
     RenderPlan plan;
-    plan.ball = ball;
+    plan.balls = balls;
     RenderSettings& settings = plan.settings;
     settings.width = preview.width;
     settings.height = preview.height;

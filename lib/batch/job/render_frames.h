@@ -17,15 +17,24 @@ struct FrameGeometry {
     Spheres spheres;
 };
 
+/// The balls by which particles are shown.
+struct ParticleBalls {
+    double radius = 0;        ///< world units; with an attribute, of a particle whose size is `spacing`
+    double spacing = 0;       ///< world units
+    std::string attribute{};  ///< as SkinParams::radius_attribute
+    double scale = 1;         ///< as SkinParams::radius_scale
+};
+
 /// Reads a mesh with its spheres, or particles, which are shown as balls. Points of a mesh file without faces take
 /// their radii from the attribute `radius` or `pscale` if there is one.
 ///
-/// in      radius of the balls, world units
-/// errors  those of readMesh() and readParticles()
-FrameGeometry readFrameGeometry(const std::string& file, const Config& config, double radius);
+/// errors  those of readMesh(), readParticles() and ballsAround(), with the name of the file
+FrameGeometry readFrameGeometry(const std::string& file, const Config& config, const ParticleBalls& balls);
 
-/// One ball per particle, with its velocity. radius: world units.
-Spheres ballsAround(const Particles& particles, double radius);
+/// One ball per particle, with its velocity.
+///
+/// errors  those of particleSizes()
+Spheres ballsAround(const Particles& particles, const ParticleBalls& balls);
 
 /// The extent of all frames of a sequence together, from which the automatic camera, ground and colours follow.
 struct Extent {
@@ -45,24 +54,24 @@ struct Extent {
 /// Reads all files and returns their extent. Files that cannot be read are ignored here: meshing them reports the
 /// error.
 ///
-/// in      files by frame; radius of the balls of particles; events are told which frames are measured;
+/// in      files by frame; the balls of particles; events are told which frames are measured;
 ///         several_at_once: in parallel, otherwise one at a time
 /// same    results for any number of threads
-Extent sequenceExtent(const std::map<int, std::string>& files, const Config& config, double radius,
+Extent sequenceExtent(const std::map<int, std::string>& files, const Config& config, const ParticleBalls& balls,
                       const WorkerEvents& events, bool several_at_once);
 
 /// Camera and settings for all previews of a sequence.
 struct RenderPlan {
     Camera camera;
     RenderSettings settings;
-    double ball = 0;  ///< radius of particles that are shown as balls, world units
+    ParticleBalls balls;  ///< of particles that are shown as balls
 };
 
 /// Whether camera, ground or colours depend on the extent of the sequence.
 bool needsExtent(const Config& config);
 
-/// in      extent: needed only if needsExtent(); ball: RenderPlan::ball
-RenderPlan planRendering(const Config& config, const Extent& extent, double ball);
+/// in      extent: needed only if needsExtent(); balls: RenderPlan::balls
+RenderPlan planRendering(const Config& config, const Extent& extent, const ParticleBalls& balls);
 
 /// The options that reproduce this camera and ground.
 std::string describe(const RenderPlan& plan);
