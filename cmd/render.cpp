@@ -6,6 +6,7 @@
 #include "command.h"
 #include "help.h"
 #include "io/extension.h"
+#include "io/particle_file.h"
 #include "preview_options.h"
 #include "render/exr_file.h"
 #include "render/png_file.h"
@@ -31,6 +32,18 @@ ParticleBalls particleBalls(const Config& config, const std::map<int, std::strin
             skin.radius_attribute, skin.radius_scale};
 }
 
+/// Says which attribute could give the balls their sizes.
+void hintAtSizes(const Config& config, const std::string& file) {
+    if (!config.surface.radius_attribute.empty() || isSpheresFile(file)) return;
+    const auto attributes = attributesWithoutRows(file, config.input);
+    if (!attributes) return;
+    for (const Attribute& a : *attributes)
+        if ((a.name == "pscale" || a.name == "radius") && a.components == 1)
+            logInfo(file + ": the attribute '" + a.name +
+                    "' is not used: all balls have the same radius. Use it with --radius-attribute " + a.name +
+                    " (surface.radius_attribute)");
+}
+
 bool isEmpty(const FrameGeometry& subject) { return subject.mesh.triangles.empty() && subject.spheres.size() == 0; }
 
 /// The first frame on disk that can be read and is not empty, kept so that it is read only once.
@@ -54,6 +67,7 @@ FirstFrame firstFrame(const Config& config, const std::map<int, std::string>& on
     }
     if (first.subject.mesh.triangles.empty() && !isEmpty(first.subject)) {
         first.balls = particleBalls(config, on_disk, events);
+        hintAtSizes(config, first.file);
         try {
             first.subject = readFrameGeometry(first.file, config, first.balls);
         } catch (const Error&) {  // reported when this frame is rendered

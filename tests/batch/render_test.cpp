@@ -188,6 +188,44 @@ TEST_F(Previews, CompareLeavesOutThePaperIfParticlesHaveSizes) {
     EXPECT_GT(image("a.png").width, 2 * 160);
 }
 
+TEST_F(Previews, ParticlesHaveTheSizeThatIsAskedForInAllFormats) {
+    std::ofstream(folder / "a.csv") << "x,y,z,pscale\n0,0,0,0.1\n1,0,0,0.2\n0,1,0,0.1\n1,1,0,0.4\n";
+    const auto shown = [&](const std::string& file, std::vector<std::string> further) {
+        std::vector<std::string> words = small({"render", file, "a.exr", "--overwrite", "--spacing", "0.2",
+                                                "--camera-position", "0.5,0.5,4", "--look-at", "0.5,0.5,0"});
+        words.insert(words.end(), further.begin(), further.end());
+        const Outcome outcome = run(words);
+        EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+        return coverage(exr("a.exr"));
+    };
+    std::vector<double> expected;
+    for (const char* file : {"a.csv", "a.vdb", "a.bgeo", "a.ply", "a.vtp", "a.usda", "a.abc"}) {
+        SCOPED_TRACE(file);
+        if (std::string(file) != "a.csv") {
+            ASSERT_EQ(run({"convert", "a.csv", file}).exit_code, 0);
+        }
+        const std::vector<double> areas{shown(file, {}), shown(file, {"--show", "union"}),
+                                        shown(file, {"--radius-attribute", "pscale"}),
+                                        shown(file, {"--show", "union", "--radius-attribute", "pscale"}),
+                                        shown(file, {"--radius-attribute", "pscale", "--radius-scale", "0.5"})};
+        if (expected.empty()) expected = areas;
+        for (std::size_t i = 0; i < areas.size(); ++i) EXPECT_NEAR(areas[i], expected[i], 1e-6) << i;
+    }
+    // Four discs of radius 1, or of 0.5, 1, 0.5 and 2.
+    EXPECT_NEAR(expected[2] / expected[0], (0.25 + 1 + 0.25 + 4) / 4, 0.1);
+    EXPECT_NEAR(expected[3] / expected[1], (0.25 + 1 + 0.25 + 4) / 4, 0.15);
+    EXPECT_NEAR(expected[4] / expected[2], 0.25, 0.05);
+    const Outcome absent = run(small({"render", "a.ply", "b.png", "--spacing", "0.2", "--radius-attribute", "size"}));
+    EXPECT_EQ(absent.exit_code, 1);
+    EXPECT_NE(absent.err.find("a.ply: "), std::string::npos) << absent.err;
+    EXPECT_NE(absent.err.find("no attribute 'size'"), std::string::npos) << absent.err;
+    const Outcome unused = run(small({"render", "a.ply", "b.png", "--spacing", "0.2"}));
+    EXPECT_NE(unused.err.find("'pscale' is not used: all balls have the same radius"), std::string::npos) << unused.err;
+    // A file of spheres beside a mesh shows these spheres.
+    fs::copy_file(folder / "a.ply", folder / "m.spheres.ply");
+    EXPECT_NEAR(shown("m.spheres.ply", {}) / expected[1], (1 + 4 + 1 + 16) / 4.0 / 9, 0.1);
+}
+
 TEST_F(Previews, OfParticlesWithSizesShowEachInItsOwn) {
     std::ofstream(folder / "a.csv") << "x,y,z,pscale\n0,0,0,0.1\n1,0,0,0.2\n0,1,0,0.1\n1,1,0,0.4\n";
     for (const char* show : {"particles", "union"}) {

@@ -91,9 +91,8 @@ void addPreviewKeys(std::vector<ConfigKey>& keys) {
         {"preview.show", "--show", "",
          "What the preview shows. surface: the mesh and the spheres beside it. particles: small balls. union: balls "
          "with the radius of the surface. Balls are all alike, or with surface.radius_attribute as large as their "
-         "particles say. `betamesh render` always shows a mesh as a surface, and "
-         "particle files as "
-         "balls."},
+         "particles say; no other attribute changes them. `betamesh render` always shows a mesh as a surface, and "
+         "particle files as balls."},
         {{"surface", ShownGeometry::surface},
          {"particles", ShownGeometry::particles},
          {"union", ShownGeometry::union_}},

@@ -54,6 +54,8 @@ Vec3 vectorOf(const std::array<double, 3>& numbers) { return {numbers[0], number
 
 }  // namespace
 
+bool isSpheresFile(const std::string& file) { return splitExtension(file).first.ends_with(".spheres"); }
+
 Spheres ballsAround(const Particles& particles, const ParticleBalls& balls) {
     SkinParams params;
     params.radius = balls.radius;
@@ -89,8 +91,7 @@ FrameGeometry readFrameGeometry(const std::string& file, const Config& config, c
         may_be_mesh && as_in_file ? verticesOf(std::exchange(subject.mesh, {})) : readParticles(file, config.input);
     subject.mesh = {};
     try {
-        subject.spheres =
-            may_be_mesh && balls.attribute.empty() ? spheresOf(particles, balls) : ballsAround(particles, balls);
+        subject.spheres = isSpheresFile(file) ? spheresOf(particles, balls) : ballsAround(particles, balls);
     } catch (const Error& error) {
         throw Error(file + ": " + error.what());
     }

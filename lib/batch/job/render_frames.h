@@ -25,11 +25,14 @@ struct ParticleBalls {
     double scale = 1;         ///< as SkinParams::radius_scale
 };
 
-/// Reads a mesh with its spheres, or particles, which are shown as balls. Points of a mesh file without faces take
-/// their radii from the attribute `radius` or `pscale` if there is one.
+/// Reads a mesh with its spheres, or particles, which are shown as balls.
 ///
 /// errors  those of readMesh(), readParticles() and ballsAround(), with the name of the file
 FrameGeometry readFrameGeometry(const std::string& file, const Config& config, const ParticleBalls& balls);
+
+/// Whether a file is named like those of spheres beside meshes, as in splash.0012.spheres.ply. Its points are shown
+/// with their own radii.
+bool isSpheresFile(const std::string& file);
 
 /// One ball per particle, with its velocity.
 ///
