@@ -14,21 +14,30 @@ constexpr double kGroupCell = 4;     // edge of the cells in which elements are 
 constexpr std::size_t kCorners = 4;  // of a tetrahedron: the directions by which elements are divided
 
 // Integrals over triangles, relative to an origin.
-struct MomentAccumulator {
+struct Moments {
     double area = 0, square = 0, along = 0;
     std::array<double, 3> value{};
     Vec3 first{0}, direction{0};
 
-    void add(const Vec3& a, const Vec3& b, const Vec3& c, const std::array<double, 3>& value_sum, double share) {
-        const Vec3 vector_area = cross(b - a, c - a) / 2 * share;
-        const double triangle_area = vector_area.length();
+    Moments() = default;
+    // value_sum: of the corners
+    Moments(const Vec3& a, const Vec3& b, const Vec3& c, const std::array<double, 3>& value_sum)
+        : direction(cross(b - a, c - a) / 2) {
+        area = direction.length();
         const Vec3 sum = a + b + c;
-        area += triangle_area;
-        first += sum * (triangle_area / 3);
-        direction += vector_area;
-        square += triangle_area / 12 * (dot(a, a) + dot(b, b) + dot(c, c) + dot(sum, sum));
-        along += dot(a, vector_area);
-        for (std::size_t k = 0; k < 3; ++k) value[k] += value_sum[k] / 3 * triangle_area;
+        first = sum * (area / 3);
+        square = area / 12 * (dot(a, a) + dot(b, b) + dot(c, c) + dot(sum, sum));
+        along = dot(a, direction);
+        for (std::size_t k = 0; k < 3; ++k) value[k] = value_sum[k] / 3 * area;
+    }
+
+    void add(const Moments& m, double share) {
+        area += m.area * share;
+        first += m.first * share;
+        direction += m.direction * share;
+        square += m.square * share;
+        along += m.along * share;
+        for (std::size_t k = 0; k < 3; ++k) value[k] += m.value[k] * share;
     }
     SurfaceElement element(const Vec3& origin, double unit) const {
         const Vec3 middle = first / area;
@@ -52,28 +61,26 @@ std::vector<SurfaceElement> elementsOf(const DeformingMesh& surface, const std::
     using Elements = std::vector<SurfaceElement>;
     return concatenate(
         parallelParts<Elements>(balls, kBallsPerTask, [&](std::size_t from, std::size_t to, Elements& elements) {
+            std::vector<Moments> triangles;  // of one ball
             for (std::size_t b = from; b < to; ++b) {
                 const std::uint32_t begin = mesh.ball_begin[b], end = mesh.ball_begin[b + 1];
                 if (begin == end) continue;
                 const Vec3 origin = surface.position()[mesh.triangles[begin][0]];
-                const auto forTriangles = [&](const auto& visit) {
-                    const auto localOf = [&](std::uint32_t v) { return (surface.position()[v] - origin) * scale; };
-                    for (std::uint32_t t = begin; t < end; ++t) {
-                        const auto& [i, j, k] = mesh.triangles[t];
-                        std::array<double, 3> sum{};
-                        if (!value.empty())
-                            for (std::size_t m = 0; m < 3; ++m)
-                                sum[m] = static_cast<double>(value[i][m]) + value[j][m] + value[k][m];
-                        visit(localOf(i), localOf(j), localOf(k), sum);
-                    }
-                };
-                MomentAccumulator whole;
-                forTriangles(
-                    [&](const Vec3& p, const Vec3& q, const Vec3& r, const auto& sum) { whole.add(p, q, r, sum, 1); });
+                const auto localOf = [&](std::uint32_t v) { return (surface.position()[v] - origin) * scale; };
+                triangles.clear();
+                Moments whole;
+                for (std::uint32_t t = begin; t < end; ++t) {
+                    const auto& [i, j, k] = mesh.triangles[t];
+                    std::array<double, 3> sum{};
+                    if (!value.empty())
+                        for (std::size_t m = 0; m < 3; ++m)
+                            sum[m] = static_cast<double>(value[i][m]) + value[j][m] + value[k][m];
+                    whole.add(triangles.emplace_back(localOf(i), localOf(j), localOf(k), sum), 1);
+                }
                 if (!(whole.area > 0)) continue;
                 const double flatness = whole.direction.length() / whole.area;
                 const double divided = 1 - smoothStep((flatness - kUndividedFlatness) / kDivisionFade).value;
-                const auto add = [&](const MomentAccumulator& m, double share) {
+                const auto add = [&](const Moments& m, double share) {
                     if (!(m.area * share > 1e-9)) return;
                     elements.push_back(m.element(origin, unit));
                     elements.back().area *= static_cast<float>(share);
@@ -81,18 +88,19 @@ std::vector<SurfaceElement> elementsOf(const DeformingMesh& surface, const std::
                 };
                 add(whole, 1 - divided);
                 if (!(divided > 0)) continue;
-                std::array<MomentAccumulator, kCorners> part;
-                forTriangles([&](const Vec3& p, const Vec3& q, const Vec3& r, const auto& sum) {
-                    const Vec3 normal = cross(q - p, r - p).normalized();
+                std::array<Moments, kCorners> part;
+                for (const Moments& triangle : triangles) {
+                    if (!(triangle.area > 0)) continue;
                     std::array<double, kCorners> share;
                     double all = 0;
                     for (std::size_t m = 0; m < kCorners; ++m) {
-                        const double s = 1 + dot(normal, corner[m]) * 0.577, s2 = s * s, s4 = s2 * s2;
+                        const double s = 1 + dot(triangle.direction, corner[m]) / triangle.area * 0.577;
+                        const double s2 = s * s, s4 = s2 * s2;
                         all += share[m] = s4 * s4;
                     }
-                    for (std::size_t m = 0; m < kCorners; ++m) part[m].add(p, q, r, sum, share[m] / all);
-                });
-                for (const MomentAccumulator& m : part) add(m, divided);
+                    for (std::size_t m = 0; m < kCorners; ++m) part[m].add(triangle, share[m] / all);
+                }
+                for (const Moments& m : part) add(m, divided);
             }
         }));
 }
