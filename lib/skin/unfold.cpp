@@ -11,7 +11,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <iterator>
 #include <optional>
 
 namespace betamesh {
@@ -53,8 +52,7 @@ std::vector<std::uint32_t> trianglesNear(const BetaMesh& mesh, const std::vector
         copies.push_back({first, first + 1, first + 2});
     }
     const TriangleTree tree(position, copies);
-    return indicesWhere(mesh.triangles.size(), [&](std::uint32_t t) {
-        const Box box = boxOf(cornersOf(mesh, t));
+    const auto isNear = [&](const Box& box) {
         bool any = false;
         tree.forTriangles([&](const Box& other) { return other.intersects(box); },
                           [&](std::uint32_t) {
@@ -62,14 +60,28 @@ std::vector<std::uint32_t> trianglesNear(const BetaMesh& mesh, const std::vector
                               return false;
                           });
         return any;
-    });
+    };
+    constexpr std::size_t kBlock = 64;  // of consecutive triangles, most of which are near each other
+    const std::size_t blocks = (mesh.triangles.size() + kBlock - 1) / kBlock;
+    const auto endOf = [&](std::size_t block) { return std::min(mesh.triangles.size(), (block + 1) * kBlock); };
+    std::vector<std::uint32_t> near;
+    for (const std::uint32_t block : indicesWhere(blocks, [&](std::uint32_t i) {
+             Box box;
+             for (std::size_t t = i * kBlock; t < endOf(i); ++t)
+                 for (const std::uint32_t v : mesh.triangles[t]) box.extendBy(mesh.vertex[v].position);
+             return isNear(box);
+         }))
+        for (std::size_t t = block * kBlock; t < endOf(block); ++t)
+            if (const auto row = static_cast<std::uint32_t>(t); isNear(boxOf(cornersOf(mesh, row))))
+                near.push_back(row);
+    return near;
 }
 
 class Unfolding {
 public:
     // core: the triangles that may change, of the mesh
     Unfolding(const BetaMesh& mesh, const std::vector<std::uint32_t>& core, double spacing, double farthest)
-        : surface_(mesh, surroundings(mesh, core)),
+        : surface_(mesh, withRings(mesh, trianglesNear(mesh, core), kRings)),
           tree_(surface_.position, surface_.triangles),
           is_core_(surface_.triangles.size(), 0),
           least_gain_(kLeastInverted * spacing * spacing) {
@@ -93,6 +105,8 @@ public:
     }
 
 private:
+    static constexpr int kRings = 3;  // around what may be in contact: enough for contacts and for normals
+
     // An edge from corner a to b of triangle t, which has the further corner c; that of the triangle across is d.
     struct Edge {
         std::uint32_t t, across;
@@ -106,15 +120,6 @@ private:
         std::array<std::uint32_t, 3> across;
     };
 
-    static std::vector<std::uint32_t> surroundings(const BetaMesh& mesh, const std::vector<std::uint32_t>& core) {
-        constexpr int kRingsOfNormals = 3, kRingsOfContacts = 2;
-        const std::vector<std::uint32_t> along = withRings(mesh, core, kRingsOfNormals),
-                                         beside = trianglesNear(mesh, core);
-        std::vector<std::uint32_t> both;
-        std::set_union(along.begin(), along.end(), beside.begin(), beside.end(), std::back_inserter(both));
-        return withRings(mesh, both, kRingsOfContacts);
-    }
-
     CornerPoints cornersAt(const Triangle& t) const {
         return {surface_.position[t[0]], surface_.position[t[1]], surface_.position[t[2]]};
     }
@@ -124,8 +129,7 @@ private:
         normal_.assign(surface_.position.size(), Vec3(0));
         for (const Triangle& t : surface_.triangles)
             for (const std::uint32_t v : t) normal_[v] += vectorArea(cornersAt(t));
-        constexpr int kRings = 2;
-        for (int ring = 0; ring < kRings; ++ring) {
+        for (int ring = 1; ring < kRings; ++ring) {
             std::vector<Vec3> sum(normal_.size(), Vec3(0));
             for (const Triangle& t : surface_.triangles)
                 for (const std::uint32_t v : t) sum[v] += normal_[t[0]] + normal_[t[1]] + normal_[t[2]];
