@@ -229,6 +229,8 @@ inline constexpr double kVariationKernel = 0.8, kFlatVariation = 0.03, kRoundVar
 /// Longest edges along rims of holes, where the surface is a saddle; the concavity along an edge, radians per dx, from
 /// which it counts as one and from which in full; the variation of normals from which that counts, in full at twice it.
 inline constexpr double kMaxSaddleEdge = 0.2, kSaddleBegins = 0.05, kSaddleFull = 0.15, kSaddleVariation = 0.07;
+/// Radians by which an edge may turn, as on the rims of pinholes, unless it is shorter than the second.
+inline constexpr double kMaxTurn = 0.8, kMinTurningEdge = 0.1;
 /// Excess length, in longest lengths, over which the vertex that splits an edge fades in.
 inline constexpr double kSplitFade = 0.5;
 /// Demand for a split (SplitDemand), 0 to 1, over which a vertex in a quad goes to the middles of its diagonals.

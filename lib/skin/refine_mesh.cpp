@@ -58,11 +58,12 @@ void DeformingMesh::placeOnDiagonals(FadingVertex& fading, double of_other, doub
 // The demand for a vertex in the middle of an edge, 0 to 1, from values per vertex.
 struct DeformingMesh::SplitDemand {
     const DeformingMesh& surface;
-    std::vector<float> longest;  // longest edge that is not split
-    std::vector<float> fade;     // fade weight: edges of a vertex that has just appeared are not split
-    std::vector<float> curved;   // 0 … 1: curved enough for the rim of a hole
-    std::vector<Vec3f> normal;
-    double longest_on_saddles;
+    std::vector<float> longest;     // longest edge that is not split
+    std::vector<float> fade;        // fade weight: edges of a vertex that has just appeared are not split
+    std::vector<float> curved;      // 0 … 1: curved enough for the rim of a hole
+    std::vector<Vec3f> normal;      // means over what is near
+    std::vector<Vec3f> own_normal;  // of the one-ring alone
+    double longest_on_saddles, shortest;
     std::uint32_t settled = 0;  // vertices before this one: edges between them have been split where they are long
 
     double operator()(std::uint32_t a, std::uint32_t b) const {
@@ -77,6 +78,10 @@ struct DeformingMesh::SplitDemand {
                 smoothStep((concavity - kSaddleBegins) / (kSaddleFull - kSaddleBegins)).value * both / 2;
             longest_here += (std::min(longest_here, longest_on_saddles) - longest_here) * saddle;
         }
+        if (length > shortest) {  // around pinholes and on their rims edges may turn by less
+            const double turn = std::abs(dot(Vec3(own_normal[a] - own_normal[b]), along)) / length;
+            if (turn * longest_here > kMaxTurn * length) longest_here = std::max(shortest, kMaxTurn * length / turn);
+        }
         const double excess = length / longest_here - 1;
         return excess > 0 ? smoothStep(excess / kSplitFade).value * (fade[a] * fade[b]) : 0;
     }
@@ -86,9 +91,14 @@ void DeformingMesh::refine(double radius, double edge_factor) {
     const double longest_flat = std::max(kMaxFlatEdge, kMaxFlatEdgeRadii * radius);
     measure();
     const std::vector<Vec3f> normals = meanNormals();
-    SplitDemand demand{*this,         kernelNormals(kVariationKernel, normals).variation,
-                       fadeWeights(), std::vector<float>(size()),
-                       normals,       kMaxSaddleEdge * edge_factor};
+    SplitDemand demand{*this,
+                       kernelNormals(kVariationKernel, normals).variation,
+                       fadeWeights(),
+                       std::vector<float>(size()),
+                       normals,
+                       normal_,
+                       kMaxSaddleEdge * edge_factor,
+                       kMinTurningEdge * edge_factor};
     parallelFor(size(), 4096, [&](std::size_t v) {
         const double variation = demand.longest[v];
         const double round = smoothStep((variation - kFlatVariation) / (kRoundVariation - kFlatVariation)).value;
@@ -148,7 +158,7 @@ void DeformingMesh::splitLongEdges(std::size_t refinement, SplitDemand& demand) 
         FadingVertex fading{static_cast<std::uint32_t>(size()), from, {}, fade, {}};
         Vec3 position(0);
         double longest = 0, curved = 0, scale = 0;
-        Vec3f normal(0);
+        Vec3f normal(0), own_normal(0);
         for (std::size_t k = 0; k < 4; ++k) {
             fading.anchor_weight[k] = weight[k];
             fading.unfaded = fading.unfaded + mesh_.vertex[from[k]] * weight[k];
@@ -157,6 +167,7 @@ void DeformingMesh::splitLongEdges(std::size_t refinement, SplitDemand& demand) 
             curved += demand.curved[from[k]] * weight[k];
             scale += static_cast<double>(this->scale(from[k])) * weight[k];
             normal += demand.normal[from[k]] * static_cast<float>(weight[k]);
+            own_normal += demand.own_normal[from[k]] * static_cast<float>(weight[k]);
         }
         mesh_.vertex.push_back(fading.unfaded);
         if (!mesh_.scale.empty()) mesh_.scale.push_back(static_cast<float>(scale));
@@ -165,6 +176,7 @@ void DeformingMesh::splitLongEdges(std::size_t refinement, SplitDemand& demand) 
         demand.fade.push_back(static_cast<float>(fade));
         demand.curved.push_back(static_cast<float>(curved));
         demand.normal.push_back(normal.normalized());
+        demand.own_normal.push_back(own_normal.normalized());
         group.push_back(fading);
     };
     auto& on_edges = mesh_.fading[kTessellationGroups + 2 * refinement];
