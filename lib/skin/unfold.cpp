@@ -84,9 +84,9 @@ public:
         : surface_(mesh, withRings(mesh, trianglesNear(mesh, core), kRings)),
           tree_(surface_.position, surface_.triangles),
           is_core_(surface_.triangles.size(), 0),
-          least_gain_(kLeastInverted * spacing * spacing) {
+          farthest_(farthest) {
         for (const std::uint32_t t : core) is_core_[surface_.triangleOf(t)] = 1;
-        for (const std::uint32_t v : surface_.vertex) farthest_.push_back(farthest * spacing * mesh.scaleOf(v));
+        for (const std::uint32_t v : surface_.vertex) spacing_.push_back(spacing * mesh.scaleOf(v));
         findNormals();
     }
 
@@ -94,7 +94,7 @@ public:
         for (int round = 0; round < kUnfoldingRounds; ++round) {
             bool any = false;
             for (std::uint32_t t = 0; t < surface_.triangles.size(); ++t)
-                if (is_core_[t] != 0 && inverted(surface_.triangles[t]) > least_gain_) any |= flipBest(t);
+                if (is_core_[t] != 0 && inverted(surface_.triangles[t]) > leastGain(t)) any |= flipBest(t);
             if (!any) return;
         }
     }
@@ -171,7 +171,13 @@ private:
     // Is the distance between the two diagonals of the quad small?
     bool isNearlyPlane(const Edge& edge) const {
         const auto at = [&](std::uint32_t v) -> const Vec3& { return surface_.position[v]; };
-        return passNear(at(edge.a), at(edge.b), at(edge.c), at(edge.d), farthest_[edge.a]);
+        return passNear(at(edge.a), at(edge.b), at(edge.c), at(edge.d), farthest_ * spacing_[edge.a]);
+    }
+
+    // The inverted area that a flip has to gain, square world units.
+    double leastGain(std::uint32_t t) const {
+        const double spacing = spacing_[surface_.triangles[t][0]];
+        return kLeastInverted * spacing * spacing;
     }
 
     // Replaces the edge of an inverted triangle that gains most.
@@ -186,7 +192,7 @@ private:
             if (!edge || is_core_[edge->across] == 0 || !isNearlyPlane(*edge)) continue;
             const double before = inverted(surface_.triangles[t]) + inverted(surface_.triangles[edge->across]);
             const double after = inverted({edge->c, edge->a, edge->d}) + inverted({edge->d, edge->b, edge->c});
-            if (before - after > least_gain_) choices.push_back({*edge, before - after});
+            if (before - after > leastGain(t)) choices.push_back({*edge, before - after});
         }
         std::stable_sort(choices.begin(), choices.end(),
                          [](const Choice& a, const Choice& b) { return a.gain > b.gain; });
@@ -255,8 +261,8 @@ private:
     TriangleTree tree_;  // with the boxes before any flip
     std::vector<std::uint8_t> is_core_;
     std::vector<Vec3> normal_;
-    std::vector<double> farthest_;  // at each vertex, world units
-    double least_gain_;             // inverted area, square world units
+    std::vector<double> spacing_;  // of the particles at each vertex, world units
+    double farthest_;              // between diagonals, in these
     std::vector<std::uint32_t> flipped_;
 };
 
