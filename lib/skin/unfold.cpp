@@ -64,16 +64,16 @@ std::vector<std::uint32_t> trianglesNear(const BetaMesh& mesh, const std::vector
     constexpr std::size_t kBlock = 64;  // of consecutive triangles, most of which are near each other
     const std::size_t blocks = (mesh.triangles.size() + kBlock - 1) / kBlock;
     const auto endOf = [&](std::size_t block) { return std::min(mesh.triangles.size(), (block + 1) * kBlock); };
-    std::vector<std::uint32_t> near;
-    for (const std::uint32_t block : indicesWhere(blocks, [&](std::uint32_t i) {
-             Box box;
-             for (std::size_t t = i * kBlock; t < endOf(i); ++t)
-                 for (const std::uint32_t v : mesh.triangles[t]) box.extendBy(mesh.vertex[v].position);
-             return isNear(box);
-         }))
+    const std::vector<std::uint32_t> near_blocks = indicesWhere(blocks, [&](std::uint32_t block) {
+        Box box;
         for (std::size_t t = block * kBlock; t < endOf(block); ++t)
-            if (const auto row = static_cast<std::uint32_t>(t); isNear(boxOf(cornersOf(mesh, row))))
-                near.push_back(row);
+            for (const std::uint32_t v : mesh.triangles[t]) box.extendBy(mesh.vertex[v].position);
+        return isNear(box);
+    });
+    std::vector<std::uint32_t> near;
+    for (const std::uint32_t block : near_blocks)
+        for (auto t = static_cast<std::uint32_t>(block * kBlock); t < endOf(block); ++t)
+            if (isNear(boxOf(cornersOf(mesh, t)))) near.push_back(t);
     return near;
 }
 
