@@ -284,7 +284,7 @@ inline constexpr int kBumpRounds = 16;
 /// How often at most displacements are taken back, each time twice as far, around particles that are outside.
 inline constexpr int kMaxRestorations = 16;
 
-// Smoothing of the skin (skin_smoothing.cpp, surface_elements.cpp, skin_fit.cpp, long_waves.cpp); lengths in dx -------
+// Smoothing of the skin (skin_smoothing.cpp, kernel_shapes.cpp, long_waves.cpp and others); lengths in dx -----------
 
 /// Steps of the bi-Laplacian in a pass; their gain: as much as four steps of 1, and below where it oscillates.
 inline constexpr int kBiLaplacianSteps = 3;
@@ -316,12 +316,19 @@ inline constexpr double kWallFactor = 0.6366;
 inline constexpr double kEdgeFit = 2.5, kThinFactor = 2;
 /// Added to squared distances in those sums, square dx.
 inline constexpr float kSidewaysSoftening = 0.02F;
+/// Height between a vertex' being below and above the tangent plane of what faces sideways, over which that goes over
+/// from turning towards the vertex to turning away.
+inline constexpr float kConvexFade = 0.25F;
+/// Weight of a kernel's width along an edge in the mean of widths that decides how much of a step the fit gets, 0 to 1.
+/// Chosen so that edges are smooth along themselves and creases are not sharpened.
+inline constexpr double kLengthwiseShare = 0.3;
 /// Agreement of a surface element's normals, 0 to 1, below which it is divided by directions, and the width over which
 /// it fades.
 inline constexpr double kUndividedFlatness = 0.75, kDivisionFade = 0.15;
-/// How often lost long waves are returned, and the kernel width of the means over them.
+/// How often lost long waves are returned, and the kernel width from which on all of what is lost returns. Chosen so
+/// that edges, whose kernels are narrower, stay round.
 inline constexpr int kWaveReturns = 3;
-inline constexpr double kWaveKernel = 5.4;
+inline constexpr double kWavesFull = 4;
 /// Calls of relaxFolds() after a pass; there is one before it, because fits depend on how vertices face.
 inline constexpr int kFoldRelaxations = 2;
 /// Largest displacement by smoothing in skin depths, < 1: no vertex passes a particle.

@@ -2,34 +2,33 @@
 
 #include "base/parallel.h"
 #include "skin/constants.h"
-#include "skin/skin_fit.h"
-
-#include <algorithm>
-#include <cstring>
 
 namespace betamesh {
 
 namespace {
 
-// Σ k value and Σ k; each point has its own kernel width.
+// Σ k value and Σ k; each point has its own kernel.
 struct ValueSums {
     ElementSamples samples;
-    const Lanes& inverse_square_width;
+    const Lanes (&matrix)[6];  // of the kernels
     OrientedPoints point;
     Lanes (&sums)[2];
 
     template <std::size_t kWidth>
     __attribute__((always_inline)) void operator()(std::size_t first) const {
         using Pack = Floats<kWidth>;
-        Pack x[3], n[3], inverse;
+        Pack x[3], n[3], g[6];
         getLanes<kWidth>(point.position, first, x);
         getLanes<kWidth>(point.normal, first, n);
-        getLanes<kWidth>(inverse_square_width, first, inverse);
+        getLanes<kWidth>(matrix, first, g);
+        const Pack mean = (g[0] + g[1] + g[2]) / 3.0F;
         const Pack zero{}, one = zero + 1.0F;
         Pack sum[2] = {};
         samples.forEach(
             x, [&](const auto& f, const Pack(&p)[3]) __attribute__((always_inline)) {
-                Pack t = one - (p[0] * p[0] + p[1] * p[1] + p[2] * p[2] + f[kVariance]) * inverse;
+                Pack t;
+                setQuadraticForm(g, p, t);
+                t = one - t - f[kVariance] * mean;
                 Pack c = f[kDx] * n[0] + f[kDy] * n[1] + f[kDz] * n[2];
                 t = t > 0 ? t : zero;
                 c = c > 0 ? c : zero;
@@ -41,61 +40,65 @@ struct ValueSums {
     }
 };
 
-// Calls visit(row, mean) with the kernel mean of the elements' values over what faces the same way as each point, which
-// has its own kernel width.
+// Calls visit(row, mean) with the kernel mean of the elements' values over what faces the same way as each point.
+// reach: of the kernels, spacings of the frame
 template <typename Visit>
-void forMeans(const PointGroups& points, const std::vector<Vec3>& point, const GroupedElements& elements, double unit,
-              const Normals& normal, const std::vector<float>& width, const Visit& visit) {
-    const std::vector<float> inverse_square = inverseSquares(width);
-    forElements(points, point, elements, unit, width, normal,
+void forMeans(const PointGroups& points, const std::vector<Vec3>& point, const Normals& normal,
+              const KernelShapes& kernels, const std::vector<float>& reach, const GroupedElements& elements,
+              double unit, const Visit& visit) {
+    forElements(points, point, elements, unit, reach, normal,
                 [&](const PointGroup& group, ElementSamples near, const OrientedPoints& at) {
-                    Lanes inverse, sums[2];
-                    for (std::size_t lane = 0; lane < kLanes; ++lane) inverse[lane] = inverse_square[group.row[lane]];
-                    forLanes(ValueSums{near, inverse, at, sums});
+                    Lanes matrix[6], sums[2];
+                    kernels.gather(group, matrix);
+                    forLanes(ValueSums{near, matrix, at, sums});
                     for (std::size_t lane = 0; lane < group.size; ++lane)
                         visit(group.row[lane], sums[1][lane] > 0 ? sums[0][lane] / sums[1][lane] : 0);
                 });
 }
 
+// Share of what is lost that returns: less on edges, which fits round.
+float returnedShare(float width) {
+    return static_cast<float>(smoothStep((width - kFitBegins) / (kWavesFull - kFitBegins)).value);
+}
+
 }  // namespace
 
 void returnLongWaves(DeformingMesh& surface, const Normals& normal, const std::vector<Vec3>& before,
-                     const std::vector<float>& width) {
-    std::vector<float> lost(surface.size()), kernel(surface.size());
-    parallelFor(kernel.size(), 8192, [&](std::size_t v) {
+                     const KernelShapes& kernels, double widest) {
+    std::vector<float> lost(surface.size());
+    parallelFor(lost.size(), 8192, [&](std::size_t v) {
         const Vec3 back = before[v] - surface.position()[v];
         lost[v] = static_cast<float>(dot(back, Vec3(normal[v])) / surface.spacing());
-        kernel[v] = std::min(width[v], static_cast<float>(kWaveKernel)) * surface.scale(v);
     });
     surface.constrainFading(lost);
-    std::vector<std::array<float, 3>> value(surface.size());
-    parallelFor(value.size(), 8192, [&](std::size_t v) { value[v] = {lost[v], width[v], surface.scale(v)}; });
-    GroupedElements elements(surface, value);
+    GroupedElements elements(surface, lost);
     const std::size_t n = elements.element.size();
     Normals facing(n);
-    std::vector<float> missing(n), total(n), element_kernel(n), mean(n);
+    std::vector<float> missing(n), total(n), scale(surface.mesh().scale.empty() ? 0 : n), mean(n);
     for (std::size_t i = 0; i < n; ++i) {
         const SurfaceElement& element = elements.element[i];
         facing[i] = element.direction.normalized();
-        missing[i] = total[i] = element.value[0];
-        element_kernel[i] = std::min(element.value[1], static_cast<float>(kWaveKernel));
-        if (!surface.mesh().scale.empty()) element_kernel[i] *= element.value[2];
+        missing[i] = total[i] = element.value;
+        if (!scale.empty()) scale[i] = element.scale;
     }
+    const double unit = surface.spacing();
+    const KernelShapes of_elements =
+        kernelShapes(elements.groups, elements.position, facing, scale, elements, unit, widest);
+    const std::vector<float> reach = of_elements.reach(scale);
     for (int i = 1; i < kWaveReturns; ++i) {
-        forMeans(elements.groups, elements.position, elements, surface.spacing(), facing, element_kernel,
+        forMeans(elements.groups, elements.position, facing, of_elements, reach, elements, unit,
                  [&](std::uint32_t e, float of_missing) { mean[e] = of_missing; });
         for (std::size_t e = 0; e < n; ++e) {
-            missing[e] -= mean[e] * static_cast<float>(fitShare(elements.element[e].value[1]));
+            missing[e] -= mean[e] * returnedShare(of_elements.width[e]);
             total[e] += missing[e];
-            elements.element[e].value[0] = missing[e];
+            elements.element[e].value = missing[e];
         }
     }
-    for (std::size_t e = 0; e < n; ++e) elements.element[e].value[0] = total[e];
-    std::vector<float> height(surface.size());
-    forMeans(surface.groups(), surface.position(), elements, surface.spacing(), normal, kernel,
-             [&](std::uint32_t v, float returned) { height[v] = returned * static_cast<float>(fitShare(width[v])); });
-    std::vector<Vec3f> step(height.size());
-    parallelFor(step.size(), 8192, [&](std::size_t v) { step[v] = normal[v] * height[v]; });
+    for (std::size_t e = 0; e < n; ++e) elements.element[e].value = total[e];
+    std::vector<Vec3f> step(surface.size(), Vec3f(0));
+    forMeans(
+        surface.groups(), surface.position(), normal, kernels, kernels.reach(surface.mesh().scale), elements, unit,
+        [&](std::uint32_t v, float returned) { step[v] = normal[v] * (returned * returnedShare(kernels.width[v])); });
     surface.moveAveraged(step);
 }
 

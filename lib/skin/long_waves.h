@@ -2,7 +2,7 @@
 
 #pragma once
 
-#include "skin/surface_elements.h"
+#include "skin/kernel_shapes.h"
 
 namespace betamesh {
 
@@ -10,11 +10,11 @@ namespace betamesh {
 /// way, then by the mean of what is still missing, and so on, kWaveReturns times. The iteration runs on elements of the
 /// surface; vertices move once, by the sum.
 ///
-/// in      normal: of the vertices; before: their positions before smoothing; width: the kernel width of their sphere
-///         fits, particle spacings
+/// in      normal: of the vertices; before: their positions before smoothing; kernels: of their sphere fits; widest:
+///         of these, particle spacings
 /// cost    O(vertices · elements within reach)
 /// source  Vollmer et al. 1999, Improved Laplacian smoothing
 void returnLongWaves(DeformingMesh& surface, const Normals& normal, const std::vector<Vec3>& before,
-                     const std::vector<float>& width);
+                     const KernelShapes& kernels, double widest);
 
 }  // namespace betamesh

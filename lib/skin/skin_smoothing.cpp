@@ -4,7 +4,6 @@
 #include "skin/constants.h"
 #include "skin/long_waves.h"
 #include "skin/skin_fit.h"
-#include "skin/surface_elements.h"
 
 #include <algorithm>
 #include <cmath>
@@ -92,15 +91,16 @@ void smoothByBiLaplacian(DeformingMesh& surface, const std::vector<Vec3f>& norma
 
 }  // namespace
 
-void smoothSkin(DeformingMesh& surface, double widest, double farthest, int passes) {
+void smoothSkin(DeformingMesh& surface, double widest_fit, double farthest, int passes) {
     const std::vector<Vec3> retracted = surface.position();
+    const double widest = std::max(widest_fit, kNarrowestFit);
     for (int pass = 0; pass < passes; ++pass) {
         surface.relaxFolds();
         const std::vector<Vec3> before = surface.position();
-        const std::vector<float> width = fitSpheres(surface, std::max(widest, kNarrowestFit));
+        const KernelShapes kernels = fitSpheres(surface, widest);
         const std::vector<Vec3f> normal = surface.smoothNormals();
         for (int i = 1; i <= kBiLaplacianSteps; ++i) smoothByBiLaplacian(surface, normal, i == kBiLaplacianSteps);
-        returnLongWaves(surface, normal, before, width);
+        returnLongWaves(surface, normal, before, kernels, widest);
         surface.measure();
         for (int i = 0; i < kFoldRelaxations; ++i) surface.relaxFolds();
     }

@@ -5,6 +5,7 @@
 #include "skin/constants.h"
 
 #include <algorithm>
+#include <array>
 
 namespace betamesh {
 
@@ -15,20 +16,18 @@ constexpr std::size_t kCorners = 4;  // of a tetrahedron: the directions by whic
 
 // Integrals over triangles, relative to an origin.
 struct Moments {
-    double area = 0, square = 0, along = 0;
-    std::array<double, 3> value{};
+    double area = 0, square = 0, along = 0, value = 0;
     Vec3 first{0}, direction{0};
 
     Moments() = default;
     // value_sum: of the corners
-    Moments(const Vec3& a, const Vec3& b, const Vec3& c, const std::array<double, 3>& value_sum)
-        : direction(cross(b - a, c - a) / 2) {
+    Moments(const Vec3& a, const Vec3& b, const Vec3& c, double value_sum) : direction(cross(b - a, c - a) / 2) {
         area = direction.length();
         const Vec3 sum = a + b + c;
         first = sum * (area / 3);
         square = area / 12 * (dot(a, a) + dot(b, b) + dot(c, c) + dot(sum, sum));
         along = dot(a, direction);
-        for (std::size_t k = 0; k < 3; ++k) value[k] = value_sum[k] / 3 * area;
+        value = value_sum / 3 * area;
     }
 
     void add(const Moments& m, double share) {
@@ -37,7 +36,7 @@ struct Moments {
         direction += m.direction * share;
         square += m.square * share;
         along += m.along * share;
-        for (std::size_t k = 0; k < 3; ++k) value[k] += m.value[k] * share;
+        value += m.value * share;
     }
     SurfaceElement element(const Vec3& origin, double unit) const {
         const Vec3 middle = first / area;
@@ -47,13 +46,12 @@ struct Moments {
                 static_cast<float>(area),
                 static_cast<float>(std::max(0.0, square / area - dot(middle, middle))),
                 static_cast<float>(along / area - dot(middle, mean)),
-                {static_cast<float>(value[0] / area), static_cast<float>(value[1] / area),
-                 static_cast<float>(value[2] / area)},
+                static_cast<float>(value / area),
                 1};
     }
 };
 
-std::vector<SurfaceElement> elementsOf(const DeformingMesh& surface, const std::vector<std::array<float, 3>>& value) {
+std::vector<SurfaceElement> elementsOf(const DeformingMesh& surface, const std::vector<float>& value) {
     const BetaMesh& mesh = surface.mesh();
     const double unit = surface.spacing(), scale = 1 / unit;
     const std::array<Vec3, kCorners> corner{Vec3(1, 1, 1), Vec3(1, -1, -1), Vec3(-1, 1, -1), Vec3(-1, -1, 1)};
@@ -71,10 +69,7 @@ std::vector<SurfaceElement> elementsOf(const DeformingMesh& surface, const std::
                 Moments whole;
                 for (std::uint32_t t = begin; t < end; ++t) {
                     const auto& [i, j, k] = mesh.triangles[t];
-                    std::array<double, 3> sum{};
-                    if (!value.empty())
-                        for (std::size_t m = 0; m < 3; ++m)
-                            sum[m] = static_cast<double>(value[i][m]) + value[j][m] + value[k][m];
+                    const double sum = value.empty() ? 0 : static_cast<double>(value[i]) + value[j] + value[k];
                     whole.add(triangles.emplace_back(localOf(i), localOf(j), localOf(k), sum), 1);
                 }
                 if (!(whole.area > 0)) continue;
@@ -107,7 +102,7 @@ std::vector<SurfaceElement> elementsOf(const DeformingMesh& surface, const std::
 
 }  // namespace
 
-GroupedElements::GroupedElements(const DeformingMesh& surface, const std::vector<std::array<float, 3>>& value)
+GroupedElements::GroupedElements(const DeformingMesh& surface, const std::vector<float>& value)
     : element(elementsOf(surface, value)), position(element.size()) {
     const auto setPositions = [&] {
         parallelFor(position.size(), 8192, [&](std::size_t i) { position[i] = element[i].position; });
@@ -120,12 +115,6 @@ GroupedElements::GroupedElements(const DeformingMesh& surface, const std::vector
     element = inOrder(element, order);
     setPositions();
     groups.fitBoxes(position);
-}
-
-std::vector<float> inverseSquares(const std::vector<float>& width) {
-    std::vector<float> inverse(width.size());
-    parallelFor(inverse.size(), 8192, [&](std::size_t v) { inverse[v] = 1 / (width[v] * width[v]); });
-    return inverse;
 }
 
 }  // namespace betamesh

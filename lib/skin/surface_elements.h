@@ -5,7 +5,6 @@
 #include "skin/deforming_mesh.h"
 
 #include <algorithm>
-#include <array>
 #include <vector>
 
 namespace betamesh {
@@ -15,12 +14,12 @@ using Normals = std::vector<Vec3f>;
 /// A part of the surface that is on one ball and faces roughly one way. Lengths but for the position are in particle
 /// spacings.
 struct SurfaceElement {
-    Vec3 position;               ///< mean, world units
-    Vec3f direction;             ///< mean normal, shorter than 1 where the element is curved
-    float area, variance;        ///< area, and mean squared distance from the position
-    float convexity;             ///< mean of (x - position) · (normal at x): > 0 where the element is convex
-    std::array<float, 3> value;  ///< means of three values of the vertices
-    float scale;                 ///< particle spacing at one of the vertices, in spacings of the frame
+    Vec3 position;         ///< mean, world units
+    Vec3f direction;       ///< mean normal, shorter than 1 where the element is curved
+    float area, variance;  ///< area, and mean squared distance from the position
+    float convexity;       ///< mean of (x - position) · (normal at x): > 0 where the element is convex
+    float value;           ///< mean of a value of the vertices
+    float scale;           ///< particle spacing at one of the vertices, in spacings of the frame
 };
 
 /// Elements in compact groups.
@@ -31,8 +30,8 @@ struct GroupedElements {
 
     /// The elements of a surface, one per ball or four where its part of the surface is strongly curved. They are exact
     /// integrals, which do not depend on how a plane polygon is triangulated.
-    /// value: three values per vertex, whose means the elements get; empty: zeros.
-    explicit GroupedElements(const DeformingMesh& surface, const std::vector<std::array<float, 3>>& value = {});
+    /// value: of each vertex, whose means the elements get; empty: zeros.
+    explicit GroupedElements(const DeformingMesh& surface, const std::vector<float>& value = {});
 };
 
 /// Fields of an element in sums.
@@ -56,7 +55,7 @@ void forElements(const PointGroups& points, const std::vector<Vec3>& point, cons
             const SurfaceElement& e = elements.element[i];
             f[kDx] = e.direction.x, f[kDy] = e.direction.y, f[kDz] = e.direction.z;
             f[kElementArea] = e.area, f[kVariance] = e.variance, f[kConvexity] = e.convexity;
-            f[kElementValue] = e.value[0];
+            f[kElementValue] = e.value;
         });
     forGroups(
         points, point, table, kMaxElements,
@@ -69,8 +68,5 @@ void forElements(const PointGroups& points, const std::vector<Vec3>& point, cons
             visit(group, samples, OrientedPoints{group.position, n.lanes});
         });
 }
-
-/// 1 / width² of each point.
-std::vector<float> inverseSquares(const std::vector<float>& width);
 
 }  // namespace betamesh

@@ -18,6 +18,7 @@
 #include <fstream>
 #include <map>
 #include <numbers>
+#include <numeric>
 
 namespace betamesh {
 
@@ -173,6 +174,23 @@ TEST(Flaws, LatticeRowsAreNotVisible) {
         sum += n.length() * angle * angle, all += n.length();
     });
     EXPECT_LE(std::sqrt(sum / all), 1);
+}
+
+TEST(Flaws, EdgesAreNotScalloped) {
+    const Mesh mesh = renderedSkin(block("7-edges", 40, 10, 2, 0.25, 11));
+    constexpr double kBin = 0.5;
+    std::vector<double> edge(60, 0);  // the largest y in each bin of x from 5 on
+    for (const Vec3& p : mesh.position)
+        if (const double bin = std::floor((p.x - 5) / kBin); bin >= 0 && bin < 60)
+            edge[static_cast<std::size_t>(bin)] = std::max(edge[static_cast<std::size_t>(bin)], p.y);
+    double sum = 0;
+    int count = 0;
+    for (std::size_t i = 4; i + 4 < edge.size(); ++i, ++count) {  // heights over the mean of 4.5 dx
+        const double mean =
+            std::accumulate(edge.begin() + static_cast<int>(i) - 4, edge.begin() + static_cast<int>(i) + 5, 0.0) / 9;
+        sum += (edge[i] - mean) * (edge[i] - mean);
+    }
+    EXPECT_LE(std::sqrt(sum / count), 0.025);
 }
 
 TEST(Flaws, SheetsStayConnectedAsTheyThinTowardsTheirEdge) {

@@ -1,0 +1,45 @@
+// The shapes of wide kernels over the skin: wide where it is flat, narrow across its edges, long along them.
+
+#pragma once
+
+#include "skin/surface_elements.h"
+
+#include <vector>
+
+namespace betamesh {
+
+/// Kernels (1 - pᵀGp)², p from a point to a sample; G is a symmetric matrix. A column per point.
+struct KernelShapes {
+    std::vector<Vec3f> diagonal, mixed;  ///< of G: xx yy zz and yz zx xy, 1 / square spacings of the frame
+    std::vector<float> longest;          ///< largest width, particle spacings at the point
+    std::vector<float> width;            ///< mean of the widths across and along edges, particle spacings at the point
+
+    explicit KernelShapes(std::size_t points)
+        : diagonal(points, Vec3f(0)), mixed(points, Vec3f(0)), longest(points), width(points) {}
+    /// G of a group of points, one per lane: the diagonal, then the mixed elements.
+    void gather(const PointGroup& group, Lanes (&matrix)[6]) const;
+    /// The largest widths in spacings of the frame; scale: of each point, empty: all 1.
+    std::vector<float> reach(const std::vector<float>& scale) const;
+};
+
+/// The kernels at some points of the surface. Each is `widest` wide unless the surface turns sideways near the point.
+/// Where it turns away, as on rims of sheets, edges, and threads, the kernel is narrow only in the directions in which
+/// the surface faces there: what bulges and recedes along an edge is smoothed, and the edge stays. Where the surface
+/// turns towards the point, as in creases, it is narrow in all directions.
+///
+/// in      normal: wide means, unit vectors; scale: particle spacing at each point, in spacings of the frame, empty:
+///         all 1; unit: the spacing, world units; widest: particle spacings
+/// same    result for any thread count
+/// cost    O(points · elements within reach)
+KernelShapes kernelShapes(const PointGroups& points, const std::vector<Vec3>& position, const Normals& normal,
+                          const std::vector<float>& scale, const GroupedElements& elements, double unit, double widest);
+
+/// Sets pᵀGp in lanes, G as KernelShapes::gather() gives it. (A vector that is returned depends on the instruction
+/// set.)
+template <typename Pack>
+__attribute__((always_inline)) inline void setQuadraticForm(const Pack (&g)[6], const Pack (&p)[3], Pack& form) {
+    form = g[0] * p[0] * p[0] + g[1] * p[1] * p[1] + g[2] * p[2] * p[2] +
+           (g[3] * p[1] * p[2] + (g[4] * p[2] + g[5] * p[1]) * p[0]) * 2.0F;
+}
+
+}  // namespace betamesh
