@@ -338,6 +338,10 @@ inline constexpr double kMaxSkinSmoothing = 0.9;
 
 /// Attempts to remove crossings of the skin by moving corners to the mean of their one-rings.
 inline constexpr int kCornerRelaxations = 6;
+/// After these, attempts to move layers back through each other, and the distance of each. Chosen so that most layers
+/// that have passed through each other by a few thousandths are apart then, and no vertex has moved visibly.
+inline constexpr int kMovesBack = 6;
+inline constexpr double kMoveBack = 0.002;
 /// Kernel width of mean displacements, and the edge of cells whose triangles count as one element in them.
 inline constexpr double kMeanDisplacementKernel = 0.5, kDisplacementCell = 0.0625;
 /// Rounds after which vertices that still cross return to where they came from.

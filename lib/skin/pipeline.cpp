@@ -79,7 +79,7 @@ void moveToSkin(const BaseSurface& base, const BallBoundary& boundary, const Ski
     InsideKeeper particles(base.deep, particleSpacing(params), mesh);
     particles.raise();
     const auto resolve = [&](const DualPoints& from, bool is_last) {
-        return resolveSelfIntersections(boundary, from, mesh, kCornerRelaxations, is_last);
+        return resolveSelfIntersections(boundary, from, mesh, true, is_last);
     };
     if (!retracted || !resolve(*retracted, false)) resolve(on_balls, true);
     for (int round = 0; round < kMaxRestorations && particles.restore(on_balls); ++round) resolve(on_balls, true);

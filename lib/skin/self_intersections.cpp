@@ -79,10 +79,49 @@ void moveToRingMeans(const std::vector<TrianglePair>& pairs, const PatchTree& tr
     }
 }
 
-// Moves crossing triangles away from each other's planes, each to the side of its farthest corner. longest: distance
-// beside the largest balls.
+using VertexDirection = std::pair<std::uint32_t, Vec3>;
+
+// Moves each vertex along the sum of its directions. distance: beside the largest balls, at most `longest` anywhere.
+void moveAlong(std::vector<VertexDirection> directions, double distance, double longest, BetaMesh& mesh) {
+    std::stable_sort(directions.begin(), directions.end(),
+                     [](const VertexDirection& a, const VertexDirection& b) { return a.first < b.first; });
+    for (std::size_t i = 0; i < directions.size();) {
+        const std::uint32_t v = directions[i].first;
+        Vec3 sum(0);
+        for (; i < directions.size() && directions[i].first == v; ++i) sum += directions[i].second;
+        Vec3& position = mesh.vertex[v].position;
+        position = roundedToFloats(position + sum.normalized() * std::min(distance, longest * mesh.scaleOf(v)));
+    }
+}
+
+// Moves layers that have passed through each other back towards the sides on which they came from. distance: beside the
+// largest balls.
+void moveBackThrough(const std::vector<TrianglePair>& pairs, const DualPoints& from, double distance, BetaMesh& mesh) {
+    const auto now = [&](std::uint32_t v) { return mesh.vertex[v].position; };
+    const auto before = [&](std::uint32_t v) { return from.position[v]; };
+    const auto normalOf = [&](std::uint32_t t, const auto& at) {
+        const auto& [a, b, c] = mesh.triangles[t];
+        return cross(at(b) - at(a), at(c) - at(a)).normalized();
+    };
+    const auto sumOf = [&](std::uint32_t t) {
+        const auto& [a, b, c] = mesh.triangles[t];
+        return before(a) + before(b) + before(c);
+    };
+    std::vector<VertexDirection> directions;
+    for (const auto& [s, t] : pairs) {
+        const Vec3 of_s = normalOf(s, now), of_t = normalOf(t, now);
+        if (dot(of_s, of_t) > 0) continue;  // not two layers
+        const bool is_gap = dot(sumOf(t) - sumOf(s), normalOf(s, before) - normalOf(t, before)) > 0;
+        const Vec3 back = is_gap ? of_t - of_s : of_s - of_t;
+        for (const std::uint32_t v : mesh.triangles[s]) directions.emplace_back(v, back);
+        for (const std::uint32_t v : mesh.triangles[t]) directions.emplace_back(v, -back);
+    }
+    moveAlong(std::move(directions), distance, distance, mesh);
+}
+
+// Moves crossing triangles away from each other's planes, each to the side of its farthest corner.
 void moveOffPlanes(const std::vector<TrianglePair>& pairs, double distance, double longest, BetaMesh& mesh) {
-    std::vector<std::pair<std::uint32_t, Vec3>> directions;  // of vertices
+    std::vector<VertexDirection> directions;
     for (const TrianglePair& pair : pairs)
         for (const auto& [plane, moved] : {std::pair(pair[0], pair[1]), std::pair(pair[1], pair[0])}) {
             const auto at = [&](std::uint32_t t, std::size_t k) { return mesh.vertex[mesh.triangles[t][k]].position; };
@@ -95,21 +134,13 @@ void moveOffPlanes(const std::vector<TrianglePair>& pairs, double distance, doub
             for (const std::uint32_t v : mesh.triangles[moved])
                 directions.emplace_back(v, normal * std::copysign(1.0, farthest));
         }
-    std::stable_sort(directions.begin(), directions.end(),
-                     [](const auto& a, const auto& b) { return a.first < b.first; });
-    for (std::size_t i = 0; i < directions.size();) {
-        const std::uint32_t v = directions[i].first;
-        Vec3 sum(0);
-        for (; i < directions.size() && directions[i].first == v; ++i) sum += directions[i].second;
-        Vec3& position = mesh.vertex[v].position;
-        position = roundedToFloats(position + sum.normalized() * std::min(distance, longest * mesh.scaleOf(v)));
-    }
+    moveAlong(std::move(directions), distance, longest, mesh);
 }
 
 }  // namespace
 
-bool resolveSelfIntersections(const BallBoundary& boundary, const DualPoints& from, BetaMesh& mesh,
-                              int corner_relaxations, bool is_last) {
+bool resolveSelfIntersections(const BallBoundary& boundary, const DualPoints& from, BetaMesh& mesh, bool moves_corners,
+                              bool is_last) {
     if (mesh.triangles.empty()) return true;
     roundToFloats(mesh);
     const double radius = boundary.worldRadius();
@@ -128,12 +159,18 @@ bool resolveSelfIntersections(const BallBoundary& boundary, const DualPoints& fr
             tree.activate(box, radii * scale * radius);
         }
     };
-    for (; corner_relaxations > 0 && !pairs.empty(); --corner_relaxations) {
+    const auto moveCorners = [&](const auto& move) {
         tree.deactivateAll();
         activateNear(0.5);
-        moveToRingMeans(pairs, tree, mesh);
+        move();
         tree.refit();
         pairs = crossingPairs(tree, mesh);
+    };
+    if (moves_corners) {
+        for (int i = 0; i < kCornerRelaxations && !pairs.empty(); ++i)
+            moveCorners([&] { moveToRingMeans(pairs, tree, mesh); });
+        for (int i = 0; i < kMovesBack && !pairs.empty(); ++i)
+            moveCorners([&] { moveBackThrough(pairs, from, kMoveBack * radius, mesh); });
     }
     DisplacementLimits limits(from, radius, mesh);
     for (int round = 0; !pairs.empty();) {
@@ -155,18 +192,15 @@ bool resolveSelfIntersections(const BallBoundary& boundary, const DualPoints& fr
     for (const Vec3& p : from.position)
         for (int k = 0; k < 3; ++k) largest = std::max(largest, std::abs(p[k]));
     double distance = largest * std::numeric_limits<float>::epsilon();
-    for (int i = 0; i < kMaxSeparations && !pairs.empty(); ++i, distance *= kSeparationGrowth) {
-        tree.deactivateAll();
-        activateNear(0.5);
-        if (i < kSupportSeparations)
-            moveToSupports(pairs, mesh);
-        else if (i % 2 == 0)
-            moveOffPlanes(pairs, distance, kMaxSeparation * radius, mesh);
-        else
-            moveToRingMeans(pairs, tree, mesh);
-        tree.refit();
-        pairs = crossingPairs(tree, mesh);
-    }
+    for (int i = 0; i < kMaxSeparations && !pairs.empty(); ++i, distance *= kSeparationGrowth)
+        moveCorners([&] {
+            if (i < kSupportSeparations)
+                moveToSupports(pairs, mesh);
+            else if (i % 2 == 0)
+                moveOffPlanes(pairs, distance, kMaxSeparation * radius, mesh);
+            else
+                moveToRingMeans(pairs, tree, mesh);
+        });
     return pairs.empty();
 }
 

@@ -14,20 +14,21 @@ namespace betamesh {
 /// BetaMesh::scale says. Fractions change continuously as the liquid moves,
 /// and velocities are differentiated through them.
 ///
-/// Before that, it can move the corners of crossing triangles to the means of their one-rings, which opens folds of
-/// slivers without undoing any displacement but does not change continuously. If no displacement is left to reduce, it
-/// can finally move crossing triangles apart by a few units of single precision.
+/// Before that, it can move the corners of crossing triangles: to the means of their one-rings, which opens folds of
+/// slivers, and back through what they have passed through, by at most kMovesBack · kMoveBack radii. This undoes hardly
+/// any displacement, but does not change continuously. If no displacement is left to reduce, it can finally move
+/// crossing triangles apart by a few units of single precision.
 ///
 /// Positions are rounded to those that files hold before they are tested, so the written mesh is the tested one.
 ///
 /// in      from: positions of the vertices before the displacement, where no two triangles cross except by rounding.
-///         corner_relaxations: largest number of attempts to move corners to the means of their one-rings. is_last: no
-///         other initial positions can be tried, so triangles that cross even there are moved apart
+///         moves_corners: as said above. is_last: no other initial positions can be tried, so triangles that cross even
+///         there are moved apart
 /// out     rounded positions; true if no triangles cross
 /// same    bytes for any thread count
 /// cost    O(triangles), plus the pairs of triangles near each other
 /// source  a surface over a plane does not cross itself: Volino & Magnenat-Thalmann 1994
 bool resolveSelfIntersections(const BallBoundary& boundary, const DualPoints& from, BetaMesh& mesh,
-                              int corner_relaxations = 0, bool is_last = true);
+                              bool moves_corners = false, bool is_last = true);
 
 }  // namespace betamesh

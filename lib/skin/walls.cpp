@@ -26,7 +26,7 @@ void layAgainstWalls(const std::vector<Wall>& walls, double spacing, const BallB
     });
     blendFading(mesh.fading, displacement);
     parallelFor(mesh.vertex.size(), 4096, [&](std::size_t v) { mesh.vertex[v] = mesh.vertex[v] + displacement[v]; });
-    resolveSelfIntersections(boundary, from, mesh, kCornerRelaxations);
+    resolveSelfIntersections(boundary, from, mesh, true);
 }
 
 }  // namespace betamesh

@@ -128,8 +128,8 @@ Mesh skinned(const UnequalCloud& cloud, double spacing, const std::vector<Wall>&
     const DualPoints retracted = dualPoints(mesh.vertex);
     smoothSkin(surface, widestSkinFit(params), farthestSkinSmoothing(params), 1);
     surface.writePositions();
-    if (!resolveSelfIntersections(boundary, retracted, mesh, kCornerRelaxations, false))
-        resolveSelfIntersections(boundary, on_balls, mesh, kCornerRelaxations);
+    if (!resolveSelfIntersections(boundary, retracted, mesh, true, false))
+        resolveSelfIntersections(boundary, on_balls, mesh, true);
     if (!walls.empty()) layAgainstWalls(walls, spacing, boundary, mesh);
     return asMesh(std::move(mesh));
 }
