@@ -115,11 +115,10 @@ void setShape(const Lanes (&sums)[kSidewaysSums], std::size_t lane, const Vec3& 
         squares += convex[k] * convex[k] * (i == j ? 1 : 2);
     }
     const double difference = std::sqrt(std::max(0.0, squares / 2 - trace * trace / 4));  // of eigenvalues, halved
-    const double across = 1 / std::sqrt(flat + narrow * (1 - trace / 2 + difference)),
-                 along = 1 / std::sqrt(flat + narrow * (1 - trace / 2 - difference));
-    shapes.longest[point] = static_cast<float>(along);
-    shapes.width[point] =
-        static_cast<float>(std::pow(across, 1 - kLengthwiseShare) * std::pow(along, kLengthwiseShare));
+    const double across = std::sqrt(flat + narrow * (1 - trace / 2 + difference)),        // inverse widths
+        along = std::sqrt(flat + narrow * (1 - trace / 2 - difference));
+    shapes.longest[point] = static_cast<float>(1 / along);
+    shapes.width[point] = static_cast<float>(1 / (across * (1 - kLengthwiseShare) + along * kLengthwiseShare));
 }
 
 }  // namespace

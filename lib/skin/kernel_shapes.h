@@ -12,7 +12,7 @@ namespace betamesh {
 struct KernelShapes {
     std::vector<Vec3f> diagonal, mixed;  ///< of G: xx yy zz and yz zx xy, 1 / square spacings of the frame
     std::vector<float> longest;          ///< largest width, particle spacings at the point
-    std::vector<float> width;            ///< mean of the widths across and along edges, particle spacings at the point
+    std::vector<float> width;  ///< harmonic mean of those across and along edges, particle spacings at the point
 
     explicit KernelShapes(std::size_t points)
         : diagonal(points, Vec3f(0)), mixed(points, Vec3f(0)), longest(points), width(points) {}
