@@ -321,7 +321,7 @@ inline constexpr float kSidewaysSoftening = 0.02F;
 inline constexpr float kConvexFade = 0.25F;
 /// Weight of a kernel's width along an edge in the harmonic mean that decides how much of a step the fit gets, 0 to 1.
 /// Chosen so that edges are smooth along themselves and creases are not sharpened.
-inline constexpr double kLengthwiseShare = 0.4;
+inline constexpr double kLengthwiseShare = 0.35;
 /// Agreement of a surface element's normals, 0 to 1, below which it is divided by directions, and the width over which
 /// it fades.
 inline constexpr double kUndividedFlatness = 0.75, kDivisionFade = 0.15;
