@@ -199,7 +199,7 @@ TEST(JumpSites, EventsSumUpInTangledClouds) {
             after.push_back(before.back() + random.ball() * 0.01);
         }
         const Mesh was = skinned(before), is = skinned(after);
-        const auto sites = sitesBetween(was, is, 0.01);
+        const auto sites = sitesBetween(was, is, 0.003);
         const auto events = eventsIn(sites);
         if (std::count(events.begin(), events.end(), several) + std::count(events.begin(), events.end(), unclear) > 0) {
             ++unclassified;
