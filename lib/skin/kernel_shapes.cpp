@@ -16,8 +16,8 @@ float scaleAt(const std::vector<float>& scale, std::size_t point) { return scale
 
 // Sums of w = A u / (d² + variance)², fading out at the end of the reach, u from 0 to 1 where an element faces
 // sideways, neither the same way as the point nor the opposite way. A wall across the surface at distance D gives π / 2
-// D². kOpposite is the same for elements that face the opposite way. The others are tensors of sideways elements'
-// directions n: Σ w |n|² in the tangent plane, and Σ w nnᵀ of those that face away from the point.
+// D². kOpposite is the same for elements that face the opposite way. The others are sums over the directions n of
+// sideways elements: Σ w |n|² in the tangent plane, and Σ w nnᵀ of those that face away from the point.
 enum SidewaysSum { kSideways, kOpposite, kAllDirections, kConvex, kSidewaysSums = kConvex + 6 };
 struct SidewaysSums {
     ElementSamples samples;

@@ -34,12 +34,15 @@ struct KernelShapes {
 KernelShapes kernelShapes(const PointGroups& points, const std::vector<Vec3>& position, const Normals& normal,
                           const std::vector<float>& scale, const GroupedElements& elements, double unit, double widest);
 
-/// Sets pᵀGp in lanes, G as KernelShapes::gather() gives it. (A vector that is returned depends on the instruction
-/// set.)
+/// Sets 1 - pᵀGp in lanes, or 0 outside the kernel; of an element the mean of pᵀGp, variance: as in SurfaceElement.
+/// g: as from KernelShapes::gather(). (A vector that is returned depends on the instruction set.)
 template <typename Pack>
-__attribute__((always_inline)) inline void setQuadraticForm(const Pack (&g)[6], const Pack (&p)[3], Pack& form) {
-    form = g[0] * p[0] * p[0] + g[1] * p[1] * p[1] + g[2] * p[2] * p[2] +
-           (g[3] * p[1] * p[2] + (g[4] * p[2] + g[5] * p[1]) * p[0]) * 2.0F;
+__attribute__((always_inline)) inline void setKernelRoot(const Pack (&g)[6], const Pack (&p)[3], float variance,
+                                                         Pack& root) {
+    const Pack form = g[0] * p[0] * p[0] + g[1] * p[1] * p[1] + g[2] * p[2] * p[2] +
+                      (g[3] * p[1] * p[2] + (g[4] * p[2] + g[5] * p[1]) * p[0]) * 2.0F;
+    root = 1.0F - form - variance * ((g[0] + g[1] + g[2]) / 3.0F);
+    root = root > 0 ? root : Pack{};
 }
 
 }  // namespace betamesh

@@ -21,16 +21,13 @@ struct ValueSums {
         getLanes<kWidth>(point.position, first, x);
         getLanes<kWidth>(point.normal, first, n);
         getLanes<kWidth>(matrix, first, g);
-        const Pack mean = (g[0] + g[1] + g[2]) / 3.0F;
-        const Pack zero{}, one = zero + 1.0F;
+        const Pack zero{};
         Pack sum[2] = {};
         samples.forEach(
             x, [&](const auto& f, const Pack(&p)[3]) __attribute__((always_inline)) {
                 Pack t;
-                setQuadraticForm(g, p, t);
-                t = one - t - f[kVariance] * mean;
+                setKernelRoot(g, p, f[kVariance], t);
                 Pack c = f[kDx] * n[0] + f[kDy] * n[1] + f[kDz] * n[2];
-                t = t > 0 ? t : zero;
                 c = c > 0 ? c : zero;
                 const Pack k = t * t * c * c * f[kElementArea];
                 sum[0] += k * f[kElementValue];

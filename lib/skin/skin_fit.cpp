@@ -24,17 +24,14 @@ struct FitSums {
         getLanes<kWidth>(point.position, first, x);
         getLanes<kWidth>(point.normal, first, n);
         getLanes<kWidth>(matrix, first, g);
-        const Pack mean = (g[0] + g[1] + g[2]) / 3.0F;
-        const Pack zero{}, one = zero + 1.0F;
+        const Pack zero{};
         Pack sum[9] = {};
         samples.forEach(
             x, [&](const auto& f, const Pack(&p)[3]) __attribute__((always_inline)) {
                 const Pack square = p[0] * p[0] + p[1] * p[1] + p[2] * p[2] + f[kVariance];
                 Pack t;
-                setQuadraticForm(g, p, t);
-                t = one - t - f[kVariance] * mean;
+                setKernelRoot(g, p, f[kVariance], t);
                 Pack c = f[kDx] * n[0] + f[kDy] * n[1] + f[kDz] * n[2];
-                t = t > 0 ? t : zero;
                 c = c > 0 ? c : zero;
                 const Pack k = t * t * c * c * f[kElementArea];
                 sum[0] += k;

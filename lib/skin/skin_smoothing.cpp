@@ -91,9 +91,9 @@ void smoothByBiLaplacian(DeformingMesh& surface, const std::vector<Vec3f>& norma
 
 }  // namespace
 
-void smoothSkin(DeformingMesh& surface, double widest_fit, double farthest, int passes) {
+void smoothSkin(DeformingMesh& surface, double widest, double farthest, int passes) {
     const std::vector<Vec3> retracted = surface.position();
-    const double widest = std::max(widest_fit, kNarrowestFit);
+    widest = std::max(widest, kNarrowestFit);
     for (int pass = 0; pass < passes; ++pass) {
         surface.relaxFolds();
         const std::vector<Vec3> before = surface.position();
