@@ -1,32 +1,28 @@
 // Wrapper of OpenVDB: reads OpenVDB points.
 //
 // Read: all grids of type PointDataGrid, with any codec.
-// Format: sources of OpenVDB, io/Archive.cc, io/GridDescriptor.cc and points/. The parts that are parsed here are
-// described at requireComplete().
+// Format: sources of OpenVDB, points/.
 
 #include "io/vdb.h"
 
+#include "base/lower_case.h"
 #include "betamesh/error.h"
-#include "io/bytes.h"
 #include "io/vdb_file.h"
+#include "io/vdb_grid_file.h"
 
-#include <openvdb/io/Archive.h>
-#include <openvdb/io/GridDescriptor.h>
-#include <openvdb/io/io.h>
 #include <openvdb/openvdb.h>
 #include <openvdb/points/PointCount.h>
 #include <openvdb/points/PointDataGrid.h>
 
 #include <algorithm>
-#include <cerrno>
+#include <array>
 #include <exception>
-#include <fstream>
+#include <ios>
 #include <map>
-#include <memory>
 #include <mutex>
 #include <new>
 #include <set>
-#include <system_error>
+#include <string_view>
 #include <utility>
 
 namespace betamesh {
@@ -35,72 +31,6 @@ namespace {
 
 namespace vdb = openvdb;
 namespace points = openvdb::points;
-
-std::uint32_t readNumber(Cursor& in, const char* what) { return takeLittle<std::uint32_t>(in, what); }
-
-/// Skips a string: its length and characters.
-void skipString(Cursor& in, const char* what) { in.take(readNumber(in, what), what); }
-
-/// Skips metadata: a number of entries, each with name, type and value.
-void skipMetadata(Cursor& in) {
-    for (std::uint32_t left = readNumber(in, "metadata"); left > 0; --left)
-        for (int text = 0; text < 3; ++text) skipString(in, "metadata");
-}
-
-/// Throws Error if the file ends before the end of its last grid, or inside a string. OpenVDB itself does not check
-/// this: it reads on, allocates gigabytes and may terminate the process. Files truncated by a full disk or a killed
-/// simulation are common.
-///
-/// source  OpenVDB, io/Archive.cc and io/GridDescriptor.cc. Layout, little-endian: magic (8 bytes), file version and
-///         library version (2 times 4), flag for grid offsets (1), UUID (36), metadata, int32 number of grids. For
-///         each grid: name, type, parent, and the offsets of its header, its blocks and its end from the start of the
-///         file. Grid header: compression (4), metadata, type of the transform.
-void requireComplete(const std::string& path) {
-    constexpr std::size_t kBlock = std::size_t{1} << 20;  // larger than any sequence of names and metadata
-    constexpr std::uint32_t kOldestVersion = 222;
-    if (const std::string why = whyNotRegular(path); !why.empty()) throw Error(why);
-    std::ifstream stream(path, std::ios::binary | std::ios::ate);
-    if (!stream) throw FileError("cannot be read: " + std::generic_category().message(errno), errno);
-    const auto size = static_cast<std::int64_t>(stream.tellg());
-    const auto blockAt = [&](std::int64_t at) {
-        Bytes bytes(static_cast<std::size_t>(std::min<std::int64_t>(kBlock, size - at)));
-        stream.seekg(at);
-        stream.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
-        if (!stream) throw Error("cannot be read");
-        return bytes;
-    };
-    Bytes block = blockAt(0);
-    Cursor in(block, "file header");
-    if (takeLittle<std::int64_t>(in, "magic") != vdb::OPENVDB_MAGIC)
-        throw Error("not an OpenVDB file: the magic number is missing");
-    if (readNumber(in, "version") < kOldestVersion) return;
-    in.take(8, "library version");
-    if (*in.take(1, "flags") == std::byte{0}) return;  // written to a stream: there are no grid offsets
-    in.take(36, "UUID");
-    skipMetadata(in);
-    const std::uint32_t grids = readNumber(in, "number of grids");
-    std::int64_t at = static_cast<std::int64_t>(in.offset());
-    for (std::uint32_t i = 0; i < grids; ++i) {
-        block = blockAt(at);
-        Cursor descriptor(block, "grid " + std::to_string(i));
-        for (int text = 0; text < 3; ++text) skipString(descriptor, "names");
-        const auto position = [&](const char* what, std::int64_t min) {
-            const auto offset = takeLittle<std::int64_t>(descriptor, what);
-            if (offset < min || offset > size)
-                throw Error("grid " + std::to_string(i) + ": " + what + " should be at byte " + std::to_string(offset) +
-                            ", but the file has " + std::to_string(size) + " bytes. It is truncated or damaged.");
-            return offset;
-        };
-        const std::int64_t header = position("header", at);
-        position("blocks", 0);  // 0 for a grid that shares the tree of another grid
-        at = position("end", header);
-        const Bytes header_block = blockAt(header);
-        Cursor in_header(header_block, "header of grid " + std::to_string(i));
-        in_header.take(4, "compression");
-        skipMetadata(in_header);
-        skipString(in_header, "transform");
-    }
-}
 
 /// The numbers that a value type of OpenVDB consists of.
 struct ColumnKind {
@@ -188,13 +118,15 @@ public:
     GridReader(FileContents& contents, const ReadOptions& options) : contents_(contents), options_(options) {}
 
     /// Reads leaf by leaf and frees each leaf's attributes afterwards.
-    void read(points::PointDataGrid& grid) {
+    void read(points::PointDataGrid& grid, const std::string& name) {
         const vdb::Index64 points = vdb::points::pointCount(grid.tree());
         std::vector<Leaf*> leaves;
         for (auto leaf = grid.tree().beginLeaf(); leaf; ++leaf) leaves.push_back(leaf.getLeaf());
         has_points_ |= points > 0;
         if (leaves.empty()) return;
         declare(leaves.front()->attributeSet());
+        if (points == 0) return;  // so that it does not take away attributes that it lacks
+        setColumns(leaves.front()->attributeSet(), name);
         for (Leaf* leaf : leaves) {
             readLeaf(*leaf, grid.transform());
             leaf->clearAttributes();
@@ -204,9 +136,26 @@ public:
 
     bool hasPoints() const { return has_points_; }
 
+    /// Tells which attributes are left out because not all grids have them.
+    void reportIncomplete() const {
+        for (const auto& [attribute, why] : incomplete_) {
+            const bool is_motion = std::ranges::count(kMotion, lowerCase(attribute)) > 0;
+            std::vector<std::string>& list = is_motion ? contents_.warnings : contents_.passed_over;
+            list.push_back("attribute '" + attribute + "'" + (is_motion ? " is left out: " : ": ") + why);
+        }
+    }
+
 private:
     static constexpr std::size_t kRowsAtOnce = 1 << 14;
     static constexpr const char* kGroupType = "group";
+    static constexpr std::array<std::string_view, 5> kMotion = {"v", "vel", "velocity", "accel", "acceleration"};
+
+    /// An attribute as the first grid that has it stores it.
+    struct FirstSeen {
+        std::string grid;
+        std::uint32_t components = 0;
+        bool is_integer = false;
+    };
 
     /// Ones for the points of a leaf that are members of a group, zeros for the others.
     static void appendMembers(const Leaf& leaf, Column& column) {
@@ -221,30 +170,52 @@ private:
         for (vdb::Index i = 0; i < n; ++i) column.integers.push_back(members.get(i));
     }
 
-    /// Sets up the columns of a grid, in the order of its attributes. Leaves out attributes that have a different type
-    /// in an earlier grid.
-    void declare(const points::AttributeSet& attributes) {
+    static std::vector<std::string> namesIn(const points::AttributeSet& attributes) {
         std::vector<std::string> names(attributes.size());
         for (const auto& [name, position] : attributes.descriptor().map()) names.at(position) = name;
-        columns_.clear();
-        for (std::size_t i = 0; i < names.size(); ++i) {
-            const points::AttributeArray& array = *attributes.getConst(i);
-            declareInfo(names[i], array);
-            const ColumnKind kind = kindOf(array.valueType());
-            if (names[i] == "P" || kind.components == 0 || points::isGroup(array) || !array.hasConstantStride() ||
-                !options_.attributes)
-                continue;
-            const std::uint32_t components = kind.components * array.stride();
-            const auto first = kinds_.try_emplace(names[i], components, kind.is_integer).first->second;
-            if (first == std::pair(components, kind.is_integer))
-                columns_.push_back({names[i], array.valueType(), components, kind.is_integer});
-        }
+        return names;
+    }
+
+    void declare(const points::AttributeSet& attributes) {
+        const std::vector<std::string> names = namesIn(attributes);
+        for (std::size_t i = 0; i < names.size(); ++i) declareInfo(names[i], *attributes.getConst(i));
         for (const auto& [name, position] : attributes.descriptor().groupMap()) {
             if (std::find(contents_.groups.begin(), contents_.groups.end(), name) != contents_.groups.end()) continue;
             contents_.groups.push_back(name);
             if (options_.all_groups && has_delivered_)  // the points of earlier grids came without it
                 contents_.passed_over.push_back("group '" + name + "', which the first point grid does not have");
         }
+    }
+
+    /// Sets up the columns of a grid, in the order of its attributes. Leaves out attributes that have a different type
+    /// in an earlier grid.
+    void setColumns(const points::AttributeSet& attributes, const std::string& grid) {
+        const std::vector<std::string> names = namesIn(attributes);
+        columns_.clear();
+        std::set<std::string> readable;
+        const auto leaveOut = [&](const std::string& name, const std::string& with, const std::string& without,
+                                  const char* why) {
+            incomplete_.try_emplace(name, "grid '" + with + "' has it, but in grid '" + without + "' it " + why);
+        };
+        for (std::size_t i = 0; i < names.size(); ++i) {
+            const points::AttributeArray& array = *attributes.getConst(i);
+            const ColumnKind kind = kindOf(array.valueType());
+            if (names[i] == "P" || kind.components == 0 || points::isGroup(array) || !array.hasConstantStride() ||
+                !options_.attributes)
+                continue;
+            const std::uint32_t components = kind.components * array.stride();
+            const auto [known, is_new] = known_.try_emplace(names[i], grid, components, kind.is_integer);
+            const FirstSeen& first = known->second;
+            readable.insert(names[i]);
+            if (is_new && has_delivered_) leaveOut(names[i], grid, first_grid_, "is missing");
+            if (first.components == components && first.is_integer == kind.is_integer)
+                columns_.push_back({names[i], array.valueType(), components, kind.is_integer});
+            else
+                leaveOut(names[i], first.grid, grid, "has another type");
+        }
+        for (const auto& [name, first] : known_)
+            if (!readable.contains(name)) leaveOut(name, first.grid, grid, "is missing");
+        if (!has_delivered_) first_grid_ = grid;
         std::set<std::string> groups(options_.groups.begin(), options_.groups.end());
         if (options_.all_groups) groups.insert(contents_.groups.begin(), contents_.groups.end());
         for (const std::string& name : groups)
@@ -310,71 +281,13 @@ private:
 
     FileContents& contents_;
     const ReadOptions& options_;
-    std::map<std::string, std::pair<std::uint32_t, bool>> kinds_;  // components and whether integer, by attribute name
+    std::map<std::string, FirstSeen> known_;         // by attribute name
+    std::map<std::string, std::string> incomplete_;  // why attributes are left out, by their names
+    std::string first_grid_;                         // that has points
     std::vector<Vec3f> positions_;
     std::vector<Column> columns_;
     bool has_points_ = false;
     bool has_delivered_ = false;
-};
-
-/// The grids of a file, read one at a time. Unlike vdb::io::File it fails at the end of the file: OpenVDB does not
-/// check its streams while it reads a grid, and goes on with the last size it has read until memory runs out.
-class GridFile : public vdb::io::Archive {
-public:
-    using Descriptor = vdb::io::GridDescriptor;
-
-    explicit GridFile(const std::string& path) : stream_(path, std::ios::binary) {
-        stream_.exceptions(std::ios::failbit | std::ios::badbit);
-        stream_state_->setSeekable(true);
-        vdb::io::setStreamMetadataPtr(stream_, stream_state_, /*transfer=*/false);
-        readHeader(stream_);
-        setFormatVersion(stream_);
-        setLibraryVersion(stream_);
-        setDataCompression(stream_);
-        vdb::MetaMap().readMeta(stream_);
-        for (std::int32_t left = readGridCount(stream_); left > 0; --left) {
-            Descriptor descriptor;
-            descriptor.read(stream_);
-            if (inputHasGridOffsets())
-                descriptor.seekToEnd(stream_);
-            else  // the grid itself follows, and tells its end in no other way
-                loaded_[descriptor.uniqueName()] = readHere(descriptor);
-            descriptors_.emplace(descriptor.gridName(), descriptor);
-        }
-    }
-
-    /// Sorted by name.
-    const std::multimap<std::string, Descriptor>& descriptors() const { return descriptors_; }
-
-    vdb::GridBase::Ptr read(const Descriptor& descriptor) {
-        const vdb::GridBase::Ptr grid = readTree(descriptor);
-        if (!descriptor.isInstance()) return grid;
-        for (const auto& [name, parent] : descriptors_)
-            if (parent.uniqueName() == descriptor.instanceParentName()) {
-                grid->setTree(readTree(parent)->baseTreePtr());
-                return grid;
-            }
-        throw Error("grid '" + descriptor.gridName() + "' shares the tree of a grid that is missing");
-    }
-
-private:
-    vdb::GridBase::Ptr readTree(const Descriptor& descriptor) {
-        if (!inputHasGridOffsets()) return loaded_.at(descriptor.uniqueName());
-        descriptor.seekToGrid(stream_);
-        return readHere(descriptor);
-    }
-
-    vdb::GridBase::Ptr readHere(const Descriptor& descriptor) {
-        const vdb::GridBase::Ptr grid = vdb::GridBase::createGrid(descriptor.gridType());
-        grid->setSaveFloatAsHalf(descriptor.saveFloatAsHalf());
-        readGrid(grid, descriptor, stream_);
-        return grid;
-    }
-
-    vdb::io::StreamMetadata::Ptr stream_state_ = std::make_shared<vdb::io::StreamMetadata>();
-    std::ifstream stream_;  // refers to stream_state_
-    std::multimap<std::string, Descriptor> descriptors_;
-    std::map<std::string, vdb::GridBase::Ptr> loaded_;  // by unique name; only of files that cannot be read in parts
 };
 
 /// The names of the grids of a type in quotes. type: empty: of all types.
@@ -397,7 +310,6 @@ VolumeInfo volumeInfo(const vdb::GridBase& grid, const std::string& name) {
 }
 
 FileContents readGrids(const std::string& path, const ReadOptions& options) {
-    requireComplete(path);
     GridFile file(path);
     FileContents contents;
     GridReader reader(contents, options);
@@ -413,8 +325,9 @@ FileContents readGrids(const std::string& path, const ReadOptions& options) {
         const auto grid = vdb::gridPtrCast<points::PointDataGrid>(file.read(descriptor));
         const auto compression = grid->getMetadata<vdb::StringMetadata>(vdb::GridBase::META_FILE_COMPRESSION);
         if (compression && contents.format.empty()) contents.format = "vdb points, " + compression->value();
-        reader.read(*grid);
+        reader.read(*grid, name);
     }
+    reader.reportIncomplete();
     if (point_grids == 0 && options.summary && !file.descriptors().empty()) {
         for (const auto& [name, descriptor] : file.descriptors())
             contents.volumes.push_back(volumeInfo(*file.read(descriptor), name));

@@ -78,6 +78,16 @@ TEST_F(Job, ABrokenFrameDoesNotStopTheOthers) {
     EXPECT_EQ(hiddenFiles("out"), 0U);
 }
 
+TEST_F(Job, ErrorsNameTheInputWhateverTheOutputIsCalled) {
+    writeFrames(1, 1);
+    for (const char* output : {"out/a.svg", "out/plane.svg"}) {
+        const Outcome outcome = runProgram({"mesh", "in/a.0001.ply", output, "--dimension", "2"}, folder_.path());
+        EXPECT_EQ(outcome.exit_code, 1);
+        EXPECT_NE(outcome.err.find("in/a.0001.ply: the particles do not lie in a plane"), std::string::npos)
+            << outcome.err;
+    }
+}
+
 TEST_F(Job, ExistingOutputsAreRefusedBeforeAnythingIsWritten) {
     writeFrames(1, 3);
     write(folder_ / "out/a.0002.ply", "mine");

@@ -41,7 +41,7 @@ const std::vector<std::pair<std::string, std::vector<std::string>>> kThirdParty{
     {"freetype/", {"render/text.cpp"}},
     {"nanobind/", {"python/binding.h"}},
     {"nlohmann/", {"batch/report/report.cpp"}},
-    {"openvdb/", {"io/level_set.cpp", "io/vdb_file.h", "io/vdb_reader.cpp", "io/vdb_writer.cpp"}},
+    {"openvdb/", {"io/level_set.cpp", "io/vdb_file.h", "io/vdb_grid_file.h", "io/vdb_reader.cpp", "io/vdb_writer.cpp"}},
     {"png.h", {"render/png_file.cpp"}},
     {"pugixml.hpp", {"io/vtk_xml.cpp"}},
     {"muParser.h", {"io/attribute_expression.cpp"}},

@@ -3,6 +3,7 @@
 #include "batch/config/surface_params.h"
 
 #include "betamesh/error.h"
+#include "support/file_checks.h"
 #include "support/temporary_folder.h"
 
 #include <gtest/gtest.h>
@@ -275,12 +276,20 @@ TEST_F(ConfigFile, AFileMayBeIncludedTwiceButNotInACircle) {
     EXPECT_EQ(readConfig(file("job.yaml", "version: 1\ninclude: [a.yaml, a.yaml]\n")).smoothing.passes, 2);
     file("b.yaml", "version: 1\ninclude: ./c.yaml\n");
     file("c.yaml", "version: 1\ninclude: b.yaml\n");
-    try {
-        readConfig(folder_ / "b.yaml");
-        FAIL();
-    } catch (const Error& error) {
-        EXPECT_NE(std::string(error.what()).find("b.yaml -> c.yaml -> b.yaml"), std::string::npos) << error.what();
+    const std::string error = errorOf([&] { readConfig(folder_ / "b.yaml"); });
+    EXPECT_NE(error.find("b.yaml -> c.yaml -> b.yaml"), std::string::npos) << error;
+}
+
+TEST_F(ConfigFile, IncludesThatAreTooDeepAreNotCalledACircle) {
+    constexpr int kFiles = 40;
+    for (int i = 0; i < kFiles; ++i) {
+        const std::string next = i + 1 < kFiles ? "include: " + std::to_string(i + 1) + ".yaml\n" : "";
+        file(std::to_string(i) + ".yaml", "version: 1\n" + next);
     }
+    const std::string error = errorOf([&] { readConfig(folder_ / "0.yaml"); });
+    EXPECT_NE(error.find("32.yaml: include: these files include each other in more than 32 levels: 0.yaml -> 1.yaml"),
+              std::string::npos)
+        << error;
 }
 
 TEST_F(ConfigFile, ErrorsInAnIncludeNameTheIncludedFile) {

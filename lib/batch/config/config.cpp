@@ -229,11 +229,13 @@ std::optional<KeyValue> applyFile(Config& config, const fs::path& file, std::vec
     if (fs::is_directory(identity))
         throw Error(file.string() + ": this is a folder. Give the path of a pipeline file (.yaml).");
     requireRegularFile(file);
-    if (std::find(chain.begin(), chain.end(), identity) != chain.end() || chain.size() >= kMaxIncludeDepth) {
-        std::string circle;
-        for (const fs::path& link : chain) circle += link.filename().string() + " -> ";
-        throw Error(file.string() + ": include: these files include each other in a circle: " + circle +
-                    identity.filename().string());
+    const bool is_circle = std::find(chain.begin(), chain.end(), identity) != chain.end();
+    if (is_circle || chain.size() >= kMaxIncludeDepth) {
+        std::string links;
+        for (const fs::path& link : chain) links += link.filename().string() + " -> ";
+        throw Error(file.string() + ": include: these files include each other " +
+                    (is_circle ? "in a circle: " : "in more than " + std::to_string(kMaxIncludeDepth) + " levels: ") +
+                    links + identity.filename().string());
     }
     chain.push_back(identity);
     config.files.push_back(file);

@@ -22,6 +22,7 @@
 #include "skin/surface_attributes.h"
 
 #include <algorithm>
+#include <array>
 #include <exception>
 #include <filesystem>
 #include <functional>
@@ -266,8 +267,9 @@ void fail(FrameResult& result, const std::string& why) {
 
 /// An error that names a file of the frame: its input unless it names another one.
 std::string withFile(const std::string& error, const FrameTask& task) {
-    const std::string output = fs::path(task.output).stem().string();
-    const bool names_file = error.find(task.input) != std::string::npos || error.find(output) != std::string::npos;
+    const std::array files{task.input, task.output, spheresPath(task.output), task.preview};
+    const bool names_file = std::ranges::any_of(
+        files, [&](const std::string& file) { return !file.empty() && error.find(file) != std::string::npos; });
     return (names_file ? "" : task.input + ": ") + error;
 }
 
