@@ -10,6 +10,7 @@
 #include <deque>
 #include <regex>
 #include <utility>
+#include <vector>
 
 namespace betamesh {
 
@@ -111,6 +112,25 @@ Column columnOf(const Variable& variable, const FileContents& points, const Vec3
                 didYouMean(variable.attribute, known));
 }
 
+/// Whether a comparison is compared with something, as in 2 < P.x < 6, which does not mean what it seems to.
+bool hasChainedComparison(const std::string& text) {
+    static const std::regex sign(R"(&&|\|\||[<>=!]=|[<>(),?:])");
+    std::vector<char> compared{0};  // since the last &&, || or bracket, in each pair of parentheses
+    for (std::sregex_iterator at(text.begin(), text.end(), sign), end; at != end; ++at) {
+        const std::string found = at->str();
+        if (found == "(") {
+            compared.push_back(0);
+        } else if (found == ")") {
+            if (compared.size() > 1) compared.pop_back();
+        } else if (found == "&&" || found == "||" || found == "," || found == "?" || found == ":") {
+            compared.back() = 0;
+        } else if (std::exchange(compared.back(), 1) != 0) {
+            return true;
+        }
+    }
+    return false;
+}
+
 }  // namespace
 
 struct AttributeExpression::Compiled {
@@ -132,6 +152,9 @@ AttributeExpression::AttributeExpression(const std::string& text)
     static const std::regex assignment(R"((^|[^=!<>])=([^=]|$))");
     if (std::regex_search(text, assignment))
         throw Error("'" + text + "' is not a condition: a single '=' assigns. Use '==' to compare");
+    if (hasChainedComparison(text))
+        throw Error("'" + text +
+                    "' is not a condition: it compares a comparison. Write 2 < P.x && P.x < 6 for a range");
     static const std::regex length(R"(\blength\(\s*([A-Za-z_][\w:]*)\s*\))");
     try {
         parser.SetExpr(std::regex_replace(text, length, "$1.length"));

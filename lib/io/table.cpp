@@ -123,6 +123,7 @@ struct Column {
     std::vector<double> real;
     std::vector<std::int64_t> integer;
     bool whole = true;
+    std::string fault;  ///< the first cell that is no number, with its line
 
     void add(double number, const std::string& cell) {
         real.push_back(number);
@@ -167,6 +168,11 @@ struct Meaning {
 bool isPosition(const std::string& vector) {
     const std::string name = lowerCase(vector);
     return name == "p" || name == "position" || name == "points" || name == "pos";
+}
+
+bool isVelocity(const std::string& vector) {
+    const std::string name = lowerCase(vector);
+    return name == "v" || name.starts_with("vel");
 }
 
 /// The columns of the position, then all others. Of columns with the same name the first counts.
@@ -301,8 +307,7 @@ FileContents parseTable(Cursor in, const ReadOptions& options) {
                 continue;
             }
             has_element = atoms && !numeric;
-            if (!numeric && !has_element) {
-                if (has_names) lines.fail("'" + cells[0] + "' is no number");
+            if (!numeric && !has_element && !has_names) {
                 has_names = true;
                 names = cells;
                 continue;
@@ -315,12 +320,15 @@ FileContents parseTable(Cursor in, const ReadOptions& options) {
             columns.resize(names.size());
         }
         if (has_element) cells.erase(cells.begin());
-        if (cells.size() < names.size())
+        while (cells.size() > names.size() && cells.back().empty()) cells.pop_back();
+        if (cells.size() != names.size())
             lines.fail("has " + std::to_string(cells.size()) + " columns, expected " + std::to_string(names.size()));
         for (std::size_t c = 0; c < names.size(); ++c) {
             const auto number = numberOf(cells[c]);
-            if (!number) lines.fail("'" + cells[c] + "' in column '" + names[c] + "' is no number");
-            columns[c].add(*number, cells[c]);
+            if (!number && columns[c].fault.empty())
+                columns[c].fault = "line " + std::to_string(lines.number()) + ": '" + cells[c] + "' in column '" +
+                                   names[c] + "' is no number";
+            columns[c].add(number.value_or(0), cells[c]);
         }
         ++rows;
     }
@@ -334,6 +342,14 @@ FileContents parseTable(Cursor in, const ReadOptions& options) {
     if (names.empty()) names = {"x", "y", "z"}, columns.resize(3);
     std::set<std::string> known;
     for (const Meaning& meaning : meaningsOf(names, lines, contents.warnings)) {
+        const auto faulty = std::ranges::find_if(meaning.columns, [&](auto c) { return !columns[c].fault.empty(); });
+        if (faulty != meaning.columns.end()) {
+            const std::string& fault = columns[*faulty].fault;
+            if (meaning.name == "P" || isVelocity(meaning.name) || meaning.name == options.id)
+                throw Error(in.file() + ": " + fault);
+            contents.warnings.push_back("attribute '" + meaning.name + "' is left out: " + fault);
+            continue;
+        }
         NumberColumn numbers = numbersOf(columns, meaning.columns);
         const auto width = static_cast<std::uint32_t>(meaning.columns.size());
         std::string name = meaning.name;
@@ -349,7 +365,7 @@ FileContents parseTable(Cursor in, const ReadOptions& options) {
         if (meaning.name == "P") {
             contents.position = positionsFrom(numbers, 3, options.origin);
             contents.has_double_positions = !numbers.real.empty();
-        } else if (lowerCase(name) == "v" || lowerCase(name).starts_with("vel")) {
+        } else if (isVelocity(name)) {
             if (numbers.real.empty()) numbers = {{numbers.integer.begin(), numbers.integer.end()}, {}};
             addColumn(name, width, std::move(numbers), rows, options, in.file(), contents);
         } else

@@ -11,6 +11,7 @@
 #include <optional>
 #include <span>
 #include <sstream>
+#include <utility>
 
 namespace betamesh {
 
@@ -55,6 +56,25 @@ std::optional<Declarations> declarationsIn(const std::string& text) {
     return found;
 }
 
+/// Adds the declaration of an attribute. Of two with different types the wider one is kept, as a layer in which both
+/// stand cannot be opened: frames whose numbers are whole have integers where others have floats.
+void addDeclaration(const std::string& attribute, std::vector<std::string>& attributes) {
+    const auto typeAndName = [](const std::string& declaration) {
+        std::istringstream words(declaration);
+        std::pair<std::string, std::string> found;
+        words >> found.first >> found.second;
+        if (found.first == "uniform") words >> found.second;
+        return found;
+    };
+    const auto [type, name] = typeAndName(attribute);
+    const auto known = std::ranges::find_if(
+        attributes, [&, &name = name](const std::string& other) { return typeAndName(other).second == name; });
+    if (known == attributes.end())
+        attributes.push_back(attribute);
+    else if (typeAndName(*known).first.starts_with("int") && type.starts_with("float"))
+        *known = attribute;
+}
+
 /// A path between the signs that mark it in USD.
 std::string assetText(const std::string& path) {
     const std::string mark = path.find('@') == std::string::npos ? "@" : "@@@";
@@ -93,9 +113,7 @@ std::string usdClipsLayer(const std::vector<ClipFile>& files, const std::string&
         const auto declared = declarationsIn(beginningOf(file.path, kBeginning));
         if (!declared || (!prim.empty() && declared->prim != prim)) continue;
         prim = declared->prim;
-        for (const std::string& attribute : declared->attributes)
-            if (std::find(attributes.begin(), attributes.end(), attribute) == attributes.end())
-                attributes.push_back(attribute);
+        for (const std::string& attribute : declared->attributes) addDeclaration(attribute, attributes);
         const std::string comma = last ? ", " : "", frame = std::to_string(file.frame);
         active += comma + pair(frame, std::to_string(clip++));
         paths += comma + assetText(file.asset);

@@ -60,6 +60,8 @@ TEST(AttributeExpression, ChoosesTheRowsThatTheSameConditionInCppChooses) {
         {"abs(v.z) >= 1", [&](std::size_t i) { return std::abs(v[3 * i + 2]) >= 1; }},
         {"Cd.a > Cd.r", [&](std::size_t i) { return cd[4 * i + 3] > cd[4 * i]; }},
         {"id < 1099511628776", [&](std::size_t i) { return points.id[i] < 1099511628776; }},
+        {"(P.x < 0) == (P.y < 0)", [&](std::size_t i) { return (p[i].x < 0) == (p[i].y < 0); }},
+        {"type > 0 ? P.x < 0 : P.y < 0", [&](std::size_t i) { return type[i] > 0 ? p[i].x < 0 : p[i].y < 0; }},
         {"(type == 1 ? P.x : P.y) > 0", [&](std::size_t i) { return (type[i] == 1 ? p[i].x : p[i].y) > 0; }},
     };
     for (const auto& [text, is] : conditions) {
@@ -88,6 +90,8 @@ TEST(AttributeExpression, SaysWhatIsWrong) {
     refused("type ==", {"type ==", "is not a condition"});
     refused("(type", {"is not a condition"});
     refused("type = 1", {"is not a condition"});
+    for (const char* chain : {"0 < type < 2", "P.x > 0 && (1 <= type <= 2)", "type == 1 == density", "0<type!=2"})
+        refused(chain, {chain, "compares a comparison", "2 < P.x && P.x < 6"});
     refused("type, 1", {"is not a condition"});
     refused("type; 1", {"is not a condition"});
     refused("nosuch(type)", {"is not a condition"});

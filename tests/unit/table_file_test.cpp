@@ -77,6 +77,15 @@ TEST(TableFile, ColumnsWithTheSameNameAreNamedInAWarning) {
         EXPECT_NE(contents.warnings[static_cast<std::size_t>(i)].find(name), std::string::npos);
 }
 
+TEST(TableFile, ColumnsThatAreNotNumbersAreLeftOutWithAWarning) {
+    const FileContents contents = table("name,x,y,z,mass\ndrop,1,2,3,4,\nspray,4,5,6,\n");
+    EXPECT_EQ(contents.position, (std::vector<Vec3f>{{1, 2, 3}, {4, 5, 6}}));
+    EXPECT_TRUE(contents.attributes.empty());
+    EXPECT_EQ(contents.warnings,
+              (std::vector<std::string>{"attribute 'name' is left out: line 2: 'drop' in column 'name' is no number",
+                                        "attribute 'mass' is left out: line 3: '' in column 'mass' is no number"}));
+}
+
 TEST(TableFile, NegativeIdsStayNegative) {
     Particles particles = sampleParticles(1, false, true, false);
     particles.id = {static_cast<std::uint64_t>(-3)};
@@ -113,6 +122,9 @@ TEST(TableFile, FloatsThatAreWholeNumbersStayFloats) {
 TEST(TableFile, ErrorsNameTheLine) {
     expectError([] { table("x,y,z\n1,2,3\n4,5\n"); }, {"a.csv: line 3", "2 columns, expected 3"});
     expectError([] { table("x,y,z\n1,2,a\n"); }, {"line 2", "'a'", "column 'z'"});
+    expectError([] { table("id,x,y,z\nfirst,1,2,3\n"); }, {"line 2", "'first'", "column 'id'"});
+    expectError([] { table("x,y,z,v.x,v.y,v.z\n1,2,3,4,,6\n"); }, {"line 2", "''", "column 'v.y'"});
+    expectError([] { table("1 2 3\n4 5 6 7\n"); }, {"a.csv: line 2", "4 columns, expected 3"});
     expectError([] { table("x,y\n1,2\n"); }, {"no columns x, y and z", "'x', 'y'"});
     expectError([] { table("1,2\n1,2\n"); }, {"no columns x, y and z"});
     expectError([] { table("1.5\n2.5\n"); }, {"no columns x, y and z"});

@@ -388,5 +388,29 @@ TEST(UsdFile, AClipsLayerListsTheFilesOnDisk) {
               std::string::npos);
 }
 
+TEST(UsdFile, LayersDeclareAnAttributeOnceThoughItsTypeChanges) {
+    const TemporaryFolder folder;
+    Mesh mesh = sampleMesh(10, true, false);
+    const Attribute whole{"age", 1, {}, std::vector<std::int32_t>(10, 1)},
+        real{"age", 1, std::vector<float>(10, .5F), {}};
+    std::vector<ClipFile> files;
+    for (const Attribute& age : {whole, real, whole}) {
+        const int frame = static_cast<int>(files.size());
+        const std::string name = "a.000" + std::to_string(frame) + ".usda";
+        mesh.attributes = {age};
+        writeMesh(folder / name, mesh, {.frame = frame});
+        files.push_back({frame, "./" + name, folder / name});
+    }
+    const auto count = [](const std::string& text, const std::string& part) {
+        std::size_t found = 0;
+        for (std::size_t at = text.find(part); at != std::string::npos; at = text.find(part, at + 1)) ++found;
+        return found;
+    };
+    const std::string text = usdClipsLayer(files, "./a.usda", {});
+    EXPECT_EQ(text.find("int[] primvars:age"), std::string::npos) << text;
+    EXPECT_EQ(count(text, "float[] primvars:age"), 1U) << text;
+    EXPECT_EQ(count(text, "uniform "), count(usdClipsLayer({files[0]}, "./a.usda", {}), "uniform ")) << text;
+}
+
 }  // namespace
 }  // namespace betamesh
