@@ -7,6 +7,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
+
 namespace betamesh {
 namespace {
 
@@ -27,6 +30,19 @@ FrameInput readNear(const std::string& file, const Plan& plan) {
     task.input = file;
     FileIdentity identity;
     return readInput(task, plan, true, identity, [](const std::string&) {});
+}
+
+TEST(FrameInput, CoordinatesThatFloatsRoundCoarselyGiveAWarning) {
+    for (const float distance : {0.0F, 1e3F, 1e4F, -4e4F, 1e6F}) {
+        FrameInput liquid{blockWithSizes(8), {}, {}};
+        for (Vec3f& p : liquid.particles.position) p.y += distance;
+        const std::vector<InputRemark> remarks = remarksOn(liquid, {});
+        const auto found = std::ranges::find(remarks, "coordinates", &InputRemark::kind);
+        EXPECT_EQ(found != remarks.end(), std::abs(distance) > 2e4F) << distance;
+        if (found == remarks.end()) continue;
+        EXPECT_TRUE(found->is_warning);
+        EXPECT_NE(found->text.find("--origin x,y,z (input.origin)"), std::string::npos) << found->text;
+    }
 }
 
 TEST(FrameInput, SizesOfParticlesAreReadWithTheirPositions) {

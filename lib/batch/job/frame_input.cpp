@@ -1,8 +1,10 @@
 #include "batch/job/frame_input.h"
 
 #include "base/attribute_names.h"
+#include "base/local_origin.h"
 #include "base/lower_case.h"
 #include "base/parallel.h"
+#include "batch/config/key_types.h"
 #include "batch/platform/interrupt.h"
 #include "batch/platform/memory.h"
 #include "batch/report/log.h"
@@ -124,6 +126,22 @@ std::optional<InputRemark> remarkOnGrids(const InputSummary& summary, const Conf
                            " are meshed together: " + quoted(read) + ". Choose some with --grid (input.grid)"};
 }
 
+/// Coordinates so large that single precision, in which meshes are written, is coarse beside the particle spacing.
+std::optional<InputRemark> remarkOnCoordinates(const std::vector<Vec3f>& position) {
+    Box box;
+    for (const Vec3f& p : position) box.extendBy(Vec3(p));
+    if (position.empty() || localOrigin(box, position.size()) == Vec3(0, 0, 0)) return std::nullopt;
+    double largest = 0;
+    for (int axis = 0; axis < 3; ++axis)
+        largest = std::max({largest, std::abs(box.min[axis]), std::abs(box.max[axis])});
+    const double step = largest - std::nextafter(static_cast<float>(largest), 0.0F);
+    return InputRemark{"coordinates", true,
+                       "the coordinates reach " + shortNumber(largest) +
+                           ", where those of vertices are rounded to multiples of " + shortNumber(step) +
+                           ": the surface gets steps, and meshing may take long. Subtract a point near the particles "
+                           "with --origin x,y,z (input.origin)"};
+}
+
 std::optional<InputRemark> remarkOnRadius(const Attribute& attribute) {
     if ((attribute.name != "pscale" && attribute.name != "radius") || attribute.components != 1 ||
         attribute.real.empty())
@@ -231,6 +249,7 @@ std::vector<InputRemark> remarksOn(const FrameInput& liquid, const Config& confi
                             "first: " +
                             summary.first_dropped});
     for (const std::string& warning : summary.warnings) add(InputRemark{"reader: " + warning, true, warning});
+    add(remarkOnCoordinates(liquid.particles.position));
     if (liquid.particles.size() == 0) {
         if (summary.particles_read > summary.dropped)
             add(InputRemark{"none", true,
