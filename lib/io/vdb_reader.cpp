@@ -204,7 +204,7 @@ private:
                 !options_.attributes)
                 continue;
             const std::uint32_t components = kind.components * array.stride();
-            const auto [known, is_new] = known_.try_emplace(names[i], grid, components, kind.is_integer);
+            const auto [known, is_new] = known_.try_emplace(names[i], FirstSeen{grid, components, kind.is_integer});
             const FirstSeen& first = known->second;
             readable.insert(names[i]);
             if (is_new && has_delivered_) leaveOut(names[i], grid, first_grid_, "is missing");
