@@ -35,6 +35,7 @@ FileContents readChosen(const std::filesystem::path& path, const ParticleInput& 
                         ParticleSelector& selector, const Take& take) {
     ReadOptions options = readOptions(input);
     options.attributes = attributes || selector.needsAttributes();
+    options.needs = [&](const std::string& attribute) { return selector.needs(attribute); };
     options.points = [&](FileContents&& points, std::uint64_t total) {
         selector.choose(points);
         take(std::move(points), total);

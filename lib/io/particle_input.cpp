@@ -1,5 +1,6 @@
 #include "io/particle_input.h"
 
+#include "base/list_entries.h"
 #include "base/lower_case.h"
 #include "base/parallel.h"
 #include "betamesh/error.h"
@@ -7,7 +8,6 @@
 
 #include <algorithm>
 #include <cctype>
-#include <sstream>
 #include <utility>
 
 namespace betamesh {
@@ -28,16 +28,6 @@ bool isScalar(const Attribute& a, std::size_t n) { return a.components == 1 && a
 
 VelocitySource oneAttribute(std::size_t index, const std::string& name) {
     return {{{{index, 0}, {index, 1}, {index, 2}}}, name, true};
-}
-
-std::vector<std::string> entriesOf(const std::string& list) {
-    std::vector<std::string> entries;
-    std::istringstream in(list);
-    for (std::string entry; std::getline(in, entry, ',');) {
-        entry.erase(0, std::min(entry.find_first_not_of(' '), entry.size()));
-        entries.push_back(entry.substr(0, entry.find_last_not_of(' ') + 1));
-    }
-    return entries;
 }
 
 /// One component of the velocity by its requested name: an attribute of one number, or a component of a vector.

@@ -1,5 +1,6 @@
 #include "io/particle_selector.h"
 
+#include "base/list_entries.h"
 #include "betamesh/error.h"
 
 #include <algorithm>
@@ -38,16 +39,6 @@ bool isPosition(const std::string& declared) {
     return names.contains(declared);
 }
 
-std::vector<std::string> splitNames(const std::string& names) {
-    std::vector<std::string> all;
-    for (std::size_t begin = 0; begin < names.size();) {
-        const std::size_t end = std::min(names.find(", ", begin), names.size());
-        all.push_back(names.substr(begin, end - begin));
-        begin = end + 2;
-    }
-    return all;
-}
-
 }  // namespace
 
 ParticleSelector::ParticleSelector(const ParticleInput& input, std::string file)
@@ -57,6 +48,13 @@ ParticleSelector::ParticleSelector(const ParticleInput& input, std::string file)
 
 bool ParticleSelector::mayLeaveOut() const {
     return where_ || input_.box || !input_.group.empty() || input_.on_bad_particle == OnBadParticle::drop;
+}
+
+bool ParticleSelector::needs(const std::string& attribute) const {
+    const std::vector<std::string> velocity = entriesOf(input_.velocity);
+    return (where_ && where_->uses(attribute)) ||
+           std::any_of(velocity.begin(), velocity.end(),
+                       [&](const std::string& name) { return name == attribute || isPartOf(name, attribute); });
 }
 
 bool ParticleSelector::needsAttributes() const {
@@ -158,7 +156,7 @@ InputSummary ParticleSelector::summary(const FileContents& kept, const FileConte
         summary.parts.push_back({Kind::group, group, "", chooses ? "selection" : ""});
     }
     const std::string id = input_.id.empty() ? "id" : input_.id;
-    const std::vector<std::string> velocity_names = splitNames(summary.velocity);
+    const std::vector<std::string> velocity_names = entriesOf(summary.velocity);
     for (const AttributeInfo& declared : kept.declared) {
         if (declared.type == "group") continue;
         const std::string& name = declared.name;

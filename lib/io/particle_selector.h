@@ -28,6 +28,8 @@ public:
     bool mayLeaveOut() const;
     /// Whether blocks need their attributes for the choice.
     bool needsAttributes() const;
+    /// Whether the input names the attribute: in its condition, or as the velocity.
+    bool needs(const std::string& attribute) const;
 
     /// Removes the points that are not chosen from the next block of the file. Costs nothing if none may be left out
     /// and nothing is checked.

@@ -345,7 +345,8 @@ FileContents parseTable(Cursor in, const ReadOptions& options) {
         const auto faulty = std::ranges::find_if(meaning.columns, [&](auto c) { return !columns[c].fault.empty(); });
         if (faulty != meaning.columns.end()) {
             const std::string& fault = columns[*faulty].fault;
-            if (meaning.name == "P" || isVelocity(meaning.name) || meaning.name == options.id)
+            if (meaning.name == "P" || isVelocity(meaning.name) || meaning.name == options.id ||
+                (options.needs && options.needs(meaning.name)))
                 throw Error(in.file() + ": " + fault);
             contents.warnings.push_back("attribute '" + meaning.name + "' is left out: " + fault);
             continue;

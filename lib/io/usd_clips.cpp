@@ -56,8 +56,8 @@ std::optional<Declarations> declarationsIn(const std::string& text) {
     return found;
 }
 
-/// Adds the declaration of an attribute. Of two with different types the wider one is kept, as a layer in which both
-/// stand cannot be opened: frames whose numbers are whole have integers where others have floats.
+/// Adds the declaration of an attribute, unless there is one of that name: USD cannot open a layer with both. Frames
+/// whose numbers are whole may have integers where others have floats; then that with floats is kept.
 void addDeclaration(const std::string& attribute, std::vector<std::string>& attributes) {
     const auto typeAndName = [](const std::string& declaration) {
         std::istringstream words(declaration);
@@ -66,12 +66,12 @@ void addDeclaration(const std::string& attribute, std::vector<std::string>& attr
         if (found.first == "uniform") words >> found.second;
         return found;
     };
-    const auto [type, name] = typeAndName(attribute);
+    const auto own = typeAndName(attribute);
     const auto known = std::ranges::find_if(
-        attributes, [&, &name = name](const std::string& other) { return typeAndName(other).second == name; });
+        attributes, [&](const std::string& other) { return typeAndName(other).second == own.second; });
     if (known == attributes.end())
         attributes.push_back(attribute);
-    else if (typeAndName(*known).first.starts_with("int") && type.starts_with("float"))
+    else if (typeAndName(*known).first.starts_with("int") && own.first.starts_with("float"))
         *known = attribute;
 }
 

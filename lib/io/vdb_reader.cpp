@@ -176,6 +176,7 @@ private:
         return names;
     }
 
+    /// Notes which attributes and groups a grid has.
     void declare(const points::AttributeSet& attributes) {
         const std::vector<std::string> names = namesIn(attributes);
         for (std::size_t i = 0; i < names.size(); ++i) declareInfo(names[i], *attributes.getConst(i));

@@ -86,6 +86,20 @@ TEST(TableFile, ColumnsThatAreNotNumbersAreLeftOutWithAWarning) {
                                         "attribute 'mass' is left out: line 3: '' in column 'mass' is no number"}));
 }
 
+TEST(TableFile, ColumnsThatTheInputNamesMustBeNumbers) {
+    const TemporaryFolder folder;
+    writeFile(folder / "a.csv", "x,y,z,mass,a,b,c\n1,2,3,4,5,6,7\n4,5,6,,8,?,9\n");
+    EXPECT_EQ(readParticles(folder / "a.csv").size(), 2U);
+    ParticleInput input;
+    input.where = "mass > 0";
+    expectError([&] { readParticles(folder / "a.csv", input); }, {"a.csv: line 3: '' in column 'mass'"});
+    for (const char* velocity : {"a,b,c", "a, b, c", "b"}) {
+        input = {};
+        input.velocity = velocity;
+        expectError([&] { readParticles(folder / "a.csv", input); }, {"a.csv: line 3: '?' in column 'b'"});
+    }
+}
+
 TEST(TableFile, NegativeIdsStayNegative) {
     Particles particles = sampleParticles(1, false, true, false);
     particles.id = {static_cast<std::uint64_t>(-3)};

@@ -2,6 +2,7 @@
 
 #pragma once
 
+#include "base/list_entries.h"
 #include "base/nearest_word.h"
 #include "batch/config/config.h"
 #include "betamesh/error.h"
@@ -12,7 +13,6 @@
 #include <cmath>
 #include <limits>
 #include <optional>
-#include <sstream>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -92,17 +92,6 @@ ConfigKey textKey(const KeyText& text, const std::string& accepts, Member member
             if (check) check(value);
             member(config) = value;
         });
-}
-
-/// The entries between commas, without the spaces around them.
-inline std::vector<std::string> entriesOf(const std::string& list) {
-    std::vector<std::string> entries;
-    std::istringstream in(list);
-    for (std::string entry; std::getline(in, entry, ',');) {
-        entry.erase(0, entry.find_first_not_of(' '));
-        entries.push_back(entry.substr(0, entry.find_last_not_of(' ') + 1));
-    }
-    return entries;
 }
 
 /// Names separated by commas, or a list in YAML. Each name may occur once.
