@@ -86,7 +86,7 @@ inline constexpr double kOffsetBegins = 0.7, kOffsetFull = 1.4;
 inline constexpr double kFlipDistance = 0.0025, kRetractedFlipDistance = 0.01;
 /// Distance from the ends of both diagonals, as a fraction of their lengths, from which on a flip counts in full. In
 /// (0, 0.5]; fades flips out whose vertex would reach a corner of the quad.
-inline constexpr double kFlipEndMargin = 0.1;
+inline constexpr double kFlipEndMargin = 0.01;
 /// Least weight of the other diagonal for which an edge is split: below, nothing moves and vertices may coincide.
 inline constexpr double kMinFlipWeight = 1e-4;
 

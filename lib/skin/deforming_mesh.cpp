@@ -11,7 +11,8 @@ namespace betamesh {
 
 namespace {
 
-constexpr double kGroupCell = 4;  // edge of the cells in which vertices are grouped, particle spacings
+constexpr double kLeastWeight = 1e-6;  // of a neighbour
+constexpr double kGroupCell = 4;       // edge of the cells in which vertices are grouped, particle spacings
 
 enum Field { kX, kY, kZ, kArea, kNx, kNy, kNz, kFields };
 
@@ -95,6 +96,7 @@ DeformingMesh::DeformingMesh(BetaMesh& finished, double spacing, std::vector<std
 
 void DeformingMesh::listConstraints() {
     std::vector<std::uint8_t> in_group(size(), 0), is_support(size(), 0);
+    constraint_of_.assign(size(), nullptr);
     for (std::size_t g = 0; g < constraints_.size(); ++g) {
         const std::vector<FadingVertex>& group = mesh_.fading[g];
         ConstraintGroup& constraints = constraints_[g] = {};
@@ -102,8 +104,13 @@ void DeformingMesh::listConstraints() {
         all.resize(group.size());
         parallelFor(group.size(), 4096, [&](std::size_t i) {
             const FadingVertex& fading = group[i];
-            all[i] = {
-                fading.vertex, static_cast<std::uint32_t>(i), fading.anchor, {}, static_cast<float>(fading.fade.value)};
+            all[i] = {fading.vertex,
+                      static_cast<std::uint32_t>(i),
+                      fading.anchor,
+                      {},
+                      static_cast<float>(fading.fade.value),
+                      static_cast<std::uint32_t>(g)};
+            constraint_of_[fading.vertex] = &all[i];
             for (std::size_t k = 0; k < 4; ++k) all[i].weight[k] = static_cast<float>(fading.anchor_weight[k].value);
         });
         for (const Constraint& v : all) in_group[v.vertex] = 1;
@@ -352,6 +359,26 @@ std::vector<std::uint8_t> DeformingMesh::haveShortEdges() const {
     return have;
 }
 
+// A vertex that fades in counts as a neighbour of v by its fade weight. For the rest, the neighbour is who would be if
+// the vertex were not there: the other end of the edge or diagonal on which it lies, if v is at the one end.
+template <typename Visit>
+void DeformingMesh::visitNeighbour(std::uint32_t v, std::uint32_t neighbour, double weight, const Visit& visit) const {
+    const Constraint* constraint = constraint_of_[neighbour];
+    if (!constraint) return visit(neighbour, weight);
+    const auto& [vertex, row, from, share, fade, group] = *constraint;
+    if (fade > 0) visit(neighbour, weight * fade);
+    weight *= 1 - fade;
+    if (group == 1 || !(weight > kLeastWeight)) return;  // those on facets are on no edge
+    // Quads of the tessellation are given by their diagonals, quads left by splits as polygons.
+    const bool is_polygon = group >= kTessellationGroups && (group - kTessellationGroups) % 2 == 1;
+    for (std::size_t k = 0; k < 4; ++k) {
+        const std::size_t other = is_polygon ? (k + 2) % 4 : k ^ 1U;
+        const double of_diagonal = share[k] + share[other];
+        if (from[k] == v && of_diagonal > 0 && from[other] != v)
+            visitNeighbour(v, from[other], weight * of_diagonal, visit);
+    }
+}
+
 void DeformingMesh::relaxFolds() {
     const std::vector<std::uint8_t> has_short_edges = haveShortEdges();
     std::vector<Vec3f> step(size(), Vec3f(0));
@@ -380,14 +407,21 @@ void DeformingMesh::relaxFolds() {
         if (!(share > 0) || std::as_const(triangles_of_)[v].empty()) return;
         Vec3 sum(0);
         double weight = 0;
-        const auto addOneRing = [&](std::size_t u, double k) {
-            for (const std::uint32_t t : std::as_const(triangles_of_)[u]) {
-                for (const std::uint32_t x : mesh_.triangles[t]) sum += (position_[x] - position_[v]) * k;
-                weight += 2 * k;  // every vertex of a one-ring counts twice
-            }
+        const auto addOneRing = [&](std::uint32_t u, double k) {
+            for (const std::uint32_t t : std::as_const(triangles_of_)[u])
+                for (const std::uint32_t x : mesh_.triangles[t])
+                    if (x != u)
+                        visitNeighbour(u, x, k, [&](std::uint32_t neighbour, double of_neighbour) {
+                            sum += (position_[neighbour] - position_[v]) * of_neighbour;
+                            weight += of_neighbour;
+                        });
         };
-        addOneRing(v, 1);
-        forCloseNeighbours(addOneRing);
+        addOneRing(static_cast<std::uint32_t>(v), 1);
+        forCloseNeighbours([&](std::uint32_t u, double k) {
+            const Constraint* constraint = constraint_of_[u];
+            addOneRing(u, constraint ? k * constraint->fade : k);
+        });
+        if (!(weight > 0)) return;
         step[v] = Vec3f(sum * (kFoldRelaxation * share / (weight * spacing_)));
     });
     const std::vector<std::uint32_t> inverted = indicesWhere(mesh_.triangles.size(), [&](std::uint32_t triangle) {

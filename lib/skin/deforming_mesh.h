@@ -124,12 +124,13 @@ public:
     std::vector<Vec3f> smoothNormals() const;
 
 private:
-    // A FadingVertex in a fifth of the memory, and its row in its group.
+    // A FadingVertex in a fifth of the memory, and its row and the number of its group.
     struct Constraint {
         std::uint32_t vertex, row;
         std::array<std::uint32_t, 4> from;
         std::array<float, 4> weight;
         float fade;
+        std::uint32_t group;
     };
     // A group of FadingVertices. On facets they fade in from each other, and constraints take several rounds to settle.
     struct ConstraintGroup {
@@ -150,6 +151,8 @@ private:
     template <typename ReachOf>
     std::vector<Vec3f> kernelMeansWithin(double width, const std::vector<Vec3f>& values, const ReachOf& reachOf) const;
     std::vector<std::uint8_t> haveShortEdges() const;
+    template <typename Visit>
+    void visitNeighbour(std::uint32_t v, std::uint32_t neighbour, double weight, const Visit& visit) const;
     void turnInverted(std::uint32_t triangle, std::vector<Vec3f>& step) const;
 
     BetaMesh& mesh_;
@@ -166,6 +169,7 @@ private:
     std::vector<Vec3f> normal_;
 
     std::array<ConstraintGroup, std::tuple_size_v<FadingVertices>> constraints_;
+    std::vector<const Constraint*> constraint_of_;  // of each vertex; null: none
     PointGroups groups_;
 };
 

@@ -19,6 +19,7 @@ struct EdgeFlip {
     std::array<std::uint32_t, 2> triangle;  ///< on either side of the edge
     std::array<Dual, 4> weight;             ///< of the corners in the vertex; they sum to 1
     DualVec3 on_edge;                       ///< position of the vertex before any smoothing
+    Dual remoteness;  ///< 0 where the diagonals meet, far from their ends; 1 where the flip begins
 
     /// Weight of the other diagonal, 0 to 0.5: how far the flip has progressed.
     double otherWeight() const { return weight[2].value + weight[3].value; }
@@ -36,10 +37,14 @@ inline bool passNear(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d,
 /// triangle.
 std::optional<EdgeFlip> edgeFlip(const std::array<DualVec3, 4>& at, double farthest);
 
-/// Splits both triangles of each edge at its vertex, in the order of progress, so that a triangle with several such
-/// edges changes continuously; sorts the edges accordingly. EdgeFlip::triangle counts from row `first` of the triangles
-/// on; the vertices get numbers from `first_vertex` on, in the sorted order.
-void splitFlippingEdges(std::vector<EdgeFlip>& edges, std::size_t first, std::uint32_t first_vertex,
+/// Keeps of several flips with a triangle in common the least remote one, and removes the others: each changes the
+/// quads of the others when it happens. So that flips change continuously nevertheless, the weight of the other
+/// diagonal grows from 0, where a second flip is as remote.
+void keepNearestFlips(std::vector<EdgeFlip>& edges);
+
+/// Splits both triangles of each edge at its vertex; no two edges have a triangle in common. EdgeFlip::triangle counts
+/// from row `first` of the triangles on; the vertices get numbers from `first_vertex` on.
+void splitFlippingEdges(const std::vector<EdgeFlip>& edges, std::size_t first, std::uint32_t first_vertex,
                         std::vector<Triangle>& triangles);
 
 }  // namespace betamesh

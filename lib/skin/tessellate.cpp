@@ -182,6 +182,7 @@ public:
                 edges_.push_back(*edge);
             }
         }
+        keepNearestFlips(edges_);
         const auto first_vertex = kNewPoint + static_cast<std::uint32_t>(part_.point.size());
         splitFlippingEdges(edges_, first_triangle_, first_vertex, part_.triangles);
         for (const EdgeFlip& edge : edges_) {

@@ -8,6 +8,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 
@@ -105,6 +106,53 @@ TEST(EdgeFlip, IsNoneWhereDiagonalsPassOutsideTheQuadOrNever) {
     EXPECT_FALSE(edgeFlip({at({0, 0, 0}), at({0, 0, 0}), at({0, 1, 0}), at({1, 1, 0})}, 0.1));
 }
 
+// Flips of edges 0-1, 2-3 and so on, each with a triangle in common with the one before.
+std::vector<EdgeFlip> chainOfFlips(const std::vector<double>& remoteness) {
+    std::vector<EdgeFlip> edges;
+    for (std::uint32_t e = 0; e < remoteness.size(); ++e)
+        edges.push_back({{2 * e, 2 * e + 1, 0, 0}, {e, e + 1}, {0.3, 0.3, 0.2, 0.2}, {}, remoteness[e]});
+    return edges;
+}
+
+TEST(TurningEdges, ThatShareATriangleLeaveItToTheNearestTurn) {
+    Random random(6);
+    for (int trial = 0; trial < 1000; ++trial) {
+        std::vector<double> remoteness(1 + random.below(9));
+        for (double& r : remoteness) r = random.unit();
+        std::vector<EdgeFlip> kept = chainOfFlips(remoteness);
+        keepNearestFlips(kept);
+        std::vector<std::uint8_t> is_kept(remoteness.size(), 0);
+        for (const EdgeFlip& edge : kept) is_kept[edge.corner[0] / 2] = 1;
+        for (std::size_t e = 0; e < remoteness.size(); ++e) {
+            double other = 1;
+            if (e > 0) other = std::min(other, remoteness[e - 1]);
+            if (e + 1 < remoteness.size()) other = std::min(other, remoteness[e + 1]);
+            EXPECT_FALSE(is_kept[e] && remoteness[e] > other);
+            EXPECT_TRUE(is_kept[e] || remoteness[e] > 0.95 * other);
+        }
+    }
+}
+
+// The nearest turn does not depend on the others when it happens, and none is kept where two are equally near.
+TEST(TurningEdges, HandOverWithoutAJump) {
+    const auto weightOfFirst = [](double first, double second) {
+        std::vector<EdgeFlip> edges = chainOfFlips({first, second});
+        keepNearestFlips(edges);
+        return edges.empty() || edges[0].corner[0] != 0 ? 0 : edges[0].otherWeight();
+    };
+    for (const double second : {0.01, 0.2, 0.9}) {
+        EXPECT_NEAR(weightOfFirst(0, second), 0.5, 1e-12);
+        EXPECT_EQ(weightOfFirst(second, second), 0);
+        double before = 0.5;
+        for (double first = 0; first < 1.1 * second; first += 1e-3 * second) {
+            const double weight = weightOfFirst(first, second);
+            EXPECT_LE(weight, before);
+            EXPECT_NEAR(weight, before, 1e-3);
+            before = weight;
+        }
+    }
+}
+
 TEST(TurningEdges, LeaveAMeshClosedWhicheverTurn) {
     const Icosphere ball = icosphere(3);
     std::map<std::array<std::uint32_t, 2>, std::uint32_t> left_of;
@@ -119,18 +167,17 @@ TEST(TurningEdges, LeaveAMeshClosedWhicheverTurn) {
             edges.push_back({{e[0], e[1], 0, 0},
                              {t, left_of.at({e[1], e[0]})},
                              {0.5 - half, 0.5 - half, half, half},
-                             {(ball.position[e[0]] + ball.position[e[1]]) / 2, {}}});
+                             {(ball.position[e[0]] + ball.position[e[1]]) / 2, {}},
+                             1 - 4 * half});
         }
+        keepNearestFlips(edges);
         Mesh mesh;
         mesh.position = ball.position;
         mesh.triangles = {{0, 0, 0}};  // of another ball
         mesh.triangles.insert(mesh.triangles.end(), ball.triangles.begin(), ball.triangles.end());
         const auto first_vertex = static_cast<std::uint32_t>(mesh.position.size());
         splitFlippingEdges(edges, 1, first_vertex, mesh.triangles);
-        for (std::size_t e = 0; e < edges.size(); ++e) {
-            mesh.position.push_back(edges[e].on_edge.position);
-            EXPECT_LE(edges[e].otherWeight(), edges[e == 0 ? 0 : e - 1].otherWeight());
-        }
+        for (const EdgeFlip& edge : edges) mesh.position.push_back(edge.on_edge.position);
         EXPECT_EQ(mesh.triangles[0], (Triangle{0, 0, 0}));
         mesh.triangles.erase(mesh.triangles.begin());
         EXPECT_EQ(mesh.triangles.size(), ball.triangles.size() + 2 * edges.size());

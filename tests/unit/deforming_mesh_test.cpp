@@ -1,0 +1,129 @@
+// What is true of the mesh while it is moved.
+
+#include "skin/deforming_mesh.h"
+
+#include "base/icosphere.h"
+#include "base/random.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <map>
+
+namespace betamesh {
+namespace {
+
+// A ball of uneven radius, folded at most of its vertices. Velocities number the vertices, as these are sorted anew.
+BetaMesh crumpledBall(unsigned seed) {
+    const Icosphere ball = icosphere(3);
+    Random random(seed);
+    BetaMesh mesh;
+    mesh.triangles = ball.triangles;
+    for (const Vec3& p : ball.position)
+        mesh.vertex.push_back({p * (1 + 0.15 * random.unit()), Vec3(static_cast<double>(mesh.vertex.size()), 0, 0)});
+    return mesh;
+}
+
+// The edge between two triangles, and the corners opposite.
+struct Edge {
+    std::uint32_t a, b, left, right;
+};
+std::vector<Edge> edgesOf(const std::vector<Triangle>& triangles) {
+    std::map<std::array<std::uint32_t, 2>, std::uint32_t> apex;
+    for (const Triangle& t : triangles)
+        for (std::size_t k = 0; k < 3; ++k) apex[{t[k], t[(k + 1) % 3]}] = t[(k + 2) % 3];
+    std::vector<Edge> edges;
+    for (const auto& [e, left] : apex)
+        if (e[0] < e[1]) edges.push_back({e[0], e[1], left, apex.at({e[1], e[0]})});
+    return edges;
+}
+
+// Replaces both triangles at an edge by four round a new vertex.
+std::uint32_t split(const Edge& edge, BetaMesh& mesh) {
+    const auto v = static_cast<std::uint32_t>(mesh.vertex.size());
+    std::erase_if(mesh.triangles, [&](const Triangle& t) {
+        const auto has = [&](std::uint32_t x) { return std::find(t.begin(), t.end(), x) != t.end(); };
+        return has(edge.a) && has(edge.b) && (has(edge.left) || has(edge.right));
+    });
+    for (const auto& [from, to] :
+         {std::array{edge.a, edge.right}, {edge.right, edge.b}, {edge.b, edge.left}, {edge.left, edge.a}})
+        mesh.triangles.push_back({from, to, v});
+    return v;
+}
+
+// Where the first vertices are after folds have been relaxed.
+std::vector<Vec3> relaxed(BetaMesh mesh, std::size_t count) {
+    DeformingMesh surface(mesh, 1);
+    surface.relaxFolds();
+    std::vector<Vec3> position(count);
+    for (std::size_t v = 0; v < surface.size(); ++v)
+        if (const auto number = static_cast<std::size_t>(mesh.vertex[v].velocity.x); number < count)
+            position[number] = surface.position()[v];
+    return position;
+}
+
+double farthestApart(const std::vector<Vec3>& a, const std::vector<Vec3>& b) {
+    double farthest = 0;
+    for (std::size_t v = 0; v < a.size(); ++v) farthest = std::max(farthest, (a[v] - b[v]).length());
+    return farthest;
+}
+
+// A vertex that has just begun to fade in on an edge changes nothing.
+TEST(DeformingMesh, RelaxesFoldsAlikeWithAVertexThatFadesInOnAnEdge) {
+    for (unsigned seed = 0; seed < 20; ++seed) {
+        const BetaMesh mesh = crumpledBall(seed);
+        const std::vector<Vec3> without = relaxed(mesh, mesh.vertex.size());
+        std::vector<Vec3> before;
+        for (const DualVec3& v : mesh.vertex) before.push_back(v.position);
+        ASSERT_GE(farthestApart(before, without), 0.005);
+
+        const std::vector<Edge> edges = edgesOf(mesh.triangles);
+        Random random(seed);
+        for (const std::size_t group : {0, 2, 3}) {
+            const Edge& edge = edges[random.below(edges.size())];
+            BetaMesh with = mesh;
+            const double share = 0.1 + 0.8 * random.unit();
+            const std::uint32_t v = split(edge, with);
+            const DualVec3 place = mesh.vertex[edge.a] * (1 - share) + mesh.vertex[edge.b] * share;
+            with.vertex.push_back({place.position, Vec3(1e6, 0, 0)});
+            with.fading[group].push_back(
+                {v, {edge.a, edge.b, edge.left, edge.right}, {1 - share, share, 0, 0}, 0, place});
+            EXPECT_LE(farthestApart(without, relaxed(with, mesh.vertex.size())), 1e-5) << seed << ' ' << group;
+        }
+    }
+}
+
+// As when two edges of a triangle have just become long: a quad is left, with a vertex inside.
+TEST(DeformingMesh, RelaxesFoldsAlikeWithVerticesThatFadeInOnTwoEdgesOfATriangle) {
+    for (unsigned seed = 0; seed < 20; ++seed) {
+        const BetaMesh mesh = crumpledBall(seed);
+        const auto count = static_cast<std::uint32_t>(mesh.vertex.size());
+        const auto [a, b, c] = mesh.triangles[Random(seed).below(mesh.triangles.size())];
+        BetaMesh with = mesh;
+        std::erase_if(with.triangles, [&](const Triangle& t) {
+            return std::count_if(t.begin(), t.end(), [&](std::uint32_t v) { return v == a || v == b || v == c; }) == 3;
+        });
+        const std::uint32_t on_bc = count, on_ca = count + 1, inside = count + 2;
+        for (const auto& [from, to, middle] : {Triangle{b, c, on_bc}, Triangle{c, a, on_ca}}) {
+            const auto beyond = std::find_if(with.triangles.begin(), with.triangles.end(), [&](const Triangle& t) {
+                return std::find(t.begin(), t.end(), from) != t.end() && std::find(t.begin(), t.end(), to) != t.end();
+            });
+            const std::uint32_t apex = (*beyond)[0] ^ (*beyond)[1] ^ (*beyond)[2] ^ from ^ to;
+            with.triangles.erase(beyond);
+            with.triangles.insert(with.triangles.end(), {{to, middle, apex}, {middle, from, apex}});
+            with.vertex.push_back({(mesh.vertex[from].position + mesh.vertex[to].position) / 2, Vec3(1e6, 0, 0)});
+            with.fading[3].push_back({middle, {from, to, to, to}, {0.5, 0.5, 0, 0}, 0, with.vertex.back()});
+        }
+        with.triangles.push_back({c, on_ca, on_bc});
+        const std::array<std::uint32_t, 4> quad{a, b, on_bc, on_ca};
+        for (std::size_t k = 0; k < 4; ++k) with.triangles.push_back({quad[k], quad[(k + 1) % 4], inside});
+        DualVec3 place;
+        for (const std::uint32_t v : quad) place = place + with.vertex[v] * 0.25;
+        with.vertex.push_back({place.position, Vec3(1e6, 0, 0)});
+        with.fading[4].push_back({inside, quad, {0.25, 0.25, 0.25, 0.25}, 0, place});
+        EXPECT_LE(farthestApart(relaxed(mesh, count), relaxed(with, count)), 1e-5) << seed;
+    }
+}
+
+}  // namespace
+}  // namespace betamesh
