@@ -8,7 +8,6 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
-#include <set>
 #include <sstream>
 #include <system_error>
 #include <vector>
@@ -203,13 +202,13 @@ bool holdsIds(const FileFormat& format, const std::vector<std::uint64_t>& ids) {
 
 std::string renamingsIn(const fs::path& path, FileKind kind, const std::vector<std::string>& attributes) {
     const FileFormat& format = formatOf(path, kind, Access::write);
-    const std::vector<std::string> names = writableNames(format, kind, attributes);
+    std::vector<std::string> names = writableNames(format, kind, attributes);
+    if (format.namesInFile != nullptr) names = format.namesInFile(names);
     std::string text;
-    for (std::size_t i = 0; i < names.size(); ++i) {
-        const std::string other = format.nameInFile == nullptr ? names[i] : format.nameInFile(names[i]);
-        if (other != attributes[i])
-            text += (text.empty() ? "'" : ", '") + attributes[i] + "' is written as '" + other + "'";
-    }
+    for (std::size_t i = 0; i < names.size(); ++i)
+        if (names[i] != attributes[i])
+            text += (text.empty() ? "'" : ", '") + attributes[i] + "' is written as '" + names[i] +
+                    (names[i].starts_with(attributes[i] + '_') ? "' (that name is taken)" : "'");
     return text;
 }
 
@@ -218,7 +217,6 @@ std::vector<std::string> writableNames(const FileFormat& format, FileKind kind, 
     std::vector<std::string> reserved = wordsOf(format.reserved_names), writable;
     if (kind == FileKind::particles)
         for (const std::string& name : wordsOf(format.reserved_of_particles)) reserved.push_back(name);
-    std::set<std::string> taken;
     for (const std::string& name : names) {
         std::string plain = name.substr(0, kLongest);
         for (char& c : plain)
@@ -227,17 +225,9 @@ std::vector<std::string> writableNames(const FileFormat& format, FileKind kind, 
                 c = '_';
         if (plain.empty()) plain = "unnamed";
         if (std::find(reserved.begin(), reserved.end(), plain) != reserved.end()) plain += '_';
-        if (plain == name && !taken.insert(name).second) plain.clear();  // the second of this name
         writable.push_back(plain);
     }
-    for (std::size_t i = 0; i < names.size(); ++i) {
-        if (writable[i] == names[i]) continue;
-        const std::string plain = writable[i].empty() ? names[i] : writable[i];
-        std::string unique = plain;
-        for (int k = 2; !taken.insert(unique).second; ++k) unique = plain + '_' + std::to_string(k);
-        writable[i] = unique;
-    }
-    return writable;
+    return distinctNames(names, std::move(writable), {});
 }
 
 void makeNamesWritable(const FileFormat& format, FileKind kind, std::vector<Attribute>& attributes) {

@@ -332,6 +332,18 @@ void requireWritable(const std::vector<Attribute>& attributes, std::size_t n, st
     }
 }
 
+std::vector<std::string> distinctNames(const std::vector<std::string>& names, std::vector<std::string> wanted,
+                                       std::set<std::string> taken) {
+    std::vector<bool> is_kept;
+    for (std::size_t i = 0; i < names.size(); ++i)
+        is_kept.push_back(wanted[i] == names[i] && taken.insert(names[i]).second);
+    for (std::size_t i = 0; i < names.size(); ++i) {
+        const std::string stem = wanted[i];
+        for (int k = 2; !is_kept[i] && !taken.insert(wanted[i]).second; ++k) wanted[i] = stem + '_' + std::to_string(k);
+    }
+    return wanted;
+}
+
 bool haveSigned32Bits(const std::vector<std::uint64_t>& ids) {
     return std::all_of(ids.begin(), ids.end(), [](std::uint64_t id) {
         return static_cast<std::int64_t>(id) == static_cast<std::int32_t>(static_cast<std::uint32_t>(id));

@@ -11,6 +11,7 @@
 
 #include <functional>
 #include <optional>
+#include <set>
 #include <string_view>
 
 namespace betamesh {
@@ -162,6 +163,13 @@ Particles particlesOf(const Spheres& spheres, const std::string& radius_name, co
 /// without white space. reserved: names that the format uses itself.
 void requireWritable(const std::vector<Attribute>& attributes, std::size_t n, std::vector<std::string> reserved,
                      const std::string& file);
+
+/// Names that differ from each other and from those that are taken: "a_2" for the second "a".
+///
+/// in      wanted: one for each of `names`
+/// same    a name that is wanted as it is goes before those that change
+std::vector<std::string> distinctNames(const std::vector<std::string>& names, std::vector<std::string> wanted,
+                                       std::set<std::string> taken);
 
 /// Whether all ids, taken as numbers with sign, fit into 32 bits.
 bool haveSigned32Bits(const std::vector<std::uint64_t>& ids);

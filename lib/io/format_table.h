@@ -12,6 +12,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace betamesh {
 
@@ -88,8 +89,8 @@ struct FileFormat {
     std::string_view reserved_of_particles = "id";  ///< those that particles and spheres cannot have either
     /// Whether a name of an attribute can have a character. Null: all but white space and zero bytes.
     bool (*isInNames)(char character) = nullptr;
-    /// The name that the writer gives to an attribute. Null: the same.
-    std::string (*nameInFile)(const std::string& attribute) = nullptr;
+    /// The names that the writer gives to attributes. Null: the same.
+    std::vector<std::string> (*namesInFile)(const std::vector<std::string>& attributes) = nullptr;
 
     double particle_bytes = 30;  ///< typical size of a particle with velocity and id on disk, without gzip or Blosc
 

@@ -7,6 +7,7 @@
 #include "io/file_contents.h"
 
 #include <string>
+#include <vector>
 
 namespace betamesh {
 
@@ -16,8 +17,8 @@ namespace betamesh {
 ///
 /// Positions become `points`, velocity `velocities` (per second), ids `ids`, an attribute N of three floats `normals`
 /// (a mesh without it gets vertexNormals()), accel `accelerations`, Cd `primvars:displayColor`, pscale (a radius)
-/// `widths`, and any other attribute a primvar of usdName(). Components become the primvar `component` of faces. Floats
-/// are written with as few digits as give the same float again.
+/// `widths`, and any other attribute a primvar of usdNames(). Components become the primvar `component` of faces.
+/// Floats are written with as few digits as give the same float again.
 ///
 /// errors  those of requireWritable()
 void encodeUsda(ByteWriter& out, const Mesh& mesh, const std::string& file, const WriteOptions& options);
@@ -28,9 +29,11 @@ void encodeUsda(ByteWriter& out, const Particles& particles, const std::string& 
 std::string usdaHeader(const WriteOptions& options, std::optional<int> first, std::optional<int> last,
                        const std::string& more = "");
 
-/// The name of an attribute as an identifier of USD: characters other than letters, digits and underscores become
-/// underscores.
-std::string usdName(const std::string& name);
+/// The names of attributes as identifiers of USD, which are distinct: characters other than letters, digits and
+/// underscores become underscores. `displayColor` and `component` are those of Cd and of Mesh::component.
+///
+/// same    names that are identifiers keep theirs
+std::vector<std::string> usdNames(const std::vector<std::string>& names);
 
 /// Reads the prims of type Points, or else the points of those of type Mesh; as a surface, the prims of type Mesh. A
 /// time sample is taken at the frame in the file's name, or else the earliest one. Names are those of encodeUsda() in

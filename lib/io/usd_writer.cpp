@@ -106,28 +106,15 @@ public:
         attributes_.push_back({declaration, std::move(metadata), std::move(write)});
     }
 
-    /// An attribute of points, under the name that USD has for it, or as a primvar.
-    void attribute(const Attribute& a) {
-        const bool is_vector = a.components == 3 && !a.hasIntegers();
-        const auto write = [&a](bool as_tuples) {
-            return [&a, as_tuples](ByteWriter& out) {
-                if (a.integer.empty())
-                    writeRows(out, a.real, a.components, as_tuples);
-                else
-                    writeRows(out, a.integer, a.components, as_tuples);
-            };
-        };
-        const std::string vertex = "interpolation = \"vertex\"";
-        if (is_vector && a.name == "N") return attribute("normal3f[] normals", vertex, write(true));
-        if (is_vector && a.name == "accel") return attribute("vector3f[] accelerations", "", write(true));
-        if (is_vector && a.name == "Cd") return attribute("color3f[] primvars:displayColor", vertex, write(true));
-        const bool has_tuple_type = a.components >= 1 && a.components <= 4;
-        const std::string name = uniqueName(a.name);
-        std::string type = a.hasIntegers() ? "int" : "float", metadata;
-        if (has_tuple_type && a.components > 1) type += std::to_string(a.components);
-        if (name != a.name) metadata += "displayName = \"" + escaped(a.name) + "\"\n            ";
-        if (!has_tuple_type) metadata += "elementSize = " + std::to_string(a.components) + "\n            ";
-        attribute(type + "[] primvars:" + name, metadata + vertex, write(has_tuple_type));
+    /// Attributes of points, each under the name that USD has for it, or as a primvar.
+    ///
+    /// in      other: is written otherwise; may be null
+    void attributes(const std::vector<Attribute>& all, const Attribute* other = nullptr) {
+        std::vector<std::string> names;
+        for (const Attribute& a : all) names.push_back(a.name);
+        names = usdNames(names);
+        for (std::size_t i = 0; i < all.size(); ++i)
+            if (&all[i] != other) attribute(all[i], names[i]);
     }
 
     void write(ByteWriter& out) const {
@@ -159,6 +146,29 @@ private:
         std::function<void(ByteWriter&)> write;
     };
 
+    /// name: of the primvar that it is unless USD has a name for it.
+    void attribute(const Attribute& a, const std::string& name) {
+        const bool is_vector = a.components == 3 && !a.hasIntegers();
+        const auto write = [&a](bool as_tuples) {
+            return [&a, as_tuples](ByteWriter& out) {
+                if (a.integer.empty())
+                    writeRows(out, a.real, a.components, as_tuples);
+                else
+                    writeRows(out, a.integer, a.components, as_tuples);
+            };
+        };
+        const std::string vertex = "interpolation = \"vertex\"";
+        if (is_vector && a.name == "N") return attribute("normal3f[] normals", vertex, write(true));
+        if (is_vector && a.name == "accel") return attribute("vector3f[] accelerations", "", write(true));
+        if (is_vector && a.name == "Cd") return attribute("color3f[] primvars:displayColor", vertex, write(true));
+        const bool has_tuple_type = a.components >= 1 && a.components <= 4;
+        std::string type = a.hasIntegers() ? "int" : "float", metadata;
+        if (has_tuple_type && a.components > 1) type += std::to_string(a.components);
+        if (name != a.name) metadata += "displayName = \"" + escaped(a.name) + "\"\n            ";
+        if (!has_tuple_type) metadata += "elementSize = " + std::to_string(a.components) + "\n            ";
+        attribute(type + "[] primvars:" + name, metadata + vertex, write(has_tuple_type));
+    }
+
     static std::string escaped(const std::string& name) {
         std::string text;
         for (const char c : name) {
@@ -168,20 +178,10 @@ private:
         return text;
     }
 
-    std::string uniqueName(const std::string& name) {
-        const std::string plain = usdName(name);
-        std::string unique = plain;
-        for (int i = 2; std::find(names_.begin(), names_.end(), unique) != names_.end(); ++i)
-            unique = plain + "_" + std::to_string(i);
-        names_.push_back(unique);
-        return unique;
-    }
-
     const WriteOptions& options_;
     std::string type_, name_;
     std::vector<std::string> constants_;
     std::vector<Column> attributes_;
-    std::vector<std::string> names_{"displayColor", kComponent};  // of primvars
 };
 
 /// The bounding box of positions with half of the widths around it; that of no points is empty.
@@ -217,12 +217,15 @@ std::string usdaHeader(const WriteOptions& options, std::optional<int> first, st
     return text + "    upAxis = \"" + (options.up_axis == UpAxis::z ? "Z" : "Y") + "\"\n)\n";
 }
 
-std::string usdName(const std::string& name) {
-    std::string plain = name;
-    for (char& c : plain)
-        if (!(c >= 'a' && c <= 'z') && !(c >= 'A' && c <= 'Z') && !(c >= '0' && c <= '9')) c = '_';
-    if (plain.empty() || (plain[0] >= '0' && plain[0] <= '9')) plain.insert(0, "_");
-    return plain == "indices" ? "indices_" : plain;  // `primvars:indices` is a keyword
+std::vector<std::string> usdNames(const std::vector<std::string>& names) {
+    std::vector<std::string> plain = names;
+    for (std::string& name : plain) {
+        for (char& c : name)
+            if (!(c >= 'a' && c <= 'z') && !(c >= 'A' && c <= 'Z') && !(c >= '0' && c <= '9')) c = '_';
+        if (name.empty() || (name[0] >= '0' && name[0] <= '9')) name.insert(0, "_");
+        if (name == "indices") name += '_';  // `primvars:indices` is a keyword
+    }
+    return distinctNames(names, std::move(plain), {"displayColor", kComponent});
 }
 
 void encodeUsda(ByteWriter& out, const Mesh& mesh, const std::string& file, const WriteOptions& options) {
@@ -252,7 +255,7 @@ void encodeUsda(ByteWriter& out, const Mesh& mesh, const std::string& file, cons
     if (normalsIn(mesh.attributes) == nullptr)
         prim.attribute("normal3f[] normals", "interpolation = \"vertex\"",
                        [&](ByteWriter& text) { writeVectors(text, n, normalsOf(mesh)); });
-    for (const Attribute& a : mesh.attributes) prim.attribute(a);
+    prim.attributes(mesh.attributes);
     if (mesh.component)
         prim.attribute("int[] primvars:" + std::string(kComponent), "interpolation = \"uniform\"",
                        [&](ByteWriter& text) { writeRows(text, *mesh.component, 1, false); });
@@ -285,8 +288,7 @@ void encodeUsda(ByteWriter& out, const Particles& particles, const std::string& 
     if (has_widths)
         prim.attribute("float[] widths", "interpolation = \"vertex\"",
                        [&](ByteWriter& text) { writeRows(text, widths, 1, false); });
-    for (const Attribute& a : particles.attributes)
-        if (!has_widths || &a != &*radius) prim.attribute(a);
+    prim.attributes(particles.attributes, has_widths ? &*radius : nullptr);
     prim.write(out);
 }
 

@@ -2,6 +2,7 @@
 
 #include "io/usd.h"
 
+#include "io/extension.h"
 #include "io/mesh_file.h"
 #include "io/output_file.h"
 #include "io/usd_clips.h"
@@ -134,6 +135,22 @@ TEST(UsdFile, AttributesHaveTheNamesOfUsd) {
     writeParticles(folder / "n.usda", p);
     EXPECT_NE(contentsOf(folder / "n.usda").find(", -5, "), std::string::npos);
     EXPECT_EQ(readParticles(folder / "n.usda").id, p.id);
+}
+
+TEST(UsdFile, OnlyAttributesThatAreNoIdentifiersGetOtherNames) {
+    const TemporaryFolder folder;
+    const std::vector<std::string> names{"a-b", "a_b", "component", "component_2", "displayColor"};
+    Particles p = sampleParticles(3, true, true, false);
+    for (const std::string& name : names) p.attributes.push_back({name, 1, {1, 2, 3}, {}});
+    writeParticles(folder / "a.usda", p);
+    const std::string text = contentsOf(folder / "a.usda");
+    EXPECT_NE(text.find("primvars:a_b_2 (\n            displayName = \"a-b\""), std::string::npos);
+    EXPECT_NE(text.find("primvars:a_b (\n            interpolation"), std::string::npos);
+    EXPECT_NE(text.find("primvars:component_3 (\n            displayName = \"component\""), std::string::npos);
+    EXPECT_EQ(renamingsIn("a.usda", FileKind::particles, names),
+              "'a-b' is written as 'a_b_2', 'component' is written as 'component_3' (that name is taken), "
+              "'displayColor' is written as 'displayColor_2' (that name is taken)");
+    expectSame(readParticles(folder / "a.usda"), p);
 }
 
 TEST(UsdFile, EmptyFramesDeclareAttributes) {
