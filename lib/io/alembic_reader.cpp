@@ -128,6 +128,8 @@ public:
         }
         if (object_.schema == kMeshSchema && options_.faces)
             readFaces(property(".faceCounts"), property(".faceIndices"));
+        if (const AlembicProperty* p = property(".faceCounts"); p != nullptr && !p->isCompound() && !options_.faces)
+            contents_.unread_polygons += archive_.firstSample(*p).size() / bytesOf(p->type);
         if (const AlembicProperty* p = property(".arbGeomParams");
             p != nullptr && p->isCompound() && options_.attributes)
             parameters = archive_.properties(p->content);

@@ -155,7 +155,7 @@ public:
         : in_(in), options_(options), contents_(contents), points_(header.points), primitives_(header.primitives) {
         const auto vertex = readDeclarations(in, header.vertex_attributes);
         for (const Declaration& d : readDeclarations(in, header.primitive_attributes)) {
-            if (d.name == kComponent && d.type == Type::integer && d.size == 1) {
+            if (options.faces && d.name == kComponent && d.type == Type::integer && d.size == 1) {
                 component_at_ = primitive_bytes_;
                 contents.component.emplace();
             }
@@ -176,7 +176,7 @@ public:
                              std::to_string(primitives_ - done));
             }
             if (key != kPolygon && key != kParticleSystem) {
-                if (options_.skip_unknown_faces) return;
+                if (options_.skip_unknown_faces || !options_.faces) return;
                 in_.fail(
                     "a primitive has type " + std::to_string(key) +
                     ". Only polygons (1) and particle systems (32768) can be read; convert the geometry to polygons.");
@@ -206,6 +206,10 @@ private:
             in_.fail("a polygon must be closed ('<') or open (':'), but its flag is " + std::to_string(int{closed}));
         in_.requireRows(size, corner_bytes_, "corners of a polygon");
         const std::byte* corners = in_.take(size * corner_bytes_, "corners of a polygon");
+        if (!options_.faces) {
+            contents_.unread_polygons += closed == '<';
+            return;
+        }
         polygon_.resize(size);
         for (std::size_t i = 0; i < size; ++i) {
             polygon_[i] = cornerAt(corners + i * corner_bytes_);
@@ -365,7 +369,7 @@ FileContents parseUncompressed(Cursor& in, const ReadOptions& options) {
         return pointsFrom(first, rows, row_bytes, declarations, options);
     };
     deliverRows(in, header.points, row_bytes, decode, options, contents);
-    if (options.faces) PrimitiveReader(in, header, options, contents).readAll();
+    PrimitiveReader(in, header, options, contents).readAll();
     return contents;
 }
 

@@ -71,6 +71,7 @@ struct FileContents {
     std::vector<Edge> edges;            ///< of curves, curve after curve; corners are valid point indices
     bool declares_faces = false;        ///< the file declares faces, perhaps none
     bool declares_edges = false;        ///< the file declares edges, perhaps none
+    std::uint64_t unread_polygons = 0;  ///< what there is, if ReadOptions::faces is not set
     bool begun = false;                 ///< append() was called, perhaps with no points
     std::vector<std::string> groups{};  ///< names of all point groups
     std::vector<GridInfo> grids{};

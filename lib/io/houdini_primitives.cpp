@@ -17,6 +17,8 @@ namespace {
 //   Poly                   `vertex` lists the vertices; `closed`
 //   run                    an array of primitives of the `runtype`, of each the values of the `varyingfields`
 
+constexpr std::int64_t kMostPolygons = std::numeric_limits<std::int32_t>::max();  // and vertices
+
 bool isClosedRun(const std::string& type) { return type == "p_r" || type == "Polygon_run"; }
 bool isOpenRun(const std::string& type) { return type == "c_r" || type == "PolygonCurve_run"; }
 bool isPolygon(const std::string& type) { return isClosedRun(type) || isOpenRun(type) || type == "Poly"; }
@@ -102,10 +104,11 @@ void HoudiniPrimitiveReader::readPrimitive(const Definition& definition) {
     if (!isPolygon(type) && !isParticleSystem(type) && options_.faces && strict)
         fail("expected polygons or particle systems");
     if (isVolume(type) && !definition.is_run) return readVolume();
-    if (!isPolygon(type) || !options_.faces) {
+    if (isPolygon(type) && !options_.faces) return countPolygons(definition);
+    if (!isPolygon(type)) {
         const std::uint64_t before = primitive_;
         skip(definition);
-        if (!isPolygon(type) && !isParticleSystem(type) && !strict) left_out_[type] += primitive_ - before;
+        if (!isParticleSystem(type) && !strict) left_out_[type] += primitive_ - before;
         return;
     }
     if (definition.is_run) return readOldRun(definition);
@@ -123,6 +126,27 @@ void HoudiniPrimitiveReader::skip(const Definition& definition) {
             ++primitive_;
         });
     }
+}
+
+void HoudiniPrimitiveReader::countPolygons(const Definition& definition) {
+    std::uint64_t polygons = 1;
+    bool closed = definition.closed && !isOpenRun(definition.type);
+    if (definition.is_run) {
+        const std::uint64_t before = primitive_;
+        skip(definition);
+        polygons = primitive_ - before;
+    } else {
+        json_.forKeys("polygons", [&](const std::string& key) {
+            if (key == "n_p" || key == "nprimitives")
+                polygons = static_cast<std::uint64_t>(readNumber("number of polygons", kMostPolygons));
+            else if (key == "closed")
+                closed = json_.boolean("closed");
+            else
+                json_.skip();
+        });
+        primitive_ += polygons;
+    }
+    if (closed) contents_.unread_polygons += polygons;
 }
 
 std::int64_t HoudiniPrimitiveReader::readNumber(const char* what, std::int64_t end) {
@@ -143,23 +167,22 @@ void HoudiniPrimitiveReader::readVolume() {
 }
 
 void HoudiniPrimitiveReader::readPolygonRun(bool closed) {
-    constexpr std::int64_t kMax = std::numeric_limits<std::int32_t>::max();
     std::uint64_t vertex = 0, polygons = 0;
     std::vector<std::int64_t> sizes, runs;
     const auto readSizes = [&](std::vector<std::int64_t>& numbers) {
         numbers.clear();
         json_.forNumbers<std::int64_t>("vertices of polygons", [&](std::span<const std::int64_t> more) {
             for (const std::int64_t number : more)
-                if (number < 0 || number > kMax)
+                if (number < 0 || number > kMostPolygons)
                     json_.fail("polygons have " + std::to_string(number) + " vertices, expected 0 or more");
             numbers.insert(numbers.end(), more.begin(), more.end());
         });
     };
     json_.forKeys("polygons", [&](const std::string& key) {
         if (key == "s_v" || key == "startvertex")
-            vertex = static_cast<std::uint64_t>(readNumber("first vertex of polygons", kMax));
+            vertex = static_cast<std::uint64_t>(readNumber("first vertex of polygons", kMostPolygons));
         else if (key == "n_p" || key == "nprimitives")
-            polygons = static_cast<std::uint64_t>(readNumber("number of polygons", kMax));
+            polygons = static_cast<std::uint64_t>(readNumber("number of polygons", kMostPolygons));
         else if (key == "n_v" || key == "nvertices")
             readSizes(sizes);
         else if (key == "r_v" || key == "nvertices_rle")

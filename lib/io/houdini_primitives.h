@@ -20,7 +20,8 @@ class HoudiniPrimitiveReader {
 public:
     /// in      vertices: the point of each; component: of each primitive, or empty
     /// out     contents: triangles, component, edges, declares_faces and declares_edges, if the options ask for faces;
-    ///         passed_over: other primitives, if the options allow them
+    ///         unread_polygons: those that are closed, if the options do not; passed_over: other primitives, if the
+    ///         options allow them
     HoudiniPrimitiveReader(HoudiniJsonReader& json, const ReadOptions& options,
                            const std::vector<std::uint32_t>& vertices, const std::vector<std::int32_t>& component,
                            FileContents& contents)
@@ -44,6 +45,7 @@ private:
     Definition readDefinition();
     void readPrimitive(const Definition& definition);
     void skip(const Definition& definition);
+    void countPolygons(const Definition& definition);
     void readVolume();
     void readPolygonRun(bool closed);
     void readPolygon();

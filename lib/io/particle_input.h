@@ -33,6 +33,7 @@ struct LostNumber {
 struct InputSummary {
     std::uint64_t particles_read = 0;  ///< in the file, or in the chosen grids
     std::uint64_t dropped = 0;         ///< left out because their position or velocity is not finite
+    std::uint64_t polygons = 0;        ///< in the file, whose vertices are taken as particles
     std::string first_dropped;         ///< "particle 77: position is (nan, 0, 0)"
     std::string velocity;              ///< attributes that contain the velocity: "v", "v_1, v_2, v_3"; empty: none
     std::vector<std::string> velocity_candidates;  ///< if there is none: attributes that might be meant

@@ -139,6 +139,7 @@ InputSummary ParticleSelector::summary(const FileContents& kept, const FileConte
     InputSummary summary;
     summary.particles_read = row_;
     summary.dropped = dropped_;
+    summary.polygons = rest.unread_polygons;
     summary.first_dropped = first_dropped_;
     summary.lost_numbers = lost_numbers_;
     const auto velocity =

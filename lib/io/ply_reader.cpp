@@ -399,10 +399,13 @@ FileContents parsePly(Cursor in, const ReadOptions& options) {
     const std::string& file = in.file();
     const PlyHeader header = readPlyHeader(in);
     FileContents contents;
-    for (const PlyElement& element : header.elements)
+    for (const PlyElement& element : header.elements) {
         if (element.name == "vertex")
             for (const PlyProperty& p : element.properties)
                 contents.declared.push_back({p.name, p.is_list ? "list of " + nameOf(p.type) : nameOf(p.type), 1, {}});
+        if (element.name == "face" && !options.faces && std::ranges::any_of(element.properties, isFaceList))
+            contents.unread_polygons += element.rows;
+    }
     if (header.encoding == PlyEncoding::ascii) {
         contents.format = "ply ascii";
         AsciiPlyNumbers source(in);

@@ -150,6 +150,8 @@ private:
                 readAttribute(attribute, prim.find(std::string(attribute.name) + ":indices") != nullptr, n, block);
         transformAttributes(to_world, block.attributes);
         if (contents_.declares_faces) readFaces(prim, n, to_world.determinant() < 0);
+        if (!options_.faces && prim.find("faceVertexCounts") != nullptr)
+            contents_.unread_polygons += integersOf(prim, "faceVertexCounts").size();
         contents_.has_double_positions |= block.has_double_positions;
         contents_.overflows.insert(contents_.overflows.end(), block.overflows.begin(), block.overflows.end());
         blocks_.push_back({path_, std::move(block)});

@@ -28,11 +28,24 @@ CellKind kindOf(const std::vector<std::int64_t>& types, std::size_t cell) {
     }
 }
 
+bool hasArea(CellKind kind) { return kind == CellKind::polygons || kind == CellKind::strips; }
+
 }  // namespace
+
+std::uint64_t polygonsAmong(const std::vector<std::int64_t>& types) {
+    std::uint64_t polygons = 0;
+    for (std::size_t cell = 0; cell < types.size(); ++cell) polygons += hasArea(kindOf(types, cell));
+    return polygons;
+}
 
 void addCells(const std::vector<CellList>& lists, const std::vector<std::int64_t>& types, const ReadOptions& options,
               const std::string& file, FileContents& contents) {
-    if (!options.faces) return;
+    if (!options.faces) {
+        contents.unread_polygons += polygonsAmong(types);
+        for (const CellList& list : lists)
+            if (hasArea(list.kind) && !list.offset.empty()) contents.unread_polygons += list.offset.size() - 1;
+        return;
+    }
     const auto n = static_cast<std::int64_t>(contents.position.size());
     std::size_t typed = 0;
     std::vector<std::uint32_t> corners;

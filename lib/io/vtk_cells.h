@@ -19,8 +19,11 @@ struct CellList {
     std::vector<std::int64_t> corner;
 };
 
-/// Adds what has an area as triangles and what is a line as edges, unless options ask for points alone. types: of all
-/// cells of kind `typed`, in VTK's numbers.
+/// How many cells of these types, in VTK's numbers, have an area.
+std::uint64_t polygonsAmong(const std::vector<std::int64_t>& types);
+
+/// Adds what has an area as triangles and what is a line as edges; counts the former if options ask for points alone.
+/// types: of all cells of kind `typed`, in VTK's numbers.
 ///
 /// errors  offsets that do not ascend or leave the corners, corners that are no points
 void addCells(const std::vector<CellList>& lists, const std::vector<std::int64_t>& types, const ReadOptions& options,

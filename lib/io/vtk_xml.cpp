@@ -139,7 +139,13 @@ private:
     }
 
     void readCells(const pugi::xml_node& piece, FileContents& some) {
-        if (!options_.faces) return;
+        if (!options_.faces) {
+            for (const char* number : {"NumberOfPolys", "NumberOfStrips"})
+                contents_.unread_polygons += piece.attribute(number).as_ullong();
+            const pugi::xml_node array = piece.child("Cells").find_child_by_attribute("DataArray", "Name", "types");
+            if (array) contents_.unread_polygons += polygonsAmong(numbers(array, {}, 1).integer);
+            return;
+        }
         const std::array<std::pair<const char*, CellKind>, 5> kinds{{{"Verts", CellKind::vertices},
                                                                      {"Lines", CellKind::lines},
                                                                      {"Strips", CellKind::strips},

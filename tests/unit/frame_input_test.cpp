@@ -45,6 +45,48 @@ TEST(FrameInput, CoordinatesThatFloatsRoundCoarselyGiveAWarning) {
     }
 }
 
+TEST(FrameInput, VerticesOfPolygonsGiveAWarningWhereTheyAreTakenAsParticles) {
+    const TemporaryFolder folder;
+    const auto warningOn = [&](const std::string& name) -> std::string {
+        auto [particles, summary] = readSummarised(folder / name, {});
+        EXPECT_EQ(particles.size(), 9U) << name;
+        const std::vector<InputRemark> remarks = remarksOn({std::move(particles), {}, std::move(summary)}, {});
+        const auto found = std::ranges::find(remarks, "polygons", &InputRemark::kind);
+        return found != remarks.end() && found->is_warning ? found->text : "none";
+    };
+    for (const char* name : {"a.ply", "a.bgeo", "a.bhclassic", "a.vtp", "a.usda", "a.abc"}) {
+        writeMesh(folder / name, withComponents(sampleMesh(9, true, true)));
+        EXPECT_EQ(warningOn(name), "contains 7 polygons: its vertices are taken as particles") << name;
+        writeParticles(folder / name, sampleParticles(9, true, true, true));
+        EXPECT_EQ(warningOn(name), "none") << name;
+    }
+    // Points that are cells, a triangle, a line and a strip.
+    write(folder / "a.vtk", "# vtk DataFile Version 3.0\n\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 9 float\n" +
+                                std::string("0 0 0 1 0 0 0 1 0 1 1 0 0 0 1 1 0 1 0 1 1 1 1 1 2 2 2\n") +
+                                "CELLS 5 18\n1 8\n3 0 1 2\n2 0 3\n4 0 1 2 3\n3 5 6 7\nCELL_TYPES 5\n1 5 3 6 2\n");
+    EXPECT_EQ(warningOn("a.vtk"), "contains 2 polygons: its vertices are taken as particles");
+    const auto geometry = [&](const std::string& primitives) {
+        write(folder / "a.geo",
+              "[\"pointcount\",9,\"vertexcount\",4,\"primitivecount\",2,\"topology\",[\"pointref\",[\"indices\",[0,1,2,"
+              "3]]],"
+              "\"attributes\",[\"pointattributes\",[[[\"scope\",\"public\",\"type\",\"numeric\",\"name\",\"P\"],["
+              "\"size\",3,"
+              "\"storage\",\"fpreal32\",\"values\",[\"size\",3,\"storage\",\"fpreal32\",\"tuples\",[[0,0,0],[1,0,0],"
+              "[0,1,0],[1,1,0],[0,0,1],[1,0,1],[0,1,1],[1,1,1],[2,2,2]]]]]]],\"primitives\",[" +
+                  primitives + "]]");
+        return warningOn("a.geo");
+    };
+    EXPECT_EQ(geometry("[[\"type\",\"Poly\"],[\"vertex\",[0,1,2],\"closed\",true]]"),
+              "contains 1 polygon: its vertices are taken as particles");
+    EXPECT_EQ(geometry("[[\"type\",\"run\",\"runtype\",\"Poly\",\"varyingfields\",[\"vertex\"],\"uniformfields\","
+                       "[\"closed\",true]],[[[0,1,2]],[[1,2,3]]]]"),
+              "contains 2 polygons: its vertices are taken as particles");
+    EXPECT_EQ(geometry("[[\"type\",\"Poly\"],[\"vertex\",[0,1,2],\"closed\",false]]"), "none");
+    EXPECT_EQ(
+        geometry("[[\"type\",\"PolygonCurve_run\"],[\"startvertex\",0,\"nprimitives\",2,\"nvertices_rle\",[2,2]]]"),
+        "none");
+}
+
 TEST(FrameInput, SizesOfParticlesAreReadWithTheirPositions) {
     const TemporaryFolder folder;
     Plan plan;

@@ -115,6 +115,13 @@ std::optional<InputRemark> remarkOnVelocity(const InputSummary& summary, const C
     return InputRemark{"velocity", false, "the velocity is read from '" + summary.velocity + "' (input.velocity)"};
 }
 
+std::optional<InputRemark> remarkOnPolygons(const InputSummary& summary) {
+    if (summary.polygons == 0) return std::nullopt;
+    return InputRemark{"polygons", true,
+                       "contains " + std::to_string(summary.polygons) +
+                           (summary.polygons > 1 ? " polygons" : " polygon") + ": its vertices are taken as particles"};
+}
+
 std::optional<InputRemark> remarkOnGrids(const InputSummary& summary, const Config& config) {
     std::vector<std::string> read;
     for (const InputPart& part : summary.parts)
@@ -249,6 +256,7 @@ std::vector<InputRemark> remarksOn(const FrameInput& liquid, const Config& confi
                             "first: " +
                             summary.first_dropped});
     for (const std::string& warning : summary.warnings) add(InputRemark{"reader: " + warning, true, warning});
+    add(remarkOnPolygons(summary));
     add(remarkOnCoordinates(liquid.particles.position));
     if (liquid.particles.size() == 0) {
         if (summary.particles_read > summary.dropped)
