@@ -55,7 +55,7 @@ void noteReading(const FileContents& contents, std::vector<std::string>& warning
     if (!passed_over.empty()) warnings.push_back("not read: " + concatenate(passed_over));
     for (const std::string& warning : contents.warnings) warnings.push_back(warning);
     if (contents.position.empty()) return;
-    std::vector<std::string> lost, rounded, inexact;
+    std::vector<std::string> left_out, rounded, inexact;
     for (const AttributeInfo& declared : contents.declared) {
         const auto kept = std::find_if(contents.attributes.begin(), contents.attributes.end(),
                                        [&](const Attribute& a) { return a.name == declared.name; });
@@ -67,12 +67,17 @@ void noteReading(const FileContents& contents, std::vector<std::string>& warning
         } else if (isPosition(declared.name)) {
             if (has64Bits(declared.type)) rounded.push_back(declared.name);
         } else if (declared.type == "string" || declared.type == "dict") {
-            lost.push_back(declared.name + " (" + declared.type + ")");
+            left_out.push_back(declared.name + " (" + declared.type + ")");
         }
     }
-    if (!lost.empty()) warnings.push_back("attributes that cannot be read are left out: " + concatenate(lost));
+    if (!left_out.empty()) warnings.push_back("attributes that cannot be read are left out: " + concatenate(left_out));
     if (!inexact.empty())
         warnings.push_back("whole numbers from 2^31 on become floats of single precision: " + concatenate(inexact));
+    std::vector<std::string> infinite;
+    for (const LostNumber& lost : contents.lost_numbers)
+        infinite.push_back("'" + lost.attribute + "' of particle " + std::to_string(lost.particle) + " is " +
+                           describe(lost));
+    if (!infinite.empty()) warnings.push_back("numbers become infinite: " + concatenate(infinite));
     if (!rounded.empty()) warnings.push_back("numbers of 64 bits are rounded to 32 bits: " + concatenate(rounded));
 }
 

@@ -167,7 +167,16 @@ void append(FileContents&& points, std::uint64_t total, FileContents& contents) 
         appendNumbers(std::move(points.id), total, contents.id);
     else
         contents.id = {};
+    for (LostNumber& lost : points.lost_numbers) {
+        lost.particle += contents.position.size();
+        noteLost(std::move(lost), contents.lost_numbers);
+    }
     appendNumbers(std::move(points.position), total, contents.position);
+}
+
+void noteLost(LostNumber&& lost, std::vector<LostNumber>& numbers) {
+    if (std::ranges::find(numbers, lost.attribute, &LostNumber::attribute) == numbers.end())
+        numbers.push_back(std::move(lost));
 }
 
 void deliver(FileContents&& points, std::uint64_t total, const ReadOptions& options, FileContents& contents) {
@@ -205,13 +214,10 @@ void keepRows(const std::vector<std::uint32_t>& rows, FileContents& points) {
 }
 
 Attribute integerAttribute(std::string name, std::uint32_t components, std::vector<std::int64_t> values) {
-    using Limits = std::numeric_limits<std::int32_t>;
     Attribute a;
     a.name = std::move(name);
     a.components = components;
-    const bool fits =
-        std::all_of(values.begin(), values.end(), [](auto v) { return v >= Limits::min() && v <= Limits::max(); });
-    if (fits)
+    if (haveSigned32Bits(values))
         std::transform(values.begin(), values.end(), std::back_inserter(a.integer),
                        [](auto v) { return static_cast<std::int32_t>(v); });
     else
@@ -286,10 +292,15 @@ Particles particlesFrom(FileContents contents, const ParticleInput& input, const
         validate(particles);
     } catch (const Error& error) {
         const auto isBad = [](const Vec3f& v) { return !isFinite(v); };
-        const bool any_bad = std::any_of(particles.position.begin(), particles.position.end(), isBad) ||
-                             std::any_of(particles.velocity.begin(), particles.velocity.end(), isBad);
-        throw Error(file + ": " + error.what() +
-                    (any_bad ? ". Use --on-bad-particle drop to leave such particles out." : ""));
+        std::string advice;
+        for (const std::vector<Vec3f>* vectors : {&particles.position, &particles.velocity}) {
+            const auto bad = std::find_if(vectors->begin(), vectors->end(), isBad);
+            if (bad == vectors->end()) continue;
+            advice = noteOnLost(contents.lost_numbers, static_cast<std::uint64_t>(bad - vectors->begin())) +
+                     ". Use --on-bad-particle drop to leave such particles out.";
+            break;
+        }
+        throw Error(file + ": " + error.what() + advice);
     }
     return particles;
 }
@@ -342,6 +353,11 @@ std::vector<std::string> distinctNames(const std::vector<std::string>& names, st
         for (int k = 2; !is_kept[i] && !taken.insert(wanted[i]).second; ++k) wanted[i] = stem + '_' + std::to_string(k);
     }
     return wanted;
+}
+
+bool haveSigned32Bits(const std::vector<std::int64_t>& numbers) {
+    using Limits = std::numeric_limits<std::int32_t>;
+    return std::ranges::all_of(numbers, [](auto n) { return n >= Limits::min() && n <= Limits::max(); });
 }
 
 bool haveSigned32Bits(const std::vector<std::uint64_t>& ids) {

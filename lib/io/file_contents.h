@@ -51,13 +51,6 @@ struct FileUnits {
     std::optional<double> meters_per_unit{};
 };
 
-/// A number that single precision cannot store.
-struct Overflow {
-    std::string attribute;
-    std::size_t row = 0;
-    double value = 0;
-};
-
 /// Row i of position, id and attributes is point i of the file. Attributes are all point attributes but the position
 /// and the id that was requested; velocity is one of them.
 struct FileContents {
@@ -78,7 +71,7 @@ struct FileContents {
     std::vector<VolumeInfo> volumes{};       ///< of a file without points, if ReadOptions::summary is set
     std::vector<std::string> passed_over{};  ///< what else is not read: "3 point groups of the classic format"
     std::vector<std::string> warnings{};     ///< what is read otherwise than one might expect, without the file's name
-    std::vector<Overflow> overflows{};       ///< of a block: the first of each attribute
+    std::vector<LostNumber> lost_numbers{};  ///< the first of each attribute
     FileUnits units{};
     bool has_double_positions = false;  ///< the file stores positions in double precision
 
@@ -130,6 +123,9 @@ void deliverRows(Cursor& in, std::uint64_t total, std::size_t row_bytes,
 /// Appends a block of points to the earlier points of the same file. Removes attributes that one of them lacks.
 void append(FileContents&& points, std::uint64_t total, FileContents& contents);
 
+/// Appends a number to the first ones of their attributes, unless its attribute has one already.
+void noteLost(LostNumber&& lost, std::vector<LostNumber>& numbers);
+
 /// Removes all points but the given rows, which must be ascending.
 void keepRows(const std::vector<std::uint32_t>& rows, FileContents& points);
 
@@ -172,7 +168,8 @@ void requireWritable(const std::vector<Attribute>& attributes, std::size_t n, st
 std::vector<std::string> distinctNames(const std::vector<std::string>& names, std::vector<std::string> wanted,
                                        std::set<std::string> taken);
 
-/// Whether all ids, taken as numbers with sign, fit into 32 bits.
+/// Whether all numbers, and all ids taken as numbers with sign, fit into 32 bits.
+bool haveSigned32Bits(const std::vector<std::int64_t>& numbers);
 bool haveSigned32Bits(const std::vector<std::uint64_t>& ids);
 
 /// The id of row i for a format with 32-bit ids. Throws Error if it needs more bits.

@@ -4,8 +4,10 @@
 #include "betamesh/error.h"
 #include "io/bytes.h"
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 namespace betamesh {
@@ -33,7 +35,9 @@ std::optional<Number> next(std::string_view& text) {
     if (error == std::errc::invalid_argument) return std::nullopt;
     if (error == std::errc::result_out_of_range) {
         if constexpr (std::is_integral_v<Number>) return std::nullopt;
-        number = static_cast<Number>(std::strtod(std::string(digits.data(), end).c_str(), nullptr));
+        number =
+            static_cast<Number>(std::clamp(std::strtod(std::string(digits.data(), end).c_str(), nullptr),
+                                           std::numeric_limits<double>::lowest(), std::numeric_limits<double>::max()));
     }
     text.remove_prefix(static_cast<std::size_t>(end - text.data()));
     return number;
@@ -87,6 +91,14 @@ std::optional<double> nextReal(std::string_view& text) { return next<double>(tex
 
 std::optional<std::int64_t> nextInteger(std::string_view& text) { return next<std::int64_t>(text); }
 
+std::optional<LostNumber> firstTooLarge(const std::string& name, std::size_t components, const NumberColumn& column) {
+    const std::size_t i = firstIndexWhere(column.real.size(), [&](std::size_t k) {
+        return !std::isfinite(static_cast<float>(column.real[k])) && std::isfinite(column.real[k]);
+    });
+    if (i == column.real.size()) return std::nullopt;
+    return LostNumber{name, i / components, column.real[i]};
+}
+
 void addColumn(const std::string& name, std::size_t components, NumberColumn&& column, std::size_t n,
                const ReadOptions& options, const std::string& file, FileContents& contents) {
     if (components == 0 || column.size() != n * components)
@@ -104,9 +116,7 @@ void addColumn(const std::string& name, std::size_t components, NumberColumn&& c
     }
     Attribute a{name, width, {}, {}};
     a.real.assign(column.real.begin(), column.real.end());
-    const std::size_t i = firstIndexWhere(
-        a.real.size(), [&](std::size_t k) { return !std::isfinite(a.real[k]) && std::isfinite(column.real[k]); });
-    if (i < a.real.size()) contents.overflows.push_back({name, i / components, column.real[i]});
+    if (auto lost = firstTooLarge(name, components, column)) contents.lost_numbers.push_back(std::move(*lost));
     contents.attributes.push_back(std::move(a));
 }
 
@@ -116,6 +126,7 @@ FileContents deliverWhole(FileContents&& contents, const ReadOptions& options) {
     std::swap(points.position, rest.position);
     std::swap(points.id, rest.id);
     std::swap(points.attributes, rest.attributes);
+    std::swap(points.lost_numbers, rest.lost_numbers);
     rest.begun = false;
     const std::uint64_t all = points.position.size();
     deliver(std::move(points), all, options, rest);

@@ -31,9 +31,12 @@ struct NumberColumn {
 void appendNumbers(NumberType type, const std::byte* from, std::size_t count, bool other_order, NumberColumn& column);
 
 /// The next number of some text after white space, which it steps over; none at the end or where there is no number.
-/// nan and inf in any case are numbers.
+/// nan and inf in any case are numbers; one beyond double precision becomes the largest of that.
 std::optional<double> nextReal(std::string_view& text);
 std::optional<std::int64_t> nextInteger(std::string_view& text);
+
+/// The first number of a column that is finite, but too large for single precision.
+std::optional<LostNumber> firstTooLarge(const std::string& name, std::size_t components, const NumberColumn& column);
 
 /// Makes a column of n rows what it is for: the id that was asked for (one integer per row), else an attribute.
 /// Doubles become floats.

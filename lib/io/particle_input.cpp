@@ -8,6 +8,9 @@
 
 #include <algorithm>
 #include <cctype>
+#include <cmath>
+#include <limits>
+#include <sstream>
 #include <utility>
 
 namespace betamesh {
@@ -128,6 +131,22 @@ void transform(float* vectors, std::size_t n, double scale, UpAxis up) {
 }
 
 }  // namespace
+
+std::string describe(const LostNumber& lost) {
+    std::ostringstream text;
+    if (std::abs(lost.value) < std::numeric_limits<double>::max())
+        text << lost.value;
+    else
+        text << "beyond 1.8e308";
+    if (lost.line > 0) text << " (line " << lost.line << ')';
+    text << ", which is too large for single precision";
+    return text.str();
+}
+
+std::string noteOnLost(const std::vector<LostNumber>& numbers, std::uint64_t particle) {
+    const auto lost = std::ranges::find(numbers, particle, &LostNumber::particle);
+    return lost == numbers.end() ? "" : ". In the file, '" + lost->attribute + "' is " + describe(*lost);
+}
 
 std::optional<VelocitySource> findVelocity(const std::vector<Attribute>& attributes, std::size_t n,
                                            const std::string& requested, const std::string& known,

@@ -25,9 +25,16 @@ struct InputPart {
 /// A number that is finite in the file, but too large for single precision.
 struct LostNumber {
     std::string attribute;       ///< as the file names it
-    std::uint64_t particle = 0;  ///< row in the file
+    std::uint64_t particle = 0;  ///< row in the file, or in a block of its points
     double value = 0;
+    std::size_t line = 0;  ///< of a text file; 0: none
 };
+
+/// "1e+39 (line 9), which is too large for single precision".
+std::string describe(const LostNumber& lost);
+
+/// ". In the file, 'x' is 1e+39 (line 9), …" if a number of the particle is lost, else empty.
+std::string noteOnLost(const std::vector<LostNumber>& numbers, std::uint64_t particle);
 
 /// What a particle file contains, and what of it is used.
 struct InputSummary {

@@ -102,8 +102,8 @@ void ParticleSelector::keepFinite(const FileContents& points, RowIndices& rows, 
     const auto fail = [&](std::uint32_t row, const char* what, const Vec3f& value) {
         const std::string text = "particle " + std::to_string(first_row + row) + ": " + what + " is " + numbers(value);
         if (!drops)
-            throw Error(file_ + ": " + text + "; expected finite numbers. Use --on-bad-particle drop to leave such " +
-                        "particles out.");
+            throw Error(file_ + ": " + text + "; expected finite numbers" + noteOnLost(lost_numbers_, first_row + row) +
+                        ". Use --on-bad-particle drop to leave such particles out.");
         if (dropped_++ == 0) first_dropped_ = text;
         return true;
     };
@@ -117,10 +117,10 @@ void ParticleSelector::keepFinite(const FileContents& points, RowIndices& rows, 
 
 void ParticleSelector::choose(FileContents& points) {
     const std::size_t n = points.position.size(), first_row = std::exchange(row_, row_ + n);
-    for (const Overflow& o : points.overflows)
-        if (std::none_of(lost_numbers_.begin(), lost_numbers_.end(),
-                         [&](const LostNumber& lost) { return lost.attribute == o.attribute; }))
-            lost_numbers_.push_back({o.attribute, first_row + o.row, o.value});
+    for (LostNumber lost : points.lost_numbers) {
+        lost.particle += first_row;
+        noteLost(std::move(lost), lost_numbers_);
+    }
     if (n == 0 || (!mayLeaveOut() && checks_ == Checks::none)) return;
     RowIndices rows;
     if (where_) {

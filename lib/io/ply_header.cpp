@@ -72,6 +72,7 @@ public:
             }
         }
         if (!has_format) fail("the header has no format line");
+        header_.lines = line_;
         return std::move(header_);
     }
 

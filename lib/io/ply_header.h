@@ -34,6 +34,7 @@ enum class PlyEncoding { ascii, little, big };
 struct PlyHeader {
     PlyEncoding encoding = PlyEncoding::ascii;
     std::vector<PlyElement> elements;
+    std::size_t lines = 0;
 };
 
 /// Reads the header, up to and including its last line.

@@ -42,6 +42,11 @@ public:
                 return static_cast<std::int64_t>(value);
         });
     }
+    std::int64_t id(PlyNumber type) { return integer(type); }
+    /// The last number that real() returned, before it was rounded.
+    static double unrounded() { return std::numeric_limits<double>::infinity(); }
+    /// The line of the last number; 0 in a binary file.
+    static std::size_t line() { return 0; }
     void skip(PlyNumber type, std::uint64_t count) {
         in_.requireRows(count, sizeOf(type), "a list");
         in_.skip(count * sizeOf(type), "a list");
@@ -70,16 +75,17 @@ private:
 /// The numbers of an ascii file, one after another.
 class AsciiPlyNumbers {
 public:
-    explicit AsciiPlyNumbers(Cursor& in) : in_(in) {}
+    /// header_lines: those before the numbers.
+    AsciiPlyNumbers(Cursor& in, std::size_t header_lines) : in_(in), line_(header_lines + 1) {}
 
     float real(PlyNumber type) {
         if (!isReal(type)) return static_cast<float>(integer(type));
         const std::string_view word = next();
         float value = 0;
+        unrounded_ = std::numeric_limits<double>::infinity();
         if (parse(word, value)) return value;
-        double wide = 0;  // out of the range of a float: becomes infinity or zero
-        if (parse(word, wide)) return static_cast<float>(wide);
-        fail(inQuotes(word) + " is not a number");
+        if (!parse(word, unrounded_)) fail(inQuotes(word) + " is not a number");
+        return static_cast<float>(unrounded_);  // out of the range of a float: becomes infinity or zero
     }
     /// The number in double precision.
     double wide(PlyNumber type) {
@@ -111,22 +117,34 @@ public:
         if (!fits) fail(inQuotes(word) + " is out of the range of " + nameOf(type));
         return value;
     }
+    /// errors  a number without sign that no number with sign is
+    std::int64_t id(PlyNumber type) {
+        const std::int64_t value = integer(type);
+        if (value < 0 && type == PlyNumber::uint64)
+            fail("the id " + std::to_string(static_cast<std::uint64_t>(value)) +
+                 " is too large, expected at most 2^63 - 1");
+        return value;
+    }
+    double unrounded() const { return unrounded_; }
+    std::size_t line() const { return line_; }
     void skip(PlyNumber, std::uint64_t count) {
         for (std::uint64_t i = 0; i < count; ++i) next();
     }
     /// A number and the white space after it take at least two characters.
     void requireItems(std::uint64_t count, PlyNumber) const {
         if (count > in_.remaining() / 2 + 1)
-            fail("a list of " + std::to_string(count) +
-                 " numbers is longer than the rest of the file, which is truncated or damaged");
+            in_.fail("a list of " + std::to_string(count) +
+                     " numbers is longer than the rest of the file, which is truncated or damaged");
     }
     void requireRows(const PlyElement& element) const {
         const std::uint64_t numbers = in_.remaining() / 2 + 1;
         if (element.rows > numbers / element.properties.size())
-            fail(std::to_string(element.rows) + " rows of '" + element.name +
-                 "' were expected, which is more than fits in the rest of the file. It is truncated or damaged.");
+            in_.fail(std::to_string(element.rows) + " rows of '" + element.name +
+                     "' were expected, which is more than fits in the rest of the file. It is truncated or damaged.");
     }
-    [[noreturn]] void fail(const std::string& text) const { in_.fail(text); }
+    [[noreturn]] void fail(const std::string& text) const {
+        throw Error(in_.file() + ": line " + std::to_string(line_) + ": " + text);
+    }
 
 private:
     static bool isSpace(char c) { return c == ' ' || (c >= '\t' && c <= '\r'); }
@@ -137,9 +155,9 @@ private:
         std::size_t begin = 0;
         std::string_view text = in_.peek(kMaxLength);
         for (;;) {
-            while (begin < text.size() && isSpace(text[begin])) ++begin;
+            for (; begin < text.size() && isSpace(text[begin]); ++begin) line_ += text[begin] == '\n';
             if (begin < text.size()) break;
-            if (text.empty()) fail("the file ends where more numbers were expected. It is truncated or damaged.");
+            if (text.empty()) in_.fail("the file ends where more numbers were expected. It is truncated or damaged.");
             in_.take(std::exchange(begin, 0), "white space");
             text = in_.peek(kMaxLength);
         }
@@ -160,6 +178,8 @@ private:
     }
 
     Cursor& in_;
+    std::size_t line_;
+    double unrounded_ = 0;
 };
 
 }  // namespace betamesh

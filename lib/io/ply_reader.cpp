@@ -124,15 +124,21 @@ private:
     }
 
     /// Rounds a number to single precision, and records the first one in each column that is too large for that.
-    void putDouble(VertexRows& vertices, std::size_t c, std::size_t row, double value) const {
+    void putDouble(VertexRows& vertices, std::size_t c, std::size_t row, double value, std::size_t line = 0) const {
         const Column& column = vertices.columns[c];
         const auto rounded = static_cast<float>(value - column.shift);
         column.put(row, rounded);
-        if (std::isfinite(rounded) || !std::isfinite(value)) return;
-        const std::string& name = element_.properties[c].name;
-        std::vector<Overflow>& overflows = vertices.points.overflows;
-        if (std::none_of(overflows.begin(), overflows.end(), [&](const Overflow& o) { return o.attribute == name; }))
-            overflows.push_back({name, row, value});
+        if (!std::isfinite(rounded) && std::isfinite(value))
+            noteLost({element_.properties[c].name, row, value, line}, vertices.points.lost_numbers);
+    }
+
+    template <typename Source>
+    void putFloat(VertexRows& vertices, std::size_t c, std::size_t row, Source& source) const {
+        const PlyProperty& p = element_.properties[c];
+        const float number = source.real(p.type);
+        vertices.columns[c].put(row, number);
+        if (!std::isfinite(number) && std::isfinite(source.unrounded()))
+            noteLost({p.name, row, source.unrounded(), source.line()}, vertices.points.lost_numbers);
     }
 
     /// Reads a block number by number.
@@ -147,11 +153,11 @@ private:
                 else if (!is_read_[c])
                     source.skip(p.type, 1);
                 else if (is_real_[c] && (vertices.columns[c].shift != 0 || p.type == PlyNumber::float64))
-                    putDouble(vertices, c, row, source.wide(p.type));
+                    putDouble(vertices, c, row, source.wide(p.type), source.line());
                 else if (is_real_[c])
-                    vertices.columns[c].put(row, source.real(p.type));
+                    putFloat(vertices, c, row, source);
                 else
-                    vertices.columns[c].integer[row] = source.integer(p.type);
+                    vertices.columns[c].integer[row] = isId(p) ? source.id(p.type) : source.integer(p.type);
             }
         return vertices;
     }
@@ -408,7 +414,7 @@ FileContents parsePly(Cursor in, const ReadOptions& options) {
     }
     if (header.encoding == PlyEncoding::ascii) {
         contents.format = "ply ascii";
-        AsciiPlyNumbers source(in);
+        AsciiPlyNumbers source(in, header.lines);
         readElements(source, header, options, file, contents);
     } else {
         contents.format = header.encoding == PlyEncoding::little ? "ply binary_little_endian" : "ply binary_big_endian";

@@ -108,14 +108,11 @@ std::optional<double> numberOf(const std::string& cell) {
     return text.empty() ? number : std::nullopt;
 }
 
-/// The 64 bits of an integer with or without sign; none if the cell is not written as an integer, as in "1.0".
+/// An integer; none if the cell is not written as one, as in "1.0", or has more than 64 bits.
 std::optional<std::int64_t> integerOf(const std::string& cell) {
     std::string_view text = cell;
-    if (const auto number = nextInteger(text)) return text.empty() ? number : std::nullopt;
-    std::uint64_t number = 0;
-    const auto [end, error] = std::from_chars(cell.data(), cell.data() + cell.size(), number);
-    if (error != std::errc() || end != cell.data() + cell.size()) return std::nullopt;
-    return static_cast<std::int64_t>(number);
+    const auto number = nextInteger(text);
+    return text.empty() ? number : std::nullopt;
 }
 
 /// The numbers of one column. integer: the same, as long as all of them are written as integers.
@@ -123,14 +120,17 @@ struct Column {
     std::vector<double> real;
     std::vector<std::int64_t> integer;
     bool whole = true;
-    std::string fault;  ///< the first cell that is no number, with its line
+    std::string fault;            ///< the first cell that is no number, with its line
+    std::string beyond_integers;  ///< the first cell that is an integer of more than 64 bits, with its line
 
-    void add(double number, const std::string& cell) {
+    void add(double number, const std::string& cell, std::size_t line) {
         real.push_back(number);
         if (!whole) return;
         if (const auto exact = integerOf(cell)) return integer.push_back(*exact);
         whole = false;
         integer = {};
+        if (cell.find_first_not_of("+-0123456789") == std::string::npos)
+            beyond_integers = "line " + std::to_string(line) + ": " + cell;
     }
 };
 
@@ -292,7 +292,7 @@ FileContents parseTable(Cursor in, const ReadOptions& options) {
     std::vector<Column> columns;
     bool has_names = false, has_element = false;
     std::optional<std::int64_t> atoms;  // as .xyz of chemistry says at its beginning
-    std::size_t rows = 0;
+    std::vector<std::size_t> line_of;   // of each row
     while (auto line = lines.next()) {
         const std::size_t first = line->find_first_not_of(" \t,;");
         if (first == std::string::npos || line->at(first) == '#') continue;
@@ -328,14 +328,15 @@ FileContents parseTable(Cursor in, const ReadOptions& options) {
             if (!number && columns[c].fault.empty())
                 columns[c].fault = "line " + std::to_string(lines.number()) + ": '" + cells[c] + "' in column '" +
                                    names[c] + "' is no number";
-            columns[c].add(number.value_or(0), cells[c]);
+            columns[c].add(number.value_or(0), cells[c], lines.number());
         }
-        ++rows;
+        line_of.push_back(lines.number());
     }
     if (lines.number() == 0) throw Error(in.file() + ": 0 bytes, expected the names of columns or rows of numbers");
-    if (atoms && static_cast<std::int64_t>(rows) < *atoms)
-        throw Error(in.file() + ": has " + std::to_string(rows) + " rows of atoms, expected " + std::to_string(*atoms) +
-                    ", as it says at its beginning");
+    if (atoms && static_cast<std::int64_t>(line_of.size()) < *atoms)
+        throw Error(in.file() + ": has " + std::to_string(line_of.size()) + " rows of atoms, expected " +
+                    std::to_string(*atoms) + ", as it says at its beginning");
+    const std::size_t rows = line_of.size();
     FileContents contents;
     contents.format = has_names ? "table with named columns" : "table without names";
     columns.resize(names.size());
@@ -362,8 +363,13 @@ FileContents parseTable(Cursor in, const ReadOptions& options) {
                                         "' is left out, because an earlier one is called '" + name + "' as well");
             continue;
         }
-        contents.declared.push_back({name, "number", width, ""});
+        if (const std::string& id = columns[meaning.columns[0]].beyond_integers; !id.empty() && name == options.id)
+            throw Error(in.file() + ": " + id + " in column '" + name + "' is too large, expected at most 2^63 - 1");
+        contents.declared.push_back({name, haveSigned32Bits(numbers.integer) ? "number" : "int64", width, ""});
         if (meaning.name == "P") {
+            for (const std::size_t c : meaning.columns)
+                if (auto lost = firstTooLarge(names[c], 1, {columns[c].real, {}}))
+                    contents.lost_numbers.push_back(std::move(*lost));
             contents.position = positionsFrom(numbers, 3, options.origin);
             contents.has_double_positions = !numbers.real.empty();
         } else if (isVelocity(name)) {
@@ -372,6 +378,7 @@ FileContents parseTable(Cursor in, const ReadOptions& options) {
         } else
             addColumn(name, width, std::move(numbers), rows, options, in.file(), contents);
     }
+    for (LostNumber& lost : contents.lost_numbers) lost.line = line_of[static_cast<std::size_t>(lost.particle)];
     return deliverWhole(std::move(contents), options);
 }
 

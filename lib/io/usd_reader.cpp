@@ -153,7 +153,6 @@ private:
         if (!options_.faces && prim.find("faceVertexCounts") != nullptr)
             contents_.unread_polygons += integersOf(prim, "faceVertexCounts").size();
         contents_.has_double_positions |= block.has_double_positions;
-        contents_.overflows.insert(contents_.overflows.end(), block.overflows.begin(), block.overflows.end());
         blocks_.push_back({path_, std::move(block)});
         points_ += n;
     }

@@ -144,6 +144,10 @@ TEST_F(Convert, WhatTheFormatCannotHoldIsNamedOnce) {
     EXPECT_NE(text.err.find("left out: material (string)"), std::string::npos) << text.err;
     EXPECT_NE(text.err.find("not read: detail attribute 'frame'"), std::string::npos) << text.err;
     EXPECT_NE(text.err.find("rounded to 32 bits: P"), std::string::npos) << text.err;
+    write(folder_ / "large.csv", "x,y,z,heat\n0,0,0,1\n1,1,1,1e39\n");
+    const Outcome large = convert("large.csv", "large.ply");
+    EXPECT_NE(large.err.find("numbers become infinite: 'heat' of particle 1 is 1e+39 (line 3)"), std::string::npos)
+        << large.err;
 }
 
 TEST_F(Convert, FrameRateUpAxisAndUnitAreThoseOfTheInput) {

@@ -148,6 +148,27 @@ TEST(PlyFile, ReadsAscii) {
     EXPECT_EQ(p.attributes[0].integer, (std::vector<std::int32_t>{255, 0}));
 }
 
+TEST(PlyFile, NumbersOfTextThatAreTooLargeAreNamedWithTheirLine) {
+    const auto vertices = [](const std::string& type, const std::string& rows) {
+        return "ply\nformat ascii 1.0\nelement vertex 2\nproperty float x\nproperty float y\nproperty float "
+               "z\nproperty " +
+               type + "\nend_header\n" + rows;
+    };
+    for (const char* type : {"float heat", "double heat"}) {
+        const FileContents contents = parsePly({bytesOf(vertices(type, "1 2 3 inf\n4 5 6 -1e39\n")), "t.ply"});
+        ASSERT_EQ(contents.lost_numbers.size(), 1U) << type;
+        EXPECT_EQ(contents.lost_numbers[0].attribute, "heat");
+        EXPECT_EQ(contents.lost_numbers[0].particle, 1U);
+        EXPECT_EQ(describe(contents.lost_numbers[0]), "-1e+39 (line 10), which is too large for single precision");
+    }
+    const auto refused = [&](const std::string& type, const std::string& rows, const std::vector<std::string>& words) {
+        expectError([&] { particlesOfPly(vertices(type, rows)); }, words);
+    };
+    refused("int id", "1 2 3 4\n4 1e39 6 5\n", {"particle 1: position", "'y' is 1e+39 (line 10)"});
+    refused("uint64 id", "1 2 3 9223372036854775808 4 5 6 7\n", {"t.ply: line 9: ", "9223372036854775808", "2^63 - 1"});
+    refused("int64 id", "1 2 3\n4 4 5 6 9223372036854775808", {"t.ply: line 10: ", "'9223372036854775808'"});
+}
+
 TEST(PlyFile, ReadsBothByteOrdersAndEveryType) {
     const std::string header =
         "element vertex 1\nproperty int8 a\nproperty uint8 b\nproperty int16 c\nproperty uint16 d\n"

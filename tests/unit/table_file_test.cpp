@@ -133,6 +133,29 @@ TEST(TableFile, FloatsThatAreWholeNumbersStayFloats) {
     expectError([&] { tableOf(particles); }, {"a.csv", "'vx'", "in use"});
 }
 
+TEST(TableFile, NumbersThatAreTooLargeAreNamedWithTheirLine) {
+    const FileContents contents = table("x,y,z,id,a.x,a.y,n\n\n1,2,3,-1,1,-1e39,1\n4,5,6,7,1e400,inf,9999999999\n");
+    ASSERT_EQ(contents.lost_numbers.size(), 1U);
+    EXPECT_EQ(contents.lost_numbers[0].attribute, "a");
+    EXPECT_EQ(contents.lost_numbers[0].particle, 0U);
+    EXPECT_EQ(describe(contents.lost_numbers[0]), "-1e+39 (line 3), which is too large for single precision");
+    EXPECT_EQ(contents.declared.back().type, "int64");  // more than the 32 bits that are kept
+    const FileContents huge = table("x,y,z,a\n1,2,3,-1e400\n");
+    EXPECT_EQ(describe(huge.lost_numbers.at(0)), "beyond 1.8e308 (line 2), which is too large for single precision");
+    const TemporaryFolder folder;
+    write(folder / "a.csv", "x,y,z\n1,2,3\n4,1e39,6\n");
+    for (const auto& read : {std::function([&] { readParticles(folder / "a.csv"); }),
+                             std::function([&] { visitPositions(folder / "a.csv", [](auto) {}); })})
+        expectError(read, {"a.csv: particle 1: position", "'y' is 1e+39 (line 3), which is too large", "drop"});
+    ParticleInput dropping;
+    dropping.on_bad_particle = OnBadParticle::drop;
+    EXPECT_EQ(readParticles(folder / "a.csv", dropping).size(), 1U);
+    for (const char* id : {"9223372036854775808", "-9223372036854775809", "99999999999999999999999"})
+        expectError([&] { table("x,y,z,id\n1,2,3,4\n1,2,3," + std::string(id) + "\n1,2,3,4\n"); },
+                    {"a.csv: line 3: ", id, "in column 'id'", "2^63 - 1"});
+    EXPECT_EQ(table("x,y,z,key\n1,2,3,9223372036854775808\n").attributes.at(0).real, std::vector<float>{0x1p63F});
+}
+
 TEST(TableFile, ErrorsNameTheLine) {
     expectError([] { table("x,y,z\n1,2,3\n4,5\n"); }, {"a.csv: line 3", "2 columns, expected 3"});
     expectError([] { table("x,y,z\n1,2,a\n"); }, {"line 2", "'a'", "column 'z'"});

@@ -13,7 +13,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <sstream>
 #include <utility>
 
 namespace betamesh {
@@ -179,10 +178,7 @@ std::optional<InputRemark> remarkOnValues(const Attribute& attribute, const Inpu
     for (const LostNumber& lost : summary.lost_numbers) {
         const auto part = componentName(lost.attribute);
         if (lost.attribute != attribute.name && !(part && part->vector == attribute.name)) continue;
-        std::ostringstream value;
-        value << lost.value;
-        text += ". In the file, particle " + std::to_string(lost.particle) + " has the number " + value.str() +
-                ", which is too large for single precision";
+        text += ". In the file, particle " + std::to_string(lost.particle) + " has the number " + describe(lost);
         break;
     }
     return InputRemark{"values of " + attribute.name, true, text};
