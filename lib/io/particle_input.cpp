@@ -79,6 +79,15 @@ std::vector<std::array<std::string, 3>> namesOfComponents(const std::string& vec
     return names;
 }
 
+/// The usual names of three attributes that are a velocity together.
+std::vector<std::array<std::string, 3>> velocityTriples() {
+    std::vector<std::array<std::string, 3>> triples;
+    for (const char* vector : {"v", "velocity", "vel", "velocities"})
+        for (auto& names : namesOfComponents(vector)) triples.push_back(std::move(names));
+    triples.push_back({"u", "v", "w"});
+    return triples;
+}
+
 std::optional<VelocitySource> usualVelocity(const std::vector<Attribute>& attributes, std::size_t n) {
     const auto find = [&](const auto& isWanted) -> std::optional<std::size_t> {
         const auto found = std::find_if(attributes.begin(), attributes.end(), isWanted);
@@ -94,11 +103,7 @@ std::optional<VelocitySource> usualVelocity(const std::vector<Attribute>& attrib
     const bool has_scalars =
         std::count_if(attributes.begin(), attributes.end(), [&](const Attribute& x) { return isScalar(x, n); }) >= 3;
     if (!has_scalars) return std::nullopt;
-    std::vector<std::array<std::string, 3>> triples;
-    for (const char* vector : {"v", "velocity", "vel", "velocities"})
-        for (auto& names : namesOfComponents(vector)) triples.push_back(std::move(names));
-    triples.push_back({"u", "v", "w"});
-    for (const auto& names : triples) {
+    for (const auto& names : velocityTriples()) {
         VelocitySource source;
         std::size_t k = 0;
         for (; k < 3; ++k) {
@@ -156,6 +161,27 @@ std::optional<VelocitySource> findVelocity(const std::vector<Attribute>& attribu
         return requestedVelocity(attributes, n, requested, known, file);
     }
     return usualVelocity(attributes, n);
+}
+
+std::string incompleteVelocity(const std::vector<Attribute>& attributes, std::size_t n) {
+    for (const Attribute& a : attributes)
+        for (const char* name : {"v", "velocity", "vel", "velocities"})
+            if (a.components == 2 && plainName(a.name) == name) return "'" + a.name + "' has x and y, but z is missing";
+    for (const auto& names : velocityTriples()) {
+        if (names[0] == "u") continue;  // u and v are often coordinates of textures
+        std::vector<std::string> there, missing;
+        for (const std::string& name : names) {
+            const auto a = std::ranges::find_if(
+                attributes, [&](const Attribute& x) { return plainName(x.name) == name && isScalar(x, n); });
+            if (a != attributes.end())
+                there.push_back(a->name);
+            else
+                missing.push_back(name);
+        }
+        if (missing.size() == 1)
+            return "there are '" + there[0] + "' and '" + there[1] + "', but '" + missing[0] + "' is missing";
+    }
+    return {};
 }
 
 std::vector<std::string> velocityCandidates(const std::vector<Attribute>& attributes) {

@@ -43,6 +43,7 @@ struct InputSummary {
     std::uint64_t polygons = 0;        ///< in the file, whose vertices are taken as particles
     std::string first_dropped;         ///< "particle 77: position is (nan, 0, 0)"
     std::string velocity;              ///< attributes that contain the velocity: "v", "v_1, v_2, v_3"; empty: none
+    std::string incomplete_velocity;   ///< if there is none: what is missing, see incompleteVelocity()
     std::vector<std::string> velocity_candidates;  ///< if there is none: attributes that might be meant
     std::vector<LostNumber> lost_numbers;          ///< the first of each attribute
     std::vector<std::string> warnings;             ///< as FileContents::warnings
@@ -72,6 +73,10 @@ struct VelocitySource {
 std::optional<VelocitySource> findVelocity(const std::vector<Attribute>& attributes, std::size_t n,
                                            const std::string& requested, const std::string& known,
                                            const std::string& file);
+
+/// What is missing where only two components of a usual velocity are there: "there are 'vx' and 'vy', but 'vz' is
+/// missing"; empty otherwise.
+std::string incompleteVelocity(const std::vector<Attribute>& attributes, std::size_t n);
 
 /// Attributes that might be a velocity: those of three floats, and triples of attributes of one number.
 std::vector<std::string> velocityCandidates(const std::vector<Attribute>& attributes);

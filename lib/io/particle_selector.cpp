@@ -144,10 +144,12 @@ InputSummary ParticleSelector::summary(const FileContents& kept, const FileConte
     summary.lost_numbers = lost_numbers_;
     const auto velocity =
         findVelocity(kept.attributes, kept.position.size(), input_.velocity, attributeNames(kept), file_);
-    if (velocity)
+    if (velocity) {
         summary.velocity = velocity->name;
-    else
+    } else {
+        summary.incomplete_velocity = incompleteVelocity(kept.attributes, kept.position.size());
         summary.velocity_candidates = velocityCandidates(kept.attributes);
+    }
 
     using Kind = InputPart::Kind;
     for (const GridInfo& grid : rest.grids)

@@ -149,6 +149,27 @@ TEST_F(InputJob, WhatIsNotUsedIsNamedOnce) {
     }
 }
 
+TEST_F(InputJob, FramesWithoutVelocityAreNamedInTheEnd) {
+    Particles particles = block(5, 5, 5), still = particles;
+    particles.velocity.assign(particles.size(), Vec3f(0, 1, 0));
+    still.velocity.clear();
+    for (int frame = 1; frame <= 6; ++frame) writeFrame(frame, frame % 3 == 0 || frame == 4 ? still : particles);
+    const Outcome outcome = mesh();
+    ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+    EXPECT_EQ(count(outcome.err, "3 of 6 frames have no velocity, and zero velocities are written for them: 3-4,6"), 1U)
+        << outcome.err;
+    for (int frame = 1; frame <= 6; ++frame) writeFrame(frame, still);
+    EXPECT_EQ(count(mesh({"--overwrite"}).err, "frames have no velocity"), 0U);  // the first warning speaks of all
+    fs::create_directories(folder_ / "in");
+    std::string text = "x,y,z,vx,vy\n";
+    for (const Vec3f& p : particles.position)
+        text += std::to_string(p.x) + ',' + std::to_string(p.y) + ',' + std::to_string(p.z) + ",1,2\n";
+    write(folder_ / "in/flat.csv", text);
+    EXPECT_EQ(count(runProgram({"mesh", "in/flat.csv", "flat.ply"}, folder_.path()).err,
+                    "Of the velocity 'v' has x and y, but z is missing"),
+              1U);
+}
+
 TEST_F(InputJob, TypesOfAttributesAreKeptAndLostNumbersAreNamed) {
     const Particles particles = block(5, 5, 5);
     std::string text = "ply\nformat ascii 1.0\nelement vertex " + std::to_string(particles.size()) +

@@ -179,6 +179,17 @@ TEST(ParticleInput, GroupsAndGridsThatAreNotThereAreNamed) {
     expectError([&] { readParticles(folder / "a.ply", input); }, {"a.ply: has no grids", "fluid"});
 }
 
+TEST(ParticleInput, TheMissingComponentOfAVelocityIsNamed) {
+    const auto scalar = [](const char* name) { return Attribute{name, 1, {1.0F}, {}}; };
+    EXPECT_EQ(incompleteVelocity({scalar("vx"), scalar("mass"), scalar("vy")}, 1),
+              "there are 'vx' and 'vy', but 'vz' is missing");
+    EXPECT_EQ(incompleteVelocity({scalar("Vel.z [m/s]"), scalar("Vel.x [m/s]")}, 1),
+              "there are 'Vel.x [m/s]' and 'Vel.z [m/s]', but 'vel.y' is missing");
+    EXPECT_EQ(incompleteVelocity({{"vel", 2, {1, 2}, {}}}, 1), "'vel' has x and y, but z is missing");
+    for (const std::vector<Attribute>& none : {std::vector<Attribute>{}, {scalar("u"), scalar("v")}, {scalar("vx")}})
+        EXPECT_EQ(incompleteVelocity(none, 1), "");
+}
+
 TEST(ParticleInput, EveryUsualNameOfTheVelocityIsFound) {
     const TemporaryFolder folder;
     const std::string file = folder / "a.ply";

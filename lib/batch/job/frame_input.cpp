@@ -104,10 +104,11 @@ std::optional<InputRemark> remarkOnVelocity(const InputSummary& summary, const C
     if (summary.velocity.empty()) {
         std::string text =
             "no velocity (v, velocity, vel and so on): zero velocities are written for all frames without it";
+        if (!summary.incomplete_velocity.empty()) text += ". Of the velocity " + summary.incomplete_velocity;
         if (!summary.velocity_candidates.empty())
             text += ". Name the attribute with --velocity (input.velocity) if it is one of " +
                     quoted(summary.velocity_candidates);
-        return InputRemark{"no velocity", true, text};
+        return InputRemark{kNoVelocity, true, text};
     }
     if (!config.input.velocity.empty() || summary.velocity == "v" || summary.velocity == "vx, vy, vz")
         return std::nullopt;

@@ -29,6 +29,9 @@ struct FrameInput {
 FrameInput readInput(const FrameTask& task, const Plan& plan, bool near_surface, FileIdentity& identity,
                      const std::function<void(const std::string&)>& foundNear);
 
+/// The kind of the remark that a frame has no velocity.
+inline constexpr const char* kNoVelocity = "no velocity";
+
 /// Something about the input of a frame that the user should know.
 struct InputRemark {
     std::string kind;         ///< the log shows one remark of each kind

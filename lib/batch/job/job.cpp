@@ -17,6 +17,7 @@
 #include <map>
 #include <mutex>
 #include <new>
+#include <set>
 #include <span>
 #include <string>
 #include <system_error>
@@ -179,6 +180,10 @@ JobResult runFrames(std::span<const Plan> outputs, SignalWatch& signals, const W
     };
     withThreads(outputs.front().threads, [&] { runInRounds(outputs, doFrame, outOfMemory); });
 
+    if (const std::set<int>& none = job.without_velocity; !none.empty() && none.size() < result.written)
+        logWarning(std::to_string(none.size()) + " of " + std::to_string(result.written) +
+                   " frames have no velocity, and zero velocities are written for them: " +
+                   printFrames({none.begin(), none.end()}));
     result.layer_failed = !writeSequenceLayers(outputs);
     sweep(folders);  // again: jobs killed since the first time have left files, too
     if (result.written + result.skipped + result.failed < frames) result.signal = caughtSignal();

@@ -9,6 +9,11 @@ bool JobState::isFirst(const std::string& kind) {
     return remarked.insert(kind).second;
 }
 
+void JobState::noteNoVelocity(int frame) {
+    const std::scoped_lock lock(mutex);
+    without_velocity.insert(frame);
+}
+
 const std::vector<Attribute>& JobState::columnsOf(const Plan& plan) {
     {
         const std::scoped_lock lock(mutex);

@@ -45,6 +45,7 @@ void warnOf(const std::string& warning, const std::string& file, FrameResult& re
 void remark(const FrameInput& liquid, const Config& config, FrameResult& result, JobState& job) {
     for (const InputRemark& found : remarksOn(liquid, config)) {
         if (found.is_warning) result.warnings.push_back(found.text);
+        if (found.kind == kNoVelocity) job.noteNoVelocity(result.frame);
         if (job.isFirst(found.kind)) (found.is_warning ? logWarning : logInfo)(result.input + ": " + found.text);
     }
 }
