@@ -32,6 +32,7 @@
 #include <limits>
 #include <map>
 #include <memory>
+#include <utility>
 
 namespace betamesh {
 namespace {
@@ -244,7 +245,7 @@ int measure(const Sequence& sequence, const CoherenceArguments& arguments, const
     const bool with_particles = !arguments.particles.empty() || !arguments.pipeline.empty();
     if (!arguments.json) printTableHead(sequence.names[0], with_particles);
     std::vector<CoherenceReport> reports;
-    bool failed = false;
+    bool failed = false, told_of_ids = false;
     std::optional<Moment> before;
     for (std::size_t i = 0; i < sequence.names.size(); ++i) {
         CoherenceReport report;
@@ -253,6 +254,11 @@ int measure(const Sequence& sequence, const CoherenceArguments& arguments, const
             const WorkerEvents::FrameInProgress at_work(events, static_cast<int>(i));
             after = sequence.moment(i);
             if (before) report = compared(*before, *after, sequence, arguments);
+            if (report.particles && report.particles->repeated_id && !std::exchange(told_of_ids, true))
+                logWarning("particles of " + sequence.names[i - 1] + " and " + sequence.names[i] +
+                           ": several have the id " +
+                           std::to_string(static_cast<std::int64_t>(*report.particles->repeated_id)) +
+                           ". Those of one id are matched in the order of the files, so displacements may be wrong");
         } catch (const Error& error) {
             report.error = error.what();
             logError(report.error);

@@ -4,7 +4,9 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdio>
+#include <functional>
 #include <iostream>
 
 namespace betamesh {
@@ -97,8 +99,20 @@ void printTableRow(const CoherenceReport& report, bool with_particles, std::size
 }
 
 void printLargest(const std::vector<CoherenceReport>& reports) {
-    const auto largest = std::max_element(reports.begin(), reports.end(),
-                                          [](const auto& a, const auto& b) { return a.distance.max < b.distance.max; });
+    const auto isMeasured = [](const CoherenceReport& report) {
+        return report.error.empty() && (report.distance.area > 0 || std::isinf(report.distance.max));
+    };
+    const auto largest = std::ranges::max_element(reports, std::less<>(),
+                                                  [&](const auto& r) { return isMeasured(r) ? r.distance.max : -1.0; });
+    if (!isMeasured(*largest)) {
+        const bool all_failed = std::ranges::none_of(reports, [](const auto& r) { return r.error.empty(); });
+        std::cout << "nothing was measured: "
+                  << (all_failed ? "no two surfaces in a row could be compared, see the errors"
+                                 : "no surface has triangles, or none where the liquid is thick enough "
+                                   "(--ignore-thinner)")
+                  << '\n';
+        return;
+    }
     std::cout << "largest: " << shortText(largest->distance.max) << ", from " << printable(largest->from) << " to "
               << printable(largest->to) << " at " << text(largest->distance.worst) << '\n';
 }

@@ -19,7 +19,7 @@ void printTableHead(const std::string& first_moment, bool with_particles);
 /// Prints the row of a pair of moments and, below it, up to `max_places` places with jumps.
 void printTableRow(const CoherenceReport& report, bool with_particles, std::size_t max_places);
 
-/// Prints the pair whose surfaces are farthest apart.
+/// Prints the pair whose surfaces are farthest apart, or why there is none.
 void printLargest(const std::vector<CoherenceReport>& reports);
 
 }  // namespace betamesh

@@ -204,6 +204,7 @@ SurfaceDistance surfaceDistance(const Mesh& from, const Mesh& to, const Distance
     result.samples = samples.size();
     result.max = samples[worst].distance;
     result.worst = worst < first.size() ? sampler[0].point(worst) : sampler[1].point(worst - first.size());
+    result.area = total_weight;
     result.rms = total_weight > 0 ? std::sqrt(squares / total_weight) : 0;
     for (std::size_t i = 0; i < samples.size(); ++i) {
         if (!(samples[i].distance > sampling.beyond)) continue;
@@ -237,6 +238,12 @@ std::optional<ParticleMotion> particleMotion(const Particles& from, const Partic
         return rows;
     };
     const auto before = rowsById(from), after = rowsById(to);
+    for (const auto* rows : {&before, &after}) {
+        const auto repeated =
+            std::ranges::adjacent_find(*rows, std::equal_to<>(), [](const auto& r) { return r.first; });
+        if (repeated != rows->end() && repeated->first < motion.repeated_id.value_or(repeated->first + 1))
+            motion.repeated_id = repeated->first;
+    }
     for (std::size_t i = 0, j = 0; i < before.size() && j < after.size();) {
         if (before[i].first == after[j].first) {
             match(before[i++].second, after[j++].second);

@@ -75,7 +75,12 @@ TEST(Coherence, MeasuresSurfacesAlone) {
     EXPECT_EQ(runProgram({"coherence", "m.0001.ply", "vertices.bgeo"}, folder.path()).exit_code, 1);
 
     writeMesh(folder / "empty.ply", {});
-    EXPECT_EQ(runProgram({"coherence", "empty.ply", "empty.ply"}, folder.path()).exit_code, 0);
+    const Outcome nothing = runProgram({"coherence", "empty.ply", "empty.ply"}, folder.path());
+    EXPECT_EQ(nothing.exit_code, 0);
+    EXPECT_NE(nothing.out.find("nothing was measured: no surface has triangles"), std::string::npos) << nothing.out;
+    EXPECT_NE(runProgram({"coherence", "vertices.bgeo", "m.0001.ply"}, folder.path())
+                  .out.find("nothing was measured: no two surfaces in a row could be compared"),
+              std::string::npos);
     EXPECT_EQ(runProgram({"coherence", "empty.ply", "m.0001.ply"}, folder.path()).exit_code, 0);
 }
 

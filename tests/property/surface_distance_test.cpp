@@ -177,6 +177,12 @@ TEST(ParticleMotion, IsMatchedByIdOrByRow) {
     after.id.clear();
     EXPECT_FALSE(particleMotion(before, after));
     EXPECT_EQ(particleMotion(Particles{}, Particles{})->matched, 0u);
+    after.id = {12, 10};
+    EXPECT_FALSE(particleMotion(before, after)->repeated_id);
+    before.id = {11, 12, 11};
+    EXPECT_EQ(particleMotion(before, after)->repeated_id, 11u);
+    after.id = {10, 10};
+    EXPECT_EQ(particleMotion(before, after)->repeated_id, 10u);
 }
 
 TEST(ParticleMotion, MovedParticlesFollowTheirVelocity) {

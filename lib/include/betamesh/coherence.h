@@ -35,6 +35,7 @@ struct SurfaceDistance {
     Vec3 worst{0, 0, 0};     ///< the point of either surface that is farthest from the other
     std::size_t samples = 0;
     std::vector<FarPoint> far;  ///< points beyond DistanceSampling::beyond; empty if only one surface has triangles
+    double area = 0;            ///< of both surfaces, where it was measured; world units squared
 };
 
 /// Measures at all corners of triangles and at one or more points inside each. A quarter of a triangle's area is
@@ -53,8 +54,9 @@ SurfaceDistance surfaceDistance(const Mesh& from, const Mesh& to, const Distance
 /// How far particles moved between two frames. World units.
 struct ParticleMotion {
     std::size_t matched = 0;
-    double max = 0;          ///< largest displacement; 0 if no particle was matched
-    Vec3 farthest{0, 0, 0};  ///< earlier position of the particle with the largest displacement
+    double max = 0;                            ///< largest displacement; 0 if no particle was matched
+    Vec3 farthest{0, 0, 0};                    ///< earlier position of the particle with the largest displacement
+    std::optional<std::uint64_t> repeated_id;  ///< the least id that several particles of a frame have, if ids match
 };
 
 /// Matches particles by id if both frames have ids (the k-th particle of an id with the k-th one), else by row.
