@@ -92,6 +92,8 @@ private:
         std::size_t end = text.find("<AppendedData");
         std::string xml(text.substr(0, end));
         if (end != std::string_view::npos) {
+            if (text.rfind("</VTKFile") == std::string_view::npos)
+                fail("ends without </VTKFile>, so it is truncated or still being written");
             const std::size_t close = text.find('>', end), mark = text.find('_', std::min(close, text.size()));
             if (mark == std::string_view::npos) fail("AppendedData have no '_' before their data");
             const std::string_view tag = text.substr(end, close - end);

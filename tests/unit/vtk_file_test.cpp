@@ -175,6 +175,11 @@ TEST(VtkFile, ErrorsSayWhatIsWrong) {
         "<VTKFile type=\"PolyData\"><PolyData><Piece NumberOfPoints=\"1\"><Points><DataArray type=\"Float32\" "
         "NumberOfComponents=\"3\" format=\"ascii\">1 2</DataArray></Points></Piece></PolyData></VTKFile>",
         {"2 numbers, expected 3 for each of 1"});
+    const Bytes bytes = bytesOf([](ByteWriter& out) { encodeVtp(out, sampleParticles(5, true, true, true), "a.vtp"); });
+    const std::string whole(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+    EXPECT_EQ(parsedXml(whole).position.size(), 5U);
+    for (const char* end : {"</VTKFile", "</AppendedData"})  // all arrays are complete
+        refusedXml(whole.substr(0, whole.rfind(end)), {"without </VTKFile>", "truncated"});
 }
 
 // Counts and velocities as the files' own programs have them.
