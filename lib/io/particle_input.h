@@ -12,9 +12,9 @@
 
 namespace betamesh {
 
-/// An attribute, a group or a grid that a file contains.
+/// An attribute, a group, a grid or something else that a file contains.
 struct InputPart {
-    enum class Kind { attribute, group, grid };
+    enum class Kind { attribute, group, grid, other };
 
     Kind kind = Kind::attribute;
     std::string name;

@@ -178,7 +178,7 @@ InputSummary ParticleSelector::summary(const FileContents& kept, const FileConte
         summary.parts.push_back({Kind::attribute, name, components + declared.type, use});
     }
     summary.warnings = rest.warnings;
-    for (const std::string& what : rest.passed_over) summary.parts.push_back({Kind::group, what, "", ""});
+    for (const std::string& what : rest.passed_over) summary.parts.push_back({Kind::other, what, "", ""});
     return summary;
 }
 

@@ -78,7 +78,7 @@ public:
         contents_.format = "USD, text";
         const std::vector<std::size_t> chosen = choosePrims();
         if (!stage_.up_axis.empty() && unquoted(stage_.up_axis) == "Z")
-            contents_.passed_over.emplace_back("upAxis = \"Z\", as --up-axis z (input.up_axis) does");
+            contents_.passed_over.emplace_back("upAxis = \"Z\" (--up-axis z, input.up_axis, turns it to y)");
         if (!stage_.meters_per_unit.empty() && stage_.meters_per_unit != "1")
             contents_.passed_over.push_back("metersPerUnit = " + std::string(stage_.meters_per_unit));
         contents_.units = unitsOf(stage_);

@@ -274,7 +274,7 @@ std::vector<InputRemark> remarksOn(const FrameInput& liquid, const Config& confi
     std::string rest;
     for (const std::string& names :
          {unused(parts, InputPart::Kind::attribute, "attribute"), unused(parts, InputPart::Kind::group, "group"),
-          unused(parts, InputPart::Kind::grid, "grid")})
+          unused(parts, InputPart::Kind::grid, "grid"), unused(parts, InputPart::Kind::other, "other item")})
         if (!names.empty()) rest += (rest.empty() ? "" : "; ") + names;
     if (!rest.empty()) add(InputRemark{"unused", false, "not used: " + rest});
     return remarks;

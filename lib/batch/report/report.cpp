@@ -86,13 +86,14 @@ Json provenanceJson(const Provenance& provenance) {
     return json;
 }
 
-/// Name, type and use of the attributes, groups and grids of an input; use is null for those that are not used.
+/// Name, type and use of the attributes, groups, grids and other items of an input; use is null for those that are not
+/// used.
 Json partsJson(const std::vector<InputPart>& parts) {
-    Json json{{"attributes", Json::array()}, {"groups", Json::array()}, {"grids", Json::array()}};
+    constexpr std::array kLists{"attributes", "groups", "grids", "others"};  // as InputPart::Kind
+    Json json;
+    for (const char* list : kLists) json[list] = Json::array();
     for (const InputPart& part : parts) {
-        const char* list = part.kind == InputPart::Kind::attribute ? "attributes"
-                           : part.kind == InputPart::Kind::group   ? "groups"
-                                                                   : "grids";
+        const char* list = kLists[static_cast<std::size_t>(part.kind)];
         json[list].push_back(
             {{"name", part.name}, {"type", part.type}, {"use", part.use.empty() ? Json(nullptr) : Json(part.use)}});
     }
