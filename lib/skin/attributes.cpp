@@ -8,9 +8,28 @@
 
 #include <algorithm>
 #include <cmath>
+#include <initializer_list>
+#include <string_view>
 #include <utility>
 
 namespace betamesh {
+
+namespace {
+
+/// Why particles have no attribute of this name.
+std::string reasonAgainst(const std::string& name, const Particles& particles) {
+    const auto isOneOf = [&](std::initializer_list<std::string_view> names) {
+        return std::ranges::find(names, name) != names.end();
+    };
+    if (isOneOf({"P", "position", "x", "y", "z"}))
+        return "'" + name + "' is read as the position, which is always written";
+    if (!particles.velocity.empty() && isOneOf({"v", "velocity", "vel", "vx", "vy", "vz"}))
+        return "'" + name + "' is read as the velocity, which is always written";
+    if (!particles.id.empty() && name == "id") return "'id' is read as the id of particles, which vertices do not have";
+    return "the particles have no attribute '" + name + "'";
+}
+
+}  // namespace
 
 const Attribute* attributeOf(const Particles& particles, const std::string& name) {
     std::string known;
@@ -19,8 +38,8 @@ const Attribute* attributeOf(const Particles& particles, const std::string& name
         known += (known.empty() ? "" : ", ") + a.name;
     }
     if (particles.size() == 0) return nullptr;
-    throw Error("the particles have no attribute '" + name + "'. Besides position, velocity and id they have " +
-                (known.empty() ? "none" : known) + '.');
+    throw Error(reasonAgainst(name, particles) + ". Besides position, velocity and id the particles have " +
+                (known.empty() ? "no attributes" : known) + '.');
 }
 
 namespace {

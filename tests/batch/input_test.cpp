@@ -170,6 +170,17 @@ TEST_F(InputJob, FramesWithoutVelocityAreNamedInTheEnd) {
               1U);
 }
 
+TEST_F(InputJob, RequestedAttributesThatAreReadOtherwiseAreExplained) {
+    Particles particles = block(5, 5, 5);
+    for (std::size_t i = 0; i < particles.size(); ++i) particles.id.push_back(i);
+    writeFrame(1, particles);
+    for (const auto& [name, reason] : {std::pair("P", "is read as the position, which is always written"),
+                                       {"v", "is read as the velocity, which is always written"},
+                                       {"id", "is read as the id of particles, which vertices do not have"}})
+        EXPECT_NE(mesh({"--attributes", name}).err.find("'" + std::string(name) + "' " + reason), std::string::npos)
+            << name;
+}
+
 TEST_F(InputJob, TypesOfAttributesAreKeptAndLostNumbersAreNamed) {
     const Particles particles = block(5, 5, 5);
     std::string text = "ply\nformat ascii 1.0\nelement vertex " + std::to_string(particles.size()) +
