@@ -242,9 +242,9 @@ bool finish(const Surface& surface, const AxisPlane& plane, const Check& check, 
 bool checkFile(const std::string& file, const CheckArguments& arguments) {
     CheckReport report;
     report.file = file;
-    Mesh mesh = readMesh(file);
+    Mesh mesh = readUncheckedMesh(file);
     if (mesh.triangles.empty() && inspectFile(file).kind == FileKind::curves) {
-        Curves curves = readCurves(file);
+        Curves curves = readUncheckedCurves(file);
         const std::vector<Vec3f> positions(curves.position.begin(), curves.position.end());
         const AxisPlane plane = planeOf(positions, 0).value_or(AxisPlane{});
         for (auto* rows : {&curves.position, &curves.velocity})

@@ -7,10 +7,13 @@
 
 namespace betamesh {
 
+// Curves have no ids: `id` is an ordinary attribute.
 Curves readCurves(const std::filesystem::path& path) {
-    ReadOptions options;
-    options.id.clear();  // curves have no ids: `id` is an ordinary attribute
-    return curvesFrom(readFormat(path, FileKind::curves, options), path.string());
+    return curvesFrom(readFormat(path, FileKind::curves, {.id = ""}), path.string());
+}
+
+Curves readUncheckedCurves(const std::filesystem::path& path) {
+    return uncheckedCurvesFrom(readFormat(path, FileKind::curves, {.id = ""}));
 }
 
 void writeCurves(const std::filesystem::path& path, const Curves& curves, const WriteOptions& options) {

@@ -305,19 +305,29 @@ Particles particlesFrom(FileContents contents, const ParticleInput& input, const
     return particles;
 }
 
-Mesh meshFrom(FileContents contents, const std::string& file) {
+Mesh uncheckedMeshFrom(FileContents contents) {
     Mesh mesh;
     moveVertices(contents, mesh);
     mesh.triangles = std::move(contents.triangles);
     mesh.component = std::move(contents.component);
+    return mesh;
+}
+
+Mesh meshFrom(FileContents contents, const std::string& file) {
+    Mesh mesh = uncheckedMeshFrom(std::move(contents));
     requireWritable(mesh, file);
     return mesh;
 }
 
-Curves curvesFrom(FileContents contents, const std::string& file) {
+Curves uncheckedCurvesFrom(FileContents contents) {
     Curves curves;
     moveVertices(contents, curves);
     curves.edges = std::move(contents.edges);
+    return curves;
+}
+
+Curves curvesFrom(FileContents contents, const std::string& file) {
+    Curves curves = uncheckedCurvesFrom(std::move(contents));
     requireWritable(curves, file);
     return curves;
 }

@@ -153,6 +153,10 @@ Particles particlesFrom(FileContents contents, const ParticleInput& input, const
 Mesh meshFrom(FileContents contents, const std::string& file);
 Curves curvesFrom(FileContents contents, const std::string& file);
 
+/// The same for those who judge a surface: positions and velocities may be not finite.
+Mesh uncheckedMeshFrom(FileContents contents);
+Curves uncheckedCurvesFrom(FileContents contents);
+
 /// Spheres as particles with velocity (zeros if they have none) and the radius as an attribute.
 Particles particlesOf(const Spheres& spheres, const std::string& radius_name, const std::string& file);
 

@@ -7,10 +7,13 @@
 
 namespace betamesh {
 
+// Meshes have no ids: `id` is an ordinary attribute.
 Mesh readMesh(const std::filesystem::path& path) {
-    ReadOptions options;
-    options.id.clear();  // meshes have no ids: `id` is an ordinary attribute
-    return meshFrom(readFormat(path, FileKind::mesh, options), path.string());
+    return meshFrom(readFormat(path, FileKind::mesh, {.id = ""}), path.string());
+}
+
+Mesh readUncheckedMesh(const std::filesystem::path& path) {
+    return uncheckedMeshFrom(readFormat(path, FileKind::mesh, {.id = ""}));
 }
 
 OutputFile encodedMesh(const std::filesystem::path& path, const Mesh& mesh, const WriteOptions& options) {

@@ -9,6 +9,9 @@
 
 namespace betamesh {
 
+/// Like readMesh(), for those who judge the mesh: positions and velocities may be not finite.
+Mesh readUncheckedMesh(const std::filesystem::path& path);
+
 /// Like writeMesh(), but leaves commit() to the caller. commit() waits for the disk and hardly needs the processor.
 OutputFile encodedMesh(const std::filesystem::path& path, const Mesh& mesh, const WriteOptions& options = {});
 

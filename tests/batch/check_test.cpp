@@ -62,6 +62,24 @@ TEST(Check, ParticlesAreNoMesh) {
     }
 }
 
+TEST(Check, VerticesThatAreNotFiniteAreOneFaultOfSeveral) {
+    const TemporaryFolder folder;
+    write(folder / "a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv nan 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\n");
+    for (const char* more : {"--json", "--weld"}) {
+        const Outcome outcome = runProgram({"check", "a.obj", more}, folder.path());
+        EXPECT_EQ(outcome.exit_code, 1) << outcome.err;
+        EXPECT_EQ(outcome.err, "");
+        EXPECT_NE(outcome.out.find("not_finite"), std::string::npos) << outcome.out;
+        EXPECT_NE(outcome.out.find("open_edges"), std::string::npos) << outcome.out;
+    }
+    write(folder / "p.csv", "x,y,z\n0.1,0.1,0.1\n");
+    EXPECT_EQ(runProgram({"check", "a.obj", "--particles", "p.csv"}, folder.path()).exit_code, 1);
+    write(folder / "c.obj", "v 0 0 0\nv 1 0 0\nv nan 1 0\nl 1 2 3 1\n");
+    const Outcome curves = runProgram({"check", "c.obj"}, folder.path());
+    EXPECT_EQ(curves.exit_code, 1);
+    EXPECT_TRUE(curves.out.starts_with("c.obj: not_finite")) << curves.out << curves.err;
+}
+
 TEST(Check, TheDeprecatedScratchFolderIsWarnedOf) {
     const TemporaryFolder folder;
     writeMesh(folder / "a.ply", sphere(1, Vec3(0)));
