@@ -82,9 +82,14 @@ struct Signature {
 };
 
 /// The beginning of a regular file; empty for all others, which can be read only once.
-Signature signatureOf(const fs::path& path) {
+///
+/// in      named: the format of the extension; null: none is known
+/// errors  a file of 0 bytes whose format has a signature
+Signature signatureOf(const fs::path& path, const FileFormat* named) {
     std::error_code ignored;
     if (!fs::is_regular_file(path, ignored)) return {};
+    if (named != nullptr && named->hasSignature != nullptr && fs::file_size(path, ignored) == 0)
+        throw Error(path.string() + ": empty file (0 bytes), expected " + std::string(named->name));
     Cursor in = openFile(path);
     Signature signature;
     signature.gzip = isGzip(in);
@@ -266,7 +271,7 @@ bool isVdb(const fs::path& path) { return lowerName(path).ends_with(".vdb"); }
 
 FileContents readFormat(const fs::path& path, FileKind kind, const ReadOptions& options) {
     const FileFormat& format = formatOf(path, kind, Access::read);
-    const Signature signature = signatureOf(path);
+    const Signature signature = signatureOf(path, &format);
     const FileFormat* found = formatOfContents(signature, &format);
     requireKnown(path, signature);
     if (found != nullptr && found->read != format.read)
@@ -279,7 +284,7 @@ FileContents readFormat(const fs::path& path, FileKind kind, const ReadOptions& 
 FileContents readByContents(const fs::path& path, const ReadOptions& options, std::string& note) {
     const std::string name = lowerName(path);
     const FileFormat* named = formatWith(name, Access::read);
-    const Signature signature = signatureOf(path);
+    const Signature signature = signatureOf(path, named);
     requireKnown(path, signature);
     const FileFormat* found = formatOfContents(signature, named);
     if (found == nullptr) found = named;

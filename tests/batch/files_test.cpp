@@ -329,6 +329,7 @@ TEST_F(Files, StandardStreamsLeaveNothingBehindAndRefuseWhatTheyCannotDo) {
         SCOPED_TRACE(command);
         EXPECT_EQ(shell("export TMPDIR=$PWD/tmp\n$betamesh " + command + " > stdout"), exit_code) << said();
         EXPECT_NE(said().find(error), std::string::npos) << said();
+        EXPECT_EQ(said().find("tmp/betamesh-"), std::string::npos) << said();
         EXPECT_TRUE(fs::is_empty(folder_ / "tmp"));
         if (exit_code != 0) {
             EXPECT_EQ(contentsOf(folder_ / "stdout"), "");

@@ -149,6 +149,9 @@ TEST(FormatTable, ContentsDecideWhatAFileIs) {
             {"packed.ply: contains PLY compressed by gzip", "gunzip"});
     refused("a.usda", "PXR-USDC", {"binary USD", "cannot be read", "usdcat"});
     refused("b.bgeo", "\x89HDF\r\n", {"HDF5, the older container of Alembic", "cannot be read"});
+    for (const char* name : {"e.ply", "e.bgeo", "e.usda", "e.vtp"})
+        refused(name, "", {std::string(name) + ": empty file (0 bytes), expected "});
+    expectError([&] { readParticles(folder / "e.ply"); }, {"e.ply: empty file (0 bytes), expected PLY"});
     refused("a.stl", "nothing", {".stl can be written, but not read"});
     refused("a.dat", "nothing", {"a.dat", "neither the extension nor the contents"});
 }
