@@ -202,7 +202,7 @@ private:
 
     void readPolygon(std::uint32_t size) {
         const char closed = in_.big<char>("closed flag of a polygon");
-        if (closed != '<' && closed != ':')
+        if (options_.faces && closed != '<' && closed != ':')
             in_.fail("a polygon must be closed ('<') or open (':'), but its flag is " + std::to_string(int{closed}));
         in_.requireRows(size, corner_bytes_, "corners of a polygon");
         const std::byte* corners = in_.take(size * corner_bytes_, "corners of a polygon");

@@ -213,7 +213,7 @@ std::string renamingsIn(const fs::path& path, FileKind kind, const std::vector<s
     for (std::size_t i = 0; i < names.size(); ++i)
         if (names[i] != attributes[i])
             text += (text.empty() ? "'" : ", '") + attributes[i] + "' is written as '" + names[i] +
-                    (names[i].starts_with(attributes[i] + '_') ? "' (that name is taken)" : "'");
+                    (names[i].starts_with(attributes[i] + '_') ? "' (that name is not free)" : "'");
     return text;
 }
 

@@ -48,6 +48,7 @@ struct InputSummary {
     std::vector<LostNumber> lost_numbers;          ///< the first of each attribute
     std::vector<std::string> warnings;             ///< as FileContents::warnings
     std::vector<InputPart> parts;                  ///< in the order of the file; grids and groups first
+    bool z_is_up = false;                          ///< says the file
 };
 
 /// The attributes that contain the velocity.

@@ -178,7 +178,11 @@ InputSummary ParticleSelector::summary(const FileContents& kept, const FileConte
         summary.parts.push_back({Kind::attribute, name, components + declared.type, use});
     }
     summary.warnings = rest.warnings;
-    for (const std::string& what : rest.passed_over) summary.parts.push_back({Kind::other, what, "", ""});
+    for (const std::string& what : rest.passed_over) {
+        const bool is_used = what.starts_with("upAxis") && input_.up_axis == UpAxis::z;
+        summary.parts.push_back({Kind::other, what, "", is_used ? "position" : ""});
+    }
+    summary.z_is_up = rest.units.up_axis == UpAxis::z;
     return summary;
 }
 

@@ -214,7 +214,7 @@ std::string usdaHeader(const WriteOptions& options, std::optional<int> first, st
     text += "    metersPerUnit = " + textOf(options.meters_per_unit) + "\n";
     if (first) text += "    startTimeCode = " + std::to_string(*first) + "\n";
     text += "    timeCodesPerSecond = " + textOf(options.frames_per_second) + "\n";
-    return text + "    upAxis = \"" + (options.up_axis == UpAxis::z || options.keeps_z_up ? "Z" : "Y") + "\"\n)\n";
+    return text + "    upAxis = \"" + (options.up_axis == UpAxis::z ? "Z" : "Y") + "\"\n)\n";
 }
 
 std::vector<std::string> usdNames(const std::vector<std::string>& names) {

@@ -241,8 +241,7 @@ std::optional<ParticleMotion> particleMotion(const Particles& from, const Partic
     for (const auto* rows : {&before, &after}) {
         const auto repeated =
             std::ranges::adjacent_find(*rows, std::equal_to<>(), [](const auto& r) { return r.first; });
-        if (repeated != rows->end() && repeated->first < motion.repeated_id.value_or(repeated->first + 1))
-            motion.repeated_id = repeated->first;
+        if (repeated != rows->end() && !motion.repeated_id) motion.repeated_id = repeated->first;
     }
     for (std::size_t i = 0, j = 0; i < before.size() && j < after.size();) {
         if (before[i].first == after[j].first) {

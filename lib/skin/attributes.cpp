@@ -21,11 +21,10 @@ std::string reasonAgainst(const std::string& name, const Particles& particles) {
     const auto isOneOf = [&](std::initializer_list<std::string_view> names) {
         return std::ranges::find(names, name) != names.end();
     };
-    if (isOneOf({"P", "position", "x", "y", "z"}))
-        return "'" + name + "' is read as the position, which is always written";
-    if (!particles.velocity.empty() && isOneOf({"v", "velocity", "vel", "vx", "vy", "vz"}))
-        return "'" + name + "' is read as the velocity, which is always written";
-    if (!particles.id.empty() && name == "id") return "'id' is read as the id of particles, which vertices do not have";
+    if (isOneOf({"P", "position", "x", "y", "z"})) return "'" + name + "' is the position, which is written anyway";
+    if (!particles.velocity.empty() && isOneOf({"v", "velocity", "vel"}))
+        return "'" + name + "' is the velocity, which is written anyway";
+    if (name == "id") return "'id' is the id of particles, which vertices do not have";
     return "the particles have no attribute '" + name + "'";
 }
 

@@ -156,10 +156,17 @@ TEST_F(InputJob, FramesWithoutVelocityAreNamedInTheEnd) {
     for (int frame = 1; frame <= 6; ++frame) writeFrame(frame, frame % 3 == 0 || frame == 4 ? still : particles);
     const Outcome outcome = mesh();
     ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
-    EXPECT_EQ(count(outcome.err, "3 of 6 frames have no velocity, and zero velocities are written for them: 3-4,6"), 1U)
+    EXPECT_EQ(
+        count(outcome.err, "3 of 6 frames written have no velocity, and zero velocities are written for them: 3-4,6"),
+        1U)
         << outcome.err;
+    particles.attributes.push_back({"heat", 1, std::vector<float>(particles.size(), 1), {}});
+    for (int frame = 1; frame <= 6; ++frame) writeFrame(frame, frame == 1 ? still : particles);
+    const Outcome failed = mesh({"--overwrite", "--attributes", "heat"});
+    EXPECT_EQ(failed.exit_code, 1);
+    EXPECT_EQ(count(failed.err, "written have no velocity"), 0U) << failed.err;  // the one without failed
     for (int frame = 1; frame <= 6; ++frame) writeFrame(frame, still);
-    EXPECT_EQ(count(mesh({"--overwrite"}).err, "frames have no velocity"), 0U);  // the first warning speaks of all
+    EXPECT_EQ(count(mesh({"--overwrite"}).err, "written have no velocity"), 0U);  // the first warning speaks of all
     fs::create_directories(folder_ / "in");
     std::string text = "x,y,z,vx,vy\n";
     for (const Vec3f& p : particles.position)
@@ -170,13 +177,20 @@ TEST_F(InputJob, FramesWithoutVelocityAreNamedInTheEnd) {
               1U);
 }
 
+TEST_F(InputJob, AStarDoesNotStandForFrames) {
+    writeFrame(1, block(5, 5, 5));
+    const Outcome outcome = runProgram({"mesh", "in/a.*.ply", "o.ply"}, folder_.path());
+    EXPECT_EQ(outcome.exit_code, 1);
+    EXPECT_NE(outcome.err.find("are written with #, as in name.####.ply"), std::string::npos) << outcome.err;
+}
+
 TEST_F(InputJob, RequestedAttributesThatAreReadOtherwiseAreExplained) {
     Particles particles = block(5, 5, 5);
     for (std::size_t i = 0; i < particles.size(); ++i) particles.id.push_back(i);
     writeFrame(1, particles);
-    for (const auto& [name, reason] : {std::pair("P", "is read as the position, which is always written"),
-                                       {"v", "is read as the velocity, which is always written"},
-                                       {"id", "is read as the id of particles, which vertices do not have"}})
+    for (const auto& [name, reason] : {std::pair("P", "is the position, which is written anyway"),
+                                       {"v", "is the velocity, which is written anyway"},
+                                       {"id", "is the id of particles, which vertices do not have"}})
         EXPECT_NE(mesh({"--attributes", name}).err.find("'" + std::string(name) + "' " + reason), std::string::npos)
             << name;
 }
@@ -199,8 +213,8 @@ TEST_F(InputJob, TypesOfAttributesAreKeptAndLostNumbersAreNamed) {
     ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
     for (const char* property : {"property uchar phase\n", "property short level\n", "property float mass\n"})
         EXPECT_NE(meshBytes(1).find(property), std::string::npos) << property;
-    for (const char* part : {"'mass'", "particle 7 has the number 1e+300", "'mass' has double precision",
-                             "'key' has whole numbers of more"})
+    for (const char* part :
+         {"'mass'", "particle 7 has 1e+300", "'mass' has double precision", "'key' has whole numbers of more"})
         EXPECT_NE(outcome.err.find(part), std::string::npos) << outcome.err;
     EXPECT_EQ(outcome.err.find("'heat' has"), std::string::npos) << outcome.err;  // is not used
     const Mesh read = readMesh(folder_ / "out/a.0001.ply");

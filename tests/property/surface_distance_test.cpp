@@ -181,8 +181,9 @@ TEST(ParticleMotion, IsMatchedByIdOrByRow) {
     EXPECT_FALSE(particleMotion(before, after)->repeated_id);
     before.id = {11, 12, 11};
     EXPECT_EQ(particleMotion(before, after)->repeated_id, 11u);
-    after.id = {10, 10};
-    EXPECT_EQ(particleMotion(before, after)->repeated_id, 10u);
+    before.id = {1, 2, 3};
+    after.id = {~std::uint64_t{0}, ~std::uint64_t{0}};  // -1, which often means none
+    EXPECT_EQ(particleMotion(before, after)->repeated_id, ~std::uint64_t{0});
 }
 
 TEST(ParticleMotion, MovedParticlesFollowTheirVelocity) {

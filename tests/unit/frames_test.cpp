@@ -1,7 +1,6 @@
 #include "batch/job/frames.h"
 
 #include "betamesh/error.h"
-#include "support/file_checks.h"
 #include "support/temporary_folder.h"
 
 #include <gtest/gtest.h>
@@ -126,12 +125,6 @@ TEST(FramePattern, ANameWithoutPlaceholderIsOneFile) {
     EXPECT_EQ(frameIn("drop-3.ply"), 3);
     EXPECT_EQ(frameIn("v2_drop.ply"), 0);
     EXPECT_EQ(frameIn("drop.ply"), 0);
-}
-
-TEST(FramePattern, AnInputWithAStarForTheFramesIsRefused) {
-    for (const char* name : {"absent/a.*.ply", "absent/a.????.ply"})
-        expectError([&] { inputPattern(name); }, {name, "no such file", "name.####.ply"});
-    EXPECT_TRUE(inputPattern("absent*/a.####.ply").numbered);
 }
 
 TEST(FramePattern, AllPlaceholdersStandForTheSameNumber) {

@@ -148,8 +148,8 @@ TEST(UsdFile, OnlyAttributesThatAreNoIdentifiersGetOtherNames) {
     EXPECT_NE(text.find("primvars:a_b (\n            interpolation"), std::string::npos);
     EXPECT_NE(text.find("primvars:component_3 (\n            displayName = \"component\""), std::string::npos);
     EXPECT_EQ(renamingsIn("a.usda", FileKind::particles, names),
-              "'a-b' is written as 'a_b_2', 'component' is written as 'component_3' (that name is taken), "
-              "'displayColor' is written as 'displayColor_2' (that name is taken)");
+              "'a-b' is written as 'a_b_2', 'component' is written as 'component_3' (that name is not free), "
+              "'displayColor' is written as 'displayColor_2' (that name is not free)");
     expectSame(readParticles(folder / "a.usda"), p);
 }
 

@@ -9,6 +9,8 @@
 #include "batch/platform/memory.h"
 #include "batch/report/log.h"
 #include "betamesh/error.h"
+#include "io/extension.h"
+#include "io/format_table.h"
 #include "skin/particle_sizes.h"
 
 #include <algorithm>
@@ -115,6 +117,14 @@ std::optional<InputRemark> remarkOnVelocity(const InputSummary& summary, const C
     return InputRemark{"velocity", false, "the velocity is read from '" + summary.velocity + "' (input.velocity)"};
 }
 
+std::optional<InputRemark> remarkOnUpAxis(const InputSummary& summary, const Config& config) {
+    if (!summary.z_is_up || config.input.up_axis == UpAxis::z) return std::nullopt;
+    if (!formatOf(config.output.path, FileKind::mesh, Access::write).holds_units) return std::nullopt;
+    return InputRemark{"up axis", true,
+                       "z is up in this file, but the output will say y. Turn the particles with --up-axis z "
+                       "(input.up_axis); with --output-up-axis z as well, z stays up and the output says so"};
+}
+
 std::optional<InputRemark> remarkOnPolygons(const InputSummary& summary) {
     if (summary.polygons == 0) return std::nullopt;
     return InputRemark{"polygons", true,
@@ -179,7 +189,7 @@ std::optional<InputRemark> remarkOnValues(const Attribute& attribute, const Inpu
     for (const LostNumber& lost : summary.lost_numbers) {
         const auto part = componentName(lost.attribute);
         if (lost.attribute != attribute.name && !(part && part->vector == attribute.name)) continue;
-        text += ". In the file, particle " + std::to_string(lost.particle) + " has the number " + describe(lost);
+        text += ". In the file, particle " + std::to_string(lost.particle) + " has " + describe(lost);
         break;
     }
     return InputRemark{"values of " + attribute.name, true, text};
@@ -254,6 +264,7 @@ std::vector<InputRemark> remarksOn(const FrameInput& liquid, const Config& confi
                             summary.first_dropped});
     for (const std::string& warning : summary.warnings) add(InputRemark{"reader: " + warning, true, warning});
     add(remarkOnPolygons(summary));
+    add(remarkOnUpAxis(summary, config));
     add(remarkOnCoordinates(liquid.particles.position));
     if (liquid.particles.size() == 0) {
         if (summary.particles_read > summary.dropped)

@@ -267,15 +267,7 @@ FramePattern inputPattern(std::string_view path) {
     };
     if (fs::is_regular_file(path, ignored)) return singleFile(std::string(path));
     const std::string folder = withVariables(path);
-    if (!fs::is_directory(folder, ignored)) {
-        FramePattern pattern = framePattern(path);
-        const std::size_t star = pattern.text.find_last_of("*?");
-        if (!pattern.numbered && star != std::string::npos && !fs::exists(pattern.text, ignored))
-            throw Error(
-                "'" + pattern.text + "': no such file, and '" + pattern.text[star] +
-                "' does not stand for frames. Write their number with one # for each digit, as in name.####.ply");
-        return pattern;
-    }
+    if (!fs::is_directory(folder, ignored)) return framePattern(path);
     const std::vector<std::string> sequences = sequencesIn(folder);
     if (sequences.empty()) throw Error("'" + folder + "': the folder contains no file of particles or meshes");
     if (sequences.size() > 1)

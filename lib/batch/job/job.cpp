@@ -152,6 +152,7 @@ JobResult runFrames(std::span<const Plan> outputs, SignalWatch& signals, const W
         const std::scoped_lock lock(mutex);
         const FrameStatus status = statusOf(of_frame);
         if (status == FrameStatus::failed) {
+            job.forgetVelocity(of_frame.front().frame);
             ++result.failed;
         } else if (status == FrameStatus::skipped) {
             ++result.skipped;
@@ -180,9 +181,10 @@ JobResult runFrames(std::span<const Plan> outputs, SignalWatch& signals, const W
     };
     withThreads(outputs.front().threads, [&] { runInRounds(outputs, doFrame, outOfMemory); });
 
-    if (const std::set<int>& none = job.without_velocity; !none.empty() && none.size() < result.written)
+    if (const std::set<int>& none = job.without_velocity;
+        !none.empty() && none.size() < result.written + result.skipped)
         logWarning(std::to_string(none.size()) + " of " + std::to_string(result.written) +
-                   " frames have no velocity, and zero velocities are written for them: " +
+                   " frames written have no velocity, and zero velocities are written for them: " +
                    printFrames({none.begin(), none.end()}));
     result.layer_failed = !writeSequenceLayers(outputs);
     sweep(folders);  // again: jobs killed since the first time have left files, too

@@ -14,6 +14,11 @@ void JobState::noteNoVelocity(int frame) {
     without_velocity.insert(frame);
 }
 
+void JobState::forgetVelocity(int frame) {
+    const std::scoped_lock lock(mutex);
+    without_velocity.erase(frame);
+}
+
 const std::vector<Attribute>& JobState::columnsOf(const Plan& plan) {
     {
         const std::scoped_lock lock(mutex);

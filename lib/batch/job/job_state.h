@@ -19,7 +19,7 @@ struct JobState {
     SignalWatch& signals;
     std::mutex mutex{};                         // guards the following
     std::set<std::string> remarked{};           ///< kinds of remarks that the log has shown
-    std::set<int> without_velocity{};           ///< frames of particles that have none
+    std::set<int> without_velocity{};           ///< frames that have none and did not fail
     std::map<int, std::string> near_surface{};  ///< by frame: a line on the particles near its surface
     std::map<int, std::string> memory_error{};  ///< by frame: why an output was not begun for lack of memory
 
@@ -28,6 +28,7 @@ struct JobState {
     /// Whether a remark is the first of its kind.
     bool isFirst(const std::string& kind);
     void noteNoVelocity(int frame);
+    void forgetVelocity(int frame);
     /// The attributes of an output's meshes without vertices.
     const std::vector<Attribute>& columnsOf(const Plan& plan);
 };

@@ -17,7 +17,6 @@
 #include "io/extension.h"
 #include "io/level_set.h"
 #include "io/mesh_file.h"
-#include "io/usd_clips.h"
 
 #include <algorithm>
 #include <charconv>
@@ -71,21 +70,6 @@ void noteOutputFormat(Plan& plan) {
     if (!output.attributes.empty() && (format.is_drawing || format.is_volume || !format.holds_attributes))
         plan.warnings.push_back(output.path +
                                 ": this format cannot store attributes; output.attributes is written to spheres alone");
-}
-
-/// Lets files with a place for the up axis say z, where it is up in the input and nothing is rotated.
-void keepUpAxis(Plan& plan, const std::map<int, std::string>& on_disk, const PlanOptions& options) {
-    Config::Output& output = plan.config.output;
-    if (plan.config.input.up_axis == UpAxis::z || output.up_axis == UpAxis::z || on_disk.empty()) return;
-    const auto& [frame, file] = *on_disk.begin();
-    if (splitExtension(file).second != ".usda") return;
-    if (!formatOf(output.path, FileKind::mesh, Access::write).holds_units) return;
-    const WorkerEvents::FrameInProgress at_work(options.events, frame, WorkerEvents::Doing::measuring);
-    WriteOptions units;
-    copyUsdUnits(file, units);
-    if (units.up_axis != UpAxis::z) return;
-    output.keeps_z_up = true;
-    plan.notes.push_back("z is up in the output, as it is in the input");
 }
 
 void planLocalOrigin(Plan& plan, const std::map<int, std::string>& on_disk, const PlanOptions& options) {
@@ -238,8 +222,6 @@ public:
     Planner(const FramePattern& input, const std::map<int, std::string>& on_disk, const PlanOptions& options)
         : input_(input), on_disk_(on_disk), measurable_(measurableOf(on_disk, options.history)), options_(options) {}
 
-    void planUpAxis(Plan& plan) { keepUpAxis(plan, measurable_, options_); }
-
     void planActions(Plan& plan) {
         for (FrameTask& task : plan.tasks) {
             const bool input_exists = input_.numbered ? on_disk_.contains(task.frame) : !on_disk_.empty();
@@ -317,7 +299,6 @@ std::vector<Plan> planOutputs(const Config& config, const PlanOptions& options) 
     for (const Config& output : outputConfigs(config)) outputs.push_back(withTasks(output, input, on_disk, options));
     requireDistinctFiles(outputs, on_disk);
     Planner planner(input, on_disk, options);
-    for (Plan& plan : outputs) planner.planUpAxis(plan);
     for (Plan& plan : outputs) planner.planActions(plan);
     if (!options.dry_run) refuseExisting(outputs);
     requireWritableFolders(outputs);

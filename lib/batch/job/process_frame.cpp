@@ -283,7 +283,9 @@ FrameResult resultOfOutput(SharedFrame& frame, const FrameTask& task, const Plan
             fail(result,
                  task.input + ": no such file." +
                      (plan.tasks.size() > 1 ? " Use --on-missing skip or empty (run.on_missing) to continue without it"
-                                            : ""));
+                      : task.input.find_first_of("*?") != std::string::npos
+                          ? " The frame numbers of a sequence are written with #, as in name.####.ply"
+                          : ""));
             break;
         case FrameAction::refuse_existing:
             fail(result, task.output + " already exists");

@@ -56,7 +56,7 @@ struct ParticleMotion {
     std::size_t matched = 0;
     double max = 0;                            ///< largest displacement; 0 if no particle was matched
     Vec3 farthest{0, 0, 0};                    ///< earlier position of the particle with the largest displacement
-    std::optional<std::uint64_t> repeated_id;  ///< the least id that several particles of a frame have, if ids match
+    std::optional<std::uint64_t> repeated_id;  ///< one that several particles of a frame have, if ids match
 };
 
 /// Matches particles by id if both frames have ids (the k-th particle of an id with the k-th one), else by row.

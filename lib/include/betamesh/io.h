@@ -76,7 +76,6 @@ struct WriteOptions {
     double meters_per_unit = 1;  ///< length of a world unit in metres
     LevelSetOptions level_set{};
     const WarningHandler* warn = nullptr;  ///< gets a sentence about what the file does not show; may be null
-    bool keeps_z_up = false;  ///< z is up in memory: nothing is rotated, and formats with a place for the up axis say z
 };
 
 /// Reads a file in the format of its extension; the manual lists them.
