@@ -42,7 +42,6 @@ public:
                 return static_cast<std::int64_t>(value);
         });
     }
-    std::int64_t id(PlyNumber type) { return integer(type); }
     /// The last number that real() returned, before it was rounded.
     static double unrounded() { return std::numeric_limits<double>::infinity(); }
     /// The line of the last number; 0 in a binary file.
@@ -115,14 +114,6 @@ public:
                    static_cast<double>(value) <= static_cast<double>(Limits::max());
         });
         if (!fits) fail(inQuotes(word) + " is out of the range of " + nameOf(type));
-        return value;
-    }
-    /// errors  a number without sign that no number with sign is
-    std::int64_t id(PlyNumber type) {
-        const std::int64_t value = integer(type);
-        if (value < 0 && type == PlyNumber::uint64)
-            fail("the id " + std::to_string(static_cast<std::uint64_t>(value)) +
-                 " is too large, expected at most 2^63 - 1");
         return value;
     }
     double unrounded() const { return unrounded_; }

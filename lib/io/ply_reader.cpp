@@ -157,7 +157,7 @@ private:
                 else if (is_real_[c])
                     putFloat(vertices, c, row, source);
                 else
-                    vertices.columns[c].integer[row] = isId(p) ? source.id(p.type) : source.integer(p.type);
+                    vertices.columns[c].integer[row] = source.integer(p.type);
             }
         return vertices;
     }
