@@ -68,8 +68,8 @@ void writeWithNames(const FileFormat& format, FileKind kind, const Data& data, c
     write(renamed);
 }
 
-/// The attributes that get another name in a file of this name, as in "'a.b' is written as 'a_b', 'P' is
-/// written as 'P_' (that name is taken)"; empty: none.
+/// The attributes that get another name in a file of this name, as in "'a.b' is written as 'a_b', 'P' is written as
+/// 'P_' (that name is not free)"; empty: none.
 std::string renamingsIn(const std::filesystem::path& path, FileKind kind, const std::vector<std::string>& attributes);
 
 /// Estimated bytes on disk of one particle in a file of this name.

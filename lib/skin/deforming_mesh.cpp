@@ -368,7 +368,8 @@ void DeformingMesh::visitNeighbour(std::uint32_t v, std::uint32_t neighbour, dou
     const auto& [vertex, row, from, share, fade, group] = *constraint;
     if (fade > 0) visit(neighbour, weight * fade);
     weight *= 1 - fade;
-    if (group == 1 || !(weight > kLeastWeight)) return;  // those on facets are on no edge
+    constexpr std::uint32_t kOnFacets = 1;  // they lie on no edge
+    if (group == kOnFacets || !(weight > kLeastWeight)) return;
     // Quads of the tessellation are given by their diagonals, quads left by splits as polygons.
     const bool is_polygon = group >= kTessellationGroups && (group - kTessellationGroups) % 2 == 1;
     for (std::size_t k = 0; k < 4; ++k) {
