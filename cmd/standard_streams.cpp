@@ -1,6 +1,6 @@
 #include "standard_streams.h"
 
-#include "batch/report/log.h"
+#include "batch/report/printable.h"
 #include "betamesh/error.h"
 #include "io/extension.h"
 
@@ -63,7 +63,7 @@ fs::path StandardStreams::folder() {
     if (::mkdtemp(name.data()) == nullptr)
         fail(name + ": this temporary folder for stdin and stdout cannot be made. Set TMPDIR to a folder with space");
     owner_ = ::getpid();
-    hideInLog(name + '/');  // messages call the files stdin.ply and stdout.ply
+    hideFolder(name + '/');  // messages and reports call the files stdin.ply and stdout.ply
     return folder_ = name;
 }
 

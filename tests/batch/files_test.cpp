@@ -345,6 +345,22 @@ TEST_F(Files, StandardStreamsLeaveNothingBehindAndRefuseWhatTheyCannotDo) {
     expect(1, "mesh - - --attributes absent < in/a.0001.ply", "stdin.ply: the particles have no attribute 'absent'");
     expect(2, "mesh - - --radius 0 < in/a.0001.ply", "--radius");
     expect(2, "check - - < in/a.0001.ply", "stdin (-) is named twice");
+    // Nothing names the file in the temporary folder: neither text nor JSON nor the manifest.
+    ASSERT_EQ(shell("$betamesh mesh in/a.0001.ply mesh.ply -q"), 0) << said();
+    const auto expectOnStdout = [&](int exit_code, const std::string& command, const std::string& line) {
+        expect(exit_code, command, "");
+        EXPECT_NE(contentsOf(folder_ / "stdout").find(line), std::string::npos) << contentsOf(folder_ / "stdout");
+        EXPECT_EQ(contentsOf(folder_ / "stdout").find("betamesh-"), std::string::npos);
+    };
+    expectOnStdout(0, "check - < mesh.ply", "stdin.ply: good");
+    expectOnStdout(0, "check - --json < mesh.ply", R"("file":"stdin.ply")");
+    expectOnStdout(0, "info - < mesh.ply", "stdin.ply\n");
+    expectOnStdout(0, "info - --json < mesh.ply", R"("file":"stdin.ply")");
+    expectOnStdout(0, "mesh - dry.ply --dry-run < in/a.0001.ply", "stdin.ply -> dry.ply");
+    expectOnStdout(0, "mesh - piped.ply --json < in/a.0001.ply", R"("input":"stdin.ply")");
+    EXPECT_NE(contentsOf(folder_ / "piped.ply.json").find(R"("input":"stdin.ply")"), std::string::npos);
+    ASSERT_EQ(shell("head -c 300 in/a.0001.ply | $betamesh check - --json > stdout"), 1) << said();
+    EXPECT_NE(contentsOf(folder_ / "stdout").find(R"("error":"stdin.ply: )"), std::string::npos);
     for (const char* command : {"mesh in/a.0001.ply -", "convert in/a.0001.ply -", "info in/a.0001.ply"}) {
         EXPECT_EQ(shell("$betamesh " + std::string(command) + " > /dev/full"), 1) << command << said();
         EXPECT_NE(said().find("stdout cannot be written"), std::string::npos) << said();

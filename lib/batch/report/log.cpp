@@ -21,7 +21,7 @@ constexpr const char* kEraseLine = "\r\033[K";
 
 struct Log {
     std::mutex mutex;
-    std::string footer, hidden;
+    std::string footer;
     std::shared_ptr<spdlog::sinks::stderr_color_sink_st> terminal =
         std::make_shared<spdlog::sinks::stderr_color_sink_st>();
     spdlog::logger logger{"betamesh", terminal};
@@ -35,10 +35,8 @@ struct Log {
         if (no_color != nullptr && *no_color != '\0') terminal->set_color_mode(spdlog::color_mode::never);
     }
 
-    void line(spdlog::level::level_enum level, std::string text) {
+    void line(spdlog::level::level_enum level, const std::string& text) {
         const std::scoped_lock lock(mutex);
-        for (std::size_t at = 0; !hidden.empty() && (at = text.find(hidden, at)) != std::string::npos;)
-            text.erase(at, hidden.size());
         const bool shown = terminal->should_log(level);
         if (shown && !footer.empty()) std::fputs(kEraseLine, stderr);
         logger.log(level, spdlog::string_view_t(printable(text)));
@@ -76,11 +74,6 @@ void setLogFile(const std::string& file) {
     } catch (const spdlog::spdlog_ex& error) {
         throw Error(file + ": the log file cannot be written: " + error.what());
     }
-}
-
-void hideInLog(const std::string& text) {
-    const std::scoped_lock lock(theLog().mutex);
-    theLog().hidden = text;
 }
 
 std::string oldLogFile(const std::string& file, std::size_t times) {

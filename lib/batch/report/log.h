@@ -25,9 +25,6 @@ inline constexpr std::size_t kOldLogFiles = 5;
 /// errors  the file cannot be written
 void setLogFile(const std::string& file);
 
-/// From now on messages leave out this text wherever it occurs, such as the path of a folder for temporary files.
-void hideInLog(const std::string& text);
-
 /// The name that a log file has after it has been renamed `times` times, times >= 1.
 std::string oldLogFile(const std::string& file, std::size_t times);
 
