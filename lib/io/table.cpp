@@ -120,18 +120,24 @@ struct Column {
     std::vector<double> real;
     std::vector<std::int64_t> integer;
     bool whole = true;
-    std::string fault;            ///< the first cell that is no number, with its line
-    std::string beyond_integers;  ///< the first cell that is an integer of more than 64 bits, with its line
+    std::string fault;   ///< the first cell that is no number, with its line
+    std::string beyond;  ///< the first integer of more than 64 bits, with its line, if all are written as integers
 
     void add(double number, const std::string& cell, std::size_t line) {
         real.push_back(number);
-        if (!whole) return;
-        if (const auto exact = integerOf(cell)) return integer.push_back(*exact);
+        if (isReal()) return;
+        const auto exact = integerOf(cell);
+        if (whole && exact) integer.push_back(*exact);
+        if (exact) return;
         whole = false;
         integer = {};
-        if (cell.find_first_not_of("+-0123456789") == std::string::npos)
-            beyond_integers = "line " + std::to_string(line) + ": " + cell;
+        if (cell.find_first_not_of("+-0123456789") != std::string::npos)
+            beyond.clear();
+        else if (beyond.empty())
+            beyond = "line " + std::to_string(line) + ": " + cell;
     }
+    /// Whether a cell is not written as an integer.
+    bool isReal() const { return !whole && beyond.empty(); }
 };
 
 /// A column's name as that of a vector and a component, where it is one: "v.x", "Points:0", "vel_y", "a[2]", "vx".
@@ -235,6 +241,16 @@ NumberColumn numbersOf(const std::vector<Column>& columns, const std::vector<std
             else
                 together.real.push_back(columns[c].real[i]);
     return together;
+}
+
+/// The first cell of more than 64 bits, with its line and column, if all cells of some columns are written as integers;
+/// else empty.
+std::string beyondIntegers(const std::vector<Column>& columns, const std::vector<std::size_t>& which,
+                           const std::vector<std::string>& names) {
+    if (std::ranges::any_of(which, [&](std::size_t c) { return columns[c].isReal(); })) return {};
+    for (const std::size_t c : which)
+        if (!columns[c].whole) return columns[c].beyond + " in column '" + names[c] + "'";
+    return {};
 }
 
 // Writing.
@@ -363,8 +379,12 @@ FileContents parseTable(Cursor in, const ReadOptions& options) {
                                         "' is left out, because an earlier one is called '" + name + "' as well");
             continue;
         }
-        if (const std::string& id = columns[meaning.columns[0]].beyond_integers; !id.empty() && name == options.id)
-            throw Error(in.file() + ": " + id + " in column '" + name + "' is too large, expected at most 2^63 - 1");
+        const std::string beyond = beyondIntegers(columns, meaning.columns, names);
+        if (!beyond.empty() && name == options.id)
+            throw Error(in.file() + ": " + beyond + " is too large, expected at most 2^63 - 1");
+        if (!beyond.empty() && meaning.name != "P" && !isVelocity(name))
+            contents.warnings.push_back("attribute '" + name + "' becomes floats of single precision: " + beyond +
+                                        " needs more than 64 bits");
         contents.declared.push_back({name, haveSigned32Bits(numbers.integer) ? "number" : "int64", width, ""});
         if (meaning.name == "P") {
             for (const std::size_t c : meaning.columns)

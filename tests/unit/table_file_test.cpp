@@ -156,6 +156,30 @@ TEST(TableFile, NumbersThatAreTooLargeAreNamedWithTheirLine) {
     EXPECT_EQ(table("x,y,z,key\n1,2,3,9223372036854775808\n").attributes.at(0).real, std::vector<float>{0x1p63F});
 }
 
+TEST(TableFile, IntegersThatBecomeFloatsBecauseTheyAreTooLargeAreNamedInAWarning) {
+    const std::string large = "99999999999999999999999", first = std::to_string(UINT64_MAX);
+    const FileContents contents =
+        table("x,y,z,key,a.x,a.y\n1,2,3,4,5,6\n1,2,3," + first + ",7,8\n1,2,3," + large + ",9,-" + large + "\n");
+    EXPECT_EQ(namesOf(contents), (std::vector<std::string>{"key/1", "a/2"}));
+    EXPECT_EQ(contents.attributes.at(0).real, (std::vector<float>{4, 0x1p64F, 1e23F}));
+    EXPECT_EQ(contents.warnings,
+              (std::vector<std::string>{"attribute 'key' becomes floats of single precision: line 3: " + first +
+                                            " in column 'key' needs more than 64 bits",
+                                        "attribute 'a' becomes floats of single precision: line 4: -" + large +
+                                            " in column 'a.y' needs more than 64 bits"}));
+    const TemporaryFolder folder;
+    write(folder / "a.csv", "x,y,z,key\n1,2,3," + large + "\n");
+    EXPECT_EQ(readSummarised(folder / "a.csv", {}).summary.warnings.size(), 1U);
+    // Other columns are floats anyway.
+    for (const char* row :
+         {"{},2,3,4,5,6,7,8", "1,2,3,{},5,6,7,8", "1,2,3,4,5,6,{},0.5", "1,2,3,4,5,6,7,9223372036854775807"}) {
+        std::string text = row;
+        if (const std::size_t at = text.find("{}"); at != std::string::npos) text.replace(at, 2, large);
+        for (const std::string& rows : {text + "\n1,2,3,4,5,6,1.5,8\n", "1,2,3,4,5,6,1.5,8\n" + text + '\n'})
+            EXPECT_EQ(table("x,y,z,vx,vy,vz,b.x,b.y\n" + rows).warnings, std::vector<std::string>{}) << rows;
+    }
+}
+
 TEST(TableFile, ErrorsNameTheLine) {
     expectError([] { table("x,y,z\n1,2,3\n4,5\n"); }, {"a.csv: line 3", "2 columns, expected 3"});
     expectError([] { table("x,y,z\n1,2,a\n"); }, {"line 2", "'a'", "column 'z'"});
