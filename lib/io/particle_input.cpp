@@ -167,6 +167,7 @@ std::string incompleteVelocity(const std::vector<Attribute>& attributes, std::si
     for (const Attribute& a : attributes)
         for (const char* name : {"v", "velocity", "vel", "velocities"})
             if (a.components == 2 && plainName(a.name) == name) return "'" + a.name + "' has x and y, but z is missing";
+    std::vector<std::string> pair, third;  // 'v_1' and 'v_2' lack 'v_0' or 'v_3'
     for (const auto& names : velocityTriples()) {
         if (names[0] == "u") continue;  // u and v are often coordinates of textures
         std::vector<std::string> there, missing;
@@ -178,10 +179,13 @@ std::string incompleteVelocity(const std::vector<Attribute>& attributes, std::si
             else
                 missing.push_back(name);
         }
-        if (missing.size() == 1)
-            return "there are '" + there[0] + "' and '" + there[1] + "', but '" + missing[0] + "' is missing";
+        if (missing.size() != 1 || (!pair.empty() && there != pair)) continue;
+        pair = there;
+        third.push_back("'" + missing[0] + "'");
     }
-    return {};
+    if (pair.empty()) return {};
+    return "there are '" + pair[0] + "' and '" + pair[1] + "', but " +
+           (third.size() > 1 ? "either " + third[0] + " or " + third[1] : third[0]) + " is missing";
 }
 
 std::vector<std::string> velocityCandidates(const std::vector<Attribute>& attributes) {

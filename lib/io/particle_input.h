@@ -76,7 +76,7 @@ std::optional<VelocitySource> findVelocity(const std::vector<Attribute>& attribu
                                            const std::string& file);
 
 /// What is missing where only two components of a usual velocity are there: "there are 'vx' and 'vy', but 'vz' is
-/// missing"; empty otherwise.
+/// missing"; of 'v_1' and 'v_2' "either 'v_0' or 'v_3'"; empty otherwise.
 std::string incompleteVelocity(const std::vector<Attribute>& attributes, std::size_t n);
 
 /// Attributes that might be a velocity: those of three floats, and triples of attributes of one number.

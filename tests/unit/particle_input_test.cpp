@@ -185,6 +185,12 @@ TEST(ParticleInput, TheMissingComponentOfAVelocityIsNamed) {
               "there are 'vx' and 'vy', but 'vz' is missing");
     EXPECT_EQ(incompleteVelocity({scalar("Vel.z [m/s]"), scalar("Vel.x [m/s]")}, 1),
               "there are 'Vel.x [m/s]' and 'Vel.z [m/s]', but 'vel.y' is missing");
+    // Counted from 0 or from 1.
+    EXPECT_EQ(incompleteVelocity({scalar("v_1"), scalar("v_2")}, 1),
+              "there are 'v_1' and 'v_2', but either 'v_0' or 'v_3' is missing");
+    EXPECT_EQ(incompleteVelocity({scalar("v_1"), scalar("v_0")}, 1), "there are 'v_0' and 'v_1', but 'v_2' is missing");
+    EXPECT_EQ(incompleteVelocity({scalar("v_2"), scalar("v_3"), scalar("vel.x"), scalar("vel.y")}, 1),
+              "there are 'v_2' and 'v_3', but 'v_1' is missing");
     EXPECT_EQ(incompleteVelocity({{"vel", 2, {1, 2}, {}}}, 1), "'vel' has x and y, but z is missing");
     for (const std::vector<Attribute>& none : {std::vector<Attribute>{}, {scalar("u"), scalar("v")}, {scalar("vx")}})
         EXPECT_EQ(incompleteVelocity(none, 1), "");
