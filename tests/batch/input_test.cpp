@@ -193,6 +193,31 @@ TEST_F(InputJob, RequestedAttributesThatAreReadOtherwiseAreExplained) {
                                        {"id", "is the id of particles, which vertices do not have"}})
         EXPECT_NE(mesh({"--attributes", name}).err.find("'" + std::string(name) + "' " + reason), std::string::npos)
             << name;
+    // Columns of a table.
+    const auto refuses = [&](const std::string& columns, std::vector<std::string> options, const std::string& reason) {
+        std::string table = columns + '\n';
+        for (const Vec3f& p : particles.position)
+            table += std::to_string(p.x) + ',' + std::to_string(p.y) + ',' + std::to_string(p.z) + ",0.5,1,2,3,4\n";
+        write(folder_ / "a.csv", table);
+        for (const char* option : {"--dry-run", "--overwrite"}) {
+            std::vector<std::string> words{"mesh", "a.csv", "a.ply", option};
+            words.insert(words.end(), options.begin(), options.end());
+            const Outcome outcome = runProgram(words, folder_.path());
+            EXPECT_EQ(outcome.exit_code, 1);
+            EXPECT_NE((outcome.out + outcome.err).find(reason), std::string::npos) << outcome.out << outcome.err;
+        }
+    };
+    refuses("x,y,z,velocity_x,velocity_y,velocity_z,key,heat", {"--attributes", "velocity_x"},
+            "'velocity_x' is a component of the velocity, which is written anyway");
+    refuses("x,y,z,u,v,w,key,heat", {"--attributes", "heat,u"}, "'u' is a component of the velocity");
+    refuses("x,y,z,a,b,c,key,heat", {"--attributes", "b", "--velocity", "a,b,c"}, "'b' is a component of the velocity");
+    refuses("x,y,z,flow_x,flow_y,flow_z,key,heat", {"--attributes", "flow", "--velocity", "flow"},
+            "'flow' is the velocity");
+    refuses("x,y,z,a,b,c,key,heat", {"--attributes", "key", "--id", "key"}, "'key' is read as the id of particles");
+    refuses("x,y,z,a,b,c,id,heat", {"--attributes", "id", "--id", "id"}, "'id' is the id of particles");
+    refuses("x,y,z,a,b,c,flow_x,flow_y", {"--attributes", "flow_y"},
+            "'flow_y' is a component of the attribute 'flow'. Use --attributes flow");
+    refuses("x,y,z,a,b,c,flow_x,flow_y", {"--attributes", "flow_q"}, "the particles have no attribute 'flow_q'");
 }
 
 TEST_F(InputJob, TypesOfAttributesAreKeptAndLostNumbersAreNamed) {

@@ -1,17 +1,22 @@
 
 #include "batch/job/dry_run.h"
 
+#include "batch/job/frame_input.h"
 #include "batch/job/plane.h"
 #include "betamesh/error.h"
-#include "io/particle_file.h"
 #include "skin/attributes.h"
 #include "skin/particle_sizes.h"
+
+#include <utility>
 
 namespace betamesh {
 
 std::string whyFrameFails(const FrameTask& task, const Plan& plan) {
     try {
-        const Particles particles = readParticles(task.input, plan.config.input);
+        SummarisedParticles read = readSummarised(task.input, plan.config.input);
+        const FrameInput liquid{std::move(read.particles), {}, std::move(read.summary)};
+        const Particles& particles = liquid.particles;
+        requireAttributes(liquid, plan.config);
         if (plan.config.surface.dimension == 2) flattened(particles, plan.spacing);
         carriedAttributes(particles, {}, {}, {}, plan.skin.attributes, {});  // of no vertices: checks the names alone
         particleSizes(particles, plan.skin);

@@ -1,6 +1,7 @@
 #include "batch/job/frame_input.h"
 
 #include "base/attribute_names.h"
+#include "base/list_entries.h"
 #include "base/local_origin.h"
 #include "base/lower_case.h"
 #include "base/parallel.h"
@@ -248,6 +249,29 @@ std::vector<InputPart> partsOf(const FrameInput& liquid, const Config& config) {
         if (isOutput(part.name, config)) part.use = "output";
     }
     return parts;
+}
+
+void requireAttributes(const FrameInput& liquid, const Config& config) {
+    const auto has = [&](const std::string& name) {
+        return std::ranges::find(liquid.particles.attributes, name, &Attribute::name) !=
+               liquid.particles.attributes.end();
+    };
+    const std::vector<std::string> velocity = entriesOf(liquid.summary.velocity);
+    for (const std::string& name : config.output.attributes) {
+        if (has(name)) continue;
+        const auto part = componentName(name);
+        const bool is_vector = velocity.size() == 1;
+        if (std::ranges::find(velocity, name) != velocity.end() || (is_vector && part && part->vector == velocity[0]))
+            throw Error("'" + name + "' is " + (is_vector && name == velocity[0] ? "" : "a component of ") +
+                        "the velocity, which is written anyway. Leave it out of --attributes (output.attributes)");
+        if (name == config.input.id && name != "id" && !liquid.particles.id.empty())
+            throw Error("'" + name +
+                        "' is read as the id of particles, which vertices do not have. Without --id (input.id) it is "
+                        "an attribute");
+        if (part && has(part->vector))
+            throw Error("'" + name + "' is a component of the attribute '" + part->vector + "'. Use --attributes " +
+                        part->vector + " (output.attributes)");
+    }
 }
 
 std::vector<InputRemark> remarksOn(const FrameInput& liquid, const Config& config) {

@@ -29,6 +29,9 @@ struct FrameInput {
 FrameInput readInput(const FrameTask& task, const Plan& plan, bool near_surface, FileIdentity& identity,
                      const std::function<void(const std::string&)>& foundNear);
 
+/// errors  an attribute of output.attributes that is read as the velocity or the id, or is a component of another one
+void requireAttributes(const FrameInput& liquid, const Config& config);
+
 /// The kind of the remark that a frame has no velocity.
 inline constexpr const char* kNoVelocity = "no velocity";
 

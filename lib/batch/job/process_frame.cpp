@@ -201,6 +201,7 @@ void meshOutput(SharedFrame& frame, const FrameTask& task, const Plan& plan, Fra
         result.particles_dropped = liquid->summary.dropped;
         result.input_parts = partsOf(*liquid, config);
         remark(*liquid, config, result, job);
+        requireAttributes(*liquid, config);
         if (!planar) hintAtPlane(liquid->particles, plan, result, job);
         checkSpacing(*liquid, plan, result, job);
         watch(Stage::read);
