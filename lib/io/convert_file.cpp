@@ -121,12 +121,8 @@ struct Units {
     bool turns_to_y = false;  ///< z is up in the input: the writer expects data whose y axis points up
 };
 
-Units unitsOf(FileContents& contents, const FileFormat& format, const ConversionOptions& given,
+Units unitsOf(const FileUnits& units, const FileFormat& format, const ConversionOptions& given,
               std::vector<std::string>& warnings) {
-    const FileUnits& units = contents.units;
-    std::erase_if(contents.passed_over, [](const std::string& what) {  // what FileContents::units has
-        return what.starts_with("upAxis") || what.starts_with("metersPerUnit");
-    });
     const UpAxis input_up = given.input_up_axis.value_or(units.up_axis.value_or(UpAxis::y));
     Units result{given.write};
     WriteOptions& write = result.write;
@@ -169,7 +165,7 @@ Conversion convertFile(const fs::path& from, const fs::path& to, const Conversio
     done.triangles = contents.triangles.size();
     done.edges = contents.edges.size();
     require(from, to, done.kind);
-    const Units units = unitsOf(contents, formatOf(to, done.kind, Access::write), given, done.warnings);
+    const Units units = unitsOf(contents.units, formatOf(to, done.kind, Access::write), given, done.warnings);
     WriteOptions options = units.write;
     const WarningHandler warn = [&](const std::string& warning) {
         if (warning.starts_with(kNoInside)) throw Error(from.string() + ": " + warning + ".");

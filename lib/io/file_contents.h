@@ -49,6 +49,9 @@ struct FileUnits {
     std::optional<double> frames_per_second{};
     std::optional<UpAxis> up_axis{};
     std::optional<double> meters_per_unit{};
+    // For lists of what is not read: where up is not y, or a unit is not a metre. Empty: there is nothing to say.
+    std::string up_axis_note{};          ///< upAxis = "Z" (--up-axis z, input.up_axis, turns it to y)
+    std::string meters_per_unit_note{};  ///< metersPerUnit = 0.01
 };
 
 /// Row i of position, id and attributes is point i of the file. Attributes are all point attributes but the position

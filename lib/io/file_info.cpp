@@ -27,7 +27,9 @@ FileInfo inspectFile(const std::filesystem::path& path, std::vector<Vec3f>* part
     info.attributes = contents.declared;
     info.groups = contents.groups;
     info.grids = contents.grids;
-    info.passed_over = contents.passed_over;
+    for (const std::string& note : {contents.units.up_axis_note, contents.units.meters_per_unit_note})
+        if (!note.empty()) info.passed_over.push_back(note);
+    info.passed_over.insert(info.passed_over.end(), contents.passed_over.begin(), contents.passed_over.end());
     info.passed_over.insert(info.passed_over.end(), contents.warnings.begin(), contents.warnings.end());
     info.volumes = contents.volumes;
     if (info.kind == FileKind::particles) {

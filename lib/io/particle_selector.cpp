@@ -178,10 +178,12 @@ InputSummary ParticleSelector::summary(const FileContents& kept, const FileConte
         summary.parts.push_back({Kind::attribute, name, components + declared.type, use});
     }
     summary.warnings = rest.warnings;
-    for (const std::string& what : rest.passed_over) {
-        const bool is_used = what.starts_with("upAxis") && input_.up_axis == UpAxis::z;
-        summary.parts.push_back({Kind::other, what, "", is_used ? "position" : ""});
-    }
+    const auto addOther = [&](const std::string& what, const char* use) {
+        if (!what.empty()) summary.parts.push_back({Kind::other, what, "", use});
+    };
+    addOther(rest.units.up_axis_note, input_.up_axis == UpAxis::z ? "position" : "");
+    addOther(rest.units.meters_per_unit_note, "");
+    for (const std::string& what : rest.passed_over) addOther(what, "");
     summary.z_is_up = rest.units.up_axis == UpAxis::z;
     return summary;
 }

@@ -66,6 +66,9 @@ FileUnits unitsOf(const UsdaStage& stage) {
     FileUnits units{positiveNumber(stage.frame_rate), std::nullopt, positiveNumber(stage.meters_per_unit)};
     const std::string up = stage.up_axis.empty() ? "" : unquoted(stage.up_axis);
     if (up == "Y" || up == "Z") units.up_axis = up == "Z" ? UpAxis::z : UpAxis::y;
+    if (up == "Z") units.up_axis_note = "upAxis = \"Z\" (--up-axis z, input.up_axis, turns it to y)";
+    if (!stage.meters_per_unit.empty() && stage.meters_per_unit != "1")
+        units.meters_per_unit_note = "metersPerUnit = " + std::string(stage.meters_per_unit);
     return units;
 }
 
@@ -77,10 +80,6 @@ public:
     FileContents read() {
         contents_.format = "USD, text";
         const std::vector<std::size_t> chosen = choosePrims();
-        if (!stage_.up_axis.empty() && unquoted(stage_.up_axis) == "Z")
-            contents_.passed_over.emplace_back("upAxis = \"Z\" (--up-axis z, input.up_axis, turns it to y)");
-        if (!stage_.meters_per_unit.empty() && stage_.meters_per_unit != "1")
-            contents_.passed_over.push_back("metersPerUnit = " + std::string(stage_.meters_per_unit));
         contents_.units = unitsOf(stage_);
         for (const std::size_t prim : chosen) readPrim(prim);
         joinBlocks();

@@ -2,9 +2,12 @@
 
 #include "io/usd.h"
 
+#include "io/convert_file.h"
 #include "io/extension.h"
+#include "io/file_info.h"
 #include "io/mesh_file.h"
 #include "io/output_file.h"
+#include "io/particle_file.h"
 #include "io/usd_clips.h"
 #include "support/file_checks.h"
 #include "support/program.h"
@@ -176,10 +179,31 @@ TEST(UsdFile, ReadsMeshesOfOtherPrograms) {
     EXPECT_EQ(mesh.velocity, (std::vector<Vec3>(4, Vec3(2, 0, 0))));
     EXPECT_EQ(mesh.triangles, (std::vector<Triangle>{{3, 2, 1}, {3, 1, 0}, {2, 1, 0}}));
     EXPECT_EQ(contents.grids.size(), 1U);
-    ASSERT_EQ(contents.passed_over.size(), 3U);
-    EXPECT_NE(contents.passed_over[0].find("--up-axis z"), std::string::npos);
-    EXPECT_EQ(contents.passed_over[1], "/world/inner/quads.primvars:st (faceVarying interpolation)");
-    EXPECT_EQ(contents.passed_over[2], "/world/inner/quads.note (string)");
+    EXPECT_EQ(contents.passed_over,
+              (std::vector<std::string>{"/world/inner/quads.primvars:st (faceVarying interpolation)",
+                                        "/world/inner/quads.note (string)"}));
+}
+
+TEST(UsdFile, UnitsThatAreNotAppliedAreListedAsNotRead) {
+    const TemporaryFolder folder;
+    const std::string up = "upAxis = \"Z\"", note = up + " (--up-axis z, input.up_axis, turns it to y)",
+                      unit = "metersPerUnit = 0.01";
+    write(folder / "a.usda", "#usda 1.0\n(" + up + " " + unit + ")\n" + withPoints("string note = \"a\"\n").substr(10));
+    const std::vector<std::string> not_read{note, unit, "/p.note (string)"};
+    EXPECT_EQ(inspectFile(folder / "a.usda").passed_over, not_read);
+    ParticleInput input;
+    for (const char* use : {"", "position"}) {
+        std::vector<std::string> others;
+        for (const InputPart& part : readSummarised(folder / "a.usda", input).summary.parts) {
+            if (part.kind != InputPart::Kind::other) continue;
+            others.push_back(part.name);
+            EXPECT_EQ(part.use, part.name == note ? use : "");
+        }
+        EXPECT_EQ(others, not_read);
+        input.up_axis = UpAxis::z;
+    }
+    EXPECT_EQ(convertFile(folder / "a.usda", folder / "b.usda", {}).warnings,
+              std::vector<std::string>{"not read: /p.note (string)"});
 }
 
 TEST(UsdFile, ReadsPointsOfOtherPrograms) {
