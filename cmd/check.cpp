@@ -264,7 +264,7 @@ bool checkFile(const std::string& file, const CheckArguments& arguments) {
 int checkFiles(const CheckArguments& arguments) {
     if (!arguments.scratch.empty()) logWarning("--scratch has no effect any more: meshes are checked in memory alone");
     StandardStreams streams;
-    std::vector<std::string> meshes = withoutSequenceLayers(filesNamed(arguments.meshes));
+    std::vector<std::string> meshes = withoutSequenceLayers(withoutManifests(filesNamed(arguments.meshes)));
     warnOfLeftOut(arguments.meshes);
     for (std::string& mesh : meshes)
         if (mesh == kStandardStream) mesh = streams.fileOfStdin();

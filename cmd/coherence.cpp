@@ -106,13 +106,8 @@ void writePlot(const std::string& file, const Sequence& sequence, const std::vec
 
 /// The mesh files of the given names. A name with a frame number (####) stands for all of its frames on disk.
 std::vector<std::string> filesOf(const std::vector<std::string>& names) {
-    std::vector<std::string> files;
-    for (const std::string& name : names) {
-        formatOf(name, FileKind::mesh, Access::read);
-        const std::vector<std::string> of_name = filesNamed({name});
-        files.insert(files.end(), of_name.begin(), of_name.end());
-    }
-    files = withoutSequenceLayers(std::move(files));
+    const std::vector<std::string> files = withoutSequenceLayers(withoutManifests(filesNamed(names)));
+    for (const std::string& file : files) formatOf(file, FileKind::mesh, Access::read);
     if (files.size() < 2)
         throw Error(std::string("at least two meshes are needed to measure a movement, but there is ") +
                     (files.empty() ? "none" : "only " + files[0]) +

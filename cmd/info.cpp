@@ -77,7 +77,7 @@ void showFile(const std::string& file, bool json) {
 
 int showFiles(const InfoArguments& arguments) {
     StandardStreams streams;
-    std::vector<std::string> files = withoutSequenceLayers(filesNamed(arguments.files));
+    std::vector<std::string> files = withoutSequenceLayers(withoutManifests(filesNamed(arguments.files)));
     warnOfLeftOut(arguments.files);
     for (std::string& file : files)
         if (file == kStandardStream) file = streams.fileOfStdin();

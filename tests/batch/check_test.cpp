@@ -206,6 +206,35 @@ TEST(Check, WrongUsageAndUnreadableFilesHaveDifferentExitCodes) {
     EXPECT_EQ(reports[1]["good"], true);
 }
 
+TEST(Check, ManifestsAreLeftOutAmongTheirMeshes) {
+    const TemporaryFolder folder;
+    ASSERT_EQ(
+        runProgram({"sample", "drop", "p.####.ply", "--particles", "500", "--frames", "1-2"}, folder.path()).exit_code,
+        0);
+    ASSERT_EQ(runProgram({"mesh", "p.####.ply", "m.####.ply", "-q"}, folder.path()).exit_code, 0);
+    std::filesystem::copy_file(folder / "m.0002.ply", folder / "n.0003.ply");
+    write(folder / "n.0003.ply.json", "{}");
+    using Names = std::vector<std::string>;
+    for (const char* command : {"check", "info", "coherence"}) {
+        SCOPED_TRACE(command);
+        const auto run = [&](Names files) {
+            files.insert(files.begin(), command);
+            return runProgram(files, folder.path());
+        };
+        // As a shell orders m.*
+        const Outcome outcome = run({"m.0001.ply", "m.0001.ply.json", "m.0002.ply", "m.0002.ply.json"});
+        EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+        EXPECT_NE(outcome.err.find("left out because they are manifests: m.0001.ply.json and m.0002.ply.json"),
+                  std::string::npos)
+            << outcome.err;
+        EXPECT_EQ(outcome.out, run({"m.0001.ply", "m.0002.ply"}).out);
+        for (const Names& files :  // without their mesh, or no manifest
+             {Names{"m.0001.ply.json"}, Names{"m.0001.ply", "m.0002.ply.json"},
+              Names{"m.0001.ply", "n.0003.ply", "n.0003.ply.json"}})
+            EXPECT_NE(run(files).exit_code, 0);
+    }
+}
+
 TEST(Check, ChecksMeshesOfThisProgram) {
     const TemporaryFolder folder;
     ASSERT_EQ(

@@ -1,10 +1,15 @@
 #include "batch/job/left_out.h"
 
+#include "batch/job/frame_task.h"
 #include "batch/report/log.h"
+#include "batch/report/report.h"
 
 #include <algorithm>
 #include <cstdint>
+#include <filesystem>
 #include <limits>
+#include <set>
+#include <system_error>
 
 namespace betamesh {
 
@@ -38,6 +43,19 @@ void warnOfLeftOut(const std::vector<std::string>& names) {
         for (const auto& file : framesOnDisk(pattern)) frames.push_back(file.first);
         for (const std::string& warning : leftOutOnDisk(pattern, frames, "")) logWarning(warning);
     }
+}
+
+std::vector<std::string> withoutManifests(const std::vector<std::string>& files) {
+    std::set<std::string> manifests;
+    for (const std::string& file : files) manifests.insert(manifestPath(file));
+    const auto isManifest = [&](const std::string& file) {
+        std::error_code ignored;
+        return manifests.contains(file) && std::filesystem::is_regular_file(file, ignored) && readManifest(file);
+    };
+    std::vector<std::string> others, left_out;
+    for (const std::string& file : files) (isManifest(file) ? left_out : others).push_back(file);
+    if (!left_out.empty()) logInfo("left out because they are manifests: " + firstNames(left_out));
+    return others;
 }
 
 }  // namespace betamesh

@@ -1,4 +1,4 @@
-// What is left out where a pattern stands for all frames on disk.
+// What is left out where a pattern of this program or of the shell stands for all frames on disk.
 
 #pragma once
 
@@ -20,5 +20,9 @@ std::vector<std::string> leftOutOnDisk(const FramePattern& pattern, const std::v
 
 /// Logs leftOutOnDisk() for the patterns among the names that filesNamed() reads.
 void warnOfLeftOut(const std::vector<std::string>& names);
+
+/// The files without the manifests of others among them, which the log names: a shell gives both for mesh/*.0024.*. A
+/// manifest whose output is not among the files stays.
+std::vector<std::string> withoutManifests(const std::vector<std::string>& files);
 
 }  // namespace betamesh
