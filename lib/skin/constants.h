@@ -304,10 +304,11 @@ inline constexpr double kOwnStepBegins = 4, kOwnStepFull = 5.4;
 inline constexpr double kMaxFitStep = 0.3;
 /// Added to the variance of what is fitted, square dx: a small neighbourhood fits a plane.
 inline constexpr double kSkinFitVariance = 1e-3;
-/// Cosines to a vertex' normal between which a surface faces sideways, neither the same way nor the opposite one, and
-/// the width over which that fades; the kernel width of that normal.
+/// Cosines to an element's normal between which a surface faces sideways, neither the same way nor the opposite one,
+/// and the width over which that fades.
 inline constexpr float kSidewaysMax = 0.5F, kSidewaysMin = -0.3F, kSidewaysFade = 0.25F;
-inline constexpr double kSidewaysKernel = 1.2;
+/// Kernel width of the means over the elements' kernels.
+inline constexpr double kShapeKernel = 2.5;
 /// 2 / π: the inverse square distance of a wall across the surface is this times the sum over it (derived).
 inline constexpr double kWallFactor = 0.6366;
 /// Kernel width of fits at edges of thick liquid, which are rounded whatever faces sideways. On rims of sheets and on
@@ -330,7 +331,7 @@ inline constexpr double kUndividedFlatness = 0.75, kDivisionFade = 0.15;
 inline constexpr int kWaveReturns = 3;
 inline constexpr double kWavesFull = 4;
 /// Calls of relaxFolds() after a pass; there is one before it, because fits depend on how vertices face.
-inline constexpr int kFoldRelaxations = 2;
+inline constexpr int kFoldRelaxations = 3;
 /// Largest displacement by smoothing in skin depths, < 1: no vertex passes a particle.
 inline constexpr double kMaxSkinSmoothing = 0.9;
 

@@ -12,8 +12,6 @@ namespace betamesh {
 
 namespace {
 
-float scaleAt(const std::vector<float>& scale, std::size_t point) { return scale.empty() ? 1 : scale[point]; }
-
 // Sums of w = A u / (d² + variance)², fading out at the end of the reach, u from 0 to 1 where an element faces
 // sideways, neither the same way as the point nor the opposite way. A wall across the surface at distance D gives π / 2
 // D². kOpposite is the same for elements that face the opposite way. The others are sums over the directions n of
@@ -117,9 +115,41 @@ void setShape(const Lanes (&sums)[kSidewaysSums], std::size_t lane, const Vec3& 
     const double difference = std::sqrt(std::max(0.0, squares / 2 - trace * trace / 4));  // of eigenvalues, halved
     const double across = std::sqrt(flat + narrow * (1 - trace / 2 + difference)),        // inverse widths
         along = std::sqrt(flat + narrow * (1 - trace / 2 - difference));
-    shapes.longest[point] = static_cast<float>(1 / along);
+    shapes.reach[point] = static_cast<float>(scale / along);
     shapes.width[point] = static_cast<float>(1 / (across * (1 - kLengthwiseShare) + along * kLengthwiseShare));
 }
+
+// Σ w value and Σ w over elements that face the same way: w = area · (1 - d²/width²)²₊ · (direction · own normal)₊.
+constexpr std::size_t kShapeValues = 8;  // G, and the inverse squares of reach and width
+constexpr std::size_t kShape = kElementArea + 1, kShapeFields = kShape + kShapeValues;  // fields of an element
+struct ShapeSums {
+    SampleRuns<kShapeFields> samples;
+    const Lanes& inverse_square_width;
+    OrientedPoints point;
+    Lanes (&sums)[kShapeValues + 1];
+
+    template <std::size_t kWidth>
+    __attribute__((always_inline)) void operator()(std::size_t first) const {
+        using Pack = Floats<kWidth>;
+        Pack x[3], n[3], inverse;
+        getLanes<kWidth>(point.position, first, x);
+        getLanes<kWidth>(point.normal, first, n);
+        getLanes<kWidth>(inverse_square_width, first, inverse);
+        const Pack zero{}, one = zero + 1.0F;
+        Pack sum[kShapeValues + 1] = {};
+        samples.forEach(
+            x, [&](const auto& f, const Pack(&p)[3]) __attribute__((always_inline)) {
+                Pack t = one - (p[0] * p[0] + p[1] * p[1] + p[2] * p[2]) * inverse;
+                Pack c = f[kDx] * n[0] + f[kDy] * n[1] + f[kDz] * n[2];
+                t = t > 0 ? t : zero;
+                c = c > 0 ? c : zero;
+                const Pack w = t * t * c * f[kElementArea];
+                for (std::size_t k = 0; k < kShapeValues; ++k) sum[k] += w * f[kShape + k];
+                sum[kShapeValues] += w;
+            });
+        setLanes<kWidth>(sums, first, sum);
+    }
+};
 
 }  // namespace
 
@@ -131,32 +161,66 @@ void KernelShapes::gather(const PointGroup& group, Lanes (&matrix)[6]) const {
         }
 }
 
-std::vector<float> KernelShapes::reach(const std::vector<float>& scale) const {
-    std::vector<float> reach = longest;
-    for (std::size_t i = 0; i < scale.size(); ++i) reach[i] *= scale[i];
-    return reach;
-}
-
-KernelShapes kernelShapes(const PointGroups& points, const std::vector<Vec3>& position, const Normals& normal,
-                          const std::vector<float>& scale, const GroupedElements& elements, double unit,
-                          double widest) {
-    KernelShapes shapes(position.size());
-    std::vector<float> reach(position.size());
-    parallelFor(reach.size(), 8192, [&](std::size_t i) { reach[i] = static_cast<float>(widest) * scaleAt(scale, i); });
-    forElements(points, position, elements, unit, reach, normal,
+KernelShapes kernelShapes(const GroupedElements& elements, double unit, double widest) {
+    const std::size_t n = elements.element.size();
+    KernelShapes shapes(n);
+    Normals normal(n);
+    std::vector<float> reach(n);
+    parallelFor(n, 8192, [&](std::size_t i) {
+        normal[i] = elements.element[i].direction.normalized();
+        reach[i] = static_cast<float>(widest) * elements.element[i].scale;
+    });
+    forElements(elements.groups, elements.position, elements, unit, reach, normal,
                 [&](const PointGroup& group, ElementSamples near, const OrientedPoints& point) {
-                    Lanes inverse, scales, sums[kSidewaysSums];
+                    Lanes inverse, scale, sums[kSidewaysSums];
                     for (std::size_t lane = 0; lane < kLanes; ++lane) {
                         const std::uint32_t row = group.row[lane];
                         inverse[lane] = 1 / (reach[row] * reach[row]);
-                        scales[lane] = scaleAt(scale, row);
+                        scale[lane] = elements.element[row].scale;
                     }
-                    forLanes(SidewaysSums{near, inverse, scales, point, sums});
+                    forLanes(SidewaysSums{near, inverse, scale, point, sums});
                     for (std::size_t lane = 0; lane < group.size; ++lane) {
                         const std::uint32_t row = group.row[lane];
-                        setShape(sums, lane, Vec3(normal[row]), widest, scaleAt(scale, row), row, shapes);
+                        setShape(sums, lane, Vec3(normal[row]), widest, static_cast<double>(scale[lane]), row, shapes);
                     }
                 });
+    return shapes;
+}
+
+KernelShapes kernelShapes(const DeformingMesh& surface, const Normals& normal, const GroupedElements& elements,
+                          const KernelShapes& of_elements) {
+    const SampleTable<kShapeFields> table(
+        elements.groups, elements.position, surface.spacing(), [&](std::uint32_t i, SampleFields<kShapeFields>& f) {
+            const SurfaceElement& e = elements.element[i];
+            f[kDx] = e.direction.x, f[kDy] = e.direction.y, f[kDz] = e.direction.z, f[kElementArea] = e.area;
+            for (std::size_t k = 0; k < 3; ++k) {
+                f[kShape + k] = of_elements.diagonal[i][static_cast<int>(k)];
+                f[kShape + 3 + k] = of_elements.mixed[i][static_cast<int>(k)];
+            }
+            f[kShape + 6] = 1 / (of_elements.reach[i] * of_elements.reach[i]);
+            f[kShape + 7] = 1 / (of_elements.width[i] * of_elements.width[i]);
+        });
+    KernelShapes shapes(surface.size());
+    forGroups(
+        surface.groups(), surface.position(), table, kMaxElements,
+        [&](std::size_t group) { return surface.reach(kShapeKernel, group); },
+        [&](const PointGroup& group, SampleRuns<kShapeFields> samples) {
+            const PointGroup::Vectors n = group.gather(normal);
+            Lanes inverse, sums[kShapeValues + 1];
+            surface.setInverseSquares(group, kShapeKernel, inverse);
+            forLanes(ShapeSums{samples, inverse, {group.position, n.lanes}, sums});
+            for (std::size_t lane = 0; lane < group.size; ++lane) {
+                const std::uint32_t v = group.row[lane];
+                const float weight = sums[kShapeValues][lane];
+                if (!(weight > 0)) continue;
+                for (int k = 0; k < 3; ++k) {
+                    shapes.diagonal[v][k] = sums[k][lane] / weight;
+                    shapes.mixed[v][k] = sums[3 + k][lane] / weight;
+                }
+                shapes.reach[v] = std::sqrt(weight / sums[6][lane]);
+                shapes.width[v] = std::sqrt(weight / sums[7][lane]);
+            }
+        });
     return shapes;
 }
 

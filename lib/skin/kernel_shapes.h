@@ -11,28 +11,34 @@ namespace betamesh {
 /// Kernels (1 - pᵀGp)², p from a point to a sample; G is a symmetric matrix. A column per point.
 struct KernelShapes {
     std::vector<Vec3f> diagonal, mixed;  ///< of G: xx yy zz and yz zx xy, 1 / square spacings of the frame
-    std::vector<float> longest;          ///< largest width, particle spacings at the point
+    std::vector<float> reach;            ///< largest width, spacings of the frame
     std::vector<float> width;  ///< harmonic mean of those across and along edges, particle spacings at the point
 
     explicit KernelShapes(std::size_t points)
-        : diagonal(points, Vec3f(0)), mixed(points, Vec3f(0)), longest(points), width(points) {}
+        : diagonal(points, Vec3f(0)), mixed(points, Vec3f(0)), reach(points), width(points) {}
     /// G of a group of points, one per lane: the diagonal, then the mixed elements.
     void gather(const PointGroup& group, Lanes (&matrix)[6]) const;
-    /// The largest widths in spacings of the frame; scale: of each point, empty: all 1.
-    std::vector<float> reach(const std::vector<float>& scale) const;
 };
 
-/// The kernels at some points of the surface. Each is `widest` wide unless the surface turns sideways near the point.
-/// Where it turns away, as on rims of sheets, edges, and threads, the kernel is narrow only in the directions in which
-/// the surface faces there: what bulges and recedes along an edge is smoothed, and the edge stays. Where the surface
-/// turns towards the point, as in creases, it is narrow in all directions.
+/// The kernels at the elements of the surface. Each is `widest` wide unless the surface turns sideways near the
+/// element. Where it turns away, as on rims of sheets, edges, and threads, the kernel is narrow only in the directions
+/// in which the surface faces there: what bulges and recedes along an edge is smoothed, and the edge stays. Where the
+/// surface turns towards the element, as in creases, it is narrow in all directions.
 ///
-/// in      normal: wide means, unit vectors; scale: particle spacing at each point, in spacings of the frame, empty:
-///         all 1; unit: the spacing, world units; widest: particle spacings
+/// in      unit: the particle spacing, world units; widest: particle spacings
 /// same    result for any thread count
-/// cost    O(points · elements within reach)
-KernelShapes kernelShapes(const PointGroups& points, const std::vector<Vec3>& position, const Normals& normal,
-                          const std::vector<float>& scale, const GroupedElements& elements, double unit, double widest);
+/// cost    O(elements · elements within reach)
+KernelShapes kernelShapes(const GroupedElements& elements, double unit, double widest);
+
+/// The kernels at the vertices: means over the elements near that face the same way. Without the means, the crest of a
+/// blunt edge, from which neither side is turned sideways, would have a wider kernel than the sides, and its border a
+/// crease.
+///
+/// in      normal: of the vertices, unit vectors
+/// same    result for any thread count
+/// cost    O(vertices · elements within kShapeKernel)
+KernelShapes kernelShapes(const DeformingMesh& surface, const Normals& normal, const GroupedElements& elements,
+                          const KernelShapes& of_elements);
 
 /// Sets 1 - pᵀGp in lanes, or 0 outside the kernel; of an element the mean of pᵀGp, variance: as in SurfaceElement.
 /// g: as from KernelShapes::gather(). (A vector that is returned depends on the instruction set.)

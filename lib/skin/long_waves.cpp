@@ -38,12 +38,10 @@ struct ValueSums {
 };
 
 // Calls visit(row, mean) with the kernel mean of the elements' values over what faces the same way as each point.
-// reach: of the kernels, spacings of the frame
 template <typename Visit>
 void forMeans(const PointGroups& points, const std::vector<Vec3>& point, const Normals& normal,
-              const KernelShapes& kernels, const std::vector<float>& reach, const GroupedElements& elements,
-              double unit, const Visit& visit) {
-    forElements(points, point, elements, unit, reach, normal,
+              const KernelShapes& kernels, const GroupedElements& elements, double unit, const Visit& visit) {
+    forElements(points, point, elements, unit, kernels.reach, normal,
                 [&](const PointGroup& group, ElementSamples near, const OrientedPoints& at) {
                     Lanes matrix[6], sums[2];
                     kernels.gather(group, matrix);
@@ -71,19 +69,16 @@ void returnLongWaves(DeformingMesh& surface, const Normals& normal, const std::v
     GroupedElements elements(surface, lost);
     const std::size_t n = elements.element.size();
     Normals facing(n);
-    std::vector<float> missing(n), total(n), scale(surface.mesh().scale.empty() ? 0 : n), mean(n);
+    std::vector<float> missing(n), total(n), mean(n);
     for (std::size_t i = 0; i < n; ++i) {
         const SurfaceElement& element = elements.element[i];
         facing[i] = element.direction.normalized();
         missing[i] = total[i] = element.value;
-        if (!scale.empty()) scale[i] = element.scale;
     }
     const double unit = surface.spacing();
-    const KernelShapes of_elements =
-        kernelShapes(elements.groups, elements.position, facing, scale, elements, unit, widest);
-    const std::vector<float> reach = of_elements.reach(scale);
+    const KernelShapes of_elements = kernelShapes(elements, unit, widest);
     for (int i = 1; i < kWaveReturns; ++i) {
-        forMeans(elements.groups, elements.position, facing, of_elements, reach, elements, unit,
+        forMeans(elements.groups, elements.position, facing, of_elements, elements, unit,
                  [&](std::uint32_t e, float of_missing) { mean[e] = of_missing; });
         for (std::size_t e = 0; e < n; ++e) {
             missing[e] -= mean[e] * returnedShare(of_elements.width[e]);
@@ -94,7 +89,7 @@ void returnLongWaves(DeformingMesh& surface, const Normals& normal, const std::v
     for (std::size_t e = 0; e < n; ++e) elements.element[e].value = total[e];
     std::vector<Vec3f> step(surface.size(), Vec3f(0));
     forMeans(
-        surface.groups(), surface.position(), normal, kernels, kernels.reach(surface.mesh().scale), elements, unit,
+        surface.groups(), surface.position(), normal, kernels, elements, unit,
         [&](std::uint32_t v, float returned) { step[v] = normal[v] * (returned * returnedShare(kernels.width[v])); });
     surface.moveAveraged(step);
 }

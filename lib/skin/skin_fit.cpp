@@ -70,14 +70,11 @@ double fitShare(float width) { return smoothStep((width - kFitBegins) / (kFitFul
 
 KernelShapes fitSpheres(DeformingMesh& surface, double widest) {
     const Normals normal = surface.smoothNormals();
-    const Normals wide = surface.kernelNormals(kSidewaysKernel, normal).normal;
     const GroupedElements elements(surface);
-    const std::vector<float>& scale = surface.mesh().scale;
-    KernelShapes shapes =
-        kernelShapes(surface.groups(), surface.position(), wide, scale, elements, surface.spacing(), widest);
+    KernelShapes shapes = kernelShapes(surface, normal, elements, kernelShapes(elements, surface.spacing(), widest));
     surface.constrainFading(shapes.diagonal);
     surface.constrainFading(shapes.mixed);
-    surface.constrainFading(shapes.longest);
+    surface.constrainFading(shapes.reach);
     surface.constrainFading(shapes.width);
     std::vector<Vec3f> step(surface.size(), Vec3f(0));
     const auto visit = [&](const PointGroup& group, ElementSamples near, const OrientedPoints& point) {
@@ -92,7 +89,7 @@ KernelShapes fitSpheres(DeformingMesh& surface, double widest) {
             step[v] = Vec3f(onto);
         }
     };
-    forElements(surface.groups(), surface.position(), elements, surface.spacing(), shapes.reach(scale), normal, visit);
+    forElements(surface.groups(), surface.position(), elements, surface.spacing(), shapes.reach, normal, visit);
     std::vector<float> own(step.size());
     parallelFor(own.size(), 8192, [&](std::size_t v) {
         const double share = (shapes.width[v] - kOwnStepBegins) / (kOwnStepFull - kOwnStepBegins);

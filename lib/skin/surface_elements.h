@@ -38,6 +38,9 @@ struct GroupedElements {
 enum ElementField { kPx, kPy, kPz, kDx, kDy, kDz, kElementArea, kVariance, kConvexity, kElementValue, kElementFields };
 using ElementSamples = SampleRuns<kElementFields>;
 
+/// Elements that sums visit at most per group of points.
+inline constexpr std::size_t kMaxElements = 4096;
+
 /// Positions and normals of a group of points, one per lane.
 struct OrientedPoints {
     const Lanes (&position)[3];
@@ -49,7 +52,6 @@ struct OrientedPoints {
 template <typename Visit>
 void forElements(const PointGroups& points, const std::vector<Vec3>& point, const GroupedElements& elements,
                  double unit, const std::vector<float>& reach, const Normals& normal, const Visit& visit) {
-    constexpr std::size_t kMaxElements = 4096;
     const SampleTable<kElementFields> table(
         elements.groups, elements.position, unit, [&](std::uint32_t i, SampleFields<kElementFields>& f) {
             const SurfaceElement& e = elements.element[i];

@@ -17,6 +17,8 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <limits>
 #include <map>
 #include <numbers>
@@ -161,6 +163,46 @@ TEST(Skin, RimsOfHolesAreRound) {
         }
     EXPECT_GT(all, 150);
     EXPECT_LE(straight, 0.1 * all);
+}
+
+// A roof of rows along z that turns by some degrees at x = 0; offset: of the rows from the crest.
+Particles roof(double degrees, double offset, unsigned seed) {
+    std::mt19937 random(seed);
+    std::uniform_real_distribution<double> off(-0.02, 0.02);
+    const double slope = std::tan(degrees * std::numbers::pi / 360);
+    Particles particles;
+    for (int z = 0; z < 16; ++z)
+        for (int x = -9; x <= 9; ++x)
+            for (int layer = 0; layer < 8; ++layer) {
+                const double across = x + offset, height = -layer - slope * std::abs(across);
+                particles.position.emplace_back(Vec3(across + off(random), height + off(random), z + off(random)));
+            }
+    return particles;
+}
+
+TEST(Skin, BluntEdgesAreRoundAndHaveNoCreases) {
+    constexpr std::size_t kStrips = 32;  // along the edge, a quarter of a spacing wide
+    for (const double radius : {1.5, 2.0})
+        for (const int degrees : {30, 40, 50, 60})
+            for (const double offset : {0.0, 0.5}) {
+                const Mesh mesh = skinFrame(roof(degrees, offset, 1), withSpacing(1, radius)).mesh;
+                std::array<double, kStrips> area{}, slope{};  // slope: in degrees, times area
+                for (const auto& [a, b, c] : mesh.triangles) {
+                    const std::vector<Vec3>& p = mesh.position;
+                    const Vec3 normal = cross(p[b] - p[a], p[c] - p[a]), at = (p[a] + p[b] + p[c]) / 3;
+                    if (std::abs(at.x) >= 4 || at.z < 5 || at.z > 10 || normal.y < 0 || at.y < -5) continue;
+                    const auto strip = static_cast<std::size_t>((at.x + 4) * 4);
+                    area[strip] += normal.length();
+                    slope[strip] += std::atan2(normal.x, normal.y) * 180 / std::numbers::pi * normal.length();
+                }
+                for (std::size_t last = 0, i = 1; i < kStrips; ++i) {
+                    if (!(area[i] > 0)) continue;
+                    const double turn = slope[i] / area[i] - slope[last] / area[last];
+                    ASSERT_LE(turn, degrees / 4.0 * static_cast<double>(i - last)) << radius << ' ' << degrees;
+                    ASSERT_GE(turn, -2) << radius << ' ' << degrees;
+                    last = i;
+                }
+            }
 }
 
 TEST(Skin, NoTriangleOfAPoolIsUpsideDown) {
