@@ -72,12 +72,25 @@ struct Bump {
     double height, width;
 };
 
+// Whether a triangle may be nearer to a point than this distance.
+bool mayBeNearer(const TriangleTree& tree, const Vec3& point, double distance) {
+    bool any = false;
+    tree.forTriangles([&](const Box& box) { return squaredDistance(box, point) < distance * distance; },
+                      [&](std::uint32_t) {
+                          any = true;
+                          return false;
+                      });
+    return any;
+}
+
 // The bump over a particle; none, with height 0, where it is deep enough. at: of the triangle nearest to a particle
 // nearby; set to that nearest to this one.
 Bump bumpOver(const DeepParticle& particle, const TriangleTree& tree, const std::vector<Vec3>& normals,
               std::size_t& at) {
+    const bool is_enclosed = isEnclosed(tree, particle.position);
+    if (is_enclosed && !mayBeNearer(tree, particle.position, particle.least_depth)) return {};
     const double distance = tree.distanceTo(particle.position, at);
-    const double depth = isEnclosed(tree, particle.position) ? distance : -distance;
+    const double depth = is_enclosed ? distance : -distance;
     Bump bump{particle.position, Vec3(0), particle.least_depth - depth, 0};
     if (!(bump.height > 0)) return {};
     const Triangle& nearest = tree.triangles()[tree.triangleAt(at)];
