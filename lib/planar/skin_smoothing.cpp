@@ -32,6 +32,7 @@ constexpr double kOppositeDirection = -0.3;
 constexpr double kBlur = 0.25;           // width of the transition at these cosines
 constexpr double kSidewaysLength = 0.5;  // length of curve that, sideways at a distance, ends a fit there
 constexpr double kLeastDistance = 0.2;   // smaller distances of sideways edges count as this
+constexpr double kMeanWidths = 2.5;      // width of the mean over the widths of fits
 constexpr double kSteepest = 0.2;        // squared slope at which an edge seen from the vertex has weight 0
 constexpr double kVariance = 1e-3;       // square spacings: added to the variance of positions
 constexpr double kDisagreement = 0.25;   // mean squared difference of directions that halves a step
@@ -231,7 +232,25 @@ private:
             }
             widths[v] = squareRoot(squareRoot(1 / sum));
         });
-        return widths;
+        return meanWidths(widths, normal);
+    }
+
+    // Means of widths over the curve near. From the crest of a blunt bend neither side is sideways, and a fit wider
+    // than those beside it would make it straight, with kinks at both ends.
+    std::vector<Dual> meanWidths(const std::vector<Dual>& widths, const std::vector<Normal>& normal) const {
+        std::vector<Dual> mean = widths;
+        forEdgesNear(kMeanWidths, [&](std::uint32_t v, std::span<const std::uint32_t> near) {
+            Dual sum = 0, total = 0;
+            for (const std::uint32_t e : near) {
+                if (!isFacingNeighbour(e, v, kMeanWidths, normal[v])) continue;
+                const EdgeSample& edge = edges_[e];
+                const Dual weight = kernel(offsetOf(e, v), kMeanWidths) * facing(edge, normal[v]) * edge.length;
+                for (const std::uint32_t end : edge.ends) sum = sum + weight / (widths[end] * widths[end]);
+                total = total + weight * 2;
+            }
+            if (total.value > 0) mean[v] = squareRoot(total / sum);
+        });
+        return mean;
     }
 
     // The distance along the normal from a vertex to the circle fitted to the curve around it.

@@ -14,6 +14,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -450,6 +451,44 @@ TEST(SkinPlane, JitteredSlabsBecomeFlat) {
         }
         EXPECT_LE(std::sqrt(squares / lengths) * 180 / std::numbers::pi, skin ? 3 : 2.8);
     }
+}
+
+// Rows under a roof that turns by some degrees at x = 0; the direction of the curve in strips a quarter of a spacing
+// wide.
+TEST(SkinPlane, BluntBendsAreRound) {
+    constexpr std::size_t kStrips = 32;
+    for (const double radius : {1.5, 2.0})
+        for (const int degrees : {40, 50, 60, 70, 80})
+            for (const double offset : {0.0, 0.25, 0.5}) {
+                Particles particles;
+                for (int layer = 0; layer < 8; ++layer)
+                    for (int x = -9; x <= 9; ++x) {
+                        const double across = x + offset,
+                                     height = -layer - std::tan(degrees * std::numbers::pi / 360) * std::abs(across);
+                        particles.position.emplace_back(Vec3(across, height, 0) +
+                                                        Random(1, particles.size()).cube() * Vec3(0.02, 0.02, 0));
+                    }
+                const Curves curves = skinPlane(particles, paramsFor({"", particles, radius})).curves;
+                std::array<double, kStrips> length{}, angle{};  // angle: mean, in degrees, times length
+                for (const Edge& edge : curves.edges) {
+                    const Vec3 &a = curves.position[edge[0]], &b = curves.position[edge[1]];
+                    const Vec3 way = b - a, middle = (a + b) / 2;
+                    if (way.x > 0 || middle.y < -6 || std::abs(middle.x) >= 4) continue;
+                    const auto strip = static_cast<std::size_t>((middle.x + 4) * 4);
+                    length[strip] += way.length();
+                    angle[strip] += std::atan2(way.y, -way.x) * 180 / std::numbers::pi * way.length();
+                }
+                std::optional<std::size_t> last;
+                for (std::size_t i = 0; i < kStrips; ++i) {
+                    if (!(length[i] > 0)) continue;
+                    if (last) {
+                        const double turn = angle[i] / length[i] - angle[*last] / length[*last];
+                        ASSERT_LE(turn, 0.37 * degrees * static_cast<double>(i - *last)) << radius << ' ' << degrees;
+                        ASSERT_GE(turn, -3) << radius << ' ' << degrees;
+                    }
+                    last = i;
+                }
+            }
 }
 
 // The remaining share of the height of a wave in a pool, half a spacing high.
