@@ -59,7 +59,10 @@ StandardStreams::~StandardStreams() {
 
 fs::path StandardStreams::folder() {
     if (!folder_.empty()) return folder_;
-    std::string name = (fs::temp_directory_path() / "betamesh-XXXXXX").string();
+    std::error_code failure;
+    const fs::path parent = fs::temp_directory_path(failure);
+    if (failure) throw Error("the folder for temporary files, TMPDIR, does not exist. Set it to one that does.");
+    std::string name = (parent / "betamesh-XXXXXX").string();
     if (::mkdtemp(name.data()) == nullptr)
         fail(name + ": this temporary folder for stdin and stdout cannot be made. Set TMPDIR to a folder with space");
     owner_ = ::getpid();

@@ -134,7 +134,7 @@ struct Column {
         if (cell.find_first_not_of("+-0123456789") != std::string::npos)
             beyond.clear();
         else if (beyond.empty())
-            beyond = "line " + std::to_string(line) + ": " + cell;
+            beyond = "line " + std::to_string(line) + ": " + (cell.size() > 40 ? cell.substr(0, 40) + "…" : cell);
     }
     /// Whether a cell is not written as an integer.
     bool isReal() const { return !whole && beyond.empty(); }
@@ -381,8 +381,9 @@ FileContents parseTable(Cursor in, const ReadOptions& options) {
         }
         const std::string beyond = beyondIntegers(columns, meaning.columns, names);
         if (!beyond.empty() && name == options.id)
-            throw Error(in.file() + ": " + beyond + " is too large, expected at most 2^63 - 1");
-        if (!beyond.empty() && meaning.name != "P" && !isVelocity(name))
+            throw Error(in.file() + ": " + beyond + " is out of range, expected 0 to 2^63 - 1");
+        const bool is_velocity = isVelocity(name) && width > 1;
+        if (!beyond.empty() && meaning.name != "P" && !is_velocity)
             contents.warnings.push_back("attribute '" + name + "' becomes floats of single precision: " + beyond +
                                         " needs more than 64 bits");
         contents.declared.push_back({name, haveSigned32Bits(numbers.integer) ? "number" : "int64", width, ""});
@@ -392,7 +393,7 @@ FileContents parseTable(Cursor in, const ReadOptions& options) {
                     contents.lost_numbers.push_back(std::move(*lost));
             contents.position = positionsFrom(numbers, 3, options.origin);
             contents.has_double_positions = !numbers.real.empty();
-        } else if (isVelocity(name)) {
+        } else if (is_velocity) {
             if (numbers.real.empty()) numbers = {{numbers.integer.begin(), numbers.integer.end()}, {}};
             addColumn(name, width, std::move(numbers), rows, options, in.file(), contents);
         } else

@@ -17,13 +17,12 @@ namespace betamesh {
 namespace {
 
 /// Why particles have no attribute of this name.
-std::string reasonAgainst(const std::string& name, const Particles& particles) {
+std::string reasonAgainst(const std::string& name) {
     const auto isOneOf = [&](std::initializer_list<std::string_view> names) {
         return std::ranges::find(names, name) != names.end();
     };
     if (isOneOf({"P", "position", "x", "y", "z"})) return "'" + name + "' is the position, which is written anyway";
-    if (!particles.velocity.empty() && isOneOf({"v", "velocity", "vel"}))
-        return "'" + name + "' is the velocity, which is written anyway";
+    if (isOneOf({"v", "velocity", "vel"})) return "'" + name + "' is the velocity, which is written anyway";
     if (name == "id") return "'id' is the id of particles, which vertices do not have";
     return "the particles have no attribute '" + name + "'";
 }
@@ -37,7 +36,7 @@ const Attribute* attributeOf(const Particles& particles, const std::string& name
         known += (known.empty() ? "" : ", ") + a.name;
     }
     if (particles.size() == 0) return nullptr;
-    throw Error(reasonAgainst(name, particles) + ". Besides position, velocity and id the particles have " +
+    throw Error(reasonAgainst(name) + ". Besides position, velocity and id the particles have " +
                 (known.empty() ? "no attributes" : known) + '.');
 }
 

@@ -359,6 +359,10 @@ TEST_F(Files, StandardStreamsLeaveNothingBehindAndRefuseWhatTheyCannotDo) {
     expectOnStdout(0, "mesh - dry.ply --dry-run < in/a.0001.ply", "stdin.ply -> dry.ply");
     expectOnStdout(0, "mesh - piped.ply --json < in/a.0001.ply", R"("input":"stdin.ply")");
     EXPECT_NE(contentsOf(folder_ / "piped.ply.json").find(R"("input":"stdin.ply")"), std::string::npos);
+    ASSERT_EQ(shell(R"(mkdir 'q"\t'; export TMPDIR=$PWD/'q"\t'; $betamesh info - --json < mesh.ply > stdout)"), 0);
+    EXPECT_NE(contentsOf(folder_ / "stdout").find(R"("file":"stdin.ply")"), std::string::npos);
+    ASSERT_EQ(shell("export TMPDIR=$PWD/absent; $betamesh info - < mesh.ply"), 2);
+    EXPECT_NE(said().find("the folder for temporary files, TMPDIR, does not exist"), std::string::npos) << said();
     ASSERT_EQ(shell("head -c 300 in/a.0001.ply | $betamesh check - --json > stdout"), 1) << said();
     EXPECT_NE(contentsOf(folder_ / "stdout").find(R"("error":"stdin.ply: )"), std::string::npos);
     for (const char* command : {"mesh in/a.0001.ply -", "convert in/a.0001.ply -", "info in/a.0001.ply"}) {

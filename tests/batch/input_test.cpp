@@ -209,6 +209,7 @@ TEST_F(InputJob, RequestedAttributesThatAreReadOtherwiseAreExplained) {
     };
     refuses("x,y,z,velocity_x,velocity_y,velocity_z,key,heat", {"--attributes", "velocity_x"},
             "'velocity_x' is a component of the velocity, which is written anyway");
+    refuses("x,y,z,vx,vy,vz,key,heat", {"--attributes", "v_w"}, "the particles have no attribute 'v_w'");
     refuses("x,y,z,u,v,w,key,heat", {"--attributes", "heat,u"}, "'u' is a component of the velocity");
     refuses("x,y,z,a,b,c,key,heat", {"--attributes", "b", "--velocity", "a,b,c"}, "'b' is a component of the velocity");
     refuses("x,y,z,flow_x,flow_y,flow_z,key,heat", {"--attributes", "flow", "--velocity", "flow"},
@@ -218,6 +219,22 @@ TEST_F(InputJob, RequestedAttributesThatAreReadOtherwiseAreExplained) {
     refuses("x,y,z,a,b,c,flow_x,flow_y", {"--attributes", "flow_y"},
             "'flow_y' is a component of the attribute 'flow'. Use --attributes flow");
     refuses("x,y,z,a,b,c,flow_x,flow_y", {"--attributes", "flow_q"}, "the particles have no attribute 'flow_q'");
+}
+
+TEST_F(InputJob, WholeNumbersOfMoreThan64BitsAreNamedOnce) {
+    for (int frame = 1; frame <= 3; ++frame) {
+        std::string table = "x,y,z,velocity_group\n";
+        for (const Vec3f& p : block(5, 5, 5).position)
+            table += std::to_string(p.x) + ',' + std::to_string(p.y) + ',' + std::to_string(p.z) + ",9" +
+                     std::string(static_cast<std::size_t>(60 + frame), '8') + '\n';
+        write(folder_ / ("h." + std::to_string(frame) + ".csv"), table);
+    }
+    const Outcome outcome = runProgram({"mesh", "h.#.csv", "o.#.ply"}, folder_.path());
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+    const std::size_t at = outcome.err.find("in column 'velocity_group' needs more than 64 bits");
+    EXPECT_NE(at, std::string::npos) << outcome.err;
+    EXPECT_EQ(outcome.err.find("64 bits", at + 60), std::string::npos) << outcome.err;
+    EXPECT_EQ(outcome.err.find(std::string(60, '8')), std::string::npos) << outcome.err;
 }
 
 TEST_F(InputJob, TypesOfAttributesAreKeptAndLostNumbersAreNamed) {

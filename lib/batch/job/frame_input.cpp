@@ -261,7 +261,8 @@ void requireAttributes(const FrameInput& liquid, const Config& config) {
         if (has(name)) continue;
         const auto part = componentName(name);
         const bool is_vector = velocity.size() == 1;
-        if (std::ranges::find(velocity, name) != velocity.end() || (is_vector && part && part->vector == velocity[0]))
+        if (std::ranges::find(velocity, name) != velocity.end() ||
+            (is_vector && part && part->vector == velocity[0] && part->index < 3))
             throw Error("'" + name + "' is " + (is_vector && name == velocity[0] ? "" : "a component of ") +
                         "the velocity, which is written anyway. Leave it out of --attributes (output.attributes)");
         if (name == config.input.id && name != "id" && !liquid.particles.id.empty())
@@ -286,7 +287,10 @@ std::vector<InputRemark> remarksOn(const FrameInput& liquid, const Config& confi
                             " left out because the position or velocity is not finite (input.on_bad_particle); the "
                             "first: " +
                             summary.first_dropped});
-    for (const std::string& warning : summary.warnings) add(InputRemark{"reader: " + warning, true, warning});
+    for (const std::string& warning : summary.warnings) {
+        const std::string fault = warning.substr(0, warning.find(": line "));  // the same in all frames
+        add(InputRemark{"reader: " + fault, true, warning});
+    }
     add(remarkOnPolygons(summary));
     add(remarkOnUpAxis(summary, config));
     add(remarkOnCoordinates(liquid.particles.position));

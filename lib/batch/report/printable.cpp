@@ -74,14 +74,6 @@ std::string& hiddenFolder() {
     return folder;
 }
 
-std::string withoutHiddenFolder(std::string_view text) {
-    const std::string& folder = hiddenFolder();
-    std::string shown(text);
-    for (std::size_t at = 0; !folder.empty() && (at = shown.find(folder, at)) != std::string::npos;)
-        shown.erase(at, folder.size());
-    return shown;
-}
-
 int hexDigit(char c) {
     if (c >= '0' && c <= '9') return c - '0';
     if (c >= 'A' && c <= 'F') return c - 'A' + 10;
@@ -92,6 +84,14 @@ int hexDigit(char c) {
 
 void hideFolder(const std::string& folder) { hiddenFolder() = folder; }
 
+std::string withoutHiddenFolder(std::string_view text) {
+    const std::string& folder = hiddenFolder();
+    std::string shown(text);
+    for (std::size_t at = 0; !folder.empty() && (at = shown.find(folder, at)) != std::string::npos;)
+        shown.erase(at, folder.size());
+    return shown;
+}
+
 std::string printable(std::string_view text) {
     return replaced(withoutHiddenFolder(text), isControl, escapedCode,
                     [](unsigned byte) { return formatted("\\x%02x", byte); });
@@ -99,7 +99,7 @@ std::string printable(std::string_view text) {
 
 std::string printableJson(std::string_view json) {
     const auto asUnicode = [](char32_t code) { return formatted("\\u%04x", code); };
-    return replaced(withoutHiddenFolder(json), isControl, asUnicode, [](unsigned) { return "\\ufffd"; });
+    return replaced(json, isControl, asUnicode, [](unsigned) { return "\\ufffd"; });
 }
 
 bool isUtf8(std::string_view text) {

@@ -13,13 +13,16 @@ namespace betamesh {
 std::string printable(std::string_view text);
 
 /// JSON with the characters that printable() escapes, but JSON does not require to, written as \u009b. The values stay
-/// the same, but for a hidden folder. in: valid JSON in UTF-8 on one line.
+/// the same. in: valid JSON in UTF-8 on one line.
 std::string printableJson(std::string_view json);
 
-/// From now on printable() and printableJson() leave out the path of a folder, with its '/' at the end, wherever it
-/// occurs, so that logs, reports and manifests name temporary files without it. Has to be called before the process has
-/// a second thread.
+/// From now on printable() and withoutHiddenFolder() leave out the path of a folder, with its '/' at the end, wherever
+/// it occurs, so that logs, reports and manifests name temporary files without it. Has to be called before the process
+/// has a second thread.
 void hideFolder(const std::string& folder);
+
+/// The text without the folder that is hidden, if one is.
+std::string withoutHiddenFolder(std::string_view text);
 
 /// Whether the text is valid UTF-8.
 bool isUtf8(std::string_view text);

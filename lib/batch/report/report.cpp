@@ -18,9 +18,17 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
+/// The same without the hidden folder in any string.
+Json withoutHiddenFolder(Json json) {
+    if (json.is_string()) return betamesh::withoutHiddenFolder(json.get_ref<const std::string&>());
+    if (json.is_structured())
+        for (Json& element : json) element = withoutHiddenFolder(std::move(element));
+    return json;
+}
+
 /// Bytes that are not UTF-8 become U+FFFD.
 std::string oneLine(const Json& json) {
-    return printableJson(json.dump(-1, ' ', false, Json::error_handler_t::replace));
+    return printableJson(withoutHiddenFolder(json).dump(-1, ' ', false, Json::error_handler_t::replace));
 }
 
 /// Ends the name of a member that has the exact bytes of a path, percent-encoded, because JSON is UTF-8. It exists only
