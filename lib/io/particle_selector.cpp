@@ -160,6 +160,13 @@ InputSummary ParticleSelector::summary(const FileContents& kept, const FileConte
     }
     const std::string id = input_.id.empty() ? "id" : input_.id;
     const std::vector<std::string> velocity_names = entriesOf(summary.velocity);
+    const auto isVelocity = [&](const std::string& name) {
+        return std::ranges::any_of(velocity_names, [&](const std::string& vector) {
+            // Beside an attribute 'v' another one, 'v_x', is no component of it.
+            const bool is_whole = std::ranges::find(kept.declared, vector, &AttributeInfo::name) != kept.declared.end();
+            return is_whole ? name == vector : isPartOf(name, vector);
+        });
+    };
     for (const AttributeInfo& declared : kept.declared) {
         if (declared.type == "group") continue;
         const std::string& name = declared.name;
@@ -168,8 +175,7 @@ InputSummary ParticleSelector::summary(const FileContents& kept, const FileConte
             use = "position";
         else if (name == id && !kept.id.empty())
             use = "id";
-        else if (std::any_of(velocity_names.begin(), velocity_names.end(),
-                             [&](const std::string& v) { return isPartOf(name, v); }))
+        else if (isVelocity(name))
             use = "velocity";
         else if (where_ && where_->uses(name))
             use = "selection";

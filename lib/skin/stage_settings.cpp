@@ -96,8 +96,7 @@ std::optional<Box> clippingBox(const SkinParams& params) {
     if (!isComplete(params))
         throw Error(
             "a box that cuts the surface off (surface.box) needs the beta mesh with the complete tessellation. Leave "
-            "it "
-            "out, or choose that (surface.kind, surface.tessellation)");
+            "it out, or choose that (surface.kind, surface.tessellation)");
     const Box box(roundedToFloats(params.box->min), roundedToFloats(params.box->max));
     for (int k = 0; k < 3; ++k)
         if (!(box.min[k] < box.max[k]) || !std::isfinite(box.max[k] - box.min[k]))

@@ -221,6 +221,15 @@ TEST_F(InputJob, RequestedAttributesThatAreReadOtherwiseAreExplained) {
     refuses("x,y,z,a,b,c,flow_x,flow_y", {"--attributes", "flow_q"}, "the particles have no attribute 'flow_q'");
 }
 
+TEST_F(InputJob, AColumnBesideTheVelocityIsNotTakenForAComponent) {
+    std::string table = "x,y,z,vx,vy,vz,v_x\n";
+    for (const Vec3f& p : block(5, 5, 5).position)
+        table += std::to_string(p.x) + ',' + std::to_string(p.y) + ',' + std::to_string(p.z) + ",0.5,1,2,3\n";
+    write(folder_ / "a.csv", table);
+    const Outcome outcome = runProgram({"mesh", "a.csv", "a.ply"}, folder_.path());
+    EXPECT_NE(outcome.err.find("not used: attribute 'v_x'"), std::string::npos) << outcome.err;
+}
+
 TEST_F(InputJob, WholeNumbersOfMoreThan64BitsAreNamedOnce) {
     for (int frame = 1; frame <= 3; ++frame) {
         std::string table = "x,y,z,velocity_group\n";

@@ -144,8 +144,7 @@ void addParticleKeys(std::vector<ConfigKey>& keys) {
         {"input.velocity", "--velocity", "",
          "Particle attribute that contains the velocity, or three attributes with its components, such as v_1,v_2,v_3. "
          "Empty: the first that exists of v, velocity, vel and other usual names in any case, also as components (vx "
-         "vy "
-         "vz, velx, velocity_x, v_1, u v w and so on); the log tells which. If there is none, zero velocities are "
+         "vy vz, velx, velocity_x, v_1, u v w and so on); the log tells which. If there is none, zero velocities are "
          "written and a warning says so. An attribute named here must exist."}));
     keys.push_back(textKey(
         {"input.id", "--id", "",

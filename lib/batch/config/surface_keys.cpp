@@ -120,17 +120,15 @@ void addSurfaceKeys(std::vector<ConfigKey>& keys) {
          "Plane walls of a tank, each by the side on which the liquid lies: `x>0` or `0.6x+0.8y<2`, with y up, after "
          "input.scale and input.up_axis. Where the surface is within 0.5 particle spacings of a wall it is laid flat "
          "against it, to within 0.005 spacings, except where triangles would cross; farther away the displacement "
-         "fades "
-         "out, up to 1.25 spacings. Walls nearer to each other than that disturb each other. Requires surface.kind "
-         "beta with the complete tessellation."},
+         "fades out, up to 1.25 spacings. Walls nearer to each other than that disturb each other. Requires "
+         "surface.kind beta with the complete tessellation."},
         "planes such as x>0 or 0.6x+0.8y<2, each at most once, separated by commas; or leave it empty",
         [](Config& c) -> std::vector<std::string>& { return c.surface.walls; }, checkWalls));
     keys.push_back(surfaceBoxKey(
         {"surface.box", "--surface-box", "world units",
          "Cuts the mesh off at a box and closes it with plane polygons: lowest x, y, z, highest x, y, z, with y up, "
-         "after "
-         "input.scale and input.up_axis. Particles outside still shape the surface inside; input.box leaves particles "
-         "out. Requires surface.kind beta with the complete tessellation."}));
+         "after input.scale and input.up_axis. Particles outside still shape the surface inside; input.box leaves "
+         "particles out. Requires surface.kind beta with the complete tessellation."}));
     ConfigKey inset =
         optionalLengthKey({"surface.inset", "--inset", "",
                            "Deprecated; use surface.skin. An inset of D equals a skin of radius - D. auto: not set."},
