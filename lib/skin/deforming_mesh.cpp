@@ -30,14 +30,11 @@ struct NormalSums {
         getLanes<kWidth>(point, first, x);
         getLanes<kWidth>(normal, first, n);
         getLanes<kWidth>(inverse_square_width, first, inverse);
-        const Pack zero{}, one = zero + 1.0F;
         Pack sum[4] = {};
         samples.forEach(
             x, [&](const auto& f, const Pack(&p)[3]) __attribute__((always_inline)) {
-                Pack t = one - (p[0] * p[0] + p[1] * p[1] + p[2] * p[2]) * inverse;
-                Pack c = f[kNx] * n[0] + f[kNy] * n[1] + f[kNz] * n[2];
-                t = t > 0 ? t : zero;
-                c = c > 0 ? c : zero;
+                Pack t, c;
+                setFacing(p, n, &f[kNx], inverse, t, c);
                 const Pack w = t * t * c * c * f[kArea];
                 sum[0] += w * f[kNx];
                 sum[1] += w * f[kNy];

@@ -135,14 +135,11 @@ struct ShapeSums {
         getLanes<kWidth>(point.position, first, x);
         getLanes<kWidth>(point.normal, first, n);
         getLanes<kWidth>(inverse_square_width, first, inverse);
-        const Pack zero{}, one = zero + 1.0F;
         Pack sum[kShapeValues + 1] = {};
         samples.forEach(
             x, [&](const auto& f, const Pack(&p)[3]) __attribute__((always_inline)) {
-                Pack t = one - (p[0] * p[0] + p[1] * p[1] + p[2] * p[2]) * inverse;
-                Pack c = f[kDx] * n[0] + f[kDy] * n[1] + f[kDz] * n[2];
-                t = t > 0 ? t : zero;
-                c = c > 0 ? c : zero;
+                Pack t, c;
+                setFacing(p, n, &f[kDx], inverse, t, c);
                 const Pack w = t * t * c * f[kElementArea];
                 for (std::size_t k = 0; k < kShapeValues; ++k) sum[k] += w * f[kShape + k];
                 sum[kShapeValues] += w;

@@ -108,6 +108,19 @@ private:
     std::size_t step_;
 };
 
+/// Sets, for a sample at offset p that faces `direction`, t = (1 - |p|² / width²)₊ and c = (direction · normal)₊ in
+/// lanes; normal: of the points. (A vector that is returned depends on the instruction set.)
+template <typename Pack>
+__attribute__((always_inline)) inline void setFacing(const Pack (&p)[3], const Pack (&normal)[3],
+                                                     const float* direction, const Pack& inverse_square_width, Pack& t,
+                                                     Pack& c) {
+    const Pack zero{};
+    t = 1.0F - (p[0] * p[0] + p[1] * p[1] + p[2] * p[2]) * inverse_square_width;
+    c = direction[0] * normal[0] + direction[1] * normal[1] + direction[2] * normal[2];
+    t = t > 0 ? t : zero;
+    c = c > 0 ? c : zero;
+}
+
 /// Bounding boxes of runs, axis by axis, and the largest reach factor of each run, if there are any.
 struct BoxColumns {
     Columns low, high;

@@ -31,14 +31,11 @@ struct FacingSums {
         getLanes<kWidth>(point.position, first, x);
         getLanes<kWidth>(point.normal, first, n);
         getLanes<kWidth>(inverse_square_width, first, inverse);
-        const Pack zero{}, one = zero + 1.0F;
         Pack sum[2] = {};
         samples.forEach(
             x, [&](const auto& f, const Pack(&p)[3]) __attribute__((always_inline)) {
-                Pack t = one - (p[0] * p[0] + p[1] * p[1] + p[2] * p[2]) * inverse;
-                Pack c = f[kNx] * n[0] + f[kNy] * n[1] + f[kNz] * n[2];
-                t = t > 0 ? t : zero;
-                c = c > 0 ? c : zero;
+                Pack t, c;
+                setFacing(p, n, &f[kNx], inverse, t, c);
                 const Pack w = t * t * c * f[kArea];
                 sum[1] += w;
                 if constexpr (kHeight)
