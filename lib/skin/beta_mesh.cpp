@@ -74,6 +74,16 @@ DualPoints dualPoints(const std::vector<DualVec3>& points) {
     return copy;
 }
 
+void addLastRefinement(const FadingVertices& fading, DualPoints& points) {
+    for (const std::size_t group : {kLastRefinement, kLastRefinement + 1})
+        for (const FadingVertex& v : fading[group]) {
+            DualVec3 sum;
+            for (std::size_t k = 0; k < 4; ++k) sum = sum + points[v.anchor[k]] * v.anchor_weight[k];
+            points.position.push_back(sum.position);
+            points.velocity.emplace_back(sum.velocity);
+        }
+}
+
 std::vector<Vec3> vertexNormals(const BetaMesh& mesh) {
     return vertexNormals(mesh.vertex.size(), mesh.triangles,
                          [&](std::uint32_t v) -> const Vec3& { return mesh.vertex[v].position; });

@@ -22,17 +22,18 @@ enum class Appearance {
 /// A vertex of an edge flip in progress is a combination of the four corners of its quad: its weight stays 0.
 struct FadingVertex {
     std::uint32_t vertex;
-    std::array<std::uint32_t, 4> anchor;  ///< vertices of the edge, facet or quad; the last one repeated if fewer
-    std::array<Dual, 4> anchor_weight;    ///< barycentric weights of these; they sum to 1
-    Dual fade;                            ///< weight of the vertex's own position, 0 to 1
-    DualVec3 unfaded;                     ///< where the vertex would be at weight 1
+    /// Vertices of the edge, facet or quad (of one diagonal, then the other); the last one repeated if fewer.
+    std::array<std::uint32_t, 4> anchor;
+    std::array<Dual, 4> anchor_weight;  ///< barycentric weights of these; they sum to 1
+    Dual fade;                          ///< weight of the vertex's own position, 0 to 1
+    DualVec3 unfaded;                   ///< where the vertex would be at weight 1
 };
 
 /// The fading vertices by what they fade in on: edges, then facets, then quads. Those on facets may refer to one
-/// another, those in quads to any others. Then, for each time that long edges are split, those on these edges, and
-/// those in the quads that result.
-inline constexpr std::size_t kTessellationGroups = 3;
-using FadingVertices = std::array<std::vector<FadingVertex>, kTessellationGroups + 2 * 2>;
+/// another, those in quads to any others. Then, from the groups named below on, for each time that long edges are split
+/// (before and after smoothing), those on these edges, and those in the quads that result.
+inline constexpr std::size_t kFirstRefinement = 3, kLastRefinement = 5;
+using FadingVertices = std::array<std::vector<FadingVertex>, kLastRefinement + 2>;
 
 /// Volume-compensating offset of a vertex far from any rim: smoothing leaves such a vertex in place but for this step
 /// outwards. Facets lie inside the sphere between their vertices, which would make drops too small.
@@ -74,6 +75,9 @@ struct DualPoints {
     std::size_t size() const { return position.size(); }
 };
 DualPoints dualPoints(const std::vector<DualVec3>& points);
+
+/// Adds points for the vertices of the last refinement, where the points of those that they fade in from place them.
+void addLastRefinement(const FadingVertices& fading, DualPoints& points);
 
 /// A position rounded to floats, as files store it.
 inline Vec3 roundedToFloats(const Vec3& position) {

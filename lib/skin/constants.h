@@ -222,13 +222,14 @@ inline constexpr double kThreadExposure = 0.1, kThreadExposureFade = 0.1, kDropE
 
 /// Longest edges where the surface is flat: in dx, or in radii where that is more, a little longer than arc segments.
 inline constexpr double kMaxFlatEdge = 0.9, kMaxFlatEdgeRadii = 0.55;
-/// Longest edges where it is as round as a thread, and how much shorter they are on rims.
-inline constexpr double kMaxRoundEdge = 0.4, kRimEdgeReduction = 0.12;
-/// Kernel width for the variation of normals, and the variations (0 to 1) that count as flat, as round and as a rim.
-inline constexpr double kVariationKernel = 0.8, kFlatVariation = 0.03, kRoundVariation = 0.1, kRimVariation = 0.2;
-/// Longest edges along rims of holes, where the surface is a saddle; the concavity along an edge, radians per dx, from
-/// which it counts as one and from which in full; the variation of normals from which that counts, in full at twice it.
-inline constexpr double kMaxSaddleEdge = 0.2, kSaddleBegins = 0.05, kSaddleFull = 0.15, kSaddleVariation = 0.07;
+/// Longest edges where it is as round as a thread.
+inline constexpr double kMaxRoundEdge = 0.4;
+/// Kernel width for the variation of normals, and the variations (0 to 1) that count as flat and as round.
+inline constexpr double kVariationKernel = 0.8, kFlatVariation = 0.03, kRoundVariation = 0.1;
+/// Longest edges along rims and threads, where the surface turns across the edge but hardly along it; the concavity
+/// along an edge, radians per dx, from which it counts as one and from which in full; the variation of normals from
+/// which that counts, in full at twice it. Rims of holes have bumps, so convex edges count, too.
+inline constexpr double kMaxRimEdge = 0.25, kRimBegins = -0.4, kRimFull = -0.2, kRimVariation = 0.07;
 /// Radians by which an edge may turn, as on the rims of pinholes, unless it is shorter than the second.
 inline constexpr double kMaxTurn = 0.8, kMinTurningEdge = 0.1;
 /// Excess length, in longest lengths, over which the vertex that splits an edge fades in.

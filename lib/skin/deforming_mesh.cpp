@@ -139,13 +139,17 @@ std::vector<std::uint32_t> DeformingMesh::arrange() {
     reorderVertices(mesh_, order);
     position_ = inOrder(position_, order);
     groups_.fitBoxes(position_);
+    listConnections();
+    return order;
+}
+
+void DeformingMesh::listConnections() {
     const auto forCorners = [&](std::size_t t, const auto& visit) {
         for (const std::uint32_t v : mesh_.triangles[t]) visit(v, static_cast<std::uint32_t>(t));
     };
     triangles_of_ = sortedIntoRows<std::uint32_t>(size(), mesh_.triangles.size(), forCorners);
     listConstraints();
     measure();
-    return order;
 }
 
 float DeformingMesh::largestScale(std::size_t group) const {
@@ -367,10 +371,8 @@ void DeformingMesh::visitNeighbour(std::uint32_t v, std::uint32_t neighbour, dou
     weight *= 1 - fade;
     constexpr std::uint32_t kOnFacets = 1;  // they lie on no edge
     if (group == kOnFacets || !(weight > kLeastWeight)) return;
-    // Quads of the tessellation are given by their diagonals, quads left by splits as polygons.
-    const bool is_polygon = group >= kTessellationGroups && (group - kTessellationGroups) % 2 == 1;
     for (std::size_t k = 0; k < 4; ++k) {
-        const std::size_t other = is_polygon ? (k + 2) % 4 : k ^ 1U;
+        const std::size_t other = k ^ 1U;
         const double of_diagonal = share[k] + share[other];
         if (from[k] == v && of_diagonal > 0 && from[other] != v)
             visitNeighbour(v, from[other], weight * of_diagonal, visit);

@@ -11,9 +11,6 @@
 
 namespace betamesh {
 
-/// How often the edges of a DeformingMesh can be split. Each refinement adds two groups of vertices that fade in.
-inline constexpr std::size_t kRefinements = (std::tuple_size_v<FadingVertices> - kTessellationGroups) / 2;
-
 /// A mesh whose vertices are moved step by step, with the area and the normal that each vertex represents.
 ///
 /// A vertex represents a third of the triangles of its one-ring. One that fades in with weight s (FadingVertex::fade)
@@ -75,10 +72,15 @@ public:
     void measure();
     /// Makes the particle spacings at the vertices vary smoothly along the surface.
     void smoothScales();
-    /// Splits edges that are long for the local curvature, kRefinements times, at vertices that fade in with the length
-    /// of the edge, and sorts the vertices again. To be called once.
-    /// radius: of the balls that the mesh comes from, particle spacings; edge_factor: scales the longest edges.
+    /// Splits edges that are long for the local curvature at vertices that fade in with the length of the edge, and
+    /// sorts the vertices again. To be called once. radius: of the balls that the mesh comes from, particle spacings;
+    /// edge_factor: scales the longest edges.
     void refine(double radius, double edge_factor);
+    /// The same for a surface that is smooth, whose new vertices lie on curves over the edges (Vlachos et al. 2001).
+    /// They come last (addLastRefinement()). Those that already fade in on long edges move onto the curves, all others
+    /// stay in place. Areas and normals are those of the new mesh. To be called once, after which vertices cannot be
+    /// moved any more.
+    void refineOnCurves(double radius, double edge_factor);
     /// Moves vertices with folded one-rings towards the mean of their one-ring, and turns triangles that are inverted
     /// relative to the surface. Vertices that nearly coincide share their one-rings. Recomputes areas and normals
     /// afterwards.
@@ -141,12 +143,16 @@ private:
     };
 
     void listConstraints();
+    void listConnections();
     std::vector<std::uint32_t> arrange();
     std::vector<float> fadeWeights() const;
     void weighDiagonals(const std::vector<float>& fade);
     void placeOnDiagonals(FadingVertex& fading, double of_other, double middle);
     struct SplitDemand;
-    void splitLongEdges(std::size_t refinement, SplitDemand& demand);
+    SplitDemand splitDemand(double radius, double edge_factor) const;
+    void fadeInOnLongEdges(SplitDemand& demand, bool on_curves);
+    Vec3 curveOffset(std::uint32_t from, std::uint32_t to, double t, const std::vector<Vec3f>& normal) const;
+    void splitLongEdges(SplitDemand& demand, std::size_t group);
     std::vector<std::uint8_t> groupsNear(double width, const std::vector<Vec3f>& values) const;
     template <typename ReachOf>
     std::vector<Vec3f> kernelMeansWithin(double width, const std::vector<Vec3f>& values, const ReachOf& reachOf) const;

@@ -67,15 +67,19 @@ BaseSurface baseSurface(const Particles& particles, Structure& structure, const 
 // Moves the vertices to the skin and smooths it.
 void moveToSkin(const BaseSurface& base, const BallBoundary& boundary, const SkinParams& params, BetaMesh& mesh) {
     DeformingMesh surface(mesh, particleSpacing(params));
-    retract(base.outer, skinLengths(params), surface);
-    const DualPoints on_balls = dualPoints(mesh.vertex);
-    surface.writePositions();
+    const SkinLengths lengths = skinLengths(params);
+    retract(base.outer, lengths, surface);
+    DualPoints on_balls = dualPoints(mesh.vertex);
     std::optional<DualPoints> retracted;
     if (coherentPasses(params) > 0) {
+        surface.writePositions();
         retracted = dualPoints(mesh.vertex);
         smoothSkin(surface, widestSkinFit(params), farthestSkinSmoothing(params), coherentPasses(params));
-        surface.writePositions();
     }
+    surface.refineOnCurves(lengths.joining, lengths.edge_factor);
+    surface.writePositions();
+    addLastRefinement(mesh.fading, on_balls);
+    if (retracted) addLastRefinement(mesh.fading, *retracted);
     InsideKeeper particles(base.deep, particleSpacing(params), mesh);
     particles.raise();
     const auto resolve = [&](const DualPoints& from, bool is_last) {

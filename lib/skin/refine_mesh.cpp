@@ -39,20 +39,22 @@ void DeformingMesh::weighDiagonals(const std::vector<float>& fade) {
     }
 }
 
-// Places a vertex in a quad between its diagonals; of_other: weight of the second one. On each diagonal it is where
-// they pass each other (middle = 0), in the middle (1) or in between.
+// Moves a vertex that fades in in a quad between its diagonals; of_other: weight of the second one. On each diagonal it
+// is where they pass each other (middle = 0), in the middle (1) or in between.
 void DeformingMesh::placeOnDiagonals(FadingVertex& fading, double of_other, double middle) {
-    Vec3 position(0);
+    Vec3 step(0);
     for (std::size_t k = 0; k < 4; k += 2) {
         const double share = k == 0 ? 1 - of_other : of_other;
         const double sum = fading.anchor_weight[k].value + fading.anchor_weight[k + 1].value;
         double of_first = sum > 0 ? fading.anchor_weight[k].value / sum : 0.5;
         of_first += (0.5 - of_first) * middle;
-        fading.anchor_weight[k] = share * of_first;
-        fading.anchor_weight[k + 1] = share * (1 - of_first);
-        for (const std::size_t m : {k, k + 1}) position += position_[fading.anchor[m]] * fading.anchor_weight[m].value;
+        for (const std::size_t m : {k, k + 1}) {
+            const double weight = share * (m == k ? of_first : 1 - of_first);
+            step += position_[fading.anchor[m]] * (weight - fading.anchor_weight[m].value);
+            fading.anchor_weight[m] = weight;
+        }
     }
-    position_[fading.vertex] = position;
+    position_[fading.vertex] += step;
 }
 
 // The demand for a vertex in the middle of an edge, 0 to 1, from values per vertex.
@@ -63,20 +65,17 @@ struct DeformingMesh::SplitDemand {
     std::vector<float> curved;      // 0 … 1: curved enough for the rim of a hole
     std::vector<Vec3f> normal;      // means over what is near
     std::vector<Vec3f> own_normal;  // of the one-ring alone
-    double longest_on_saddles, shortest;
-    std::uint32_t settled = 0;  // vertices before this one: edges between them have been split where they are long
+    double longest_on_rims, shortest;
 
     double operator()(std::uint32_t a, std::uint32_t b) const {
-        if (std::max(a, b) < settled) return 0;
         const double spacing = surface.spacing_ * (static_cast<double>(surface.scale(a)) + surface.scale(b)) / 2;
         const Vec3 along = (surface.position_[b] - surface.position_[a]) / spacing;
         const double length = along.length();
         double longest_here = (longest[a] + longest[b]) / 2;
-        if (const float both = curved[a] + curved[b]; both > 0 && length > longest_on_saddles) {
+        if (const float both = curved[a] + curved[b]; both > 0 && length > longest_on_rims) {
             const double concavity = dot(Vec3(normal[a] - normal[b]), along) / (length * length);  // radians per dx
-            const double saddle =
-                smoothStep((concavity - kSaddleBegins) / (kSaddleFull - kSaddleBegins)).value * both / 2;
-            longest_here += (std::min(longest_here, longest_on_saddles) - longest_here) * saddle;
+            const double rim = smoothStep((concavity - kRimBegins) / (kRimFull - kRimBegins)).value * both / 2;
+            longest_here += (std::min(longest_here, longest_on_rims) - longest_here) * rim;
         }
         if (length > shortest) {  // around pinholes and on their rims edges may turn by less
             const double turn = std::abs(dot(Vec3(own_normal[a] - own_normal[b]), along)) / length;
@@ -87,9 +86,8 @@ struct DeformingMesh::SplitDemand {
     }
 };
 
-void DeformingMesh::refine(double radius, double edge_factor) {
+DeformingMesh::SplitDemand DeformingMesh::splitDemand(double radius, double edge_factor) const {
     const double longest_flat = std::max(kMaxFlatEdge, kMaxFlatEdgeRadii * radius);
-    measure();
     const std::vector<Vec3f> normals = meanNormals();
     SplitDemand demand{*this,
                        kernelNormals(kVariationKernel, normals).variation,
@@ -97,36 +95,69 @@ void DeformingMesh::refine(double radius, double edge_factor) {
                        std::vector<float>(size()),
                        normals,
                        normal_,
-                       kMaxSaddleEdge * edge_factor,
+                       kMaxRimEdge * edge_factor,
                        kMinTurningEdge * edge_factor};
     parallelFor(size(), 4096, [&](std::size_t v) {
         const double variation = demand.longest[v];
         const double round = smoothStep((variation - kFlatVariation) / (kRoundVariation - kFlatVariation)).value;
-        demand.curved[v] = static_cast<float>(smoothStep((variation - kSaddleVariation) / kSaddleVariation).value);
-        const double rim = smoothStep((variation - kRoundVariation) / (kRimVariation - kRoundVariation)).value;
-        demand.longest[v] = static_cast<float>(
-            edge_factor * (longest_flat * (1 - round) + kMaxRoundEdge * round - kRimEdgeReduction * rim));
+        demand.curved[v] = static_cast<float>(smoothStep((variation - kRimVariation) / kRimVariation).value);
+        demand.longest[v] = static_cast<float>(edge_factor * (longest_flat * (1 - round) + kMaxRoundEdge * round));
     });
-    // A vertex that fades in on a long edge replaces one that would split the edge, and gets at least its fade weight.
-    const auto increaseFade = [&](FadingVertex& fading, double demanded) {
-        fading.fade = 1 - (1 - fading.fade.value) * (1 - demanded);
-        demand.fade[fading.vertex] = static_cast<float>(fading.fade.value);
-    };
-    auto &on_edges = mesh_.fading[0], &in_quads = mesh_.fading[2];
-    for (FadingVertex& fading : on_edges) increaseFade(fading, demand(fading.anchor[0], fading.anchor[1]));
-    for (FadingVertex& fading : in_quads) {
-        const double of_other = fading.anchor_weight[2].value + fading.anchor_weight[3].value;
-        const double demanded = demand(fading.anchor[0], fading.anchor[1]) * (1 - of_other) +
-                                demand(fading.anchor[2], fading.anchor[3]) * of_other;
-        if (!(demanded > 0)) continue;
-        placeOnDiagonals(fading, of_other, smoothStep(demanded / kQuadCentreFade).value);
-        increaseFade(fading, demanded);
-    }
-    for (std::size_t refinement = 0; refinement < kRefinements; ++refinement) splitLongEdges(refinement, demand);
+    return demand;
+}
+
+void DeformingMesh::refine(double radius, double edge_factor) {
+    measure();
+    SplitDemand demand = splitDemand(radius, edge_factor);
+    fadeInOnLongEdges(demand, false);
+    splitLongEdges(demand, kFirstRefinement);
     arrange();
 }
 
-void DeformingMesh::splitLongEdges(std::size_t refinement, SplitDemand& demand) {
+void DeformingMesh::refineOnCurves(double radius, double edge_factor) {
+    SplitDemand demand = splitDemand(radius, edge_factor);
+    fadeInOnLongEdges(demand, true);
+    splitLongEdges(demand, kLastRefinement);
+    listConnections();
+}
+
+// Vertices that fade in on a long edge, or in a quad with a long diagonal, replace those that would split it, and get
+// at least their fade weight.
+void DeformingMesh::fadeInOnLongEdges(SplitDemand& demand, bool on_curves) {
+    constexpr std::size_t kInQuads = 2;
+    for (const std::size_t group : {std::size_t{0}, kInQuads, kFirstRefinement, kFirstRefinement + 1})
+        for (FadingVertex& fading : mesh_.fading[group]) {
+            const auto& from = fading.anchor;
+            std::array<double, 2> share, demanded;  // of each diagonal, or of the edge
+            double all = 0;
+            for (const std::size_t k : {0U, 1U}) {
+                share[k] = fading.anchor_weight[2 * k].value + fading.anchor_weight[2 * k + 1].value;
+                demanded[k] = share[k] > 0 ? share[k] * demand(from[2 * k], from[2 * k + 1]) : 0;
+                all += demanded[k];
+            }
+            if (!(all > 0)) continue;
+            if (group == kInQuads) placeOnDiagonals(fading, share[1], smoothStep(all / kQuadCentreFade).value);
+            for (const std::size_t k : {0U, 1U})
+                if (on_curves && demanded[k] > 0)
+                    position_[fading.vertex] +=
+                        curveOffset(from[2 * k], from[2 * k + 1], fading.anchor_weight[2 * k + 1].value / share[k],
+                                    demand.normal) *
+                        (demanded[k] * (1 - fading.fade.value));
+            fading.fade = 1 - (1 - fading.fade.value) * (1 - all);
+            demand.fade[fading.vertex] = static_cast<float>(fading.fade.value);
+        }
+}
+
+// How far the curve over an edge is from the edge at a fraction t of its length: a cubic curve that is perpendicular to
+// the normals at both ends, as the edges of PN triangles are.
+Vec3 DeformingMesh::curveOffset(std::uint32_t from, std::uint32_t to, double t,
+                                const std::vector<Vec3f>& normal) const {
+    const Vec3 along = position_[to] - position_[from], at_from(normal[from]), at_to(normal[to]);
+    return (at_to * (dot(at_to, along) * t) - at_from * (dot(at_from, along) * (1 - t))) * (t * (1 - t));
+}
+
+// Splits edges in demand; their new vertices are listed from the group given on, those in quads in the next.
+void DeformingMesh::splitLongEdges(SplitDemand& demand, std::size_t group) {
     const std::size_t triangles = mesh_.triangles.size();
     constexpr std::size_t kPerTask = 8192;
     std::vector<std::vector<LongEdge>> parts((triangles + kPerTask - 1) / kPerTask);
@@ -153,36 +184,29 @@ void DeformingMesh::splitLongEdges(std::size_t refinement, SplitDemand& demand) 
                                          [](const LongEdge& edge, const auto& sought) { return edge.ends() < sought; });
         return first + static_cast<std::uint32_t>(at - edges.begin());
     };
-    const auto addVertex = [&](std::vector<FadingVertex>& group, const std::array<std::uint32_t, 4>& from,
+    const auto addVertex = [&](std::vector<FadingVertex>& listed, const std::array<std::uint32_t, 4>& from,
                                const std::array<double, 4>& weight, double fade) {
         FadingVertex fading{static_cast<std::uint32_t>(size()), from, {}, fade, {}};
         Vec3 position(0);
-        double longest = 0, curved = 0, scale = 0;
-        Vec3f normal(0), own_normal(0);
+        double scale = 0;
         for (std::size_t k = 0; k < 4; ++k) {
             fading.anchor_weight[k] = weight[k];
             fading.unfaded = fading.unfaded + mesh_.vertex[from[k]] * weight[k];
             position += position_[from[k]] * weight[k];
-            longest += demand.longest[from[k]] * weight[k];
-            curved += demand.curved[from[k]] * weight[k];
             scale += static_cast<double>(this->scale(from[k])) * weight[k];
-            normal += demand.normal[from[k]] * static_cast<float>(weight[k]);
-            own_normal += demand.own_normal[from[k]] * static_cast<float>(weight[k]);
         }
         mesh_.vertex.push_back(fading.unfaded);
         if (!mesh_.scale.empty()) mesh_.scale.push_back(static_cast<float>(scale));
         position_.push_back(position);
-        demand.longest.push_back(static_cast<float>(longest));
         demand.fade.push_back(static_cast<float>(fade));
-        demand.curved.push_back(static_cast<float>(curved));
-        demand.normal.push_back(normal.normalized());
-        demand.own_normal.push_back(own_normal.normalized());
-        group.push_back(fading);
+        listed.push_back(fading);
     };
-    auto& on_edges = mesh_.fading[kTessellationGroups + 2 * refinement];
-    auto& in_quads = mesh_.fading[kTessellationGroups + 2 * refinement + 1];
-    for (const LongEdge& edge : edges)
+    auto &on_edges = mesh_.fading[group], &in_quads = mesh_.fading[group + 1];
+    for (const LongEdge& edge : edges) {
         addVertex(on_edges, {edge.from, edge.to, edge.to, edge.to}, {0.5, 0.5, 0, 0}, edge.demand);
+        if (group == kLastRefinement)
+            position_.back() += curveOffset(edge.from, edge.to, 0.5, demand.normal) * edge.demand;
+    }
     std::vector<std::array<std::uint32_t, 3>> middles(triangles);
     parallelFor(triangles, 4096, [&](std::size_t t) {
         const Triangle& q = mesh_.triangles[t];
@@ -212,16 +236,15 @@ void DeformingMesh::splitLongEdges(std::size_t refinement, SplitDemand& demand) 
             const std::uint32_t a = q[whole], b = q[(whole + 1) % 3], c = q[(whole + 2) % 3];
             const std::uint32_t bc = middle[(whole + 1) % 3], ca = middle[(whole + 2) % 3];
             split.push_back({c, ca, bc});
-            const std::array<std::uint32_t, 4> quad{a, b, bc, ca};
+            const std::array<std::uint32_t, 4> quad{a, b, bc, ca};  // whose diagonals are a bc and b ca
             const auto centre = static_cast<std::uint32_t>(size());
             const double to_bc = demand.fade[bc] / (2.0 * (demand.fade[bc] + demand.fade[ca])), to_ca = 0.5 - to_bc;
-            addVertex(in_quads, quad, {to_bc, to_ca, to_bc, to_ca}, 0);
+            addVertex(in_quads, {a, bc, b, ca}, {to_bc, to_bc, to_ca, to_ca}, 0);
             for (std::size_t k = 0; k < 4; ++k) split.push_back({quad[k], quad[(k + 1) % 4], centre});
         }
     }
     for (; ball < mesh_.ball_begin.size(); ++ball) mesh_.ball_begin[ball] = static_cast<std::uint32_t>(split.size());
     mesh_.triangles = std::move(split);
-    demand.settled = first;
 }
 
 }  // namespace betamesh

@@ -120,9 +120,61 @@ TEST(DeformingMesh, RelaxesFoldsAlikeWithVerticesThatFadeInOnTwoEdgesOfATriangle
         DualVec3 place;
         for (const std::uint32_t v : quad) place = place + with.vertex[v] * 0.25;
         with.vertex.push_back({place.position, Vec3(1e6, 0, 0)});
-        with.fading[4].push_back({inside, quad, {0.25, 0.25, 0.25, 0.25}, 0, place});
+        with.fading[4].push_back({inside, {a, on_bc, b, on_ca}, {0.25, 0.25, 0.25, 0.25}, 0, place});
         EXPECT_LE(farthestApart(relaxed(mesh, count), relaxed(with, count)), 1e-5) << seed;
     }
+}
+
+BetaMesh unitBall() {
+    const Icosphere ball = icosphere(2);
+    BetaMesh mesh;
+    mesh.triangles = ball.triangles;
+    for (const Vec3& p : ball.position) mesh.vertex.push_back({p, Vec3(0)});
+    return mesh;
+}
+
+// Where a vertex that fades in on an edge of the unit ball belongs: between the chord and the sphere.
+void expectBetweenChordAndSphere(const FadingVertex& fading, const DeformingMesh& surface) {
+    const Vec3 middle = (surface.position()[fading.anchor[0]] + surface.position()[fading.anchor[1]]) / 2;
+    EXPECT_GE(fading.fade.value, 0.05);
+    EXPECT_LE(middle.length(), 0.97);
+    EXPECT_NEAR(surface.position()[fading.vertex].length(), middle.length() + (1 - middle.length()) * fading.fade.value,
+                0.003);
+}
+
+TEST(DeformingMesh, RefinesASphereByPointsOnTheSphere) {
+    BetaMesh mesh = unitBall();
+    const std::size_t edges = edgesOf(mesh.triangles).size(), triangles = mesh.triangles.size();
+    DeformingMesh surface(mesh, 1);
+    const std::vector<Vec3> before = surface.position();
+    DualPoints on_chords = dualPoints(mesh.vertex);
+    surface.refineOnCurves(1.5, 1);
+    surface.writePositions();
+    addLastRefinement(mesh.fading, on_chords);
+    ASSERT_EQ(surface.size(), before.size() + edges);
+    EXPECT_EQ(mesh.triangles.size(), 4 * triangles);
+    ASSERT_EQ(on_chords.size(), surface.size());
+    for (std::size_t v = 0; v < before.size(); ++v) EXPECT_EQ(surface.position()[v], before[v]);
+    for (std::size_t v = before.size(); v < surface.size(); ++v) EXPECT_LE(on_chords.position[v].length(), 0.97);
+    ASSERT_EQ(mesh.fading[kLastRefinement].size(), edges);
+    for (const FadingVertex& fading : mesh.fading[kLastRefinement]) expectBetweenChordAndSphere(fading, surface);
+}
+
+// A vertex that has just begun to fade in on a long edge, or where two diagonals cross, takes the place of the one that
+// would split it.
+TEST(DeformingMesh, RefinesAlikeWithAVertexThatFadesIn) {
+    const BetaMesh ball = unitBall();
+    for (const std::size_t group : {0, 2, 3, 4})
+        for (const Edge& edge : edgesOf(ball.triangles)) {
+            BetaMesh with = ball;
+            const std::uint32_t v = split(edge, with);
+            const DualVec3 place = (ball.vertex[edge.a] + ball.vertex[edge.b]) * 0.5;
+            with.vertex.push_back({place.position, Vec3(1, 0, 0)});
+            with.fading[group].push_back({v, {edge.a, edge.b, edge.left, edge.right}, {0.5, 0.5, 0, 0}, 0, place});
+            DeformingMesh surface(with, 1);
+            surface.refineOnCurves(1.5, 1);
+            expectBetweenChordAndSphere(with.fading[group].front(), surface);
+        }
 }
 
 }  // namespace
