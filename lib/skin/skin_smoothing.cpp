@@ -86,6 +86,38 @@ void smoothByBiLaplacian(DeformingMesh& surface, const std::vector<Vec3f>& norma
         surface.move(step);
 }
 
+// By how much displacements exceed a limit in particle spacings, as logarithms; negligible up to two thirds of it.
+std::vector<float> excesses(const DeformingMesh& surface, const std::vector<Vec3>& from, double limit) {
+    std::vector<float> excess(surface.size());
+    parallelFor(excess.size(), 8192, [&](std::size_t v) {
+        const double there = limit * surface.scale(v) * surface.spacing();
+        const double s2 = (surface.position()[v] - from[v]).length2() / (there * there), s4 = s2 * s2, s8 = s4 * s4;
+        excess[v] = static_cast<float>(std::log1p(s8 * s8) / 16);
+    });
+    return excess;
+}
+
+void shorten(DeformingMesh& surface, const std::vector<Vec3>& from, const std::vector<float>& excess) {
+    std::vector<Vec3f> back(surface.size(), Vec3f(0));
+    parallelFor(back.size(), 8192, [&](std::size_t v) {
+        const Vec3 displacement = (surface.position()[v] - from[v]) / surface.spacing();
+        if (excess[v] > 0) back[v] = Vec3f(displacement * std::expm1(-static_cast<double>(excess[v])));
+    });
+    surface.move(back);
+}
+
+// Shortens displacements that exceed a limit, and those of what is near alike, by a smooth maximum of the excesses: a
+// vertex that stayed behind alone would be a spike.
+void shortenAlike(DeformingMesh& surface, const std::vector<Vec3>& from, double limit) {
+    std::vector<float> excess = excesses(surface, from, limit);
+    std::vector<Vec3f> power(excess.size(), Vec3f(0));
+    for (std::size_t v = 0; v < excess.size(); ++v)
+        power[v].x = std::pow(std::max(excess[v] - kLeastExcess, 0.0F), kExcessPower);
+    power = surface.kernelMeansOfFew(kExcessKernel, power);
+    for (std::size_t v = 0; v < excess.size(); ++v) excess[v] = std::pow(kExcessGain * power[v].x, 1 / kExcessPower);
+    shorten(surface, from, excess);
+}
+
 }  // namespace
 
 void smoothSkin(DeformingMesh& surface, double widest, double farthest, int passes) {
@@ -98,17 +130,11 @@ void smoothSkin(DeformingMesh& surface, double widest, double farthest, int pass
         const std::vector<Vec3f> normal = surface.smoothNormals();
         for (int i = 1; i <= kBiLaplacianSteps; ++i) smoothByBiLaplacian(surface, normal, i == kBiLaplacianSteps);
         returnLongWaves(surface, normal, before, kernels, widest);
+        if (passes > 1) shortenAlike(surface, retracted, kGentleLimit * farthest);
         surface.measure();
         for (int i = 0; i < kFoldRelaxations; ++i) surface.relaxFolds();
     }
-    std::vector<Vec3f> back(surface.size());
-    parallelFor(back.size(), 8192, [&](std::size_t v) {
-        const Vec3 displacement = (surface.position()[v] - retracted[v]) / surface.spacing();
-        const double farthest_here = farthest * surface.scale(v);
-        const double s2 = displacement.length2() / (farthest_here * farthest_here), s4 = s2 * s2, s8 = s4 * s4;
-        back[v] = Vec3f(displacement * (std::pow(1 + s8 * s8, -1.0 / 16) - 1));  // negligible below 2/3 of `farthest`
-    });
-    surface.move(back);
+    shorten(surface, retracted, excesses(surface, retracted, farthest));
 }
 
 }  // namespace betamesh

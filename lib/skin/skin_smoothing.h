@@ -14,7 +14,8 @@ namespace betamesh {
 /// 3. returnLongWaves(): the part of long waves that the fits have removed is added again.
 /// 4. DeformingMesh::relaxFolds(), as before the pass.
 ///
-/// Afterwards no vertex is `farthest` or more from its initial position, whatever the number of passes.
+/// Afterwards no vertex is `farthest` or more from its initial position, whatever the number of passes. With several
+/// passes, what is near a vertex that gets near this limit stays behind with it.
 ///
 /// in      widest, farthest: particle spacings
 /// same    bytes for any thread count and instruction set
