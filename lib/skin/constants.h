@@ -218,6 +218,16 @@ inline constexpr double kThreadExtraDepth = 0.1, kDropExtraDepth = -0.02;
 /// Exposed share of an outer ball, 0 to 1, from which each extra depth counts, and the width over which it fades in.
 inline constexpr double kThreadExposure = 0.1, kThreadExposureFade = 0.1, kDropExposure = 0.8, kDropExposureFade = 0.2;
 
+// Necks (necks.cpp); lengths in dx ------------------------------------------------------------------------------------
+
+/// Radius of the circle in which two balls meet from which a neck is not thin; half of it is thin in full. The neck of
+/// two particles is then 0.05 dx thick.
+inline constexpr double kThinNeck = 0.6;
+/// How far along and across the axis a neck reaches; half of it in full.
+inline constexpr double kNeckLength = 0.9, kNeckWidth = 0.5;
+/// Radius that a neck has at least, or half of the circle's: thinner ones are hairs in a picture.
+inline constexpr double kLeastNeck = 0.03;
+
 // Refinement (refine_mesh.cpp); lengths in dx -------------------------------------------------------------------------
 
 /// Longest edges where the surface is flat: in dx, or in radii where that is more, a little longer than arc segments.

@@ -10,6 +10,7 @@
 #include "skin/features.h"
 #include "skin/keep_inside.h"
 #include "skin/limit_velocities.h"
+#include "skin/necks.h"
 #include "skin/outer_boundary.h"
 #include "skin/paper_mesh.h"
 #include "skin/self_intersections.h"
@@ -38,6 +39,7 @@ struct BaseSurface {
     BetaMesh mesh;
     OuterSamples outer;                        // of a surface with a skin
     DeepParticles deep;                        // likewise
+    std::vector<Neck> necks;                   // likewise
     std::optional<CoherentSmoother> smoother;  // of one without, if it is smoothed
 };
 
@@ -52,6 +54,7 @@ BaseSurface baseSurface(const Particles& particles, Structure& structure, const 
     FacePoints points = facePoints(structure.snapped, boundary, balls, std::move(structure.directions));
     if (hasSkin(params)) {
         base.outer = outerSamples(particles, structure.snapped, boundary, skinLengths(params), particleSpacing(params));
+        base.necks = thinNecks(boundary, points, particleSpacing(params));
         base.deep = deepParticles(structure.snapped, effectiveSkinDepth(params), facetsMayCutOffParticles(params));
     }
     std::exchange(structure.snapped, {});  // large
@@ -76,6 +79,7 @@ void moveToSkin(const BaseSurface& base, const BallBoundary& boundary, const Ski
         retracted = dualPoints(mesh.vertex);
         smoothSkin(surface, widestSkinFit(params), farthestSkinSmoothing(params), coherentPasses(params));
     }
+    keepNecksThick(base.necks, retracted ? retracted->position : std::vector<Vec3>(surface.position()), surface);
     surface.refineOnCurves(lengths.joining, lengths.edge_factor);
     surface.writePositions();
     addLastRefinement(mesh.fading, on_balls);

@@ -161,6 +161,16 @@ TEST(Events, TheSkinHardlyJumpsAtFlipsAndBirths) {
     EXPECT_LE(found.back(), 0.03);
 }
 
+TEST(Events, TheSkinHardlyJumpsWhereDropsMeet) {
+    std::size_t found = 0;
+    for (std::size_t e = 0; e < events().size(); ++e) {
+        if (events()[e].kind != "contact") continue;
+        EXPECT_LE(jumpOf(e, kSkin, 3), 0.04) << events()[e].name;
+        ++found;
+    }
+    EXPECT_GE(found, 4u);
+}
+
 // Where balls begin to touch, the jump is as large as the distance between triangles and balls.
 TEST(Events, OurSurfaceHardlyJumpsWhereBallsBeginToTouch) {
     for (std::size_t e = 0; e < events().size(); ++e) {

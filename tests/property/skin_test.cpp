@@ -136,6 +136,56 @@ TEST(Skin, RetractsToWhereARollingBallTouchesIt) {
     }
 }
 
+// The least and the greatest width of a section across the x axis.
+std::array<double, 2> widthsOfSection(const Mesh& mesh, double x) {
+    std::vector<Vec3> section;
+    for (const Triangle& t : mesh.triangles)
+        for (std::size_t k = 0; k < 3; ++k) {
+            const Vec3 &a = mesh.position[t[k]], &b = mesh.position[t[(k + 1) % 3]];
+            if ((a.x < x) != (b.x < x)) section.push_back(a + (b - a) * ((x - a.x) / (b.x - a.x)));
+        }
+    std::array<double, 2> widths{std::numeric_limits<double>::infinity(), 0};
+    for (int i = 0; i < 36; ++i) {
+        const double turn = std::numbers::pi * i / 36;
+        double low = std::numeric_limits<double>::infinity(), high = -low;
+        for (const Vec3& p : section) {
+            const double along = p.y * std::cos(turn) + p.z * std::sin(turn);
+            low = std::min(low, along), high = std::max(high, along);
+        }
+        widths = {std::min(widths[0], high - low), std::max(widths[1], high - low)};
+    }
+    return widths;
+}
+
+// However close two particles are to parting, what connects them is no hair and no ribbon.
+TEST(Skin, NecksAreRoundAndNoHairs) {
+    for (const int passes : {0, 1, 2})
+        for (int i = 0; i < 24; ++i) {
+            const double gap = std::pow(10, -4 + i / 8.0), distance = 3 - gap;
+            std::mt19937 random(static_cast<unsigned>(i));
+            std::uniform_real_distribution<double> any(-1, 1);
+            const Vec3 axis = Vec3(any(random), any(random), any(random)).normalized(),
+                       across = cross(axis, Vec3(any(random), any(random), any(random))).normalized();
+            Particles pair;
+            pair.position = {Vec3f(0, 0, 0), Vec3f(axis * distance)};
+            SkinParams params = withSpacing(1);
+            params.passes = passes;
+            params.skin = 0.55;
+            Mesh mesh = skinFrame(pair, params).mesh;
+            for (Vec3& p : mesh.position) p = {dot(p, axis), dot(p, across), dot(p, cross(axis, across))};
+            double thin = 0;
+            constexpr int kSections = 100;
+            for (int k = 0; k < kSections; ++k) {
+                const double from = 0.3, step = (distance - 2 * from) / kSections;
+                const auto [least, greatest] = widthsOfSection(mesh, from + (k + 0.5) * step);
+                EXPECT_GE(least, 0.01) << passes << ' ' << gap;
+                EXPECT_GE(least, 0.4 * greatest) << passes << ' ' << gap;
+                thin += least < 0.05 ? step : 0;
+            }
+            EXPECT_LE(thin, 0.4) << passes << ' ' << gap;
+        }
+}
+
 // The number of vertices whose triangles have angles that sum up to less than this, radians.
 std::size_t countTips(const Mesh& mesh, double sharp) {
     std::vector<double> sum(mesh.position.size(), 0);
