@@ -79,7 +79,8 @@ void moveToSkin(const BaseSurface& base, const BallBoundary& boundary, const Ski
         retracted = dualPoints(mesh.vertex);
         smoothSkin(surface, widestSkinFit(params), farthestSkinSmoothing(params), coherentPasses(params));
     }
-    keepNecksThick(base.necks, retracted ? retracted->position : std::vector<Vec3>(surface.position()), surface);
+    const std::vector<Vec3>& before_smoothing = retracted ? retracted->position : surface.position();
+    keepNecksThick(base.necks, before_smoothing, surface);
     surface.refineOnCurves(lengths.joining, lengths.edge_factor);
     surface.writePositions();
     addLastRefinement(mesh.fading, on_balls);

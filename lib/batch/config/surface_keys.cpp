@@ -113,7 +113,7 @@ void addSurfaceKeys(std::vector<ConfigKey>& keys) {
          "Distance from the outermost particles to the surface; less than the radius. auto: the mesh encloses the "
          "volume of the liquid. none: the surface of the balls themselves, one radius outside the particles, which "
          "makes thin sheets two radii thick. A length requires surface.kind beta with the complete tessellation; for "
-         "other surfaces auto means none."},
+         "other surfaces, and without smoothing, auto means none."},
         "none", [](Config& c) -> std::optional<Length>& { return c.surface.skin; }));
     keys.push_back(namesKey(
         {"surface.walls", "--walls", "world units",
