@@ -64,7 +64,8 @@ fs::path StandardStreams::folder() {
     if (failure) throw Error("the folder for temporary files, TMPDIR, does not exist. Set it to one that does.");
     std::string name = (parent / "betamesh-XXXXXX").string();
     if (::mkdtemp(name.data()) == nullptr)
-        fail(name + ": this temporary folder for stdin and stdout cannot be made. Set TMPDIR to a folder with space");
+        fail(parent.string() +
+             ": no temporary folder for stdin and stdout can be made there. Set TMPDIR to one with space");
     owner_ = ::getpid();
     hideFolder(name + '/');  // messages and reports call the files stdin.ply and stdout.ply
     return folder_ = name;

@@ -30,9 +30,9 @@ struct FadingVertex {
 };
 
 /// The fading vertices by what they fade in on: edges, then facets, then quads. Those on facets may refer to one
-/// another, those in quads to any others. Then, from the groups named below on, for each time that long edges are split
+/// another, those in quads to any others. Then, from two further groups on, for each time that long edges are split
 /// (before and after smoothing), those on these edges, and those in the quads that result.
-inline constexpr std::size_t kFirstRefinement = 3, kLastRefinement = 5;
+inline constexpr std::size_t kOnEdges = 0, kOnFacets = 1, kInQuads = 2, kFirstRefinement = 3, kLastRefinement = 5;
 using FadingVertices = std::array<std::vector<FadingVertex>, kLastRefinement + 2>;
 
 /// Volume-compensating offset of a vertex far from any rim: smoothing leaves such a vertex in place but for this step

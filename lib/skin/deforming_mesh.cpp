@@ -369,8 +369,7 @@ void DeformingMesh::visitNeighbour(std::uint32_t v, std::uint32_t neighbour, dou
     const auto& [vertex, row, from, share, fade, group] = *constraint;
     if (fade > 0) visit(neighbour, weight * fade);
     weight *= 1 - fade;
-    constexpr std::uint32_t kOnFacets = 1;  // they lie on no edge
-    if (group == kOnFacets || !(weight > kLeastWeight)) return;
+    if (group == kOnFacets || !(weight > kLeastWeight)) return;  // on facets they lie on no edge
     for (std::size_t k = 0; k < 4; ++k) {
         const std::size_t other = k ^ 1U;
         const double of_diagonal = share[k] + share[other];

@@ -31,7 +31,7 @@ std::vector<float> DeformingMesh::fadeWeights() const {
 
 // Weighs the diagonals of quads by the fade weights of their ends, because quads appear and vanish with such corners.
 void DeformingMesh::weighDiagonals(const std::vector<float>& fade) {
-    for (FadingVertex& fading : mesh_.fading[2]) {
+    for (FadingVertex& fading : mesh_.fading[kInQuads]) {
         const auto& [a, b, c, d] = fading.anchor;
         const double of_other = fading.anchor_weight[2].value + fading.anchor_weight[3].value;
         const double edge = (1 - of_other) * fade[a] * fade[b], other = of_other * fade[c] * fade[d];
@@ -109,14 +109,12 @@ DeformingMesh::SplitDemand DeformingMesh::splitDemand(double radius, double edge
 void DeformingMesh::refine(double radius, double edge_factor) {
     measure();
     SplitDemand demand = splitDemand(radius, edge_factor);
-    fadeInOnLongEdges(demand, false);
     splitLongEdges(demand, kFirstRefinement);
     arrange();
 }
 
 void DeformingMesh::refineOnCurves(double radius, double edge_factor) {
     SplitDemand demand = splitDemand(radius, edge_factor);
-    fadeInOnLongEdges(demand, true);
     splitLongEdges(demand, kLastRefinement);
     listConnections();
 }
@@ -124,8 +122,7 @@ void DeformingMesh::refineOnCurves(double radius, double edge_factor) {
 // Vertices that fade in on a long edge, or in a quad with a long diagonal, replace those that would split it, and get
 // at least their fade weight.
 void DeformingMesh::fadeInOnLongEdges(SplitDemand& demand, bool on_curves) {
-    constexpr std::size_t kInQuads = 2;
-    for (const std::size_t group : {std::size_t{0}, kInQuads, kFirstRefinement, kFirstRefinement + 1})
+    for (const std::size_t group : {kOnEdges, kInQuads, kFirstRefinement, kFirstRefinement + 1})
         for (FadingVertex& fading : mesh_.fading[group]) {
             const auto& from = fading.anchor;
             std::array<double, 2> share, demanded;  // of each diagonal, or of the edge
@@ -158,6 +155,8 @@ Vec3 DeformingMesh::curveOffset(std::uint32_t from, std::uint32_t to, double t,
 
 // Splits edges in demand; their new vertices are listed from the group given on, those in quads in the next.
 void DeformingMesh::splitLongEdges(SplitDemand& demand, std::size_t group) {
+    const bool on_curves = group == kLastRefinement;
+    fadeInOnLongEdges(demand, on_curves);
     const std::size_t triangles = mesh_.triangles.size();
     constexpr std::size_t kPerTask = 8192;
     std::vector<std::vector<LongEdge>> parts((triangles + kPerTask - 1) / kPerTask);
@@ -204,8 +203,7 @@ void DeformingMesh::splitLongEdges(SplitDemand& demand, std::size_t group) {
     auto &on_edges = mesh_.fading[group], &in_quads = mesh_.fading[group + 1];
     for (const LongEdge& edge : edges) {
         addVertex(on_edges, {edge.from, edge.to, edge.to, edge.to}, {0.5, 0.5, 0, 0}, edge.demand);
-        if (group == kLastRefinement)
-            position_.back() += curveOffset(edge.from, edge.to, 0.5, demand.normal) * edge.demand;
+        if (on_curves) position_.back() += curveOffset(edge.from, edge.to, 0.5, demand.normal) * edge.demand;
     }
     std::vector<std::array<std::uint32_t, 3>> middles(triangles);
     parallelFor(triangles, 4096, [&](std::size_t t) {

@@ -111,10 +111,12 @@ void shorten(DeformingMesh& surface, const std::vector<Vec3>& from, const std::v
 void shortenAlike(DeformingMesh& surface, const std::vector<Vec3>& from, double limit) {
     std::vector<float> excess = excesses(surface, from, limit);
     std::vector<Vec3f> power(excess.size(), Vec3f(0));
-    for (std::size_t v = 0; v < excess.size(); ++v)
-        power[v].x = std::pow(std::max(excess[v] - kLeastExcess, 0.0F), kExcessPower);
+    parallelFor(excess.size(), 8192, [&](std::size_t v) {
+        if (excess[v] > kLeastExcess) power[v].x = std::pow(excess[v] - kLeastExcess, kExcessPower);
+    });
     power = surface.kernelMeansOfFew(kExcessKernel, power);
-    for (std::size_t v = 0; v < excess.size(); ++v) excess[v] = std::pow(kExcessGain * power[v].x, 1 / kExcessPower);
+    parallelFor(excess.size(), 8192,
+                [&](std::size_t v) { excess[v] = std::pow(kExcessGain * power[v].x, 1 / kExcessPower); });
     shorten(surface, from, excess);
 }
 

@@ -351,7 +351,7 @@ BetaMesh completeTessellation(const BallBoundary& boundary, const std::vector<Du
     firstTouchResize(mesh.rim_distance, mesh.vertex.size());
     if (have_scales) mesh.scale.resize(mesh.vertex.size());
     firstTouchResize(mesh.triangles, triangles.back());
-    auto &on_edges = mesh.fading[0], &on_facets = mesh.fading[1], &in_quads = mesh.fading[2];
+    auto &on_edges = mesh.fading[kOnEdges], &on_facets = mesh.fading[kOnFacets], &in_quads = mesh.fading[kInQuads];
     on_edges = std::move(network.fading);
     firstTouchResize(on_facets, fading.back());
     firstTouchResize(in_quads, flipping.back());
