@@ -10,7 +10,7 @@
 #include "skin/features.h"
 #include "skin/keep_inside.h"
 #include "skin/limit_velocities.h"
-#include "skin/necks.h"
+#include "skin/meetings.h"
 #include "skin/outer_boundary.h"
 #include "skin/paper_mesh.h"
 #include "skin/self_intersections.h"
@@ -39,7 +39,7 @@ struct BaseSurface {
     BetaMesh mesh;
     OuterSamples outer;                        // of a surface with a skin
     DeepParticles deep;                        // likewise
-    std::vector<Neck> necks;                   // likewise
+    std::vector<Meeting> meetings;             // likewise
     std::optional<CoherentSmoother> smoother;  // of one without, if it is smoothed
 };
 
@@ -54,7 +54,7 @@ BaseSurface baseSurface(const Particles& particles, Structure& structure, const 
     FacePoints points = facePoints(structure.snapped, boundary, balls, std::move(structure.directions));
     if (hasSkin(params)) {
         base.outer = outerSamples(particles, structure.snapped, boundary, skinLengths(params), particleSpacing(params));
-        base.necks = thinNecks(boundary, points, particleSpacing(params));
+        base.meetings = meetings(boundary, network, points, particleSpacing(params));
         base.deep = deepParticles(structure.snapped, effectiveSkinDepth(params), facetsMayCutOffParticles(params));
     }
     std::exchange(structure.snapped, {});  // large
@@ -80,7 +80,7 @@ void moveToSkin(const BaseSurface& base, const BallBoundary& boundary, const Ski
         smoothSkin(surface, widestSkinFit(params), farthestSkinSmoothing(params), coherentPasses(params));
     }
     const std::vector<Vec3>& before_smoothing = retracted ? retracted->position : surface.position();
-    keepNecksThick(base.necks, before_smoothing, surface);
+    keepMeetings(base.meetings, before_smoothing, surface);
     surface.refineOnCurves(lengths.joining, lengths.edge_factor);
     surface.writePositions();
     addLastRefinement(mesh.fading, on_balls);

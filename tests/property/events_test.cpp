@@ -171,6 +171,17 @@ TEST(Events, TheSkinHardlyJumpsWhereDropsMeet) {
     EXPECT_GE(found, 4u);
 }
 
+// Nor where holes open or close: what is left is what the retracted arcs miss of the balls.
+TEST(Events, TheSkinHardlyJumpsWhereHolesOpenAndClose) {
+    std::vector<double> found;
+    for (std::size_t e = 0; e < events().size(); ++e)
+        if (events()[e].kind == "hole") found.push_back(jumpOf(e, kSkin, 3));
+    ASSERT_GE(found.size(), 4u);
+    std::sort(found.begin(), found.end());
+    EXPECT_LE(found[found.size() / 2], 0.06);
+    EXPECT_LE(found.back(), 0.1);
+}
+
 // Where balls begin to touch, the jump is as large as the distance between triangles and balls.
 TEST(Events, OurSurfaceHardlyJumpsWhereBallsBeginToTouch) {
     for (std::size_t e = 0; e < events().size(); ++e) {
