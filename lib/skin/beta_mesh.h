@@ -63,6 +63,22 @@ inline Mesh asMesh(BetaMesh&& beta) { return asMesh(beta.vertex, std::move(beta.
 /// The vertices, without motion, and triangles of a mesh.
 BetaMesh asBetaMesh(const Mesh& mesh);
 
+/// Removes triangles, and leaves all vertices. isKept(row)
+template <typename IsKept>
+void keepTriangles(BetaMesh& mesh, const IsKept& isKept) {
+    std::size_t kept = 0, ball = 0;
+    const auto endBallsAt = [&](std::size_t t) {
+        for (; ball < mesh.ball_begin.size() && mesh.ball_begin[ball] == t; ++ball)
+            mesh.ball_begin[ball] = static_cast<std::uint32_t>(kept);
+    };
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+        endBallsAt(t);
+        if (isKept(t)) mesh.triangles[kept++] = mesh.triangles[t];
+    }
+    endBallsAt(mesh.triangles.size());
+    mesh.triangles.resize(kept);
+}
+
 /// Reorders the vertices: new vertex i is old vertex order[i].
 void reorderVertices(BetaMesh& mesh, const std::vector<std::uint32_t>& order);
 

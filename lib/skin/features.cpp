@@ -100,14 +100,7 @@ std::vector<double> smallestBalls(const BetaMesh& mesh, const BallBoundary& boun
 }
 
 void removeComponents(BetaMesh& mesh, const Components& components, const std::vector<bool>& is_removed) {
-    std::size_t kept = 0, ball = 0;
-    for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-        for (; ball < mesh.ball_begin.size() && mesh.ball_begin[ball] == t; ++ball)
-            mesh.ball_begin[ball] = static_cast<std::uint32_t>(kept);
-        if (!is_removed[components.of_vertex[mesh.triangles[t][0]]]) mesh.triangles[kept++] = mesh.triangles[t];
-    }
-    for (; ball < mesh.ball_begin.size(); ++ball) mesh.ball_begin[ball] = static_cast<std::uint32_t>(kept);
-    mesh.triangles.resize(kept);
+    keepTriangles(mesh, [&](std::size_t t) { return !is_removed[components.of_vertex[mesh.triangles[t][0]]]; });
     std::vector<std::uint32_t> new_index(mesh.vertex.size());
     std::uint32_t vertices = 0;
     for (std::size_t v = 0; v < new_index.size(); ++v) {

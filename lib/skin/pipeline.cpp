@@ -11,6 +11,7 @@
 #include "skin/keep_inside.h"
 #include "skin/limit_velocities.h"
 #include "skin/meetings.h"
+#include "skin/merge_vertices.h"
 #include "skin/outer_boundary.h"
 #include "skin/paper_mesh.h"
 #include "skin/self_intersections.h"
@@ -102,12 +103,14 @@ BetaMesh smoothedSurface(BaseSurface&& base, const BallBoundary& boundary, const
         std::exchange(mesh.rim_distance, {});  // large
         moveToSkin(base, boundary, params, mesh);
         std::exchange(base.outer, {});
+        mergeCoincidentVertices(mesh);
         return mesh;
     }
     const DualPoints from = base.smoother ? base.smoother->smooth(mesh) : dualPoints(mesh.vertex);
     base.smoother.reset();
     std::exchange(mesh.rim_distance, {});  // large
     resolveSelfIntersections(boundary, from, mesh);
+    mergeCoincidentVertices(mesh);
     return mesh;
 }
 
