@@ -1,8 +1,9 @@
 #include "each_file.h"
-#include "batch/job/plan.h"
 
 #include "base/parallel.h"
+#include "batch/job/frames.h"
 #include "batch/job/job.h"
+#include "batch/job/plan.h"
 #include "batch/platform/worker.h"
 #include "batch/report/log.h"
 #include "betamesh/error.h"
@@ -23,17 +24,21 @@ int forEachFile(std::size_t files, const std::function<std::string(std::size_t)>
         if (history.ended.contains(number)) return;
         const WorkerEvents::FrameInProgress at_work(watched.events, number);
         bool is_good = false;
+        const auto fail = [&](const Error& error) {
+            const std::string advice = adviceOnStars(nameOf(i));
+            const std::string text = error.what() + (advice.empty() ? "" : '.' + advice);
+            logError(text);
+            failed(i, text);
+        };
         try {
             if (const auto lost = history.lost.find(number); lost != history.lost.end())
                 throw Error(nameOf(i) + ": " + lost->second);
             is_good = process(i);
         } catch (const MemoryError& error) {
             out_of_memory = true;
-            logError(error.what());
-            failed(i, error.what());
+            fail(error);
         } catch (const Error& error) {
-            logError(error.what());
-            failed(i, error.what());
+            fail(error);
         }
         any_failed = any_failed || !is_good;
         std::cout.flush();  // before the file counts as ended, so that its output is neither lost nor repeated

@@ -248,7 +248,8 @@ int writePreviews(const PreviewJob& job, const PreviewWorker& worker,
         } catch (const std::bad_alloc&) {
             throw;
         } catch (const std::exception& error) {
-            logError("frame " + std::to_string(frame) + ": " + error.what());
+            const std::string advice = adviceOnStars(job.tasks[i].input);
+            logError("frame " + std::to_string(frame) + ": " + error.what() + (advice.empty() ? "" : '.' + advice));
             status = FrameStatus::failed;
             any_failed = true;
         }

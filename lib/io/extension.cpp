@@ -124,6 +124,9 @@ std::string adviceToRename(const FileFormat& format, const Signature& signature)
 
 /// Throws Error if the contents are of a kind of file that is not read.
 void requireKnown(const fs::path& path, const Signature& signature) {
+    if (signature.begin.starts_with("{\"frame\":"))
+        throw Error(path.string() + ": this is a manifest, the report beside a mesh. Give the mesh" +
+                    (path.extension() == ".json" ? ", " + fs::path(path).replace_extension().string() : "") + '.');
     for (const ForeignFormat& foreign : kForeign)
         if (signature.begin.starts_with(foreign.magic))
             throw Error(path.string() + ": contains " + std::string(foreign.name) + ", which cannot be read. " +
@@ -160,6 +163,8 @@ const FileFormat& formatOf(const fs::path& path, FileKind kind, Access access) {
         guess = access == Access::write
                     ? " Binary USD is not written: write .usda and convert it, as in usdcat a.usda -o a.usdc."
                     : " Binary USD is not read: convert it to text, as in usdcat a.usdc -o a.usda.";
+    else if (extension == ".json")
+        guess = " The .json beside a mesh is its manifest, the report on it: give the mesh.";
     else if (extension.empty())
         fault = ": the name has no extension, which selects the format";
     else if (format != nullptr && formatWith(name, access) == nullptr)
@@ -292,6 +297,7 @@ FileContents readByContents(const fs::path& path, const ReadOptions& options, st
         if (formatWith(name, Access::write) != nullptr)
             throw Error(path.string() + ": " + extensionIn(formatWith(name, Access::write)->write_extensions, name) +
                         " can be written, but not read. Use one of " + readableExtensions() + ".");
+        openFile(path);  // what cannot be opened has no contents to tell of
         throw Error(path.string() +
                     ": neither the extension nor the contents are those of a known format. Use one of " +
                     readableExtensions() + ".");

@@ -233,6 +233,39 @@ TEST(Check, ManifestsAreLeftOutAmongTheirMeshes) {
               Names{"m.0001.ply", "n.0003.ply", "n.0003.ply.json"}})
             EXPECT_NE(run(files).exit_code, 0);
     }
+    // What is no mesh but its manifest says so.
+    for (const char* command : {"check", "info", "mesh", "convert", "render"}) {
+        std::vector<std::string> words{command, "m.0001.ply.json",
+                                       std::string(command) == "render" ? "x.png" : "x.ply"};
+        if (words[0] == "check" || words[0] == "info") words.pop_back();
+        const Outcome outcome = runProgram(words, folder.path());
+        EXPECT_TRUE(outcome.exit_code == 1 || outcome.exit_code == 2) << command << outcome.exit_code;
+        EXPECT_NE(outcome.err.find("manifest, the report"), std::string::npos) << command << outcome.err;
+        EXPECT_NE(outcome.err.find("ive the mesh"), std::string::npos) << command << outcome.err;
+    }
+    EXPECT_NE(runProgram({"info", "m.0001.ply.json"}, folder.path()).err.find("Give the mesh, m.0001.ply."),
+              std::string::npos);
+}
+
+TEST(Check, StarsInNamesThatNoFileHasAreExplained) {
+    const TemporaryFolder folder;
+    writeMesh(folder / "m*.ply", sphere(1, Vec3(0)));
+    for (const std::vector<std::string>& words : {std::vector<std::string>{"check", "a.*.ply"},
+                                                  {"check", "--json", "a.????.ply"},
+                                                  {"info", "a.*.ply"},
+                                                  {"convert", "a.*.ply", "b.ply"},
+                                                  {"render", "a.*.ply", "b.png"},
+                                                  {"compare", "a.*.ply", "b.png"},
+                                                  {"mesh", "a.*.ply", "b.ply"}}) {
+        const Outcome outcome = runProgram(words, folder.path());
+        EXPECT_EQ(outcome.exit_code, 1) << words[0];
+        EXPECT_NE(outcome.err.find("o such file"), std::string::npos) << words[0] << outcome.err;
+        EXPECT_NE(outcome.err.find(". The frame numbers of a sequence are written with #, as in name.####.ply"),
+                  std::string::npos)
+            << words[0] << outcome.err;
+    }
+    EXPECT_EQ(runProgram({"check", "m*.ply"}, folder.path()).exit_code, 0);  // the name of a file
+    EXPECT_EQ(runProgram({"check", "absent.ply"}, folder.path()).err.find("####"), std::string::npos);
 }
 
 TEST(Check, ChecksMeshesOfThisProgram) {

@@ -76,6 +76,11 @@ TEST(Program, InfoShowsWhatAFileContains) {
     const Outcome broken = runProgram({"info", "broken.ply", "a.ply"}, folder.path());
     EXPECT_EQ(broken.exit_code, 1);
     EXPECT_NE(broken.out.find("a.ply"), std::string::npos);
+    for (const char* absent : {"absent.ply", "absent.json", "absent.vdb", "absent"})
+        EXPECT_NE(runProgram({"info", absent}, folder.path())
+                      .err.find(std::string(absent) + ": cannot be read: No such file or directory"),
+                  std::string::npos)
+            << absent;
 }
 
 TEST(Program, ConfigCheckAcceptsTheOutputOfConfigPrint) {

@@ -371,6 +371,12 @@ std::string firstNames(const std::vector<std::string>& names) {
     return names.size() > kMost ? text + " and " + std::to_string(names.size() - kMost) + " more" : text;
 }
 
+std::string adviceOnStars(const std::string& file) {
+    std::error_code ignored;
+    if (file.find_first_of("*?") == std::string::npos || fs::exists(file, ignored)) return "";
+    return " The frame numbers of a sequence are written with #, as in name.####.ply";
+}
+
 std::vector<std::string> filesNamed(const std::vector<std::string>& names) {
     std::vector<std::string> files;
     for (const std::string& name : names) {

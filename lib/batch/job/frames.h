@@ -74,6 +74,10 @@ OtherNumbers otherNumbersOnDisk(const FramePattern& pattern);
 /// The first names of a list for a message: "a, b and 7 more".
 std::string firstNames(const std::vector<std::string>& names);
 
+/// " The frame numbers of a sequence are written with #, …" if there is no such file and its name has a * or ?, else
+/// empty.
+std::string adviceOnStars(const std::string& file);
+
 /// The files that names stand for, in their order: a name with a placeholder for every frame on disk, unless there is a
 /// file of this very name.
 ///

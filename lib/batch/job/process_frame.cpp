@@ -5,6 +5,7 @@
 #include "batch/config/radius.h"
 #include "batch/job/empty_frames.h"
 #include "batch/job/frame_input.h"
+#include "batch/job/frames.h"
 #include "batch/job/plane.h"
 #include "batch/job/render_frames.h"
 #include "batch/job/resume.h"
@@ -284,9 +285,7 @@ FrameResult resultOfOutput(SharedFrame& frame, const FrameTask& task, const Plan
             fail(result,
                  task.input + ": no such file." +
                      (plan.tasks.size() > 1 ? " Use --on-missing skip or empty (run.on_missing) to continue without it"
-                      : task.input.find_first_of("*?") != std::string::npos
-                          ? " The frame numbers of a sequence are written with #, as in name.####.ply"
-                          : ""));
+                                            : adviceOnStars(task.input)));
             break;
         case FrameAction::refuse_existing:
             fail(result, task.output + " already exists");
