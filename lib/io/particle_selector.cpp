@@ -27,6 +27,14 @@ Vec3f velocityOf(const std::vector<Attribute>& attributes, const VelocitySource&
     return velocity;
 }
 
+/// The attributes of a file without points, which readers may know by their declarations alone.
+std::vector<Attribute> declaredAttributes(const FileContents& contents) {
+    std::vector<Attribute> attributes;
+    for (const AttributeInfo& declared : contents.declared)
+        attributes.push_back({declared.name, declared.components, {}, {}});
+    return attributes;
+}
+
 /// Whether a name that the file declares is the attribute or one of its components, such as vx of v.
 bool isPartOf(const std::string& declared, const std::string& attribute) {
     if (declared == attribute) return true;
@@ -142,8 +150,8 @@ InputSummary ParticleSelector::summary(const FileContents& kept, const FileConte
     summary.polygons = rest.unread_polygons;
     summary.first_dropped = first_dropped_;
     summary.lost_numbers = lost_numbers_;
-    const auto velocity =
-        findVelocity(kept.attributes, kept.position.size(), input_.velocity, attributeNames(kept), file_);
+    const auto velocity = findVelocity(kept.attributes.empty() ? declaredAttributes(kept) : kept.attributes,
+                                       kept.position.size(), input_.velocity, attributeNames(kept), file_);
     if (velocity) {
         summary.velocity = velocity->name;
     } else {

@@ -256,7 +256,8 @@ void requireAttributes(const FrameInput& liquid, const Config& config) {
         return std::ranges::find(liquid.particles.attributes, name, &Attribute::name) !=
                liquid.particles.attributes.end();
     };
-    const std::vector<std::string> velocity = entriesOf(liquid.summary.velocity);
+    const std::string& found = liquid.summary.velocity;
+    const std::vector<std::string> velocity = entriesOf(found.empty() ? config.input.velocity : found);
     for (const std::string& name : config.output.attributes) {
         if (has(name)) continue;
         const auto part = componentName(name);
