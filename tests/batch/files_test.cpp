@@ -361,6 +361,8 @@ TEST_F(Files, StandardStreamsLeaveNothingBehindAndRefuseWhatTheyCannotDo) {
     EXPECT_NE(contentsOf(folder_ / "piped.ply.json").find(R"("input":"stdin.ply")"), std::string::npos);
     ASSERT_EQ(shell(R"(mkdir 'q"\t'; export TMPDIR=$PWD/'q"\t'; $betamesh info - --json < mesh.ply > stdout)"), 0);
     EXPECT_NE(contentsOf(folder_ / "stdout").find(R"("file":"stdin.ply")"), std::string::npos);
+    ASSERT_EQ(shell("mkdir t\xff; export TMPDIR=$PWD/t\xff; $betamesh info - --json < mesh.ply > stdout"), 0);
+    EXPECT_EQ(contentsOf(folder_ / "stdout").find("betamesh-"), std::string::npos) << contentsOf(folder_ / "stdout");
     ASSERT_EQ(shell("export TMPDIR=$PWD/absent; $betamesh info - < mesh.ply"), 2);
     EXPECT_NE(said().find("the folder for temporary files, TMPDIR, does not exist"), std::string::npos) << said();
     ASSERT_EQ(shell("head -c 300 in/a.0001.ply | $betamesh check - --json > stdout"), 1) << said();

@@ -36,8 +36,9 @@ std::string oneLine(const Json& json) {
 constexpr const char* kEncoded = "_percent_encoded";
 
 void addPath(Json& json, const std::string& name, const std::string& path) {
-    json[name] = path;
-    if (!isUtf8(path)) json[name + kEncoded] = percentEncoded(path);
+    const std::string shown = betamesh::withoutHiddenFolder(path);
+    json[name] = shown;
+    if (!isUtf8(shown)) json[name + kEncoded] = percentEncoded(shown);
 }
 
 /// The path that addPath() has added; empty if there is none.
