@@ -41,10 +41,19 @@ bool has64Bits(const std::string& type) {
     return type.find("64") != std::string::npos || type == "double" || type == "long" || type == "unsigned_long";
 }
 
-/// Whether a type of 32 bits has no sign.
+/// Whether a type of whole numbers has no sign.
 bool isUnsigned(const std::string& type) {
     return type.find("uint") != std::string::npos || type.find("UInt") != std::string::npos ||
            type.find("unsigned") != std::string::npos;
+}
+
+/// Whether some numbers are negative. Ids are numbers with sign in files.
+bool haveNegative(const std::vector<std::uint64_t>& ids) {
+    return std::ranges::any_of(ids, [](std::uint64_t id) { return id >> 63 != 0; });
+}
+bool haveNegative(const Attribute& a) {
+    const auto isNegative = [](auto number) { return number < 0; };
+    return std::ranges::any_of(a.real, isNegative) || std::ranges::any_of(a.integer, isNegative);
 }
 
 /// What the reader did not read, or rounded.
@@ -55,10 +64,14 @@ void noteReading(const FileContents& contents, std::vector<std::string>& warning
     if (!passed_over.empty()) warnings.push_back("not read: " + concatenate(passed_over));
     for (const std::string& warning : contents.warnings) warnings.push_back(warning);
     if (contents.position.empty()) return;
-    std::vector<std::string> left_out, rounded, inexact;
+    std::vector<std::string> left_out, rounded, inexact, negative;
     for (const AttributeInfo& declared : contents.declared) {
         const auto kept = std::find_if(contents.attributes.begin(), contents.attributes.end(),
                                        [&](const Attribute& a) { return a.name == declared.name; });
+        const bool is_id = declared.name == "id" && kept == contents.attributes.end();
+        if (has64Bits(declared.type) && isUnsigned(declared.type) &&
+            (is_id ? haveNegative(contents.id) : kept != contents.attributes.end() && haveNegative(*kept)))
+            negative.push_back(declared.name);
         if (kept != contents.attributes.end()) {
             if (has64Bits(declared.type) && kept->integer.empty())
                 rounded.push_back(declared.name);
@@ -73,6 +86,8 @@ void noteReading(const FileContents& contents, std::vector<std::string>& warning
     if (!left_out.empty()) warnings.push_back("attributes that cannot be read are left out: " + concatenate(left_out));
     if (!inexact.empty())
         warnings.push_back("whole numbers from 2^31 on become floats of single precision: " + concatenate(inexact));
+    if (!negative.empty())
+        warnings.push_back("whole numbers from 2^63 on become negative (2^64 less): " + concatenate(negative));
     std::vector<std::string> infinite;
     for (const LostNumber& lost : contents.lost_numbers)
         infinite.push_back("'" + lost.attribute + "' of particle " + std::to_string(lost.particle) + " is " +
@@ -84,7 +99,7 @@ void noteReading(const FileContents& contents, std::vector<std::string>& warning
 /// Removes ids that the output cannot hold.
 void dropLargeIds(const FileFormat& format, Particles& particles, std::vector<std::string>& warnings) {
     if (holdsIds(format, particles.id)) return;
-    const bool has_negative = std::any_of(particles.id.begin(), particles.id.end(), [](auto id) { return id >> 63; });
+    const bool has_negative = haveNegative(particles.id);
     particles.id.clear();
     warnings.push_back("ids " + std::string(has_negative ? "are negative or " : "") + "need more than " +
                        std::to_string(format.id_bits) + " bits, which " + std::string(format.write_extensions) +

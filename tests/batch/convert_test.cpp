@@ -230,6 +230,32 @@ TEST_F(Convert, NumbersThatChangeAreNamed) {
     EXPECT_NE(classic.err.find("ids are negative or need more than 32 bits"), std::string::npos) << classic.err;
 }
 
+TEST_F(Convert, WholeNumbersThatBecomeNegativeAreNamed) {
+    const auto said = [&](const std::string& first, const std::string& second) {
+        write(folder_ / "p.ply",
+              "ply\nformat ascii 1.0\nelement vertex 2\nproperty float x\nproperty float y\nproperty float z\n"
+              "property uint64 id\nproperty uint64 key\nend_header\n0 0 0 " +
+                  first + "\n1 0 0 " + second + '\n');
+        const Outcome outcome = convert("p.ply", "p.csv", {"--overwrite"});
+        EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+        const std::string words = "whole numbers from 2^63 on become negative (2^64 less): ";
+        const std::size_t at = outcome.err.find(words);
+        return at == std::string::npos
+                   ? std::string("nothing")
+                   : outcome.err.substr(at + words.size(), outcome.err.find('\n', at) - at - words.size());
+    };
+    const std::string most = "18446744073709551615", half = "9223372036854775808", less = "9223372036854775807";
+    EXPECT_EQ(said("1 2", "3 4"), "nothing");
+    EXPECT_EQ(said("1 " + less, less + " 4"), "nothing");
+    EXPECT_EQ(said("1 2", half + " 4"), "id");
+    EXPECT_EQ(said(most + " 2", "3 4"), "id");
+    EXPECT_EQ(said("1 " + half, "3 4"), "key");
+    EXPECT_EQ(said("1 " + most, most + ' ' + half), "id, key");
+    EXPECT_NE(runProgram({"mesh", "p.ply", "m.ply", "--radius", "1", "--attributes", "key"}, folder_.path())
+                  .err.find("those from 2^63 on become negative (2^64 less)"),
+              std::string::npos);
+}
+
 TEST_F(Convert, BadParticlesAndObjectsAreChosenByOptions) {
     writeFrameWithNaN(1);
     const Outcome refused = convert("in/a.0001.ply", "b.csv");

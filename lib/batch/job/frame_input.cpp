@@ -207,11 +207,13 @@ std::optional<InputRemark> remarkOnPrecision(const Attribute& attribute, const s
     if (part == parts.end()) return std::nullopt;
     const std::string type = lowerCase(part->type);
     const auto has = [&](const char* word) { return type.find(word) != std::string::npos; };
+    const bool has_negative = std::ranges::any_of(attribute.real, [](float x) { return x < 0; });
     if (has("int"))
         return InputRemark{
             "precision of " + attribute.name, true,
             "the attribute '" + attribute.name +
-                "' has whole numbers of more than 32 bits (with their sign), which are rounded to single precision"};
+                "' has whole numbers of more than 32 bits (with their sign), which are rounded to single precision" +
+                (has("uint64") && has_negative ? "; those from 2^63 on become negative (2^64 less)" : "")};
     if (has("double") || has("64") || has("vec3d"))
         return InputRemark{"precision of " + attribute.name, false,
                            "the attribute '" + attribute.name +
