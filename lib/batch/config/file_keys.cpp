@@ -169,8 +169,8 @@ void addRunKeys(std::vector<ConfigKey>& keys) {
         {"run.memory_limit", "--memory-limit", "bytes",
          "Memory for all frames together. A frame starts when its estimated memory fits; if a frame is too large, "
          "only the particles near its surface are kept in memory. auto: what the machine, its container or Slurm "
-         "grants. A size given here is also enforced: a frame that needs more fails, and the job ends with exit code "
-         "33."},
+         "grants. A size given here is also enforced, not counting some 30 MiB of the program itself: a frame that "
+         "needs more fails, and the job ends with exit code 33."},
         [](Config& c) -> std::uint64_t& { return c.run.memory_limit; }));
     ConfigKey scratch = textKey({"run.scratch", "--scratch", "", "Deprecated, has no effect."}, "any text",
                                 [](Config& c) -> std::string& { return c.run.scratch; });
