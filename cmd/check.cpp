@@ -218,6 +218,9 @@ ParticleCheck checkParticles(const Surface& surface, const AxisPlane& plane, con
         check.farthest_row = i;
         check.farthest_position = points[i];
     }
+    if (check.outside)
+        check.farthest_row =
+            rowInFile(check.file, readConfig("", keyValuesOf({}, arguments.input_values)).input, check.farthest_row);
     return check;
 }
 

@@ -272,9 +272,10 @@ void SnapGrid::requireWithin(std::span<const Vec3f> positions, std::size_t first
         std::snprintf(buffer.data(), buffer.size(), "%.6g", number);
         return std::string(buffer.data());
     };
-    throw Error("particle " + std::to_string(first_row + i) + " at (" + text(p.x) + ", " + text(p.y) + ", " +
-                text(p.z) + ") is too far from the origin for a radius of " +
-                text(static_cast<double>(radius_) / per_unit_) + "; expected coordinates of at most " + text(reach));
+    throw ParticleError(first_row + i, "at (" + text(p.x) + ", " + text(p.y) + ", " + text(p.z) +
+                                           ") is too far from the origin for a radius of " +
+                                           text(static_cast<double>(radius_) / per_unit_) +
+                                           "; expected coordinates of at most " + text(reach));
 }
 
 SnappedParticles snapParticles(const Particles& particles, double radius, const Jitter& jitter) {
@@ -303,9 +304,9 @@ void requireSimilar(std::span<const double> radii, double largest, std::size_t f
     const std::size_t bad =
         firstIndexWhere(radii.size(), [&](std::size_t i) { return !(radii[i] >= kLeastShare * largest); });
     if (bad < radii.size())
-        throw Error("particle " + std::to_string(first_row + bad) + " has a ball of radius " +
-                    std::to_string(radii[bad]) + ", but the largest has " + std::to_string(largest) +
-                    "; expected at least a thousandth of it");
+        throw ParticleError(first_row + bad, "has a ball of radius " + std::to_string(radii[bad]) +
+                                                 ", but the largest has " + std::to_string(largest) +
+                                                 "; expected at least a thousandth of it");
 }
 
 namespace {

@@ -8,6 +8,7 @@
 #include "io/file_contents.h"
 #include "io/particle_selector.h"
 
+#include <numeric>
 #include <utility>
 
 namespace betamesh {
@@ -110,6 +111,41 @@ void visitAttributes(const std::filesystem::path& path, const ParticleInput& inp
         toWorld(input, particles);
         visit(particles);
     });
+}
+
+std::uint64_t rowInFile(const std::filesystem::path& path, const ParticleInput& input, std::uint64_t chosen_row) {
+    struct Found {
+        std::uint64_t row;
+    };
+    ParticleSelector selector(input, path.string());
+    if (!selector.mayLeaveOut()) return chosen_row;
+    std::uint64_t row = 0, chosen = 0;  // in the file and among the chosen ones, of the next block
+    ReadOptions options = readOptions(input);
+    options.needs = [&](const std::string& attribute) { return selector.needs(attribute); };
+    options.points = [&](FileContents&& points, std::uint64_t) {
+        Attribute rows{"", 1, {}, std::vector<std::int32_t>(points.position.size())};
+        std::iota(rows.integer.begin(), rows.integer.end(), 0);
+        points.attributes.push_back(std::move(rows));
+        const std::uint64_t first = std::exchange(row, row + points.position.size());
+        selector.choose(points);
+        const std::uint64_t before = std::exchange(chosen, chosen + points.position.size());
+        if (chosen_row < chosen)
+            throw Found{first + static_cast<std::uint64_t>(points.attributes.back().integer[chosen_row - before])};
+    };
+    try {
+        readPoints(path, options);
+    } catch (const Found& found) {
+        return found.row;
+    }
+    return chosen_row;  // the file has changed
+}
+
+std::string withRowInFile(const ParticleError& error, const std::filesystem::path& path, const ParticleInput& input) {
+    try {
+        return "particle " + std::to_string(rowInFile(path, input, error.row())) + ' ' + error.fault();
+    } catch (const Error&) {  // the file can no longer be read
+        return error.what();
+    }
 }
 
 bool hasDoublePositions(const std::filesystem::path& path) {

@@ -2,9 +2,11 @@
 
 #pragma once
 
+#include "betamesh/error.h"
 #include "betamesh/io.h"
 #include "io/particle_input.h"
 
+#include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <optional>
@@ -33,6 +35,12 @@ void visitPositions(const std::filesystem::path& path, const std::function<void(
 /// The same with the attributes that are not the id: blocks of particles without velocity and id.
 void visitAttributes(const std::filesystem::path& path, const ParticleInput& input,
                      const std::function<void(const Particles&)>& visit);
+
+/// The row in its file of a particle, given its row among the chosen ones. Reads the file if some may be left out.
+std::uint64_t rowInFile(const std::filesystem::path& path, const ParticleInput& input, std::uint64_t chosen_row);
+
+/// The message of an error about a chosen particle, with its row in the file.
+std::string withRowInFile(const ParticleError& error, const std::filesystem::path& path, const ParticleInput& input);
 
 /// The attributes of the particles in a file, without rows; nullopt if it has no particles. Reads no more than it has
 /// to.

@@ -266,8 +266,8 @@ void requireOnePlane(const Particles& particles) {
     for (std::size_t i = 0; i < particles.size(); ++i) {
         const Vec3f &first = particles.position[0], &p = particles.position[i];
         if (p.z == first.z) continue;
-        throw Error("particle " + std::to_string(i) + " is at z = " + std::to_string(p.z) + ", particle 0 at z = " +
-                    std::to_string(first.z) + "; expected one z for all particles in two dimensions");
+        throw ParticleError(i, "is at z = " + std::to_string(p.z) + ", particle 0 at z = " + std::to_string(first.z) +
+                                   "; expected one z for all particles in two dimensions");
     }
 }
 

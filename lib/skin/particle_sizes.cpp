@@ -23,8 +23,8 @@ std::vector<double> numbersOf(const Particles& particles, const std::string& nam
     if (attribute->real.empty()) numbers.assign(attribute->integer.begin(), attribute->integer.end());
     const std::size_t bad = firstIndexWhere(numbers.size(), [&](std::size_t i) { return !isExpected(numbers[i]); });
     if (bad < numbers.size())
-        throw Error("particle " + std::to_string(first_row + bad) + " has " + name + " = " +
-                    std::to_string(numbers[bad]) + "; expected " + expected);
+        throw ParticleError(first_row + bad,
+                            "has " + name + " = " + std::to_string(numbers[bad]) + "; expected " + expected);
     return numbers;
 }
 

@@ -119,6 +119,58 @@ TEST_F(InputJob, BadParticlesAreDroppedOnRequest) {
     EXPECT_EQ(manifest(1)["particles_dropped"], 0);
 }
 
+TEST_F(InputJob, MessagesNameTheRowsOfTheFile) {
+    constexpr std::size_t kBad = 1000;
+    const auto bad = [&](const std::string& key, const std::string& value) {
+        std::string table = "x,y,z,key,size,heat\n";
+        const Particles particles = block(12, 12, 12);
+        for (std::size_t i = 0; i < particles.size(); ++i) {
+            const Vec3f& p = particles.position[i];
+            const bool is_bad = i == kBad, is_dropped = i % 100 == 7;
+            table += (is_dropped             ? "nan"
+                      : is_bad && key == "x" ? value
+                                             : std::to_string(p.x)) +
+                     ',' + std::to_string(p.y) + ',' + std::to_string(p.z) + ',' + std::to_string(i % 3) + ',' +
+                     (is_bad && key == "size" ? value : "0.1") + ',' + (is_bad && key == "heat" ? value : "1") + '\n';
+        }
+        write(folder_ / "a.csv", table);
+    };
+    const auto said = [&](std::vector<std::string> words, const std::vector<std::string>& further) {
+        words.insert(words.end(), {"--on-bad-particle", "drop"});
+        words.insert(words.end(), further.begin(), further.end());
+        const Outcome outcome = runProgram(words, folder_.path());
+        return outcome.out + outcome.err;
+    };
+    const std::vector<std::string> mesh{"mesh", "a.csv", "o.ply", "--overwrite", "--spacing", "0.1"};
+    std::vector<std::string> sizes = mesh, plan = mesh, streamed = mesh, values = mesh;
+    for (auto* words : {&sizes, &plan, &streamed}) words->insert(words->end(), {"--radius-attribute", "size"});
+    plan.emplace_back("--dry-run");
+    streamed.insert(streamed.end(), {"--memory-limit", "1MiB", "-j", "1"});
+    values.insert(values.end(), {"--attributes", "heat"});
+    const std::string row = "particle " + std::to_string(kBad);
+    for (const std::vector<std::string>& choice :
+         {std::vector<std::string>{}, {"--where", "key == 1"}, {"--box", "-1,-1,-1,9,9,0.55"}}) {
+        bad("size", "-1");
+        for (const auto& words :
+             {sizes,
+              plan,
+              streamed,
+              {"render", "a.csv", "o.png", "--radius-attribute", "size", "--overwrite", "--spacing", "0.1"}})
+            EXPECT_NE(said(words, choice).find(row + " has size = -1"), std::string::npos)
+                << words[0] << said(words, choice);
+        bad("size", "0.00001");
+        EXPECT_NE(said(sizes, choice).find(row + " has a ball of radius"), std::string::npos);
+        bad("heat", "nan");
+        EXPECT_NE(said(values, choice).find("that of the particle at 0.594994, 1.0827, 0.41"), std::string::npos)
+            << said(values, choice);
+    }
+    bad("x", "50");
+    ASSERT_EQ(runProgram({"sample", "jitter", "s.ply", "--particles", "500"}, folder_.path()).exit_code, 0);
+    ASSERT_EQ(runProgram({"mesh", "s.ply", "m.ply"}, folder_.path()).exit_code, 0);
+    const std::string checked = said({"check", "m.ply", "--particles", "a.csv"}, {"--where", "key == 1"});
+    EXPECT_NE(checked.find(", " + row + " (50, "), std::string::npos) << checked;
+}
+
 // Attributes, as uses in the manifest and as remarks in the log: one of each kind for the whole job.
 TEST_F(InputJob, WhatIsNotUsedIsNamedOnce) {
     Particles particles = block(6, 6, 6);

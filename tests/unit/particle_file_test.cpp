@@ -47,6 +47,34 @@ TEST(ParticleFile, SelectedRowsEqualThoseOfTheWholeFile) {
     }
 }
 
+TEST(ParticleFile, ChosenRowsAreFoundInTheFile) {
+    const TemporaryFolder folder;
+    constexpr std::uint32_t kParticles = 30000;
+    Particles particles = sampleParticles(kParticles, false, false, false);
+    particles.attributes.push_back({"row", 1, {}, {}});
+    for (std::uint32_t row = 0; row < kParticles; ++row)
+        particles.attributes.back().integer.push_back(static_cast<std::int32_t>(row));
+    for (const std::string& format : particleFormats()) {
+        SCOPED_TRACE(format);
+        const auto file = folder / ("a" + format);
+        writeParticles(file, particles);
+        const auto rowsIn = [&](const ParticleInput& input) {
+            for (const Attribute& a : readParticles(file, input).attributes)
+                if (a.name == "row") return a.integer;
+            return std::vector<std::int32_t>{};
+        };
+        const std::vector<std::int32_t> all = rowsIn({});  // OpenVDB does not keep their order
+        for (const char* where : {"", "row > 500 && row < 20000", "row < 100 || row >= 29990", "row >= 12345"}) {
+            ParticleInput input;
+            input.where = where;
+            const std::vector<std::int32_t> chosen = rowsIn(input);
+            ASSERT_FALSE(chosen.empty());
+            for (std::size_t i = 0; i < chosen.size(); i += std::max<std::size_t>(1, chosen.size() / 20))
+                EXPECT_EQ(all[rowInFile(file, input, i)], chosen[i]) << where;
+        }
+    }
+}
+
 /// Rows by id and attributes by name: OpenVDB keeps neither order.
 Particles sorted(const Particles& particles) {
     std::vector<std::uint32_t> rows(particles.size());

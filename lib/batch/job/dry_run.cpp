@@ -4,6 +4,7 @@
 #include "batch/job/frame_input.h"
 #include "batch/job/plane.h"
 #include "betamesh/error.h"
+#include "io/particle_file.h"
 #include "skin/attributes.h"
 #include "skin/particle_sizes.h"
 
@@ -21,6 +22,8 @@ std::string whyFrameFails(const FrameTask& task, const Plan& plan) {
         carriedAttributes(particles, {}, {}, {}, plan.skin.attributes, {});  // of no vertices: checks the names alone
         particleSizes(particles, plan.skin);
         return "";
+    } catch (const ParticleError& error) {
+        return withRowInFile(error, task.input, plan.config.input);
     } catch (const Error& error) {
         return error.what();
     }

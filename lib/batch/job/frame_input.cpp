@@ -173,20 +173,25 @@ std::optional<InputRemark> remarkOnRadius(const Attribute& attribute) {
                            attribute.name + " (surface.radius_attribute)"};
 }
 
-std::optional<InputRemark> remarkOnValues(const Attribute& attribute, const InputSummary& summary) {
+std::optional<InputRemark> remarkOnValues(const Attribute& attribute, const FrameInput& liquid) {
+    const InputSummary& summary = liquid.summary;
     std::size_t count = 0, first = 0;
     for (std::size_t i = 0; i < attribute.real.size(); ++i)
         if (!std::isfinite(attribute.real[i]) && count++ == 0) first = i;
     if (count == 0) return std::nullopt;
+    const std::size_t row = first / attribute.components;
+    const Vec3f& p = liquid.particles.position[row];
+    // Where particles are left out, their rows are not those of the file.
     const std::string particle =
-        std::to_string(first / attribute.components) + " (" + std::to_string(attribute.real[first]) + ")";
-    std::string text = "the attribute '" + attribute.name + "' has " +
-                       (count == 1 ? "a number that is NaN or infinite, that of particle " + particle
-                                   : std::to_string(count) +
-                                         " numbers that are NaN or infinite, the first of them for "
-                                         "particle " +
-                                         particle) +
-                       ". They spread to the vertices nearby";
+        (liquid.particles.size() == summary.particles_read
+             ? "particle " + std::to_string(row)
+             : "the particle at " + shortNumber(p.x) + ", " + shortNumber(p.y) + ", " + shortNumber(p.z)) +
+        " (" + std::to_string(attribute.real[first]) + ")";
+    std::string text =
+        "the attribute '" + attribute.name + "' has " +
+        (count == 1 ? "a number that is NaN or infinite, that of " + particle
+                    : std::to_string(count) + " numbers that are NaN or infinite, the first of them for " + particle) +
+        ". They spread to the vertices nearby";
     for (const LostNumber& lost : summary.lost_numbers) {
         const auto part = componentName(lost.attribute);
         if (lost.attribute != attribute.name && !(part && part->vector == attribute.name)) continue;
@@ -309,7 +314,7 @@ std::vector<InputRemark> remarksOn(const FrameInput& liquid, const Config& confi
     for (const Attribute& attribute : liquid.particles.attributes) {
         if (config.surface.radius_attribute.empty()) add(remarkOnRadius(attribute));
         if (!isOutput(attribute.name, config)) continue;
-        add(remarkOnValues(attribute, summary));
+        add(remarkOnValues(attribute, liquid));
         add(remarkOnPrecision(attribute, summary.parts));
     }
     const std::vector<InputPart> parts = partsOf(liquid, config);

@@ -20,6 +20,7 @@
 #include "betamesh/version.h"
 #include "io/mesh_file.h"
 #include "io/output_file.h"
+#include "io/particle_file.h"
 #include "skin/surface_attributes.h"
 
 #include <algorithm>
@@ -280,6 +281,7 @@ std::string withFile(const std::string& error, const FrameTask& task) {
 FrameResult resultOfOutput(SharedFrame& frame, const FrameTask& task, const Plan& plan, bool is_one_of_several,
                            JobState& job) {
     FrameResult result = emptyResult(task, plan);
+    const std::string prefix = is_one_of_several ? task.output + ": " : "";
     switch (task.action) {
         case FrameAction::fail_missing:
             fail(result,
@@ -315,8 +317,10 @@ FrameResult resultOfOutput(SharedFrame& frame, const FrameTask& task, const Plan
                 const std::scoped_lock lock(job.mutex);
                 job.memory_error[task.frame] = error.what();
                 throw std::bad_alloc();
+            } catch (const ParticleError& error) {
+                fail(result, prefix + task.input + ": " + withRowInFile(error, task.input, plan.config.input));
             } catch (const std::exception& error) {
-                fail(result, (is_one_of_several ? task.output + ": " : "") + withFile(error.what(), task));
+                fail(result, prefix + withFile(error.what(), task));
             }
     }
     result.peak_bytes = peakMemory();

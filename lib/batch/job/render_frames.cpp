@@ -92,6 +92,8 @@ FrameGeometry readFrameGeometry(const std::string& file, const Config& config, c
     subject.mesh = {};
     try {
         subject.spheres = isSpheresFile(file) ? spheresOf(particles, balls) : ballsAround(particles, balls);
+    } catch (const ParticleError& error) {
+        throw Error(file + ": " + withRowInFile(error, file, config.input));
     } catch (const Error& error) {
         throw Error(file + ": " + error.what());
     }

@@ -2,6 +2,7 @@
 
 #pragma once
 
+#include <cstddef>
 #include <stdexcept>
 #include <string>
 
@@ -12,6 +13,23 @@ namespace betamesh {
 class Error : public std::runtime_error {
 public:
     using std::runtime_error::runtime_error;
+};
+
+/// Thrown for a particle that cannot be meshed. The message begins with "particle" and its row.
+class ParticleError : public Error {
+public:
+    /// row: among the particles that were given; fault: the message after the row, such as "has pscale = 0; …".
+    ParticleError(std::size_t row, const std::string& fault)
+        : Error("particle " + std::to_string(row) + ' ' + fault), row_(row), fault_(fault) {}
+
+    /// The row among the particles that were given.
+    std::size_t row() const { return row_; }
+    /// The message after the row.
+    const std::string& fault() const { return fault_; }
+
+private:
+    std::size_t row_;
+    std::string fault_;
 };
 
 /// Thrown before work begins that would need more memory than there is, or than is allowed. The message says how much.
