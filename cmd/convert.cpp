@@ -108,11 +108,9 @@ int convertFiles(const ConvertArguments& arguments) {
     const std::vector<ConversionTask> tasks = tasksOf(arguments);
     requireOutputs(tasks, arguments);
     requireOwnSequenceLayer(framePattern(arguments.output));
-    const std::string folder = folderOf(arguments.output);
-    std::error_code error;
-    fs::create_directories(folder, error);
-    if (error) throw Error("'" + folder + "': the folder cannot be created: " + error.message());
-    sweepTemporaries(folder);
+    std::vector<std::string> outputs;
+    for (const ConversionTask& task : tasks) outputs.push_back(task.output);
+    makeFoldersOf(outputs);
     std::set<std::string> warned;  // each loss is named once, not for each frame
     const auto convertTask = [&](std::size_t i) {
         const auto& [input, output, options] = tasks[i];

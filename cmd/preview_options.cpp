@@ -24,19 +24,23 @@
 #include <cstdio>
 #include <filesystem>
 #include <optional>
+#include <system_error>
 
 namespace betamesh {
 namespace {
 
 namespace fs = std::filesystem;
 
-bool allExist(const std::vector<std::string>& files) {
-    return std::all_of(files.begin(), files.end(), [](const std::string& file) { return fs::exists(file); });
+bool exists(const std::string& file) {
+    std::error_code ignored;  // that a folder cannot be read is said when it is written to
+    return fs::exists(file, ignored);
 }
+
+bool allExist(const std::vector<std::string>& files) { return std::ranges::all_of(files, exists); }
 
 void refuseExisting(const std::vector<std::string>& outputs) {
     for (const std::string& output : outputs)
-        if (!output.empty() && fs::exists(output))
+        if (!output.empty() && exists(output))
             throw Error(output + " already exists. Use --overwrite to replace it or --skip-existing to keep it.");
 }
 
@@ -55,14 +59,8 @@ void requireDistinctFiles(const PreviewJob& job) {
     if (!job.options.movie.empty()) files.written(job.options.movie, "the movie");
 }
 
-void makeFolderOf(const std::string& file) {
-    const fs::path folder = fs::path(file).parent_path();
-    if (!folder.empty()) fs::create_directories(folder);
-    sweepTemporaries(folder.empty() ? "." : folder);
-}
-
 void writeWhole(const std::string& file, std::string_view bytes) {
-    makeFolderOf(file);
+    makeFoldersOf({file});
     writeFile(file, bytes);
 }
 
@@ -82,7 +80,7 @@ public:
     void add(std::size_t i, int frame, const Image& image) {
         if (!options_.movie.empty()) {
             if (!movie_) {
-                makeFolderOf(options_.movie);
+                makeFoldersOf({options_.movie});
                 movie_.emplace(options_.movie, image.width, image.height, fps_);
             }
             movie_->add(image);

@@ -56,6 +56,8 @@ std::vector<ReportOutput> outputsOf(const ReportArguments& arguments) {
         if (is_pattern) outputNamed(of_pattern);
         for (const std::string& file : manifestsNamed(argument, arguments)) {
             const auto report = readManifest(file);
+            if (!report && !fs::exists(file))
+                throw Error(file + ": no such file. Give NAME.json files, or a pattern such as NAME.####.ply.json.");
             if (!report)
                 throw Error(file +
                             ": this is not the manifest of a frame. Give the NAME.json files that are written beside "

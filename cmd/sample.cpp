@@ -14,6 +14,7 @@
 #include "value_checks.h"
 
 #include <filesystem>
+#include <system_error>
 
 namespace betamesh {
 namespace {
@@ -62,7 +63,10 @@ int writeSample(const SampleArguments& arguments) {
     }
     const FramePattern pattern = framePattern(arguments.output);
     std::vector<int> frames = framesOf(arguments, pattern);
-    const auto exists = [&](int frame) { return fs::exists(frameName(pattern, frame)); };
+    const auto exists = [&](int frame) {
+        std::error_code ignored;  // that a folder cannot be read is said when it is written to
+        return fs::exists(frameName(pattern, frame), ignored);
+    };
     if (arguments.skip_existing) std::erase_if(frames, exists);
     for (const int frame : frames) {
         if (!arguments.overwrite && exists(frame)) {
@@ -72,9 +76,9 @@ int writeSample(const SampleArguments& arguments) {
     }
     requireOwnSequenceLayer(pattern);
     Sample sample(arguments.params);
-    const fs::path folder = fs::path(arguments.output).parent_path();
-    if (!folder.empty()) fs::create_directories(folder);
-    sweepTemporaries(folder.empty() ? "." : folder);
+    std::vector<std::string> files;
+    for (const int frame : frames) files.push_back(frameName(pattern, frame));
+    makeFoldersOf(files);
     rememberSignals();
     for (const int frame : frames) {
         if (caughtSignal() != 0) return kSignalBase + caughtSignal();

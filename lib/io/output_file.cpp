@@ -18,6 +18,7 @@
 #include <chrono>
 #include <fstream>
 #include <optional>
+#include <set>
 #include <sstream>
 #include <string>
 #include <system_error>
@@ -192,6 +193,17 @@ void sweepTemporaries(const fs::path& folder) {
         const Writer writer = *writerOf(path.filename().string());
         const bool abandoned = writer.host == host ? !isRunning(writer) : isOld(path);
         if (abandoned && !isLocked(path)) fs::remove(path, error);
+    }
+}
+
+void makeFoldersOf(const std::vector<std::string>& files) {
+    std::set<fs::path> folders;
+    for (const std::string& file : files) folders.insert(fs::path(file).parent_path());
+    for (const fs::path& folder : folders) {
+        std::error_code error;
+        if (!folder.empty()) fs::create_directories(folder, error);
+        if (error) throw Error("'" + folder.string() + "': the folder cannot be created: " + error.message());
+        sweepTemporaries(folder);
     }
 }
 

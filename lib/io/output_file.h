@@ -5,7 +5,9 @@
 #include <cstddef>
 #include <filesystem>
 #include <span>
+#include <string>
 #include <string_view>
+#include <vector>
 
 namespace betamesh {
 
@@ -48,5 +50,10 @@ void writeFile(const std::filesystem::path& path, std::string_view text);
 /// longer runs, those of other hosts if they were last written more than a day ago, both only if the writer's lock is
 /// free. Does nothing if the folder does not exist. Ignores files that cannot be removed.
 void sweepTemporaries(const std::filesystem::path& folder);
+
+/// Makes the folders that files are in, where they do not exist, and sweeps them, see sweepTemporaries().
+///
+/// errors  the system refuses a folder
+void makeFoldersOf(const std::vector<std::string>& files);
 
 }  // namespace betamesh

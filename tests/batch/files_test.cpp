@@ -462,6 +462,31 @@ TEST_F(Files, PositionsBeyondFloatsFailTheFrame) {
     EXPECT_FALSE(exists("far.mesh.ply"));
 }
 
+TEST_F(Files, FoldersOfOutputsAreMadeByEveryCommand) {
+    const auto expect = [&](const std::string& command, const std::string& output) {
+        EXPECT_EQ(shell("$betamesh " + command), 0) << command << said();
+        EXPECT_TRUE(exists(output)) << command << said();
+    };
+    expect("convert in/a.####.ply 'c.####/c.####.csv'", "c.0002/c.0002.csv");
+    expect("sample drop 's.####/s.####.ply' --particles 300 --frames 1-2", "s.0002/s.0002.ply");
+    expect("mesh in/a.####.ply 'm.####/m.####.ply'", "m.0002/m.0002.ply");
+    expect("render in/a.####.ply 'r.####/r.####.png' --width 32 --height 32 --samples 1", "r.0002/r.0002.png");
+    for (const char* command :
+         {"convert in/a.0001.ply '$OUT/o.csv'", "sample drop '$OUT/o.ply' --particles 300",
+          "mesh in/a.0001.ply '$OUT/o.ply'", "render in/a.0001.ply '$OUT/o.png' --width 32 --height 32 --samples 1"}) {
+        const std::string name = std::string("folder_of_") + command[0];
+        EXPECT_EQ(shell("export OUT=" + name + "/deep\n$betamesh " + command), 0) << command << said();
+        EXPECT_FALSE(fs::is_empty(folder_ / (name + "/deep"))) << command;
+    }
+    EXPECT_FALSE(exists("$OUT") || exists("c.####") || exists("s.####"));
+    write(folder_ / "file", "");
+    for (const char* command : {"convert in/a.0001.ply file/o.csv", "sample drop file/o.ply --particles 300",
+                                "render in/a.0001.ply file/o.png --width 32 --height 32 --samples 1"}) {
+        EXPECT_NE(shell(std::string("$betamesh ") + command), 0);
+        EXPECT_NE(said().find("'file': the folder cannot be created: Not a directory"), std::string::npos) << said();
+    }
+}
+
 TEST(FrameNames, StandForTheFilesOnDisk) {
     const TemporaryFolder folder;
     for (const char* name : {"a.0001.ply", "a.0003.ply", "b#.ply", "a.3.ply"}) write(folder / name, "");

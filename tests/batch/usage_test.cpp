@@ -70,6 +70,8 @@ const std::vector<WrongUsage> kWrongUsages{
     {{"submit", "a.yaml"}, {"betamesh submit needs --to. Usage: betamesh submit PIPELINE --to slurm|"}},
     {{"submit", "a.yaml", "--to", "slrm"}, {"'slrm'", "slurm, openjd", "Did you mean 'slurm'?"}},
     {{"report", "none.####.ply.json", "-o", "a.html"}, {"'none.####.ply.json': no such file on disk."}},
+    {{"report", "none.json", "-o", "a.html"}, {"none.json: no such file."}},
+    {{"report", "*.ply.json", "-o", "a.html"}, {"*.ply.json: no such file.", "such as NAME.####.ply.json"}},
     {{"manual", "fush"}, {"FORM: 'fush' is not valid. Use one of man, bash, zsh, fish. Did you mean 'fish'?"}},
 };
 
