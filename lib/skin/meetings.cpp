@@ -130,15 +130,15 @@ private:
         nearness *= smoothStep(std::min({one.radius, two.radius, three->radius}) / (kHoleCircle * there)).value;
         const Vec3 middle = centre_[a] + offset;
         const double faded = kHoleCovered * square(there), reach = kThinMembrane * there;
-        const auto exposure = [&](const Vec3& point, double its_power) {  // 1; 0 where other balls cover it
-            return smoothStep(1 + (leastPower(point, balls, reach) - its_power) / faded).value;
+        const auto exposure = [&](const Vec3& point, double its_power) {  // below 0 where other balls cover it
+            return (leastPower(point, balls, reach) - its_power) / faded;
         };
-        nearness *= exposure(middle, power);
+        nearness *= smoothStep(1 + exposure(middle, power)).value;
         for (const Pair* pair : {&one, &two, &*three}) {  // the point of its circle that is nearest to the middle
             if (!(nearness > 0)) return;
             const Vec3 from = centre_[pair->balls[0]], axis = (centre_[pair->balls[1]] - from).normalized();
             const Vec3 across = middle - from - axis * dot(middle - from, axis);
-            nearness *= exposure(middle + across * (pair->radius / across.length() - 1), 0);
+            nearness *= smoothStep(exposure(middle + across * (pair->radius / across.length() - 1), 0)).value;
         }
         if (!(nearness > 0)) return;
         found.push_back({middle, normal / std::sqrt(square_of_normal), there, kHoleLength, kHoleWidth, nearness, 0});

@@ -3,6 +3,7 @@
 #include "base/cell_grid.h"
 #include "base/rigid_motion.h"
 #include "betamesh/check.h"
+#include "betamesh/coherence.h"
 #include "betamesh/skin.h"
 #include "io/particle_file.h"
 #include "mesh/jump_sites.h"
@@ -10,8 +11,10 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
+#include <map>
 #include <set>
 
 namespace betamesh {
@@ -140,6 +143,47 @@ TEST(RealFrames, EventsAgreeWithTheTopologyOfTheBallsAroundThem) {
     EXPECT_EQ(places.at(0).events,
               (Events{{SurfaceEvent::void_appeared, 2}}));       // the largest jump: two voids inside the liquid
     EXPECT_NEAR(places.at(0).jump / sampling.beyond, 4.8, 0.5);  // their depth, for any smoothing
+}
+
+// Splashing liquid, between two frames of an SPH simulation, in steps of at most 0.012 particle spacings. Most steps
+// have a place where the surface moves farther than particles: beside vertices that have just appeared, and where
+// cavities close that the rolling ball had entered.
+TEST(RealFrames, TheSkinHardlyJumpsInSmallSteps) {
+    const std::filesystem::path folder = kShared / "data/sph_dam3d";
+    if (!std::filesystem::exists(folder)) GTEST_SKIP() << "no frames in " << folder;
+    constexpr double kSpacing = 0.0190719;
+    const Particles from = readParticles(folder / "sph_dam3d.0026.bgeo"),
+                    to = readParticles(folder / "sph_dam3d.0027.bgeo");
+    std::map<std::uint64_t, std::size_t> row_in_to;
+    for (std::size_t i = 0; i < to.size(); ++i) row_in_to[to.id[i]] = i;
+    std::vector<std::pair<Vec3, Vec3>> moving;
+    for (std::size_t i = 0; i < from.size(); ++i)
+        if (const Vec3f& p = from.position[i]; p.x > 1.1F && p.y > 0.25F)
+            moving.emplace_back(p, to.position[row_in_to.at(from.id[i])]);
+    ASSERT_GT(moving.size(), 1000u);
+    SkinParams params;
+    params.spacing = kSpacing;
+    params.radius = 1.5 * kSpacing;
+    const auto meshAt = [&](double time) {
+        Particles particles;
+        for (const auto& [p, q] : moving) particles.position.emplace_back(p + (q - p) * time);
+        return skinFrame(particles, params).mesh;
+    };
+    constexpr int kSteps = 20;
+    std::vector<double> largest, of_nearly_all;
+    Mesh before = meshAt(0);
+    for (int i = 1; i <= kSteps; ++i) {
+        Mesh now = meshAt(0.002 * i);
+        const SurfaceDistance distance = surfaceDistance(before, now);
+        largest.push_back(distance.max / kSpacing);
+        of_nearly_all.push_back(distance.quantile999 / kSpacing);
+        before = std::move(now);
+    }
+    std::sort(largest.begin(), largest.end());
+    std::sort(of_nearly_all.begin(), of_nearly_all.end());
+    EXPECT_LE(largest[kSteps / 2], 0.1);
+    EXPECT_LE(largest.back(), 0.4);
+    EXPECT_LE(of_nearly_all[kSteps / 2], 0.015);
 }
 
 }  // namespace betamesh

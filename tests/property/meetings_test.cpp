@@ -38,7 +38,7 @@ double nearnessAt(const std::vector<Meeting>& meetings, const Meeting& place) {
 }
 
 // Whatever happens in a short time, meetings hardly ever come or go. Left out are voids, which make the surface jump
-// anyway, and grazes, where a ball can begin to meet two others at once.
+// anyway.
 TEST(Meetings, AreContinuousThroughEvents) {
     SkinParams params;
     params.radius = kRadius;
@@ -49,7 +49,7 @@ TEST(Meetings, AreContinuousThroughEvents) {
             is_spray ? movingCloud(seed, {5, 5, 5}, 0.5, 0.1) : movingCloud(seed, {5, 5, 1}, 0.25, 0.8);
         const auto particlesAt = [&](double time) { return advected(start, time); };
         findEvents(0, is_spray ? 1 : 0.05, params, particlesAt, [&](double time, const std::string& kind) {
-            if (kind == "void" || kind == "graze" || kind == "several") return;
+            if (kind == "void" || kind == "several") return;
             constexpr double kSpan = 1e-6;
             const std::vector<Meeting> before = meetingsOf(particlesAt(time - kSpan / 2)),
                                        after = meetingsOf(particlesAt(time + kSpan / 2));
