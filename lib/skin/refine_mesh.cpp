@@ -61,7 +61,7 @@ void DeformingMesh::placeOnDiagonals(FadingVertex& fading, double of_other, doub
 struct DeformingMesh::SplitDemand {
     const DeformingMesh& surface;
     std::vector<float> longest;     // longest edge that is not split
-    std::vector<float> fade;        // fade weight: edges of a vertex that has just appeared are not split
+    std::vector<float> fade;        // fade weight
     std::vector<float> curved;      // 0 … 1: curved enough for the rim of a hole
     std::vector<Vec3f> normal;      // means over what is near
     std::vector<Vec3f> own_normal;  // of the one-ring alone
@@ -82,7 +82,7 @@ struct DeformingMesh::SplitDemand {
             if (turn * longest_here > kMaxTurn * length) longest_here = std::max(shortest, kMaxTurn * length / turn);
         }
         const double excess = length / longest_here - 1;
-        return excess > 0 ? smoothStep(excess / kSplitFade).value * (fade[a] * fade[b]) : 0;
+        return excess > 0 ? smoothStep(excess / kSplitFade).value : 0;
     }
 };
 
@@ -120,8 +120,22 @@ void DeformingMesh::refineOnCurves(double radius, double edge_factor) {
 }
 
 // Vertices that fade in on a long edge, or in a quad with a long diagonal, replace those that would split it, and get
-// at least their fade weight.
+// at least their fade weight. So do vertices on facets, the more the nearer they are to the middles of long edges: on
+// the facet itself they would be dents in what surrounds them, once that has been refined and moved.
 void DeformingMesh::fadeInOnLongEdges(SplitDemand& demand, bool on_curves) {
+    const auto raise = [&](FadingVertex& fading, double demanded) {
+        fading.fade = 1 - (1 - fading.fade.value) * (1 - demanded);
+        demand.fade[fading.vertex] = static_cast<float>(fading.fade.value);
+    };
+    for (FadingVertex& fading : mesh_.fading[kOnFacets]) {
+        double all = 0;
+        for (std::size_t i = 0; i < 4; ++i)
+            for (std::size_t j = 0; j < i; ++j) {
+                const double both = fading.anchor_weight[i].value * fading.anchor_weight[j].value;  // 1/4 in a middle
+                if (both > 0) all += 4 * both * demand(fading.anchor[j], fading.anchor[i]);
+            }
+        if (all > 0) raise(fading, std::min(all, 1.0));
+    }
     for (const std::size_t group : {kOnEdges, kInQuads, kFirstRefinement, kFirstRefinement + 1})
         for (FadingVertex& fading : mesh_.fading[group]) {
             const auto& from = fading.anchor;
@@ -140,8 +154,7 @@ void DeformingMesh::fadeInOnLongEdges(SplitDemand& demand, bool on_curves) {
                         curveOffset(from[2 * k], from[2 * k + 1], fading.anchor_weight[2 * k + 1].value / share[k],
                                     demand.normal) *
                         (demanded[k] * (1 - fading.fade.value));
-            fading.fade = 1 - (1 - fading.fade.value) * (1 - all);
-            demand.fade[fading.vertex] = static_cast<float>(fading.fade.value);
+            raise(fading, all);
         }
 }
 

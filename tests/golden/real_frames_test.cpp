@@ -181,7 +181,7 @@ TEST(RealFrames, TheSkinHardlyJumpsInSmallSteps) {
     }
     std::sort(largest.begin(), largest.end());
     std::sort(of_nearly_all.begin(), of_nearly_all.end());
-    EXPECT_LE(largest[kSteps / 2], 0.1);
+    EXPECT_LE(largest[kSteps / 2], 0.08);
     EXPECT_LE(largest.back(), 0.4);
     EXPECT_LE(of_nearly_all[kSteps / 2], 0.015);
 }
