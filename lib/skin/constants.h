@@ -237,7 +237,7 @@ inline constexpr double kHoleLength = 0.9, kHoleWidth = 1;
 /// Barycentric coordinates of its middle in the triangle of the centres, radii of the circles in which each two balls
 /// meet, and by how much less another ball's power is there, or how little more where the circles are nearest to it
 /// (square dx): over these nearness fades to 0.
-inline constexpr double kHoleInside = 0.1, kHoleCircle = 0.15, kHoleCovered = .05;
+inline constexpr double kHoleInside = 0.1, kHoleCircle = 0.15, kHoleCovered = 0.05;
 
 // Refinement (refine_mesh.cpp); lengths in dx -------------------------------------------------------------------------
 

@@ -146,11 +146,11 @@ TEST(RealFrames, EventsAgreeWithTheTopologyOfTheBallsAroundThem) {
 }
 
 // Splashing liquid, between two frames of an SPH simulation, in steps of at most 0.012 particle spacings. Most steps
-// have a place where the surface moves farther than particles: beside vertices that have just appeared, and where
-// cavities close that the rolling ball had entered.
+// have a place where the surface moves farther than particles: where crossings are removed, and where cavities close
+// that the rolling ball had entered.
 TEST(RealFrames, TheSkinHardlyJumpsInSmallSteps) {
     const std::filesystem::path folder = kShared / "data/sph_dam3d";
-    if (!std::filesystem::exists(folder)) GTEST_SKIP() << "no frames in " << folder;
+    if (!std::filesystem::exists(folder)) GTEST_SKIP() << "no frames at " << folder;
     constexpr double kSpacing = 0.0190719;
     const Particles from = readParticles(folder / "sph_dam3d.0026.bgeo"),
                     to = readParticles(folder / "sph_dam3d.0027.bgeo");
